@@ -1,0 +1,29 @@
+"""Alignment scores: robust metrics for the accuracy of multiview camera poses.
+
+TAS, RAS and PAS score estimated camera positions, rotations and poses against the ground truth, from
+0 to 1. Conventions throughout: the reference comes first, poses are camera-to-world, angles are
+degrees.
+
+Source: S. H. Lee and J. Civera, "Alignment Scores: Robust Metrics for Multiview Pose Accuracy
+Evaluation".
+"""
+
+from .histogram import AlignmentScore
+from .pose import PASResult, pas
+from .rotation import RASResult, ras
+from .similarity import Similarity
+from .translation import TASResult, closest_pair_quartile, tas
+from .validation import AlignmentWarning
+
+__all__ = [
+    "AlignmentScore",
+    "AlignmentWarning",
+    "PASResult",
+    "RASResult",
+    "Similarity",
+    "TASResult",
+    "closest_pair_quartile",
+    "pas",
+    "ras",
+    "tas",
+]

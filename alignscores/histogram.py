@@ -1,0 +1,79 @@
+"""Cumulative frequency histogram of alignment errors and the score that is its area (eq. 3, 4)."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .validation import check_positive
+
+__all__ = ["AlignmentScore", "cumulative_frequency", "equal_steps"]
+
+
+@dataclass(frozen=True, eq=False)
+class AlignmentScore:
+    """What every alignment score has in common; ``float(result)`` is the score.
+
+    Parameters
+    ----------
+    errors : (n,) ndarray
+        Error of each camera after the alignment; infinite where the camera was not estimated or
+        nothing could be aligned.
+    thresholds : (K,) ndarray
+        Error thresholds in ascending order, in the unit of the errors.
+    cumulative_frequency : (K,) ndarray of int
+        Number of errors below (not at) each threshold, ``f_k`` in the paper.
+    """
+
+    score: float = field(init=False)
+    errors: NDArray[np.float64] = field(repr=False)
+    thresholds: NDArray[np.float64] = field(repr=False)
+    cumulative_frequency: NDArray[np.int64] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        frequency = cumulative_frequency(self.errors, self.thresholds)
+        # Whole numbers until the one division: a perfect estimate scores exactly 1.
+        score = int(frequency.sum()) / (len(self.thresholds) * len(self.errors))
+        object.__setattr__(self, "cumulative_frequency", frequency)
+        object.__setattr__(self, "score", score)
+
+    def __float__(self) -> float:
+        return self.score
+
+
+def cumulative_frequency(
+    errors: NDArray[np.float64], thresholds: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """Count the errors that lie strictly below each threshold.
+
+    Parameters
+    ----------
+    errors : (n,) array
+        Errors, possibly infinite.
+    thresholds : (K,) array
+        Thresholds in the same unit.
+
+    Returns
+    -------
+    (K,) ndarray of int
+        The cumulative frequencies ``f_k``.
+
+    References
+    ----------
+    Lee and Civera, "Alignment Scores", figure 1 and section 3, step 3.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.histogram import cumulative_frequency
+    >>> cumulative_frequency(np.array([0.1, 0.2, np.inf]), np.array([0.1, 0.2, 0.3]))
+    array([0, 1, 2])
+    """
+    return np.searchsorted(np.sort(errors), thresholds, side="left").astype(np.int64)
+
+
+def equal_steps(largest: float, count: int, name: str) -> NDArray[np.float64]:
+    """Return ``count`` equally spaced thresholds up to the largest; `name` is for the error."""
+    check_positive(largest, name)
+    check_positive(count, "n_thresholds", integer=True)
+    return largest * np.arange(1, count + 1) / count

@@ -1,0 +1,126 @@
+"""Pose Alignment Score, PAS (section 5)."""
+
+from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
+
+from .rotation import RASResult, ras
+from .translation import Seed, TASResult, tas
+from .validation import check_poses, check_same_length
+
+__all__ = ["PASResult", "pas"]
+
+
+@dataclass(frozen=True, eq=False)
+class PASResult:
+    """Pose Alignment Score with the two scores that it is the weighted mean of.
+
+    Parameters
+    ----------
+    score : float
+        PAS, from 0 to 1; also ``float(result)``.
+    tas : TASResult
+        The translation score with all it was computed from.
+    ras : RASResult
+        The rotation score with all it was computed from.
+    weight : float
+        Share of the TAS.
+    """
+
+    score: float
+    tas: TASResult
+    ras: RASResult
+    weight: float
+
+    def __float__(self) -> float:
+        return self.score
+
+
+def pas(
+    gt_poses: ArrayLike,
+    est_poses: ArrayLike,
+    *,
+    rng: Seed = 0,
+    weight: float = 0.5,
+    unit: float | None = None,
+    n_hypotheses: int = 1000,
+    max_threshold: float = 1.0,
+    max_threshold_deg: float = 10.0,
+    n_thresholds: int = 100,
+    registration: str = "pcr99",
+) -> PASResult:
+    """Pose Alignment Score: the weighted mean of TAS and RAS.
+
+    Positions and rotations are aligned independently of each other.
+
+    Parameters
+    ----------
+    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses: the left 3 x 3 block holds the camera's axes, the last column its
+        centre in the ground-truth world.
+    est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses in the estimated world, row i for the camera of row i of the ground
+        truth. A camera whose centre (rotation) is not finite fails in the TAS (RAS).
+    rng, unit, n_hypotheses, max_threshold, registration
+        See `tas`.
+    weight : float
+        Share of the TAS, from 0 to 1.
+    max_threshold_deg
+        See `ras`.
+    n_thresholds : int
+        Number of thresholds of each of the two scores.
+
+    Returns
+    -------
+    PASResult
+        ``weight * TAS + (1 - weight) * RAS`` with both results.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed, or d does not exist (see `tas`).
+
+    Warns
+    -----
+    AlignmentWarning
+        Where the estimate cannot be aligned; that score is 0.
+
+    References
+    ----------
+    Lee and Civera, "Alignment Scores", section 5, eq. 5, and section 8 for the weight.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.spatial.transform import Rotation
+    >>> from alignscores import pas
+    >>> rng = np.random.default_rng(0)
+    >>> gt = np.tile(np.eye(4), (40, 1, 1))
+    >>> gt[:, :3, :3] = Rotation.random(40, rng=rng).as_matrix()
+    >>> gt[:, :3, 3] = rng.random((40, 3))
+    >>> est = gt.copy()
+    >>> est[:10, :3, 3] = np.nan
+    >>> result = pas(gt, est)
+    >>> result.score, result.tas.score, result.ras.score
+    (0.875, 0.75, 1.0)
+    """
+    gt_rotations, gt_positions = check_poses(gt_poses, "gt_poses", complete=True)
+    est_rotations, est_positions = check_poses(est_poses, "est_poses", complete=False)
+    check_same_length(gt_rotations, est_rotations, "gt_poses", "est_poses")
+    if not 0 <= weight <= 1:
+        raise ValueError(f"weight must lie between 0 and 1, not {weight!r}")
+    translation = tas(
+        gt_positions,
+        est_positions,
+        rng=rng,
+        unit=unit,
+        n_hypotheses=n_hypotheses,
+        max_threshold=max_threshold,
+        n_thresholds=n_thresholds,
+        registration=registration,
+    )
+    rotation = ras(
+        gt_rotations, est_rotations, max_threshold_deg=max_threshold_deg, n_thresholds=n_thresholds
+    )
+    score = weight * translation.score + (1 - weight) * rotation.score
+    return PASResult(score=score, tas=translation, ras=rotation, weight=weight)

@@ -1,0 +1,284 @@
+"""Robust registration of camera positions: PCR-99 with unknown scale (section 3, step 2).
+
+The paper draws random triplets of cameras, prescreens them by the ratios of their edge lengths, and
+takes the hypothesis whose m-th smallest position error is the smallest. There is no inlier threshold
+and no refinement.
+
+Inside this module points are stored component first, ``(3, n)``, so that every operation runs over
+contiguous memory.
+"""
+
+from collections.abc import Callable
+from itertools import combinations
+from math import comb
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
+
+from .similarity import Similarity
+
+__all__ = ["pcr99", "three_point_similarities"]
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+PRESCREEN_THRESHOLD = 0.1  # largest difference between the log edge ratios of a kept triplet
+DRAWS_PER_HYPOTHESIS = 1000  # budget: after so many draws the hypotheses found so far are used
+MAX_BATCH = 1 << 16  # triplets drawn at once, bounds the memory
+TABLE_SIZE = 256  # up to so many cameras all edge ratios are computed once and looked up
+FLAT = 1e-12  # sine below which a triangle has no usable normal
+CHUNK = 1 << 17  # squared errors evaluated at once: 1 MiB, stays in the cache
+
+
+def pcr99(
+    gt_positions: Floats,
+    est_positions: Floats,
+    *,
+    order: int,
+    n_hypotheses: int,
+    rng: np.random.Generator,
+) -> tuple[Similarity | None, int]:
+    """Register estimated camera positions to the ground truth, robustly and up to scale.
+
+    The positions should be centred near the origin: the errors of all hypotheses come from one
+    matrix product, which loses digits where the coordinates are large against the distances.
+
+    Parameters
+    ----------
+    gt_positions, est_positions : (n, 3) array
+        Finite camera centres in the ground-truth and in the estimated world.
+    order : int
+        m of the paper, from 1 to n: the cost of a hypothesis is its m-th smallest position error.
+    n_hypotheses : int
+        Number of prescreened triplets to collect. Where no more than so many triplets exist, all of
+        them are used, each with its three possible first edges, and nothing is random.
+    rng : numpy.random.Generator
+        Source of the random triplets.
+
+    Returns
+    -------
+    alignment : Similarity or None
+        The cheapest hypothesis, from ground truth to estimate; None where no triplet passed.
+    n_used : int
+        Number of hypotheses it was chosen from.
+
+    Notes
+    -----
+    O(n_hypotheses * n) time; memory is bounded by a constant plus O(n). Where triplets hardly ever
+    pass, the search ends after ``1000 * n_hypotheses`` draws.
+
+    References
+    ----------
+    Lee and Civera, "Alignment Scores", section 3, step 2.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.registration import pcr99
+    >>> rng = np.random.default_rng(0)
+    >>> gt = rng.normal(size=(30, 3))
+    >>> est = 2.0 * gt + [1.0, 2.0, 3.0]
+    >>> est[:10] = rng.normal(size=(10, 3))
+    >>> alignment, n_used = pcr99(gt, est, order=4, n_hypotheses=100, rng=rng)
+    >>> round(alignment.scale, 6), n_used
+    (2.0, 100)
+    """
+    gt = np.ascontiguousarray(gt_positions.T)
+    est = np.ascontiguousarray(est_positions.T)
+    with np.errstate(all="ignore"):  # non-finite ratios and errors lose every comparison
+        triplets = _prescreened_triplets(gt, est, n_hypotheses, rng)
+        n_used = triplets.shape[1]
+        if n_used == 0:
+            return None, 0
+        scale, rotation, translation = three_point_similarities(gt, est, triplets)
+        best = _cheapest(gt, est, scale, rotation, translation, order)
+    return Similarity(float(scale[best]), rotation[best], translation[best]), n_used
+
+
+def _prescreened_triplets(
+    gt: Floats, est: Floats, n_hypotheses: int, rng: np.random.Generator
+) -> Indices:
+    """Collect the triplets that pass the prescreening test, (3, H)."""
+    n = gt.shape[1]
+    log_ratio = _log_edge_ratio(gt, est)
+    if comb(n, 3) <= n_hypotheses:
+        return _prescreen(_all_triplets(n), log_ratio)
+    kept: Indices = np.empty((3, 0), dtype=np.intp)
+    drawn, batch = 0, 2 * n_hypotheses
+    while kept.shape[1] < n_hypotheses and drawn < DRAWS_PER_HYPOTHESIS * n_hypotheses:
+        passed = _prescreen(rng.integers(n, size=(3, batch), dtype=np.intp), log_ratio)
+        kept = np.concatenate([kept, passed], axis=1)
+        drawn += batch
+        missing = n_hypotheses - kept.shape[1]
+        batch = min(MAX_BATCH, 64 + int(1.1 * missing * drawn / max(1, kept.shape[1])))
+    return kept[:, :n_hypotheses]
+
+
+def _all_triplets(n: int) -> Indices:
+    """All triplets of n cameras, each three times: every edge is the first edge once."""
+    i, j, k = np.array(list(combinations(range(n), 3)), dtype=np.intp).reshape(-1, 3).T
+    return np.array([np.r_[i, j, k], np.r_[j, k, i], np.r_[k, i, j]])
+
+
+def _prescreen(triplets: Indices, log_ratio: Callable[[Indices, Indices], Floats]) -> Indices:
+    """Keep the triplets whose three log edge ratios differ pairwise by at most the threshold.
+
+    Coincident, repeated and unbounded points give ratios that are not finite and pass no test.
+    """
+    i, j, _ = triplets
+    ij = log_ratio(i, j)
+    ik = log_ratio(i, triplets[2])
+    close = np.flatnonzero(np.abs(ij - ik) <= PRESCREEN_THRESHOLD)
+    ij, ik, triplets = ij[close], ik[close], triplets[:, close]
+    jk = log_ratio(triplets[1], triplets[2])
+    similar = (np.abs(jk - ij) <= PRESCREEN_THRESHOLD) & (np.abs(jk - ik) <= PRESCREEN_THRESHOLD)
+    return triplets[:, similar]
+
+
+def _log_edge_ratio(gt: Floats, est: Floats) -> Callable[[Indices, Indices], Floats]:
+    """Return the function (i, j) -> log(|est_i - est_j| / |gt_i - gt_j|)."""
+    n = gt.shape[1]
+    if n <= TABLE_SIZE:
+        table = np.log(cdist(est.T, est.T) / cdist(gt.T, gt.T)).ravel()
+        return lambda i, j: table.take(i * n + j)
+
+    def log_ratio(i: Indices, j: Indices) -> Floats:
+        gt_edge = gt.take(i, axis=1) - gt.take(j, axis=1)
+        est_edge = est.take(i, axis=1) - est.take(j, axis=1)
+        ratio: Floats = np.log(_dot(est_edge, est_edge) / _dot(gt_edge, gt_edge)) / 2
+        return ratio
+
+    return log_ratio
+
+
+def three_point_similarities(
+    gt: Floats, est: Floats, triplets: Indices
+) -> tuple[Floats, Floats, Floats]:
+    """Similarities from ground truth to estimate, each from three cameras.
+
+    The rotation takes the triangle's frame in the ground truth (first axis along the first edge,
+    second along the normal) to its frame in the estimate; scale and translation are the
+    least-squares ones about the two centroids. A triangle that is flat in either world has no
+    normal: its rotation is the smallest that takes one first edge to the other. The spin about the
+    line that is left open changes no position on that line.
+
+    Parameters
+    ----------
+    gt, est : (3, n) array
+        Camera centres, component first.
+    triplets : (3, H) array of int
+        Camera indices; the first edge goes from the first camera to the second.
+
+    Returns
+    -------
+    scale : (H,) ndarray
+    rotation : (H, 3, 3) ndarray
+    translation : (H, 3) ndarray
+
+    References
+    ----------
+    Lee and Civera, "Alignment Scores", section 3, step 2.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.registration import three_point_similarities
+    >>> gt = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
+    >>> scale, _, translation = three_point_similarities(gt, 2 * gt + 1, np.array([[0], [1], [2]]))
+    >>> scale, translation
+    (array([2.]), array([[1., 1., 1.]]))
+    """
+    a, b = gt[:, triplets], est[:, triplets]  # (3, 3, H): component, corner, hypothesis
+    a_mean, b_mean = a.mean(axis=1), b.mean(axis=1)
+    rotation = _frame_rotations(
+        a[:, 1] - a[:, 0], a[:, 2] - a[:, 0], b[:, 1] - b[:, 0], b[:, 2] - b[:, 0]
+    )
+    a -= a_mean[:, None]
+    b -= b_mean[:, None]
+    covariance = np.einsum("ich,jch->ijh", b, a)
+    scale = np.einsum("ijh,ijh->h", rotation, covariance) / np.einsum("ich,ich->h", a, a)
+    translation = b_mean - scale * np.einsum("ijh,jh->ih", rotation, a_mean)
+    return scale, rotation.transpose(2, 0, 1), translation.T
+
+
+def _frame_rotations(gt_1: Floats, gt_2: Floats, est_1: Floats, est_2: Floats) -> Floats:
+    """Rotations (3, 3, H) between the frames of triangles, given by their two edges (3, H)."""
+    gt_normal, est_normal = _cross(gt_1, gt_2), _cross(est_1, est_2)
+    flat = np.flatnonzero(_is_flat(gt_normal, gt_1, gt_2) | _is_flat(est_normal, est_1, est_2))
+    if flat.size:
+        axis = _common_normal(_unit(gt_1[:, flat]), _unit(est_1[:, flat]))
+        gt_normal[:, flat] = est_normal[:, flat] = axis
+    return np.einsum("kih,kjh->ijh", _frame(est_1, est_normal), _frame(gt_1, gt_normal))
+
+
+def _is_flat(normal: Floats, edge_1: Floats, edge_2: Floats) -> NDArray[np.bool_]:
+    sine_squared = _dot(normal, normal) / (_dot(edge_1, edge_1) * _dot(edge_2, edge_2))
+    return np.logical_not(sine_squared > FLAT**2)
+
+
+def _common_normal(gt_direction: Floats, est_direction: Floats) -> Floats:
+    """Axis (3, H) of the smallest rotation between unit vectors, any normal if they are parallel."""
+    axis = _cross(gt_direction, est_direction)
+    parallel = np.flatnonzero(_dot(axis, axis) <= FLAT)
+    direction = gt_direction[:, parallel]
+    least = np.zeros_like(direction)
+    least[np.argmin(np.abs(direction), axis=0), np.arange(parallel.size)] = 1.0
+    axis[:, parallel] = _cross(direction, least)
+    return axis
+
+
+def _frame(edge: Floats, normal: Floats) -> Floats:
+    """Right-handed orthonormal frames (3 axes, 3, H) from first edges and approximate normals."""
+    first = _unit(edge)
+    second = _unit(normal - _dot(normal, first) * first)
+    return np.stack([first, second, _cross(first, second)])
+
+
+def _cheapest(
+    gt: Floats, est: Floats, scale: Floats, rotation: Floats, translation: Floats, order: int
+) -> int:
+    """Index of the hypothesis with the smallest ``order``-th smallest squared error.
+
+    The squared error ``|est - t|^2 / s^2 - 2 (est - t) . (R gt) / s + |gt|^2`` is linear in 18
+    products of the coordinates, so that all errors are one matrix product. A hypothesis can only
+    win if at least ``order`` of its errors lie below the best cost so far; few need a selection.
+    """
+    n, n_hypotheses = gt.shape[1], len(scale)
+    outer = (est[:, None] * gt).reshape(9, n)
+    features = np.vstack([_dot(est, est), est, _dot(gt, gt), gt, outer, np.ones(n)])
+    r, t = rotation / scale[:, None, None], translation / scale[:, None]
+    coefficients = np.empty((n_hypotheses, 18))
+    coefficients[:, 0] = 1 / scale**2
+    coefficients[:, 1:4] = -2 * t / scale[:, None]
+    coefficients[:, 4] = 1
+    coefficients[:, 5:8] = 2 * np.einsum("hij,hi->hj", rotation, t)
+    coefficients[:, 8:17] = -2 * r.reshape(-1, 9)
+    coefficients[:, 17] = np.einsum("hi,hi->h", t, t)
+
+    best, best_cost, start, size = 0, np.inf, 0, 16  # a small first chunk finds a good bound
+    while start < n_hypotheses:
+        squared_errors = coefficients[start : start + size] @ features
+        able = np.flatnonzero(np.count_nonzero(squared_errors < best_cost, axis=1) >= order)
+        if able.size:
+            costs = np.partition(squared_errors[able], order - 1, axis=1)[:, order - 1]
+            cheapest = int(np.argmin(costs))
+            best, best_cost = start + int(able[cheapest]), costs[cheapest]
+        start += size
+        size = max(16, CHUNK // n)
+    return best
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    product: Floats = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return product
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    return np.stack(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
+
+
+def _unit(a: Floats) -> Floats:
+    return a / np.sqrt(_dot(a, a))

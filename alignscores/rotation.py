@@ -1,0 +1,120 @@
+"""Rotation Alignment Score, RAS (section 4)."""
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+from .averaging import rotation_angles, tlud_mean
+from .histogram import AlignmentScore, equal_steps
+from .validation import (
+    AlignmentWarning,
+    check_rotations,
+    check_same_length,
+    finite_rows,
+)
+
+__all__ = ["RASResult", "ras"]
+
+
+@dataclass(frozen=True, eq=False)
+class RASResult(AlignmentScore):
+    """Rotation Alignment Score with all it was computed from.
+
+    Parameters
+    ----------
+    errors : (n,) ndarray
+        Angular error of each camera in degrees; infinite for a camera that was not estimated.
+    thresholds : (K,) ndarray
+        Error thresholds in degrees.
+    alignment : (3, 3) ndarray or None
+        The rotation from the ground-truth world to the estimated world; None where no camera was
+        estimated.
+
+    Attributes
+    ----------
+    score : float
+        RAS, from 0 to 1; also ``float(result)``.
+    cumulative_frequency : (K,) ndarray of int
+        Number of errors below each threshold.
+    """
+
+    alignment: NDArray[np.float64] | None
+
+
+def ras(
+    gt_rotations: ArrayLike | Rotation,
+    est_rotations: ArrayLike | Rotation,
+    *,
+    max_threshold_deg: float = 10.0,
+    n_thresholds: int = 100,
+) -> RASResult:
+    """Rotation Alignment Score: how well estimated camera rotations match the ground truth.
+
+    The estimate may live in a world of its own: it is aligned by a robust average of the rotations
+    between the two worlds. No positions are needed, and nothing is random.
+
+    Parameters
+    ----------
+    gt_rotations : (n, 3, 3) array_like or scipy Rotation
+        Camera-to-world rotations: the columns are the camera's axes in the ground-truth world.
+    est_rotations : (n, 3, 3) array_like or scipy Rotation
+        Camera-to-world rotations in the estimated world; row i is the camera of row i of the ground
+        truth. A row that is not finite is a camera that was not estimated: it counts as a failure.
+    max_threshold_deg : float
+        Largest error threshold in degrees.
+    n_thresholds : int
+        Number of equally spaced thresholds up to the largest.
+
+    Returns
+    -------
+    RASResult
+        The score with errors, thresholds, cumulative frequency and alignment.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed, or a matrix is no rotation.
+
+    Warns
+    -----
+    AlignmentWarning
+        Where no camera was estimated; the score is 0.
+
+    Notes
+    -----
+    O(n^2) time, O(n) memory beyond a constant.
+
+    References
+    ----------
+    Lee and Civera, "Alignment Scores", section 4.
+
+    Examples
+    --------
+    >>> from scipy.spatial.transform import Rotation
+    >>> from alignscores import ras
+    >>> gt = Rotation.from_euler("z", [0, 40, 80, 120], degrees=True)
+    >>> est = Rotation.from_euler("xz", [[5, 0], [5, 40], [5, 80], [90, 120]], degrees=True)
+    >>> result = ras(gt, est)
+    >>> result.score
+    0.75
+    """
+    gt = check_rotations(gt_rotations, "gt_rotations", complete=True)
+    est = check_rotations(est_rotations, "est_rotations", complete=False)
+    check_same_length(gt, est, "gt_rotations", "est_rotations")
+    thresholds = equal_steps(max_threshold_deg, n_thresholds, "max_threshold_deg")
+
+    estimated = finite_rows(est)
+    errors = np.full(len(gt), np.inf)
+    alignment = None
+    if estimated.any():
+        gt, est = gt[estimated], est[estimated]
+        alignment = tlud_mean(est @ gt.transpose(0, 2, 1))
+        errors[estimated] = rotation_angles((alignment @ gt).transpose(0, 2, 1) @ est)
+    else:
+        warnings.warn(
+            "RAS is 0: no camera in est_rotations was estimated", AlignmentWarning, stacklevel=2
+        )
+    return RASResult(errors=errors, thresholds=thresholds, alignment=alignment)

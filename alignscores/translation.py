@@ -1,0 +1,251 @@
+"""Translation Alignment Score, TAS (section 3)."""
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
+
+from .histogram import AlignmentScore, equal_steps
+from .registration import pcr99
+from .similarity import Similarity
+from .validation import (
+    AlignmentWarning,
+    check_positions,
+    check_positive,
+    check_same_length,
+    finite_rows,
+)
+
+__all__ = ["TASResult", "closest_pair_quartile", "tas"]
+
+Floats = NDArray[np.float64]
+Seed = int | np.random.SeedSequence | np.random.Generator | None
+
+REGISTRATIONS = {"pcr99": pcr99}
+
+
+@dataclass(frozen=True, eq=False)
+class TASResult(AlignmentScore):
+    """Translation Alignment Score with all it was computed from.
+
+    Parameters
+    ----------
+    errors : (n,) ndarray
+        Position error of each camera in ground-truth units; infinite for a camera that was not
+        estimated.
+    thresholds : (K,) ndarray
+        Error thresholds in ground-truth units.
+    alignment : Similarity or None
+        The registration, from ground truth to estimate; None where there is none.
+    unit : float
+        d of the paper: the upper quartile of the closest-pair distances, in ground-truth units.
+    n_hypotheses : int
+        Number of hypotheses the registration was chosen from.
+
+    Attributes
+    ----------
+    score : float
+        TAS, from 0 to 1; also ``float(result)``.
+    cumulative_frequency : (K,) ndarray of int
+        Number of errors below each threshold.
+    """
+
+    alignment: Similarity | None
+    unit: float
+    n_hypotheses: int
+
+
+def tas(
+    gt_positions: ArrayLike,
+    est_positions: ArrayLike,
+    *,
+    rng: Seed = 0,
+    unit: float | None = None,
+    n_hypotheses: int = 1000,
+    max_threshold: float = 1.0,
+    n_thresholds: int = 100,
+    registration: str = "pcr99",
+) -> TASResult:
+    """Translation Alignment Score: how well estimated camera positions match the ground truth.
+
+    The estimate may live in a world of its own: it is registered to the ground truth by a
+    similarity. No metric scale and no rotations are needed.
+
+    Parameters
+    ----------
+    gt_positions : (n, 3) array_like
+        Camera centres in the ground-truth world, at least 4 of them (3 where `unit` is given), in
+        any unit.
+    est_positions : (n, 3) array_like
+        Camera centres in the estimated world; row i is the camera of row i of the ground truth. A
+        row that is not finite is a camera that was not estimated: it counts as a failure.
+    rng : int, SeedSequence, Generator or None
+        Seed of the registration's random sampling; the same seed gives the same score, bit for bit.
+    unit : float, optional
+        d in ground-truth units; by default the upper quartile of the closest-pair distances.
+    n_hypotheses : int
+        Number of hypotheses of the registration.
+    max_threshold : float
+        Largest error threshold in units of d.
+    n_thresholds : int
+        Number of equally spaced thresholds up to the largest.
+    registration : {"pcr99"}
+        Registration method; "pcr99" is the one of the paper.
+
+    Returns
+    -------
+    TASResult
+        The score with errors, thresholds, cumulative frequency, alignment, d and the number of
+        hypotheses.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed, or d does not exist: fewer than 4 cameras, or three quarters
+        of the cameras coincide with another one. The latter two can be cured by `unit`.
+
+    Warns
+    -----
+    AlignmentWarning
+        Where the estimate cannot be aligned, for example since it has fewer than 3 distinct
+        positions; the score is 0.
+
+    Notes
+    -----
+    The published registration is random: the score scatters from seed to seed (standard deviation
+    about 0.02 for 100 cameras). It is deterministic where no more than `n_hypotheses` triplets of
+    cameras exist, up to 19 cameras by default.
+
+    O(n log n + n_hypotheses * n) time, O(n) memory.
+
+    References
+    ----------
+    Lee and Civera, "Alignment Scores", section 3.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import tas
+    >>> rng = np.random.default_rng(1)
+    >>> gt = rng.random((50, 3))
+    >>> est = 10 * gt + [5, 0, 0]
+    >>> tas(gt, est).score
+    1.0
+    >>> est[:5] = np.nan
+    >>> tas(gt, est).score
+    0.9
+    """
+    gt = check_positions(gt_positions, "gt_positions", complete=True)
+    est = check_positions(est_positions, "est_positions", complete=False)
+    check_same_length(gt, est, "gt_positions", "est_positions")
+    check_positive(n_hypotheses, "n_hypotheses", integer=True)
+    if registration not in REGISTRATIONS:
+        raise ValueError(
+            f"registration must be one of {sorted(REGISTRATIONS)}, not {registration!r}"
+        )
+    if unit is None:
+        unit = closest_pair_quartile(gt)
+    check_positive(unit, "unit")
+    thresholds = unit * equal_steps(max_threshold, n_thresholds, "max_threshold")
+
+    estimated = finite_rows(est)
+    errors = np.full(len(gt), np.inf)
+    alignment, n_used = _register(
+        gt[estimated],
+        est[estimated],
+        order=max(4, (len(gt) + 5) // 10),
+        n_hypotheses=n_hypotheses,
+        rng=np.random.default_rng(rng),
+        registration=registration,
+    )
+    if alignment is None:
+        distinct = len(np.unique(est[estimated], axis=0))
+        warnings.warn(
+            f"TAS is 0: the estimate cannot be aligned, since none of its camera triplets resembles "
+            f"the ground truth ({distinct} distinct estimated positions of {len(gt)} cameras)",
+            AlignmentWarning,
+            stacklevel=2,
+        )
+    else:
+        errors[estimated] = alignment.position_errors(gt[estimated], est[estimated])
+    return TASResult(
+        errors=errors,
+        thresholds=thresholds,
+        alignment=alignment,
+        unit=float(unit),
+        n_hypotheses=n_used,
+    )
+
+
+def closest_pair_quartile(gt_positions: ArrayLike) -> float:
+    """d of the paper: the upper quartile of the distances to the closest other camera.
+
+    Parameters
+    ----------
+    gt_positions : (n, 3) array_like
+        Finite camera centres, at least 4.
+
+    Returns
+    -------
+    float
+        The ceil(3n/4)-th smallest of the n distances, in the unit of the positions.
+
+    Raises
+    ------
+    ValueError
+        Where there are fewer than 4 cameras, or d is 0.
+
+    References
+    ----------
+    Lee and Civera, "Alignment Scores", eq. 1.
+
+    Examples
+    --------
+    >>> from alignscores import closest_pair_quartile
+    >>> closest_pair_quartile([[0, 0, 0], [1, 0, 0], [3, 0, 0], [7, 0, 0]])
+    2.0
+    """
+    gt = check_positions(gt_positions, "gt_positions", complete=True)
+    n = len(gt)
+    if n < 4:
+        raise ValueError(
+            f"TAS needs at least 4 ground-truth cameras to derive its unit, but there are {n}; "
+            "pass unit= to set it by hand"
+        )
+    closest = cKDTree(gt).query(gt, k=2)[0][:, 1]
+    rank = (3 * n + 3) // 4
+    d = float(np.partition(closest, rank - 1)[rank - 1])
+    if d == 0:
+        raise ValueError(
+            "TAS has no unit: at least three quarters of the cameras in gt_positions coincide with "
+            "another one; pass unit= to set it by hand"
+        )
+    return d
+
+
+def _register(
+    gt: Floats,
+    est: Floats,
+    *,
+    order: int,
+    n_hypotheses: int,
+    rng: np.random.Generator,
+    registration: str,
+) -> tuple[Similarity | None, int]:
+    """Register finite positions; both clouds are centred, so that far-off worlds lose no digits."""
+    if len(gt) < 3:
+        return None, 0
+    gt_centre, est_centre = np.median(gt, axis=0), np.median(est, axis=0)
+    local, n_used = REGISTRATIONS[registration](
+        gt - gt_centre,
+        est - est_centre,
+        order=min(order, len(gt)),
+        n_hypotheses=n_hypotheses,
+        rng=rng,
+    )
+    if local is None:
+        return None, n_used
+    translation = est_centre + local.translation - local.scale * local.rotation @ gt_centre
+    return Similarity(local.scale, local.rotation, translation), n_used

@@ -1,0 +1,121 @@
+"""Checks of user input, shared by all metrics: every error names the argument, row and reason."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+__all__ = [
+    "AlignmentWarning",
+    "check_positions",
+    "check_poses",
+    "check_positive",
+    "check_rotations",
+    "check_same_length",
+    "finite_rows",
+]
+
+Floats = NDArray[np.float64]
+
+ROTATION_TOLERANCE = 1e-6  # largest entry of R^T R - I that still counts as a rotation
+
+
+class AlignmentWarning(UserWarning):
+    """The estimate could not be aligned to the ground truth: the score is 0."""
+
+
+def check_positions(values: ArrayLike, name: str, *, complete: bool) -> Floats:
+    """Return camera centres as (n, 3) floats; `complete` refuses non-finite rows."""
+    positions = _real_array(values, name)
+    if positions.ndim != 2 or positions.shape[1] != 3:
+        raise ValueError(f"{name} must have shape (n, 3), not {positions.shape}")
+    _check_rows(positions, name, complete)
+    return positions
+
+
+def check_rotations(values: ArrayLike | Rotation, name: str, *, complete: bool) -> Floats:
+    """Return rotations as (n, 3, 3) floats; `complete` refuses non-finite rows."""
+    if isinstance(values, Rotation):
+        values = values.as_matrix()
+    rotations = _real_array(values, name)
+    if rotations.ndim != 3 or rotations.shape[1:] != (3, 3):
+        raise ValueError(f"{name} must have shape (n, 3, 3), not {rotations.shape}")
+    _check_rows(rotations, name, complete)
+    _check_orthonormal(rotations, name)
+    return rotations
+
+
+def check_poses(values: ArrayLike, name: str, *, complete: bool) -> tuple[Floats, Floats]:
+    """Return the rotations (n, 3, 3) and positions (n, 3) of camera-to-world poses."""
+    poses = _real_array(values, name)
+    if poses.ndim != 3 or poses.shape[1:] not in ((4, 4), (3, 4)):
+        raise ValueError(f"{name} must have shape (n, 4, 4) or (n, 3, 4), not {poses.shape}")
+    _check_rows(poses[:, :3], name, complete)
+    _check_orthonormal(poses[:, :3, :3], name)
+    if poses.shape[1] == 4:
+        wrong = np.abs(poses[:, 3] - [0.0, 0.0, 0.0, 1.0]).max(axis=1) > ROTATION_TOLERANCE
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            raise ValueError(f"{name}[{row}] has the last row {poses[row, 3]}, not [0, 0, 0, 1]")
+    return np.ascontiguousarray(poses[:, :3, :3]), np.ascontiguousarray(poses[:, :3, 3])
+
+
+def check_same_length(gt: Floats, est: Floats, gt_name: str, est_name: str) -> None:
+    """Refuse a ground truth and an estimate with different numbers of cameras."""
+    if len(gt) != len(est):
+        raise ValueError(
+            f"{gt_name} has {len(gt)} cameras but {est_name} has {len(est)}; "
+            "row i of both must be the same camera"
+        )
+
+
+def check_positive(value: float, name: str, *, integer: bool = False) -> None:
+    """Refuse a parameter that is not a positive, finite (whole) number."""
+    kinds = (int, np.integer) if integer else (int, float, np.integer, np.floating)
+    if isinstance(value, bool) or not isinstance(value, kinds) or not 0 < value < np.inf:
+        kind = "whole number" if integer else "finite number"
+        raise ValueError(f"{name} must be a positive {kind}, not {value!r}")
+
+
+def finite_rows(array: Floats) -> NDArray[np.bool_]:
+    """Tell which cameras have finite values throughout: the ones that were estimated."""
+    finite: NDArray[np.bool_] = np.isfinite(array).reshape(len(array), -1).all(axis=1)
+    return finite
+
+
+def _real_array(values: Any, name: str) -> Floats:
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise ValueError(f"{name} is not a regular array: {error}") from None
+    if array.dtype.kind not in "fiu":
+        raise ValueError(f"{name} must hold real numbers, not {array.dtype}")
+    return np.asarray(array, dtype=np.float64)
+
+
+def _check_rows(array: Floats, name: str, complete: bool) -> None:
+    if len(array) == 0:
+        raise ValueError(f"{name} has no cameras")
+    if complete and not np.isfinite(array).all():
+        row = int(np.argmin(finite_rows(array)))
+        raise ValueError(f"{name}[{row}] is not finite")
+
+
+def _check_orthonormal(rotations: Floats, name: str) -> None:
+    """Refuse finite matrices that are no rotation."""
+    with np.errstate(all="ignore"):
+        gram = rotations.transpose(0, 2, 1) @ rotations
+        deviation = np.abs(gram - np.eye(3)).reshape(-1, 9).max(axis=1)
+        first, second, third = rotations.transpose(1, 0, 2)
+        determinant = np.einsum("ni,ni->n", np.cross(first, second), third)
+        wrong = (deviation > ROTATION_TOLERANCE) | (determinant < 0)
+    wrong &= finite_rows(rotations)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        reason = (
+            f"R^T R differs from the identity by {deviation[row]:.1e}"
+            if deviation[row] > ROTATION_TOLERANCE
+            else "its determinant is -1, a reflection"
+        )
+        raise ValueError(f"{name}[{row}] is not a rotation: {reason}")
