@@ -1,8 +1,8 @@
 """Alignment scores: robust metrics for the accuracy of multiview camera poses.
 
-TAS, RAS and PAS score estimated camera positions, rotations and poses against the ground truth, from
-0 to 1. Conventions throughout: the reference comes first, poses are camera-to-world, angles are
-degrees.
+TAS, RAS and PAS score estimated camera positions, rotations and poses against the ground truth,
+from 0 to 1. Conventions throughout: the reference comes first, poses are camera-to-world, angles
+are degrees.
 
 Source: S. H. Lee and J. Civera, "Alignment Scores: Robust Metrics for Multiview Pose Accuracy
 Evaluation".

@@ -1,8 +1,13 @@
 """Single rotation averaging: the chordal, the geodesic L1 and the robust TLUD mean."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
+import scipy  # its parts are loaded when first used: importing this package stays quick
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 __all__ = [
     "chordal_mean",
@@ -67,7 +72,7 @@ def chordal_mean(rotations: Floats) -> Floats:
     --------
     >>> from scipy.spatial.transform import Rotation
     >>> from alignscores.averaging import chordal_mean
-    >>> turns = Rotation.from_euler("z", [10, 20, 30], degrees=True).as_matrix()
+    >>> turns = Rotation.from_euler("z", [[10], [20], [30]], degrees=True).as_matrix()
     >>> Rotation.from_matrix(chordal_mean(turns)).as_euler("xyz", degrees=True).round(6)
     array([ 0.,  0., 20.])
     """
@@ -97,30 +102,36 @@ def geodesic_l1_mean(
 
     Notes
     -----
-    A rotation that the iterate coincides with has no direction and is passed over in that step.
+    Rotations that the iterate coincides with have no direction: each holds it against the pull of
+    one other, as in the reference. So an exact majority is the result, not a source of jumps.
 
     References
     ----------
     Hartley, Aftab and Trumpf, "L1 rotation averaging using the Weiszfeld algorithm", CVPR 2011.
+    Vardi and Zhang, "The multivariate L1-median and associated data depth", PNAS 2000, for the
+    coincidence.
 
     Examples
     --------
     >>> from scipy.spatial.transform import Rotation
     >>> from alignscores.averaging import chordal_mean, geodesic_l1_mean
-    >>> turns = Rotation.from_euler("z", [10, 10.5, 11, 150], degrees=True).as_matrix()
+    >>> turns = Rotation.from_euler("z", [[10], [10.5], [11], [150]], degrees=True).as_matrix()
     >>> mean = geodesic_l1_mean(turns, chordal_mean(turns), max_steps=100)
     >>> bool(10.4 < Rotation.from_matrix(mean).as_euler("xyz", degrees=True)[2] < 11.1)
     True
     """
     mean = start
     for _ in range(max_steps):
-        residuals = Rotation.from_matrix(rotations @ mean.T, assume_valid=True).as_rotvec()
+        residuals = _from_matrix(rotations @ mean.T).as_rotvec()
         angles = np.sqrt(np.einsum("ni,ni->n", residuals, residuals))
         weights = np.divide(1.0, angles, out=np.zeros_like(angles), where=angles > 0)
-        if not weights.any():
+        pull = weights @ residuals
+        strength = np.linalg.norm(pull)
+        resting = len(weights) - np.count_nonzero(weights)
+        if strength <= resting:
             break
-        step = weights @ residuals / weights.sum()
-        mean = Rotation.from_rotvec(step).as_matrix() @ mean
+        step = (1 - resting / strength) * pull / weights.sum()
+        mean = scipy.spatial.transform.Rotation.from_rotvec(step).as_matrix() @ mean
         if np.linalg.norm(step) < tolerance:
             break
     return mean
@@ -155,7 +166,9 @@ def tlud_mean(rotations: Floats) -> Floats:
     >>> import numpy as np
     >>> from scipy.spatial.transform import Rotation
     >>> from alignscores.averaging import tlud_mean
-    >>> turns = Rotation.from_euler("z", [9, 10, 11, 80, 160, 240], degrees=True).as_matrix()
+    >>> turns = Rotation.from_euler(
+    ...     "z", [[9], [10], [11], [80], [160], [240]], degrees=True
+    ... ).as_matrix()
     >>> Rotation.from_matrix(tlud_mean(turns)).as_euler("xyz", degrees=True).round(2)
     array([ 0.,  0., 10.])
     """
@@ -189,14 +202,19 @@ def rotation_angles(rotations: Floats) -> Floats:
     --------
     >>> from scipy.spatial.transform import Rotation
     >>> from alignscores.averaging import rotation_angles
-    >>> turns = Rotation.from_euler("y", [0, 1e-9, 180], degrees=True).as_matrix()
+    >>> turns = Rotation.from_euler("y", [[0], [1e-9], [180]], degrees=True).as_matrix()
     >>> rotation_angles(turns)
     array([0.e+00, 1.e-09, 1.8e+02])
     """
-    return np.degrees(Rotation.from_matrix(rotations, assume_valid=True).magnitude())
+    angles: Floats = np.degrees(_from_matrix(rotations).magnitude())
+    return angles
+
+
+def _from_matrix(rotations: Floats) -> "Rotation":
+    return scipy.spatial.transform.Rotation.from_matrix(rotations, assume_valid=True)
 
 
 def _chordal_distances(a: Floats, b: Floats) -> Floats:
     """Frobenius distances (h, n) between rotations stored as rows of 9 numbers."""
-    squared = 6.0 - 2.0 * (a @ b.T)
+    squared: Floats = 6.0 - 2.0 * (a @ b.T)
     return np.sqrt(np.maximum(squared, 0.0, out=squared), out=squared)

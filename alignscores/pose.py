@@ -49,7 +49,7 @@ def pas(
     n_thresholds: int = 100,
     registration: str = "pcr99",
 ) -> PASResult:
-    """Pose Alignment Score: the weighted mean of TAS and RAS.
+    """Score how well estimated camera poses match the ground truth: PAS, the mean of TAS and RAS.
 
     Positions and rotations are aligned independently of each other.
 

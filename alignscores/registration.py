@@ -1,8 +1,8 @@
 """Robust registration of camera positions: PCR-99 with unknown scale (section 3, step 2).
 
-The paper draws random triplets of cameras, prescreens them by the ratios of their edge lengths, and
-takes the hypothesis whose m-th smallest position error is the smallest. There is no inlier threshold
-and no refinement.
+The paper draws random triplets of cameras, prescreens them by the ratios of their edge lengths,
+and takes the hypothesis whose m-th smallest position error is the smallest. There is no inlier
+threshold and no refinement.
 
 Inside this module points are stored component first, ``(3, n)``, so that every operation runs over
 contiguous memory.
@@ -13,8 +13,8 @@ from itertools import combinations
 from math import comb
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial.distance import cdist
 
 from .similarity import Similarity
 
@@ -28,7 +28,7 @@ DRAWS_PER_HYPOTHESIS = 1000  # budget: after so many draws the hypotheses found 
 MAX_BATCH = 1 << 16  # triplets drawn at once, bounds the memory
 TABLE_SIZE = 256  # up to so many cameras all edge ratios are computed once and looked up
 FLAT = 1e-12  # sine below which a triangle has no usable normal
-CHUNK = 1 << 17  # squared errors evaluated at once: 1 MiB, stays in the cache
+CHUNK = 1 << 15  # squared errors evaluated at once: 256 KiB, stays in the cache
 
 
 def pcr99(
@@ -140,6 +140,7 @@ def _log_edge_ratio(gt: Floats, est: Floats) -> Callable[[Indices, Indices], Flo
     """Return the function (i, j) -> log(|est_i - est_j| / |gt_i - gt_j|)."""
     n = gt.shape[1]
     if n <= TABLE_SIZE:
+        cdist = scipy.spatial.distance.cdist
         table = np.log(cdist(est.T, est.T) / cdist(gt.T, gt.T)).ravel()
         return lambda i, j: table.take(i * n + j)
 
@@ -189,36 +190,45 @@ def three_point_similarities(
     >>> scale, translation
     (array([2.]), array([[1., 1., 1.]]))
     """
-    a, b = gt[:, triplets], est[:, triplets]  # (3, 3, H): component, corner, hypothesis
-    a_mean, b_mean = a.mean(axis=1), b.mean(axis=1)
-    rotation = _frame_rotations(
-        a[:, 1] - a[:, 0], a[:, 2] - a[:, 0], b[:, 1] - b[:, 0], b[:, 2] - b[:, 0]
-    )
-    a -= a_mean[:, None]
-    b -= b_mean[:, None]
-    covariance = np.einsum("ich,jch->ijh", b, a)
-    scale = np.einsum("ijh,ijh->h", rotation, covariance) / np.einsum("ich,ich->h", a, a)
-    translation = b_mean - scale * np.einsum("ijh,jh->ih", rotation, a_mean)
+    gt_corners, est_corners = gt.take(triplets, axis=1), est.take(triplets, axis=1)
+    gt_1, gt_2 = gt_corners[:, 1] - gt_corners[:, 0], gt_corners[:, 2] - gt_corners[:, 0]
+    est_1, est_2 = est_corners[:, 1] - est_corners[:, 0], est_corners[:, 2] - est_corners[:, 0]
+    gt_frame, est_frame = _frames(gt_1, gt_2, est_1, est_2)
+    rotation = np.einsum("kih,kjh->ijh", est_frame, gt_frame)
+
+    # In the common plane of its first and third axis a triangle is the edges (x1, 0) and (x2, y2).
+    gt_plane = _dot(gt_1, gt_frame[0]), _dot(gt_2, gt_frame[0]), _dot(gt_2, gt_frame[2])
+    est_plane = _dot(est_1, est_frame[0]), _dot(est_2, est_frame[0]), _dot(est_2, est_frame[2])
+    scale = _corner_product(est_plane, gt_plane) / _corner_product(gt_plane, gt_plane)
+    gt_centroid, est_centroid = gt_corners.mean(axis=1), est_corners.mean(axis=1)
+    translation = est_centroid - scale * np.einsum("ijh,jh->ih", rotation, gt_centroid)
     return scale, rotation.transpose(2, 0, 1), translation.T
 
 
-def _frame_rotations(gt_1: Floats, gt_2: Floats, est_1: Floats, est_2: Floats) -> Floats:
-    """Rotations (3, 3, H) between the frames of triangles, given by their two edges (3, H)."""
+def _corner_product(a: tuple[Floats, ...], b: tuple[Floats, ...]) -> Floats:
+    """Sum of a . b over the corners about the centroids, for coplanar triangles (x1, x2, y2)."""
+    (a1, a2, ay), (b1, b2, by) = a, b
+    return a1 * b1 + a2 * b2 + ay * by - ((a1 + a2) * (b1 + b2) + ay * by) / 3
+
+
+def _frames(gt_1: Floats, gt_2: Floats, est_1: Floats, est_2: Floats) -> tuple[Floats, Floats]:
+    """Frames (3 axes, 3, H) of triangles in both worlds, given by their two edges (3, H)."""
     gt_normal, est_normal = _cross(gt_1, gt_2), _cross(est_1, est_2)
     flat = np.flatnonzero(_is_flat(gt_normal, gt_1, gt_2) | _is_flat(est_normal, est_1, est_2))
     if flat.size:
         axis = _common_normal(_unit(gt_1[:, flat]), _unit(est_1[:, flat]))
         gt_normal[:, flat] = est_normal[:, flat] = axis
-    return np.einsum("kih,kjh->ijh", _frame(est_1, est_normal), _frame(gt_1, gt_normal))
+    return _frame(gt_1, gt_normal), _frame(est_1, est_normal)
 
 
 def _is_flat(normal: Floats, edge_1: Floats, edge_2: Floats) -> NDArray[np.bool_]:
-    sine_squared = _dot(normal, normal) / (_dot(edge_1, edge_1) * _dot(edge_2, edge_2))
-    return np.logical_not(sine_squared > FLAT**2)
+    edges_squared = _dot(edge_1, edge_1) * _dot(edge_2, edge_2)
+    flat: NDArray[np.bool_] = _dot(normal, normal) <= FLAT**2 * edges_squared
+    return flat
 
 
 def _common_normal(gt_direction: Floats, est_direction: Floats) -> Floats:
-    """Axis (3, H) of the smallest rotation between unit vectors, any normal if they are parallel."""
+    """Axis (3, H) of the smallest rotation between unit vectors; any normal if parallel."""
     axis = _cross(gt_direction, est_direction)
     parallel = np.flatnonzero(_dot(axis, axis) <= FLAT)
     direction = gt_direction[:, parallel]

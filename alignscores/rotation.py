@@ -2,10 +2,10 @@
 
 import warnings
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from .averaging import rotation_angles, tlud_mean
 from .histogram import AlignmentScore, equal_steps
@@ -15,6 +15,9 @@ from .validation import (
     check_same_length,
     finite_rows,
 )
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 __all__ = ["RASResult", "ras"]
 
@@ -45,13 +48,13 @@ class RASResult(AlignmentScore):
 
 
 def ras(
-    gt_rotations: ArrayLike | Rotation,
-    est_rotations: ArrayLike | Rotation,
+    gt_rotations: "ArrayLike | Rotation",
+    est_rotations: "ArrayLike | Rotation",
     *,
     max_threshold_deg: float = 10.0,
     n_thresholds: int = 100,
 ) -> RASResult:
-    """Rotation Alignment Score: how well estimated camera rotations match the ground truth.
+    """Score how well estimated camera rotations match the ground truth: RAS.
 
     The estimate may live in a world of its own: it is aligned by a robust average of the rotations
     between the two worlds. No positions are needed, and nothing is random.
@@ -95,10 +98,9 @@ def ras(
     --------
     >>> from scipy.spatial.transform import Rotation
     >>> from alignscores import ras
-    >>> gt = Rotation.from_euler("z", [0, 40, 80, 120], degrees=True)
-    >>> est = Rotation.from_euler("xz", [[5, 0], [5, 40], [5, 80], [90, 120]], degrees=True)
-    >>> result = ras(gt, est)
-    >>> result.score
+    >>> gt = Rotation.from_euler("z", [[0], [40], [80], [120]], degrees=True)
+    >>> est = Rotation.from_euler("x", [[5], [5], [5], [90]], degrees=True) * gt
+    >>> ras(gt, est).score
     0.75
     """
     gt = check_rotations(gt_rotations, "gt_rotations", complete=True)

@@ -12,8 +12,8 @@ __all__ = ["Similarity"]
 class Similarity:
     """Similarity that takes ground-truth positions to estimated positions.
 
-    A camera at ``c`` in the ground-truth world is expected at ``scale * rotation @ c + translation``
-    in the estimated world.
+    A camera at ``c`` in the ground-truth world is expected at
+    ``scale * rotation @ c + translation`` in the estimated world.
 
     Parameters
     ----------

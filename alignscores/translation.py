@@ -4,8 +4,8 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 
 from .histogram import AlignmentScore, equal_steps
 from .registration import pcr99
@@ -68,7 +68,7 @@ def tas(
     n_thresholds: int = 100,
     registration: str = "pcr99",
 ) -> TASResult:
-    """Translation Alignment Score: how well estimated camera positions match the ground truth.
+    """Score how well estimated camera positions match the ground truth: TAS.
 
     The estimate may live in a world of its own: it is registered to the ground truth by a
     similarity. No metric scale and no rotations are needed.
@@ -163,7 +163,7 @@ def tas(
     if alignment is None:
         distinct = len(np.unique(est[estimated], axis=0))
         warnings.warn(
-            f"TAS is 0: the estimate cannot be aligned, since none of its camera triplets resembles "
+            "TAS is 0: the estimate cannot be aligned, since none of its camera triplets resembles "
             f"the ground truth ({distinct} distinct estimated positions of {len(gt)} cameras)",
             AlignmentWarning,
             stacklevel=2,
@@ -180,7 +180,7 @@ def tas(
 
 
 def closest_pair_quartile(gt_positions: ArrayLike) -> float:
-    """d of the paper: the upper quartile of the distances to the closest other camera.
+    """Return d of the paper: the upper quartile of the distances to the closest other camera.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
             f"TAS needs at least 4 ground-truth cameras to derive its unit, but there are {n}; "
             "pass unit= to set it by hand"
         )
-    closest = cKDTree(gt).query(gt, k=2)[0][:, 1]
+    closest = scipy.spatial.cKDTree(gt).query(gt, k=2)[0][:, 1]
     rank = (3 * n + 3) // 4
     d = float(np.partition(closest, rank - 1)[rank - 1])
     if d == 0:

@@ -1,15 +1,18 @@
 """Checks of user input, shared by all metrics: every error names the argument, row and reason."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 __all__ = [
     "AlignmentWarning",
-    "check_positions",
     "check_poses",
+    "check_positions",
     "check_positive",
     "check_rotations",
     "check_same_length",
@@ -34,9 +37,9 @@ def check_positions(values: ArrayLike, name: str, *, complete: bool) -> Floats:
     return positions
 
 
-def check_rotations(values: ArrayLike | Rotation, name: str, *, complete: bool) -> Floats:
+def check_rotations(values: "ArrayLike | Rotation", name: str, *, complete: bool) -> Floats:
     """Return rotations as (n, 3, 3) floats; `complete` refuses non-finite rows."""
-    if isinstance(values, Rotation):
+    if isinstance(values, scipy.spatial.transform.Rotation):
         values = values.as_matrix()
     rotations = _real_array(values, name)
     if rotations.ndim != 3 or rotations.shape[1:] != (3, 3):
@@ -54,9 +57,9 @@ def check_poses(values: ArrayLike, name: str, *, complete: bool) -> tuple[Floats
     _check_rows(poses[:, :3], name, complete)
     _check_orthonormal(poses[:, :3, :3], name)
     if poses.shape[1] == 4:
-        wrong = np.abs(poses[:, 3] - [0.0, 0.0, 0.0, 1.0]).max(axis=1) > ROTATION_TOLERANCE
-        if wrong.any():
-            row = int(np.argmax(wrong))
+        deviation = np.abs(poses[:, 3] - [0.0, 0.0, 0.0, 1.0]).max(axis=1)
+        if deviation.max() > ROTATION_TOLERANCE:
+            row = int(np.argmax(deviation))
             raise ValueError(f"{name}[{row}] has the last row {poses[row, 3]}, not [0, 0, 0, 1]")
     return np.ascontiguousarray(poses[:, :3, :3]), np.ascontiguousarray(poses[:, :3, 3])
 
@@ -80,8 +83,7 @@ def check_positive(value: float, name: str, *, integer: bool = False) -> None:
 
 def finite_rows(array: Floats) -> NDArray[np.bool_]:
     """Tell which cameras have finite values throughout: the ones that were estimated."""
-    finite: NDArray[np.bool_] = np.isfinite(array).reshape(len(array), -1).all(axis=1)
-    return finite
+    return np.asarray(np.isfinite(array).reshape(len(array), -1).all(axis=1))
 
 
 def _real_array(values: Any, name: str) -> Floats:
@@ -109,8 +111,7 @@ def _check_orthonormal(rotations: Floats, name: str) -> None:
         deviation = np.abs(gram - np.eye(3)).reshape(-1, 9).max(axis=1)
         first, second, third = rotations.transpose(1, 0, 2)
         determinant = np.einsum("ni,ni->n", np.cross(first, second), third)
-        wrong = (deviation > ROTATION_TOLERANCE) | (determinant < 0)
-    wrong &= finite_rows(rotations)
+        wrong = ((deviation > ROTATION_TOLERANCE) | (determinant < 0)) & finite_rows(rotations)
     if wrong.any():
         row = int(np.argmax(wrong))
         reason = (
