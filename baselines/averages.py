@@ -1,0 +1,132 @@
+"""Averages that the baselines align with: geometric median, geodesic L1 and L2 rotation mean."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from alignscores.averaging import (
+    WEISZFELD_STEPS,
+    chordal_mean,
+    geodesic_l1_mean,
+    project_to_rotation,
+)
+
+__all__ = ["geometric_median", "rotation_l1_mean", "rotation_l2_mean"]
+
+Floats = NDArray[np.float64]
+
+L2_STEPS = 100  # bound; 4 steps do without outliers, some 20 with half of them
+L2_TOLERANCE = 1e-12  # radians; a smaller step is rounding
+
+
+def geometric_median(points: Floats, *, max_steps: int = WEISZFELD_STEPS) -> Floats:
+    """Return the point with the smallest sum of distances to the given ones.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        Finite points.
+    max_steps : int
+        Largest number of Weiszfeld steps, from the coordinate-wise median.
+
+    Returns
+    -------
+    (3,) ndarray
+        The last iterate, in the unit of the points.
+
+    Notes
+    -----
+    Points that the iterate coincides with have no direction: each holds it against the pull of one
+    other, as in the reference.
+
+    References
+    ----------
+    Vardi and Zhang, "The multivariate L1-median and associated data depth", PNAS 2000.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from baselines.averages import geometric_median
+    >>> geometric_median(np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [1, 5, 0], [1, -9, 0]]))
+    array([1., 0., 0.])
+    """
+    median: Floats = np.median(points, axis=0)
+    for _ in range(max_steps):
+        offsets = points - median
+        distances = np.sqrt(np.einsum("ni,ni->n", offsets, offsets))
+        weights = np.divide(1.0, distances, out=np.zeros_like(distances), where=distances > 0)
+        pull = weights @ offsets
+        strength = np.linalg.norm(pull)
+        resting = len(points) - np.count_nonzero(weights)
+        if strength <= resting:
+            break
+        median = median + (1 - resting / strength) * pull / weights.sum()
+    return median
+
+
+def rotation_l1_mean(rotations: Floats) -> Floats:
+    """Return the geodesic L1 mean of rotations, started from their element-wise median.
+
+    Parameters
+    ----------
+    rotations : (n, 3, 3) array
+        Rotations.
+
+    Returns
+    -------
+    (3, 3) ndarray
+        The iterate after 10 Weiszfeld steps from the projection of the median on SO(3).
+
+    References
+    ----------
+    Lee and Civera, "Robust Single Rotation Averaging", arXiv 2004.00732, for the start.
+
+    Examples
+    --------
+    >>> from scipy.spatial.transform import Rotation
+    >>> from baselines.averages import rotation_l1_mean
+    >>> turns = Rotation.from_euler("z", [[0], [20], [20], [20], [170]], degrees=True).as_matrix()
+    >>> Rotation.from_matrix(rotation_l1_mean(turns)).as_euler("xyz", degrees=True).round(6)
+    array([ 0.,  0., 20.])
+    """
+    return geodesic_l1_mean(rotations, project_to_rotation(np.median(rotations, axis=0)))
+
+
+def rotation_l2_mean(rotations: Floats) -> Floats:
+    """Return the rotation that minimises the sum of squared angles to the given ones.
+
+    Parameters
+    ----------
+    rotations : (n, 3, 3) array
+        Rotations.
+
+    Returns
+    -------
+    (3, 3) ndarray
+        The chordal mean, moved by the average of the log maps until the step vanishes.
+
+    Notes
+    -----
+    The minimum is unique where all rotations lie within 90 degrees of one; otherwise it is the one
+    that the chordal mean leads to.
+
+    References
+    ----------
+    Hartley et al., "Rotation Averaging", IJCV 2013, section 5.
+
+    Examples
+    --------
+    >>> from scipy.spatial.transform import Rotation
+    >>> from baselines.averages import rotation_l2_mean
+    >>> turns = Rotation.from_euler("z", [[0], [20], [20], [60]], degrees=True).as_matrix()
+    >>> Rotation.from_matrix(rotation_l2_mean(turns)).as_euler("xyz", degrees=True).round(6)
+    array([ 0.,  0., 25.])
+    """
+    mean = chordal_mean(rotations)
+    for _ in range(L2_STEPS):
+        residuals = Rotation.from_matrix(rotations @ mean.T, assume_valid=True).as_rotvec()
+        step = residuals.mean(axis=0)
+        mean = Rotation.from_rotvec(step).as_matrix() @ mean
+        if np.linalg.norm(step) < L2_TOLERANCE:
+            break
+    return mean

@@ -1,0 +1,150 @@
+"""Mean average accuracy, mAA: the share of camera pairs whose relative pose is right."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+from alignscores.histogram import equal_steps
+from alignscores.validation import check_poses, check_same_length, finite_rows
+
+__all__ = ["maa"]
+
+Floats = NDArray[np.float64]
+
+CHUNK = 1 << 12  # pairs evaluated at once: their temporaries stay in the cache
+FINEST_STEP_DEG = 1e-3  # a cosine tells angles apart down to about 1e-6 degrees
+FAILED = -2.0  # below every cosine
+
+
+def maa(
+    gt_poses: ArrayLike,
+    est_poses: ArrayLike,
+    *,
+    max_threshold_deg: float = 10.0,
+    n_thresholds: int = 100,
+    fold_sign: bool = False,
+) -> float:
+    """Mean average accuracy of the relative poses between all pairs of cameras.
+
+    The error of a pair is the larger of two angles: between the true and the estimated relative
+    rotation, and between the true and the estimated direction from one camera to the other, seen
+    from the camera that comes first. No alignment is needed.
+
+    Parameters
+    ----------
+    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Finite camera-to-world poses, at least 2: the left 3 x 3 block holds the camera's axes, the
+        last column its centre in the ground-truth world.
+    est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses in the estimated world, row i for the camera of row i of the ground
+        truth. The pairs of a camera that is not finite fail.
+    max_threshold_deg : float
+        Largest error threshold in degrees, at most 180.
+    n_thresholds : int
+        Number of equally spaced thresholds up to the largest. The original benchmark has 10.
+    fold_sign : bool
+        Take opposite directions for equal, as the original benchmark does.
+
+    Returns
+    -------
+    float
+        Mean over the thresholds of the share of the n (n - 1) / 2 pairs with an error below (not
+        at) the threshold, from 0 to 1.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed, there are fewer than 2 cameras, or the thresholds are more
+        than 180 or less than 0.001 degrees.
+
+    Notes
+    -----
+    A pair whose direction is undefined, since its true or its estimated positions coincide, fails.
+    The order of the cameras matters, if little: rotation errors enter the direction through the
+    first camera of a pair alone.
+
+    O(n^2) time, O(n) memory beyond a constant.
+
+    References
+    ----------
+    Yi et al., "Learning to find good correspondences", CVPR 2018.
+    Jin et al., "Image matching across wide baselines: from paper to practice", IJCV 2021.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from baselines import maa
+    >>> gt = np.tile(np.eye(4), (3, 1, 1))
+    >>> gt[:, :3, 3] = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    >>> est = gt.copy()
+    >>> est[:, :3, 3] *= 10
+    >>> maa(gt, est)
+    1.0
+    >>> est[2] = np.nan
+    >>> round(maa(gt, est), 3)
+    0.333
+    """
+    gt_rotations, gt_positions = check_poses(gt_poses, "gt_poses", complete=True)
+    est_rotations, est_positions = check_poses(est_poses, "est_poses", complete=False)
+    check_same_length(gt_rotations, est_rotations, "gt_poses", "est_poses")
+    thresholds = equal_steps(max_threshold_deg, n_thresholds, "max_threshold_deg")
+    if max_threshold_deg > 180:
+        raise ValueError(f"max_threshold_deg must be at most 180, not {max_threshold_deg!r}")
+    if thresholds[0] < FINEST_STEP_DEG:
+        raise ValueError(
+            f"max_threshold_deg / n_thresholds must be at least {FINEST_STEP_DEG}, "
+            f"not {thresholds[0]:.1e}"
+        )
+    n_pairs = len(gt_positions) * (len(gt_positions) - 1) // 2
+    if n_pairs == 0:
+        raise ValueError("mAA needs at least 2 cameras, but gt_poses has 1")
+
+    estimated = finite_rows(est_rotations) & finite_rows(est_positions)
+    frequency = np.zeros(n_thresholds, dtype=np.int64)
+    if estimated.any():
+        between = est_rotations[estimated] @ gt_rotations[estimated].transpose(0, 2, 1)
+        frequency = _cumulative_frequency(
+            gt_positions[estimated],
+            est_positions[estimated],
+            Rotation.from_matrix(between, assume_valid=True),
+            np.radians(thresholds),
+            fold_sign,
+        )
+    # Whole numbers until the one division: a perfect estimate scores exactly 1.
+    return int(frequency.sum()) / (n_thresholds * n_pairs)
+
+
+def _cumulative_frequency(
+    gt: Floats, est: Floats, between: Rotation, thresholds: Floats, fold_sign: bool
+) -> NDArray[np.int64]:
+    """Count the pairs with an error below each of the equally spaced thresholds, in radians."""
+    # Both angles of a pair follow from S_i = between[i] = R^_i R_i^T: the one from S_i^T S_j, the
+    # other from (c_j - c_i)^T S_i^T (c^_j - c^_i). From quaternions, so that the rounding of files
+    # (S is orthonormal to 1e-6 only) does not enter the cosines.
+    quaternions, rotations = between.as_quat(), between.as_matrix()
+    others, gt_others, est_others = (np.ascontiguousarray(a.T) for a in (quaternions, gt, est))
+    last_cosine = np.cos(thresholds[-1])
+    counts = np.zeros(len(thresholds), dtype=np.int64)
+    n, first = len(gt), 0
+    while first < n - 1:
+        # Cameras i = first, first + 1, ... in rows, j = first + 1, ..., n - 1 in columns.
+        width = n - 1 - first
+        height = min(max(1, CHUNK // width), width)
+        i, j = slice(first, first + height), slice(first + 1, n)
+        gt_steps = gt_others[:, j] - gt[i, :, None]
+        est_steps = est_others[:, j] - est[i, :, None]
+        dots = np.einsum("ikj,ikj->ij", rotations[i] @ gt_steps, est_steps)
+        if fold_sign:
+            np.abs(dots, out=dots)
+        lengths = np.sqrt(np.einsum("ikj,ikj->ij", gt_steps, gt_steps))
+        lengths *= np.sqrt(np.einsum("ikj,ikj->ij", est_steps, est_steps))
+        cosines = np.divide(dots, lengths, out=np.full_like(dots, FAILED), where=lengths > 0)
+        np.minimum(cosines, 2 * (quaternions[i] @ others[:, j]) ** 2 - 1, out=cosines)
+        upper = np.arange(height)[:, None] <= np.arange(width)  # j > i
+        near = cosines[upper & (cosines > last_cosine)]
+        angles = np.arccos(np.minimum(near, 1.0))  # rounding takes a cosine above 1
+        # Below the k-th threshold (k = 1, 2, ...) lie the angles of less than k whole steps.
+        steps = (angles / thresholds[0]).astype(np.intp)
+        counts += np.bincount(steps, minlength=len(counts))[: len(counts)]
+        first += height
+    return np.cumsum(counts)
