@@ -1,0 +1,172 @@
+"""Settings of an experiment: resolved from the Hydra configs, typed, checked before any trial."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from math import inf
+from pathlib import Path
+from typing import Any
+
+from hydra import compose, initialize_config_dir
+from hydra.core.global_hydra import GlobalHydra
+from hydra.errors import HydraException
+from omegaconf import MISSING, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from .metrics import METRICS
+
+__all__ = ["CONFIG_DIR", "Config", "ConfigError", "experiment_names", "load", "to_overrides"]
+
+CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
+
+GEOMETRIES = ("cube", "line")
+NOISES = ("product", "paired")
+BACKENDS = ("loky", "threading", "sequential")
+
+
+class ConfigError(ValueError):
+    """A setting that is missing, mistyped or impossible."""
+
+
+@dataclass
+class Config:
+    """One experiment. The keys and their meaning stand in ``configs/``."""
+
+    name: str = MISSING
+    geometry: str = MISSING
+    volume_per_camera: float | None = MISSING
+    n_cameras: list[int] = MISSING
+    n_outliers: list[int] = MISSING
+    sigma_t: list[float] = MISSING
+    sigma_r_deg: list[float] = MISSING
+    noise: str = MISSING
+    metrics: list[str] = MISSING
+    trials: int = MISSING
+    seed: int = MISSING
+    replicate: int = MISSING
+    n_jobs: int = MISSING
+    backend: str = MISSING
+    results_dir: str = MISSING
+
+
+def experiment_names() -> list[str]:
+    """Return the names of all experiments: one YAML file each."""
+    return sorted(path.stem for path in (CONFIG_DIR / "experiment").glob("*.yaml"))
+
+
+def load(overrides: Sequence[str] = ()) -> Config:
+    """Resolve the configuration of one experiment.
+
+    Parameters
+    ----------
+    overrides : sequence of str
+        Hydra overrides such as ``"experiment=collinear"``, ``"trials=5"``, ``"sigma_t=[0.05]"``.
+
+    Returns
+    -------
+    Config
+        The resolved and checked settings.
+
+    Raises
+    ------
+    ConfigError
+        In one line that names the key, where a value is missing, mistyped or impossible.
+
+    Examples
+    --------
+    >>> from experiments.config import load
+    >>> config = load(["experiment=outliers", "trials=5"])
+    >>> config.name, config.trials, config.n_cameras
+    ('outliers', 5, [100])
+    """
+    for override in overrides:
+        _check_override(override)
+    try:
+        GlobalHydra.instance().clear()
+        with initialize_config_dir(config_dir=str(CONFIG_DIR), version_base="1.3"):
+            composed = compose(config_name="config", overrides=list(overrides))
+        config = OmegaConf.to_object(OmegaConf.merge(OmegaConf.structured(Config), composed))
+    except OmegaConfBaseException as error:
+        reason = str(error.msg or error).splitlines()[0]
+        if "ListConfig" in reason:
+            reason = "must be a list in brackets, for example [1, 2]"
+        raise ConfigError(f"setting {error.full_key!r}: {reason}") from None
+    except (HydraException, ValueError) as error:
+        raise ConfigError(
+            f"settings {' '.join(overrides)}: {' '.join(str(error).split())}"
+        ) from None
+    assert isinstance(config, Config)
+    _check(config)
+    return config
+
+
+def to_overrides(settings: Mapping[str, Any]) -> list[str]:
+    """Turn the settings of ``snakemake --config`` into Hydra overrides.
+
+    Examples
+    --------
+    >>> from experiments.config import to_overrides
+    >>> to_overrides({"trials": 5, "sigma_t": ["0.05", "0.1"], "volume_per_camera": None})
+    ['trials=5', 'sigma_t=[0.05,0.1]', 'volume_per_camera=null']
+    """
+    return [f"{key}={_hydra_value(value)}" for key, value in settings.items()]
+
+
+def _hydra_value(value: Any) -> str:
+    if isinstance(value, list):
+        return f"[{','.join(map(_hydra_value, value))}]"
+    return "null" if value is None else str(value)
+
+
+def _check_override(override: str) -> None:
+    """Refuse unknown keys and experiments here, where the choice can be named in one line."""
+    key, equals, value = (part.strip() for part in override.partition("="))
+    known = ["experiment", *(field.name for field in fields(Config))]
+    if not equals:
+        raise ConfigError(f"{override!r} is not a setting; write key=value, for example trials=5")
+    if key not in known:
+        raise ConfigError(f"unknown setting {key!r}; the settings are {', '.join(known)}")
+    if key == "experiment" and value not in experiment_names():
+        raise ConfigError(
+            f"unknown experiment {value!r}; the experiments are {', '.join(experiment_names())}"
+        )
+
+
+def _check(config: Config) -> None:
+    """Refuse settings that no trial could be run with."""
+    for key in ("n_cameras", "n_outliers", "sigma_t", "sigma_r_deg", "metrics"):
+        values = getattr(config, key)
+        _require(len(values) > 0, key, "needs at least one value")
+        _require(len(set(values)) == len(values), key, f"has a value twice: {values}")
+    _require(config.geometry in GEOMETRIES, "geometry", f"must be one of {', '.join(GEOMETRIES)}")
+    _require(config.noise in NOISES, "noise", f"must be one of {', '.join(NOISES)}")
+    _require(config.backend in BACKENDS, "backend", f"must be one of {', '.join(BACKENDS)}")
+    unknown = [metric for metric in config.metrics if metric not in METRICS]
+    _require(not unknown, "metrics", f"has unknown {unknown}; known are {', '.join(METRICS)}")
+
+    _require(min(config.n_cameras) >= 4, "n_cameras", "must be at least 4, or TAS is undefined")
+    _require(min(config.n_outliers) >= 0, "n_outliers", "must not be negative")
+    _require(
+        max(config.n_outliers) <= min(config.n_cameras),
+        "n_outliers",
+        f"has {max(config.n_outliers)}, more than the {min(config.n_cameras)} cameras",
+    )
+    for key in ("sigma_t", "sigma_r_deg"):
+        levels = getattr(config, key)
+        _require(all(0 <= level < inf for level in levels), key, "must be finite and not negative")
+    _require(
+        config.noise == "product" or len(config.sigma_t) == len(config.sigma_r_deg),
+        "noise",
+        "is paired, so sigma_t and sigma_r_deg need the same number of levels",
+    )
+    if config.volume_per_camera is not None:
+        _require(0 < config.volume_per_camera < inf, "volume_per_camera", "must be positive")
+        _require(config.geometry == "cube", "volume_per_camera", "applies to the cube alone")
+    _require(config.trials >= 1, "trials", f"must be at least 1, not {config.trials}")
+    _require(config.seed >= 0, "seed", "must not be negative")
+    _require(config.replicate >= 0, "replicate", "must not be negative")
+    _require(config.n_jobs >= 1 or config.n_jobs == -1, "n_jobs", "must be positive, or -1 for all")
+
+
+def _require(condition: bool, key: str, requirement: str) -> None:
+    if not condition:
+        raise ConfigError(f"setting {key!r} {requirement}")

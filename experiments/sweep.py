@@ -1,0 +1,121 @@
+"""The sweep: every cell of an experiment's grid, trial by trial, over joblib."""
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from itertools import product
+from typing import Any
+from zlib import crc32
+
+import numpy as np
+import pandas as pd
+from joblib import Parallel, delayed
+from threadpoolctl import threadpool_limits
+from tqdm import tqdm
+
+from .cameras import Scene, make_scene
+from .config import Config
+from .metrics import evaluate
+
+__all__ = ["KEY_COLUMNS", "Cell", "cells", "draw_scene", "run_trial", "sweep", "trial_seeds"]
+
+KEY_COLUMNS = (
+    "experiment",
+    "geometry",
+    "n_cameras",
+    "n_outliers",
+    "sigma_t",
+    "sigma_r_deg",
+    "replicate",
+    "trial",
+)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One combination of settings; an experiment runs its trials in every cell."""
+
+    n_cameras: int
+    n_outliers: int
+    sigma_t: float
+    sigma_r_deg: float
+
+
+def cells(config: Config) -> list[Cell]:
+    """Return the cells of an experiment's grid in the order of its result table.
+
+    Examples
+    --------
+    >>> from experiments.config import load
+    >>> from experiments.sweep import cells
+    >>> grid = cells(load(["experiment=outliers"]))
+    >>> len(grid), grid[0]
+    (70, Cell(n_cameras=100, n_outliers=0, sigma_t=0.01, sigma_r_deg=3.0))
+    """
+    noise = (
+        list(zip(config.sigma_t, config.sigma_r_deg, strict=True))
+        if config.noise == "paired"
+        else list(product(config.sigma_t, config.sigma_r_deg))
+    )
+    return [
+        Cell(n, k, sigma_t, sigma_r)
+        for n, k, (sigma_t, sigma_r) in product(config.n_cameras, config.n_outliers, noise)
+    ]
+
+
+def trial_seeds(config: Config, cell: Cell, trial: int) -> list[np.random.SeedSequence]:
+    """Seeds of the cameras and of the registration of one trial.
+
+    They depend on the experiment's name, the cell's own values, the replicate and the trial alone:
+    not on the rest of the grid, nor on the order or the process in which trials run.
+    """
+    key = (crc32(config.name.encode()), crc32(repr(cell).encode()), config.replicate, trial)
+    return np.random.SeedSequence(config.seed, spawn_key=key).spawn(2)
+
+
+def draw_scene(config: Config, cell: Cell, seed: np.random.SeedSequence) -> Scene:
+    """Draw the cameras of one trial."""
+    volume = 1.0 if config.volume_per_camera is None else config.volume_per_camera * cell.n_cameras
+    return make_scene(
+        np.random.default_rng(seed), geometry=config.geometry, volume=volume, **asdict(cell)
+    )
+
+
+def run_trial(config: Config, cell: Cell, trial: int) -> dict[str, Any]:
+    """Run one trial: draw a scene, evaluate the metrics, return a row of the result table."""
+    camera_seed, registration_seed = trial_seeds(config, cell, trial)
+    scene = draw_scene(config, cell, camera_seed)
+    keys = {"experiment": config.name, "geometry": config.geometry, **asdict(cell)}
+    keys |= {"replicate": config.replicate, "trial": trial}
+    return keys | evaluate(scene, config.metrics, registration_seed)
+
+
+def run_cell(config: Config, cell: Cell) -> list[dict[str, Any]]:
+    """Run all trials of a cell, on one BLAS thread: more could change the last bits."""
+    with threadpool_limits(limits=1, user_api="blas"):
+        return [run_trial(config, cell, trial) for trial in range(config.trials)]
+
+
+def sweep(config: Config) -> pd.DataFrame:
+    """Run an experiment.
+
+    Parameters
+    ----------
+    config : Config
+        Its settings.
+
+    Returns
+    -------
+    DataFrame
+        One row a trial: `KEY_COLUMNS`, then one column a metric. The same for any number of
+        processes and any backend, bit for bit. Progress goes to standard error.
+    """
+    grid = cells(config)
+    parallel = Parallel(n_jobs=config.n_jobs, backend=config.backend, return_as="generator")
+    # The outer limit is for threads: it is what the limits of single cells go back to.
+    with threadpool_limits(limits=1, user_api="blas"):
+        results: Iterator[list[dict[str, Any]]] = parallel(
+            delayed(run_cell)(config, cell) for cell in grid
+        )
+        progress = tqdm(results, total=len(grid), desc=config.name, unit="cell", disable=None)
+        rows = [row for batch in progress for row in batch]
+    return pd.DataFrame(rows, columns=[*KEY_COLUMNS, *config.metrics])

@@ -1,0 +1,79 @@
+"""The command line of an experiment: files, provenance, errors, interruption."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from experiments.config import load
+from experiments.run import main
+from experiments.sweep import sweep
+from experiments.tables import read_trials
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "experiments.run", *arguments]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=100)
+
+
+def test_the_table_on_disk_is_the_table_computed(
+    tmp_path: Path, small_overrides: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    overrides = [*small_overrides, f"results_dir={tmp_path}"]
+    assert main(overrides) == 0
+    path = tmp_path / "trials" / "outliers.csv"
+    assert capsys.readouterr().out.strip() == str(path)
+    pd.testing.assert_frame_equal(read_trials(path), sweep(load(overrides)), check_exact=True)
+
+
+def test_provenance_tells_settings_versions_commit_and_platform(
+    tmp_path: Path, small_overrides: list[str]
+) -> None:
+    main([*small_overrides, f"results_dir={tmp_path}", "seed=7"])
+    origin = json.loads((tmp_path / "trials" / "outliers.json").read_text())
+    assert origin["config"]["seed"] == 7
+    assert origin["config"]["sigma_t"] == [0.02, 0.05]
+    assert {"alignscores", "numpy", "scipy", "evo"} <= set(origin["packages"])
+    assert set(origin) == {"config", "packages", "git", "python", "platform"}
+
+
+@pytest.mark.parametrize("override", ["trials=0", "trails=5", "experiment=foo", "n_outliers=[26]"])
+def test_wrong_settings_end_with_one_line_and_no_file(
+    tmp_path: Path, small_overrides: list[str], override: str
+) -> None:
+    done = run(*small_overrides, f"results_dir={tmp_path}/results", override)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "results").exists()
+
+
+def test_help_names_the_experiments() -> None:
+    done = run("--help")
+    assert done.returncode == 0
+    assert "trajectory_length" in done.stdout
+
+
+def test_a_killed_run_leaves_no_table_and_its_repetition_the_same_bytes(tmp_path: Path) -> None:
+    overrides = ["experiment=outliers", "n_outliers=[0]", "sigma_t=[0.05]", "n_jobs=2"]
+    reference, killed = tmp_path / "reference", tmp_path / "killed"
+    assert run(*overrides, "trials=4", f"results_dir={reference}").returncode == 0
+
+    command = [sys.executable, "-m", "experiments.run", *overrides, "trials=1000000"]
+    process = subprocess.Popen([*command, f"results_dir={killed}"], cwd=ROOT, text=True)
+    time.sleep(4)
+    assert process.poll() is None
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert not list(killed.rglob("*.csv"))
+
+    assert run(*overrides, "trials=4", f"results_dir={killed}").returncode == 0
+    table = Path("trials") / "outliers.csv"
+    assert (killed / table).read_bytes() == (reference / table).read_bytes()
