@@ -1,19 +1,15 @@
 """Single rotation averaging: the chordal, the geodesic L1 and the robust TLUD mean."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
-import scipy  # its parts are loaded when first used: importing this package stays quick
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from scipy.spatial.transform import Rotation
-
 __all__ = [
+    "angles_and_axes",
     "chordal_mean",
     "geodesic_l1_mean",
     "project_to_rotation",
     "rotation_angles",
+    "rotation_from_vector",
     "tlud_mean",
 ]
 
@@ -122,17 +118,16 @@ def geodesic_l1_mean(
     """
     mean = start
     for _ in range(max_steps):
-        residuals = _from_matrix(rotations @ mean.T).as_rotvec()
-        angles = np.sqrt(np.einsum("ni,ni->n", residuals, residuals))
-        weights = np.divide(1.0, angles, out=np.zeros_like(angles), where=angles > 0)
-        pull = weights @ residuals
-        strength = np.linalg.norm(pull)
-        resting = len(weights) - np.count_nonzero(weights)
+        angles, axes = angles_and_axes(rotations @ mean.T)
+        away = angles[angles > 0]
+        pull = axes.sum(axis=1)
+        strength = float(np.sqrt(pull @ pull))
+        resting = len(angles) - len(away)
         if strength <= resting:
             break
-        step = (1 - resting / strength) * pull / weights.sum()
-        mean = scipy.spatial.transform.Rotation.from_rotvec(step).as_matrix() @ mean
-        if np.linalg.norm(step) < tolerance:
+        step = (1 - resting / strength) / np.sum(1 / away) * pull
+        mean = rotation_from_vector(step) @ mean
+        if np.sqrt(step @ step) < tolerance:
             break
     return mean
 
@@ -206,12 +201,71 @@ def rotation_angles(rotations: Floats) -> Floats:
     >>> rotation_angles(turns)
     array([0.e+00, 1.e-09, 1.8e+02])
     """
-    angles: Floats = np.degrees(_from_matrix(rotations).magnitude())
-    return angles
+    return np.degrees(angles_and_axes(rotations)[0])
 
 
-def _from_matrix(rotations: Floats) -> "Rotation":
-    return scipy.spatial.transform.Rotation.from_matrix(rotations, assume_valid=True)
+def angles_and_axes(rotations: Floats) -> tuple[Floats, Floats]:
+    """Return the angles and axes of rotations: their log maps are ``angles * axes``.
+
+    Parameters
+    ----------
+    rotations : (n, 3, 3) array
+        Rotations.
+
+    Returns
+    -------
+    angles : (n,) ndarray
+        Angles in radians, from 0 to pi. They come from sine and cosine together, which is precise
+        at both ends and needs no clipping.
+    axes : (3, n) ndarray
+        Unit axes, component first; zero at the angles 0 and pi, where there is none or no single
+        one.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.averaging import angles_and_axes
+    >>> quarter_turn = np.array([[[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])
+    >>> angles, axes = angles_and_axes(quarter_turn)
+    >>> angles / np.pi, axes.T
+    (array([0.5]), array([[0., 0., 1.]]))
+    """
+    m = np.ascontiguousarray(rotations.transpose(1, 2, 0))
+    axes = np.stack([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
+    sine = np.sqrt(axes[0] ** 2 + axes[1] ** 2 + axes[2] ** 2)  # twice the sine, as of the cosine
+    angles = np.arctan2(sine, m[0, 0] + m[1, 1] + m[2, 2] - 1)
+    return angles, np.divide(axes, sine, out=axes, where=sine > 0)
+
+
+def rotation_from_vector(vector: Floats) -> Floats:
+    """Return the rotation about a vector by its length in radians: the exponential map.
+
+    Parameters
+    ----------
+    vector : (3,) array
+        Axis times angle.
+
+    Returns
+    -------
+    (3, 3) ndarray
+        The rotation (Rodrigues' formula).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.averaging import rotation_from_vector
+    >>> rotation_from_vector(np.array([0.0, 0.0, np.pi / 2])).round(12)
+    array([[ 0., -1.,  0.],
+           [ 1.,  0.,  0.],
+           [ 0.,  0.,  1.]])
+    """
+    angle = np.sqrt(vector @ vector)
+    if angle == 0:
+        return np.eye(3)
+    x, y, z = vector / angle
+    turn = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    rotation: Floats = np.eye(3) + np.sin(angle) * turn + 2 * np.sin(angle / 2) ** 2 * turn @ turn
+    return rotation
 
 
 def _chordal_distances(a: Floats, b: Floats) -> Floats:

@@ -122,5 +122,6 @@ def pas(
     rotation = ras(
         gt_rotations, est_rotations, max_threshold_deg=max_threshold_deg, n_thresholds=n_thresholds
     )
+    weight = float(weight)
     score = weight * translation.score + (1 - weight) * rotation.score
     return PASResult(score=score, tas=translation, ras=rotation, weight=weight)

@@ -27,7 +27,8 @@ PRESCREEN_THRESHOLD = 0.1  # largest difference between the log edge ratios of a
 DRAWS_PER_HYPOTHESIS = 1000  # budget: after so many draws the hypotheses found so far are used
 MAX_BATCH = 1 << 16  # triplets drawn at once, bounds the memory
 TABLE_SIZE = 256  # up to so many cameras all edge ratios are computed once and looked up
-FLAT = 1e-12  # sine below which a triangle has no usable normal
+FLAT = 1e-6  # sine of the angle at the first corner, below which a triangle has no usable normal
+ROUNDING = 64 * float(np.finfo(np.float64).eps)  # of a squared error, relative to its terms
 CHUNK = 1 << 15  # squared errors evaluated at once: 256 KiB, stays in the cache
 
 
@@ -91,8 +92,8 @@ def pcr99(
         n_used = triplets.shape[1]
         if n_used == 0:
             return None, 0
-        scale, rotation, translation = three_point_similarities(gt, est, triplets)
-        best = _cheapest(gt, est, scale, rotation, translation, order)
+        scale, rotation, translation, flat = three_point_similarities(gt, est, triplets)
+        best = _cheapest(gt, est, scale, rotation, translation, flat, order)
     return Similarity(float(scale[best]), rotation[best], translation[best]), n_used
 
 
@@ -155,7 +156,7 @@ def _log_edge_ratio(gt: Floats, est: Floats) -> Callable[[Indices, Indices], Flo
 
 def three_point_similarities(
     gt: Floats, est: Floats, triplets: Indices
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
     """Similarities from ground truth to estimate, each from three cameras.
 
     The rotation takes the triangle's frame in the ground truth (first axis along the first edge,
@@ -176,6 +177,8 @@ def three_point_similarities(
     scale : (H,) ndarray
     rotation : (H, 3, 3) ndarray
     translation : (H, 3) ndarray
+    flat : (H,) ndarray of bool
+        Where the triangle is flat.
 
     References
     ----------
@@ -186,97 +189,128 @@ def three_point_similarities(
     >>> import numpy as np
     >>> from alignscores.registration import three_point_similarities
     >>> gt = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
-    >>> scale, _, translation = three_point_similarities(gt, 2 * gt + 1, np.array([[0], [1], [2]]))
-    >>> scale, translation
-    (array([2.]), array([[1., 1., 1.]]))
+    >>> triplets = np.array([[0], [1], [2]])
+    >>> scale, _, translation, flat = three_point_similarities(gt, 2 * gt + 1, triplets)
+    >>> scale, translation, flat
+    (array([2.]), array([[1., 1., 1.]]), array([False]))
     """
     gt_corners, est_corners = gt.take(triplets, axis=1), est.take(triplets, axis=1)
     gt_1, gt_2 = gt_corners[:, 1] - gt_corners[:, 0], gt_corners[:, 2] - gt_corners[:, 0]
     est_1, est_2 = est_corners[:, 1] - est_corners[:, 0], est_corners[:, 2] - est_corners[:, 0]
-    gt_frame, est_frame = _frames(gt_1, gt_2, est_1, est_2)
+    gt_frame, est_frame, flat = _frames(gt_1, gt_2, est_1, est_2)
     rotation = np.einsum("kih,kjh->ijh", est_frame, gt_frame)
 
-    # In the common plane of its first and third axis a triangle is the edges (x1, 0) and (x2, y2).
-    gt_plane = _dot(gt_1, gt_frame[0]), _dot(gt_2, gt_frame[0]), _dot(gt_2, gt_frame[2])
-    est_plane = _dot(est_1, est_frame[0]), _dot(est_2, est_frame[0]), _dot(est_2, est_frame[2])
-    scale = _corner_product(est_plane, gt_plane) / _corner_product(gt_plane, gt_plane)
+    # With their frames' coordinates no triangle needs to be rotated to be compared.
+    gt_edges = _dot(gt_1, gt_frame[0]), np.stack([_dot(gt_2, axis) for axis in gt_frame])
+    est_edges = _dot(est_1, est_frame[0]), np.stack([_dot(est_2, axis) for axis in est_frame])
+    scale = _corner_product(est_edges, gt_edges) / _corner_product(gt_edges, gt_edges)
     gt_centroid, est_centroid = gt_corners.mean(axis=1), est_corners.mean(axis=1)
     translation = est_centroid - scale * np.einsum("ijh,jh->ih", rotation, gt_centroid)
-    return scale, rotation.transpose(2, 0, 1), translation.T
+    return scale, rotation.transpose(2, 0, 1), translation.T, flat
 
 
-def _corner_product(a: tuple[Floats, ...], b: tuple[Floats, ...]) -> Floats:
-    """Sum of a . b over the corners about the centroids, for coplanar triangles (x1, x2, y2)."""
-    (a1, a2, ay), (b1, b2, by) = a, b
-    return a1 * b1 + a2 * b2 + ay * by - ((a1 + a2) * (b1 + b2) + ay * by) / 3
+def _corner_product(a: tuple[Floats, Floats], b: tuple[Floats, Floats]) -> Floats:
+    """Sum of a . b over the corners about the centroids.
+
+    Triangles are given by the length of the first edge, along the first axis, and the second edge.
+    """
+    (a_1, a_2), (b_1, b_2) = a, b
+    product = _dot(a_2, b_2)
+    cross_terms: Floats = a_1 * (b_1 + b_2[0]) + a_2[0] * b_1
+    return a_1 * b_1 + product - (product + cross_terms) / 3
 
 
-def _frames(gt_1: Floats, gt_2: Floats, est_1: Floats, est_2: Floats) -> tuple[Floats, Floats]:
+def _frames(
+    gt_1: Floats, gt_2: Floats, est_1: Floats, est_2: Floats
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:
     """Frames (3 axes, 3, H) of triangles in both worlds, given by their two edges (3, H)."""
-    gt_normal, est_normal = _cross(gt_1, gt_2), _cross(est_1, est_2)
-    flat = np.flatnonzero(_is_flat(gt_normal, gt_1, gt_2) | _is_flat(est_normal, est_1, est_2))
-    if flat.size:
-        axis = _common_normal(_unit(gt_1[:, flat]), _unit(est_1[:, flat]))
+    gt_first, est_first = _unit(gt_1), _unit(est_1)
+    gt_normal, est_normal = _cross(gt_first, _unit(gt_2)), _cross(est_first, _unit(est_2))
+    sine_squared = np.minimum(_dot(gt_normal, gt_normal), _dot(est_normal, est_normal))
+    flat = sine_squared <= FLAT**2
+    if flat.any():
+        axis = _common_normal(gt_first[:, flat], est_first[:, flat])
         gt_normal[:, flat] = est_normal[:, flat] = axis
-    return _frame(gt_1, gt_normal), _frame(est_1, est_normal)
+    return _frame(gt_first, gt_normal), _frame(est_first, est_normal), flat
 
 
-def _is_flat(normal: Floats, edge_1: Floats, edge_2: Floats) -> NDArray[np.bool_]:
-    edges_squared = _dot(edge_1, edge_1) * _dot(edge_2, edge_2)
-    flat: NDArray[np.bool_] = _dot(normal, normal) <= FLAT**2 * edges_squared
-    return flat
-
-
-def _common_normal(gt_direction: Floats, est_direction: Floats) -> Floats:
+def _common_normal(gt_first: Floats, est_first: Floats) -> Floats:
     """Axis (3, H) of the smallest rotation between unit vectors; any normal if parallel."""
-    axis = _cross(gt_direction, est_direction)
-    parallel = np.flatnonzero(_dot(axis, axis) <= FLAT)
-    direction = gt_direction[:, parallel]
+    axis = _cross(gt_first, est_first)
+    parallel = np.flatnonzero(_dot(axis, axis) <= FLAT**2)
+    direction = gt_first[:, parallel]
     least = np.zeros_like(direction)
     least[np.argmin(np.abs(direction), axis=0), np.arange(parallel.size)] = 1.0
     axis[:, parallel] = _cross(direction, least)
     return axis
 
 
-def _frame(edge: Floats, normal: Floats) -> Floats:
-    """Right-handed orthonormal frames (3 axes, 3, H) from first edges and approximate normals."""
-    first = _unit(edge)
+def _frame(first: Floats, normal: Floats) -> Floats:
+    """Right-handed orthonormal frames (3 axes, 3, H) from first axes and approximate normals."""
     second = _unit(normal - _dot(normal, first) * first)
     return np.stack([first, second, _cross(first, second)])
 
 
 def _cheapest(
-    gt: Floats, est: Floats, scale: Floats, rotation: Floats, translation: Floats, order: int
+    gt: Floats,
+    est: Floats,
+    scale: Floats,
+    rotation: Floats,
+    translation: Floats,
+    flat: NDArray[np.bool_],
+    order: int,
 ) -> int:
     """Index of the hypothesis with the smallest ``order``-th smallest squared error.
 
     The squared error ``|est - t|^2 / s^2 - 2 (est - t) . (R gt) / s + |gt|^2`` is linear in 18
-    products of the coordinates, so that all errors are one matrix product. A hypothesis can only
-    win if at least ``order`` of its errors lie below the best cost so far; few need a selection.
+    products of the coordinates, so that those of all cameras under all hypotheses are one matrix
+    product. It tells which hypotheses can win: at least ``order`` of their squared errors lie below
+    the smallest cost so far, give or take the rounding. Their costs are then computed directly.
+
+    A flat triangle says nothing of the spin about its line, so it must beat all others by more than
+    rounding: on a partly straight path many hypotheses fit ``order`` cameras exactly.
     """
-    n, n_hypotheses = gt.shape[1], len(scale)
+    n = gt.shape[1]
     outer = (est[:, None] * gt).reshape(9, n)
     features = np.vstack([_dot(est, est), est, _dot(gt, gt), gt, outer, np.ones(n)])
     r, t = rotation / scale[:, None, None], translation / scale[:, None]
-    coefficients = np.empty((n_hypotheses, 18))
+    coefficients = np.empty((len(scale), 18))
     coefficients[:, 0] = 1 / scale**2
     coefficients[:, 1:4] = -2 * t / scale[:, None]
     coefficients[:, 4] = 1
     coefficients[:, 5:8] = 2 * np.einsum("hij,hi->hj", rotation, t)
     coefficients[:, 8:17] = -2 * r.reshape(-1, 9)
     coefficients[:, 17] = np.einsum("hi,hi->h", t, t)
+    # Where the error is small |est| / s is at most |t| / s + |gt|, and so bounds all terms.
+    gt_extent = np.sqrt(np.max(features[4]))
+    rounding = ROUNDING * (np.sqrt(coefficients[:, 17]) + gt_extent) ** 2
 
-    best, best_cost, start, size = 0, np.inf, 0, 16  # a small first chunk finds a good bound
-    while start < n_hypotheses:
-        squared_errors = coefficients[start : start + size] @ features
-        able = np.flatnonzero(np.count_nonzero(squared_errors < best_cost, axis=1) >= order)
-        if able.size:
-            costs = np.partition(squared_errors[able], order - 1, axis=1)[:, order - 1]
-            cheapest = int(np.argmin(costs))
-            best, best_cost = start + int(able[cheapest]), costs[cheapest]
-        start += size
-        size = max(16, CHUNK // n)
+    best, best_cost = 0, np.inf
+    for group in (np.flatnonzero(~flat), np.flatnonzero(flat)):
+        start, size = 0, 16  # a small first chunk finds a good bound
+        while start < len(group):
+            chunk = group[start : start + size]
+            bound = best_cost + rounding[chunk, None]
+            # Counted this way round, NaN counts as below: to be looked at, not to be passed over.
+            far = np.count_nonzero(coefficients[chunk] @ features >= bound, axis=1)
+            able = chunk[far <= n - order]
+            if able.size:
+                costs = _costs(gt, est, scale[able], rotation[able], translation[able], order)
+                cheapest = int(np.argmin(costs))
+                if costs[cheapest] < best_cost:
+                    best, best_cost = int(able[cheapest]), costs[cheapest]
+            start, size = start + size, max(16, CHUNK // n)
+        best_cost -= ROUNDING * gt_extent**2
     return best
+
+
+def _costs(
+    gt: Floats, est: Floats, scale: Floats, rotation: Floats, translation: Floats, order: int
+) -> Floats:
+    """Return the ``order``-th smallest squared error of each hypothesis."""
+    residuals = (est - translation[..., None]) / scale[:, None, None] - rotation @ gt
+    squared_errors = np.einsum("hin,hin->hn", residuals, residuals)
+    return np.partition(squared_errors, order - 1, axis=1)[:, order - 1]
 
 
 def _dot(a: Floats, b: Floats) -> Floats:

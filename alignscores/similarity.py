@@ -68,8 +68,9 @@ class Similarity:
         (n,) ndarray
             ``|| (est - translation) / scale - rotation @ gt ||`` in ground-truth units.
         """
-        aligned = (est_positions - self.translation) / self.scale
-        errors: NDArray[np.float64] = np.linalg.norm(
-            aligned - gt_positions @ self.rotation.T, axis=1
-        )
+        with np.errstate(over="ignore"):  # farther than the largest number: infinitely far
+            aligned = (est_positions - self.translation) / self.scale
+            errors: NDArray[np.float64] = np.linalg.norm(
+                aligned - gt_positions @ self.rotation.T, axis=1
+            )
         return errors

@@ -23,6 +23,7 @@ __all__ = ["TASResult", "closest_pair_quartile", "tas"]
 Floats = NDArray[np.float64]
 Seed = int | np.random.SeedSequence | np.random.Generator | None
 
+FARTHEST = 1e300  # leaves room for sums and differences
 REGISTRATIONS = {"pcr99": pcr99}
 
 
@@ -152,11 +153,11 @@ def tas(
 
     estimated = finite_rows(est)
     errors = np.full(len(gt), np.inf)
-    alignment, n_used = _register(
+    alignment, errors[estimated], n_used = _register(
         gt[estimated],
         est[estimated],
         order=max(4, (len(gt) + 5) // 10),
-        n_hypotheses=n_hypotheses,
+        n_hypotheses=int(n_hypotheses),
         rng=np.random.default_rng(rng),
         registration=registration,
     )
@@ -168,8 +169,6 @@ def tas(
             AlignmentWarning,
             stacklevel=2,
         )
-    else:
-        errors[estimated] = alignment.position_errors(gt[estimated], est[estimated])
     return TASResult(
         errors=errors,
         thresholds=thresholds,
@@ -214,9 +213,10 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
             f"TAS needs at least 4 ground-truth cameras to derive its unit, but there are {n}; "
             "pass unit= to set it by hand"
         )
-    closest = scipy.spatial.cKDTree(gt).query(gt, k=2)[0][:, 1]
+    local, _, unit = _localise(gt)
+    closest = scipy.spatial.cKDTree(local).query(local, k=2)[0][:, 1]
     rank = (3 * n + 3) // 4
-    d = float(np.partition(closest, rank - 1)[rank - 1])
+    d = unit * float(np.partition(closest, rank - 1)[rank - 1])
     if d == 0:
         raise ValueError(
             "TAS has no unit: at least three quarters of the cameras in gt_positions coincide with "
@@ -233,19 +233,36 @@ def _register(
     n_hypotheses: int,
     rng: np.random.Generator,
     registration: str,
-) -> tuple[Similarity | None, int]:
-    """Register finite positions; both clouds are centred, so that far-off worlds lose no digits."""
+) -> tuple[Similarity | None, Floats, int]:
+    """Register finite positions; return the alignment, the errors and the number of hypotheses."""
+    errors = np.full(len(gt), np.inf)
     if len(gt) < 3:
-        return None, 0
-    gt_centre, est_centre = np.median(gt, axis=0), np.median(est, axis=0)
+        return None, errors, 0
+    gt_local, gt_centre, gt_unit = _localise(gt)
+    est_local, est_centre, est_unit = _localise(est)
     local, n_used = REGISTRATIONS[registration](
-        gt - gt_centre,
-        est - est_centre,
-        order=min(order, len(gt)),
-        n_hypotheses=n_hypotheses,
-        rng=rng,
+        gt_local, est_local, order=min(order, len(gt)), n_hypotheses=n_hypotheses, rng=rng
     )
     if local is None:
-        return None, n_used
-    translation = est_centre + local.translation - local.scale * local.rotation @ gt_centre
-    return Similarity(local.scale, local.rotation, translation), n_used
+        return None, errors, n_used
+    errors = gt_unit * local.position_errors(gt_local, est_local)
+    scale = local.scale * est_unit / gt_unit
+    translation = est_centre + est_unit * local.translation - scale * local.rotation @ gt_centre
+    return Similarity(scale, local.rotation, translation), errors, n_used
+
+
+def _localise(positions: Floats) -> tuple[Floats, Floats, float]:
+    """Return positions about their median, in units of their spread, with the median and the unit.
+
+    So neither a far-off origin nor squares of very large or small numbers cost any digits. Median
+    and spread are robust: an outlier moves neither. The unit is a power of two, which rounds
+    nothing.
+    """
+    positions = np.clip(positions, -FARTHEST, FARTHEST)
+    centre = np.median(positions, axis=0)
+    with np.errstate(over="ignore"):  # farther than the largest number: infinitely far
+        local = positions - centre
+        distances = np.abs(local)
+        moved = distances[distances > 0]
+        unit = np.ldexp(1.0, np.frexp(np.median(moved))[1] - 1) if moved.size else 1.0
+        return local / unit, centre, float(unit)

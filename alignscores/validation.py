@@ -58,8 +58,9 @@ def check_poses(values: ArrayLike, name: str, *, complete: bool) -> tuple[Floats
     _check_orthonormal(poses[:, :3, :3], name)
     if poses.shape[1] == 4:
         deviation = np.abs(poses[:, 3] - [0.0, 0.0, 0.0, 1.0]).max(axis=1)
-        if deviation.max() > ROTATION_TOLERANCE:
-            row = int(np.argmax(deviation))
+        wrong = ~(deviation <= ROTATION_TOLERANCE) & finite_rows(poses[:, :3])
+        if wrong.any():
+            row = int(np.argmax(wrong))
             raise ValueError(f"{name}[{row}] has the last row {poses[row, 3]}, not [0, 0, 0, 1]")
     return np.ascontiguousarray(poses[:, :3, :3]), np.ascontiguousarray(poses[:, :3, 3])
 
@@ -109,9 +110,8 @@ def _check_orthonormal(rotations: Floats, name: str) -> None:
     with np.errstate(all="ignore"):
         gram = rotations.transpose(0, 2, 1) @ rotations
         deviation = np.abs(gram - np.eye(3)).reshape(-1, 9).max(axis=1)
-        first, second, third = rotations.transpose(1, 0, 2)
-        determinant = np.einsum("ni,ni->n", np.cross(first, second), third)
-        wrong = ((deviation > ROTATION_TOLERANCE) | (determinant < 0)) & finite_rows(rotations)
+        not_rotation = (deviation > ROTATION_TOLERANCE) | (np.linalg.det(rotations) < 0)
+        wrong = not_rotation & finite_rows(rotations)
     if wrong.any():
         row = int(np.argmax(wrong))
         reason = (

@@ -11,6 +11,8 @@ __all__ = ["ate"]
 
 Floats = NDArray[np.float64]
 
+FARTHEST = 1e300  # sums of more overflow
+
 
 def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
     """Absolute trajectory error: RMSE of the positions after the least-squares alignment.
@@ -77,6 +79,7 @@ def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
 
 def _normalise(positions: Floats) -> tuple[Floats, float]:
     """Return a cloud shifted to zero mean and scaled to unit extent, and its extent."""
+    positions = np.clip(positions, -FARTHEST, FARTHEST)
     # Relative to a camera first: far-off worlds lose no digits, and coinciding cameras give zeros.
     local = positions - positions[0]
     local -= local.mean(axis=0)

@@ -2,13 +2,14 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from alignscores.averaging import (
     WEISZFELD_STEPS,
+    angles_and_axes,
     chordal_mean,
     geodesic_l1_mean,
     project_to_rotation,
+    rotation_from_vector,
 )
 
 __all__ = ["geometric_median", "rotation_l1_mean", "rotation_l2_mean"]
@@ -124,9 +125,9 @@ def rotation_l2_mean(rotations: Floats) -> Floats:
     """
     mean = chordal_mean(rotations)
     for _ in range(L2_STEPS):
-        residuals = Rotation.from_matrix(rotations @ mean.T, assume_valid=True).as_rotvec()
-        step = residuals.mean(axis=0)
-        mean = Rotation.from_rotvec(step).as_matrix() @ mean
+        angles, axes = angles_and_axes(rotations @ mean.T)
+        step = (angles * axes).mean(axis=1)
+        mean = rotation_from_vector(step) @ mean
         if np.linalg.norm(step) < L2_TOLERANCE:
             break
     return mean

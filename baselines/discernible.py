@@ -18,6 +18,8 @@ __all__ = ["dre", "dte"]
 
 Floats = NDArray[np.float64]
 
+FARTHEST = 1e100  # squares of more overflow; a camera out there is cut wherever it is
+
 
 def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float:
     """Discernible trajectory error: robustly aligned, winsorised position errors.
@@ -49,6 +51,10 @@ def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float:
 
     Notes
     -----
+    The geometric medians are what 10 steps give, as in the published implementation, from a start
+    that depends on the axes of the world. So an exact estimate whose world is turned has a DTE of
+    about 1e-6 with 100 cameras and up to 0.04 with 5, not 0.
+
     Where the median distance of the estimate is 0 the estimate takes its limit, scaled without
     bound: cameras at the geometric median stay there, the errors of all others are cut.
 
@@ -138,6 +144,7 @@ def dre(gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation)
 
 def _centre(positions: Floats) -> tuple[Floats, float]:
     """Return positions relative to their geometric median and the median distance to it."""
+    positions = np.clip(positions, -FARTHEST, FARTHEST)
     centred = positions - geometric_median(positions)
     return centred, float(np.median(np.linalg.norm(centred, axis=1)))
 

@@ -13,6 +13,7 @@ Floats = NDArray[np.float64]
 
 CHUNK = 1 << 12  # pairs evaluated at once: their temporaries stay in the cache
 FINEST_STEP_DEG = 1e-3  # a cosine tells angles apart down to about 1e-6 degrees
+FARTHEST = 1e100  # squares of more overflow
 FAILED = -2.0  # below every cosine
 
 
@@ -104,8 +105,8 @@ def maa(
     if estimated.any():
         between = est_rotations[estimated] @ gt_rotations[estimated].transpose(0, 2, 1)
         frequency = _cumulative_frequency(
-            gt_positions[estimated],
-            est_positions[estimated],
+            np.clip(gt_positions[estimated], -FARTHEST, FARTHEST),
+            np.clip(est_positions[estimated], -FARTHEST, FARTHEST),
             Rotation.from_matrix(between, assume_valid=True),
             np.radians(thresholds),
             fold_sign,

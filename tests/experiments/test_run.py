@@ -1,6 +1,7 @@
 """The command line of an experiment: files, provenance, errors, interruption."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -67,10 +68,11 @@ def test_a_killed_run_leaves_no_table_and_its_repetition_the_same_bytes(tmp_path
     assert run(*overrides, "trials=4", f"results_dir={reference}").returncode == 0
 
     command = [sys.executable, "-m", "experiments.run", *overrides, "trials=1000000"]
-    process = subprocess.Popen([*command, f"results_dir={killed}"], cwd=ROOT, text=True)
+    command.append(f"results_dir={killed}")
+    process = subprocess.Popen(command, cwd=ROOT, start_new_session=True)
     time.sleep(4)
     assert process.poll() is None
-    process.send_signal(signal.SIGKILL)
+    os.killpg(process.pid, signal.SIGKILL)  # with its workers
     process.wait()
     assert not list(killed.rglob("*.csv"))
 

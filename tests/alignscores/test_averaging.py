@@ -1,0 +1,202 @@
+"""Rotation averaging: projection, chordal mean, L1 mean, TLUD mean and angles."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from alignscores.averaging import (
+    chordal_mean,
+    geodesic_l1_mean,
+    project_to_rotation,
+    rotation_angles,
+    tlud_mean,
+)
+
+Floats = NDArray[np.float64]
+Rotations = Callable[[int, int, float, int], tuple[Floats, Floats]]
+
+SEEDS = st.integers(0, 10_000)
+
+
+def about_z(*degrees: float) -> Floats:
+    return Rotation.from_rotvec([[0, 0, angle] for angle in degrees], degrees=True).as_matrix()
+
+
+def z_angle(rotation: Floats) -> float:
+    """Angle of a rotation that is one about z."""
+    assert rotation[2, 2] == pytest.approx(1)
+    return math.degrees(math.atan2(rotation[1, 0], rotation[0, 0]))
+
+
+@given(seed=SEEDS)
+def test_projection_is_the_nearest_rotation(seed: int) -> None:
+    """Of any matrix, also of one with a negative determinant: a rotation, and none is nearer."""
+    rng = np.random.default_rng(seed)
+    matrix = rng.normal(size=(3, 3))
+    nearest = project_to_rotation(matrix)
+    np.testing.assert_allclose(nearest @ nearest.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(nearest) == pytest.approx(1)
+    turns = Rotation.from_rotvec(10.0 ** rng.uniform(-3, 0.5, (300, 1)) * rng.normal(size=(300, 3)))
+    distances = np.linalg.norm(turns.as_matrix() @ nearest - matrix, axis=(1, 2))
+    assert np.linalg.norm(nearest - matrix) <= distances.min() + 1e-12
+
+
+@given(seed=SEEDS, n=st.integers(1, 20))
+def test_chordal_mean_minimises_squared_distances(seed: int, n: int) -> None:
+    """No rotation nearby has a smaller sum of squared chordal distances."""
+    rng = np.random.default_rng(seed)
+    rotations = Rotation.random(rng=rng) * Rotation.from_rotvec(rng.normal(0, 0.5, (n, 3)))
+    matrices = rotations.as_matrix()
+
+    def cost(rotation: Floats) -> float:
+        return float(np.sum((matrices - rotation) ** 2))
+
+    mean = chordal_mean(matrices)
+    assert np.linalg.det(mean) == pytest.approx(1)
+    for turn in Rotation.from_rotvec(rng.normal(0, 0.05, (50, 3))).as_matrix():
+        assert cost(mean) <= cost(turn @ mean) + 1e-12
+
+
+def test_chordal_mean_of_two_is_halfway() -> None:
+    assert z_angle(chordal_mean(about_z(10, 50))) == pytest.approx(30)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "median"),
+    [([0, 10, 50], 10), ([-80, 0, 1, 2, 90], 1), ([5, 5, 5, 70, 80], 5), ([0, 1, 2, 3, 120], 2)],
+)
+def test_l1_mean_about_one_axis_is_the_median(degrees: list[float], median: float) -> None:
+    """The sum of angles about one axis is minimal at the median, outliers or not."""
+    rotations = about_z(*degrees)
+    mean = geodesic_l1_mean(rotations, chordal_mean(rotations), max_steps=3000)
+    assert z_angle(mean) == pytest.approx(median, abs=0.1)
+
+
+def test_l1_mean_takes_the_steps_it_is_given() -> None:
+    """No step leaves the start; the tolerance stops after the first step below it."""
+    rotations = about_z(0, 10, 50)
+    start = about_z(40)[0]
+    assert z_angle(geodesic_l1_mean(rotations, start, max_steps=0)) == pytest.approx(40)
+    # One Weiszfeld step from 40: weights 1/40, 1/30, 1/10 on -40, -30, +10
+    step = (-1 - 1 + 1) / (1 / 40 + 1 / 30 + 1 / 10)
+    one = geodesic_l1_mean(rotations, start, max_steps=1)
+    assert z_angle(one) == pytest.approx(40 + step)
+    stopped = geodesic_l1_mean(rotations, start, tolerance=math.radians(abs(step)) * 1.001)
+    assert z_angle(stopped) == pytest.approx(40 + step)
+    going_on = geodesic_l1_mean(rotations, start, tolerance=math.radians(abs(step)) * 0.999)
+    assert z_angle(going_on) < 40 + step - 1
+    ten = geodesic_l1_mean(rotations, start, max_steps=10)
+    assert z_angle(geodesic_l1_mean(rotations, start)) == pytest.approx(z_angle(ten), abs=1e-12)
+    assert z_angle(geodesic_l1_mean(rotations, start, max_steps=9)) != z_angle(ten)
+
+
+@pytest.mark.parametrize("copies", [1, 5])
+def test_l1_mean_of_identical_rotations(copies: int) -> None:
+    """Residuals of zero have no direction: no 0/0, the start stays."""
+    identical = about_z(*[30.0] * copies)
+    np.testing.assert_array_equal(geodesic_l1_mean(identical, identical[0]), identical[0])
+
+
+def test_l1_mean_at_one_of_the_rotations() -> None:
+    """One rotation does not hold the iterate where it is, a majority does."""
+    rotations = about_z(0, 10, 20, 30)
+    assert 10 < z_angle(geodesic_l1_mean(rotations, rotations[0], max_steps=1)) < 20
+    majority = about_z(0, 0, 0, 10, 20)
+    assert abs(z_angle(geodesic_l1_mean(majority, majority[0]))) < 1e-9
+
+
+def test_l1_mean_acts_from_the_world_side() -> None:
+    """The step multiplies from the left, where the residuals are: equivariant from both sides."""
+    rng = np.random.default_rng(0)
+    rotations = Rotation.from_rotvec(rng.normal(0, 0.4, (7, 3))).as_matrix()
+    left, right = Rotation.random(2, rng=rng).as_matrix()
+    start = np.eye(3)
+    mean = geodesic_l1_mean(rotations, start, max_steps=3)
+    moved = geodesic_l1_mean(left @ rotations @ right, left @ start @ right, max_steps=3)
+    np.testing.assert_allclose(moved, left @ mean @ right, atol=1e-12)
+
+
+def naive_tlud_start(rotations: Floats) -> tuple[Floats, int]:
+    """Inliers of the cheapest rotation, and its index, by a double loop."""
+    costs = [sum(min(float(np.linalg.norm(a - b)), 0.5) for b in rotations) for a in rotations]
+    best = costs.index(min(costs))
+    inliers = [b for b in rotations if np.linalg.norm(rotations[best] - b) < 0.5]
+    return np.array(inliers), best
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize(
+    ("n", "outliers", "sigma"), [(1, 0, 1), (2, 0, 3), (30, 15, 8), (60, 50, 3)]
+)
+def test_tlud_mean_by_its_definition(
+    noisy_rotations: Rotations, n: int, outliers: int, sigma: float, seed: int
+) -> None:
+    """Inliers of the cheapest rotation, their chordal mean, L1 steps until below 0.001 rad."""
+    gt, est = noisy_rotations(n, outliers, sigma, seed)
+    relative = est @ gt.transpose(0, 2, 1)
+    inliers, _ = naive_tlud_start(relative)
+    expected = geodesic_l1_mean(inliers, chordal_mean(inliers), tolerance=1e-3)
+    np.testing.assert_allclose(tlud_mean(relative), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(("degrees", "inlier"), [(20.3, True), (20.4, False)])
+def test_tlud_inlier_threshold(degrees: float, inlier: bool) -> None:
+    """A chordal distance of 0.5 is an angle of 20.36 degrees."""
+    rotations = about_z(0, 0, 0, 0, degrees)
+    mean = z_angle(tlud_mean(rotations))
+    assert (abs(mean) > 1e-4) == inlier
+
+
+def test_tlud_truncates() -> None:
+    """Three that agree beat four that are spread wide, whatever the distance between the groups."""
+    for far in (60, 120, 180):
+        rotations = about_z(0, 1, 2, far, far + 40, far + 80, far + 120)
+        assert z_angle(tlud_mean(rotations)) == pytest.approx(1, abs=0.2)
+
+
+@given(seed=SEEDS)
+def test_tlud_is_equivariant(noisy_rotations: Rotations, seed: int) -> None:
+    """Turning all rotations, from either side, turns their average; their order does not matter."""
+    _, est = noisy_rotations(20, 5, 5, seed)
+    rng = np.random.default_rng(seed)
+    relative = est[:1] @ Rotation.from_rotvec(rng.normal(0, 0.1, (20, 3))).as_matrix()
+    left, right = Rotation.random(2, rng=rng).as_matrix()
+    mean = tlud_mean(relative)
+    np.testing.assert_allclose(tlud_mean(left @ relative @ right), left @ mean @ right, atol=1e-9)
+    np.testing.assert_allclose(tlud_mean(rng.permutation(relative)), mean, atol=1e-9)
+
+
+def test_tlud_of_many(noisy_rotations: Rotations) -> None:
+    """Thousands of rotations are treated in parts: the same cheapest one as in one go."""
+    gt, est = noisy_rotations(3000, 1000, 4, 0)
+    relative = est @ gt.transpose(0, 2, 1)
+    flat = relative.reshape(-1, 9)
+    distances = np.sqrt(np.maximum(6 - 2 * flat @ flat.T, 0))
+    best = np.minimum(distances, 0.5).sum(axis=1).argmin()
+    inliers = relative[np.linalg.norm(relative - relative[best], axis=(1, 2)) < 0.5]
+    expected = geodesic_l1_mean(inliers, chordal_mean(inliers), tolerance=1e-3)
+    np.testing.assert_allclose(tlud_mean(relative), expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0, 1e-12, 1e-9, 1e-6, 1e-3, 0.1, 10, 90, 179, 179.999999, 180])
+def test_rotation_angles(angle: float) -> None:
+    """Precise at both ends, where the arc cosine of the trace loses half of the digits."""
+    axes = np.random.default_rng(0).normal(size=(20, 3))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    matrices = Rotation.from_rotvec(angle * axes, degrees=True).as_matrix()
+    np.testing.assert_allclose(rotation_angles(matrices), angle, rtol=1e-9, atol=1e-13)
+
+
+def test_rotation_angles_of_rounded_matrices() -> None:
+    """A trace slightly above 3 or below -1 is neither NaN nor complex."""
+    for factor in (1 + 1e-8, 1 - 1e-8):
+        matrices = factor * np.concatenate([about_z(0, 0.0), about_z(180)])
+        angles = rotation_angles(matrices)
+        assert np.isrealobj(angles)
+        np.testing.assert_allclose(angles, [0, 0, 180], atol=1e-5)

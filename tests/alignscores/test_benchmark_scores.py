@@ -1,0 +1,75 @@
+"""Times, reported and not asserted: ``pytest -m benchmark``."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from pytest_benchmark.fixture import BenchmarkFixture
+
+import alignscores
+from alignscores import closest_pair_quartile, ras, tas
+from alignscores.registration import pcr99
+
+pytestmark = pytest.mark.benchmark
+
+Floats = NDArray[np.float64]
+Scene = Callable[[int, int, float, int], tuple[Floats, Floats]]
+Rotations = Callable[[int, int, float, int], tuple[Floats, Floats]]
+
+
+@pytest.mark.parametrize(
+    ("n", "outliers"), [(15, 4), (100, 30), (100, 80), (1000, 300), (10_000, 3000)]
+)
+def test_tas(benchmark: BenchmarkFixture, noisy_scene: Scene, n: int, outliers: int) -> None:
+    """The whole score."""
+    gt, est = noisy_scene(n, outliers, 0.03, 0)
+    assert benchmark(tas, gt, est).n_hypotheses > 0
+
+
+@pytest.mark.parametrize(("n", "outliers"), [(100, 30), (10_000, 3000)])
+def test_pcr99(benchmark: BenchmarkFixture, noisy_scene: Scene, n: int, outliers: int) -> None:
+    """Its registration alone."""
+    gt, est = noisy_scene(n, outliers, 0.03, 0)
+
+    def register() -> int:
+        rng = np.random.default_rng(0)
+        return pcr99(gt, est, order=n // 10, n_hypotheses=1000, rng=rng)[1]
+
+    assert benchmark(register) == 1000
+
+
+def test_tas_where_nothing_passes(benchmark: BenchmarkFixture, noisy_scene: Scene) -> None:
+    """The whole budget of draws."""
+    gt, est = noisy_scene(100, 0, 0, 0)
+    est[2:] = 0
+    with pytest.warns(alignscores.AlignmentWarning):
+        assert benchmark(tas, gt, est).n_hypotheses == 0
+
+
+@pytest.mark.parametrize("n", [100, 10_000])
+def test_d(benchmark: BenchmarkFixture, noisy_scene: Scene, n: int) -> None:
+    """The unit d."""
+    gt, _ = noisy_scene(n, 0, 0, 0)
+    assert benchmark(closest_pair_quartile, gt) > 0
+
+
+@pytest.mark.parametrize("n", [100, 2000])
+def test_ras(benchmark: BenchmarkFixture, noisy_rotations: Rotations, n: int) -> None:
+    """The whole score, quadratic in the number of cameras."""
+    gt, est = noisy_rotations(n, 3 * n // 10, 3, 0)
+    assert benchmark(ras, gt, est).score > 0
+
+
+@pytest.mark.parametrize("module", ["numpy, scipy.spatial.transform", "alignscores"])
+def test_import(benchmark: BenchmarkFixture, module: str) -> None:
+    """A fresh interpreter that imports the package, and one that imports what it needs."""
+    environment = {**os.environ, "PYTHONPATH": str(Path(alignscores.__file__).parents[1])}
+    command = [sys.executable, "-c", f"import {module}"]
+    benchmark.pedantic(
+        subprocess.run, (command,), {"check": True, "env": environment}, rounds=5, warmup_rounds=1
+    )

@@ -1,0 +1,95 @@
+"""The cumulative frequency and the score that is its area, against double loops."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from alignscores import AlignmentScore
+from alignscores.histogram import cumulative_frequency, equal_steps
+
+# A coarse grid, so that errors often lie exactly at a threshold.
+ERRORS = st.lists(
+    st.one_of(st.integers(0, 12).map(lambda k: k / 8), st.just(math.inf)), min_size=1, max_size=30
+)
+
+
+@given(errors=ERRORS, largest=st.sampled_from([0.5, 1.0, 1.5]), count=st.sampled_from([1, 4, 8]))
+def test_counts_by_a_double_loop(errors: list[float], largest: float, count: int) -> None:
+    """f_k counts the errors strictly below threshold k."""
+    thresholds = equal_steps(largest, count, "largest")
+    expected = [sum(error < threshold for error in errors) for threshold in thresholds]
+    frequency = cumulative_frequency(np.array(errors), thresholds)
+    assert frequency.tolist() == expected
+    assert frequency.dtype == np.int64
+
+
+@given(errors=ERRORS, count=st.sampled_from([1, 4, 8, 100]))
+def test_score_is_the_mean_over_cameras(errors: list[float], count: int) -> None:
+    """The area is the mean over the cameras of the share of thresholds above their error."""
+    thresholds = equal_steps(1.0, count, "largest")
+    result = AlignmentScore(np.array(errors), thresholds)
+    shares = [sum(error < threshold for threshold in thresholds) / count for error in errors]
+    assert result.score == pytest.approx(sum(shares) / len(shares), abs=1e-12)
+    assert 0 <= result.score <= 1
+    assert float(result) == result.score
+    assert type(result.score) is float
+
+
+def test_an_error_at_a_threshold_is_not_below_it() -> None:
+    """The comparison is strict: errors at all 100 thresholds leave 99 + 98 + ... + 0 counts."""
+    thresholds = equal_steps(2.0, 100, "largest")
+    result = AlignmentScore(thresholds.copy(), thresholds)
+    assert result.cumulative_frequency.tolist() == list(range(100))
+    assert result.score == 0.495
+
+
+@pytest.mark.parametrize("value", [np.inf, np.nan])
+def test_a_failed_camera_is_below_no_threshold(value: float) -> None:
+    """Infinite and undefined errors count as failures, wherever they stand."""
+    for errors in ([value, 0.0, 0.0], [0.0, value, 0.0], [0.0, 0.0, value]):
+        result = AlignmentScore(np.array(errors), equal_steps(1.0, 10, "largest"))
+        assert result.score == 2 / 3
+        assert np.all(result.cumulative_frequency == 2)
+
+
+@pytest.mark.parametrize("n", [1, 3, 7, 49, 1000])
+@pytest.mark.parametrize("count", [1, 3, 100, 333])
+def test_no_errors_score_exactly_one(n: int, count: int) -> None:
+    """Whole numbers until the one division."""
+    assert AlignmentScore(np.zeros(n), equal_steps(0.3, count, "largest")).score == 1.0
+
+
+@pytest.mark.parametrize(("largest", "count"), [(1.0, 100), (10.0, 100), (0.7, 3), (1e-9, 7)])
+def test_equal_steps(largest: float, count: int) -> None:
+    """From the first step, not from 0, to the largest."""
+    steps = equal_steps(largest, count, "largest")
+    np.testing.assert_allclose(
+        steps, [largest * k / count for k in range(1, count + 1)], rtol=1e-14
+    )
+
+
+@pytest.mark.parametrize(
+    ("largest", "count"), [(0.0, 10), (-1.0, 10), (math.nan, 10), (math.inf, 1)]
+)
+def test_no_steps_to_there(largest: float, count: int) -> None:
+    """The error names the parameter that the caller gave."""
+    with pytest.raises(ValueError, match=r"^max_threshold must be a positive finite number"):
+        equal_steps(largest, count, "max_threshold")
+
+
+@pytest.mark.parametrize("count", [0, -1, 2.0, True, "3"])
+def test_no_such_number_of_steps(count: int) -> None:
+    with pytest.raises(ValueError, match=r"^n_thresholds must be a positive whole number"):
+        equal_steps(1.0, count, "max_threshold")
+
+
+def test_frozen() -> None:
+    """Neither the given nor the derived fields can be set."""
+    result = AlignmentScore(np.zeros(3), np.ones(1))
+    for field in ("score", "errors", "thresholds", "cumulative_frequency"):
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            setattr(result, field, 0.5)

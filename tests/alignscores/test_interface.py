@@ -1,0 +1,147 @@
+"""The names and properties that others rely on."""
+
+import dataclasses
+import inspect
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import alignscores
+from alignscores import pas, ras, tas
+
+Floats = NDArray[np.float64]
+Scene = Callable[[int, int, float, int], tuple[Floats, Floats]]
+Rotations = Callable[[int, int, float, int], tuple[Floats, Floats]]
+
+
+@pytest.fixture
+def results(noisy_scene: Scene, noisy_rotations: Rotations) -> dict[str, Any]:
+    positions, rotations = noisy_scene(40, 10, 0.03, 0), noisy_rotations(40, 10, 3, 0)
+    poses = [
+        np.concatenate([r, p[:, :, None]], 2) for r, p in zip(rotations, positions, strict=True)
+    ]
+    return {"tas": tas(*positions), "ras": ras(*rotations), "pas": pas(*poses)}
+
+
+def test_public_names() -> None:
+    """All that is exported exists."""
+    assert {"tas", "ras", "pas"} <= set(alignscores.__all__)
+    for name in alignscores.__all__:
+        assert hasattr(alignscores, name)
+
+
+@pytest.mark.parametrize(
+    ("function", "defaults"),
+    [
+        (
+            tas,
+            {
+                "rng": 0,
+                "unit": None,
+                "n_hypotheses": 1000,
+                "max_threshold": 1.0,
+                "n_thresholds": 100,
+                "registration": "pcr99",
+            },
+        ),
+        (ras, {"max_threshold_deg": 10.0, "n_thresholds": 100}),
+        (
+            pas,
+            {
+                "rng": 0,
+                "weight": 0.5,
+                "unit": None,
+                "n_hypotheses": 1000,
+                "max_threshold": 1.0,
+                "registration": "pcr99",
+            },
+        ),
+    ],
+)
+def test_defaults(function: Callable[..., Any], defaults: dict[str, Any]) -> None:
+    """The options of design.md with their defaults, all by keyword, behind two positional ones."""
+    parameters = list(inspect.signature(function).parameters.values())
+    assert [p.kind for p in parameters[:2]] == [inspect.Parameter.POSITIONAL_OR_KEYWORD] * 2
+    assert {p.kind for p in parameters[2:]} == {inspect.Parameter.KEYWORD_ONLY}
+    assert defaults.items() <= {p.name: p.default for p in parameters}.items()
+
+
+def test_fields(results: dict[str, Any]) -> None:
+    """Shapes and types of the results; float(result) is the score."""
+    for name in ("tas", "ras"):
+        result = results[name]
+        assert result.errors.shape == (40,)
+        assert result.thresholds.shape == result.cumulative_frequency.shape == (100,)
+        assert np.all(np.diff(result.thresholds) > 0)
+        assert np.all(np.diff(result.cumulative_frequency) >= 0)
+    assert results["ras"].alignment.shape == (3, 3)
+    assert results["tas"].alignment.rotation.shape == (3, 3)
+    assert results["tas"].alignment.translation.shape == (3,)
+    assert type(results["tas"].alignment.scale) is float
+    assert type(results["tas"].unit) is float
+    assert type(results["tas"].n_hypotheses) is int
+    assert results["pas"].tas.score == results["tas"].score
+    assert results["pas"].ras.score == results["ras"].score
+    for result in results.values():
+        assert type(float(result)) is type(result.score) is float
+        assert f"score={result.score}" in repr(result)
+
+
+def test_results_are_frozen(results: dict[str, Any]) -> None:
+    """No field can be set."""
+    for result in [*results.values(), results["tas"].alignment]:
+        for field in dataclasses.fields(result):
+            with pytest.raises(dataclasses.FrozenInstanceError):
+                setattr(result, field.name, 0)
+
+
+def in_fresh_process(code: str, **environment: str) -> str:
+    root = Path(alignscores.__file__).parents[1]
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        env={**os.environ, "PYTHONPATH": str(root), **environment},
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout
+
+
+def test_import_needs_numpy_and_scipy_alone() -> None:
+    """evo, pandas and the like are imported where they are used, not with the package."""
+    out = in_fresh_process(
+        "import sys, alignscores; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
+    )
+    heavy = {"evo", "pandas", "matplotlib", "hydra", "joblib", "snakemake", "numba", "pycolmap"}
+    assert heavy.isdisjoint(out.split())
+
+
+def test_same_bits_in_another_process() -> None:
+    """Nor does the answer depend on the hash seed or on the number of BLAS threads."""
+    code = """
+import numpy as np
+from alignscores import ras, tas
+rng = np.random.default_rng(0)
+for n in (15, 100, 600):
+    gt = rng.random((n, 3))
+    est = gt + rng.normal(0, 0.03, (n, 3))
+    est[: n // 3] = 10 * rng.random((n // 3, 3))
+    result = tas(gt, est)
+    print(result.errors.tobytes().hex(), result.alignment.rotation.tobytes().hex(), result.score)
+    q = rng.normal(size=(2, n, 3, 3))
+    q, _ = np.linalg.qr(q)
+    q[..., 0] *= np.linalg.det(q)[..., None]
+    print(ras(q[0], q[1]).errors.tobytes().hex())
+"""
+    outputs = {
+        in_fresh_process(code, PYTHONHASHSEED=str(threads), OPENBLAS_NUM_THREADS=str(threads))
+        for threads in (1, 2)
+    }
+    assert len(outputs) == 1
+    assert len(outputs.pop()) > 10_000

@@ -1,0 +1,133 @@
+"""The defects of the published implementations that method.md lists: we have none of them."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from alignscores import AlignmentWarning, ras, tas
+from alignscores.averaging import rotation_angles
+
+Floats = NDArray[np.float64]
+Cloud = Callable[[str, int, int], Floats]
+Rotations = Callable[[int, int, float, int], tuple[Floats, Floats]]
+
+
+@pytest.mark.timeout(20)
+@pytest.mark.parametrize("n", [4, 19, 20, 100, 300])
+def test_no_endless_loop_when_no_triplet_passes(n: int) -> None:
+    """Published: waits for 1000 hypotheses for ever."""
+    gt = np.random.default_rng(n).random((n, 3))
+    est = np.zeros((n, 3))
+    est[:2, 0] = [1, 2]  # three distinct positions on a line, unlike the ground truth
+    with pytest.warns(AlignmentWarning):
+        assert tas(gt, est).score == 0
+
+
+@pytest.mark.timeout(20)
+def test_no_endless_loop_when_few_triplets_pass() -> None:
+    """Published: likewise. Here 4 of 161 700 triplets can pass, and they are found and used."""
+    gt = np.random.default_rng(0).random((100, 3))
+    est = np.full((100, 3), 50.0)
+    est[:4] = gt[:4]
+    result = tas(gt, est)
+    assert result.score == 0.04
+    assert 0 < result.n_hypotheses < 1000
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_no_failure_for_fewer_than_four_cameras(n: int) -> None:
+    """Published: index out of bounds."""
+    gt = np.random.default_rng(n).random((n, 3))
+    with pytest.raises(ValueError, match="at least 4"):
+        tas(gt, gt)
+    if n == 3:
+        assert tas(gt, gt, unit=1.0).score == 1.0
+    rotations = Rotation.random(n, rng=np.random.default_rng(n)).as_matrix()
+    assert ras(rotations, rotations).score == 1.0
+
+
+@pytest.mark.parametrize("n", [12, 60, 400])
+@pytest.mark.parametrize("world", ["gt", "est", "both"])
+def test_duplicate_positions_waste_no_hypotheses(cloud: Cloud, n: int, world: str) -> None:
+    """Published: their NaN log-ratios pass the prescreen. Here half of the cameras coincide."""
+    gt = cloud("cube", n, 0)
+    est = 2 * gt
+    for array in {"gt": [gt], "est": [est], "both": [gt, est]}[world]:
+        array[n // 2 :] = array[0]
+    enumerate_all = math.comb(n, 3)
+    result = tas(gt, est, n_hypotheses=500 if n == 400 else enumerate_all)
+    assert result.alignment is not None
+    assert result.alignment.scale == pytest.approx(2, rel=1e-6)
+    if world == "both":
+        assert result.score == 1.0
+        if n < 400:  # all triplets of distinct places: 0 or 1 camera of the heap
+            alone, heap = n // 2 - 1, n - n // 2 + 1
+            triangles = math.comb(alone, 3) + math.comb(alone, 2) * heap
+            assert result.n_hypotheses == 3 * triangles
+    else:
+        assert result.score == pytest.approx(0.5, abs=0.03)
+    if n == 400:
+        assert result.n_hypotheses == 500
+
+
+@pytest.mark.parametrize("axis", [[1, 0, 0], [0, 1, 0], [0, 0, -1], [3, 0, 4], [1, 2, 3]])
+@pytest.mark.parametrize("n", [4, 10, 50, 300])
+def test_exactly_collinear_ground_truth(axis: list[float], n: int) -> None:
+    """Published: NaN for every hypothesis. Scored like any other, noise and outliers included."""
+    rng = np.random.default_rng(n)
+    direction = np.array(axis) / np.linalg.norm(axis)
+    gt = np.outer(np.arange(n), direction)
+    noise = rng.normal(0, 0.01, (n, 3))
+    est = Rotation.random(rng=rng).apply(5 * (gt + noise)) + 7
+    outliers = n // 5
+    est[n - outliers :] += rng.normal(0, 50, (outliers, 3))
+    assert tas(gt, 3 * gt + 1).score == 1.0
+    result = tas(gt, est)
+    assert np.isfinite(result.errors).all()
+    inliers = result.errors[: n - outliers]
+    assert np.median(inliers) < 0.1
+    assert result.score > 0.6
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 10, 100])
+def test_exact_rotations_score_one(noisy_rotations: Rotations, n: int) -> None:
+    """Published: 0/0 in the rotation average, so that a perfect estimate can score 0."""
+    for seed in range(20):
+        gt, est = noisy_rotations(n, 0, 0, seed)
+        for a, b in ((gt, est), (gt, gt), (est, est)):
+            result = ras(a, b)
+            assert result.score == 1.0
+            assert np.isfinite(result.errors).all()
+
+
+def test_a_single_inlier_is_an_average() -> None:
+    """Published: 0/0 where one rotation has no other within 20 degrees. All far apart: 1 of n."""
+    angles = [[0, 0, 0], [0, 0, 60], [0, 0, 120], [0, 0, 180], [90, 0, 0]]
+    est = Rotation.from_rotvec(angles, degrees=True).as_matrix()
+    gt = np.tile(np.eye(3), (5, 1, 1))
+    result = ras(gt, est)
+    assert result.score == 0.2
+    assert result.errors.min() == pytest.approx(0, abs=1e-12)
+
+
+def test_trace_slightly_above_three() -> None:
+    """Published: the arc cosine goes complex. Matrices that are rotations up to rounding."""
+    rotations = Rotation.random(50, rng=np.random.default_rng(0)).as_matrix()
+    larger = rotations * (1 + 2e-7)
+    assert np.trace(rotations[0].T @ larger[0]) > 3
+    result = ras(rotations, larger)
+    assert result.errors.dtype == np.float64
+    assert np.all(result.errors >= 0)
+    assert np.all(result.errors < 1e-4)
+    assert result.score == 1.0
+
+
+def test_small_angles_are_precise() -> None:
+    """Published: errors of 2e-6 degrees from the arc cosine near 1."""
+    angles = np.logspace(-12, 0, 13)
+    turns = Rotation.from_rotvec(np.outer(angles, [0.6, 0, -0.8]), degrees=True).as_matrix()
+    np.testing.assert_allclose(rotation_angles(turns), angles, rtol=1e-9, atol=1e-14)

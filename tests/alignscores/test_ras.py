@@ -1,0 +1,308 @@
+"""RAS: the perfect score, a plain scalar implementation, invariances, lost cameras."""
+
+import math
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from alignscores import AlignmentScore, AlignmentWarning, ras
+
+Floats = NDArray[np.float64]
+Rotations = Callable[[int, int, float, int], tuple[Floats, Floats]]
+Matrix = list[list[float]]
+
+SEEDS = st.integers(0, 10_000)
+
+
+# --- a naive implementation: scalars, lists, Rodrigues and log maps -------------------------------
+
+
+def matmul(a: Matrix, b: Matrix) -> Matrix:
+    return [[sum(a[i][k] * b[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
+
+
+def transposed(a: Matrix) -> Matrix:
+    return [[a[j][i] for j in range(3)] for i in range(3)]
+
+
+def chordal(a: Matrix, b: Matrix) -> float:
+    return math.sqrt(sum((a[i][j] - b[i][j]) ** 2 for i in range(3) for j in range(3)))
+
+
+def log_map(r: Matrix) -> list[float]:
+    """Rotation vector (for angles below 180 degrees)."""
+    v = [(r[2][1] - r[1][2]) / 2, (r[0][2] - r[2][0]) / 2, (r[1][0] - r[0][1]) / 2]
+    sine, cosine = math.hypot(*v), (r[0][0] + r[1][1] + r[2][2] - 1) / 2
+    return [x * (math.atan2(sine, cosine) / sine) if sine > 0 else 0.0 for x in v]
+
+
+def rodrigues(v: list[float]) -> Matrix:
+    angle = math.hypot(*v)
+    if angle == 0:
+        return [[float(i == j) for j in range(3)] for i in range(3)]
+    x, y, z = (c / angle for c in v)
+    k = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
+    kk = matmul(k, k)
+    s, c = math.sin(angle), 1 - math.cos(angle)
+    return [[(i == j) + s * k[i][j] + c * kk[i][j] for j in range(3)] for i in range(3)]
+
+
+def polar(m: Matrix) -> Matrix:
+    """Nearest rotation by Newton's iteration for the polar factor (determinant positive)."""
+    for _ in range(100):
+        inverse = np.linalg.inv(np.array(m)).tolist()
+        m = [[(m[i][j] + inverse[j][i]) / 2 for j in range(3)] for i in range(3)]
+    return m
+
+
+def naive_ras(gt: Floats, est: Floats) -> tuple[float, list[float], Matrix]:
+    n = len(gt)
+    s = [matmul(b.tolist(), transposed(a.tolist())) for a, b in zip(gt, est, strict=True)]
+    costs = [sum(min(chordal(a, b), 0.5) for b in s) for a in s]
+    best = costs.index(min(costs))
+    inliers = [b for b in s if chordal(s[best], b) < 0.5]
+    q = polar([[sum(r[i][j] for r in inliers) for j in range(3)] for i in range(3)])
+    for _ in range(10):
+        logs = [log_map(matmul(r, transposed(q))) for r in inliers]
+        weights = [1 / math.hypot(*v) if math.hypot(*v) > 0 else 0.0 for v in logs]
+        if sum(weights) == 0:
+            break
+        step = [
+            sum(w * v[k] for w, v in zip(weights, logs, strict=True)) / sum(weights)
+            for k in range(3)
+        ]
+        q = matmul(rodrigues(step), q)
+        if math.hypot(*step) < 0.001:
+            break
+    errors = []
+    for a, b in zip(gt, est, strict=True):
+        aligned = matmul(q, a.tolist())
+        errors.append(2 * math.asin(min(1, chordal(aligned, b.tolist()) / math.sqrt(8))))
+    errors = [math.degrees(e) for e in errors]
+    score = sum(sum(e < k / 10 for e in errors) for k in range(1, 101)) / (100 * n)
+    return score, errors, q
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    ("n", "outliers", "sigma"),
+    [(1, 0, 5), (2, 0, 5), (3, 1, 1), (10, 0, 3), (25, 10, 6), (40, 32, 1), (40, 0, 15)],
+)
+def test_against_a_scalar_implementation(
+    noisy_rotations: Rotations, n: int, outliers: int, sigma: float, seed: int
+) -> None:
+    """Score, errors and alignment of plain loops over floats, written from the paper."""
+    gt, est = noisy_rotations(n, outliers, sigma, seed)
+    score, errors, alignment = naive_ras(gt, est)
+    result = ras(gt, est)
+    np.testing.assert_allclose(result.alignment, alignment, atol=1e-9)
+    np.testing.assert_allclose(result.errors, errors, rtol=1e-6, atol=1e-6)
+    assert result.score == pytest.approx(score, abs=1e-12)
+
+
+# --- a perfect estimate ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 10, 19, 20, 37, 100, 255, 300, 1000])
+def test_perfect_estimate(noisy_rotations: Rotations, n: int) -> None:
+    """Exactly 1, in the same world and in another, for many seeds."""
+    for seed in range(10):
+        gt, est = noisy_rotations(n, 0, 0, seed)
+        for perfect in (gt, est):
+            result = ras(gt, perfect)
+            assert result.score == 1.0
+            assert np.all(result.errors < 1e-10)
+
+
+def test_perfect_estimate_of_identical_rotations() -> None:
+    """All cameras look the same way, or all but for the sign of a half turn."""
+    for turn in (0.0, 90.0, 180.0):
+        gt = np.tile(Rotation.from_euler("x", turn, degrees=True).as_matrix(), (20, 1, 1))
+        for other in (0.0, 90.0, 180.0):
+            est = gt @ Rotation.from_euler("y", other, degrees=True).as_matrix()
+            assert ras(gt, est).score == 1.0
+
+
+def test_perfect_estimate_of_single_precision(noisy_rotations: Rotations) -> None:
+    """Rotations rounded to 32 bits are rotations, and their errors are below the first step."""
+    gt, est = noisy_rotations(100, 0, 0, 0)
+    assert ras(gt.astype(np.float32), est.astype(np.float32)).score == 1.0
+
+
+# --- errors and conventions -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("degrees", "share"),
+    [(0.05, 1), (0.15, 0.99), (5.05, 0.5), (9.95, 0.01), (10.05, 0), (90, 0), (180, 0)],
+)
+def test_score_of_one_turned_camera(
+    noisy_rotations: Rotations, degrees: float, share: float
+) -> None:
+    """A camera turned by 5.05 degrees counts below 50 of the 100 thresholds, 0.1 to 10 degrees."""
+    gt, est = noisy_rotations(50, 0, 0, 0)
+    turn = Rotation.from_rotvec(np.array([0.6, 0.0, 0.8]) * degrees, degrees=True).as_matrix()
+    est[7] = turn @ est[7]
+    result = ras(gt, est)
+    expected = np.where(np.arange(50) == 7, degrees, 0)
+    np.testing.assert_allclose(result.errors, expected, atol=1e-3)
+    assert result.score == pytest.approx((49 + share) / 50, abs=1e-12)
+
+
+def test_alignment_maps_ground_truth_to_estimate(noisy_rotations: Rotations) -> None:
+    """The alignment is the rotation between the worlds: est = alignment @ gt, not its inverse."""
+    gt, _ = noisy_rotations(30, 0, 0, 0)
+    world = Rotation.from_euler("xyz", [20, -70, 130], degrees=True).as_matrix()
+    result = ras(gt, world @ gt)
+    np.testing.assert_allclose(result.alignment, world, atol=1e-12)
+
+
+def test_axes_of_the_cameras_do_not_align(noisy_rotations: Rotations) -> None:
+    """A turn of every camera about its own axes is no change of world: not aligned away."""
+    gt, _ = noisy_rotations(200, 0, 0, 0)
+    turned = gt @ Rotation.from_euler("x", 60, degrees=True).as_matrix()
+    assert ras(gt, turned).score < 0.2
+
+
+def test_thresholds_are_options(noisy_rotations: Rotations) -> None:
+    """max_threshold_deg is the largest, n_thresholds their number."""
+    gt, est = noisy_rotations(60, 10, 4, 0)
+    default, wide = ras(gt, est), ras(gt, est, max_threshold_deg=20, n_thresholds=200)
+    np.testing.assert_allclose(default.thresholds, np.arange(1, 101) / 10, rtol=1e-12)
+    np.testing.assert_allclose(wide.thresholds, np.arange(1, 201) / 10, rtol=1e-12)
+    np.testing.assert_array_equal(wide.cumulative_frequency[:100], default.cumulative_frequency)
+    assert ras(gt, est, n_thresholds=1).score == np.mean(default.errors < 10)
+
+
+@given(seed=SEEDS, n=st.integers(1, 60), sigma=st.floats(0, 20))
+def test_result_is_consistent(noisy_rotations: Rotations, seed: int, n: int, sigma: float) -> None:
+    """Errors, counts and score follow from the alignment by their definitions."""
+    gt, est = noisy_rotations(n, n // 4, sigma, seed)
+    result = ras(gt, est)
+    assert result.alignment is not None
+    np.testing.assert_allclose(result.alignment @ result.alignment.T, np.eye(3), atol=1e-9)
+    residual = Rotation.from_matrix((result.alignment @ gt).transpose(0, 2, 1) @ est)
+    np.testing.assert_allclose(result.errors, np.degrees(residual.magnitude()), atol=1e-9)
+    counts = [sum(bool(e < t) for e in result.errors) for t in result.thresholds]
+    assert result.cumulative_frequency.tolist() == counts
+    per_camera = [sum(bool(e < t) for t in result.thresholds) / 100 for e in result.errors]
+    assert result.score == pytest.approx(sum(per_camera) / n, abs=1e-12)
+    assert 0 <= result.score <= 1
+    assert float(result) == result.score
+
+
+# --- invariance -----------------------------------------------------------------------------------
+
+
+@given(seed=SEEDS, n=st.integers(1, 60))
+def test_change_of_world_or_camera_axes_changes_nothing(
+    noisy_rotations: Rotations, seed: int, n: int
+) -> None:
+    """Another estimated world, another ground-truth world, other axes in each camera."""
+    gt, est = noisy_rotations(n, n // 4, 4, seed)
+    rng = np.random.default_rng(seed)
+    world = Rotation.random(rng=rng).as_matrix()
+    axes = Rotation.random(n, rng=rng).as_matrix()
+    expected = ras(gt, est)
+    for result in (ras(gt, world @ est), ras(world @ gt, est), ras(gt @ axes, est @ axes)):
+        assert result.score == pytest.approx(expected.score, abs=1e-12)
+        np.testing.assert_allclose(result.errors, expected.errors, atol=1e-6)
+
+
+@given(seed=SEEDS, n=st.integers(1, 60))
+def test_order_of_the_cameras_changes_nothing(
+    noisy_rotations: Rotations, seed: int, n: int
+) -> None:
+    """A joint permutation permutes the errors."""
+    gt, est = noisy_rotations(n, n // 4, 4, seed)
+    order = np.random.default_rng(seed).permutation(n)
+    a, b = ras(gt, est), ras(gt[order], est[order])
+    assert a.score == pytest.approx(b.score, abs=1e-12)
+    np.testing.assert_allclose(a.errors[order], b.errors, atol=1e-6)
+
+
+def test_same_input_same_bits(noisy_rotations: Rotations) -> None:
+    """Nothing is random."""
+    gt, est = noisy_rotations(200, 50, 4, 0)
+    a, b = ras(gt, est), ras(gt.copy(), est.copy())
+    assert a.errors.tobytes() == b.errors.tobytes()
+    assert a.score == b.score
+
+
+def test_scipy_rotations(noisy_rotations: Rotations) -> None:
+    """scipy Rotation objects, for either argument or both."""
+    gt, est = noisy_rotations(30, 5, 4, 0)
+    expected = ras(gt, est).score
+    r, q = Rotation.from_matrix(gt), Rotation.from_matrix(est)
+    assert ras(r, q).score == ras(r, est).score == ras(gt, q).score == expected
+
+
+# --- lost cameras ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("lost", [1, 30, 59])
+def test_lost_cameras_count(noisy_rotations: Rotations, lost: int, value: float) -> None:
+    """A matrix that is not finite fails, the others are aligned without it: a perfect rest."""
+    gt, est = noisy_rotations(60, 0, 0, 0)
+    est[:lost, 1, 2] = value  # one entry is enough
+    result = ras(gt, est)
+    assert result.score == (60 - lost) / 60
+    assert np.all(np.isinf(result.errors) == (np.arange(60) < lost))
+
+
+@given(seed=SEEDS, lost=st.integers(0, 39))
+def test_losing_cameras_never_raises_the_score(
+    noisy_rotations: Rotations, seed: int, lost: int
+) -> None:
+    """Strictly at a fixed alignment; else up to the shift of the average by one camera of 40."""
+    gt, est = noisy_rotations(40, 8, 4, seed)
+    before = ras(gt, est)
+    errors = before.errors.copy()
+    errors[lost] = np.inf
+    share = np.mean(before.errors[lost] < before.thresholds) / 40
+    fixed = AlignmentScore(errors, before.thresholds)
+    assert fixed.score == pytest.approx(before.score - share, abs=1e-12)
+    est[lost] = np.nan
+    after = ras(gt, est)
+    assert after.alignment is not None
+    assert before.alignment is not None
+    shift = math.degrees(Rotation.from_matrix(after.alignment @ before.alignment.T).magnitude())
+    # Every error changes by at most the shift, so it passes so many thresholds at most.
+    assert after.score <= fixed.score + (math.ceil(shift / 0.1) / 100)
+
+
+def test_one_camera_left(noisy_rotations: Rotations) -> None:
+    """A single camera is always aligned perfectly: n counts it among all."""
+    gt, est = noisy_rotations(10, 10, 0, 0)
+    assert ras(gt[:1], est[:1]).score == 1.0
+    est[1:] = np.nan
+    assert ras(gt, est).score == 0.1
+
+
+def test_no_camera_left(noisy_rotations: Rotations) -> None:
+    """Score 0 with a warning that points at the caller."""
+    gt, est = noisy_rotations(10, 0, 0, 0)
+    est[:] = np.nan
+    with pytest.warns(AlignmentWarning, match="RAS is 0") as caught:
+        result = ras(gt, est)
+    assert caught[0].filename == __file__
+    assert result.score == 0
+    assert result.alignment is None
+    assert np.isinf(result.errors).all()
+
+
+def test_no_other_warning(noisy_rotations: Rotations) -> None:
+    """Half turns, ties and outliers alone: no NumPy or SciPy warning."""
+    gt, est = noisy_rotations(30, 30, 0, 0)
+    half = np.array([np.diag([1.0, -1, -1]), np.diag([-1.0, 1, -1]), np.diag([-1.0, -1, 1])])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ras(gt, est)
+        assert ras(np.tile(np.eye(3), (3, 1, 1)), half).score == pytest.approx(1 / 3)

@@ -1,0 +1,259 @@
+"""Agreement with the values of the published implementation, stored in ``shared/reference``.
+
+TAS is a distribution there (20 runs); everything else that is compared here is deterministic.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import ks_2samp
+
+from alignscores import AlignmentScore, AlignmentWarning, closest_pair_quartile, ras, tas
+from alignscores.registration import three_point_similarities
+
+Floats = NDArray[np.float64]
+Runs = Callable[[Any], tuple[Floats, Floats]]
+
+N_SEEDS = 100  # of ours against 20 reference runs
+
+
+def cases(numbers: str) -> pytest.MarkDecorator:
+    """Parametrise a test by the named reference cases."""
+    names = [f"case_{number}" for number in numbers.split()]
+    return pytest.mark.parametrize("reference_case", names, indirect=True, ids=names)
+
+
+ALL = (
+    "00 03 05 07 09 10 13 14 17 18 20 22 24 27 28 30 33 34 36 39 41 43 45 47 49 50 53 54 57 59 60 "
+    "63 64"
+)
+DETERMINISTIC = "00 03 05 07 09 10 13"  # so few triplets that every run finds the best
+SAMPLED = "17 18 20 22 24 27 28 30 33 34 36 39 43 45 47 53 54 57 59 60 64"
+NOISE_FREE = "41 63"
+ROUNDOFF_SENSITIVE = "49"
+NO_TERMINATION = "14"
+ERROR = "50"
+
+
+def test_every_case_is_tested(reference_cases: dict[str, Any]) -> None:
+    """The lists above miss no case and agree with what the file says about each."""
+    lists = (DETERMINISTIC, SAMPLED, NOISE_FREE, ROUNDOFF_SENSITIVE, NO_TERMINATION, ERROR)
+    assert sorted(" ".join(lists).split()) == ALL.split()
+    assert sorted(reference_cases) == [f"case_{number}" for number in ALL.split()]
+
+    def those(predicate: Callable[[Any], bool]) -> str:
+        return " ".join(n[5:] for n, c in sorted(reference_cases.items()) if predicate(c.meta))
+
+    assert those(lambda meta: meta["tas_status"] == "no_termination") == NO_TERMINATION
+    assert those(lambda meta: meta["tas_status"] == "error") == ERROR
+    assert those(lambda meta: meta["sigma_t"] == 0 and meta["sigma_r_deg"] == 0) == NOISE_FREE
+    assert those(lambda meta: meta["tlud_is_nan"]) == "41"
+    assert those(lambda meta: meta["roundoff_sensitive_tas"]) == f"{ROUNDOFF_SENSITIVE} {ERROR}"
+
+
+@cases(ALL)
+def test_d(reference_case: Any) -> None:
+    """d is the ceil(3n/4)-th smallest closest-neighbour distance."""
+    d = float(reference_case["d_threshold"])
+    assert closest_pair_quartile(reference_case["gt_xyz"]) == pytest.approx(d, rel=1e-12)
+
+
+@cases(" ".join(number for number in ALL.split() if number not in NOISE_FREE.split()))
+def test_rotation_score(reference_case: Any) -> None:
+    """RAS, the rotation average and every angular error."""
+    result = ras(reference_case["gt_R"], reference_case["est_R"])
+    assert result.score == pytest.approx(float(reference_case["RAS"]), abs=1e-12)
+    np.testing.assert_allclose(result.alignment, reference_case["tlud_R"], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(result.errors, reference_case["rot_err_deg"], rtol=0, atol=1e-9)
+
+
+@cases(NOISE_FREE)
+def test_rotation_score_without_noise(reference_case: Any) -> None:
+    """The published average may be 0/0; ours is the true rotation, and inliers score exactly 1."""
+    n, outliers = reference_case.meta["n"], reference_case.meta["k_outliers"]
+    gt, est = reference_case["gt_R"], reference_case["est_R"]
+    assert np.isnan(reference_case["tlud_R"]).all() == reference_case.meta["tlud_is_nan"]
+    result = ras(gt, est)
+    np.testing.assert_allclose(result.alignment, reference_case["true_R"], rtol=0, atol=1e-12)
+    assert np.all(result.errors[: n - outliers] < 1e-10)
+    assert result.score == (n - outliers) / n
+
+
+def hypotheses(case: Any) -> tuple[Floats, Floats, Floats]:
+    triplets = case["trip_idx"].astype(int).T
+    gt, est = np.ascontiguousarray(case["gt_xyz"].T), np.ascontiguousarray(case["est_xyz"].T)
+    return three_point_similarities(gt, est, triplets)[:3]
+
+
+def mth_errors(case: Any, scale: Floats, rotation: Floats, translation: Floats) -> Floats:
+    errors = [
+        np.linalg.norm((case["est_xyz"] - t) / s - case["gt_xyz"] @ R.T, axis=1)
+        for s, R, t in zip(scale, rotation, translation, strict=True)
+    ]
+    return np.sort(errors, axis=1)[:, case.meta["m"] - 1]
+
+
+@cases(f"{DETERMINISTIC} {SAMPLED} {NOISE_FREE} {NO_TERMINATION}")
+def test_three_point_similarities(reference_case: Any) -> None:
+    """Scale, rotation and translation of 20 triplets, and their m-th error."""
+    scale, rotation, translation = hypotheses(reference_case)
+    np.testing.assert_allclose(scale, reference_case["trip_scale"], rtol=1e-9)
+    np.testing.assert_allclose(rotation, reference_case["trip_R"], rtol=0, atol=1e-9)
+    size = np.abs(reference_case["est_xyz"]).max()
+    np.testing.assert_allclose(translation, reference_case["trip_t"], rtol=1e-9, atol=1e-9 * size)
+    np.testing.assert_allclose(
+        mth_errors(reference_case, scale, rotation, translation),
+        reference_case["trip_mth_err"],
+        rtol=1e-9,
+        atol=1e-9 * reference_case["d_threshold"],
+    )
+
+
+@cases(f"{ROUNDOFF_SENSITIVE} {ERROR}")
+def test_collinear_hypotheses_are_proper(reference_case: Any) -> None:
+    """On a line the published hypotheses are no rotations or NaN; ours are, and they fit."""
+    published = reference_case["trip_R"]
+    gram = published.transpose(0, 2, 1) @ published
+    assert not np.allclose(gram, np.eye(3), atol=1e-3)
+
+    scale, rotation, translation = hypotheses(reference_case)
+    gram = rotation.transpose(0, 2, 1) @ rotation
+    np.testing.assert_allclose(gram, np.broadcast_to(np.eye(3), gram.shape), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.det(rotation), 1, rtol=1e-12)
+    assert np.all(scale[:14] > 0)  # the ones among inliers
+    errors = mth_errors(reference_case, scale, rotation, translation)
+    assert np.median(errors[:14]) < 3 * reference_case.meta["sigma_t"]
+
+
+@pytest.fixture(scope="module")
+def runs() -> Runs:
+    """TAS and the smallest m-th error of a case under our seeds 0, 1, ..., each computed once."""
+    known: dict[str, tuple[Floats, Floats]] = {}
+
+    def compute(case: Any) -> tuple[Floats, Floats]:
+        if case.name not in known:
+            results = [tas(case["gt_xyz"], case["est_xyz"], rng=seed) for seed in range(N_SEEDS)]
+            scores = np.array([result.score for result in results])
+            mth = np.array([np.sort(result.errors)[case.meta["m"] - 1] for result in results])
+            known[case.name] = scores, mth
+        return known[case.name]
+
+    return compute
+
+
+def z_score(ours: Floats, reference: Floats) -> float:
+    """Difference of the means in standard errors of that difference."""
+    variance = ours.var(ddof=1) / len(ours) + reference.var(ddof=1) / len(reference)
+    rounding = 1e-9 * abs(reference.mean())
+    return float((ours.mean() - reference.mean()) / (np.sqrt(variance) + rounding))
+
+
+@cases(DETERMINISTIC)
+def test_tas_of_few_cameras(reference_case: Any) -> None:
+    """Up to 10 cameras: the very score, alignment and errors, whatever the seed."""
+    result = tas(reference_case["gt_xyz"], reference_case["est_xyz"], rng=5)
+    assert result.alignment is not None
+    assert np.ptp(reference_case["TAS"]) < 1e-12
+    assert result.score == pytest.approx(reference_case["TAS"][0], abs=1e-12)
+    np.testing.assert_allclose(result.errors, reference_case["TAS_errs"][0], rtol=1e-8, atol=1e-12)
+    assert result.alignment.scale == pytest.approx(reference_case["TAS_scale"][0], rel=1e-9)
+    np.testing.assert_allclose(result.alignment.rotation, reference_case["TAS_R"][0], atol=1e-9)
+    np.testing.assert_allclose(result.alignment.translation, reference_case["TAS_t"][0], rtol=1e-9)
+
+
+@cases(SAMPLED)
+def test_tas_distribution(reference_case: Any, runs: Runs) -> None:
+    """The mean score and the whole distribution of scores are those of the published runs.
+
+    With 21 cases and two tests each, correct code fails here with a probability of about 0.2 %
+    whenever its random stream changes.
+    """
+    scores, _ = runs(reference_case)
+    reference = reference_case["TAS"]
+    assert abs(z_score(scores, reference)) < 4.5
+    assert ks_2samp(scores.round(9), reference.round(9)).pvalue > 1e-4
+
+
+@cases(SAMPLED)
+def test_cost_distribution(reference_case: Any, runs: Runs) -> None:
+    """So is the m-th smallest error of the alignment, which the registration minimises."""
+    _, mth = runs(reference_case)
+    reference = reference_case["TAS_min_mth_err"]
+    d = float(reference_case["d_threshold"])
+    assert abs(z_score(mth, reference)) < 4.5
+    assert ks_2samp((mth / d).round(9), (reference / d).round(9)).pvalue > 1e-4
+
+
+def test_cost_over_all_cases(reference_cases: dict[str, Any], runs: Runs) -> None:
+    """All cases together notice a slight bias that each of them alone would not."""
+    z = [
+        z_score(runs(reference_cases[f"case_{number}"])[1], case["TAS_min_mth_err"])
+        for number in SAMPLED.split()
+        for case in [reference_cases[f"case_{number}"]]
+    ]
+    assert abs(sum(z)) / np.sqrt(len(z)) < 4
+    assert sum(value**2 for value in z) / len(z) < 3
+
+
+def test_score_over_all_cases(reference_cases: dict[str, Any], runs: Runs) -> None:
+    """Likewise for the score itself."""
+    z = [
+        z_score(runs(reference_cases[f"case_{number}"])[0], case["TAS"])
+        for number in SAMPLED.split()
+        for case in [reference_cases[f"case_{number}"]]
+    ]
+    assert abs(sum(z)) / np.sqrt(len(z)) < 4
+    assert sum(value**2 for value in z) / len(z) < 3
+
+
+@cases(ROUNDOFF_SENSITIVE)
+def test_tas_on_a_line(reference_case: Any, runs: Runs) -> None:
+    """Oblique line: scores like the published ones, at a smaller cost (proper rotations)."""
+    scores, mth = runs(reference_case)
+    assert abs(z_score(scores, reference_case["TAS"])) < 4.5
+    assert mth.mean() < reference_case["TAS_min_mth_err"].mean()
+
+
+@cases(NOISE_FREE)
+def test_tas_without_noise(reference_case: Any) -> None:
+    """Exactly the share of the inliers, for every seed."""
+    n, outliers = reference_case.meta["n"], reference_case.meta["k_outliers"]
+    for seed in range(10):
+        result = tas(reference_case["gt_xyz"], reference_case["est_xyz"], rng=seed)
+        assert result.score == (n - outliers) / n
+    np.testing.assert_allclose(reference_case["TAS"], (n - outliers) / n, rtol=1e-12)
+
+
+@cases(NO_TERMINATION)
+def test_tas_where_nothing_passes_the_prescreen(reference_case: Any) -> None:
+    """The published search never ends here; ours scores 0 with a warning."""
+    with pytest.warns(AlignmentWarning, match="TAS is 0"):
+        result = tas(reference_case["gt_xyz"], reference_case["est_xyz"])
+    assert result.score == 0
+    assert result.alignment is None
+    assert result.n_hypotheses == 0
+    assert np.isinf(result.errors).all()
+
+
+@cases(ERROR)
+def test_tas_on_a_line_along_an_axis(reference_case: Any) -> None:
+    """The published code stops with an error here; we score what the noise allows."""
+    n, outliers = reference_case.meta["n"], reference_case.meta["k_outliers"]
+    for seed in range(10):
+        result = tas(reference_case["gt_xyz"], reference_case["est_xyz"], rng=seed)
+        assert result.alignment is not None
+        inlier_errors = result.errors[: n - outliers]
+        assert np.all(inlier_errors < 10 * reference_case.meta["sigma_t"])
+        assert result.score == pytest.approx(0.9 - inlier_errors.sum() / n, abs=0.011)
+        assert result.alignment.scale == pytest.approx(reference_case["true_scale"], rel=0.02)
+
+
+@cases(f"{DETERMINISTIC} {SAMPLED} {NOISE_FREE}")
+def test_score_of_the_published_errors(reference_case: Any) -> None:
+    """The published errors, counted by us, give the published score: TAS and RAS."""
+    thresholds = float(reference_case["d_threshold"]) * np.arange(1, 101) / 100
+    for errors, score in zip(reference_case["TAS_errs"], reference_case["TAS"], strict=True):
+        assert float(AlignmentScore(errors, thresholds)) == pytest.approx(score, abs=1e-12)

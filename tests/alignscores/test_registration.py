@@ -1,0 +1,313 @@
+"""PCR-99 against a plain triple loop, its search for triplets, and its degenerate triangles."""
+
+import itertools
+import math
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from alignscores.registration import pcr99, three_point_similarities
+
+Floats = NDArray[np.float64]
+Scene = Callable[[int, int, float, int], tuple[Floats, Floats]]
+
+
+class Hypothesis(NamedTuple):
+    cost: float
+    scale: float
+    rotation: Floats
+    translation: Floats
+
+
+def naive_hypothesis(a: Floats, b: Floats) -> tuple[float, Floats, Floats]:
+    """Similarity from three ground-truth points (rows of a) and three estimated ones (b)."""
+    rotation = np.zeros((3, 3))
+    axes = []
+    for corners in (a, b):
+        first = corners[1] - corners[0]
+        normal = np.cross(first, corners[2] - corners[0])
+        first, normal = first / math.hypot(*first), normal / math.hypot(*normal)
+        axes.append((first, normal, np.cross(first, normal)))
+    for gt_axis, est_axis in zip(*axes, strict=True):
+        rotation += np.outer(est_axis, gt_axis)
+    a_mean, b_mean = sum(a) / 3, sum(b) / 3
+    numerator = sum((b[k] - b_mean) @ rotation @ (a[k] - a_mean) for k in range(3))
+    scale = numerator / sum((a[k] - a_mean) @ (a[k] - a_mean) for k in range(3))
+    return scale, rotation, b_mean - scale * rotation @ a_mean
+
+
+def naive_pcr99(gt: Floats, est: Floats, order: int) -> tuple[Hypothesis, int]:
+    """The cheapest of all hypotheses and the number of triplets that passed (unordered)."""
+    best, passed = Hypothesis(math.inf, 0, np.eye(3), np.zeros(3)), set()
+    for triplet in itertools.permutations(range(len(gt)), 3):
+        rho = [
+            math.log(math.dist(est[i], est[j]) / math.dist(gt[i], gt[j]))
+            for i, j in itertools.combinations(triplet, 2)
+        ]
+        if max(rho) - min(rho) > 0.1:
+            continue
+        passed.add(frozenset(triplet))
+        scale, rotation, translation = naive_hypothesis(gt[list(triplet)], est[list(triplet)])
+        errors = [
+            math.hypot(*((est[i] - translation) / scale - rotation @ gt[i])) for i in range(len(gt))
+        ]
+        cost = sorted(errors)[order - 1]
+        if cost < best.cost:
+            best = Hypothesis(cost, scale, rotation, translation)
+    return best, len(passed)
+
+
+def rng() -> np.random.Generator:
+    return np.random.default_rng(0)
+
+
+@pytest.mark.parametrize(
+    ("n", "outliers", "sigma", "order"),
+    [
+        (4, 0, 0.03, 4),
+        (5, 1, 0.02, 4),
+        (7, 2, 0.05, 4),
+        (8, 4, 0.01, 3),
+        (9, 2, 0.1, 5),
+        (10, 3, 0.05, 7),
+        (10, 0, 0.2, 10),
+        (11, 5, 0.03, 1),
+    ],
+)
+@pytest.mark.parametrize("seed", range(3))
+def test_cheapest_of_all_hypotheses(
+    noisy_scene: Scene, n: int, outliers: int, sigma: float, order: int, seed: int
+) -> None:
+    """Where all triplets are enumerated, the result is that of a plain triple loop."""
+    gt, est = noisy_scene(n, outliers, sigma, seed)
+    expected, n_passed = naive_pcr99(gt, est, order)
+    alignment, n_used = pcr99(gt, est, order=order, n_hypotheses=1000, rng=rng())
+    assert n_used == 3 * n_passed
+    if n_passed == 0:
+        assert alignment is None
+        return
+    assert alignment is not None
+    errors = np.sort(alignment.position_errors(gt, est))
+    assert errors[order - 1] == pytest.approx(expected.cost, rel=1e-7, abs=1e-9)
+    if order > 1:  # the smallest error is often one that vanishes, for many hypotheses
+        assert alignment.scale == pytest.approx(expected.scale, rel=1e-9)
+        np.testing.assert_allclose(alignment.rotation, expected.rotation, atol=1e-9)
+        np.testing.assert_allclose(alignment.translation, expected.translation, atol=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_three_point_similarities_from_their_definition(noisy_scene: Scene, seed: int) -> None:
+    """Each hypothesis is the one of the mathematics, for triplets in any order."""
+    gt, est = noisy_scene(12, 4, 0.1, seed)
+    triplets = np.array(list(itertools.permutations(range(12), 3))[seed::7]).T
+    scale, rotation, translation, _ = three_point_similarities(gt.T.copy(), est.T.copy(), triplets)
+    for h, triplet in enumerate(triplets.T):
+        expected = naive_hypothesis(gt[triplet], est[triplet])
+        assert scale[h] == pytest.approx(expected[0], rel=1e-9, abs=1e-9)
+        np.testing.assert_allclose(rotation[h], expected[1], atol=1e-9)
+        np.testing.assert_allclose(translation[h], expected[2], atol=1e-7)
+
+
+TRIANGLE = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [1.0, 3.0, 0.5]])
+
+
+def triangle_with_edges(ij: float, ik: float, jk: float) -> Floats:
+    x = (ij**2 + ik**2 - jk**2) / (2 * ij)
+    return np.array([[0.0, 0.0, 0.0], [ij, 0.0, 0.0], [x, math.sqrt(ik**2 - x**2), 0.0]])
+
+
+@pytest.mark.parametrize("copies", [1, 10, 100], ids=["enumerated", "small", "large"])
+@pytest.mark.parametrize(
+    "log_ratios",
+    [(1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1), (0.5, -0.5, 0)],
+)
+def test_prescreen_threshold(copies: int, log_ratios: tuple[float, ...]) -> None:
+    """A triangle whose log edge ratios spread by less than 0.1 passes, by more it does not.
+
+    With copies, all triangles that are none (two corners coincide) must be passed over too.
+    """
+    edges = np.array([math.dist(TRIANGLE[i], TRIANGLE[j]) for i, j in ((0, 1), (0, 2), (1, 2))])
+    for spread, passes in ((0.0999, True), (0.1001, False)):
+        est = triangle_with_edges(*(7 * edges * np.exp(spread * np.array(log_ratios))))
+        alignment, n_used = pcr99(
+            np.repeat(TRIANGLE, copies, axis=0),
+            np.repeat(est, copies, axis=0),
+            order=3,
+            n_hypotheses=50,
+            rng=rng(),
+        )
+        assert (alignment is not None) == passes
+        assert n_used == (0 if not passes else 3 if copies == 1 else 50)
+
+
+@pytest.mark.parametrize("n", [20, 256, 257, 1000])
+def test_collects_the_number_of_hypotheses_asked_for(noisy_scene: Scene, n: int) -> None:
+    """Random sampling delivers exactly as many as asked for, on both sides of all table sizes."""
+    gt, est = noisy_scene(n, n // 3, 0.01, 1)
+    for asked in (1, 17, 1000):
+        alignment, n_used = pcr99(gt, est, order=n // 10, n_hypotheses=asked, rng=rng())
+        assert alignment is not None
+        assert n_used == asked
+        assert alignment.scale == pytest.approx(2.5, rel=0.5)
+
+
+def test_more_hypotheses_cost_less(noisy_scene: Scene) -> None:
+    """The alignment is the best of the hypotheses, so that its cost falls with their number."""
+    gt, est = noisy_scene(100, 30, 0.03, 4)
+    costs = []
+    for asked in (1, 10, 100, 1000):
+        total = 0.0
+        for seed in range(10):
+            alignment, _ = pcr99(
+                gt, est, order=10, n_hypotheses=asked, rng=np.random.default_rng(seed)
+            )
+            assert alignment is not None
+            total += float(np.sort(alignment.position_errors(gt, est))[9])
+        costs.append(total)
+    assert costs == sorted(costs, reverse=True)
+    assert costs[-1] < costs[0] / 2
+
+
+def test_order_of_the_cost() -> None:
+    """With m = k the hypothesis that explains k cameras exactly wins, with m = k + 1 it loses."""
+    generator = rng()
+    gt = generator.random((30, 3))
+    est = gt + generator.normal(0, 0.005, (30, 3))
+    est[:6] = 3 * gt[:6] @ Rotation.from_euler("x", 90, degrees=True).as_matrix().T
+    for order in range(3, 10):
+        alignment, _ = pcr99(gt, est, order=order, n_hypotheses=5000, rng=rng())
+        assert alignment is not None
+        assert alignment.scale == pytest.approx(3 if order <= 6 else 1, rel=0.05)
+
+
+def test_rare_triplets_are_found_and_counted() -> None:
+    """When hardly any triplet passes, the search ends and what was found is used."""
+    gt = rng().random((100, 3))
+    est = 2 * gt
+    est[4:] = [300.0, 100.0, -200.0]  # in one place: only the 4 triplets of the first 4 can pass
+    alignment, n_used = pcr99(gt, est, order=4, n_hypotheses=1000, rng=rng())
+    assert alignment is not None
+    assert 4 <= n_used <= 100  # 24 in the mean: 24 in a million draws
+    assert alignment.scale == pytest.approx(2, rel=1e-9)
+    assert np.all(alignment.position_errors(gt, est)[:4] < 1e-9)
+
+
+@pytest.mark.parametrize("n", [5, 19, 20, 100, 1000])
+def test_no_triplet_at_all(n: int) -> None:
+    """Distances that grow exponentially resemble nothing: no hypothesis, and no endless search."""
+    t = np.arange(n)
+    gt = np.column_stack([np.cos(2.4 * t), np.sin(2.4 * t), t / 5])
+    est = np.column_stack([np.zeros(n), np.zeros(n), 1e10 ** (t % 15) * (t < 15)])
+    gt[t >= 15] += 1  # the others coincide in the estimate
+    start = time.perf_counter()
+    alignment, n_used = pcr99(gt, est, order=4, n_hypotheses=1000, rng=rng())
+    assert (alignment, n_used) == (None, 0)
+    assert time.perf_counter() - start < 10
+
+
+@pytest.mark.parametrize("n", [8, 200, 300])
+def test_duplicates_are_never_hypotheses(n: int) -> None:
+    """Cameras that coincide, in either world or in both, take part in no triangle together."""
+    places = rng().random((4, 3))
+    gt = places[np.arange(n) % 4]
+    est = 3 * gt + 1
+    jitter = rng().normal(0, 1e-12, gt.shape)
+    for a, b in ((gt, est), (gt + jitter, est), (gt, est + jitter)):
+        alignment, n_used = pcr99(a, b, order=4, n_hypotheses=100, rng=rng())
+        assert alignment is not None
+        # 4 triangles, with 2 cameras at each corner when n = 8; each with 3 first edges
+        assert n_used == (4 * 2**3 * 3 if n == 8 else 100)
+        assert alignment.scale == pytest.approx(3, rel=1e-6)
+        assert np.all(alignment.position_errors(gt, est) < 1e-6)
+
+
+def test_enumeration_ends_at_the_number_of_hypotheses(noisy_scene: Scene) -> None:
+    """comb(n, 3) <= n_hypotheses: the random generator is not touched; beyond, it is."""
+    for n, enumerated in ((19, True), (20, False)):
+        gt, est = noisy_scene(n, 3, 0.02, 0)
+        generator = rng()
+        pcr99(gt, est, order=4, n_hypotheses=1000, rng=generator)
+        assert (generator.random() == rng().random()) == enumerated
+
+
+def single(gt: Floats, est: Floats) -> tuple[float, Floats, Floats]:
+    """The hypothesis from the first three rows."""
+    triplet = np.array([[0], [1], [2]])
+    scale, rotation, translation, _ = three_point_similarities(gt.T.copy(), est.T.copy(), triplet)
+    return float(scale[0]), rotation[0], translation[0]
+
+
+DIRECTIONS = {
+    "axis": [1.0, 0.0, 0.0],
+    "other axis": [0.0, 0.0, 1.0],
+    "oblique": [0.48, -0.6, 0.64],
+    "opposite": [-1.0, 0.0, 0.0],
+    "nearly opposite": [-1.0, 1e-9, 0.0],
+    "nearly the same": [1.0, 0.0, 1e-9],
+}
+
+
+@pytest.mark.parametrize("est_direction", DIRECTIONS)
+@pytest.mark.parametrize("gt_direction", ["axis", "other axis", "oblique"])
+def test_collinear_triplet(gt_direction: str, est_direction: str) -> None:
+    """A triangle without a normal gives the minimal rotation between the two directions."""
+    a, b = np.array(DIRECTIONS[gt_direction]), np.array(DIRECTIONS[est_direction])
+    b /= np.linalg.norm(b)
+    steps = np.array([[0.0], [1.0], [3.0]])
+    gt, est = steps * a + [1, 2, 3], 5 * steps * b - [3, 2, 1]
+    scale, rotation, translation = single(gt, est)
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(rotation) == pytest.approx(1)
+    np.testing.assert_allclose(rotation @ a, b, atol=1e-9)
+    assert scale == pytest.approx(5)
+    np.testing.assert_allclose(scale * gt @ rotation.T + translation, est, atol=1e-7)
+    angle = Rotation.from_matrix(rotation).magnitude()
+    expected = math.atan2(float(np.linalg.norm(np.cross(a, b))), float(a @ b))
+    assert angle == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("bend", [1e-3, 0.05, 0.2])
+@pytest.mark.parametrize("flat", ["gt", "est"])
+def test_triplet_that_is_flat_in_one_world_only(flat: str, bend: float) -> None:
+    """First edge onto first edge, and the least-squares scale about the centroids."""
+    line = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
+    for axis in (1, 2):
+        bent = line.copy()
+        bent[2, axis] = bend
+        tilt = Rotation.from_euler("xyz", [0.3, 0.7, 1.1])
+        gt, est = (line, 3 * tilt.apply(bent)) if flat == "gt" else (bent, 3 * tilt.apply(line))
+        scale, rotation, translation = single(gt, est)
+        np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
+        np.testing.assert_allclose(rotation @ [1, 0, 0], tilt.apply([1, 0, 0]), atol=1e-9)
+        a, b = gt - gt.mean(axis=0), est - est.mean(axis=0)
+        assert scale == pytest.approx(np.sum(b * (a @ rotation.T)) / np.sum(a * a), rel=1e-9)
+        expected = est.mean(axis=0) - scale * rotation @ gt.mean(axis=0)
+        np.testing.assert_allclose(translation, expected, atol=1e-9)
+
+
+def test_first_edge_matters_and_its_sense_does_not() -> None:
+    """The first axis is the first edge: three hypotheses a triangle, neither one nor six."""
+    gt = rng().random((3, 3))
+    est = gt + rng().normal(0, 0.05, (3, 3))
+    distinct = {
+        tuple(single(gt[list(order)], est[list(order)])[1].round(9).ravel())
+        for order in itertools.permutations(range(3))
+    }
+    assert len(distinct) == 3
+
+
+def test_inputs_are_left_alone(noisy_scene: Scene) -> None:
+    """Neither the points nor the triplets are written to."""
+    gt, est = noisy_scene(30, 5, 0.01, 0)
+    gt_t, est_t = np.asfortranarray(gt), np.asfortranarray(est)  # the transposes are contiguous
+    triplets = np.array([[0, 1], [2, 3], [4, 5]])
+    copies = gt.copy(), est.copy(), triplets.copy()
+    pcr99(gt_t, est_t, order=4, n_hypotheses=10, rng=rng())
+    three_point_similarities(gt_t.T, est_t.T, triplets)
+    for array, copy in zip((gt_t, est_t, triplets), copies, strict=True):
+        np.testing.assert_array_equal(array, copy)

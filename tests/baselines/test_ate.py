@@ -1,0 +1,204 @@
+"""ATE: against evo where evo answers, against the closed form where it refuses."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from evo.core.metrics import APE, PoseRelation, StatisticsType
+from evo.core.trajectory import PosePath3D
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from baselines import ate
+
+Floats = NDArray[np.float64]
+Scene = Callable[..., tuple[Floats, Floats]]
+
+
+def evo_ape(gt: Floats, est: Floats) -> float:
+    """RMSE as ``evo_ape --align --correct_scale`` gives it."""
+    still = np.tile([1.0, 0, 0, 0], (len(gt), 1))
+    reference = PosePath3D(positions_xyz=gt, orientations_quat_wxyz=still)
+    estimate = PosePath3D(positions_xyz=est.copy(), orientations_quat_wxyz=still)
+    estimate.align(reference, correct_scale=True)
+    metric = APE(PoseRelation.translation_part)
+    metric.process_data((reference, estimate))
+    return float(metric.get_statistic(StatisticsType.rmse))
+
+
+def closed_form(gt: Floats, est: Floats) -> float:
+    """RMSE from the singular values of the cross covariance: no rotation, any rank.
+
+    It cancels where the errors are small, so the estimates here are noisy.
+    """
+    gt, est = gt - gt.mean(axis=0), est - est.mean(axis=0)
+    u, d, vt = np.linalg.svd(gt.T @ est)
+    d[2] *= np.sign(np.linalg.det(u) * np.linalg.det(vt))
+    return float(np.sqrt(((gt**2).sum() - d.sum() ** 2 / (est**2).sum()) / len(gt)))
+
+
+def rms_spread(points: Floats) -> float:
+    return float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum() / len(points)))
+
+
+@pytest.mark.parametrize("n", [3, 4, 10, 100])
+@pytest.mark.parametrize("outliers", [0, 2])
+@pytest.mark.parametrize("seed", range(5))
+def test_equals_evo(scene: Scene, n: int, outliers: int, seed: int) -> None:
+    gt, est = (poses[:, :, 3] for poses in scene(n, outliers, 0.05, 0, seed))
+    assert ate(gt, est) == pytest.approx(evo_ape(gt, est), rel=1e-9)
+    assert ate(gt, est) == pytest.approx(closed_form(gt, est), rel=1e-9)
+
+
+def line(direction: list[float], n: int = 30) -> Floats:
+    return np.arange(n)[:, None] * np.array(direction) / np.linalg.norm(direction)
+
+
+@pytest.mark.parametrize("direction", [[1.0, 0, 0], [0, 0, 1.0], [1.0, 2, 3], [-1.0, 0.3, 1e-8]])
+@pytest.mark.parametrize("unit", [1e-12, 1e-6, 1.0, 1e9])
+@pytest.mark.parametrize("which", ["gt", "est", "both"])
+def test_collinear_positions(direction: list[float], unit: float, which: str) -> None:
+    """A line on either side, or both: the spin about it is free, the RMSE is not."""
+    rng = np.random.default_rng(1)
+    turn = Rotation.random(rng=rng)
+    straight = line(direction)
+    noisy = straight + rng.normal(0, 0.3, straight.shape)
+    along = straight * (1 + rng.normal(0, 0.1, (len(straight), 1)))
+    gt, est = {"gt": (straight, noisy), "est": (noisy, straight), "both": (straight, along)}[which]
+    est = 3 * turn.apply(est) + 5
+    assert ate(unit * gt, est) == pytest.approx(unit * closed_form(gt, est), rel=1e-7)
+    assert ate(gt, unit * est) == pytest.approx(closed_form(gt, est), rel=1e-7)
+
+
+@pytest.mark.parametrize("gt_unit", [1e-200, 1e-15, 1e-9, 1.0, 1e12])
+@pytest.mark.parametrize("est_unit", [1e-200, 1e-9, 1.0, 1e200])
+def test_units(scene: Scene, gt_unit: float, est_unit: float) -> None:
+    """The error is in units of the ground truth, however small or large they are."""
+    gt, est = (poses[:, :, 3] for poses in scene(40, 3, 0.05, 0, 0))
+    assert ate(gt_unit * gt, est_unit * est) == pytest.approx(gt_unit * ate(gt, est), rel=1e-9)
+
+
+@pytest.mark.parametrize("geometry", ["cube", "plane", "line", "two cameras"])
+def test_perfect_estimate(geometry: str) -> None:
+    rng = np.random.default_rng(2)
+    gt = rng.random((2 if geometry == "two cameras" else 25, 3))
+    if geometry == "plane":
+        gt[:, 2] = 0
+    if geometry == "line":
+        gt[:, 1:] = 0
+    est = 0.2 * Rotation.random(rng=rng).apply(gt) + [1e3, -1e3, 0]
+    assert ate(gt, est) < 1e-11
+    assert ate(gt, gt) < 1e-15
+
+
+def test_mirror_image_is_wrong() -> None:
+    """No reflection: the mirrored cloud cannot be aligned."""
+    gt = np.random.default_rng(3).random((20, 3))
+    est = gt * [-1, 1, 1]
+    assert ate(gt, est) == pytest.approx(closed_form(gt, est), rel=1e-9)
+    assert ate(gt, est) > 0.2 * rms_spread(gt)
+    assert ate([[0, 0, 0], [1, 0, 0], [3, 0, 0]], [[0, 0, 0], [-1, 0, 0], [-3, 0, 0]]) < 1e-15
+
+
+def test_known_value() -> None:
+    """A cross whose one arm is twice as long, by hand.
+
+    Covariance diag(2, 4, 0), sum of squares 10: scale 6/10, residuals (0.4, 0.2) on either side.
+    """
+    gt = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]
+    est = [[1, 0, 0], [-1, 0, 0], [0, 2, 0], [0, -2, 0]]
+    assert ate(gt, est) == pytest.approx(np.sqrt((0.4**2 + 0.2**2) / 2), rel=1e-12)
+
+
+@pytest.mark.parametrize("point", [[0.0, 0, 0], [0.1, 0.2, 0.3], [1e6, 1 / 3, -7]])
+def test_estimate_that_is_one_point(point: list[float]) -> None:
+    gt = np.random.default_rng(4).random((30, 3))
+    assert ate(gt, np.tile(point, (30, 1))) == pytest.approx(rms_spread(gt), rel=1e-12)
+    nearly = np.tile(point, (30, 1))
+    nearly[7] += 1e-3
+    assert ate(gt, nearly) <= rms_spread(gt)
+
+
+@pytest.mark.parametrize("n", range(1, 12))
+def test_ground_truth_that_is_one_point(n: int) -> None:
+    """Also where the mean of equal numbers is not that number."""
+    with pytest.raises(ValueError, match="gt_positions has no extent: all its cameras coincide"):
+        ate(np.tile([0.1, 1e6 / 3, -7.7], (n, 1)), np.arange(3.0 * n).reshape(n, 3))
+
+
+@pytest.mark.parametrize("value", [1e15, 1e160, 1e308, 1.7e308])
+def test_cameras_absurdly_far_away(value: float) -> None:
+    """One takes all of the alignment, two at opposite ends form a line: no overflow."""
+    gt, est = np.random.default_rng(7).random((2, 20, 3))
+    est[3] = [value, -value, value]
+    assert 0.5 * rms_spread(gt) < ate(gt, est) < rms_spread(gt)
+    est[0] = -est[3]
+    assert 0.5 * rms_spread(gt) < ate(gt, est) < rms_spread(gt)
+
+
+def test_far_off_world() -> None:
+    """Geocentric coordinates, say: only the rounding of the input is left."""
+    gt = np.random.default_rng(6).integers(0, 1000, (50, 3)) / 8
+    assert ate(gt + 2.0**22, 2 * gt - 2.0**40) < 1e-12
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(3, 20))
+def test_no_other_similarity_is_better(seed: int, n: int) -> None:
+    rng = np.random.default_rng(seed)
+    gt = rng.normal(size=(n, 3)) * 10.0 ** rng.integers(-3, 3, 3)
+    turn = Rotation.random(rng=rng)
+    est = turn.apply(gt) + rng.normal(size=(n, 3))
+    best = ate(gt, est)
+    assert best <= rms_spread(gt) * (1 + 1e-12)
+    for size in (1e-3, 1e-1, 1):
+        back = turn.inv() * Rotation.from_rotvec(rng.normal(0, size, 3))
+        aligned = (1 + size * rng.normal()) * back.apply(est) + size * rng.normal(size=3)
+        assert best <= np.sqrt(((aligned - gt) ** 2).sum() / n) * (1 + 1e-12)
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 20), log_scale=st.floats(-6, 6))
+def test_invariances(seed: int, n: int, log_scale: float) -> None:
+    """A similarity of the estimate and the order of the cameras change nothing."""
+    rng = np.random.default_rng(seed)
+    gt, est = rng.normal(size=(2, n, 3))
+    moved = 10**log_scale * (Rotation.random(rng=rng).apply(est) + rng.normal(size=3))
+    order = rng.permutation(n)
+    assert ate(gt, moved) == pytest.approx(ate(gt, est), rel=1e-9, abs=1e-12)
+    assert ate(gt[order], est[order]) == pytest.approx(ate(gt, est), rel=1e-9, abs=1e-12)
+
+
+def test_inputs_stay_as_they_are() -> None:
+    gt, est = np.random.default_rng(5).random((2, 9, 3))
+    before = gt.copy(), est.copy()
+    ate(gt, est)
+    np.testing.assert_array_equal((gt, est), before)
+
+
+GOOD = np.arange(12.0).reshape(4, 3) ** 2
+
+
+def bad_row(row: int, value: float) -> Floats:
+    positions = GOOD.copy()
+    positions[row, 1] = value
+    return positions
+
+
+@pytest.mark.parametrize(
+    ("gt", "est", "message"),
+    [
+        (bad_row(2, np.nan), GOOD, r"gt_positions\[2\] is not finite"),
+        (GOOD, bad_row(3, np.inf), r"est_positions\[3\] is not finite"),
+        (GOOD, GOOD[:3], "gt_positions has 4 cameras but est_positions has 3"),
+        (GOOD[:, :2], GOOD, r"gt_positions must have shape \(n, 3\), not \(4, 2\)"),
+        (GOOD, GOOD.ravel(), r"est_positions must have shape \(n, 3\), not \(12,\)"),
+        (GOOD[:0], GOOD[:0], "gt_positions has no cameras"),
+        (GOOD[:1], GOOD[:1], "gt_positions has no extent"),
+        (np.full((4, 3), 0.1), GOOD, "gt_positions has no extent"),
+        (GOOD, GOOD + 1j, "est_positions must hold real numbers"),
+    ],
+)
+def test_malformed_input(gt: Floats, est: Floats, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        ate(gt, est)

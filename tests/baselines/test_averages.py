@@ -1,0 +1,163 @@
+"""Geometric median, geodesic L1 and L2 mean: reference values, optimality, coincidence."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from alignscores.averaging import chordal_mean, geodesic_l1_mean, rotation_angles
+from baselines.averages import geometric_median, rotation_l1_mean, rotation_l2_mean
+
+Floats = NDArray[np.float64]
+
+
+def sum_of_distances(points: Floats, centre: Floats) -> float:
+    return float(np.linalg.norm(points - centre, axis=1).sum())
+
+
+def angles_to(rotations: Floats, mean: Floats) -> Floats:
+    return rotation_angles(rotations @ mean.T)
+
+
+def test_geometric_median_equals_reference(reference_cases: dict[str, Any]) -> None:
+    """The jitter of the published code, in one case, is below the tolerance."""
+    for case in reference_cases.values():
+        for cloud in ("gt", "est"):
+            points = case[f"{cloud}_xyz"]
+            median = geometric_median(points)
+            np.testing.assert_allclose(median, case[f"geomed_{cloud}"], rtol=0, atol=1e-12 * 100)
+            distance = np.median(np.linalg.norm(points - median, axis=1))
+            assert distance == pytest.approx(float(case[f"geomed_{cloud}_median_dist"]), rel=1e-9)
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 15), copies=st.integers(0, 10))
+def test_geometric_median_minimises(seed: int, n: int, copies: int) -> None:
+    """No point of the cloud and none nearby is better, also where points coincide."""
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(n, 3))
+    points = np.vstack([points, np.repeat(points[:1], copies, axis=0)])
+    median = geometric_median(points, max_steps=3000)
+    least = sum_of_distances(points, median)
+    for other in (*points, *(median + 10.0 ** -rng.integers(1, 5, (20, 1)) * points[0])):
+        assert least <= sum_of_distances(points, other) * (1 + 1e-6)
+
+
+def test_geometric_median_rests_on_a_majority() -> None:
+    """Half of the points or more in one place: that is the median, exactly."""
+    rng = np.random.default_rng(0)
+    for others in (0, 1, 4, 5):
+        points = np.vstack([np.full((5, 3), 0.1), rng.normal(size=(others, 3))])
+        if others < 5:  # else the coordinate-wise median lies elsewhere
+            np.testing.assert_array_equal(geometric_median(points), [0.1, 0.1, 0.1])
+
+
+def test_geometric_median_leaves_a_point_that_is_not_the_median() -> None:
+    """The start coincides with a camera, the pull of the others is more than 1."""
+    points = np.array([[0.0, 0, 0], [1, 5, 0], [2, 4, 0], [-3, -1, 9], [-4, -2, 8]])
+    assert (np.median(points, axis=0) == points[0]).all()
+    weights = 1 / np.linalg.norm(points[1:], axis=1)
+    strength = np.linalg.norm(weights @ points[1:])
+    one_step = (1 - 1 / strength) * (weights @ points[1:]) / weights.sum()
+    np.testing.assert_allclose(geometric_median(points, max_steps=1), one_step, rtol=1e-12)
+
+    median = geometric_median(points, max_steps=500)
+    assert sum_of_distances(points, median) < sum_of_distances(points, points[0]) - 1e-3
+    offsets = points - median
+    pull = (offsets / np.linalg.norm(offsets, axis=1, keepdims=True)).sum(axis=0)
+    assert np.linalg.norm(pull) < 1e-6
+
+
+def test_geometric_median_of_a_symmetric_cloud() -> None:
+    """Converges quadratically onto a camera: its distance underflows and must not divide by 0."""
+    direction = np.array([0.3, -0.5, 0.7])
+    points = np.arange(37.0)[:, None] * direction
+    np.testing.assert_allclose(geometric_median(points, max_steps=50), 18 * direction, rtol=1e-12)
+
+
+def test_l1_mean_equals_reference(reference_cases: dict[str, Any]) -> None:
+    """`l1_R`, which takes the estimate to the ground truth, and the residual angles.
+
+    Not where the published code added jitter: there the rotations are exact.
+    """
+    compared = 0
+    for case in reference_cases.values():
+        if case.meta["dte_jitter_in_l1"]:
+            continue
+        gt, est = case["gt_R"], case["est_R"]
+        mean = rotation_l1_mean(gt @ est.transpose(0, 2, 1))
+        np.testing.assert_allclose(mean, case["l1_R"], rtol=0, atol=1e-12)
+        errors = rotation_angles((mean @ est).transpose(0, 2, 1) @ gt)
+        np.testing.assert_allclose(errors, case["l1_err_deg"], rtol=0, atol=1e-9)
+        compared += 1
+    assert compared == 31
+
+
+def test_l1_mean_of_exact_rotations(reference_cases: dict[str, Any]) -> None:
+    """Where the published code jitters we are right instead: the inliers have no error."""
+    for name, inliers in (("case_41", 90), ("case_63", 100)):
+        case = reference_cases[name]
+        mean = rotation_l1_mean(case["est_R"] @ case["gt_R"].transpose(0, 2, 1))
+        np.testing.assert_allclose(mean, case["true_R"], rtol=0, atol=1e-12)
+        errors = angles_to(case["est_R"] @ case["gt_R"].transpose(0, 2, 1), mean)
+        assert errors[:inliers].max() < 1e-10
+
+
+@pytest.mark.parametrize(("majority", "outliers"), [(4, 1), (3, 2), (6, 4), (60, 40), (2, 0)])
+def test_l1_mean_rests_on_a_majority(majority: int, outliers: int) -> None:
+    """Passing over the coincident rotations would throw the mean at the outliers."""
+    rng = np.random.default_rng(majority)
+    rotations = np.tile(np.eye(3), (majority + outliers, 1, 1))
+    if outliers:
+        rotations[:outliers] = Rotation.random(outliers, rng=rng).as_matrix()
+    np.testing.assert_array_equal(rotation_l1_mean(rotations), np.eye(3))
+    np.testing.assert_array_equal(geodesic_l1_mean(rotations, np.eye(3)), np.eye(3))
+
+
+def test_l1_mean_leaves_a_rotation_that_is_not_the_mean() -> None:
+    """About one axis three rotations pull with 3, the one holds with 1: two thirds of the step."""
+    turns = Rotation.from_rotvec([[0, 0, 0], [30, 0, 0], [31, 0, 0], [33, 0, 0]], degrees=True)
+    mean = geodesic_l1_mean(turns.as_matrix(), np.eye(3), max_steps=1)
+    step = 2 / 3 * 3 / (1 / 30 + 1 / 31 + 1 / 33)
+    np.testing.assert_allclose(angles_to(mean[None], np.eye(3)), step, rtol=1e-12)
+
+    turns = Rotation.from_rotvec([[0, 0, 0], [30, 2, 0], [31, -2, 0], [33, 0, 1]], degrees=True)
+    rotations = turns.as_matrix()
+    mean = geodesic_l1_mean(rotations, rotations[0], max_steps=100)
+    assert angles_to(rotations, mean).sum() < angles_to(rotations, rotations[0]).sum() - 30
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 15))
+def test_l1_mean_minimises(seed: int, n: int) -> None:
+    """Of rotations within a ball; 10 steps get within 2 % of the least sum of angles."""
+    rng = np.random.default_rng(seed)
+    rotations = Rotation.from_rotvec(rng.normal(0, 10, (n, 3)), degrees=True).as_matrix()
+    least = angles_to(rotations, geodesic_l1_mean(rotations, np.eye(3), max_steps=1000)).sum()
+    assert angles_to(rotations, rotation_l1_mean(rotations)).sum() <= 1.02 * least
+    assert angles_to(rotations, chordal_mean(rotations)).sum() >= least * (1 - 1e-6)
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 30), outliers=st.integers(0, 10))
+def test_l2_mean_is_stationary(seed: int, n: int, outliers: int) -> None:
+    """The log maps add up to nothing."""
+    rng = np.random.default_rng(seed)
+    rotations = Rotation.from_rotvec(rng.normal(0, 10, (n, 3)), degrees=True).as_matrix()
+    outliers = min(outliers, n // 2)
+    if outliers:
+        rotations[:outliers] = Rotation.random(outliers, rng=rng).as_matrix()
+    mean = rotation_l2_mean(rotations)
+    step = Rotation.from_matrix(rotations @ mean.T).as_rotvec().mean(axis=0)
+    assert np.linalg.norm(step) < 1e-11
+    np.testing.assert_allclose(mean @ mean.T, np.eye(3), atol=1e-13)
+
+
+def test_l2_mean_is_not_the_chordal_mean() -> None:
+    """About one axis it is the mean of the angles."""
+    turns = Rotation.from_rotvec([[0, 0, 0], [0, 0, 10], [0, 0, 110]], degrees=True).as_matrix()
+    mean = Rotation.from_matrix(rotation_l2_mean(turns)).as_rotvec(degrees=True)
+    np.testing.assert_allclose(mean, [0, 0, 40], atol=1e-9)
+    chordal = Rotation.from_matrix(chordal_mean(turns)).as_rotvec(degrees=True)
+    assert abs(chordal[2] - 40) > 2

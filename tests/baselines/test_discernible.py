@@ -1,0 +1,255 @@
+"""DTE and DRE: reference values, invariances, winsorising, degenerate and malformed input."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from alignscores.averaging import rotation_angles
+from baselines import dre, dte
+from baselines.averages import geometric_median, rotation_l1_mean
+
+Floats = NDArray[np.float64]
+Poses = Callable[..., Floats]
+Scene = Callable[..., tuple[Floats, Floats]]
+
+
+def test_dte_equals_reference(reference_cases: dict[str, Any], poses: Poses) -> None:
+    """All seeds; where the published code jitters the rotation (case_41) to 1e-7 only."""
+    for name, case in reference_cases.items():
+        gt, est = (poses(case[f"{which}_R"], case[f"{which}_xyz"]) for which in ("gt", "est"))
+        tolerance = 1e-7 if name == "case_41" else 1e-9
+        np.testing.assert_allclose(dte(gt, est), case["DTE"], rtol=0, atol=tolerance, err_msg=name)
+
+
+def test_dre_equals_reference(reference_cases: dict[str, Any]) -> None:
+    for name, case in reference_cases.items():
+        error = dre(case["gt_R"], case["est_R"])
+        if case.meta["sigma_r_deg"] > 0:
+            np.testing.assert_allclose(error, case["DRE_deg"], rtol=0, atol=1e-9, err_msg=name)
+        else:  # arc cosine near 1, jitter
+            np.testing.assert_allclose(error, case["DRE_deg"], rtol=0, atol=1e-2, err_msg=name)
+    assert dre(reference_cases["case_63"]["gt_R"], reference_cases["case_63"]["est_R"]) < 1e-10
+
+
+@pytest.mark.parametrize("k", [0.5, 1, 2.5, 5.0, 1e6])
+def test_dte_is_cut_at_k(scene: Scene, k: float) -> None:
+    """Step by step as in the paper, for other k."""
+    gt_poses, est_poses = scene(30, 8, 0.1, 5, 1)
+    gt, est = (p[:, :, 3] - geometric_median(p[:, :, 3]) for p in (gt_poses, est_poses))
+    turn = rotation_l1_mean(gt_poses[:, :, :3] @ est_poses[:, :, :3].transpose(0, 2, 1))
+    spread = [np.median([np.linalg.norm(p) for p in cloud]) for cloud in (gt, est)]
+    aligned = spread[0] / spread[1] * est @ turn.T
+    errors = [np.linalg.norm(difference) for difference in aligned - gt]
+    cut = [min(error, k * spread[0]) / (k * spread[0]) for error in errors]
+    expected = (np.mean(cut) + np.sqrt(np.mean(np.square(cut)))) / 2
+    assert dte(gt_poses, est_poses, k=k) == pytest.approx(expected, rel=1e-12)
+
+
+def test_known_values(poses: Poses) -> None:
+    """Line with one outlier: the error of the outlier is cut at 5 median distances of 1."""
+    still = np.tile(np.eye(3), (5, 1, 1))
+    gt = poses(still, [[-2, 0, 0], [-1, 0, 0], [0, 0, 0], [1, 0, 0], [2, 0, 0]])
+    for x, error in ((100, 1.0), (8, 1.0), (7, 1.0), (6, 0.8), (-3, 1.0), (4.5, 0.5)):
+        est = gt.copy()
+        est[4, 0, 3] = x
+        if x > 0:
+            expected = (error / 5 + np.sqrt(error**2 / 5)) / 2
+            assert dte(gt, est) == pytest.approx(expected, rel=1e-9), x
+
+
+def test_k_defaults_to_5(scene: Scene) -> None:
+    gt, est = scene(30, 8, 0.1, 5, 1)
+    assert dte(gt, est) == dte(gt, est, k=5) != dte(gt, est, k=4)
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.integers(3, 20),
+    outliers=st.integers(0, 3),
+    log_scale=st.floats(-6, 6),
+)
+def test_invariances(
+    scene: Scene,
+    another_world: Callable[..., Floats],
+    seed: int,
+    n: int,
+    outliers: int,
+    log_scale: float,
+) -> None:
+    """A similarity of the estimate and the order of the cameras change nothing."""
+    gt, est = scene(n, min(outliers, n // 5), 0.05, 5, seed)
+    moved = another_world(est, seed + 1, scale=10**log_scale)
+    order = np.random.default_rng(seed).permutation(n)
+    error = dte(gt, est)
+    assert 0 < error <= 1
+    assert dte(gt[order], est[order]) == pytest.approx(error, rel=1e-9)
+    shifted = est.copy()
+    shifted[:, :, 3] = 10**log_scale * (est[:, :, 3] + [3, -2, 1])
+    assert dte(gt, shifted) == pytest.approx(error, rel=1e-8)
+    # 10 steps from medians taken coordinate by coordinate: the axes of the world matter a little.
+    assert dte(gt, moved) == pytest.approx(error, abs=0.05)
+
+    angle = dre(gt[:, :, :3], est[:, :, :3])
+    assert 0 < angle <= 180
+    assert dre(gt[order, :, :3], est[order, :, :3]) == pytest.approx(angle, rel=1e-9)
+    assert dre(gt[:, :, :3], moved[:, :, :3]) == pytest.approx(angle, rel=0.02)
+
+
+def test_worlds_agree_where_the_iteration_converges(
+    scene: Scene, another_world: Callable[..., Floats]
+) -> None:
+    gt, est = scene(200, 10, 0.05, 3, 0)
+    for seed in range(5):
+        moved = another_world(est, seed, scale=100.0)
+        assert dte(gt, moved) == pytest.approx(dte(gt, est), rel=1e-3)
+        assert dre(gt[:, :, :3], moved[:, :, :3]) == pytest.approx(
+            dre(gt[:, :, :3], est[:, :, :3]), rel=1e-4
+        )
+
+
+def test_dte_sees_rotations_in_its_alignment_alone(scene: Scene) -> None:
+    """The clouds are turned by the cameras' rotations: the axes of a camera are body-fixed."""
+    gt, est = scene(40, 0, 0.0, 0, 3)
+    assert dte(gt, est) < 1e-5
+    turned = est.copy()
+    turned[:, :, :3] = Rotation.from_rotvec([0, 0, 30], degrees=True).as_matrix() @ est[:, :, :3]
+    assert dte(gt, turned) > 0.05
+    assert dre(gt[:, :, :3], turned[:, :, :3]) < 1e-9
+
+
+@pytest.mark.parametrize("n", [3, 4, 10, 100])
+def test_perfect_estimate(scene: Scene, another_world: Callable[..., Floats], n: int) -> None:
+    """Up to the rest that 10 steps leave in a turned world."""
+    gt, _ = scene(n, 0, 0, 0, n)
+    assert dte(gt, gt) < 1e-15
+    shifted = gt.copy()
+    shifted[:, :, 3] = 3 * gt[:, :, 3] + 5
+    assert dte(gt, shifted) < 1e-14
+    assert dte(gt, another_world(gt, 0)) < (1e-5 if n == 100 else 0.04)
+
+
+def test_dre_is_mean_of_mean_and_rms(scene: Scene) -> None:
+    gt, est = (p[:, :, :3] for p in scene(50, 10, 0, 5, 4))
+    mean = rotation_l1_mean(gt @ est.transpose(0, 2, 1))
+    errors = rotation_angles((mean @ est).transpose(0, 2, 1) @ gt)
+    assert errors.max() > 100  # not winsorised
+    assert dre(gt, est) == pytest.approx((errors.mean() + np.sqrt((errors**2).mean())) / 2)
+    assert dre(Rotation.from_matrix(gt), Rotation.from_matrix(est)) == pytest.approx(dre(gt, est))
+
+
+def test_exact_rotations() -> None:
+    """No NaN and no complex number from an arc cosine: an exact estimate has no error."""
+    rng = np.random.default_rng(0)
+    for n in (1, 2, 5, 500):
+        gt = Rotation.random(n, rng=rng)
+        assert dre(gt, gt) < 1e-10
+        assert dre(gt, Rotation.random(rng=rng) * gt) < 1e-10
+    still = np.tile(np.eye(3), (5, 1, 1))
+    assert dre(still, still) == 0
+    one_wrong = still.copy()
+    one_wrong[0] = Rotation.from_rotvec([0, 0, 90], degrees=True).as_matrix()
+    assert dre(still, one_wrong) == pytest.approx((90 / 5 + np.sqrt(90**2 / 5)) / 2, rel=1e-12)
+
+
+def test_half_turn() -> None:
+    """An error of 180 degrees is 180 degrees."""
+    still = np.tile(np.eye(3), (3, 1, 1))
+    est = still.copy()
+    est[2] = np.diag([1.0, -1, -1])
+    assert dre(still, est) == pytest.approx((60 + np.sqrt(180**2 / 3)) / 2, rel=1e-12)
+
+
+def test_coincident_estimates(poses: Poses) -> None:
+    """Most estimates in one place: these stay at the median, the others are cut."""
+    rng = np.random.default_rng(5)
+    gt = poses(Rotation.random(9, rng=rng), rng.random((9, 3)))
+    est = gt.copy()
+    est[:, :, 3] = 0.1
+    centred = gt[:, :, 3] - geometric_median(gt[:, :, 3])
+    distances = np.linalg.norm(centred, axis=1)
+    ratios = np.minimum(distances / (5 * np.median(distances)), 1)
+    assert dte(gt, est) == pytest.approx((ratios.mean() + np.sqrt((ratios**2).mean())) / 2)
+    est[7:, :, 3] = rng.random((2, 3))
+    ratios[7:] = 1
+    assert dte(gt, est) == pytest.approx((ratios.mean() + np.sqrt((ratios**2).mean())) / 2)
+
+
+def test_coincident_ground_truth(poses: Poses) -> None:
+    gt = poses(np.tile(np.eye(3), (9, 1, 1)), np.random.default_rng(6).random((9, 3)))
+    gt[:5, :, 3] = 0.3
+    with pytest.raises(ValueError, match="DTE has no unit: at least half of the cameras in gt_pos"):
+        dte(gt, gt)
+    with pytest.raises(ValueError, match="DTE has no unit"):
+        dte(gt[:1], gt[:1])
+
+
+@pytest.mark.parametrize("value", [1e15, 1e160, 1e308, 1.7e308])
+def test_cameras_absurdly_far_away(scene: Scene, value: float) -> None:
+    """Cut like any outlier, though their squares overflow."""
+    gt, est = scene(20, 0, 0.01, 3, 0)
+    est[3, :, 3] = [value, -value, value]
+    est[4, :, 3] = -est[3, :, 3]
+    nearer = est.copy()
+    nearer[3:5, :, 3] *= 1e9 / value
+    assert dte(gt, est) == pytest.approx(dte(gt, nearer), rel=1e-6)
+
+
+def test_homogeneous_poses(scene: Scene) -> None:
+    gt, est = scene(10, 1, 0.1, 5, 0)
+    last = np.tile([[[0.0, 0, 0, 1]]], (10, 1, 1))
+    full = [np.concatenate([p, last], axis=1) for p in (gt, est)]
+    assert dte(*full) == dte(gt, est)
+
+
+GOOD = np.concatenate([np.tile(np.eye(3), (4, 1, 1)), np.arange(12.0).reshape(4, 3, 1)], axis=2)
+
+
+def bad_entry(row: int, column: int, value: float) -> Floats:
+    broken = GOOD.copy()
+    broken[row, 1, column] = value
+    return broken
+
+
+@pytest.mark.parametrize(
+    ("gt", "est", "message"),
+    [
+        (bad_entry(2, 3, np.nan), GOOD, r"gt_poses\[2\] is not finite"),
+        (bad_entry(1, 0, np.inf), GOOD, r"gt_poses\[1\] is not finite"),
+        (GOOD, bad_entry(3, 3, np.inf), r"est_poses\[3\] is not finite"),
+        (GOOD, bad_entry(3, 1, -1.0), r"est_poses\[3\] is not a rotation: its determinant"),
+        (bad_entry(0, 1, 1.1), GOOD, r"gt_poses\[0\] is not a rotation: R\^T R"),
+        (GOOD, GOOD[:3], "gt_poses has 4 cameras but est_poses has 3"),
+        (GOOD[:, :, :3], GOOD, r"gt_poses must have shape \(n, 4, 4\) or \(n, 3, 4\)"),
+        (GOOD[:0], GOOD[:0], "gt_poses has no cameras"),
+    ],
+)
+def test_malformed_poses(gt: Floats, est: Floats, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        dte(gt, est)
+
+
+@pytest.mark.parametrize("k", [0, -1.0, np.nan, np.inf, True, "5"])
+def test_malformed_k(k: Any) -> None:
+    with pytest.raises(ValueError, match="k must be a positive finite number"):
+        dte(GOOD, GOOD, k=k)
+
+
+@pytest.mark.parametrize(
+    ("gt", "est", "message"),
+    [
+        (bad_entry(2, 0, np.nan), GOOD, r"gt_rotations\[2\] is not finite"),
+        (GOOD, bad_entry(3, 0, np.nan), r"est_rotations\[3\] is not finite"),
+        (GOOD, bad_entry(1, 1, -1.0), r"est_rotations\[1\] is not a rotation: its determinant"),
+        (GOOD, GOOD[:2], "gt_rotations has 4 cameras but est_rotations has 2"),
+        (GOOD[0], GOOD[0], r"gt_rotations must have shape \(n, 3, 3\)"),
+    ],
+)
+def test_malformed_rotations(gt: Floats, est: Floats, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        dre(gt[..., :3], est[..., :3])

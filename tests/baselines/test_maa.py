@@ -1,0 +1,334 @@
+"""mAA: against a loop over pairs with atan2, options, undefined pairs, malformed input."""
+
+import tracemalloc
+from collections.abc import Callable
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+import baselines.pairwise
+from baselines import maa
+
+Floats = NDArray[np.float64]
+Poses = Callable[..., Floats]
+Scene = Callable[..., tuple[Floats, Floats]]
+
+
+def angle_between(a: Floats, b: Floats) -> float:
+    """Angle of two vectors in degrees; infinite where one of them vanishes or is not finite."""
+    if not (np.isfinite(a).all() and np.isfinite(b).all() and a.any() and b.any()):
+        return np.inf
+    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)))
+
+
+def rotation_angle(rotation: Floats) -> float:
+    """Angle of a rotation in degrees from its skew part and its trace."""
+    skew = np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0],
+                     rotation[1, 0] - rotation[0, 1]])  # fmt: skip
+    return float(np.degrees(np.arctan2(np.linalg.norm(skew), np.trace(rotation) - 1)))
+
+
+def pair_errors(gt: Floats, est: Floats, *, fold_sign: bool = False) -> Floats:
+    """(pairs, 2) angles of relative rotations and directions, as seen by the first camera."""
+    errors = []
+    for i, j in combinations(range(len(gt)), 2):
+        rotations, directions = [], []
+        for poses in (gt, est):
+            inverse = poses[i, :3, :3].T
+            rotations.append(inverse @ poses[j, :3, :3])
+            directions.append(inverse @ (poses[j, :3, 3] - poses[i, :3, 3]))
+        turn = angle_between(*directions)
+        if fold_sign and np.isfinite(turn):
+            turn = min(turn, 180 - turn)
+        errors.append((rotation_angle(rotations[0].T @ rotations[1]), turn))
+    return np.array(errors)
+
+
+def slow_maa(
+    gt: Floats, est: Floats, largest: float = 10.0, count: int = 100, *, fold_sign: bool = False
+) -> float:
+    worst = pair_errors(gt, est, fold_sign=fold_sign).max(axis=1)
+    return float(np.mean([np.mean(worst < largest * k / count) for k in range(1, count + 1)]))
+
+
+@pytest.mark.parametrize("n", [2, 3, 7, 40])
+@pytest.mark.parametrize("noise", [(1e-4, 0.01), (0.01, 1.0), (0.05, 5.0), (0.3, 40.0)])
+@pytest.mark.parametrize("seed", range(4))
+def test_equals_loop_over_pairs(
+    scene: Scene, n: int, noise: tuple[float, float], seed: int
+) -> None:
+    gt, est = scene(n, n // 5, *noise, seed)
+    assert maa(gt, est) == pytest.approx(slow_maa(gt, est), abs=1e-12)
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.integers(2, 12),
+    largest=st.sampled_from([0.5, 10.0, 90.0, 180.0]),
+    count=st.integers(1, 200),
+    fold_sign=st.booleans(),
+)
+def test_options(
+    scene: Scene, seed: int, n: int, largest: float, count: int, fold_sign: bool
+) -> None:
+    rng = np.random.default_rng(seed)
+    gt, est = scene(n, n // 4, 0.3 * rng.random(), largest * rng.random(), seed)
+    options = {"max_threshold_deg": largest, "n_thresholds": count, "fold_sign": fold_sign}
+    expected = slow_maa(gt, est, largest, count, fold_sign=fold_sign)
+    assert maa(gt, est, **options) == pytest.approx(expected, abs=1e-12)
+
+
+def test_either_angle_counts(scene: Scene) -> None:
+    """The cases above have pairs decided by the rotation and pairs decided by the direction."""
+    rotations, directions = pair_errors(*scene(40, 8, 0.05, 5.0, 0)).T
+    assert (rotations > directions).sum() > 100
+    assert (directions > rotations).sum() > 100
+
+
+def test_cosines_are_exact_enough(poses: Poses) -> None:
+    """Errors within a millionth of the smallest threshold fall on the right side of it."""
+    gt = poses(np.tile(np.eye(3), (2, 1, 1)), [[0, 0, 0], [1, 0, 0]])
+    axis = np.array([2, -1, 2]) / 3
+    for relative, share in ((1 - 1e-6, 1.0), (1 + 1e-6, 0.0)):
+        est = gt.copy()
+        est[1, :, :3] = Rotation.from_rotvec(0.1 * relative * axis, degrees=True).as_matrix()
+        assert maa(gt, est, max_threshold_deg=0.1, n_thresholds=1) == share
+        est = gt.copy()
+        angle = np.radians(0.1 * relative)
+        est[1, :, 3] = [np.cos(angle), 0, np.sin(angle)]
+        assert maa(gt, est, max_threshold_deg=0.1, n_thresholds=1) == share
+
+
+def test_errors_at_a_threshold_are_not_below_it(poses: Poses) -> None:
+    """Exact right angles and half turns."""
+    gt = poses(np.tile(np.eye(3), (2, 1, 1)), [[0, 0, 0], [1, 0, 0]])
+    right_angle, opposite = gt.copy(), gt.copy()
+    right_angle[1, :, 3] = [0, 1, 0]
+    opposite[1, :, 3] = [-1, 0, 0]
+    assert maa(gt, right_angle, max_threshold_deg=90, n_thresholds=1) == 0
+    assert maa(gt, right_angle, max_threshold_deg=180, n_thresholds=2) == 0.5
+    assert maa(gt, opposite, max_threshold_deg=180, n_thresholds=1) == 0
+    assert maa(gt, opposite, max_threshold_deg=180, n_thresholds=1, fold_sign=True) == 1
+
+
+def test_thresholds() -> None:
+    """One pair with an error of 3.25 degrees: 67 of 100 thresholds, 7 of the benchmark's 10."""
+    gt = np.tile(np.eye(4), (2, 1, 1))
+    gt[1, :3, 3] = [1, 0, 0]
+    est = gt.copy()
+    est[1, :3, :3] = Rotation.from_rotvec([0, 3.25, 0], degrees=True).as_matrix()
+    assert maa(gt, est) == 0.68
+    assert maa(gt, est, n_thresholds=10) == 0.7
+    assert maa(gt, est, max_threshold_deg=5) == 0.35
+
+
+@pytest.mark.parametrize("n", [2, 5, 60, 333])
+@pytest.mark.parametrize(("scale", "offset"), [(1.0, 0.0), (1e-9, 10.0), (1e9, 1e4)])
+def test_perfect_estimate_scores_exactly_1(
+    scene: Scene, another_world: Callable[..., Floats], n: int, scale: float, offset: float
+) -> None:
+    gt, _ = scene(n, 0, 0, 0, n)
+    est = another_world(gt, n, scale=scale, offset=offset)
+    for fold_sign in (False, True):
+        assert maa(gt, est, fold_sign=fold_sign) == 1.0
+        assert maa(gt, gt, fold_sign=fold_sign) == 1.0
+
+
+def test_perfect_line(poses: Poses, another_world: Callable[..., Floats]) -> None:
+    """Close cameras far from the origin and from each other."""
+    rotations = Rotation.random(300, rng=np.random.default_rng(0))
+    positions = np.column_stack([np.arange(300.0) + 1e5, np.zeros(300), np.zeros(300)])
+    gt = poses(rotations, positions)
+    assert maa(gt, another_world(gt, 0)) == 1.0
+
+
+def test_rotations_rounded_in_a_file(scene: Scene, another_world: Callable[..., Floats]) -> None:
+    """Matrices that are orthonormal to 1e-6 only: a trace of them would be off by 0.1 degrees."""
+    gt, _ = scene(30, 0, 0, 0, 1)
+    est = another_world(gt, 1)
+    for poses in (gt, est):
+        poses[:, :, :3] *= 1 - 4e-7
+    assert maa(gt, est) == 1.0
+
+
+@pytest.mark.parametrize("which", ["gt", "est", "both"])
+def test_coincident_positions_fail(scene: Scene, which: str) -> None:
+    gt, _ = scene(12, 0, 0, 0, 2)
+    est = gt.copy()
+    for poses in {"gt": [gt], "est": [est], "both": [gt, est]}[which]:
+        poses[[3, 7, 11], :, 3] = poses[3, :, 3]
+    # Moving cameras also spoils other pairs where the other side does not move along.
+    expected = slow_maa(gt, est)
+    assert maa(gt, est) == pytest.approx(expected, abs=1e-12)
+    assert maa(gt, est, max_threshold_deg=180, fold_sign=True) <= (66 - 3) / 66
+    if which == "both":
+        assert maa(gt, est) == (66 - 3) / 66
+
+
+def test_estimate_that_is_one_point(scene: Scene) -> None:
+    gt, _ = scene(12, 0, 0, 0, 2)
+    est = gt.copy()
+    est[:, :, 3] = 0.1
+    assert maa(gt, est) == maa(est, gt) == maa(gt, est, max_threshold_deg=180) == 0
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("column", [0, 3])
+def test_pairs_of_cameras_that_were_not_estimated_fail(
+    scene: Scene, value: float, column: int
+) -> None:
+    gt, _ = scene(10, 0, 0, 0, 3)
+    est = gt.copy()
+    est[[0, 6], 1, column] = value
+    assert maa(gt, est) == 28 / 45  # pairs among the 8 others
+    noisy_gt, noisy = scene(10, 0, 0.03, 3, 4)
+    share = slow_maa(noisy_gt[1:], noisy[1:])
+    noisy[0, 1, column] = value
+    assert maa(noisy_gt, noisy) == pytest.approx(share * 36 / 45, abs=1e-12)
+
+
+def test_nothing_estimated(scene: Scene) -> None:
+    gt, _ = scene(5, 0, 0, 0, 3)
+    est = np.full_like(gt, np.nan)
+    assert maa(gt, est) == 0
+    est[2] = gt[2]
+    assert maa(gt, est) == 0
+
+
+def test_frame_of_the_first_camera(poses: Poses) -> None:
+    """A wrong rotation spoils the directions from that camera, not those to it."""
+    rng = np.random.default_rng(4)
+    gt = poses(Rotation.random(2, rng=rng), rng.random((2, 3)))
+    for turned, direction_error in ((0, 20.5), (1, 0.0)):
+        est = gt.copy()
+        axis = np.cross(gt[1, :, 3] - gt[0, :, 3], [0, 0, 1])
+        axis *= np.radians(20.5) / np.linalg.norm(axis)
+        est[turned, :, :3] = Rotation.from_rotvec(axis).as_matrix() @ gt[turned, :, :3]
+        np.testing.assert_allclose(pair_errors(gt, est), [[20.5, direction_error]], atol=1e-9)
+        assert maa(gt, est, max_threshold_deg=180, n_thresholds=180) == pytest.approx(160 / 180)
+
+
+def test_folded_sign(scene: Scene) -> None:
+    """The estimate's positions turned inside out: opposite directions, same rotations."""
+    gt, _ = scene(10, 0, 0, 0, 5)
+    est = gt.copy()
+    est[:, :, 3] *= -1
+    assert maa(gt, est) == 0
+    assert maa(gt, est, fold_sign=True) == 1
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 20), log_scale=st.floats(-6, 6))
+def test_worlds_do_not_matter(
+    scene: Scene, another_world: Callable[..., Floats], seed: int, n: int, log_scale: float
+) -> None:
+    gt, est = scene(n, n // 5, 0.05, 3, seed)
+    moved = another_world(est, seed + 1, scale=10**log_scale)
+    assert maa(gt, moved) == pytest.approx(maa(gt, est), abs=1e-12)
+    assert maa(another_world(gt, seed + 2), est) == pytest.approx(maa(gt, est), abs=1e-12)
+
+
+@pytest.mark.parametrize("fold_sign", [False, True])
+def test_block_size_does_not_matter(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, fold_sign: bool
+) -> None:
+    gt, est = scene(151, 30, 0.05, 4, 6)
+    est[77] = np.nan
+    est[5, :, 3] = est[6, :, 3]
+    score = maa(gt, est, fold_sign=fold_sign)
+    for chunk in (1, 2, 149, 150, 151, 1000, 10**9):
+        monkeypatch.setattr(baselines.pairwise, "CHUNK", chunk)
+        assert maa(gt, est, fold_sign=fold_sign) == score
+
+
+def test_memory_grows_with_the_cameras_not_the_pairs(scene: Scene) -> None:
+    gt, est = scene(1500, 0, 0.03, 3, 7)
+    tracemalloc.start()
+    maa(gt, est)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 4e6  # one cosine a pair were 9 MB
+
+
+@pytest.mark.parametrize("value", [1e15, 1e160, 1e308, 1.7e308])
+def test_cameras_absurdly_far_away(scene: Scene, value: float) -> None:
+    """Their directions count like those of any outlier, though their squares overflow."""
+    gt, est = scene(20, 0, 0.01, 3, 0)
+    est[3, :, 3] = [value, -value, value]
+    est[4, :, 3] = -est[3, :, 3]
+    nearer = est.copy()
+    nearer[3:5, :, 3] *= 1e9 / value
+    assert maa(gt, est, max_threshold_deg=90) == pytest.approx(slow_maa(gt, nearer, 90), abs=1e-12)
+
+
+def test_homogeneous_poses(scene: Scene) -> None:
+    gt, est = scene(10, 1, 0.1, 5, 0)
+    last = np.tile([[[0.0, 0, 0, 1]]], (10, 1, 1))
+    full = [np.concatenate([p, last], axis=1) for p in (gt, est)]
+    assert maa(*full) == maa(gt, est)
+
+
+def test_camera_that_was_not_estimated_hides_no_malformed_one() -> None:
+    """The last row of a pose is checked also where another pose is not finite."""
+    gt = np.tile(np.eye(4), (4, 1, 1))
+    est = gt.copy()
+    est[0] = np.nan
+    est[2, 3] = [0, 0, 5, 1]
+    with pytest.raises(ValueError, match=r"est_poses\[2\] has the last row"):
+        maa(gt, est)
+
+
+GOOD = np.concatenate([np.tile(np.eye(3), (4, 1, 1)), np.arange(12.0).reshape(4, 3, 1)], axis=2)
+
+
+def bad_entry(row: int, column: int, value: float) -> Floats:
+    broken = GOOD.copy()
+    broken[row, 1, column] = value
+    return broken
+
+
+@pytest.mark.parametrize(
+    ("gt", "est", "message"),
+    [
+        (bad_entry(2, 3, np.nan), GOOD, r"gt_poses\[2\] is not finite"),
+        (bad_entry(1, 0, np.inf), GOOD, r"gt_poses\[1\] is not finite"),
+        (GOOD, bad_entry(3, 1, -1.0), r"est_poses\[3\] is not a rotation: its determinant"),
+        (bad_entry(0, 1, 1.1), GOOD, r"gt_poses\[0\] is not a rotation: R\^T R"),
+        (GOOD, GOOD[:3], "gt_poses has 4 cameras but est_poses has 3"),
+        (GOOD, GOOD[:, :, :3], r"est_poses must have shape \(n, 4, 4\) or \(n, 3, 4\)"),
+        (GOOD[:0], GOOD[:0], "gt_poses has no cameras"),
+        (GOOD[:1], GOOD[:1], "mAA needs at least 2 cameras, but gt_poses has 1"),
+    ],
+)
+def test_malformed_poses(gt: Floats, est: Floats, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        maa(gt, est)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"max_threshold_deg": 180.1}, "max_threshold_deg must be at most 180, not 180.1"),
+        ({"max_threshold_deg": -1}, "max_threshold_deg must be a positive finite number"),
+        ({"max_threshold_deg": np.nan}, "max_threshold_deg must be a positive finite number"),
+        ({"n_thresholds": 0}, "n_thresholds must be a positive whole number"),
+        ({"n_thresholds": 2.5}, "n_thresholds must be a positive whole number"),
+        ({"n_thresholds": 10_001}, "max_threshold_deg / n_thresholds must be at least 0.001"),
+    ],
+)
+def test_malformed_options(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        maa(GOOD, GOOD, **options)
+
+
+def test_finest_thresholds(scene: Scene) -> None:
+    gt, est = scene(20, 0, 1e-6, 1e-4, 8)
+    assert maa(gt, est, max_threshold_deg=0.01, n_thresholds=10) == pytest.approx(
+        slow_maa(gt, est, 0.01, 10), abs=1e-12
+    )
+    assert maa(gt, gt, max_threshold_deg=1e-3, n_thresholds=1) == 1

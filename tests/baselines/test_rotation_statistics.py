@@ -1,0 +1,129 @@
+"""Median-1 ... RMS-2: reference values, the two alignments, invariances, malformed input."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from baselines import dre, rotation_statistics
+
+Floats = NDArray[np.float64]
+Scene = Callable[..., tuple[Floats, Floats]]
+NAMES = ["Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2"]
+
+
+def turns(*degrees: float) -> Rotation:
+    """Rotations about one tilted axis."""
+    axis = np.array([2, -1, 2]) / 3
+    return Rotation.from_rotvec(np.outer(degrees, axis), degrees=True)
+
+
+def test_l1_statistics_equal_reference(reference_cases: dict[str, Any]) -> None:
+    for name, case in reference_cases.items():
+        if case.meta["sigma_r_deg"] == 0:  # arc cosine near 1, jitter
+            continue
+        statistics = rotation_statistics(case["gt_R"], case["est_R"])
+        median = np.median(case["l1_err_deg"])
+        assert statistics["Median-1"] == pytest.approx(median, abs=1e-9), name
+        assert statistics["Mean-1"] == pytest.approx(float(case["l1_mean_deg"]), abs=1e-9), name
+        assert statistics["RMS-1"] == pytest.approx(float(case["l1_rms_deg"]), abs=1e-9), name
+
+
+def test_known_values() -> None:
+    """About one axis: L1 takes the median angle, L2 the mean angle."""
+    gt = Rotation.random(5, rng=np.random.default_rng(0))
+    statistics = rotation_statistics(gt, turns(10, 10, 10, 20, 60) * gt)
+    assert list(statistics) == NAMES
+    assert all(type(value) is float for value in statistics.values())
+    expected = {
+        "Median-1": 0,
+        "Mean-1": (10 + 50) / 5,
+        "RMS-1": np.sqrt((10**2 + 50**2) / 5),
+        "Median-2": 12,  # mean 22: errors 12, 12, 12, 2, 38
+        "Mean-2": (3 * 12 + 2 + 38) / 5,
+        "RMS-2": np.sqrt((3 * 12**2 + 2**2 + 38**2) / 5),
+    }
+    assert statistics == pytest.approx(expected, abs=1e-9)
+
+
+def test_median_of_an_even_number() -> None:
+    gt = Rotation.random(4, rng=np.random.default_rng(1))
+    assert rotation_statistics(gt, turns(0, 1, 5, 14) * gt)["Median-2"] == pytest.approx(4.5)
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 30), outliers=st.integers(0, 5))
+def test_each_alignment_is_the_better_by_its_norm(
+    scene: Scene, seed: int, n: int, outliers: int
+) -> None:
+    gt, est = (p[:, :, :3] for p in scene(n, min(outliers, n // 4), 0, 3, seed))
+    statistics = rotation_statistics(gt, est)
+    assert statistics["RMS-2"] <= statistics["RMS-1"] * (1 + 1e-12)
+    assert statistics["Mean-1"] <= statistics["Mean-2"] * 1.02  # 10 steps
+    assert dre(gt, est) == pytest.approx((statistics["Mean-1"] + statistics["RMS-1"]) / 2)
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 20))
+def test_invariances(scene: Scene, another_world: Callable[..., Floats], seed: int, n: int) -> None:
+    """The world of the estimate and the order of the cameras; L1 up to its 10 steps."""
+    gt, est = scene(n, 0, 0, 5, seed)
+    moved = another_world(est, seed + 1)
+    order = np.random.default_rng(seed).permutation(n)
+    statistics = rotation_statistics(gt[:, :, :3], est[:, :, :3])
+    in_order = rotation_statistics(gt[order, :, :3], est[order, :, :3])
+    assert in_order == pytest.approx(statistics, rel=1e-6, abs=1e-9)
+    elsewhere = rotation_statistics(gt[:, :, :3], moved[:, :, :3])
+    for name in NAMES[3:]:
+        assert elsewhere[name] == pytest.approx(statistics[name], rel=1e-8, abs=1e-9)
+    assert elsewhere["Mean-1"] == pytest.approx(statistics["Mean-1"], rel=0.02, abs=1e-9)
+
+
+def test_errors_are_seen_by_the_camera() -> None:
+    """A perturbation from the left is an error, one common rotation of the world is none."""
+    rng = np.random.default_rng(2)
+    gt = Rotation.random(30, rng=rng)
+    for statistic in rotation_statistics(gt, Rotation.random(rng=rng) * gt).values():
+        assert 0 <= statistic < 1e-10
+    from_the_right = rotation_statistics(gt, gt * Rotation.from_rotvec([0, 0, 0.2]))
+    assert from_the_right["Mean-2"] > 1
+
+
+def test_half_turns() -> None:
+    """Errors up to 180 degrees are counted in full, exact ones as none."""
+    still = np.tile(np.eye(3), (5, 1, 1))
+    assert set(rotation_statistics(still, still).values()) == {0.0}
+    est = still.copy()
+    est[0] = np.diag([-1.0, -1, 1])
+    statistics = rotation_statistics(still, est)
+    assert statistics["Mean-1"] == pytest.approx(36, rel=1e-12)
+    assert statistics["Median-1"] == 0
+
+
+GOOD = np.tile(np.eye(3), (4, 1, 1))
+
+
+def bad_entry(row: int, value: float) -> Floats:
+    broken = GOOD.copy()
+    broken[row, 1, 1] = value
+    return broken
+
+
+@pytest.mark.parametrize(
+    ("gt", "est", "message"),
+    [
+        (bad_entry(2, np.nan), GOOD, r"gt_rotations\[2\] is not finite"),
+        (GOOD, bad_entry(3, np.inf), r"est_rotations\[3\] is not finite"),
+        (GOOD, bad_entry(1, -1.0), r"est_rotations\[1\] is not a rotation: its determinant"),
+        (bad_entry(1, 1.01), GOOD, r"gt_rotations\[1\] is not a rotation: R\^T R"),
+        (GOOD, GOOD[:2], "gt_rotations has 4 cameras but est_rotations has 2"),
+        (Rotation.identity(), GOOD, r"gt_rotations must have shape \(n, 3, 3\)"),
+        (GOOD[:0], GOOD[:0], "gt_rotations has no cameras"),
+    ],
+)
+def test_malformed_input(gt: Any, est: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        rotation_statistics(gt, est)
