@@ -1,0 +1,17 @@
+"""The figures of the paper, drawn from the tables of trials: ``python -m figures NAME``."""
+
+__all__ = ["FIGURES"]
+
+FIGURES: dict[str, tuple[str, ...]] = {
+    "histogram": (),
+    "outliers": ("outliers",),
+    "collinear": ("collinear",),
+    "trajectory_length": ("trajectory_length",),
+    "rotations": ("rotations",),
+    "combined": ("combined",),
+    "maa_vs_pas": ("maa_vs_pas_outliers", "maa_vs_pas_length", "maa_vs_pas_collinear"),
+}
+"""Each figure with the experiments that its data come from; it is drawn by the module of its name.
+
+Snakemake reads this before anything runs, so it must not cost an import of Matplotlib.
+"""

@@ -1,0 +1,60 @@
+"""Figure 1: cumulative frequency histograms of one trial, whose areas are TAS and RAS."""
+
+from dataclasses import asdict
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from alignscores import PASResult, pas
+from experiments.cameras import make_scene
+from experiments.config import Config
+from experiments.sweep import Cell, trial_seeds
+
+from . import style
+from .score_panel import score_panel
+
+__all__ = ["EXPERIMENT", "draw"]
+
+EXPERIMENT = "combined"  # the trial is one of this experiment's
+CELL = Cell(n_cameras=100, n_outliers=10, sigma_t=0.03, sigma_r_deg=3.0)
+TRIAL = 0
+
+
+@style.applied()
+def draw(config: Config) -> Figure:
+    """Run one trial with the settings of `EXPERIMENT`, and draw its errors."""
+    scores = _run(config)
+    unit = scores.tas.unit
+    figure = Figure(figsize=(style.COLUMN, 3.1), layout="constrained")
+    for axes, name, result, scale, errors, label in zip(
+        figure.subplots(2),
+        ("TAS", "RAS"),
+        (scores.tas, scores.ras),
+        (unit, 1.0),
+        ("Position errors", "Rotation errors"),
+        (f"threshold in units of d (d = {unit:.3f})", "threshold in degrees"),
+        strict=True,
+    ):
+        score_panel(
+            axes,
+            result.thresholds / scale,
+            result.cumulative_frequency,
+            len(result.errors),
+            name=name,
+            score=result.score,
+        )
+        axes.set_xlabel(label)
+        style.remark(axes, axes.set_title(errors), "number of cameras below the threshold")
+    return figure
+
+
+def _run(config: Config) -> PASResult:
+    camera_seed, registration_seed = trial_seeds(config, CELL, TRIAL)
+    per_camera = config.volume_per_camera
+    scene = make_scene(
+        np.random.default_rng(camera_seed),
+        geometry=config.geometry,
+        volume=1.0 if per_camera is None else per_camera * CELL.n_cameras,
+        **asdict(CELL),
+    )
+    return pas(scene.gt_poses, scene.est_poses, rng=registration_seed)

@@ -1,0 +1,287 @@
+"""Small multiples: a panel for each metric, noise along the x axis, a colour for each series.
+
+A panel shows where every trial lies. A line joins the means. Around each noise level stand the
+series side by side, from the first to the last: a hairline from the smallest to the largest trial,
+a thicker one over the middle half. The grey behind them is what all series together span at that
+level; the bars at the right are what each series spans over all levels. The ranges that the paper
+compares are the heights of these bars and of the grey.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+from numpy.typing import NDArray
+
+from . import style
+from .tables import Sweep, write_value
+
+__all__ = ["glyph_key", "new_figure", "panel", "series_key", "small_multiples", "x_labels"]
+
+# How the quantities of the key columns read: in a key, under an axis, all of their values.
+NAMES = {
+    "n_cameras": ("Cameras", "cameras", "camera counts"),
+    "n_outliers": ("Outliers", "outliers", "outlier counts"),
+    "sigma_t": (r"Position noise $\sigma_t$", r"$\sigma_t$ (units)", r"$\sigma_t$"),
+    "sigma_r_deg": (r"Rotation noise $\sigma_r$", r"$\sigma_r$", r"$\sigma_r$"),
+}
+SCORES = ("mAA", "TAS", "RAS", "PAS")  # from 0 to 1, higher is better
+LENGTHS = ("ATE",)  # in units of the ground-truth world
+ANGLES = ("DRE", "Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2")
+
+GROUP = 0.70  # width of the series around a noise level, in levels
+GAP = 0.10  # between the noise levels and the bars at the right, as a share of the panel
+MAX_ENTRIES = 7  # of a key: there is room for no more; the colours between them go without saying
+STRIP = 0.20  # width of these bars, as a share of the panel
+
+
+def panel(axes: Axes, sweep: Sweep, metric: str, *, log: bool = False) -> None:
+    """Draw one metric of a sweep.
+
+    The noise levels are drawn at equal steps, so that series and levels of any spacing stay apart.
+
+    Parameters
+    ----------
+    axes : Axes
+        Where to draw.
+    sweep : Sweep
+        The trials.
+    metric : str
+        The metric's column.
+    log : bool
+        Whether its axis is logarithmic; a metric that reaches 0 has none.
+    """
+    smallest, lower, mean, upper, largest = sweep.spread(metric)
+    count, n_levels = mean.shape
+    levels = np.arange(n_levels)
+    offsets = GROUP * ((np.arange(count) + 0.5) / count - 0.5)
+    width = n_levels / (1 - GAP - STRIP)
+    step = STRIP * width / count
+    strip = n_levels - 0.5 + GAP * width + step * (np.arange(count) + 0.5)
+
+    bottom = np.nanmin(smallest, axis=0)
+    together = np.nanmax(largest, axis=0) - bottom
+    axes.bar(levels, together, 0.94, bottom, color=style.GREY_BAND, zorder=0.5)
+    for j, colour in enumerate(style.colours(sweep.series, count)):
+        label = write_value(sweep.series, sweep.values[j])
+        axes.plot(levels, mean[j], color=colour, label=label, zorder=3)
+        for start, end, linewidth in ((smallest, largest, 0.4), (lower, upper, 1.0)):
+            x = levels + offsets[j]
+            segments = np.stack([np.stack([x, start[j]], 1), np.stack([x, end[j]], 1)], 1)
+            axes.add_collection(
+                LineCollection(list(segments), colors=[style.tint(colour)], linewidths=linewidth)
+            )
+        low, high = np.nanmin(smallest[j]), np.nanmax(largest[j])
+        axes.bar(strip[j], high - low, 0.8 * step, low, color=colour, linewidth=0.3, zorder=2)
+
+    log = log and bool(bottom.min() > 0)
+    _x_axis(axes, sweep, strip)
+    _y_axis(axes, metric, float(bottom.min()), float(np.nanmax(largest)), log)
+    _title(axes, metric, log)
+
+
+def _x_axis(axes: Axes, sweep: Sweep, strip: NDArray[np.float64]) -> None:
+    """Two axes in one: the noise levels, and beyond a gap the series."""
+    last = len(sweep.ticks) - 1
+    step = STRIP * (last + 1) / (1 - GAP - STRIP) / len(strip)
+    start, end = strip[0] - step / 2, strip[-1] + step / 2
+    axes.set_xlim(-0.65, end)
+    axes.spines["bottom"].set_bounds(-0.65, last + 0.5)
+    axes.plot(
+        [start, end],
+        [0, 0],
+        transform=axes.get_xaxis_transform(),
+        color=style.INK,
+        linewidth=0.5,
+        marker="",
+        clip_on=False,
+    )
+    labels = {float(i): sweep.ticks[i] for i in (0, last // 2, last)}
+    labels |= {float(strip[j]): write_value(sweep.series, sweep.values[j]) for j in (0, -1)}
+    axes.set_xticks(list(labels), list(labels.values()))
+    axes.xaxis.set_minor_locator(FixedLocator([*range(last + 1), *strip]))
+
+
+def _y_axis(axes: Axes, metric: str, smallest: float, largest: float, log: bool) -> None:
+    """Scores from 0 to 1, so that their ranges compare from panel to panel; errors from 0."""
+    if log:
+        axes.set_yscale("log")
+        axes.set_ylim(smallest / 1.3, largest * 1.2)
+        subs = (1.0,) if largest > 30 * smallest else (1.0, 2.0, 5.0)
+        axes.yaxis.set_major_locator(LogLocator(subs=subs, numticks=6))
+        axes.yaxis.set_minor_formatter(NullFormatter())
+        axes.tick_params(axis="y", which="minor", size=1.2)
+    else:
+        axes.set_ylim(0, 1 if metric in SCORES else 1.04 * largest or 1)
+        axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    unit = "°" if metric in ANGLES else ""
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}{unit}"))
+
+
+def _title(axes: Axes, metric: str, log: bool) -> None:
+    title = axes.set_title(metric, pad=10.5)
+    remarks = (["units"] if metric in LENGTHS else []) + (["log scale"] if log else [])
+    if remarks:
+        style.remark(axes, title, f"({', '.join(remarks)})")
+    axes.annotate(
+        "↑ higher is better" if metric in SCORES else "↓ lower is better",
+        (0, 1),
+        (0, 3),
+        xycoords="axes fraction",
+        textcoords="offset points",
+        fontsize=style.SMALL,
+        color=style.FAINT,
+    )
+
+
+def x_labels(axes: Axes, sweep: Sweep) -> None:
+    """Name the quantities of the two x axes below a panel."""
+    last = len(sweep.ticks) - 1
+    middle = axes.get_xlim()[1] - STRIP * (last + 1) / (1 - GAP - STRIP) / 2
+    noise = "\n".join(NAMES[column][1] for column in sweep.levels)
+    if not sweep.even:
+        noise += "\nnot to scale"
+    for x, text, lines in (
+        (last / 2, noise, len(sweep.levels)),
+        (middle, NAMES[sweep.series][1], 1),
+    ):
+        axes.annotate(
+            text,
+            (x, 0),
+            (0, -4 - 7 * lines),  # below the labels of the ticks
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            ha="center",
+            va="top",
+            linespacing=1.1,
+        )
+
+
+def new_figure(
+    rows: int, columns: int, *, width: float, head: float, foot: float = 0.26
+) -> tuple[Figure, list[list[Axes]]]:
+    """Return a figure with a grid of panels, and room for keys above.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Size of the grid.
+    width : float
+        Width of the figure in inches.
+    head, foot : float
+        Height of the keys above the panels and of the labels below, in inches.
+
+    Returns
+    -------
+    figure : Figure
+        The figure.
+    grid : list of list of Axes
+        Row by row; the last row alone has labels along its x axes.
+    """
+    height = head + foot + 1.37 * rows
+    layout = ConstrainedLayoutEngine(
+        rect=(0, 0, 1, 1 - head / height), w_pad=0.03, h_pad=0.03, wspace=0.03, hspace=0.02
+    )
+    figure = Figure(figsize=(width, height), layout=layout)
+    grid = figure.subplots(rows, columns, squeeze=False)
+    for axes in grid[:-1].flat:
+        axes.tick_params(labelbottom=False)
+    return figure, grid.tolist()
+
+
+def small_multiples(sweep: Sweep, *, columns: int, width: float, log: Sequence[str] = ()) -> Figure:
+    """Draw all metrics of a sweep.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        The trials.
+    columns : int
+        Number of panels side by side.
+    width : float
+        Width of the figure in inches.
+    log : sequence of str
+        The metrics whose axes are logarithmic.
+
+    Returns
+    -------
+    Figure
+        A panel for each metric, with one key above.
+    """
+    key_rows = 1 if width > style.COLUMN else 2
+    figure, grid = new_figure(
+        len(sweep.metrics) // columns, columns, width=width, head=0.23 + 0.13 * key_rows
+    )
+    for axes, metric in zip((axes for row in grid for axes in row), sweep.metrics, strict=True):
+        panel(axes, sweep, metric, log=metric in log)
+    for axes in grid[-1]:
+        x_labels(axes, sweep)
+    series_key(figure, sweep, 0.05, 0.04)
+    glyph_key(figure, sweep, 0.05, 0.19, rows=key_rows)
+    return figure
+
+
+def series_key(figure: Figure, sweep: Sweep, x: float, y: float, *, named: bool = True) -> None:
+    """Draw the key of the series' colours; x and y are inches from the upper left corner."""
+    handles: dict[str, Artist] = {}
+    if named:  # the name has a handle as well, but no visible one: it starts left of x
+        handles[NAMES[sweep.series][0]] = Line2D([], [], linewidth=0, marker="")
+        x -= 1.4 * style.TEXT / 72
+    colours = style.colours(sweep.series, len(sweep.values))
+    entries = np.linspace(0, len(colours) - 1, min(len(colours), MAX_ENTRIES)).round().astype(int)
+    for value, colour in ((sweep.values[i], colours[i]) for i in entries):
+        handles[write_value(sweep.series, value)] = Line2D([], [], color=colour, lw=3, marker="")
+    _key(figure, handles, x, y, style.TEXT, handlelength=0.9 if named else 0.7)
+
+
+def glyph_key(
+    figure: Figure, sweep: Sweep, x: float, y: float, *, rows: int = 1, series: str = ""
+) -> None:
+    """Draw the key of lines and bars; `series` says what they are where sweeps differ in it."""
+    trials = "1 trial" if sweep.trials == 1 else f"{sweep.trials} trials"
+    along = NAMES[sweep.levels[0]][2] if len(sweep.levels) == 1 else "noise levels"
+    handles: dict[str, Artist] = {
+        "mean": Line2D([], [], color=style.FAINT),
+        "middle half": _stroke(1.3),
+        f"range of {trials}": _stroke(0.5),
+        f"range over all {series or NAMES[sweep.series][2]}": Patch(color=style.GREY_BAND),
+        f"range over all {along}": _stroke(2.2),
+    }
+    names = list(handles)
+    for row, part in enumerate([names] if rows == 1 else [names[:3], names[3:]]):
+        some = {name: handles[name] for name in part}
+        _key(figure, some, x, y + 0.13 * row, style.SMALL, handlelength=1.2)
+
+
+def _stroke(width: float) -> Line2D:
+    return Line2D([], [], color=style.FAINT, ls="", marker="|", ms=7, mew=width)
+
+
+def _key(
+    figure: Figure,
+    handles: Mapping[str, Artist],
+    x: float,
+    y: float,
+    size: float,
+    handlelength: float,
+) -> None:
+    width, height = figure.get_size_inches()
+    legend = figure.legend(
+        list(handles.values()),
+        list(handles),
+        loc="upper left",
+        bbox_to_anchor=(x / width, 1 - y / height),
+        ncols=len(handles),
+        fontsize=size,
+        handlelength=handlelength,
+        handletextpad=0.5,
+        columnspacing=0.8,
+    )
+    legend.set_in_layout(False)

@@ -1,0 +1,123 @@
+"""One look for all figures: sizes on the printed page, type, lines and colours."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.text import Annotation, Text
+
+__all__ = ["COLUMN", "FAINT", "GREY_BAND", "INK", "PAGE", "SMALL", "TEXT", "TITLE"]
+__all__ += ["applied", "colours", "remark", "tint"]
+
+Colour = tuple[float, float, float]
+
+COLUMN = 3.3  # width of a column of the paper in inches
+PAGE = 6.9  # width of its text
+
+SMALL, TEXT, TITLE = 6.0, 6.5, 7.5  # sizes of the type in points
+
+INK = "0.15"  # text and axes
+FAINT = "0.38"  # remarks
+GREY_BAND = "0.935"  # what all series together span
+
+# Dark to light in even steps of lightness, so that the order survives greyscale and colour
+# blindness; another hue for each quantity. First, second and last position in the colour map: no
+# outlier stands apart from one, and the light end, which would vanish on paper, is cut off.
+COLOURS = {
+    "n_outliers": ("inferno", 0.00, 0.26, 0.77),
+    "n_cameras": ("YlGnBu_r", 0.00, 0.11, 0.60),
+    "sigma_r_deg": ("viridis", 0.00, 0.20, 0.80),
+}
+
+SETTINGS: dict[Any, Any] = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],  # comes with Matplotlib: the same on every machine
+    "mathtext.fontset": "dejavusans",
+    "font.size": TEXT,
+    "text.color": INK,
+    "axes.titlesize": TITLE,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.titlepad": 4,
+    "axes.labelsize": TEXT,
+    "axes.labelpad": 2,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": INK,
+    "axes.linewidth": 0.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "axes.grid.axis": "y",
+    "grid.color": "0.86",
+    "grid.linewidth": 0.35,
+    "lines.linewidth": 0.8,
+    "lines.solid_capstyle": "butt",
+    "lines.marker": ".",
+    "lines.markersize": 1.6,
+    "patch.linewidth": 0,
+    "xtick.color": INK,
+    "xtick.labelsize": SMALL,
+    "xtick.major.size": 2.2,
+    "xtick.major.width": 0.5,
+    "xtick.major.pad": 2,
+    "xtick.minor.size": 1.2,
+    "xtick.minor.width": 0.4,
+    "ytick.color": INK,
+    "ytick.labelsize": SMALL,
+    "ytick.major.size": 2.2,
+    "ytick.major.width": 0.5,
+    "ytick.major.pad": 2,
+    "ytick.minor.size": 0,
+    "ytick.minor.width": 0.4,
+    "legend.frameon": False,
+    "legend.borderpad": 0,
+    "legend.borderaxespad": 0,
+    "savefig.dpi": 300,
+    "pdf.fonttype": 42,  # TrueType: text that can be searched, and that publishers accept
+}
+
+
+@contextmanager
+def applied() -> Iterator[None]:
+    """Apply the style within a block or a decorated function, whatever the user's own settings."""
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(SETTINGS)
+        yield
+
+
+def colours(column: str, count: int) -> list[Colour]:
+    """Return a colour for each of `count` values of a key column, in their order.
+
+    Examples
+    --------
+    >>> from figures.style import colours
+    >>> len(colours("n_outliers", 7))
+    7
+    """
+    name, first, second, last = COLOURS[column]
+    positions = [first, *np.linspace(last, second, count - 1)[::-1]]
+    return [(r, g, b) for r, g, b, _ in matplotlib.colormaps[name](positions).tolist()]
+
+
+def tint(colour: Colour) -> Colour:
+    """Return a colour that is closer to the paper's white."""
+    r, g, b = (1 - 0.72 * (1 - part) for part in colour)
+    return r, g, b
+
+
+def remark(axes: Axes, title: Text, text: str) -> Annotation:
+    """Write a remark behind a title, on its line."""
+    return axes.annotate(
+        text,
+        (1, 0),
+        (2.5, 1.75),  # the title's box reaches below its line
+        xycoords=title,
+        textcoords="offset points",
+        fontsize=SMALL,
+        color=FAINT,
+    )
