@@ -1,14 +1,10 @@
 """Figure 1: cumulative frequency histograms of one trial, whose areas are TAS and RAS."""
 
-from dataclasses import asdict
-
-import numpy as np
 from matplotlib.figure import Figure
 
 from alignscores import PASResult, pas
-from experiments.cameras import make_scene
 from experiments.config import Config
-from experiments.sweep import Cell, trial_seeds
+from experiments.sweep import Cell, draw_scene, trial_seeds
 
 from . import style
 from .score_panel import score_panel
@@ -50,11 +46,5 @@ def draw(config: Config) -> Figure:
 
 def _run(config: Config) -> PASResult:
     camera_seed, registration_seed = trial_seeds(config, CELL, TRIAL)
-    per_camera = config.volume_per_camera
-    scene = make_scene(
-        np.random.default_rng(camera_seed),
-        geometry=config.geometry,
-        volume=1.0 if per_camera is None else per_camera * CELL.n_cameras,
-        **asdict(CELL),
-    )
+    scene = draw_scene(config, CELL, camera_seed)
     return pas(scene.gt_poses, scene.est_poses, rng=registration_seed)

@@ -27,11 +27,13 @@ class Hypothesis(NamedTuple):
 def naive_hypothesis(a: Floats, b: Floats) -> tuple[float, Floats, Floats]:
     """Similarity from three ground-truth points (rows of a) and three estimated ones (b)."""
     rotation = np.zeros((3, 3))
+    firsts = [(corners[1] - corners[0]) / math.dist(corners[1], corners[0]) for corners in (a, b)]
+    normals = [np.cross(corners[1] - corners[0], corners[2] - corners[0]) for corners in (a, b)]
+    if any(math.hypot(*normal) < 1e-9 for normal in normals):  # flat: smallest rotation
+        normals = [np.cross(*firsts)] * 2
     axes = []
-    for corners in (a, b):
-        first = corners[1] - corners[0]
-        normal = np.cross(first, corners[2] - corners[0])
-        first, normal = first / math.hypot(*first), normal / math.hypot(*normal)
+    for first, normal in zip(firsts, normals, strict=True):
+        normal = normal / math.hypot(*normal)
         axes.append((first, normal, np.cross(first, normal)))
     for gt_axis, est_axis in zip(*axes, strict=True):
         rotation += np.outer(est_axis, gt_axis)
@@ -98,6 +100,37 @@ def test_cheapest_of_all_hypotheses(
         assert alignment.scale == pytest.approx(expected.scale, rel=1e-9)
         np.testing.assert_allclose(alignment.rotation, expected.rotation, atol=1e-9)
         np.testing.assert_allclose(alignment.translation, expected.translation, atol=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("noise_off_the_line", [0.005, 0.1])
+def test_cheapest_of_all_hypotheses_on_a_partly_straight_path(
+    noise_off_the_line: float, seed: int
+) -> None:
+    """Flat triangles take part: with more noise off the line than on it they are the cheapest."""
+    generator = np.random.default_rng(seed)
+    gt = np.zeros((9, 3))
+    gt[:7, 0] = np.arange(7)
+    gt[7:] = generator.uniform(0, 5, (2, 3))
+    noise = generator.normal(0, 0.001, (9, 3))
+    noise[7:] *= noise_off_the_line / 0.001
+    est = 2 * Rotation.from_euler("xyz", [1.0, 0.5, 2.0]).apply(gt + noise)
+    expected, n_passed = naive_pcr99(gt, est, 6)
+    alignment, n_used = pcr99(gt, est, order=6, n_hypotheses=1000, rng=rng())
+    assert alignment is not None
+    assert n_used == 3 * n_passed
+    cost = np.sort(alignment.position_errors(gt, est))[5]
+    assert cost == pytest.approx(expected.cost, rel=1e-7)
+
+
+@pytest.mark.parametrize("sine", [0.1, 1e-2, 1e-3, 1e-4, 1e-5])
+def test_nearly_flat_triangle(sine: float) -> None:
+    """As long as there is a normal it counts: the spin about the long edges is right."""
+    gt = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 2 * sine, 0.0]])
+    turn = Rotation.from_euler("xyz", [1.0, 0.5, 2.0])
+    scale, rotation, _ = single(gt, 3 * turn.apply(gt))
+    assert scale == pytest.approx(3)
+    np.testing.assert_allclose(rotation, turn.as_matrix(), atol=1e-8)
 
 
 @pytest.mark.parametrize("seed", range(5))

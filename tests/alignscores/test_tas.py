@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from alignscores import AlignmentScore, AlignmentWarning, TASResult, closest_pair_quartile, tas
+from alignscores.registration import pcr99
 
 Floats = NDArray[np.float64]
 Cloud = Callable[[str, int, int], Floats]
@@ -180,6 +181,8 @@ def test_result_is_consistent(noisy_scene: Scene, seed: int, n: int, sigma: floa
         assert np.linalg.det(R) == pytest.approx(1)
         for e, c, c_hat in zip(result.errors, gt, est, strict=True):
             assert e == pytest.approx(math.dist((c_hat - t) / s, R @ c), rel=1e-9, abs=1e-9)
+        predicted = [s * R @ c + t for c in gt]
+        np.testing.assert_allclose(result.alignment.apply(gt), predicted, atol=1e-9)
     counts = [sum(bool(e < t) for e in result.errors) for t in result.thresholds]
     assert result.cumulative_frequency.tolist() == counts
     per_camera = [sum(bool(e < t) for t in result.thresholds) / 100 for e in result.errors]
@@ -333,6 +336,18 @@ def test_fewer_cameras_than_m(cloud: Cloud, n: int) -> None:
         est = np.full((n, 3), np.nan)
         est[:left] = 2 * gt[:left] + 1
         assert tas(gt, est).score == left / n
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_fewer_noisy_cameras_than_m(noisy_scene: Scene, seed: int) -> None:
+    """Then the cost is the largest of their errors: m = 10 of 100 cameras, 6 of them estimated."""
+    gt, est = noisy_scene(100, 0, 0.02, seed)
+    est[6:] = np.nan
+    result = tas(gt, est)
+    expected, _ = pcr99(gt[:6], est[:6], order=6, n_hypotheses=1000, rng=np.random.default_rng(0))
+    assert expected is not None
+    errors = expected.position_errors(gt[:6], est[:6])
+    np.testing.assert_allclose(result.errors[:6], errors, rtol=1e-6, atol=1e-9)
 
 
 # --- invariance -----------------------------------------------------------------------------------

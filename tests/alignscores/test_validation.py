@@ -217,7 +217,15 @@ def test_lists_and_other_number_types(noisy_rotations: Rotations) -> None:
     """Lists, integers and 32-bit floats are taken as the numbers that they are."""
     gt = np.arange(60).reshape(20, 3) ** 2 % 37
     est = 3 * gt + 1
-    for convert in (np.asarray, np.ndarray.tolist, np.int16, np.float32, np.float16, np.longdouble):
+    for convert in (
+        np.asarray,
+        np.ndarray.tolist,
+        np.int16,
+        np.uint16,
+        np.float32,
+        np.float16,
+        np.longdouble,
+    ):
         assert tas(convert(gt), convert(est)).score == 1.0
     a, b = noisy_rotations(20, 3, 2, 0)
     assert ras(a.tolist(), b.tolist()).score == ras(a, b).score
