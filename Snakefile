@@ -11,14 +11,19 @@ from experiments.config import ConfigError, experiment_names, load, to_overrides
 from figures import FIGURES
 
 OVERRIDES = to_overrides(config)
-try:
-    CONFIGS = {name: load([f"experiment={name}", *OVERRIDES]) for name in experiment_names()}
-except ConfigError as error:
-    sys.exit(f"snakemake: {error}")
-
-RESULTS = Path(next(iter(CONFIGS.values())).results_dir)
+EXPERIMENTS = experiment_names()
+RESULTS = Path(config.get("results_dir", load().results_dir))
 TRIALS = RESULTS / "trials"
 HOW = {"n_jobs", "backend", "results_dir"}  # settings that no result depends on
+
+
+def settings(experiment):
+    """Resolve what an experiment's results depend on; refuse what is wrong before any trial."""
+    try:
+        resolved = asdict(load([f"experiment={experiment}", *OVERRIDES]))
+    except ConfigError as error:
+        sys.exit(f"snakemake: {experiment}: {error}")
+    return {key: value for key, value in resolved.items() if key not in HOW}
 
 
 def sources(*packages):
@@ -27,13 +32,14 @@ def sources(*packages):
 
 
 wildcard_constraints:
-    experiment="|".join(CONFIGS),
+    experiment="|".join(EXPERIMENTS),
     figure="|".join(FIGURES),
 
 
 rule figures:
     input:
         expand(RESULTS / "figures" / "{figure}.{ext}", figure=FIGURES, ext=["pdf", "png"]),
+        RESULTS / "tables" / "method_comparison.md",
 
 
 rule experiment:
@@ -43,10 +49,8 @@ rule experiment:
         csv=TRIALS / "{experiment}.csv",
         provenance=TRIALS / "{experiment}.json",
     params:
-        settings=lambda wildcards: {
-            key: value for key, value in asdict(CONFIGS[wildcards.experiment]).items() if key not in HOW
-        },
-    threads: max(1, (workflow.cores or 1) // len(CONFIGS))
+        settings=lambda wildcards: settings(wildcards.experiment),
+    threads: max(1, (workflow.cores or 1) // len(EXPERIMENTS))
     log:
         RESULTS / "logs" / "{experiment}.log",
     benchmark:
@@ -71,6 +75,19 @@ rule figure:
         "{sys.executable:q} -m figures {wildcards.figure} {OVERRIDES:q} > {log:q} 2>&1"
 
 
+rule comparison:
+    input:
+        expand(TRIALS / "{name}.csv", name=EXPERIMENTS),
+    output:
+        csv=RESULTS / "tables" / "method_comparison.csv",
+        md=RESULTS / "tables" / "method_comparison.md",
+    log:
+        RESULTS / "logs" / "comparison.log",
+    benchmark:
+        RESULTS / "benchmarks" / "comparison.tsv"
+    shell:
+        "{sys.executable:q} -m experiments.comparison {OVERRIDES:q} > {log:q} 2>&1"
+
+
 onsuccess:
-    figures = sorted((RESULTS / "figures").glob("*.pdf"))
-    print(f"{len(figures)} figures (pdf and png) in {RESULTS / 'figures'}/")
+    print(f"figures in {RESULTS / 'figures'}/, tables in {RESULTS / 'tables'}/")

@@ -11,10 +11,37 @@ from typing import Any
 import pandas as pd
 
 from .config import CONFIG_DIR, Config
+from .sweep import KEY_COLUMNS
 
-__all__ = ["provenance", "read_trials", "write_text", "write_trials"]
+__all__ = [
+    "TableError",
+    "provenance",
+    "read_trials",
+    "trials_path",
+    "write_text",
+    "write_trials",
+]
 
 PACKAGES = ("alignscores", "numpy", "scipy", "pandas", "evo", "joblib", "hydra-core")
+
+
+class TableError(ValueError):
+    """A table that a figure cannot be drawn from.
+
+    Parameters
+    ----------
+    experiment : str
+        Whose table it is.
+    problem : str
+        What is wrong with it, to be read behind its path.
+    setting : str
+        What to run the experiment with to get a better one.
+    """
+
+    def __init__(self, experiment: str, problem: str, setting: str = "") -> None:
+        super().__init__(problem)
+        self.experiment = experiment
+        self.setting = setting
 
 
 def write_text(path: Path, text: str) -> None:
@@ -25,20 +52,55 @@ def write_text(path: Path, text: str) -> None:
     temporary.replace(path)
 
 
+def trials_path(config: Config) -> Path:
+    """Return the path of an experiment's table of trials."""
+    return Path(config.results_dir) / "trials" / f"{config.name}.csv"
+
+
 def write_trials(config: Config, trials: pd.DataFrame) -> Path:
     """Write ``<results_dir>/trials/<experiment>.csv`` and its provenance; return the path.
 
     Numbers are written with the fewest digits that give the same float again.
     """
-    path = Path(config.results_dir) / "trials" / f"{config.name}.csv"
+    path = trials_path(config)
     write_text(path.with_suffix(".json"), json.dumps(provenance(config), indent=2) + "\n")
     write_text(path, trials.to_csv(index=False, lineterminator="\n"))
     return path
 
 
-def read_trials(path: Path) -> pd.DataFrame:
-    """Read a table of trials, bit for bit as it was computed."""
-    return pd.read_csv(path)
+def read_trials(config: Config) -> pd.DataFrame:
+    """Read the trials of an experiment, bit for bit as they were computed.
+
+    Parameters
+    ----------
+    config : Config
+        The experiment.
+
+    Returns
+    -------
+    DataFrame
+        At least one row, and all key columns.
+
+    Raises
+    ------
+    TableError
+        Where there is no such table, or it is empty or another one.
+    """
+    try:
+        table = pd.read_csv(trials_path(config))
+    except FileNotFoundError:
+        raise TableError(config.name, "does not exist") from None
+    except (OSError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise TableError(config.name, f"cannot be read ({reason})") from None
+    missing = [column for column in KEY_COLUMNS if column not in table]
+    if missing:
+        raise TableError(config.name, f"is no table of trials: it has no column {missing[0]}")
+    if table.empty:
+        raise TableError(config.name, "has no trials")
+    if set(table["experiment"]) != {config.name}:
+        raise TableError(config.name, f"has trials of experiment {table['experiment'].iloc[0]!r}")
+    return table
 
 
 def provenance(config: Config) -> dict[str, Any]:

@@ -8,9 +8,9 @@ from importlib import import_module
 from pathlib import Path
 
 from experiments.config import ConfigError, load
+from experiments.tables import TableError, read_trials, trials_path
 
 from . import FIGURES
-from .tables import TableError, read_table, trials_path
 
 __all__ = ["main"]
 
@@ -52,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ConfigError as error:
         return _fail(2, str(error))
     try:
-        tables = [read_table(config) for config in configs if FIGURES[name]]
+        tables = [read_trials(config) for config in configs if FIGURES[name]]
         figure = module.draw(*(tables or configs))
     except TableError as error:
         path = next(trials_path(config) for config in configs if config.name == error.experiment)

@@ -3,78 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from experiments.config import Config
-from experiments.sweep import KEY_COLUMNS
-from experiments.tables import read_trials
+from experiments.tables import TableError
 
-__all__ = ["Sweep", "TableError", "read_table", "trials_path", "write_value"]
+__all__ = ["Sweep", "write_value"]
 
 SETTINGS = ("n_cameras", "n_outliers", "sigma_t", "sigma_r_deg")  # that an experiment can vary
-
-
-class TableError(ValueError):
-    """A table that a figure cannot be drawn from.
-
-    Parameters
-    ----------
-    experiment : str
-        Whose table it is.
-    problem : str
-        What is wrong with it, to be read behind its path.
-    setting : str
-        What to run the experiment with to get a better one.
-    """
-
-    def __init__(self, experiment: str, problem: str, setting: str = "") -> None:
-        super().__init__(problem)
-        self.experiment = experiment
-        self.setting = setting
-
-
-def trials_path(config: Config) -> Path:
-    """Return the path of an experiment's table of trials."""
-    return Path(config.results_dir) / "trials" / f"{config.name}.csv"
-
-
-def read_table(config: Config) -> pd.DataFrame:
-    """Read the trials of an experiment.
-
-    Parameters
-    ----------
-    config : Config
-        The experiment.
-
-    Returns
-    -------
-    DataFrame
-        At least one row, and all key columns.
-
-    Raises
-    ------
-    TableError
-        Where there is no such table.
-    """
-    try:
-        table = read_trials(trials_path(config))
-    except FileNotFoundError:
-        raise TableError(config.name, "does not exist") from None
-    except (OSError, ValueError) as error:
-        reason = " ".join(str(error).split())
-        raise TableError(config.name, f"cannot be read ({reason})") from None
-    missing = [column for column in KEY_COLUMNS if column not in table]
-    if missing:
-        raise TableError(config.name, f"is no table of trials: it has no column {missing[0]}")
-    if table.empty:
-        raise TableError(config.name, "has no trials")
-    if set(table["experiment"]) != {config.name}:
-        raise TableError(config.name, f"has trials of experiment {table['experiment'].iloc[0]!r}")
-    return table
 
 
 @dataclass(frozen=True, eq=False)

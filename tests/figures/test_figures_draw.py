@@ -9,9 +9,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 from experiments.config import load
+from experiments.tables import TableError
 from figures import FIGURES, collinear, histogram, maa_vs_pas, outliers, style
 from figures.panels import ANGLES, LENGTHS, NAMES, SCORES
-from figures.tables import Sweep, TableError
+from figures.tables import Sweep
 
 WIDTHS = dict.fromkeys(FIGURES, style.COLUMN) | dict.fromkeys(
     ("rotations", "combined", "maa_vs_pas"), style.PAGE

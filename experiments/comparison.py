@@ -1,0 +1,269 @@
+"""Table 1 of the paper, derived from the trials: ``python -m experiments.comparison``.
+
+Which metric can do without metric scale, and which is robust to outliers, to collinear motion and
+to the trajectory length? Every answer is a statistic of trials against a stated criterion.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.stats import kendalltau
+
+from .config import Config, ConfigError, load
+from .metrics import evaluate
+from .sweep import cells, draw_scene, trial_seeds
+from .tables import TableError, read_trials, trials_path, write_text
+
+__all__ = ["compare", "main", "to_markdown"]
+
+# Discerning power is the absolute Kendall rank correlation between metric and noise level.
+DISCERNS = 0.5
+OUTLIER_SHARE = 0.1  # robust: still discerns noise with so many of the cameras lost
+SCALE = 1000.0  # metres to millimetres
+SCALE_TOLERANCE = 0.01  # relative; a score may move by single counts through rounding
+
+PAPER = {  # rows of table 1: scale unnecessary, outliers, collinearity, trajectory length
+    "ATE": (False, False, True, True),
+    "mAA": (True, True, False, False),
+    "DTE": (True, True, True, False),
+    "DRE": (True, True, True, False),
+    "TAS": (True, True, True, True),
+    "RAS": (True, True, True, True),
+    "PAS": (True, True, True, True),
+}
+PROPERTIES = (
+    "metric scale unnecessary",
+    "robust to outliers",
+    "robust to collinearity",
+    "insensitive to trajectory length",
+)
+CRITERIA = (
+    f"value unchanged (within {SCALE_TOLERANCE:.0%}) when the ground truth is scaled by {SCALE:g}",
+    f"|Kendall tau| with the noise level at least {DISCERNS:g} with up to {OUTLIER_SHARE:.0%} of "
+    "the cameras lost",
+    f"|Kendall tau| with the noise level at least {DISCERNS:g} on a line, without outliers",
+    f"|Kendall tau| with the number of cameras at most {DISCERNS:g}, median over the noise levels",
+)
+OUTLIERS = {
+    "ATE": "outliers",
+    "mAA": "outliers",
+    "DTE": "outliers",
+    "TAS": "outliers",
+    "DRE": "rotations",
+    "RAS": "rotations",
+    "PAS": "maa_vs_pas_outliers",
+}
+COLLINEAR = {
+    "ATE": "collinear",
+    "mAA": "collinear",
+    "DTE": "collinear",
+    "TAS": "collinear",
+    "PAS": "maa_vs_pas_collinear",
+}
+LENGTH = {
+    "ATE": "trajectory_length",
+    "mAA": "trajectory_length",
+    "DTE": "trajectory_length",
+    "TAS": "trajectory_length",
+    "PAS": "maa_vs_pas_length",
+}
+SCALE_EXPERIMENT = "combined"
+EXPERIMENTS = tuple(
+    dict.fromkeys([*OUTLIERS.values(), *COLLINEAR.values(), *LENGTH.values(), SCALE_EXPERIMENT])
+)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Whether a metric has a property, and what tells so."""
+
+    holds: bool
+    value: float
+    statistic: str
+    experiment: str
+
+
+def compare(configs: dict[str, Config]) -> pd.DataFrame:
+    """Derive Table 1 from the trials.
+
+    Parameters
+    ----------
+    configs : dict of str to Config
+        The settings of `EXPERIMENTS`, whose tables of trials are read.
+
+    Returns
+    -------
+    DataFrame
+        One row for each metric and property: the paper's answer, ours, whether they agree, the
+        statistic with its value, the criterion and the experiment. Where the paper has no
+        experiment that could tell, `ours` is "not tested".
+
+    Raises
+    ------
+    TableError
+        Where a table of trials is missing or incomplete.
+    """
+    trials = {name: _read(configs[name]) for name in set(EXPERIMENTS) - {SCALE_EXPERIMENT}}
+    scale_changes = _scale_changes(configs[SCALE_EXPERIMENT])
+    rows = []
+    for metric, answers in PAPER.items():
+        findings = (
+            _scale(scale_changes[metric]),
+            _outliers(trials[OUTLIERS[metric]], metric),
+            _collinear(trials[COLLINEAR[metric]], metric) if metric in COLLINEAR else None,
+            _length(trials[LENGTH[metric]], metric) if metric in LENGTH else None,
+        )
+        for name, criterion, paper, finding in zip(
+            PROPERTIES, CRITERIA, answers, findings, strict=True
+        ):
+            row: dict[str, str | float] = {"metric": metric, "property": name}
+            row |= {"paper": _yes(paper), "ours": "not tested"}
+            if finding is not None:
+                row |= {
+                    "ours": _yes(finding.holds),
+                    "agrees": _yes(finding.holds == paper),
+                    "statistic": finding.statistic,
+                    "value": round(finding.value, 4),
+                    "experiment": finding.experiment,
+                }
+            rows.append(row | {"criterion": criterion})
+    columns = ["metric", "property", "paper", "ours", "agrees", "statistic", "value"]
+    return pd.DataFrame(rows, columns=[*columns, "criterion", "experiment"])
+
+
+def to_markdown(table: pd.DataFrame) -> str:
+    """Write the table as the paper has it, with the numbers that decide."""
+    lines = [f"| | {' | '.join(PROPERTIES)} |", f"|---{'|---' * len(PROPERTIES)}|"]
+    for metric, rows in table.groupby("metric", sort=False):
+        marks = [_mark(row) for _, row in rows.iterrows()]
+        lines.append(f"| {metric} | {' | '.join(marks)} |")
+    tested = table[table["ours"] != "not tested"]
+    agreeing = int((tested["agrees"] == "yes").sum())
+    lines += [
+        "",
+        f"{agreeing} of {len(tested)} cells agree with Table 1 of the paper; **bold**: they do "
+        "not. In brackets what decides. –: the paper has no experiment for it.",
+        "",
+        *(f"- *{name}*: {text}" for name, text in zip(PROPERTIES, CRITERIA, strict=True)),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _mark(row: "pd.Series[str]") -> str:
+    if row["ours"] == "not tested":
+        return "–"
+    answer = "✓" if row["ours"] == "yes" else "✗"
+    answer = answer if row["agrees"] == "yes" else f"**{answer}**"
+    return f"{answer} ({row['value']:.2g})"
+
+
+def _scale_changes(config: Config) -> dict[str, float]:
+    """Largest relative change of each metric, over one trial a cell, in scaled ground truth."""
+    changes = dict.fromkeys(PAPER, 0.0)
+    for cell in cells(config):
+        scene_seed, registration_seed = trial_seeds(config, cell, 0)
+        scene = draw_scene(config, cell, scene_seed)
+        scaled = replace(scene, gt_positions=SCALE * scene.gt_positions)
+        before = evaluate(scene, list(PAPER), registration_seed)
+        after = evaluate(scaled, list(PAPER), registration_seed)
+        for metric, value in before.items():
+            changes[metric] = max(changes[metric], abs(after[metric] - value) / value)
+    return changes
+
+
+def _scale(change: float) -> Finding:
+    return Finding(change <= SCALE_TOLERANCE, change, "largest relative change", SCALE_EXPERIMENT)
+
+
+def _outliers(trials: pd.DataFrame, metric: str) -> Finding:
+    n_cameras = trials["n_cameras"].min()
+    few = trials[trials["n_outliers"].between(1, OUTLIER_SHARE * n_cameras)]
+    weakest = min(_noise_correlation(group, metric) for _, group in few.groupby("n_outliers"))
+    statistic = f"smallest |tau| with 1 to {OUTLIER_SHARE:.0%} outliers"
+    return Finding(weakest >= DISCERNS, weakest, statistic, _name(trials))
+
+
+def _collinear(trials: pd.DataFrame, metric: str) -> Finding:
+    power = _noise_correlation(trials[trials["n_outliers"] == 0], metric)
+    return Finding(power >= DISCERNS, power, "|tau| without outliers", _name(trials))
+
+
+def _length(trials: pd.DataFrame, metric: str) -> Finding:
+    levels = trials.groupby("sigma_t")
+    dependence = float(np.median([_correlation(g[metric], g["n_cameras"]) for _, g in levels]))
+    return Finding(
+        dependence <= DISCERNS, dependence, "median |tau| with the number of cameras", _name(trials)
+    )
+
+
+def _noise_correlation(trials: pd.DataFrame, metric: str) -> float:
+    """Absolute rank correlation of a metric with the noise that varies in these trials."""
+    noise = "sigma_t" if trials["sigma_t"].nunique() > 1 else "sigma_r_deg"
+    return _correlation(trials[metric], trials[noise])
+
+
+def _correlation(a: "pd.Series[float]", b: "pd.Series[float]") -> float:
+    return abs(float(kendalltau(a, b).statistic))
+
+
+def _name(trials: pd.DataFrame) -> str:
+    return str(trials["experiment"].iloc[0])
+
+
+def _yes(answer: bool) -> str:
+    return "yes" if answer else "no"
+
+
+def _read(config: Config) -> pd.DataFrame:
+    """Read a table that the criteria can be applied to."""
+    trials = read_trials(config)
+    for metric, experiment in [*OUTLIERS.items(), *COLLINEAR.items(), *LENGTH.items()]:
+        if experiment == config.name and metric not in trials:
+            raise TableError(config.name, f"has no column {metric}")
+    noise = trials["sigma_t"].nunique() * trials["sigma_r_deg"].nunique()
+    if noise < 2:
+        raise TableError(config.name, "has one noise level, which nothing can be correlated with")
+    if config.name in LENGTH.values():
+        if trials["n_cameras"].nunique() < 2:
+            raise TableError(config.name, "has one number of cameras")
+    elif not trials["n_outliers"].between(1, OUTLIER_SHARE * trials["n_cameras"].min()).any():
+        raise TableError(config.name, f"has no trials with 1 to {OUTLIER_SHARE:.0%} outliers")
+    elif config.name in COLLINEAR.values() and not (trials["n_outliers"] == 0).any():
+        raise TableError(config.name, "has no trials without outliers")
+    return trials
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write ``<results_dir>/tables/method_comparison.csv`` and ``.md``; return the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m experiments.comparison",
+        description="Derive Table 1 of the paper from the tables of trials.",
+        epilog="settings are those that the experiments were run with, for example results_dir=DIR",
+    )
+    parser.add_argument("overrides", nargs="*", metavar="key=value")
+    overrides = parser.parse_args(arguments).overrides
+    try:
+        configs = {name: load([f"experiment={name}", *overrides]) for name in EXPERIMENTS}
+    except ConfigError as error:
+        print(f"experiments.comparison: {error}", file=sys.stderr)
+        return 2
+    try:
+        table = compare(configs)
+    except TableError as error:
+        path = trials_path(configs[error.experiment])
+        print(f"experiments.comparison: {path} {error}", file=sys.stderr)
+        return 1
+    path = Path(configs[SCALE_EXPERIMENT].results_dir) / "tables" / "method_comparison.csv"
+    write_text(path, table.to_csv(index=False, lineterminator="\n"))
+    write_text(path.with_suffix(".md"), to_markdown(table))
+    print(path, path.with_suffix(".md"), sep="\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,113 @@
+"""Snakemake plans, runs, resumes and reruns what it should, and passes settings on."""
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SMALL = ["trials=2", "sigma_t=[0.02,0.05]", "n_cameras=[25]", "n_outliers=[0,2]"]
+
+Snakemake = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture
+def snakemake(tmp_path: Path) -> Snakemake:
+    """Run Snakemake with the project's workflow in an empty working directory."""
+
+    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
+        profile = ["--profile", str(ROOT / "profiles" / "default")]
+        return subprocess.run(
+            [*command, *profile, *arguments],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=110,
+        )
+
+    return run
+
+
+def planned(done: subprocess.CompletedProcess[str]) -> dict[str, int]:
+    """Jobs of a dry run by rule."""
+    assert done.returncode == 0, done.stderr
+    lines = (done.stdout + done.stderr).splitlines()
+    start = lines.index("Job stats:")
+    rows = [line.split() for line in lines[start + 3 : start + 12]]
+    jobs = {row[0]: int(row[1]) for row in rows if len(row) == 2 and row[1].isdigit()}
+    jobs.pop("total")
+    return jobs
+
+
+def test_figures_needs_eight_experiments_seven_figures_and_the_table(snakemake: Snakemake) -> None:
+    jobs = planned(snakemake("figures", "--dry-run"))
+    assert jobs == {"experiment": 8, "figure": 7, "comparison": 1, "figures": 1}
+
+
+def test_one_figure_needs_its_experiment_alone(snakemake: Snakemake) -> None:
+    jobs = planned(snakemake("results/figures/outliers.pdf", "--dry-run"))
+    assert jobs == {"experiment": 1, "figure": 1}
+
+
+@pytest.mark.parametrize(
+    ("setting", "named"),
+    [("trials=0", "trials"), ("trails=5", "trails"), ("n_outliers=[11]", "n_outliers")],
+)
+def test_wrong_settings_end_with_one_line_before_any_trial(
+    snakemake: Snakemake, tmp_path: Path, setting: str, named: str
+) -> None:
+    done = snakemake("figures", "--config", setting)
+    assert done.returncode != 0
+    assert "Traceback" not in done.stderr
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith("snakemake: ")]
+    assert f"'{named}'" in line
+    assert not (tmp_path / "results").exists()
+
+
+def test_runs_reruns_and_resumes(snakemake: Snakemake, tmp_path: Path) -> None:
+    target = "results/figures/outliers.pdf"
+    done = snakemake(target, "--config", *SMALL)
+    assert done.returncode == 0, done.stderr
+    assert "results/figures/" in done.stdout
+    trials = tmp_path / "results" / "trials" / "outliers.csv"
+    rows = trials.read_text().splitlines()
+    assert len(rows) == 1 + 2 * 2 * 2
+    for kind in ("logs", "benchmarks"):
+        names = {path.stem for path in (tmp_path / "results" / kind).iterdir()}
+        assert names == {"outliers", "figure_outliers"}
+
+    # Nothing is left to do; how it is run changes nothing; another setting does.
+    for same in (SMALL, [*SMALL, "backend=threading"]):
+        assert "Nothing to be done" in snakemake(target, "--config", *same, "--dry-run").stdout
+    more = ["trials=3", *SMALL[1:]]
+    jobs = planned(snakemake(target, "--config", *more, "--dry-run"))
+    assert jobs == {"experiment": 1, "figure": 1}
+
+    # A lost table comes back bit for bit.
+    before = trials.read_bytes()
+    trials.unlink()
+    assert snakemake("results/trials/outliers.csv", "--config", *SMALL).returncode == 0
+    assert trials.read_bytes() == before
+
+
+def test_a_changed_experiment_reruns_itself_alone(snakemake: Snakemake, tmp_path: Path) -> None:
+    """Edit one YAML file in a copy of the project."""
+    copy = tmp_path / "copy"
+    for name in ("alignscores", "baselines", "experiments", "figures", "configs", "profiles"):
+        shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "Snakefile", copy)
+    tables = [f"results/trials/{name}.csv" for name in ("outliers", "rotations")]
+    arguments = ["--snakefile", str(copy / "Snakefile"), "--directory", str(copy), *tables]
+    done = snakemake(*arguments, "--config", "trials=1")
+    assert done.returncode == 0, done.stderr
+
+    config = copy / "configs" / "experiment" / "outliers.yaml"
+    config.write_text(config.read_text().replace("sigma_r_deg: [3.0]", "sigma_r_deg: [4.0]"))
+    done = snakemake(*arguments, "--config", "trials=1", "--dry-run")
+    assert planned(done) == {"experiment": 1}
+    assert "output: results/trials/outliers.csv" in done.stdout + done.stderr
+    assert "output: results/trials/rotations.csv" not in done.stdout + done.stderr
