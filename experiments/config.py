@@ -12,14 +12,22 @@ from hydra.errors import HydraException
 from omegaconf import MISSING, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from .metrics import METRICS
-
-__all__ = ["CONFIG_DIR", "Config", "ConfigError", "experiment_names", "load", "to_overrides"]
+__all__ = [
+    "CONFIG_DIR",
+    "METRICS",
+    "Config",
+    "ConfigError",
+    "experiment_names",
+    "load",
+    "to_overrides",
+]
 
 CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
 
 GEOMETRIES = ("cube", "line")
 NOISES = ("product", "paired")
+ROTATION_STATISTICS = ("Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2")
+METRICS = ("ATE", "DTE", "mAA", "TAS", "RAS", "PAS", "DRE", *ROTATION_STATISTICS)
 BACKENDS = ("loky", "threading", "sequential")
 
 

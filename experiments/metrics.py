@@ -8,11 +8,9 @@ from alignscores import pas, ras, tas
 from baselines import ate, dre, dte, maa, rotation_statistics
 
 from .cameras import Scene
+from .config import ROTATION_STATISTICS
 
-__all__ = ["METRICS", "evaluate"]
-
-ROTATION_STATISTICS = ("Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2")
-METRICS = ("ATE", "DTE", "mAA", "TAS", "RAS", "PAS", "DRE", *ROTATION_STATISTICS)
+__all__ = ["evaluate"]
 
 
 def evaluate(
@@ -25,7 +23,7 @@ def evaluate(
     scene : Scene
         Ground-truth and estimated cameras.
     metrics : sequence of str
-        Names out of `METRICS`.
+        Names out of `experiments.config.METRICS`.
     registration_seed : SeedSequence
         Seed of the random registration in TAS and PAS.
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from functools import cache
 from itertools import product
 from typing import Any
 from zlib import crc32
@@ -9,25 +10,15 @@ from zlib import crc32
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 from tqdm import tqdm
 
 from .cameras import Scene, make_scene
 from .config import Config
 from .metrics import evaluate
+from .tables import KEY_COLUMNS
 
-__all__ = ["KEY_COLUMNS", "Cell", "cells", "draw_scene", "run_trial", "sweep", "trial_seeds"]
-
-KEY_COLUMNS = (
-    "experiment",
-    "geometry",
-    "n_cameras",
-    "n_outliers",
-    "sigma_t",
-    "sigma_r_deg",
-    "replicate",
-    "trial",
-)
+__all__ = ["Cell", "cells", "draw_scene", "run_trial", "sweep", "trial_seeds"]
 
 
 @dataclass(frozen=True)
@@ -89,9 +80,15 @@ def run_trial(config: Config, cell: Cell, trial: int) -> dict[str, Any]:
     return keys | evaluate(scene, config.metrics, registration_seed)
 
 
+@cache
+def _blas() -> ThreadpoolController:
+    """Find the BLAS libraries of this process; looking for them takes as long as a trial."""
+    return ThreadpoolController().select(user_api="blas")
+
+
 def run_cell(config: Config, cell: Cell) -> list[dict[str, Any]]:
     """Run all trials of a cell, on one BLAS thread: more could change the last bits."""
-    with threadpool_limits(limits=1, user_api="blas"):
+    with _blas().limit(limits=1):
         return [run_trial(config, cell, trial) for trial in range(config.trials)]
 
 
@@ -112,7 +109,7 @@ def sweep(config: Config) -> pd.DataFrame:
     grid = cells(config)
     parallel = Parallel(n_jobs=config.n_jobs, backend=config.backend, return_as="generator")
     # The outer limit is for threads: it is what the limits of single cells go back to.
-    with threadpool_limits(limits=1, user_api="blas"):
+    with _blas().limit(limits=1):
         results: Iterator[list[dict[str, Any]]] = parallel(
             delayed(run_cell)(config, cell) for cell in grid
         )

@@ -11,9 +11,9 @@ from typing import Any
 import pandas as pd
 
 from .config import CONFIG_DIR, Config
-from .sweep import KEY_COLUMNS
 
 __all__ = [
+    "KEY_COLUMNS",
     "TableError",
     "provenance",
     "read_trials",
@@ -22,6 +22,16 @@ __all__ = [
     "write_trials",
 ]
 
+KEY_COLUMNS = (
+    "experiment",
+    "geometry",
+    "n_cameras",
+    "n_outliers",
+    "sigma_t",
+    "sigma_r_deg",
+    "replicate",
+    "trial",
+)
 PACKAGES = ("alignscores", "numpy", "scipy", "pandas", "evo", "joblib", "hydra-core")
 
 

@@ -79,6 +79,7 @@ def rng() -> np.random.Generator:
         (10, 3, 0.05, 7),
         (10, 0, 0.2, 10),
         (11, 5, 0.03, 1),
+        (9, 2, 1e-9, 5),  # squared errors vanish in the rounding of a matrix product
     ],
 )
 @pytest.mark.parametrize("seed", range(3))
@@ -95,7 +96,7 @@ def test_cheapest_of_all_hypotheses(
         return
     assert alignment is not None
     errors = np.sort(alignment.position_errors(gt, est))
-    assert errors[order - 1] == pytest.approx(expected.cost, rel=1e-7, abs=1e-9)
+    assert errors[order - 1] == pytest.approx(expected.cost, rel=1e-7, abs=1e-13)
     if order > 1:  # the smallest error is often one that vanishes, for many hypotheses
         assert alignment.scale == pytest.approx(expected.scale, rel=1e-9)
         np.testing.assert_allclose(alignment.rotation, expected.rotation, atol=1e-9)

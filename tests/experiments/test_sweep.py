@@ -8,8 +8,9 @@ import pytest
 
 from alignscores import pas
 from baselines import ate, maa, rotation_statistics
-from experiments.config import Config, experiment_names, load
-from experiments.sweep import KEY_COLUMNS, Cell, cells, draw_scene, run_trial, sweep, trial_seeds
+from experiments.config import METRICS, Config, experiment_names, load
+from experiments.sweep import Cell, cells, draw_scene, run_trial, sweep, trial_seeds
+from experiments.tables import KEY_COLUMNS
 
 Small = Callable[..., Config]
 
@@ -85,3 +86,9 @@ def test_volume_grows_with_the_number_of_cameras(volume_per_camera: str, side: f
     positions = draw_scene(config, cell, np.random.SeedSequence(0)).gt_positions
     assert np.abs(positions).max() == pytest.approx(side / 2, rel=0.05)
     assert np.abs(positions).max() <= side / 2
+
+
+def test_every_known_metric_can_be_evaluated(small: Small) -> None:
+    row = run_trial(small(f"metrics=[{','.join(METRICS)}]"), Cell(25, 3, 0.05, 3.0), 0)
+    assert [name for name in row if name not in KEY_COLUMNS] == list(METRICS)
+    assert np.isfinite([row[name] for name in METRICS]).all()

@@ -220,7 +220,7 @@ def picture(figure):
 
 
 def test_every_metric_and_setting_has_a_name():
-    from experiments.metrics import METRICS
+    from experiments.config import METRICS
 
     assert {*SCORES, *ANGLES, *LENGTHS, "DTE"} == set(METRICS)
     for name in FIGURES.values():
