@@ -8,27 +8,40 @@ from pathlib import Path
 
 sys.path.insert(0, workflow.basedir)
 from experiments.config import ConfigError, experiment_names, load, to_overrides
-from figures import FIGURES
+from figures import FIGURES, HISTOGRAM_EXPERIMENT
 
-OVERRIDES = to_overrides(config)
+OVERRIDES = to_overrides({key: value for key, value in config.items() if key != "n_jobs"})
 EXPERIMENTS = experiment_names()
-RESULTS = Path(config.get("results_dir", load().results_dir))
-TRIALS = RESULTS / "trials"
 HOW = {"n_jobs", "backend", "results_dir"}  # settings that no result depends on
 
 
-def settings(experiment):
-    """Resolve what an experiment's results depend on; refuse what is wrong before any trial."""
+def resolve(*overrides):
+    """Refuse wrong settings in one line, before any trial."""
     try:
-        resolved = asdict(load([f"experiment={experiment}", *OVERRIDES]))
+        return asdict(load(overrides))
     except ConfigError as error:
-        sys.exit(f"snakemake: {experiment}: {error}")
+        sys.exit(f"snakemake: {error} ({' '.join(overrides)})")
+
+
+def settings(experiment):
+    """What the results of an experiment depend on: where it changes, they are made again."""
+    resolved = resolve(f"experiment={experiment}", *to_overrides(config))
     return {key: value for key, value in resolved.items() if key not in HOW}
+
+
+RUN = resolve(*to_overrides({key: config[key] for key in HOW if key in config}))
+RESULTS = Path(RUN["results_dir"])
+TRIALS = RESULTS / "trials"
+CORES = workflow.cores or 1
+SHARE = max(1, CORES // len(EXPERIMENTS))  # of the cores, if all experiments run at once
 
 
 def sources(*packages):
     """Imported code is invisible to Snakemake's rerun logic unless it is an input."""
     return [path for name in packages for path in Path(workflow.basedir, name).rglob("*.py")]
+
+
+COMPARISON = Path(workflow.basedir, "experiments", "comparison.py")
 
 
 wildcard_constraints:
@@ -44,13 +57,13 @@ rule figures:
 
 rule experiment:
     input:
-        sources("alignscores", "baselines", "experiments"),
+        [path for path in sources("alignscores", "baselines", "experiments") if path != COMPARISON],
     output:
         csv=TRIALS / "{experiment}.csv",
         provenance=TRIALS / "{experiment}.json",
     params:
         settings=lambda wildcards: settings(wildcards.experiment),
-    threads: max(1, (workflow.cores or 1) // len(EXPERIMENTS))
+    threads: SHARE if "n_jobs" not in config else CORES if RUN["n_jobs"] == -1 else RUN["n_jobs"]
     log:
         RESULTS / "logs" / "{experiment}.log",
     benchmark:
@@ -63,10 +76,14 @@ rule experiment:
 rule figure:
     input:
         lambda wildcards: expand(TRIALS / "{name}.csv", name=FIGURES[wildcards.figure]),
-        sources("alignscores", "experiments", "figures"),
+        sources("alignscores", "figures"),
     output:
         pdf=RESULTS / "figures" / "{figure}.pdf",
         png=RESULTS / "figures" / "{figure}.png",
+    params:
+        settings=lambda wildcards: [
+            settings(name) for name in FIGURES[wildcards.figure] or [HISTOGRAM_EXPERIMENT]
+        ],
     log:
         RESULTS / "logs" / "figure_{figure}.log",
     benchmark:
@@ -78,6 +95,7 @@ rule figure:
 rule comparison:
     input:
         expand(TRIALS / "{name}.csv", name=EXPERIMENTS),
+        COMPARISON,
     output:
         csv=RESULTS / "tables" / "method_comparison.csv",
         md=RESULTS / "tables" / "method_comparison.md",

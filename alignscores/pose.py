@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from .rotation import RASResult, ras
@@ -107,8 +108,9 @@ def pas(
     gt_rotations, gt_positions = check_poses(gt_poses, "gt_poses", complete=True)
     est_rotations, est_positions = check_poses(est_poses, "est_poses", complete=False)
     check_same_length(gt_rotations, est_rotations, "gt_poses", "est_poses")
-    if not 0 <= weight <= 1:
-        raise ValueError(f"weight must lie between 0 and 1, not {weight!r}")
+    number = isinstance(weight, (int, float, np.number)) and not isinstance(weight, bool)
+    if not number or not 0 <= weight <= 1:
+        raise ValueError(f"weight must be a number from 0 to 1, not {weight!r}")
     translation = tas(
         gt_positions,
         est_positions,

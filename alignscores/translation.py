@@ -78,8 +78,8 @@ def tas(
     Parameters
     ----------
     gt_positions : (n, 3) array_like
-        Camera centres in the ground-truth world, at least 4 of them (3 where `unit` is given), in
-        any unit.
+        Camera centres in the ground-truth world, in any unit; at least 4 of them, or `unit` must be
+        given.
     est_positions : (n, 3) array_like
         Camera centres in the estimated world; row i is the camera of row i of the ground truth. A
         row that is not finite is a camera that was not estimated: it counts as a failure.
@@ -116,6 +116,10 @@ def tas(
 
     Notes
     -----
+    A camera that was not estimated has an infinite error. It also takes no part in the
+    registration, which may then settle on another hypothesis: the score falls by the camera's share
+    only up to the scatter of the registration.
+
     The published registration is random: the score scatters from seed to seed (standard deviation
     about 0.02 for 100 cameras). It is deterministic where no more than `n_hypotheses` triplets of
     cameras exist, up to 19 cameras by default.
@@ -143,10 +147,14 @@ def tas(
     est = check_positions(est_positions, "est_positions", complete=False)
     check_same_length(gt, est, "gt_positions", "est_positions")
     check_positive(n_hypotheses, "n_hypotheses", integer=True)
-    if registration not in REGISTRATIONS:
+    if not isinstance(registration, str) or registration not in REGISTRATIONS:
         raise ValueError(
             f"registration must be one of {sorted(REGISTRATIONS)}, not {registration!r}"
         )
+    try:
+        generator = np.random.default_rng(rng)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"rng must be a seed or a Generator, not {rng!r}: {error}") from None
     if unit is None:
         unit = closest_pair_quartile(gt)
     check_positive(unit, "unit")
@@ -159,7 +167,7 @@ def tas(
         est[estimated],
         order=max(4, (len(gt) + 5) // 10),
         n_hypotheses=int(n_hypotheses),
-        rng=np.random.default_rng(rng),
+        rng=generator,
         registration=registration,
     )
     if alignment is None:

@@ -159,7 +159,7 @@ def _mark(row: "pd.Series[str]") -> str:
         return "–"
     answer = "✓" if row["ours"] == "yes" else "✗"
     answer = answer if row["agrees"] == "yes" else f"**{answer}**"
-    return f"{answer} ({row['value']:.2g})"
+    return f"{answer} ({row['value']:.3g})"
 
 
 def _scale_changes(config: Config) -> dict[str, float]:
@@ -172,7 +172,8 @@ def _scale_changes(config: Config) -> dict[str, float]:
         before = evaluate(scene, list(PAPER), registration_seed)
         after = evaluate(scaled, list(PAPER), registration_seed)
         for metric, value in before.items():
-            changes[metric] = max(changes[metric], abs(after[metric] - value) / value)
+            change = abs(after[metric] - value)
+            changes[metric] = max(changes[metric], change / abs(value) if change else 0.0)
     return changes
 
 

@@ -86,8 +86,7 @@ def load(overrides: Sequence[str] = ()) -> Config:
     >>> config.name, config.trials, config.n_cameras
     ('outliers', 5, [100])
     """
-    for override in overrides:
-        _check_override(override)
+    _check_overrides(overrides)
     try:
         GlobalHydra.instance().clear()
         with initialize_config_dir(config_dir=str(CONFIG_DIR), version_base="1.3"):
@@ -99,9 +98,8 @@ def load(overrides: Sequence[str] = ()) -> Config:
             reason = "must be a list in brackets, for example [1, 2]"
         raise ConfigError(f"setting {error.full_key!r}: {reason}") from None
     except (HydraException, ValueError) as error:
-        raise ConfigError(
-            f"settings {' '.join(overrides)}: {' '.join(str(error).split())}"
-        ) from None
+        reason = " ".join(str(error).partition("See https")[0].split())
+        raise ConfigError(f"cannot read {' '.join(overrides)}: {reason}") from None
     assert isinstance(config, Config)
     _check(config)
     return config
@@ -125,18 +123,22 @@ def _hydra_value(value: Any) -> str:
     return "null" if value is None else str(value)
 
 
-def _check_override(override: str) -> None:
+def _check_overrides(overrides: Sequence[str]) -> None:
     """Refuse unknown keys and experiments here, where the choice can be named in one line."""
-    key, equals, value = (part.strip() for part in override.partition("="))
-    known = ["experiment", *(field.name for field in fields(Config))]
-    if not equals:
-        raise ConfigError(f"{override!r} is not a setting; write key=value, for example trials=5")
-    if key not in known:
-        raise ConfigError(f"unknown setting {key!r}; the settings are {', '.join(known)}")
-    if key == "experiment" and value not in experiment_names():
-        raise ConfigError(
-            f"unknown experiment {value!r}; the experiments are {', '.join(experiment_names())}"
-        )
+    known = ["experiment", *(field.name for field in fields(Config) if field.name != "name")]
+    experiments = []
+    for override in overrides:
+        key, equals, value = (part.strip() for part in override.partition("="))
+        if not equals:
+            raise ConfigError(f"{override!r} is not a setting; write key=value, such as trials=5")
+        if key not in known:
+            raise ConfigError(f"unknown setting {key!r}; the settings are {', '.join(known)}")
+        if key == "experiment" and value not in experiment_names():
+            names = ", ".join(experiment_names())
+            raise ConfigError(f"unknown experiment {value!r}; the experiments are {names}")
+        experiments += [value] if key == "experiment" else []
+    if len(experiments) > 1:
+        raise ConfigError(f"setting 'experiment' is given twice: {' and '.join(experiments)}")
 
 
 def _check(config: Config) -> None:
@@ -169,6 +171,7 @@ def _check(config: Config) -> None:
     if config.volume_per_camera is not None:
         _require(0 < config.volume_per_camera < inf, "volume_per_camera", "must be positive")
         _require(config.geometry == "cube", "volume_per_camera", "applies to the cube alone")
+    _require(bool(config.results_dir), "results_dir", "must name a folder")
     _require(config.trials >= 1, "trials", f"must be at least 1, not {config.trials}")
     _require(config.seed >= 0, "seed", "must not be negative")
     _require(config.replicate >= 0, "replicate", "must not be negative")

@@ -35,9 +35,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"experiments.run: {error}", file=sys.stderr)
         return 2
     from .sweep import sweep
-    from .tables import write_trials
+    from .tables import trials_path, write_trials
 
-    print(write_trials(config, sweep(config)))
+    path = trials_path(config)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials than after
+        write_trials(config, sweep(config))
+    except OSError as error:
+        print(f"experiments.run: cannot write {path}: {error.strerror}", file=sys.stderr)
+        return 1
+    print(path)
     return 0
 
 

@@ -32,7 +32,18 @@ KEY_COLUMNS = (
     "replicate",
     "trial",
 )
-PACKAGES = ("alignscores", "numpy", "scipy", "pandas", "evo", "joblib", "hydra-core")
+PACKAGES = (
+    "alignscores",
+    "numpy",
+    "scipy",
+    "pandas",
+    "evo",
+    "joblib",
+    "threadpoolctl",
+    "hydra-core",
+    "matplotlib",
+    "snakemake",
+)
 
 
 class TableError(ValueError):
@@ -128,7 +139,10 @@ def _git_state() -> dict[str, Any] | None:
     """Return the commit of the source tree and whether it has changes; None outside of git."""
     try:
         commit = _git("rev-parse", "HEAD")
-        return {"commit": commit, "dirty": bool(_git("status", "--porcelain"))}
+        return {
+            "commit": commit,
+            "dirty": bool(_git("status", "--porcelain", "--untracked-files=no")),
+        }
     except (OSError, subprocess.CalledProcessError):
         return None
 

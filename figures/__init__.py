@@ -1,6 +1,6 @@
 """The figures of the paper, drawn from the tables of trials: ``python -m figures NAME``."""
 
-__all__ = ["FIGURES"]
+__all__ = ["FIGURES", "HISTOGRAM_EXPERIMENT"]
 
 FIGURES: dict[str, tuple[str, ...]] = {
     "histogram": (),
@@ -15,3 +15,6 @@ FIGURES: dict[str, tuple[str, ...]] = {
 
 Snakemake reads this before anything runs, so it must not cost an import of Matplotlib.
 """
+
+HISTOGRAM_EXPERIMENT = "combined"
+"""The experiment whose settings the one trial in the histogram is run with."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from experiments.config import ConfigError, load
 from experiments.tables import TableError, read_trials, trials_path
 
-from . import FIGURES
+from . import FIGURES, HISTOGRAM_EXPERIMENT
 
 __all__ = ["main"]
 
@@ -38,8 +38,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     name, overrides = options.name, options.overrides
     if name not in FIGURES:
         return _fail(2, f"unknown figure {name!r}; the figures are {', '.join(FIGURES)}")
-    if "experiment" in map(_key, overrides):
-        return _fail(2, f"experiment= cannot be set: the figure {name} has experiments of its own")
 
     module = import_module(f"figures.{name}")
     from .output import write_figure
@@ -47,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         configs = [
             load([f"experiment={experiment}", *overrides])
-            for experiment in FIGURES[name] or (module.EXPERIMENT,)
+            for experiment in FIGURES[name] or (HISTOGRAM_EXPERIMENT,)
         ]
     except ConfigError as error:
         return _fail(2, str(error))

@@ -9,16 +9,15 @@ from experiments.sweep import Cell, draw_scene, trial_seeds
 from . import style
 from .score_panel import score_panel
 
-__all__ = ["EXPERIMENT", "draw"]
+__all__ = ["draw"]
 
-EXPERIMENT = "combined"  # the trial is one of this experiment's
 CELL = Cell(n_cameras=100, n_outliers=10, sigma_t=0.03, sigma_r_deg=3.0)
 TRIAL = 0
 
 
 @style.applied()
 def draw(config: Config) -> Figure:
-    """Run one trial with the settings of `EXPERIMENT`, and draw its errors."""
+    """Run one trial with the settings of an experiment, and draw its errors."""
     scores = _run(config)
     unit = scores.tas.unit
     figure = Figure(figsize=(style.COLUMN, 3.1), layout="constrained")

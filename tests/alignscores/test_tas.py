@@ -127,9 +127,12 @@ def test_perfect_estimate_at_any_scale(
 
 @pytest.mark.parametrize("scale", [1e-300, 1e-200, 1e-80, 1e160, 1e200, 1e300])
 @pytest.mark.parametrize("which", ["gt", "est", "both"])
-def test_perfect_estimate_at_absurd_scales(cloud: Cloud, which: str, scale: float) -> None:
+@pytest.mark.parametrize("kind", ["cube", "axis"])
+def test_perfect_estimate_at_absurd_scales(
+    cloud: Cloud, kind: str, which: str, scale: float
+) -> None:
     """Where squares of coordinates under- or overflow."""
-    gt = cloud("cube", 30, 0)
+    gt = cloud(kind, 30, 0) / 30
     a = gt * scale if which != "est" else gt
     b = gt * scale if which != "gt" else gt
     assert tas(a, b).score == 1.0
@@ -366,6 +369,24 @@ def test_similarity_of_the_estimate_changes_nothing(
     assert a.n_hypotheses == b.n_hypotheses
     assert a.score == pytest.approx(b.score, abs=1e-12)
     np.testing.assert_allclose(a.errors, b.errors, rtol=1e-6, atol=1e-7)
+
+
+@pytest.mark.parametrize("kind", ["cube", "axis", "straight then bend"])
+@pytest.mark.parametrize("n", [15, 100, 300])
+def test_origin_of_either_world_changes_nothing(cloud: Cloud, kind: str, n: int) -> None:
+    """A million units away the same hypothesis wins, flat or not, with the same errors."""
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        gt = cloud(kind, n, seed)
+        noise = rng.normal(0, 0.001, gt.shape)
+        noise[n // 2 :] *= 10  # off the straight half: there a flat triangle may be the cheapest
+        est = gt + noise
+        expected = tas(gt, est, rng=seed)
+        for gt_origin, est_origin in ((1e6, 0), (0, 1e6), (1e6, -1e6)):
+            result = tas(gt + gt_origin, est + est_origin, rng=seed)
+            np.testing.assert_allclose(result.errors, expected.errors, rtol=0, atol=1e-6)
+            assert result.n_hypotheses == expected.n_hypotheses
+            assert result.unit == pytest.approx(expected.unit, rel=1e-6)
 
 
 @given(seed=SEEDS, n=st.integers(4, 19), exponent=st.floats(-6, 6))

@@ -81,7 +81,7 @@ def test_settings_are_those_of_the_experiments(tmp_path, capsys):
         (["nope"], "unknown figure 'nope'; the figures are histogram, outliers"),
         (["outliers", "trials"], "'trials' is not a setting"),
         (["outliers", "colour=red"], "unknown setting 'colour'"),
-        (["outliers", "experiment=collinear"], "experiment= cannot be set"),
+        (["outliers", "experiment=collinear"], "'experiment' is given twice"),
     ],
 )
 def test_a_wrong_command_is_refused_in_one_line(capsys, arguments, message):

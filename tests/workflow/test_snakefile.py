@@ -1,8 +1,11 @@
 """Snakemake plans, runs, resumes and reruns what it should, and passes settings on."""
 
+import os
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,19 +17,19 @@ SMALL = ["trials=2", "sigma_t=[0.02,0.05]", "n_cameras=[25]", "n_outliers=[0,2]"
 Snakemake = Callable[..., subprocess.CompletedProcess[str]]
 
 
+def command(*arguments: str) -> list[str]:
+    profile = ["--profile", str(ROOT / "profiles" / "default")]
+    start = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
+    return [*start, *profile, *arguments]
+
+
 @pytest.fixture
 def snakemake(tmp_path: Path) -> Snakemake:
     """Run Snakemake with the project's workflow in an empty working directory."""
 
     def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
-        profile = ["--profile", str(ROOT / "profiles" / "default")]
         return subprocess.run(
-            [*command, *profile, *arguments],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            timeout=110,
+            command(*arguments), cwd=tmp_path, capture_output=True, text=True, timeout=110
         )
 
     return run
@@ -68,7 +71,7 @@ def test_wrong_settings_end_with_one_line_before_any_trial(
     assert not (tmp_path / "results").exists()
 
 
-def test_runs_reruns_and_resumes(snakemake: Snakemake, tmp_path: Path) -> None:
+def test_runs_and_reruns(snakemake: Snakemake, tmp_path: Path) -> None:
     target = "results/figures/outliers.pdf"
     done = snakemake(target, "--config", *SMALL)
     assert done.returncode == 0, done.stderr
@@ -111,3 +114,42 @@ def test_a_changed_experiment_reruns_itself_alone(snakemake: Snakemake, tmp_path
     assert planned(done) == {"experiment": 1}
     assert "output: results/trials/outliers.csv" in done.stdout + done.stderr
     assert "output: results/trials/rotations.csv" not in done.stdout + done.stderr
+
+
+def test_a_changed_setting_redraws_the_histogram(snakemake: Snakemake) -> None:
+    target = "results/figures/histogram.pdf"
+    assert snakemake(target).returncode == 0
+    assert "Nothing to be done" in snakemake(target, "--dry-run").stdout
+    assert planned(snakemake(target, "--dry-run", "--config", "seed=1")) == {"figure": 1}
+
+
+def test_a_killed_run_goes_on_to_the_same_bytes(snakemake: Snakemake, tmp_path: Path) -> None:
+    """Kill it, workers and all, when one table is there and the other is being made."""
+    names = ("outliers", "collinear")
+    settings = ["trials=150", "n_outliers=[0,10]", "sigma_t=[0.02,0.05]", "metrics=[TAS,DTE]"]
+
+    def arguments(place: str) -> list[str]:
+        targets = [f"{place}/trials/{name}.csv" for name in names]
+        return [*targets, "--cores", "1", "--config", *settings, f"results_dir={place}"]
+
+    def tables(place: str) -> list[bytes]:
+        return [path.read_bytes() for path in sorted((tmp_path / place).rglob("*.csv"))]
+
+    assert snakemake(*arguments("whole")).returncode == 0
+    with subprocess.Popen(
+        command(*arguments("killed")),
+        cwd=tmp_path,
+        start_new_session=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    ) as process:
+        while process.poll() is None and not tables("killed"):
+            time.sleep(0.05)
+        time.sleep(1.5)
+        os.killpg(process.pid, signal.SIGKILL)
+    assert len(tables("killed")) == 1
+
+    assert planned(snakemake(*arguments("killed"), "--dry-run")) == {"experiment": 1}
+    assert snakemake(*arguments("killed")).returncode == 0
+    assert tables("killed") == tables("whole")
+    assert len(tables("whole")) == 2
