@@ -17,7 +17,7 @@ from scipy.stats import kendalltau
 from .config import Config, ConfigError, load
 from .metrics import evaluate
 from .sweep import cells, draw_scene, trial_seeds
-from .tables import TableError, read_trials, trials_path, write_text
+from .tables import TableError, read_trials, trials_path, write_files
 
 __all__ = ["compare", "main", "to_markdown"]
 
@@ -260,8 +260,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"experiments.comparison: {path} {error}", file=sys.stderr)
         return 1
     path = Path(configs[SCALE_EXPERIMENT].results_dir) / "tables" / "method_comparison.csv"
-    write_text(path, table.to_csv(index=False, lineterminator="\n"))
-    write_text(path.with_suffix(".md"), to_markdown(table))
+    csv, markdown = table.to_csv(index=False, lineterminator="\n"), to_markdown(table)
+    try:
+        write_files({path: csv.encode(), path.with_suffix(".md"): markdown.encode()})
+    except OSError as error:
+        print(f"experiments.comparison: cannot write {path}: {error.strerror}", file=sys.stderr)
+        return 1
     print(path, path.with_suffix(".md"), sep="\n")
     return 0
 

@@ -3,6 +3,7 @@
 import json
 import platform
 import subprocess
+from collections.abc import Mapping
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -18,7 +19,7 @@ __all__ = [
     "provenance",
     "read_trials",
     "trials_path",
-    "write_text",
+    "write_files",
     "write_trials",
 ]
 
@@ -65,12 +66,19 @@ class TableError(ValueError):
         self.setting = setting
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write a file under a temporary name, then rename it: never half a file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f"{path.name}.tmp")
-    temporary.write_text(text, encoding="utf-8", newline="\n")
-    temporary.replace(path)
+def write_files(files: Mapping[Path, bytes]) -> None:
+    """Write files under temporary names, then rename them: never half a file."""
+    temporary = {path: path.with_name(f"{path.name}.tmp") for path in files}
+    for path in files:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        for path, content in files.items():
+            temporary[path].write_bytes(content)
+        for path in files:
+            temporary[path].replace(path)
+    finally:
+        for path in files:
+            temporary[path].unlink(missing_ok=True)
 
 
 def trials_path(config: Config) -> Path:
@@ -84,8 +92,9 @@ def write_trials(config: Config, trials: pd.DataFrame) -> Path:
     Numbers are written with the fewest digits that give the same float again.
     """
     path = trials_path(config)
-    write_text(path.with_suffix(".json"), json.dumps(provenance(config), indent=2) + "\n")
-    write_text(path, trials.to_csv(index=False, lineterminator="\n"))
+    origin = json.dumps(provenance(config), indent=2) + "\n"
+    table = trials.to_csv(index=False, lineterminator="\n")
+    write_files({path.with_suffix(".json"): origin.encode(), path: table.encode()})
     return path
 
 

@@ -1,10 +1,11 @@
 """Figures on disk: whole or not at all, and the same bytes for the same data."""
 
-import os
 from io import BytesIO
 from pathlib import Path
 
 from matplotlib.figure import Figure
+
+from experiments.tables import write_files
 
 from . import style
 
@@ -15,8 +16,7 @@ __all__ = ["write_figure"]
 def write_figure(figure: Figure, path: Path, title: str) -> list[Path]:
     """Write a figure as PDF and PNG.
 
-    Both are drawn before the first is written, under temporary names, then renamed: never half a
-    file, and no dates in them.
+    Both are drawn before the first is written, and there are no dates in them.
 
     Parameters
     ----------
@@ -42,14 +42,5 @@ def write_figure(figure: Figure, path: Path, title: str) -> list[Path]:
         figure.savefig(buffer, format=extension.removeprefix("."), metadata=metadata)
         files[path.with_name(path.name + extension)] = buffer.getvalue()
 
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = {file: file.with_name(f"{file.name}.{os.getpid()}.tmp") for file in files}
-    try:
-        for file, content in files.items():
-            temporary[file].write_bytes(content)
-        for file in files:
-            temporary[file].replace(file)
-    finally:
-        for file in files:
-            temporary[file].unlink(missing_ok=True)
+    write_files(files)
     return list(files)
