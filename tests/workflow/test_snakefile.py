@@ -126,7 +126,7 @@ def test_a_changed_setting_redraws_the_histogram(snakemake: Snakemake) -> None:
 def test_a_killed_run_goes_on_to_the_same_bytes(snakemake: Snakemake, tmp_path: Path) -> None:
     """Kill it, workers and all, when one table is there and the other is being made."""
     names = ("outliers", "collinear")
-    settings = ["trials=150", "n_outliers=[0,10]", "sigma_t=[0.02,0.05]", "metrics=[TAS,DTE]"]
+    settings = ["trials=300", "n_outliers=[0,10]", "sigma_t=[0.02,0.05]", "metrics=[TAS,DTE]"]
 
     def arguments(place: str) -> list[str]:
         targets = [f"{place}/trials/{name}.csv" for name in names]
@@ -145,7 +145,7 @@ def test_a_killed_run_goes_on_to_the_same_bytes(snakemake: Snakemake, tmp_path: 
     ) as process:
         while process.poll() is None and not tables("killed"):
             time.sleep(0.05)
-        time.sleep(1.5)
+        time.sleep(1)
         os.killpg(process.pid, signal.SIGKILL)
     assert len(tables("killed")) == 1
 
