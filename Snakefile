@@ -33,7 +33,10 @@ RUN = resolve(*to_overrides({key: config[key] for key in HOW if key in config}))
 RESULTS = Path(RUN["results_dir"])
 TRIALS = RESULTS / "trials"
 CORES = workflow.cores or 1
-SHARE = max(1, CORES // len(EXPERIMENTS))  # of the cores, if all experiments run at once
+if "n_jobs" not in config:
+    THREADS = max(1, CORES // len(EXPERIMENTS))  # all experiments may run at once
+else:
+    THREADS = CORES if RUN["n_jobs"] == -1 else RUN["n_jobs"]
 
 
 def sources(*packages):
@@ -42,6 +45,9 @@ def sources(*packages):
 
 
 COMPARISON = Path(workflow.basedir, "experiments", "comparison.py")
+TRIAL_CODE = [
+    path for path in sources("alignscores", "baselines", "experiments") if path != COMPARISON
+]
 
 
 wildcard_constraints:
@@ -57,13 +63,13 @@ rule figures:
 
 rule experiment:
     input:
-        [path for path in sources("alignscores", "baselines", "experiments") if path != COMPARISON],
+        TRIAL_CODE,
     output:
         csv=TRIALS / "{experiment}.csv",
         provenance=TRIALS / "{experiment}.json",
     params:
         settings=lambda wildcards: settings(wildcards.experiment),
-    threads: SHARE if "n_jobs" not in config else CORES if RUN["n_jobs"] == -1 else RUN["n_jobs"]
+    threads: THREADS
     log:
         RESULTS / "logs" / "{experiment}.log",
     benchmark:
@@ -76,7 +82,8 @@ rule experiment:
 rule figure:
     input:
         lambda wildcards: expand(TRIALS / "{name}.csv", name=FIGURES[wildcards.figure]),
-        sources("alignscores", "figures"),
+        TRIAL_CODE,
+        sources("figures"),
     output:
         pdf=RESULTS / "figures" / "{figure}.pdf",
         png=RESULTS / "figures" / "{figure}.png",

@@ -127,10 +127,9 @@ def _prescreen(triplets: Indices, log_ratio: Callable[[Indices, Indices], Floats
 
     Coincident, repeated and unbounded points give ratios that are not finite and pass no test.
     """
-    i, j, _ = triplets
-    ij = log_ratio(i, j)
-    ik = log_ratio(i, triplets[2])
-    close = np.flatnonzero(np.abs(ij - ik) <= PRESCREEN_THRESHOLD)
+    i, j, k = triplets
+    ij, ik = log_ratio(i, j), log_ratio(i, k)
+    close = np.flatnonzero(np.abs(ij - ik) <= PRESCREEN_THRESHOLD)  # few are: spares the third
     ij, ik, triplets = ij[close], ik[close], triplets[:, close]
     jk = log_ratio(triplets[1], triplets[2])
     similar = (np.abs(jk - ij) <= PRESCREEN_THRESHOLD) & (np.abs(jk - ik) <= PRESCREEN_THRESHOLD)
@@ -262,25 +261,15 @@ def _cheapest(
 ) -> int:
     """Index of the hypothesis with the smallest ``order``-th smallest squared error.
 
-    The squared error ``|est - t|^2 / s^2 - 2 (est - t) . (R gt) / s + |gt|^2`` is linear in 18
-    products of the coordinates, so that those of all cameras under all hypotheses are one matrix
-    product. It tells which hypotheses can win: at least ``order`` of their squared errors lie below
-    the smallest cost so far, give or take the rounding. Their costs are then computed directly.
+    The squared errors of all cameras under all hypotheses are one matrix product. It tells which
+    hypotheses can win: at least ``order`` of their squared errors lie below the smallest cost so
+    far, give or take the rounding. Their costs are then computed directly.
 
     A flat triangle says nothing of the spin about its line, so it must beat all others by more than
     rounding: on a partly straight path many hypotheses fit ``order`` cameras exactly.
     """
     n = gt.shape[1]
-    outer = (est[:, None] * gt).reshape(9, n)
-    features = np.vstack([_dot(est, est), est, _dot(gt, gt), gt, outer, np.ones(n)])
-    r, t = rotation / scale[:, None, None], translation / scale[:, None]
-    coefficients = np.empty((len(scale), 18))
-    coefficients[:, 0] = 1 / scale**2
-    coefficients[:, 1:4] = -2 * t / scale[:, None]
-    coefficients[:, 4] = 1
-    coefficients[:, 5:8] = 2 * np.einsum("hij,hi->hj", rotation, t)
-    coefficients[:, 8:17] = -2 * r.reshape(-1, 9)
-    coefficients[:, 17] = np.einsum("hi,hi->h", t, t)
+    coefficients, features = _squared_error_factors(gt, est, scale, rotation, translation)
     # Where the error is small |est| / s is at most |t| / s + |gt|, and so bounds all terms.
     gt_extent = np.sqrt(np.max(features[4]))
     rounding = ROUNDING * (np.sqrt(coefficients[:, 17]) + gt_extent) ** 2
@@ -302,6 +291,28 @@ def _cheapest(
             start, size = start + size, max(16, CHUNK // n)
         best_cost -= ROUNDING * gt_extent**2
     return best
+
+
+def _squared_error_factors(
+    gt: Floats, est: Floats, scale: Floats, rotation: Floats, translation: Floats
+) -> tuple[Floats, Floats]:
+    """Return matrices (H, 18) and (18, n) whose product is all squared errors.
+
+    The squared error ``|est - t|^2 / s^2 - 2 (est - t) . (R gt) / s + |gt|^2`` is linear in 18
+    products of the coordinates.
+    """
+    n = gt.shape[1]
+    outer = (est[:, None] * gt).reshape(9, n)
+    features = np.vstack([_dot(est, est), est, _dot(gt, gt), gt, outer, np.ones(n)])
+    r, t = rotation / scale[:, None, None], translation / scale[:, None]
+    coefficients = np.empty((len(scale), 18))
+    coefficients[:, 0] = 1 / scale**2
+    coefficients[:, 1:4] = -2 * t / scale[:, None]
+    coefficients[:, 4] = 1
+    coefficients[:, 5:8] = 2 * np.einsum("hij,hi->hj", rotation, t)
+    coefficients[:, 8:17] = -2 * r.reshape(-1, 9)
+    coefficients[:, 17] = np.einsum("hi,hi->h", t, t)
+    return coefficients, features
 
 
 def _costs(
