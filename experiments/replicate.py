@@ -12,7 +12,7 @@ from .config import Config, ConfigError, load
 from .sweep import Cell, cells, sweep
 from .tables import provenance, write_table
 
-__all__ = ["main", "plan", "replicate_path", "run"]
+__all__ = ["cells_of", "main", "plan", "replicate_path", "run"]
 
 OWN = ("experiment", "metrics", "replicates")  # settings that the claims themselves decide
 FIRST = "outliers"  # whose settings stand for what all experiments share
@@ -48,13 +48,13 @@ def plan(claims: Claims, overrides: Sequence[str] = ()) -> Plan:
             config = load([f"experiment={experiment}", *overrides, *settings])
             result[claim.trials] = config, {}
         config, wanted = result[claim.trials]
-        for cell in _cells(claim, config):
+        for cell in cells_of(claim, config):
             metrics = wanted.setdefault(cell, [])
             metrics += [metric for metric in claim.metrics if metric not in metrics]
     return result
 
 
-def _cells(claim: Claim, config: Config) -> list[Cell]:
+def cells_of(claim: Claim, config: Config) -> list[Cell]:
     """Return the cells of the grid that a claim takes, and make sure that none is missing."""
     grid = [cell for cell in cells(config) if _matches(cell, claim.where)]
     found = dict.fromkeys(

@@ -49,8 +49,8 @@ def correlation(values: "pd.Series[float]", levels: "pd.Series[float]") -> float
 
 
 def range_change(before: "pd.Series[float]", after: "pd.Series[float]") -> float:
-    """Change of the range from one set of values to another in per cent."""
-    return 100 * (_range(after) / _range(before) - 1)
+    """Change of the range from one set of values to another in per cent; NaN where it was 0."""
+    return 100 * (_ratio(_range(after), _range(before)) - 1)
 
 
 def relative_range(trials: pd.DataFrame, metric: str, versus: str) -> float:
@@ -84,7 +84,7 @@ def dependence(trials: pd.DataFrame, metric: str, level: str, take: str) -> floa
     """How far the mean of a metric moves over a level, in per cent of the range of all means."""
     means = cell_means(trials)
     moves = [_range(group[metric]) for group in _groups(means, level)]
-    return 100 * TAKES[take](moves) / _range(means[metric])
+    return 100 * _ratio(TAKES[take](moves), _range(means[metric]))
 
 
 def first_step(trials: pd.DataFrame, metric: str, level: str, take: str) -> float:
@@ -92,8 +92,12 @@ def first_step(trials: pd.DataFrame, metric: str, level: str, take: str) -> floa
     steps = []
     for group in _groups(cell_means(trials), level):
         first, second, *_, last = group.sort_values(level)[metric]
-        steps.append(100 * (second - first) / (last - first))
+        steps.append(100 * _ratio(second - first, last - first))
     return TAKES[take](steps)
+
+
+def _ratio(part: float, whole: float) -> float:
+    return part / whole if whole else np.nan
 
 
 def _range(values: "pd.Series[float]") -> float:

@@ -6,6 +6,7 @@ number is one draw.
 """
 
 import argparse
+import shlex
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -19,7 +20,7 @@ from scipy.stats import t as students_t
 from . import statistics
 from .claims import Claim, Claims, load_claims
 from .config import Config, ConfigError, load
-from .replicate import FIRST, Trials, replicate_path
+from .replicate import FIRST, Trials, plan, replicate_path
 from .statistics import select
 from .tables import KEY_COLUMNS, TableError, write_files
 
@@ -222,6 +223,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     others = [o for o in overrides if not o.startswith("replicates=")]
     try:
         claims = load_claims(_whole(number[-1]) if number else None)
+        plan(claims, others)
         config = load([f"experiment={FIRST}", *others])
     except ConfigError as error:
         print(f"experiments.verdicts: {error}", file=sys.stderr)
@@ -230,7 +232,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         table, decisions = decide(claims, read_replicates(claims, config))
     except TableError as error:
         path = replicate_path(config).with_name(f"{error.experiment}.csv")
-        command = f"python -m experiments.replicate replicate={error.experiment}"
+        words = [f"replicate={error.experiment}", *others]
+        command = shlex.join(["python", "-m", "experiments.replicate", *words])
         print(f"experiments.verdicts: {path} {error}; run: {command}", file=sys.stderr)
         return 1
     results = Path(config.results_dir)
