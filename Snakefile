@@ -173,6 +173,8 @@ rule report:
         RESULTS / "tables" / "method_comparison.csv",
         RESULTS / "claims.csv",
         RESULTS / "tables" / "decisions.csv",
+        expand(TRIALS / "{name}.json", name=EXPERIMENTS),
+        expand(RESULTS / "replicates" / "{number}.json", number=range(CLAIMS.replicates)),
         [path for path in Path(workflow.basedir, "report").iterdir() if path.is_file()],
     output:
         RESULTS / "report.html",

@@ -34,8 +34,8 @@ class Estimate:
     >>> from experiments.claims import load_claims
     >>> claim = load_claims().claims["outliers-range-maa"]
     >>> estimate = Estimate(claim, -74.2, -75.9, -72.5, "reproduced")
-    >>> print(estimate.expected, estimate.value, estimate.interval)
-    −74 % −74.2 % [−75.9, −72.5]
+    >>> estimate.expected.split(), estimate.value.split(), estimate.interval
+    (['−74', '%'], ['−74.2', '%'], '[−75.9, −72.5]')
     """
 
     claim: Claim
@@ -125,7 +125,9 @@ class Estimate:
 
         lowest, highest = self._where_it_holds
         return Plot(
-            *map(at, (self.low, self.high, self.mean)),
+            low=at(self.low),
+            high=at(self.high),
+            mean=at(self.mean),
             holds=(at(lowest), at(highest)),
             marks=tuple(map(at, marks)),
         )

@@ -2,7 +2,7 @@
 
 import csv
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite, nan
 from pathlib import Path
@@ -23,8 +23,7 @@ ESTIMATE = ("ours", "low", "high", "verdict")
 CLAIM = ("id", "source", "figure", "statement", "statistic", "criterion", "paper", "replicates")
 OF_MEANS = tuple(f"{name}_of_means" for name in ESTIMATE)
 DECISION = ("decision", "reading", "claim")
-COMPARISON = ("metric", "property", "paper", "ours", "agrees", "statistic", "value")
-COMPARISON += ("criterion", "experiment")
+ANSWER = ("paper", "ours", "agrees", "statistic", "value", "experiment")
 HOW = ("replicate", "n_jobs", "backend", "results_dir")  # no result depends on them
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -157,7 +156,7 @@ def _read_decisions(path: Path, claims: Claims) -> pd.DataFrame:
 
 def _read_comparison(path: Path) -> pd.DataFrame:
     module = "experiments.comparison"
-    table = _read_table(path, COMPARISON, module)
+    table = _read_table(path, ("metric", "property", *ANSWER), module)
     expected = [(metric, name) for metric in PAPER for name in PROPERTIES]
     _compare(path, table[["metric", "property"]], expected, module)
     _require_numbers(path, table[table["ours"] != "not tested"], ["value"], module)
@@ -166,7 +165,7 @@ def _read_comparison(path: Path) -> pd.DataFrame:
 
 def _read_figure(path: Path, name: str) -> bytes:
     module = f"figures {name}"
-    content = _read(path, module, Path.read_bytes)
+    content = _read(path, module)
     if not content.startswith(PNG):
         raise InputError(path, "is no PNG", module)
     return content
@@ -187,8 +186,9 @@ def _shared(record: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _read_provenance(path: Path, module: str) -> dict[str, Any]:
+    content = _read(path, module)
     try:
-        record = json.loads(_read(path, module, Path.read_text))
+        record = json.loads(content)
     except ValueError:
         record = None
     keys = ("config", "packages", "git", "python", "platform")
@@ -250,9 +250,9 @@ def _read_table(path: Path, columns: Iterable[str], module: str) -> pd.DataFrame
     return table
 
 
-def _read(path: Path, module: str, how: Callable[[Path], Any]) -> Any:
+def _read(path: Path, module: str) -> bytes:
     try:
-        return how(path)
+        return path.read_bytes()
     except FileNotFoundError:
         raise InputError(path, "does not exist", module) from None
     except OSError as error:
@@ -269,7 +269,9 @@ def _compare(
     ]
     for number, (row, other) in enumerate(zip(rows, expected, strict=False), start=2):
         if row != other:
-            problem = f"was made for something else: line {number} is not {'/'.join(map(str, other[:3]))}"
+            problem = (
+                f"was made for something else: line {number} is not {'/'.join(map(str, other[:3]))}"
+            )
             raise InputError(path, problem, module)
     if len(rows) != len(expected):
         raise InputError(path, f"has {len(rows)} rows, not {len(expected)}", module)
@@ -284,9 +286,7 @@ def _check_estimates(path: Path, table: pd.DataFrame, columns: Sequence[str], mo
     _require_numbers(path, decided, numbers, module)
 
 
-def _require_numbers(
-    path: Path, table: pd.DataFrame, columns: Sequence[str], module: str
-) -> None:
+def _require_numbers(path: Path, table: pd.DataFrame, columns: Sequence[str], module: str) -> None:
     for column in columns:
         values = pd.to_numeric(table[column], errors="coerce")
         if not all(map(isfinite, values)):

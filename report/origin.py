@@ -4,10 +4,11 @@ import json
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from math import isfinite
 from typing import Any
 
-from experiments.config import Config, load, to_overrides
+from experiments.config import load, to_overrides
 
 from .inputs import HOW, Inputs, Job
 
@@ -106,7 +107,7 @@ def write_levels(values: Sequence[float]) -> str:
     >>> write_levels([0.01, 0.02, 0.03, 0.04, 0.05]), write_levels([0, 1, 10])
     ('0.01, 0.02, …, 0.05', '0, 1, 10')
     """
-    steps = {round(after - before, 9) for before, after in zip(values, values[1:], strict=False)}
+    steps = {round(after - before, 9) for before, after in pairwise(values)}
     if len(values) > 4 and len(steps) == 1:
         return f"{values[0]:g}, {values[1]:g}, …, {values[-1]:g}"
     return ", ".join(f"{value:g}" for value in values)

@@ -186,14 +186,17 @@ def _estimate(claim: Claim, record: "pd.Series[Any]", of_what: str = "") -> Esti
 
 
 def _decisions(inputs: Inputs) -> list[Evidence]:
-    table = inputs.decisions.set_index(["decision", "claim", "reading"])
+    records = {
+        (record["decision"], record["claim"], record["reading"]): record
+        for _, record in inputs.decisions.iterrows()
+    }
     decisions = []
     for decision in inputs.claims.decisions:
         rows = []
         for name in decision.claims:
             claim = inputs.claims.claims[name]
             estimates = [
-                _estimate(claim, table.loc[(decision.id, name, reading.reading)])
+                _estimate(claim, records[decision.id, name, reading.reading])
                 for reading in decision.readings
             ]
             rows.append((claim, estimates))
