@@ -12,6 +12,7 @@ __all__ = ["Similarity", "weighted_similarities"]
 Floats = NDArray[np.float64]
 
 FARTHEST = 1e300  # leaves room for sums and differences
+SMALLEST = float(np.finfo(np.float64).tiny)
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +166,7 @@ def weighted_similarities(
     Returns
     -------
     scale : (H,) ndarray
-        Not finite or not positive where no similarity is the best.
+        Not finite or not positive where no similarity is the best, as without any weight.
     rotation : (H, 3, 3) ndarray
     translation : (H, 3) ndarray
 
@@ -183,18 +184,22 @@ def weighted_similarities(
     >>> scale.round(9), translation.round(9) + 0.0
     (array([4.]), array([[0., 0., 0.]]))
     """
-    weights = weights / weights.sum(axis=1, keepdims=True)
+    weights = weights / np.maximum(weights.sum(axis=1, keepdims=True), SMALLEST)
+    # About the mean over all rows first: where they agree, the moments lose no digits.
+    gt_origin, est_origin = np.mean(weights @ gt, axis=0), np.mean(weights @ est, axis=0)
+    gt, est = gt - gt_origin, est - est_origin
     gt_mean, est_mean = weights @ gt, weights @ est
-    gt_centred, est_centred = gt - gt_mean[:, None], est - est_mean[:, None]
-    weighted = weights[..., None] * est_centred
-    u, correlation, vt = np.linalg.svd(weighted.transpose(0, 2, 1) @ gt_centred)
+    products = (est[:, :, None] * gt[:, None]).reshape(-1, 9)
+    covariance = (weights @ products).reshape(-1, 3, 3) - est_mean[:, :, None] * gt_mean[:, None]
+    variance = weights @ (est**2).sum(axis=1) - (est_mean**2).sum(axis=1)
+    u, correlation, vt = np.linalg.svd(covariance)
     mirrored = np.linalg.det(u @ vt) < 0
     u[mirrored, :, 2] *= -1
     correlation[mirrored, 2] *= -1
     rotation = u @ vt
-    scale = np.einsum("hni,hni->h", weighted, est_centred) / correlation.sum(axis=1)
-    translation = est_mean - scale[:, None] * np.einsum("hij,hj->hi", rotation, gt_mean)
-    return scale, rotation, translation
+    scale = variance / correlation.sum(axis=1)
+    moved = np.einsum("hij,hj->hi", rotation, gt_origin + gt_mean)
+    return scale, rotation, est_origin + est_mean - scale[:, None] * moved
 
 
 def _normalise(positions: Floats) -> tuple[Floats, Floats, np.float64]:
