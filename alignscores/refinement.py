@@ -19,8 +19,9 @@ __all__ = ["refined"]
 Floats = NDArray[np.float64]
 
 N_STARTS = 64  # hypotheses to refine; their number is halved in each step
-RESOLUTION = 0.01  # of the largest threshold: finer differences between errors do not count
+N_FINALISTS = 8  # so many of them are refined with all cameras
 ENOUGH = 1000  # cameras that tell good starts from bad ones
+RESOLUTION = 0.01  # of the largest threshold: finer differences between errors do not count
 TOLERANCE = 1e-5  # gain of a step, as a score, below which it is the last
 FARTHEST = 1e100  # farther cameras fit no alignment, and their squares would overflow
 CHUNK = 1 << 14  # errors evaluated at once: 128 KiB, stay in the cache
@@ -92,9 +93,9 @@ def refined(
         points = np.vstack([est, gt, np.ones(gt.shape[1])])
         points = points[:, np.abs(points).max(axis=0) < FARTHEST]
         some = np.ascontiguousarray(points[:, :: -(-points.shape[1] // ENOUGH)])
-        best = _refine(_cheapest(hypotheses, some, threshold), some, threshold)
-        if some.shape != points.shape:
-            best = _refine(best, points, threshold)
+        best = _cheapest(hypotheses, some, threshold)
+        best = _refine(best, some, threshold, n_left=N_FINALISTS, tolerance=np.inf)
+        best = _refine(best, points, threshold, n_left=1, tolerance=TOLERANCE)
     scale = 1 / float(best[0, 0, 0])
     return Similarity(scale, -best[0, :, 3:6], -scale * best[0, :, 6]), n_used
 
@@ -109,28 +110,31 @@ def _cheapest(hypotheses: Floats, points: Floats, threshold: float) -> Floats:
     return hypotheses[np.argsort(np.concatenate(costs), kind="stable")[:N_STARTS]]
 
 
-def _refine(alignments: Floats, points: Floats, threshold: float) -> Floats:
-    """Return the cheapest alignment that iteratively reweighted least squares leads to, (1, 3, 7).
+def _refine(
+    alignments: Floats, points: Floats, threshold: float, *, n_left: int, tolerance: float
+) -> Floats:
+    """Refine alignments by iteratively reweighted least squares; return the best, cheapest first.
 
-    A step never raises the cost but for rounding, or where the cameras in reach leave the alignment
-    open; then the alignment stays as it was.
+    The worse half is dropped in each step, until few are left and none of them gains any more. No
+    step raises a cost, but for rounding and where the cameras in reach do not determine the fit:
+    such a step is not taken.
     """
     est, gt = points[:3].T, points[3:6].T
     errors = _smoothed_errors(alignments, points, threshold)
     costs = _costs(errors, threshold)
-    while True:
+    gains = np.full(len(costs), np.inf)
+    while len(alignments) > n_left or np.any(gains > tolerance * threshold * len(gt)):
         weights = np.where(errors < threshold, 1 / errors, 0.0)
         steps = _residual_matrices(*weighted_similarities(gt, est, weights))
         step_errors = _smoothed_errors(steps, points, threshold)
         step_costs = _costs(step_errors, threshold)
         gains = costs - step_costs
-        if len(alignments) == 1 and not gains[0] > TOLERANCE * threshold * len(gt):
-            return alignments
         better = gains > 0
         alignments[better], errors[better] = steps[better], step_errors[better]
         costs[better] = step_costs[better]
-        kept = np.argsort(costs, kind="stable")[: (len(costs) + 1) // 2]
-        alignments, errors, costs = alignments[kept], errors[kept], costs[kept]
+        kept = np.argsort(costs, kind="stable")[: max(n_left, len(costs) // 2)]
+        alignments, errors, costs, gains = alignments[kept], errors[kept], costs[kept], gains[kept]
+    return alignments
 
 
 def _residual_matrices(scale: Floats, rotation: Floats, translation: Floats) -> Floats:
