@@ -37,6 +37,19 @@ def local_scene(scene: tuple[Floats, Floats]) -> tuple[Floats, Floats, float]:
     return gt - np.median(gt, axis=0), est - np.median(est, axis=0), threshold
 
 
+@given(seed=SEEDS, n=st.integers(4, 100), n_thresholds=st.integers(1, 200))
+def test_score_is_the_truncated_cost_up_to_a_step(
+    noisy_scene: Scene, seed: int, n: int, n_thresholds: int
+) -> None:
+    """1 less the mean of min(e, T) / T, and less than one step between thresholds above it."""
+    gt, est = noisy_scene(n, 0, 0.02, seed)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AlignmentWarning)
+        result = tas(gt, est, n_thresholds=n_thresholds, max_threshold=1.5)
+    line = 1 - np.minimum(result.errors / (1.5 * result.unit), 1).mean()
+    assert line - 1e-9 <= result.score < line + 1 / n_thresholds + 1e-9
+
+
 # --- the optimum ----------------------------------------------------------------------------------
 
 
