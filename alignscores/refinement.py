@@ -92,12 +92,22 @@ def refined(
         hypotheses = _residual_matrices(*three_point_similarities(gt, est, triplets)[:3])
         points = np.vstack([est, gt, np.ones(gt.shape[1])])
         points = points[:, np.abs(points).max(axis=0) < FARTHEST]
-        some = np.ascontiguousarray(points[:, :: -(-points.shape[1] // ENOUGH)])
+        some = _some(points)
         best = _cheapest(hypotheses, some, threshold)
         best = _refine(best, some, threshold, n_left=N_FINALISTS, tolerance=np.inf)
         best = _refine(best, points, threshold, n_left=1, tolerance=TOLERANCE)
     scale = 1 / float(best[0, 0, 0])
     return Similarity(scale, -best[0, :, 3:6], -scale * best[0, :, 6]), n_used
+
+
+def _some(points: Floats) -> Floats:
+    """Return enough cameras, the same whatever the seed, by chance: their order may be periodic."""
+    n = points.shape[1]
+    return (
+        points
+        if n <= ENOUGH
+        else points.take(np.random.default_rng(0).permutation(n)[:ENOUGH], axis=1)
+    )
 
 
 def _cheapest(hypotheses: Floats, points: Floats, threshold: float) -> Floats:

@@ -154,7 +154,7 @@ def weighted_similarities(
 
     The best rotation maximises its correlation with the weighted cross-covariance of the two
     centred clouds; scale and translation follow. The squared errors are those in the ground truth,
-    so the fit is Umeyama's of the ground truth to the estimate, inverted.
+    so it is Umeyama's fit of the estimate to the ground truth, inverted.
 
     Parameters
     ----------

@@ -201,6 +201,17 @@ def test_nine_in_ten_are_outliers(noisy_scene: Scene, seed: int) -> None:
         assert result.score == pytest.approx(0.09, abs=0.01)
 
 
+@pytest.mark.parametrize("period", [2, 3, 5])
+def test_outliers_at_regular_intervals(noisy_scene: Scene, period: int) -> None:
+    """A camera of a rig that fails throughout: however many cameras, the others are found."""
+    gt, est = noisy_scene(3000, 0, 0.002, 0)
+    right = np.arange(3000) % period == 1
+    est[~right] = np.random.default_rng(0).uniform(-50, 50, (3000, 3))[~right]
+    result = tas(gt, est, registration="refined")
+    assert np.median(result.errors[right]) < 0.005
+    assert result.score == pytest.approx(right.mean() * 0.9, rel=0.1)
+
+
 def test_lost_cameras_hardly_ever_raise_the_score(noisy_scene: Scene) -> None:
     """The largest score of fewer cameras is no larger, up to the steps between the thresholds."""
     rises = []
