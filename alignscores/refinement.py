@@ -149,8 +149,8 @@ def _refine(
 
 def _residual_matrices(scale: Floats, rotation: Floats, translation: Floats) -> Floats:
     """Return similarities as the (H, 3, 7) matrices that give the residuals."""
-    matrices = np.zeros((len(scale), 3, 7))
-    matrices[:, range(3), range(3)] = 1 / scale[:, None]
+    matrices = np.empty((len(scale), 3, 7))
+    matrices[:, :, :3] = np.eye(3) / scale[:, None, None]
     matrices[:, :, 3:6] = -rotation
     matrices[:, :, 6] = -translation / scale[:, None]
     return matrices

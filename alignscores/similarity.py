@@ -186,20 +186,21 @@ def weighted_similarities(
     """
     weights = weights / np.maximum(weights.sum(axis=1, keepdims=True), SMALLEST)
     # About the mean over all rows first: where they agree, the moments lose no digits.
-    gt_origin, est_origin = np.mean(weights @ gt, axis=0), np.mean(weights @ est, axis=0)
-    gt, est = gt - gt_origin, est - est_origin
-    gt_mean, est_mean = weights @ gt, weights @ est
-    products = (est[:, :, None] * gt[:, None]).reshape(-1, 9)
-    covariance = (weights @ products).reshape(-1, 3, 3) - est_mean[:, :, None] * gt_mean[:, None]
-    variance = weights @ (est**2).sum(axis=1) - (est_mean**2).sum(axis=1)
-    u, correlation, vt = np.linalg.svd(covariance)
-    mirrored = np.linalg.det(u @ vt) < 0
-    u[mirrored, :, 2] *= -1
-    correlation[mirrored, 2] *= -1
+    both = np.hstack([gt, est])
+    origin = (weights @ both).sum(axis=0) / len(weights)
+    both = both - origin
+    means = weights @ both
+    products = (both[:, 3:, None] * both[:, None]).reshape(-1, 18)
+    covariance = (weights @ products).reshape(-1, 3, 6) - means[:, 3:, None] * means[:, None]
+    u, correlation, vt = np.linalg.svd(covariance[:, :, :3])
+    handedness = np.sign(np.linalg.det(u @ vt))
+    u[:, :, 2] *= handedness[:, None]
+    correlation[:, 2] *= handedness
     rotation = u @ vt
-    scale = variance / correlation.sum(axis=1)
-    moved = np.einsum("hij,hj->hi", rotation, gt_origin + gt_mean)
-    return scale, rotation, est_origin + est_mean - scale[:, None] * moved
+    scale = np.einsum("hii->h", covariance[:, :, 3:]) / correlation.sum(axis=1)
+    means += origin
+    moved = (rotation @ means[:, :3, None])[..., 0]
+    return scale, rotation, means[:, 3:] - scale[:, None] * moved
 
 
 def _normalise(positions: Floats) -> tuple[Floats, Floats, np.float64]:

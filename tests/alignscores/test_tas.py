@@ -569,7 +569,7 @@ def test_registration_of_ones_own(noisy_scene: Scene) -> None:
     assert sorted(call) == ["est", "gt", "n_hypotheses", "order", "rng", "threshold"]
     assert call["gt"].shape == call["est"].shape == (50, 3)
     assert np.abs(np.median(call["gt"], axis=0)).max() < 0.5
-    unit = np.ptp(1e3 * gt[:50]) / np.ptp(call["gt"])
+    unit = 1e3 * np.ptp(gt[:50, 0]) / np.ptp(call["gt"][:, 0])
     assert call["threshold"] == pytest.approx(2 * result.unit / unit)
     assert (call["order"], call["n_hypotheses"]) == (6, 5)
     assert isinstance(call["rng"], np.random.Generator)
