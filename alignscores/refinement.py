@@ -20,7 +20,8 @@ Floats = NDArray[np.float64]
 
 N_STARTS = 64  # hypotheses to refine; their number is halved in each step
 N_FINALISTS = 8  # so many of them are refined with all cameras
-ENOUGH = 1000  # cameras that tell good starts from bad ones
+SAMPLE = 1000  # cameras that tell good starts from bad ones
+SMALL_SAMPLE = 250  # cameras that tell hopeless hypotheses
 RESOLUTION = 0.01  # of the largest threshold: finer differences between errors do not count
 TOLERANCE = 1e-5  # gain of a step, as a score, below which it is the last
 FARTHEST = 1e100  # farther cameras fit no alignment, and their squares would overflow
@@ -89,35 +90,36 @@ def refined(
         n_used = triplets.shape[1]
         if n_used == 0:
             return None, 0
-        hypotheses = _residual_matrices(*three_point_similarities(gt, est, triplets)[:3])
-        points = np.vstack([est, gt, np.ones(gt.shape[1])])
-        points = points[:, np.abs(points).max(axis=0) < FARTHEST]
-        some = _some(points)
-        best = _cheapest(hypotheses, some, threshold)
-        best = _refine(best, some, threshold, n_left=N_FINALISTS, tolerance=np.inf)
-        best = _refine(best, points, threshold, n_left=1, tolerance=TOLERANCE)
-    scale = 1 / float(best[0, 0, 0])
-    return Similarity(scale, -best[0, :, 3:6], -scale * best[0, :, 6]), n_used
+        alignments = _residual_matrices(*three_point_similarities(gt, est, triplets)[:3])
+        points = _shuffled(np.vstack([est, gt, np.ones(gt.shape[1])]))
+        some = points[:, :SAMPLE]
+        if points.shape[1] > SMALL_SAMPLE:
+            alignments = _cheapest(alignments, points[:, :SMALL_SAMPLE], threshold, 4 * N_STARTS)
+        alignments = _cheapest(alignments, some, threshold, N_STARTS)
+        alignments = _refine(alignments, some, threshold, n_left=N_FINALISTS, tolerance=np.inf)
+        alignments = _refine(alignments, points, threshold, n_left=1, tolerance=TOLERANCE)
+    best = alignments[0]
+    scale = 1 / float(best[0, 0])
+    return Similarity(scale, -best[:, 3:6], -scale * best[:, 6]), n_used
 
 
-def _some(points: Floats) -> Floats:
-    """Return enough cameras, the same whatever the seed, by chance: their order may be periodic."""
-    n = points.shape[1]
-    return (
-        points
-        if n <= ENOUGH
-        else points.take(np.random.default_rng(0).permutation(n)[:ENOUGH], axis=1)
-    )
+def _shuffled(points: Floats) -> Floats:
+    """Return the cameras that can fit, in an order of which every beginning is a fair sample.
+
+    The order is the same whatever the seed.
+    """
+    near = np.flatnonzero(np.abs(points).max(axis=0) < FARTHEST)
+    return points.take(np.random.default_rng(0).permutation(near), axis=1)
 
 
-def _cheapest(hypotheses: Floats, points: Floats, threshold: float) -> Floats:
-    """Return the few cheapest hypotheses, the cheapest first."""
+def _cheapest(alignments: Floats, points: Floats, threshold: float, n_left: int) -> Floats:
+    """Return the few cheapest alignments, the cheapest first."""
     size = max(16, CHUNK // points.shape[1])
     costs = [
-        _costs(_smoothed_errors(hypotheses[start : start + size], points, threshold), threshold)
-        for start in range(0, len(hypotheses), size)
+        _costs(_smoothed_errors(alignments[start : start + size], points, threshold), threshold)
+        for start in range(0, len(alignments), size)
     ]
-    return hypotheses[np.argsort(np.concatenate(costs), kind="stable")[:N_STARTS]]
+    return alignments[np.argsort(np.concatenate(costs), kind="stable")[:n_left]]
 
 
 def _refine(

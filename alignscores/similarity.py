@@ -12,6 +12,7 @@ __all__ = ["Similarity", "weighted_similarities"]
 Floats = NDArray[np.float64]
 
 FARTHEST = 1e300  # leaves room for sums and differences
+BLOCK = 128  # cameras summed at once
 SMALLEST = float(np.finfo(np.float64).tiny)
 
 
@@ -185,13 +186,14 @@ def weighted_similarities(
     (array([4.]), array([[0., 0., 0.]]))
     """
     weights = weights / np.maximum(weights.sum(axis=1, keepdims=True), SMALLEST)
-    # About the mean over all rows first: where they agree, the moments lose no digits.
     both = np.hstack([gt, est])
-    origin = (weights @ both).sum(axis=0) / len(weights)
-    both = both - origin
-    means = weights @ both
+    # About the mean over all rows first: where they agree, the moments lose no digits.
+    origin = np.einsum("n,nk->k", weights.sum(axis=0) / len(weights), both)
+    both -= origin
     products = (both[:, 3:, None] * both[:, None]).reshape(-1, 18)
-    covariance = (weights @ products).reshape(-1, 3, 6) - means[:, 3:, None] * means[:, None]
+    moments = _weighted_sums(weights, np.hstack([both, products]))
+    means = moments[:, :6]
+    covariance = moments[:, 6:].reshape(-1, 3, 6) - means[:, 3:, None] * means[:, None]
     u, correlation, vt = np.linalg.svd(covariance[:, :, :3])
     handedness = np.sign(np.linalg.det(u @ vt))
     u[:, :, 2] *= handedness[:, None]
@@ -201,6 +203,15 @@ def weighted_similarities(
     means += origin
     moved = (rotation @ means[:, :3, None])[..., 0]
     return scale, rotation, means[:, 3:] - scale[:, None] * moved
+
+
+def _weighted_sums(weights: Floats, values: Floats) -> Floats:
+    """Return ``weights @ values``, the same bits for every number of BLAS threads.
+
+    BLAS splits long sums, and splits them differently with more threads.
+    """
+    blocks = range(0, len(values), BLOCK)
+    return np.asarray(sum(weights[:, i : i + BLOCK] @ values[i : i + BLOCK] for i in blocks))
 
 
 def _normalise(positions: Floats) -> tuple[Floats, Floats, np.float64]:
