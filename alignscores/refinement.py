@@ -24,7 +24,7 @@ SAMPLE = 1000  # cameras that tell good starts from bad ones
 SMALL_SAMPLE = 250  # cameras that tell hopeless hypotheses
 RESOLUTION = 0.01  # of the largest threshold: finer differences between errors do not count
 TOLERANCE = 1e-5  # gain of a step, as a score, below which it is the last
-FARTHEST = 1e100  # farther cameras fit no alignment, and their squares would overflow
+FARTHEST = 1e100  # squares of farther coordinates would overflow
 CHUNK = 1 << 14  # errors evaluated at once: 128 KiB, stay in the cache
 
 
@@ -91,7 +91,8 @@ def refined(
         if n_used == 0:
             return None, 0
         alignments = _residual_matrices(*three_point_similarities(gt, est, triplets)[:3])
-        points = _shuffled(np.vstack([est, gt, np.ones(gt.shape[1])]))
+        points = np.vstack([est, gt, np.ones(gt.shape[1])]).clip(-FARTHEST, FARTHEST)
+        points = _shuffled(points)
         some = points[:, :SAMPLE]
         if points.shape[1] > SMALL_SAMPLE:
             alignments = _cheapest(alignments, points[:, :SMALL_SAMPLE], threshold, 4 * N_STARTS)
@@ -104,12 +105,11 @@ def refined(
 
 
 def _shuffled(points: Floats) -> Floats:
-    """Return the cameras that can fit, in an order of which every beginning is a fair sample.
+    """Return the cameras in an order of which every beginning is a fair sample.
 
     The order is the same whatever the seed.
     """
-    near = np.flatnonzero(np.abs(points).max(axis=0) < FARTHEST)
-    return points.take(np.random.default_rng(0).permutation(near), axis=1)
+    return points.take(np.random.default_rng(0).permutation(points.shape[1]), axis=1)
 
 
 def _cheapest(alignments: Floats, points: Floats, threshold: float, n_left: int) -> Floats:

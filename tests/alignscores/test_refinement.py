@@ -261,6 +261,14 @@ def test_any_unit(noisy_scene: Scene, unit: float) -> None:
     assert np.isfinite(result.errors).all()
 
 
+def test_every_camera_absurdly_far_away(cloud: Cloud) -> None:
+    """Each along another axis, where squares overflow: a score, and no warning from NumPy."""
+    gt = cloud("cube", 30, 0)
+    gt[range(30), np.arange(30) % 3] *= 1e120
+    for est in (gt, -gt, 1e-30 * gt):
+        assert 0 <= tas(gt, est, registration="refined").score <= 1
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_an_exact_coincidence_does_not_hold_the_alignment(noisy_scene: Scene, seed: int) -> None:
     """From an alignment without any error at one camera the way down is found all the same."""
