@@ -3,7 +3,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from alignscores.histogram import AlignmentScore
-from figures.score_panel import score_panel
+from alignscores.plots import score_panel
 
 
 @pytest.mark.parametrize("errors", [[0.0] * 37, [0.35, 0.5, 2.0], [np.inf] * 5])
