@@ -41,18 +41,6 @@ from .validation import AlignmentWarning, finite_rows
 
 __all__ = ["main"]
 
-EPILOG = """\
-examples:
-  alignscores tum groundtruth.txt orb_slam.txt dso.txt
-  alignscores kitti 00_gt.txt 00_est.txt --save_plot 00.png
-  alignscores euroc data.csv vio.txt --t_max_diff 0.02 --json > scores.json
-  alignscores colmap reference/sparse/0 mine/sparse/0
-  alignscores nerf transforms.json estimate.json --body_rotation auto
-
-Every score is from 0 to 1, the larger the better. `alignscores FORMAT --help` tells the options.
-exit codes: 0 scored, 1 something could not be scored, 2 wrong usage
-shell completion: pip install argcomplete; eval "$(register-python-argcomplete alignscores)"
-"""
 SCATTER = 0.005  # standard deviation of the TAS over the seeds that deserves a hint
 
 
@@ -61,6 +49,7 @@ class Format:
     """A format of trajectory files."""
 
     help: str
+    example: str
     read: Callable[..., Trajectory]
     missing: str
     unit: str = "m"
@@ -69,20 +58,50 @@ class Format:
 
 FORMATS = {
     "tum": Format(
-        "time stamps and poses, 'timestamp tx ty tz qx qy qz qw'", read_tum, "ignore", timed=True
+        "time stamps and poses, 'timestamp tx ty tz qx qy qz qw'",
+        "groundtruth.txt orb_slam.txt dso.txt",
+        read_tum,
+        "ignore",
+        timed=True,
     ),
-    "kitti": Format("a 3x4 camera-to-world matrix a line, matched by line", read_kitti, "ignore"),
+    "kitti": Format(
+        "a 3x4 camera-to-world matrix a line, matched by line",
+        "00_gt.txt 00_est.txt --save_plot 00.png",
+        read_kitti,
+        "ignore",
+    ),
     "euroc": Format(
         "EuRoC's data.csv as reference; estimates like it, or in TUM format",
+        "data.csv vio.txt --t_max_diff 0.02 --json > scores.json",
         read_euroc,
         "ignore",
         timed=True,
     ),
     "colmap": Format(
-        "folders of COLMAP models, matched by image name", read_colmap, "fail", unit="ref. unit"
+        "folders of COLMAP models, matched by image name",
+        "reference/sparse/0 mine/sparse/0 --save_results mine.zip",
+        read_colmap,
+        "fail",
+        unit="ref. unit",
     ),
-    "nerf": Format("transforms.json, matched by file_path", read_nerf, "fail", unit="ref. unit"),
+    "nerf": Format(
+        "transforms.json, matched by file_path",
+        "transforms.json estimate.json --body_rotation auto",
+        read_nerf,
+        "fail",
+        unit="ref. unit",
+    ),
 }
+
+
+EPILOG = f"""\
+examples:
+{chr(10).join(f"  alignscores {name} {form.example}" for name, form in FORMATS.items())}
+
+Every score is from 0 to 1, the larger the better. `alignscores FORMAT --help` tells the options.
+exit codes: 0 scored, 1 something could not be scored, 2 wrong usage
+shell completion: eval "$(register-python-argcomplete alignscores)"
+"""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -105,6 +124,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     check_outputs(parser, arguments)
     try:
         return run(arguments)
+    except BrokenPipeError:  # such as `| head`: nobody reads on
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     except (ModuleNotFoundError, OSError, ValueError) as error:
         return fail(error)
     except KeyboardInterrupt:
@@ -122,7 +144,12 @@ def build_parser() -> argparse.ArgumentParser:
     )
     formats = parser.add_subparsers(dest="format", metavar="FORMAT", required=True)
     for name, form in FORMATS.items():
-        command = formats.add_parser(name, help=form.help, description=f"{name}: {form.help}.")
+        command = formats.add_parser(
+            name,
+            help=form.help,
+            description=f"{name}: {form.help}.",
+            epilog=f"example: alignscores {name} {form.example}",
+        )
         _add_arguments(command, form)
     return parser
 
@@ -152,7 +179,9 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
         help="how the TAS aligns; pcr99 is the paper's (default: %(default)s)",
     )
     add_number(scoring, "--seed", 0, "seed of the registration")
-    add_number(scoring, "--repeat", 10, "seeds, from --seed on, that the TAS's spread is over")
+    add_number(
+        scoring, "--repeat", 10, "seeds, from --seed on, that the sd of the TAS is over; 1: no sd"
+    )
     scoring.add_argument(
         "--invert", action="store_true", help="the estimates are world-to-camera: invert them"
     )
@@ -206,12 +235,24 @@ def check_outputs(parser: argparse.ArgumentParser, arguments: argparse.Namespace
             parser.error(f"--{option} {path}: there is no folder {path.parent}")
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Score all estimates, print and save; one that cannot be scored does not stop the others."""
-    if arguments.plot or arguments.save_plot:
-        require("matplotlib", "plots")
+def check_outputs_possible(arguments: argparse.Namespace) -> None:
+    """Refuse outputs for which something is missing on this machine."""
     if arguments.save_results:
         require("evo", "files")
+    if arguments.save_plot:
+        require("matplotlib", "plots")
+    if arguments.plot:
+        backend = require("matplotlib.pyplot", "plots").get_backend()
+        registry = require("matplotlib.backends.registry", "plots")
+        if backend in registry.backend_registry.list_builtin(
+            registry.BackendFilter.NON_INTERACTIVE
+        ):
+            raise ValueError(f"--plot has no display to show anything on ({backend}); --save_plot")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Score all estimates, print and save; one that cannot be scored does not stop the others."""
+    check_outputs_possible(arguments)
     form = FORMATS[arguments.format]
     with collected_warnings() as notes:
         reference = form.read(arguments.reference, complete=True)
@@ -243,7 +284,9 @@ def score(reference: Trajectory, name: str, file: str, arguments: argparse.Names
             estimate = estimate._replace(poses=inverse_poses(estimate.poses))
         matches = match(reference, estimate, missing=arguments.missing, **timing)
         convention = find_convention(matches.gt_poses, matches.est_poses)
-        body_rotation = convention.body_rotation
+        inverted = convention.inverted or convention.rotations_inverted  # B is not for these poses
+        automatic = arguments.body_rotation == "auto" and not inverted
+        body_rotation = convention.body_rotation if automatic else None
         est_poses = matches.est_poses
         if body_rotation is not None:
             est_poses = turn_cameras(est_poses, body_rotation)
@@ -353,7 +396,7 @@ def show(scored: Sequence[Scored], notes: Sequence[str], arguments: argparse.Nam
     }
     if arguments.json:
         results = [as_json(one) for one in scored]
-        print(json.dumps({**settings, "notes": list(notes), "results": results}, indent=2))
+        print(json.dumps({**settings, "notes": [*notes], "results": results}, indent=2), flush=True)
         return
     seeds = f"seed {arguments.seed}"
     if arguments.repeat > 1:
@@ -364,6 +407,7 @@ def show(scored: Sequence[Scored], notes: Sequence[str], arguments: argparse.Nam
     steadier = "refined" in REGISTRATIONS and arguments.registration != "refined"
     if scatter > SCATTER and steadier:
         print("the TAS scatters with the seed; --registration refined makes it steadier")
+    sys.stdout.flush()
 
 
 def save(scored: Sequence[Scored], arguments: argparse.Namespace) -> None:
@@ -403,7 +447,8 @@ def collected_warnings() -> Iterator[list[str]]:
             others = []
             for one in caught:
                 if issubclass(one.category, (AlignmentWarning, TrajectoryWarning)):
-                    notes.append(str(one.message))
+                    if str(one.message) not in notes:  # as for each of several seeds
+                        notes.append(str(one.message))
                 else:
                     others.append(one)
     for one in others:

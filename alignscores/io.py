@@ -235,7 +235,7 @@ def nearest_rotations(matrices: Floats) -> tuple[Floats, Floats]:
         The nearest rotations, by Newton steps for the polar decomposition; meaningless where the
         deviation is not well below 1.
     deviation : (n,) ndarray
-        Largest entry of ``R^T R - I`` before; infinite for a reflection.
+        Largest entry of ``R^T R - I`` before.
 
     Examples
     --------
@@ -248,7 +248,6 @@ def nearest_rotations(matrices: Floats) -> tuple[Floats, Floats]:
     with np.errstate(all="ignore"):
         excess = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
         deviation = np.abs(excess).reshape(-1, 9).max(axis=1)
-        deviation[np.linalg.det(matrices) < 0] = np.inf
         for _ in range(4):  # the deviation is squared each time
             matrices = matrices - matrices @ excess / 2
             excess = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
@@ -407,13 +406,16 @@ def _locate_in_images_txt(model: Path) -> None:
 
 def _check_poses(poses: Floats, path: FilePath, where: Where, complete: bool) -> None:
     """Refuse matrices that are no rotation; replace the others by the nearest one, in place."""
-    rotations, deviation = nearest_rotations(poses[:, :3, :3])
-    wrong = ~(deviation <= NO_ROTATION) & finite_rows(poses[:, :3, :3])
+    matrices = poses[:, :3, :3]
+    rotations, deviation = nearest_rotations(matrices)
+    with np.errstate(all="ignore"):
+        reflected = (np.linalg.det(matrices) < 0) & (deviation <= NO_ROTATION)
+    wrong = (reflected | ~(deviation <= NO_ROTATION)) & finite_rows(matrices)
     if wrong.any():
         row = int(np.argmax(wrong))
         reason = (
             "its determinant is negative, a reflection"
-            if deviation[row] == np.inf
+            if reflected[row]
             else f"R^T R differs from the identity by {deviation[row]:.2g}"
         )
         raise FileError(path, f"the matrix is not a rotation: {reason}", place=where(row))

@@ -88,7 +88,7 @@ def table(scored: Sequence[Scored], unit_name: str) -> str:
     header = (
         "estimate",
         "TAS",
-        "sd",
+        "TAS sd",
         "RAS",
         "PAS",
         f"ATE [{unit_name}]",
