@@ -29,6 +29,7 @@ from .averaging import (
     chordal_mean,
     project_to_rotation,
     rotation_angles,
+    rotation_from_vector,
     tlud_mean,
 )
 from .io import Trajectory, inverse_poses
@@ -179,13 +180,13 @@ def _find_rotation(gt: Floats, est: Floats) -> Convention:
     needed = max(MIN_RAS, GAIN * ras)
     if needed > 1:
         return Convention(ras=ras, ras_mended=ras)
-    fits: dict[bool, tuple[Floats, float]] = {}
+    fits: dict[bool, tuple[Floats | None, float]] = {}
     for inverted in (False, True):
         candidate = inverse_poses(est) if inverted else est
         body, fit = _best_frame(rotations, candidate[:, :3, :3])
         near = float(rotation_angles(body[None])[0]) <= NEAR_DEG
-        if fit >= needed and (inverted or not near):
-            fits[inverted] = (np.eye(3) if near else body), fit
+        if fit >= needed:
+            fits[inverted] = None if near else body, fit
     if not fits:
         return Convention(ras=ras, ras_mended=ras)
 
@@ -197,10 +198,12 @@ def _find_rotation(gt: Floats, est: Floats) -> Convention:
     else:
         inverted = max(fits, key=lambda key: fits[key][1])
     body, fit = fits[inverted]
+    if not inverted and body is None:  # a small misalignment
+        return Convention(ras=ras, ras_mended=ras)
     return Convention(
         inverted=inverted and inverted_misfit <= as_is,
         rotations_inverted=inverted and inverted_misfit > as_is,
-        body_rotation=None if np.array_equal(body, np.eye(3)) else body,
+        body_rotation=body,
         ras=ras,
         ras_mended=fit,
     )
@@ -218,7 +221,24 @@ def _best_frame(gt: Floats, est: Floats) -> tuple[Floats, float]:
             best, best_ras = axes, ras
     free = _refined_frame(gt, est, _frame_hypothesis(gt, est))
     ras = _ras(_residuals(gt, est @ free.T))
+    smallest = _smallest_equivalent(gt, free)
+    if _ras(_residuals(gt, est @ smallest.T)) > ras - 0.05:
+        free = smallest
     return (free, ras) if ras > best_ras + 0.05 else (best, best_ras)
+
+
+def _smallest_equivalent(gt: Floats, body: Floats) -> Floats:
+    """Return the smallest rotation that explains motion about a single axis as well as B does.
+
+    With R_i = W exp(θ_i a) any exp(φ a) B does; its trace, which is largest for the smallest
+    angle, is a constant plus cos φ (tr B − aᵀ B a) + sin φ tr([a]ₓ B).
+    """
+    turns = _log(gt[0].T @ gt)
+    axis = np.linalg.eigh(turns.T @ turns)[1][:, -1]
+    along = axis @ body @ axis
+    across = axis @ [body[1, 2] - body[2, 1], body[2, 0] - body[0, 2], body[0, 1] - body[1, 0]]
+    spin = np.arctan2(across, np.trace(body) - along)
+    return rotation_from_vector(spin * axis) @ body
 
 
 def _frame_hypothesis(gt: Floats, est: Floats) -> Floats:
