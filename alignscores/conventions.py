@@ -183,10 +183,10 @@ def _find_rotation(gt: Floats, est: Floats) -> Convention:
     fits: dict[bool, tuple[Floats | None, float]] = {}
     for inverted in (False, True):
         candidate = inverse_poses(est) if inverted else est
-        body, fit = _best_frame(rotations, candidate[:, :3, :3])
-        near = float(rotation_angles(body[None])[0]) <= NEAR_DEG
+        frame, fit = _best_frame(rotations, candidate[:, :3, :3])
+        near = float(rotation_angles(frame[None])[0]) <= NEAR_DEG
         if fit >= needed:
-            fits[inverted] = None if near else body, fit
+            fits[inverted] = None if near else frame, fit
     if not fits:
         return Convention(ras=ras, ras_mended=ras)
 

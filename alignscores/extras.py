@@ -35,9 +35,10 @@ def require(module: str, extra: str) -> Any:
     """
     package = module.partition(".")[0]
     try:
-        return importlib.import_module(module)
+        importlib.import_module(package)
     except ModuleNotFoundError as error:
         if error.name != package:  # broken from within, which installing an extra would not mend
             raise
         reason = f'{package} is not installed: pip install "alignscores[{extra}]"'
         raise ModuleNotFoundError(reason, name=package) from None
+    return importlib.import_module(module)

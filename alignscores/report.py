@@ -145,7 +145,7 @@ def unique_names(files: Sequence[str]) -> list[str]:
         length = 1
         while length < len(own) and any(other[-length:] == own[-length:] for other in others):
             length += 1
-        names.append("/".join(part.strip("/") for part in own[-length:]))
+        names.append(str(Path(*own[-length:])))
     # The same file twice, perhaps by mistake.
     return [
         f"{name} ({names[:index].count(name) + 1})" if name in names[:index] else name

@@ -135,7 +135,7 @@ def test_malformed_tum(write, content, message):
 
 @pytest.mark.parametrize("field", range(1, 8))
 def test_a_reference_must_be_complete(write, field):
-    fields = "5 1 2 3 0 0 0 1".split()
+    fields = ["5", "1", "2", "3", "0", "0", "0", "1"]
     fields[field] = "nan"
     path = write("# c\n" + LINE.format(4) + "\n" + " ".join(fields) + "\n")
     _, poses = read_tum(path)
@@ -143,18 +143,24 @@ def test_a_reference_must_be_complete(write, field):
     # What is known of the pose stays: its position can be scored without its rotation.
     assert np.isfinite(poses[1, :3, 3]).all() == (field > 3)
     assert np.isfinite(poses[1, :3, :3]).all() == (field < 4)
-    with pytest.raises(FileError, match="line 3: the pose is not finite; .* The reference comes f"):
+    with pytest.raises(
+        FileError, match=r"line 3: the pose is not finite; .* The reference comes f"
+    ):
         read_tum(path, complete=True)
 
 
 def test_quaternions_are_normalised(write, recwarn):
     turn = Rotation.from_rotvec([0.3, -0.2, 0.9])
-    lines = [f"{i} 0 0 0 " + " ".join(map(str, s * turn.as_quat())) for i, s in enumerate((1, 1.001))]
+    lines = [
+        f"{i} 0 0 0 " + " ".join(map(str, s * turn.as_quat())) for i, s in enumerate((1, 1.001))
+    ]
     _, poses = read_tum(write("\n".join(lines)))
     np.testing.assert_allclose(poses[:, :3, :3], [turn.as_matrix()] * 2, atol=1e-14)
     assert not recwarn.list
     lines += [f"{i} 0 0 0 " + " ".join(map(str, 3 * turn.as_quat())) for i in (2, 3)]
-    with pytest.warns(TrajectoryWarning, match=r"line 3: .* unit length \(off by 2\) and so have 1 more"):
+    with pytest.warns(
+        TrajectoryWarning, match=r"line 3: .* unit length \(off by 2\) and so have 1 more"
+    ):
         _, poses = read_tum(write("\n".join(lines)))
     np.testing.assert_allclose(poses[:, :3, :3], [turn.as_matrix()] * 4, atol=1e-14)
 
@@ -162,16 +168,18 @@ def test_quaternions_are_normalised(write, recwarn):
 @pytest.mark.parametrize(
     ("matrix", "message"),
     [
-        (2 * np.eye(3), "R.T R differs from the identity by 3"),
-        (np.diag([1, 1, -1]), "its determinant is negative, a reflection"),
-        (np.zeros((3, 3)), "R.T R differs from the identity by 1"),
+        (2 * np.eye(3), r"is not a rotation: R\^T R differs from the identity by 3"),
+        (np.diag([1, 1, -1]), "is not a rotation: its determinant is negative"),
+        (np.zeros((3, 3)), r"is not a rotation: R\^T R differs from the identity by 1"),
         (1e200 * np.ones((3, 3)), "is not a rotation"),
     ],
 )
 def test_matrices_that_are_no_rotation(write, matrix, message):
     rows = [np.eye(4)[:3].ravel(), np.column_stack([matrix, [1, 2, 3]]).ravel()]
     path = write("\n".join(" ".join(map(str, row)) for row in rows))
-    with pytest.raises(FileError, match=f"line 2: the matrix is not a rotation: .*{message}|{message}"):
+    with pytest.raises(
+        FileError, match=f"line 2: the matrix is not a rotation: .*{message}|{message}"
+    ):
         read_kitti(path)
 
 
@@ -229,14 +237,14 @@ def test_nerf_reference_with_nan(examples, write):
     content["frames"][3]["transform_matrix"][0][3] = float("nan")
     path = write(json.dumps(content))
     assert np.isnan(read_nerf(path).poses[3]).any()
-    with pytest.raises(FileError, match=r"frames\[3\] \('images/0003.png'\): the pose is not finite"):
+    with pytest.raises(FileError, match=r"frames\[3\] \('images/0003.png'\): the pose is not"):
         read_nerf(path, complete=True)
 
 
 def test_malformed_colmap(examples, tmp_path):
     with pytest.raises(FileError, match="is no folder"):
         read_colmap(examples / "tum/reference.txt")
-    with pytest.raises(FileError, match="is no readable COLMAP model .*do not exist"):
+    with pytest.raises(FileError, match=r"is no readable COLMAP model .*do not exist"):
         read_colmap(tmp_path)
     model = tmp_path / "model"
     shutil.copytree(examples / "colmap/estimate", model)
@@ -272,7 +280,7 @@ def test_euroc(write):
 
 @pytest.mark.parametrize("read", [read_tum, read_kitti, read_euroc, read_nerf])
 def test_files_that_are_not_there(read, tmp_path):
-    with pytest.raises(FileError, match="none: cannot be read .No such file"):
+    with pytest.raises(FileError, match=r"none: cannot be read .No such file"):
         read(tmp_path / "none")
-    with pytest.raises(FileError, match="cannot be read .Is a directory"):
+    with pytest.raises(FileError, match=r"cannot be read .Is a directory"):
         read(tmp_path)
