@@ -572,3 +572,13 @@ def test_shell_completion(examples, tmp_path):
         COMP_POINT=str(len(line)),
     )
     assert (tmp_path / "completions").read_text().split() == ["--t_max_diff", "--t_offset"]
+
+
+def test_the_output_in_the_readme(examples, run, monkeypatch):
+    readme = (examples.parents[1] / "README.md").read_text()
+    command, *lines = re.search(r"\$ alignscores (.*?)```", readme, re.DOTALL)[1].splitlines()
+    monkeypatch.chdir(examples.parents[1])
+    code, out, _ = run(*command.split())
+    assert code == 0
+    assert out.splitlines()[: len(lines)] == lines
+    assert len(lines) == 2
