@@ -293,7 +293,7 @@ def score(reference: Trajectory, name: str, file: str, arguments: argparse.Names
         options = {"unit": arguments.unit, "registration": arguments.registration}
         result = pas(matches.gt_poses, est_poses, rng=arguments.seed, **options)
         spread = tas_spread(matches, result, arguments)
-    notes += matching_notes(matches, estimate, form)
+    notes += matching_notes(matches, reference, estimate, form)
     if seem_swapped(reference, estimate):
         notes.append(
             "reference and estimate seem swapped: the first file starts at the origin and is the "
@@ -336,12 +336,23 @@ def ate(matches: Matches) -> float | None:
     return float(np.sqrt(np.mean(errors**2)))
 
 
-def matching_notes(matches: Matches, estimate: Trajectory, form: Format) -> list[str]:
-    """Tell of estimated poses that the reference knows nothing of, where they are more than few."""
+def matching_notes(
+    matches: Matches, reference: Trajectory, estimate: Trajectory, form: Format
+) -> list[str]:
+    """Tell of poses that were left out, where they are more than few."""
     unmatched, n = matches.unmatched, len(estimate.keys)
-    if form.timed and unmatched > n / 10:
-        return [f"{unmatched} of {n} poses have no reference pose within --t_max_diff; left out"]
-    if not form.timed and unmatched > 0:
+    if form.timed:
+        notes = []
+        if unmatched > n / 10:
+            notes.append(f"{unmatched} of {n} poses have no reference pose within --t_max_diff")
+        covered = float(np.ptp(matches.keys) / (np.ptp(reference.keys) or 1.0))
+        if covered < 0.9 and matches.missing > 0:
+            notes.append(
+                f"only {covered:.0%} of the reference's time is scored; --missing fail counts the "
+                "rest as failures"
+            )
+        return notes
+    if unmatched > 0:
         note = f"{unmatched} of {n} images are not in the reference; left out"
         if matches.missing == 0:
             note += " (it has all of the reference's, too: the reference comes first)"
@@ -365,6 +376,10 @@ def convention_notes(
         extra = f", and {turned}" if turned else ""
         option = f"{invert} --body_rotation auto" if turned else invert
         notes.append(f"the poses in the file seem to be {now}{extra} ({gain}); {option}")
+    elif found.quaternions_shifted:
+        notes.append(
+            f"the quaternions seem to have w at the wrong end ({gain}); reorder them in the file"
+        )
     elif found.rotations_inverted:
         extra = f", and {turned}" if turned else ""
         notes.append(

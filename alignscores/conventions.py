@@ -8,6 +8,7 @@ with accuracy. With R_i, R̂_i the camera-to-world rotations and Q the rotation 
   relative rotations have equal angles, and Bᵀ takes the axes of one to those of the other, which
   gives B without Q; with B known, Q is the robust average of R̂_i Bᵀ R_iᵀ as in the RAS.
 - *world-to-camera*: the same for the inverted poses.
+- *quaternions with w at the wrong end* show as both, of the rotations alone.
 - *mirrored*: the positions fit the reference's mirror image, as after a flip of one axis or a swap
   of two. The rotations of a mirrored world are the true ones up to another camera frame.
 - *swapped*: the scores hardly change when reference and estimate are exchanged, so only signs that
@@ -47,6 +48,10 @@ MIN_CAMERAS = 10  # fewer fit some rotation by chance
 MIN_RAS = 0.35  # under the convention
 GAIN = 3.0  # and so many times the RAS without it
 TURN_DEG = (5.0, 170.0)  # relative rotations whose axis is well defined
+SHIFTED = (  # B of quaternions with w first taken for w last, and the other way round
+    np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
+    np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]),
+)
 MIRROR_GAIN = 3.0  # factor by which the positions must fit better mirrored
 MIRROR_MISFIT = 0.15  # and how well, relative to the extent of the reference
 
@@ -78,6 +83,19 @@ class Convention:
     mirrored: bool = False
     ras: float = 0.0
     ras_mended: float = 0.0
+
+    @property
+    def quaternions_shifted(self) -> bool:
+        """Whether the rotations are those of quaternions whose w is at the wrong end.
+
+        A cyclic shift of the components is a reflection of the unit quaternions, and so takes q to
+        a q* b with constants a and b: the rotations look inverted, in another camera frame.
+        """
+        return (
+            self.rotations_inverted
+            and self.body_rotation is not None
+            and any(np.allclose(self.body_rotation, frame) for frame in SHIFTED)
+        )
 
 
 def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:

@@ -140,8 +140,8 @@ def unique_names(files: Sequence[str]) -> list[str]:
     """
     parts = [Path(file).parts for file in files]
     names = []
-    for index, own in enumerate(parts):
-        others = parts[:index] + parts[index + 1 :]
+    for own in parts:
+        others = [other for other in parts if other != own]
         length = 1
         while length < len(own) and any(other[-length:] == own[-length:] for other in others):
             length += 1

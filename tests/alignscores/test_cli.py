@@ -307,10 +307,20 @@ def test_poses_without_a_reference_are_told(run, tmp_path, examples):
     (tmp_path / "est.txt").write_text("\n".join(lines + late))
     code, _, err = run("tum", FILES["tum"][0], tmp_path / "est.txt")
     assert code == 0
-    assert "est.txt: 10 of 48 poses have no reference pose within --t_max_diff" in err
+    assert "est.txt: 10 of 48 poses have no reference pose within --t_max_diff\n" in err
+    assert "of the reference's time" not in err
     code, _, err = run("nerf", *FILES["nerf"][::-1])
     assert code == 0
     assert "3 of 40 images are not in the reference; left out (it has all of" in err
+
+
+def test_an_estimate_that_ends_early_is_told(run, tmp_path, examples):
+    """Else lost frames would silently improve the score."""
+    lines = (examples / "tum/estimate.txt").read_text().splitlines()
+    (tmp_path / "est.txt").write_text("\n".join(lines[:20]))
+    _, _, err = run("tum", FILES["tum"][0], tmp_path / "est.txt")
+    assert "est.txt: only 51% of the reference's time is scored; --missing fail counts" in err
+    assert run("tum", FILES["tum"][0], tmp_path / "est.txt", "--missing", "fail")[2] == ""
 
 
 def test_the_registration_is_named_and_a_steadier_one_pointed_to(run, monkeypatch):
@@ -379,6 +389,12 @@ def test_other_mix_ups_are_told(run, kitti, examples, tmp_path):
     transposed[:, :3, :3] = poses[:, :3, :3].transpose(0, 2, 1)
     _, _, err = run("kitti", "kitti/reference.txt", kitti(transposed))
     assert "the rotations seem to be world-to-camera, but the positions are camera centres" in err
+
+    fields = [line.split() for line in (examples / "tum/estimate.txt").read_text().splitlines()]
+    shifted = [" ".join([*line[:4], line[7], *line[4:7]]) for line in fields[1:]]
+    (tmp_path / "wxyz.txt").write_text("\n".join(shifted))
+    _, _, err = run("tum", FILES["tum"][0], tmp_path / "wxyz.txt")
+    assert "the quaternions seem to have w at the wrong end" in err
 
     gt, est = (tmp_path / name for name in ("gt.txt", "est.txt"))
     times = np.arange(400) / 40

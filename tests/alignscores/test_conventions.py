@@ -118,6 +118,20 @@ def test_transposed_rotations_alone(kind):
 
 
 @pytest.mark.parametrize("kind", ["anywhere", "wandering"])
+@pytest.mark.parametrize("order", [[3, 0, 1, 2], [1, 2, 3, 0]], ids=["w first", "w last"])
+def test_quaternions_with_w_at_the_wrong_end(kind, order):
+    rng = np.random.default_rng(8)
+    gt = reference(kind, 120, rng)
+    est = estimate(gt, rng)
+    quaternions = Rotation.from_matrix(est[:, :3, :3]).as_quat()
+    est[:, :3, :3] = Rotation.from_quat(quaternions[:, order]).as_matrix()
+    assert find_convention(gt, est).quaternions_shifted
+    transposed = estimate(gt, rng)
+    transposed[:, :3, :3] = transposed[:, :3, :3].transpose(0, 2, 1)
+    assert not find_convention(gt, transposed).quaternions_shifted
+
+
+@pytest.mark.parametrize("kind", ["anywhere", "wandering"])
 @pytest.mark.parametrize("mirror", [[1, 1, -1], [-1, 1, 1], [-1, -1, -1]])
 @pytest.mark.parametrize("lost", [0.0, 0.4])
 def test_mirrored(kind, mirror, lost):

@@ -143,9 +143,7 @@ def test_a_reference_must_be_complete(write, field):
     # What is known of the pose stays: its position can be scored without its rotation.
     assert np.isfinite(poses[1, :3, 3]).all() == (field > 3)
     assert np.isfinite(poses[1, :3, :3]).all() == (field < 4)
-    with pytest.raises(
-        FileError, match=r"line 3: the pose is not finite; .* reference comes"
-    ):
+    with pytest.raises(FileError, match=r"line 3: the pose is not finite; .* reference comes"):
         read_tum(path, complete=True)
 
 
