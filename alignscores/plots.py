@@ -203,8 +203,8 @@ def _draw_errors(axes: Axes, points: Floats, errors: Floats, unit: float) -> Non
     bar.ax.axhline(unit, color="white", linewidth=2.5)
     bar.ax.axhline(unit, color="black", linewidth=1)
     bar.ax.text(-0.3, unit, "d", ha="right", va="center", transform=bar.ax.get_yaxis_transform())
-    n_crosses = int(np.sum(~within))
-    axes.set_title(f"aligned; × error of d or more: {n_crosses} of {len(errors)}")
+    beyond, lost = int(np.sum(finite & ~within)), int(np.sum(~finite))
+    axes.set_title(f"aligned; × {beyond} of {len(errors)} off by d or more, {lost} not estimated")
 
 
 def _histogram(axes: Axes, name: str, score: Any, unit: float) -> None:
