@@ -129,6 +129,11 @@ class Similarity:
         """
         return self.scale * positions @ self.rotation.T + self.translation
 
+    def inverse(self) -> "Similarity":
+        """Return the alignment from the estimated to the ground-truth world."""
+        rotation = self.rotation.T
+        return Similarity(1 / self.scale, rotation, -rotation @ self.translation / self.scale)
+
     def position_errors(self, gt_positions: Floats, est_positions: Floats) -> Floats:
         """Distance between each estimated position and its ground truth after the alignment.
 
