@@ -134,7 +134,7 @@ def test_table(run):
     code, out, err = run("tum", *FILES["tum"])
     assert code == 0
     assert err == ""
-    header, row, settings = out.splitlines()
+    header, row, settings, hint = out.splitlines()
     assert header.split("  ")[0] == "estimate"
     cells = row.split()
     assert cells[0] == "estimate.txt"
@@ -144,6 +144,7 @@ def test_table(run):
     assert "d [m]" in header
     assert "registration pcr99, seed 0" in settings
     assert "missing cameras: ignore" in settings
+    assert "--registration refined" in hint
 
 
 def test_best_first_and_short_names(run, score, examples, kitti, tmp_path):
