@@ -12,7 +12,15 @@ from yaml import YAMLError
 
 from .config import CONFIG_DIR, ConfigError, experiment_names, split_metric
 
-__all__ = ["CLAIMS_FILE", "Claim", "Claims", "Decision", "Reading", "load_claims"]
+__all__ = [
+    "CLAIMS_FILE",
+    "Claim",
+    "Claims",
+    "Decision",
+    "Reading",
+    "load_claims",
+    "split_replicates",
+]
 
 CLAIMS_FILE = CONFIG_DIR / "claims.yaml"
 STATISTICS = {  # with what each needs
@@ -211,6 +219,27 @@ def load_claims(replicates: int | None = None, path: Path = CLAIMS_FILE) -> Clai
                 claims[claim.id] = claim
     decisions = [_decision(entry, claims) for entry in content["decisions"]]
     return Claims(replicates, claims, decisions)
+
+
+def split_replicates(overrides: Sequence[str]) -> tuple[int | None, list[str]]:
+    """Split ``replicates=R`` off the settings of an experiment; None where it is not given.
+
+    Examples
+    --------
+    >>> from experiments.claims import split_replicates
+    >>> split_replicates(["trials=5", "replicates=3"])
+    (3, ['trials=5'])
+    """
+    replicates, others = None, []
+    for override in overrides:
+        key, _, value = (part.strip() for part in override.partition("="))
+        if key != "replicates":
+            others.append(override)
+        elif value.isdecimal():
+            replicates = int(value)
+        else:
+            raise ConfigError(f"setting 'replicates' must be a whole number, not {value!r}")
+    return replicates, others
 
 
 def _expand(entry: dict[str, Any]) -> Iterator[Claim]:

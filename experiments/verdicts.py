@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as students_t
 
 from . import statistics
-from .claims import Claim, Claims, load_claims
+from .claims import Claim, Claims, load_claims, split_replicates
 from .config import Config, ConfigError, load
 from .replicate import FIRST, Trials, plan, replicate_path
 from .statistics import select
@@ -219,10 +219,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("overrides", nargs="*", metavar="key=value")
     overrides = parser.parse_args(arguments).overrides
-    number = [o.partition("=")[2] for o in overrides if o.startswith("replicates=")]
-    others = [o for o in overrides if not o.startswith("replicates=")]
     try:
-        claims = load_claims(_whole(number[-1]) if number else None)
+        replicates, others = split_replicates(overrides)
+        claims = load_claims(replicates)
         plan(claims, others)
         config = load([f"experiment={FIRST}", *others])
     except ConfigError as error:
@@ -251,13 +250,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print(*files, sep="\n")
     print(", ".join(f"{count} {name}" for name, count in table["verdict"].value_counts().items()))
     return 0
-
-
-def _whole(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise ConfigError(f"setting 'replicates' must be a whole number, not {text!r}") from None
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from experiments.claims import load_claims
+from experiments.claims import load_claims, split_replicates
 from experiments.config import ConfigError, load
 from experiments.replicate import FIRST
 from experiments.tables import write_files
@@ -34,12 +34,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("overrides", nargs="*", metavar="key=value")
     overrides = parser.parse_args(arguments).overrides
-    number = [o.partition("=")[2] for o in overrides if o.startswith("replicates=")]
-    others = [o for o in overrides if not o.startswith("replicates=")]
     try:
-        n_replicates = load_claims(_whole(number[-1])).replicates if number else None
+        n_replicates, others = split_replicates(overrides)
         config = load([f"experiment={FIRST}", *others])
-        claims = load_claims()
+        claims = load_claims(n_replicates)
     except ConfigError as error:
         return _fail(2, str(error))
     results = Path(config.results_dir)
@@ -56,13 +54,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(1, f"cannot write {path}: {error.strerror}")
     print(path)
     return 0
-
-
-def _whole(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise ConfigError(f"setting 'replicates' must be a whole number, not {text!r}") from None
 
 
 def _fail(code: int, message: str) -> int:

@@ -126,7 +126,7 @@ def test_every_claim_can_hold_and_can_fail(name: str) -> None:
 NUMBER = CLAIMS.claims["outliers-range-maa"]  # -74
 POWER = CLAIMS.claims["outliers-tas-discerns"]  # at least 0.5
 BLIND = CLAIMS.claims["outliers-ate-blind"]  # below 0.5
-WITHIN = CLAIMS.claims["thresholds-ras-max-threshold-deg-8"]  # within 20
+WITHIN = CLAIMS.claims["thresholds-ras-lower"]  # within 20
 
 
 @pytest.mark.parametrize(
