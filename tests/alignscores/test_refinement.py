@@ -189,6 +189,24 @@ def test_geometries_repeat(
     assert min(scores) >= tas(gt, est).score
 
 
+def drifting(n: int, seed: int) -> tuple[Floats, Floats]:
+    """A smooth path of unit steps, and the same steps with errors of heading that add up."""
+    rng = np.random.default_rng([seed, n])
+    headings = np.cumsum(rng.normal(0, 0.1, (n, 3)), axis=0)
+    steps = headings / np.linalg.norm(headings, axis=1, keepdims=True)
+    drift = Rotation.from_rotvec(np.cumsum(rng.normal(0, 0.003, (n, 3)), axis=0))
+    return np.cumsum(steps, axis=0), 3 * np.cumsum(drift.apply(steps), axis=0) + 1
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_drift_repeats(seed: int) -> None:
+    """Every part of the trajectory fits by itself: many local minima, and many starts they need."""
+    gt, est = drifting(1500, seed)
+    scores = [tas(gt, est, registration="refined", rng=rng).score for rng in range(8)]
+    assert np.std(scores, ddof=1) < 0.001
+    assert min(scores) > tas(gt, est).score
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_nine_in_ten_are_outliers(noisy_scene: Scene, seed: int) -> None:
     """With 1000 hypotheses the right alignment is found from every seed."""
@@ -259,6 +277,17 @@ def test_any_unit(noisy_scene: Scene, unit: float) -> None:
     result = tas(gt, est, unit=unit, registration="refined")
     assert result.score == (1 if unit > 1 else 0)
     assert np.isfinite(result.errors).all()
+
+
+@pytest.mark.parametrize("value", [1e10, 1e100, 1e200, 1e308])
+def test_a_camera_far_away_does_not_stop_the_refining(noisy_scene: Scene, value: float) -> None:
+    """Its square overflows, and has no weight."""
+    gt, est = noisy_scene(50, 0, 0.02, 0)
+    est[20] = 1e3
+    expected = tas(gt, est, registration="refined")
+    assert expected.score > tas(gt, est).score + 0.02
+    est[20] = value
+    assert tas(gt, est, registration="refined").score == pytest.approx(expected.score, abs=1e-3)
 
 
 def test_every_camera_absurdly_far_away(cloud: Cloud) -> None:
