@@ -1,5 +1,7 @@
 """Single rotation averaging: the chordal, the geodesic L1 and the robust TLUD mean."""
 
+from math import sin, sqrt
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +20,17 @@ Floats = NDArray[np.float64]
 TLUD_THRESHOLD = 0.5  # chordal distance at which a deviation is truncated, about 20 degrees
 TLUD_TOLERANCE = 1e-3  # radians; the refinement stops below such a step
 WEISZFELD_STEPS = 10
+COINCIDENT = 1e-15  # radians; rotations that differ by less are equal up to rounding
 CHUNK = 1 << 21  # pairwise distances held at once: 16 MiB
+# Their inner products with a rotation are sine times axis (times 2) and trace.
+ANTISYMMETRIC_PARTS_AND_TRACE = np.array(
+    [
+        [[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
+        [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]],
+        [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    ]
+)
 
 
 def project_to_rotation(matrix: Floats) -> Floats:
@@ -118,16 +130,18 @@ def geodesic_l1_mean(
     """
     mean = start
     for _ in range(max_steps):
-        angles, axes = angles_and_axes(rotations @ mean.T)
-        away = angles[angles > 0]
+        angles, axes = angles_and_axes(rotations, mean)
+        away = angles > COINCIDENT
+        resting = len(angles) - np.count_nonzero(away)
+        if resting:
+            angles, axes = angles[away], axes[:, away]
         pull = axes.sum(axis=1)
-        strength = float(np.sqrt(pull @ pull))
-        resting = len(angles) - len(away)
+        strength = sqrt(pull @ pull)
         if strength <= resting:
             break
-        step = (1 - resting / strength) / np.sum(1 / away) * pull
+        step = (1 - resting / strength) / (1 / angles).sum() * pull
         mean = rotation_from_vector(step) @ mean
-        if np.sqrt(step @ step) < tolerance:
+        if sqrt(step @ step) < tolerance:
             break
     return mean
 
@@ -204,13 +218,15 @@ def rotation_angles(rotations: Floats) -> Floats:
     return np.degrees(angles_and_axes(rotations)[0])
 
 
-def angles_and_axes(rotations: Floats) -> tuple[Floats, Floats]:
-    """Return the angles and axes of rotations: their log maps are ``angles * axes``.
+def angles_and_axes(rotations: Floats, reference: Floats = np.eye(3)) -> tuple[Floats, Floats]:
+    """Return the angles and axes of ``rotations @ reference.T``: the log maps ``angles * axes``.
 
     Parameters
     ----------
     rotations : (n, 3, 3) array
         Rotations.
+    reference : (3, 3) array
+        Rotation that they are seen from, by default the identity.
 
     Returns
     -------
@@ -230,10 +246,10 @@ def angles_and_axes(rotations: Floats) -> tuple[Floats, Floats]:
     >>> angles / np.pi, axes.T
     (array([0.5]), array([[0., 0., 1.]]))
     """
-    m = np.ascontiguousarray(rotations.transpose(1, 2, 0))
-    axes = np.stack([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
-    sine = np.sqrt(axes[0] ** 2 + axes[1] ** 2 + axes[2] ** 2)  # twice the sine, as of the cosine
-    angles = np.arctan2(sine, m[0, 0] + m[1, 1] + m[2, 2] - 1)
+    parts = (ANTISYMMETRIC_PARTS_AND_TRACE @ reference).reshape(4, 9) @ rotations.reshape(-1, 9).T
+    axes = parts[:3]
+    sine = np.sqrt(np.einsum("in,in->n", axes, axes))  # twice the sine, as of the cosine
+    angles = np.arctan2(sine, parts[3] - 1)
     return angles, np.divide(axes, sine, out=axes, where=sine > 0)
 
 
@@ -259,13 +275,18 @@ def rotation_from_vector(vector: Floats) -> Floats:
            [ 1.,  0.,  0.],
            [ 0.,  0.,  1.]])
     """
-    angle = np.sqrt(vector @ vector)
+    angle = sqrt(vector @ vector)
     if angle == 0:
         return np.eye(3)
-    x, y, z = vector / angle
-    turn = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    rotation: Floats = np.eye(3) + np.sin(angle) * turn + 2 * np.sin(angle / 2) ** 2 * turn @ turn
-    return rotation
+    x, y, z = (vector / angle).tolist()
+    s, c = sin(angle), 2 * sin(angle / 2) ** 2
+    return np.array(
+        [
+            [1 - c * (y * y + z * z), c * x * y - s * z, c * x * z + s * y],
+            [c * x * y + s * z, 1 - c * (x * x + z * z), c * y * z - s * x],
+            [c * x * z - s * y, c * y * z + s * x, 1 - c * (x * x + y * y)],
+        ]
+    )
 
 
 def _chordal_distances(a: Floats, b: Floats) -> Floats:
