@@ -211,36 +211,30 @@ def three_point_similarities(
     frames, flat = _frames(edge_1, edge_2)
     rotation = np.einsum("kih,kjh->ijh", frames[:, :, 1], frames[:, :, 0])
 
-    # With their frames' coordinates no triangle needs to be rotated to be compared.
-    first = _dot(edge_1, frames[0])
-    second = np.einsum("kiwh,iwh->kwh", frames, edge_2)
-    gt_edges, est_edges = (first[0], second[:, 0]), (first[1], second[:, 1])
-    scale = _corner_product(est_edges, gt_edges) / _corner_product(gt_edges, gt_edges)
+    # Sum of b . (R a) over sum of a . a, about the centroids. R takes first axis to first axis, so
+    # that three of the four products of edges follow from their lengths along these.
+    (a_1, b_1), (a_2, b_2) = _dot(edge_1, frames[0]), _dot(edge_2, frames[0])
+    a_22 = _dot(edge_2[:, 0], edge_2[:, 0])
+    b_22 = _dot(edge_2[:, 1], np.einsum("ijh,jh->ih", rotation, edge_2[:, 0]))
+    scale = (2 * (b_1 * a_1 + b_22) - b_1 * a_2 - b_2 * a_1) / (2 * (a_1 * a_1 + a_22 - a_1 * a_2))
     gt_centroid, est_centroid = (np.add.reduce(corners, axis=2) / 3).swapaxes(0, 1)
     translation = est_centroid - scale * np.einsum("ijh,jh->ih", rotation, gt_centroid)
     return scale, rotation.transpose(2, 0, 1), translation.T, flat
 
 
-def _corner_product(a: tuple[Floats, Floats], b: tuple[Floats, Floats]) -> Floats:
-    """Sum of a . b over the corners about the centroids.
-
-    Triangles are given by the length of the first edge, along the first axis, and the second edge.
-    """
-    (a_1, a_2), (b_1, b_2) = a, b
-    product = _dot(a_2, b_2)
-    cross_terms: Floats = a_1 * (b_1 + b_2[0]) + a_2[0] * b_1
-    return a_1 * b_1 + product - (product + cross_terms) / 3
-
-
 def _frames(edge_1: Floats, edge_2: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     """Frames (3 axes, 3, 2, H) of triangles in both worlds, given by their two edges (3, 2, H)."""
-    first = _unit(edge_1)
-    normal = _cross(first, _unit(edge_2))
-    flat = np.minimum(*_dot(normal, normal)) <= FLAT**2
+    frames = np.empty((3, *edge_1.shape))
+    first, normal, _ = frames
+    first[:] = edge_1 / np.sqrt(_dot(edge_1, edge_1))
+    normal[:] = _cross(first, edge_2)
+    flat = (_dot(normal, normal) <= FLAT**2 * _dot(edge_2, edge_2)).any(axis=0)
     if flat.any():
         normal[:, :, flat] = _common_normal(first[:, 0, flat], first[:, 1, flat])[:, None]
-    second = _unit(normal - _dot(normal, first) * first)
-    return np.stack([first, second, _cross(first, second)]), flat
+    normal -= _dot(normal, first) * first  # an approximate normal until here
+    normal /= np.sqrt(_dot(normal, normal))
+    frames[2] = _cross(first, normal)
+    return frames, flat
 
 
 def _common_normal(gt_first: Floats, est_first: Floats) -> Floats:
@@ -285,7 +279,9 @@ def _cheapest(
         start, size = 0, FIRST_CHUNK
         while start < len(group):
             able = group[start : start + size]
-            for columns in screens if start > 0 else ():
+            for columns in screens:
+                if able.size <= FIRST_CHUNK:
+                    break  # computed directly as quickly
                 far = _count_far(coefficients.T.take(able, axis=1), columns, best_cost)
                 able = able[far <= n - order]
             if able.size:
@@ -353,15 +349,12 @@ def _costs(
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
-    product: Floats = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    product: Floats = np.einsum("i...,i...->...", a, b)
     return product
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
-    return np.stack(
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    )
-
-
-def _unit(a: Floats) -> Floats:
-    return a / np.sqrt(_dot(a, a))
+    product = np.empty_like(a)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.subtract(a[j] * b[k], a[k] * b[j], out=product[i])
+    return product
