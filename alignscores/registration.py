@@ -325,8 +325,11 @@ def _squared_error_factors(
     products of the coordinates.
     """
     n = gt.shape[1]
-    outer = (est[:, None] * gt).reshape(9, n)
-    features = np.vstack([_dot(est, est), est, _dot(gt, gt), gt, outer, np.ones(n)])
+    features = np.empty((18, n))
+    features[0], features[1:4] = _dot(est, est), est
+    features[4], features[5:8] = _dot(gt, gt), gt
+    np.multiply(est[:, None], gt, out=features[8:17].reshape(3, 3, n))
+    features[17] = 1
     inverse = 1 / scale
     r, t = rotation.transpose(1, 2, 0) * inverse, translation.T * inverse
     coefficients = np.empty((18, len(scale)))
@@ -343,9 +346,17 @@ def _costs(
     gt: Floats, est: Floats, scale: Floats, rotation: Floats, translation: Floats, order: int
 ) -> Floats:
     """Return the ``order``-th smallest squared error of each hypothesis."""
-    residuals = (est - translation[..., None]) / scale[:, None, None] - rotation @ gt
-    squared_errors = np.einsum("hin,hin->hn", residuals, residuals)
-    return np.partition(squared_errors, order - 1, axis=1)[:, order - 1]
+    size = max(1, CHUNK // (8 * est.size))
+    costs = np.empty(len(scale))
+    for start in range(0, len(scale), size):
+        block = slice(start, start + size)
+        residuals = est - translation[block, :, None]
+        residuals /= scale[block, None, None]
+        residuals -= rotation[block] @ gt
+        squared_errors = np.einsum("hin,hin->hn", residuals, residuals)
+        squared_errors.partition(order - 1, axis=1)
+        costs[block] = squared_errors[:, order - 1]
+    return costs
 
 
 def _dot(a: Floats, b: Floats) -> Floats:

@@ -25,6 +25,7 @@ Floats = NDArray[np.float64]
 Seed = int | np.random.SeedSequence | np.random.Generator | None
 
 FARTHEST = 1e300  # leaves room for sums and differences
+FEW = 128  # up to so many cameras all distances are computed sooner than a tree is searched
 REGISTRATIONS = {"pcr99": pcr99}
 
 
@@ -223,7 +224,7 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
             "pass unit= to set it by hand"
         )
     local, _, unit = _localise(gt)
-    closest = scipy.spatial.cKDTree(local).query(local, k=2)[0][:, 1]
+    closest = _closest_distances(local)
     rank = (3 * n + 3) // 4
     d = unit * float(np.partition(closest, rank - 1)[rank - 1])
     if d == 0:
@@ -232,6 +233,16 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
             "another one; pass unit= to set it by hand"
         )
     return d
+
+
+def _closest_distances(points: Floats) -> Floats:
+    """Distance of each point to the closest other one."""
+    if len(points) <= FEW:
+        distances = scipy.spatial.distance.cdist(points, points)
+        np.fill_diagonal(distances, np.inf)
+        return distances.min(axis=0)
+    distances, _ = scipy.spatial.cKDTree(points).query(points, k=2)
+    return distances[:, 1]
 
 
 def _register(
