@@ -272,18 +272,18 @@ def _cheapest(
     # Where products might overflow in single precision, NaN makes the screening say nothing.
     coefficients[~(coefficients[:, 0] + coefficients[:, 17] < LARGEST), 17] = np.nan
     features[17, ~(features[0] + features[4] < LARGEST)] = np.nan
-    screens = features.astype(np.float32), features
-
+    screens = [
+        _lower_bound_factors(coefficients.T, features, dtype) for dtype in (np.float32, np.float64)
+    ]
     best, best_cost = 0, np.inf
     for group in (np.flatnonzero(~flat), np.flatnonzero(flat)):
         start, size = 0, FIRST_CHUNK
         while start < len(group):
             able = group[start : start + size]
-            for columns in screens:
+            for rows, columns in screens:
                 if able.size <= FIRST_CHUNK:
                     break  # computed directly as quickly
-                far = _count_far(coefficients.T.take(able, axis=1), columns, best_cost)
-                able = able[far <= n - order]
+                able = able[_count_far(rows.take(able, axis=1), columns, best_cost) <= n - order]
             if able.size:
                 costs = _costs(gt, est, scale[able], rotation[able], translation[able], order)
                 cheapest = int(np.argmin(costs))
@@ -294,21 +294,28 @@ def _cheapest(
     return best
 
 
-def _count_far(rows: Floats, columns: NDArray[Any], bound: float) -> Indices:
-    """Count the cameras with a squared error not below a bound, for each hypothesis.
-
-    The squared errors are computed in the precision of the columns. Those that rounding might have
-    put above the bound are not counted, nor is NaN: to be looked at, not to be passed over.
+def _lower_bound_factors(
+    rows: Floats, columns: Floats, dtype: type[np.floating[Any]]
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return the factors of the squared errors in a precision, lowered by what it rounds them by.
 
     With e, E, T and G the lengths of an error, of est / s, t / s and gt, the magnitudes of the 18
     terms sum to at most 1.37 (E + T + G)^2, and E <= e + T + G: to less than
     16.4 (T^2 + G^2) + 4.1 e^2. Rounding of factors and sum changes no term by more than 13 eps. So
-    ROUNDING eps of the terms T^2 and G^2 are taken off, and added to the bound that e^2 has.
+    ROUNDING eps of the terms T^2 and G^2 are taken off here, of e^2 where it is compared.
+    """
+    rows = rows.astype(dtype)
+    rows[[4, 17]] *= 1 - ROUNDING * np.finfo(dtype).eps
+    return rows, columns.astype(dtype, copy=False)
+
+
+def _count_far(rows: NDArray[Any], columns: NDArray[Any], bound: float) -> Indices:
+    """Count the cameras with a squared error certainly not below a bound, for each hypothesis.
+
+    NaN is not far: to be looked at, not to be passed over.
     """
     limits = np.finfo(columns.dtype)
-    rows = rows.astype(columns.dtype)
-    rows[[4, 17]] *= 1 - ROUNDING * limits.eps
-    bound = columns.dtype.type(bound * (1 + ROUNDING * limits.eps) + np.sqrt(limits.tiny))
+    bound = columns.dtype.type(bound * (1 + ROUNDING * limits.eps) + limits.tiny**0.5)
     far = np.zeros(rows.shape[1], dtype=np.intp)
     for start in range(0, columns.shape[1], BLOCK):
         above = columns[:, start : start + BLOCK].T @ rows >= bound
