@@ -31,7 +31,7 @@ SCREENED_AT_ONCE = 1 << 12  # triplets; their temporaries stay in the cache
 TABLE_SIZE = 128  # up to so many cameras all edge ratios are computed once and looked up
 FLAT = 1e-6  # sine of the angle at the first corner, below which a triangle has no usable normal
 ROUNDING = 256  # eps, of a squared error that is a sum of products, relative to its terms
-LARGEST = 2.0**59  # square; products of two and sums of such products stay below the largest float32
+LARGEST = 2.0**59  # square; sums of products of two such fit into single precision
 TIE = 64 * float(np.finfo(np.float64).eps)  # of a squared error, relative to the largest |gt|^2
 FIRST_CHUNK, GROWTH = 16, 8  # hypotheses: few find a good bound that spares most of the others
 CHUNK = 1 << 17  # squared errors evaluated at once: 512 KiB, stays in the cache
@@ -228,7 +228,7 @@ def _frames(edge_1: Floats, edge_2: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     first, normal, _ = frames
     first[:] = edge_1 / np.sqrt(_dot(edge_1, edge_1))
     normal[:] = _cross(first, edge_2)
-    flat = (_dot(normal, normal) <= FLAT**2 * _dot(edge_2, edge_2)).any(axis=0)
+    flat: NDArray[np.bool_] = np.any(_dot(normal, normal) <= FLAT**2 * _dot(edge_2, edge_2), axis=0)
     if flat.any():
         normal[:, :, flat] = _common_normal(first[:, 0, flat], first[:, 1, flat])[:, None]
     normal -= _dot(normal, first) * first  # an approximate normal until here

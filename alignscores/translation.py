@@ -238,11 +238,12 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
 def _closest_distances(points: Floats) -> Floats:
     """Distance of each point to the closest other one."""
     if len(points) <= FEW:
-        distances = scipy.spatial.distance.cdist(points, points)
+        distances: Floats = scipy.spatial.distance.cdist(points, points)
         np.fill_diagonal(distances, np.inf)
-        return distances.min(axis=0)
-    distances, _ = scipy.spatial.cKDTree(points).query(points, k=2)
-    return distances[:, 1]
+        closest: Floats = distances.min(axis=0)
+    else:
+        closest = scipy.spatial.cKDTree(points).query(points, k=2)[0][:, 1]
+    return closest
 
 
 def _register(

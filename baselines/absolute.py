@@ -41,9 +41,10 @@ def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
     Notes
     -----
     evo computes the alignment, of clouds brought to unit extent, since its test for degenerate
-    data is absolute, and reduced to 12 points, since it loops over points in Python. Where it still refuses (collinear cameras; an estimate that is one point) the
-    alignment is not unique but the RMSE is. That of an estimate that is one point is the RMS
-    distance of the ground truth to its centroid.
+    data is absolute, and reduced to 12 points, since it loops over points in Python. Where it still
+    refuses (collinear cameras; an estimate that is one point) the alignment is not unique but the
+    RMSE is. That of an estimate that is one point is the RMS distance of the ground truth to its
+    centroid.
 
     O(n) time and memory.
 
@@ -92,7 +93,8 @@ def _same_moments(a: Floats, b: Floats) -> tuple[Floats, Floats]:
 
     The least-squares alignment depends on nothing else.
     """
-    triangle = np.linalg.qr(np.hstack([a, b]), mode="r")  # its rows have the clouds' second moments
+    # The rows of the triangle have the second moments of the clouds' rows.
+    triangle = np.asarray(np.linalg.qr(np.hstack([a, b]), mode="r"))
     points = np.sqrt(len(triangle) / len(a)) * np.vstack([triangle, -triangle])
     return points[:, :3].T, points[:, 3:].T
 

@@ -13,7 +13,14 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from alignscores import AlignmentScore, AlignmentWarning, TASResult, closest_pair_quartile, tas
+from alignscores import (
+    AlignmentScore,
+    AlignmentWarning,
+    TASResult,
+    closest_pair_quartile,
+    tas,
+    translation,
+)
 from alignscores.registration import pcr99
 
 Floats = NDArray[np.float64]
@@ -479,3 +486,18 @@ def test_registration_is_named(noisy_scene: Scene) -> None:
     """The default is the paper's."""
     gt, est = noisy_scene(50, 5, 0.03, 1)
     assert same(tas(gt, est), tas(gt, est, registration="pcr99"))
+
+
+@pytest.mark.parametrize("n", [8, 50, 128])
+@pytest.mark.parametrize("copies", [1, 2])
+def test_closest_distances_with_and_without_a_tree(
+    monkeypatch: pytest.MonkeyPatch, n: int, copies: int
+) -> None:
+    """The same d, bit for bit, whichever way the closest cameras are found."""
+    for seed in range(20):
+        gt = np.random.default_rng(seed).normal(size=(n // copies, 3))
+        gt = np.concatenate([gt, gt[: n // 4 * (copies - 1)]])
+        few = closest_pair_quartile(gt)
+        with monkeypatch.context() as patch:
+            patch.setattr(translation, "FEW", 0)
+            assert closest_pair_quartile(gt) == few
