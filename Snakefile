@@ -2,25 +2,34 @@
 #   snakemake figures                         the whole evaluation
 #   snakemake figures --config trials=5       a quick look; any key of configs/ can be set
 #   snakemake results/figures/outliers.pdf    one figure and what it needs
+#   snakemake claims                          which of the paper's claims hold, from 20 replicates
+#   snakemake report                          all of it on one page, results/report.html
 import sys
 from dataclasses import asdict
+from math import gcd
 from pathlib import Path
 
 sys.path.insert(0, workflow.basedir)
+from experiments.claims import CLAIMS_FILE, load_claims
 from experiments.config import ConfigError, experiment_names, load, to_overrides
 from figures import FIGURES, HISTOGRAM_EXPERIMENT
 
+REPLICATES = config.pop("replicates", None)
 OVERRIDES = to_overrides({key: value for key, value in config.items() if key != "n_jobs"})
 EXPERIMENTS = experiment_names()
 HOW = {"n_jobs", "backend", "results_dir"}  # settings that no result depends on
 
 
+def refuse(error, *overrides):
+    """Wrong settings end in one line, before any trial."""
+    sys.exit(f"snakemake: {' '.join([str(error), *overrides])}")
+
+
 def resolve(*overrides):
-    """Refuse wrong settings in one line, before any trial."""
     try:
         return asdict(load(overrides))
     except ConfigError as error:
-        sys.exit(f"snakemake: {error} ({' '.join(overrides)})")
+        refuse(error, f"({' '.join(overrides)})")
 
 
 def settings(experiment):
@@ -37,6 +46,10 @@ if "n_jobs" not in config:
     THREADS = max(1, CORES // len(EXPERIMENTS))  # all experiments may run at once
 else:
     THREADS = CORES if RUN["n_jobs"] == -1 else RUN["n_jobs"]
+try:
+    CLAIMS = load_claims(REPLICATES)
+except ConfigError as error:
+    refuse(error)
 
 
 def sources(*packages):
@@ -44,13 +57,17 @@ def sources(*packages):
     return [path for name in packages for path in Path(workflow.basedir, name).rglob("*.py")]
 
 
-COMPARISON = Path(workflow.basedir, "experiments", "comparison.py")
+ANALYSIS = [  # of the trials, which do not depend on it
+    Path(workflow.basedir, "experiments", f"{name}.py")
+    for name in ("claims", "comparison", "replicate", "statistics", "verdicts")
+]
 TRIAL_CODE = [
-    path for path in sources("alignscores", "baselines", "experiments") if path != COMPARISON
+    path for path in sources("alignscores", "baselines", "experiments") if path not in ANALYSIS
 ]
 
 
 wildcard_constraints:
+    replicate=r"\d+",
     experiment="|".join(EXPERIMENTS),
     figure="|".join(FIGURES),
 
@@ -102,7 +119,7 @@ rule figure:
 rule comparison:
     input:
         expand(TRIALS / "{name}.csv", name=EXPERIMENTS),
-        COMPARISON,
+        ANALYSIS,
     output:
         csv=RESULTS / "tables" / "method_comparison.csv",
         md=RESULTS / "tables" / "method_comparison.md",
@@ -114,5 +131,60 @@ rule comparison:
         "{sys.executable:q} -m experiments.comparison {OVERRIDES:q} > {log:q} 2>&1"
 
 
+rule replicate:
+    input:
+        TRIAL_CODE,
+    output:
+        csv=RESULTS / "replicates" / "{replicate}.csv",
+        provenance=RESULTS / "replicates" / "{replicate}.json",
+    params:
+        needs=CLAIMS.needs(),
+        settings=lambda wildcards: [settings(name) for name in EXPERIMENTS],
+    threads: CORES // gcd(CORES, CLAIMS.replicates) # the last round leaves no core idle
+    log:
+        RESULTS / "logs" / "replicate_{replicate}.log",
+    benchmark:
+        RESULTS / "benchmarks" / "replicate_{replicate}.tsv"
+    shell:
+        "{sys.executable:q} -m experiments.replicate replicate={wildcards.replicate}"
+        " {OVERRIDES:q} n_jobs={threads} > {log:q} 2>&1"
+
+
+rule claims:
+    input:
+        expand(RESULTS / "replicates" / "{number}.csv", number=range(CLAIMS.replicates)),
+        CLAIMS_FILE,
+        ANALYSIS,
+    output:
+        claims=RESULTS / "claims.csv",
+        decisions=RESULTS / "tables" / "decisions.csv",
+    log:
+        RESULTS / "logs" / "claims.log",
+    benchmark:
+        RESULTS / "benchmarks" / "claims.tsv"
+    shell:
+        "{sys.executable:q} -m experiments.verdicts replicates={CLAIMS.replicates}"
+        " {OVERRIDES:q} > {log:q} 2>&1"
+
+
+rule report:
+    input:
+        expand(RESULTS / "figures" / "{figure}.png", figure=FIGURES),
+        RESULTS / "tables" / "method_comparison.csv",
+        RESULTS / "claims.csv",
+        RESULTS / "tables" / "decisions.csv",
+        expand(TRIALS / "{name}.json", name=EXPERIMENTS),
+        expand(RESULTS / "replicates" / "{number}.json", number=range(CLAIMS.replicates)),
+        [path for path in Path(workflow.basedir, "report").iterdir() if path.is_file()],
+    output:
+        RESULTS / "report.html",
+    log:
+        RESULTS / "logs" / "report.log",
+    benchmark:
+        RESULTS / "benchmarks" / "report.tsv"
+    shell:
+        "{sys.executable:q} -m report replicates={CLAIMS.replicates} {OVERRIDES:q} > {log:q} 2>&1"
+
+
 onsuccess:
-    print(f"figures in {RESULTS / 'figures'}/, tables in {RESULTS / 'tables'}/")
+    print(f"results in {RESULTS}/")

@@ -10,6 +10,7 @@ Evaluation".
 
 from .histogram import AlignmentScore
 from .pose import PASResult, pas
+from .registration import Registration
 from .rotation import RASResult, ras
 from .similarity import Similarity
 from .translation import TASResult, closest_pair_quartile, tas
@@ -20,6 +21,7 @@ __all__ = [
     "AlignmentWarning",
     "PASResult",
     "RASResult",
+    "Registration",
     "Similarity",
     "TASResult",
     "closest_pair_quartile",

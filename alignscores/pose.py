@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .registration import Registration
 from .rotation import RASResult, ras
 from .translation import Seed, TASResult, tas
 from .validation import check_poses, check_same_length
@@ -48,7 +49,7 @@ def pas(
     max_threshold: float = 1.0,
     max_threshold_deg: float = 10.0,
     n_thresholds: int = 100,
-    registration: str = "pcr99",
+    registration: str | Registration = "pcr99",
 ) -> PASResult:
     """Score how well estimated camera poses match the ground truth: PAS, the mean of TAS and RAS.
 

@@ -10,8 +10,8 @@ contiguous memory.
 
 from collections.abc import Callable
 from itertools import combinations
-from math import comb
-from typing import Any
+from math import comb, inf
+from typing import Any, Protocol
 
 import numpy as np
 import scipy
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from .similarity import Similarity
 
-__all__ = ["pcr99", "three_point_similarities"]
+__all__ = ["Registration", "pcr99", "three_point_similarities"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -38,11 +38,39 @@ CHUNK = 1 << 17  # squared errors evaluated at once: 512 KiB, stays in the cache
 BLOCK = 255  # cameras evaluated at once: as many as a byte can count
 
 
+class Registration(Protocol):
+    """What `tas` calls to align the estimate: any function of this signature.
+
+    It is given the cameras that were estimated, both worlds about their median and in units of
+    their spread, and settings of which it uses what it needs. It returns the alignment, from ground
+    truth to estimate (None where there is none), and the number of hypotheses it was chosen from.
+    """
+
+    def __call__(
+        self,
+        gt_positions: Floats,
+        est_positions: Floats,
+        /,
+        *,
+        order: int,
+        threshold: float,
+        n_hypotheses: int,
+        rng: np.random.Generator,
+    ) -> tuple[Similarity | None, int]:
+        """Register ``(n, 3)`` estimated positions to the ground truth.
+
+        ``order`` is m of the paper, ``threshold`` the largest error threshold in the given
+        ground-truth units.
+        """
+        ...
+
+
 def pcr99(
     gt_positions: Floats,
     est_positions: Floats,
     *,
     order: int,
+    threshold: float = inf,
     n_hypotheses: int,
     rng: np.random.Generator,
 ) -> tuple[Similarity | None, int]:
@@ -57,6 +85,8 @@ def pcr99(
         Finite camera centres in the ground-truth and in the estimated world.
     order : int
         m of the paper, from 1 to n: the cost of a hypothesis is its m-th smallest position error.
+    threshold : float
+        Not used: taken since all registrations are called alike.
     n_hypotheses : int
         Number of prescreened triplets to collect. Where no more than so many triplets exist, all of
         them are used, each with its three possible first edges, and nothing is random.

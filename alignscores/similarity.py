@@ -3,9 +3,17 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Similarity"]
+from .validation import check_positions, check_same_length, check_weights
+
+__all__ = ["Similarity", "weighted_similarities"]
+
+Floats = NDArray[np.float64]
+
+FARTHEST = 1e300  # leaves room for sums and differences
+BLOCK = 128  # cameras summed at once
+SMALLEST = float(np.finfo(np.float64).tiny)
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +43,78 @@ class Similarity:
     """
 
     scale: float
-    rotation: NDArray[np.float64]
-    translation: NDArray[np.float64]
+    rotation: Floats
+    translation: Floats
 
-    def apply(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    @classmethod
+    def fit(
+        cls,
+        gt_positions: ArrayLike,
+        est_positions: ArrayLike,
+        weights: ArrayLike | None = None,
+    ) -> "Similarity":
+        """Least-squares alignment: the one with the smallest weighted sum of squared errors.
+
+        The errors are those of `position_errors`, in ground-truth units. Not robust: one outlier
+        moves it anywhere.
+
+        Parameters
+        ----------
+        gt_positions, est_positions : (n, 3) array_like
+            Finite camera centres in the ground-truth and in the estimated world.
+        weights : (n,) array_like, optional
+            Non-negative weight of each camera; by default they are equal.
+
+        Returns
+        -------
+        Similarity
+            The alignment. Where many are equally good, as the spin about collinear cameras is free,
+            it is one of them.
+
+        Raises
+        ------
+        ValueError
+            Where the input is malformed, or no similarity of positive, finite scale is the best:
+            the cameras of positive weight coincide in either world, or their two shapes are
+            uncorrelated.
+
+        References
+        ----------
+        Umeyama, "Least-squares estimation of transformation parameters between two point patterns",
+        PAMI 1991.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from alignscores import Similarity
+        >>> gt = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+        >>> est = 2 * gt + [1, 2, 3]
+        >>> est[3] = 100
+        >>> alignment = Similarity.fit(gt, est, weights=[1, 1, 1, 0])
+        >>> round(alignment.scale, 9), alignment.translation.round(9)
+        (2.0, array([1., 2., 3.]))
+        """
+        gt = check_positions(gt_positions, "gt_positions", complete=True)
+        est = check_positions(est_positions, "est_positions", complete=True)
+        check_same_length(gt, est, "gt_positions", "est_positions")
+        w = np.ones(len(gt)) if weights is None else check_weights(weights, len(gt))
+        counted = w > 0
+        gt, gt_origin, gt_extent = _normalise(gt[counted])
+        est, est_origin, est_extent = _normalise(est[counted])
+        with np.errstate(all="ignore"):  # where nothing fits, the scale is not finite
+            scales, rotations, translations = weighted_similarities(
+                gt, est, w[None, counted] / w.max()
+            )
+            scale, rotation = float(scales[0] * (est_extent / gt_extent)), rotations[0]
+        if not 0 < scale < np.inf:
+            raise ValueError(
+                "no similarity fits gt_positions to est_positions: the cameras coincide in one of "
+                "the worlds, or their shapes have nothing in common"
+            )
+        translation = est_origin + est_extent * translations[0] - scale * rotation @ gt_origin
+        return cls(scale, rotation, translation)
+
+    def apply(self, positions: Floats) -> Floats:
         """Take ground-truth positions to the estimated world.
 
         Parameters
@@ -53,9 +129,12 @@ class Similarity:
         """
         return self.scale * positions @ self.rotation.T + self.translation
 
-    def position_errors(
-        self, gt_positions: NDArray[np.float64], est_positions: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def inverse(self) -> "Similarity":
+        """Return the alignment from the estimated to the ground-truth world."""
+        rotation = self.rotation.T
+        return Similarity(1 / self.scale, rotation, -rotation @ self.translation / self.scale)
+
+    def position_errors(self, gt_positions: Floats, est_positions: Floats) -> Floats:
         """Distance between each estimated position and its ground truth after the alignment.
 
         Parameters
@@ -70,7 +149,79 @@ class Similarity:
         """
         with np.errstate(over="ignore"):  # farther than the largest number: infinitely far
             aligned = (est_positions - self.translation) / self.scale
-            errors: NDArray[np.float64] = np.linalg.norm(
-                aligned - gt_positions @ self.rotation.T, axis=1
-            )
+            errors: Floats = np.linalg.norm(aligned - gt_positions @ self.rotation.T, axis=1)
         return errors
+
+
+def weighted_similarities(
+    gt: Floats, est: Floats, weights: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Least-squares similarities from ground truth to estimate, one for each row of weights.
+
+    The best rotation maximises its correlation with the weighted cross-covariance of the two
+    centred clouds; scale and translation follow. The squared errors are those in the ground truth,
+    so it is Umeyama's fit of the estimate to the ground truth, inverted.
+
+    Parameters
+    ----------
+    gt, est : (n, 3) array
+        Camera centres of moderate size.
+    weights : (H, n) array
+        Non-negative weights.
+
+    Returns
+    -------
+    scale : (H,) ndarray
+        Not finite or not positive where no similarity is the best, as without any weight.
+    rotation : (H, 3, 3) ndarray
+    translation : (H, 3) ndarray
+
+    References
+    ----------
+    Umeyama, "Least-squares estimation of transformation parameters between two point patterns",
+    PAMI 1991.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.similarity import weighted_similarities
+    >>> gt = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    >>> scale, _, translation = weighted_similarities(gt, 4 * gt, np.ones((1, 3)))
+    >>> scale.round(9), translation.round(9) + 0.0
+    (array([4.]), array([[0., 0., 0.]]))
+    """
+    weights = weights / np.maximum(weights.sum(axis=1, keepdims=True), SMALLEST)
+    both = np.hstack([gt, est])
+    # About the mean over all rows first: where they agree, the moments lose no digits.
+    origin = np.einsum("n,nk->k", weights.sum(axis=0) / len(weights), both)
+    both -= origin
+    products = (both[:, 3:, None] * both[:, None]).reshape(-1, 18)
+    moments = _weighted_sums(weights, np.hstack([both, products]))
+    means = moments[:, :6]
+    covariance = moments[:, 6:].reshape(-1, 3, 6) - means[:, 3:, None] * means[:, None]
+    u, correlation, vt = np.linalg.svd(covariance[:, :, :3])
+    handedness = np.sign(np.linalg.det(u @ vt))
+    u[:, :, 2] *= handedness[:, None]
+    correlation[:, 2] *= handedness
+    rotation = u @ vt
+    scale = np.einsum("hii->h", covariance[:, :, 3:]) / correlation.sum(axis=1)
+    means += origin
+    moved = (rotation @ means[:, :3, None])[..., 0]
+    return scale, rotation, means[:, 3:] - scale[:, None] * moved
+
+
+def _weighted_sums(weights: Floats, values: Floats) -> Floats:
+    """Return ``weights @ values``, the same bits for every number of BLAS threads.
+
+    BLAS splits long sums, and splits them differently with more threads.
+    """
+    blocks = range(0, len(values), BLOCK)
+    return np.asarray(sum(weights[:, i : i + BLOCK] @ values[i : i + BLOCK] for i in blocks))
+
+
+def _normalise(positions: Floats) -> tuple[Floats, Floats, np.float64]:
+    """Return positions relative to the first, in units of their extent, with both."""
+    positions = np.clip(positions, -FARTHEST, FARTHEST)
+    local = positions - positions[0]
+    extent = np.abs(local).max()
+    return local / extent if extent > 0 else local, positions[0], extent

@@ -16,6 +16,7 @@ __all__ = [
     "check_positive",
     "check_rotations",
     "check_same_length",
+    "check_weights",
     "finite_rows",
 ]
 
@@ -72,6 +73,20 @@ def check_same_length(gt: Floats, est: Floats, gt_name: str, est_name: str) -> N
             f"{gt_name} has {len(gt)} cameras but {est_name} has {len(est)}; "
             "row i of both must be the same camera"
         )
+
+
+def check_weights(values: ArrayLike, n: int) -> Floats:
+    """Return weights of n cameras as (n,) floats, refusing negative ones and none but zeros."""
+    weights = _real_array(values, "weights")
+    if weights.shape != (n,):
+        raise ValueError(f"weights must have shape ({n},), not {weights.shape}")
+    wrong = ~((weights >= 0) & np.isfinite(weights))
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise ValueError(f"weights[{row}] must be finite and not negative, but is {weights[row]}")
+    if not weights.any():
+        raise ValueError("weights are all zero")
+    return weights
 
 
 def check_positive(value: float, name: str, *, integer: bool = False) -> None:

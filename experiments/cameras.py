@@ -60,9 +60,9 @@ def make_scene(
     ----------
     rng : Generator
         Source of all randomness.
-    geometry : {"cube", "line"}
-        Cameras uniform in a cube centred at the origin, or at unit steps along a line of random
-        direction through it.
+    geometry : {"cube", "line", "x_axis"}
+        Cameras uniform in a cube centred at the origin, or at unit steps along a line through it,
+        of random direction or the first axis.
     volume : float
         Volume of the cube in cubed units.
     n_cameras, n_outliers : int
@@ -121,8 +121,8 @@ def make_scene(
 
 
 def _positions(rng: np.random.Generator, geometry: str, volume: float, n: int) -> Floats:
-    if geometry == "line":
-        direction = rng.standard_normal(3)
+    if geometry in ("line", "x_axis"):
+        direction: Floats = rng.standard_normal(3) if geometry == "line" else np.eye(3)[0]
         steps = np.arange(n) - (n - 1) / 2
         return steps[:, None] * direction / np.linalg.norm(direction)
     side = np.cbrt(volume)

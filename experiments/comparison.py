@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.stats import kendalltau
 
 from .config import Config, ConfigError, load
 from .metrics import evaluate
+from .statistics import correlation
 from .sweep import cells, draw_scene, trial_seeds
 from .tables import TableError, read_trials, trials_path, write_files
 
@@ -196,7 +196,8 @@ def _collinear(trials: pd.DataFrame, metric: str) -> Finding:
 
 def _length(trials: pd.DataFrame, metric: str) -> Finding:
     levels = trials.groupby("sigma_t")
-    dependence = float(np.median([_correlation(g[metric], g["n_cameras"]) for _, g in levels]))
+    powers = [abs(correlation(group[metric], group["n_cameras"])) for _, group in levels]
+    dependence = float(np.median(powers))
     return Finding(
         dependence <= DISCERNS, dependence, "median |tau| with the number of cameras", _name(trials)
     )
@@ -205,11 +206,7 @@ def _length(trials: pd.DataFrame, metric: str) -> Finding:
 def _noise_correlation(trials: pd.DataFrame, metric: str) -> float:
     """Absolute rank correlation of a metric with the noise that varies in these trials."""
     noise = "sigma_t" if trials["sigma_t"].nunique() > 1 else "sigma_r_deg"
-    return _correlation(trials[metric], trials[noise])
-
-
-def _correlation(a: "pd.Series[float]", b: "pd.Series[float]") -> float:
-    return abs(float(kendalltau(a, b).statistic))
+    return abs(correlation(trials[metric], trials[noise]))
 
 
 def _name(trials: pd.DataFrame) -> str:

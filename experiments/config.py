@@ -1,5 +1,6 @@
 """Settings of an experiment: resolved from the Hydra configs, typed, checked before any trial."""
 
+from ast import literal_eval
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from math import inf
@@ -19,15 +20,22 @@ __all__ = [
     "ConfigError",
     "experiment_names",
     "load",
+    "split_metric",
     "to_overrides",
 ]
 
 CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
 
-GEOMETRIES = ("cube", "line")
+GEOMETRIES = ("cube", "line", "x_axis")
 NOISES = ("product", "paired")
 ROTATION_STATISTICS = ("Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2")
 METRICS = ("ATE", "DTE", "mAA", "TAS", "RAS", "PAS", "DRE", *ROTATION_STATISTICS)
+METRIC_OPTIONS = {
+    "mAA": ("max_threshold_deg", "n_thresholds", "fold_sign"),
+    "TAS": ("max_threshold", "n_thresholds", "n_hypotheses"),
+    "RAS": ("max_threshold_deg", "n_thresholds"),
+    "PAS": ("weight",),
+}
 BACKENDS = ("loky", "threading", "sequential")
 
 
@@ -105,6 +113,39 @@ def load(overrides: Sequence[str] = ()) -> Config:
     return config
 
 
+def split_metric(metric: str) -> tuple[str, dict[str, Any]]:
+    """Split a metric with options of its own into its name and these options.
+
+    Raises
+    ------
+    ConfigError
+        Where there is no such metric or no such option.
+
+    Examples
+    --------
+    >>> from experiments.config import split_metric
+    >>> split_metric("TAS(max_threshold=0.5, n_thresholds=10)")
+    ('TAS', {'max_threshold': 0.5, 'n_thresholds': 10})
+    """
+    name, bracket, inside = metric.partition("(")
+    if name not in METRICS:
+        raise ConfigError(f"unknown metric {metric!r}; known are {', '.join(METRICS)}")
+    if not bracket:
+        return name, {}
+    options = {}
+    for option in inside.removesuffix(")").split(","):
+        key, _, value = (part.strip() for part in option.partition("="))
+        known = METRIC_OPTIONS.get(name, ())
+        if key not in known or not inside.endswith(")"):
+            choice = ", ".join(known) or "none"
+            raise ConfigError(f"metric {metric!r} has no option {key!r}; the options are {choice}")
+        try:
+            options[key] = literal_eval(value)
+        except (ValueError, SyntaxError):
+            raise ConfigError(f"metric {metric!r}: {key} cannot be {value!r}") from None
+    return name, options
+
+
 def to_overrides(settings: Mapping[str, Any]) -> list[str]:
     """Turn the settings of ``snakemake --config`` into Hydra overrides.
 
@@ -150,8 +191,8 @@ def _check(config: Config) -> None:
     _require(config.geometry in GEOMETRIES, "geometry", f"must be one of {', '.join(GEOMETRIES)}")
     _require(config.noise in NOISES, "noise", f"must be one of {', '.join(NOISES)}")
     _require(config.backend in BACKENDS, "backend", f"must be one of {', '.join(BACKENDS)}")
-    unknown = [metric for metric in config.metrics if metric not in METRICS]
-    _require(not unknown, "metrics", f"has unknown {unknown}; known are {', '.join(METRICS)}")
+    for metric in config.metrics:
+        split_metric(metric)
 
     _require(min(config.n_cameras) >= 4, "n_cameras", "must be at least 4, or TAS is undefined")
     _require(min(config.n_outliers) >= 0, "n_outliers", "must not be negative")

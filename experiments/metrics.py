@@ -1,6 +1,7 @@
 """All metrics of the paper by its names, evaluated side by side on one scene."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from alignscores import pas, ras, tas
 from baselines import ate, dre, dte, maa, rotation_statistics
 
 from .cameras import Scene
-from .config import ROTATION_STATISTICS
+from .config import ROTATION_STATISTICS, split_metric
 
 __all__ = ["evaluate"]
 
@@ -23,9 +24,9 @@ def evaluate(
     scene : Scene
         Ground-truth and estimated cameras.
     metrics : sequence of str
-        Names out of `experiments.config.METRICS`.
+        Names out of `experiments.config.METRICS`, possibly with options: "TAS(max_threshold=0.5)".
     registration_seed : SeedSequence
-        Seed of the random registration in TAS and PAS.
+        Seed of the random registration in TAS and PAS, the same for all of them.
 
     Returns
     -------
@@ -34,21 +35,32 @@ def evaluate(
         degrees, the rest without unit.
     """
     values: dict[str, float] = {}
-    if "PAS" in metrics:
-        scores = pas(scene.gt_poses, scene.est_poses, rng=registration_seed)
-        values |= {"PAS": scores.score, "TAS": scores.tas.score, "RAS": scores.ras.score}
-    elif "TAS" in metrics:
-        values["TAS"] = tas(scene.gt_positions, scene.est_positions, rng=registration_seed).score
-    if "RAS" in metrics and "RAS" not in values:
-        values["RAS"] = ras(scene.gt_rotations, scene.est_rotations).score
-    if "ATE" in metrics:
-        values["ATE"] = ate(scene.gt_positions, scene.est_positions)
-    if "DTE" in metrics:
-        values["DTE"] = dte(scene.gt_poses, scene.est_poses)
-    if "mAA" in metrics:
-        values["mAA"] = maa(scene.gt_poses, scene.est_poses)
-    if "DRE" in metrics:
-        values["DRE"] = dre(scene.gt_rotations, scene.est_rotations)
-    if any(name in metrics for name in ROTATION_STATISTICS):
-        values |= rotation_statistics(scene.gt_rotations, scene.est_rotations)
-    return {name: values[name] for name in metrics}
+    for metric in sorted(metrics, key=lambda metric: metric != "PAS"):  # which has TAS and RAS
+        if metric not in values:
+            name, options = split_metric(metric)
+            values |= _evaluate(name, options, metric, scene, registration_seed)
+    return {metric: values[metric] for metric in metrics}
+
+
+def _evaluate(
+    name: str, options: dict[str, Any], metric: str, scene: Scene, seed: np.random.SeedSequence
+) -> dict[str, float]:
+    """Evaluate one metric, with those that come with it; `metric` is its name with the options."""
+    if name == "PAS":
+        scores = pas(scene.gt_poses, scene.est_poses, rng=seed, **options)
+        return {metric: scores.score, "TAS": scores.tas.score, "RAS": scores.ras.score}
+    if name == "TAS":
+        result = tas(scene.gt_positions, scene.est_positions, rng=seed, **options)
+        return {metric: result.score}
+    if name == "RAS":
+        return {metric: ras(scene.gt_rotations, scene.est_rotations, **options).score}
+    if name == "ATE":
+        return {metric: ate(scene.gt_positions, scene.est_positions)}
+    if name == "DTE":
+        return {metric: dte(scene.gt_poses, scene.est_poses)}
+    if name == "mAA":
+        return {metric: maa(scene.gt_poses, scene.est_poses, **options)}
+    if name == "DRE":
+        return {metric: dre(scene.gt_rotations, scene.est_rotations)}
+    assert name in ROTATION_STATISTICS
+    return rotation_statistics(scene.gt_rotations, scene.est_rotations)

@@ -1,6 +1,6 @@
 """The sweep: every cell of an experiment's grid, trial by trial, over joblib."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from itertools import product
@@ -71,13 +71,13 @@ def draw_scene(config: Config, cell: Cell, seed: np.random.SeedSequence) -> Scen
     )
 
 
-def run_trial(config: Config, cell: Cell, trial: int) -> dict[str, Any]:
+def run_trial(config: Config, cell: Cell, trial: int, metrics: Sequence[str]) -> dict[str, Any]:
     """Run one trial: draw a scene, evaluate the metrics, return a row of the result table."""
     camera_seed, registration_seed = trial_seeds(config, cell, trial)
     scene = draw_scene(config, cell, camera_seed)
     keys = {"experiment": config.name, "geometry": config.geometry, **asdict(cell)}
     keys |= {"replicate": config.replicate, "trial": trial}
-    return keys | evaluate(scene, config.metrics, registration_seed)
+    return keys | evaluate(scene, metrics, registration_seed)
 
 
 @cache
@@ -86,33 +86,38 @@ def _blas() -> ThreadpoolController:
     return ThreadpoolController().select(user_api="blas")
 
 
-def run_cell(config: Config, cell: Cell) -> list[dict[str, Any]]:
+def run_cell(config: Config, cell: Cell, metrics: Sequence[str]) -> list[dict[str, Any]]:
     """Run all trials of a cell, on one BLAS thread: more could change the last bits."""
     with _blas().limit(limits=1):
-        return [run_trial(config, cell, trial) for trial in range(config.trials)]
+        return [run_trial(config, cell, trial, metrics) for trial in range(config.trials)]
 
 
-def sweep(config: Config) -> pd.DataFrame:
+def sweep(config: Config, metrics: Mapping[Cell, Sequence[str]] | None = None) -> pd.DataFrame:
     """Run an experiment.
 
     Parameters
     ----------
     config : Config
         Its settings.
+    metrics : mapping of Cell to sequence of str, optional
+        The cells to run and what to evaluate in each; by default all cells and metrics of the
+        experiment. The values are the same.
 
     Returns
     -------
     DataFrame
-        One row a trial: `KEY_COLUMNS`, then one column a metric. The same for any number of
-        processes and any backend, bit for bit. Progress goes to standard error.
+        One row a trial: `KEY_COLUMNS`, then one column a metric, empty where it was not asked for.
+        The same for any number of processes and any backend, bit for bit. Progress goes to standard
+        error.
     """
-    grid = cells(config)
+    plan = dict.fromkeys(cells(config), config.metrics) if metrics is None else metrics
     parallel = Parallel(n_jobs=config.n_jobs, backend=config.backend, return_as="generator")
     # The outer limit is for threads: it is what the limits of single cells go back to.
     with _blas().limit(limits=1):
         results: Iterator[list[dict[str, Any]]] = parallel(
-            delayed(run_cell)(config, cell) for cell in grid
+            delayed(run_cell)(config, cell, wanted) for cell, wanted in plan.items()
         )
-        progress = tqdm(results, total=len(grid), desc=config.name, unit="cell", disable=None)
+        progress = tqdm(results, total=len(plan), desc=config.name, unit="cell", disable=None)
         rows = [row for batch in progress for row in batch]
-    return pd.DataFrame(rows, columns=[*KEY_COLUMNS, *config.metrics])
+    columns = dict.fromkeys(metric for wanted in plan.values() for metric in wanted)
+    return pd.DataFrame(rows, columns=[*KEY_COLUMNS, *columns])

@@ -20,6 +20,7 @@ __all__ = [
     "read_trials",
     "trials_path",
     "write_files",
+    "write_table",
     "write_trials",
 ]
 
@@ -92,10 +93,15 @@ def write_trials(config: Config, trials: pd.DataFrame) -> Path:
     Numbers are written with the fewest digits that give the same float again.
     """
     path = trials_path(config)
-    origin = json.dumps(provenance(config), indent=2) + "\n"
-    table = trials.to_csv(index=False, lineterminator="\n")
-    write_files({path.with_suffix(".json"): origin.encode(), path: table.encode()})
+    write_table(path, trials, provenance(config))
     return path
+
+
+def write_table(path: Path, table: pd.DataFrame, origin: Mapping[str, Any]) -> None:
+    """Write a table as CSV and what it rests on as JSON beside it."""
+    text = json.dumps(origin, indent=2) + "\n"
+    csv = table.to_csv(index=False, lineterminator="\n")
+    write_files({path.with_suffix(".json"): text.encode(), path: csv.encode()})
 
 
 def read_trials(config: Config) -> pd.DataFrame:

@@ -3,11 +3,11 @@
 from matplotlib.figure import Figure
 
 from alignscores import PASResult, pas
+from alignscores.plots import score_panel
 from experiments.config import Config
 from experiments.sweep import Cell, draw_scene, trial_seeds
 
 from . import style
-from .score_panel import score_panel
 
 __all__ = ["draw"]
 

@@ -1,6 +1,7 @@
 """Factories of trajectories for the tests of the scores."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +9,23 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 Floats = NDArray[np.float64]
+
+EXAMPLES = Path(__file__).resolve().parents[1] / "data"
+REAL = Path(__file__).resolve().parents[3] / "shared" / "real"
+
+
+@pytest.fixture(scope="session")
+def examples() -> Path:
+    """Folder of the example trajectories, one scene in every format."""
+    return EXAMPLES
+
+
+@pytest.fixture(scope="session")
+def real() -> Path:
+    """Folder of the real trajectories; skips where it is not there."""
+    if not REAL.is_dir():
+        pytest.skip(f"no real trajectories at {REAL}")
+    return REAL
 
 
 def _cloud(kind: str, n: int, seed: int) -> Floats:

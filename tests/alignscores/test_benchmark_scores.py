@@ -25,10 +25,13 @@ Rotations = Callable[[int, int, float, int], tuple[Floats, Floats]]
 @pytest.mark.parametrize(
     ("n", "outliers"), [(15, 4), (100, 30), (100, 80), (1000, 300), (10_000, 3000)]
 )
-def test_tas(benchmark: BenchmarkFixture, noisy_scene: Scene, n: int, outliers: int) -> None:
+@pytest.mark.parametrize("registration", ["pcr99", "refined"])
+def test_tas(
+    benchmark: BenchmarkFixture, noisy_scene: Scene, registration: str, n: int, outliers: int
+) -> None:
     """The whole score."""
     gt, est = noisy_scene(n, outliers, 0.03, 0)
-    assert benchmark(tas, gt, est).n_hypotheses > 0
+    assert benchmark(tas, gt, est, registration=registration).n_hypotheses > 0
 
 
 @pytest.mark.parametrize(("n", "outliers"), [(100, 30), (10_000, 3000)])

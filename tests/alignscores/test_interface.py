@@ -87,6 +87,7 @@ def test_fields(results: dict[str, Any]) -> None:
     assert type(results["tas"].alignment.scale) is float
     assert type(results["tas"].unit) is float
     assert type(results["tas"].n_hypotheses) is int
+    assert results["tas"].registration == "pcr99"
     assert results["pas"].tas.score == results["tas"].score
     assert results["pas"].ras.score == results["ras"].score
     for result in results.values():
@@ -128,12 +129,15 @@ def test_same_bits_in_another_process() -> None:
 import numpy as np
 from alignscores import ras, tas
 rng = np.random.default_rng(0)
-for n in (15, 100, 600):
+for n in (15, 100, 600, 3000):
     gt = rng.random((n, 3))
     est = gt + rng.normal(0, 0.03, (n, 3))
     est[: n // 3] = 10 * rng.random((n // 3, 3))
-    result = tas(gt, est)
-    print(result.errors.tobytes().hex(), result.alignment.rotation.tobytes().hex(), result.score)
+    for name in ("pcr99", "refined"):
+        result = tas(gt, est, registration=name)
+        print(result.errors.tobytes().hex(), result.alignment.rotation.tobytes().hex())
+        print(result.score)
+    n = min(n, 600)
     q = rng.normal(size=(2, n, 3, 3))
     q, _ = np.linalg.qr(q)
     q[..., 0] *= np.linalg.det(q)[..., None]

@@ -15,25 +15,29 @@ Floats = NDArray[np.float64]
 Cloud = Callable[[str, int, int], Floats]
 Rotations = Callable[[int, int, float, int], tuple[Floats, Floats]]
 
+both_registrations = pytest.mark.parametrize("registration", ["pcr99", "refined"])
 
+
+@both_registrations
 @pytest.mark.timeout(20)
 @pytest.mark.parametrize("n", [4, 19, 20, 100, 300])
-def test_no_endless_loop_when_no_triplet_passes(n: int) -> None:
+def test_no_endless_loop_when_no_triplet_passes(registration: str, n: int) -> None:
     """Published: waits for 1000 hypotheses for ever."""
     gt = np.random.default_rng(n).random((n, 3))
     est = np.zeros((n, 3))
     est[:2, 0] = [1, 2]  # three distinct positions on a line, unlike the ground truth
     with pytest.warns(AlignmentWarning):
-        assert tas(gt, est).score == 0
+        assert tas(gt, est, registration=registration).score == 0
 
 
+@both_registrations
 @pytest.mark.timeout(20)
-def test_no_endless_loop_when_few_triplets_pass() -> None:
+def test_no_endless_loop_when_few_triplets_pass(registration: str) -> None:
     """Published: likewise. Here 4 of 161 700 triplets can pass, and they are found and used."""
     gt = np.random.default_rng(0).random((100, 3))
     est = np.full((100, 3), 50.0)
     est[:4] = gt[:4]
-    result = tas(gt, est)
+    result = tas(gt, est, registration=registration)
     assert result.score == 0.04
     assert 0 < result.n_hypotheses < 1000
 
@@ -74,9 +78,10 @@ def test_duplicate_positions_waste_no_hypotheses(cloud: Cloud, n: int, world: st
         assert result.n_hypotheses == 500
 
 
+@both_registrations
 @pytest.mark.parametrize("axis", [[1, 0, 0], [0, 1, 0], [0, 0, -1], [3, 0, 4], [1, 2, 3]])
 @pytest.mark.parametrize("n", [4, 10, 50, 300])
-def test_exactly_collinear_ground_truth(axis: list[float], n: int) -> None:
+def test_exactly_collinear_ground_truth(registration: str, axis: list[float], n: int) -> None:
     """Published: NaN for every hypothesis. Scored like any other, noise and outliers included."""
     rng = np.random.default_rng(n)
     direction = np.array(axis) / np.linalg.norm(axis)
@@ -85,8 +90,8 @@ def test_exactly_collinear_ground_truth(axis: list[float], n: int) -> None:
     est = Rotation.random(rng=rng).apply(5 * (gt + noise)) + 7
     outliers = n // 5
     est[n - outliers :] += rng.normal(0, 50, (outliers, 3))
-    assert tas(gt, 3 * gt + 1).score == 1.0
-    result = tas(gt, est)
+    assert tas(gt, 3 * gt + 1, registration=registration).score == 1.0
+    result = tas(gt, est, registration=registration)
     assert np.isfinite(result.errors).all()
     inliers = result.errors[: n - outliers]
     assert np.median(inliers) < 0.1

@@ -4,6 +4,7 @@ import math
 import warnings
 from collections.abc import Callable
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from alignscores import (
     AlignmentScore,
     AlignmentWarning,
+    Similarity,
     TASResult,
     closest_pair_quartile,
     tas,
@@ -28,6 +30,7 @@ Cloud = Callable[[str, int, int], Floats]
 World = Callable[..., Floats]
 Scene = Callable[[int, int, float, int], tuple[Floats, Floats]]
 
+both_registrations = pytest.mark.parametrize("registration", ["pcr99", "refined"])
 SEEDS = st.integers(0, 10_000)
 
 
@@ -74,15 +77,18 @@ def test_d_scales_with_the_ground_truth(seed: int, n: int, exponent: float) -> N
     assert closest_pair_quartile(Rotation.random(rng=rng).apply(gt) + 5) == pytest.approx(d)
 
 
+@both_registrations
 @pytest.mark.parametrize(("n", "allowed"), [(4, 2), (8, 5), (9, 6), (30, 22), (100, 74)])
-def test_duplicates_in_the_ground_truth(cloud: Cloud, n: int, allowed: int) -> None:
+def test_duplicates_in_the_ground_truth(
+    registration: str, cloud: Cloud, n: int, allowed: int
+) -> None:
     """d exists while fewer than ceil(3n/4) cameras coincide with another one."""
     gt = cloud("cube", n, 0)
     gt[:allowed] = gt[0]
-    assert tas(gt, gt).score == 1.0
+    assert tas(gt, gt, registration=registration).score == 1.0
     gt[allowed] = gt[0]
     with pytest.raises(ValueError, match=r"three quarters.*coincide.*unit="):
-        tas(gt, gt)
+        tas(gt, gt, registration=registration)
 
 
 # --- a perfect estimate -------------------------------------------------------------------------
@@ -90,80 +96,111 @@ def test_duplicates_in_the_ground_truth(cloud: Cloud, n: int, allowed: int) -> N
 KINDS = ["cube", "axis", "oblique line", "plane", "oblique plane", "helix", "clusters"]
 
 
+@both_registrations
 @pytest.mark.parametrize("n", [*range(4, 25), 44, 45, 100, 255, 256, 257, 1000])
 @pytest.mark.parametrize("kind", KINDS)
-def test_perfect_estimate(cloud: Cloud, another_world: World, kind: str, n: int) -> None:
+def test_perfect_estimate(
+    registration: str, cloud: Cloud, another_world: World, kind: str, n: int
+) -> None:
     """Exactly 1, with errors at the level of rounding."""
     for seed in range(3):
         gt = cloud(kind, n, seed)
         for est in (gt, another_world(gt, seed)):
-            result = tas(gt, est, rng=seed)
+            result = tas(gt, est, rng=seed, registration=registration)
             assert result.score == 1.0
             assert result.errors.max() < 1e-6 * result.unit
             assert np.all(result.cumulative_frequency == n)
 
 
+@both_registrations
 @pytest.mark.parametrize("n", [4, 19, 20, 100, 1000])
 @pytest.mark.parametrize("kind", KINDS)
 def test_perfect_estimate_far_from_the_origin(
-    cloud: Cloud, another_world: World, kind: str, n: int
+    registration: str, cloud: Cloud, another_world: World, kind: str, n: int
 ) -> None:
     """A world offset of a million units in either world or in both."""
     for seed in range(3):
         gt = cloud(kind, n, seed)
         far = 1e6 * np.random.default_rng(seed).uniform(-1, 1, 3)
-        assert tas(gt + far, another_world(gt, seed), rng=seed).score == 1.0
-        assert tas(gt, another_world(gt, seed, offset=1e6), rng=seed).score == 1.0
-        assert tas(gt + far, another_world(gt + far, seed, offset=1e6), rng=seed).score == 1.0
+        assert (
+            tas(gt + far, another_world(gt, seed), rng=seed, registration=registration).score == 1.0
+        )
+        assert (
+            tas(gt, another_world(gt, seed, offset=1e6), rng=seed, registration=registration).score
+            == 1.0
+        )
+        assert (
+            tas(
+                gt + far,
+                another_world(gt + far, seed, offset=1e6),
+                rng=seed,
+                registration=registration,
+            ).score
+            == 1.0
+        )
 
 
+@both_registrations
 @pytest.mark.parametrize("n", [5, 100])
 @pytest.mark.parametrize("gt_scale", [1e-9, 1.0, 1e9])
 @pytest.mark.parametrize("est_scale", [1e-9, 1.0, 1e9])
 @pytest.mark.parametrize("kind", KINDS)
 def test_perfect_estimate_at_any_scale(
-    cloud: Cloud, another_world: World, kind: str, est_scale: float, gt_scale: float, n: int
+    registration: str,
+    cloud: Cloud,
+    another_world: World,
+    kind: str,
+    est_scale: float,
+    gt_scale: float,
+    n: int,
 ) -> None:
     """Nanometres against light seconds, and back."""
     gt = cloud(kind, n, 3)
-    result = tas(gt_scale * gt, another_world(gt, 3, scale=est_scale), rng=3)
+    result = tas(
+        gt_scale * gt, another_world(gt, 3, scale=est_scale), rng=3, registration=registration
+    )
     assert result.score == 1.0
     assert result.alignment is not None
     assert result.alignment.scale == pytest.approx(est_scale / gt_scale, rel=1e-6)
 
 
+@both_registrations
 @pytest.mark.parametrize("scale", [1e-300, 1e-200, 1e-80, 1e160, 1e200, 1e300])
 @pytest.mark.parametrize("which", ["gt", "est", "both"])
 @pytest.mark.parametrize("kind", ["cube", "axis"])
 def test_perfect_estimate_at_absurd_scales(
-    cloud: Cloud, kind: str, which: str, scale: float
+    registration: str, cloud: Cloud, kind: str, which: str, scale: float
 ) -> None:
     """Where squares of coordinates under- or overflow."""
     gt = cloud(kind, 30, 0) / 30
     a = gt * scale if which != "est" else gt
     b = gt * scale if which != "gt" else gt
-    assert tas(a, b).score == 1.0
+    assert tas(a, b, registration=registration).score == 1.0
 
 
+@both_registrations
 @pytest.mark.parametrize("n", [8, 16, 50, 100, 400])
 @pytest.mark.parametrize("offset", [0.0, 100.0, 1e6])
 def test_perfect_estimate_of_a_partly_straight_path(
-    cloud: Cloud, another_world: World, n: int, offset: float
+    registration: str, cloud: Cloud, another_world: World, n: int, offset: float
 ) -> None:
     """Three cameras on the straight half tell nothing about the spin around it."""
     scores = []
     for seed in range(40):
         gt = cloud("straight then bend", n, seed)
         gt += offset * np.random.default_rng(seed).uniform(-1, 1, 3)
-        scores.append(tas(gt, another_world(gt, seed), rng=seed).score)
+        scores.append(tas(gt, another_world(gt, seed), rng=seed, registration=registration).score)
     assert scores == [1.0] * 40
 
 
-def test_perfect_estimate_of_single_precision(cloud: Cloud, another_world: World) -> None:
+@both_registrations
+def test_perfect_estimate_of_single_precision(
+    registration: str, cloud: Cloud, another_world: World
+) -> None:
     """Rounded to 32 bits the errors are far below the first threshold."""
     gt = cloud("cube", 100, 0)
     est = another_world(gt, 0).astype(np.float32)
-    assert tas(gt.astype(np.float32), est).score == 1.0
+    assert tas(gt.astype(np.float32), est, registration=registration).score == 1.0
 
 
 # --- errors and thresholds ----------------------------------------------------------------------
@@ -174,13 +211,16 @@ def aligned(result: TASResult) -> tuple[float, Floats, Floats]:
     return result.alignment.scale, result.alignment.rotation, result.alignment.translation
 
 
+@both_registrations
 @given(seed=SEEDS, n=st.integers(4, 40), sigma=st.floats(0, 0.3))
-def test_result_is_consistent(noisy_scene: Scene, seed: int, n: int, sigma: float) -> None:
+def test_result_is_consistent(
+    registration: str, noisy_scene: Scene, seed: int, n: int, sigma: float
+) -> None:
     """Errors, thresholds, counts and score follow from the alignment by their definitions."""
     gt, est = noisy_scene(n, n // 5, sigma, seed)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AlignmentWarning)
-        result = tas(gt, est, rng=seed)
+        result = tas(gt, est, rng=seed, registration=registration)
     np.testing.assert_allclose(result.thresholds, result.unit * np.arange(1, 101) / 100, rtol=1e-12)
     if result.alignment is None:
         assert np.isinf(result.errors).all()
@@ -280,15 +320,18 @@ def test_m(n: int, m: int, lost: int) -> None:
 # --- lost cameras -------------------------------------------------------------------------------
 
 
+@both_registrations
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("lost", [1, 10, 90, 96])
-def test_lost_cameras_count(cloud: Cloud, another_world: World, lost: int, value: float) -> None:
+def test_lost_cameras_count(
+    registration: str, cloud: Cloud, another_world: World, lost: int, value: float
+) -> None:
     """A row that is not finite fails, the others are aligned without it: a perfect rest."""
     gt = cloud("cube", 100, 1)
     est = another_world(gt, 1)
     rows = np.random.default_rng(0).permutation(100)[:lost]
     est[rows, rows % 3] = value  # one coordinate is enough
-    result = tas(gt, est)
+    result = tas(gt, est, registration=registration)
     assert result.score == (100 - lost) / 100
     assert np.all(np.isinf(result.errors) == np.isin(np.arange(100), rows))
 
@@ -338,14 +381,15 @@ def test_losing_cameras_up_to_sampling(noisy_scene: Scene) -> None:
     assert after.mean() == pytest.approx(before.mean() * 50 / 70, abs=0.02)
 
 
+@both_registrations
 @pytest.mark.parametrize("n", [30, 100])
-def test_fewer_cameras_than_m(cloud: Cloud, n: int) -> None:
+def test_fewer_cameras_than_m(registration: str, cloud: Cloud, n: int) -> None:
     """Three to m estimated cameras: aligned by them alone."""
     gt = cloud("cube", n, 0)
     for left in (3, 4, 5, 9):
         est = np.full((n, 3), np.nan)
         est[:left] = 2 * gt[:left] + 1
-        assert tas(gt, est).score == left / n
+        assert tas(gt, est, registration=registration).score == left / n
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -363,24 +407,37 @@ def test_fewer_noisy_cameras_than_m(noisy_scene: Scene, seed: int) -> None:
 # --- invariance -----------------------------------------------------------------------------------
 
 
+@both_registrations
 @given(seed=SEEDS, n=st.integers(4, 300), exponent=st.floats(-6, 6), offset=st.floats(0, 1000))
 def test_similarity_of_the_estimate_changes_nothing(
-    noisy_scene: Scene, another_world: World, seed: int, n: int, exponent: float, offset: float
+    registration: str,
+    noisy_scene: Scene,
+    another_world: World,
+    seed: int,
+    n: int,
+    exponent: float,
+    offset: float,
 ) -> None:
     """The same seed draws the same triplets, so that the very same hypothesis wins."""
     gt, est = noisy_scene(n, n // 4, 0.02, seed)
     moved = another_world(est, seed + 1, scale=10**exponent, offset=offset)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AlignmentWarning)
-        a, b = tas(gt, est, rng=seed), tas(gt, moved, rng=seed)
+        a, b = (
+            tas(gt, est, rng=seed, registration=registration),
+            tas(gt, moved, rng=seed, registration=registration),
+        )
     assert a.n_hypotheses == b.n_hypotheses
     assert a.score == pytest.approx(b.score, abs=1e-12)
     np.testing.assert_allclose(a.errors, b.errors, rtol=1e-6, atol=1e-7)
 
 
+@both_registrations
 @pytest.mark.parametrize("kind", ["cube", "axis", "straight then bend"])
 @pytest.mark.parametrize("n", [15, 100, 300])
-def test_origin_of_either_world_changes_nothing(cloud: Cloud, kind: str, n: int) -> None:
+def test_origin_of_either_world_changes_nothing(
+    registration: str, cloud: Cloud, kind: str, n: int
+) -> None:
     """A million units away the same hypothesis wins, flat or not, with the same errors."""
     for seed in range(10):
         rng = np.random.default_rng(seed)
@@ -388,24 +445,28 @@ def test_origin_of_either_world_changes_nothing(cloud: Cloud, kind: str, n: int)
         noise = rng.normal(0, 0.001, gt.shape)
         noise[n // 2 :] *= 10  # off the straight half: there a flat triangle may be the cheapest
         est = gt + noise
-        expected = tas(gt, est, rng=seed)
+        expected = tas(gt, est, rng=seed, registration=registration)
         for gt_origin, est_origin in ((1e6, 0), (0, 1e6), (1e6, -1e6)):
-            result = tas(gt + gt_origin, est + est_origin, rng=seed)
+            result = tas(gt + gt_origin, est + est_origin, rng=seed, registration=registration)
             np.testing.assert_allclose(result.errors, expected.errors, rtol=0, atol=1e-6)
             assert result.n_hypotheses == expected.n_hypotheses
             assert result.unit == pytest.approx(expected.unit, rel=1e-6)
 
 
+@both_registrations
 @given(seed=SEEDS, n=st.integers(4, 19), exponent=st.floats(-6, 6))
 def test_similarity_of_the_ground_truth_scales_the_errors(
-    noisy_scene: Scene, another_world: World, seed: int, n: int, exponent: float
+    registration: str, noisy_scene: Scene, another_world: World, seed: int, n: int, exponent: float
 ) -> None:
     """Errors and d are lengths of the ground truth, the score is their ratio."""
     gt, est = noisy_scene(n, 1, 0.02, seed)
     scale = 10**exponent
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AlignmentWarning)
-        a, b = tas(gt, est), tas(another_world(gt, seed + 2, scale=scale), est)
+        a, b = (
+            tas(gt, est, registration=registration),
+            tas(another_world(gt, seed + 2, scale=scale), est, registration=registration),
+        )
     assert a.score == pytest.approx(b.score, abs=1e-12)
     np.testing.assert_allclose(scale * a.errors, b.errors, rtol=1e-6, atol=1e-7 * scale)
     assert scale * a.unit == pytest.approx(b.unit, rel=1e-9)
@@ -482,10 +543,51 @@ def test_number_of_hypotheses_is_reported(noisy_scene: Scene, asked: int) -> Non
     assert tas(gt, est, n_hypotheses=asked).n_hypotheses == (asked if asked < 1140 else 3 * 1140)
 
 
-def test_registration_is_named(noisy_scene: Scene) -> None:
-    """The default is the paper's."""
+@both_registrations
+def test_registration_is_named(registration: str, noisy_scene: Scene) -> None:
+    """In the result; the default is the paper's."""
     gt, est = noisy_scene(50, 5, 0.03, 1)
-    assert same(tas(gt, est), tas(gt, est, registration="pcr99"))
+    result = tas(gt, est, registration=registration)
+    assert result.registration == registration
+    assert f"registration='{registration}'" in repr(result)
+    assert same(tas(gt, est), result) == (registration == "pcr99")
+
+
+def test_registration_of_ones_own(noisy_scene: Scene) -> None:
+    """It sees the estimated cameras near the origin and the settings in that unit."""
+    gt, est = noisy_scene(60, 5, 0.03, 1)
+    est[50:] = np.nan
+    calls: list[dict[str, Any]] = []
+
+    def least_squares(
+        gt_positions: Floats, est_positions: Floats, **settings: Any
+    ) -> tuple[Similarity, int]:
+        calls.append(settings | {"gt": gt_positions, "est": est_positions})
+        return Similarity.fit(gt_positions, est_positions), 7
+
+    result = tas(1e6 + 1e3 * gt, est, registration=least_squares, max_threshold=2, n_hypotheses=5)
+    (call,) = calls
+    assert sorted(call) == ["est", "gt", "n_hypotheses", "order", "rng", "threshold"]
+    assert call["gt"].shape == call["est"].shape == (50, 3)
+    assert np.abs(np.median(call["gt"], axis=0)).max() < 0.5
+    unit = 1e3 * np.ptp(gt[:50, 0]) / np.ptp(call["gt"][:, 0])
+    assert call["threshold"] == pytest.approx(2 * result.unit / unit)
+    assert (call["order"], call["n_hypotheses"]) == (6, 5)
+    assert isinstance(call["rng"], np.random.Generator)
+
+    assert result.registration == "least_squares"
+    assert result.n_hypotheses == 7
+    expected = Similarity.fit(gt[:50], est[:50])
+    errors = 1e3 * expected.position_errors(gt[:50], est[:50])
+    np.testing.assert_allclose(result.errors[:50], errors, rtol=1e-6)
+    assert np.isinf(result.errors[50:]).all()
+
+
+def test_registration_of_ones_own_that_finds_nothing(noisy_scene: Scene) -> None:
+    """None is no alignment: a score of 0 with the usual warning."""
+    with pytest.warns(AlignmentWarning, match="TAS is 0"):
+        result = tas(*noisy_scene(20, 5, 0.03, 1), registration=lambda *_, **__: (None, 3))
+    assert (result.score, result.alignment, result.n_hypotheses) == (0, None, 3)
 
 
 @pytest.mark.parametrize("n", [8, 50, 128])

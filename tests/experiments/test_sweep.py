@@ -60,7 +60,7 @@ def test_no_two_trials_share_their_randomness() -> None:
 def test_a_row_holds_the_metrics_of_its_scene(small: Small) -> None:
     config = small("metrics=[ATE,mAA,TAS,RAS,PAS,RMS-2]")
     cell = Cell(25, 3, 0.05, 3.0)
-    row = run_trial(config, cell, 1)
+    row = run_trial(config, cell, 1, config.metrics)
     scene_seed, registration_seed = trial_seeds(config, cell, 1)
     scene = draw_scene(config, cell, scene_seed)
     scores = pas(scene.gt_poses, scene.est_poses, rng=registration_seed)
@@ -74,9 +74,9 @@ def test_a_row_holds_the_metrics_of_its_scene(small: Small) -> None:
 
 def test_single_scores_equal_those_computed_with_the_others(small: Small) -> None:
     cell = Cell(25, 3, 0.05, 3.0)
-    together = run_trial(small("metrics=[TAS,RAS,PAS]"), cell, 0)
+    together = run_trial(small(), cell, 0, ["TAS", "RAS", "PAS"])
     for metric in ("TAS", "RAS", "PAS"):
-        assert run_trial(small(f"metrics=[{metric}]"), cell, 0)[metric] == together[metric]
+        assert run_trial(small(), cell, 0, [metric])[metric] == together[metric]
 
 
 @pytest.mark.parametrize(("volume_per_camera", "side"), [("0.1", 2.0), ("10", 2000 ** (1 / 3))])
@@ -89,6 +89,6 @@ def test_volume_grows_with_the_number_of_cameras(volume_per_camera: str, side: f
 
 
 def test_every_known_metric_can_be_evaluated(small: Small) -> None:
-    row = run_trial(small(f"metrics=[{','.join(METRICS)}]"), Cell(25, 3, 0.05, 3.0), 0)
+    row = run_trial(small(), Cell(25, 3, 0.05, 3.0), 0, METRICS)
     assert [name for name in row if name not in KEY_COLUMNS] == list(METRICS)
     assert np.isfinite([row[name] for name in METRICS]).all()

@@ -195,7 +195,7 @@ def test_the_histogram_is_that_of_the_trial_in_the_table():
     )
     from experiments.sweep import cells, run_trial
 
-    row = run_trial(config, cells(config)[0], 0)
+    row = run_trial(config, cells(config)[0], 0, config.metrics)
     figure = histogram.draw(config)
     for axes, metric in zip(figure.axes, ("TAS", "RAS"), strict=True):
         assert f"{metric} = {row[metric]:.3f}" in [text.get_text() for text in axes.texts]

@@ -56,6 +56,14 @@ def test_one_figure_needs_its_experiment_alone(snakemake: Snakemake) -> None:
     assert jobs == {"experiment": 1, "figure": 1}
 
 
+def test_the_report_needs_everything_and_a_number_of_replicates(snakemake: Snakemake) -> None:
+    jobs = planned(snakemake("report", "--dry-run", "--config", "replicates=2"))
+    assert jobs == {
+        **{"experiment": 8, "figure": 7, "comparison": 1},
+        **{"replicate": 2, "claims": 1, "report": 1},
+    }
+
+
 @pytest.mark.parametrize(
     ("setting", "named"),
     [("trials=0", "trials"), ("trails=5", "trails"), ("n_outliers=[11]", "n_outliers")],
@@ -100,7 +108,8 @@ def test_runs_and_reruns(snakemake: Snakemake, tmp_path: Path) -> None:
 def test_a_changed_experiment_reruns_itself_alone(snakemake: Snakemake, tmp_path: Path) -> None:
     """Edit one YAML file in a copy of the project."""
     copy = tmp_path / "copy"
-    for name in ("alignscores", "baselines", "experiments", "figures", "configs", "profiles"):
+    packages = ("alignscores", "baselines", "experiments", "figures", "report")
+    for name in (*packages, "configs", "profiles"):
         shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "Snakefile", copy)
     tables = [f"results/trials/{name}.csv" for name in ("outliers", "rotations")]

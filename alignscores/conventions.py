@@ -1,0 +1,361 @@
+"""Mix-ups of convention between a reference and an estimate, told from inaccuracy.
+
+An estimate whose camera axes are not the reference's (OpenGL against OpenCV, the IMU's against the
+camera's), or whose poses are world-to-camera, has a RAS near 0 for reasons that have nothing to do
+with accuracy. With R_i, R̂_i the camera-to-world rotations and Q the rotation between the worlds:
+
+- *another camera frame*: R̂_i ≈ Q R_i B with one constant B. Then R̂_iᵀ R̂_j = Bᵀ (R_iᵀ R_j) B: the
+  relative rotations have equal angles, and Bᵀ takes the axes of one to those of the other, which
+  gives B without Q; with B known, Q is the robust average of R̂_i Bᵀ R_iᵀ as in the RAS.
+- *world-to-camera*: the same for the inverted poses.
+- *quaternions with w at the wrong end* show as both, of the rotations alone.
+- *mirrored*: the positions fit the reference's mirror image, as after a flip of one axis or a swap
+  of two. The rotations of a mirrored world are the true ones up to another camera frame.
+- *swapped*: the scores hardly change when reference and estimate are exchanged, so only signs that
+  come with the files can tell.
+
+How well the rotations fit is told by the RAS. Nothing is said unless a convention raises it far
+more than the freedom to choose one does: an estimate that is merely bad, with noise, lost cameras
+or drift, fits under none.
+"""
+
+from dataclasses import dataclass
+from itertools import permutations, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .averaging import (
+    angles_and_axes,
+    chordal_mean,
+    project_to_rotation,
+    rotation_angles,
+    rotation_from_vector,
+    tlud_mean,
+)
+from .io import Trajectory, inverse_poses
+from .registration import pcr99
+from .validation import finite_rows
+
+__all__ = ["Convention", "describe_rotation", "find_convention", "seem_swapped", "turn_cameras"]
+
+Floats = NDArray[np.float64]
+
+SAMPLE = 500  # cameras looked at, evenly spread
+HYPOTHESES = 300  # camera triplets that propose a rotation B
+NEAR_DEG = 10.0  # the largest threshold of the RAS: a B within it is inaccuracy
+MIN_CAMERAS = 10  # fewer fit some rotation by chance
+MIN_RAS = 0.35  # under the convention
+GAIN = 3.0  # and so many times the RAS without it
+TURN_DEG = (5.0, 170.0)  # relative rotations whose axis is well defined
+SHIFTED = (  # B of quaternions with w first taken for w last, and the other way round
+    np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
+    np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]),
+)
+MIRROR_GAIN = 3.0  # factor by which the positions must fit better mirrored
+MIRROR_MISFIT = 0.15  # and how well, relative to the extent of the reference
+
+
+@dataclass(frozen=True, eq=False)
+class Convention:
+    """The convention under which an estimate fits its reference, as far as it can be told.
+
+    Parameters
+    ----------
+    inverted : bool
+        The estimated poses are world-to-camera.
+    rotations_inverted : bool
+        Only their rotations are; the positions are camera centres as they should be.
+    body_rotation : (3, 3) ndarray or None
+        B: the estimate's camera axes (columns) in the reference's camera frame; None where it is
+        the same frame, or no other one explains the estimate.
+    mirrored : bool
+        The positions fit the mirror image of the reference.
+    ras : float
+        About the RAS of the poses as they are.
+    ras_mended : float
+        The same under the convention found.
+    """
+
+    inverted: bool = False
+    rotations_inverted: bool = False
+    body_rotation: Floats | None = None
+    mirrored: bool = False
+    ras: float = 0.0
+    ras_mended: float = 0.0
+
+    @property
+    def quaternions_shifted(self) -> bool:
+        """Whether the rotations are those of quaternions whose w is at the wrong end.
+
+        A cyclic shift of the components is a reflection of the unit quaternions, and so takes q to
+        a q* b with constants a and b: the rotations look inverted, in another camera frame.
+        """
+        return (
+            self.rotations_inverted
+            and self.body_rotation is not None
+            and any(np.allclose(self.body_rotation, frame) for frame in SHIFTED)
+        )
+
+
+def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
+    """Find the convention under which an estimate fits its reference.
+
+    Parameters
+    ----------
+    gt_poses : (n, 4, 4) array
+        Camera-to-world poses of the reference, finite.
+    est_poses : (n, 4, 4) array
+        Estimated poses; those that are not finite are left out.
+
+    Returns
+    -------
+    Convention
+        What was found; all False and None where the poses fit as they are, or nothing makes them
+        fit.
+
+    Notes
+    -----
+    At most 500 cameras are looked at. With motion about a single axis B is not unique: a turn of
+    all cameras about that axis cannot be told from a turn of the world. An inversion can then look
+    like another camera frame, and the positions decide.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.spatial.transform import Rotation
+    >>> from alignscores.conventions import describe_rotation, find_convention
+    >>> rng = np.random.default_rng(0)
+    >>> gt = np.tile(np.eye(4), (50, 1, 1))
+    >>> gt[:, :3, :3] = Rotation.random(50, rng=rng).as_matrix()
+    >>> gt[:, :3, 3] = rng.random((50, 3))
+    >>> opengl = gt @ np.diag([1.0, -1.0, -1.0, 1.0])
+    >>> found = find_convention(gt, opengl)
+    >>> describe_rotation(found.body_rotation)
+    "180 deg about x, as OpenGL's camera axes to OpenCV's"
+    """
+    estimated = np.flatnonzero(finite_rows(est_poses))
+    if len(estimated) < MIN_CAMERAS:
+        return Convention()
+    rows = estimated[np.linspace(0, len(estimated) - 1, min(SAMPLE, len(estimated))).astype(int)]
+    gt, est = gt_poses[rows], est_poses[rows]
+    found = _find_rotation(gt, est)
+    positions = (inverse_poses(est) if found.inverted else est)[:, :3, 3]
+    mirrored = _is_mirrored(gt[:, :3, 3], positions)
+    return Convention(**{**vars(found), "mirrored": mirrored})
+
+
+def turn_cameras(est_poses: Floats, body_rotation: Floats) -> Floats:
+    """Return estimated poses (n, 4, 4) with the reference's camera axes: R̂_i Bᵀ."""
+    turned = est_poses.copy()
+    turned[:, :3, :3] = est_poses[:, :3, :3] @ body_rotation.T
+    return turned
+
+
+def describe_rotation(rotation: Floats) -> str:
+    """Describe a rotation of the camera's frame in words."""
+    for axes, name in zip(_AXES[1:], _NAMES[1:], strict=True):
+        if np.allclose(rotation, axes, atol=1e-9):
+            return name
+    vector = _log(rotation[None])[0]
+    angle = float(np.linalg.norm(vector))
+    axis = ", ".join(f"{part:.2f}" for part in vector / angle)
+    return f"{np.degrees(angle):.1f} deg about ({axis})"
+
+
+def seem_swapped(reference: Trajectory, estimate: Trajectory) -> bool:
+    """Tell whether the signs of time-stamped files say that the estimate came first.
+
+    The scores cannot tell. A SLAM estimate usually starts at the origin, unturned, and a reference
+    is usually sampled more densely: where both signs point the other way the two seem swapped.
+
+    Parameters
+    ----------
+    reference, estimate : Trajectory
+        With time stamps as keys; others are never called swapped.
+    """
+    if reference.keys.dtype.kind != "f" or estimate.keys.dtype.kind != "f":
+        return False
+    start = max(reference.keys.min(), estimate.keys.min())
+    end = min(reference.keys.max(), estimate.keys.max())
+    n_ref, n_est = (
+        int(np.sum((keys >= start) & (keys <= end))) for keys in (reference.keys, estimate.keys)
+    )
+    return n_est >= 2 * n_ref and _starts_at_origin(reference) and not _starts_at_origin(estimate)
+
+
+def _starts_at_origin(trajectory: Trajectory) -> bool:
+    first = trajectory.poses[int(np.argmin(trajectory.keys))]
+    extent = np.nanmax(np.abs(trajectory.poses[:, :3, 3]), initial=0.0)
+    unturned = np.abs(first[:3, :3] - np.eye(3)).max() < 1e-3
+    return bool(unturned and np.abs(first[:3, 3]).max() <= 1e-3 * extent)
+
+
+def _find_rotation(gt: Floats, est: Floats) -> Convention:
+    """Find whether the estimate is inverted and its camera frame, without the mirror."""
+    rotations = gt[:, :3, :3]
+    ras = _ras(_residuals(rotations, est[:, :3, :3]))
+    needed = max(MIN_RAS, GAIN * ras)
+    if needed > 1:
+        return Convention(ras=ras, ras_mended=ras)
+    fits: dict[bool, tuple[Floats | None, float]] = {}
+    for inverted in (False, True):
+        candidate = inverse_poses(est) if inverted else est
+        frame, fit = _best_frame(rotations, candidate[:, :3, :3])
+        near = float(rotation_angles(frame[None])[0]) <= NEAR_DEG
+        if fit >= needed:
+            fits[inverted] = None if near else frame, fit
+    if not fits:
+        return Convention(ras=ras, ras_mended=ras)
+
+    # The positions of inverted poses fit only once they are inverted, too. So they also decide
+    # where motion about one axis can be read both ways.
+    as_is, inverted_misfit = _misfit(gt, est), _misfit(gt, inverse_poses(est))
+    if len(fits) == 2 and abs(fits[True][1] - fits[False][1]) < 0.03:
+        inverted = inverted_misfit < as_is
+    else:
+        inverted = max(fits, key=lambda key: fits[key][1])
+    body, fit = fits[inverted]
+    if not inverted and body is None:  # a small misalignment
+        return Convention(ras=ras, ras_mended=ras)
+    return Convention(
+        inverted=inverted and inverted_misfit <= as_is,
+        rotations_inverted=inverted and inverted_misfit > as_is,
+        body_rotation=body,
+        ras=ras,
+        ras_mended=fit,
+    )
+
+
+def _best_frame(gt: Floats, est: Floats) -> tuple[Floats, float]:
+    """Return the constant B with R̂_i ≈ Q R_i B for most cameras, and the RAS under it.
+
+    Where a turn by right angles fits about as well as any other it is that: conventions are.
+    """
+    best, best_ras = _AXES[0], 0.0
+    for axes in _AXES:  # the likeliest first: others must be better
+        ras = _ras(_residuals(gt, est @ axes.T))
+        if ras > best_ras + 0.02:
+            best, best_ras = axes, ras
+    free = _refined_frame(gt, est, _frame_hypothesis(gt, est))
+    ras = _ras(_residuals(gt, est @ free.T))
+    smallest = _smallest_equivalent(gt, free)
+    if _ras(_residuals(gt, est @ smallest.T)) > ras - 0.05:
+        free = smallest
+    return (free, ras) if ras > best_ras + 0.05 else (best, best_ras)
+
+
+def _smallest_equivalent(gt: Floats, body: Floats) -> Floats:
+    """Return the smallest rotation that explains motion about a single axis as well as B does.
+
+    With R_i = W exp(θ_i a) any exp(φ a) B does; its trace, which is largest for the smallest
+    angle, is a constant plus cos φ (tr B − aᵀ B a) + sin φ tr([a]ₓ B).
+    """
+    turns = _log(gt[0].T @ gt)
+    axis = np.linalg.eigh(turns.T @ turns)[1][:, -1]
+    along = axis @ body @ axis
+    across = axis @ [body[1, 2] - body[2, 1], body[2, 0] - body[0, 2], body[0, 1] - body[1, 0]]
+    spin = np.arctan2(across, np.trace(body) - along)
+    return rotation_from_vector(spin * axis) @ body
+
+
+def _frame_hypothesis(gt: Floats, est: Floats) -> Floats:
+    """Return the B of the camera triplet that most cameras agree with."""
+    rng = np.random.default_rng(0)
+    i, j, k = rng.integers(len(gt), size=(3, 10 * HYPOTHESES))
+    gt_axes = [_log(gt[i].transpose(0, 2, 1) @ gt[other]) for other in (j, k)]
+    est_axes = [_log(est[i].transpose(0, 2, 1) @ est[other]) for other in (j, k)]
+    usable = np.ones(len(i), dtype=bool)
+    for a, b in zip(gt_axes, est_axes, strict=True):
+        turn, est_turn = (np.degrees(np.linalg.norm(vector, axis=1)) for vector in (a, b))
+        usable &= (turn > TURN_DEG[0]) & (turn < TURN_DEG[1]) & (abs(turn - est_turn) < NEAR_DEG)
+    first = np.flatnonzero(usable)[:HYPOTHESES]
+    best, best_count = np.eye(3), 0
+    for h in first:
+        pairs = zip(gt_axes, est_axes, strict=True)
+        body = project_to_rotation(np.sum([np.outer(a[h], b[h]) for a, b in pairs], axis=0))
+        turned = est @ body.T
+        world = turned[i[h]] @ gt[i[h]].T
+        # <Q R_i, R̂_i Bᵀ> = 1 + 2 cos(angle)
+        cosines = (np.einsum("nab,nab->n", world @ gt, turned) - 1) / 2
+        count = int(np.sum(cosines > np.cos(np.radians(NEAR_DEG))))
+        if count > best_count:
+            best, best_count = body, count
+    return best
+
+
+def _refined_frame(gt: Floats, est: Floats, body: Floats, *, steps: int = 10) -> Floats:
+    """Fit B and Q in turn to the cameras that agree with them."""
+    for _ in range(steps):
+        world = tlud_mean(est @ body.T @ gt.transpose(0, 2, 1))
+        frames = (world @ gt).transpose(0, 2, 1) @ est
+        agree = rotation_angles(frames @ body.T) < NEAR_DEG
+        if not agree.any():
+            break
+        body = chordal_mean(frames[agree])
+    return body
+
+
+def _residuals(gt: Floats, est: Floats) -> Floats:
+    """Angular errors in degrees after the alignment of the RAS."""
+    world = tlud_mean(est @ gt.transpose(0, 2, 1))
+    return rotation_angles((world @ gt).transpose(0, 2, 1) @ est)
+
+
+def _ras(residuals: Floats) -> float:
+    """RAS with steps of any fineness; 0 where fewer cameras fit than prove anything."""
+    if np.sum(residuals < NEAR_DEG) < MIN_CAMERAS:
+        return 0.0
+    return float(np.clip(1 - residuals / NEAR_DEG, 0, 1).mean())
+
+
+def _is_mirrored(gt: Floats, est: Floats) -> bool:
+    mirrored = _position_misfit(gt, est * [1.0, 1.0, -1.0])
+    return mirrored < min(MIRROR_MISFIT, _position_misfit(gt, est) / MIRROR_GAIN)
+
+
+def _misfit(gt: Floats, est: Floats) -> float:
+    return _position_misfit(gt[:, :3, 3], est[:, :3, 3])
+
+
+def _position_misfit(gt: Floats, est: Floats) -> float:
+    """Median position error after robust registration, relative to the extent of the reference."""
+    gt, est = gt - np.median(gt, axis=0), est - np.median(est, axis=0)
+    extent = float(np.median(np.linalg.norm(gt, axis=1)))
+    order = len(gt) // 2 + 1
+    alignment, _ = pcr99(gt, est, order=order, n_hypotheses=300, rng=np.random.default_rng(0))
+    if alignment is None or extent == 0:
+        return np.inf
+    return float(np.median(alignment.position_errors(gt, est))) / extent
+
+
+def _log(rotations: Floats) -> Floats:
+    """Rotation vectors (n, 3) in radians."""
+    angles, axes = angles_and_axes(rotations)
+    return (angles * axes).T
+
+
+def _axis_turns() -> tuple[list[Floats], list[str]]:
+    """Return the 24 rotations that take axes to axes, the likeliest mix-ups first, with names."""
+    body, camera = "x forward, y left, z up", "x right, y down, z forward"
+    named = {
+        (1, 0, 0, 0, 1, 0, 0, 0, 1): "none",
+        (1, 0, 0, 0, -1, 0, 0, 0, -1): "180 deg about x, as OpenGL's camera axes to OpenCV's",
+        (0, -1, 0, 0, 0, -1, 1, 0, 0): f"as a frame with {body} to a camera with {camera}",
+        (0, 0, 1, -1, 0, 0, 0, -1, 0): f"as a camera with {camera} to a frame with {body}",
+    }
+    turns = [np.reshape(entries, (3, 3)).astype(float) for entries in named]
+    names = list(named.values())
+    for order, signs in product(permutations(range(3)), product((1.0, -1.0), repeat=3)):
+        turn = np.eye(3)[list(order)] * np.array(signs)[:, None]
+        if np.linalg.det(turn) > 0 and not any(np.array_equal(turn, known) for known in turns):
+            turns.append(turn)
+            columns = [
+                f"{'-' if column.sum() < 0 else '+'}{'xyz'[abs(column).argmax()]}"
+                for column in turn.T
+            ]
+            names.append(f"its x, y, z are the reference's {', '.join(columns)}")
+    return turns, names
+
+
+_AXES, _NAMES = _axis_turns()

@@ -1,0 +1,174 @@
+"""TAS, RAS and PAS as evo metrics: code written for `evo.core.metrics.APE` takes them as they are.
+
+They align by themselves: hand over the trajectories associated, but not aligned. Needs the extra
+``files``.
+
+Examples
+--------
+>>> import numpy as np
+>>> from evo.core.metrics import StatisticsType
+>>> from evo.core.trajectory import PosePath3D
+>>> from alignscores.evo import PAS
+>>> rng = np.random.default_rng(0)
+>>> poses = np.tile(np.eye(4), (40, 1, 1))
+>>> poses[:, :3, 3] = rng.random((40, 3))
+>>> reference = PosePath3D(poses_se3=list(poses.copy()))
+>>> poses[:10, :3, 3] = rng.random((10, 3))
+>>> metric = PAS()
+>>> metric.process_data((reference, PosePath3D(poses_se3=list(poses))))
+>>> metric.result.score, 1 - metric.get_statistic(StatisticsType.mean)
+(0.875, 0.875)
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .extras import require
+from .histogram import AlignmentScore
+from .io import nearest_rotations
+from .pose import PASResult, pas
+from .rotation import ras
+from .translation import tas
+
+PE: Any = require("evo.core.metrics", "files").PE
+MetricsException: Any = require("evo.core.metrics", "files").MetricsException
+Unit: Any = require("evo.core.units", "files").Unit
+
+__all__ = ["PAS", "RAS", "TAS"]
+
+Floats = NDArray[np.float64]
+
+
+class _Score(PE):  # type: ignore[misc]  # evo has no types
+    """What the three have in common.
+
+    Parameters
+    ----------
+    **options
+        Keyword arguments of `alignscores.tas`, `ras` or `pas`.
+
+    Attributes
+    ----------
+    result : AlignmentScore or PASResult
+        All that the score was computed from, after `process_data`.
+    error : (n,) ndarray
+        What evo's statistics are computed from; infinite for a camera that was not estimated.
+    """
+
+    unit = Unit.none
+
+    def __init__(self, **options: Any) -> None:
+        self.options = options
+        self.error: Floats = np.array([])
+
+    def __str__(self) -> str:
+        return f"{type(self).__name__} ({self.unit.value})"
+
+    def process_data(self, data: tuple[Any, Any]) -> None:
+        """Score a pair of associated evo trajectories, (reference, estimate).
+
+        Raises
+        ------
+        evo.core.metrics.MetricsException
+            Where the two have different numbers of poses, or cannot be scored.
+        """
+        if len(data) != 2:
+            raise MetricsException("data must be a pair: (reference, estimate)")
+        reference, estimate = data
+        if reference.num_poses != estimate.num_poses:
+            raise MetricsException(
+                f"the reference has {reference.num_poses} poses, the estimate "
+                f"{estimate.num_poses}; associate them first"
+            )
+        try:
+            self._score(_poses(reference), _poses(estimate))
+        except ValueError as error:
+            raise MetricsException(str(error)) from error
+
+    def get_statistic(self, statistics_type: Any) -> float:
+        """Return a statistic of the errors; infinite or NaN where a camera was not estimated."""
+        with np.errstate(invalid="ignore"):
+            return float(super().get_statistic(statistics_type))
+
+    def get_all_statistics(self) -> dict[str, float]:
+        """Return evo's statistics of the errors, and the score under its name."""
+        return {type(self).__name__: self.result.score, **super().get_all_statistics()}
+
+    def _score(self, gt_poses: Floats, est_poses: Floats) -> None:
+        raise NotImplementedError
+
+
+class TAS(_Score):
+    """Translation Alignment Score; the errors are position errors in the reference's unit."""
+
+    unit = Unit.meters
+    result: AlignmentScore
+
+    def _score(self, gt_poses: Floats, est_poses: Floats) -> None:
+        self.result = tas(gt_poses[:, :3, 3], est_poses[:, :3, 3], **self.options)
+        self.error = self.result.errors
+
+
+class RAS(_Score):
+    """Rotation Alignment Score; the errors are angles in degrees."""
+
+    unit = Unit.degrees
+    result: AlignmentScore
+
+    def _score(self, gt_poses: Floats, est_poses: Floats) -> None:
+        self.result = ras(gt_poses[:, :3, :3], est_poses[:, :3, :3], **self.options)
+        self.error = self.result.errors
+
+
+class PAS(_Score):
+    """Pose Alignment Score.
+
+    A pose has no single error: ``error`` is the weighted share of the thresholds that the pose
+    misses, from 0 to 1. Its mean is 1 - PAS.
+    """
+
+    result: PASResult
+
+    def get_all_statistics(self) -> dict[str, float]:
+        """Return the three scores, d, and evo's statistics of the errors."""
+        tas_result = self.result.tas
+        scores = {"TAS": tas_result.score, "RAS": self.result.ras.score, "d": tas_result.unit}
+        return {**scores, **super().get_all_statistics()}
+
+    def get_result(self, ref_name: str = "reference", est_name: str = "estimate") -> Any:
+        """Return an evo result that also holds the position and the rotation errors."""
+        result = super().get_result(ref_name, est_name)
+        result.add_np_array("position_error_array", self.result.tas.errors)
+        result.add_np_array("rotation_error_deg_array", self.result.ras.errors)
+        return result
+
+    @classmethod
+    def of(cls, result: PASResult) -> "PAS":
+        """Return the metric of a result that is there already."""
+        metric = cls()
+        metric._take(result)
+        return metric
+
+    def _score(self, gt_poses: Floats, est_poses: Floats) -> None:
+        self._take(pas(gt_poses, est_poses, **self.options))
+
+    def _take(self, result: PASResult) -> None:
+        self.result = result
+        self.error = result.weight * _missed(result.tas) + (1 - result.weight) * _missed(result.ras)
+
+
+def _missed(result: AlignmentScore) -> Floats:
+    """Share of the thresholds that each error is not below."""
+    missed = np.searchsorted(result.thresholds, result.errors, side="right")
+    return np.asarray(missed / len(result.thresholds))
+
+
+def _poses(trajectory: Any) -> Floats:
+    """Return the poses (n, 4, 4) of an evo trajectory; those from files are rounded."""
+    poses = np.array(trajectory.poses_se3, dtype=float)
+    rotations, deviation = nearest_rotations(poses[:, :3, :3])
+    rounded = deviation < 1e-2
+    poses[rounded, :3, :3] = rotations[rounded]
+    return poses

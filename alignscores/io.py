@@ -1,0 +1,447 @@
+"""Trajectory files: TUM, KITTI and EuRoC through evo, COLMAP through pycolmap, NeRF.
+
+Every reader returns a `Trajectory`, a pair ``keys, poses`` with camera-to-world poses. An estimate
+may hold poses that are not finite, which are cameras that were not estimated; with
+``complete=True``, for a reference, they are an error. Whatever is wrong with a file is a
+`FileError` that names file, line and reason.
+"""
+
+import json
+import posixpath
+import re
+import warnings
+from collections.abc import Callable, Sequence
+from io import StringIO
+from os import PathLike
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from .extras import require
+from .validation import finite_rows
+
+__all__ = [
+    "FileError",
+    "Trajectory",
+    "TrajectoryWarning",
+    "nearest_rotations",
+    "read_colmap",
+    "read_euroc",
+    "read_kitti",
+    "read_nerf",
+    "read_tum",
+]
+
+Floats = NDArray[np.float64]
+FilePath = str | PathLike[str]
+Where = Callable[[int], str]  # row -> its place in the file, for an error
+
+TUM_COLUMNS = "timestamp tx ty tz qx qy qz qw"
+KITTI_COLUMNS = "r11 r12 r13 tx r21 r22 r23 ty r31 r32 r33 tz"
+EUROC_COLUMNS = "timestamp tx ty tz qw qx qy qz ..."
+FORMAT_OF_COLUMNS = {8: "tum", 12: "kitti"}
+
+ROUNDED = 1e-2  # deviation from a unit quaternion or a rotation matrix that is more than rounding
+NO_ROTATION = 0.1  # deviation of a matrix beyond which there is no telling what it means
+OPENGL_TO_OPENCV = np.array([1.0, -1.0, -1.0])  # the camera's y and z axes point the other way
+
+
+class FileError(ValueError):
+    """A trajectory file that cannot be read, with its name, the line and the reason."""
+
+    def __init__(self, path: FilePath, reason: str, *, place: str = "") -> None:
+        super().__init__(f"{path}{place and ', '}{place}: {reason}")
+
+
+class TrajectoryWarning(UserWarning):
+    """Something in a trajectory that was mended, and that its owner should know about."""
+
+
+class Trajectory(NamedTuple):
+    """Poses with what identifies each of them.
+
+    Parameters
+    ----------
+    keys : (n,) ndarray
+        Time stamps in seconds (float), image names (str) or row numbers (int).
+    poses : (n, 4, 4) ndarray
+        Camera-to-world poses.
+    """
+
+    keys: NDArray[Any]
+    poses: Floats
+
+
+def read_tum(path: FilePath, *, complete: bool = False) -> Trajectory:
+    r"""Read a TUM file: ``timestamp tx ty tz qx qy qz qw`` in each line, camera-to-world.
+
+    Parameters
+    ----------
+    path : path
+        The file. Blank lines and those that begin with # are left out.
+    complete : bool
+        Refuse poses that are not finite, as in a reference.
+
+    Returns
+    -------
+    Trajectory
+        Time stamps in seconds and poses, in the order of the file.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read, or a line is malformed.
+    ModuleNotFoundError
+        Where evo is not installed.
+
+    Warns
+    -----
+    TrajectoryWarning
+        Where quaternions are far from unit length; they are normalised.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> from alignscores.io import read_tum
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "estimate.txt")
+    ...     _ = path.write_text("# a comment\n0.5 1 2 3 0 0 0 1\n")
+    ...     stamps, poses = read_tum(path)
+    >>> stamps, poses[0, :3, 3]
+    (array([0.5]), array([1., 2., 3.]))
+    """
+    return _read_stamped(path, "read_tum_trajectory_file", TUM_COLUMNS, complete)
+
+
+def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
+    """Read a EuRoC ``data.csv``: ``timestamp, tx, ty, tz, qw, qx, qy, qz, ...``, stamps in ns.
+
+    Parameters and the rest are as for `read_tum`. A file without commas is read as TUM: estimates
+    for EuRoC sequences are commonly stored so, with stamps in seconds.
+    """
+    lines = (line for line in _text(path).splitlines() if line.strip() and line.strip()[0] != "#")
+    if "," not in next(lines, ","):
+        return read_tum(path, complete=complete)
+    return _read_stamped(path, "read_euroc_csv_trajectory", EUROC_COLUMNS, complete, delimiter=",")
+
+
+def read_kitti(path: FilePath, *, complete: bool = False) -> Trajectory:
+    """Read a KITTI file: in each line the upper three rows of a camera-to-world matrix.
+
+    Parameters, errors and warnings are as for `read_tum`; the keys are row numbers. Matrices that
+    are rotations up to rounding are replaced by the nearest rotation.
+    """
+    trajectory, where = _through_evo(path, "read_kitti_poses_file", KITTI_COLUMNS)
+    poses = np.array(trajectory.poses_se3)
+    _check_poses(poses, path, where, complete)
+    return Trajectory(np.arange(len(poses)), poses)
+
+
+def read_colmap(path: FilePath, *, complete: bool = False) -> Trajectory:
+    """Read the registered images of a COLMAP model.
+
+    Parameters
+    ----------
+    path : path
+        The model's folder, with text or binary files.
+    complete : bool
+        Refuse poses that are not finite, as in a reference.
+
+    Returns
+    -------
+    Trajectory
+        Image names and camera-to-world poses, ordered by name.
+
+    Raises
+    ------
+    FileError
+        Where the model cannot be read, or holds no registered image.
+    ModuleNotFoundError
+        Where pycolmap is not installed.
+    """
+    pycolmap = require("pycolmap", "colmap")
+    if not Path(path).is_dir():
+        raise FileError(path, "is no folder; a COLMAP model is a folder with cameras and images")
+    try:
+        model = pycolmap.Reconstruction(str(path))
+    except (IndexError, OSError, RuntimeError, ValueError) as error:
+        _locate_in_images_txt(Path(path))
+        reason = re.sub(r"^\[[^]]*\] (Check failed: )?", "", str(error).partition("\n")[0])
+        raise FileError(path, f"is no readable COLMAP model ({reason})") from None
+    images = sorted(
+        (image for image in model.images.values() if image.has_pose), key=lambda image: image.name
+    )
+    if not images:
+        raise FileError(path, "the model has no registered image")
+    names = [image.name for image in images]
+    world_to_camera = np.tile(np.eye(4), (len(images), 1, 1))
+    world_to_camera[:, :3] = [image.cam_from_world().matrix() for image in images]
+    _check_poses(world_to_camera, path, lambda row: f"image {names[row]!r}", complete)
+    return Trajectory(np.array(names), inverse_poses(world_to_camera))
+
+
+def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
+    """Read a NeRF ``transforms.json``: camera-to-world matrices with OpenGL camera axes.
+
+    Parameters and errors are as for `read_tum`. The keys are the frames' ``file_path`` without a
+    leading ``./``. The camera's axes are turned to x right, y down, z forward, as in all other
+    formats.
+    """
+    frames = _nerf_frames(path)
+    matrices, names = [], []
+    for index, frame in enumerate(frames):
+        place = f"frames[{index}]"
+        try:
+            name, matrix = frame["file_path"], np.array(frame["transform_matrix"], dtype=float)
+        except (KeyError, TypeError, ValueError):
+            raise FileError(
+                path, "needs a file_path and a transform_matrix of numbers", place=place
+            ) from None
+        if not isinstance(name, str) or matrix.shape not in ((4, 4), (3, 4)):
+            raise FileError(
+                path, "file_path must be a text and transform_matrix 4 x 4", place=place
+            )
+        names.append(posixpath.normpath(name))
+        matrices.append(matrix[:3])
+    poses = np.tile(np.eye(4), (len(frames), 1, 1))
+    poses[:, :3] = matrices
+    _check_poses(poses, path, lambda row: f"frames[{row}] ({names[row]!r})", complete)
+    poses[:, :3, :3] *= OPENGL_TO_OPENCV
+    return Trajectory(np.array(names), poses)
+
+
+def inverse_poses(poses: Floats) -> Floats:
+    """Invert poses (n, 4, 4): camera-to-world from world-to-camera, or the other way round."""
+    inverse = poses.copy()
+    inverse[:, :3, :3] = poses[:, :3, :3].transpose(0, 2, 1)
+    inverse[:, :3, 3] = -np.einsum("nji,nj->ni", poses[:, :3, :3], poses[:, :3, 3])
+    return inverse
+
+
+def nearest_rotations(matrices: Floats) -> tuple[Floats, Floats]:
+    """Return the rotations nearest to matrices that are rotations up to rounding.
+
+    Parameters
+    ----------
+    matrices : (n, 3, 3) array
+        Rotations with few digits.
+
+    Returns
+    -------
+    rotations : (n, 3, 3) ndarray
+        The nearest rotations, by Newton steps for the polar decomposition; meaningless where the
+        deviation is not well below 1.
+    deviation : (n,) ndarray
+        Largest entry of ``R^T R - I`` before.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.io import nearest_rotations
+    >>> rotations, deviation = nearest_rotations(np.array([[[1, 0.01, 0], [0, 1, 0], [0, 0, 1]]]))
+    >>> np.allclose(rotations @ rotations.transpose(0, 2, 1), np.eye(3), atol=1e-14), deviation
+    (True, array([0.01]))
+    """
+    with np.errstate(all="ignore"):
+        excess = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
+        deviation = np.abs(excess).reshape(-1, 9).max(axis=1)
+        for _ in range(4):  # the deviation is squared each time
+            matrices = matrices - matrices @ excess / 2
+            excess = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
+    return matrices, deviation
+
+
+def _read_stamped(
+    path: FilePath, reader: str, columns: str, complete: bool, delimiter: str | None = None
+) -> Trajectory:
+    """Read a file of time stamps, positions and quaternions."""
+    trajectory, where = _through_evo(path, reader, columns, delimiter)
+    stamps: Floats = trajectory.timestamps
+    if not np.isfinite(stamps).all():
+        row = int(np.argmin(np.isfinite(stamps)))
+        raise FileError(path, "the time stamp is not finite", place=where(row))
+    quaternions = trajectory.orientations_quat_wxyz
+    with np.errstate(over="ignore"):
+        lengths = np.linalg.norm(quaternions, axis=1)
+    if (lengths == 0).any():
+        row = int(np.argmax(lengths == 0))
+        raise FileError(path, "the quaternion is zero, which is no rotation", place=where(row))
+    _warn_of(np.abs(lengths - 1), path, where, "has a quaternion that is not of unit length")
+
+    poses = np.tile(np.eye(4), (len(stamps), 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = np.nan, trajectory.positions_xyz
+    rotated = np.isfinite(lengths)
+    poses[rotated, :3, :3] = scipy.spatial.transform.Rotation.from_quat(
+        quaternions[rotated], scalar_first=True
+    ).as_matrix()
+    _check_complete(poses, path, where, complete)
+    return Trajectory(stamps, poses)
+
+
+def _through_evo(
+    path: FilePath, reader: str, columns: str, delimiter: str | None = None
+) -> tuple[Any, Where]:
+    """Read a text file with evo; return evo's trajectory and where its rows are in the file.
+
+    evo refuses blank lines and repeated or trailing separators and does not say where: it gets
+    the lines with single ones.
+    """
+    file_interface = require("evo.tools.file_interface", "files")
+    records, numbers = _records(path, columns, delimiter)
+    separator = delimiter or " "
+
+    def where(row: int) -> str:
+        return f"line {numbers[row]}"
+
+    text = StringIO("\n".join(separator.join(record) for record in records))
+    try:
+        return getattr(file_interface, reader)(text), where
+    except Exception as error:  # evo raises its own, csv's and NumPy's errors
+        for row, record in enumerate(records):
+            for field in record:
+                if not _is_number(field):
+                    raise FileError(
+                        path, f"{field[:40]!r} is not a number", place=where(row)
+                    ) from None
+        raise FileError(path, f"evo cannot read it: {error}") from None
+
+
+def _records(
+    path: FilePath, columns: str, delimiter: str | None
+) -> tuple[list[list[str]], list[int]]:
+    """Split the lines of a text file into fields; return them with their line numbers."""
+    least, open_ended = len(columns.removesuffix(" ...").split()), columns.endswith("...")
+    records, numbers = [], []
+    for number, line in enumerate(StringIO(_text(path), newline=None), 1):
+        line = line.strip()
+        if not line or line[0] == "#":
+            continue
+        fields = line.split(delimiter)
+        if len(fields) < least or (len(fields) > least and not open_ended):
+            raise FileError(path, _wrong_columns(fields, columns), place=f"line {number}")
+        records.append(fields)
+        numbers.append(number)
+    if not records:
+        raise FileError(path, "has no poses")
+    return records, numbers
+
+
+def _wrong_columns(fields: Sequence[str], columns: str) -> str:
+    reason = f"has {len(fields)} column{'s'[: len(fields) != 1]}, not {columns!r}"
+    if len(fields) in FORMAT_OF_COLUMNS:
+        reason += f"; {len(fields)} columns are the {FORMAT_OF_COLUMNS[len(fields)]} format"
+    elif "," in fields[0]:
+        reason += "; files with commas are the euroc format"
+    return reason
+
+
+def _text(path: FilePath) -> str:
+    """Return the text of a file, whatever its line ends."""
+    data = b""
+    try:
+        data = Path(path).read_bytes()
+        text = data.decode("utf-8-sig")
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise FileError(path, "is not text (UTF-8)", place=f"line {line}") from None
+    if "\0" in text:
+        line = text.count("\n", 0, text.index("\0")) + 1
+        raise FileError(path, "is not text (a zero byte)", place=f"line {line}")
+    return text
+
+
+def _is_number(field: str) -> bool:
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return True
+
+
+def _nerf_frames(path: FilePath) -> list[Any]:
+    try:
+        content = json.loads(_text(path))
+    except json.JSONDecodeError as error:
+        raise FileError(path, f"is no JSON ({error.msg})", place=f"line {error.lineno}") from None
+    except RecursionError:
+        raise FileError(path, "is no transforms.json: it is nested too deeply") from None
+    frames = content.get("frames") if isinstance(content, dict) else None
+    if not isinstance(frames, list):
+        raise FileError(path, "is no transforms.json: it has no list of frames")
+    if not frames:
+        raise FileError(path, "has no frames")
+    return frames
+
+
+def _locate_in_images_txt(model: Path) -> None:
+    """Raise a FileError with the first malformed line of a text model's images, if there is one.
+
+    pycolmap does not say which line it is. Each image has two lines, the second of which may be
+    empty.
+    """
+    path = model / "images.txt"
+    if not path.is_file():
+        return
+    image_line = True
+    for number, line in enumerate(StringIO(_text(path), newline=None), 1):
+        if line.startswith("#") or (image_line and not line.strip()):
+            continue
+        if image_line:
+            fields = line.split()
+            numbers = [float(field) for field in fields[:9] if _is_number(field)]
+            if len(fields) < 10 or len(numbers) < 9 or not np.isfinite(numbers).all():
+                raise FileError(
+                    path,
+                    "must hold 'IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME', all but the last "
+                    "of them numbers",
+                    place=f"line {number}",
+                )
+        image_line = not image_line
+
+
+def _check_poses(poses: Floats, path: FilePath, where: Where, complete: bool) -> None:
+    """Refuse matrices that are no rotation; replace the others by the nearest one, in place."""
+    matrices = poses[:, :3, :3]
+    rotations, deviation = nearest_rotations(matrices)
+    with np.errstate(all="ignore"):
+        reflected = (np.linalg.det(matrices) < 0) & (deviation <= NO_ROTATION)
+    wrong = (reflected | ~(deviation <= NO_ROTATION)) & finite_rows(matrices)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        reason = (
+            "its determinant is negative, a reflection"
+            if reflected[row]
+            else f"R^T R differs from the identity by {deviation[row]:.2g}"
+        )
+        raise FileError(path, f"the matrix is not a rotation: {reason}", place=where(row))
+    _warn_of(deviation, path, where, "has a matrix that is only roughly a rotation")
+    poses[:, :3, :3] = rotations
+    _check_complete(poses, path, where, complete)
+
+
+def _check_complete(poses: Floats, path: FilePath, where: Where, complete: bool) -> None:
+    if complete and not np.isfinite(poses).all():
+        raise FileError(
+            path,
+            "the pose is not finite; a reference must be complete (is this the estimate? The "
+            "reference comes first)",
+            place=where(int(np.argmin(finite_rows(poses)))),
+        )
+
+
+def _warn_of(deviation: Floats, path: FilePath, where: Where, what: str) -> None:
+    """Warn of rotations that are farther from one than rounding explains."""
+    rows = np.flatnonzero(np.isfinite(deviation) & (deviation > ROUNDED))
+    if len(rows) > 0:
+        first, others = int(rows[0]), len(rows) - 1
+        more = f" and so have {others} more" if others else ""
+        warnings.warn(
+            f"{path}, {where(first)}: {what} (off by {deviation[first]:.2g}){more}; normalised",
+            TrajectoryWarning,
+            stacklevel=4,
+        )

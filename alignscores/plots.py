@@ -1,0 +1,212 @@
+"""Pictures of scored estimates: cumulative frequency histograms and aligned trajectories.
+
+Needs Matplotlib, which the extra ``plots`` brings.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps, rc_context
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike, NDArray
+
+from .association import Matches
+from .pose import PASResult
+
+__all__ = ["score_figure", "score_panel", "trajectory_panel"]
+
+Floats = NDArray[np.float64]
+
+SHADE = "#a8c4dc"
+EDGE = "#1f4e79"
+REFERENCE = "0.72"
+# Dark to light, so that greyscale and colour blindness keep the order, without the end that
+# vanishes on white.
+ERRORS = ListedColormap(colormaps["inferno"](np.linspace(0.0, 0.82, 256)))
+STYLE: dict[Any, Any] = {
+    "font.size": 8,
+    "axes.titlesize": 9,
+    "axes.titlelocation": "left",
+    "axes.linewidth": 0.6,
+    "savefig.dpi": 200,
+    "pdf.fonttype": 42,
+}
+
+
+def score_figure(
+    scored: Mapping[str, tuple[Matches, PASResult]],
+    *,
+    title: str = "",
+    figure: Figure | None = None,
+) -> Figure:
+    r"""Draw the histograms of TAS and RAS and the aligned trajectory of each estimate.
+
+    Parameters
+    ----------
+    scored : mapping
+        Name of each estimate -> its poses and its result.
+    title : str
+        Title of the whole.
+    figure : Figure, optional
+        Where to draw, such as one of pyplot's that is to be shown; by default a new one.
+
+    Returns
+    -------
+    Figure
+        One row an estimate.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import pas
+    >>> from alignscores.association import match
+    >>> from alignscores.io import Trajectory
+    >>> from alignscores.plots import score_figure
+    >>> poses = np.tile(np.eye(4), (20, 1, 1))
+    >>> poses[:, :3, 3] = np.random.default_rng(0).random((20, 3))
+    >>> trajectory = Trajectory(np.arange(20), poses)
+    >>> matches = match(trajectory, trajectory)
+    >>> figure = score_figure({"itself": (matches, pas(poses, poses))})
+    >>> [axes.get_title(loc="left") for axes in figure.axes[:2]]
+    ['itself\nposition errors', 'rotation errors']
+    """
+    with rc_context(STYLE):
+        figure = Figure() if figure is None else figure
+        figure.set_size_inches(10.5, 0.3 + 2.9 * len(scored))
+        figure.set_layout_engine("constrained")
+        figure.suptitle(title, fontsize=8)
+        grid = figure.subplots(len(scored), 3, squeeze=False, width_ratios=(1, 1, 1.2))
+        for (name, (matches, result)), row in zip(scored.items(), grid, strict=True):
+            _histogram(row[0], "TAS", result.tas, result.tas.unit)
+            _histogram(row[1], "RAS", result.ras, 1.0)
+            row[0].set(
+                title=f"{name}\nposition errors",
+                xlabel=f"threshold in units of d (d = {result.tas.unit:.4g})",
+                ylabel="cameras below the threshold",
+            )
+            row[1].set(title="rotation errors", xlabel="threshold in degrees")
+            trajectory_panel(row[2], matches, result)
+    return figure
+
+
+def score_panel(
+    axes: Axes, thresholds: ArrayLike, frequency: ArrayLike, n: int, *, name: str, score: float
+) -> None:
+    """Draw a cumulative frequency histogram; the shaded share of the box is the score.
+
+    Parameters
+    ----------
+    axes : Axes
+        Where to draw; its labels and title are left to the caller.
+    thresholds : (K,) array_like
+        Equally spaced error thresholds, the k-th one k times the first, in the unit of the x axis.
+    frequency : (K,) array_like of int
+        Number of cameras with an error below each threshold.
+    n : int
+        Number of cameras.
+    name : str
+        Name of the score.
+    score : float
+        Its value.
+    """
+    edges = np.concatenate([[0.0], np.asarray(thresholds, dtype=float)])
+    axes.stairs(frequency, edges, fill=True, color=SHADE, linewidth=0)
+    axes.stairs(frequency, edges, baseline=None, color=EDGE, linewidth=0.9, clip_on=False)
+    axes.set(xlim=(0, edges[-1]), ylim=(0, n))
+    ticks = np.asarray(MaxNLocator(5, integer=True).tick_values(0, n))
+    axes.set_yticks([*ticks[ticks < 0.93 * n], n])
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.spines[:].set_visible(True)
+    axes.grid(visible=False)
+
+    # The curve rises: a high one leaves room below it at the right, a low one above it at the left.
+    x, y, align = (0.96, 0.22, "right") if score >= 0.5 else (0.04, 0.82, "left")
+    value = axes.text(x, y, f"{name} = {score:.3f}", fontsize="large", fontweight="bold")
+    meaning = axes.text(x, y - 0.14, "shaded share of the box")
+    for text in (value, meaning):
+        text.set(transform=axes.transAxes, horizontalalignment=align)
+
+
+def trajectory_panel(axes: Axes, matches: Matches, result: PASResult) -> None:
+    """Draw the estimate over the reference, aligned as in the TAS and coloured by its errors.
+
+    The view is along the axis of the reference world in which the reference is thinnest. Cameras
+    with an error of d or more, which count for nothing in the TAS, are crosses.
+
+    Parameters
+    ----------
+    axes : Axes
+        Where to draw.
+    matches : Matches
+        The poses.
+    result : PASResult
+        Their score.
+    """
+    gt = matches.gt_poses[:, :3, 3]
+    across, up = sorted(np.argsort(np.ptp(gt, axis=0), kind="stable")[1:])
+    ordered = matches.keys.dtype.kind != "U"  # images come in no order
+    axes.plot(
+        gt[:, across],
+        gt[:, up],
+        color=REFERENCE,
+        **({"linewidth": 1.2} if ordered else {"linestyle": "", "marker": "o", "markersize": 4}),
+        label="reference",
+        rasterized=len(gt) > 5000,
+        zorder=1,
+    )
+    axes.set_title("aligned trajectory")
+    # A square about the reference: wild estimates do not shrink the rest.
+    centre = (gt.min(axis=0) + gt.max(axis=0)) / 2
+    reach = 0.55 * float(np.ptp(gt, axis=0).max()) or 1.0
+    for axis, set_limits, set_label in (
+        (across, axes.set_xlim, axes.set_xlabel),
+        (up, axes.set_ylim, axes.set_ylabel),
+    ):
+        set_limits(centre[axis] - reach, centre[axis] + reach)
+        set_label("xyz"[axis])
+    axes.set_aspect("equal")
+    if result.tas.alignment is None:
+        axes.text(0.5, 0.5, "could not be aligned", transform=axes.transAxes, ha="center")
+        return
+    aligned = result.tas.alignment.inverse().apply(matches.est_poses[:, :3, 3])
+    _draw_errors(axes, aligned[:, [across, up]], result.tas.errors, result.tas.unit)
+
+
+def _draw_errors(axes: Axes, points: Floats, errors: Floats, unit: float) -> None:
+    """Draw positions coloured by their errors, with a colour bar on which d is marked."""
+    finite = np.isfinite(errors)
+    largest = max(unit, float(np.percentile(errors[finite], 95)))
+    within = finite & (errors < unit)
+    options: dict[str, Any] = {
+        "cmap": ERRORS,
+        "vmin": 0.0,
+        "vmax": largest,
+        "rasterized": len(points) > 5000,
+    }
+    for chosen, marker, size in ((finite & ~within, "x", 11), (within, "o", 7)):
+        artist = axes.scatter(
+            points[chosen, 0],
+            points[chosen, 1],
+            c=errors[chosen],
+            marker=marker,
+            s=size,
+            linewidth=0.7 if marker == "x" else 0,
+            **options,
+        )
+    figure = axes.get_figure()
+    assert figure is not None
+    bar = figure.colorbar(artist, ax=axes, label="position error", aspect=25)
+    bar.ax.axhline(unit, color="white", linewidth=2.5)
+    bar.ax.axhline(unit, color="black", linewidth=1)
+    bar.ax.text(-0.3, unit, "d", ha="right", va="center", transform=bar.ax.get_yaxis_transform())
+    beyond, lost = int(np.sum(finite & ~within)), int(np.sum(~finite))
+    axes.set_title(f"aligned; × {beyond} of {len(errors)} off by d or more, {lost} not estimated")
+
+
+def _histogram(axes: Axes, name: str, score: Any, unit: float) -> None:
+    frequency, n = score.cumulative_frequency, len(score.errors)
+    score_panel(axes, score.thresholds / unit, frequency, n, name=name, score=score.score)

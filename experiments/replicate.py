@@ -1,0 +1,129 @@
+"""Run one replicate of what the claims need: ``python -m experiments.replicate replicate=3``."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from .claims import Claim, Claims, load_claims
+from .config import Config, ConfigError, load
+from .sweep import Cell, cells, sweep
+from .tables import provenance, write_table
+
+__all__ = ["cells_of", "main", "plan", "replicate_path", "run"]
+
+OWN = ("experiment", "metrics", "replicates")  # settings that the claims themselves decide
+FIRST = "outliers"  # whose settings stand for what all experiments share
+
+Trials = tuple[str, tuple[str, ...]]  # an experiment and settings that differ from its own
+Plan = dict[Trials, tuple[Config, dict[Cell, list[str]]]]
+
+
+def plan(claims: Claims, overrides: Sequence[str] = ()) -> Plan:
+    """Collect the cells that the claims need, and the metrics to evaluate in each.
+
+    Raises
+    ------
+    ConfigError
+        Where a setting is wrong, or leaves a claim without the cells it needs.
+
+    Examples
+    --------
+    >>> from experiments.claims import load_claims
+    >>> from experiments.replicate import plan
+    >>> config, wanted = plan(load_claims())["combined", ()]
+    >>> config.name, len(wanted)
+    ('combined', 50)
+    """
+    for override in overrides:
+        key = override.partition("=")[0].strip()
+        if key in OWN:
+            raise ConfigError(f"setting {key!r} is not open here: the claims decide what is run")
+    result: Plan = {}
+    for claim in claims:
+        if claim.trials not in result:
+            experiment, settings = claim.trials
+            config = load([f"experiment={experiment}", *overrides, *settings])
+            result[claim.trials] = config, {}
+        config, wanted = result[claim.trials]
+        for cell in cells_of(claim, config):
+            metrics = wanted.setdefault(cell, [])
+            metrics += [metric for metric in claim.metrics if metric not in metrics]
+    return result
+
+
+def cells_of(claim: Claim, config: Config) -> list[Cell]:
+    """Return the cells of the grid that a claim takes, and make sure that none is missing."""
+    grid = [cell for cell in cells(config) if _matches(cell, claim.where)]
+    found = dict.fromkeys(
+        cell for part in (claim.before, claim.after) for cell in grid if _matches(cell, part)
+    )
+    for part in (claim.where, claim.before, claim.after):
+        for key, values in part.items():
+            missing = sorted(set(values) - {getattr(cell, key) for cell in found})
+            if missing:
+                raise ConfigError(
+                    f"claim {claim.id!r} needs trials of {config.name} with {key} {missing[0]:g}, "
+                    "which these settings leave out"
+                )
+    return list(found)
+
+
+def _matches(cell: Cell, where: object) -> bool:
+    assert isinstance(where, dict)
+    return all(getattr(cell, key) in values for key, values in where.items())
+
+
+def run(claims: Claims, overrides: Sequence[str] = ()) -> pd.DataFrame:
+    """Run the trials that the claims need.
+
+    Returns
+    -------
+    DataFrame
+        One row a trial, as `experiments.sweep.sweep` has them, with a column ``settings`` that
+        tells what differs from the experiment's own; values that no claim needs are empty.
+    """
+    tables = []
+    for (_, settings), (config, wanted) in plan(claims, overrides).items():
+        table = sweep(config, wanted)
+        table.insert(1, "settings", " ".join(settings))
+        tables.append(table)
+    return pd.concat(tables, ignore_index=True)
+
+
+def replicate_path(config: Config) -> Path:
+    """Return the path of the table of one replicate."""
+    return Path(config.results_dir) / "replicates" / f"{config.replicate}.csv"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write ``<results_dir>/replicates/<replicate>.csv``; return the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m experiments.replicate",
+        description="Run the trials that the claims need, in one replicate of the study.",
+        epilog="settings are those of python -m experiments.run",
+    )
+    parser.add_argument("overrides", nargs="*", metavar="key=value")
+    overrides = parser.parse_args(arguments).overrides
+    try:
+        claims = load_claims()
+        plan(claims, overrides)
+        config = load([f"experiment={FIRST}", *overrides])
+    except ConfigError as error:
+        print(f"experiments.replicate: {error}", file=sys.stderr)
+        return 2
+    path = replicate_path(config)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_table(path, run(claims, overrides), provenance(config))
+    except OSError as error:
+        print(f"experiments.replicate: cannot write {path}: {error.strerror}", file=sys.stderr)
+        return 1
+    print(path)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,264 @@
+"""Whether the paper's claims hold: ``python -m experiments.verdicts``.
+
+Every statistic is computed in each of R replicate studies. `ours` is its mean, `low` and `high`
+enclose the central 95 % of the replicates: the spread that a single study has, of which the paper's
+number is one draw.
+"""
+
+import argparse
+import shlex
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.stats import t as students_t
+
+from . import statistics
+from .claims import Claim, Claims, load_claims
+from .config import Config, ConfigError, load
+from .replicate import FIRST, Trials, plan, replicate_path
+from .statistics import select
+from .tables import KEY_COLUMNS, TableError, write_files
+
+__all__ = ["decide", "evaluate_claim", "main", "read_replicates", "verdict"]
+
+CENTRAL = (0.025, 0.975)
+REPRODUCED, NOT_REPRODUCED, INCONCLUSIVE = "reproduced", "not reproduced", "inconclusive"
+
+Replicate = Mapping[Trials, pd.DataFrame]  # tables of trials
+
+
+def evaluate_claim(claim: Claim, trials: pd.DataFrame) -> float:
+    """Compute the statistic of a claim from trials of its experiment."""
+    trials = select(trials, claim.where)
+    if claim.of_means:
+        trials = statistics.cell_means(trials)
+    if claim.statistic == "relative range":
+        return statistics.relative_range(trials, *claim.metrics)
+    value, *others = [_statistic(claim, trials, metric) for metric in claim.metrics]
+    return value - sum(others)
+
+
+def _statistic(claim: Claim, trials: pd.DataFrame, metric: str) -> float:
+    if claim.statistic in ("range change", "unsteadiness"):
+        before, after = (select(trials, cells)[metric] for cells in (claim.before, claim.after))
+        change = statistics.range_change(before, after)
+        return change if claim.statistic == "range change" else abs(change)
+    if claim.statistic == "power":
+        return statistics.power(trials, metric, claim.level, claim.take)
+    function = {
+        "favour": statistics.favour,
+        "dependence": statistics.dependence,
+        "first step": statistics.first_step,
+    }[claim.statistic]
+    return function(trials, metric, claim.level[0], claim.take)
+
+
+def verdict(claim: Claim, values: NDArray[np.float64]) -> str:
+    """Tell whether a claim holds, from its statistic in each replicate.
+
+    Parameters
+    ----------
+    claim : Claim
+        What is claimed.
+    values : (R,) ndarray
+        The statistic in each replicate study.
+
+    Returns
+    -------
+    str
+        For a number of the paper, which is rounded to whole per cents:
+
+        - "inconclusive" where the central 95 % hold both this number and 0, so that not even the
+          direction of the change is certain;
+        - "reproduced" where they hold this number;
+        - "not reproduced" where they do not, and where one more study would also hardly give it: it
+          is outside of the 95 % prediction interval ``mean ± t sd sqrt(1 + 1/R)``;
+        - "inconclusive" otherwise: R is too small to tell.
+
+        For a criterion: "reproduced" where the central 95 % meet it, "not reproduced" where no
+        value within them does, "inconclusive" where some do.
+    """
+    if not np.isfinite(values).all():
+        return INCONCLUSIVE
+    low, high = np.quantile(values, CENTRAL)
+    if claim.paper is None:
+        met = [_meets(claim, bound) for bound in (low, high)]
+        if all(met):
+            return REPRODUCED
+        relation, number = claim.bound
+        between = relation == "within" and low < -number and high > number
+        return INCONCLUSIVE if any(met) or between else NOT_REPRODUCED
+    if low <= 0 <= high and low <= claim.paper <= high:
+        return INCONCLUSIVE
+    lowest, highest = claim.paper - 0.5, claim.paper + 0.5
+    if lowest <= high and low <= highest:
+        return REPRODUCED
+    n = len(values)
+    reach = students_t.ppf(CENTRAL[1], n - 1) * values.std(ddof=1) * np.sqrt(1 + 1 / n)
+    predicted = lowest <= values.mean() + reach and values.mean() - reach <= highest
+    return INCONCLUSIVE if predicted else NOT_REPRODUCED
+
+
+def _meets(claim: Claim, value: float) -> bool:
+    relation, number = claim.bound
+    if relation == "at least":
+        return value >= number
+    return value < number if relation == "below" else abs(value) <= number
+
+
+def decide(claims: Claims, replicates: Sequence[Replicate]) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Give every claim its verdict.
+
+    Parameters
+    ----------
+    claims : Claims
+        What is claimed.
+    replicates : sequence of mappings
+        The tables of trials of each replicate study.
+
+    Returns
+    -------
+    claims : DataFrame
+        One row a claim: `id, source, figure, statement, statistic, criterion, paper, ours, low,
+        high, replicates, verdict`, and for ranges what the other meaning of range would give:
+        `ours_of_means, low_of_means, high_of_means, verdict_of_means`. Percentages in per cent.
+    decisions : DataFrame
+        One row for each claim under each reading of what the paper leaves open.
+    """
+    rows = [_row(claim, replicates) for claim in claims.claims.values()]
+    evidence = []
+    for decision in claims.decisions:
+        texts = {"question": decision.question, "paper_says": decision.paper}
+        texts |= {"choice": decision.choice}
+        for reading in decision.readings:
+            for name in decision.claims:
+                claim = reading.of(claims.claims[name])
+                row = {"decision": decision.id, **texts, "reading": reading.reading}
+                evidence.append(row | {"claim": name} | _decided(claim, replicates))
+    return pd.DataFrame(rows), pd.DataFrame(evidence)
+
+
+def _row(claim: Claim, replicates: Sequence[Replicate]) -> dict[str, object]:
+    row: dict[str, object] = {
+        "id": claim.id,
+        "source": claim.source,
+        "figure": claim.figure,
+        "statement": claim.statement,
+        "statistic": claim.describe(),
+    }
+    row |= _decided(claim, replicates)
+    if claim.has_ranges:
+        other = _decided(replace(claim, of_means=True), replicates)
+        row |= {f"{key}_of_means": other[key] for key in ("ours", "low", "high", "verdict")}
+    return row
+
+
+def _decided(claim: Claim, replicates: Sequence[Replicate]) -> dict[str, object]:
+    values = np.array([evaluate_claim(claim, trials[claim.trials]) for trials in replicates])
+    digits = 2 if claim.is_percentage else 3
+    low, high = np.quantile(values, CENTRAL)
+    return {
+        "criterion": claim.criterion or "the paper's number",
+        "paper": claim.paper,
+        "ours": round(float(values.mean()), digits),
+        "low": round(float(low), digits),
+        "high": round(float(high), digits),
+        "replicates": len(values),
+        "verdict": verdict(claim, values),
+    }
+
+
+def read_replicates(claims: Claims, config: Config) -> list[Replicate]:
+    """Read the tables of all replicate studies.
+
+    Raises
+    ------
+    TableError
+        Where one is missing or is another one; `TableError.experiment` is the replicate's number.
+    """
+    return [
+        _read(replicate_path(replace(config, replicate=number)), claims)
+        for number in range(claims.replicates)
+    ]
+
+
+def _read(path: Path, claims: Claims) -> Replicate:
+    try:
+        table = pd.read_csv(path, keep_default_na=False, na_values=[""], dtype={"settings": str})
+    except FileNotFoundError:
+        raise TableError(path.stem, "does not exist") from None
+    except (OSError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise TableError(path.stem, f"cannot be read ({reason})") from None
+    missing = [column for column in (*KEY_COLUMNS, "settings") if column not in table]
+    if missing:
+        raise TableError(path.stem, f"has no column {missing[0]}")
+    settings = table["settings"].fillna("")
+    trials = {
+        (str(experiment), tuple(str(words).split())): group
+        for (experiment, words), group in table.groupby(["experiment", settings], sort=False)
+    }
+    for claim in claims:
+        needed = [name for name in claim.metrics if name not in table]
+        if claim.trials not in trials or needed:
+            raise TableError(path.stem, f"lacks the trials of claim {claim.id!r}")
+    return trials
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write ``<results_dir>/claims.csv`` and ``tables/decisions.csv``; return the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m experiments.verdicts",
+        description="Give each claim of the paper a verdict, from the replicate studies.",
+        epilog="settings are those of python -m experiments.replicate; and replicates=20",
+    )
+    parser.add_argument("overrides", nargs="*", metavar="key=value")
+    overrides = parser.parse_args(arguments).overrides
+    number = [o.partition("=")[2] for o in overrides if o.startswith("replicates=")]
+    others = [o for o in overrides if not o.startswith("replicates=")]
+    try:
+        claims = load_claims(_whole(number[-1]) if number else None)
+        plan(claims, others)
+        config = load([f"experiment={FIRST}", *others])
+    except ConfigError as error:
+        print(f"experiments.verdicts: {error}", file=sys.stderr)
+        return 2
+    try:
+        table, decisions = decide(claims, read_replicates(claims, config))
+    except TableError as error:
+        path = replicate_path(config).with_name(f"{error.experiment}.csv")
+        words = [f"replicate={error.experiment}", *others]
+        command = shlex.join(["python", "-m", "experiments.replicate", *words])
+        print(f"experiments.verdicts: {path} {error}; run: {command}", file=sys.stderr)
+        return 1
+    results = Path(config.results_dir)
+    files = {results / "claims.csv": table, results / "tables" / "decisions.csv": decisions}
+    try:
+        write_files(
+            {
+                path: content.to_csv(index=False, lineterminator="\n").encode()
+                for path, content in files.items()
+            }
+        )
+    except OSError as error:
+        print(f"experiments.verdicts: cannot write {results}: {error.strerror}", file=sys.stderr)
+        return 1
+    print(*files, sep="\n")
+    print(", ".join(f"{count} {name}" for name, count in table["verdict"].value_counts().items()))
+    return 0
+
+
+def _whole(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise ConfigError(f"setting 'replicates' must be a whole number, not {text!r}") from None
+
+
+if __name__ == "__main__":
+    sys.exit(main())

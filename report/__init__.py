@@ -1,0 +1,1 @@
+"""The report: verdicts, figures and evidence on one self-contained page."""

@@ -1,0 +1,171 @@
+"""A claim's statistic as it is read: numbers with their units, and a plot of the interval."""
+
+from dataclasses import dataclass
+from math import isfinite
+
+from experiments.claims import Claim
+from experiments.verdicts import REPRODUCED
+
+__all__ = ["Estimate", "Plot", "write_number"]
+
+UNITS = ("%", "points", "τ")
+HALF = 0.5  # the paper's numbers are rounded to whole per cents
+MARGIN = 0.08  # left and right in a plot, as a share of what it shows
+SPACE = "\u202f"  # narrow, and no line breaks there
+
+
+@dataclass(frozen=True)
+class Plot:
+    """Positions in an interval plot, from 0 at its left to 100 at its right."""
+
+    low: float
+    high: float
+    mean: float
+    holds: tuple[float, float]  # where the claim holds: from, to
+    marks: tuple[float, ...]  # the paper's number, or the criterion's bounds
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """The statistic of a claim over the replicates: its mean, the central 95 % and the verdict.
+
+    Examples
+    --------
+    >>> from experiments.claims import load_claims
+    >>> claim = load_claims().claims["outliers-range-maa"]
+    >>> estimate = Estimate(claim, -74.2, -75.9, -72.5, "reproduced")
+    >>> estimate.expected.split(), estimate.value.split(), estimate.interval
+    (['−74', '%'], ['−74.2', '%'], '[−75.9, −72.5]')
+    """
+
+    claim: Claim
+    mean: float
+    low: float
+    high: float
+    verdict: str
+
+    @property
+    def unit(self) -> str:
+        """``%``, ``points`` for a difference of percentages, or ``τ`` for correlations."""
+        if not self.claim.is_percentage:
+            return "τ"
+        difference = self.claim.versus is not None and self.claim.statistic != "relative range"
+        return "points" if difference else "%"
+
+    @property
+    def number(self) -> str:
+        """The mean."""
+        return self._write(self.mean) if self.is_finite else "undefined"
+
+    @property
+    def value(self) -> str:
+        """The mean with its unit."""
+        return f"{self.number}{SPACE}{self.unit}" if self.is_finite else self.number
+
+    @property
+    def interval(self) -> str:
+        """The interval, in the unit of the mean."""
+        return f"[{self._write(self.low)}, {self._write(self.high)}]" if self.is_finite else ""
+
+    @property
+    def expected(self) -> str:
+        """The paper's number, or the criterion that stands for its words."""
+        if self.claim.paper is not None:
+            return f"{write_number(self.claim.paper, 0, signed=True)}{SPACE}{self.unit}"
+        relation, bound = self.claim.bound
+        number = f"{bound:g}".replace("-", "−")
+        number = f"±{number}" if relation == "within" else number
+        return f"{relation} {number}{SPACE}{self.unit}"
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether the statistic is defined in every replicate."""
+        return all(map(isfinite, (self.low, self.mean, self.high)))
+
+    @property
+    def holds(self) -> bool:
+        """Whether the claim is reproduced."""
+        return self.verdict == REPRODUCED
+
+    @property
+    def is_outside(self) -> bool:
+        """Whether the interval does not touch where the claim holds."""
+        lowest, highest = self._where_it_holds
+        return self.is_finite and (self.high < lowest or self.low > highest)
+
+    @property
+    def key(self) -> str:
+        """What to sort by: the unit, then the mean. Empty where it is undefined."""
+        return f"{UNITS.index(self.unit)} {self.mean:g}" if self.is_finite else ""
+
+    @property
+    def expected_key(self) -> str:
+        """What to sort the paper's numbers by, and the criteria behind them."""
+        if self.claim.paper is not None:
+            return f"0 {self.claim.paper:g}"
+        return f"{1 + UNITS.index(self.unit)} {self.claim.bound[1]:g}"
+
+    @property
+    def plot(self) -> Plot | None:
+        """The interval beside what it is compared with; None where it is undefined."""
+        if not self.is_finite:
+            return None
+        marks = self._marks
+        whole = [self.low, self.high, *marks]
+        if self.claim.paper is not None:
+            whole += [marks[0] - HALF, marks[0] + HALF]
+        elif self.unit == "τ":
+            whole += [0.0, 1.0]  # on one scale from claim to claim
+        left, right = min(whole), max(whole)
+        margin = MARGIN * (right - left)
+        left, right = left - margin, right + margin
+
+        def at(value: float) -> float:
+            return round(min(max(100 * (value - left) / (right - left), 0.0), 100.0), 1)
+
+        lowest, highest = self._where_it_holds
+        return Plot(
+            low=at(self.low),
+            high=at(self.high),
+            mean=at(self.mean),
+            holds=(at(lowest), at(highest)),
+            marks=tuple(map(at, marks)),
+        )
+
+    @property
+    def _marks(self) -> tuple[float, ...]:
+        if self.claim.paper is not None:
+            return (self.claim.paper,)
+        relation, bound = self.claim.bound
+        return (-bound, bound) if relation == "within" else (bound,)
+
+    @property
+    def _where_it_holds(self) -> tuple[float, float]:
+        first, last = self._marks[0], self._marks[-1]
+        if self.claim.paper is not None:
+            return first - HALF, last + HALF
+        relation, _ = self.claim.bound
+        lowest = -float("inf") if relation == "below" else first
+        highest = float("inf") if relation == "at least" else last
+        return lowest, highest
+
+    def _write(self, value: float) -> str:
+        if self.claim.is_percentage:
+            return write_number(value, 1, signed=True)
+        return write_number(value, 3, signed=self.claim.versus is not None)
+
+
+def write_number(value: float, digits: int, *, signed: bool) -> str:
+    """Write a number with a true minus sign, and with a plus where it is one of two directions.
+
+    Examples
+    --------
+    >>> write_number(-74.25, 1, signed=True), write_number(13, 0, signed=True)
+    ('−74.2', '+13')
+    >>> write_number(-0.01, 1, signed=True), write_number(0.5, 3, signed=False)
+    ('0.0', '0.500')
+    """
+    text = f"{abs(value):.{digits}f}"
+    if not float(text):
+        return text
+    return f"−{text}" if value < 0 else f"+{text}" if signed else text

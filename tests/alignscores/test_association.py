@@ -1,0 +1,129 @@
+import numpy as np
+import pytest
+from evo.core.sync import associate_trajectories
+from evo.core.trajectory import PoseTrajectory3D
+
+from alignscores.association import match
+from alignscores.io import Trajectory, TrajectoryWarning
+
+
+def trajectory(keys):
+    """Poses that tell by their x coordinate which one they are."""
+    poses = np.tile(np.eye(4), (len(keys), 1, 1))
+    poses[:, 0, 3] = np.arange(len(keys))
+    return Trajectory(np.asarray(keys), poses)
+
+
+def pairs(matches):
+    """Rows of the reference with those of the estimate; None for a camera that is missing."""
+    est = [None if np.isnan(x) else int(x) for x in matches.est_poses[:, 0, 3]]
+    return list(zip(matches.gt_poses[:, 0, 3].astype(int).tolist(), est, strict=True))
+
+
+@pytest.mark.parametrize(("n_ref", "n_est"), [(200, 30), (30, 200), (50, 50)])
+@pytest.mark.parametrize("offset", [0.0, 3.0])
+def test_time_stamps_are_associated_as_evo_does(n_ref, n_est, offset):
+    rng = np.random.default_rng([n_ref, n_est])
+    ref, est = (np.sort(rng.uniform(0, 10, n)) for n in (n_ref, n_est))
+    # So far apart that no pose is anybody's nearest twice.
+    ref, est = ref[np.diff(ref, prepend=-1) > 0.02], est[np.diff(est, prepend=-1) > 0.02] - offset
+    matches = match(trajectory(ref), trajectory(est), t_max_diff=0.01, t_offset=offset)
+
+    def evo_trajectory(stamps):
+        poses = trajectory(stamps).poses
+        return PoseTrajectory3D(poses_se3=list(poses), timestamps=stamps)
+
+    theirs = associate_trajectories(
+        evo_trajectory(ref), evo_trajectory(est), max_diff=0.01, offset_2=offset
+    )
+    expected = [traj.positions_xyz[:, 0].astype(int).tolist() for traj in theirs]
+    assert 0 < matches.matched < min(len(ref), len(est))
+    assert pairs(matches) == list(zip(*expected, strict=True))
+    assert matches.missing == len(ref) - matches.matched
+    assert matches.unmatched == len(est) - matches.matched
+    assert matches.duplicate == 0
+
+
+def test_missing_cameras_fail_or_are_left_out():
+    reference, estimate = trajectory([0.0, 1.0, 2.0, 3.0]), trajectory([1.001, 3.002, 9.0])
+    ignore = match(reference, estimate)
+    fail = match(reference, estimate, missing="fail")
+    assert pairs(ignore) == [(1, 0), (3, 1)]
+    assert pairs(fail) == [(0, None), (1, 0), (2, None), (3, 1)]
+    for matches in (ignore, fail):
+        counts = matches.matched, matches.missing, matches.unmatched, matches.duplicate
+        assert counts == (2, 2, 1, 0)
+    assert fail.keys.tolist() == [0, 1, 2, 3]
+
+
+def test_a_reference_pose_is_used_once_and_by_the_closest():
+    reference = trajectory([0.0, 1.0, 2.0, 3.0, 4.0])
+    matches = match(reference, trajectory([0.994, 1.001, 1.005, 2.0]))
+    assert pairs(matches) == [(1, 1), (2, 3)]
+    assert (matches.duplicate, matches.unmatched, matches.missing) == (2, 0, 3)
+
+
+def test_an_estimated_pose_is_used_once_and_by_the_closest():
+    estimate = trajectory([0.0, 1.0, 2.0, 3.0, 4.0])
+    matches = match(trajectory([0.994, 1.001, 1.005, 2.0]), estimate, missing="fail")
+    assert pairs(matches) == [(0, None), (1, 1), (2, None), (3, 2)]
+    assert (matches.duplicate, matches.unmatched, matches.missing) == (0, 3, 2)
+
+
+def test_duplicate_stamps_are_counted_and_the_first_is_used():
+    matches = match(trajectory([0.0, 1.0, 2.0]), trajectory([0.0, 1.0, 1.0, 1.0, 2.0]))
+    assert pairs(matches) == [(0, 0), (1, 1), (2, 4)]
+    assert matches.duplicate == 2
+    with pytest.warns(TrajectoryWarning, match="duplicates in the reference .*: 1"):
+        matches = match(trajectory([0.0, 1.0, 1.0]), trajectory([0.0, 1.0]), missing="fail")
+    assert pairs(matches) == [(0, 0), (1, 1)]
+
+
+@pytest.mark.parametrize("whose", ["reference", "estimate"])
+def test_stamps_out_of_order_are_sorted(whose):
+    ordered, shuffled = trajectory([0.0, 1.0, 2.0]), trajectory([2.0, 0.0, 1.0])
+    both = (shuffled, ordered) if whose == "reference" else (ordered, shuffled)
+    with pytest.warns(TrajectoryWarning, match=rf"{whose} are not in order \(first at pose 2"):
+        matches = match(*both)
+    expected = [(1, 0), (2, 1), (0, 2)] if whose == "reference" else [(0, 1), (1, 2), (2, 0)]
+    assert pairs(matches) == expected
+
+
+def test_names():
+    reference, estimate = trajectory(["b", "a", "c", "d"]), trajectory(["d", "x", "a", "a"])
+    matches = match(reference, estimate, missing="fail")
+    assert pairs(matches) == [(0, None), (1, 2), (2, None), (3, 0)]
+    counts = matches.matched, matches.missing, matches.unmatched, matches.duplicate
+    assert counts == (2, 2, 1, 1)
+    assert pairs(match(reference, estimate)) == [(1, 2), (3, 0)]
+
+
+def test_rows():
+    estimate = trajectory([0, 1, 2])
+    estimate.poses[1] = np.nan
+    matches = match(trajectory([0, 1, 2]), estimate)
+    assert pairs(matches) == [(0, 0), (1, None), (2, 2)]
+    assert (matches.matched, matches.missing, matches.non_finite) == (3, 0, 1)
+
+
+@pytest.mark.parametrize(
+    ("reference", "estimate", "message"),
+    [
+        (
+            [0.0, 1.0],
+            [5.0],
+            "no time stamps in common: the reference .* from 0.0.* to 1.0.* from 5",
+        ),
+        (["a"], ["b"], "no image names in common: the reference has 'a', the estimate 'b'"),
+        ([0, 1], [0, 1, 2], "the reference has 2 poses, the estimate 3: .* row by row"),
+        ([0, 1], ["a", "b"], "not of the same format"),
+    ],
+)
+def test_nothing_in_common(reference, estimate, message):
+    with pytest.raises(ValueError, match=message):
+        match(trajectory(reference), trajectory(estimate))
+
+
+def test_unknown_policy():
+    with pytest.raises(ValueError, match=r"missing must be one of .*, not 'skip'"):
+        match(trajectory(["a"]), trajectory(["a"]), missing="skip")

@@ -1,0 +1,284 @@
+import json
+import shutil
+
+import numpy as np
+import pycolmap
+import pytest
+from scipy.spatial.transform import Rotation
+
+from alignscores.io import (
+    FileError,
+    TrajectoryWarning,
+    inverse_poses,
+    nearest_rotations,
+    read_colmap,
+    read_euroc,
+    read_kitti,
+    read_nerf,
+    read_tum,
+)
+
+LINE = "{} 1 2 3 0 0 0 1"
+
+
+@pytest.fixture
+def write(tmp_path):
+    """(content) -> path of a file with it."""
+
+    def write(content, name="trajectory.txt"):
+        path = tmp_path / name
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    return write
+
+
+def test_all_formats_hold_the_same_reference(examples):
+    stamps, tum = read_tum(examples / "tum/reference.txt", complete=True)
+    euroc_stamps, euroc = read_euroc(examples / "euroc/data.csv", complete=True)
+    rows, kitti = read_kitti(examples / "kitti/reference.txt", complete=True)
+    names, colmap = read_colmap(examples / "colmap/reference", complete=True)
+    paths, nerf = read_nerf(examples / "nerf/reference.json", complete=True)
+    assert tum.shape == (40, 4, 4)
+    for poses in (euroc, kitti, colmap, nerf):
+        np.testing.assert_allclose(poses, tum, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(stamps, 1.7e9 + np.arange(40) / 10, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(euroc_stamps, stamps, rtol=0, atol=1e-6)
+    np.testing.assert_array_equal(rows, np.arange(40))
+    assert names[7] == "0007.png"
+    assert paths[7] == "images/0007.png"
+
+
+def test_the_poses_are_those_written(examples):
+    """Against the numbers of the file, by hand: centre, and where the camera's z axis points."""
+    fields = (examples / "tum/reference.txt").read_text().splitlines()[6].split()
+    x, y, z, w = map(float, fields[4:])
+    _, poses = read_tum(examples / "tum/reference.txt")
+    np.testing.assert_allclose(poses[5, :3, 3], np.array(fields[1:4], float), rtol=1e-12)
+    forward = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]
+    np.testing.assert_allclose(poses[5, :3, 2], forward, atol=1e-10)
+
+
+def test_estimates_keep_what_was_not_estimated(examples):
+    for read, path in (
+        (read_tum, "tum/estimate.txt"),
+        (read_euroc, "euroc/estimate.txt"),  # TUM, as estimates for EuRoC are
+        (read_kitti, "kitti/estimate.txt"),
+    ):
+        keys, poses = read(examples / path)
+        lost = ~np.isfinite(poses).all(axis=(1, 2))
+        assert lost.sum() == (3 if read is read_kitti else 1)
+        assert len(keys) == (40 if read is read_kitti else 38)
+
+
+def test_colmap_binary_and_text_are_the_same(examples, tmp_path):
+    pycolmap.Reconstruction(str(examples / "colmap/estimate")).write_text(str(tmp_path))
+    binary, text = read_colmap(examples / "colmap/estimate"), read_colmap(tmp_path)
+    np.testing.assert_array_equal(binary.keys, text.keys)
+    np.testing.assert_allclose(binary.poses, text.poses, rtol=0, atol=1e-12)
+
+
+def test_nerf_camera_axes_are_turned(write):
+    matrix = np.eye(4)
+    matrix[:3, 3] = [1, 2, 3]
+    frames = [{"file_path": "./a/../b.png", "transform_matrix": matrix.tolist()}]
+    names, poses = read_nerf(write(json.dumps({"frames": frames})))
+    np.testing.assert_array_equal(poses[0, :3, :3], np.diag([1.0, -1.0, -1.0]))
+    np.testing.assert_array_equal(poses[0, :3, 3], [1, 2, 3])
+    assert names.tolist() == ["b.png"]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "# c\n0 1 2 3 0 0 0 1\n1 4 5 6 0 0 0 1\n",
+        "0 1 2 3 0 0 0 1\r\n1 4 5 6 0 0 0 1\r\n",
+        "0 1 2 3 0 0 0 1\r1 4 5 6 0 0 0 1",
+        "\ufeff0 1 2 3 0 0 0 1\n\n  1\t4  5 6 0 0 0 1  \n\n",
+        "0 1 2 3 0 0 0 1\n  # c\n1 4 5 6 0 0 0 1",
+        "0 1 2 3 0 0 0 1\n1.0e0 4. +5 6 0 -0 0 1",
+    ],
+    ids=["comment", "CRLF", "CR", "BOM, blank lines, tabs", "indented comment", "number forms"],
+)
+def test_harmless_differences(write, content):
+    stamps, poses = read_tum(write(content))
+    np.testing.assert_array_equal(stamps, [0, 1])
+    np.testing.assert_array_equal(poses[:, :3, 3], [[1, 2, 3], [4, 5, 6]])
+    np.testing.assert_array_equal(poses[:, :3, :3], np.tile(np.eye(3), (2, 1, 1)))
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", ": has no poses"),
+        ("# nothing\n\n", ": has no poses"),
+        ("0 1 2 3 0 0 0 1\n1 4 5 6", ", line 2: has 4 columns, not 'timestamp tx"),
+        ("\n0 1 2 3 0 0 0 1 9\n", ", line 2: has 9 columns"),
+        ("1 0 0 0 0 1 0 0 0 0 1 0\n", ", line 1: .* 12 columns are the kitti format"),
+        ("1,0,0,0,0,1,0,0\n", ", line 1: has 1 column, .* commas are the euroc format"),
+        ("# c\n0 1 2 3 0 0 0 1\n1 4 5 x 0 0 0 1", ", line 3: 'x' is not a number"),
+        ('0 1 2 3 0 0 0 1\n1 4 "5 6 0 0 0 1', ", line 2: '\"5' is not a number"),
+        ("0 1 2 3 0 0 0 1\n1 4 5 6 0 0 0 0", ", line 2: the quaternion is zero"),
+        ("0 1 2 3 0 0 0 1\nnan 4 5 6 0 0 0 1", ", line 2: the time stamp is not finite"),
+        (b"0 1 2 3 0 0 0 1\n\xff\xfe\x00\x9c", ", line 2: is not text"),
+        (b"0 1 2 3 0 0 0 1\n0 1 2 3 0 0 0 \x00", r", line 2: is not text \(a zero byte\)"),
+        ("0 1 2 3 0 0 0 1\n".encode("utf-16"), ", line 1: is not text"),
+    ],
+)
+def test_malformed_tum(write, content, message):
+    path = write(content)
+    with pytest.raises(FileError, match=message) as error:
+        read_tum(path)
+    assert str(error.value).startswith(str(path))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("field", range(1, 8))
+def test_a_reference_must_be_complete(write, field):
+    fields = ["5", "1", "2", "3", "0", "0", "0", "1"]
+    fields[field] = "nan"
+    path = write("# c\n" + LINE.format(4) + "\n" + " ".join(fields) + "\n")
+    _, poses = read_tum(path)
+    assert np.isfinite(poses[0]).all()
+    # What is known of the pose stays: its position can be scored without its rotation.
+    assert np.isfinite(poses[1, :3, 3]).all() == (field > 3)
+    assert np.isfinite(poses[1, :3, :3]).all() == (field < 4)
+    with pytest.raises(FileError, match=r"line 3: the pose is not finite; .* reference comes"):
+        read_tum(path, complete=True)
+
+
+def test_quaternions_are_normalised(write, recwarn):
+    turn = Rotation.from_rotvec([0.3, -0.2, 0.9])
+    lines = [
+        f"{i} 0 0 0 " + " ".join(map(str, s * turn.as_quat())) for i, s in enumerate((1, 1.001))
+    ]
+    _, poses = read_tum(write("\n".join(lines)))
+    np.testing.assert_allclose(poses[:, :3, :3], [turn.as_matrix()] * 2, atol=1e-14)
+    assert not recwarn.list
+    lines += [f"{i} 0 0 0 " + " ".join(map(str, 3 * turn.as_quat())) for i in (2, 3)]
+    with pytest.warns(
+        TrajectoryWarning, match=r"line 3: .* unit length \(off by 2\) and so have 1 more"
+    ):
+        _, poses = read_tum(write("\n".join(lines)))
+    np.testing.assert_allclose(poses[:, :3, :3], [turn.as_matrix()] * 4, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "message"),
+    [
+        (2 * np.eye(3), r"is not a rotation: R\^T R differs from the identity by 3"),
+        (np.diag([1, 1, -1]), "is not a rotation: its determinant is negative"),
+        (np.zeros((3, 3)), r"is not a rotation: R\^T R differs from the identity by 1"),
+        (1e200 * np.ones((3, 3)), "is not a rotation"),
+    ],
+)
+def test_matrices_that_are_no_rotation(write, matrix, message):
+    rows = [np.eye(4)[:3].ravel(), np.column_stack([matrix, [1, 2, 3]]).ravel()]
+    path = write("\n".join(" ".join(map(str, row)) for row in rows))
+    with pytest.raises(
+        FileError, match=f"line 2: the matrix is not a rotation: .*{message}|{message}"
+    ):
+        read_kitti(path)
+
+
+def test_rounded_matrices_become_rotations(write):
+    rng = np.random.default_rng(0)
+    exact = Rotation.random(30, rng=rng).as_matrix()
+    rows = np.concatenate([exact, np.zeros((30, 3, 1))], axis=2).reshape(30, 12)
+    _, poses = read_kitti(write("\n".join(" ".join(f"{x:.4f}" for x in row) for row in rows)))
+    gram = poses[:, :3, :3].transpose(0, 2, 1) @ poses[:, :3, :3]
+    np.testing.assert_allclose(gram, np.tile(np.eye(3), (30, 1, 1)), atol=1e-14)
+    np.testing.assert_allclose(poses[:, :3, :3], exact, atol=2e-4)
+    with pytest.warns(TrajectoryWarning, match="line 1: has a matrix that is only roughly"):
+        read_kitti(write("1.02 0 0 0 0 1 0 0 0 0 1 0"))
+
+
+def test_nearest_rotations_agree_with_the_singular_value_decomposition():
+    rng = np.random.default_rng(1)
+    matrices = Rotation.random(100, rng=rng).as_matrix() + rng.uniform(-0.02, 0.02, (100, 3, 3))
+    u, _, vt = np.linalg.svd(matrices)
+    rotations, deviation = nearest_rotations(matrices)
+    np.testing.assert_allclose(rotations, u @ vt, atol=1e-12)
+    gram = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
+    np.testing.assert_array_equal(deviation, np.abs(gram).max(axis=(1, 2)))
+
+
+def test_inverse_poses():
+    rng = np.random.default_rng(2)
+    poses = np.tile(np.eye(4), (5, 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = Rotation.random(5, rng=rng).as_matrix(), rng.random((5, 3))
+    np.testing.assert_allclose(inverse_poses(poses), np.linalg.inv(poses), atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ('{\n"frames": [1,\n', ", line 3: is no JSON"),
+        ("[1]", "it has no list of frames"),
+        ("{}", "it has no list of frames"),
+        ('{"frames": []}', "has no frames"),
+        ('{"frames": [3]}', r"frames\[0\]: needs a file_path and a transform_matrix"),
+        ('{"frames": [{"file_path": "a"}]}', r"frames\[0\]: needs"),
+        ('{"frames": [{"file_path": "a", "transform_matrix": [[1, 2], [3]]}]}', r"\[0\]: needs"),
+        ('{"frames": [{"file_path": "a", "transform_matrix": [[1, 2]]}]}', r"\[0\]: .* 4 x 4"),
+        ('{"frames": [{"file_path": 7, "transform_matrix": [[1, 2]]}]}', r"\[0\]: .* a text"),
+        ("[" * 100_000, "nested too deeply"),
+    ],
+)
+def test_malformed_nerf(write, content, message):
+    with pytest.raises(FileError, match=message):
+        read_nerf(write(content))
+
+
+def test_nerf_reference_with_nan(examples, write):
+    content = json.loads((examples / "nerf/reference.json").read_text())
+    content["frames"][3]["transform_matrix"][0][3] = float("nan")
+    path = write(json.dumps(content))
+    assert np.isnan(read_nerf(path).poses[3]).any()
+    with pytest.raises(FileError, match=r"frames\[3\] \('images/0003.png'\): the pose is not"):
+        read_nerf(path, complete=True)
+
+
+def test_malformed_colmap(examples, tmp_path):
+    with pytest.raises(FileError, match="is no folder"):
+        read_colmap(examples / "tum/reference.txt")
+    with pytest.raises(FileError, match=r"is no readable COLMAP model .*do not exist"):
+        read_colmap(tmp_path)
+    model = tmp_path / "model"
+    shutil.copytree(examples / "colmap/estimate", model)
+    images = (model / "images.bin").read_bytes()
+    for content in (images[:300], b"", np.random.default_rng(0).bytes(5000)):
+        (model / "images.bin").write_bytes(content)
+        with pytest.raises(FileError, match="model"):
+            read_colmap(model)
+
+
+@pytest.mark.parametrize("word", ["abc", "nan"])
+def test_malformed_colmap_text_tells_the_line(examples, tmp_path, word):
+    model = tmp_path / "model"
+    shutil.copytree(examples / "colmap/reference", model)
+    lines = (model / "images.txt").read_text().splitlines()
+    assert lines[6].startswith("2 ")
+    lines[6] = f"2 {word} " + lines[6].split(maxsplit=2)[2]
+    (model / "images.txt").write_text("\n".join(lines))
+    with pytest.raises(FileError, match=r"images.txt, line 7: must hold 'IMAGE_ID QW"):
+        read_colmap(model)
+
+
+def test_euroc(write):
+    content = "#time,...\n1000000000,1,2,3,1,0,0,0,9,9\n\n2000000000, 4, 5, 6, 0, 1, 0, 0, 9, 9\n"
+    stamps, poses = read_euroc(write(content))
+    np.testing.assert_array_equal(stamps, [1.0, 2.0])
+    np.testing.assert_array_equal(poses[1, :3, :3], np.diag([1.0, -1.0, -1.0]))
+    with pytest.raises(FileError, match="line 2: has 7 columns"):
+        read_euroc(write("#time,...\n1000000000,1,2,3,1,0,0\n"))
+    with pytest.raises(FileError, match="line 1: 'a' is not a number"):
+        read_euroc(write("1000000000,1,a,3,1,0,0,0\n"))
+
+
+@pytest.mark.parametrize("read", [read_tum, read_kitti, read_euroc, read_nerf])
+def test_files_that_are_not_there(read, tmp_path):
+    with pytest.raises(FileError, match=r"none: cannot be read .No such file"):
+        read(tmp_path / "none")
+    with pytest.raises(FileError, match=r"cannot be read .Is a directory"):
+        read(tmp_path)

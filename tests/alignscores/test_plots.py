@@ -1,0 +1,101 @@
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from alignscores import AlignmentWarning, pas
+from alignscores.association import match
+from alignscores.histogram import AlignmentScore
+from alignscores.io import read_kitti
+from alignscores.plots import score_figure, score_panel, trajectory_panel
+
+
+@pytest.mark.parametrize("errors", [[0.0] * 37, [0.35, 0.5, 2.0], [np.inf] * 5])
+def test_the_shaded_share_of_the_box_is_the_score(errors):
+    result = AlignmentScore(np.array(errors), np.arange(1, 11) / 10)
+    axes = Figure().subplots()
+    score_panel(
+        axes,
+        result.thresholds,
+        result.cumulative_frequency,
+        len(errors),
+        name="XAS",
+        score=result.score,
+    )
+    values, edges, _ = axes.patches[0].get_data()
+    assert np.sum(values * np.diff(edges)) / len(errors) == pytest.approx(result.score)
+    assert axes.get_xlim() == (0, 1)
+    assert axes.get_ylim() == (0, len(errors))
+    assert axes.get_yticks()[-1] == len(errors)
+    assert axes.texts[0].get_text() == f"XAS = {result.score:.3f}"
+
+
+@pytest.mark.parametrize("power", [0.05, 0.3, 1, 3, 20])
+def test_the_value_stands_clear_of_the_curve(power):
+    thresholds = np.arange(1, 101) / 100
+    frequency = np.round(100 * thresholds**power)
+    figure = Figure(figsize=(3.3, 1.5))
+    axes = figure.subplots()
+    score_panel(axes, thresholds, frequency, 100, name="TAS", score=float(frequency.mean() / 100))
+    figure.draw_without_rendering()
+    for text in axes.texts:
+        box = text.get_window_extent().transformed(axes.transData.inverted())
+        inside = (thresholds >= box.x0) & (thresholds <= box.x1)
+        below, above = frequency[inside].min() > box.y1, frequency[inside].max() < box.y0
+        assert below or above
+
+
+@pytest.fixture
+def scored(examples):
+    matches = match(
+        read_kitti(examples / "kitti/reference.txt"), read_kitti(examples / "kitti/estimate.txt")
+    )
+    return matches, pas(matches.gt_poses, matches.est_poses)
+
+
+def test_a_row_of_panels_for_each_estimate(scored):
+    figure = score_figure({"one": scored, "two": scored}, title="registration pcr99")
+    panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
+    titles = [axes.get_title(loc="left") for axes in panels]
+    assert titles[0] == "one\nposition errors"
+    assert titles[3] == "two\nposition errors"
+    assert figure.get_suptitle() == "registration pcr99"
+    texts = [axes.texts[0].get_text() for axes in panels[:2]]
+    _, result = scored
+    assert texts == [f"TAS = {result.tas.score:.3f}", f"RAS = {result.ras.score:.3f}"]
+
+
+def test_the_trajectory_is_aligned_and_coloured_by_its_errors(scored):
+    matches, result = scored
+    axes = Figure().subplots()
+    trajectory_panel(axes, matches, result)
+    crosses, dots = axes.collections
+    errors = result.tas.errors
+    within = errors < result.tas.unit
+    np.testing.assert_array_equal(dots.get_array(), errors[within])
+    np.testing.assert_array_equal(crosses.get_array(), errors[~within & np.isfinite(errors)])
+    # The scene is thinnest along z, and no dot is farther from its camera than its error.
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x", "y")
+    gaps = np.linalg.norm(dots.get_offsets() - matches.gt_poses[within, :2, 3], axis=1)
+    assert np.all(gaps <= errors[within] + 1e-12)
+    assert gaps.max() > 0.5 * errors[within].max()
+    title = axes.get_title(loc="left") + axes.get_title()
+    assert title == "aligned; × 3 of 40 off by d or more, 3 not estimated"
+
+
+def test_an_estimate_that_cannot_be_aligned(scored):
+    matches, _ = scored
+    with pytest.warns(AlignmentWarning):
+        result = pas(matches.gt_poses, np.full((40, 4, 4), np.nan))
+    axes = Figure().subplots()
+    trajectory_panel(axes, matches, result)
+    assert axes.texts[0].get_text() == "could not be aligned"
+    assert not axes.collections
+
+
+def test_far_off_poses_do_not_shrink_the_rest(scored):
+    matches, result = scored
+    axes = Figure().subplots()
+    trajectory_panel(axes, matches, result)
+    reach = np.ptp(matches.gt_poses[:, 0, 3])
+    assert np.ptp(axes.get_xlim()) == pytest.approx(1.1 * reach)
+    assert np.ptp(axes.get_ylim()) == pytest.approx(1.1 * reach)

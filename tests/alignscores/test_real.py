@@ -1,0 +1,118 @@
+"""Real trajectories: the values that an independent implementation measured on them.
+
+What is deterministic agrees in every digit given. The TAS is a distribution, of which the values
+give the mean and standard deviation over 6 seeds.
+"""
+
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from evo.core import sync
+from evo.tools import file_interface
+
+from alignscores.association import match
+from alignscores.cli import main
+from alignscores.conventions import find_convention, seem_swapped
+from alignscores.evo import PAS, RAS, TAS
+from alignscores.io import read_kitti, read_tum
+
+
+class Pair(NamedTuple):
+    form: str
+    reference: str
+    estimate: str
+    n: int
+    d: float
+    tas: float
+    tas_sd: float
+    ras: float
+    ate: float
+
+
+KITTI = "KITTI_00_gt.txt"
+DESK = "fr2_desk_groundtruth.txt"
+PAIRS = [
+    Pair(
+        "kitti", "KITTI_00_gt.txt", "KITTI_00_ORB.txt", 4541, 0.96539, 0.213, 0.021, 0.9507, 0.938
+    ),
+    Pair(
+        "kitti", "KITTI_00_gt.txt", "KITTI_00_SPTAM.txt", 4541, 0.96539, 0.090, 0.005, 0.8781, 3.635
+    ),
+    Pair("tum", DESK, "fr2_desk_ORB.txt", 2174, 0.00819, 0.300, 0.009, 0.9238, 0.0061),
+    Pair("tum", DESK, "fr2_desk_ORB_kf_mono.txt", 118, 0.06742, 0.865, 0.016, 0.9331, 0.0077),
+]
+each_pair = pytest.mark.parametrize("pair", PAIRS, ids=lambda pair: Path(pair.estimate).stem)
+ROUNDED = {"abs": 0.6e-4, "rel": 0}  # the last digit given
+
+
+def spread_of_means(scores, pair):
+    """Standard error of the difference between our mean over the seeds and theirs."""
+    return np.sqrt(np.var(scores, ddof=1) / len(scores) + pair.tas_sd**2 / 6)
+
+
+@each_pair
+def test_command_line(real, pair, capsys):
+    arguments = [pair.form, str(real / pair.reference), str(real / pair.estimate), "--json"]
+    assert main([*arguments, "--repeat", "4"]) == 0
+    printed = capsys.readouterr()
+    (result,) = json.loads(printed.out)["results"]
+    assert result["n"] == result["matched"] == pair.n
+    assert result["unit"] == pytest.approx(pair.d, abs=0.6e-5)
+    assert result["RAS"] == pytest.approx(pair.ras, **ROUNDED)
+    assert result["ATE"] == pytest.approx(pair.ate, abs=0.6e-3 if pair.ate > 0.1 else 0.6e-4)
+    assert abs(result["TAS"] - pair.tas) < 4 * max(pair.tas_sd, result["TAS_sd"])
+    assert result["PAS"] == pytest.approx((result["TAS"] + result["RAS"]) / 2)
+    for false_alarm in ("seem", "camera's frame", "mirror"):
+        assert false_alarm not in printed.err
+
+
+@each_pair
+def test_evo_classes(real, pair):
+    reference, estimate = str(real / pair.reference), str(real / pair.estimate)
+    if pair.form == "kitti":
+        data = tuple(map(file_interface.read_kitti_poses_file, (reference, estimate)))
+    else:
+        data = sync.associate_trajectories(
+            *map(file_interface.read_tum_trajectory_file, (reference, estimate))
+        )
+    rotation = RAS()
+    rotation.process_data(data)
+    assert rotation.result.score == pytest.approx(pair.ras, **ROUNDED)
+    scores = []
+    for seed in range(5):
+        position = TAS(rng=seed)
+        position.process_data(data)
+        scores.append(position.result.score)
+        assert position.result.unit == pytest.approx(pair.d, abs=0.6e-5)
+    assert abs(np.mean(scores) - pair.tas) < 4 * spread_of_means(scores, pair)
+    pose = PAS()
+    pose.process_data(data)
+    assert pose.result.score == pytest.approx((scores[0] + rotation.result.score) / 2)
+
+
+@each_pair
+def test_conventions(real, pair):
+    """No false alarm, and the alarm for a mix-up made on purpose."""
+    read = read_kitti if pair.form == "kitti" else read_tum
+    reference, estimate = read(real / pair.reference), read(real / pair.estimate)
+    if pair.form == "tum":
+        assert seem_swapped(estimate, reference)
+        assert not seem_swapped(reference, estimate)
+        with pytest.warns(UserWarning, match="duplicates in the reference"):
+            matches = match(reference, estimate)
+    else:
+        matches = match(reference, estimate)
+    found = find_convention(matches.gt_poses, matches.est_poses)
+    assert found.body_rotation is None
+    assert not found.inverted
+    assert not found.rotations_inverted
+    assert not found.mirrored
+    opengl = np.diag([1.0, -1.0, -1.0, 1.0])
+    found = find_convention(matches.gt_poses, matches.est_poses @ opengl)
+    np.testing.assert_array_equal(found.body_rotation, opengl[:3, :3])
+    found = find_convention(matches.gt_poses, np.linalg.inv(matches.est_poses))
+    assert found.inverted
+    assert found.body_rotation is None

@@ -1,0 +1,199 @@
+"""The least-squares similarity: its defining property, weights, and clouds without full rank."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import scipy
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from alignscores import Similarity
+from alignscores.similarity import weighted_similarities
+
+Floats = NDArray[np.float64]
+Cloud = Callable[[str, int, int], Floats]
+World = Callable[..., Floats]
+Scene = Callable[[int, int, float, int], tuple[Floats, Floats]]
+
+SEEDS = st.integers(0, 10_000)
+KINDS = ["cube", "axis", "oblique line", "plane", "oblique plane", "helix", "clusters"]
+
+
+def cost(alignment: Similarity, gt: Floats, est: Floats, weights: Floats | float = 1.0) -> float:
+    return float(np.sum(weights * alignment.position_errors(gt, est) ** 2))
+
+
+def assert_proper(alignment: Similarity) -> None:
+    assert alignment.scale > 0
+    np.testing.assert_allclose(alignment.rotation @ alignment.rotation.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(alignment.rotation) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 100])
+@pytest.mark.parametrize("kind", KINDS)
+def test_exact_clouds(cloud: Cloud, another_world: World, kind: str, n: int) -> None:
+    """Of any rank, at any place and scale: no error is left."""
+    for seed in range(3):
+        for scale, offset in ((2.5, 10.0), (1e-9, 0.0), (1e9, 1e4)):
+            gt = cloud(kind, n, seed)
+            alignment = Similarity.fit(gt, another_world(gt, seed, scale=scale, offset=offset))
+            assert_proper(alignment)
+            assert alignment.scale == pytest.approx(scale, rel=1e-9)
+            errors = alignment.position_errors(
+                gt, another_world(gt, seed, scale=scale, offset=offset)
+            )
+            assert errors.max() < 1e-9 * max(1, offset) * n
+
+
+@pytest.mark.parametrize("gt_scale", [1e-200, 1.0, 1e200])
+@pytest.mark.parametrize("est_scale", [1e-200, 1.0, 1e200])
+def test_absurd_scales(cloud: Cloud, gt_scale: float, est_scale: float) -> None:
+    """Where squares of coordinates under- or overflow."""
+    gt = cloud("cube", 30, 0)
+    with np.errstate(over="ignore"):
+        expected = est_scale / gt_scale
+    if 0 < expected < np.inf:
+        alignment = Similarity.fit(gt_scale * gt, est_scale * gt)
+        assert alignment.scale == pytest.approx(expected)
+        np.testing.assert_allclose(alignment.rotation, np.eye(3), atol=1e-9)
+    else:
+        with pytest.raises(ValueError, match="no similarity"):
+            Similarity.fit(gt_scale * gt, est_scale * gt)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("seed", range(3))
+def test_smallest_sum_of_squares(noisy_scene: Scene, seed: int, mirrored: bool) -> None:
+    """No better similarity is found by a general minimiser from many rotations.
+
+    In a mirrored estimate the best orthogonal matrix is a reflection, which does not count.
+    """
+    gt, est = noisy_scene(12, 3, 0.1, seed)
+    rng = np.random.default_rng(seed)
+    weights = rng.random(12)
+    if mirrored:
+        est[:, 0] *= -1
+    alignment = Similarity.fit(gt, est, weights)
+    assert_proper(alignment)
+
+    def objective(x: Floats) -> float:
+        rotation = Rotation.from_rotvec(x[1:4]).as_matrix()
+        residuals = math.exp(x[0]) * est @ rotation + x[4:] - gt
+        return float(np.sum(weights[:, None] * residuals**2))
+
+    searches = [
+        scipy.optimize.minimize(
+            objective, np.r_[-math.log(2.5), Rotation.random(rng=rng).as_rotvec(), 0, 0, 0]
+        ).fun
+        for _ in range(4)
+    ]
+    assert cost(alignment, gt, est, weights) == pytest.approx(min(searches), rel=1e-6)
+
+
+@given(seed=SEEDS, n=st.integers(3, 30))
+def test_nearby_similarities_are_worse(noisy_scene: Scene, seed: int, n: int) -> None:
+    """A minimum of the errors in ground-truth units, in each of the seven parameters."""
+    gt, est = noisy_scene(n, n // 5, 0.1, seed)
+    best = Similarity.fit(gt, est)
+    smallest = cost(best, gt, est)
+    for step in (-1e-3, 1e-3):
+        others = [Similarity(best.scale * (1 + step), best.rotation, best.translation)]
+        for axis in np.eye(3):
+            turn = Rotation.from_rotvec(step * axis).as_matrix()
+            others.append(Similarity(best.scale, turn @ best.rotation, best.translation))
+            others.append(Similarity(best.scale, best.rotation, best.translation + step * axis))
+        for other in others:
+            assert cost(other, gt, est) > smallest * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_weights(cloud: Cloud, another_world: World, kind: str) -> None:
+    """Weight 0 leaves a camera out, whole weights repeat it, and only their ratios count."""
+    rng = np.random.default_rng(0)
+    gt = cloud(kind, 30, 0)
+    est = another_world(gt + rng.normal(0, 0.05, gt.shape), 0)
+    est[20:] = [1e200, -1e200, 0]
+    times = np.r_[rng.integers(1, 4, 20), np.zeros(10, dtype=int)]
+    a = Similarity.fit(gt, est, times)
+    for b in (
+        Similarity.fit(np.repeat(gt, times, axis=0), np.repeat(est, times, axis=0)),
+        Similarity.fit(gt, est, 1e300 * times),
+        Similarity.fit(gt, est, 1e-300 * times),
+    ):
+        assert a.scale == pytest.approx(b.scale, rel=1e-9)
+        np.testing.assert_allclose(
+            a.position_errors(gt[:20], est[:20]), b.position_errors(gt[:20], est[:20]), atol=1e-9
+        )
+
+
+def test_many_rows_of_weights(noisy_scene: Scene) -> None:
+    """Each row is fitted as if it were alone."""
+    gt, est = noisy_scene(40, 10, 0.05, 0)
+    rows = np.random.default_rng(0).random((7, 40))
+    scale, rotation, translation = weighted_similarities(gt, est, rows)
+    for h, weights in enumerate(rows):
+        alone = Similarity.fit(gt, est, weights)
+        assert scale[h] == pytest.approx(alone.scale, rel=1e-9)
+        np.testing.assert_allclose(rotation[h], alone.rotation, atol=1e-9)
+        np.testing.assert_allclose(translation[h], alone.translation, atol=1e-9)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-17, 0.1])
+def test_collinear_ground_truth(cloud: Cloud, another_world: World, noise: float) -> None:
+    """The spin about the line is free; position errors are the smallest there are."""
+    gt = cloud("oblique line", 20, 0)
+    est = another_world(gt + np.random.default_rng(0).normal(0, noise, gt.shape), 0)
+    alignment = Similarity.fit(gt, est)
+    assert_proper(alignment)
+    along = (gt[-1] - gt[0]) / np.linalg.norm(gt[-1] - gt[0])
+    spun = alignment.rotation @ Rotation.from_rotvec(2 * along).as_matrix()
+    shift = alignment.translation + alignment.scale * (alignment.rotation - spun) @ gt.mean(axis=0)
+    other = Similarity(alignment.scale, spun, shift)
+    np.testing.assert_allclose(
+        other.position_errors(gt, est), alignment.position_errors(gt, est), atol=1e-9
+    )
+    assert cost(alignment, gt, est) <= 3 * 20 * noise**2 + 1e-18
+
+
+@pytest.mark.parametrize("which", ["gt", "est", "both"])
+def test_coincident_positions(cloud: Cloud, which: str) -> None:
+    """No scale: an error, whether all cameras coincide or all that count."""
+    gt, est = cloud("cube", 20, 0), cloud("cube", 20, 1)
+    weights = np.r_[np.zeros(10), np.ones(10)]
+    for array in {"gt": [gt], "est": [est], "both": [gt, est]}[which]:
+        array[10:] = 7.0
+    with pytest.raises(ValueError, match="coincide"):
+        Similarity.fit(gt, est, weights)
+    with pytest.raises(ValueError, match="coincide"):
+        Similarity.fit(gt[10:], est[10:])
+
+
+@pytest.mark.parametrize(
+    ("weights", "message"),
+    [
+        ([1, 1, 1], r"weights must have shape \(4,\), not \(3,\)"),
+        ([1, 1, -1, 1], r"weights\[2\] must be finite and not negative, but is -1"),
+        ([1, np.nan, 1, 1], r"weights\[1\] must be finite"),
+        ([1, 1, 1, np.inf], r"weights\[3\] must be finite"),
+        ([0, 0, 0, 0], "weights are all zero"),
+        (["a", "b", "c", "d"], "weights must hold real numbers"),
+    ],
+)
+def test_wrong_weights(cloud: Cloud, weights: list[float], message: str) -> None:
+    gt = cloud("cube", 4, 0)
+    with pytest.raises(ValueError, match=message):
+        Similarity.fit(gt, gt, weights)
+
+
+def test_wrong_positions(cloud: Cloud) -> None:
+    gt = cloud("cube", 4, 0)
+    with pytest.raises(ValueError, match=r"gt_positions has 4 cameras but est_positions has 3"):
+        Similarity.fit(gt, gt[:3])
+    est = gt.copy()
+    est[2, 1] = np.nan
+    with pytest.raises(ValueError, match=r"est_positions\[2\] is not finite"):
+        Similarity.fit(gt, est)
