@@ -1,5 +1,7 @@
 """Single rotation averaging: the chordal, the geodesic L1 and the robust TLUD mean."""
 
+from math import sin, sqrt
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +20,20 @@ Floats = NDArray[np.float64]
 TLUD_THRESHOLD = 0.5  # chordal distance at which a deviation is truncated, about 20 degrees
 TLUD_TOLERANCE = 1e-3  # radians; the refinement stops below such a step
 WEISZFELD_STEPS = 10
-CHUNK = 1 << 21  # pairwise distances held at once: 16 MiB
+COINCIDENT = 1e-15  # radians; rotations that differ by less are equal up to rounding
+NEGLIGIBLE = 1e-12  # of a mean distance; where rotations agree to less, any of them will do
+CHUNK = 1 << 17  # pairwise distances held at once: 1 MiB, stays in the cache
+BATCH = 8  # but at least so many rotations are compared with all others at once
+IDENTITY = np.eye(3)
+# Their inner products with a rotation are sine times axis (times 2) and trace.
+ANTISYMMETRIC_PARTS_AND_TRACE = np.array(
+    [
+        [[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
+        [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]],
+        [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    ]
+)
 
 
 def project_to_rotation(matrix: Floats) -> Floats:
@@ -118,16 +133,18 @@ def geodesic_l1_mean(
     """
     mean = start
     for _ in range(max_steps):
-        angles, axes = angles_and_axes(rotations @ mean.T)
-        away = angles[angles > 0]
+        angles, axes = angles_and_axes(rotations, mean)
+        away = angles > COINCIDENT
+        resting = len(angles) - np.count_nonzero(away)
+        if resting:
+            angles, axes = angles[away], axes[:, away]
         pull = axes.sum(axis=1)
-        strength = float(np.sqrt(pull @ pull))
-        resting = len(angles) - len(away)
+        strength = sqrt(pull @ pull)
         if strength <= resting:
             break
-        step = (1 - resting / strength) / np.sum(1 / away) * pull
+        step = (1 - resting / strength) / (1 / angles).sum() * pull
         mean = rotation_from_vector(step) @ mean
-        if np.sqrt(step @ step) < tolerance:
+        if sqrt(step @ step) < tolerance:
             break
     return mean
 
@@ -150,11 +167,14 @@ def tlud_mean(rotations: Floats) -> Floats:
 
     Notes
     -----
-    O(n^2) time, O(n) memory beyond a constant.
+    O(n) memory beyond a constant. The time grows like n^1.5 in practice; it is O(n^2) in the worst
+    case, where all rotations are about equally far from agreement, as when none is right.
 
     References
     ----------
     Lee and Civera, "Alignment Scores", section 4, step 1.
+    Newling and Fleuret, "A sub-quadratic exact medoid algorithm", AISTATS 2017, for the bound of
+    the sums by the triangle inequality.
 
     Examples
     --------
@@ -168,16 +188,45 @@ def tlud_mean(rotations: Floats) -> Floats:
     array([ 0.,  0., 10.])
     """
     flat = rotations.reshape(-1, 9)
-    rows = max(1, CHUNK // len(flat))
-    cost = np.concatenate(
-        [
-            np.minimum(_chordal_distances(flat[i : i + rows], flat), TLUD_THRESHOLD).sum(axis=1)
-            for i in range(0, len(flat), rows)
-        ]
+    inlier = np.linalg.norm(flat - flat[_medoid(flat)], axis=1) < TLUD_THRESHOLD
+    return geodesic_l1_mean(
+        rotations[inlier], chordal_mean(rotations[inlier]), tolerance=TLUD_TOLERANCE
     )
-    best = int(np.argmin(cost))
-    inliers = rotations[_chordal_distances(flat[best : best + 1], flat)[0] < TLUD_THRESHOLD]
-    return geodesic_l1_mean(inliers, chordal_mean(inliers), tolerance=TLUD_TOLERANCE)
+
+
+def _medoid(points: Floats) -> int:
+    """Index of the point with the smallest sum of truncated distances to all points (n, 9).
+
+    Truncated distances obey the triangle inequality, so the sums of few points bound those of most
+    others from below. With f_i the sum and d the truncated distance to i, f_j >= n d - f_i. Where
+    d is not truncated, only the terms of points within two thresholds of i differ: if these are m,
+    f_j >= f_i - m d. The points with the lowest bounds come first.
+    """
+    n = len(points)
+    points = points - np.partition(points, n // 2, axis=0)[n // 2]  # small distances keep digits
+    squares = np.einsum("ni,ni->n", points, points)
+    size = max(BATCH, CHUNK // n)
+    best, best_sum = 0, np.inf
+    bounds, left = np.zeros(n), np.arange(n)
+    while left.size:
+        if left.size > size:
+            left = left[np.argpartition(bounds[left], size)]
+        batch, left = left[:size], left[size:]
+        squared = points[batch] @ (-2 * points.T)
+        squared += squares
+        squared += squares[batch, None]
+        distances = np.sqrt(np.clip(squared, 0, TLUD_THRESHOLD**2))
+        sums = distances.sum(axis=1)
+        smallest = int(np.argmin(sums))
+        if sums[smallest] < best_sum:
+            best, best_sum = int(batch[smallest]), sums[smallest]
+        if left.size:
+            near = [np.count_nonzero(row < (2 * TLUD_THRESHOLD) ** 2) for row in squared]
+            d, f, m = distances[:, left], sums[:, None], np.array(near)[:, None]
+            bound = np.maximum(n * d - f, np.where(d < TLUD_THRESHOLD, f - m * d, 0)).max(axis=0)
+            bounds[left] = np.maximum(bounds[left], bound)
+            left = left[bounds[left] < best_sum - NEGLIGIBLE * n]
+    return best
 
 
 def rotation_angles(rotations: Floats) -> Floats:
@@ -204,13 +253,15 @@ def rotation_angles(rotations: Floats) -> Floats:
     return np.degrees(angles_and_axes(rotations)[0])
 
 
-def angles_and_axes(rotations: Floats) -> tuple[Floats, Floats]:
-    """Return the angles and axes of rotations: their log maps are ``angles * axes``.
+def angles_and_axes(rotations: Floats, reference: Floats = IDENTITY) -> tuple[Floats, Floats]:
+    """Return the angles and axes of ``rotations @ reference.T``: the log maps ``angles * axes``.
 
     Parameters
     ----------
     rotations : (n, 3, 3) array
         Rotations.
+    reference : (3, 3) array
+        Rotation that they are seen from, by default the identity.
 
     Returns
     -------
@@ -230,10 +281,10 @@ def angles_and_axes(rotations: Floats) -> tuple[Floats, Floats]:
     >>> angles / np.pi, axes.T
     (array([0.5]), array([[0., 0., 1.]]))
     """
-    m = np.ascontiguousarray(rotations.transpose(1, 2, 0))
-    axes = np.stack([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
-    sine = np.sqrt(axes[0] ** 2 + axes[1] ** 2 + axes[2] ** 2)  # twice the sine, as of the cosine
-    angles = np.arctan2(sine, m[0, 0] + m[1, 1] + m[2, 2] - 1)
+    parts = (ANTISYMMETRIC_PARTS_AND_TRACE @ reference).reshape(4, 9) @ rotations.reshape(-1, 9).T
+    axes = parts[:3]
+    sine = np.sqrt(np.einsum("in,in->n", axes, axes))  # twice the sine, as of the cosine
+    angles = np.arctan2(sine, parts[3] - 1)
     return angles, np.divide(axes, sine, out=axes, where=sine > 0)
 
 
@@ -259,16 +310,15 @@ def rotation_from_vector(vector: Floats) -> Floats:
            [ 1.,  0.,  0.],
            [ 0.,  0.,  1.]])
     """
-    angle = np.sqrt(vector @ vector)
+    angle = sqrt(vector @ vector)
     if angle == 0:
         return np.eye(3)
-    x, y, z = vector / angle
-    turn = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    rotation: Floats = np.eye(3) + np.sin(angle) * turn + 2 * np.sin(angle / 2) ** 2 * turn @ turn
-    return rotation
-
-
-def _chordal_distances(a: Floats, b: Floats) -> Floats:
-    """Frobenius distances (h, n) between rotations stored as rows of 9 numbers."""
-    squared: Floats = 6.0 - 2.0 * (a @ b.T)
-    return np.sqrt(np.maximum(squared, 0.0, out=squared), out=squared)
+    x, y, z = (vector / angle).tolist()
+    s, c = sin(angle), 2 * sin(angle / 2) ** 2
+    return np.array(
+        [
+            [1 - c * (y * y + z * z), c * x * y - s * z, c * x * z + s * y],
+            [c * x * y + s * z, 1 - c * (x * x + z * z), c * y * z - s * x],
+            [c * x * z - s * y, c * y * z + s * x, 1 - c * (x * x + y * y)],
+        ]
+    )

@@ -11,7 +11,7 @@ contiguous memory.
 from collections.abc import Callable
 from itertools import combinations
 from math import comb, inf
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import scipy
@@ -27,10 +27,15 @@ Indices = NDArray[np.intp]
 PRESCREEN_THRESHOLD = 0.1  # largest difference between the log edge ratios of a kept triplet
 DRAWS_PER_HYPOTHESIS = 1000  # budget: after so many draws the hypotheses found so far are used
 MAX_BATCH = 1 << 16  # triplets drawn at once, bounds the memory
-TABLE_SIZE = 256  # up to so many cameras all edge ratios are computed once and looked up
+SCREENED_AT_ONCE = 1 << 12  # triplets; their temporaries stay in the cache
+TABLE_SIZE = 128  # up to so many cameras all edge ratios are computed once and looked up
 FLAT = 1e-6  # sine of the angle at the first corner, below which a triangle has no usable normal
-ROUNDING = 64 * float(np.finfo(np.float64).eps)  # of a squared error, relative to its terms
-CHUNK = 1 << 15  # squared errors evaluated at once: 256 KiB, stays in the cache
+ROUNDING = 256  # eps, of a squared error that is a sum of products, relative to its terms
+LARGEST = 2.0**59  # square; sums of products of two such fit into single precision
+TIE = 64 * float(np.finfo(np.float64).eps)  # of a squared error, relative to the largest |gt|^2
+FIRST_CHUNK, GROWTH = 16, 8  # hypotheses: few find a good bound that spares most of the others
+CHUNK = 1 << 17  # squared errors evaluated at once: 512 KiB, stays in the cache
+BLOCK = 255  # cameras evaluated at once: as many as a byte can count
 
 
 class Registration(Protocol):
@@ -139,8 +144,9 @@ def _prescreened_triplets(
     kept: Indices = np.empty((3, 0), dtype=np.intp)
     drawn, batch = 0, 2 * n_hypotheses
     while kept.shape[1] < n_hypotheses and drawn < DRAWS_PER_HYPOTHESIS * n_hypotheses:
-        passed = _prescreen(rng.integers(n, size=(3, batch), dtype=np.intp), log_ratio)
-        kept = np.concatenate([kept, passed], axis=1)
+        triplets = rng.integers(n, size=(3, batch), dtype=np.intp)
+        parts = [triplets[:, i : i + SCREENED_AT_ONCE] for i in range(0, batch, SCREENED_AT_ONCE)]
+        kept = np.concatenate([kept, *(_prescreen(part, log_ratio) for part in parts)], axis=1)
         drawn += batch
         missing = n_hypotheses - kept.shape[1]
         batch = min(MAX_BATCH, 64 + int(1.1 * missing * drawn / max(1, kept.shape[1])))
@@ -161,24 +167,28 @@ def _prescreen(triplets: Indices, log_ratio: Callable[[Indices, Indices], Floats
     i, j, k = triplets
     ij, ik = log_ratio(i, j), log_ratio(i, k)
     close = np.flatnonzero(np.abs(ij - ik) <= PRESCREEN_THRESHOLD)  # few are: spares the third
-    ij, ik, triplets = ij[close], ik[close], triplets[:, close]
+    ij, ik, triplets = ij.take(close), ik.take(close), triplets.take(close, axis=1)
     jk = log_ratio(triplets[1], triplets[2])
     similar = (np.abs(jk - ij) <= PRESCREEN_THRESHOLD) & (np.abs(jk - ik) <= PRESCREEN_THRESHOLD)
-    return triplets[:, similar]
+    return triplets.compress(similar, axis=1)
 
 
 def _log_edge_ratio(gt: Floats, est: Floats) -> Callable[[Indices, Indices], Floats]:
     """Return the function (i, j) -> log(|est_i - est_j| / |gt_i - gt_j|)."""
     n = gt.shape[1]
     if n <= TABLE_SIZE:
-        cdist = scipy.spatial.distance.cdist
-        table = np.log(cdist(est.T, est.T) / cdist(gt.T, gt.T)).ravel()
+        gt_squared, est_squared = (
+            scipy.spatial.distance.cdist(points.T, points.T, "sqeuclidean") for points in (gt, est)
+        )
+        table = (np.log(est_squared / gt_squared) / 2).ravel()
         return lambda i, j: table.take(i * n + j)
 
+    points = np.stack([gt, est], axis=1)
+
     def log_ratio(i: Indices, j: Indices) -> Floats:
-        gt_edge = gt.take(i, axis=1) - gt.take(j, axis=1)
-        est_edge = est.take(i, axis=1) - est.take(j, axis=1)
-        ratio: Floats = np.log(_dot(est_edge, est_edge) / _dot(gt_edge, gt_edge)) / 2
+        edges = points.take(i, axis=2) - points.take(j, axis=2)
+        gt_squared, est_squared = _dot(edges, edges)
+        ratio: Floats = np.log(est_squared / gt_squared) / 2
         return ratio
 
     return log_ratio
@@ -224,44 +234,37 @@ def three_point_similarities(
     >>> scale, translation, flat
     (array([2.]), array([[1., 1., 1.]]), array([False]))
     """
-    gt_corners, est_corners = gt.take(triplets, axis=1), est.take(triplets, axis=1)
-    gt_1, gt_2 = gt_corners[:, 1] - gt_corners[:, 0], gt_corners[:, 2] - gt_corners[:, 0]
-    est_1, est_2 = est_corners[:, 1] - est_corners[:, 0], est_corners[:, 2] - est_corners[:, 0]
-    gt_frame, est_frame, flat = _frames(gt_1, gt_2, est_1, est_2)
-    rotation = np.einsum("kih,kjh->ijh", est_frame, gt_frame)
+    # Both worlds side by side: (3 components, 2 worlds, ...).
+    corners = np.stack([gt, est], axis=1).take(triplets, axis=2)
+    edge_1 = corners[:, :, 1] - corners[:, :, 0]
+    edge_2 = corners[:, :, 2] - corners[:, :, 0]
+    frames, flat = _frames(edge_1, edge_2)
+    rotation = np.einsum("kih,kjh->ijh", frames[:, :, 1], frames[:, :, 0])
 
-    # With their frames' coordinates no triangle needs to be rotated to be compared.
-    gt_edges = _dot(gt_1, gt_frame[0]), np.stack([_dot(gt_2, axis) for axis in gt_frame])
-    est_edges = _dot(est_1, est_frame[0]), np.stack([_dot(est_2, axis) for axis in est_frame])
-    scale = _corner_product(est_edges, gt_edges) / _corner_product(gt_edges, gt_edges)
-    gt_centroid, est_centroid = gt_corners.mean(axis=1), est_corners.mean(axis=1)
+    # Sum of b . (R a) over sum of a . a, about the centroids. R takes first axis to first axis, so
+    # that three of the four products of edges follow from their lengths along these.
+    (a_1, b_1), (a_2, b_2) = _dot(edge_1, frames[0]), _dot(edge_2, frames[0])
+    a_22 = _dot(edge_2[:, 0], edge_2[:, 0])
+    b_22 = _dot(edge_2[:, 1], np.einsum("ijh,jh->ih", rotation, edge_2[:, 0]))
+    scale = (2 * (b_1 * a_1 + b_22) - b_1 * a_2 - b_2 * a_1) / (2 * (a_1 * a_1 + a_22 - a_1 * a_2))
+    gt_centroid, est_centroid = (np.add.reduce(corners, axis=2) / 3).swapaxes(0, 1)
     translation = est_centroid - scale * np.einsum("ijh,jh->ih", rotation, gt_centroid)
     return scale, rotation.transpose(2, 0, 1), translation.T, flat
 
 
-def _corner_product(a: tuple[Floats, Floats], b: tuple[Floats, Floats]) -> Floats:
-    """Sum of a . b over the corners about the centroids.
-
-    Triangles are given by the length of the first edge, along the first axis, and the second edge.
-    """
-    (a_1, a_2), (b_1, b_2) = a, b
-    product = _dot(a_2, b_2)
-    cross_terms: Floats = a_1 * (b_1 + b_2[0]) + a_2[0] * b_1
-    return a_1 * b_1 + product - (product + cross_terms) / 3
-
-
-def _frames(
-    gt_1: Floats, gt_2: Floats, est_1: Floats, est_2: Floats
-) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Frames (3 axes, 3, H) of triangles in both worlds, given by their two edges (3, H)."""
-    gt_first, est_first = _unit(gt_1), _unit(est_1)
-    gt_normal, est_normal = _cross(gt_first, _unit(gt_2)), _cross(est_first, _unit(est_2))
-    sine_squared = np.minimum(_dot(gt_normal, gt_normal), _dot(est_normal, est_normal))
-    flat = sine_squared <= FLAT**2
+def _frames(edge_1: Floats, edge_2: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Frames (3 axes, 3, 2, H) of triangles in both worlds, given by their two edges (3, 2, H)."""
+    frames = np.empty((3, *edge_1.shape))
+    first, normal, _ = frames
+    first[:] = edge_1 / np.sqrt(_dot(edge_1, edge_1))
+    normal[:] = _cross(first, edge_2)
+    flat: NDArray[np.bool_] = np.any(_dot(normal, normal) <= FLAT**2 * _dot(edge_2, edge_2), axis=0)
     if flat.any():
-        axis = _common_normal(gt_first[:, flat], est_first[:, flat])
-        gt_normal[:, flat] = est_normal[:, flat] = axis
-    return _frame(gt_first, gt_normal), _frame(est_first, est_normal), flat
+        normal[:, :, flat] = _common_normal(first[:, 0, flat], first[:, 1, flat])[:, None]
+    normal -= _dot(normal, first) * first  # an approximate normal until here
+    normal /= np.sqrt(_dot(normal, normal))
+    frames[2] = _cross(first, normal)
+    return frames, flat
 
 
 def _common_normal(gt_first: Floats, est_first: Floats) -> Floats:
@@ -273,12 +276,6 @@ def _common_normal(gt_first: Floats, est_first: Floats) -> Floats:
     least[np.argmin(np.abs(direction), axis=0), np.arange(parallel.size)] = 1.0
     axis[:, parallel] = _cross(direction, least)
     return axis
-
-
-def _frame(first: Floats, normal: Floats) -> Floats:
-    """Right-handed orthonormal frames (3 axes, 3, H) from first axes and approximate normals."""
-    second = _unit(normal - _dot(normal, first) * first)
-    return np.stack([first, second, _cross(first, second)])
 
 
 def _cheapest(
@@ -294,34 +291,66 @@ def _cheapest(
 
     The squared errors of all cameras under all hypotheses are one matrix product. It tells which
     hypotheses can win: at least ``order`` of their squared errors lie below the smallest cost so
-    far, give or take the rounding. Their costs are then computed directly.
+    far, give or take the rounding. In single precision it dismisses nearly all at half the cost, in
+    double precision nearly all of the rest. The costs of what remains are computed directly.
 
     A flat triangle says nothing of the spin about its line, so it must beat all others by more than
     rounding: on a partly straight path many hypotheses fit ``order`` cameras exactly.
     """
     n = gt.shape[1]
     coefficients, features = _squared_error_factors(gt, est, scale, rotation, translation)
-    # Where the error is small |est| / s is at most |t| / s + |gt|, and so bounds all terms.
-    gt_extent = np.sqrt(np.max(features[4]))
-    rounding = ROUNDING * (np.sqrt(coefficients[:, 17]) + gt_extent) ** 2
-
+    # Where products might overflow in single precision, NaN makes the screening say nothing.
+    coefficients[~(coefficients[:, 0] + coefficients[:, 17] < LARGEST), 17] = np.nan
+    features[17, ~(features[0] + features[4] < LARGEST)] = np.nan
+    screens = [
+        _lower_bound_factors(coefficients.T, features, dtype) for dtype in (np.float32, np.float64)
+    ]
     best, best_cost = 0, np.inf
     for group in (np.flatnonzero(~flat), np.flatnonzero(flat)):
-        start, size = 0, 16  # a small first chunk finds a good bound
+        start, size = 0, FIRST_CHUNK
         while start < len(group):
-            chunk = group[start : start + size]
-            bound = best_cost + rounding[chunk, None]
-            # Counted this way round, NaN counts as below: to be looked at, not to be passed over.
-            far = np.count_nonzero(coefficients[chunk] @ features >= bound, axis=1)
-            able = chunk[far <= n - order]
+            able = group[start : start + size]
+            for rows, columns in screens:
+                if able.size <= FIRST_CHUNK:
+                    break  # computed directly as quickly
+                able = able[_count_far(rows.take(able, axis=1), columns, best_cost) <= n - order]
             if able.size:
                 costs = _costs(gt, est, scale[able], rotation[able], translation[able], order)
                 cheapest = int(np.argmin(costs))
                 if costs[cheapest] < best_cost:
                     best, best_cost = int(able[cheapest]), costs[cheapest]
-            start, size = start + size, max(16, CHUNK // n)
-        best_cost -= ROUNDING * gt_extent**2
+            start, size = start + size, min(GROWTH * size, CHUNK // min(n, BLOCK))
+        best_cost -= TIE * np.max(features[4])
     return best
+
+
+def _lower_bound_factors(
+    rows: Floats, columns: Floats, dtype: type[np.floating[Any]]
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return the factors of the squared errors in a precision, lowered by what it rounds them by.
+
+    With e, E, T and G the lengths of an error, of est / s, t / s and gt, the magnitudes of the 18
+    terms sum to at most 1.37 (E + T + G)^2, and E <= e + T + G: to less than
+    16.4 (T^2 + G^2) + 4.1 e^2. Rounding of factors and sum changes no term by more than 13 eps. So
+    ROUNDING eps of the terms T^2 and G^2 are taken off here, of e^2 where it is compared.
+    """
+    rows = rows.astype(dtype)
+    rows[[4, 17]] *= 1 - ROUNDING * np.finfo(dtype).eps
+    return rows, columns.astype(dtype, copy=False)
+
+
+def _count_far(rows: NDArray[Any], columns: NDArray[Any], bound: float) -> Indices:
+    """Count the cameras with a squared error certainly not below a bound, for each hypothesis.
+
+    NaN is not far: to be looked at, not to be passed over.
+    """
+    limits = np.finfo(columns.dtype)
+    bound = columns.dtype.type(bound * (1 + ROUNDING * limits.eps) + limits.tiny**0.5)
+    far = np.zeros(rows.shape[1], dtype=np.intp)
+    for start in range(0, columns.shape[1], BLOCK):
+        above = columns[:, start : start + BLOCK].T @ rows >= bound
+        far += np.add.reduce(above.view(np.uint8), axis=0, dtype=np.uint8)
+    return far
 
 
 def _squared_error_factors(
@@ -333,38 +362,47 @@ def _squared_error_factors(
     products of the coordinates.
     """
     n = gt.shape[1]
-    outer = (est[:, None] * gt).reshape(9, n)
-    features = np.vstack([_dot(est, est), est, _dot(gt, gt), gt, outer, np.ones(n)])
-    r, t = rotation / scale[:, None, None], translation / scale[:, None]
-    coefficients = np.empty((len(scale), 18))
-    coefficients[:, 0] = 1 / scale**2
-    coefficients[:, 1:4] = -2 * t / scale[:, None]
-    coefficients[:, 4] = 1
-    coefficients[:, 5:8] = 2 * np.einsum("hij,hi->hj", rotation, t)
-    coefficients[:, 8:17] = -2 * r.reshape(-1, 9)
-    coefficients[:, 17] = np.einsum("hi,hi->h", t, t)
-    return coefficients, features
+    features = np.empty((18, n))
+    features[0], features[1:4] = _dot(est, est), est
+    features[4], features[5:8] = _dot(gt, gt), gt
+    np.multiply(est[:, None], gt, out=features[8:17].reshape(3, 3, n))
+    features[17] = 1
+    inverse = 1 / scale
+    r, t = rotation.transpose(1, 2, 0) * inverse, translation.T * inverse
+    coefficients = np.empty((18, len(scale)))
+    coefficients[0] = inverse**2
+    coefficients[1:4] = -2 * t * inverse
+    coefficients[4] = 1
+    coefficients[5:8] = 2 * np.einsum("ijh,ih->jh", rotation.transpose(1, 2, 0), t)
+    coefficients[8:17] = -2 * r.reshape(9, -1)
+    coefficients[17] = _dot(t, t)
+    return coefficients.T, features
 
 
 def _costs(
     gt: Floats, est: Floats, scale: Floats, rotation: Floats, translation: Floats, order: int
 ) -> Floats:
     """Return the ``order``-th smallest squared error of each hypothesis."""
-    residuals = (est - translation[..., None]) / scale[:, None, None] - rotation @ gt
-    squared_errors = np.einsum("hin,hin->hn", residuals, residuals)
-    return np.partition(squared_errors, order - 1, axis=1)[:, order - 1]
+    size = max(1, CHUNK // (8 * est.size))
+    costs = np.empty(len(scale))
+    for start in range(0, len(scale), size):
+        block = slice(start, start + size)
+        residuals = est - translation[block, :, None]
+        residuals /= scale[block, None, None]
+        residuals -= rotation[block] @ gt
+        squared_errors = np.einsum("hin,hin->hn", residuals, residuals)
+        squared_errors.partition(order - 1, axis=1)
+        costs[block] = squared_errors[:, order - 1]
+    return costs
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
-    product: Floats = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    product: Floats = np.einsum("i...,i...->...", a, b)
     return product
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
-    return np.stack(
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    )
-
-
-def _unit(a: Floats) -> Floats:
-    return a / np.sqrt(_dot(a, a))
+    product = np.empty_like(a)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.subtract(a[j] * b[k], a[k] * b[j], out=product[i])
+    return product

@@ -88,7 +88,8 @@ def ras(
 
     Notes
     -----
-    O(n^2) time, O(n) memory beyond a constant.
+    O(n) memory beyond a constant. The time grows like n^1.5, and with the square of n where hardly
+    any two rotations agree.
 
     References
     ----------

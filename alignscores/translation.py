@@ -26,6 +26,7 @@ Floats = NDArray[np.float64]
 Seed = int | np.random.SeedSequence | np.random.Generator | None
 
 FARTHEST = 1e300  # leaves room for sums and differences
+FEW = 128  # up to so many cameras all distances are computed sooner than a tree is searched
 REGISTRATIONS: dict[str, Registration] = {"pcr99": pcr99, "refined": refined}
 
 
@@ -246,7 +247,7 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
             "pass unit= to set it by hand"
         )
     local, _, unit = _localise(gt)
-    closest = scipy.spatial.cKDTree(local).query(local, k=2)[0][:, 1]
+    closest = _closest_distances(local)
     rank = (3 * n + 3) // 4
     d = unit * float(np.partition(closest, rank - 1)[rank - 1])
     if d == 0:
@@ -255,6 +256,17 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
             "another one; pass unit= to set it by hand"
         )
     return d
+
+
+def _closest_distances(points: Floats) -> Floats:
+    """Distance of each point to the closest other one."""
+    if len(points) <= FEW:
+        distances: Floats = scipy.spatial.distance.cdist(points, points)
+        np.fill_diagonal(distances, np.inf)
+        closest: Floats = distances.min(axis=0)
+    else:
+        closest = scipy.spatial.cKDTree(points).query(points, k=2)[0][:, 1]
+    return closest
 
 
 def _registration(registration: str | Registration) -> tuple[Registration, str]:

@@ -122,11 +122,18 @@ def _check_rows(array: Floats, name: str, complete: bool) -> None:
 
 def _check_orthonormal(rotations: Floats, name: str) -> None:
     """Refuse finite matrices that are no rotation."""
+    columns = np.ascontiguousarray(rotations.transpose(2, 1, 0))
     with np.errstate(all="ignore"):
-        gram = rotations.transpose(0, 2, 1) @ rotations
-        deviation = np.abs(gram - np.eye(3)).reshape(-1, 9).max(axis=1)
-        not_rotation = (deviation > ROTATION_TOLERANCE) | (np.linalg.det(rotations) < 0)
-        wrong = not_rotation & finite_rows(rotations)
+        gram = np.einsum("ikn,jkn->ijn", columns, columns)
+        gram = gram.reshape(9, -1)
+        deviation = np.fmax.reduce(np.abs(gram - np.eye(3).reshape(9, 1)))  # inf rather than NaN
+        a, b, c = columns
+        minors = b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]
+        determinant = a[0] * minors[0] + a[1] * minors[1] + a[2] * minors[2]
+    not_rotation = (deviation > ROTATION_TOLERANCE) | (determinant < 0)
+    if not not_rotation.any():
+        return
+    wrong = not_rotation & finite_rows(rotations)
     if wrong.any():
         row = int(np.argmax(wrong))
         reason = (

@@ -41,9 +41,10 @@ def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
     Notes
     -----
     evo computes the alignment, of clouds brought to unit extent, since its test for degenerate
-    data is absolute. Where it still refuses (collinear cameras; an estimate that is one point) the
-    alignment is not unique but the RMSE is. That of an estimate that is one point is the RMS
-    distance of the ground truth to its centroid.
+    data is absolute, and reduced to 12 points, since it loops over points in Python. Where it still
+    refuses (collinear cameras; an estimate that is one point) the alignment is not unique but the
+    RMSE is. That of an estimate that is one point is the RMS distance of the ground truth to its
+    centroid.
 
     O(n) time and memory.
 
@@ -70,10 +71,10 @@ def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
     if unit == 0:
         raise ValueError("gt_positions has no extent: all its cameras coincide")
     try:
-        rotation, translation, scale = umeyama_alignment(est.T, gt.T, with_scale=True)
+        rotation, _, scale = umeyama_alignment(*_same_moments(est, gt), with_scale=True)
     except GeometryException:
-        rotation, translation, scale = _degenerate_alignment(est, gt)
-    residuals = scale * est @ rotation.T + translation - gt
+        rotation, scale = _degenerate_alignment(est, gt)
+    residuals = scale * est @ rotation.T - gt
     return unit * float(np.sqrt(np.einsum("ni,ni->", residuals, residuals) / len(gt)))
 
 
@@ -87,10 +88,21 @@ def _normalise(positions: Floats) -> tuple[Floats, float]:
     return (local / extent if extent > 0 else local), extent
 
 
-def _degenerate_alignment(est: Floats, gt: Floats) -> tuple[Floats, Floats, float]:
+def _same_moments(a: Floats, b: Floats) -> tuple[Floats, Floats]:
+    """Return 12 pairs of points (3, 12) with the mean and second moments of centred clouds.
+
+    The least-squares alignment depends on nothing else.
+    """
+    # The rows of the triangle have the second moments of the clouds' rows.
+    triangle = np.asarray(np.linalg.qr(np.hstack([a, b]), mode="r"))
+    points = np.sqrt(len(triangle) / len(a)) * np.vstack([triangle, -triangle])
+    return points[:, :3].T, points[:, 3:].T
+
+
+def _degenerate_alignment(est: Floats, gt: Floats) -> tuple[Floats, float]:
     """Return a least-squares alignment of centred clouds of any rank; many are equally good."""
     covariance = gt.T @ est
     rotation = project_to_rotation(covariance)
     variance = np.einsum("ni,ni->", est, est)
     scale = float(np.einsum("ij,ij->", rotation, covariance) / variance) if variance > 0 else 1.0
-    return rotation, np.zeros(3), scale
+    return rotation, scale

@@ -1,5 +1,8 @@
 """Averages that the baselines align with: geometric median, geodesic L1 and L2 rotation mean."""
 
+from math import sqrt
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,12 +15,27 @@ from alignscores.averaging import (
     rotation_from_vector,
 )
 
-__all__ = ["geometric_median", "rotation_l1_mean", "rotation_l2_mean"]
+__all__ = ["geometric_median", "median", "rotation_l1_mean", "rotation_l2_mean"]
 
 Floats = NDArray[np.float64]
 
 L2_STEPS = 100  # bound; 4 steps do without outliers, some 20 with half of them
 L2_TOLERANCE = 1e-12  # radians; a smaller step is rounding
+
+
+def median(values: Floats) -> Any:
+    """Return the median along the first axis; NumPy's takes several times as long for few values.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from baselines.averages import median
+    >>> median(np.array([[4.0, 1.0], [1.0, 2.0], [9.0, 5.0], [2.0, 6.0]]))
+    array([3. , 3.5])
+    """
+    lower, upper = (len(values) - 1) // 2, len(values) // 2
+    parted = np.partition(values, (lower, upper), axis=0)
+    return (parted[lower] + parted[upper]) / 2
 
 
 def geometric_median(points: Floats, *, max_steps: int = WEISZFELD_STEPS) -> Floats:
@@ -51,18 +69,21 @@ def geometric_median(points: Floats, *, max_steps: int = WEISZFELD_STEPS) -> Flo
     >>> geometric_median(np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [1, 5, 0], [1, -9, 0]]))
     array([1., 0., 0.])
     """
-    median: Floats = np.median(points, axis=0)
+    iterate: Floats = median(points)
+    points = np.ascontiguousarray(points.T)
     for _ in range(max_steps):
-        offsets = points - median
-        distances = np.sqrt(np.einsum("ni,ni->n", offsets, offsets))
-        weights = np.divide(1.0, distances, out=np.zeros_like(distances), where=distances > 0)
-        pull = weights @ offsets
-        strength = np.linalg.norm(pull)
-        resting = len(points) - np.count_nonzero(weights)
+        offsets = points - iterate[:, None]
+        distances = np.sqrt(np.einsum("in,in->n", offsets, offsets))
+        resting = len(distances) - np.count_nonzero(distances)
+        if resting:
+            distances[distances == 0] = np.inf
+        weights = 1 / distances
+        pull = offsets @ weights
+        strength = sqrt(pull @ pull)
         if strength <= resting:
             break
-        median = median + (1 - resting / strength) * pull / weights.sum()
-    return median
+        iterate += (1 - resting / strength) / weights.sum() * pull
+    return iterate
 
 
 def rotation_l1_mean(rotations: Floats) -> Floats:
@@ -90,7 +111,7 @@ def rotation_l1_mean(rotations: Floats) -> Floats:
     >>> Rotation.from_matrix(rotation_l1_mean(turns)).as_euler("xyz", degrees=True).round(6)
     array([ 0.,  0., 20.])
     """
-    return geodesic_l1_mean(rotations, project_to_rotation(np.median(rotations, axis=0)))
+    return geodesic_l1_mean(rotations, project_to_rotation(median(rotations)))
 
 
 def rotation_l2_mean(rotations: Floats) -> Floats:
@@ -125,9 +146,9 @@ def rotation_l2_mean(rotations: Floats) -> Floats:
     """
     mean = chordal_mean(rotations)
     for _ in range(L2_STEPS):
-        angles, axes = angles_and_axes(rotations @ mean.T)
-        step = (angles * axes).mean(axis=1)
+        angles, axes = angles_and_axes(rotations, mean)
+        step = axes @ angles / len(angles)
         mean = rotation_from_vector(step) @ mean
-        if np.linalg.norm(step) < L2_TOLERANCE:
+        if sqrt(step @ step) < L2_TOLERANCE:
             break
     return mean

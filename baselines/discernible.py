@@ -11,7 +11,7 @@ from alignscores.validation import (
     check_same_length,
 )
 
-from .averages import geometric_median, rotation_l1_mean
+from .averages import geometric_median, median, rotation_l1_mean
 from .rotation import aligned_angles
 
 __all__ = ["dre", "dte"]
@@ -146,7 +146,7 @@ def _centre(positions: Floats) -> tuple[Floats, float]:
     """Return positions relative to their geometric median and the median distance to it."""
     positions = np.clip(positions, -FARTHEST, FARTHEST)
     centred = positions - geometric_median(positions)
-    return centred, float(np.median(np.linalg.norm(centred, axis=1)))
+    return centred, float(median(np.linalg.norm(centred, axis=1)))
 
 
 def _mean_of_mean_and_rms(errors: Floats) -> float:

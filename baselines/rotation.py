@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from alignscores.averaging import rotation_angles
 from alignscores.validation import check_rotations, check_same_length
 
-from .averages import rotation_l1_mean, rotation_l2_mean
+from .averages import median, rotation_l1_mean, rotation_l2_mean
 
 __all__ = ["aligned_angles", "rotation_statistics"]
 
@@ -64,7 +64,7 @@ def rotation_statistics(
     statistics = {}
     for norm, mean in (("1", rotation_l1_mean(between)), ("2", rotation_l2_mean(between))):
         errors = aligned_angles(gt, est, mean)
-        statistics[f"Median-{norm}"] = float(np.median(errors))
+        statistics[f"Median-{norm}"] = float(median(errors))
         statistics[f"Mean-{norm}"] = float(errors.mean())
         statistics[f"RMS-{norm}"] = float(np.sqrt((errors**2).mean()))
     return statistics

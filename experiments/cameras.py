@@ -1,6 +1,7 @@
 """Synthetic cameras: ground truth, estimate with noise and outliers, in two unrelated worlds."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,12 +33,12 @@ class Scene:
     est_rotations: Floats
     est_positions: Floats
 
-    @property
+    @cached_property
     def gt_poses(self) -> Floats:
         """Ground-truth poses, camera-to-world, (n, 3, 4)."""
         return np.concatenate([self.gt_rotations, self.gt_positions[..., None]], axis=2)
 
-    @property
+    @cached_property
     def est_poses(self) -> Floats:
         """Estimated poses, camera-to-world, (n, 3, 4)."""
         return np.concatenate([self.est_rotations, self.est_positions[..., None]], axis=2)

@@ -5,11 +5,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from alignscores import averaging
 from alignscores.averaging import (
     chordal_mean,
     geodesic_l1_mean,
@@ -210,3 +212,56 @@ def test_rotation_angles_of_rounded_matrices() -> None:
         angles = rotation_angles(matrices)
         assert np.isrealobj(angles)
         np.testing.assert_allclose(angles, [0, 0, 180], atol=1e-5)
+
+
+def rotation_cloud(kind: str, n: int) -> Floats:
+    """Rotations that agree in different ways, or not at all."""
+    rng = np.random.default_rng(n)
+    axes = rng.normal(size=(n, 3))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    angles = rng.normal(size=(n, 1))
+    if kind == "random":
+        return Rotation.random(n, rng=rng).as_matrix()
+    if kind == "ring":
+        return about_z(*rng.uniform(0, 360, n))
+    if kind == "two places":
+        return about_z(*[10.0] * (n // 2 - 1), *[50.0] * (n - n // 2 + 1))
+    outliers, sigma_deg = {
+        "some": (0.3, 3),
+        "half": (0.5, 10),
+        "most": (0.9, 3),
+        "tiny": (0, 1e-7),
+    }[kind]
+    cloud = Rotation.random(rng=rng) * Rotation.from_rotvec(sigma_deg * angles * axes, degrees=True)
+    matrices = cloud.as_matrix()
+    some = rng.random(n) < outliers
+    matrices[some] = Rotation.random(int(some.sum()), rng=rng).as_matrix()
+    return matrices
+
+
+@pytest.mark.parametrize("kind", ["some", "half", "most", "tiny", "ring", "random", "two places"])
+@pytest.mark.parametrize(("n", "chunk", "batch"), [(40, 1, 1), (300, 1, 3), (2000, 1 << 17, 8)])
+def test_bounds_spare_no_cheaper_rotation(
+    monkeypatch: pytest.MonkeyPatch, kind: str, n: int, chunk: int, batch: int
+) -> None:
+    """The rotation found has the smallest of all sums of truncated distances."""
+    monkeypatch.setattr(averaging, "CHUNK", chunk)
+    monkeypatch.setattr(averaging, "BATCH", batch)
+    flat = rotation_cloud(kind, n).reshape(-1, 9)
+    sums = np.minimum(scipy.spatial.distance.cdist(flat, flat), 0.5).sum(axis=1)
+    assert sums[averaging._medoid(flat)] <= sums.min() + 1e-11 * n
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-16])
+def test_coinciding_rotations_are_not_compared_pairwise(
+    monkeypatch: pytest.MonkeyPatch, noise: float
+) -> None:
+    """The first few decide where all agree to rounding: what remains would win nothing."""
+    rotations = about_z(*[30.0] * 50_000)
+    rotations += noise * np.random.default_rng(0).normal(size=rotations.shape)
+    batches = []
+    monkeypatch.setattr(
+        averaging.np, "argmin", lambda sums: batches.append(len(sums)) or int(sums.argmin())
+    )
+    assert z_angle(tlud_mean(rotations)) == pytest.approx(30, abs=1e-9)
+    assert sum(batches) < 100

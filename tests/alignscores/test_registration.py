@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from alignscores import registration
 from alignscores.registration import pcr99, three_point_similarities
 
 Floats = NDArray[np.float64]
@@ -345,3 +346,104 @@ def test_inputs_are_left_alone(noisy_scene: Scene) -> None:
     three_point_similarities(gt_t.T, est_t.T, triplets)
     for array, copy in zip((gt_t, est_t, triplets), copies, strict=True):
         np.testing.assert_array_equal(array, copy)
+
+
+def prescreened(gt: Floats, est: Floats) -> NDArray[np.intp]:
+    with np.errstate(all="ignore"):
+        return registration._prescreened_triplets(gt, est, 1000, rng())
+
+
+DIFFICULT = {
+    "plain": (0.03, 1.0, 0.0),
+    "nearly exact": (1e-9, 1.0, 0.0),  # single precision tells nothing apart
+    "exact": (0.0, 1.0, 0.0),
+    "far outliers": (0.03, 1e12, 0.0),  # squares overflow in single precision
+    "very far outliers": (0.03, 1e100, 0.0),
+    "off the origin": (0.03, 1.0, 1e3),
+    "of two scales": (0.03, 1e20, 0.0),  # the far outliers agree with each other
+}
+
+
+@pytest.mark.parametrize("kind", DIFFICULT)
+@pytest.mark.parametrize(("n", "straight"), [(60, False), (60, True), (700, False)])
+def test_screening_passes_over_no_cheaper_hypothesis(
+    noisy_scene: Scene, kind: str, n: int, straight: bool
+) -> None:
+    """The one chosen is the first of the smallest costs, all computed directly."""
+    sigma, reach, offset = DIFFICULT[kind]
+    gt, est = noisy_scene(n, n // 3, sigma, 5)
+    if straight:
+        gt[: n // 2, 1:], est[: n // 2, 1:] = 0, 0
+    est[:: n // 10] *= reach
+    if kind == "of two scales":
+        est[::5] = reach * gt[::5]
+    gt, est, order = gt.T + offset, est.T + offset, n // 10
+    triplets = prescreened(gt, est)
+    *hypotheses, flat = three_point_similarities(gt, est, triplets)
+    with np.errstate(all="ignore"):
+        costs = registration._costs(gt, est, *hypotheses, order)
+        best = registration._cheapest(gt, est, *hypotheses, flat, order)
+    assert flat.any() == straight
+    if flat.all() or not flat.any():
+        assert best == np.argmin(costs)
+    else:  # a flat one must win by more than rounding
+        assert costs[best] <= costs[~flat].min()
+        assert costs[best] <= costs.min() + 64 * np.finfo(float).eps * np.max(np.sum(gt**2, axis=0))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("n", [5, 255, 256, 600])
+def test_far_is_far(noisy_scene: Scene, n: int, dtype: type[np.floating]) -> None:
+    """What counts as far is at or above the bound, and what is clearly above counts as far."""
+    gt, est = (points.T for points in noisy_scene(n, n // 3, 0.03, 0))
+    triplets = np.random.default_rng(1).integers(n, size=(3, 200))
+    triplets = triplets[:, np.ptp(np.sort(triplets, axis=0), axis=0) > 1]
+    triplets = triplets[:, [len(set(t)) == 3 for t in triplets.T]]
+    scale, rotation, translation, _ = three_point_similarities(gt, est, triplets)
+    residuals = (est - translation[..., None]) / scale[:, None, None] - rotation @ gt
+    squared = np.sum(residuals**2, axis=1)
+    coefficients, features = registration._squared_error_factors(
+        gt, est, scale, rotation, translation
+    )
+    rows, columns = registration._lower_bound_factors(coefficients.T, features, dtype)
+    terms = np.sum(translation**2, axis=1)[:, None] / scale[:, None] ** 2 + np.sum(gt**2, axis=0)
+    rounding = 600 * np.finfo(dtype).eps * (terms + squared)
+    for bound in (0.0, 1e-6, 1e-3, 0.1, 1.0, 100.0):
+        far = registration._count_far(rows, columns, bound)
+        assert np.all(far <= np.count_nonzero(squared >= bound, axis=1))
+        assert np.all(far >= np.count_nonzero(squared - rounding > bound, axis=1))
+
+
+def test_triplets_are_screened_in_parts(
+    monkeypatch: pytest.MonkeyPatch, noisy_scene: Scene
+) -> None:
+    """The same triplets as in one go, in the same order."""
+    gt, est = (points.T for points in noisy_scene(150, 50, 0.03, 0))
+    expected = prescreened(gt, est)
+    monkeypatch.setattr(registration, "SCREENED_AT_ONCE", 77)
+    parts = prescreened(gt, est)
+    np.testing.assert_array_equal(parts, expected)
+
+
+@pytest.mark.parametrize("n", [20, 100, 128])
+def test_table_of_edge_ratios(monkeypatch: pytest.MonkeyPatch, noisy_scene: Scene, n: int) -> None:
+    """Looked up or computed one by one, the same triplets pass."""
+    gt, est = (points.T for points in noisy_scene(n, n // 3, 0.03, 0))
+    looked_up = prescreened(gt, est)
+    monkeypatch.setattr(registration, "TABLE_SIZE", 0)
+    np.testing.assert_array_equal(prescreened(gt, est), looked_up)
+
+
+def test_costs_in_blocks(monkeypatch: pytest.MonkeyPatch, noisy_scene: Scene) -> None:
+    """Blocks of hypotheses or of cameras change no bit of the result."""
+    gt, est = noisy_scene(300, 100, 0.03, 0)
+    expected, _ = pcr99(gt, est, order=30, n_hypotheses=1000, rng=rng())
+    assert expected is not None
+    for chunk, block in ((1 << 12, 255), (1 << 17, 50), (1 << 13, 7)):
+        monkeypatch.setattr(registration, "CHUNK", chunk)
+        monkeypatch.setattr(registration, "BLOCK", block)
+        alignment, _ = pcr99(gt, est, order=30, n_hypotheses=1000, rng=rng())
+        assert alignment is not None
+        assert alignment.scale == expected.scale
+        np.testing.assert_array_equal(alignment.rotation, expected.rotation)
+        np.testing.assert_array_equal(alignment.translation, expected.translation)

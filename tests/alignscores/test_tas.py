@@ -21,6 +21,7 @@ from alignscores import (
     TASResult,
     closest_pair_quartile,
     tas,
+    translation,
 )
 from alignscores.registration import pcr99
 
@@ -587,3 +588,18 @@ def test_registration_of_ones_own_that_finds_nothing(noisy_scene: Scene) -> None
     with pytest.warns(AlignmentWarning, match="TAS is 0"):
         result = tas(*noisy_scene(20, 5, 0.03, 1), registration=lambda *_, **__: (None, 3))
     assert (result.score, result.alignment, result.n_hypotheses) == (0, None, 3)
+
+
+@pytest.mark.parametrize("n", [8, 50, 128])
+@pytest.mark.parametrize("copies", [1, 2])
+def test_closest_distances_with_and_without_a_tree(
+    monkeypatch: pytest.MonkeyPatch, n: int, copies: int
+) -> None:
+    """The same d, bit for bit, whichever way the closest cameras are found."""
+    for seed in range(20):
+        gt = np.random.default_rng(seed).normal(size=(n // copies, 3))
+        gt = np.concatenate([gt, gt[: n // 4 * (copies - 1)]])
+        few = closest_pair_quartile(gt)
+        with monkeypatch.context() as patch:
+            patch.setattr(translation, "FEW", 0)
+            assert closest_pair_quartile(gt) == few

@@ -1,0 +1,1 @@
+"""How long the metrics take, beside another registration and beside what the machine can do."""

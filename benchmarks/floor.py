@@ -1,0 +1,58 @@
+"""The floor: what a compiled loop over all hypotheses and cameras takes on this machine."""
+
+import ctypes
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["compiled_loop", "counter"]
+
+Floats = NDArray[np.float64]
+
+SOURCE = Path(__file__).with_name("floor.c")
+FLAGS = ["-O3", "-march=native", "-ffast-math", "-shared", "-fPIC"]
+
+
+def compiled_loop() -> ctypes.CDLL | None:
+    """Compile the loop; None where there is no C compiler."""
+    compiler = shutil.which("cc")
+    if compiler is None:
+        return None
+    with tempfile.TemporaryDirectory() as directory:
+        library = Path(directory) / "floor.so"
+        subprocess.run([compiler, *FLAGS, "-o", library, SOURCE], check=True)
+        return ctypes.CDLL(str(library))
+
+
+def counter(
+    library: ctypes.CDLL, hypotheses: Floats, gt: Floats, est: Floats, bound: float
+) -> Callable[[], NDArray[np.intc]]:
+    """Return a function that counts the cameras within a squared error, for each hypothesis.
+
+    Parameters
+    ----------
+    library : CDLL
+        The compiled loop.
+    hypotheses : (H, 3, 4) array
+        Transformations from ground truth to estimate.
+    gt, est : (n, 3) array
+        Positions.
+    bound : float
+        Squared error in units of the estimate.
+    """
+    arrays = [np.ascontiguousarray(a, dtype=np.float64) for a in (hypotheses, gt.T, est.T)]
+    counts = np.zeros(len(hypotheses), dtype=np.intc)
+    h, g, e = (a.ctypes.data_as(ctypes.c_void_p) for a in arrays)
+    c = counts.ctypes.data_as(ctypes.c_void_p)  # the pointers keep their arrays alive
+    n_hypotheses, n = ctypes.c_size_t(len(hypotheses)), ctypes.c_size_t(len(gt))
+
+    def count() -> NDArray[np.intc]:
+        library.count_inliers(h, n_hypotheses, g, e, n, ctypes.c_double(bound), c)
+        return counts
+
+    return count

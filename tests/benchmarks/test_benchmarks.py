@@ -1,0 +1,74 @@
+"""The benchmarks measure what they say, and the page holds what was measured."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks import __main__ as benchmarks
+from benchmarks.contenders import METRICS, contenders, scene
+from benchmarks.floor import compiled_loop, counter
+
+
+def test_floor_counts_inliers() -> None:
+    library = compiled_loop()
+    if library is None:
+        pytest.skip("no C compiler")
+    rng = np.random.default_rng(0)
+    gt, est = rng.random((2, 150, 3))
+    hypotheses = rng.normal(size=(20, 3, 4))
+    residuals = np.einsum("hij,nj->hni", hypotheses[:, :, :3], gt) + hypotheses[:, None, :, 3] - est
+    expected = np.count_nonzero(np.sum(residuals**2, axis=2) < 2.0, axis=1)
+    assert 0 < expected.sum() < expected.size * len(gt)
+    np.testing.assert_array_equal(counter(library, hypotheses, gt, est, 2.0)(), expected)
+
+
+def test_contenders_do_their_work() -> None:
+    """Every metric gives the value of its scene; the floor's hypotheses are the true alignment."""
+    calls = contenders(60, 0.3, compiled_loop())
+    assert set(calls) - {"pycolmap", "floor"} == set(METRICS)
+    for name, metric in METRICS.items():
+        assert float(calls[name]()) == float(metric(scene(60, 0.3)))  # type: ignore[arg-type]
+    if "floor" in calls:
+        assert np.all(np.asarray(calls["floor"]()) > 30)
+    if "pycolmap" in calls:
+        assert calls["pycolmap"]() is not None
+
+
+def test_the_shortest_time_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Turn by turn, several calls where they are quick, one call where it is slow."""
+    durations = {"quick": iter([0.01, *[0.004, 0.003, 0.005] * 100]), "slow": iter([3.0, 2.0])}
+    order: list[str] = []
+
+    def clock(call: Callable[[], object], repeats: int) -> float:
+        name = str(call())
+        order.append(name)
+        return next(durations[name])
+
+    monkeypatch.setattr(benchmarks, "clock", clock)
+    times = benchmarks.measure({name: lambda name=name: name for name in durations})  # type: ignore[misc]
+    assert times == {"quick": 0.003, "slow": 3.0}
+    assert order.count("slow") == 1
+    assert order.count("quick") == 1 + benchmarks.MAX_TURNS
+
+
+def test_page_and_plot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """One command, all numbers on the page, a dash where a contender is missing."""
+    metric_times = dict(zip(METRICS, np.arange(1, 7) / 1000, strict=True))
+    monkeypatch.setattr(benchmarks, "compiled_loop", lambda: None)
+    monkeypatch.setattr(benchmarks, "contenders", lambda *_: {})
+    monkeypatch.setattr(benchmarks, "measure", lambda _: {**metric_times, "pycolmap": 0.004})
+    monkeypatch.setattr(benchmarks, "peak_memory", lambda _name, n: n / 100)
+    monkeypatch.setattr(sys, "argv", ["benchmarks", "--output", str(tmp_path)])
+    assert benchmarks.main() == 0
+    page = (tmp_path / "benchmarks.md").read_text()
+    assert "| 100 | 1 | 2 | 3 | 4 | 5 | 6 |" in page
+    assert "| 100 | 90% | 1 | 4 | 0.25 | – | – |" in page
+    assert "| 10,000 | 100 | 100 |" in page
+    assert (tmp_path / "images" / "benchmarks.png").stat().st_size > 10_000
+
+
+def test_peak_memory_is_that_of_one_metric() -> None:
+    assert 30 < benchmarks.peak_memory("TAS", 50) < 1000
