@@ -36,6 +36,7 @@ TIE = 64 * float(np.finfo(np.float64).eps)  # of a squared error, relative to th
 FIRST_CHUNK, GROWTH = 16, 8  # hypotheses: few find a good bound that spares most of the others
 CHUNK = 1 << 17  # squared errors evaluated at once: 512 KiB, stays in the cache
 BLOCK = 255  # cameras evaluated at once: as many as a byte can count
+PRODUCT = 14_000  # squared errors in a matrix product: BLAS keeps so small ones on one thread
 
 
 class Registration(Protocol):
@@ -347,8 +348,9 @@ def _count_far(rows: NDArray[Any], columns: NDArray[Any], bound: float) -> Indic
     limits = np.finfo(columns.dtype)
     bound = columns.dtype.type(bound * (1 + ROUNDING * limits.eps) + limits.tiny**0.5)
     far = np.zeros(rows.shape[1], dtype=np.intp)
-    for start in range(0, columns.shape[1], BLOCK):
-        above = columns[:, start : start + BLOCK].T @ rows >= bound
+    size = min(BLOCK, max(1, PRODUCT // rows.shape[1]))
+    for start in range(0, columns.shape[1], size):
+        above = columns[:, start : start + size].T @ rows >= bound
         far += np.add.reduce(above.view(np.uint8), axis=0, dtype=np.uint8)
     return far
 
