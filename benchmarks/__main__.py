@@ -27,6 +27,7 @@ from figures.output import write_figure
 
 from .contenders import METRICS, contenders
 from .floor import compiled_loop
+from .memory import STATUS
 
 __all__: list[str] = []
 
@@ -38,7 +39,6 @@ SCENES = [*((n, 0.3) for n in SIZES), (100, 0.9)]
 SHORTEST = 0.02  # seconds; what is quicker is called several times a turn
 BUDGET = 1.0  # seconds a contender and scene, but at least one call
 MAX_TURNS = 20
-MIB = 1 << 20
 
 
 def main() -> int:
@@ -55,7 +55,7 @@ def main() -> int:
     with threadpool_limits(limits=1):
         for n, outliers in tqdm([s for s in SCENES if s[0] <= options.largest], disable=None):
             results[n, outliers] = measure(contenders(n, outliers, floor))
-    sizes = [n for n in MEMORY_SIZES if n <= options.largest]
+    sizes = [n for n in MEMORY_SIZES if n <= options.largest and STATUS.exists()]
     memory = {n: {name: peak_memory(name, n) for name in METRICS} for n in sizes}
     picture = options.output / "images" / "benchmarks"
     draw(results, picture)
@@ -92,7 +92,7 @@ def clock(call: Callable[[], object], repeats: int) -> float:
 def peak_memory(metric: str, n: int) -> float:
     """Return the largest resident size in MiB of a process that evaluates one metric once."""
     command = [sys.executable, "-m", "benchmarks.memory", metric, str(n)]
-    return int(subprocess.run(command, check=True, capture_output=True).stdout) / MIB
+    return float(subprocess.run(command, check=True, capture_output=True).stdout)
 
 
 def report(results: dict[tuple[int, float], Times], memory: dict[int, Times]) -> str:
