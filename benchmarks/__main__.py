@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,6 @@ from tqdm import tqdm
 
 from experiments.tables import write_files
 from figures import style
-from figures.output import write_figure
 
 from .contenders import METRICS, contenders
 from .floor import compiled_loop
@@ -57,10 +57,9 @@ def main() -> int:
             results[n, outliers] = measure(contenders(n, outliers, floor))
     sizes = [n for n in MEMORY_SIZES if n <= options.largest and STATUS.exists()]
     memory = {n: {name: peak_memory(name, n) for name in METRICS} for n in sizes}
-    picture = options.output / "images" / "benchmarks"
-    draw(results, picture)
     table = options.output / "benchmarks.md"
-    write_files({table: report(results, memory).encode()})
+    picture = options.output / "images" / "benchmarks.png"
+    write_files({table: report(results, memory).encode(), picture: plot(results)})
     print(table)
     return 0
 
@@ -190,8 +189,8 @@ def machine() -> str:
 
 
 @style.applied()
-def draw(results: dict[tuple[int, float], Times], path: Path) -> None:
-    """Draw times against the number of cameras, both logarithmic."""
+def plot(results: dict[tuple[int, float], Times]) -> bytes:
+    """Draw times against the number of cameras, both logarithmic; return the PNG."""
     usual = {n: times for (n, outliers), times in results.items() if outliers == 0.3}
     figure, axes = plt.subplots(figsize=(style.COLUMN, 2.6), layout="constrained")
     sizes = list(usual)
@@ -220,8 +219,10 @@ def draw(results: dict[tuple[int, float], Times], path: Path) -> None:
     axes.set_xlabel("number of cameras")
     axes.set_ylabel("milliseconds")
     axes.margins(x=0.02)
-    write_figure(figure, path, "Time against the number of cameras")
+    buffer = BytesIO()
+    figure.savefig(buffer, format="png", metadata={"Software": None})
     plt.close(figure)
+    return buffer.getvalue()
 
 
 if __name__ == "__main__":
