@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +24,10 @@ from tqdm import tqdm
 
 from experiments.tables import write_files
 from figures import style
-from figures.output import write_figure
 
 from .contenders import METRICS, contenders
 from .floor import compiled_loop
+from .memory import STATUS
 
 __all__: list[str] = []
 
@@ -38,7 +39,6 @@ SCENES = [*((n, 0.3) for n in SIZES), (100, 0.9)]
 SHORTEST = 0.02  # seconds; what is quicker is called several times a turn
 BUDGET = 1.0  # seconds a contender and scene, but at least one call
 MAX_TURNS = 20
-MIB = 1 << 20
 
 
 def main() -> int:
@@ -55,12 +55,11 @@ def main() -> int:
     with threadpool_limits(limits=1):
         for n, outliers in tqdm([s for s in SCENES if s[0] <= options.largest], disable=None):
             results[n, outliers] = measure(contenders(n, outliers, floor))
-    sizes = [n for n in MEMORY_SIZES if n <= options.largest]
+    sizes = [n for n in MEMORY_SIZES if n <= options.largest and STATUS.exists()]
     memory = {n: {name: peak_memory(name, n) for name in METRICS} for n in sizes}
-    picture = options.output / "images" / "benchmarks"
-    draw(results, picture)
     table = options.output / "benchmarks.md"
-    write_files({table: report(results, memory).encode()})
+    picture = options.output / "images" / "benchmarks.png"
+    write_files({table: report(results, memory).encode(), picture: plot(results)})
     print(table)
     return 0
 
@@ -92,7 +91,7 @@ def clock(call: Callable[[], object], repeats: int) -> float:
 def peak_memory(metric: str, n: int) -> float:
     """Return the largest resident size in MiB of a process that evaluates one metric once."""
     command = [sys.executable, "-m", "benchmarks.memory", metric, str(n)]
-    return int(subprocess.run(command, check=True, capture_output=True).stdout) / MIB
+    return float(subprocess.run(command, check=True, capture_output=True).stdout)
 
 
 def report(results: dict[tuple[int, float], Times], memory: dict[int, Times]) -> str:
@@ -190,8 +189,8 @@ def machine() -> str:
 
 
 @style.applied()
-def draw(results: dict[tuple[int, float], Times], path: Path) -> None:
-    """Draw times against the number of cameras, both logarithmic."""
+def plot(results: dict[tuple[int, float], Times]) -> bytes:
+    """Draw times against the number of cameras, both logarithmic; return the PNG."""
     usual = {n: times for (n, outliers), times in results.items() if outliers == 0.3}
     figure, axes = plt.subplots(figsize=(style.COLUMN, 2.6), layout="constrained")
     sizes = list(usual)
@@ -220,8 +219,10 @@ def draw(results: dict[tuple[int, float], Times], path: Path) -> None:
     axes.set_xlabel("number of cameras")
     axes.set_ylabel("milliseconds")
     axes.margins(x=0.02)
-    write_figure(figure, path, "Time against the number of cameras")
+    buffer = BytesIO()
+    figure.savefig(buffer, format="png", metadata={"Software": None})
     plt.close(figure)
+    return buffer.getvalue()
 
 
 if __name__ == "__main__":

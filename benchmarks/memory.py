@@ -1,14 +1,19 @@
-"""Peak memory of one metric in a process of its own: ``python -m benchmarks.memory TAS 10000``."""
+"""Peak memory of one metric in a process of its own: ``python -m benchmarks.memory TAS 10000``.
 
-import resource
+In MiB, out of Linux's ``/proc``. (The ``ru_maxrss`` of a process starts with its parent's.)
+"""
+
 import sys
+from pathlib import Path
 
 from .contenders import METRICS, scene
 
-__all__: list[str] = []
+__all__ = ["STATUS"]
+
+STATUS = Path("/proc/self/status")
 
 if __name__ == "__main__":
     cameras = scene(int(sys.argv[2]), outliers=0.3)
     METRICS[sys.argv[1]](cameras)
-    kilobytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    print(kilobytes * 1024 if sys.platform != "darwin" else kilobytes)
+    (line,) = (line for line in STATUS.read_text().splitlines() if line.startswith("VmHWM"))
+    print(int(line.split()[1]) / 1024)
