@@ -28,18 +28,24 @@ def executor(config: Config) -> Iterator[Parallel]:
     ------
     ConfigError
         Where the backend is dask and it is not installed, no scheduler with a worker answers at
-        the address, a worker has other packages than this process, or the scheduler is lost later.
+        the address, a worker has other packages than this process, or the cluster is
+        lost in the middle.
     """
     if config.backend != "dask":
         yield Parallel(n_jobs=config.n_jobs, backend=config.backend, return_as="generator")
         return
     address = str(config.dask_address)
-    try:
-        with _connect(address) as client, parallel_config("dask", client=client):
-            _check_workers(client)
+    with _connect(address) as client, parallel_config("dask", client=client):
+        from distributed import KilledWorker
+
+        _check_workers(client, address)
+        try:
             yield Parallel(return_as="generator")
-    except CancelledError:
-        raise ConfigError(f"setting 'dask_address': lost the scheduler at {address}") from None
+        except (CancelledError, KilledWorker) as error:
+            reason = " ".join(str(error).split())
+            raise ConfigError(
+                f"setting 'dask_address': lost the cluster at {address} ({reason})"
+            ) from None
 
 
 def _connect(address: str) -> "Client":
@@ -68,14 +74,13 @@ async def _ask(address: str) -> None:
         await scheduler.identity()
 
 
-def _check_workers(client: "Client") -> None:
+def _check_workers(client: "Client", address: str) -> None:
     """Make sure that there are workers, and that the provenance holds for what they compute."""
     try:
         client.wait_for_workers(1, timeout=PATIENCE)
     except TimeoutError:
         raise ConfigError(
-            f"setting 'dask_address': the scheduler at {client.scheduler.address} has no workers "
-            f"after {PATIENCE} s"
+            f"setting 'dask_address': the scheduler at {address} has no workers after {PATIENCE} s"
         ) from None
     try:
         workers = client.run(package_versions)

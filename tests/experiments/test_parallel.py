@@ -19,6 +19,7 @@ from experiments.run import main
 
 Small = Callable[..., Config]
 
+MANY_CELLS = f"sigma_t={[level / 200 for level in range(1, 21)]}"
 LOOPBACK = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0"}
 
 
@@ -47,11 +48,10 @@ def test_a_worker_killed_in_the_middle_changes_no_bit(
                 left.append(total - number)
             yield result
 
-    sigma_t = f"sigma_t={[level / 200 for level in range(1, 21)]}"
-    serial = sweep.sweep(small(sigma_t))
+    serial = sweep.sweep(small(MANY_CELLS))
     with monkeypatch.context() as patch:
         patch.setattr(sweep, "tqdm", kill_one_after_the_first)
-        table = sweep.sweep(small(sigma_t, *on_dask))
+        table = sweep.sweep(small(MANY_CELLS, *on_dask))
     assert left == [39]
     pd.testing.assert_frame_equal(table, serial, check_exact=True)
     assert table.to_csv() == serial.to_csv()
@@ -140,3 +140,22 @@ def test_a_scheduler_without_workers_is_one_line(
         overrides = ["backend=dask", f"dask_address={empty.scheduler_address}"]
         line = refused([*small_overrides, *overrides], tmp_path, capsys)
     assert "has no workers" in line
+
+
+def test_a_cluster_lost_in_the_middle_is_one_line(
+    small_overrides: list[str],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with LocalCluster(n_workers=1, threads_per_worker=2, **LOOPBACK) as short_lived:
+
+        def close_after_the_first(results: Iterable[Any], **_: object) -> Iterator[Any]:
+            for result in results:
+                short_lived.close()
+                yield result
+
+        monkeypatch.setattr(sweep, "tqdm", close_after_the_first)
+        overrides = [MANY_CELLS, "backend=dask", f"dask_address={short_lived.scheduler_address}"]
+        line = refused([*small_overrides, *overrides], tmp_path, capsys)
+    assert "lost the cluster" in line
