@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 ONE_NODE_SLURM = Path(__file__).with_name("one-node-slurm")
 SETTINGS = ["trials=2", "results_dir=out"]
-REPLICATES = 3
+REPLICATES = 2
 
 pytestmark = [
     pytest.mark.cluster,
@@ -28,7 +28,8 @@ def test_replicates_are_jobs_with_stated_needs_and_the_bytes_of_a_serial_run(
         *["--slurm-status-command", "squeue", "--slurm-init-seconds-before-status-checks", "2"],
         *["--config", f"replicates={REPLICATES}", *SETTINGS],
     ]
-    script = '"$@" && scontrol show jobs --oneliner > jobs.txt'
+    # The limit is inside, so that the cluster is ended in any case.
+    script = 'timeout --kill-after=5 90 "$@" && scontrol show jobs --oneliner > jobs.txt'
     done = subprocess.run(
         [ONE_NODE_SLURM, "bash", "-c", script, "bash", *snakemake],
         cwd=tmp_path,
