@@ -6,7 +6,8 @@
 #   snakemake report                          all of it on one page, results/report.html
 import sys
 from dataclasses import asdict
-from math import gcd
+from functools import cache
+from math import ceil, gcd
 from pathlib import Path
 
 sys.path.insert(0, workflow.basedir)
@@ -17,7 +18,7 @@ from figures import FIGURES, HISTOGRAM_EXPERIMENT
 REPLICATES = config.pop("replicates", None)
 OVERRIDES = to_overrides({key: value for key, value in config.items() if key != "n_jobs"})
 EXPERIMENTS = experiment_names()
-HOW = {"n_jobs", "backend", "results_dir"}  # settings that no result depends on
+HOW = {"n_jobs", "backend", "dask_address", "results_dir"}  # settings that no result depends on
 
 
 def refuse(error, *overrides):
@@ -32,13 +33,14 @@ def resolve(*overrides):
         refuse(error, f"({' '.join(overrides)})")
 
 
+@cache
 def settings(experiment):
     """What the results of an experiment depend on: where it changes, they are made again."""
     resolved = resolve(f"experiment={experiment}", *to_overrides(config))
     return {key: value for key, value in resolved.items() if key not in HOW}
 
 
-RUN = resolve(*to_overrides({key: config[key] for key in HOW if key in config}))
+RUN = resolve(*to_overrides({key: config[key] for key in (*HOW, "trials") if key in config}))
 RESULTS = Path(RUN["results_dir"])
 TRIALS = RESULTS / "trials"
 CORES = workflow.cores or 1
@@ -66,6 +68,26 @@ TRIAL_CODE = [
 ]
 
 
+# What a cluster is asked for. Measured (docs/cluster.md): a process takes 140 MB, as does each of the
+# two Snakemakes beside it, and a replicate of all claims a second for each trial of a cell.
+def memory(wildcards, threads):
+    """Twice that, and a megabyte for each trial of a cell: rows are held until they are written."""
+    return 600 + 300 * threads + RUN["trials"]
+
+
+def minutes(wildcards, threads):
+    """Four times that, and ten minutes for nodes and file systems that are slow to start."""
+    return 10 + ceil(4 * RUN["trials"] / 60 / threads)
+
+
+localrules:  # seconds each: not worth a job
+    figures,
+    figure,
+    comparison,
+    claims,
+    report,
+
+
 wildcard_constraints:
     replicate=r"\d+",
     experiment="|".join(EXPERIMENTS),
@@ -87,6 +109,9 @@ rule experiment:
     params:
         settings=lambda wildcards: settings(wildcards.experiment),
     threads: THREADS
+    resources:
+        mem_mb=memory,
+        runtime=minutes,
     log:
         RESULTS / "logs" / "{experiment}.log",
     benchmark:
@@ -141,6 +166,9 @@ rule replicate:
         needs=CLAIMS.needs(),
         settings=lambda wildcards: [settings(name) for name in EXPERIMENTS],
     threads: CORES // gcd(CORES, CLAIMS.replicates) # the last round leaves no core idle
+    resources:
+        mem_mb=memory,
+        runtime=minutes,
     log:
         RESULTS / "logs" / "replicate_{replicate}.log",
     benchmark:

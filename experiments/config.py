@@ -36,7 +36,7 @@ METRIC_OPTIONS = {
     "RAS": ("max_threshold_deg", "n_thresholds"),
     "PAS": ("weight",),
 }
-BACKENDS = ("loky", "threading", "sequential")
+BACKENDS = ("loky", "threading", "sequential", "dask")
 
 
 class ConfigError(ValueError):
@@ -61,6 +61,7 @@ class Config:
     replicate: int = MISSING
     n_jobs: int = MISSING
     backend: str = MISSING
+    dask_address: str | None = MISSING
     results_dir: str = MISSING
 
 
@@ -191,6 +192,11 @@ def _check(config: Config) -> None:
     _require(config.geometry in GEOMETRIES, "geometry", f"must be one of {', '.join(GEOMETRIES)}")
     _require(config.noise in NOISES, "noise", f"must be one of {', '.join(NOISES)}")
     _require(config.backend in BACKENDS, "backend", f"must be one of {', '.join(BACKENDS)}")
+    _require(
+        config.backend != "dask" or bool(config.dask_address),
+        "dask_address",
+        "must name a scheduler, such as tcp://127.0.0.1:8786, for the backend dask",
+    )
     for metric in config.metrics:
         split_metric(metric)
 

@@ -35,7 +35,7 @@ def plan(claims: Claims, overrides: Sequence[str] = ()) -> Plan:
     >>> from experiments.replicate import plan
     >>> config, wanted = plan(load_claims())["combined", ()]
     >>> config.name, len(wanted)
-    ('combined', 50)
+    ('combined', 34)
     """
     for override in overrides:
         key = override.partition("=")[0].strip()
@@ -118,6 +118,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_table(path, run(claims, overrides), provenance(config))
+    except ConfigError as error:
+        print(f"experiments.replicate: {error}", file=sys.stderr)
+        return 2
     except OSError as error:
         print(f"experiments.replicate: cannot write {path}: {error.strerror}", file=sys.stderr)
         return 1

@@ -41,6 +41,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials than after
         write_trials(config, sweep(config))
+    except ConfigError as error:
+        print(f"experiments.run: {error}", file=sys.stderr)
+        return 2
     except OSError as error:
         print(f"experiments.run: cannot write {path}: {error.strerror}", file=sys.stderr)
         return 1

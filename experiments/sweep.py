@@ -9,13 +9,14 @@ from zlib import crc32
 
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed
+from joblib import delayed
 from threadpoolctl import ThreadpoolController
 from tqdm import tqdm
 
 from .cameras import Scene, make_scene
 from .config import Config
 from .metrics import evaluate
+from .parallel import executor
 from .tables import KEY_COLUMNS
 
 __all__ = ["Cell", "cells", "draw_scene", "run_trial", "sweep", "trial_seeds"]
@@ -87,9 +88,12 @@ def _blas() -> ThreadpoolController:
 
 
 def run_cell(config: Config, cell: Cell, metrics: Sequence[str]) -> list[dict[str, Any]]:
-    """Run all trials of a cell, on one BLAS thread: more could change the last bits."""
-    with _blas().limit(limits=1):
-        return [run_trial(config, cell, trial, metrics) for trial in range(config.trials)]
+    """Run all trials of a cell, on one BLAS thread: more could change the last bits.
+
+    The limit stays: a worker may run other cells beside this one, which must not get theirs back.
+    """
+    _blas().limit(limits=1)
+    return [run_trial(config, cell, trial, metrics) for trial in range(config.trials)]
 
 
 def sweep(config: Config, metrics: Mapping[Cell, Sequence[str]] | None = None) -> pd.DataFrame:
@@ -109,11 +113,15 @@ def sweep(config: Config, metrics: Mapping[Cell, Sequence[str]] | None = None) -
         One row a trial: `KEY_COLUMNS`, then one column a metric, empty where it was not asked for.
         The same for any number of processes and any backend, bit for bit. Progress goes to standard
         error.
+
+    Raises
+    ------
+    ConfigError
+        Where the backend cannot be reached.
     """
     plan = dict.fromkeys(cells(config), config.metrics) if metrics is None else metrics
-    parallel = Parallel(n_jobs=config.n_jobs, backend=config.backend, return_as="generator")
-    # The outer limit is for threads: it is what the limits of single cells go back to.
-    with _blas().limit(limits=1):
+    # The limit of the cells stays in their process; here it ends with the sweep.
+    with _blas().limit(limits=1), executor(config) as parallel:
         results: Iterator[list[dict[str, Any]]] = parallel(
             delayed(run_cell)(config, cell, wanted) for cell, wanted in plan.items()
         )

@@ -16,6 +16,7 @@ from .config import CONFIG_DIR, Config
 __all__ = [
     "KEY_COLUMNS",
     "TableError",
+    "package_versions",
     "provenance",
     "read_trials",
     "trials_path",
@@ -143,11 +144,16 @@ def provenance(config: Config) -> dict[str, Any]:
     """Return what a result rests on: settings, package versions, commit and platform."""
     return {
         "config": asdict(config),
-        "packages": {name: version(name) for name in PACKAGES},
+        "packages": package_versions(),
         "git": _git_state(),
         "python": platform.python_version(),
         "platform": platform.platform(),
     }
+
+
+def package_versions() -> dict[str, str]:
+    """Return the versions, in this process, of the packages that results rest on."""
+    return {name: version(name) for name in PACKAGES}
 
 
 def _git_state() -> dict[str, Any] | None:

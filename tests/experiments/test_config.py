@@ -59,6 +59,7 @@ def test_noise_rises_together_where_it_is_paired() -> None:
         ("replicate=-1", "replicate"),
         ("n_jobs=0", "n_jobs"),
         ("backend=mpi", "backend"),
+        ("backend=dask", "dask_address"),
         ("geometry=sphere", "geometry"),
         ("noise=both", "noise"),
         ("noise=paired", "noise"),

@@ -17,19 +17,23 @@ SMALL = ["trials=2", "sigma_t=[0.02,0.05]", "n_cameras=[25]", "n_outliers=[0,2]"
 Snakemake = Callable[..., subprocess.CompletedProcess[str]]
 
 
-def command(*arguments: str) -> list[str]:
-    profile = ["--profile", str(ROOT / "profiles" / "default")]
+def command(*arguments: str, profile: str = "default") -> list[str]:
+    profiles = ["--profile", str(ROOT / "profiles" / profile)]
     start = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
-    return [*start, *profile, *arguments]
+    return [*start, *profiles, *arguments]
 
 
 @pytest.fixture
 def snakemake(tmp_path: Path) -> Snakemake:
     """Run Snakemake with the project's workflow in an empty working directory."""
 
-    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    def run(*arguments: str, **options: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
-            command(*arguments), cwd=tmp_path, capture_output=True, text=True, timeout=110
+            command(*arguments, **options),
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=110,
         )
 
     return run
@@ -62,6 +66,20 @@ def test_the_report_needs_everything_and_a_number_of_replicates(snakemake: Snake
         **{"experiment": 8, "figure": 7, "comparison": 1},
         **{"replicate": 2, "claims": 1, "report": 1},
     }
+
+
+def test_the_profile_for_slurm_submits_trials_with_stated_needs_and_nothing_else(
+    snakemake: Snakemake,
+) -> None:
+    settings = ["replicates=2", "trials=100"]
+    done = snakemake("claims", "--dry-run", "--config", *settings, profile="slurm")
+    assert planned(done) == {"replicate": 2, "claims": 1}
+    lines = [line.strip() for line in (done.stdout + done.stderr).splitlines()]
+    assert lines.count("rule replicate:") == 2
+    needs = [line for line in lines if line.startswith("resources:") and "runtime" in line]
+    assert len(needs) == 2
+    assert all("runtime=17" in need and "mem_mb=1000" in need for need in needs)
+    assert not any(line.startswith("threads:") for line in lines)  # named where more than one
 
 
 @pytest.mark.parametrize(
