@@ -1,4 +1,4 @@
-"""Run part of a parameter study: ``python -m experiments.study threshold outliers [key=value ...]``.
+"""Run part of a parameter study: ``python -m experiments.study STUDY PART [key=value ...]``.
 
 A study compares the values of some options of the scores, its axes, on the trials of some
 experiments, its parts. All values of all axes are evaluated on the same cameras.
@@ -88,11 +88,17 @@ class Study:
     name: str
     axes: Mapping[str, Axis]
     parts: Mapping[str, Part]
+    overrides: tuple[str, ...]
 
     @property
     def results(self) -> Path:
         """The folder of the results."""
         return Path(next(iter(self.parts.values())).config.results_dir)
+
+    @property
+    def columns(self) -> list[str]:
+        """The metrics of all values of all axes, each once."""
+        return list(dict.fromkeys(c for axis in self.axes.values() for c in axis.columns))
 
     def table_path(self, name: str = "") -> Path:
         """Return the path of a table of the study."""
@@ -141,7 +147,7 @@ def load_study(name: str, overrides: Sequence[str] = ()) -> Study:
     parts = {
         part: _part(name, part, entry, given, columns) for part, entry in content["trials"].items()
     }
-    return Study(name, axes, parts)
+    return Study(name, axes, parts, tuple(overrides))
 
 
 def seeded(column: str, seed: int) -> str:

@@ -1,6 +1,7 @@
 """The sweep: every cell of an experiment's grid, trial by trial, over joblib."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass
 from functools import cache
 from itertools import product
@@ -18,7 +19,7 @@ from .config import Config
 from .metrics import evaluate
 from .tables import KEY_COLUMNS
 
-__all__ = ["Cell", "cells", "draw_scene", "run_trial", "sweep", "trial_seeds"]
+__all__ = ["Cell", "cells", "draw_scene", "one_blas_thread", "run_trial", "sweep", "trial_seeds"]
 
 
 @dataclass(frozen=True)
@@ -86,9 +87,15 @@ def _blas() -> ThreadpoolController:
     return ThreadpoolController().select(user_api="blas")
 
 
+def one_blas_thread() -> AbstractContextManager[object]:
+    """Compute on one BLAS thread: more could change the last bits."""
+    limit: AbstractContextManager[object] = _blas().limit(limits=1)
+    return limit
+
+
 def run_cell(config: Config, cell: Cell, metrics: Sequence[str]) -> list[dict[str, Any]]:
-    """Run all trials of a cell, on one BLAS thread: more could change the last bits."""
-    with _blas().limit(limits=1):
+    """Run all trials of a cell."""
+    with one_blas_thread():
         return [run_trial(config, cell, trial, metrics) for trial in range(config.trials)]
 
 
@@ -113,7 +120,7 @@ def sweep(config: Config, metrics: Mapping[Cell, Sequence[str]] | None = None) -
     plan = dict.fromkeys(cells(config), config.metrics) if metrics is None else metrics
     parallel = Parallel(n_jobs=config.n_jobs, backend=config.backend, return_as="generator")
     # The outer limit is for threads: it is what the limits of single cells go back to.
-    with _blas().limit(limits=1):
+    with one_blas_thread():
         results: Iterator[list[dict[str, Any]]] = parallel(
             delayed(run_cell)(config, cell, wanted) for cell, wanted in plan.items()
         )

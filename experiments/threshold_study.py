@@ -1,0 +1,138 @@
+"""What the paper's thresholds cost and gain: ``python -m experiments.threshold_study``."""
+
+import argparse
+import sys
+from collections.abc import Iterator, Sequence
+
+import pandas as pd
+
+from .config import ConfigError
+from .effects import EFFECTS, effects, read_parts, read_times
+from .study import Study, load_study
+from .tables import TableError, write_files
+
+__all__ = ["main", "to_markdown"]
+
+TOLD = ("noise_power", "outlier_power", "noise_range", "camera_dependence", "seed_noise")
+CERTAIN = 2.0  # standard errors
+
+INTRODUCTION = """\
+What the paper's choices cost and gain, each against the other values of the same option, all other
+options at the paper's values. All values see the same cameras, and those that do not concern the
+registration the same alignment and errors. Only differences above two standard errors are told.
+|τ|: Kendall's rank correlation of the score with noise (mean over outlier counts) or with outliers
+(mean over noise levels). Range: largest minus smallest score over the noise levels (mean over
+outlier counts). Dependence on cameras: how far the mean moves with the number of cameras, in % of
+its range over all noise levels. Seed noise: standard deviation over the seeds of the registration
+(median over scenes).
+"""
+
+
+def to_markdown(study: Study, table: pd.DataFrame, times: pd.DataFrame) -> str:
+    """Tell in sentences what the paper's values cost and gain.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    table : DataFrame
+        What `experiments.effects.effects` returns.
+    times : DataFrame
+        What `experiments.study_time.measure` returns.
+    """
+    lines = [INTRODUCTION]
+    for axis in study.axes.values():
+        rows = table[table["axis"] == axis.name].set_index("value")
+        costs, gains = [], []
+        for name in TOLD:
+            costs += _cost(rows, axis.paper, name)
+            gains += _gain(rows, axis.paper, name)
+        lines.append(
+            f"- **{axis.metric}, {axis.option} = {axis.paper}**, against "
+            f"{', '.join(value for value in axis.values if value != axis.paper)}. "
+            f"*Costs:* {'; '.join(costs) or 'nothing that these trials can tell'}. "
+            f"*Gains:* {'; '.join(gains) or 'nothing that these trials can tell'}."
+        )
+    lines += ["", "Run time on the machine that made this page; it is another in every run:", ""]
+    lines += [f"- {sentence}" for sentence in _times(study, times)]
+    return "\n".join(lines) + "\n"
+
+
+def _cost(rows: pd.DataFrame, paper: str, name: str) -> list[str]:
+    """Tell which value is better than the paper's."""
+    best = _extreme(rows, name, EFFECTS[name].larger_is_better)
+    return _tell(rows, paper, name, best, "instead of")
+
+
+def _gain(rows: pd.DataFrame, paper: str, name: str) -> list[str]:
+    """Tell which value is the worst."""
+    worst = _extreme(rows, name, not EFFECTS[name].larger_is_better)
+    return _tell(rows, paper, name, worst, "against")
+
+
+def _extreme(rows: pd.DataFrame, name: str, largest: bool) -> str:
+    values = rows[name].dropna()
+    if values.empty:
+        return ""
+    return str(values.idxmax() if largest else values.idxmin())
+
+
+def _tell(rows: pd.DataFrame, paper: str, name: str, other: str, words: str) -> list[str]:
+    if other in ("", paper):
+        return []
+    effect = EFFECTS[name]
+    ours, theirs = rows.loc[paper, name], rows.loc[other, name]
+    if not abs(theirs - ours) > CERTAIN * rows.loc[other, f"{name}_error"]:
+        return []
+    return [
+        f"{effect.words} {ours:.{effect.digits}f} {words} {theirs:.{effect.digits}f} at {other}"
+    ]
+
+
+def _times(study: Study, times: pd.DataFrame) -> Iterator[str]:
+    """Tell how long the values take where they differ."""
+    for n, group in times.groupby("n_cameras"):
+        for axis in study.axes.values():
+            values = group[group["axis"] == axis.name].set_index("value")["milliseconds"]
+            listed = ", ".join(f"{value} {time:.2f} ms" for value, time in values.items())
+            yield f"{axis.metric}, {axis.option}, {n} cameras: {listed}."
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write the tables ``threshold_study_*.csv`` and ``threshold_study.md``; return the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m experiments.threshold_study",
+        description="Tell what the paper's thresholds cost and gain, from the trials of the study.",
+        epilog="settings are those that the trials were run with",
+    )
+    parser.add_argument("overrides", nargs="*", metavar="key=value")
+    overrides = parser.parse_args(arguments).overrides
+    try:
+        study = load_study("threshold", overrides)
+    except ConfigError as error:
+        print(f"experiments.threshold_study: {error}", file=sys.stderr)
+        return 2
+    try:
+        trials = read_parts(study)
+        times = read_times(study)
+    except TableError as error:
+        print(f"experiments.threshold_study: {error}", file=sys.stderr)
+        return 1
+    table = effects(study, trials)
+    kinds = table["axis"].str.partition("_")[0]
+    files = {
+        study.table_path(f"_{kind}"): rows.to_csv(index=False, lineterminator="\n").encode()
+        for kind, rows in table.groupby(kinds, sort=False)
+    }
+    files[study.table_path().with_suffix(".md")] = to_markdown(study, table, times).encode()
+    try:
+        write_files(files)
+    except OSError as error:
+        print(f"experiments.threshold_study: cannot write: {error.strerror}", file=sys.stderr)
+        return 1
+    print(*files, sep="\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
