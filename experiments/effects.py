@@ -11,7 +11,7 @@ from . import statistics
 from .study import Study, seeded
 from .tables import KEY_COLUMNS, TableError, read_trials
 
-__all__ = ["EFFECTS", "Effect", "Trials", "effects", "read_parts", "read_times", "seed_noise"]
+__all__ = ["EFFECTS", "Effect", "Trials", "effects", "read_parts", "read_table", "seeds_of"]
 
 GROUPS = 10  # of trials, for the jackknife
 
@@ -54,16 +54,14 @@ def _camera_dependence(trials: Trials, metric: str) -> float:
     return statistics.dependence(part, metric, "n_cameras", "mean")
 
 
-def seed_noise(trials: pd.DataFrame, metric: str) -> "pd.Series[float]":
-    """Standard deviation over the seeds of the registration, scene by scene; 0 if none matters."""
-    columns = [name for k in range(trials.shape[1]) if (name := seeded(metric, k)) in trials]
-    if not columns:  # RAS
-        return pd.Series(0.0, index=trials.index)
-    return trials[columns].std(axis=1, ddof=1)
+def seeds_of(trials: pd.DataFrame, metric: str) -> pd.DataFrame:
+    """Return the columns of a metric under each seed of the registration; RAS has none."""
+    return trials[[name for k in range(trials.shape[1]) if (name := seeded(metric, k)) in trials]]
 
 
 def _seed_noise(trials: Trials, metric: str) -> float:
-    return float(seed_noise(trials["seeds"], metric).median())
+    scores = seeds_of(trials["seeds"], metric)
+    return 0.0 if scores.empty else float(scores.std(axis=1, ddof=1).median())
 
 
 def _varies(trials: pd.DataFrame, level: str) -> bool:
@@ -128,7 +126,7 @@ def effects(study: Study, trials: Trials) -> pd.DataFrame:
 
 
 def _compute(trials: Trials, columns: Sequence[str]) -> dict[tuple[str, str], float]:
-    values = {}
+    values: dict[tuple[str, str], float] = {}
     for column in columns:
         own = {  # the columns that are needed: to group all of them takes long
             part: table if part == "seeds" else table[[*KEY_COLUMNS, column]]
@@ -172,11 +170,20 @@ def read_parts(study: Study) -> dict[str, pd.DataFrame]:
     return tables
 
 
-def read_times(study: Study) -> pd.DataFrame:
-    """Read the table of run times; raises `TableError` likewise."""
-    path = study.table_path("_time")
+def read_table(study: Study, kind: str) -> pd.DataFrame:
+    """Read a table of a study, "_time" for example, with the values of axes as text.
+
+    Raises
+    ------
+    TableError
+        Where it cannot be read, with the command that makes it.
+    """
+    path = study.table_path(kind)
     try:
         return pd.read_csv(path, dtype={"value": str})
     except (OSError, ValueError):
-        command = ["python", "-m", "experiments.study_time", study.name, *study.overrides]
-        raise TableError("", f"{path} cannot be read; run: {shlex.join(command)}") from None
+        module = ["study_time", study.name] if kind == "_time" else [f"{study.name}_study"]
+        command = shlex.join(
+            ["python", "-m", f"experiments.{module[0]}", *module[1:], *study.overrides]
+        )
+        raise TableError(study.name, f"{path} cannot be read; run: {command}") from None

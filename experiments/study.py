@@ -25,7 +25,7 @@ from .config import (
     to_overrides,
 )
 
-__all__ = ["STUDIES", "Axis", "Part", "Study", "load_study", "main", "seeded"]
+__all__ = ["STUDIES", "Axis", "Part", "Study", "axis_names", "load_study", "main", "seeded"]
 
 STUDIES = ("threshold", "registration")
 OWN = ("experiment", "metrics")  # settings that the study itself decides
@@ -114,7 +114,7 @@ def load_study(name: str, overrides: Sequence[str] = ()) -> Study:
         One of `STUDIES`.
     overrides : sequence of str
         Values of axes such as ``"tas_max_threshold=[0.5,2]"``, and settings for all parts such as
-        ``"trials=5"``.
+        ``"trials=5"``. Axes of other studies are passed over.
 
     Returns
     -------
@@ -135,19 +135,18 @@ def load_study(name: str, overrides: Sequence[str] = ()) -> Study:
     >>> study.parts["length"].config.trials
     5
     """
-    if name not in STUDIES:
-        raise ConfigError(f"unknown study {name!r}; the studies are {', '.join(STUDIES)}")
-    path = CONFIG_DIR / "study" / f"{name}.yaml"
-    try:
-        content: Any = OmegaConf.to_container(OmegaConf.load(path))
-    except (OSError, YAMLError, OmegaConfBaseException) as error:
-        raise ConfigError(f"cannot read {path}: {' '.join(str(error).split())}") from None
+    content = _read(name)
     axes, given = _override(content["axes"], overrides)
     columns = list(dict.fromkeys(column for axis in axes.values() for column in axis.columns))
     parts = {
         part: _part(name, part, entry, given, columns) for part, entry in content["trials"].items()
     }
     return Study(name, axes, parts, tuple(overrides))
+
+
+def axis_names() -> list[str]:
+    """Return the names of the axes of all studies."""
+    return [axis for name in STUDIES for axis in _read(name)["axes"]]
 
 
 def seeded(column: str, seed: int) -> str:
@@ -162,16 +161,29 @@ def seeded(column: str, seed: int) -> str:
     return f"{column[:-1]}, seed={seed})" if column.endswith(")") else f"{column}(seed={seed})"
 
 
+def _read(name: str) -> Any:
+    if name not in STUDIES:
+        raise ConfigError(f"unknown study {name!r}; the studies are {', '.join(STUDIES)}")
+    path = CONFIG_DIR / "study" / f"{name}.yaml"
+    try:
+        return OmegaConf.to_container(OmegaConf.load(path))
+    except (OSError, YAMLError, OmegaConfBaseException) as error:
+        raise ConfigError(f"cannot read {path}: {' '.join(str(error).split())}") from None
+
+
 def _override(
     entries: Mapping[str, Any], overrides: Sequence[str]
 ) -> tuple[dict[str, Axis], dict[str, str]]:
     """Return the axes, and the settings among the overrides."""
+    others = set(axis_names()) - set(entries)
     known = [field.name for field in fields(Config) if field.name not in ("name", *OWN)]
     given: dict[str, str] = {}
     for override in overrides:
         key, equals, value = (part.strip() for part in override.partition("="))
         if not equals:
             raise ConfigError(f"{override!r} is not a setting; write key=value, such as trials=5")
+        if key in others:
+            continue
         if key not in (*known, *entries):
             raise ConfigError(
                 f"unknown setting {key!r}; the axes of this study are {', '.join(entries)}; the "
