@@ -42,13 +42,17 @@ def draw(table: pd.DataFrame) -> Figure:
     for row, geometry in zip(grid, geometries, strict=False):
         for axes, n in zip(row, counts, strict=False):
             chosen = inputs[(inputs["geometry"] == geometry) & (inputs["n_cameras"] == n)]
-            _scores(axes, chosen, f"{GEOMETRIES.get(geometry, geometry)}, {n} cameras")
+            _scores(axes, chosen, f"{GEOMETRIES.get(geometry, geometry)}, {n:g} cameras")
+    powers = table.loc[table["statistic"] == "|τ| with noise", list(COLOURS)]
+    limits = 0.98 * float(powers.to_numpy(dtype=float).min(initial=1.0)), 1.0
     for axes, (part, (title, statistic, setting, label)) in zip(
         grid[-1], POWERS.items(), strict=False
     ):
         chosen = table[(table["part"] == part) & (table["statistic"] == statistic)]
         if not chosen.empty:
-            _powers(axes, chosen.sort_values(setting), setting, f"{title}: {statistic}", label)
+            _powers(
+                axes, chosen.sort_values(setting), setting, f"{title}: {statistic}", label, limits
+            )
     _key(figure)
     return figure
 
@@ -64,7 +68,7 @@ def _scores(axes: Axes, table: pd.DataFrame, title: str) -> None:
             x = place + shift
             axes.plot([x, x], [low, high], color=colour, lw=2.2, marker="")
             axes.plot(x, mean, color=colour, ls="", marker="_", ms=4.5, mew=1.0)
-        ticks.append(f"{outliers}")
+        ticks.append(f"{outliers:g}")
     levels = wide.index.get_level_values("sigma_t")
     for sigma in levels.unique():
         places = [i for i, level in enumerate(levels) if level == sigma]
@@ -78,7 +82,7 @@ def _scores(axes: Axes, table: pd.DataFrame, title: str) -> None:
             color=style.FAINT,
         )
         if places[0]:
-            axes.axvline(places[0] - 0.5, color="0.75", lw=0.5)
+            axes.axvline(places[0] - 0.5, color="0.75", lw=0.5, marker="")
     axes.set_xticks(range(len(ticks)), ticks)
     axes.set_ylim(0, 1)
     axes.set_xlim(-0.6, len(ticks) - 0.4)
@@ -86,13 +90,21 @@ def _scores(axes: Axes, table: pd.DataFrame, title: str) -> None:
     style.remark(axes, axes.set_title(title), "(TAS)")
 
 
-def _powers(axes: Axes, table: pd.DataFrame, setting: str, title: str, label: str) -> None:
+def _powers(
+    axes: Axes,
+    table: pd.DataFrame,
+    setting: str,
+    title: str,
+    label: str,
+    limits: tuple[float, float],
+) -> None:
     axes.set_axis_on()
     for name, colour in COLOURS.items():
         axes.plot(range(len(table)), table[name], color=colour, ms=5)
-    axes.set_xticks(range(len(table)), [f"{value}" for value in table[setting]])
+    axes.set_xticks(range(len(table)), [f"{value:g}" for value in table[setting]])
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
     axes.yaxis.set_major_formatter("{x:g}")
+    axes.set_ylim(*limits)
     axes.set_xlabel(label)
     axes.set_title(title)
 
@@ -107,7 +119,8 @@ def _key(figure: Figure) -> None:
     figure.legend(
         list(handles.values()),
         list(handles),
-        loc="outside upper left",
+        loc="outside upper center",
         ncols=len(handles),
         fontsize=style.SMALL,
+        borderaxespad=0.4,
     )
