@@ -77,10 +77,8 @@ EFFECTS: Mapping[str, Effect] = {
     "outlier_power_smallest": Effect(
         "smallest |τ| with outliers", True, 3, _power("n_outliers", "smallest")
     ),
-    "noise_range": Effect("range over noise", True, 3, _noise_range(of_means=False)),
-    "noise_range_of_means": Effect(
-        "range of means over noise", True, 3, _noise_range(of_means=True)
-    ),
+    "noise_range": Effect("range of trials over noise", True, 3, _noise_range(of_means=False)),
+    "noise_range_of_means": Effect("range over noise", True, 3, _noise_range(of_means=True)),
     "camera_dependence": Effect("dependence on cameras, %", False, 1, _camera_dependence),
     "seed_noise": Effect("seed noise", False, 4, _seed_noise),
 }

@@ -137,11 +137,9 @@ def load_study(name: str, overrides: Sequence[str] = ()) -> Study:
     """
     content = _read(name)
     axes, given = _override(content["axes"], overrides)
-    columns = list(dict.fromkeys(column for axis in axes.values() for column in axis.columns))
-    parts = {
-        part: _part(name, part, entry, given, columns) for part, entry in content["trials"].items()
-    }
-    return Study(name, axes, parts, tuple(overrides))
+    study = Study(name, axes, {}, tuple(overrides))
+    parts = {part: _part(study, part, entry, given) for part, entry in content["trials"].items()}
+    return replace(study, parts=parts)
 
 
 def axis_names() -> list[str]:
@@ -215,22 +213,17 @@ def _axis(name: str, entry: Mapping[str, Any], given: str | None) -> Axis:
         return axis
 
 
-def _part(
-    study: str,
-    name: str,
-    entry: Mapping[str, Any],
-    given: Mapping[str, str],
-    columns: Sequence[str],
-) -> Part:
+def _part(study: Study, name: str, entry: Mapping[str, Any], given: Mapping[str, str]) -> Part:
     own = {key: value for key, value in entry.items() if key != "seeds"}
     settings = dict(override.split("=", 1) for override in to_overrides(own))
     config = load([f"{key}={value}" for key, value in (settings | dict(given)).items()])
+    columns = study.columns
     seeds = entry.get("seeds", 0)
     if seeds:
         random = [column for column in columns if "seed" in METRIC_OPTIONS[split_metric(column)[0]]]
         columns = [seeded(column, seed) for seed in range(seeds) for column in random]
-    path = Path(config.results_dir) / "trials" / f"{study}_study" / f"{name}.csv"
-    return Part(name, replace(config, metrics=list(columns)), seeds, path)
+    path = Path(config.results_dir) / "trials" / f"{study.name}_study" / f"{name}.csv"
+    return Part(name, replace(config, metrics=columns), seeds, path)
 
 
 def _write(value: object) -> str:

@@ -61,6 +61,7 @@ def _measure(part: Part, columns: Sequence[str]) -> pd.DataFrame:
         for _ in range(REPEATS):  # one after another, so that all share the machine's moods
             row: dict[str, float] = {"n_cameras": cell.n_cameras}
             for column in columns:
+                Evaluation(scene, registration_seed).value(column)  # warms up
                 start = process_time()
                 Evaluation(scene, registration_seed).value(column)
                 row[column] = process_time() - start

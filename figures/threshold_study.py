@@ -15,7 +15,7 @@ __all__ = ["draw"]
 COLUMNS = {  # effect: title, remark, effect of the tick beside it
     "noise_power": ("|τ| with noise", "↑ higher is better", "noise_power_smallest"),
     "outlier_power": ("|τ| with outliers", "↑ higher is better", "outlier_power_smallest"),
-    "noise_range": ("Noise range", "↑ higher is better", "noise_range_of_means"),
+    "noise_range_of_means": ("Noise range", "↑ higher is better", "noise_range"),
     "camera_dependence": ("Cameras, %", "↓ lower is better", None),
     "seed_noise": ("Seed noise", "↓ lower is better", None),
 }
@@ -141,7 +141,7 @@ def _key(figure: Figure) -> None:
         "the paper's value": _dot(style.INK),
         "another": _dot("white"),
         "two standard errors of the difference": Line2D([], [], color=style.INK, lw=0.6, marker=""),
-        "smallest |τ|, range of means": Line2D([], [], ls="", color=style.FAINT, **TICK),
+        "smallest |τ|, range of trials": Line2D([], [], ls="", color=style.FAINT, **TICK),
     }
     figure.legend(
         list(handles.values()),

@@ -192,7 +192,7 @@ def test_sentences_tell_certain_differences_alone(small_study: Study) -> None:
         table[name], table[f"{name}_error"] = 0.5, 0.01
     row = (table["axis"] == "tas_quantile") & (table["value"] == "0.9")
     table.loc[row, ["noise_power", "outlier_power"]] = 0.7, 0.3
-    table.loc[row, ["noise_range", "seed_noise"]] = 0.515, 0.3
+    table.loc[row, ["noise_range_of_means", "seed_noise"]] = 0.505, 0.3
     text = to_markdown(small_study, table, read_table(small_study, "_time"))
     (line,) = [line for line in text.splitlines() if "quantile" in line]
     costs, gains = line.split("*Gains:*")

@@ -73,7 +73,7 @@ def test_threshold_study_shows_every_value_of_every_axis(effects: pd.DataFrame) 
     assert "exact area" in [label.get_text() for label in labels]
     for panel, effect in zip(
         panels,
-        ("noise_power", "outlier_power", "noise_range", "camera_dependence", "seed_noise"),
+        ("noise_power", "outlier_power", "noise_range_of_means", "camera_dependence", "seed_noise"),
         strict=True,
     ):
         dots = [line for line in panel.lines if line.get_marker() == "o"]
