@@ -120,7 +120,7 @@ def _spread_sentences(table: pd.DataFrame, paper: str, refined: str) -> Iterator
     n = len(spread)
     yield (
         f"**Spread.** The median standard deviation over the seeds of {n} inputs is "
-        f"{spread[paper].median():.4f} with {paper} and {spread[refined].median():.4f} with "
+        f"{spread[paper].median():.5f} with {paper} and {spread[refined].median():.5f} with "
         f"{refined}, the largest {spread[paper].max():.4f} and {spread[refined].max():.4f}. It is "
         f"above {REPEATS} on {int((spread[paper] > REPEATS).sum())} and "
         f"{int((spread[refined] > REPEATS).sum())} of them."
