@@ -28,10 +28,10 @@ class Effect:
     of: Callable[[Trials, str], float]  # the trials of all parts, the metric
 
 
-def _power(level: str, take: str) -> Callable[[Trials, str], float]:
+def _power(level: str, take: str, part: str = "outliers") -> Callable[[Trials, str], float]:
     def of(trials: Trials, metric: str) -> float:
-        part = trials["outliers"]
-        return statistics.power(part, metric, [level], take) if _varies(part, level) else np.nan
+        table = trials[part]
+        return statistics.power(table, metric, [level], take) if _varies(table, level) else np.nan
 
     return of
 
@@ -77,6 +77,9 @@ EFFECTS: Mapping[str, Effect] = {
     "outlier_power_smallest": Effect(
         "smallest |τ| with outliers", True, 3, _power("n_outliers", "smallest")
     ),
+    "majority_power": Effect(
+        "|τ| with noise where most are lost", True, 3, _power("sigma_t", "mean", "majority")
+    ),
     "noise_range": Effect("range of trials over noise", True, 3, _noise_range(of_means=False)),
     "noise_range_of_means": Effect("range over noise", True, 3, _noise_range(of_means=True)),
     "camera_dependence": Effect("dependence on cameras, %", False, 1, _camera_dependence),
@@ -85,10 +88,11 @@ EFFECTS: Mapping[str, Effect] = {
 """Effects by their columns in the tables of the threshold study.
 
 Discerning power is |Kendall's tau|, its mean and its smallest value over the outlier counts (noise
-levels). The range is the largest minus the smallest trial (mean of trials) over the noise levels,
-averaged over the outlier counts. The dependence is how far the mean moves over the numbers of
-cameras in per cent of the range of all means. Seed noise is the standard deviation over the seeds
-of the registration, the median over scenes.
+levels); `majority_power` is that with noise where four of five cameras are outliers. The range is
+the largest minus the smallest trial (mean of trials) over the noise levels, averaged over the
+outlier counts. The dependence is how far the mean moves over the numbers of cameras in per cent of
+the range of all means. Seed noise is the standard deviation over the seeds of the registration, the
+median over scenes.
 """
 
 

@@ -13,8 +13,9 @@ from . import style
 __all__ = ["draw"]
 
 COLUMNS = {  # effect: title, remark, effect of the tick beside it
-    "noise_power": ("|τ| with noise", "↑ higher is better", "noise_power_smallest"),
-    "outlier_power": ("|τ| with outliers", "↑ higher is better", "outlier_power_smallest"),
+    "noise_power": ("|τ|, noise", "↑ higher is better", "noise_power_smallest"),
+    "outlier_power": ("|τ|, outliers", "↑ higher is better", "outlier_power_smallest"),
+    "majority_power": ("|τ|, most lost", "↑ higher is better", None),
     "noise_range_of_means": ("Noise range", "↑ higher is better", "noise_range"),
     "camera_dependence": ("Cameras, %", "↓ lower is better", None),
     "seed_noise": ("Seed noise", "↓ lower is better", None),

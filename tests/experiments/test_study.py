@@ -34,7 +34,7 @@ SMALL = [*GRID, *AXES, "trials=3", "n_cameras=[20,30]"]
 def results(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     """The overrides of a small threshold study whose parts have been run."""
     overrides = [*SMALL, f"results_dir={tmp_path_factory.mktemp('study')}"]
-    for part in ("outliers", "length", "seeds"):
+    for part in ("outliers", "majority", "length", "seeds"):
         assert study.main(["threshold", part, *overrides]) == 0
     assert study_time.main(["threshold", *overrides]) == 0
     assert threshold_study.main(overrides) == 0
@@ -148,6 +148,8 @@ def test_effects_are_the_statistics_of_the_trials(small_study: Study) -> None:
     assert row["noise_power"] == pytest.approx(expected, abs=1e-6)
     expected = power(outliers, metric, ["n_outliers"], "smallest")
     assert row["outlier_power_smallest"] == pytest.approx(expected, abs=1e-6)
+    expected = power(trials["majority"], metric, ["sigma_t"], "mean")
+    assert row["majority_power"] == pytest.approx(expected, abs=1e-6)
     ranges = [np.ptp(group[metric]) for _, group in outliers.groupby("n_outliers")]
     assert row["noise_range"] == pytest.approx(np.mean(ranges), abs=1e-6)
     expected = dependence(trials["length"], metric, "n_cameras", "mean")

@@ -63,7 +63,7 @@ def test_studies_are_no_figures_of_the_paper() -> None:
 def test_threshold_study_shows_every_value_of_every_axis(effects: pd.DataFrame) -> None:
     figure = threshold_study.draw(effects)
     panels = figure.axes
-    assert len(panels) == 5
+    assert len(panels) == 6
     labels = panels[0].get_yticklabels()
     assert len(labels) == len(effects) + effects["axis"].nunique()
     bold = [label.get_text() for label in labels if label.get_fontweight() == "bold"]
@@ -73,7 +73,14 @@ def test_threshold_study_shows_every_value_of_every_axis(effects: pd.DataFrame) 
     assert "exact area" in [label.get_text() for label in labels]
     for panel, effect in zip(
         panels,
-        ("noise_power", "outlier_power", "noise_range_of_means", "camera_dependence", "seed_noise"),
+        (
+            "noise_power",
+            "outlier_power",
+            "majority_power",
+            "noise_range_of_means",
+            "camera_dependence",
+            "seed_noise",
+        ),
         strict=True,
     ):
         dots = [line for line in panel.lines if line.get_marker() == "o"]
