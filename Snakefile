@@ -9,6 +9,7 @@
 #   snakemake report                          all of it on one page, results/report.html
 import sys
 from dataclasses import asdict
+from functools import cache
 from math import gcd
 from pathlib import Path
 
@@ -45,7 +46,9 @@ def settings(experiment):
     return {key: value for key, value in resolved.items() if key not in HOW}
 
 
+@cache
 def study(name):
+    """A study under these settings; read where it is needed."""
     try:
         return load_study(name, STUDY_OVERRIDES + to_overrides(config))
     except ConfigError as error:
