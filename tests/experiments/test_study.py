@@ -41,32 +41,28 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     return overrides
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def small_study(results: list[str]) -> Study:
     return load_study("threshold", results)
 
 
+@pytest.fixture(scope="module")
+def table(small_study: Study) -> pd.DataFrame:
+    return effects(small_study, read_parts(small_study))
+
+
 def test_the_papers_values_are_the_defaults_of_the_library() -> None:
     # `Axis.column` leaves the option out, so a wrong value here would compare it with itself.
-    for name, metric in (
-        ("tas_max_threshold", "TAS(max_threshold={})"),
-        ("tas_quantile", "TAS(quantile={})"),
-        ("tas_n_thresholds", "TAS(n_thresholds={})"),
-        ("ras_max_threshold_deg", "RAS(max_threshold_deg={})"),
-        ("ras_n_thresholds", "RAS(n_thresholds={})"),
-        ("pas_weight", "PAS(weight={})"),
-        ("registration_n_hypotheses", "TAS(n_hypotheses={})"),
-        ("registration_prescreen", "TAS(prescreen={})"),
-        ("registration_order", "TAS(order={})"),
-    ):
-        axis = load_study("threshold").axes[name]
-        written = metric.format(axis.paper)
-        config = load(["experiment=outliers", "trials=1", "n_jobs=1", *GRID[:2]])
-        trials = sweep(replace(config, metrics=[axis.metric, written]))
-        assert (trials[axis.metric] == trials[written]).all()
+    axes = load_study("threshold").axes.values()
+    written = {f"{axis.metric}({axis.option}={axis.paper})": axis.metric for axis in axes}
+    assert len(written) == 9
+    config = load(["experiment=outliers", "trials=1", "n_jobs=1", *GRID[:2]])
+    trials = sweep(replace(config, metrics=[*written, "TAS", "RAS", "PAS"]))
+    for metric, plain in written.items():
+        assert (trials[metric] == trials[plain]).all()
 
 
-def test_axes_of_the_issue() -> None:
+def test_axes_and_their_values() -> None:
     axes = load_study("threshold").axes
     assert axes["tas_max_threshold"].values == ("0.25", "0.5", "1", "2", "4")
     assert axes["tas_n_thresholds"].values == ("5", "10", "100", "1000", "inf")
@@ -162,8 +158,9 @@ def test_effects_are_the_statistics_of_the_trials(small_study: Study) -> None:
     assert (table.loc[table["metric"] == "RAS", "seed_noise"] == 0).all()
 
 
-def test_the_papers_row_has_no_error_and_the_others_have(small_study: Study) -> None:
-    table = effects(small_study, read_parts(small_study))
+def test_the_papers_row_has_no_error_and_the_others_have(
+    small_study: Study, table: pd.DataFrame
+) -> None:
     errors = table[[f"{name}_error" for name in EFFECTS]]
     paper = table["paper"] == "yes"
     assert paper.sum() == 9
@@ -188,8 +185,8 @@ def test_the_jackknife_of_a_mean_is_its_standard_error() -> None:
     assert _jackknife(means) == pytest.approx(sample.std(ddof=1) / np.sqrt(10))
 
 
-def test_sentences_tell_certain_differences_alone(small_study: Study) -> None:
-    table = effects(small_study, read_parts(small_study))
+def test_sentences_tell_certain_differences_alone(small_study: Study, table: pd.DataFrame) -> None:
+    table = table.copy()
     for name in EFFECTS:
         table[name], table[f"{name}_error"] = 0.5, 0.01
     row = (table["axis"] == "tas_quantile") & (table["value"] == "0.9")
@@ -215,7 +212,7 @@ def test_tables_come_back_bit_for_bit(results: list[str], small_study: Study) ->
         *(f"threshold_study_{kind}.csv" for kind in ("tas", "ras", "pas", "registration", "time")),
         "threshold_study.md",
     }
-    assert study.main(["threshold", "outliers", *results, "n_jobs=2"]) == 0
+    assert study.main(["threshold", "outliers", *results, "n_jobs=2", "backend=threading"]) == 0
     assert threshold_study.main(results) == 0
     assert tables() == before
 
