@@ -3,6 +3,9 @@
 #   snakemake figures --config trials=5       a quick look; any key of configs/ can be set
 #   snakemake results/figures/outliers.pdf    one figure and what it needs
 #   snakemake claims                          which of the paper's claims hold, from 20 replicates
+#   snakemake threshold_study                 what the paper's thresholds cost and gain
+#   snakemake threshold_study --config tas_max_threshold=[0.5,1,1.5]    your own values
+#   snakemake registration_study              the paper's registration and the refined one
 #   snakemake report                          all of it on one page, results/report.html
 import sys
 from dataclasses import asdict
@@ -13,10 +16,14 @@ from pathlib import Path
 sys.path.insert(0, workflow.basedir)
 from experiments.claims import CLAIMS_FILE, load_claims
 from experiments.config import ConfigError, experiment_names, load, to_overrides
+from experiments.study import STUDIES, axis_names, load_study
 from figures import FIGURES, HISTOGRAM_EXPERIMENT
+from figures import STUDIES as STUDY_FIGURES
 
 REPLICATES = config.pop("replicates", None)
+AXES = {key: config.pop(key) for key in axis_names() if key in config}
 OVERRIDES = to_overrides({key: value for key, value in config.items() if key != "n_jobs"})
+STUDY_OVERRIDES = to_overrides(AXES)
 EXPERIMENTS = experiment_names()
 HOW = {"n_jobs", "backend", "dask_address", "results_dir"}  # settings that no result depends on
 
@@ -37,6 +44,21 @@ def resolve(*overrides):
 def settings(experiment):
     """What the results of an experiment depend on: where it changes, they are made again."""
     resolved = resolve(f"experiment={experiment}", *to_overrides(config))
+    return {key: value for key, value in resolved.items() if key not in HOW}
+
+
+@cache
+def study(name):
+    """A study under these settings; read where it is needed."""
+    try:
+        return load_study(name, STUDY_OVERRIDES + to_overrides(config))
+    except ConfigError as error:
+        refuse(error)
+
+
+def part_settings(wildcards):
+    """What the trials of a part of a study depend on."""
+    resolved = asdict(study(wildcards.study).parts[wildcards.part].config)
     return {key: value for key, value in resolved.items() if key not in HOW}
 
 
@@ -61,7 +83,17 @@ def sources(*packages):
 
 ANALYSIS = [  # of the trials, which do not depend on it
     Path(workflow.basedir, "experiments", f"{name}.py")
-    for name in ("claims", "comparison", "replicate", "statistics", "verdicts")
+    for name in (
+        "claims",
+        "comparison",
+        "effects",
+        "registration_study",
+        "replicate",
+        "statistics",
+        "study_time",
+        "threshold_study",
+        "verdicts",
+    )
 ]
 TRIAL_CODE = [
     path for path in sources("alignscores", "baselines", "experiments") if path not in ANALYSIS
@@ -88,10 +120,23 @@ localrules:  # seconds each: not worth a job
     report,
 
 
+def study_tables(name):
+    """The tables of a study, and what they say in sentences."""
+    kinds = [f"{kind}.csv" for kind in STUDY_FIGURES[f"{name}_study"]]
+    return [RESULTS / "tables" / f"{name}_study{kind}" for kind in [*kinds, ".md"]]
+
+
+def study_results(name):
+    figures = [RESULTS / "figures" / f"{name}_study.{ext}" for ext in ("pdf", "png")]
+    return [*study_tables(name), *figures]
+
+
 wildcard_constraints:
     replicate=r"\d+",
     experiment="|".join(EXPERIMENTS),
     figure="|".join(FIGURES),
+    study="|".join(STUDIES),
+    part=r"\w+",
 
 
 rule figures:
@@ -193,6 +238,89 @@ rule claims:
     shell:
         "{sys.executable:q} -m experiments.verdicts replicates={CLAIMS.replicates}"
         " {OVERRIDES:q} > {log:q} 2>&1"
+
+
+rule threshold_study:
+    input:
+        study_results("threshold"),
+
+
+rule registration_study:
+    input:
+        study_results("registration"),
+
+
+rule study_part:
+    input:
+        TRIAL_CODE,
+    output:
+        csv=TRIALS / "{study}_study" / "{part}.csv",
+        provenance=TRIALS / "{study}_study" / "{part}.json",
+    params:
+        settings=part_settings,
+    threads: THREADS
+    log:
+        RESULTS / "logs" / "{study}_study" / "{part}.log",
+    benchmark:
+        RESULTS / "benchmarks" / "{study}_study" / "{part}.tsv"
+    shell:
+        "{sys.executable:q} -m experiments.study {wildcards.study} {wildcards.part}"
+        " {STUDY_OVERRIDES:q} {OVERRIDES:q} n_jobs={threads} > {log:q} 2>&1"
+
+
+rule study_time:
+    input:
+        TRIAL_CODE,
+        Path(workflow.basedir, "experiments", "study_time.py"),
+    output:
+        RESULTS / "tables" / "{study}_study_time.csv",
+    params:
+        metrics=lambda wildcards: study(wildcards.study).columns,
+    threads: CORES # nothing beside it
+    log:
+        RESULTS / "logs" / "{study}_study" / "time.log",
+    shell:
+        "{sys.executable:q} -m experiments.study_time {wildcards.study}"
+        " {STUDY_OVERRIDES:q} {OVERRIDES:q} > {log:q} 2>&1"
+
+
+rule threshold_tables:
+    input:
+        lambda wildcards: [part.path for part in study("threshold").parts.values()],
+        RESULTS / "tables" / "threshold_study_time.csv",
+        ANALYSIS,
+    output:
+        study_tables("threshold"),
+    log:
+        RESULTS / "logs" / "threshold_study.log",
+    shell:
+        "{sys.executable:q} -m experiments.threshold_study {STUDY_OVERRIDES:q} {OVERRIDES:q} > {log:q} 2>&1"
+
+
+rule registration_tables:
+    input:
+        lambda wildcards: [part.path for part in study("registration").parts.values()],
+        RESULTS / "tables" / "registration_study_time.csv",
+        ANALYSIS,
+    output:
+        study_tables("registration"),
+    log:
+        RESULTS / "logs" / "registration_study.log",
+    shell:
+        "{sys.executable:q} -m experiments.registration_study {STUDY_OVERRIDES:q} {OVERRIDES:q} > {log:q} 2>&1"
+
+
+rule study_figure:
+    input:
+        lambda wildcards: study_tables(wildcards.study),
+        sources("figures"),
+    output:
+        pdf=RESULTS / "figures" / "{study}_study.pdf",
+        png=RESULTS / "figures" / "{study}_study.png",
+    log:
+        RESULTS / "logs" / "figure_{study}_study.log",
+    shell:
+        "{sys.executable:q} -m figures {wildcards.study}_study {STUDY_OVERRIDES:q} {OVERRIDES:q} > {log:q} 2>&1"
 
 
 rule report:

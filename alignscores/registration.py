@@ -8,6 +8,7 @@ Inside this module points are stored component first, ``(3, n)``, so that every 
 contiguous memory.
 """
 
+import sys
 from collections.abc import Callable
 from itertools import combinations
 from math import comb, inf
@@ -74,6 +75,7 @@ def pcr99(
     threshold: float = inf,
     n_hypotheses: int,
     rng: np.random.Generator,
+    prescreen: float = PRESCREEN_THRESHOLD,
 ) -> tuple[Similarity | None, int]:
     """Register estimated camera positions to the ground truth, robustly and up to scale.
 
@@ -93,6 +95,9 @@ def pcr99(
         them are used, each with its three possible first edges, and nothing is random.
     rng : numpy.random.Generator
         Source of the random triplets.
+    prescreen : float
+        Largest difference between the log edge ratios of a triplet that is kept; infinite: all are,
+        but for those with coincident cameras.
 
     Returns
     -------
@@ -125,7 +130,7 @@ def pcr99(
     gt = np.ascontiguousarray(gt_positions.T)
     est = np.ascontiguousarray(est_positions.T)
     with np.errstate(all="ignore"):  # non-finite ratios and errors lose every comparison
-        triplets = _prescreened_triplets(gt, est, n_hypotheses, rng)
+        triplets = _prescreened_triplets(gt, est, n_hypotheses, rng, prescreen)
         n_used = triplets.shape[1]
         if n_used == 0:
             return None, 0
@@ -135,19 +140,25 @@ def pcr99(
 
 
 def _prescreened_triplets(
-    gt: Floats, est: Floats, n_hypotheses: int, rng: np.random.Generator
+    gt: Floats,
+    est: Floats,
+    n_hypotheses: int,
+    rng: np.random.Generator,
+    threshold: float = PRESCREEN_THRESHOLD,
 ) -> Indices:
     """Collect the triplets that pass the prescreening test, (3, H)."""
     n = gt.shape[1]
     log_ratio = _log_edge_ratio(gt, est)
     if comb(n, 3) <= n_hypotheses:
-        return _prescreen(_all_triplets(n), log_ratio)
+        return _prescreen(_all_triplets(n), log_ratio, threshold)
     kept: Indices = np.empty((3, 0), dtype=np.intp)
     drawn, batch = 0, 2 * n_hypotheses
     while kept.shape[1] < n_hypotheses and drawn < DRAWS_PER_HYPOTHESIS * n_hypotheses:
         triplets = rng.integers(n, size=(3, batch), dtype=np.intp)
         parts = [triplets[:, i : i + SCREENED_AT_ONCE] for i in range(0, batch, SCREENED_AT_ONCE)]
-        kept = np.concatenate([kept, *(_prescreen(part, log_ratio) for part in parts)], axis=1)
+        kept = np.concatenate(
+            [kept, *(_prescreen(part, log_ratio, threshold) for part in parts)], axis=1
+        )
         drawn += batch
         missing = n_hypotheses - kept.shape[1]
         batch = min(MAX_BATCH, 64 + int(1.1 * missing * drawn / max(1, kept.shape[1])))
@@ -160,17 +171,20 @@ def _all_triplets(n: int) -> Indices:
     return np.array([np.r_[i, j, k], np.r_[j, k, i], np.r_[k, i, j]])
 
 
-def _prescreen(triplets: Indices, log_ratio: Callable[[Indices, Indices], Floats]) -> Indices:
+def _prescreen(
+    triplets: Indices, log_ratio: Callable[[Indices, Indices], Floats], threshold: float
+) -> Indices:
     """Keep the triplets whose three log edge ratios differ pairwise by at most the threshold.
 
     Coincident, repeated and unbounded points give ratios that are not finite and pass no test.
     """
+    threshold = min(threshold, sys.float_info.max)  # which an infinite difference exceeds
     i, j, k = triplets
     ij, ik = log_ratio(i, j), log_ratio(i, k)
-    close = np.flatnonzero(np.abs(ij - ik) <= PRESCREEN_THRESHOLD)  # few are: spares the third
+    close = np.flatnonzero(np.abs(ij - ik) <= threshold)  # few are: spares the third
     ij, ik, triplets = ij.take(close), ik.take(close), triplets.take(close, axis=1)
     jk = log_ratio(triplets[1], triplets[2])
-    similar = (np.abs(jk - ij) <= PRESCREEN_THRESHOLD) & (np.abs(jk - ik) <= PRESCREEN_THRESHOLD)
+    similar = (np.abs(jk - ij) <= threshold) & (np.abs(jk - ik) <= threshold)
     return triplets.compress(similar, axis=1)
 
 

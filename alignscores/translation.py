@@ -20,7 +20,7 @@ from .validation import (
     finite_rows,
 )
 
-__all__ = ["TASResult", "closest_pair_quartile", "tas"]
+__all__ = ["TASResult", "closest_pair_distances", "closest_pair_quartile", "tas"]
 
 Floats = NDArray[np.float64]
 Seed = int | np.random.SeedSequence | np.random.Generator | None
@@ -246,10 +246,8 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
             f"TAS needs at least 4 ground-truth cameras to derive its unit, but there are {n}; "
             "pass unit= to set it by hand"
         )
-    local, _, unit = _localise(gt)
-    closest = _closest_distances(local)
     rank = (3 * n + 3) // 4
-    d = unit * float(np.partition(closest, rank - 1)[rank - 1])
+    d = float(np.partition(closest_pair_distances(gt), rank - 1)[rank - 1])
     if d == 0:
         raise ValueError(
             "TAS has no unit: at least three quarters of the cameras in gt_positions coincide with "
@@ -258,15 +256,36 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
     return d
 
 
-def _closest_distances(points: Floats) -> Floats:
-    """Distance of each point to the closest other one."""
-    if len(points) <= FEW:
-        distances: Floats = scipy.spatial.distance.cdist(points, points)
-        np.fill_diagonal(distances, np.inf)
-        closest: Floats = distances.min(axis=0)
+def closest_pair_distances(gt_positions: Floats) -> Floats:
+    """Return the distance of each camera to the closest other one.
+
+    Parameters
+    ----------
+    gt_positions : (n, 3) array
+        Finite camera centres, at least 2.
+
+    Returns
+    -------
+    (n,) ndarray
+        The distances, in the unit of the positions.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.translation import closest_pair_distances
+    >>> closest_pair_distances(np.array([[0.0, 0, 0], [1, 0, 0], [3, 0, 0]]))
+    array([1., 1., 2.])
+    """
+    local, _, unit = _localise(gt_positions)
+    if len(local) <= FEW:
+        pairs: Floats = scipy.spatial.distance.cdist(local, local)
+        np.fill_diagonal(pairs, np.inf)
+        closest: Floats = pairs.min(axis=0)
     else:
-        closest = scipy.spatial.cKDTree(points).query(points, k=2)[0][:, 1]
-    return closest
+        closest = scipy.spatial.cKDTree(local).query(local, k=2)[0][:, 1]
+    with np.errstate(over="ignore"):
+        distances: Floats = unit * closest
+        return distances
 
 
 def _registration(registration: str | Registration) -> tuple[Registration, str]:

@@ -1,7 +1,7 @@
 """Settings of an experiment: resolved from the Hydra configs, typed, checked before any trial."""
 
 from ast import literal_eval
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from math import inf
 from pathlib import Path
@@ -16,6 +16,7 @@ from omegaconf.errors import OmegaConfBaseException
 __all__ = [
     "CONFIG_DIR",
     "METRICS",
+    "METRIC_OPTIONS",
     "Config",
     "ConfigError",
     "experiment_names",
@@ -30,12 +31,39 @@ GEOMETRIES = ("cube", "line", "x_axis")
 NOISES = ("product", "paired")
 ROTATION_STATISTICS = ("Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2")
 METRICS = ("ATE", "DTE", "mAA", "TAS", "RAS", "PAS", "DRE", *ROTATION_STATISTICS)
-METRIC_OPTIONS = {
-    "mAA": ("max_threshold_deg", "n_thresholds", "fold_sign"),
-    "TAS": ("max_threshold", "n_thresholds", "n_hypotheses"),
-    "RAS": ("max_threshold_deg", "n_thresholds"),
-    "PAS": ("weight",),
+
+Check = tuple[str, Callable[[Any], bool]]  # what an option must be, and whether a value is
+POSITIVE: Check = ("a positive number", lambda value: _is_number(value) and 0 < value < inf)
+COUNT: Check = ("a positive whole number", lambda value: _is_whole(value) and value > 0)
+STEPS: Check = (  # without end the staircase is a straight line: the exact area
+    "a positive whole number or inf",
+    lambda value: value == inf or (_is_whole(value) and value > 0),
+)
+SEED: Check = ("a whole number, not negative", lambda value: _is_whole(value) and value >= 0)
+SHARE: Check = ("above 0, at most 1", lambda value: _is_number(value) and 0 < value <= 1)
+METRIC_OPTIONS: Mapping[str, Mapping[str, Check]] = {
+    "mAA": {
+        "max_threshold_deg": POSITIVE,
+        "n_thresholds": COUNT,
+        "fold_sign": ("True or False", lambda value: isinstance(value, bool)),
+    },
+    "TAS": {
+        "max_threshold": POSITIVE,
+        "n_thresholds": STEPS,
+        "quantile": SHARE,  # of the closest-pair distances, that is d
+        "registration": ("pcr99 or refined", lambda value: value in ("pcr99", "refined")),
+        "n_hypotheses": COUNT,
+        "prescreen": ("a positive number or inf", lambda value: _is_number(value) and value > 0),
+        "order": SHARE,  # of the cameras, that is m
+        "seed": SEED,  # of the registration, beside that of the trial
+    },
+    "RAS": {"max_threshold_deg": POSITIVE, "n_thresholds": STEPS},
+    "PAS": {
+        "weight": ("from 0 to 1", lambda value: _is_number(value) and 0 <= value <= 1),
+        "seed": SEED,
+    },
 }
+PCR99_OPTIONS = ("prescreen", "order")
 BACKENDS = ("loky", "threading", "sequential", "dask")
 
 
@@ -120,13 +148,15 @@ def split_metric(metric: str) -> tuple[str, dict[str, Any]]:
     Raises
     ------
     ConfigError
-        Where there is no such metric or no such option.
+        Where there is no such metric or option, or the option cannot have the value.
 
     Examples
     --------
     >>> from experiments.config import split_metric
     >>> split_metric("TAS(max_threshold=0.5, n_thresholds=10)")
     ('TAS', {'max_threshold': 0.5, 'n_thresholds': 10})
+    >>> split_metric("TAS(registration=refined, n_thresholds=inf)")
+    ('TAS', {'registration': 'refined', 'n_thresholds': inf})
     """
     name, bracket, inside = metric.partition("(")
     if name not in METRICS:
@@ -136,15 +166,33 @@ def split_metric(metric: str) -> tuple[str, dict[str, Any]]:
     options = {}
     for option in inside.removesuffix(")").split(","):
         key, _, value = (part.strip() for part in option.partition("="))
-        known = METRIC_OPTIONS.get(name, ())
+        known = METRIC_OPTIONS.get(name, {})
         if key not in known or not inside.endswith(")"):
             choice = ", ".join(known) or "none"
             raise ConfigError(f"metric {metric!r} has no option {key!r}; the options are {choice}")
-        try:
-            options[key] = literal_eval(value)
-        except (ValueError, SyntaxError):
-            raise ConfigError(f"metric {metric!r}: {key} cannot be {value!r}") from None
+        requirement, fits = known[key]
+        options[key] = _option_value(value)
+        if not fits(options[key]):
+            raise ConfigError(f"metric {metric!r}: {key} must be {requirement}, not {value!r}")
+    if options.get("registration") == "refined" and not options.keys().isdisjoint(PCR99_OPTIONS):
+        raise ConfigError(f"metric {metric!r}: {' and '.join(PCR99_OPTIONS)} belong to pcr99 alone")
     return name, options
+
+
+def _option_value(text: str) -> Any:
+    """Read a number, True, False, inf or a word."""
+    try:
+        return inf if text == "inf" else literal_eval(text)
+    except (ValueError, SyntaxError):
+        return text
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, float) or _is_whole(value)
 
 
 def to_overrides(settings: Mapping[str, Any]) -> list[str]:

@@ -1,6 +1,7 @@
 """The sweep: every cell of an experiment's grid, trial by trial, over joblib."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass
 from functools import cache
 from itertools import product
@@ -19,7 +20,7 @@ from .metrics import evaluate
 from .parallel import executor
 from .tables import KEY_COLUMNS
 
-__all__ = ["Cell", "cells", "draw_scene", "run_trial", "sweep", "trial_seeds"]
+__all__ = ["Cell", "cells", "draw_scene", "one_blas_thread", "run_trial", "sweep", "trial_seeds"]
 
 
 @dataclass(frozen=True)
@@ -87,12 +88,18 @@ def _blas() -> ThreadpoolController:
     return ThreadpoolController().select(user_api="blas")
 
 
+def one_blas_thread() -> AbstractContextManager[object]:
+    """Compute on one BLAS thread: more could change the last bits."""
+    limit: AbstractContextManager[object] = _blas().limit(limits=1)
+    return limit
+
+
 def run_cell(config: Config, cell: Cell, metrics: Sequence[str]) -> list[dict[str, Any]]:
     """Run all trials of a cell, on one BLAS thread: more could change the last bits.
 
     The limit stays: a worker may run other cells beside this one, which must not get theirs back.
     """
-    _blas().limit(limits=1)
+    one_blas_thread()
     return [run_trial(config, cell, trial, metrics) for trial in range(config.trials)]
 
 
@@ -121,7 +128,7 @@ def sweep(config: Config, metrics: Mapping[Cell, Sequence[str]] | None = None) -
     """
     plan = dict.fromkeys(cells(config), config.metrics) if metrics is None else metrics
     # The limit of the cells stays in their process; here it ends with the sweep.
-    with _blas().limit(limits=1), executor(config) as parallel:
+    with one_blas_thread(), executor(config) as parallel:
         results: Iterator[list[dict[str, Any]]] = parallel(
             delayed(run_cell)(config, cell, wanted) for cell, wanted in plan.items()
         )

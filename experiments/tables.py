@@ -105,13 +105,15 @@ def write_table(path: Path, table: pd.DataFrame, origin: Mapping[str, Any]) -> N
     write_files({path.with_suffix(".json"): text.encode(), path: csv.encode()})
 
 
-def read_trials(config: Config) -> pd.DataFrame:
+def read_trials(config: Config, path: Path | None = None) -> pd.DataFrame:
     """Read the trials of an experiment, bit for bit as they were computed.
 
     Parameters
     ----------
     config : Config
         The experiment.
+    path : Path, optional
+        The table; by default that of `trials_path`.
 
     Returns
     -------
@@ -124,7 +126,7 @@ def read_trials(config: Config) -> pd.DataFrame:
         Where there is no such table, or it is empty or another one.
     """
     try:
-        table = pd.read_csv(trials_path(config))
+        table = pd.read_csv(path or trials_path(config))
     except FileNotFoundError:
         raise TableError(config.name, "does not exist") from None
     except (OSError, ValueError) as error:

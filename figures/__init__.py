@@ -1,6 +1,6 @@
 """The figures of the paper, drawn from the tables of trials: ``python -m figures NAME``."""
 
-__all__ = ["FIGURES", "HISTOGRAM_EXPERIMENT"]
+__all__ = ["FIGURES", "HISTOGRAM_EXPERIMENT", "STUDIES"]
 
 FIGURES: dict[str, tuple[str, ...]] = {
     "histogram": (),
@@ -15,6 +15,12 @@ FIGURES: dict[str, tuple[str, ...]] = {
 
 Snakemake reads this before anything runs, so it must not cost an import of Matplotlib.
 """
+
+STUDIES: dict[str, tuple[str, ...]] = {
+    "threshold_study": ("_tas", "_ras", "_pas", "_registration"),
+    "registration_study": ("",),
+}
+"""Figures of the parameter studies, with the tables that they are drawn from, joined."""
 
 HISTOGRAM_EXPERIMENT = "combined"
 """The experiment whose settings the one trial in the histogram is run with."""

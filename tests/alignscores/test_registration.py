@@ -447,3 +447,25 @@ def test_costs_in_blocks(monkeypatch: pytest.MonkeyPatch, noisy_scene: Scene) ->
         assert alignment.scale == expected.scale
         np.testing.assert_array_equal(alignment.rotation, expected.rotation)
         np.testing.assert_array_equal(alignment.translation, expected.translation)
+
+
+@pytest.mark.parametrize("prescreen", [0.03, 0.1, 0.3, math.inf])
+def test_prescreen_keeps_the_triplets_within_its_threshold(prescreen: float) -> None:
+    rng = np.random.default_rng(4)
+    gt = rng.normal(size=(11, 3))
+    est = 3 * gt + 0.3 * rng.normal(size=gt.shape)
+    gt[3], est[5] = gt[2], est[4]  # triplets with either pair have no finite ratio
+    passed = 0
+    for triplet in itertools.combinations(range(11), 3):
+        edges = list(itertools.combinations(triplet, 2))
+        lengths = [
+            [np.linalg.norm(points[i] - points[j]) for i, j in edges] for points in (gt, est)
+        ]
+        if min(map(min, lengths)) > 0:
+            ratios = np.log(np.divide(*lengths))
+            passed += np.ptp(ratios) <= prescreen
+    alignment, n_used = pcr99(gt, est, order=4, n_hypotheses=1000, rng=rng, prescreen=prescreen)
+    assert 0 < passed <= 165 - 9 - 9
+    assert n_used == 3 * passed
+    assert (passed == 165 - 9 - 9) == (prescreen == math.inf)
+    assert alignment is not None

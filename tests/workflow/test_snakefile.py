@@ -55,6 +55,30 @@ def test_figures_needs_eight_experiments_seven_figures_and_the_table(snakemake: 
     assert jobs == {"experiment": 8, "figure": 7, "comparison": 1, "figures": 1}
 
 
+@pytest.mark.parametrize(("study", "parts"), [("threshold", 4), ("registration", 9)])
+def test_a_study_needs_its_parts_and_no_experiment(
+    snakemake: Snakemake, study: str, parts: int
+) -> None:
+    jobs = planned(snakemake(f"{study}_study", "--dry-run"))
+    names = ("study_time", "study_figure", f"{study}_tables", f"{study}_study")
+    assert jobs == {"study_part": parts} | dict.fromkeys(names, 1)
+
+
+def test_another_axis_runs_its_trials_again(snakemake: Snakemake) -> None:
+    target = "results/trials/threshold_study/seeds.csv"
+    settings = ["trials=1", "registration_prescreen=[inf]", "registration_n_hypotheses=[10]"]
+    assert snakemake(target, "--config", *settings).returncode == 0
+    for same in (settings, [*settings, "backend=threading", "tas_registration=[pcr99]"]):
+        done = snakemake(target, "--dry-run", "--config", *same)
+        assert "Nothing to be done" in done.stdout
+    other = [*settings, "tas_max_threshold=[0.5,1.5]"]
+    assert planned(snakemake(target, "--dry-run", "--config", *other)) == {"study_part": 1}
+    wrong = snakemake("threshold_study", "--config", "tas_max_threshold=[-1]")
+    assert wrong.returncode != 0
+    (line,) = [line for line in wrong.stderr.splitlines() if line.startswith("snakemake: ")]
+    assert "max_threshold must be a positive number" in line
+
+
 def test_one_figure_needs_its_experiment_alone(snakemake: Snakemake) -> None:
     jobs = planned(snakemake("results/figures/outliers.pdf", "--dry-run"))
     assert jobs == {"experiment": 1, "figure": 1}

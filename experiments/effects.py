@@ -1,0 +1,191 @@
+"""What the values of a study's axes do to a score: statistics of the trials of its parts."""
+
+import shlex
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from . import statistics
+from .study import Study, seeded
+from .tables import KEY_COLUMNS, TableError, read_trials
+
+__all__ = ["EFFECTS", "Effect", "Trials", "effects", "read_parts", "read_table", "seeds_of"]
+
+GROUPS = 10  # of trials, for the jackknife
+
+Trials = Mapping[str, pd.DataFrame]  # of each part
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A statistic that the values of an axis are compared by."""
+
+    words: str
+    larger_is_better: bool
+    digits: int
+    of: Callable[[Trials, str], float]  # the trials of all parts, the metric
+
+
+def _power(level: str, take: str, part: str = "outliers") -> Callable[[Trials, str], float]:
+    def of(trials: Trials, metric: str) -> float:
+        table = trials[part]
+        return statistics.power(table, metric, [level], take) if _varies(table, level) else np.nan
+
+    return of
+
+
+def _noise_range(of_means: bool) -> Callable[[Trials, str], float]:
+    """Range over the noise levels; the mean over the outlier counts."""
+
+    def of(trials: Trials, metric: str) -> float:
+        part = trials["outliers"]
+        values = statistics.cell_means(part) if of_means else part
+        return float(values.groupby("n_outliers")[metric].agg(np.ptp).mean())
+
+    return of
+
+
+def _camera_dependence(trials: Trials, metric: str) -> float:
+    part = trials["length"]
+    if not _varies(part, "n_cameras"):
+        return np.nan
+    return statistics.dependence(part, metric, "n_cameras", "mean")
+
+
+def seeds_of(trials: pd.DataFrame, metric: str) -> pd.DataFrame:
+    """Return the columns of a metric under each seed of the registration; RAS has none."""
+    return trials[[name for k in range(trials.shape[1]) if (name := seeded(metric, k)) in trials]]
+
+
+def _seed_noise(trials: Trials, metric: str) -> float:
+    scores = seeds_of(trials["seeds"], metric)
+    return 0.0 if scores.empty else float(scores.std(axis=1, ddof=1).median())
+
+
+def _varies(trials: pd.DataFrame, level: str) -> bool:
+    return trials[level].nunique() > 1
+
+
+EFFECTS: Mapping[str, Effect] = {
+    "noise_power": Effect("|τ| with noise", True, 3, _power("sigma_t", "mean")),
+    "noise_power_smallest": Effect(
+        "smallest |τ| with noise", True, 3, _power("sigma_t", "smallest")
+    ),
+    "outlier_power": Effect("|τ| with outliers", True, 3, _power("n_outliers", "mean")),
+    "outlier_power_smallest": Effect(
+        "smallest |τ| with outliers", True, 3, _power("n_outliers", "smallest")
+    ),
+    "majority_power": Effect(
+        "|τ| with noise where most are lost", True, 3, _power("sigma_t", "mean", "majority")
+    ),
+    "noise_range": Effect("range of trials over noise", True, 3, _noise_range(of_means=False)),
+    "noise_range_of_means": Effect("range over noise", True, 3, _noise_range(of_means=True)),
+    "camera_dependence": Effect("dependence on cameras, %", False, 1, _camera_dependence),
+    "seed_noise": Effect("seed noise", False, 4, _seed_noise),
+}
+"""Effects by their columns in the tables of the threshold study.
+
+Discerning power is |Kendall's tau|, its mean and its smallest value over the outlier counts (noise
+levels); `majority_power` is that with noise where four of five cameras are outliers. The range is
+the largest minus the smallest trial (mean of trials) over the noise levels, averaged over the
+outlier counts. The dependence is how far the mean moves over the numbers of cameras in per cent of
+the range of all means. Seed noise is the standard deviation over the seeds of the registration, the
+median over scenes.
+"""
+
+
+def effects(study: Study, trials: Trials) -> pd.DataFrame:
+    """Compute all effects of all values of all axes.
+
+    Returns
+    -------
+    DataFrame
+        One row for each value: `axis, metric, option, value, paper` (yes or no), then each of
+        `EFFECTS` and behind it, as `..._error`, the standard error of its difference from that of
+        the paper's value. It comes from a jackknife over groups of trials; since the trials are
+        paired, it is smaller than that of either value. Empty where there is one trial.
+    """
+    whole = _compute(trials, study.columns)
+    n_trials = max(int(table["trial"].max()) + 1 for table in trials.values())
+    count = min(GROUPS, n_trials)
+    parts = [_compute(_without(trials, group, count), study.columns) for group in range(count)]
+    rows = []
+    for axis in study.axes.values():
+        paper = axis.column(axis.paper)
+        for value in axis.values:
+            column = axis.column(value)
+            row: dict[str, object] = {"axis": axis.name, "metric": axis.metric}
+            row |= {"option": axis.option, "value": value}
+            row |= {"paper": "yes" if value == axis.paper else "no"}
+            for name in EFFECTS:
+                row[name] = whole[column, name]
+                differences = [part[column, name] - part[paper, name] for part in parts]
+                row[f"{name}_error"] = np.nan if column == paper else _jackknife(differences)
+            rows.append(row)
+    return pd.DataFrame(rows).round(6)
+
+
+def _compute(trials: Trials, columns: Sequence[str]) -> dict[tuple[str, str], float]:
+    values: dict[tuple[str, str], float] = {}
+    for column in columns:
+        own = {  # the columns that are needed: to group all of them takes long
+            part: table if part == "seeds" else table[[*KEY_COLUMNS, column]]
+            for part, table in trials.items()
+        }
+        values |= {(column, name): effect.of(own, column) for name, effect in EFFECTS.items()}
+    return values
+
+
+def _without(trials: Trials, group: int, count: int) -> Trials:
+    """Leave out a group of trials in every cell."""
+    if count < 2:
+        return trials
+    return {part: table[table["trial"] % count != group] for part, table in trials.items()}
+
+
+def _jackknife(values: Sequence[float]) -> float:
+    n = len(values)
+    return float(np.sqrt((n - 1) * np.var(values))) if n > 1 else np.nan
+
+
+def read_parts(study: Study) -> dict[str, pd.DataFrame]:
+    """Read the trials of all parts of a study.
+
+    Raises
+    ------
+    TableError
+        Where one is missing or is another one, with the command that makes it.
+    """
+    tables = {}
+    for name, part in study.parts.items():
+        try:
+            tables[name] = read_trials(part.config, part.path)
+            missing = [metric for metric in part.config.metrics if metric not in tables[name]]
+            if missing:
+                raise TableError(name, f"has no column {missing[0]}")
+        except TableError as error:
+            command = ["python", "-m", "experiments.study", study.name, name, *study.overrides]
+            problem = f"{part.path} {error}; run: {shlex.join(command)}"
+            raise TableError(name, problem) from None
+    return tables
+
+
+def read_table(study: Study, kind: str) -> pd.DataFrame:
+    """Read a table of a study, "_time" for example, with the values of axes as text.
+
+    Raises
+    ------
+    TableError
+        Where it cannot be read, with the command that makes it.
+    """
+    path = study.table_path(kind)
+    try:
+        return pd.read_csv(path, dtype={"value": str})
+    except (OSError, ValueError):
+        module = ["study_time", study.name] if kind == "_time" else [f"{study.name}_study"]
+        command = shlex.join(
+            ["python", "-m", f"experiments.{module[0]}", *module[1:], *study.overrides]
+        )
+        raise TableError(study.name, f"{path} cannot be read; run: {command}") from None

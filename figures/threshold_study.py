@@ -1,0 +1,159 @@
+"""What other thresholds and registrations do to the scores: the threshold study."""
+
+from typing import Any
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from . import style
+
+__all__ = ["draw"]
+
+COLUMNS = {  # effect: title, remark, effect of the tick beside it
+    "noise_power": ("|τ|, noise", "↑ higher is better", "noise_power_smallest"),
+    "outlier_power": ("|τ|, outliers", "↑ higher is better", "outlier_power_smallest"),
+    "majority_power": ("|τ|, most lost", "↑ higher is better", None),
+    "noise_range_of_means": ("Noise range", "↑ higher is better", "noise_range"),
+    "camera_dependence": ("Cameras, %", "↓ lower is better", None),
+    "seed_noise": ("Seed noise", "↓ lower is better", None),
+}
+OPTIONS = {
+    "max_threshold": "largest threshold, units of d",
+    "quantile": "quantile that is d",
+    "n_thresholds": "number of thresholds",
+    "max_threshold_deg": "largest threshold, degrees",
+    "weight": "weight of the TAS",
+    "n_hypotheses": "hypotheses",
+    "prescreen": "prescreening threshold",
+    "order": "m as share of n",
+}
+INFINITE = {"n_thresholds": "exact area", "prescreen": "off"}
+ROW = 0.118  # inches
+DOT: dict[str, Any] = {"marker": "o", "ms": 3.2, "mew": 0.7, "mec": style.INK}
+TICK: dict[str, Any] = {"marker": "|", "ms": 3.6, "mew": 0.7}
+
+
+@style.applied()
+def draw(table: pd.DataFrame) -> Figure:
+    """Draw the effects: a row for each value of each axis, a column for each effect.
+
+    Parameters
+    ----------
+    table : DataFrame
+        What `experiments.effects.effects` returns.
+    """
+    rows, titles = _layout(table)
+    height = max(rows) + 1
+    figure = Figure(figsize=(style.PAGE, 0.62 + ROW * height), layout="constrained")
+    panels = figure.subplots(1, len(COLUMNS), sharey=True)
+    for axes, (effect, (title, remark, beside)) in zip(panels, COLUMNS.items(), strict=True):
+        _column(axes, table, rows, effect, beside)
+        axes.set_title(title, pad=11)
+        axes.annotate(
+            remark,
+            (0, 1),
+            (0, 3),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            fontsize=style.SMALL,
+            color=style.FAINT,
+        )
+    _labels(panels[0], table, rows, titles)
+    _key(figure)
+    return figure
+
+
+def _layout(table: pd.DataFrame) -> tuple[list[int], dict[str, int]]:
+    """Return the place of each value, and of a title above each axis."""
+    rows: list[int] = []
+    titles: dict[str, int] = {}
+    for axis in table["axis"]:
+        if axis not in titles:
+            titles[axis] = rows[-1] + 1 if rows else 0
+            rows.append(titles[axis] + 1)
+        else:
+            rows.append(rows[-1] + 1)
+    return rows, titles
+
+
+def _column(
+    axes: Axes, table: pd.DataFrame, rows: list[int], effect: str, beside: str | None
+) -> None:
+    paper = table["paper"] == "yes"
+    place = pd.Series(rows, index=table.index)
+    for _, group in table.groupby("axis", sort=False):  # what the values are compared with
+        x, y = group.loc[paper, effect].iloc[0], place[group.index]
+        axes.plot([x, x], [y.min() - 0.4, y.max() + 0.4], color="0.72", lw=0.6, marker="", zorder=1)
+    if beside is not None:
+        axes.plot(table[beside], place, ls="", color=style.FAINT, **TICK)
+    axes.errorbar(
+        table[effect],
+        place,
+        xerr=2 * table[f"{effect}_error"].fillna(0.0),
+        fmt="none",
+        ecolor=style.INK,
+        elinewidth=0.6,
+        zorder=2,
+    )
+    for chosen, face in ((~paper, "white"), (paper, style.INK)):
+        axes.plot(
+            table.loc[chosen, effect],
+            place[chosen],
+            ls="",
+            mfc=face,
+            zorder=3,
+            **DOT,
+        )
+    axes.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.grid(axis="x")
+    axes.grid(visible=False, axis="y")
+    axes.tick_params(axis="y", length=0)
+    axes.spines["left"].set_visible(False)
+
+
+def _labels(axes: Axes, table: pd.DataFrame, rows: list[int], titles: dict[str, int]) -> None:
+    """Name the values, and above them the options; the paper's values are bold."""
+    options = table.drop_duplicates("axis").set_index("axis")
+    heads = {
+        row: f"{options['metric'][axis]}: {OPTIONS[options['option'][axis]]}"
+        for axis, row in titles.items()
+    }
+    values = {
+        row: INFINITE.get(option, "∞") if value == "inf" else value
+        for row, option, value in zip(rows, table["option"], table["value"], strict=True)
+    }
+    labels = heads | values
+    axes.set_yticks(list(labels), list(labels.values()))
+    bold = {row for row, paper in zip(rows, table["paper"], strict=True) if paper == "yes"}
+    for row, text in zip(labels, axes.get_yticklabels(), strict=True):
+        if row in bold or row in heads:
+            text.set_fontweight("bold")
+        if row in heads:
+            text.set_fontsize(style.TEXT)
+    axes.set_ylim(max(rows) + 0.8, -0.8)
+
+
+def _key(figure: Figure) -> None:
+    handles = {
+        "the paper's value": _dot(style.INK),
+        "another": _dot("white"),
+        "two standard errors of the difference": Line2D([], [], color=style.INK, lw=0.6, marker=""),
+        "smallest |τ|, range of trials": Line2D([], [], ls="", color=style.FAINT, **TICK),
+    }
+    figure.legend(
+        list(handles.values()),
+        list(handles),
+        loc="outside lower center",
+        ncols=len(handles),
+        fontsize=style.SMALL,
+        handletextpad=0.4,
+        columnspacing=1.6,
+    )
+
+
+def _dot(face: str) -> Line2D:
+    return Line2D([], [], ls="", mfc=face, **DOT)
