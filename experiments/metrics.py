@@ -33,6 +33,12 @@ def evaluate(
     dict of str to float
         The values, in the order of `metrics`. ATE in ground-truth units, rotation errors in
         degrees, the rest without unit.
+
+    Notes
+    -----
+    Cameras that are missing in the estimate count as failures in TAS, RAS, PAS and mAA. ATE, DTE,
+    DRE and the rotation statistics have no value for them and are evaluated on the other cameras
+    alone, as is usual: to lose a bad camera improves them.
     """
     values: dict[str, float] = {}
     for metric in sorted(metrics, key=lambda metric: metric != "PAS"):  # which has TAS and RAS
@@ -54,12 +60,13 @@ def _evaluate(
         return {metric: result.score}
     if name == "RAS":
         return {metric: ras(scene.gt_rotations, scene.est_rotations, **options).score}
+    if name == "mAA":
+        return {metric: maa(scene.gt_poses, scene.est_poses, **options)}
+    scene = scene.estimated()
     if name == "ATE":
         return {metric: ate(scene.gt_positions, scene.est_positions)}
     if name == "DTE":
         return {metric: dte(scene.gt_poses, scene.est_poses)}
-    if name == "mAA":
-        return {metric: maa(scene.gt_poses, scene.est_poses, **options)}
     if name == "DRE":
         return {metric: dre(scene.gt_rotations, scene.est_rotations)}
     assert name in ROTATION_STATISTICS
