@@ -3,20 +3,26 @@
 #   snakemake figures --config trials=5       a quick look; any key of configs/ can be set
 #   snakemake results/figures/outliers.pdf    one figure and what it needs
 #   snakemake claims                          which of the paper's claims hold, from 20 replicates
+#   snakemake beyond                          what the paper leaves out: paths, errors, outliers
+#   snakemake beyond --config scenarios=my.yaml    a study of your own (docs/studies.md)
 #   snakemake report                          all of it on one page, results/report.html
 import sys
 from dataclasses import asdict
+from functools import cache
 from math import gcd
 from pathlib import Path
 
 sys.path.insert(0, workflow.basedir)
 from experiments.claims import CLAIMS_FILE, load_claims
 from experiments.config import ConfigError, experiment_names, load, to_overrides
+from experiments.scenarios import BEYOND, load_study, study_name
 from figures import FIGURES, HISTOGRAM_EXPERIMENT
 
 REPLICATES = config.pop("replicates", None)
+SCENARIOS = Path(config.pop("scenarios", BEYOND))
 OVERRIDES = to_overrides({key: value for key, value in config.items() if key != "n_jobs"})
 EXPERIMENTS = experiment_names()
+STUDY = study_name(SCENARIOS)
 HOW = {"n_jobs", "backend", "results_dir"}  # settings that no result depends on
 
 
@@ -32,10 +38,23 @@ def resolve(*overrides):
         refuse(error, f"({' '.join(overrides)})")
 
 
+def without_how(resolved):
+    return {key: value for key, value in resolved.items() if key not in HOW}
+
+
 def settings(experiment):
     """What the results of an experiment depend on: where it changes, they are made again."""
-    resolved = resolve(f"experiment={experiment}", *to_overrides(config))
-    return {key: value for key, value in resolved.items() if key not in HOW}
+    return without_how(resolve(f"experiment={experiment}", *to_overrides(config)))
+
+
+@cache
+def scenarios():
+    """The settings of each scenario, likewise; read where they are needed."""
+    try:
+        study = load_study(SCENARIOS, to_overrides(config))
+    except ConfigError as error:
+        refuse(error)
+    return {name: without_how(asdict(config)) for name, config in study.scenarios.items()}
 
 
 RUN = resolve(*to_overrides({key: config[key] for key in HOW if key in config}))
@@ -59,7 +78,15 @@ def sources(*packages):
 
 ANALYSIS = [  # of the trials, which do not depend on it
     Path(workflow.basedir, "experiments", f"{name}.py")
-    for name in ("claims", "comparison", "replicate", "statistics", "verdicts")
+    for name in (
+        "claims",
+        "comparison",
+        "findings",
+        "replicate",
+        "scenarios",
+        "statistics",
+        "verdicts",
+    )
 ]
 TRIAL_CODE = [
     path for path in sources("alignscores", "baselines", "experiments") if path not in ANALYSIS
@@ -68,6 +95,7 @@ TRIAL_CODE = [
 
 wildcard_constraints:
     replicate=r"\d+",
+    scenario=r"\w+",
     experiment="|".join(EXPERIMENTS),
     figure="|".join(FIGURES),
 
@@ -164,6 +192,61 @@ rule claims:
         RESULTS / "benchmarks" / "claims.tsv"
     shell:
         "{sys.executable:q} -m experiments.verdicts replicates={CLAIMS.replicates}"
+        " {OVERRIDES:q} > {log:q} 2>&1"
+
+
+rule beyond:
+    input:
+        RESULTS / "tables" / f"{STUDY}.csv",
+        expand(RESULTS / "figures" / "{name}.{ext}", name=[STUDY, "paths"], ext=["pdf", "png"]),
+
+
+rule scenario:
+    input:
+        TRIAL_CODE,
+    output:
+        csv=TRIALS / STUDY / "{scenario}.csv",
+        provenance=TRIALS / STUDY / "{scenario}.json",
+    params:
+        settings=lambda wildcards: scenarios()[wildcards.scenario],
+    threads: THREADS
+    log:
+        RESULTS / "logs" / STUDY / "{scenario}.log",
+    benchmark:
+        RESULTS / "benchmarks" / STUDY / "{scenario}.tsv"
+    shell:
+        "{sys.executable:q} -m experiments.scenarios {wildcards.scenario}"
+        " --scenarios {SCENARIOS:q} {OVERRIDES:q} n_jobs={threads} > {log:q} 2>&1"
+
+
+rule findings:
+    input:
+        lambda wildcards: expand(TRIALS / STUDY / "{name}.csv", name=scenarios()),
+        ANALYSIS,
+    output:
+        RESULTS / "tables" / f"{STUDY}.csv",
+    log:
+        RESULTS / "logs" / f"{STUDY}.log",
+    benchmark:
+        RESULTS / "benchmarks" / f"{STUDY}.tsv"
+    shell:
+        "{sys.executable:q} -m experiments.findings --scenarios {SCENARIOS:q}"
+        " {OVERRIDES:q} > {log:q} 2>&1"
+
+
+rule findings_figure:
+    input:
+        RESULTS / "tables" / f"{STUDY}.csv",
+        TRIAL_CODE,
+        sources("figures"),
+    output:
+        expand(RESULTS / "figures" / "{name}.{ext}", name=[STUDY, "paths"], ext=["pdf", "png"]),
+    log:
+        RESULTS / "logs" / f"figure_{STUDY}.log",
+    benchmark:
+        RESULTS / "benchmarks" / f"figure_{STUDY}.tsv"
+    shell:
+        "{sys.executable:q} -m figures.beyond --scenarios {SCENARIOS:q}"
         " {OVERRIDES:q} > {log:q} 2>&1"
 
 

@@ -51,11 +51,12 @@ def _diverging(
     _rng: np.random.Generator, rotations: Floats, positions: Floats, count: int, _: float
 ) -> None:
     """Lose track before the last cameras, and repeat the last motion (constant velocity)."""
-    for i in range(len(positions) - count, len(positions)):
-        back = rotations[i - 2].T
-        motion = back @ (positions[i - 1] - positions[i - 2])
-        positions[i] = positions[i - 1] + rotations[i - 1] @ motion
-        rotations[i] = rotations[i - 1] @ back @ rotations[i - 1]
+    last = len(positions) - count - 1
+    back = rotations[last - 1].T
+    turn, step = back @ rotations[last], back @ (positions[last] - positions[last - 1])
+    for i in range(last + 1, len(positions)):
+        positions[i] = positions[i - 1] + rotations[i - 1] @ step
+        rotations[i] = rotations[i - 1] @ turn
 
 
 def _missing(
