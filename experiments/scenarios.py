@@ -127,12 +127,12 @@ def _read(path: Path) -> tuple[Settings, Settings, dict[str, Settings]]:
 
 def _parse(path: Path) -> Settings:
     try:
-        content = OmegaConf.to_container(OmegaConf.load(path))
+        content = OmegaConf.to_container(OmegaConf.load(path)) or {}
     except (OSError, ValueError, YAMLError, OmegaConfBaseException) as error:
         raise ConfigError(f"cannot read {path}: {' '.join(str(error).split())}") from None
     for key in content:
         _require(path, key in KEYS, f"has an unknown key {key!r}; the keys are {', '.join(KEYS)}")
-    return {str(key): value for key, value in content.items()} if isinstance(content, dict) else {}
+    return {str(key): content[key] for key in content} if isinstance(content, dict) else {}
 
 
 def _is_name(name: object) -> bool:
