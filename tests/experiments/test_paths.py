@@ -96,12 +96,11 @@ def test_a_car_drives_straight_and_turns_by_right_angles_either_way() -> None:
         np.testing.assert_allclose(view[:-1], steps, atol=1e-12)  # looks where it goes
         np.testing.assert_allclose(top, np.tile([0, 0, 1], (100, 1)), atol=1e-12)
         assert (positions[:, 2] == 0).all()
-        angles = np.degrees(np.cross(steps[:-1], steps[1:])[:, 2])  # of small turns: their sines
-        sine = np.degrees(np.sin(np.pi / 2 / BEND))
-        assert set(np.abs(angles).round(9)) <= {0.0, round(sine, 9)}
+        angles = np.degrees(np.arcsin(np.cross(steps[:-1], steps[1:])[:, 2])).round(9)
+        assert set(np.abs(angles)) == {0.0, 90 / BEND}
         bends = np.flatnonzero(np.diff((angles != 0).astype(int), prepend=0) == 1)
         for start in bends[:-1]:
-            np.testing.assert_allclose(angles[start : start + BEND], angles[start], atol=1e-9)
+            np.testing.assert_array_equal(angles[start : start + BEND], angles[start])
             assert steps[start] @ steps[start + BEND] == pytest.approx(0, abs=1e-9)
         turns += [angles[start] > 0 for start in bends]
         straights = np.diff(bends) - BEND
