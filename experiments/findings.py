@@ -23,10 +23,10 @@ __all__ = ["DISCERNS", "LEVELS", "findings", "findings_path", "main"]
 
 DISCERNS = 0.5  # as in the claims: three of four pairs of trials are in the right order
 LEVELS = {"noise": "sigma_t", "outliers": "n_outliers"}
+VERDICTS = ("orders noise and outliers", "orders noise", "orders outliers", "orders nothing")
 GENERATORS = ("geometry", "error", "outliers", "outlier_side")
 JUDGED = ("TAS", "RAS", "PAS")  # whose failures are told
 NEAR_ZERO = 0.1  # a score that has so little left
-RISE = 0.02  # of a mean score; less may be scatter
 
 
 def findings(trials: Mapping[str, pd.DataFrame], scenarios: Mapping[str, Config]) -> pd.DataFrame:
@@ -66,12 +66,14 @@ def _judge(trials: pd.DataFrame, metric: str) -> dict[str, Any]:
     noise, outliers = (_power(trials, metric, column) for column in LEVELS.values())
     powers = dict(zip(LEVELS, (noise, outliers), strict=True))
     ordered = [level for level, power in powers.items() if power >= DISCERNS]
+    verdict = f"orders {' and '.join(ordered) or 'nothing'}"
+    assert verdict in VERDICTS
     return {
         "metric": metric,
         "noise_power": noise,
         "outlier_power": outliers,
         "mean": float(trials[metric].mean()),
-        "verdict": f"orders {' and '.join(ordered) or 'nothing'}",
+        "verdict": verdict,
     }
 
 
@@ -83,46 +85,52 @@ def _power(trials: pd.DataFrame, metric: str, level: str) -> float:
 
 
 def _sentences(trials: pd.DataFrame, judged: Sequence[Mapping[str, Any]]) -> list[str]:
-    verdicts: dict[str, list[str]] = {}
-    for row in judged:
-        verdicts.setdefault(row["verdict"], []).append(row["metric"])
-    sentences = [
-        f"{'; '.join(f'{_names(metrics)}: {verdict}' for verdict, metrics in verdicts.items())}."
-    ]
     ours = [row for row in judged if row["metric"] in JUDGED]
-    failures = [
-        f"{row['metric']} fails on {level} (tau {row[column]:.2f})"
-        for row in ours
-        for level, column in (("noise", "noise_power"), ("outliers", "outlier_power"))
-        if row[column] < DISCERNS
-    ]
-    sentences += [f"{_names(failures)}."] if failures else []
-    for row in ours:
-        sentences += [*_near_zero(trials, row["metric"]), *_rise(trials, row["metric"])]
-    return sentences
+    found = [_who_orders_what(judged), *map(_failure, ours), _near_zero(trials, ours)]
+    found += [_no_worse(trials, row["metric"]) for row in ours]
+    return [sentence for sentence in found if sentence]
 
 
-def _near_zero(trials: pd.DataFrame, metric: str) -> list[str]:
-    """Tell where nothing is left of a score for more outliers to take away."""
+def _who_orders_what(judged: Sequence[Mapping[str, Any]]) -> str:
+    parts = []
+    for verdict in VERDICTS:
+        metrics = [row["metric"] for row in judged if row["verdict"] == verdict]
+        what = verdict.removeprefix("orders ")
+        if metrics:
+            parts.append(f"{_names(metrics)} {'order' if metrics[1:] else 'orders'} {what}")
+    return f"{'; '.join(parts)}."
+
+
+def _failure(row: Mapping[str, Any]) -> str:
+    columns = zip(LEVELS, (row["noise_power"], row["outlier_power"]), strict=True)
+    failures = [f"{level} (tau {power:.2f})" for level, power in columns if power < DISCERNS]
+    return f"{row['metric']} fails on {_names(failures)}." if failures else ""
+
+
+def _near_zero(trials: pd.DataFrame, ours: Sequence[Mapping[str, Any]]) -> str:
+    """Tell which scores have nothing left for outliers to take away."""
     strongest = trials[trials["sigma_t"] == trials["sigma_t"].max()]
     fewest = strongest["n_outliers"].min()
-    mean = strongest.loc[strongest["n_outliers"] == fewest, metric].mean()
-    if mean >= NEAR_ZERO:
-        return []
-    return [f"At the strongest noise {metric} is {mean:.2f} with {fewest} outliers."]
+    means = strongest[strongest["n_outliers"] == fewest].mean(numeric_only=True)
+    low = [row["metric"] for row in ours if means[row["metric"]] < NEAR_ZERO]
+    low = [f"{metric} ({means[metric]:.2f})" for metric in low]
+    if not low:
+        return ""
+    be = "are" if low[1:] else "is"
+    return f"At the strongest noise, with {fewest} outliers, {_names(low)} {be} near 0."
 
 
-def _rise(trials: pd.DataFrame, metric: str) -> list[str]:
-    """Tell where the mean of a score rises with the number of outliers."""
+def _no_worse(trials: pd.DataFrame, metric: str) -> str:
+    """Tell where the mean of a score does not fall as outliers are added."""
     means = trials.groupby("n_outliers")[metric].mean()
     pairs = [(means[more] - means[few], few, more) for few, more in combinations(means.index, 2)]
-    rise, few, more = max(pairs, default=(0.0, 0, 0))
-    if rise < RISE:
-        return []
-    return [
-        f"{metric} is better with {more} outliers than with {few} "
+    rise, few, more = max(pairs, default=(-1.0, 0, 0))
+    if rise < 0:
+        return ""
+    return (
+        f"{metric} is no worse with {more} outliers than with {few} "
         f"(mean {means[more]:.2f} and {means[few]:.2f})."
-    ]
+    )
 
 
 def _names(names: Sequence[str]) -> str:

@@ -73,7 +73,7 @@ def _heat_map(axes: Axes, powers: pd.DataFrame) -> None:
     for (row, column), value in np.ndenumerate(values):
         if np.isfinite(value):
             orders = value >= DISCERNS
-            number = f"{value:.2f}".replace("-", "−").replace("0.", ".")
+            number = f"{round(value, 2) + 0:.2f}".replace("-", "−").replace("0.", ".")
             colour = "white" if value > WHITE_ABOVE else style.INK
             axes.text(
                 column,

@@ -50,13 +50,13 @@ def test_verdicts_tell_what_a_metric_orders() -> None:
     assert table["mean"]["ATE"] == pytest.approx(1, abs=0.01)
     (sentence,) = set(table["finding"])
     assert sentence.startswith(
-        "ATE: orders nothing; TAS: orders noise and outliers; RAS: orders noise; PAS: orders outl"
+        "TAS orders noise and outliers; RAS orders noise; PAS orders outliers; ATE orders nothing. "
     )
-    assert "RAS fails on outliers (tau " in sentence
-    assert "and PAS fails on noise (tau " in sentence
+    assert " RAS fails on outliers (tau " in sentence
+    assert " PAS fails on noise (tau " in sentence
     assert "TAS fails" not in sentence
     assert "near" not in sentence
-    assert "is better with" not in sentence
+    assert "TAS is no worse" not in sentence
 
 
 def test_power_is_the_smallest_over_the_other_setting_and_knows_the_direction() -> None:
@@ -84,9 +84,9 @@ def test_a_score_that_is_used_up_or_rises_with_outliers_is_told() -> None:
     made_up["TAS"] -= 0.45
     made_up["PAS"] += 0.3 * (made_up["n_outliers"] == 50)
     (sentence,) = set(judge(made_up, config)["finding"])
-    assert "At the strongest noise TAS is 0.05 with 0 outliers." in sentence
-    assert "PAS is better with 50 outliers than with 30 (mean 1.05 and 0.85)." in sentence
-    assert "RAS is better" not in sentence
+    assert "At the strongest noise, with 0 outliers, TAS (0.05) is near 0." in sentence
+    assert "PAS is no worse with 50 outliers than with 30 (mean 1.05 and 0.85)." in sentence
+    assert "TAS is no worse" not in sentence
 
 
 def test_a_single_level_is_judged_by_the_other_alone() -> None:
@@ -125,7 +125,9 @@ def test_the_command_writes_the_table(tmp_path: Path, capsys: pytest.CaptureFixt
         "verdict",
         "finding",
     ]
-    assert table["finding"].str.startswith("TAS: orders noise and outliers; ATE: orders noth").all()
+    assert (
+        table["finding"].str.startswith("TAS orders noise and outliers; ATE orders nothing.").all()
+    )
 
     write_trials(config, made_up.assign(experiment=config.name).drop(columns="ATE"))
     assert main(arguments) == 1
