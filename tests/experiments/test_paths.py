@@ -5,6 +5,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
+from alignscores import tas
+from experiments.cameras import make_scene
 from experiments.paths import BEND, CLUSTER_SPREADS, CLUSTERS, HELIX_CLIMB, HELIX_TURN, PATHS
 
 Floats = NDArray[np.float64]
@@ -122,3 +124,19 @@ def test_uneven_clusters_are_the_fuller_the_denser() -> None:
     np.testing.assert_allclose(
         np.median(spreads, axis=0), np.geomspace(*CLUSTER_SPREADS, CLUSTERS), rtol=0.1
     )
+
+
+def test_where_noise_drowns_a_cluster_the_registration_shrinks_the_estimate() -> None:
+    """The tenth smallest error is smallest where a cloud of noise is scaled into the cluster."""
+    settings = {"geometry": "uneven", "n_cameras": 100, "n_outliers": 0, "sigma_r_deg": 1.0}
+
+    def scale(seed: int, sigma_t: float) -> float:
+        scene = make_scene(np.random.default_rng(seed), **settings, sigma_t=sigma_t)
+        alignment = tas(scene.gt_positions, scene.est_positions).alignment
+        assert alignment is not None
+        return alignment.scale
+
+    inflated = [scale(seed, 0.1) / scale(seed, 0.0) for seed in range(10)]
+    faithful = [scale(seed, 0.001) / scale(seed, 0.0) for seed in range(10)]
+    assert min(inflated) > 3
+    np.testing.assert_allclose(faithful, 1, atol=0.1)
