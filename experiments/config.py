@@ -174,6 +174,8 @@ def to_overrides(settings: Mapping[str, Any]) -> list[str]:
 def _hydra_value(value: Any) -> str:
     if isinstance(value, list):
         return f"[{','.join(map(_hydra_value, value))}]"
+    if isinstance(value, str) and value.endswith(")"):  # a metric with options, no Hydra function
+        return f"'{value}'"
     return "null" if value is None else str(value)
 
 

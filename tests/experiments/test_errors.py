@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from alignscores import pas
+from alignscores import pas, tas
 from baselines import ate
 from experiments.cameras import make_scene
 from experiments.errors import ERRORS
@@ -136,3 +136,19 @@ def test_errors_grow_with_the_distance_from_the_centre() -> None:
     assert stats.kstest(standard.ravel(), stats.norm.cdf).pvalue > 1e-3
     angles = np.linalg.norm(turns, axis=1) / (SIGMA_R * relative)
     assert stats.kstest(angles, stats.halfnorm.cdf).pvalue > 1e-3
+
+
+def test_under_scale_drift_the_registration_fits_ten_neighbours() -> None:
+    """A short stretch is all but similar to the truth; a straight one leaves the spin open."""
+    scores, stretches = [], []
+    for seed in range(20):
+        settings = {"geometry": "car", "error": "scale_drift", "n_cameras": 100, "n_outliers": 0}
+        rng = np.random.default_rng(seed)
+        scene = make_scene(rng, **settings, sigma_t=0.05, sigma_r_deg=1.0)
+        result = tas(scene.gt_positions, scene.est_positions)
+        best = np.argsort(result.errors)[:10]
+        stretches.append(np.ptp(best))
+        scores.append(result.score)
+        assert ate(scene.gt_positions, scene.est_positions) < 0.1 * result.unit
+    assert np.median(stretches) == 9  # ten consecutive cameras
+    assert min(scores) < 0.3 < 0.9 < np.median(scores)

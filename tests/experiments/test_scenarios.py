@@ -76,6 +76,12 @@ def test_a_file_of_ones_own_takes_the_rest_from_beyond(tmp_path: Path) -> None:
     assert load_study(path, ["trials=1"]).scenarios["pieces"].trials == 1  # the command line wins
 
 
+def test_a_metric_may_have_options(tmp_path: Path) -> None:
+    metrics = ["TAS", "TAS(max_threshold=0.5, n_thresholds=10)"]
+    path = write(tmp_path, f"settings: {{metrics: {metrics}}}\nscenarios: {{a: {{}}}}\n")
+    assert load_scenario("a", path).metrics == metrics
+
+
 def test_a_scenario_is_run_as_the_sweep_of_its_settings(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
