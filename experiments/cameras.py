@@ -38,9 +38,12 @@ class Scene:
     est_rotations: Floats
     est_positions: Floats
 
+    @cached_property
     def estimated(self) -> "Scene":
-        """Return the cameras that were estimated, without the missing ones."""
+        """The cameras that were estimated, without the missing ones."""
         found = np.isfinite(self.est_positions).all(axis=1)
+        if found.all():
+            return self
         return Scene(*(getattr(self, field.name)[found] for field in fields(self)))
 
     @cached_property

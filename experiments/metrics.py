@@ -62,7 +62,7 @@ def _evaluate(
         return {metric: ras(scene.gt_rotations, scene.est_rotations, **options).score}
     if name == "mAA":
         return {metric: maa(scene.gt_poses, scene.est_poses, **options)}
-    scene = scene.estimated()
+    scene = scene.estimated
     if name == "ATE":
         return {metric: ate(scene.gt_positions, scene.est_positions)}
     if name == "DTE":

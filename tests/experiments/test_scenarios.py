@@ -139,3 +139,18 @@ def test_an_unknown_scenario_ends_with_one_line(capsys: pytest.CaptureFixture[st
     error = capsys.readouterr().err
     assert "unknown scenario 'nope'; the scenarios are paper" in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/studies.md"])
+def test_the_worked_example_is_a_study_of_five_lines(tmp_path: Path, page: str) -> None:
+    root = Path(__file__).resolve().parents[2]
+    example = (root / page).read_text().partition("```yaml\n")[2].partition("```")[0]
+    assert len(example.splitlines()) == 5
+    study = load_study(write(tmp_path, example, "my_study.yaml"))
+    assert list(study.scenarios) == ["circle", "circle_with_drift", "circle_in_two_pieces"]
+
+
+def test_the_documentation_describes_every_generator() -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs" / "studies.md").read_text()
+    for name in (*PATHS, *ERRORS, *OUTLIERS):
+        assert f"`{name}`" in page

@@ -128,7 +128,7 @@ def test_a_changed_experiment_reruns_itself_alone(snakemake: Snakemake, tmp_path
 
 
 OWN = """\
-settings: {trials: 2, n_cameras: [20], n_outliers: [0, 4], sigma_t: [0.02, 0.1], sigma_r_deg: [1, 5]}
+settings: {trials: 2, n_cameras: [20], n_outliers: [0, 4], sigma_t: [0, 0.1], sigma_r_deg: [1, 5]}
 scenarios:
   circle: {geometry: orbit}
   wrong_merge: {geometry: orbit, outliers: cluster}
