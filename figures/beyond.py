@@ -24,6 +24,7 @@ PANELS = {  # column of the table, title, remark
     "noise_power": ("Noise", "ordered at every number of outliers"),
     "outlier_power": ("Outliers", "ordered at every noise level"),
 }
+COLUMNS = ["scenario", "geometry", "error", "outliers", "outlier_side", "metric", *PANELS]
 PAPER = {"geometry": "cube", "error": "gaussian", "outliers": "uniform"}
 SIDE = 10.0
 COLOURS = "Blues"  # light to dark, so that it reads in greyscale
@@ -118,7 +119,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     table = findings_path(study)
     try:
-        findings = pd.read_csv(table)
+        findings = pd.read_csv(table, usecols=COLUMNS)
     except (OSError, ValueError) as error:
         reason = " ".join(str(error).split())
         print(f"figures.beyond: cannot read {table}: {reason}", file=sys.stderr)

@@ -79,6 +79,11 @@ def test_it_writes_both_figures_and_refuses_without_a_table(tmp_path, capsys, ta
     assert f"cannot read {tmp_path}/tables/beyond.csv" in error
     assert error.count("\n") == 1
     (tmp_path / "tables").mkdir()
+    table.drop(columns="noise_power").to_csv(tmp_path / "tables" / "beyond.csv", index=False)
+    assert beyond.main(arguments) == 1
+    error = capsys.readouterr().err
+    assert "noise_power" in error
+    assert error.count("\n") == 1
     table.to_csv(tmp_path / "tables" / "beyond.csv", index=False)
     assert beyond.main(arguments) == 0
     names = {path.name for path in (tmp_path / "figures").iterdir()}
