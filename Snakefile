@@ -6,6 +6,8 @@
 #   snakemake threshold_study                 what the paper's thresholds cost and gain
 #   snakemake threshold_study --config tas_max_threshold=[0.5,1,1.5]    your own values
 #   snakemake registration_study              the paper's registration and the refined one
+#   snakemake beyond                          what the paper leaves out: paths, errors, outliers
+#   snakemake beyond --config scenarios=my.yaml    a study of your own (docs/studies.md)
 #   snakemake report                          all of it on one page, results/report.html
 import sys
 from dataclasses import asdict
@@ -16,15 +18,18 @@ from pathlib import Path
 sys.path.insert(0, workflow.basedir)
 from experiments.claims import CLAIMS_FILE, load_claims
 from experiments.config import ConfigError, experiment_names, load, to_overrides
+from experiments.scenarios import BEYOND, load_study as load_scenarios, study_name
 from experiments.study import STUDIES, axis_names, load_study
 from figures import FIGURES, HISTOGRAM_EXPERIMENT
 from figures import STUDIES as STUDY_FIGURES
 
 REPLICATES = config.pop("replicates", None)
 AXES = {key: config.pop(key) for key in axis_names() if key in config}
+SCENARIOS = Path(config.pop("scenarios", BEYOND))
 OVERRIDES = to_overrides({key: value for key, value in config.items() if key != "n_jobs"})
 STUDY_OVERRIDES = to_overrides(AXES)
 EXPERIMENTS = experiment_names()
+STUDY = study_name(SCENARIOS)
 HOW = {"n_jobs", "backend", "dask_address", "results_dir"}  # settings that no result depends on
 
 
@@ -40,11 +45,24 @@ def resolve(*overrides):
         refuse(error, f"({' '.join(overrides)})")
 
 
+def without_how(resolved):
+    return {key: value for key, value in resolved.items() if key not in HOW}
+
+
 @cache
 def settings(experiment):
     """What the results of an experiment depend on: where it changes, they are made again."""
-    resolved = resolve(f"experiment={experiment}", *to_overrides(config))
-    return {key: value for key, value in resolved.items() if key not in HOW}
+    return without_how(resolve(f"experiment={experiment}", *to_overrides(config)))
+
+
+@cache
+def scenarios():
+    """The settings of each scenario, likewise; read where they are needed."""
+    try:
+        study = load_scenarios(SCENARIOS, to_overrides(config))
+    except ConfigError as error:
+        refuse(error)
+    return {name: without_how(asdict(config)) for name, config in study.scenarios.items()}
 
 
 @cache
@@ -58,8 +76,7 @@ def study(name):
 
 def part_settings(wildcards):
     """What the trials of a part of a study depend on."""
-    resolved = asdict(study(wildcards.study).parts[wildcards.part].config)
-    return {key: value for key, value in resolved.items() if key not in HOW}
+    return without_how(asdict(study(wildcards.study).parts[wildcards.part].config))
 
 
 RUN = resolve(*to_overrides({key: config[key] for key in (*HOW, "trials") if key in config}))
@@ -87,8 +104,10 @@ ANALYSIS = [  # of the trials, which do not depend on it
         "claims",
         "comparison",
         "effects",
+        "findings",
         "registration_study",
         "replicate",
+        "scenarios",
         "statistics",
         "study_time",
         "threshold_study",
@@ -133,6 +152,7 @@ def study_results(name):
 
 wildcard_constraints:
     replicate=r"\d+",
+    scenario=r"\w+",
     experiment="|".join(EXPERIMENTS),
     figure="|".join(FIGURES),
     study="|".join(STUDIES),
@@ -321,6 +341,61 @@ rule study_figure:
         RESULTS / "logs" / "figure_{study}_study.log",
     shell:
         "{sys.executable:q} -m figures {wildcards.study}_study {STUDY_OVERRIDES:q} {OVERRIDES:q} > {log:q} 2>&1"
+
+
+rule beyond:
+    input:
+        RESULTS / "tables" / f"{STUDY}.csv",
+        expand(RESULTS / "figures" / "{name}.{ext}", name=[STUDY, "paths"], ext=["pdf", "png"]),
+
+
+rule scenario:
+    input:
+        TRIAL_CODE,
+    output:
+        csv=TRIALS / STUDY / "{scenario}.csv",
+        provenance=TRIALS / STUDY / "{scenario}.json",
+    params:
+        settings=lambda wildcards: scenarios()[wildcards.scenario],
+    threads: THREADS
+    log:
+        RESULTS / "logs" / STUDY / "{scenario}.log",
+    benchmark:
+        RESULTS / "benchmarks" / STUDY / "{scenario}.tsv"
+    shell:
+        "{sys.executable:q} -m experiments.scenarios {wildcards.scenario}"
+        " --scenarios {SCENARIOS:q} {OVERRIDES:q} n_jobs={threads} > {log:q} 2>&1"
+
+
+rule findings:
+    input:
+        lambda wildcards: expand(TRIALS / STUDY / "{name}.csv", name=scenarios()),
+        ANALYSIS,
+    output:
+        RESULTS / "tables" / f"{STUDY}.csv",
+    log:
+        RESULTS / "logs" / f"{STUDY}.log",
+    benchmark:
+        RESULTS / "benchmarks" / f"{STUDY}.tsv"
+    shell:
+        "{sys.executable:q} -m experiments.findings --scenarios {SCENARIOS:q}"
+        " {OVERRIDES:q} > {log:q} 2>&1"
+
+
+rule findings_figure:
+    input:
+        RESULTS / "tables" / f"{STUDY}.csv",
+        TRIAL_CODE,
+        sources("figures"),
+    output:
+        expand(RESULTS / "figures" / "{name}.{ext}", name=[STUDY, "paths"], ext=["pdf", "png"]),
+    log:
+        RESULTS / "logs" / f"figure_{STUDY}.log",
+    benchmark:
+        RESULTS / "benchmarks" / f"figure_{STUDY}.tsv"
+    shell:
+        "{sys.executable:q} -m figures.beyond --scenarios {SCENARIOS:q}"
+        " {OVERRIDES:q} > {log:q} 2>&1"
 
 
 rule report:

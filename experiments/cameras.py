@@ -1,17 +1,20 @@
-"""Synthetic cameras: ground truth, estimate with noise and outliers, in two unrelated worlds."""
+"""Synthetic cameras: ground truth, estimate with errors and outliers, in two unrelated worlds."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from .errors import ERRORS
+from .outliers import OUTLIERS
+from .paths import PATHS
+
 __all__ = ["Scene", "make_scene"]
 
 Floats = NDArray[np.float64]
 
-OUTLIER_SIDE = 10.0  # outliers lie in a cube of this side, whatever the extent of the cameras
 SCALE_RANGE = (0.1, 10.0)  # of the estimated world, log-uniform
 TRANSLATION_LIMIT = 100.0  # of the estimated world, uniform within plus and minus this
 
@@ -26,12 +29,22 @@ class Scene:
         Camera-to-world rotations.
     gt_positions, est_positions : (n, 3) ndarray
         Camera centres in their world.
+
+    An estimated camera that is missing has rows of NaN.
     """
 
     gt_rotations: Floats
     gt_positions: Floats
     est_rotations: Floats
     est_positions: Floats
+
+    @cached_property
+    def estimated(self) -> "Scene":
+        """The cameras that were estimated, without the missing ones."""
+        found = np.isfinite(self.est_positions).all(axis=1)
+        if found.all():
+            return self
+        return Scene(*(getattr(self, field.name)[found] for field in fields(self)))
 
     @cached_property
     def gt_poses(self) -> Floats:
@@ -48,7 +61,10 @@ def make_scene(
     rng: np.random.Generator,
     *,
     geometry: str,
-    volume: float,
+    error: str = "gaussian",
+    outliers: str = "uniform",
+    outlier_side: float = 10.0,
+    volume: float = 1.0,
     n_cameras: int,
     n_outliers: int,
     sigma_t: float,
@@ -60,19 +76,22 @@ def make_scene(
     ----------
     rng : Generator
         Source of all randomness.
-    geometry : {"cube", "line", "x_axis"}
-        Cameras uniform in a cube centred at the origin, or at unit steps along a line through it,
-        of random direction or the first axis.
+    geometry : str
+        Name out of `experiments.paths.PATHS`: where the cameras stand and look.
+    error : str
+        Name out of `experiments.errors.ERRORS`: how the estimate departs from the ground truth.
+    outliers : str
+        Name out of `experiments.outliers.OUTLIERS`: what becomes of the outliers.
+    outlier_side : float
+        Side of the cube that outliers lie in, centred at the origin, in ground-truth units.
     volume : float
-        Volume of the cube in cubed units.
+        Volume of the cube that cameras of the geometry "cube" lie in, in cubed units.
     n_cameras, n_outliers : int
-        Number of cameras, and how many of them, chosen at random, have an estimate that is
-        uniformly random in position (a cube of side 10) and rotation.
+        Number of cameras, and how many of them are outliers.
     sigma_t : float
-        Standard deviation of the position noise along each axis, in ground-truth units.
+        Root mean square of the displacement along each axis, in ground-truth units.
     sigma_r_deg : float
-        The angle of the rotation noise is normal with this standard deviation, in degrees; its axis
-        is uniformly random.
+        Root mean square of the angle of the rotation errors, in degrees.
 
     Returns
     -------
@@ -81,7 +100,8 @@ def make_scene(
 
     References
     ----------
-    Lee and Civera, "Alignment Scores", section 6.
+    Lee and Civera, "Alignment Scores", section 6: the defaults, with the geometries "cube" and
+    "line". The others are not in the paper.
 
     Examples
     --------
@@ -90,7 +110,6 @@ def make_scene(
     >>> scene = make_scene(
     ...     np.random.default_rng(0),
     ...     geometry="line",
-    ...     volume=1.0,
     ...     n_cameras=5,
     ...     n_outliers=1,
     ...     sigma_t=0.01,
@@ -99,15 +118,13 @@ def make_scene(
     >>> np.linalg.norm(np.diff(scene.gt_positions, axis=0), axis=1).round(9)
     array([1., 1., 1., 1.])
     """
-    gt_rotations = Rotation.random(n_cameras, rng=rng).as_matrix()
-    gt_positions = _positions(rng, geometry, volume, n_cameras)
-
-    rotations = _rotation_noise(rng, n_cameras, sigma_r_deg) @ gt_rotations
-    positions = gt_positions + sigma_t * rng.standard_normal((n_cameras, 3))
-    outliers = rng.choice(n_cameras, size=n_outliers, replace=False)
-    half = OUTLIER_SIDE / 2
-    positions[outliers] = rng.uniform(-half, half, size=(n_outliers, 3))
-    rotations[outliers] = Rotation.random(n_outliers, rng=rng).as_matrix()
+    gt_rotations, gt_positions = PATHS[geometry](rng, n_cameras, volume)
+    turns, shifts = ERRORS[error](
+        rng, gt_rotations, gt_positions, sigma_t, float(np.radians(sigma_r_deg))
+    )
+    rotations = Rotation.from_rotvec(turns).as_matrix() @ gt_rotations
+    positions = gt_positions + shifts
+    OUTLIERS[outliers](rng, rotations, positions, n_outliers, outlier_side)
 
     world = Rotation.random(rng=rng).as_matrix()
     scale = np.exp(rng.uniform(*np.log(SCALE_RANGE)))
@@ -118,21 +135,3 @@ def make_scene(
         est_rotations=world @ rotations,
         est_positions=scale * positions @ world.T + origin,
     )
-
-
-def _positions(rng: np.random.Generator, geometry: str, volume: float, n: int) -> Floats:
-    if geometry in ("line", "x_axis"):
-        direction: Floats = rng.standard_normal(3) if geometry == "line" else np.eye(3)[0]
-        steps = np.arange(n) - (n - 1) / 2
-        return steps[:, None] * direction / np.linalg.norm(direction)
-    side = np.cbrt(volume)
-    return rng.uniform(-side / 2, side / 2, size=(n, 3))
-
-
-def _rotation_noise(rng: np.random.Generator, n: int, sigma_deg: float) -> Floats:
-    """Rotations about uniformly random axes by normally distributed angles."""
-    axes = rng.standard_normal((n, 3))
-    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
-    angles = np.radians(sigma_deg) * rng.standard_normal((n, 1))
-    noise: Floats = Rotation.from_rotvec(angles * axes).as_matrix()
-    return noise

@@ -1,7 +1,7 @@
 """Settings of an experiment: resolved from the Hydra configs, typed, checked before any trial."""
 
 from ast import literal_eval
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from math import inf
 from pathlib import Path
@@ -12,6 +12,10 @@ from hydra.core.global_hydra import GlobalHydra
 from hydra.errors import HydraException
 from omegaconf import MISSING, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
+
+from .errors import ERRORS
+from .outliers import OUTLIERS
+from .paths import PATHS
 
 __all__ = [
     "CONFIG_DIR",
@@ -27,7 +31,6 @@ __all__ = [
 
 CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
 
-GEOMETRIES = ("cube", "line", "x_axis")
 NOISES = ("product", "paired")
 ROTATION_STATISTICS = ("Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2")
 METRICS = ("ATE", "DTE", "mAA", "TAS", "RAS", "PAS", "DRE", *ROTATION_STATISTICS)
@@ -65,6 +68,13 @@ METRIC_OPTIONS: Mapping[str, Mapping[str, Check]] = {
 }
 PCR99_OPTIONS = ("prescreen", "order")
 BACKENDS = ("loky", "threading", "sequential", "dask")
+CHOICES: Mapping[str, Iterable[str]] = {  # the settings that are one of a few words
+    "geometry": PATHS,
+    "error": ERRORS,
+    "outliers": OUTLIERS,
+    "noise": NOISES,
+    "backend": BACKENDS,
+}
 
 
 class ConfigError(ValueError):
@@ -77,6 +87,9 @@ class Config:
 
     name: str = MISSING
     geometry: str = MISSING
+    error: str = MISSING
+    outliers: str = MISSING
+    outlier_side: float = MISSING
     volume_per_camera: float | None = MISSING
     n_cameras: list[int] = MISSING
     n_outliers: list[int] = MISSING
@@ -210,6 +223,8 @@ def to_overrides(settings: Mapping[str, Any]) -> list[str]:
 def _hydra_value(value: Any) -> str:
     if isinstance(value, list):
         return f"[{','.join(map(_hydra_value, value))}]"
+    if isinstance(value, str) and value.endswith(")"):  # a metric with options, no Hydra function
+        return f"'{value}'"
     return "null" if value is None else str(value)
 
 
@@ -237,9 +252,8 @@ def _check(config: Config) -> None:
         values = getattr(config, key)
         _require(len(values) > 0, key, "needs at least one value")
         _require(len(set(values)) == len(values), key, f"has a value twice: {values}")
-    _require(config.geometry in GEOMETRIES, "geometry", f"must be one of {', '.join(GEOMETRIES)}")
-    _require(config.noise in NOISES, "noise", f"must be one of {', '.join(NOISES)}")
-    _require(config.backend in BACKENDS, "backend", f"must be one of {', '.join(BACKENDS)}")
+    for key, choices in CHOICES.items():
+        _require(getattr(config, key) in choices, key, f"must be one of {', '.join(choices)}")
     _require(
         config.backend != "dask" or bool(config.dask_address),
         "dask_address",
@@ -255,6 +269,12 @@ def _check(config: Config) -> None:
         "n_outliers",
         f"has {max(config.n_outliers)}, more than the {min(config.n_cameras)} cameras",
     )
+    _require(
+        config.outliers == "uniform" or max(config.n_outliers) <= min(config.n_cameras) - 4,
+        "n_outliers",
+        f"must leave at least 4 cameras that are none, where outliers are {config.outliers}",
+    )
+    _require(0 < config.outlier_side < inf, "outlier_side", "must be positive")
     for key in ("sigma_t", "sigma_r_deg"):
         levels = getattr(config, key)
         _require(all(0 <= level < inf for level in levels), key, "must be finite and not negative")

@@ -41,6 +41,12 @@ def evaluate(
     dict of str to float
         The values, in the order of `metrics`. ATE in ground-truth units, rotation errors in
         degrees, the rest without unit.
+
+    Notes
+    -----
+    Cameras that are missing in the estimate count as failures in TAS, RAS, PAS and mAA. ATE, DTE,
+    DRE and the rotation statistics have no value for them and are evaluated on the other cameras
+    alone, as is usual: to lose a bad camera improves them.
     """
     evaluation = Evaluation(scene, registration_seed)
     return {metric: evaluation.value(metric) for metric in metrics}
@@ -68,7 +74,6 @@ class Evaluation:
     def value(self, metric: str) -> float:
         """Evaluate a metric, given by its name, possibly with options."""
         name, options = split_metric(metric)
-        scene = self._scene
         match name:
             case "TAS":
                 return self._tas(**options)
@@ -76,12 +81,14 @@ class Evaluation:
                 return self._ras(**options)
             case "PAS":
                 return self._pas(**options)
+            case "mAA":
+                return maa(self._scene.gt_poses, self._scene.est_poses, **options)
+        scene = self._estimated  # those below have no value for a camera that is missing
+        match name:
             case "ATE":
                 return ate(scene.gt_positions, scene.est_positions)
             case "DTE":
                 return dte(scene.gt_poses, scene.est_poses)
-            case "mAA":
-                return maa(scene.gt_poses, scene.est_poses, **options)
             case "DRE":
                 return dre(scene.gt_rotations, scene.est_rotations)
         assert name in ROTATION_STATISTICS
@@ -164,7 +171,11 @@ class Evaluation:
 
     @cached_property
     def _rotation_statistics(self) -> dict[str, float]:
-        return rotation_statistics(self._scene.gt_rotations, self._scene.est_rotations)
+        return rotation_statistics(self._estimated.gt_rotations, self._estimated.est_rotations)
+
+    @cached_property
+    def _estimated(self) -> Scene:
+        return self._scene.estimated
 
 
 def _score(errors: Floats, unit: float, largest: float, count: float) -> float:

@@ -4,9 +4,9 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from .config import ConfigError, experiment_names, load
+from .config import Config, ConfigError, experiment_names, load
 
-__all__ = ["main"]
+__all__ = ["main", "run"]
 
 HELP = """\
 settings are Hydra overrides:
@@ -34,6 +34,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ConfigError as error:
         print(f"experiments.run: {error}", file=sys.stderr)
         return 2
+    return run(config, "experiments.run")
+
+
+def run(config: Config, program: str) -> int:
+    """Write the table of trials of an experiment and say where; return the exit code."""
     from .sweep import sweep
     from .tables import trials_path, write_trials
 
@@ -45,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"experiments.run: {error}", file=sys.stderr)
         return 2
     except OSError as error:
-        print(f"experiments.run: cannot write {path}: {error.strerror}", file=sys.stderr)
+        print(f"{program}: cannot write {path}: {error.strerror}", file=sys.stderr)
         return 1
     print(path)
     return 0

@@ -69,7 +69,13 @@ def draw_scene(config: Config, cell: Cell, seed: np.random.SeedSequence) -> Scen
     """Draw the cameras of one trial."""
     volume = 1.0 if config.volume_per_camera is None else config.volume_per_camera * cell.n_cameras
     return make_scene(
-        np.random.default_rng(seed), geometry=config.geometry, volume=volume, **asdict(cell)
+        np.random.default_rng(seed),
+        geometry=config.geometry,
+        error=config.error,
+        outliers=config.outliers,
+        outlier_side=config.outlier_side,
+        volume=volume,
+        **asdict(cell),
     )
 
 

@@ -61,6 +61,10 @@ def test_noise_rises_together_where_it_is_paired() -> None:
         ("backend=mpi", "backend"),
         ("backend=dask", "dask_address"),
         ("geometry=sphere", "geometry"),
+        ("error=none", "error"),
+        ("outliers=many", "outliers"),
+        ("outlier_side=0", "outlier_side"),
+        ("outlier_side=inf", "outlier_side"),
         ("noise=both", "noise"),
         ("noise=paired", "noise"),
         ("sigma_t=0.1", "sigma_t"),
@@ -84,6 +88,20 @@ def test_wrong_settings_are_named_in_one_line(override: str, named: str) -> None
         load(["experiment=outliers", override])
     assert named in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", ["cluster", "frozen", "diverging", "missing"])
+def test_outliers_that_leave_too_few_cameras_are_refused(kind: str) -> None:
+    settings = ["experiment=outliers", f"outliers={kind}", "n_cameras=[20]"]
+    assert load([*settings, "n_outliers=[16]"]).outliers == kind
+    with pytest.raises(ConfigError, match="'n_outliers' must leave at least 4 cameras"):
+        load([*settings, "n_outliers=[17]"])
+
+
+@pytest.mark.parametrize("name", experiment_names())
+def test_the_papers_experiments_have_its_errors_and_outliers(name: str) -> None:
+    config = load([f"experiment={name}"])
+    assert (config.error, config.outliers, config.outlier_side) == ("gaussian", "uniform", 10.0)
 
 
 def test_a_volume_without_a_cube_is_refused() -> None:

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from experiments.scenarios import load_study
+
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = ["trials=2", "sigma_t=[0.02,0.05]", "n_cameras=[25]", "n_outliers=[0,2]"]
 
@@ -165,6 +167,61 @@ def test_a_changed_experiment_reruns_itself_alone(snakemake: Snakemake, tmp_path
     assert planned(done) == {"experiment": 1}
     assert "output: results/trials/outliers.csv" in done.stdout + done.stderr
     assert "output: results/trials/rotations.csv" not in done.stdout + done.stderr
+
+
+OWN = """\
+settings: {trials: 2, n_cameras: [20], n_outliers: [0, 4], sigma_t: [0, 0.1], sigma_r_deg: [1, 5]}
+scenarios:
+  circle: {geometry: orbit}
+  wrong_merge: {geometry: orbit, outliers: cluster}
+"""
+
+
+def test_beyond_needs_its_scenarios_a_table_and_a_figure(snakemake: Snakemake) -> None:
+    jobs = planned(snakemake("beyond", "--dry-run"))
+    scenarios = len(load_study().scenarios)
+    assert jobs == {"scenario": scenarios, "findings": 1, "findings_figure": 1, "beyond": 1}
+
+
+def test_a_study_of_ones_own_runs_and_reruns_what_changed(
+    snakemake: Snakemake, tmp_path: Path
+) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text(OWN)
+    arguments = ["beyond", "--config", "scenarios=mine.yaml"]
+    done = snakemake(*arguments)
+    assert done.returncode == 0, done.stderr
+    results = tmp_path / "results"
+    table = (results / "tables" / "beyond_mine.csv").read_text()
+    assert table.count("\ncircle,orbit,gaussian,uniform,10.0,") == 8  # metrics
+    assert table.count("\nwrong_merge,orbit,gaussian,cluster,10.0,") == 8
+    figures = {path.name for path in (results / "figures").iterdir()}
+    assert figures == {"beyond_mine.pdf", "beyond_mine.png", "paths.pdf", "paths.png"}
+    for extension in ("csv", "json"):
+        assert (results / "trials" / "beyond_mine" / f"circle.{extension}").exists()
+
+    assert "Nothing to be done" in snakemake(*arguments, "--dry-run").stdout
+    file.write_text(OWN.replace("outliers: cluster", "outliers: frozen"))
+    done = snakemake(*arguments, "--dry-run")
+    assert planned(done) == {"scenario": 1, "findings": 1, "findings_figure": 1, "beyond": 1}
+    assert "output: results/trials/beyond_mine/wrong_merge.csv" in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [(None, "No such file"), ("scenarios: {a: {geometry: sphere}}", "scenario 'a'")],
+)
+def test_a_wrong_study_ends_with_one_line_before_any_trial(
+    snakemake: Snakemake, tmp_path: Path, text: str | None, named: str
+) -> None:
+    if text is not None:
+        (tmp_path / "mine.yaml").write_text(text)
+    done = snakemake("beyond", "--config", "scenarios=mine.yaml")
+    assert done.returncode != 0
+    assert "Traceback" not in done.stderr
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith("snakemake: ")]
+    assert named in line
+    assert not (tmp_path / "results").exists()
 
 
 def test_a_changed_setting_redraws_the_histogram(snakemake: Snakemake) -> None:

@@ -1,0 +1,166 @@
+"""Outliers are as many, and as wrong, as stated; what they do to alignments is a fact."""
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import stats
+
+from alignscores import ras, tas
+from experiments.cameras import Scene, make_scene
+from experiments.config import METRICS
+from experiments.metrics import evaluate
+from experiments.outliers import CLUSTER_SCALES, OUTLIERS
+from experiments.paths import PATHS
+
+Floats = NDArray[np.float64]
+
+
+def outliers(
+    kind: str, count: int, *, seed: int = 0, geometry: str = "car", n: int = 100, side: float = 10.0
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return rotations and positions with outliers, and those without."""
+    rng = np.random.default_rng(seed)
+    gt_rotations, gt_positions = PATHS[geometry](rng, n, 1.0)
+    rotations, positions = gt_rotations.copy(), gt_positions.copy()
+    OUTLIERS[kind](rng, rotations, positions, count, side)
+    return rotations, positions, gt_rotations, gt_positions
+
+
+def changed(now: Floats, before: Floats) -> NDArray[np.intp]:
+    """Return the cameras with other values; NaN is other."""
+    return np.flatnonzero((now != before).reshape(len(now), -1).any(axis=1))
+
+
+@pytest.mark.parametrize("kind", OUTLIERS)
+@pytest.mark.parametrize("count", [0, 1, 17, 60])
+def test_so_many_cameras_are_outliers_and_the_others_are_untouched(kind: str, count: int) -> None:
+    # A random walk: no last motion leads to the next true camera.
+    rotations, positions, gt_rotations, gt_positions = outliers(kind, count, geometry="random_walk")
+    np.testing.assert_array_equal(
+        changed(rotations, gt_rotations), changed(positions, gt_positions)
+    )
+    assert len(changed(positions, gt_positions)) == count
+    again = outliers(kind, count, geometry="random_walk")
+    np.testing.assert_array_equal(again[0], rotations)
+    np.testing.assert_array_equal(again[1], positions)
+
+
+@pytest.mark.parametrize("side", [1.0, 10.0, 1000.0])
+def test_uniform_outliers_fill_a_cube_of_the_side_asked_for(side: float) -> None:
+    _, positions, _, gt = outliers("uniform", 1500, n=2000, side=side)
+    for axis in positions[changed(positions, gt)].T:
+        assert stats.kstest(axis, stats.uniform(-side / 2, side).cdf).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("kind", ["uniform", "missing"])
+def test_scattered_outliers_are_random_cameras(kind: str) -> None:
+    which = [changed(*outliers(kind, 20, seed=seed)[1::2]) for seed in range(100)]
+    counts = np.bincount(np.concatenate(which), minlength=100)
+    assert stats.chisquare(counts).pvalue > 1e-3
+
+
+def test_a_cluster_is_consecutive_and_moved_by_one_similarity() -> None:
+    scales, firsts, centres = [], [], []
+    for seed in range(300):
+        rotations, positions, gt_rotations, gt = outliers("cluster", 30, seed=seed, side=6.0)
+        part = changed(positions, gt)
+        np.testing.assert_array_equal(np.diff(part), 1)
+        between = rotations[part] @ gt_rotations[part].transpose(0, 2, 1)
+        np.testing.assert_allclose(between, np.tile(between[0], (30, 1, 1)), atol=1e-12)
+        local, gt_local = (p[part] - p[part].mean(axis=0) for p in (positions, gt))
+        scale = np.linalg.norm(local) / np.linalg.norm(gt_local)
+        np.testing.assert_allclose(local, scale * gt_local @ between[0].T, atol=1e-9)
+        scales.append(scale)
+        firsts.append(part[0])
+        centres.append(positions[part].mean(axis=0))
+    low, high = np.log(CLUSTER_SCALES)
+    assert stats.kstest(np.log(scales), stats.uniform(low, high - low).cdf).pvalue > 1e-3
+    assert stats.kstest(np.ravel(centres), stats.uniform(-3, 6).cdf).pvalue > 1e-3
+    assert (min(firsts), max(firsts)) == (0, 70)
+
+
+def test_a_frozen_track_stays_where_it_was() -> None:
+    rotations, positions, gt_rotations, gt = outliers("frozen", 40)
+    np.testing.assert_array_equal(positions[60:], np.tile(gt[59], (40, 1)))
+    np.testing.assert_array_equal(rotations[60:], np.tile(gt_rotations[59], (40, 1, 1)))
+
+
+def test_a_diverging_track_repeats_its_last_motion() -> None:
+    rotations, positions, *_ = outliers("diverging", 90, geometry="random_walk")
+    motions = rotations[:-1].transpose(0, 2, 1) @ rotations[1:]
+    steps = np.einsum("nji,nj->ni", rotations[:-1], np.diff(positions, axis=0))
+    np.testing.assert_allclose(motions[9:], np.tile(motions[8], (90, 1, 1)), atol=1e-9)
+    np.testing.assert_allclose(steps[9:], np.tile(steps[8], (90, 1)), atol=1e-9)
+
+
+def test_a_track_lost_on_a_circle_goes_on_round_it() -> None:
+    rotations, positions, gt_rotations, gt = outliers("diverging", 50, geometry="orbit")
+    np.testing.assert_allclose(positions, gt, atol=1e-9)
+    np.testing.assert_allclose(rotations, gt_rotations, atol=1e-9)
+
+
+SCENE: dict[str, Any] = {"geometry": "cube", "n_cameras": 100, "sigma_t": 0.03, "sigma_r_deg": 3.0}
+
+
+def evaluated(scene: Scene) -> dict[str, float]:
+    return evaluate(scene, METRICS, np.random.SeedSequence(0))
+
+
+def test_missing_cameras_fail_in_the_scores_and_are_left_out_of_the_other_metrics() -> None:
+    scene = make_scene(np.random.default_rng(0), **SCENE, outliers="missing", n_outliers=40)
+    values = evaluated(scene)
+    assert np.isfinite(list(values.values())).all()
+
+    rest = evaluated(scene.estimated)
+    assert len(scene.estimated.gt_positions) == 60
+    left_out = ("ATE", "DTE", "DRE", "Median-1", "RMS-2")
+    assert {name: values[name] for name in left_out} == {name: rest[name] for name in left_out}
+    assert values["RAS"] == pytest.approx(0.6 * rest["RAS"], abs=1e-12)
+    assert values["TAS"] == pytest.approx(0.6 * rest["TAS"], abs=0.1)  # another registration
+    pairs = 60 * 59 / (100 * 99)
+    assert values["mAA"] == pytest.approx(pairs * rest["mAA"], abs=1e-12)
+
+
+def test_to_lose_the_bad_cameras_improves_what_leaves_them_out() -> None:
+    scene = make_scene(np.random.default_rng(0), **SCENE, n_outliers=20)
+    errors = tas(scene.gt_positions, scene.est_positions).errors
+    bad = np.argsort(errors)[-20:]
+    poses = asdict(scene)
+    poses["est_positions"][bad] = np.nan
+    poses["est_rotations"][bad] = np.nan
+    before, after = evaluated(scene), evaluated(Scene(**poses))
+    for metric in ("ATE", "DTE", "DRE", "Mean-1"):
+        assert after[metric] < 0.8 * before[metric]
+    assert after["mAA"] <= before["mAA"]
+    assert after["RAS"] <= before["RAS"]
+
+
+@pytest.mark.parametrize(("count", "captured"), [(40, False), (60, True)])
+def test_a_consistent_majority_captures_the_alignment(count: int, captured: bool) -> None:
+    """A wrongly merged component of 60 % is taken for the truth, one of 40 % is not."""
+    translation, rotation = [], []
+    for seed in range(20):
+        # The same cameras with and without the cluster tell which ones are in it.
+        with_cluster, without = (
+            make_scene(np.random.default_rng(seed), **SCENE, outliers=kind, n_outliers=k)
+            for kind, k in (("cluster", count), ("missing", 0))
+        )
+        between, plain = (
+            scene.est_rotations @ scene.gt_rotations.transpose(0, 2, 1)
+            for scene in (with_cluster, without)
+        )
+        relative = between @ plain.transpose(0, 2, 1)  # of worlds, with another one in the cluster
+        _, group = np.unique(relative[:, 0, 0].round(9), return_inverse=True)
+        sizes = np.bincount(group)
+        assert sorted(sizes) == sorted([count, 100 - count])
+        inside = sizes[group] == count
+        errors = tas(with_cluster.gt_positions, with_cluster.est_positions).errors
+        translation.append(np.median(errors[inside]) < np.median(errors[~inside]))
+        angles = ras(with_cluster.gt_rotations, with_cluster.est_rotations).errors
+        rotation.append(np.median(angles[inside]) < np.median(angles[~inside]))
+    assert set(rotation) == {captured}
+    # The registration counts the tenth smallest error alone: now and then a minority wins.
+    assert (np.mean(translation) > 0.8) if captured else (np.mean(translation) < 0.2)

@@ -1,0 +1,142 @@
+"""Camera paths have the stated shape, spacing and viewing directions."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import stats
+
+from alignscores import tas
+from experiments.cameras import make_scene
+from experiments.paths import BEND, CLUSTER_SPREADS, CLUSTERS, HELIX_CLIMB, HELIX_TURN, PATHS
+
+Floats = NDArray[np.float64]
+
+STEPPED = ("line", "x_axis", "random_walk", "orbit", "helix", "survey", "car")  # by unit steps
+FREE = ("cube", "line", "x_axis", "random_walk", "uneven")  # of random rotation
+
+
+def path(name: str, n: int = 100, seed: int = 0) -> tuple[Floats, Floats, Floats]:
+    """Return positions, viewing directions and directions of the image's top."""
+    rotations, positions = PATHS[name](np.random.default_rng(seed), n, 1.0)
+    return positions, rotations[:, :, 2], -rotations[:, :, 1]
+
+
+@pytest.mark.parametrize("name", PATHS)
+@pytest.mark.parametrize("n", [4, 5, 23, 100])
+def test_every_path_is_of_so_many_proper_cameras_and_the_same_for_a_seed(name: str, n: int) -> None:
+    rotations, positions = PATHS[name](np.random.default_rng(3), n, 1.0)
+    assert (rotations.shape, positions.shape) == ((n, 3, 3), (n, 3))
+    np.testing.assert_allclose(rotations.transpose(0, 2, 1) @ rotations, [np.eye(3)] * n, atol=1e-9)
+    np.testing.assert_allclose(np.linalg.det(rotations), 1.0)
+    again = PATHS[name](np.random.default_rng(3), n, 1.0)
+    np.testing.assert_array_equal(again[0], rotations)
+    np.testing.assert_array_equal(again[1], positions)
+
+
+@pytest.mark.parametrize("name", STEPPED)
+def test_neighbours_along_a_path_are_a_unit_apart(name: str) -> None:
+    positions, _, _ = path(name, n=87)
+    np.testing.assert_allclose(np.linalg.norm(np.diff(positions, axis=0), axis=1), 1.0)
+
+
+@pytest.mark.parametrize("name", FREE)
+def test_rotations_are_uniform_where_none_is_natural(name: str) -> None:
+    _, view, top = path(name, n=2000)
+    for component in np.concatenate([view, top], axis=1).T:
+        assert stats.kstest(component, stats.uniform(-1, 2).cdf).pvalue > 1e-3
+
+
+def test_steps_of_a_random_walk_have_uniform_directions() -> None:
+    positions, _, _ = path("random_walk", n=2000)
+    steps = np.diff(positions, axis=0)
+    for component in steps.T:
+        assert stats.kstest(component, stats.uniform(-1, 2).cdf).pvalue > 1e-3
+    assert abs(np.einsum("ni,ni->n", steps[1:], steps[:-1]).mean()) < 0.05  # independent
+
+
+def test_an_orbit_is_a_closed_circle_that_looks_at_its_centre() -> None:
+    positions, view, top = path("orbit")
+    radii = np.linalg.norm(positions, axis=1)
+    np.testing.assert_allclose(radii, radii[0])
+    assert np.linalg.norm(positions[-1] - positions[0]) == pytest.approx(1.0)
+    np.testing.assert_allclose(view, -positions / radii[0], atol=1e-12)
+    np.testing.assert_allclose(top, np.tile([0, 0, 1], (100, 1)), atol=1e-12)
+
+
+def test_a_helix_climbs_evenly_round_an_axis_that_it_looks_at() -> None:
+    positions, view, top = path("helix")
+    np.testing.assert_allclose(np.diff(positions[:, 2]), HELIX_CLIMB)
+    radii = np.linalg.norm(positions[:, :2], axis=1)
+    np.testing.assert_allclose(radii, radii[0])
+    np.testing.assert_allclose(view[:, :2], -positions[:, :2] / radii[0], atol=1e-12)
+    np.testing.assert_array_equal(view[:, 2], 0)
+    np.testing.assert_allclose(top, np.tile([0, 0, 1], (100, 1)), atol=1e-12)
+    turn = positions[HELIX_TURN] - positions[0]
+    np.testing.assert_allclose(turn, [0, 0, HELIX_TURN * HELIX_CLIMB], atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [100, 95])
+def test_a_survey_covers_a_grid_back_and_forth_and_looks_down(n: int) -> None:
+    positions, view, top = path("survey", n)
+    cells = {(x, y) for x, y, _ in positions}
+    assert len(cells) == n
+    assert cells <= {(x, y) for x in range(10) for y in range(10)}
+    assert (positions[:, 2] == 0).all()
+    np.testing.assert_array_equal(view, np.tile([0, 0, -1], (n, 1)))
+    steps = np.diff(positions, axis=0)
+    along = steps[:, 1] == 0
+    assert (~along).sum() == 9  # changes of the line
+    np.testing.assert_array_equal(top[:-1][along], steps[along])  # flies ahead
+    assert {tuple(row) for row in top} == {(1, 0, 0), (-1, 0, 0)}
+
+
+def test_a_car_drives_straight_and_turns_by_right_angles_either_way() -> None:
+    turns = []
+    for seed in range(50):
+        positions, view, top = path("car", seed=seed)
+        steps = np.diff(positions, axis=0)
+        np.testing.assert_allclose(view[:-1], steps, atol=1e-12)  # looks where it goes
+        np.testing.assert_allclose(top, np.tile([0, 0, 1], (100, 1)), atol=1e-12)
+        assert (positions[:, 2] == 0).all()
+        angles = np.degrees(np.arcsin(np.cross(steps[:-1], steps[1:])[:, 2])).round(9)
+        assert set(np.abs(angles)) == {0.0, 90 / BEND}
+        bends = np.flatnonzero(np.diff((angles != 0).astype(int), prepend=0) == 1)
+        for start in bends[:-1]:
+            np.testing.assert_array_equal(angles[start : start + BEND], angles[start])
+            assert steps[start] @ steps[start + BEND] == pytest.approx(0, abs=1e-9)
+        turns += [angles[start] > 0 for start in bends]
+        straights = np.diff(bends) - BEND
+        assert ((straights >= 5) & (straights <= 15)).all()
+    assert 0.4 < np.mean(turns) < 0.6
+
+
+def test_uneven_clusters_are_the_fuller_the_denser() -> None:
+    n, spreads = 2000, []
+    for seed in range(20):
+        positions, _, _ = path("uneven", n, seed)
+        shares = 1 / np.arange(1, CLUSTERS + 1)
+        expected = n * shares / shares.sum()
+        # One cluster after the other: the middle half of each expected share is of that cluster.
+        borders = np.cumsum(expected).astype(int)[:-1]
+        parts = np.split(positions, borders)
+        inner = [part[len(part) // 4 : -len(part) // 4] for part in parts]
+        spreads.append([part.std(axis=0).mean() for part in inner])
+    np.testing.assert_allclose(
+        np.median(spreads, axis=0), np.geomspace(*CLUSTER_SPREADS, CLUSTERS), rtol=0.1
+    )
+
+
+def test_where_noise_drowns_a_cluster_the_registration_shrinks_the_estimate() -> None:
+    """The tenth smallest error is smallest where a cloud of noise is scaled into the cluster."""
+    settings = {"geometry": "uneven", "n_cameras": 100, "n_outliers": 0, "sigma_r_deg": 1.0}
+
+    def scale(seed: int, sigma_t: float) -> float:
+        scene = make_scene(np.random.default_rng(seed), **settings, sigma_t=sigma_t)
+        alignment = tas(scene.gt_positions, scene.est_positions).alignment
+        assert alignment is not None
+        return alignment.scale
+
+    inflated = [scale(seed, 0.1) / scale(seed, 0.0) for seed in range(10)]
+    faithful = [scale(seed, 0.001) / scale(seed, 0.0) for seed in range(10)]
+    assert min(inflated) > 3
+    np.testing.assert_allclose(faithful, 1, atol=0.1)
