@@ -204,7 +204,7 @@ def _draw_errors(axes: Axes, points: Floats, errors: Floats, unit: float) -> Non
     bar.ax.axhline(unit, color="black", linewidth=1)
     bar.ax.text(-0.3, unit, "d", ha="right", va="center", transform=bar.ax.get_yaxis_transform())
     beyond, lost = int(np.sum(finite & ~within)), int(np.sum(~finite))
-    axes.set_title(f"aligned; × {beyond} of {len(errors)} off by d or more, {lost} not estimated")
+    axes.set_title(f"aligned; × {beyond} of {len(errors)} off by d or more,\n{lost} not estimated")
 
 
 def _histogram(axes: Axes, name: str, score: Any, unit: float) -> None:

@@ -79,7 +79,7 @@ def test_the_trajectory_is_aligned_and_coloured_by_its_errors(scored):
     assert np.all(gaps <= errors[within] + 1e-12)
     assert gaps.max() > 0.5 * errors[within].max()
     title = axes.get_title(loc="left") + axes.get_title()
-    assert title == "aligned; × 3 of 40 off by d or more, 3 not estimated"
+    assert title == "aligned; × 3 of 40 off by d or more,\n3 not estimated"
 
 
 def test_an_estimate_that_cannot_be_aligned(scored):
