@@ -20,6 +20,7 @@ Examples
 (0.875, 0.875)
 """
 
+from abc import abstractmethod
 from typing import Any
 
 import numpy as np
@@ -96,8 +97,9 @@ class _Score(PE):  # type: ignore[misc]  # evo has no types
         """Return evo's statistics of the errors, and the score under its name."""
         return {type(self).__name__: self.result.score, **super().get_all_statistics()}
 
+    @abstractmethod
     def _score(self, gt_poses: Floats, est_poses: Floats) -> None:
-        raise NotImplementedError
+        """Score poses (n, 4, 4) into ``result`` and ``error``."""
 
 
 class TAS(_Score):
