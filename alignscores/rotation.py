@@ -88,8 +88,8 @@ def ras(
 
     Notes
     -----
-    O(n) memory beyond a constant. The time grows like n^1.5, and with the square of n where hardly
-    any two rotations agree.
+    O(n) memory beyond a constant. The time grows like n^1.5; with errors of some 20 degrees
+    throughout, where rotations neither agree nor disagree, with the square of n.
 
     References
     ----------

@@ -241,15 +241,41 @@ def rotation_cloud(kind: str, n: int) -> Floats:
 
 @pytest.mark.parametrize("kind", ["some", "half", "most", "tiny", "ring", "random", "two places"])
 @pytest.mark.parametrize(("n", "chunk", "batch"), [(40, 1, 1), (300, 1, 3), (2000, 1 << 17, 8)])
-def test_bounds_spare_no_cheaper_rotation(
-    monkeypatch: pytest.MonkeyPatch, kind: str, n: int, chunk: int, batch: int
+@pytest.mark.parametrize("few", [0, 1])
+def test_no_rotation_is_cheaper_than_the_medoid(
+    monkeypatch: pytest.MonkeyPatch, kind: str, n: int, chunk: int, batch: int, few: int
 ) -> None:
-    """The rotation found has the smallest of all sums of truncated distances."""
+    """The rotation found has the smallest of all sums, whether by bounds or by a tree."""
     monkeypatch.setattr(averaging, "CHUNK", chunk)
     monkeypatch.setattr(averaging, "BATCH", batch)
-    flat = rotation_cloud(kind, n).reshape(-1, 9)
+    monkeypatch.setattr(averaging, "FEW", 1.1 * few)  # the bounds always, or the tree
+    monkeypatch.setattr(averaging, "PAIRS", 1 << 14)
+    rotations = rotation_cloud(kind, n)
+    flat = rotations.reshape(-1, 9)
     sums = np.minimum(scipy.spatial.distance.cdist(flat, flat), 0.5).sum(axis=1)
-    assert sums[averaging._medoid(flat)] <= sums.min() + 1e-11 * n
+    assert sums[averaging._medoid(rotations)] <= sums.min() + 1e-11 * n
+
+
+def test_the_tree_measures_chordal_distances() -> None:
+    """Of many small clouds about as wide as the threshold it finds every medoid."""
+    rng = np.random.default_rng(0)
+    for _ in range(1000):
+        rotations = Rotation.from_rotvec(rng.normal(0, 0.13, (40, 3))).as_matrix()
+        flat = rotations.reshape(-1, 9)
+        sums = np.minimum(scipy.spatial.distance.cdist(flat, flat), 0.5).sum(axis=1)
+        assert averaging._medoid_by_tree(rotations, 1.0) == sums.argmin()
+
+
+@pytest.mark.parametrize(("kind", "by_tree"), [("some", False), ("random", True)])
+def test_a_tree_serves_where_few_agree(
+    monkeypatch: pytest.MonkeyPatch, kind: str, by_tree: bool
+) -> None:
+    """Bounds would compare nearly all pairs there, a tree would where many agree."""
+    used = []
+    monkeypatch.setattr(averaging, "_medoid_by_bounds", lambda points: used.append(False) or 0)
+    monkeypatch.setattr(averaging, "_medoid_by_tree", lambda *_: used.append(True) or 0)
+    averaging._medoid(rotation_cloud(kind, 2000))
+    assert used == [by_tree]
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-16])
