@@ -419,8 +419,7 @@ def show(scored: Sequence[Scored], notes: Sequence[str], arguments: argparse.Nam
     print(table(scored, FORMATS[arguments.format].unit))
     print(f"registration {arguments.registration}, {seeds}; missing cameras: {arguments.missing}")
     scatter = max(one.tas_sd or 0.0 for one in scored)
-    steadier = "refined" in REGISTRATIONS and arguments.registration != "refined"
-    if scatter > SCATTER and steadier:
+    if scatter > SCATTER and arguments.registration != "refined":
         print("the TAS scatters with the seed; --registration refined makes it steadier")
     sys.stdout.flush()
 
