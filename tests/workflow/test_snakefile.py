@@ -57,7 +57,7 @@ def test_figures_needs_eight_experiments_seven_figures_and_the_table(snakemake: 
     assert jobs == {"experiment": 8, "figure": 7, "comparison": 1, "figures": 1}
 
 
-@pytest.mark.parametrize(("study", "parts"), [("threshold", 4), ("registration", 9)])
+@pytest.mark.parametrize(("study", "parts"), [("threshold", 4), ("registration", 12)])
 def test_a_study_needs_its_parts_and_no_experiment(
     snakemake: Snakemake, study: str, parts: int
 ) -> None:
