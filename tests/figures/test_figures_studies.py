@@ -139,7 +139,7 @@ def test_missing_tables_end_in_the_command_that_makes_them(
 ) -> None:
     assert main(["threshold_study", f"results_dir={tmp_path}"]) == 1
     (line,) = capsys.readouterr().err.splitlines()
-    assert "threshold_study_tas.csv cannot be read" in line
+    assert "threshold_study_tas.csv does not exist" in line
     assert line.endswith(f"run: python -m experiments.threshold_study results_dir={tmp_path}")
     assert main(["threshold_study", "tas_quantile=[2]"]) == 2
     assert "quantile must be above 0" in capsys.readouterr().err
