@@ -79,6 +79,12 @@ def part_settings(wildcards):
     return without_how(asdict(study(wildcards.study).parts[wildcards.part].config))
 
 
+def timed_settings(wildcards):
+    """What the run times of a study are measured on."""
+    parts = study(wildcards.study).parts.values()
+    return [without_how(asdict(part.config)) for part in parts if part.seeds]
+
+
 RUN = resolve(*to_overrides({key: config[key] for key in (*HOW, "trials") if key in config}))
 RESULTS = Path(RUN["results_dir"])
 TRIALS = RESULTS / "trials"
@@ -136,6 +142,14 @@ localrules:  # seconds each: not worth a job
     figure,
     comparison,
     claims,
+    threshold_study,
+    registration_study,
+    threshold_tables,
+    registration_tables,
+    study_figure,
+    beyond,
+    findings,
+    findings_figure,
     report,
 
 
@@ -279,6 +293,9 @@ rule study_part:
     params:
         settings=part_settings,
     threads: THREADS
+    resources:
+        mem_mb=memory,
+        runtime=minutes,
     log:
         RESULTS / "logs" / "{study}_study" / "{part}.log",
     benchmark:
@@ -296,9 +313,15 @@ rule study_time:
         RESULTS / "tables" / "{study}_study_time.csv",
     params:
         metrics=lambda wildcards: study(wildcards.study).columns,
+        scenes=timed_settings,
     threads: CORES # nothing beside it
+    resources:
+        mem_mb=memory,
+        runtime=minutes,
     log:
         RESULTS / "logs" / "{study}_study" / "time.log",
+    benchmark:
+        RESULTS / "benchmarks" / "{study}_study" / "time.tsv"
     shell:
         "{sys.executable:q} -m experiments.study_time {wildcards.study}"
         " {STUDY_OVERRIDES:q} {OVERRIDES:q} > {log:q} 2>&1"
@@ -313,6 +336,8 @@ rule threshold_tables:
         study_tables("threshold"),
     log:
         RESULTS / "logs" / "threshold_study.log",
+    benchmark:
+        RESULTS / "benchmarks" / "threshold_study.tsv"
     shell:
         "{sys.executable:q} -m experiments.threshold_study {STUDY_OVERRIDES:q} {OVERRIDES:q} > {log:q} 2>&1"
 
@@ -326,6 +351,8 @@ rule registration_tables:
         study_tables("registration"),
     log:
         RESULTS / "logs" / "registration_study.log",
+    benchmark:
+        RESULTS / "benchmarks" / "registration_study.tsv"
     shell:
         "{sys.executable:q} -m experiments.registration_study {STUDY_OVERRIDES:q} {OVERRIDES:q} > {log:q} 2>&1"
 
@@ -339,6 +366,8 @@ rule study_figure:
         png=RESULTS / "figures" / "{study}_study.png",
     log:
         RESULTS / "logs" / "figure_{study}_study.log",
+    benchmark:
+        RESULTS / "benchmarks" / "figure_{study}_study.tsv"
     shell:
         "{sys.executable:q} -m figures {wildcards.study}_study {STUDY_OVERRIDES:q} {OVERRIDES:q} > {log:q} 2>&1"
 
@@ -358,6 +387,9 @@ rule scenario:
     params:
         settings=lambda wildcards: scenarios()[wildcards.scenario],
     threads: THREADS
+    resources:
+        mem_mb=memory,
+        runtime=minutes,
     log:
         RESULTS / "logs" / STUDY / "{scenario}.log",
     benchmark:

@@ -4,8 +4,8 @@ Which metric can do without metric scale, and which is robust to outliers, to co
 to the trajectory length? Every answer is a statistic of trials against a stated criterion.
 """
 
-import argparse
 import sys
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,11 +13,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from .config import Config, ConfigError, load
+from .command import run_command
+from .config import Config, load
 from .metrics import evaluate
 from .statistics import correlation
 from .sweep import cells, draw_scene, trial_seeds
-from .tables import TableError, read_trials, trials_path, write_files
+from .tables import TableError, read_trials, to_csv, trials_path, write_files
 
 __all__ = ["compare", "main", "to_markdown"]
 
@@ -108,7 +109,7 @@ def compare(configs: dict[str, Config]) -> pd.DataFrame:
     TableError
         Where a table of trials is missing or incomplete.
     """
-    trials = {name: _read(configs[name]) for name in set(EXPERIMENTS) - {SCALE_EXPERIMENT}}
+    trials = {name: _read(configs[name]) for name in EXPERIMENTS if name != SCALE_EXPERIMENT}
     scale_changes = _scale_changes(configs[SCALE_EXPERIMENT])
     rows = []
     for metric, answers in PAPER.items():
@@ -219,52 +220,39 @@ def _yes(answer: bool) -> str:
 
 def _read(config: Config) -> pd.DataFrame:
     """Read a table that the criteria can be applied to."""
-    trials = read_trials(config)
+    path, trials = trials_path(config), read_trials(config)
     for metric, experiment in [*OUTLIERS.items(), *COLLINEAR.items(), *LENGTH.items()]:
         if experiment == config.name and metric not in trials:
-            raise TableError(config.name, f"has no column {metric}")
+            raise TableError(path, f"has no column {metric}")
     noise = trials["sigma_t"].nunique() * trials["sigma_r_deg"].nunique()
     if noise < 2:
-        raise TableError(config.name, "has one noise level, which nothing can be correlated with")
+        raise TableError(path, "has one noise level, which nothing can be correlated with")
     if config.name in LENGTH.values():
         if trials["n_cameras"].nunique() < 2:
-            raise TableError(config.name, "has one number of cameras")
+            raise TableError(path, "has one number of cameras")
     elif not trials["n_outliers"].between(1, OUTLIER_SHARE * trials["n_cameras"].min()).any():
-        raise TableError(config.name, f"has no trials with 1 to {OUTLIER_SHARE:.0%} outliers")
+        raise TableError(path, f"has no trials with 1 to {OUTLIER_SHARE:.0%} outliers")
     elif config.name in COLLINEAR.values() and not (trials["n_outliers"] == 0).any():
-        raise TableError(config.name, "has no trials without outliers")
+        raise TableError(path, "has no trials without outliers")
     return trials
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write ``<results_dir>/tables/method_comparison.csv`` and ``.md``; return the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = ArgumentParser(
         prog="python -m experiments.comparison",
         description="Derive Table 1 of the paper from the tables of trials.",
         epilog="settings are those that the experiments were run with, for example results_dir=DIR",
     )
-    parser.add_argument("overrides", nargs="*", metavar="key=value")
-    overrides = parser.parse_args(arguments).overrides
-    try:
-        configs = {name: load([f"experiment={name}", *overrides]) for name in EXPERIMENTS}
-    except ConfigError as error:
-        print(f"experiments.comparison: {error}", file=sys.stderr)
-        return 2
-    try:
-        table = compare(configs)
-    except TableError as error:
-        path = trials_path(configs[error.experiment])
-        print(f"experiments.comparison: {path} {error}", file=sys.stderr)
-        return 1
+    return run_command(parser, _work, arguments)
+
+
+def _work(options: Namespace) -> list[Path]:
+    configs = {name: load([f"experiment={name}", *options.overrides]) for name in EXPERIMENTS}
+    table = compare(configs)
     path = Path(configs[SCALE_EXPERIMENT].results_dir) / "tables" / "method_comparison.csv"
-    csv, markdown = table.to_csv(index=False, lineterminator="\n"), to_markdown(table)
-    try:
-        write_files({path: csv.encode(), path.with_suffix(".md"): markdown.encode()})
-    except OSError as error:
-        print(f"experiments.comparison: cannot write {path}: {error.strerror}", file=sys.stderr)
-        return 1
-    print(path, path.with_suffix(".md"), sep="\n")
-    return 0
+    write_files({path: to_csv(table), path.with_suffix(".md"): to_markdown(table).encode()})
+    return [path, path.with_suffix(".md")]
 
 
 if __name__ == "__main__":

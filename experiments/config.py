@@ -13,6 +13,7 @@ from hydra.errors import HydraException
 from omegaconf import MISSING, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from .command import CommandError
 from .errors import ERRORS
 from .outliers import OUTLIERS
 from .paths import PATHS
@@ -77,8 +78,10 @@ CHOICES: Mapping[str, Iterable[str]] = {  # the settings that are one of a few w
 }
 
 
-class ConfigError(ValueError):
+class ConfigError(CommandError):
     """A setting that is missing, mistyped or impossible."""
+
+    exit_code = 2
 
 
 @dataclass

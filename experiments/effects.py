@@ -1,6 +1,5 @@
 """What the values of a study's axes do to a score: statistics of the trials of its parts."""
 
-import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -9,7 +8,7 @@ import pandas as pd
 
 from . import statistics
 from .study import Study, seeded
-from .tables import KEY_COLUMNS, TableError, read_trials
+from .tables import KEY_COLUMNS, read_csv, read_trials
 
 __all__ = ["EFFECTS", "Effect", "Trials", "effects", "read_parts", "read_table", "seeds_of"]
 
@@ -158,18 +157,11 @@ def read_parts(study: Study) -> dict[str, pd.DataFrame]:
     TableError
         Where one is missing or is another one, with the command that makes it.
     """
-    tables = {}
-    for name, part in study.parts.items():
-        try:
-            tables[name] = read_trials(part.config, part.path)
-            missing = [metric for metric in part.config.metrics if metric not in tables[name]]
-            if missing:
-                raise TableError(name, f"has no column {missing[0]}")
-        except TableError as error:
-            command = ["python", "-m", "experiments.study", study.name, name, *study.overrides]
-            problem = f"{part.path} {error}; run: {shlex.join(command)}"
-            raise TableError(name, problem) from None
-    return tables
+    command = ["experiments.study", study.name]
+    return {
+        name: read_trials(part.config, part.path, [*command, name, *study.overrides])
+        for name, part in study.parts.items()
+    }
 
 
 def read_table(study: Study, kind: str) -> pd.DataFrame:
@@ -180,12 +172,6 @@ def read_table(study: Study, kind: str) -> pd.DataFrame:
     TableError
         Where it cannot be read, with the command that makes it.
     """
-    path = study.table_path(kind)
-    try:
-        return pd.read_csv(path, dtype={"value": str})
-    except (OSError, ValueError):
-        module = ["study_time", study.name] if kind == "_time" else [f"{study.name}_study"]
-        command = shlex.join(
-            ["python", "-m", f"experiments.{module[0]}", *module[1:], *study.overrides]
-        )
-        raise TableError(study.name, f"{path} cannot be read; run: {command}") from None
+    tool = ["study_time", study.name] if kind == "_time" else [f"{study.name}_study"]
+    command = [f"experiments.{tool[0]}", *tool[1:], *study.overrides]
+    return read_csv(study.table_path(kind), command, dtype={"value": str})

@@ -4,8 +4,8 @@ A metric orders the noise levels of a scenario where it gets worse with noise an
 correlation is at least 0.5 at every number of outliers; likewise for the numbers of outliers.
 """
 
-import argparse
 import sys
+from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .config import Config, ConfigError
+from .command import run_command
+from .config import Config
 from .scenarios import BEYOND, Study, load_study
 from .statistics import favour
-from .tables import TableError, read_trials, trials_path, write_files
+from .tables import read_trials, to_csv, write_files
 
 __all__ = ["DISCERNS", "LEVELS", "findings", "findings_path", "main"]
 
@@ -141,44 +142,23 @@ def findings_path(study: Study) -> Path:
     return Path(study.results_dir) / "tables" / f"{study.name}.csv"
 
 
-def _read(config: Config) -> pd.DataFrame:
-    trials = read_trials(config)
-    for metric in config.metrics:
-        if metric not in trials:
-            raise TableError(config.name, f"has no column {metric}")
-    return trials
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write ``<results_dir>/tables/<study>.csv``; return the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = ArgumentParser(
         prog="python -m experiments.findings",
         description="Tell what the scenarios show, from their tables of trials.",
         epilog="settings are those that the scenarios were run with",
     )
-    parser.add_argument("overrides", nargs="*", metavar="key=value")
     parser.add_argument("--scenarios", type=Path, default=BEYOND, metavar="FILE")
-    options = parser.parse_intermixed_args(arguments)
-    try:
-        study = load_study(options.scenarios, options.overrides)
-    except ConfigError as error:
-        print(f"experiments.findings: {error}", file=sys.stderr)
-        return 2
-    try:
-        trials = {name: _read(config) for name, config in study.scenarios.items()}
-    except TableError as error:
-        path = trials_path(study.scenarios[error.experiment.rpartition("/")[2]])
-        print(f"experiments.findings: {path} {error}", file=sys.stderr)
-        return 1
+    return run_command(parser, _work, arguments)
+
+
+def _work(options: Namespace) -> list[Path]:
+    study = load_study(options.scenarios, options.overrides)
+    trials = {name: read_trials(config) for name, config in study.scenarios.items()}
     path = findings_path(study)
-    table = findings(trials, study.scenarios).to_csv(index=False, lineterminator="\n")
-    try:
-        write_files({path: table.encode()})
-    except OSError as error:
-        print(f"experiments.findings: cannot write {path}: {error.strerror}", file=sys.stderr)
-        return 1
-    print(path)
-    return 0
+    write_files({path: to_csv(findings(trials, study.scenarios))})
+    return [path]
 
 
 if __name__ == "__main__":

@@ -1,16 +1,17 @@
 """The paper's registration and the refined one: ``python -m experiments.registration_study``."""
 
-import argparse
 import sys
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 
 import pandas as pd
 
 from . import statistics
-from .config import ConfigError
+from .command import run_command
 from .effects import read_parts, read_table, seeds_of
 from .study import Axis, Part, Study, load_study
-from .tables import TableError, write_files
+from .tables import to_csv, write_files
 
 __all__ = ["compare", "main", "to_markdown"]
 
@@ -151,36 +152,21 @@ def _power_sentences(table: pd.DataFrame, axis: Axis) -> Iterator[str]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write ``registration_study.csv`` and ``registration_study.md``; return the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = ArgumentParser(
         prog="python -m experiments.registration_study",
         description="Compare the registrations, from the trials of the study.",
         epilog="settings are those that the trials were run with",
     )
-    parser.add_argument("overrides", nargs="*", metavar="key=value")
-    overrides = parser.parse_args(arguments).overrides
-    try:
-        study = load_study("registration", overrides)
-    except ConfigError as error:
-        print(f"experiments.registration_study: {error}", file=sys.stderr)
-        return 2
-    try:
-        trials = read_parts(study)
-        times = read_table(study, "_time")
-    except TableError as error:
-        print(f"experiments.registration_study: {error}", file=sys.stderr)
-        return 1
-    table = compare(study, trials)
-    files = {
-        study.table_path(): table.to_csv(index=False, lineterminator="\n").encode(),
-        study.table_path().with_suffix(".md"): to_markdown(study, table, times).encode(),
-    }
-    try:
-        write_files(files)
-    except OSError as error:
-        print(f"experiments.registration_study: cannot write: {error.strerror}", file=sys.stderr)
-        return 1
-    print(*files, sep="\n")
-    return 0
+    return run_command(parser, _work, arguments)
+
+
+def _work(options: Namespace) -> list[Path]:
+    study = load_study("registration", options.overrides)
+    table, times = compare(study, read_parts(study)), read_table(study, "_time")
+    sentences = to_markdown(study, table, times)
+    path = study.table_path()
+    write_files({path: to_csv(table), path.with_suffix(".md"): sentences.encode()})
+    return [path, path.with_suffix(".md")]
 
 
 if __name__ == "__main__":

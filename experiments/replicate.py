@@ -1,13 +1,14 @@
 """Run one replicate of what the claims need: ``python -m experiments.replicate replicate=3``."""
 
-import argparse
 import sys
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
 
 from .claims import Claim, Claims, load_claims
+from .command import run_command
 from .config import Config, ConfigError, load
 from .sweep import Cell, cells, sweep
 from .tables import provenance, write_table
@@ -76,8 +77,13 @@ def _matches(cell: Cell, where: object) -> bool:
     return all(getattr(cell, key) in values for key, values in where.items())
 
 
-def run(claims: Claims, overrides: Sequence[str] = ()) -> pd.DataFrame:
+def run(planned: Plan) -> pd.DataFrame:
     """Run the trials that the claims need.
+
+    Parameters
+    ----------
+    planned : mapping
+        What `plan` returns.
 
     Returns
     -------
@@ -86,7 +92,7 @@ def run(claims: Claims, overrides: Sequence[str] = ()) -> pd.DataFrame:
         tells what differs from the experiment's own; values that no claim needs are empty.
     """
     tables = []
-    for (_, settings), (config, wanted) in plan(claims, overrides).items():
+    for (_, settings), (config, wanted) in planned.items():
         table = sweep(config, wanted)
         table.insert(1, "settings", " ".join(settings))
         tables.append(table)
@@ -100,32 +106,21 @@ def replicate_path(config: Config) -> Path:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write ``<results_dir>/replicates/<replicate>.csv``; return the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = ArgumentParser(
         prog="python -m experiments.replicate",
         description="Run the trials that the claims need, in one replicate of the study.",
         epilog="settings are those of python -m experiments.run",
     )
-    parser.add_argument("overrides", nargs="*", metavar="key=value")
-    overrides = parser.parse_args(arguments).overrides
-    try:
-        claims = load_claims()
-        plan(claims, overrides)
-        config = load([f"experiment={FIRST}", *overrides])
-    except ConfigError as error:
-        print(f"experiments.replicate: {error}", file=sys.stderr)
-        return 2
+    return run_command(parser, _work, arguments)
+
+
+def _work(options: Namespace) -> list[Path]:
+    planned = plan(load_claims(), options.overrides)
+    config = load([f"experiment={FIRST}", *options.overrides])
     path = replicate_path(config)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_table(path, run(claims, overrides), provenance(config))
-    except ConfigError as error:
-        print(f"experiments.replicate: {error}", file=sys.stderr)
-        return 2
-    except OSError as error:
-        print(f"experiments.replicate: cannot write {path}: {error.strerror}", file=sys.stderr)
-        return 1
-    print(path)
-    return 0
+    path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials than after
+    write_table(path, run(planned), provenance(config))
+    return [path]
 
 
 if __name__ == "__main__":

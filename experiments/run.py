@@ -1,10 +1,12 @@
 """Run one experiment: ``python -m experiments.run experiment=outliers [key=value ...]``."""
 
-import argparse
 import sys
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
+from pathlib import Path
 
-from .config import Config, ConfigError, experiment_names, load
+from .command import run_command
+from .config import Config, experiment_names, load
 
 __all__ = ["main", "run"]
 
@@ -22,38 +24,23 @@ writes results/trials/NAME.csv, one row a trial, and NAME.json, what it rests on
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one experiment and write its table of trials; return the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = ArgumentParser(
         prog="python -m experiments.run",
         description="Run one experiment of the simulation study.",
         epilog=HELP % " | ".join(experiment_names()),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=RawDescriptionHelpFormatter,
     )
-    parser.add_argument("overrides", nargs="*", metavar="key=value")
-    try:
-        config = load(parser.parse_args(arguments).overrides)
-    except ConfigError as error:
-        print(f"experiments.run: {error}", file=sys.stderr)
-        return 2
-    return run(config, "experiments.run")
+    return run_command(parser, lambda options: [run(load(options.overrides))], arguments)
 
 
-def run(config: Config, program: str) -> int:
-    """Write the table of trials of an experiment and say where; return the exit code."""
+def run(config: Config, path: Path | None = None) -> Path:
+    """Run an experiment and write its table of trials; return where, see `trials_path`."""
     from .sweep import sweep
     from .tables import trials_path, write_trials
 
-    path = trials_path(config)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials than after
-        write_trials(config, sweep(config))
-    except ConfigError as error:
-        print(f"experiments.run: {error}", file=sys.stderr)
-        return 2
-    except OSError as error:
-        print(f"{program}: cannot write {path}: {error.strerror}", file=sys.stderr)
-        return 1
-    print(path)
-    return 0
+    path = path or trials_path(config)
+    path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials than after
+    return write_trials(config, sweep(config), path)
 
 
 if __name__ == "__main__":

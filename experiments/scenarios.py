@@ -4,9 +4,9 @@ A study is a file of scenarios, `configs/study/beyond.yaml` or one's own: the sa
 other paths, errors and outliers.
 """
 
-import argparse
 import re
 import sys
+from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,7 +16,9 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError
 
+from .command import run_command
 from .config import CONFIG_DIR, Config, ConfigError, load, to_overrides
+from .run import run
 
 __all__ = ["BEYOND", "Study", "load_scenario", "load_study", "main", "study_name"]
 
@@ -146,23 +148,18 @@ def _require(path: Path, condition: bool, problem: str) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write ``<results_dir>/trials/<study>/<scenario>.csv``; return the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = ArgumentParser(
         prog="python -m experiments.scenarios",
         description="Run the trials of one scenario.",
         epilog="settings are those of python -m experiments.run",
     )
     parser.add_argument("name", metavar="NAME")
-    parser.add_argument("overrides", nargs="*", metavar="key=value")
     parser.add_argument("--scenarios", type=Path, default=BEYOND, metavar="FILE")
-    options = parser.parse_intermixed_args(arguments)
-    try:
-        config = load_scenario(options.name, options.scenarios, options.overrides)
-    except ConfigError as error:
-        print(f"experiments.scenarios: {error}", file=sys.stderr)
-        return 2
-    from .run import run
+    return run_command(parser, _work, arguments)
 
-    return run(config, "experiments.scenarios")
+
+def _work(options: Namespace) -> list[Path]:
+    return [run(load_scenario(options.name, options.scenarios, options.overrides))]
 
 
 if __name__ == "__main__":

@@ -4,8 +4,8 @@ A study compares the values of some options of the scores, its axes, on the tria
 experiments, its parts. All values of all axes are evaluated on the same cameras.
 """
 
-import argparse
 import sys
+from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -15,6 +15,7 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError
 
+from .command import run_command
 from .config import (
     CONFIG_DIR,
     METRIC_OPTIONS,
@@ -24,6 +25,7 @@ from .config import (
     split_metric,
     to_overrides,
 )
+from .run import run
 
 __all__ = ["STUDIES", "Axis", "Part", "Study", "axis_names", "load_study", "main", "seeded"]
 
@@ -232,7 +234,7 @@ def _write(value: object) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write ``<results_dir>/trials/<study>_study/<part>.csv``; return the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = ArgumentParser(
         prog="python -m experiments.study",
         description="Run one part of a parameter study.",
         epilog="settings are those of python -m experiments.run, and the study's axes",
@@ -241,28 +243,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "part", metavar="PART", help="such as outliers; see configs/study/STUDY.yaml"
     )
-    parser.add_argument("overrides", nargs="*", metavar="key=value")
-    options = parser.parse_args(arguments)
-    try:
-        study = load_study(options.study, options.overrides)
-        if options.part not in study.parts:
-            parts = ", ".join(study.parts)
-            raise ConfigError(f"unknown part {options.part!r}; the parts are {parts}")
-    except ConfigError as error:
-        print(f"experiments.study: {error}", file=sys.stderr)
-        return 2
-    from .sweep import sweep
-    from .tables import provenance, write_table
+    return run_command(parser, _work, arguments)
 
+
+def _work(options: Namespace) -> list[Path]:
+    study = load_study(options.study, options.overrides)
+    if options.part not in study.parts:
+        parts = ", ".join(study.parts)
+        raise ConfigError(f"unknown part {options.part!r}; the parts are {parts}")
     part = study.parts[options.part]
-    try:
-        part.path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials
-        write_table(part.path, sweep(part.config), provenance(part.config))
-    except OSError as error:
-        print(f"experiments.study: cannot write {part.path}: {error.strerror}", file=sys.stderr)
-        return 1
-    print(part.path)
-    return 0
+    return [run(part.config, part.path)]
 
 
 if __name__ == "__main__":

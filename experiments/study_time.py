@@ -3,18 +3,19 @@
 The only table that is not the same in every run: it tells of the machine that made it.
 """
 
-import argparse
 import sys
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
+from pathlib import Path
 from time import process_time
 
 import pandas as pd
 
-from .config import ConfigError
+from .command import run_command
 from .metrics import Evaluation
 from .study import STUDIES, Part, Study, load_study
 from .sweep import cells, draw_scene, one_blas_thread, trial_seeds
-from .tables import write_files
+from .tables import to_csv, write_files
 
 __all__ = ["main", "measure"]
 
@@ -71,27 +72,20 @@ def _measure(part: Part, columns: Sequence[str]) -> pd.DataFrame:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write ``<results_dir>/tables/<study>_study_time.csv``; return the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = ArgumentParser(
         prog="python -m experiments.study_time",
         description="Measure the run time of the values of a study's axes.",
     )
     parser.add_argument("study", metavar="STUDY", help=" | ".join(STUDIES))
-    parser.add_argument("overrides", nargs="*", metavar="key=value")
-    options = parser.parse_args(arguments)
-    try:
-        study = load_study(options.study, options.overrides)
-    except ConfigError as error:
-        print(f"experiments.study_time: {error}", file=sys.stderr)
-        return 2
+    return run_command(parser, _work, arguments)
+
+
+def _work(options: Namespace) -> list[Path]:
+    study = load_study(options.study, options.overrides)
     path = study.table_path("_time")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_files({path: measure(study).to_csv(index=False, lineterminator="\n").encode()})
-    except OSError as error:
-        print(f"experiments.study_time: cannot write {path}: {error.strerror}", file=sys.stderr)
-        return 1
-    print(path)
-    return 0
+    path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials than after
+    write_files({path: to_csv(measure(study))})
+    return [path]
 
 
 if __name__ == "__main__":

@@ -2,8 +2,9 @@
 
 import json
 import platform
+import shlex
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 
 import pandas as pd
 
+from .command import CommandError
 from .config import CONFIG_DIR, Config
 
 __all__ = [
@@ -18,7 +20,9 @@ __all__ = [
     "TableError",
     "package_versions",
     "provenance",
+    "read_csv",
     "read_trials",
+    "to_csv",
     "trials_path",
     "write_files",
     "write_table",
@@ -49,38 +53,69 @@ PACKAGES = (
 )
 
 
-class TableError(ValueError):
-    """A table that a figure cannot be drawn from.
+class TableError(CommandError):
+    """A table that is missing, damaged or another one than it should be.
 
     Parameters
     ----------
-    experiment : str
-        Whose table it is.
+    path : Path
+        The table.
     problem : str
         What is wrong with it, to be read behind its path.
-    setting : str
-        What to run the experiment with to get a better one.
+    command : sequence of str
+        What makes a better one: a module of the project and its arguments.
     """
 
-    def __init__(self, experiment: str, problem: str, setting: str = "") -> None:
-        super().__init__(problem)
-        self.experiment = experiment
-        self.setting = setting
+    def __init__(self, path: Path, problem: str, command: Sequence[str] = ()) -> None:
+        remedy = f"; run: {shlex.join(['python', '-m', *command])}" if command else ""
+        super().__init__(f"{path} {problem}{remedy}")
 
 
 def write_files(files: Mapping[Path, bytes]) -> None:
-    """Write files under temporary names, then rename them: never half a file."""
+    """Write files under temporary names, then rename them: never half a file.
+
+    Raises
+    ------
+    OSError
+        Where one cannot be written; it has the name of that file, not of the temporary one.
+    """
     temporary = {path: path.with_name(f"{path.name}.tmp") for path in files}
-    for path in files:
-        path.parent.mkdir(parents=True, exist_ok=True)
     try:
-        for path, content in files.items():
-            temporary[path].write_bytes(content)
         for path in files:
-            temporary[path].replace(path)
-    finally:
-        for path in files:
-            temporary[path].unlink(missing_ok=True)
+            path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            for path, content in files.items():
+                temporary[path].write_bytes(content)
+            for path in files:
+                temporary[path].replace(path)
+        finally:
+            for leftover in temporary.values():
+                leftover.unlink(missing_ok=True)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from None
+
+
+def to_csv(table: pd.DataFrame) -> bytes:
+    """Return a table as CSV; numbers have the fewest digits that give the same float again."""
+    return table.to_csv(index=False, lineterminator="\n").encode()
+
+
+def read_csv(path: Path, command: Sequence[str] = (), **options: Any) -> pd.DataFrame:
+    """Read a table; `command` is what makes it, `options` are those of pandas.
+
+    Raises
+    ------
+    TableError
+        Where it is not there or cannot be read.
+    """
+    try:
+        table: pd.DataFrame = pd.read_csv(path, **options)
+    except FileNotFoundError:
+        raise TableError(path, "does not exist", command) from None
+    except (OSError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise TableError(path, f"cannot be read ({reason})", command) from None
+    return table
 
 
 def trials_path(config: Config) -> Path:
@@ -88,12 +123,9 @@ def trials_path(config: Config) -> Path:
     return Path(config.results_dir) / "trials" / f"{config.name}.csv"
 
 
-def write_trials(config: Config, trials: pd.DataFrame) -> Path:
-    """Write ``<results_dir>/trials/<experiment>.csv`` and its provenance; return the path.
-
-    Numbers are written with the fewest digits that give the same float again.
-    """
-    path = trials_path(config)
+def write_trials(config: Config, trials: pd.DataFrame, path: Path | None = None) -> Path:
+    """Write the trials of an experiment and their provenance; return where, see `trials_path`."""
+    path = path or trials_path(config)
     write_table(path, trials, provenance(config))
     return path
 
@@ -101,11 +133,12 @@ def write_trials(config: Config, trials: pd.DataFrame) -> Path:
 def write_table(path: Path, table: pd.DataFrame, origin: Mapping[str, Any]) -> None:
     """Write a table as CSV and what it rests on as JSON beside it."""
     text = json.dumps(origin, indent=2) + "\n"
-    csv = table.to_csv(index=False, lineterminator="\n")
-    write_files({path.with_suffix(".json"): text.encode(), path: csv.encode()})
+    write_files({path.with_suffix(".json"): text.encode(), path: to_csv(table)})
 
 
-def read_trials(config: Config, path: Path | None = None) -> pd.DataFrame:
+def read_trials(
+    config: Config, path: Path | None = None, command: Sequence[str] = ()
+) -> pd.DataFrame:
     """Read the trials of an experiment, bit for bit as they were computed.
 
     Parameters
@@ -114,31 +147,33 @@ def read_trials(config: Config, path: Path | None = None) -> pd.DataFrame:
         The experiment.
     path : Path, optional
         The table; by default that of `trials_path`.
+    command : sequence of str
+        What makes the table, to be named where it does not do.
 
     Returns
     -------
     DataFrame
-        At least one row, and all key columns.
+        At least one row, all key columns, and the metrics of the experiment.
 
     Raises
     ------
     TableError
         Where there is no such table, or it is empty or another one.
     """
-    try:
-        table = pd.read_csv(path or trials_path(config))
-    except FileNotFoundError:
-        raise TableError(config.name, "does not exist") from None
-    except (OSError, ValueError) as error:
-        reason = " ".join(str(error).split())
-        raise TableError(config.name, f"cannot be read ({reason})") from None
+    path = path or trials_path(config)
+    table = read_csv(path, command)
     missing = [column for column in KEY_COLUMNS if column not in table]
     if missing:
-        raise TableError(config.name, f"is no table of trials: it has no column {missing[0]}")
+        problem = f"is no table of trials: it has no column {missing[0]}"
+        raise TableError(path, problem, command)
     if table.empty:
-        raise TableError(config.name, "has no trials")
+        raise TableError(path, "has no trials", command)
     if set(table["experiment"]) != {config.name}:
-        raise TableError(config.name, f"has trials of experiment {table['experiment'].iloc[0]!r}")
+        other = table["experiment"].iloc[0]
+        raise TableError(path, f"has trials of experiment {other!r}", command)
+    missing = [metric for metric in config.metrics if metric not in table]
+    if missing:
+        raise TableError(path, f"has no column {missing[0]}", command)
     return table
 
 

@@ -1,15 +1,16 @@
 """What the paper's thresholds cost and gain: ``python -m experiments.threshold_study``."""
 
-import argparse
 import sys
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import pandas as pd
 
-from .config import ConfigError
+from .command import run_command
 from .effects import EFFECTS, effects, read_parts, read_table
 from .study import Study, load_study
-from .tables import TableError, write_files
+from .tables import to_csv, write_files
 
 __all__ = ["main", "to_markdown"]
 
@@ -119,38 +120,25 @@ def _times(study: Study, times: pd.DataFrame) -> Iterator[str]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write ``threshold_study_*.csv`` and ``threshold_study.md``; return the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = ArgumentParser(
         prog="python -m experiments.threshold_study",
         description="Tell what the paper's thresholds cost and gain, from the trials of the study.",
         epilog="settings are those that the trials were run with",
     )
-    parser.add_argument("overrides", nargs="*", metavar="key=value")
-    overrides = parser.parse_args(arguments).overrides
-    try:
-        study = load_study("threshold", overrides)
-    except ConfigError as error:
-        print(f"experiments.threshold_study: {error}", file=sys.stderr)
-        return 2
-    try:
-        trials = read_parts(study)
-        times = read_table(study, "_time")
-    except TableError as error:
-        print(f"experiments.threshold_study: {error}", file=sys.stderr)
-        return 1
-    table = effects(study, trials)
+    return run_command(parser, _work, arguments)
+
+
+def _work(options: Namespace) -> list[Path]:
+    study = load_study("threshold", options.overrides)
+    table, times = effects(study, read_parts(study)), read_table(study, "_time")
     kinds = table["axis"].str.partition("_")[0]
     files = {
-        study.table_path(f"_{kind}"): rows.to_csv(index=False, lineterminator="\n").encode()
+        study.table_path(f"_{kind}"): to_csv(rows)
         for kind, rows in table.groupby(kinds, sort=False)
     }
     files[study.table_path().with_suffix(".md")] = to_markdown(study, table, times).encode()
-    try:
-        write_files(files)
-    except OSError as error:
-        print(f"experiments.threshold_study: cannot write: {error.strerror}", file=sys.stderr)
-        return 1
-    print(*files, sep="\n")
-    return 0
+    write_files(files)
+    return list(files)
 
 
 if __name__ == "__main__":

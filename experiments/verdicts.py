@@ -5,9 +5,8 @@ enclose the central 95 % of the replicates: the spread that a single study has, 
 number is one draw.
 """
 
-import argparse
-import shlex
 import sys
+from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -19,10 +18,11 @@ from scipy.stats import t as students_t
 
 from . import statistics
 from .claims import Claim, Claims, load_claims, split_replicates
-from .config import Config, ConfigError, load
+from .command import run_command
+from .config import Config, load
 from .replicate import FIRST, Trials, plan, replicate_path
 from .statistics import select
-from .tables import KEY_COLUMNS, TableError, write_files
+from .tables import KEY_COLUMNS, TableError, read_csv, to_csv, write_files
 
 __all__ = ["decide", "evaluate_claim", "main", "read_replicates", "verdict"]
 
@@ -173,31 +173,31 @@ def _decided(claim: Claim, replicates: Sequence[Replicate]) -> dict[str, object]
     }
 
 
-def read_replicates(claims: Claims, config: Config) -> list[Replicate]:
-    """Read the tables of all replicate studies.
+def read_replicates(
+    claims: Claims, config: Config, overrides: Sequence[str] = ()
+) -> list[Replicate]:
+    """Read the tables of all replicate studies, which were run with these settings.
 
     Raises
     ------
     TableError
-        Where one is missing or is another one; `TableError.experiment` is the replicate's number.
+        Where one is missing or is another one, with the command that makes it.
     """
     return [
-        _read(replicate_path(replace(config, replicate=number)), claims)
+        _read(
+            replicate_path(replace(config, replicate=number)),
+            claims,
+            ["experiments.replicate", f"replicate={number}", *overrides],
+        )
         for number in range(claims.replicates)
     ]
 
 
-def _read(path: Path, claims: Claims) -> Replicate:
-    try:
-        table = pd.read_csv(path, keep_default_na=False, na_values=[""], dtype={"settings": str})
-    except FileNotFoundError:
-        raise TableError(path.stem, "does not exist") from None
-    except (OSError, ValueError) as error:
-        reason = " ".join(str(error).split())
-        raise TableError(path.stem, f"cannot be read ({reason})") from None
+def _read(path: Path, claims: Claims, command: Sequence[str]) -> Replicate:
+    table = read_csv(path, command, keep_default_na=False, na_values=[""], dtype={"settings": str})
     missing = [column for column in (*KEY_COLUMNS, "settings") if column not in table]
     if missing:
-        raise TableError(path.stem, f"has no column {missing[0]}")
+        raise TableError(path, f"has no column {missing[0]}", command)
     settings = table["settings"].fillna("")
     trials = {
         (str(experiment), tuple(str(words).split())): group
@@ -206,50 +206,31 @@ def _read(path: Path, claims: Claims) -> Replicate:
     for claim in claims:
         needed = [name for name in claim.metrics if name not in table]
         if claim.trials not in trials or needed:
-            raise TableError(path.stem, f"lacks the trials of claim {claim.id!r}")
+            raise TableError(path, f"lacks the trials of claim {claim.id!r}", command)
     return trials
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write ``<results_dir>/claims.csv`` and ``tables/decisions.csv``; return the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = ArgumentParser(
         prog="python -m experiments.verdicts",
         description="Give each claim of the paper a verdict, from the replicate studies.",
         epilog="settings are those of python -m experiments.replicate; and replicates=20",
     )
-    parser.add_argument("overrides", nargs="*", metavar="key=value")
-    overrides = parser.parse_args(arguments).overrides
-    try:
-        replicates, others = split_replicates(overrides)
-        claims = load_claims(replicates)
-        plan(claims, others)
-        config = load([f"experiment={FIRST}", *others])
-    except ConfigError as error:
-        print(f"experiments.verdicts: {error}", file=sys.stderr)
-        return 2
-    try:
-        table, decisions = decide(claims, read_replicates(claims, config))
-    except TableError as error:
-        path = replicate_path(config).with_name(f"{error.experiment}.csv")
-        words = [f"replicate={error.experiment}", *others]
-        command = shlex.join(["python", "-m", "experiments.replicate", *words])
-        print(f"experiments.verdicts: {path} {error}; run: {command}", file=sys.stderr)
-        return 1
+    return run_command(parser, _work, arguments)
+
+
+def _work(options: Namespace) -> list[object]:
+    replicates, overrides = split_replicates(options.overrides)
+    claims = load_claims(replicates)
+    plan(claims, overrides)  # refuses settings that leave a claim undecided
+    config = load([f"experiment={FIRST}", *overrides])
+    table, decisions = decide(claims, read_replicates(claims, config, overrides))
     results = Path(config.results_dir)
     files = {results / "claims.csv": table, results / "tables" / "decisions.csv": decisions}
-    try:
-        write_files(
-            {
-                path: content.to_csv(index=False, lineterminator="\n").encode()
-                for path, content in files.items()
-            }
-        )
-    except OSError as error:
-        print(f"experiments.verdicts: cannot write {results}: {error.strerror}", file=sys.stderr)
-        return 1
-    print(*files, sep="\n")
-    print(", ".join(f"{count} {name}" for name, count in table["verdict"].value_counts().items()))
-    return 0
+    write_files({path: to_csv(content) for path, content in files.items()})
+    counts = table["verdict"].value_counts()
+    return [*files, ", ".join(f"{count} {name}" for name, count in counts.items())]
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """What each metric still orders in the scenarios of a study: ``python -m figures.beyond``."""
 
-import argparse
 import sys
+from argparse import ArgumentParser, Namespace
 from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,9 +11,10 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.config import ConfigError
+from experiments.command import run_command
 from experiments.findings import DISCERNS, findings_path
 from experiments.scenarios import BEYOND, load_study
+from experiments.tables import read_csv
 
 from . import paths, style
 from .output import write_figure
@@ -104,37 +105,27 @@ def _label(row: Mapping[Hashable, Any]) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write ``<results_dir>/figures/<study>`` and ``paths``, PDF and PNG; return the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = ArgumentParser(
         prog="python -m figures.beyond",
         description="Draw the findings of a study, and the paths that there are.",
         epilog="settings are those that the scenarios were run with",
     )
-    parser.add_argument("overrides", nargs="*", metavar="key=value")
     parser.add_argument("--scenarios", type=Path, default=BEYOND, metavar="FILE")
-    options = parser.parse_intermixed_args(arguments)
-    try:
-        study = load_study(options.scenarios, options.overrides)
-    except ConfigError as error:
-        print(f"figures.beyond: {error}", file=sys.stderr)
-        return 2
-    table = findings_path(study)
-    try:
-        findings = pd.read_csv(table, usecols=COLUMNS)
-    except (OSError, ValueError) as error:
-        reason = " ".join(str(error).split())
-        print(f"figures.beyond: cannot read {table}: {reason}", file=sys.stderr)
-        return 1
+    return run_command(parser, _work, arguments)
+
+
+def _work(options: Namespace) -> list[Path]:
+    study = load_study(options.scenarios, options.overrides)
+    drawn = {
+        study.name: (draw(read_csv(findings_path(study), usecols=COLUMNS)), __doc__),
+        "paths": (paths.draw(), paths.__doc__),
+    }
     directory = Path(study.results_dir) / "figures"
-    drawn = {study.name: draw(findings), "paths": paths.draw()}
-    titles = {study.name: __doc__, "paths": paths.__doc__}
-    try:
-        for name, figure in drawn.items():
-            title = (titles[name] or name).partition("\n")[0]
-            print(*write_figure(figure, directory / name, title), sep="\n")
-    except OSError as error:
-        print(f"figures.beyond: cannot write {directory}: {error.strerror}", file=sys.stderr)
-        return 1
-    return 0
+    return [
+        path
+        for name, (figure, text) in drawn.items()
+        for path in write_figure(figure, directory / name, (text or name).partition("\n")[0])
+    ]
 
 
 if __name__ == "__main__":

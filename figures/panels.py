@@ -130,15 +130,7 @@ def _title(axes: Axes, metric: str, log: bool) -> None:
     remarks = (["units"] if metric in LENGTHS else []) + (["log scale"] if log else [])
     if remarks:
         style.remark(axes, title, f"({', '.join(remarks)})")
-    axes.annotate(
-        "↑ higher is better" if metric in SCORES else "↓ lower is better",
-        (0, 1),
-        (0, 3),
-        xycoords="axes fraction",
-        textcoords="offset points",
-        fontsize=style.SMALL,
-        color=style.FAINT,
-    )
+    style.direction(axes, higher_is_better=metric in SCORES)
 
 
 def x_labels(axes: Axes, sweep: Sweep) -> None:

@@ -12,7 +12,7 @@ __all__ = ["draw"]
 
 COLOURS = {"pcr99": "#d9822b", "refined": "#173f67"}  # far apart in lightness, too
 NAMES = {"pcr99": "the paper's registration (PCR-99)", "refined": "refined"}
-GEOMETRIES = {"cube": "In a cube", "line": "On a line"}
+GEOMETRIES = {"cube": "In a cube", "line": "On a line", "uneven": "In clusters"}
 POWERS = {  # part: title, statistic, setting along the x axis and its label
     "outliers": ("Cube", "|τ| with noise", "n_outliers", "outliers"),
     "collinear": ("Line", "|τ| with noise", "n_outliers", "outliers"),

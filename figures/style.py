@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.text import Annotation, Text
 
 __all__ = ["COLUMN", "FAINT", "GREY_BAND", "INK", "PAGE", "SMALL", "TEXT", "TITLE"]
-__all__ += ["applied", "colours", "remark", "tint"]
+__all__ += ["applied", "colours", "direction", "remark", "tint"]
 
 Colour = tuple[float, float, float]
 
@@ -108,6 +108,19 @@ def tint(colour: Colour) -> Colour:
     """Return a colour that is closer to the paper's white."""
     r, g, b = (1 - 0.72 * (1 - part) for part in colour)
     return r, g, b
+
+
+def direction(axes: Axes, *, higher_is_better: bool) -> None:
+    """Write which values are the good ones, between a panel and its title."""
+    axes.annotate(
+        "↑ higher is better" if higher_is_better else "↓ lower is better",
+        (0, 1),
+        (0, 3),
+        xycoords="axes fraction",
+        textcoords="offset points",
+        fontsize=SMALL,
+        color=FAINT,
+    )
 
 
 def remark(axes: Axes, title: Text, text: str) -> Annotation:

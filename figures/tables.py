@@ -8,11 +8,28 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from experiments.tables import TableError
-
-__all__ = ["Sweep", "write_value"]
+__all__ = ["FigureError", "Sweep", "write_value"]
 
 SETTINGS = ("n_cameras", "n_outliers", "sigma_t", "sigma_r_deg")  # that an experiment can vary
+
+
+class FigureError(ValueError):
+    """Trials that a figure cannot be drawn from.
+
+    Parameters
+    ----------
+    experiment : str
+        Whose trials they are.
+    problem : str
+        What is wrong with their table, to be read behind its path.
+    setting : str
+        What to run the experiment with to get better ones.
+    """
+
+    def __init__(self, experiment: str, problem: str, setting: str = "") -> None:
+        super().__init__(problem)
+        self.experiment = experiment
+        self.setting = setting
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +49,7 @@ class Sweep:
 
     Raises
     ------
-    TableError
+    FigureError
         Where a metric is missing or no number, or a setting varies that would not be told apart.
     """
 
@@ -60,7 +77,7 @@ class Sweep:
             )
 
     def _refuse(self, problem: str, setting: str = "") -> None:
-        raise TableError(str(self.table["experiment"].iloc[0]), problem, setting)
+        raise FigureError(str(self.table["experiment"].iloc[0]), problem, setting)
 
     @property
     def _noise(self) -> pd.DataFrame:

@@ -8,17 +8,19 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from experiments.effects import EFFECTS
+
 from . import style
 
 __all__ = ["draw"]
 
-COLUMNS = {  # effect: title, remark, effect of the tick beside it
-    "noise_power": ("|τ|, noise", "↑ higher is better", "noise_power_smallest"),
-    "outlier_power": ("|τ|, outliers", "↑ higher is better", "outlier_power_smallest"),
-    "majority_power": ("|τ|, most lost", "↑ higher is better", None),
-    "noise_range_of_means": ("Noise range", "↑ higher is better", "noise_range"),
-    "camera_dependence": ("Cameras, %", "↓ lower is better", None),
-    "seed_noise": ("Seed noise", "↓ lower is better", None),
+COLUMNS = {  # effect: title, effect of the tick beside it
+    "noise_power": ("|τ|, noise", "noise_power_smallest"),
+    "outlier_power": ("|τ|, outliers", "outlier_power_smallest"),
+    "majority_power": ("|τ|, most lost", None),
+    "noise_range_of_means": ("Noise range", "noise_range"),
+    "camera_dependence": ("Cameras, %", None),
+    "seed_noise": ("Seed noise", None),
 }
 OPTIONS = {
     "max_threshold": "largest threshold, units of d",
@@ -49,18 +51,10 @@ def draw(table: pd.DataFrame) -> Figure:
     height = max(rows) + 1
     figure = Figure(figsize=(style.PAGE, 0.62 + ROW * height), layout="constrained")
     panels = figure.subplots(1, len(COLUMNS), sharey=True)
-    for axes, (effect, (title, remark, beside)) in zip(panels, COLUMNS.items(), strict=True):
+    for axes, (effect, (title, beside)) in zip(panels, COLUMNS.items(), strict=True):
         _column(axes, table, rows, effect, beside)
         axes.set_title(title, pad=11)
-        axes.annotate(
-            remark,
-            (0, 1),
-            (0, 3),
-            xycoords="axes fraction",
-            textcoords="offset points",
-            fontsize=style.SMALL,
-            color=style.FAINT,
-        )
+        style.direction(axes, higher_is_better=EFFECTS[effect].larger_is_better)
     _labels(panels[0], table, rows, titles)
     _key(figure)
     return figure

@@ -13,7 +13,14 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from alignscores import AlignmentWarning, Similarity, closest_pair_quartile, pas, tas
-from alignscores.refinement import RESOLUTION, _refine, _residual_matrices, refined
+from alignscores.refinement import (
+    RESOLUTION,
+    TOLERANCE,
+    _cheapest,
+    _refine,
+    _residual_matrices,
+    refined,
+)
 from alignscores.registration import _prescreened_triplets, pcr99, three_point_similarities
 
 Floats = NDArray[np.float64]
@@ -35,6 +42,19 @@ def local_scene(scene: tuple[Floats, Floats]) -> tuple[Floats, Floats, float]:
     gt, est = scene
     threshold = closest_pair_quartile(gt)
     return gt - np.median(gt, axis=0), est - np.median(est, axis=0), threshold
+
+
+def parameters(alignment: Similarity) -> Floats:
+    """The seven numbers that a general minimiser changes."""
+    rotation = Rotation.from_matrix(alignment.rotation).as_rotvec()
+    return np.r_[-np.log(alignment.scale), rotation, alignment.translation / alignment.scale]
+
+
+def residual_norms(x: Floats, gt: Floats, est: Floats) -> Floats:
+    """Position errors under an alignment with these parameters."""
+    rotation = Rotation.from_rotvec(x[1:4]).as_matrix()
+    residuals: Floats = np.exp(x[0]) * est - gt @ rotation.T - x[4:]
+    return np.sqrt((residuals**2).sum(axis=1))
 
 
 @given(seed=SEEDS, n=st.integers(4, 100), n_thresholds=st.integers(1, 200))
@@ -91,22 +111,68 @@ def test_optimum_by_brute_force(
     assert alignment is not None
 
     def objective(x: Floats) -> float:
-        rotation = Rotation.from_rotvec(x[1:4]).as_matrix()
-        residuals = np.exp(x[0]) * est - gt @ rotation.T - x[4:]
-        return cost(np.sqrt((residuals**2).sum(axis=1)), threshold)
+        return cost(residual_norms(x, gt, est), threshold)
 
     least = 1.0
     for _ in range(25):
         some = rng.choice(n, 4, replace=False)
-        start = Similarity.fit(gt[some], est[some])
-        x = np.r_[
-            -np.log(start.scale),
-            Rotation.from_matrix(start.rotation).as_rotvec(),
-            start.translation / start.scale,
-        ]
+        x = parameters(Similarity.fit(gt[some], est[some]))
         x = scipy.optimize.minimize(objective, x, method="Powell", options={"maxiter": 10}).x
         least = min(least, scipy.optimize.minimize(objective, x, method="Nelder-Mead").fun)
     assert cost(alignment.position_errors(gt, est), threshold) < least + 2e-4
+
+
+@pytest.mark.parametrize("n", [1001, 1500, 4000])
+@pytest.mark.parametrize("share", [0.5, 0.8])
+def test_optimum_of_many_cameras(noisy_scene: Scene, n: int, share: float) -> None:
+    """Samples of them find the way, all of them the place, however the outliers are ordered.
+
+    They come first here: the beginning of the trajectory is no sample. A general minimiser that
+    starts from the inliers, which it is told, finds nothing that is better by more than a step.
+    """
+    n_outliers = int(share * n)
+    gt, est, threshold = local_scene(noisy_scene(n, n_outliers, 0.02 if share > 0.5 else 0.01, 0))
+    gt, est = gt[::-1], est[::-1]
+    rng = np.random.default_rng(0)
+    alignment, _ = refined(gt, est, threshold=threshold, n_hypotheses=1000, rng=rng)
+    assert alignment is not None
+
+    def objective(x: Floats) -> float:
+        return cost(residual_norms(x, gt, est), threshold)
+
+    x = parameters(Similarity.fit(gt[n_outliers:], est[n_outliers:]))
+    for _ in range(2):
+        simplex = x + 0.01 * threshold * np.vstack([np.zeros(7), np.eye(7)])
+        options = {"initial_simplex": simplex, "adaptive": True, "fatol": 1e-8, "maxiter": 2000}
+        found = scipy.optimize.minimize(objective, x, method="Nelder-Mead", options=options)
+        x = found.x
+    assert cost(alignment.position_errors(gt, est), threshold) < found.fun + TOLERANCE
+
+
+@pytest.mark.parametrize("n", [30, 250, 1000, 5000])
+def test_cheapest_of_all_hypotheses(noisy_scene: Scene, n: int) -> None:
+    """None is passed over, however many fit into the cache, and they come in order."""
+    gt, est, threshold = local_scene(noisy_scene(n, n // 2, 0.02, 1))
+    rng, spread = np.random.default_rng(n), threshold / 4
+    truth = Similarity.fit(gt[: n - n // 2], est[: n - n // 2])
+    alignments = [
+        Similarity(
+            truth.scale * np.exp(rng.normal(0, spread)),
+            Rotation.from_rotvec(rng.normal(0, spread, 3)).as_matrix() @ truth.rotation,
+            truth.translation + rng.normal(0, spread, 3),
+        )
+        for _ in range(147)
+    ]
+    costs = [cost(alignment.position_errors(gt, est), threshold) for alignment in alignments]
+    matrices = _residual_matrices(
+        np.array([alignment.scale for alignment in alignments]),
+        np.array([alignment.rotation for alignment in alignments]),
+        np.array([alignment.translation for alignment in alignments]),
+    )
+    points = np.vstack([est.T, gt.T, np.ones(n)])
+    for n_left in (1, 20, 147):
+        kept = _cheapest(matrices, points, threshold, n_left)
+        np.testing.assert_array_equal(kept, matrices[np.argsort(costs)[:n_left]])
 
 
 @pytest.mark.parametrize("seed", range(5))

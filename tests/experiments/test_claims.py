@@ -139,7 +139,7 @@ def test_a_replicate_has_the_trials_of_the_experiments(monkeypatch: pytest.Monke
         type(claims), "__iter__", lambda self: iter([self.claims[name] for name in few])
     )
     settings = ["trials=2", "n_jobs=1"]
-    table = run(claims, settings)
+    table = run(plan(claims, settings))
     assert set(table["settings"]) == {""}
     config = load(["experiment=outliers", "metrics=[ATE,TAS]", *settings])
     whole = sweep(config).set_index(["n_outliers", "sigma_t", "trial"])

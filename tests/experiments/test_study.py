@@ -283,5 +283,7 @@ def test_inputs_of_the_registration_study(registrations: Study) -> None:
         shares = [round(k / n, 2) for k in part.config.n_outliers]
         assert shares == pytest.approx([0, 0.3, 0.5, 0.9], abs=0.015)
         assert part.seeds == 10
-    assert {part.config.geometry for part in parts} == {"cube", "line"}
-    assert {part.config.n_cameras[0] for part in parts} == {37, 100, 500}
+        assert part.name == f"{part.config.geometry}_{n}"
+    assert {part.name for part in parts} == {
+        f"{geometry}_{n}" for geometry in ("cube", "line", "uneven") for n in (37, 100, 500)
+    }

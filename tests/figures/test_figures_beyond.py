@@ -76,7 +76,7 @@ def test_it_writes_both_figures_and_refuses_without_a_table(tmp_path, capsys, ta
     arguments = [f"results_dir={tmp_path}"]
     assert beyond.main(arguments) == 1
     error = capsys.readouterr().err
-    assert f"cannot read {tmp_path}/tables/beyond.csv" in error
+    assert f"{tmp_path}/tables/beyond.csv does not exist" in error
     assert error.count("\n") == 1
     (tmp_path / "tables").mkdir()
     table.drop(columns="noise_power").to_csv(tmp_path / "tables" / "beyond.csv", index=False)

@@ -152,7 +152,7 @@ def test_a_place_that_cannot_be_written_to_is_named(tmp_path, capsys):
     (tmp_path / "figures").write_text("a file, not a directory")
     code, out, err = run(capsys, "histogram", f"results_dir={tmp_path}")
     assert (code, out) == (1, [])
-    assert err == [f"figures: cannot write {tmp_path / 'figures' / 'histogram'}: File exists"]
+    assert err == [f"figures: cannot write {tmp_path / 'figures' / 'histogram.pdf'}: File exists"]
 
 
 def test_help_lists_the_figures(capsys):

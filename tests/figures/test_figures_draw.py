@@ -9,10 +9,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 from experiments.config import load
-from experiments.tables import TableError
 from figures import FIGURES, collinear, histogram, maa_vs_pas, outliers, style
 from figures.panels import ANGLES, LENGTHS, NAMES, SCORES
-from figures.tables import Sweep
+from figures.tables import FigureError, Sweep
 
 WIDTHS = dict.fromkeys(FIGURES, style.COLUMN) | dict.fromkeys(
     ("rotations", "combined", "maa_vs_pas"), style.PAGE
@@ -238,14 +237,14 @@ def test_every_metric_and_setting_has_a_name():
     ],
 )
 def test_a_table_that_does_not_fit_is_refused(table, overrides, problem, setting):
-    with pytest.raises(TableError, match=problem) as error:
+    with pytest.raises(FigureError, match=problem) as error:
         outliers.draw(table("outliers", *overrides))
     assert (error.value.experiment, error.value.setting) == ("outliers", setting)
 
 
 def test_noise_that_does_not_rise_together_is_refused(table):
     trials = table("maa_vs_pas_outliers", "noise=product")
-    with pytest.raises(TableError, match="independently") as error:
+    with pytest.raises(FigureError, match="independently") as error:
         Sweep(trials, ("mAA", "PAS"), "n_outliers", ("sigma_t", "sigma_r_deg"))
     assert error.value.setting == "noise=paired"
 
@@ -255,5 +254,5 @@ def test_noise_that_does_not_rise_together_is_refused(table):
 def test_values_that_are_no_numbers_are_refused(table, column, value):
     trials = table("outliers").astype({column: object})
     trials.loc[7, column] = value
-    with pytest.raises(TableError, match=f"values of {column}"):
+    with pytest.raises(FigureError, match=f"values of {column}"):
         outliers.draw(trials)

@@ -107,7 +107,8 @@ def test_registration_study_has_a_panel_for_each_set_of_inputs(registrations: pd
     titles = [axes.get_title(loc="left") for axes in shown]
     assert titles[:3] == [f"In a cube, {n} cameras" for n in (37, 100, 500)]
     assert titles[3:6] == [f"On a line, {n} cameras" for n in (37, 100, 500)]
-    assert len(titles) == 9
+    assert titles[6:9] == [f"In clusters, {n} cameras" for n in (37, 100, 500)]
+    assert len(titles) == 12
     bars = [line for line in shown[0].lines if len(line.get_ydata()) == 2][:2]
     assert [list(bar.get_ydata()) for bar in bars] == [[0.4, 0.7], [0.8, 0.8]]
 
@@ -138,7 +139,7 @@ def test_missing_tables_end_in_the_command_that_makes_them(
 ) -> None:
     assert main(["threshold_study", f"results_dir={tmp_path}"]) == 1
     (line,) = capsys.readouterr().err.splitlines()
-    assert "threshold_study_tas.csv cannot be read" in line
+    assert "threshold_study_tas.csv does not exist" in line
     assert line.endswith(f"run: python -m experiments.threshold_study results_dir={tmp_path}")
     assert main(["threshold_study", "tas_quantile=[2]"]) == 2
     assert "quantile must be above 0" in capsys.readouterr().err

@@ -1,6 +1,7 @@
 """Snakemake plans, runs, resumes and reruns what it should, and passes settings on."""
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -14,6 +15,7 @@ import pytest
 from experiments.scenarios import load_study
 
 ROOT = Path(__file__).resolve().parents[2]
+SNAKEFILE = ROOT / "Snakefile"
 SMALL = ["trials=2", "sigma_t=[0.02,0.05]", "n_cameras=[25]", "n_outliers=[0,2]"]
 
 Snakemake = Callable[..., subprocess.CompletedProcess[str]]
@@ -21,7 +23,7 @@ Snakemake = Callable[..., subprocess.CompletedProcess[str]]
 
 def command(*arguments: str, profile: str = "default") -> list[str]:
     profiles = ["--profile", str(ROOT / "profiles" / profile)]
-    start = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
+    start = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
     return [*start, *profiles, *arguments]
 
 
@@ -57,7 +59,7 @@ def test_figures_needs_eight_experiments_seven_figures_and_the_table(snakemake: 
     assert jobs == {"experiment": 8, "figure": 7, "comparison": 1, "figures": 1}
 
 
-@pytest.mark.parametrize(("study", "parts"), [("threshold", 4), ("registration", 9)])
+@pytest.mark.parametrize(("study", "parts"), [("threshold", 4), ("registration", 12)])
 def test_a_study_needs_its_parts_and_no_experiment(
     snakemake: Snakemake, study: str, parts: int
 ) -> None:
@@ -106,6 +108,28 @@ def test_the_profile_for_slurm_submits_trials_with_stated_needs_and_nothing_else
     assert len(needs) == 2
     assert all("runtime=17" in need and "mem_mb=1000" in need for need in needs)
     assert not any(line.startswith("threads:") for line in lines)  # named where more than one
+
+
+@pytest.mark.parametrize(
+    ("target", "submitted"),
+    [
+        ("figures", {"experiment"}),
+        ("beyond", {"scenario"}),
+        ("threshold_study", {"study_part", "study_time"}),
+        ("registration_study", {"study_part", "study_time"}),
+    ],
+)
+def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
+    snakemake: Snakemake, target: str, submitted: set[str]
+) -> None:
+    done = snakemake(target, "--dry-run", profile="slurm")
+    output = done.stdout + done.stderr
+    jobs = re.findall(r"^rule (\w+):\n((?: +.*\n)+)", output, re.MULTILINE)
+    assert {name for name, text in jobs if "runtime=" in text and "mem_mb=" in text} == submitted
+    assert "threads: " not in output  # named where more than one
+    (block,) = re.findall(r"^localrules:.*\n((?:    \w+,\n)+)", SNAKEFILE.read_text(), re.MULTILINE)
+    local = set(re.findall(r"\w+", block))
+    assert {name for name, _ in jobs} - local == submitted
 
 
 @pytest.mark.parametrize(
