@@ -9,6 +9,7 @@ An alignment is stored as the (3, 7) matrix that takes a camera's stacked coordi
 """
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from .registration import _prescreened_triplets, three_point_similarities
@@ -19,6 +20,7 @@ __all__ = ["refined"]
 Floats = NDArray[np.float64]
 
 N_STARTS = 64  # hypotheses to refine; their number is halved in each step
+N_PLACES = 4  # where most cameras stand, to be tried whatever the hypotheses are
 N_FINALISTS = 8  # so many of them are refined with all cameras
 SAMPLE = 1000  # cameras that tell good starts from bad ones
 SMALL_SAMPLE = 250  # cameras that tell hopeless hypotheses
@@ -39,8 +41,9 @@ def refined(
 ) -> tuple[Similarity | None, int]:
     """Register estimated camera positions to the ground truth so that the TAS is the largest.
 
-    The hypotheses are those of PCR-99. The best of them by the truncated L1 cost are refined by
-    iteratively reweighted least squares; the worse half is dropped in each step.
+    The hypotheses are those of PCR-99. The best of them by the truncated L1 cost, and fits to the
+    places where most cameras stand, are refined by iteratively reweighted least squares; the worse
+    half is dropped in each step.
 
     Parameters
     ----------
@@ -60,7 +63,7 @@ def refined(
     alignment : Similarity or None
         The refined alignment, from ground truth to estimate; None where no triplet passed.
     n_used : int
-        Number of hypotheses that the starts were chosen from.
+        Number of hypotheses of PCR-99.
 
     Notes
     -----
@@ -97,6 +100,7 @@ def refined(
         if points.shape[1] > SMALL_SAMPLE:
             alignments = _cheapest(alignments, points[:, :SMALL_SAMPLE], threshold, 4 * N_STARTS)
         alignments = _cheapest(alignments, some, threshold, N_STARTS)
+        alignments = np.concatenate([alignments, _shrunk(some, threshold)])
         alignments = _refine(alignments, some, threshold, n_left=N_FINALISTS, tolerance=np.inf)
         alignments = _refine(alignments, points, threshold, n_left=1, tolerance=TOLERANCE)
     best = alignments[0]
@@ -120,6 +124,19 @@ def _cheapest(alignments: Floats, points: Floats, threshold: float, n_left: int)
         for start in range(0, len(alignments), size)
     ]
     return alignments[np.argsort(np.concatenate(costs), kind="stable")[:n_left]]
+
+
+def _shrunk(points: Floats, threshold: float) -> Floats:
+    """Return starts for an estimate that is best shrunk to a place where many cameras stand.
+
+    Any estimate scores these cameras so, however wrong it is, but hypotheses hardly ever say it.
+    """
+    est, gt = points[:3].T, points[3:6].T
+    crowd = gt[:SMALL_SAMPLE]
+    distances = scipy.spatial.distance.cdist(crowd, crowd)
+    places = crowd[np.argsort(_costs(distances, threshold), kind="stable")[:N_PLACES]]
+    around = scipy.spatial.distance.cdist(places, gt) < threshold
+    return _residual_matrices(*weighted_similarities(gt, est, around.astype(np.float64)))
 
 
 def _refine(

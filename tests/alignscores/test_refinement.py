@@ -57,6 +57,11 @@ def residual_norms(x: Floats, gt: Floats, est: Floats) -> Floats:
     return np.sqrt((residuals**2).sum(axis=1))
 
 
+def test_resolution_is_the_step_of_the_paper() -> None:
+    """A hundredth of the largest threshold."""
+    assert RESOLUTION == 0.01
+
+
 @given(seed=SEEDS, n=st.integers(4, 100), n_thresholds=st.integers(1, 200))
 def test_score_is_the_truncated_cost_up_to_a_step(
     noisy_scene: Scene, seed: int, n: int, n_thresholds: int
@@ -255,6 +260,29 @@ def test_geometries_repeat(
     assert min(scores) >= tas(gt, est).score
 
 
+def uneven(n: int, outliers: int, seed: int) -> tuple[Floats, Floats]:
+    """Most cameras in one dense cluster, much denser than the noise; the others sparse."""
+    rng = np.random.default_rng([seed, n])
+    cluster = np.sort(rng.choice(3, size=n, p=[0.55, 0.27, 0.18]))
+    spread = np.array([0.01, 0.04, 0.16])[cluster, None]
+    gt = rng.uniform(-0.5, 0.5, (3, 3))[cluster] + spread * rng.normal(size=(n, 3))
+    est = gt + rng.normal(0, 0.03, gt.shape)
+    lost = rng.choice(n, size=outliers, replace=False)
+    est[lost] = rng.uniform(-5, 5, (outliers, 3))
+    return gt, est
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(("n", "outliers"), [(37, 11), (100, 0), (100, 30)])
+def test_uneven_cameras_repeat(n: int, outliers: int, seed: int) -> None:
+    """The largest score shrinks the estimate to the dense cluster; each seed must find it so."""
+    gt, est = uneven(n, outliers, seed)
+    scores = [tas(gt, est, registration="refined", rng=rng).score for rng in range(6)]
+    many = tas(gt, est, registration="refined", n_hypotheses=20_000).score
+    assert np.std(scores, ddof=1) < 0.001
+    assert min(scores) > many - 0.003
+
+
 def drifting(n: int, seed: int) -> tuple[Floats, Floats]:
     """A smooth path of unit steps, and the same steps with errors of heading that add up."""
     rng = np.random.default_rng([seed, n])
@@ -294,6 +322,37 @@ def test_outliers_at_regular_intervals(noisy_scene: Scene, period: int) -> None:
     result = tas(gt, est, registration="refined")
     assert np.median(result.errors[right]) < 0.005
     assert result.score == pytest.approx(right.mean() * 0.9, rel=0.1)
+
+
+def test_outliers_in_one_piece(noisy_scene: Scene) -> None:
+    """Neither does it matter where along a long trajectory the lost cameras are."""
+    gt, est = noisy_scene(3000, 2000, 0.01, 0)
+    scores = [
+        tas(gt[order], est[order], registration="refined").score
+        for order in (np.arange(3000), np.arange(3000)[::-1])
+    ]
+    assert scores[0] > 0.15
+    assert scores[1] == pytest.approx(scores[0], abs=0.001)
+
+
+@pytest.mark.parametrize("n_left", [0, 1, 2])
+def test_no_step_raises_the_cost(noisy_scene: Scene, n_left: int) -> None:
+    """Not even where the cameras within reach do not determine the next alignment."""
+    gt, est, threshold = local_scene(noisy_scene(30, 0, 0.0, 0))
+    truth = Similarity.fit(gt, est)
+    rng = np.random.default_rng(0)
+    est[n_left:] += rng.uniform(1, 2, (30 - n_left, 3)) * truth.scale
+    start = _residual_matrices(
+        np.array([truth.scale]), truth.rotation[None], truth.translation[None]
+    )
+    points = np.vstack([est.T, gt.T, np.ones(30)])
+    with np.errstate(all="ignore"):
+        (found,) = _refine(start.copy(), points, threshold, n_left=1, tolerance=TOLERANCE)
+    before, after = (
+        cost(np.linalg.norm(matrix @ points, axis=0), threshold) for matrix in (start[0], found)
+    )
+    assert before == pytest.approx(1 - 0.99 * n_left / 30)
+    assert after <= before + 1e-12
 
 
 def test_lost_cameras_hardly_ever_raise_the_score(noisy_scene: Scene) -> None:
