@@ -278,11 +278,14 @@ def closest_pair_distances(gt_positions: Floats) -> Floats:
     """
     local, _, unit = _localise(gt_positions)
     if len(local) <= FEW:
-        pairs: Floats = scipy.spatial.distance.cdist(local, local)
-        np.fill_diagonal(pairs, np.inf)
-        closest: Floats = pairs.min(axis=0)
+        squares: Floats = scipy.spatial.distance.cdist(local, local, "sqeuclidean")
+        np.fill_diagonal(squares, np.inf)
+        closest: Floats = np.sqrt(squares.min(axis=0))
     else:
-        closest = scipy.spatial.cKDTree(local).query(local, k=2)[0][:, 1]
+        tree = scipy.spatial.cKDTree(local, balanced_tree=False)
+        closest = np.empty(len(local))
+        # In the order of the leaves: neighbours are looked for one after the other.
+        closest[tree.indices] = tree.query(local[tree.indices], k=[2])[0][:, 0]
     with np.errstate(over="ignore"):
         distances: Floats = unit * closest
         return distances
