@@ -29,7 +29,7 @@ Indices = NDArray[np.intp]
 PRESCREEN_THRESHOLD = 0.1  # largest difference between the log edge ratios of a kept triplet
 DRAWS_PER_HYPOTHESIS = 1000  # budget: after so many draws the hypotheses found so far are used
 MAX_BATCH = 1 << 16  # triplets drawn at once, bounds the memory
-SCREENED_AT_ONCE = 1 << 12  # triplets; their temporaries stay in the cache
+SCREENED_AT_ONCE = 1 << 13  # triplets; their temporaries stay in the cache
 TABLE_SIZE = 128  # up to so many cameras all edge ratios are computed once and looked up
 FLAT = 1e-6  # sine of the angle at the first corner, below which a triangle has no usable normal
 PAIRS = [0, 1, 2, 3, 0, 0, 0, 1, 1, 2], [0, 1, 2, 3, 1, 2, 3, 2, 3, 3]  # squares first
@@ -40,7 +40,7 @@ UNDERFLOW = 1e-19  # of products in single precision
 LARGEST = 2.0**59  # square; sums of products of two such fit into single precision
 TIE = 64 * float(np.finfo(np.float64).eps)  # of a squared error, relative to the largest |gt|^2
 FIRST_CHUNK, GROWTH = 8, 32  # hypotheses: few find a good bound that spares most of the others
-FEW = 1 << 11  # squared errors that are computed directly as quickly
+FEW = 1 << 12  # squared errors that are computed directly as quickly
 LARGEST_CHUNK = 1 << 10
 BLOCK = 128  # cameras evaluated at once: errors stay in the cache, a byte can count them
 STRIP = 8  # cameras in a matrix product: BLAS keeps so small ones on one thread
@@ -378,7 +378,8 @@ def _squared_error_factors(
     blocks = points.reshape(7, -1, width).swapaxes(0, 1)
     ones, d = blocks[:, :4], blocks[:, 4:]
     features = np.empty((len(blocks), 23, width), dtype=np.float32)
-    np.multiply(*(ones.take(i, axis=1) for i in PAIRS), out=features[:, :10])
+    left, right = (ones.take(i, axis=1) for i in PAIRS)
+    np.multiply(left, right, out=features[:, :10])
     np.multiply(d[:, :, None], ones[:, None], out=features[:, 10:22].reshape(-1, 3, 4, width))
     features[:, 4:22] *= 2
     squares = np.einsum("bin,bin->bn", d, d)

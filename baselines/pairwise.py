@@ -14,7 +14,6 @@ Floats = NDArray[np.float64]
 CHUNK = 1 << 12  # pairs evaluated at once: their temporaries stay in the cache
 FINEST_STEP_DEG = 1e-3  # a cosine tells angles apart down to about 1e-6 degrees
 FARTHEST = 1e100  # squares of more overflow
-FAILED = -2.0  # below every cosine
 
 
 def maa(
@@ -139,7 +138,8 @@ def _cumulative_frequency(
             np.abs(dots, out=dots)
         lengths = np.sqrt(np.einsum("ikj,ikj->ij", gt_steps, gt_steps))
         lengths *= np.sqrt(np.einsum("ikj,ikj->ij", est_steps, est_steps))
-        cosines = np.divide(dots, lengths, out=np.full_like(dots, FAILED), where=lengths > 0)
+        lengths[lengths == 0] = np.nan  # no direction: above no cosine
+        cosines = dots / lengths
         np.minimum(cosines, 2 * (quaternions[i] @ others[:, j]) ** 2 - 1, out=cosines)
         upper = np.arange(height)[:, None] <= np.arange(width)  # j > i
         near = cosines[upper & (cosines > last_cosine)]
