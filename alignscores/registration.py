@@ -320,6 +320,7 @@ def _cheapest(
     """
     n = gt.shape[1]
     hypotheses = scale, rotation, translation
+    tie = TIE * np.max(_dot(gt, gt))
     best, best_cost, factors = 0, inf, None
     for group in (np.flatnonzero(~flat), np.flatnonzero(flat)):
         start, size = 0, max(FIRST_CHUNK, FEW // n)
@@ -331,7 +332,7 @@ def _cheapest(
                 able = able[far <= n - order]
             best, best_cost = _cheaper(gt, est, *hypotheses, order, able, best, best_cost)
             start, size = start + size, min(GROWTH * size, LARGEST_CHUNK)
-        best_cost -= TIE * np.max(_dot(gt, gt))
+        best_cost -= tie
     return best
 
 
