@@ -282,7 +282,7 @@ def _frames(edge_1: Floats, edge_2: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     normal[:] = _cross(first, edge_2)
     flat: NDArray[np.bool_] = np.any(_dot(normal, normal) <= FLAT**2 * _dot(edge_2, edge_2), axis=0)
     if flat.any():
-        normal[:, :, flat] = _common_normal(first[:, 0, flat], first[:, 1, flat])[:, None]
+        np.copyto(normal, _common_normal(first[:, 0], first[:, 1])[:, None], where=flat)
     normal -= _dot(normal, first) * first  # an approximate normal until here
     normal /= np.sqrt(_dot(normal, normal))
     frames[2] = _cross(first, normal)
