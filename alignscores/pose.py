@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .registration import Registration
-from .rotation import RASResult, ras
+from .rotation import RASResult, _checked_ras
 from .translation import Seed, TASResult, tas
 from .validation import check_poses, check_same_length
 
@@ -122,9 +122,7 @@ def pas(
         n_thresholds=n_thresholds,
         registration=registration,
     )
-    rotation = ras(
-        gt_rotations, est_rotations, max_threshold_deg=max_threshold_deg, n_thresholds=n_thresholds
-    )
+    rotation = _checked_ras(gt_rotations, est_rotations, max_threshold_deg, n_thresholds)
     weight = float(weight)
     score = weight * translation.score + (1 - weight) * rotation.score
     return PASResult(score=score, tas=translation, ras=rotation, weight=weight)

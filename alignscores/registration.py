@@ -11,8 +11,8 @@ contiguous memory.
 import sys
 from collections.abc import Callable
 from itertools import combinations
-from math import comb, inf
-from typing import Any, Protocol
+from math import ceil, comb, inf
+from typing import Protocol
 
 import numpy as np
 import scipy
@@ -23,21 +23,28 @@ from .similarity import Similarity
 __all__ = ["Registration", "pcr99", "three_point_similarities"]
 
 Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
 Indices = NDArray[np.intp]
 
 PRESCREEN_THRESHOLD = 0.1  # largest difference between the log edge ratios of a kept triplet
 DRAWS_PER_HYPOTHESIS = 1000  # budget: after so many draws the hypotheses found so far are used
 MAX_BATCH = 1 << 16  # triplets drawn at once, bounds the memory
-SCREENED_AT_ONCE = 1 << 12  # triplets; their temporaries stay in the cache
+SCREENED_AT_ONCE = 1 << 13  # triplets; their temporaries stay in the cache
 TABLE_SIZE = 128  # up to so many cameras all edge ratios are computed once and looked up
 FLAT = 1e-6  # sine of the angle at the first corner, below which a triangle has no usable normal
+PAIRS = [0, 1, 2, 3, 0, 0, 0, 1, 1, 2], [0, 1, 2, 3, 1, 2, 3, 2, 3, 3]  # squares first
+EPS = float(np.finfo(np.float32).eps)
 ROUNDING = 256  # eps, of a squared error that is a sum of products, relative to its terms
+CANCELLED = 1e-22  # likewise of what double precision loses, relative to squared coordinates
+UNDERFLOW = 1e-19  # of products in single precision
 LARGEST = 2.0**59  # square; sums of products of two such fit into single precision
 TIE = 64 * float(np.finfo(np.float64).eps)  # of a squared error, relative to the largest |gt|^2
-FIRST_CHUNK, GROWTH = 16, 8  # hypotheses: few find a good bound that spares most of the others
-CHUNK = 1 << 17  # squared errors evaluated at once: 512 KiB, stays in the cache
-BLOCK = 255  # cameras evaluated at once: as many as a byte can count
-PRODUCT = 14_000  # squared errors in a matrix product: BLAS keeps so small ones on one thread
+FIRST_CHUNK, GROWTH = 8, 32  # hypotheses: few find a good bound that spares most of the others
+FEW = 1 << 12  # squared errors that are computed directly as quickly
+LARGEST_CHUNK = 1 << 10
+BLOCK = 128  # cameras evaluated at once: errors stay in the cache, a byte can count them
+STRIP = 8  # cameras in a matrix product: BLAS keeps so small ones on one thread
+CHUNK = 1 << 14  # coordinates evaluated at once: 128 KiB, stay in the cache
 
 
 class Registration(Protocol):
@@ -275,7 +282,7 @@ def _frames(edge_1: Floats, edge_2: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     normal[:] = _cross(first, edge_2)
     flat: NDArray[np.bool_] = np.any(_dot(normal, normal) <= FLAT**2 * _dot(edge_2, edge_2), axis=0)
     if flat.any():
-        normal[:, :, flat] = _common_normal(first[:, 0, flat], first[:, 1, flat])[:, None]
+        np.copyto(normal, _common_normal(first[:, 0], first[:, 1])[:, None], where=flat)
     normal -= _dot(normal, first) * first  # an approximate normal until here
     normal /= np.sqrt(_dot(normal, normal))
     frames[2] = _cross(first, normal)
@@ -304,112 +311,126 @@ def _cheapest(
 ) -> int:
     """Index of the hypothesis with the smallest ``order``-th smallest squared error.
 
-    The squared errors of all cameras under all hypotheses are one matrix product. It tells which
-    hypotheses can win: at least ``order`` of their squared errors lie below the smallest cost so
-    far, give or take the rounding. In single precision it dismisses nearly all at half the cost, in
-    double precision nearly all of the rest. The costs of what remains are computed directly.
+    The costs of few hypotheses are computed directly. Any other can only win if at least ``order``
+    of its squared errors lie below the smallest cost so far, give or take the rounding: a matrix
+    product in single precision dismisses nearly all.
 
     A flat triangle says nothing of the spin about its line, so it must beat all others by more than
     rounding: on a partly straight path many hypotheses fit ``order`` cameras exactly.
     """
     n = gt.shape[1]
-    coefficients, features = _squared_error_factors(gt, est, scale, rotation, translation)
-    # Where products might overflow in single precision, NaN makes the screening say nothing.
-    coefficients[~(coefficients[:, 0] + coefficients[:, 17] < LARGEST), 17] = np.nan
-    features[17, ~(features[0] + features[4] < LARGEST)] = np.nan
-    screens = [
-        _lower_bound_factors(coefficients.T, features, dtype) for dtype in (np.float32, np.float64)
-    ]
-    best, best_cost = 0, np.inf
+    hypotheses = scale, rotation, translation
+    tie = TIE * np.max(_dot(gt, gt))
+    best, best_cost, factors = 0, inf, None
     for group in (np.flatnonzero(~flat), np.flatnonzero(flat)):
-        start, size = 0, FIRST_CHUNK
+        start, size = 0, max(FIRST_CHUNK, FEW // n)
         while start < len(group):
             able = group[start : start + size]
-            for rows, columns in screens:
-                if able.size <= FIRST_CHUNK:
-                    break  # computed directly as quickly
-                able = able[_count_far(rows.take(able, axis=1), columns, best_cost) <= n - order]
-            if able.size:
-                costs = _costs(gt, est, scale[able], rotation[able], translation[able], order)
-                cheapest = int(np.argmin(costs))
-                if costs[cheapest] < best_cost:
-                    best, best_cost = int(able[cheapest]), costs[cheapest]
-            start, size = start + size, min(GROWTH * size, CHUNK // min(n, BLOCK))
-        best_cost -= TIE * np.max(features[4])
+            if start:
+                factors = factors or _squared_error_factors(gt, est, *hypotheses, best)
+                far = _count_far(factors[0].take(able, axis=1), factors[1], best_cost)
+                able = able[far <= n - order]
+            best, best_cost = _cheaper(gt, est, *hypotheses, order, able, best, best_cost)
+            start, size = start + size, min(GROWTH * size, LARGEST_CHUNK)
+        best_cost -= tie
     return best
 
 
-def _lower_bound_factors(
-    rows: Floats, columns: Floats, dtype: type[np.floating[Any]]
-) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return the factors of the squared errors in a precision, lowered by what it rounds them by.
+def _squared_error_factors(
+    gt: Floats, est: Floats, scale: Floats, rotation: Floats, translation: Floats, reference: int
+) -> tuple[Singles, Singles]:
+    """Return matrices (23, H) and (blocks, 23, cameras) whose product is all squared errors.
 
-    With e, E, T and G the lengths of an error, of est / s, t / s and gt, the magnitudes of the 18
-    terms sum to at most 1.37 (E + T + G)^2, and E <= e + T + G: to less than
-    16.4 (T^2 + G^2) + 4.1 e^2. Rounding of factors and sum changes no term by more than 13 eps. So
-    ROUNDING eps of the terms T^2 and G^2 are taken off here, of e^2 where it is compared.
+    Under the reference hypothesis (s', R', t') a camera has the residual
+    ``d = R'^T (est - t') / s' - gt``. Under another one the error is the length of
+    ``k d + B [gt, 1]`` with ``k = s' / s`` and ``B = [k I - R'^T R, R'^T (t' - t) / s]``. The
+    square is linear in 10 products within [gt, 1], 12 of d with [gt, 1], and |d|^2. Nothing large
+    cancels out, as it would in products of the coordinates of both worlds.
+
+    With b = |B| |[gt, 1]|, the magnitudes of the 23 terms sum to at most (k |d| + b)^2, and
+    k |d| <= e + b for an error e: to less than 5 (b^2 + e^2). Rounding of factors and sum changes
+    no term by more than 17 eps. So ROUNDING eps of b^2 are taken off here, of e^2 where it is
+    compared; and CANCELLED of the squared coordinates, for what B, d and the directly computed
+    errors lose in double precision.
     """
-    rows = rows.astype(dtype)
-    rows[[4, 17]] *= 1 - ROUNDING * np.finfo(dtype).eps
-    return rows, columns.astype(dtype, copy=False)
+    n = gt.shape[1]
+    back, origin = rotation[reference].T, translation[reference]
+    k = scale[reference] / scale
+    turns = -(back @ rotation.transpose(1, 2, 0).reshape(3, -1)).reshape(9, -1)
+    turns[::4] += k
+    b = np.empty((3, 4, len(k)), dtype=np.float32)
+    b[:, :3] = turns.reshape(3, 3, -1)
+    b[:, 3] = back @ (origin - translation).T / scale
+    k = k.astype(np.float32)
+    coefficients = np.empty((23, len(k)), dtype=np.float32)
+    np.einsum("ijh,ijh->jh", *(b.take(i, axis=1) for i in PAIRS), out=coefficients[:10])
+    np.multiply(b.reshape(12, -1), k, out=coefficients[10:22])
+    k *= k
+    norm = np.add.reduce(coefficients[:4])
+    cancelled = np.float32(CANCELLED * (1 + origin @ origin / scale[reference] ** 2))
+    coefficients[:4] -= ROUNDING * EPS * norm + cancelled * (1 + k)
+    # Where products might overflow, NaN makes the screening say nothing.
+    coefficients[22] = np.where(norm + k < LARGEST, k, np.nan)
+
+    width = min(BLOCK, STRIP * ceil(n / STRIP))  # the last block is filled up with NaN
+    points = np.full((7, width * ceil(n / width)), np.nan, dtype=np.float32)
+    points[:3, :n], points[3, :n] = gt, 1
+    points[4:, :n] = back @ (est - origin[:, None]) / scale[reference] - gt
+    blocks = points.reshape(7, -1, width).swapaxes(0, 1)
+    ones, d = blocks[:, :4], blocks[:, 4:]
+    features = np.empty((len(blocks), 23, width), dtype=np.float32)
+    left, right = (ones.take(i, axis=1) for i in PAIRS)
+    np.multiply(left, right, out=features[:, :10])
+    np.multiply(d[:, :, None], ones[:, None], out=features[:, 10:22].reshape(-1, 3, 4, width))
+    features[:, 4:22] *= 2
+    squares = np.einsum("bin,bin->bn", d, d)
+    size = squares + np.add.reduce(features[:, :4], axis=1)
+    features[:, 22] = np.where(size < LARGEST, squares, np.nan)
+    return coefficients, features
 
 
-def _count_far(rows: NDArray[Any], columns: NDArray[Any], bound: float) -> Indices:
+def _count_far(coefficients: Singles, features: Singles, bound: float) -> Indices:
     """Count the cameras with a squared error certainly not below a bound, for each hypothesis.
 
     NaN is not far: to be looked at, not to be passed over.
     """
-    limits = np.finfo(columns.dtype)
-    bound = columns.dtype.type(bound * (1 + ROUNDING * limits.eps) + limits.tiny**0.5)
-    far = np.zeros(rows.shape[1], dtype=np.intp)
-    size = min(BLOCK, max(1, PRODUCT // rows.shape[1]))
-    for start in range(0, columns.shape[1], size):
-        above = columns[:, start : start + size].T @ rows >= bound
+    certain = np.float32(bound * (1 + ROUNDING * EPS) + UNDERFLOW)
+    far = np.zeros(coefficients.shape[1], dtype=np.intp)
+    for block in features:
+        strips = block.reshape(23, -1, STRIP).transpose(1, 2, 0)
+        above = (strips @ coefficients >= certain).reshape(-1, len(far))
         far += np.add.reduce(above.view(np.uint8), axis=0, dtype=np.uint8)
     return far
 
 
-def _squared_error_factors(
-    gt: Floats, est: Floats, scale: Floats, rotation: Floats, translation: Floats
-) -> tuple[Floats, Floats]:
-    """Return matrices (H, 18) and (18, n) whose product is all squared errors.
-
-    The squared error ``|est - t|^2 / s^2 - 2 (est - t) . (R gt) / s + |gt|^2`` is linear in 18
-    products of the coordinates.
-    """
-    n = gt.shape[1]
-    features = np.empty((18, n))
-    features[0], features[1:4] = _dot(est, est), est
-    features[4], features[5:8] = _dot(gt, gt), gt
-    np.multiply(est[:, None], gt, out=features[8:17].reshape(3, 3, n))
-    features[17] = 1
-    inverse = 1 / scale
-    r, t = rotation.transpose(1, 2, 0) * inverse, translation.T * inverse
-    coefficients = np.empty((18, len(scale)))
-    coefficients[0] = inverse**2
-    coefficients[1:4] = -2 * t * inverse
-    coefficients[4] = 1
-    coefficients[5:8] = 2 * np.einsum("ijh,ih->jh", rotation.transpose(1, 2, 0), t)
-    coefficients[8:17] = -2 * r.reshape(9, -1)
-    coefficients[17] = _dot(t, t)
-    return coefficients.T, features
-
-
-def _costs(
-    gt: Floats, est: Floats, scale: Floats, rotation: Floats, translation: Floats, order: int
-) -> Floats:
-    """Return the ``order``-th smallest squared error of each hypothesis."""
-    size = max(1, CHUNK // (8 * est.size))
-    costs = np.empty(len(scale))
-    for start in range(0, len(scale), size):
-        block = slice(start, start + size)
-        residuals = est - translation[block, :, None]
-        residuals /= scale[block, None, None]
-        residuals -= rotation[block] @ gt
+def _cheaper(
+    gt: Floats,
+    est: Floats,
+    scale: Floats,
+    rotation: Floats,
+    translation: Floats,
+    order: int,
+    able: Indices,
+    best: int,
+    best_cost: float,
+) -> tuple[int, float]:
+    """Return the cheapest of some hypotheses and its cost, or the best so far."""
+    size = max(1, CHUNK // est.size)
+    for start in range(0, len(able), size):
+        some = able[start : start + size]
+        residuals = est - translation[some, :, None]
+        residuals /= scale[some, None, None]
+        residuals -= rotation[some] @ gt
         squared_errors = np.einsum("hin,hin->hn", residuals, residuals)
-        squared_errors.partition(order - 1, axis=1)
-        costs[block] = squared_errors[:, order - 1]
-    return costs
+        n_near = np.add.reduce(squared_errors < best_cost, axis=1, dtype=np.intp)
+        cheaper = np.flatnonzero(n_near >= order)
+        if cheaper.size:  # few are: spares the selection
+            squared_errors = squared_errors.take(cheaper, axis=0)
+            squared_errors.partition(order - 1, axis=1)
+            costs = squared_errors[:, order - 1]
+            cheapest = costs.argmin()
+            best, best_cost = int(some[cheaper[cheapest]]), float(costs[cheapest])
+    return best, best_cost
 
 
 def _dot(a: Floats, b: Floats) -> Floats:

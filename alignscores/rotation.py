@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 __all__ = ["RASResult", "ras"]
 
+Floats = NDArray[np.float64]
+
 
 @dataclass(frozen=True, eq=False)
 class RASResult(AlignmentScore):
@@ -44,7 +46,7 @@ class RASResult(AlignmentScore):
         Number of errors below each threshold.
     """
 
-    alignment: NDArray[np.float64] | None
+    alignment: Floats | None
 
 
 def ras(
@@ -107,8 +109,12 @@ def ras(
     gt = check_rotations(gt_rotations, "gt_rotations", complete=True)
     est = check_rotations(est_rotations, "est_rotations", complete=False)
     check_same_length(gt, est, "gt_rotations", "est_rotations")
-    thresholds = equal_steps(max_threshold_deg, n_thresholds, "max_threshold_deg")
+    return _checked_ras(gt, est, max_threshold_deg, n_thresholds)
 
+
+def _checked_ras(gt: Floats, est: Floats, max_threshold_deg: float, n_thresholds: int) -> RASResult:
+    """Return the RAS of rotations that have been checked, called by what the user calls."""
+    thresholds = equal_steps(max_threshold_deg, n_thresholds, "max_threshold_deg")
     estimated = finite_rows(est)
     errors = np.full(len(gt), np.inf)
     alignment = None
@@ -118,6 +124,6 @@ def ras(
         errors[estimated] = rotation_angles((alignment @ gt).transpose(0, 2, 1) @ est)
     else:
         warnings.warn(
-            "RAS is 0: no camera in est_rotations was estimated", AlignmentWarning, stacklevel=2
+            "RAS is 0: no camera in est_rotations was estimated", AlignmentWarning, stacklevel=3
         )
     return RASResult(errors=errors, thresholds=thresholds, alignment=alignment)

@@ -23,6 +23,7 @@ from .validation import (
 __all__ = ["TASResult", "closest_pair_distances", "closest_pair_quartile", "tas"]
 
 Floats = NDArray[np.float64]
+Located = tuple[Floats, Floats, float]  # local positions, their origin and unit; see `_localise`
 Seed = int | np.random.SeedSequence | np.random.Generator | None
 
 FARTHEST = 1e300  # leaves room for sums and differences
@@ -177,15 +178,18 @@ def tas(
         generator = np.random.default_rng(rng)
     except (TypeError, ValueError) as error:
         raise ValueError(f"rng must be a seed or a Generator, not {rng!r}: {error}") from None
+    located = _localise(gt)
     if unit is None:
-        unit = closest_pair_quartile(gt)
+        unit = _quartile(located)
     check_positive(unit, "unit")
     thresholds = unit * equal_steps(max_threshold, n_thresholds, "max_threshold")
 
     estimated = finite_rows(est)
     errors = np.full(len(gt), np.inf)
+    if 0 < np.count_nonzero(estimated) < len(gt):
+        located = _localise(gt[estimated])
     alignment, errors[estimated], n_used = _register(
-        gt[estimated],
+        located,
         est[estimated],
         register,
         order=max(4, (len(gt) + 5) // 10),
@@ -239,15 +243,19 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
     >>> closest_pair_quartile([[0, 0, 0], [1, 0, 0], [3, 0, 0], [7, 0, 0]])
     2.0
     """
-    gt = check_positions(gt_positions, "gt_positions", complete=True)
-    n = len(gt)
+    return _quartile(_localise(check_positions(gt_positions, "gt_positions", complete=True)))
+
+
+def _quartile(located: Located) -> float:
+    """Return d of localised positions."""
+    n = len(located[0])
     if n < 4:
         raise ValueError(
             f"TAS needs at least 4 ground-truth cameras to derive its unit, but there are {n}; "
             "pass unit= to set it by hand"
         )
     rank = (3 * n + 3) // 4
-    d = float(np.partition(closest_pair_distances(gt), rank - 1)[rank - 1])
+    d = float(np.partition(_closest_pair_distances(located), rank - 1)[rank - 1])
     if d == 0:
         raise ValueError(
             "TAS has no unit: at least three quarters of the cameras in gt_positions coincide with "
@@ -276,13 +284,21 @@ def closest_pair_distances(gt_positions: Floats) -> Floats:
     >>> closest_pair_distances(np.array([[0.0, 0, 0], [1, 0, 0], [3, 0, 0]]))
     array([1., 1., 2.])
     """
-    local, _, unit = _localise(gt_positions)
+    return _closest_pair_distances(_localise(gt_positions))
+
+
+def _closest_pair_distances(located: Located) -> Floats:
+    """Return the distances in the unit that the positions had before."""
+    local, _, unit = located
     if len(local) <= FEW:
-        pairs: Floats = scipy.spatial.distance.cdist(local, local)
-        np.fill_diagonal(pairs, np.inf)
-        closest: Floats = pairs.min(axis=0)
+        squares: Floats = scipy.spatial.distance.cdist(local, local, "sqeuclidean")
+        np.fill_diagonal(squares, np.inf)
+        closest: Floats = np.sqrt(squares.min(axis=0))
     else:
-        closest = scipy.spatial.cKDTree(local).query(local, k=2)[0][:, 1]
+        tree = scipy.spatial.cKDTree(local, balanced_tree=False)
+        closest = np.empty(len(local))
+        # In the order of the leaves: neighbours are looked for one after the other.
+        closest[tree.indices] = tree.query(local[tree.indices], k=[2])[0][:, 0]
     with np.errstate(over="ignore"):
         distances: Floats = unit * closest
         return distances
@@ -301,7 +317,7 @@ def _registration(registration: str | Registration) -> tuple[Registration, str]:
 
 
 def _register(
-    gt: Floats,
+    located: Located,
     est: Floats,
     register: Registration,
     *,
@@ -311,15 +327,15 @@ def _register(
     rng: np.random.Generator,
 ) -> tuple[Similarity | None, Floats, int]:
     """Register finite positions; return the alignment, the errors and the number of hypotheses."""
-    errors = np.full(len(gt), np.inf)
-    if len(gt) < 3:
+    gt_local, gt_centre, gt_unit = located
+    errors = np.full(len(est), np.inf)
+    if len(est) < 3:
         return None, errors, 0
-    gt_local, gt_centre, gt_unit = _localise(gt)
     est_local, est_centre, est_unit = _localise(est)
     local, n_used = register(
         gt_local,
         est_local,
-        order=min(order, len(gt)),
+        order=min(order, len(est)),
         threshold=threshold / gt_unit,
         n_hypotheses=n_hypotheses,
         rng=rng,
@@ -332,7 +348,7 @@ def _register(
     return Similarity(scale, local.rotation, translation), errors, n_used
 
 
-def _localise(positions: Floats) -> tuple[Floats, Floats, float]:
+def _localise(positions: Floats) -> Located:
     """Return positions about their median, in units of their spread, with the median and the unit.
 
     So neither a far-off origin nor squares of very large or small numbers cost any digits. Median

@@ -5,11 +5,12 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 import pytest
+from threadpoolctl import threadpool_limits
 
 from alignscores import pas
 from baselines import ate, maa, rotation_statistics
 from experiments.config import METRICS, Config, experiment_names, load
-from experiments.sweep import Cell, cells, draw_scene, run_trial, sweep, trial_seeds
+from experiments.sweep import Cell, cells, draw_scene, run_cell, run_trial, sweep, trial_seeds
 from experiments.tables import KEY_COLUMNS
 
 Small = Callable[..., Config]
@@ -77,6 +78,20 @@ def test_single_scores_equal_those_computed_with_the_others(small: Small) -> Non
     together = run_trial(small(), cell, 0, ["TAS", "RAS", "PAS"])
     for metric in ("TAS", "RAS", "PAS"):
         assert run_trial(small(), cell, 0, [metric])[metric] == together[metric]
+
+
+@pytest.mark.parametrize("batch", [1, 2])
+def test_trials_side_by_side_do_not_matter(
+    small: Small, monkeypatch: pytest.MonkeyPatch, batch: int
+) -> None:
+    """A cell's rows are those of its single trials, in their order, however many run together."""
+    config = small("trials=5")
+    cell = cells(config)[-1]
+    expected = [run_trial(config, cell, trial, config.metrics) for trial in range(5)]
+    with threadpool_limits(1, user_api="blas"):  # a cell's own limit would stay with this process
+        assert run_cell(config, cell, config.metrics) == expected
+        monkeypatch.setattr("experiments.sweep.BATCH", batch)
+        assert run_cell(config, cell, config.metrics) == expected
 
 
 @pytest.mark.parametrize(("volume_per_camera", "side"), [("0.1", 2.0), ("10", 2000 ** (1 / 3))])
