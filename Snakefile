@@ -438,6 +438,14 @@ rule report:
         RESULTS / "tables" / "decisions.csv",
         expand(TRIALS / "{name}.json", name=EXPERIMENTS),
         expand(RESULTS / "replicates" / "{number}.json", number=range(CLAIMS.replicates)),
+        [study_results(name) for name in STUDIES],
+        expand(RESULTS / "tables" / "{name}_study_time.csv", name=STUDIES),
+        lambda wildcards: [
+            part.path.with_suffix(".json") for name in STUDIES for part in study(name).parts.values()
+        ],
+        RESULTS / "tables" / f"{STUDY}.csv",
+        expand(RESULTS / "figures" / "{name}.png", name=[STUDY, "paths"]),
+        lambda wildcards: expand(TRIALS / STUDY / "{name}.json", name=scenarios()),
         [path for path in Path(workflow.basedir, "report").iterdir() if path.is_file()],
     output:
         RESULTS / "report.html",
@@ -446,7 +454,8 @@ rule report:
     benchmark:
         RESULTS / "benchmarks" / "report.tsv"
     shell:
-        "{sys.executable:q} -m report replicates={CLAIMS.replicates} {OVERRIDES:q} > {log:q} 2>&1"
+        "{sys.executable:q} -m report replicates={CLAIMS.replicates}"
+        " --scenarios {SCENARIOS:q} {STUDY_OVERRIDES:q} {OVERRIDES:q} > {log:q} 2>&1"
 
 
 onsuccess:

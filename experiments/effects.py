@@ -25,6 +25,11 @@ class Effect:
     larger_is_better: bool
     digits: int
     of: Callable[[Trials, str], float]  # the trials of all parts, the metric
+    unit: str = ""
+
+    def write(self, value: float) -> str:
+        """Write a value with the digits that matter, and its unit."""
+        return f"{value:.{self.digits}f}{self.unit}"
 
 
 def _power(level: str, take: str, part: str = "outliers") -> Callable[[Trials, str], float]:
@@ -81,7 +86,7 @@ EFFECTS: Mapping[str, Effect] = {
     ),
     "noise_range": Effect("range of trials over noise", True, 3, _noise_range(of_means=False)),
     "noise_range_of_means": Effect("range over noise", True, 3, _noise_range(of_means=True)),
-    "camera_dependence": Effect("dependence on cameras, %", False, 1, _camera_dependence),
+    "camera_dependence": Effect("dependence on cameras", False, 1, _camera_dependence, " %"),
     "seed_noise": Effect("seed noise", False, 4, _seed_noise),
 }
 """Effects by their columns in the tables of the threshold study.

@@ -27,10 +27,22 @@ from .config import (
 )
 from .run import run
 
-__all__ = ["STUDIES", "Axis", "Part", "Study", "axis_names", "load_study", "main", "seeded"]
+__all__ = ["STUDIES", "Axis", "Part", "Study", "axis_names", "default_axes", "load_study", "main"]
+__all__ += ["option_title", "seeded", "write_value"]
 
 STUDIES = ("threshold", "registration")
 OWN = ("experiment", "metrics")  # settings that the study itself decides
+OPTIONS = {
+    "max_threshold": "largest threshold, units of d",
+    "quantile": "quantile that is d",
+    "n_thresholds": "number of thresholds",
+    "max_threshold_deg": "largest threshold, degrees",
+    "weight": "weight of the TAS",
+    "n_hypotheses": "hypotheses",
+    "prescreen": "prescreening threshold",
+    "order": "m as share of n",
+}
+INFINITE = {"n_thresholds": "exact area", "prescreen": "off"}
 
 
 @dataclass(frozen=True)
@@ -147,6 +159,36 @@ def load_study(name: str, overrides: Sequence[str] = ()) -> Study:
 def axis_names() -> list[str]:
     """Return the names of the axes of all studies."""
     return [axis for name in STUDIES for axis in _read(name)["axes"]]
+
+
+def default_axes() -> dict[str, Axis]:
+    """Return the axes of all studies, with the values of their files."""
+    entries = [entry for name in STUDIES for entry in _read(name)["axes"].items()]
+    return {name: _axis(name, entry, None) for name, entry in entries}
+
+
+def option_title(option: str) -> str:
+    """Return what an option is called where it is read.
+
+    Examples
+    --------
+    >>> from experiments.study import option_title
+    >>> option_title("order"), option_title("registration")
+    ('m as share of n', 'registration')
+    """
+    return OPTIONS.get(option, option)
+
+
+def write_value(option: str, value: str) -> str:
+    """Write a value of an option.
+
+    Examples
+    --------
+    >>> from experiments.study import write_value
+    >>> write_value("prescreen", "inf"), write_value("prescreen", "0.3")
+    ('off', '0.3')
+    """
+    return INFINITE.get(option, "∞") if value == "inf" else value
 
 
 def seeded(column: str, seed: int) -> str:

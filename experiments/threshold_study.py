@@ -9,10 +9,10 @@ import pandas as pd
 
 from .command import run_command
 from .effects import EFFECTS, effects, read_parts, read_table
-from .study import Study, load_study
+from .study import Axis, Study, load_study, write_value
 from .tables import to_csv, write_files
 
-__all__ = ["main", "to_markdown"]
+__all__ = ["CERTAIN", "RELEVANT", "TOLD", "costs_and_gains", "differs", "main", "to_markdown"]
 
 TOLD = (
     "noise_power",
@@ -55,11 +55,7 @@ def to_markdown(study: Study, table: pd.DataFrame, times: pd.DataFrame) -> str:
     """
     lines = [INTRODUCTION]
     for axis in study.axes.values():
-        rows = table[table["axis"] == axis.name].set_index("value")
-        costs, gains = [], []
-        for name in TOLD:
-            costs += _cost(rows, axis.paper, name)
-            gains += _gain(rows, axis.paper, name)
+        costs, gains = costs_and_gains(axis, table)
         lines.append(
             f"- **{axis.metric}, {axis.option} = {axis.paper}**, against "
             f"{', '.join(value for value in axis.values if value != axis.paper)}. "
@@ -75,16 +71,29 @@ def to_markdown(study: Study, table: pd.DataFrame, times: pd.DataFrame) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _cost(rows: pd.DataFrame, paper: str, name: str) -> list[str]:
-    """Tell which value is better than the paper's."""
-    best = _extreme(rows, name, EFFECTS[name].larger_is_better)
-    return _tell(rows, paper, name, best, "instead of")
+def costs_and_gains(axis: Axis, table: pd.DataFrame) -> tuple[list[str], list[str]]:
+    """Tell what the paper's value of an axis costs and gains.
 
+    Parameters
+    ----------
+    axis : Axis
+        The axis.
+    table : DataFrame
+        What `experiments.effects.effects` returns.
 
-def _gain(rows: pd.DataFrame, paper: str, name: str) -> list[str]:
-    """Tell which value is the worst."""
-    worst = _extreme(rows, name, not EFFECTS[name].larger_is_better)
-    return _tell(rows, paper, name, worst, "against")
+    Returns
+    -------
+    costs, gains : list of str
+        Each effect in which another value is certainly better, with the best one; and each in
+        which another is certainly worse, with the worst one.
+    """
+    rows = table[table["axis"] == axis.name].set_index("value")
+    costs, gains = [], []
+    for name in TOLD:
+        larger = EFFECTS[name].larger_is_better
+        costs += _tell(rows, axis, name, _extreme(rows, name, larger), "instead of")
+        gains += _tell(rows, axis, name, _extreme(rows, name, not larger), "against")
+    return costs, gains
 
 
 def _extreme(rows: pd.DataFrame, name: str, largest: bool) -> str:
@@ -94,17 +103,29 @@ def _extreme(rows: pd.DataFrame, name: str, largest: bool) -> str:
     return str(values.idxmax() if largest else values.idxmin())
 
 
-def _tell(rows: pd.DataFrame, paper: str, name: str, other: str, words: str) -> list[str]:
-    if other in ("", paper):
+def _tell(rows: pd.DataFrame, axis: Axis, name: str, other: str, words: str) -> list[str]:
+    if other in ("", axis.paper):
         return []
     effect = EFFECTS[name]
-    ours, theirs = float(rows[name][paper]), float(rows[name][other])
-    error = float(rows[f"{name}_error"][other])
-    difference = abs(theirs - ours)
-    if not difference > CERTAIN * error or difference < RELEVANT * abs(ours):
+    ours, theirs = float(rows[name][axis.paper]), float(rows[name][other])
+    if not differs(ours, theirs, float(rows[f"{name}_error"][other])):
         return []
-    digits = effect.digits
-    return [f"{effect.words} {ours:.{digits}f} {words} {theirs:.{digits}f} at {other}"]
+    written = write_value(axis.option, other)
+    at = f"at {other}" if written == other else f"({written})"
+    return [f"{effect.words} {effect.write(ours)} {words} {effect.write(theirs)} {at}"]
+
+
+def differs(ours: float, theirs: float, error: float) -> bool:
+    """Return whether another value's effect certainly is another than the paper's, by enough.
+
+    Examples
+    --------
+    >>> from experiments.threshold_study import differs
+    >>> differs(0.5, 0.6, 0.04), differs(0.5, 0.6, 0.06), differs(0.5, 0.509, 0.001)
+    (True, False, False)
+    """
+    difference = abs(theirs - ours)
+    return difference > CERTAIN * error and difference >= RELEVANT * abs(ours)
 
 
 def _times(study: Study, times: pd.DataFrame) -> Iterator[str]:

@@ -60,9 +60,10 @@ def draw(table: pd.DataFrame) -> Figure:
 def _scores(axes: Axes, table: pd.DataFrame, title: str) -> None:
     """Draw the scores of each input: a dot at the mean, a bar from the smallest to the largest."""
     axes.set_axis_on()
-    wide = table.set_index(["sigma_t", "n_outliers", "statistic"])[list(COLOURS)].unstack()
+    scenes = table.set_index(["sigma_t", "n_outliers", "trial", "statistic"])
+    wide = scenes[list(COLOURS)].unstack()
     ticks = []
-    for place, ((_, outliers), row) in enumerate(wide.iterrows()):
+    for place, ((_, outliers, _), row) in enumerate(wide.iterrows()):
         for shift, (name, colour) in zip((-APART, APART), COLOURS.items(), strict=True):
             mean, low, high = (row[name, statistic] for statistic in SPREAD)
             x = place + shift

@@ -9,6 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from experiments.effects import EFFECTS
+from experiments.study import option_title, write_value
 
 from . import style
 
@@ -22,17 +23,6 @@ COLUMNS = {  # effect: title, effect of the tick beside it
     "camera_dependence": ("Cameras, %", None),
     "seed_noise": ("Seed noise", None),
 }
-OPTIONS = {
-    "max_threshold": "largest threshold, units of d",
-    "quantile": "quantile that is d",
-    "n_thresholds": "number of thresholds",
-    "max_threshold_deg": "largest threshold, degrees",
-    "weight": "weight of the TAS",
-    "n_hypotheses": "hypotheses",
-    "prescreen": "prescreening threshold",
-    "order": "m as share of n",
-}
-INFINITE = {"n_thresholds": "exact area", "prescreen": "off"}
 ROW = 0.118  # inches
 DOT: dict[str, Any] = {"marker": "o", "ms": 3.2, "mew": 0.7, "mec": style.INK}
 TICK: dict[str, Any] = {"marker": "|", "ms": 3.6, "mew": 0.7}
@@ -113,11 +103,11 @@ def _labels(axes: Axes, table: pd.DataFrame, rows: list[int], titles: dict[str, 
     """Name the values, and above them the options; the paper's values are bold."""
     options = table.drop_duplicates("axis").set_index("axis")
     heads = {
-        row: f"{options['metric'][axis]}: {OPTIONS[options['option'][axis]]}"
+        row: f"{options['metric'][axis]}: {option_title(options['option'][axis])}"
         for axis, row in titles.items()
     }
     values = {
-        row: INFINITE.get(option, "∞") if value == "inf" else value
+        row: write_value(option, value)
         for row, option, value in zip(rows, table["option"], table["value"], strict=True)
     }
     labels = heads | values

@@ -1,23 +1,27 @@
 """Write the report: ``python -m report [key=value ...]``."""
 
-import argparse
-import shlex
 import sys
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from pathlib import Path
 
 from experiments.claims import load_claims, split_replicates
-from experiments.config import ConfigError, load
+from experiments.command import run_command
+from experiments.config import load
 from experiments.replicate import FIRST
+from experiments.scenarios import BEYOND
+from experiments.scenarios import load_study as load_scenarios
+from experiments.study import STUDIES, axis_names, load_study
 from experiments.tables import write_files
 
-from .inputs import InputError, read_inputs
+from .inputs import Plan, read_inputs
 from .page import render
 
 __all__ = ["main"]
 
 HELP = """\
-settings are Hydra overrides, the ones that the workflow was run with; and replicates=20:
+settings are Hydra overrides, the ones that the workflow was run with; axes of the parameter
+studies, such as tas_max_threshold=[0.5,1,1.5]; and replicates=20:
   results_dir=results   where the tables and figures are, and where the page goes
 
 snakemake report makes all that the page needs, and the page
@@ -26,39 +30,37 @@ snakemake report makes all that the page needs, and the page
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write ``<results_dir>/report.html``; return the exit code: 1 for files, 2 for settings."""
-    parser = argparse.ArgumentParser(
+    parser = ArgumentParser(
         prog="python -m report",
         description="Write verdicts, figures and evidence on one self-contained page.",
         epilog=HELP,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=RawDescriptionHelpFormatter,
     )
-    parser.add_argument("overrides", nargs="*", metavar="key=value")
-    overrides = parser.parse_args(arguments).overrides
-    try:
-        n_replicates, others = split_replicates(overrides)
-        config = load([f"experiment={FIRST}", *others])
-        claims = load_claims(n_replicates)
-    except ConfigError as error:
-        return _fail(2, str(error))
-    results = Path(config.results_dir)
-    try:
-        inputs = read_inputs(results, claims, n_replicates)
-    except InputError as error:
-        takes_number = error.module == "experiments.verdicts"
-        command = shlex.join([*error.module.split(), *(overrides if takes_number else others)])
-        return _fail(1, f"{error}; run: python -m {command}")
-    path = results / "report.html"
-    try:
-        write_files({path: render(inputs).encode()})
-    except OSError as error:
-        return _fail(1, f"cannot write {path}: {error.strerror}")
-    print(path)
-    return 0
+    parser.add_argument("--scenarios", type=Path, default=BEYOND, metavar="FILE")
+    return run_command(parser, _work, arguments)
 
 
-def _fail(code: int, message: str) -> int:
-    print(f"report: {message}", file=sys.stderr)
-    return code
+def _work(options: Namespace) -> list[Path]:
+    plan = _plan(options.overrides, options.scenarios)
+    path = plan.results / "report.html"
+    write_files({path: render(read_inputs(plan)).encode()})
+    return [path]
+
+
+def _plan(overrides: Sequence[str], scenarios: Path) -> Plan:
+    """Tell the settings apart: which concern the claims, the studies' axes, the experiments."""
+    n_replicates, others = split_replicates(overrides)
+    axes = axis_names()
+    settings = [other for other in others if other.partition("=")[0].strip() not in axes]
+    return Plan(
+        results=Path(load([f"experiment={FIRST}", *settings]).results_dir),
+        settings=settings,
+        claims=load_claims(n_replicates),
+        n_replicates=n_replicates,
+        studies={name: load_study(name, others) for name in STUDIES},
+        scenarios=load_scenarios(scenarios, settings),
+        scenario_file=scenarios,
+    )
 
 
 if __name__ == "__main__":

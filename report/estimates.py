@@ -6,7 +6,7 @@ from math import isfinite
 from experiments.claims import Claim
 from experiments.verdicts import REPRODUCED
 
-__all__ = ["Estimate", "Plot", "write_number"]
+__all__ = ["SPACE", "Estimate", "Plot", "write_number"]
 
 UNITS = ("%", "points", "τ")
 HALF = 0.5  # the paper's numbers are rounded to whole per cents

@@ -2,6 +2,7 @@
 
 import json
 import shlex
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import pairwise
@@ -9,6 +10,8 @@ from math import isfinite
 from typing import Any
 
 from experiments.config import load, to_overrides
+from experiments.scenarios import BEYOND
+from experiments.study import default_axes
 
 from .inputs import HOW, Inputs, Job
 
@@ -17,7 +20,7 @@ __all__ = ["Machine", "Runtime", "command", "machines", "runtimes", "write_level
 
 @dataclass(frozen=True)
 class Machine:
-    """A source tree and a machine, with the tables that were made there."""
+    """A source tree and a machine, with the tables, or folders of them, that were made there."""
 
     tables: Sequence[str]
     record: Mapping[str, Any]
@@ -37,14 +40,32 @@ class Runtime:
 
 def machines(inputs: Inputs) -> list[Machine]:
     """Group the tables by the code, the packages and the platform that they were made with."""
-    groups: dict[str, Machine] = {}
+    groups: dict[str, list[str]] = {}
     tables = {f"trials/{name}": record for name, record in inputs.experiments.items()}
     tables |= {f"replicates/{name}": record for name, record in inputs.replicates.items()}
+    tables |= {f"trials/{name}": record for name, record in inputs.parts.items()}
     for name, record in tables.items():
         machine = {key: record[key] for key in ("git", "python", "platform", "packages")}
-        known = groups.setdefault(json.dumps(machine, sort_keys=True), Machine((), machine))
-        groups[json.dumps(machine, sort_keys=True)] = Machine((*known.tables, name), machine)
-    return list(groups.values())
+        groups.setdefault(json.dumps(machine, sort_keys=True), []).append(name)
+    folders = Counter(map(_folder, tables))
+    return [
+        Machine(_shorten(names, folders), json.loads(machine)) for machine, names in groups.items()
+    ]
+
+
+def _shorten(names: Sequence[str], folders: Mapping[str, int]) -> list[str]:
+    """Name a folder in place of all tables in it."""
+    found = Counter(map(_folder, names))
+    whole = {folder for folder in found if found[folder] == folders[folder]}
+    shortened = (
+        f"{_folder(name)}/ ({folders[_folder(name)]})" if _folder(name) in whole else name
+        for name in names
+    )
+    return list(dict.fromkeys(shortened))
+
+
+def _folder(name: str) -> str:
+    return name.rpartition("/")[0]
 
 
 def command(inputs: Inputs) -> str:
@@ -58,8 +79,15 @@ def command(inputs: Inputs) -> str:
         for key, value in record["config"].items():
             if key not in HOW and value != defaults.get(key):
                 changed[key] = value
-    if inputs.n_replicates != inputs.claims.replicates:
+    plan = inputs.plan
+    if inputs.n_replicates != plan.claims.replicates:
         changed["replicates"] = inputs.n_replicates
+    axes = {name: axis for study in plan.studies.values() for name, axis in study.axes.items()}
+    for name, default in default_axes().items():
+        if axes[name].values != default.values:
+            changed[name] = list(axes[name].values)
+    if plan.scenario_file.resolve() != BEYOND:
+        changed["scenarios"] = plan.scenario_file.name
     settings = ["--config", *to_overrides(changed)] if changed else []
     return shlex.join(["snakemake", "report", *settings])
 

@@ -1,17 +1,18 @@
 """The page: what it shows, handed to the template ``page.html.j2``."""
 
 import re
-import struct
 from base64 import b64encode
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
+from PIL import Image
 
 from experiments.claims import Claim, Decision, Reading
 from experiments.comparison import CRITERIA, PROPERTIES
@@ -19,8 +20,8 @@ from experiments.config import load
 from experiments.verdicts import CENTRAL
 from figures import FIGURES
 
-from . import origin
-from .estimates import Estimate
+from . import origin, studies
+from .estimates import SPACE, Estimate
 from .inputs import VERDICTS, Inputs
 
 __all__ = ["render"]
@@ -31,8 +32,13 @@ SYMBOLS = (  # names of settings as they are read
     (re.compile("sigma_t"), "<i>σ</i><sub>t</sub>"),
     (re.compile("n_outliers"), "outliers"),
     (re.compile("n_cameras"), "cameras"),
+    (re.compile(r"(?<=[ (])-(?=\d)"), "−"),
+    (re.compile(r"\btau (?=[−\d])"), "τ\u00a0"),
     (re.compile(r"\btau\b"), "τ"),
+    (re.compile(r"\b\w+-[12]\b"), r'<span class="whole">\g<0></span>'),
 )
+WIDE = 1500  # pixels: 5 inches
+COLOURS = 256  # in a picture: all that can be seen, at a third of the size
 
 
 @dataclass(frozen=True)
@@ -82,6 +88,11 @@ class Picture:
     height: int
     rows: Sequence[Row]
 
+    @property
+    def is_wide(self) -> bool:
+        """Whether it is as wide as the paper's text, not as one of its columns."""
+        return self.width > WIDE
+
 
 def render(inputs: Inputs) -> str:
     """Write the page.
@@ -119,7 +130,7 @@ def render(inputs: Inputs) -> str:
             row for verdict in VERDICTS[:-1] for row in rows if row.estimate.verdict == verdict
         ],
         pictures=_pictures(inputs.figures, rows),
-        figure_numbers={name: number for number, name in enumerate(FIGURES, start=1)},
+        figure_numbers={name: number for number, name in enumerate(inputs.figures, start=1)},
         criteria=dict(zip(PROPERTIES, CRITERIA, strict=True)),
         statistics=dict(tested.groupby("property", sort=False)["statistic"].first()),
         comparison=inputs.comparison.groupby("metric", sort=False),
@@ -127,6 +138,18 @@ def render(inputs: Inputs) -> str:
         n_agreeing=int((tested["agrees"] == "yes").sum()),
         figure_of={name: figure for figure, names in FIGURES.items() for name in names},
         decisions=_decisions(inputs),
+        thresholds=studies.Thresholds(inputs.thresholds, _trials(inputs, "threshold_study/")),
+        registrations=studies.Registrations(
+            inputs.registrations, _trials(inputs, "registration_study/")
+        ),
+        beyond=studies.Beyond(
+            inputs.plan.scenarios.name,
+            inputs.findings,
+            {
+                name: inputs.parts[config.name]["config"]
+                for name, config in inputs.plan.scenarios.scenarios.items()
+            },
+        ),
         experiments=inputs.experiments,
         machines=origin.machines(inputs),
         command=origin.command(inputs),
@@ -145,6 +168,8 @@ def _environment() -> Environment:
     )
     environment.filters["symbols"] = _symbols
     environment.filters["levels"] = origin.write_levels
+    environment.filters["of_d"] = _of_d
+    environment.filters["together"] = _together
     return environment
 
 
@@ -170,10 +195,35 @@ def _symbols(text: str) -> Markup:
     return Markup(html)
 
 
+def _of_d(text: str) -> Markup:
+    """Escape a text and write quantities in italics: d, m and n, standing alone."""
+    return Markup(re.sub(r"\b([dmn])\b", r"<i>\1</i>", str(escape(text))))
+
+
+def _together(text: str) -> str:
+    """Let no line break between a number and what belongs to it.
+
+    Examples
+    --------
+    >>> _together("dependence 3.4 % at 0.5").split(" ") == [
+    ...     "dependence",
+    ...     "3.4\u202f%\u00a0at\u00a00.5",
+    ... ]
+    True
+    """
+    return text.replace(" %", f"{SPACE}%").replace(" at ", "\u00a0at\u00a0")
+
+
+def _trials(inputs: Inputs, study: str) -> int:
+    """Return the number of trials in each cell of a study's first experiment, as it was run."""
+    first = next(name for name in inputs.parts if name.startswith(study))
+    return int(inputs.parts[first]["config"]["trials"])
+
+
 def _rows(inputs: Inputs) -> list[Row]:
     rows = []
     for (_, record), claim in zip(
-        inputs.verdicts.iterrows(), inputs.claims.claims.values(), strict=True
+        inputs.verdicts.iterrows(), inputs.plan.claims.claims.values(), strict=True
     ):
         of_means = _estimate(claim, record, "_of_means") if claim.has_ranges else None
         rows.append(Row(claim, _estimate(claim, record), of_means))
@@ -191,10 +241,10 @@ def _decisions(inputs: Inputs) -> list[Evidence]:
         for _, record in inputs.decisions.iterrows()
     }
     decisions = []
-    for decision in inputs.claims.decisions:
+    for decision in inputs.plan.claims.decisions:
         rows = []
         for name in decision.claims:
-            claim = inputs.claims.claims[name]
+            claim = inputs.plan.claims.claims[name]
             estimates = [
                 _estimate(claim, records[decision.id, name, reading.reading])
                 for reading in decision.readings
@@ -204,11 +254,12 @@ def _decisions(inputs: Inputs) -> list[Evidence]:
     return decisions
 
 
-def _pictures(figures: Mapping[str, bytes], rows: Sequence[Row]) -> dict[str, Picture]:
+def _pictures(figures: Mapping[str, Image.Image], rows: Sequence[Row]) -> dict[str, Picture]:
     pictures = {}
-    for number, (name, png) in enumerate(figures.items(), start=1):
-        width, height = struct.unpack(">II", png[16:24])  # the header of every PNG
-        source = f"data:image/png;base64,{b64encode(png).decode()}"
+    for number, (name, image) in enumerate(figures.items(), start=1):
+        buffer = BytesIO()
+        image.convert("RGB").quantize(COLOURS).save(buffer, "PNG", optimize=True)
+        source = f"data:image/png;base64,{b64encode(buffer.getvalue()).decode()}"
         own = [row for row in rows if row.claim.figure == name]
-        pictures[name] = Picture(name, number, source, width, height, own)
+        pictures[name] = Picture(name, number, source, *image.size, own)
     return pictures

@@ -234,7 +234,7 @@ def test_registration_study_on_made_up_trials(registrations: Study) -> None:
     seeds, length = registrations.parts["cube_37"], registrations.parts["trajectory_length"]
     few = replace(registrations, parts={"cube_37": seeds, "trajectory_length": length})
     spread = pd.DataFrame(
-        {"n_cameras": 37, "n_outliers": [0, 11], "sigma_t": 0.03}
+        {"n_cameras": 37, "n_outliers": [0, 11], "sigma_t": 0.03, "trial": 0}
         | {f"TAS(seed={k})": [0.4, 0.2 + 0.1 * (k % 2)] for k in range(10)}
         | {refined.format(f", seed={k}"): [0.5, 0.35 + 0.01 * (k % 2)] for k in range(10)}
     )

@@ -48,7 +48,7 @@ def registrations() -> pd.DataFrame:
                     continue
                 for sigma in part.config.sigma_t:
                     for name, low in (("mean", 0.5), ("smallest", 0.4), ("largest", 0.7)):
-                        row |= {"sigma_t": sigma, "pcr99": low, "refined": 0.8}
+                        row |= {"sigma_t": sigma, "trial": 0, "pcr99": low, "refined": 0.8}
                         rows.append(row | {"statistic": name})
     return pd.DataFrame(rows)
 
@@ -111,6 +111,14 @@ def test_registration_study_has_a_panel_for_each_set_of_inputs(registrations: pd
     assert len(titles) == 12
     bars = [line for line in shown[0].lines if len(line.get_ydata()) == 2][:2]
     assert [list(bar.get_ydata()) for bar in bars] == [[0.4, 0.7], [0.8, 0.8]]
+
+
+def test_registration_study_with_several_inputs_of_a_kind(registrations: pd.DataFrame) -> None:
+    more = registrations[registrations["trial"].notna()].assign(trial=1)
+    figure = registration_study.draw(pd.concat([registrations, more], ignore_index=True))
+    first = figure.axes[0]
+    ticks = [label.get_text() for label in first.get_xticklabels()]
+    assert ticks == ["0", "0", "11", "11", "18", "18", "33", "33"] * 2
 
 
 def test_registration_study_of_one_experiment(registrations: pd.DataFrame) -> None:

@@ -72,11 +72,24 @@ setTimeout(() => {
 WIDTHS = """
 <script>
 const root = document.documentElement;
+const details = [...document.querySelectorAll("details")];
+details.forEach((each) => { each.open = true; });
 parent.postMessage(JSON.stringify({
   scroll: root.scrollWidth,
   inner: innerWidth,
   controls: document.getElementById("controls").offsetHeight,
+  details: details.length,
 }), "*");
+</script>
+</body>
+"""
+# Tells which of the details can be seen; all of them are closed.
+CLOSED = """
+<script>
+const tables = [...document.querySelectorAll("details:not([open]) table")];
+const seen = tables.map((table) => table.checkVisibility());
+document.body.innerHTML = "<pre></pre>";
+document.body.firstChild.textContent = JSON.stringify(seen);
 </script>
 </body>
 """
@@ -220,3 +233,13 @@ def test_no_page_is_wider_than_its_screen(page: Any, tmp_path: Path) -> None:
         assert page_there["inner"] >= int(width) - 20  # but for a scroll bar
         assert page_there["scroll"] <= page_there["inner"], width
         assert page_there["controls"] > 0
+        assert page_there["details"] == 3
+
+
+def test_what_is_closed_on_the_screen_is_printed(page: Any, tmp_path: Path) -> None:
+    path = tmp_path / "page.html"
+    path.write_text(with_script(page, CLOSED), encoding="utf-8")
+    assert browse(path) == [False, False, False]
+    as_printed = with_script(page, CLOSED).replace("@media print", "@media screen")
+    path.write_text(as_printed, encoding="utf-8")
+    assert browse(path) == [True, True, True]

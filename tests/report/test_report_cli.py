@@ -19,6 +19,10 @@ def lose(name: str) -> Change:
     return lambda results: (results / name).unlink()
 
 
+def cut(name: str) -> Change:
+    return lambda results: (results / name).write_bytes((results / name).read_bytes()[:60])
+
+
 def swap(name: str, old: str, new: str) -> Change:
     def change(results: Path) -> None:
         text = (results / name).read_text()
@@ -28,6 +32,8 @@ def swap(name: str, old: str, new: str) -> Change:
     return change
 
 
+THRESHOLDS, REGISTRATIONS = "experiments.threshold_study", "experiments.registration_study"
+TIMES, FINDINGS = "experiments.study_time {}", "experiments.findings"
 VERDICTS, TABLE_1 = "experiments.verdicts", "experiments.comparison"
 TRIALS = "experiments.run experiment=rotations"
 REPLICATE = "experiments.replicate replicate={}"
@@ -44,6 +50,32 @@ FAULTS = [
     ("tables/method_comparison.csv", swap, ("TAS", "XAS"), "was made for something", TABLE_1),
     ("figures/combined.png", lose, (), "does not exist", "figures combined"),
     ("figures/combined.png", put, ("GIF89a",), "is no PNG", "figures combined"),
+    ("figures/combined.png", cut, (), "is no PNG", "figures combined"),
+    ("figures/threshold_study.png", lose, (), "does not exist", "figures threshold_study"),
+    ("figures/paths.png", lose, (), "does not exist", "figures.beyond"),
+    ("tables/threshold_study_ras.csv", lose, (), "does not exist", THRESHOLDS),
+    ("tables/threshold_study_tas.csv", swap, (",yes,", ",no,"), "line 4 is not", THRESHOLDS),
+    ("tables/threshold_study_pas.csv", swap, ("0.25", "0.3"), "line 3 is not", THRESHOLDS),
+    ("tables/threshold_study_time.csv", lose, (), "does not exist", TIMES.format("threshold")),
+    (
+        "tables/registration_study_time.csv",
+        swap,
+        ("1.25", "x"),
+        "has values of milliseconds that are no numbers",
+        TIMES.format("registration"),
+    ),
+    ("tables/registration_study.csv", put, ("part\n",), "has no column", REGISTRATIONS),
+    ("tables/registration_study.csv", swap, ("line_37", "line_38"), "line", REGISTRATIONS),
+    ("tables/beyond.csv", lose, (), "does not exist", FINDINGS),
+    ("tables/beyond.csv", swap, ("orbit,RAS", "orbit,SAR"), "is not orbit/RAS", FINDINGS),
+    (
+        "trials/threshold_study/length.json",
+        lose,
+        (),
+        "does not exist",
+        "experiments.study threshold length",
+    ),
+    ("trials/beyond/bias.json", put, ("{",), "is no record", "experiments.scenarios bias"),
     ("trials/rotations.json", lose, (), "does not exist", TRIALS),
     ("replicates/1.json", put, ("{",), "is no record of provenance", REPLICATE.format(1)),
     (
@@ -97,6 +129,7 @@ def test_another_number_of_replicates_is_refused_and_passed_on(
         ("trials", "'trials' is not a setting"),
         ("replicates=1", "setting 'replicates' must be a whole number of at least 2"),
         ("replicates=x", "setting 'replicates' must be a whole number, not 'x'"),
+        ("tas_quantile=2", "setting 'tas_quantile' must be a list in brackets"),
     ],
 )
 def test_a_wrong_setting_is_refused_in_one_line(

@@ -129,7 +129,7 @@ def test_it_can_be_read_without_seeing_it(page: Any) -> None:
     assert all(svg.get("aria-hidden") == "true" for svg in page.all("svg"))
     for table in page.all("table"):
         assert len(list(page.within(table, "caption"))) == 1
-    assert all(th.get("scope") in ("row", "col") for th in page.all("th"))
+    assert all(th.get("scope") in ("row", "col", "rowgroup") for th in page.all("th"))
     for tag in ("header", "main", "footer", "nav"):
         assert len(page.all(tag)) == 1
     skip = page.all("a")[0]
@@ -207,6 +207,7 @@ def test_provenance_has_the_command_and_no_place(page: Any) -> None:
     assert "snakemake report --config trials=7 replicates=3" in text
     assert "results_dir" not in page.html
     assert "numpy 2.4.6" in text
+    assert "Tables" not in text  # all of them from one machine
 
 
 def test_run_times_are_those_of_this_study(page: Any) -> None:
@@ -227,6 +228,7 @@ def test_what_was_made_elsewhere_is_told_apart(
     text = make_page(results).id("provenance").text
     assert "git checkout" not in text
     assert "replicates/2 Commit bad1dea, with changes that are not committed" in text
+    assert "trials/ (8), replicates/0, replicates/1, trials/threshold_study/ (4), " in text
     assert "Not recorded" in text
 
 

@@ -8,11 +8,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from itertools import takewhile
 from pathlib import Path
 
 import pytest
 
 from experiments.scenarios import load_study
+from experiments.study import STUDIES
+from experiments.study import load_study as load_parameter_study
 
 ROOT = Path(__file__).resolve().parents[2]
 SNAKEFILE = ROOT / "Snakefile"
@@ -48,9 +51,9 @@ def planned(done: subprocess.CompletedProcess[str]) -> dict[str, int]:
     assert done.returncode == 0, done.stderr
     lines = (done.stdout + done.stderr).splitlines()
     start = lines.index("Job stats:")
-    rows = [line.split() for line in lines[start + 3 : start + 12]]
+    rows = [line.split() for line in takewhile(str.strip, lines[start + 3 :])]
     jobs = {row[0]: int(row[1]) for row in rows if len(row) == 2 and row[1].isdigit()}
-    jobs.pop("total")
+    assert jobs.pop("total") == sum(jobs.values())
     return jobs
 
 
@@ -90,10 +93,24 @@ def test_one_figure_needs_its_experiment_alone(snakemake: Snakemake) -> None:
 
 def test_the_report_needs_everything_and_a_number_of_replicates(snakemake: Snakemake) -> None:
     jobs = planned(snakemake("report", "--dry-run", "--config", "replicates=2"))
+    parts = sum(len(load_parameter_study(name).parts) for name in STUDIES)
+    scenarios = len(load_study().scenarios)
     assert jobs == {
         **{"experiment": 8, "figure": 7, "comparison": 1},
         **{"replicate": 2, "claims": 1, "report": 1},
+        **{"study_part": parts, "study_time": 2, "study_figure": 2},
+        **{"threshold_tables": 1, "registration_tables": 1},
+        **{"scenario": scenarios, "findings": 1, "findings_figure": 1},
     }
+
+
+def test_the_report_shows_own_values_and_scenarios(snakemake: Snakemake, tmp_path: Path) -> None:
+    (tmp_path / "mine.yaml").write_text(OWN)
+    settings = ["replicates=2", "scenarios=mine.yaml", "tas_quantile=[0.5]"]
+    done = snakemake("report", "--dry-run", "--printshellcmds", "--config", *settings)
+    assert planned(done)["scenario"] == 2
+    (command,) = [line for line in (done.stdout + done.stderr).splitlines() if "-m report" in line]
+    assert " replicates=2 --scenarios mine.yaml 'tas_quantile=[0.5]' " in command
 
 
 def test_the_profile_for_slurm_submits_trials_with_stated_needs_and_nothing_else(
