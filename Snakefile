@@ -74,6 +74,12 @@ def study(name):
         refuse(error)
 
 
+def part_threads(wildcards):
+    """The fixed inputs take a moment; the other parts are few and of very different length."""
+    part = study(wildcards.study).parts[wildcards.part]
+    return THREADS if part.seeds or "n_jobs" in config else CORES
+
+
 def part_settings(wildcards):
     """What the trials of a part of a study depend on."""
     return without_how(asdict(study(wildcards.study).parts[wildcards.part].config))
@@ -292,7 +298,7 @@ rule study_part:
         provenance=TRIALS / "{study}_study" / "{part}.json",
     params:
         settings=part_settings,
-    threads: THREADS
+    threads: part_threads
     resources:
         mem_mb=memory,
         runtime=minutes,
