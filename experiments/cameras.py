@@ -23,14 +23,14 @@ TRANSLATION_LIMIT = 100.0  # of the estimated world, uniform within plus and min
 class Scene:
     """Ground-truth and estimated cameras; row i of both is the same camera.
 
+    An estimated camera that is missing has rows of NaN.
+
     Parameters
     ----------
     gt_rotations, est_rotations : (n, 3, 3) ndarray
         Camera-to-world rotations.
     gt_positions, est_positions : (n, 3) ndarray
         Camera centres in their world.
-
-    An estimated camera that is missing has rows of NaN.
     """
 
     gt_rotations: Floats

@@ -83,7 +83,7 @@ class Evaluation:
                 return self._pas(**options)
             case "mAA":
                 return maa(self._scene.gt_poses, self._scene.est_poses, **options)
-        scene = self._estimated  # those below have no value for a camera that is missing
+        scene = self._scene.estimated  # those below have no value for a camera that is missing
         match name:
             case "ATE":
                 return ate(scene.gt_positions, scene.est_positions)
@@ -171,11 +171,8 @@ class Evaluation:
 
     @cached_property
     def _rotation_statistics(self) -> dict[str, float]:
-        return rotation_statistics(self._estimated.gt_rotations, self._estimated.est_rotations)
-
-    @cached_property
-    def _estimated(self) -> Scene:
-        return self._scene.estimated
+        scene = self._scene.estimated
+        return rotation_statistics(scene.gt_rotations, scene.est_rotations)
 
 
 def _score(errors: Floats, unit: float, largest: float, count: float) -> float:

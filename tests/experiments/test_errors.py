@@ -116,6 +116,22 @@ def test_bias_is_constant_in_the_camera_frame() -> None:
         np.testing.assert_allclose(own, np.tile(own[0], (1000, 1)), atol=1e-12)
 
 
+def test_what_cameras_err_by_together_has_no_preferred_direction() -> None:
+    """Of arm and axis of the bias, of the ends of a drift, and of growing or shrinking."""
+    seeds = range(300)
+    biases = [errors("bias", n=20, seed=seed) for seed in seeds]
+    drifts = [errors("drift", n=20, seed=seed) for seed in seeds]
+    arms = [[rotations[0].T @ both[i][0] for *both, rotations, _ in biases] for i in (0, 1)]
+    ends = [[walks[i][-1] for walks in drifts] for i in (0, 1)]
+    for vectors in np.array([*arms, *ends]):
+        directions = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+        for component in directions.T:
+            assert stats.kstest(component, stats.uniform(-1, 2).cdf).pvalue > 1e-3
+    last = [errors("scale_drift", n=20, seed=seed)[1::2] for seed in seeds]
+    grown = [np.prod(np.diff(both, axis=1)[:, -1], axis=0).sum() > 0 for both in last]
+    assert stats.binomtest(sum(grown), 300).pvalue > 1e-3
+
+
 def test_the_alignment_absorbs_a_lever_arm_on_an_orbit_but_not_on_a_drive() -> None:
     # On a circle that looks inward it moves along the radius, the circle or its axis, which is a
     # change of scale, a rotation and a shift.

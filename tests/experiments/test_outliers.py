@@ -1,6 +1,7 @@
 """Outliers are as many, and as wrong, as stated; what they do to alignments is a fact."""
 
 from dataclasses import asdict
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -63,7 +64,7 @@ def test_scattered_outliers_are_random_cameras(kind: str) -> None:
 
 
 def test_a_cluster_is_consecutive_and_moved_by_one_similarity() -> None:
-    scales, firsts, centres = [], [], []
+    scales, firsts, centres, turns = [], [], [], []
     for seed in range(300):
         rotations, positions, gt_rotations, gt = outliers("cluster", 30, seed=seed, side=6.0)
         part = changed(positions, gt)
@@ -75,11 +76,15 @@ def test_a_cluster_is_consecutive_and_moved_by_one_similarity() -> None:
         np.testing.assert_allclose(local, scale * gt_local @ between[0].T, atol=1e-9)
         scales.append(scale)
         firsts.append(part[0])
+        turns.append(between[0])
         centres.append(positions[part].mean(axis=0))
     low, high = np.log(CLUSTER_SCALES)
     assert stats.kstest(np.log(scales), stats.uniform(low, high - low).cdf).pvalue > 1e-3
     assert stats.kstest(np.ravel(centres), stats.uniform(-3, 6).cdf).pvalue > 1e-3
     assert (min(firsts), max(firsts)) == (0, 70)
+    assert stats.kstest(firsts, stats.uniform(-0.5, 71).cdf).pvalue > 1e-3
+    for column in np.array(turns)[:, :, :2].reshape(-1, 6).T:  # a uniform rotation's entries
+        assert stats.kstest(column, stats.uniform(-1, 2).cdf).pvalue > 1e-3
 
 
 def test_a_frozen_track_stays_where_it_was() -> None:
@@ -100,6 +105,23 @@ def test_a_track_lost_on_a_circle_goes_on_round_it() -> None:
     rotations, positions, gt_rotations, gt = outliers("diverging", 50, geometry="orbit")
     np.testing.assert_allclose(positions, gt, atol=1e-9)
     np.testing.assert_allclose(rotations, gt_rotations, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["frozen", "diverging"])
+def test_a_lost_track_goes_on_from_what_was_estimated(kind: str) -> None:
+    """The noise of the last pose, or of the last motion, is in all that follow it."""
+    rng = np.random.default_rng(0)
+    noisy = {"geometry": "car", "n_cameras": 60, "sigma_t": 0.2, "sigma_r_deg": 5.0}
+    scene = make_scene(rng, **noisy, outliers=kind, n_outliers=20)
+    whole = make_scene(np.random.default_rng(0), **noisy, outliers=kind, n_outliers=0)
+    np.testing.assert_array_equal(scene.est_poses[:40], whole.est_poses[:40])
+    tracked = list(zip(scene.est_rotations[37:], scene.est_positions[37:], strict=True))
+    motions = [
+        np.column_stack([before.T @ after, before.T @ (there - here)])
+        for (before, here), (after, there) in pairwise(tracked)
+    ]
+    expected = motions[1] if kind == "diverging" else np.eye(3, 4)
+    np.testing.assert_allclose(motions[2:], np.tile(expected, (20, 1, 1)), atol=1e-9)
 
 
 SCENE: dict[str, Any] = {"geometry": "cube", "n_cameras": 100, "sigma_t": 0.03, "sigma_r_deg": 3.0}

@@ -110,6 +110,18 @@ def test_a_car_drives_straight_and_turns_by_right_angles_either_way() -> None:
     assert 0.4 < np.mean(turns) < 0.6
 
 
+def test_stretches_of_a_drive_are_of_any_length_alike() -> None:
+    positions, _, _ = path("car", n=20000)
+    steps = np.diff(positions, axis=0)
+    straight = np.einsum("ni,ni->n", steps[1:], steps[:-1]) > 1 - 1e-9
+    bends = np.flatnonzero(np.diff((~straight).astype(int)) == 1)
+    lengths = np.diff(bends) - BEND
+    counts = np.bincount(lengths)[5:]
+    assert len(counts) == 11  # 5 to 15
+    assert counts.sum() == len(lengths)
+    assert stats.chisquare(counts).pvalue > 1e-3
+
+
 def test_uneven_clusters_are_the_fuller_the_denser() -> None:
     n, spreads = 2000, []
     for seed in range(20):
@@ -124,6 +136,22 @@ def test_uneven_clusters_are_the_fuller_the_denser() -> None:
     np.testing.assert_allclose(
         np.median(spreads, axis=0), np.geomspace(*CLUSTER_SPREADS, CLUSTERS), rtol=0.1
     )
+
+
+def test_uneven_clusters_are_anywhere_in_the_unit_cube_and_of_the_stated_sizes() -> None:
+    n, share = 400, 1 / (1 / np.arange(1, CLUSTERS + 1)).sum()
+    centres, counts = [], []
+    for seed in range(300):
+        positions, _, _ = path("uneven", n, seed)
+        centre = np.median(positions[:50], axis=0)  # of the fullest
+        far = np.linalg.norm(positions - centre, axis=1) > 6 * CLUSTER_SPREADS[0]
+        centres.append(centre)
+        counts.append(np.argmax(far))
+    for component in np.transpose(centres):
+        assert stats.kstest(component, stats.uniform(-0.5, 1).cdf).pvalue > 1e-3
+    # The counts are binomial; where the next cluster overlaps they are too large.
+    assert np.median(counts) == pytest.approx(n * share, rel=0.03)
+    assert stats.iqr(counts) == pytest.approx(1.349 * np.sqrt(n * share * (1 - share)), rel=0.25)
 
 
 def test_where_noise_drowns_a_cluster_the_registration_shrinks_the_estimate() -> None:
