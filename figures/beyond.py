@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.command import run_command
+from experiments.config import split_metric
 from experiments.findings import DISCERNS, findings_path
 from experiments.scenarios import BEYOND, load_study
 from experiments.tables import read_csv
@@ -32,6 +33,7 @@ COLOURS = "Blues"  # light to dark, so that it reads in greyscale
 LARGEST = 1.15  # value of the darkest colour: tau stays below 0.9, since levels repeat
 WHITE_ABOVE = 0.68  # the text
 ROW = 0.155  # inches
+TIGHT = 5.5  # size of the type in narrow columns, in points
 
 
 @style.applied()
@@ -45,7 +47,7 @@ def draw(table: pd.DataFrame) -> Figure:
         powers = table.pivot(index="scenario", columns="metric", values=column)
         powers = powers.loc[scenarios["scenario"], table["metric"].unique()]
         _heat_map(axes, powers)
-        style.remark(axes, axes.set_title(title, pad=14), remark)
+        style.remark(axes, axes.set_title(title, pad=5), remark)
     labels = [_label(row) for row in scenarios.to_dict("records")]
     both[0].set_yticks(range(len(labels)), labels)
     both[0].invert_yaxis()
@@ -80,18 +82,24 @@ def _heat_map(axes: Axes, powers: pd.DataFrame) -> None:
             axes.text(
                 column,
                 row,
-                number if orders else f"× {number}",
+                number if orders else f"×\N{THIN SPACE}{number}",
                 color=colour,
-                size=style.SMALL - 0.5,
-                weight="normal" if orders else "bold",
+                size=TIGHT,
                 ha="center",
                 va="center_baseline",
             )
-    axes.set_xticks(range(values.shape[1]), list(powers.columns))
+    axes.set_xticks(range(values.shape[1]), list(map(_metric, powers.columns)))
     axes.tick_params(length=0, top=False, labeltop=True, labelbottom=False)
+    axes.tick_params(axis="x", labelsize=TIGHT)
     axes.grid(visible=False)
     for spine in axes.spines.values():
         spine.set_visible(False)
+
+
+def _metric(metric: str) -> str:
+    """Write a metric, the values of its options below it."""
+    name, options = split_metric(metric)
+    return "\n".join([name, *map(str, options.values())])
 
 
 def _label(row: Mapping[Hashable, Any]) -> str:

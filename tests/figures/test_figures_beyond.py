@@ -29,7 +29,8 @@ def table():
 
 
 def texts(axes):
-    return [text.get_text() for text in axes.texts if text.get_text()[-1].isdigit()]
+    shown = [text.get_text().replace("\N{THIN SPACE}", " ") for text in axes.texts]
+    return [text for text in shown if text[-1].isdigit()]
 
 
 def test_rows_are_scenarios_from_the_top_with_what_their_names_leave_out(table):
@@ -39,6 +40,13 @@ def test_rows_are_scenarios_from_the_top_with_what_their_names_leave_out(table):
     bottom, top = noise.get_ylim()
     assert top < bottom
     assert [label.get_text() for label in noise.get_xticklabels()] == list(POWERS)
+
+
+def test_options_of_a_metric_stand_below_it(table):
+    renamed = table.replace({"metric": {"ATE": "TAS(registration=refined)"}})
+    noise, _ = beyond.draw(renamed).axes
+    labels = [label.get_text() for label in noise.get_xticklabels()]
+    assert labels == ["TAS\nrefined", "TAS", "RAS"]
 
 
 def test_cells_hold_the_powers_and_what_fails_has_a_cross_and_no_colour(table):
