@@ -109,6 +109,8 @@ def _real_array(values: Any, name: str) -> Floats:
         raise ValueError(f"{name} is not a regular array: {error}") from None
     if array.dtype.kind not in "fiu":
         raise ValueError(f"{name} must hold real numbers, not {array.dtype}")
+    if isinstance(values, np.ma.MaskedArray):  # masked: not estimated, whatever lies beneath
+        array = np.ma.filled(values.astype(np.float64), np.nan)
     return np.asarray(array, dtype=np.float64)
 
 

@@ -233,6 +233,23 @@ def test_lists_and_other_number_types(noisy_rotations: Rotations) -> None:
     assert ras(quarter_turns, quarter_turns.tolist()).score == 1.0
 
 
+@pytest.mark.parametrize("kind", [np.float64, np.float32, np.int64])
+def test_masked_rows_are_not_estimated(kind: type) -> None:
+    """The values beneath a mask count for nothing, in the estimate or in the ground truth."""
+    gt = (1000 * POSITIONS).astype(kind)
+    est = np.ma.array(gt, mask=False)
+    est[3] = np.ma.masked
+    result = tas(gt, est)
+    assert np.flatnonzero(np.isinf(result.errors)).tolist() == [3]
+    assert result.score == 0.95
+    assert not np.ma.isMaskedArray(result.errors)
+    rotations = np.ma.array(ROTATIONS, mask=False)
+    rotations[5, 1, 1] = np.ma.masked
+    assert ras(ROTATIONS, rotations).score == 0.95
+    with pytest.raises(ValueError, match=r"^gt_positions\[3\] is not finite"):
+        tas(est, gt)
+
+
 LAYOUTS: dict[str, Callable[[Floats], Floats]] = {
     "Fortran order": np.asfortranarray,
     "every other row": lambda a: np.repeat(a, 2, axis=0)[::2],
