@@ -16,6 +16,8 @@ from .similarity import Similarity
 from .translation import TASResult, closest_pair_quartile, tas
 from .validation import AlignmentWarning
 
+__version__ = "0.1.0"
+
 __all__ = [
     "AlignmentScore",
     "AlignmentWarning",
