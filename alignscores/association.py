@@ -11,12 +11,14 @@ from .extras import require
 from .io import Trajectory, TrajectoryWarning
 from .validation import finite_rows
 
-__all__ = ["MISSING", "Matches", "match"]
+__all__ = ["MISSING", "Matches", "coverage", "in_order", "match"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 MISSING = ("fail", "ignore")
+LONG_GAP = 10, 1.0  # times the median gap, and seconds: from both on, the track was lost
+NANOSECONDS = 0.5e9, 2e9  # ratio of time stamps, where one file has them in nanoseconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +136,75 @@ def match(
     )
 
 
+def in_order(reference: Trajectory) -> Trajectory:
+    """Return a reference as `match` uses it: without duplicates, in the order of its time stamps.
+
+    Parameters
+    ----------
+    reference : Trajectory
+        What a reader of `alignscores.io` returned.
+
+    Returns
+    -------
+    Trajectory
+        The first pose of each stamp or name; by time where the keys are stamps.
+
+    Warns
+    -----
+    TrajectoryWarning
+        Where the stamps are not in order, or keys are repeated; `match` then has nothing more to
+        warn of.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.association import in_order
+    >>> from alignscores.io import Trajectory
+    >>> in_order(Trajectory(np.array([0.0, 0.1, 0.2]), np.tile(np.eye(4), (3, 1, 1)))).keys
+    array([0. , 0.1, 0.2])
+    """
+    rows = _kept(reference.keys, "reference")
+    return Trajectory(reference.keys[rows], reference.poses[rows])
+
+
+def coverage(reference: Trajectory, matches: Matches) -> float:
+    """Return the share of a time-stamped reference over which the track was not lost.
+
+    It was lost between two scored poses, or at an end of the reference, that are more than 10 times
+    as far apart as usual (the median) and more than 1 s. What is lost counts by the reference's
+    poses, so that its own gaps do not.
+
+    Parameters
+    ----------
+    reference : Trajectory
+        With time stamps as keys, in order.
+    matches : Matches
+        What `match` returned for it.
+
+    Returns
+    -------
+    float
+        From 0 to 1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.association import coverage, match
+    >>> from alignscores.io import Trajectory
+    >>> reference = Trajectory(np.arange(100) / 10, np.tile(np.eye(4), (100, 1, 1)))
+    >>> rows = np.r_[:30, 70:100]
+    >>> estimate = Trajectory(reference.keys[rows], reference.poses[rows])
+    >>> coverage(reference, match(reference, estimate))
+    0.6
+    """
+    stamps, scored = reference.keys, matches.keys
+    gaps = np.diff(scored, prepend=stamps[0], append=stamps[-1])
+    times, seconds = LONG_GAP
+    long = gaps > max(times * np.median(gaps), seconds)
+    lost = long[np.searchsorted(scored, stamps)] & ~np.isin(stamps, scored)
+    return float(np.mean(~lost))
+
+
 class _Pairing(NamedTuple):
     """Rows of corresponding poses, in the reference's order, and what was left out of both."""
 
@@ -147,7 +218,7 @@ def _match_times(
     ref_stamps: Floats, est_stamps: Floats, max_diff: float, offset: float
 ) -> _Pairing:
     sync = require("evo.core.sync", "files")
-    ref_kept, est_kept = _in_order(ref_stamps, "reference"), _in_order(est_stamps, "estimate")
+    ref_kept, est_kept = _kept(ref_stamps, "reference"), _kept(est_stamps, "estimate")
     ref, est = ref_stamps[ref_kept], est_stamps[est_kept]
     # As evo does: from the shorter one, so that none of its poses is lost.
     if len(est) > len(ref):
@@ -158,7 +229,7 @@ def _match_times(
         raise ValueError(
             f"no time stamps in common: the reference goes from {ref[0]:.6f} to {ref[-1]:.6f} s, "
             f"the estimate from {est[0]:.6f} to {est[-1]:.6f} s (t_offset {offset:g} s, "
-            f"t_max_diff {max_diff:g} s)"
+            f"t_max_diff {max_diff:g} s){_nanoseconds_hint(ref[-1], est[-1])}"
         )
     pairs = np.array([i, j], dtype=np.intp)
     pairs = pairs[:, np.argsort(np.abs(est[pairs[1]] + offset - ref[pairs[0]]), kind="stable")]
@@ -173,21 +244,19 @@ def _match_times(
     )
 
 
-def _in_order(stamps: Floats, whose: str) -> Indices:
-    """Return the rows in the order of their stamps, the first of those with the same stamp."""
-    if (np.diff(stamps) < 0).any():
-        row = int(np.argmax(np.diff(stamps) < 0)) + 1
-        _warn(
-            f"the time stamps of the {whose} are not in order (first at pose {row + 1}, "
-            f"{stamps[row]:.6f} s); sorted"
-        )
-    order = np.argsort(stamps, kind="stable")
-    return _without_duplicates(stamps, order, whose)
+def _nanoseconds_hint(ref_stamp: float, est_stamp: float) -> str:
+    low, high = NANOSECONDS
+    for whose, one, other in (
+        ("reference", ref_stamp, est_stamp),
+        ("estimate", est_stamp, ref_stamp),
+    ):
+        if low * other < one < high * other:
+            return f"; those of the {whose} seem to be in nanoseconds: write them in seconds"
+    return ""
 
 
 def _match_names(ref_names: NDArray[Any], est_names: NDArray[Any]) -> _Pairing:
-    ref_kept = _without_duplicates(ref_names, np.arange(len(ref_names)), "reference")
-    est_kept = _without_duplicates(est_names, np.arange(len(est_names)), "estimate")
+    ref_kept, est_kept = _kept(ref_names, "reference"), _kept(est_names, "estimate")
     row_of = dict(zip(est_names[est_kept].tolist(), est_kept.tolist(), strict=True))
     ref_rows = [row for row in ref_kept.tolist() if ref_names[row] in row_of]
     if not ref_rows:
@@ -214,8 +283,18 @@ def _match_rows(ref_rows: NDArray[Any], est_rows: NDArray[Any]) -> _Pairing:
     return _Pairing(ref_rows=rows, est_rows=rows, ref_kept=rows, duplicate=0)
 
 
-def _without_duplicates(keys: NDArray[Any], rows: Indices, whose: str) -> Indices:
-    """Return the rows without those whose key stood in an earlier one."""
+def _kept(keys: NDArray[Any], whose: str) -> Indices:
+    """Return the first row of each key; of time stamps, in their order."""
+    rows = np.arange(len(keys))
+    if keys.dtype.kind == "f":
+        backwards = np.diff(keys) < 0
+        if backwards.any():
+            row = int(np.argmax(backwards)) + 1
+            _warn(
+                f"the time stamps of the {whose} are not in order (first at pose {row + 1}, "
+                f"{keys[row]:.6f} s); sorted"
+            )
+        rows = np.argsort(keys, kind="stable")
     kept = rows[_is_first(keys[rows])]
     if whose == "reference" and len(kept) < len(rows):
         _warn(f"duplicates in the reference (of stamp or name), left out: {len(rows) - len(kept)}")
@@ -229,4 +308,4 @@ def _is_first(values: NDArray[Any]) -> NDArray[np.bool_]:
 
 
 def _warn(message: str) -> None:
-    warnings.warn(message, TrajectoryWarning, stacklevel=5)
+    warnings.warn(message, TrajectoryWarning, stacklevel=4)

@@ -3,7 +3,7 @@ import pytest
 from evo.core.sync import associate_trajectories
 from evo.core.trajectory import PoseTrajectory3D
 
-from alignscores.association import match
+from alignscores.association import coverage, in_order, match
 from alignscores.io import Trajectory, TrajectoryWarning
 
 
@@ -89,6 +89,63 @@ def test_stamps_out_of_order_are_sorted(whose):
     assert pairs(matches) == expected
 
 
+@pytest.mark.parametrize(
+    ("reference", "estimate"),
+    [
+        (trajectory([0.0, 1.0, 1.0, 2.0]), trajectory([0.0, 2.0])),
+        (trajectory(["b", "c", "a", "b"]), trajectory(["a", "b"])),
+    ],
+    ids=["stamps", "names"],
+)
+def test_a_reference_in_order_matches_the_same_without_a_warning(reference, estimate):
+    with pytest.warns(TrajectoryWarning, match="duplicates in the reference .*: 1"):
+        ordered = in_order(reference)
+    with pytest.warns(TrajectoryWarning):
+        expected = match(reference, estimate, missing="fail")
+    matches = match(ordered, estimate, missing="fail")
+    assert pairs(matches) == pairs(expected)
+    assert (matches.matched, matches.missing) == (expected.matched, expected.missing) == (2, 1)
+    np.testing.assert_array_equal(in_order(ordered).keys, ordered.keys)
+
+
+def track(stamps, scored):
+    """(stamps of the reference, which of them are scored) -> share that was not lost."""
+    reference = trajectory(stamps)
+    return coverage(reference, match(reference, trajectory(stamps[scored])))
+
+
+STAMPS = np.arange(400) / 40  # 10 s
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "share"),
+    [(100, 300, 0.5), (0, 200, 0.5), (200, 400, 0.5), (0, 0, 1.0), (180, 215, 1.0)],
+    ids=["middle", "start", "end", "nothing", "less than a second"],
+)
+@pytest.mark.parametrize("step", [1, 3])
+def test_coverage_is_what_was_not_lost(first, last, share, step):
+    """Wherever it was lost, and however densely it was to be estimated."""
+    rows = np.arange(400)
+    scored = (rows % step == 0) & ((rows < first) | (rows >= last))
+    assert track(STAMPS, scored) == pytest.approx(share, abs=2 * step / 400)
+    assert track(1e9 + STAMPS, scored) == track(STAMPS, scored)
+
+
+def test_coverage_of_keyframes_and_of_frames_dropped_here_and_there():
+    rng = np.random.default_rng(0)
+    assert track(STAMPS, rng.random(400) < 0.3) == 1.0
+    keyframes = np.cumsum(rng.integers(10, 60, 12))  # up to 1.5 s apart
+    assert track(STAMPS, np.isin(np.arange(400), keyframes)) == 1.0
+
+
+def test_a_gap_of_the_reference_is_no_loss():
+    stamps = np.r_[STAMPS, 60 + STAMPS]
+    assert track(stamps, np.ones(800, dtype=bool)) == 1.0
+    assert track(stamps, np.arange(800) < 600) == pytest.approx(0.75, abs=0.002)
+    lost_at_the_gap = (np.arange(800) < 300) | (np.arange(800) >= 500)
+    assert track(stamps, lost_at_the_gap) == 0.75
+
+
 def test_names():
     reference, estimate = trajectory(["b", "a", "c", "d"]), trajectory(["d", "x", "a", "a"])
     matches = match(reference, estimate, missing="fail")
@@ -122,6 +179,18 @@ def test_rows():
 def test_nothing_in_common(reference, estimate, message):
     with pytest.raises(ValueError, match=message):
         match(trajectory(reference), trajectory(estimate))
+
+
+@pytest.mark.parametrize("whose", ["reference", "estimate"])
+def test_nanoseconds_are_named(whose):
+    seconds = 1.7e9 + np.arange(10)
+    both = (seconds * 1e9, seconds) if whose == "reference" else (seconds, seconds * 1e9)
+    with pytest.raises(ValueError, match=f"those of the {whose} seem to be in nanoseconds"):
+        match(*map(trajectory, both))
+    with pytest.raises(ValueError, match=r"t_max_diff 0.01 s\)$"):
+        match(trajectory(seconds), trajectory(seconds + 1e6))
+    with pytest.raises(ValueError, match=r"t_max_diff 0.01 s\)$"):
+        match(trajectory(seconds - 4e9), trajectory(seconds))
 
 
 def test_unknown_policy():
