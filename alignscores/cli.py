@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from .association import MISSING, Matches, match
+from . import __version__
+from .association import MISSING, Matches, coverage, in_order, match
 from .conventions import (
     Convention,
     describe_rotation,
@@ -24,6 +25,7 @@ from .conventions import (
 )
 from .extras import require
 from .io import (
+    FileError,
     Trajectory,
     TrajectoryWarning,
     inverse_poses,
@@ -36,12 +38,15 @@ from .io import (
 from .pose import PASResult, pas
 from .report import Scored, as_json, save_evo_results, save_figure, table, unique_names
 from .similarity import Similarity
-from .translation import REGISTRATIONS, tas
+from .translation import REGISTRATIONS, closest_pair_quartile, tas
 from .validation import AlignmentWarning, finite_rows
 
 __all__ = ["main"]
 
 SCATTER = 0.005  # standard deviation of the TAS over the seeds that deserves a hint
+SAME_UNIT = 1.05  # ratio of two d up to which scores compare: the TAS changes less than by the seed
+COVERED = 0.9  # share of the reference below which the rest deserves a note
+DENSER = 1.5  # ratio of time steps from which a reference has poses that no estimate was to have
 
 
 @dataclass(frozen=True)
@@ -118,17 +123,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 if all was scored, 1 if something could not be. Wrong usage ends in ``SystemExit(2)``.
     """
     parser = build_parser()
-    if "_ARGCOMPLETE" in os.environ:
-        require("argcomplete", "files").autocomplete(parser)
-    arguments = parser.parse_args(argv)
-    check_outputs(parser, arguments)
     try:
-        return run(arguments)
+        if "_ARGCOMPLETE" in os.environ:
+            require("argcomplete", "files").autocomplete(parser)
+        return run(parser.parse_args(argv))
     except BrokenPipeError:  # such as `| head`: nobody reads on
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except (ModuleNotFoundError, OSError, ValueError) as error:
-        return fail(error)
+        fail(one_line(error))
+        return 1
     except KeyboardInterrupt:
         return 130
 
@@ -142,6 +146,7 @@ def build_parser() -> argparse.ArgumentParser:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     formats = parser.add_subparsers(dest="format", metavar="FORMAT", required=True)
     for name, form in FORMATS.items():
         command = formats.add_parser(
@@ -198,41 +203,50 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
     output.add_argument(
         "--save_results",
         metavar="FILE.zip",
-        type=Path,
+        type=output_file(".zip"),
         help="save for evo_res; of several estimates each gets FILE_<name>.zip",
     )
     output.add_argument("--plot", action="store_true", help="show histograms and trajectories")
     output.add_argument(
-        "--save_plot", metavar="FILE", type=Path, help="save them as FILE (.png, .pdf or .svg)"
+        "--save_plot",
+        metavar="FILE",
+        type=output_file(".png", ".pdf", ".svg"),
+        help="save them as FILE (.png, .pdf or .svg)",
     )
 
 
 def add_number(group: Any, option: str, default: float | None, text: str) -> None:
     """Add an option that takes a number: a whole one if the default is, else a finite one."""
+    convert = int if isinstance(default, int) else float
     least = {"--t_offset": -math.inf, "--repeat": 1}.get(option, 0)
+    bound = {"--t_offset": "", "--unit": " above 0"}.get(option, f" of at least {least}")
 
     def number(value: str) -> float:
-        result = int(value) if isinstance(default, int) else float(value)
-        if not math.isfinite(result) or result < least or (option == "--unit" and result == 0):
-            raise ValueError
-        return result
+        try:
+            result = convert(value)
+            if math.isfinite(result) and result >= least and (option != "--unit" or result > 0):
+                return result
+        except (OverflowError, ValueError):
+            pass
+        kind = "whole" if convert is int else "finite"
+        raise argparse.ArgumentTypeError(f"must be a {kind} number{bound}, not {value!r}")
 
-    number.__name__ = "non-negative number" if least == 0 else "number"
     suffix = "" if default is None else " (default: %(default)s)"
     group.add_argument(option, type=number, default=default, metavar="X", help=text + suffix)
 
 
-def check_outputs(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
-    """Refuse files that could not be written before anything is computed."""
-    suffixes = {"save_results": (".zip",), "save_plot": (".png", ".pdf", ".svg")}
-    for option, allowed in suffixes.items():
-        path = getattr(arguments, option)
-        if path is None:
-            continue
-        if path.suffix not in allowed:
-            parser.error(f"--{option} {path}: the name must end in {' or '.join(allowed)}")
+def output_file(*suffixes: str) -> Callable[[str], Path]:
+    """Return a type of argument that refuses what could not be written before all else."""
+
+    def output(value: str) -> Path:
+        path = Path(value)
+        if path.suffix not in suffixes:
+            raise argparse.ArgumentTypeError(f"{value} does not end in {' or '.join(suffixes)}")
         if not path.parent.is_dir():
-            parser.error(f"--{option} {path}: there is no folder {path.parent}")
+            raise argparse.ArgumentTypeError(f"{value}: there is no folder {path.parent}")
+        return path
+
+    return output
 
 
 def check_outputs_possible(arguments: argparse.Namespace) -> None:
@@ -255,34 +269,48 @@ def run(arguments: argparse.Namespace) -> int:
     check_outputs_possible(arguments)
     form = FORMATS[arguments.format]
     with collected_warnings() as notes:
-        reference = form.read(arguments.reference, complete=True)
-    scored, failed = [], False
+        reference = in_order(form.read(arguments.reference, complete=True))
+    scored: list[Scored] = []
+    failed: list[dict[str, str]] = []
     names = unique_names(arguments.estimates)
     for number, (name, file) in enumerate(zip(names, arguments.estimates, strict=True), 1):
         progress(f"{number}/{len(names)} {name}" if len(names) > 1 else "")
         try:
             scored.append(score(reference, name, file, arguments))
         except ValueError as error:
-            failed = True
-            fail(error, file)
+            failed.append({"file": file, "error": one_line(error, file)})
+            fail(failed[-1]["error"])
     progress("")
-    if not scored:
-        return 1
-    scored.sort(key=lambda one: one.result.score, reverse=True)
-    show(scored, notes, arguments)
-    save(scored, arguments)
-    return int(failed)
+    units = [one.result.tas.unit for one in scored]
+    if scored and max(units) > SAME_UNIT * min(units):
+        notes.append(units_note(scored, reference, form))
+    else:
+        scored.sort(key=lambda one: one.result.score, reverse=True)
+    if arguments.json:
+        show_json(scored, failed, notes, arguments)
+    elif scored:
+        show_table(scored, notes, arguments)
+    if scored:
+        save(scored, arguments)
+    return int(bool(failed))
 
 
 def score(reference: Trajectory, name: str, file: str, arguments: argparse.Namespace) -> Scored:
     """Read, match, check and score one estimate."""
     form = FORMATS[arguments.format]
     timing = {key: getattr(arguments, key) for key in ("t_max_diff", "t_offset") if form.timed}
-    with collected_warnings() as notes:
+    with collected_warnings() as file_notes:  # which name the file themselves
         estimate = form.read(file)
-        if arguments.invert:
-            estimate = estimate._replace(poses=inverse_poses(estimate.poses))
+    if arguments.invert:
+        estimate = estimate._replace(poses=inverse_poses(estimate.poses))
+    with collected_warnings() as notes:
         matches = match(reference, estimate, missing=arguments.missing, **timing)
+        if len(matches.keys) < min(4, len(reference.keys)):
+            options = "".join(f", --{key} {value:g}" for key, value in timing.items())
+            raise ValueError(
+                f"only {matches.matched} of {len(estimate.keys)} poses could be matched to the "
+                f"reference, and it takes 4 (--missing {arguments.missing}{options})"
+            )
         convention = find_convention(matches.gt_poses, matches.est_poses)
         inverted = convention.inverted or convention.rotations_inverted  # B is not for these poses
         automatic = arguments.body_rotation == "auto" and not inverted
@@ -290,8 +318,13 @@ def score(reference: Trajectory, name: str, file: str, arguments: argparse.Names
         est_poses = matches.est_poses
         if body_rotation is not None:
             est_poses = turn_cameras(est_poses, body_rotation)
-        options = {"unit": arguments.unit, "registration": arguments.registration}
-        result = pas(matches.gt_poses, est_poses, rng=arguments.seed, **options)
+        result = pas(
+            matches.gt_poses,
+            est_poses,
+            rng=arguments.seed,
+            unit=arguments.unit or derived_unit(matches),
+            registration=arguments.registration,
+        )
         spread = tas_spread(matches, result, arguments)
     notes += matching_notes(matches, reference, estimate, form)
     if seem_swapped(reference, estimate):
@@ -308,8 +341,22 @@ def score(reference: Trajectory, name: str, file: str, arguments: argparse.Names
         tas_sd=spread,
         ate=ate(matches),
         body_rotation=body_rotation,
-        notes=[note if note.startswith(file) else f"{name}: {note}" for note in notes],
+        notes=[*file_notes, *(f"{name}: {note}" for note in notes)],
     )
+
+
+def derived_unit(matches: Matches) -> float:
+    """Return d of the reference poses; where there is none, tell what to do."""
+    gt = matches.gt_poses[:, :3, 3]
+    try:
+        return closest_pair_quartile(gt)
+    except ValueError:
+        reason = (
+            f"the reference has {len(gt)} of the 4 poses that it takes"
+            if len(gt) < 4
+            else "at least three quarters of the reference poses coincide with another one"
+        )
+        raise ValueError(f"d cannot be derived: {reason}; --unit sets it") from None
 
 
 def tas_spread(matches: Matches, result: PASResult, arguments: argparse.Namespace) -> float | None:
@@ -345,12 +392,13 @@ def matching_notes(
         notes = []
         if unmatched > n / 10:
             notes.append(f"{unmatched} of {n} poses have no reference pose within --t_max_diff")
-        covered = float(np.ptp(matches.keys) / (np.ptp(reference.keys) or 1.0))
-        if covered < 0.9 and matches.missing > 0:
-            notes.append(
-                f"only {covered:.0%} of the reference's time is scored; --missing fail counts the "
-                "rest as failures"
-            )
+        covered = coverage(reference, matches)
+        if covered < COVERED:
+            note = f"the track covers only {covered:.0%} of the reference, the rest is not scored; "
+            note += "--missing fail counts it as failures"
+            if is_denser(reference, matches):
+                note += " once the reference is thinned out to the estimate's rate"
+            notes.append(note)
         return notes
     if unmatched > 0:
         note = f"{unmatched} of {n} images are not in the reference; left out"
@@ -358,6 +406,28 @@ def matching_notes(
             note += " (it has all of the reference's, too: the reference comes first)"
         return [note]
     return []
+
+
+def is_denser(reference: Trajectory, matches: Matches) -> bool:
+    """Tell whether a reference has stamps so much closer that most poses could have no estimate."""
+    if reference.keys.dtype.kind != "f":
+        return False
+    usual, scored = (np.median(np.diff(keys)) for keys in (reference.keys, matches.keys))
+    return bool(scored >= DENSER * usual)
+
+
+def units_note(scored: Sequence[Scored], reference: Trajectory, form: Format) -> str:
+    """Say that scores at different d do not compare, and how to get some that do."""
+    units = [one.result.tas.unit for one in scored]
+    usual = max(scored, key=lambda one: len(one.matches.keys)).result.tas.unit
+    note = (
+        f"the scores do not compare and stand in the order given: d is from {min(units):.4g} to "
+        f"{max(units):.4g} {form.unit}, as the estimates have other cameras; --unit {usual:.4g} "
+        "gives all one d"
+    )
+    if not any(is_denser(reference, one.matches) for one in scored):
+        note += ", --missing fail also the same cameras"
+    return note
 
 
 def convention_notes(
@@ -397,22 +467,39 @@ def convention_notes(
     return notes
 
 
-def show(scored: Sequence[Scored], notes: Sequence[str], arguments: argparse.Namespace) -> None:
-    """Print the table or JSON, and what there is to note on stderr."""
-    tell([*notes, *(note for one in scored for note in one.notes)])
-    settings = {
+def show_json(
+    scored: Sequence[Scored],
+    failed: Sequence[dict[str, str]],
+    notes: Sequence[str],
+    arguments: argparse.Namespace,
+) -> None:
+    """Print all that was computed, what could not be, and the settings of both."""
+    tell(scored, notes)
+    printed = {
+        "version": __version__,
         "format": arguments.format,
         "reference": arguments.reference,
         "missing_cameras": arguments.missing,
+        "t_max_diff": getattr(arguments, "t_max_diff", None),
+        "t_offset": getattr(arguments, "t_offset", None),
+        "unit": arguments.unit,
         "registration": arguments.registration,
         "seed": arguments.seed,
         "repeat": arguments.repeat,
         "inverted": arguments.invert,
+        "body_rotation": arguments.body_rotation,
+        "notes": notes,
+        "results": [as_json(one) for one in scored],
+        "failed": failed,
     }
-    if arguments.json:
-        results = [as_json(one) for one in scored]
-        print(json.dumps({**settings, "notes": [*notes], "results": results}, indent=2), flush=True)
-        return
+    print(json.dumps(printed, indent=2), flush=True)
+
+
+def show_table(
+    scored: Sequence[Scored], notes: Sequence[str], arguments: argparse.Namespace
+) -> None:
+    """Print the table, and what there is to note on stderr."""
+    tell(scored, notes)
     seeds = f"seed {arguments.seed}"
     if arguments.repeat > 1:
         seeds += f", sd over the {arguments.repeat} seeds from there"
@@ -430,6 +517,7 @@ def save(scored: Sequence[Scored], arguments: argparse.Namespace) -> None:
         save_evo_results(
             scored,
             arguments.save_results,
+            several=len(arguments.estimates) > 1,
             reference=arguments.reference,
             registration=arguments.registration,
             seed=arguments.seed,
@@ -469,19 +557,22 @@ def collected_warnings() -> Iterator[list[str]]:
         warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
 
 
-def tell(notes: Sequence[str]) -> None:
-    """Print notes on stderr, a line each."""
-    for note in notes:
+def tell(scored: Sequence[Scored], notes: Sequence[str]) -> None:
+    """Print the notes on all and on each estimate on stderr, a line each."""
+    for note in [*notes, *(note for one in scored for note in one.notes)]:
         print(f"alignscores: note: {note}", file=sys.stderr)
 
 
-def fail(error: Exception, file: str = "") -> int:
-    """Print an error as one line on stderr; return the exit code."""
-    message = " ".join(str(error).split()).replace("pass unit=", "pass --unit")
-    if not message.startswith(file):
-        message = f"{file}: {message}"
+def one_line(error: Exception, file: str = "") -> str:
+    """Return what an error says, in one line; that on a file's content names it already."""
+    message = " ".join(str(error).split())
+    return f"{file}: {message}" if file and not isinstance(error, FileError) else message
+
+
+def fail(message: str) -> None:
+    """Print an error on stderr."""
+    progress("")
     print(f"alignscores: error: {message}", file=sys.stderr)
-    return 1
 
 
 def progress(text: str) -> None:

@@ -154,13 +154,19 @@ def unique_names(files: Sequence[str]) -> list[str]:
 
 
 def save_evo_results(
-    scored: Sequence[Scored], path: Path, *, reference: str, registration: str, seed: int
+    scored: Sequence[Scored],
+    path: Path,
+    *,
+    several: bool,
+    reference: str,
+    registration: str,
+    seed: int,
 ) -> list[Path]:
     """Save results that ``evo_res`` reads, one file an estimate.
 
-    A single estimate goes to `path`; of several, each to the path with its name appended. The
-    error that evo makes statistics of is the share of the thresholds that a pose misses, from 0
-    to 1: its mean is 1 - PAS.
+    A single estimate goes to `path`; of `several`, which some may be missing from, each to the path
+    with its name appended. The error that evo makes statistics of is the share of the thresholds
+    that a pose misses, from 0 to 1: its mean is 1 - PAS.
 
     Returns
     -------
@@ -188,8 +194,8 @@ def save_evo_results(
             result.add_np_array("timestamps", one.matches.keys)
         buffer = BytesIO()
         file_interface.save_res_file(buffer, result)
-        several = path.with_name(f"{path.stem}_{flat_name}{path.suffix}")
-        files[several if len(scored) > 1 else path] = buffer.getvalue()
+        own = path.with_name(f"{path.stem}_{flat_name}{path.suffix}") if several else path
+        files[own] = buffer.getvalue()
     for file, content in files.items():
         write_whole(file, content)
     return list(files)

@@ -15,6 +15,7 @@ from evo.core.geometry import umeyama_alignment
 from evo.tools import file_interface
 from matplotlib import pyplot
 
+import alignscores
 from alignscores import cli, pas, tas
 from alignscores.association import match
 from alignscores.cli import main
@@ -71,6 +72,21 @@ def kitti(tmp_path):
         path = tmp_path / name
         np.savetxt(path, poses[:, :3].reshape(-1, 12))
         return path
+
+    return write
+
+
+@pytest.fixture
+def tum(tmp_path):
+    """(n, rate, name, lost=) -> a TUM file of a helix; the reference is that of a rate of 10."""
+
+    def write(n, rate, name, lost=(0, 0)):
+        times = np.arange(n) / rate
+        path = np.column_stack([np.cos(times), np.sin(times), times])
+        noise = np.random.default_rng(n).normal(0, 0.01, (n, 3)) if "est" in name else 0.0
+        poses = np.column_stack([times, path + noise, np.zeros((n, 3)), np.ones(n)])
+        np.savetxt(tmp_path / name, np.delete(poses, slice(*lost), axis=0))
+        return tmp_path / name
 
     return write
 
@@ -182,8 +198,55 @@ def test_json_names_its_settings(run):
         "seed": 4,
         "repeat": 2,
         "inverted": False,
+        "body_rotation": "none",
+        "t_max_diff": 0.01,
+        "t_offset": 0.0,
+        "unit": None,
+        "version": alignscores.__version__,
+        "notes": [],
+        "failed": [],
     }
-    assert {key: printed[key] for key in settings} == settings
+    results = printed.pop("results")
+    assert printed == settings
+    assert len(results) == 1
+    _, out, _ = run("kitti", *FILES["kitti"], "--json", "--unit", 2)
+    printed = json.loads(out)
+    assert (printed["unit"], printed["t_max_diff"], printed["t_offset"]) == (2.0, None, None)
+
+
+def test_json_names_what_could_not_be_scored(run, tmp_path):
+    """So that a failed estimate is not taken for one that was never asked for."""
+    bad = failing(tmp_path, "1 2")
+    none = tmp_path / "none.txt"
+    code, out, err = run("tum", FILES["tum"][0], bad, FILES["tum"][1], none, "--json")
+    assert code == 1
+    printed = json.loads(out)
+    assert [result["name"] for result in printed["results"]] == ["estimate.txt"]
+    assert [one["file"] for one in printed["failed"]] == [str(bad), str(none)]
+    errors = [one["error"] for one in printed["failed"]]
+    assert "line 1: has 2 columns" in errors[0]
+    assert "No such file" in errors[1]
+    assert err.splitlines() == [f"alignscores: error: {error}" for error in errors]
+    code, out, _ = run("tum", FILES["tum"][0], bad, "--json")
+    assert code == 1
+    printed = json.loads(out)
+    assert printed["results"] == []
+    assert len(printed["failed"]) == 1
+
+
+def test_what_is_wrong_with_the_reference_is_told_once(run, tmp_path, examples):
+    lines = (examples / "tum/reference.txt").read_text().splitlines()
+    (tmp_path / "gt.txt").write_text("\n".join([*lines, lines[5]]))
+    files = ["tum/estimate.txt", "tum/estimate.txt"]
+    _, out, err = run("tum", tmp_path / "gt.txt", *files, "--json")
+    printed = json.loads(out)
+    assert len(printed["notes"]) == 2
+    assert "time stamps of the reference are not in order" in printed["notes"][0]
+    assert printed["notes"][1] == "duplicates in the reference (of stamp or name), left out: 1"
+    assert [result["notes"] for result in printed["results"]] == [[], []]
+    assert err.splitlines() == [f"alignscores: note: {note}" for note in printed["notes"]]
+    _, out, _ = run("tum", "tum/reference.txt", *files, "--json")
+    assert json.loads(out)["results"] == printed["results"]
 
 
 def test_json_of_what_cannot_be_aligned(score, examples, kitti):
@@ -210,6 +273,13 @@ def test_save_results(run, score, tmp_path, examples):
     assert {len(array) for array in arrays.values()} == {38}
     assert np.isinf(arrays["position_error_array"]).sum() == 1
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_saved_names_do_not_depend_on_what_failed(run, tmp_path):
+    path = tmp_path / "r.zip"
+    code, _, _ = run("tum", *FILES["tum"], tmp_path / "none.txt", "--save_results", path)
+    assert code == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["r_estimate.txt.zip"]
 
 
 def test_evo_res_reads_the_results(run, tmp_path, examples):
@@ -309,19 +379,85 @@ def test_poses_without_a_reference_are_told(run, tmp_path, examples):
     code, _, err = run("tum", FILES["tum"][0], tmp_path / "est.txt")
     assert code == 0
     assert "est.txt: 10 of 48 poses have no reference pose within --t_max_diff\n" in err
-    assert "of the reference's time" not in err
+    assert "of the reference, the rest" not in err
     code, _, err = run("nerf", *FILES["nerf"][::-1])
     assert code == 0
     assert "3 of 40 images are not in the reference; left out (it has all of" in err
 
 
-def test_an_estimate_that_ends_early_is_told(run, tmp_path, examples):
-    """Else lost frames would silently improve the score."""
-    lines = (examples / "tum/estimate.txt").read_text().splitlines()
-    (tmp_path / "est.txt").write_text("\n".join(lines[:20]))
-    _, _, err = run("tum", FILES["tum"][0], tmp_path / "est.txt")
-    assert "est.txt: only 51% of the reference's time is scored; --missing fail counts" in err
-    assert run("tum", FILES["tum"][0], tmp_path / "est.txt", "--missing", "fail")[2] == ""
+@pytest.mark.parametrize(
+    ("kept", "share"), [(range(19), 52), ([*range(10), *range(30, 38)], 48), (range(20, 38), 45)]
+)
+def test_a_lost_track_is_told(run, tmp_path, examples, kept, share):
+    """Else lost frames would silently improve the score, be they in the middle or at an end."""
+    lines = (examples / "tum/estimate.txt").read_text().splitlines()[1:]
+    est = tmp_path / "est.txt"
+    est.write_text("\n".join(lines[row] for row in kept))
+    _, _, err = run("tum", FILES["tum"][0], est)
+    note = f"est.txt: the track covers only {share}% of the reference, the rest is not scored"
+    assert err == f"alignscores: note: {note}; --missing fail counts it as failures\n"
+    assert run("tum", FILES["tum"][0], est, "--missing", "fail")[2] == ""
+
+
+def test_missing_cameras_are_no_failures_where_the_reference_is_denser(run, tum):
+    """A motion capture system has poses that no camera could have."""
+    reference, estimate = tum(400, 100, "gt.txt"), tum(40, 10, "est.txt", lost=(10, 30))
+    _, _, err = run("tum", reference, estimate)
+    assert "the track covers only 48%" in err
+    assert "--missing fail counts it as failures once the reference is thinned out" in err
+
+
+# Which scores compare
+
+
+def test_estimates_of_different_d_are_not_ranked(run, tum):
+    """Keyframes are farther apart, so that a larger error counts as none."""
+    reference, all_frames = tum(400, 10, "gt.txt"), tum(400, 10, "est.txt")
+    keyframes = tum(40, 1, "est_keyframes.txt")
+    both = all_frames, keyframes
+    code, out, err = run("tum", reference, *both, "--json", "--repeat", 1)
+    assert code == 0
+    printed = json.loads(out)
+    scores = [result["PAS"] for result in printed["results"]]
+    assert scores[0] < scores[1]
+    assert [result["name"] for result in printed["results"]] == ["est.txt", "est_keyframes.txt"]
+    units = [result["unit"] for result in printed["results"]]
+    (note,) = printed["notes"]
+    assert err == f"alignscores: note: {note}\n"
+    assert f"do not compare and stand in the order given: d is from {units[0]:.4g} to" in note
+    assert f"{units[1]:.4g} m" in note
+    assert "--missing fail" not in note  # all frames of the reference are not the keyframes'
+    # What the note says makes them compare.
+    option = re.search(r"--unit \S+", note)[0].split()
+    _, out, err = run("tum", reference, *both[::-1], "--json", "--repeat", 1, *option)
+    assert err == ""
+    results = json.loads(out)["results"]
+    assert {result["unit"] for result in results} == {float(option[1])}
+    assert results[0]["PAS"] >= results[1]["PAS"]
+
+
+def test_missing_fail_makes_estimates_compare(run, score, examples, tmp_path):
+    """Where the reference holds the cameras that were to be estimated: here images."""
+    content = json.loads((examples / "nerf/estimate.json").read_text())
+    content["frames"] = content["frames"][::4]
+    (tmp_path / "few.json").write_text(json.dumps(content))
+    files = ["nerf", "nerf/reference.json", "nerf/estimate.json", tmp_path / "few.json"]
+    _, _, err = run(*files, "--missing", "ignore")
+    assert "do not compare" in err
+    assert "--missing fail also the same cameras" in err
+    _, _, err = run(*files, "--missing", "fail")
+    assert err == ""
+    assert [result["name"] for result in score(*files)] == ["estimate.json", "few.json"]
+
+
+def test_real_keyframes_are_not_ranked_above_all_frames(run, real):
+    files = [real / f"fr2_desk_{name}.txt" for name in ("groundtruth", "ORB", "ORB_kf_mono")]
+    _, out, err = run("tum", *files, "--repeat", 1)
+    assert [line.split()[0] for line in out.splitlines()[1:3]] == [file.name for file in files[1:]]
+    assert "d is from 0.008191 to 0.06742 m" in err
+    assert "--unit 0.008191 gives all one d\n" in err
+    assert err.count("duplicates in the reference") == 1
+    assert "ORB.txt: the track covers" not in err  # the reference's own gaps are no loss
 
 
 def test_the_registration_is_named_and_a_steadier_one_pointed_to(run, score):
@@ -429,7 +565,8 @@ def failing(tmp_path, content):
         ("0 0 0 0 0 0 0 1\n1 2 3 x 0 0 0 1", "bad.txt, line 2: 'x' is not a number"),
         ("0 0 0 0 0 0 0 0", "bad.txt, line 1: the quaternion is zero"),
         ("1 0 0 0 0 0 0 1", "bad.txt: no time stamps in common"),
-        ("1700000000 0 0 0 0 0 0 1", "bad.txt: TAS needs at least 4 .*; pass --unit to set it"),
+        ("1700000000 0 0 0 0 0 0 1", "bad.txt: only 1 of 1 poses could be matched .* takes 4"),
+        ("1700000000000000000 0 0 0 0 0 0 1", "bad.txt: no .* the estimate seem to be in nanosec"),
     ],
 )
 def test_one_line_for_a_bad_estimate(run, tmp_path, content, message):
@@ -456,6 +593,61 @@ def test_different_lengths(run, tmp_path, examples):
     code, _, err = run("kitti", FILES["kitti"][0], failing(tmp_path, "\n".join(lines[:-1])))
     assert code == 1
     assert "bad.txt: the reference has 40 poses, the estimate 39" in err
+
+
+@pytest.mark.parametrize("name", ["no", "the", "d"])
+def test_errors_and_notes_name_the_file_even_where_they_begin_like_it(
+    run, tmp_path, examples, monkeypatch, name
+):
+    reference = examples / "tum/reference.txt"
+    lines = (examples / "tum/estimate.txt").read_text().splitlines()[1:]
+    monkeypatch.chdir(tmp_path)
+    for content, message in (
+        (["1 0 0 0 0 0 0 1"], f"error: {name}: no time stamps in common"),
+        (lines[:19], f"note: {name}: the track covers"),
+        (lines[::-1], f"note: {name}: the time stamps of the estimate are not in order"),
+        (
+            [*lines[:-1], lines[-1].rpartition(" ")[0] + " 2"],
+            f"note: {name}, line 38: has a quaternion",
+        ),
+    ):
+        (tmp_path / name).write_text("\n".join(content))
+        _, _, err = run("tum", reference, name)
+        assert err.startswith(f"alignscores: {message}")
+        assert err.count("\n") == 1
+
+
+def test_too_few_matches_are_an_error_of_matching(run, score, tmp_path, examples):
+    """Not one of the unit: --unit would hide it."""
+    lines = (examples / "tum/estimate.txt").read_text().splitlines()[1:]
+    early = [line.replace("17000000", "17000009", 1) for line in lines[3:]]
+    (tmp_path / "est.txt").write_text("\n".join([*lines[:3], *early]))
+    files = FILES["tum"][0], tmp_path / "est.txt"
+    for options in ([], ["--unit", 1]):
+        code, out, err = run("tum", *files, *options, "--t_max_diff", 0.02)
+        assert (code, out, err.count("\n")) == (1, "", 1)
+        assert "est.txt: only 3 of 38 poses could be matched" in err
+        assert "--t_max_diff 0.02" in err
+    (result,) = score("tum", *files, "--missing", "fail")  # 37 of 40 cameras lost is no error
+    assert (result["n"], result["matched"]) == (40, 3)
+
+
+def test_where_there_is_no_d_the_option_is_named(run, score, kitti, examples):
+    poses = read_kitti(examples / "kitti/reference.txt").poses
+    few = kitti(poses[:3], "few.txt")
+    standing = poses.copy()
+    standing[5:, :3, 3] = poses[5, :3, 3]
+    for path, reason in (
+        (few, "the reference has 3 of the 4 poses that it takes"),
+        (kitti(standing, "standing.txt"), "three quarters of the reference poses coincide"),
+    ):
+        code, out, err = run("kitti", path, path)
+        assert (code, out, err.count("\n")) == (1, "", 1)
+        assert f"{path}: d cannot be derived: " in err
+        assert reason in err
+        assert err.endswith("--unit sets it\n")
+        (result,) = score("kitti", path, path, "--unit", 0.1)
+        assert result["TAS"] == 1.0
 
 
 def test_a_bad_estimate_does_not_stop_the_others(run, tmp_path):
@@ -494,6 +686,30 @@ def test_wrong_usage(run, arguments):
     assert out == ""
     assert "alignscores" in err.splitlines()[-1]
     assert "error: " in err.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "reason"),
+    [
+        ("--repeat", "0", "must be a whole number of at least 1, not '0'"),
+        ("--seed", "1.5", "must be a whole number of at least 0, not '1.5'"),
+        ("--seed", "9" * 400, "must be a whole number of at least 0"),
+        ("--unit", "0", "must be a finite number above 0, not '0'"),
+        ("--t_max_diff", "-1", "must be a finite number of at least 0, not '-1'"),
+        ("--t_offset", "nan", "must be a finite number, not 'nan'"),
+        ("--save_plot", "x.jpg", "x.jpg does not end in .png or .pdf or .svg"),
+        ("--save_results", "no/x.zip", "no/x.zip: there is no folder no"),
+    ],
+)
+def test_wrong_values_are_told_with_the_usage_of_their_format(run, option, value, reason):
+    code, _, err = run("tum", "a", "b", option, value)
+    assert code == 2
+    assert err.startswith("usage: alignscores tum ")
+    assert f"alignscores tum: error: argument {option}: {reason}" in err
+
+
+def test_version(run):
+    assert run("--version") == (0, f"alignscores {alignscores.__version__}\n", "")
 
 
 def test_help(run):
@@ -565,6 +781,13 @@ def test_missing_extras_are_named(examples, blocked, arguments, extra):
     )
 
 
+def test_completion_without_argcomplete_is_one_line(examples):
+    code = "sys.modules['argcomplete'] = None; from alignscores.cli import main; sys.exit(main())"
+    done = process(cwd=examples, code=code, _ARGCOMPLETE="1")
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1)
+    assert 'pip install "alignscores[files]"' in done.stderr
+
+
 def test_nerf_needs_no_extra(examples):
     blocked = "sys.modules.update(dict.fromkeys(['evo', 'matplotlib', 'pandas', 'pycolmap']))"
     code = f"{blocked}; from alignscores.cli import main; sys.exit(main())"
@@ -598,7 +821,7 @@ def test_the_output_in_the_readme(examples, run, monkeypatch):
     readme = (examples.parents[1] / "README.md").read_text()
     command, *lines = re.search(r"\$ alignscores (.*?)```", readme, re.DOTALL)[1].splitlines()
     monkeypatch.chdir(examples.parents[1])
-    code, out, _ = run(*command.split())
+    code, out, err = run(*command.split())
     assert code == 0
-    assert out.splitlines()[: len(lines)] == lines
-    assert len(lines) == 2
+    assert err.splitlines() + out.splitlines() == lines
+    assert len(lines) == 4
