@@ -44,9 +44,9 @@ from .validation import AlignmentWarning, finite_rows
 __all__ = ["main"]
 
 SCATTER = 0.005  # standard deviation of the TAS over the seeds that deserves a hint
-SAME_UNIT = 1.05  # ratio of two d up to which scores compare: the TAS changes less than by the seed
+SAME_UNIT = 1.03  # ratio of two d up to which scores compare: the seed changes the TAS by more
 COVERED = 0.9  # share of the reference below which the rest deserves a note
-DENSER = 1.5  # ratio of time steps from which a reference has poses that no estimate was to have
+DENSER = 1.5  # ratio of time steps from which a reference has poses that no estimate could have
 
 
 @dataclass(frozen=True)
