@@ -2,15 +2,17 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
+from math import isfinite
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError
 
 from .config import CONFIG_DIR, ConfigError, experiment_names, split_metric
+from .statistics import SETTINGS, STATISTICS, TAKES, Cells
 
 __all__ = [
     "CLAIMS_FILE",
@@ -23,21 +25,9 @@ __all__ = [
 ]
 
 CLAIMS_FILE = CONFIG_DIR / "claims.yaml"
-STATISTICS = {  # with what each needs
-    "range change": ("before", "after"),
-    "unsteadiness": ("before", "after"),
-    "relative range": ("versus",),
-    "power": ("level",),
-    "favour": ("level",),
-    "dependence": ("level",),
-    "first step": ("level",),
-}
-TAKES = ("smallest", "largest", "mean")
-LEVELS = ("n_cameras", "n_outliers", "sigma_t", "sigma_r_deg")
 BOUNDS = ("at least", "below", "within")
 
 T = TypeVar("T")
-Cells = Mapping[str, Sequence[float]]  # values of settings; cells with any of them are meant
 
 
 @dataclass(frozen=True)
@@ -52,25 +42,30 @@ class Claim:
     statistic: str
     metric: str
     versus: str | None = None
-    level: Sequence[str] = ()
+    level: list[str] = field(default_factory=list)
     take: str = "smallest"
     where: Cells = field(default_factory=dict)
     before: Cells = field(default_factory=dict)
     after: Cells = field(default_factory=dict)
     paper: float | None = None
     criterion: str | None = None
-    settings: Sequence[str] = ()
+    settings: list[str] = field(default_factory=list)
     of_means: bool = False
 
     @property
     def is_percentage(self) -> bool:
         """Whether the statistic is in per cent; a correlation otherwise."""
-        return self.statistic not in ("power", "favour")
+        return STATISTICS[self.statistic].is_percentage
+
+    @property
+    def is_difference(self) -> bool:
+        """Whether it is the statistic of `metric` minus that of `versus`."""
+        return self.versus is not None and "versus" not in STATISTICS[self.statistic].needs
 
     @property
     def has_ranges(self) -> bool:
         """Whether the statistic compares ranges, which could also be those of mean curves."""
-        return self.statistic in ("range change", "unsteadiness", "relative range")
+        return STATISTICS[self.statistic].has_ranges
 
     @property
     def bound(self) -> tuple[str, float]:
@@ -94,24 +89,18 @@ class Claim:
         Examples
         --------
         >>> from experiments.claims import load_claims
-        >>> load_claims().claims["outliers-ate-blind"].describe()
-        '|τ| of ATE with sigma_t (n_outliers 1)'
+        >>> load_claims().claims["outliers-range-maa"].describe()
+        'change of the range of mAA, % (n_outliers 0 → n_outliers 50)'
         """
-        text = {
-            "range change": "change of the range of {}, %",
-            "unsteadiness": "|change of the range| of {}, %",
-            "relative range": "width of the range of {}, %",
-            "power": "|τ| of {} with {level}",
-            "favour": "τ of {} with {level}, positive where better",
-            "dependence": "movement of the mean of {} over {level}, % of its range",
-            "first step": "share of the first step of {level} in the change of {}, %",
-        }[self.statistic]
-        joint = " relative to " if self.statistic == "relative range" else " minus "
-        text = text.format(joint.join(self.metrics), level=" and ".join(self.level))
-        cells = [_write(cells) for cells in (self.where,) if cells]
+        metric = f"{self.metric} minus {self.versus}" if self.is_difference else self.metric
+        text = STATISTICS[self.statistic].text.format(
+            metric=metric, versus=self.versus, level=" and ".join(self.level)
+        )
+        cells = [_write(self.where)] if self.where else []
         if self.before:
             cells.append(f"{_write(self.before)} → {_write(self.after)}")
-        if self.level and not all(len(values) == 1 for values in self.where.values() or [()]):
+        groups = [len(values) for key, values in self.where.items() if key not in self.level]
+        if self.level and groups.count(1) < max(1, len(groups)):
             cells.insert(0, self.take)
         return f"{text} ({'; '.join(cells)})" if cells else text
 
@@ -121,18 +110,22 @@ class Reading:
     """One way to read what the paper leaves open, and how it changes a claim."""
 
     reading: str
-    settings: Sequence[str] = ()
+    settings: list[str] = field(default_factory=list)
     metric: str | None = None
     where: Cells = field(default_factory=dict)
     of_means: bool = False
 
     def of(self, claim: Claim) -> Claim:
-        """Return the claim under this reading."""
+        """Return the claim under this reading, in those of its cells that there are then."""
+        left = {
+            key: [value for value in values if value in self.where.get(key, values)]
+            for key, values in claim.where.items()
+        }
         return replace(
             claim,
             metric=self.metric or claim.metric,
             settings=self.settings or claim.settings,
-            where={**claim.where, **self.where},
+            where={**self.where, **left},
             of_means=self.of_means,
         )
 
@@ -145,8 +138,25 @@ class Decision:
     question: str
     paper: str
     choice: str
-    claims: Sequence[str]
-    readings: Sequence[Reading]
+    claims: list[str]
+    readings: list[Reading]
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Claims as they stand in the file, and what they share."""
+
+    source: str
+    figure: str
+    experiment: str
+    claims: list[Any]
+
+
+@dataclass(frozen=True)
+class _File:
+    replicates: Any
+    groups: list[_Group]
+    decisions: list[Any]
 
 
 @dataclass(frozen=True)
@@ -196,28 +206,26 @@ def load_claims(replicates: int | None = None, path: Path = CLAIMS_FILE) -> Clai
     >>> from experiments.claims import load_claims
     >>> claim = load_claims().claims["outliers-range-maa"]
     >>> claim.paper, claim.metric
-    (-74, 'mAA')
+    (-74.0, 'mAA')
     """
     try:
-        content = OmegaConf.to_container(OmegaConf.load(path))
+        content = OmegaConf.load(path)
     except (OSError, YAMLError, OmegaConfBaseException) as error:
         raise ConfigError(f"cannot read {path}: {' '.join(str(error).split())}") from None
-    if not isinstance(content, dict) or not {"replicates", "groups", "decisions"} <= set(content):
-        raise ConfigError(f"{path} needs the keys replicates, groups and decisions")
-    replicates = content["replicates"] if replicates is None else replicates
-    if not isinstance(replicates, int) or replicates < 2:
+    file = _make(_File, content, "the file")
+    replicates = file.replicates if replicates is None else replicates
+    if type(replicates) is not int or replicates < 2:
         raise ConfigError(
             f"setting 'replicates' must be a whole number of at least 2, not {replicates!r}: "
             "one study tells nothing of the spread"
         )
     claims: dict[str, Claim] = {}
-    for group in content["groups"]:
-        for entry in group["claims"]:
-            shared = {key: value for key, value in group.items() if key != "claims"}
-            for claim in _expand({**shared, **entry}):
+    for group in file.groups:
+        for entry in group.claims:
+            for claim in _expand(group, entry):
                 _require(claim.id not in claims, claim.id, "stands there twice")
                 claims[claim.id] = claim
-    decisions = [_decision(entry, claims) for entry in content["decisions"]]
+    decisions = [_decision(entry, claims) for entry in file.decisions]
     return Claims(replicates, claims, decisions)
 
 
@@ -242,40 +250,46 @@ def split_replicates(overrides: Sequence[str]) -> tuple[int | None, list[str]]:
     return replicates, others
 
 
-def _expand(entry: dict[str, Any]) -> Iterator[Claim]:
+def _expand(group: _Group, entry: Any) -> Iterator[Claim]:
     """Make one claim of each metric of an entry."""
-    metrics = entry.get("metric", [])
-    for metric in metrics if isinstance(metrics, list) else [metrics]:
-        values = {**entry, "metric": metric, "level": _list(entry.get("level", []))}
-        slug = re.sub(r"[^a-z0-9.]+", "-", str(metric).lower()).strip("-")
-        values["id"] = str(values.get("id", "?")).replace("{metric}", slug)
-        values["statement"] = str(values.get("statement", "?")).replace("{metric}", str(metric))
-        claim = _make(Claim, values, values["id"])
+    _require(isinstance(entry, dict), group.source, f"has no keys for a claim: {entry!r}")
+    shared = {"source": group.source, "figure": group.figure, "experiment": group.experiment}
+    for metric in _list(entry.get("metric")) or [None]:
+        level = _list(entry.get("level", []))
+        values = {**shared, **entry, "metric": metric, "level": level}
+        claim = _make(Claim, values, entry.get("id", f"a claim of {group.source}"))
+        slug = re.sub(r"[^a-z0-9.]+", "-", claim.metric.lower()).strip("-")
+        claim = replace(
+            claim,
+            id=claim.id.replace("{metric}", slug),
+            statement=claim.statement.replace("{metric}", claim.metric),
+        )
         _check(claim)
         yield claim
 
 
-def _decision(entry: dict[str, Any], claims: Mapping[str, Claim]) -> Decision:
-    name = str(entry.get("id", "?"))
-    readings = [_make(Reading, reading, name) for reading in entry.get("readings", [])]
-    decision = _make(Decision, {**entry, "readings": readings}, name)
-    for claim in decision.claims:
-        _require(claim in claims, name, f"names no claim: {claim!r}")
-    for reading in readings:
-        for claim in decision.claims:
-            _check(reading.of(claims[claim]))
+def _decision(entry: Any, claims: Mapping[str, Claim]) -> Decision:
+    _require(isinstance(entry, dict), "decisions", f"has no keys for a decision: {entry!r}")
+    decision = _make(Decision, entry, entry.get("id", "a decision"))
+    for key in ("claims", "readings"):
+        _require(bool(getattr(decision, key)), decision.id, f"needs {key}")
+    for name in decision.claims:
+        _require(name in claims, decision.id, f"names no claim: {name!r}")
+        for reading in decision.readings:
+            _check(reading.of(claims[name]))
     return decision
 
 
-def _make(kind: type[T], values: Mapping[str, Any], name: str) -> T:
-    """Make a Claim, Decision or Reading of what the file has for it."""
-    known = [field.name for field in fields(cast(Any, kind))]
-    for key in values:
-        _require(key in known, name, f"has an unknown key {key!r}; known are {', '.join(known)}")
+def _make(kind: type[T], values: Any, name: str) -> T:
+    """Make a dataclass of what the file has for it: all its keys, no others, of their types."""
     try:
-        return kind(**values)
-    except TypeError as error:
-        raise ConfigError(f"claims.yaml: {name!r}: {str(error).rpartition(') ')[2]}") from None
+        made = OmegaConf.to_object(OmegaConf.merge(OmegaConf.structured(kind), values))
+    except (OmegaConfBaseException, ValueError) as error:
+        reason = str(getattr(error, "msg", None) or error).splitlines()[0]
+        key = getattr(error, "full_key", None)
+        raise ConfigError(f"claims.yaml: {name!r}: {f'{key}: ' if key else ''}{reason}") from None
+    assert isinstance(made, kind)
+    return made
 
 
 def _check(claim: Claim) -> None:
@@ -283,7 +297,7 @@ def _check(claim: Claim) -> None:
     name = claim.id
     choice = ", ".join(STATISTICS)
     _require(claim.statistic in STATISTICS, name, f"has an unknown statistic; they are {choice}")
-    for key in STATISTICS[claim.statistic]:
+    for key in STATISTICS[claim.statistic].needs:
         _require(bool(getattr(claim, key)), name, f"needs {key!r} for its statistic")
     _require(claim.experiment in experiment_names(), name, "has an unknown experiment")
     for metric in claim.metrics:
@@ -292,21 +306,24 @@ def _check(claim: Claim) -> None:
         except ConfigError as error:
             raise ConfigError(f"claims.yaml: {name!r}: {error}") from None
     _require(claim.take in TAKES, name, f"has an unknown 'take'; they are {', '.join(TAKES)}")
+    choice = ", ".join(SETTINGS)
     for cells in (claim.where, claim.before, claim.after):
-        known = isinstance(cells, Mapping) and set(cells) <= set(LEVELS)
-        _require(known, name, f"may select cells by {', '.join(LEVELS)}")
+        _require(set(cells) <= set(SETTINGS), name, f"may select cells by {choice}")
         for values in cells.values():
-            _require(isinstance(values, list), name, "needs a list of values for each setting")
-    unknown = sorted(set(claim.level) - set(LEVELS))
-    _require(not unknown, name, f"has an unknown level; they are {', '.join(LEVELS)}")
+            numbers = [value for value in values if type(value) in (int, float)]
+            known = bool(numbers) and numbers == values
+            _require(known, name, "needs a list of numbers for each setting")
+    _require(set(claim.level) <= set(SETTINGS), name, f"has an unknown level; they are {choice}")
     one = (claim.paper is None) != (claim.criterion is None)
     _require(one, name, "needs either a number of the paper or a criterion")
-    if claim.criterion is not None:
-        try:
-            relation, _ = claim.bound
-        except ValueError:
-            relation = ""
-        _require(relation in BOUNDS, name, f"needs a criterion such as {' or '.join(BOUNDS)} 0.5")
+    if claim.criterion is None:
+        return
+    try:
+        relation, number = claim.bound
+    except ValueError:
+        relation, number = "", 0.0
+    known = relation in BOUNDS and isfinite(number)
+    _require(known, name, f"needs a criterion such as {' or '.join(BOUNDS)} 0.5")
 
 
 def _require(condition: bool, name: str, problem: str) -> None:

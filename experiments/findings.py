@@ -17,12 +17,11 @@ import pandas as pd
 from .command import run_command
 from .config import Config
 from .scenarios import BEYOND, Study, load_study
-from .statistics import favour
+from .statistics import DISCERNS, power
 from .tables import read_trials, to_csv, write_files
 
 __all__ = ["DISCERNS", "LEVELS", "findings", "findings_path", "main"]
 
-DISCERNS = 0.5  # as in the claims: three of four pairs of trials are in the right order
 LEVELS = {"noise": "sigma_t", "outliers": "n_outliers"}
 VERDICTS = ("orders noise and outliers", "orders noise", "orders outliers", "orders nothing")
 GENERATORS = ("geometry", "error", "outliers", "outlier_side")
@@ -78,10 +77,7 @@ def _judge(trials: pd.DataFrame, metric: str) -> dict[str, Any]:
 
 
 def _power(trials: pd.DataFrame, metric: str, level: str) -> float:
-    """Discerning power with its sign: a metric that looks better with more noise has none."""
-    if trials[level].nunique() < 2:
-        return np.nan
-    return -favour(trials, metric, level, "largest")
+    return power(trials, metric, [level], "smallest") if trials[level].nunique() > 1 else np.nan
 
 
 def _sentences(trials: pd.DataFrame, judged: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -3,6 +3,7 @@
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
+from dataclasses import asdict, fields
 from pathlib import Path
 
 import pandas as pd
@@ -13,9 +14,10 @@ from .config import Config, ConfigError, load
 from .sweep import Cell, cells, sweep
 from .tables import provenance, write_table
 
-__all__ = ["cells_of", "main", "plan", "replicate_path", "run"]
+__all__ = ["KEYS", "cells_of", "main", "plan", "replicate_path", "rows", "run"]
 
 OWN = ("experiment", "metrics", "replicates")  # settings that the claims themselves decide
+KEYS = ("experiment", "settings", *(key.name for key in fields(Cell)), "replicate", "trial")
 FIRST = "outliers"  # whose settings stand for what all experiments share
 
 Trials = tuple[str, tuple[str, ...]]  # an experiment and settings that differ from its own
@@ -36,7 +38,7 @@ def plan(claims: Claims, overrides: Sequence[str] = ()) -> Plan:
     >>> from experiments.replicate import plan
     >>> config, wanted = plan(load_claims())["combined", ()]
     >>> config.name, len(wanted)
-    ('combined', 34)
+    ('combined', 35)
     """
     for override in overrides:
         key = override.partition("=")[0].strip()
@@ -97,6 +99,20 @@ def run(planned: Plan) -> pd.DataFrame:
         table.insert(1, "settings", " ".join(settings))
         tables.append(table)
     return pd.concat(tables, ignore_index=True)
+
+
+def rows(planned: Plan) -> pd.DataFrame:
+    """Return the keys of all rows that `run` makes, and in which of them it fills each metric."""
+    filled = [
+        {"experiment": experiment, "settings": " ".join(settings), **asdict(cell)}
+        | {"replicate": config.replicate, "trial": trial}
+        | dict.fromkeys(metrics, True)
+        for (experiment, settings), (config, wanted) in planned.items()
+        for cell, metrics in wanted.items()
+        for trial in range(config.trials)
+    ]
+    table = pd.DataFrame(filled)
+    return table.where(table.notna(), False)
 
 
 def replicate_path(config: Config) -> Path:

@@ -1,111 +1,215 @@
-"""Statistics of trials: what the claims, and Table 1, are decided by."""
+"""Statistics of trials: what the claims, Table 1 and the findings are decided by."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
-from scipy.stats import kendalltau
+import scipy
 
 from .config import split_metric
 
+if TYPE_CHECKING:  # heavy, and Snakemake only wants to know what the claims need
+    import pandas as pd
+
 __all__ = [
+    "DISCERNS",
     "SETTINGS",
+    "STATISTICS",
+    "TAKES",
+    "Cells",
+    "Statistic",
     "cell_means",
     "correlation",
     "dependence",
     "favour",
     "first_step",
     "power",
+    "powers",
     "range_change",
+    "relative_dependence",
     "relative_range",
     "select",
+    "unsteadiness",
 ]
 
+# The discerning power of a metric that discerns a level. Tau-b counts the pairs of trials at one
+# level against it: of those at two levels, 76 % are in the right order then where there are ten
+# levels, 78 % where there are five and 81 % where there are three.
+DISCERNS = 0.5
 SETTINGS = ("n_cameras", "n_outliers", "sigma_t", "sigma_r_deg")  # that make a cell
 SCORES = ("mAA", "TAS", "RAS", "PAS")  # better when larger; all others are errors
-TAKES: Mapping[str, Callable[[Sequence[float]], float]] = {
-    "smallest": min,
-    "largest": max,
-    "mean": lambda values: sum(values) / len(values),
+TAKES: Mapping[str, Callable[[Sequence[float]], Any]] = {
+    "smallest": np.min,
+    "largest": np.max,
+    "mean": np.mean,
 }
 
+Cells = dict[str, list[Any]]  # numbers for settings; cells with any of them are meant
 
-def select(trials: pd.DataFrame, where: Mapping[str, Sequence[float]]) -> pd.DataFrame:
+
+def select(trials: "pd.DataFrame", where: Cells) -> "pd.DataFrame":
     """Return the trials whose settings have one of the values named for each."""
     for column, values in where.items():
-        trials = trials[trials[column].isin(list(values))]
+        trials = trials[trials[column].isin(values)]
     return trials
 
 
-def cell_means(trials: pd.DataFrame) -> pd.DataFrame:
+def cell_means(trials: "pd.DataFrame") -> "pd.DataFrame":
     """Return the means of the trials of each cell, one row a cell."""
     return trials.groupby(list(SETTINGS), as_index=False).mean(numeric_only=True)
 
 
 def correlation(values: "pd.Series[float]", levels: "pd.Series[float]") -> float:
     """Kendall's rank correlation, tau-b; 0 where all values are the same."""
-    tau = float(kendalltau(values, levels).statistic)
-    return 0.0 if np.isnan(tau) else tau
+    if (values == values.iloc[0]).all():
+        return 0.0
+    return float(scipy.stats.kendalltau(values, levels).statistic)
 
 
-def range_change(before: "pd.Series[float]", after: "pd.Series[float]") -> float:
-    """Change of the range from one set of values to another in per cent; NaN where it was 0."""
-    return 100 * (_ratio(_range(after), _range(before)) - 1)
+def range_change(trials: "pd.DataFrame", metric: str, before: Cells, after: Cells) -> float:
+    """Change of the range from some cells to others in per cent; NaN where it was 0."""
+    ranges = (_range(select(trials, cells)[metric]) for cells in (after, before))
+    return _percentage(*ranges) - 100
 
 
-def relative_range(trials: pd.DataFrame, metric: str, versus: str) -> float:
+def unsteadiness(trials: "pd.DataFrame", metric: str, before: Cells, after: Cells) -> float:
+    """Change of the range, up or down."""
+    return abs(range_change(trials, metric, before, after))
+
+
+def relative_range(trials: "pd.DataFrame", metric: str, versus: str) -> float:
     """How much wider the range of a metric is than that of another, in per cent."""
-    return range_change(trials[versus], trials[metric])
+    return _percentage(_range(trials[metric]), _range(trials[versus])) - 100
 
 
-def power(trials: pd.DataFrame, metric: str, levels: Sequence[str], take: str) -> float:
-    """Discerning power: absolute rank correlation of a metric with a level.
+def powers(trials: "pd.DataFrame", metric: str, level: Sequence[str]) -> list[float]:
+    """Rank correlations with each level, positive where the metric gets worse as it rises.
 
-    It is taken in each group of trials that share all other settings, for each of the levels.
+    There is one for each group of trials that share all other settings.
     """
-    return TAKES[take](
-        [
-            abs(correlation(group[metric], group[level]))
-            for level in levels
-            for group in _groups(trials, level)
-        ]
-    )
+    sign = -1 if split_metric(metric)[0] in SCORES else 1
+    return [
+        sign * correlation(group[metric], group[name]) for name, group in _groups(trials, level)
+    ]
 
 
-def favour(trials: pd.DataFrame, metric: str, level: str, take: str) -> float:
-    """Rank correlation with a level, positive where more of it makes a metric look better."""
-    sign = 1 if split_metric(metric)[0] in SCORES else -1
-    return TAKES[take](
-        [sign * correlation(group[metric], group[level]) for group in _groups(trials, level)]
-    )
+def power(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
+    """Discerning power: what is taken of `powers`."""
+    return float(TAKES[take](powers(trials, metric, level)))
 
 
-def dependence(trials: pd.DataFrame, metric: str, level: str, take: str) -> float:
+def favour(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
+    """Discerning power turned round: positive where the metric looks better as a level rises."""
+    return float(TAKES[take]([-tau for tau in powers(trials, metric, level)]))
+
+
+def dependence(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
     """How far the mean of a metric moves over a level, in per cent of the range of all means."""
     means = cell_means(trials)
-    moves = [_range(group[metric]) for group in _groups(means, level)]
-    return 100 * _ratio(TAKES[take](moves), _range(means[metric]))
+    moves = [_range(group[metric]) for _, group in _groups(means, level)]
+    return _percentage(TAKES[take](moves), _range(means[metric]))
 
 
-def first_step(trials: pd.DataFrame, metric: str, level: str, take: str) -> float:
+def relative_dependence(
+    trials: "pd.DataFrame", metric: str, versus: str, level: Sequence[str], take: str
+) -> float:
+    """Dependence of a metric in per cent of that of another."""
+    return _percentage(*(dependence(trials, name, level, take) for name in (metric, versus)))
+
+
+def first_step(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
     """Share of the mean's change, first to last level, that happens up to the second; per cent."""
     steps = []
-    for group in _groups(cell_means(trials), level):
-        first, second, *_, last = group.sort_values(level)[metric]
-        steps.append(100 * _ratio(second - first, last - first))
-    return TAKES[take](steps)
+    for name, group in _groups(cell_means(trials), level):
+        first, second, *_, last = group.sort_values(name)[metric]
+        steps.append(_percentage(second - first, last - first))
+    return float(TAKES[take](steps))
 
 
-def _ratio(part: float, whole: float) -> float:
-    return part / whole if whole else np.nan
+def _percentage(part: float, whole: float) -> float:
+    return float(100 * part / whole) if whole else np.nan
 
 
 def _range(values: "pd.Series[float]") -> float:
     return float(np.ptp(values.to_numpy()))
 
 
-def _groups(trials: pd.DataFrame, level: str) -> list[pd.DataFrame]:
-    """Split trials by the settings that vary at a fixed level, which others may rise with."""
-    at_a_level = trials.groupby(level)
-    free = [column for column in SETTINGS if at_a_level[column].nunique().max() > 1]
-    return [group for _, group in trials.groupby(free)] if free else [trials]
+def _groups(trials: "pd.DataFrame", level: Sequence[str]) -> Iterator[tuple[str, "pd.DataFrame"]]:
+    """Split trials, for each level, by the settings that vary where it does not.
+
+    A setting that rises with the level is no reason to split.
+    """
+    for name in level:
+        at_a_level = trials.groupby(name)
+        free = [column for column in SETTINGS if at_a_level[column].nunique().max() > 1]
+        groups = [group for _, group in trials.groupby(free)] if free else [trials]
+        yield from ((name, group) for group in groups)
+
+
+@dataclass(frozen=True)
+class Statistic:
+    """What can decide a claim.
+
+    Parameters
+    ----------
+    function : callable
+        Computes it from trials, a metric and what it `needs`.
+    needs : sequence of str
+        The keys of a claim that it takes.
+    text : str
+        It in words, with the names of keys in braces.
+    is_percentage : bool
+        Whether it is in per cent; a correlation otherwise.
+    has_ranges : bool
+        Whether it compares ranges, which could also be those of mean curves.
+    """
+
+    function: Callable[..., float]
+    needs: Sequence[str]
+    text: str
+    is_percentage: bool = True
+    has_ranges: bool = False
+
+
+STATISTICS: Mapping[str, Statistic] = {
+    "range change": Statistic(
+        range_change, ("before", "after"), "change of the range of {metric}, %", has_ranges=True
+    ),
+    "unsteadiness": Statistic(
+        unsteadiness, ("before", "after"), "|change of the range| of {metric}, %", has_ranges=True
+    ),
+    "relative range": Statistic(
+        relative_range,
+        ("versus",),
+        "width of the range of {metric} relative to {versus}, %",
+        has_ranges=True,
+    ),
+    "power": Statistic(
+        power,
+        ("level", "take"),
+        "τ of {metric} with {level}, positive where worse",
+        is_percentage=False,
+    ),
+    "favour": Statistic(
+        favour,
+        ("level", "take"),
+        "τ of {metric} with {level}, positive where better",
+        is_percentage=False,
+    ),
+    "dependence": Statistic(
+        dependence,
+        ("level", "take"),
+        "movement of the mean of {metric} over {level}, % of its range",
+    ),
+    "relative dependence": Statistic(
+        relative_dependence,
+        ("versus", "level", "take"),
+        "movement of the mean of {metric} over {level}, in its range, relative to {versus}, %",
+    ),
+    "first step": Statistic(
+        first_step,
+        ("level", "take"),
+        "share of the first step of {level} in the change of {metric}, %",
+    ),
+}

@@ -16,13 +16,12 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import t as students_t
 
-from . import statistics
 from .claims import Claim, Claims, load_claims, split_replicates
 from .command import run_command
 from .config import Config, load
-from .replicate import FIRST, Trials, plan, replicate_path
-from .statistics import select
-from .tables import KEY_COLUMNS, TableError, read_csv, to_csv, write_files
+from .replicate import FIRST, KEYS, Trials, plan, replicate_path, rows
+from .statistics import STATISTICS, cell_means, select
+from .tables import TableError, read_csv, to_csv, write_files
 
 __all__ = ["decide", "evaluate_claim", "main", "read_replicates", "verdict"]
 
@@ -36,26 +35,12 @@ def evaluate_claim(claim: Claim, trials: pd.DataFrame) -> float:
     """Compute the statistic of a claim from trials of its experiment."""
     trials = select(trials, claim.where)
     if claim.of_means:
-        trials = statistics.cell_means(trials)
-    if claim.statistic == "relative range":
-        return statistics.relative_range(trials, *claim.metrics)
-    value, *others = [_statistic(claim, trials, metric) for metric in claim.metrics]
+        trials = cell_means(trials)
+    statistic = STATISTICS[claim.statistic]
+    settings = {key: getattr(claim, key) for key in statistic.needs}
+    metrics = claim.metrics if claim.is_difference else (claim.metric,)
+    value, *others = [statistic.function(trials, metric, **settings) for metric in metrics]
     return value - sum(others)
-
-
-def _statistic(claim: Claim, trials: pd.DataFrame, metric: str) -> float:
-    if claim.statistic in ("range change", "unsteadiness"):
-        before, after = (select(trials, cells)[metric] for cells in (claim.before, claim.after))
-        change = statistics.range_change(before, after)
-        return change if claim.statistic == "range change" else abs(change)
-    if claim.statistic == "power":
-        return statistics.power(trials, metric, claim.level, claim.take)
-    function = {
-        "favour": statistics.favour,
-        "dependence": statistics.dependence,
-        "first step": statistics.first_step,
-    }[claim.statistic]
-    return function(trials, metric, claim.level[0], claim.take)
 
 
 def verdict(claim: Claim, values: NDArray[np.float64]) -> str:
@@ -93,11 +78,9 @@ def verdict(claim: Claim, values: NDArray[np.float64]) -> str:
         relation, number = claim.bound
         between = relation == "within" and low < -number and high > number
         return INCONCLUSIVE if any(met) or between else NOT_REPRODUCED
-    if low <= 0 <= high and low <= claim.paper <= high:
-        return INCONCLUSIVE
     lowest, highest = claim.paper - 0.5, claim.paper + 0.5
     if lowest <= high and low <= highest:
-        return REPRODUCED
+        return INCONCLUSIVE if low <= 0 <= high else REPRODUCED
     n = len(values)
     reach = students_t.ppf(CENTRAL[1], n - 1) * values.std(ddof=1) * np.sqrt(1 + 1 / n)
     predicted = lowest <= values.mean() + reach and values.mean() - reach <= highest
@@ -181,33 +164,36 @@ def read_replicates(
     Raises
     ------
     TableError
-        Where one is missing or is another one, with the command that makes it.
+        Where one is missing, or has other trials than it should, with the command that makes it.
     """
+    expected = rows(plan(claims, overrides))
     return [
         _read(
             replicate_path(replace(config, replicate=number)),
-            claims,
+            expected.assign(replicate=number),
             ["experiments.replicate", f"replicate={number}", *overrides],
         )
         for number in range(claims.replicates)
     ]
 
 
-def _read(path: Path, claims: Claims, command: Sequence[str]) -> Replicate:
+def _read(path: Path, expected: pd.DataFrame, command: Sequence[str]) -> Replicate:
     table = read_csv(path, command, keep_default_na=False, na_values=[""], dtype={"settings": str})
-    missing = [column for column in (*KEY_COLUMNS, "settings") if column not in table]
+    missing = [column for column in expected if column not in table]
     if missing:
         raise TableError(path, f"has no column {missing[0]}", command)
-    settings = table["settings"].fillna("")
-    trials = {
-        (str(experiment), tuple(str(words).split())): group
-        for (experiment, words), group in table.groupby(["experiment", settings], sort=False)
+    table["settings"] = table["settings"].fillna("")
+    if len(table) != len(expected):
+        problem = f"has {len(table)} trials, not the {len(expected)} that the claims need"
+        raise TableError(path, problem, command)
+    for key, wanted in expected.items():
+        found = table[key] if key in KEYS else table[key].notna()
+        if list(found) != list(wanted):
+            raise TableError(path, f"has other trials than the claims need: see {key}", command)
+    return {
+        (str(experiment), tuple(str(settings).split())): group
+        for (experiment, settings), group in table.groupby(["experiment", "settings"], sort=False)
     }
-    for claim in claims:
-        needed = [name for name in claim.metrics if name not in table]
-        if claim.trials not in trials or needed:
-            raise TableError(path, f"lacks the trials of claim {claim.id!r}", command)
-    return trials
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -223,7 +209,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _work(options: Namespace) -> list[object]:
     replicates, overrides = split_replicates(options.overrides)
     claims = load_claims(replicates)
-    plan(claims, overrides)  # refuses settings that leave a claim undecided
     config = load([f"experiment={FIRST}", *overrides])
     table, decisions = decide(claims, read_replicates(claims, config, overrides))
     results = Path(config.results_dir)

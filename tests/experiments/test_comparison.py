@@ -1,17 +1,30 @@
 """Table 1 follows from the trials: other trials give another table."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from experiments.comparison import COLLINEAR, EXPERIMENTS, LENGTH, OUTLIERS, compare, main
+from experiments.comparison import (
+    COLLINEAR,
+    EXPERIMENTS,
+    LENGTH,
+    OUTLIERS,
+    PAPER,
+    PROPERTIES,
+    compare,
+    main,
+)
 from experiments.config import Config, load
-from experiments.sweep import cells
+from experiments.statistics import SCORES
+from experiments.sweep import Cell, cells
 from experiments.tables import TableError, write_trials
 
-NOISE, LEVELS = 0.01, {"sigma_t": "[0.02,0.06,0.1]", "n_outliers": "[0,10,50]"}
+LEVELS = {"sigma_t": "[0.02,0.06,0.1]", "n_outliers": "[0,1,10,50]"}
+
+Where = Callable[[str, str, Cell], bool]  # of an experiment, a metric and a cell
 
 
 def settings(name: str, results: Path) -> Config:
@@ -23,47 +36,86 @@ def settings(name: str, results: Path) -> Config:
     return load(overrides)
 
 
-def fabricate(config: Config, *, blind: frozenset[str], grows: frozenset[str]) -> None:
-    """Write trials whose metrics follow the noise, but for some: blind, or following n."""
+def nowhere(experiment: str, metric: str, cell: Cell) -> bool:
+    return False
+
+
+def fabricate(
+    config: Config, *, blind: Where = nowhere, turned: Where = nowhere, grows: Where = nowhere
+) -> None:
+    """Write trials whose metrics get worse with noise, but for cells where they do not.
+
+    There they are blind, get better instead, or rise with the number of cameras.
+    """
     rng = np.random.default_rng(0)
     rows = []
     for cell in cells(config):
         for trial in range(config.trials):
             row = {"experiment": config.name, "geometry": config.geometry, **vars(cell)}
             row |= {"replicate": 0, "trial": trial}
-            noise = 10 * cell.sigma_t + cell.sigma_r_deg / 10
             for metric in config.metrics:
-                value = rng.random() if metric in blind else noise + NOISE * rng.random()
-                row[metric] = cell.n_cameras if metric in grows else value
+                where = config.name, metric, cell
+                value = 10 * cell.sigma_t + cell.sigma_r_deg / 10 + 0.01 * rng.random()
+                value *= -1 if (metric in SCORES) != turned(*where) else 1
+                value = 0.5 if blind(*where) else value
+                row[metric] = cell.n_cameras if grows(*where) else value
             rows.append(row)
     write_trials(config, pd.DataFrame(rows))
 
 
-def table_of(
-    tmp_path: Path, *, blind: frozenset[str] = frozenset(), grows: frozenset[str] = frozenset()
-) -> pd.DataFrame:
+def table_of(tmp_path: Path, **spoiled: Where) -> pd.DataFrame:
     configs = {name: settings(name, tmp_path) for name in EXPERIMENTS}
     for config in configs.values():
-        fabricate(config, blind=blind, grows=grows if "length" in config.name else frozenset())
+        fabricate(config, **spoiled)
     return compare(configs).set_index(["metric", "property"])
 
 
-def test_discerning_metrics_pass_and_blind_ones_fail(tmp_path: Path) -> None:
-    table = table_of(tmp_path, blind=frozenset({"TAS", "RAS"}))
-    for metric in ("TAS", "RAS"):
-        assert table.loc[(metric, "robust to outliers"), "ours"] == "no"
-        assert table.loc[(metric, "robust to outliers"), "agrees"] == "no"
-    assert table.loc[("TAS", "robust to collinearity"), "ours"] == "no"
-    assert table.loc[("ATE", "robust to outliers"), "ours"] == "yes"
-    assert table.loc[("ATE", "robust to outliers"), "agrees"] == "no"
-    assert table.loc[("DRE", "robust to outliers"), "ours"] == "yes"
+OUTLIER, LINE, LONG = PROPERTIES[1:]
 
 
-def test_a_metric_that_grows_with_the_trajectory_is_sensitive_to_its_length(tmp_path: Path) -> None:
-    name = "insensitive to trajectory length"
-    table = table_of(tmp_path, grows=frozenset({"TAS"}))
-    assert table.loc[("TAS", name), "ours"] == "no"
-    assert table.loc[("DTE", name), "ours"] == "yes"
+def test_metrics_that_get_worse_with_noise_pass(tmp_path: Path) -> None:
+    table = table_of(tmp_path)
+    assert (table.loc[(slice(None), [OUTLIER, LINE]), "ours"] != "no").all()
+    assert table.loc[("ATE", OUTLIER), "agrees"] == "no"
+    assert table.loc[("TAS", OUTLIER), "agrees"] == "yes"
+
+
+def test_metrics_that_get_better_with_noise_fail(tmp_path: Path) -> None:
+    table = table_of(tmp_path, turned=lambda experiment, metric, cell: metric in ("TAS", "DRE"))
+    for metric in ("TAS", "DRE"):
+        assert table.loc[(metric, OUTLIER), "ours"] == "no"
+        assert table.loc[(metric, OUTLIER), "value"] < -0.5
+    assert table.loc[("TAS", LINE), "ours"] == "no"
+    assert table.loc[("RAS", OUTLIER), "ours"] == "yes"
+
+
+@pytest.mark.parametrize(
+    ("n_outliers", "with_outliers", "on_a_line"),
+    [(0, "yes", "no"), (1, "no", "yes"), (10, "no", "yes"), (50, "yes", "yes")],
+)
+def test_one_number_of_outliers_is_enough_to_fail(
+    tmp_path: Path, n_outliers: int, with_outliers: str, on_a_line: str
+) -> None:
+    """All from one to ten count against outliers, none alone on a line, more nowhere."""
+    table = table_of(tmp_path, blind=lambda _, metric, cell: cell.n_outliers == n_outliers)
+    for metric in PAPER:
+        assert table.loc[(metric, OUTLIER), "ours"] == with_outliers
+    for metric in COLLINEAR:
+        assert table.loc[(metric, LINE), "ours"] == on_a_line
+
+
+def test_dependence_on_the_length_is_that_at_half_of_the_noise_levels(tmp_path: Path) -> None:
+    """There are ten."""
+    for n, answer in ((0, "yes"), (4, "yes"), (6, "no"), (10, "no")):
+        levels = [0.01 * level for level in range(1, n + 1)]
+        table = table_of(
+            tmp_path,
+            grows=lambda experiment, metric, cell: (
+                "length" in experiment and np.isclose(cell.sigma_t, levels).any()  # noqa: B023
+            ),
+        )
+        for metric in LENGTH:  # an error that rises gets worse, a score gets better
+            assert table.loc[(metric, LONG), "ours"] == answer
 
 
 def test_the_ate_alone_needs_metric_scale(tmp_path: Path) -> None:
@@ -83,7 +135,7 @@ def test_what_no_experiment_tells_is_not_claimed(tmp_path: Path) -> None:
 def test_command_line_writes_csv_and_markdown(tmp_path: Path) -> None:
     shared = ["trials=3", f"results_dir={tmp_path}"]
     for name in EXPERIMENTS:
-        fabricate(load([f"experiment={name}", *shared]), blind=frozenset(), grows=frozenset())
+        fabricate(load([f"experiment={name}", *shared]))
     assert main(shared) == 0
     table = pd.read_csv(tmp_path / "tables" / "method_comparison.csv")
     assert len(table) == 7 * 4
@@ -102,9 +154,9 @@ def test_a_missing_table_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[
 def test_trials_that_cannot_tell_are_refused(tmp_path: Path) -> None:
     configs = {name: settings(name, tmp_path) for name in EXPERIMENTS}
     for config in configs.values():
-        fabricate(config, blind=frozenset(), grows=frozenset())
+        fabricate(config)
     one_level = load(["experiment=outliers", f"results_dir={tmp_path}", "sigma_t=[0.05]"])
-    fabricate(one_level, blind=frozenset(), grows=frozenset())
+    fabricate(one_level)
     with pytest.raises(TableError, match="one noise level"):
         compare(configs)
 

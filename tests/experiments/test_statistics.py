@@ -20,7 +20,15 @@ def test_range_change_counts_single_trials_or_means() -> None:
     assert statistics.relative_range(table, "B", "A") == pytest.approx(100 * (2 / 6 - 1))
     means = statistics.cell_means(table)
     assert statistics.relative_range(means, "B", "A") == pytest.approx(100 * (1 / 2 - 1))
-    assert math.isnan(statistics.range_change(pd.Series([1.0, 1.0]), pd.Series([1.0, 2.0])))
+
+
+def test_range_change_goes_from_some_cells_to_others() -> None:
+    table = trials(sigma_t=[1, 1, 2, 2], PAS=[0.2, 0.8, 0.4, 0.7])
+    there, back = ({"sigma_t": [1]}, {"sigma_t": [2]}), ({"sigma_t": [2]}, {"sigma_t": [1]})
+    assert statistics.range_change(table, "PAS", *there) == pytest.approx(-50)
+    assert statistics.range_change(table, "PAS", *back) == pytest.approx(100)
+    assert statistics.unsteadiness(table, "PAS", *there) == pytest.approx(50)
+    assert math.isnan(statistics.range_change(table.assign(PAS=1), "PAS", *there))
 
 
 def test_power_is_taken_where_all_other_settings_are_the_same() -> None:
@@ -32,40 +40,77 @@ def test_power_is_taken_where_all_other_settings_are_the_same() -> None:
     assert statistics.power(table.assign(n_outliers=0), "TAS", ["sigma_t"], "smallest") < 0.9
 
 
-@pytest.mark.parametrize(("take", "value"), [("smallest", 0), ("largest", 1), ("mean", 0.5)])
-def test_power_takes_the_smallest_the_largest_or_the_mean(take: str, value: float) -> None:
-    table = trials(n_outliers=[0, 0, 1, 1], sigma_t=[1, 2, 1, 2], ATE=[1, 2, 5, 5])
+@pytest.mark.parametrize(
+    ("take", "value", "of_both"), [("smallest", 0, -1), ("largest", 1, 1), ("mean", 0.5, 0)]
+)
+def test_power_takes_the_smallest_the_largest_or_the_mean(
+    take: str, value: float, of_both: float
+) -> None:
+    table = trials(n_outliers=[0, 0, 1, 1], sigma_t=[1, 2, 1, 2], ATE=[1, 2, 0.5, 0.5])
     assert statistics.power(table, "ATE", ["sigma_t"], take) == pytest.approx(value)
-    both = statistics.power(table, "ATE", ["sigma_t", "n_outliers"], "smallest")
-    assert both == 0
+    both = statistics.powers(table, "ATE", ["sigma_t", "n_outliers"])
+    assert both == pytest.approx([1, 0, -1, -1])
+    found = statistics.power(table, "ATE", ["sigma_t", "n_outliers"], take)
+    assert found == pytest.approx(np.mean(both) if take == "mean" else of_both)
 
 
 def test_settings_that_rise_together_are_one_level() -> None:
     table = trials(sigma_t=[1, 2, 3], sigma_r_deg=[10, 20, 30], PAS=[3, 2, 1])
-    assert statistics.power(table, "PAS", ["sigma_t"], "smallest") == pytest.approx(1)
+    assert statistics.powers(table, "PAS", ["sigma_t"]) == pytest.approx([1])
 
 
-def test_favour_knows_what_is_better() -> None:
+def test_power_is_positive_where_the_metric_gets_worse_and_favour_where_better() -> None:
     values = [0.1, 0.2, 0.3]
     fine = "mAA(n_thresholds=10)"
-    table = trials(**{"n_cameras": [10, 20, 30], "mAA": values, fine: values, "DTE": values})
-    assert statistics.favour(table, fine, "n_cameras", "mean") == pytest.approx(1)
-    assert statistics.favour(table, "mAA", "n_cameras", "mean") == pytest.approx(1)
-    assert statistics.favour(table, "DTE", "n_cameras", "mean") == pytest.approx(-1)
+    names = {"mAA": -1, fine: -1, "TAS": -1, "RAS": -1, "PAS": -1, "ATE": 1, "DTE": 1, "Mean-2": 1}
+    table = trials(**{"n_cameras": [10, 20, 30], **dict.fromkeys(names, values)})
+    for metric, sign in names.items():
+        assert statistics.power(table, metric, ["n_cameras"], "smallest") == pytest.approx(sign)
+        assert statistics.favour(table, metric, ["n_cameras"], "smallest") == pytest.approx(-sign)
+
+
+def test_half_a_tau_is_more_than_three_of_four_pairs_in_order() -> None:
+    """What it takes to discern, counted over all pairs of 50 trials at different levels."""
+    for n_levels, share in ((3, 0.81), (5, 0.78), (10, 0.76)):
+        levels = np.repeat(np.arange(n_levels), 50)
+        noise = np.random.default_rng(0).normal(size=levels.size)
+        different = levels[:, None] > levels
+        found = {}
+        for scale in np.linspace(0.5, 10, 200):
+            values = levels + scale * noise
+            tau = statistics.correlation(pd.Series(values), pd.Series(levels))
+            found[abs(tau - statistics.DISCERNS)] = (values[:, None] > values)[different].mean()
+        assert found[min(found)] == pytest.approx(share, abs=0.01)
 
 
 def test_dependence_is_a_share_of_the_range_of_means() -> None:
     table = trials(n_cameras=[10, 20, 10, 20], sigma_t=[1, 1, 2, 2], DTE=[1, 2, 4, 5])
-    assert statistics.dependence(table, "DTE", "n_cameras", "mean") == pytest.approx(25)
-    assert statistics.dependence(table, "DTE", "sigma_t", "mean") == pytest.approx(75)
+    assert statistics.dependence(table, "DTE", ["n_cameras"], "mean") == pytest.approx(25)
+    assert statistics.dependence(table, "DTE", ["sigma_t"], "mean") == pytest.approx(75)
+
+
+def test_relative_dependence_compares_what_either_moves_in_its_own_range() -> None:
+    table = trials(
+        n_cameras=[10, 20, 10, 20], sigma_t=[1, 1, 2, 2], DTE=[1, 2, 4, 5], TAS=[0.9, 0.8, 0.2, 0.1]
+    )
+    ratio = statistics.relative_dependence(table, "TAS", "DTE", ["n_cameras"], "mean")
+    assert ratio == pytest.approx(100 * (0.1 / 0.8) / (1 / 4))
 
 
 def test_first_step_is_a_share_of_the_whole_change() -> None:
     table = trials(n_outliers=[50, 0, 1, 20], TAS=[0.5, 0.9, 0.8, 0.7])
-    assert statistics.first_step(table, "TAS", "n_outliers", "mean") == pytest.approx(25)
+    assert statistics.first_step(table, "TAS", ["n_outliers"], "mean") == pytest.approx(25)
 
 
 def test_correlation_is_zero_where_nothing_varies() -> None:
     assert statistics.correlation(pd.Series([1.0, 1.0]), pd.Series([1.0, 2.0])) == 0.0
     values = pd.Series(np.arange(5.0))
     assert statistics.correlation(values, values) == pytest.approx(1)
+
+
+def test_a_value_that_is_missing_is_not_taken_for_no_correlation() -> None:
+    values = pd.Series([1.0, np.nan, 3.0])
+    assert math.isnan(statistics.correlation(values, pd.Series([1.0, 2.0, 3.0])))
+    table = trials(n_outliers=[0, 0, 1, 1], sigma_t=[1, 2, 1, 2], ATE=[1, 2, np.nan, 5])
+    for take in statistics.TAKES:
+        assert math.isnan(statistics.power(table, "ATE", ["sigma_t"], take))
