@@ -99,8 +99,8 @@ class Claim:
         cells = [_write(self.where)] if self.where else []
         if self.before:
             cells.append(f"{_write(self.before)} → {_write(self.after)}")
-        groups = [len(values) for key, values in self.where.items() if key not in self.level]
-        if self.level and groups.count(1) < max(1, len(groups)):
+        others = {len(values) for key, values in self.where.items() if key not in self.level}
+        if self.level and others != {1}:  # there are many groups
             cells.insert(0, self.take)
         return f"{text} ({'; '.join(cells)})" if cells else text
 
