@@ -35,7 +35,9 @@ class Effect:
 def _power(level: str, take: str, part: str = "outliers") -> Callable[[Trials, str], float]:
     def of(trials: Trials, metric: str) -> float:
         table = trials[part]
-        return statistics.power(table, metric, [level], take) if _varies(table, level) else np.nan
+        if not _varies(table, level):
+            return np.nan
+        return float(statistics.TAKES[take](np.abs(statistics.powers(table, metric, [level]))))
 
     return of
 
@@ -55,7 +57,7 @@ def _camera_dependence(trials: Trials, metric: str) -> float:
     part = trials["length"]
     if not _varies(part, "n_cameras"):
         return np.nan
-    return statistics.dependence(part, metric, "n_cameras", "mean")
+    return statistics.dependence(part, metric, ["n_cameras"], "mean")
 
 
 def seeds_of(trials: pd.DataFrame, metric: str) -> pd.DataFrame:

@@ -80,7 +80,7 @@ def _experiment(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]
             yield _row(dict(zip(groups, cell, strict=True)), f"|τ| with {words}", powers)
     if trials["n_cameras"].nunique() > 1:
         dependence = {
-            value: statistics.dependence(trials, axis.column(value), "n_cameras", "mean")
+            value: statistics.dependence(trials, axis.column(value), ["n_cameras"], "mean")
             for value in axis.values
         }
         yield _row({}, "dependence on cameras, %", dependence)

@@ -39,7 +39,7 @@ __all__ = [
 DISCERNS = 0.5
 SETTINGS = ("n_cameras", "n_outliers", "sigma_t", "sigma_r_deg")  # that make a cell
 SCORES = ("mAA", "TAS", "RAS", "PAS")  # better when larger; all others are errors
-TAKES: Mapping[str, Callable[[Sequence[float]], Any]] = {
+TAKES: Mapping[str, Callable[[Any], Any]] = {
     "smallest": np.min,
     "largest": np.max,
     "mean": np.mean,

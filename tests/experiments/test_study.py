@@ -148,7 +148,7 @@ def test_effects_are_the_statistics_of_the_trials(small_study: Study) -> None:
     assert row["majority_power"] == pytest.approx(expected, abs=1e-6)
     ranges = [np.ptp(group[metric]) for _, group in outliers.groupby("n_outliers")]
     assert row["noise_range"] == pytest.approx(np.mean(ranges), abs=1e-6)
-    expected = dependence(trials["length"], metric, "n_cameras", "mean")
+    expected = dependence(trials["length"], metric, ["n_cameras"], "mean")
     assert row["camera_dependence"] == pytest.approx(expected, abs=1e-6)
     spread = [
         np.std([scene[f"TAS(max_threshold=0.5, seed={k})"] for k in range(10)], ddof=1)
