@@ -49,8 +49,7 @@ class Estimate:
         """``%``, ``points`` for a difference of percentages, or ``τ`` for correlations."""
         if not self.claim.is_percentage:
             return "τ"
-        difference = self.claim.versus is not None and self.claim.statistic != "relative range"
-        return "points" if difference else "%"
+        return "points" if self.claim.is_difference else "%"
 
     @property
     def number(self) -> str:
