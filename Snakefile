@@ -193,6 +193,7 @@ rule experiment:
         provenance=TRIALS / "{experiment}.json",
     params:
         settings=lambda wildcards: settings(wildcards.experiment),
+    priority: 1 # figures meanwhile would leave a core idle at the end
     threads: THREADS
     resources:
         mem_mb=memory,

@@ -191,12 +191,14 @@ def weighted_similarities(
     (array([4.]), array([[0., 0., 0.]]))
     """
     weights = weights / np.maximum(weights.sum(axis=1, keepdims=True), SMALLEST)
-    both = np.hstack([gt, est])
+    values = np.empty((24, len(gt)))  # coordinates of both, and products with those of the estimate
+    both, products = values[:6], values[6:].reshape(3, 6, -1)
+    both[:3], both[3:] = gt.T, est.T
     # About the mean over all rows first: where they agree, the moments lose no digits.
-    origin = np.einsum("n,nk->k", weights.sum(axis=0) / len(weights), both)
-    both -= origin
-    products = (both[:, 3:, None] * both[:, None]).reshape(-1, 18)
-    moments = _weighted_sums(weights, np.hstack([both, products]))
+    origin = np.einsum("n,kn->k", weights.sum(axis=0) / len(weights), both)
+    both -= origin[:, None]
+    np.multiply(both[3:, None], both, out=products)
+    moments = _weighted_sums(weights, values)
     means = moments[:, :6]
     covariance = moments[:, 6:].reshape(-1, 3, 6) - means[:, 3:, None] * means[:, None]
     u, correlation, vt = np.linalg.svd(covariance[:, :, :3])
@@ -211,12 +213,12 @@ def weighted_similarities(
 
 
 def _weighted_sums(weights: Floats, values: Floats) -> Floats:
-    """Return ``weights @ values``, the same bits for every number of BLAS threads.
+    """Return ``weights @ values.T``, the same bits for every number of BLAS threads.
 
     BLAS splits long sums, and splits them differently with more threads.
     """
-    blocks = range(0, len(values), BLOCK)
-    return np.asarray(sum(weights[:, i : i + BLOCK] @ values[i : i + BLOCK] for i in blocks))
+    blocks = (slice(i, i + BLOCK) for i in range(0, values.shape[1], BLOCK))
+    return np.asarray(sum(weights[:, block] @ values[:, block].T for block in blocks))
 
 
 def _normalise(positions: Floats) -> tuple[Floats, Floats, np.float64]:
