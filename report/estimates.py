@@ -149,9 +149,8 @@ class Estimate:
         return lowest, highest
 
     def _write(self, value: float) -> str:
-        if self.claim.is_percentage:
-            return write_number(value, 1, signed=True)
-        return write_number(value, 3, signed=self.claim.versus is not None)
+        signed = self.claim.has_ranges or self.claim.is_difference
+        return write_number(value, 1 if self.claim.is_percentage else 3, signed=signed)
 
 
 def write_number(value: float, digits: int, *, signed: bool) -> str:

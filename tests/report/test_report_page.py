@@ -18,6 +18,7 @@ import pytest
 import report.__main__
 from experiments.claims import load_claims
 from figures import FIGURES
+from report.estimates import Estimate
 
 CSS = Path(report.__main__.__file__).with_name("style.css").read_text(encoding="utf-8")
 
@@ -52,6 +53,9 @@ def test_numbers_are_written_with_sign_and_unit(page: Any, table: pd.DataFrame) 
     assert "−74 %" in texts["outliers-range-maa"]
     assert ours in texts["outliers-range-maa"]
     assert "below 0 points" in texts["outliers-tas-steadier"]
+    assert "below 50 %" in texts["length-tas-much-below-dte"]
+    claim = load_claims().claims["length-tas-much-below-dte"]
+    assert Estimate(claim, 50.2, 45, 55.5, "inconclusive").interval == "[45.0, 55.5]"  # no change
     assert "0.300 τ [0.175, 0.425]" in texts["outliers-ate-discerns"]
     assert "+0.320 τ" in texts["outliers-dte-degrades-slower"]
     assert "-" not in re.sub(r"[A-Za-z]-\w", "", "".join(texts.values()))  # a true minus
