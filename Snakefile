@@ -132,14 +132,14 @@ TRIAL_CODE = [
 
 
 # What a cluster is asked for. Measured (docs/cluster.md): a process takes 140 MB, as does each of the
-# two Snakemakes beside it, and a replicate of all claims a second for each trial of a cell.
+# two Snakemakes beside it; a replicate of all claims takes 0.7 s for each trial of a cell.
 def memory(wildcards, threads):
     """Twice that, and a megabyte for each trial of a cell: rows are held until they are written."""
     return 600 + 300 * threads + RUN["trials"]
 
 
 def minutes(wildcards, threads):
-    """Four times that, and ten minutes for nodes and file systems that are slow to start."""
+    """Six times that, and ten minutes for nodes and file systems that are slow to start."""
     return 10 + ceil(4 * RUN["trials"] / 60 / threads)
 
 

@@ -123,7 +123,7 @@ def report(results: dict[tuple[int, float], Times], memory: dict[int, Times]) ->
         [
             "# Benchmarks",
             "",
-            "Written by `python -m benchmarks`, which takes some ten minutes, most of them for the",
+            "Written by `python -m benchmarks`, which takes some minutes, most of them for the",
             "mAA of 100,000 cameras. All contenders on a scene take turns and the shortest",
             "processor time counts; ratios mean more than times. One core, BLAS on one thread.",
             "",
