@@ -203,11 +203,12 @@ def _medoid(rotations: Floats) -> int:
     """Index of the rotation with the smallest sum of truncated distances to all rotations."""
     points = rotations.reshape(-1, 9)
     if len(points) ** 2 > CHUNK:
-        sample = points[:: ceil(len(points) / SAMPLE)]
+        order = np.random.default_rng(0).permutation(len(points))  # what fails may be periodic
+        sample = points[order[:SAMPLE]]
         squared = scipy.spatial.distance.cdist(sample, sample, "sqeuclidean")
         share = float(np.mean(squared < TLUD_THRESHOLD**2))
         if share < FEW:
-            return _medoid_by_tree(rotations, share)
+            return int(order[_medoid_by_tree(rotations[order], share)])
     return _medoid_by_bounds(points)
 
 

@@ -320,7 +320,7 @@ def _cheapest(
     """
     n = gt.shape[1]
     hypotheses = scale, rotation, translation
-    tie = TIE * np.max(_dot(gt, gt))
+    tie = min(TIE * float(np.max(_dot(gt, gt))), sys.float_info.max)
     best, best_cost, factors = 0, inf, None
     for group in (np.flatnonzero(~flat), np.flatnonzero(flat)):
         start, size = 0, max(FIRST_CHUNK, FEW // n)

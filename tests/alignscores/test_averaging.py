@@ -256,6 +256,16 @@ def test_no_rotation_is_cheaper_than_the_medoid(
     assert sums[averaging._medoid(rotations)] <= sums.min() + 1e-11 * n
 
 
+@pytest.mark.parametrize("period", [2, 5, 10])
+def test_the_sample_is_not_fooled_by_a_rig(monkeypatch: pytest.MonkeyPatch, period: int) -> None:
+    """One camera in turn is always wrong: the others agree, and no tree holds all their pairs."""
+    n, rng = 100 * averaging.SAMPLE, np.random.default_rng(0)  # a stride would meet it alone
+    rotations = Rotation.from_rotvec(rng.normal(0, 0.02, (n, 3))).as_matrix()
+    rotations[::period] = Rotation.random(n // period, rng=rng).as_matrix()
+    monkeypatch.setattr(averaging, "_medoid_by_tree", lambda *_: pytest.fail("looked up in a tree"))
+    assert averaging._medoid(rotations) % period
+
+
 def test_the_tree_measures_chordal_distances() -> None:
     """Of many small clouds about as wide as the threshold it finds every medoid."""
     rng = np.random.default_rng(0)
