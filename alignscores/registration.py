@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from .similarity import Similarity
+from .similarity import Similarity, common_normal, cross
 
 __all__ = ["Registration", "pcr99", "three_point_similarities"]
 
@@ -279,25 +279,14 @@ def _frames(edge_1: Floats, edge_2: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     frames = np.empty((3, *edge_1.shape))
     first, normal, _ = frames
     first[:] = edge_1 / np.sqrt(_dot(edge_1, edge_1))
-    normal[:] = _cross(first, edge_2)
+    normal[:] = cross(first, edge_2)
     flat: NDArray[np.bool_] = np.any(_dot(normal, normal) <= FLAT**2 * _dot(edge_2, edge_2), axis=0)
     if flat.any():
-        np.copyto(normal, _common_normal(first[:, 0], first[:, 1])[:, None], where=flat)
+        np.copyto(normal, common_normal(first[:, 0], first[:, 1])[:, None], where=flat)
     normal -= _dot(normal, first) * first  # an approximate normal until here
     normal /= np.sqrt(_dot(normal, normal))
-    frames[2] = _cross(first, normal)
+    frames[2] = cross(first, normal)
     return frames, flat
-
-
-def _common_normal(gt_first: Floats, est_first: Floats) -> Floats:
-    """Axis (3, H) of the smallest rotation between unit vectors; any normal if parallel."""
-    axis = _cross(gt_first, est_first)
-    parallel = np.flatnonzero(_dot(axis, axis) <= FLAT**2)
-    direction = gt_first[:, parallel]
-    least = np.zeros_like(direction)
-    least[np.argmin(np.abs(direction), axis=0), np.arange(parallel.size)] = 1.0
-    axis[:, parallel] = _cross(direction, least)
-    return axis
 
 
 def _cheapest(
@@ -435,11 +424,4 @@ def _cheaper(
 
 def _dot(a: Floats, b: Floats) -> Floats:
     product: Floats = np.einsum("i...,i...->...", a, b)
-    return product
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    product = np.empty_like(a)
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        np.subtract(a[j] * b[k], a[k] * b[j], out=product[i])
     return product

@@ -7,12 +7,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from .validation import check_positions, check_same_length, check_weights
 
-__all__ = ["Similarity", "weighted_similarities"]
+__all__ = ["Similarity", "common_normal", "cross", "weighted_similarities"]
 
 Floats = NDArray[np.float64]
 
 FARTHEST = 1e300  # leaves room for sums and differences
 BLOCK = 128  # cameras summed at once
+LINE = 1e-9  # relative second singular value, below which the moments are those of a line
+PARALLEL = 1e-6  # sine of an angle, below which two directions have no usable normal
 SMALLEST = float(np.finfo(np.float64).tiny)
 
 
@@ -202,6 +204,9 @@ def weighted_similarities(
     means = moments[:, :6]
     covariance = moments[:, 6:].reshape(-1, 3, 6) - means[:, 3:, None] * means[:, None]
     u, correlation, vt = np.linalg.svd(covariance[:, :, :3])
+    line = correlation[:, 1] <= LINE * correlation[:, 0]
+    if line.any():  # where the spin about it is free: the smallest rotation, not rounding's choice
+        u[line], vt[line] = _line_frames(u[line, :, 0].T, vt[line, 0].T)
     handedness = np.sign(np.linalg.det(u @ vt))
     u[:, :, 2] *= handedness[:, None]
     correlation[:, 2] *= handedness
@@ -210,6 +215,59 @@ def weighted_similarities(
     means += origin
     moved = (rotation @ means[:, :3, None])[..., 0]
     return scale, rotation, means[:, 3:] - scale[:, None] * moved
+
+
+def _line_frames(gt: Floats, est: Floats) -> tuple[Floats, Floats]:
+    """Return frames, as columns and as rows, about unit vectors (3, H) with a common normal."""
+    normal = common_normal(gt, est)
+    normal /= np.sqrt(np.einsum("ih,ih->h", normal, normal))
+    columns, rows = (np.array([first, normal, cross(first, normal)]) for first in (gt, est))
+    return columns.transpose(2, 1, 0), rows.transpose(2, 0, 1)
+
+
+def common_normal(a: Floats, b: Floats) -> Floats:
+    """Return an axis (3, H) of the smallest rotation between unit vectors; any normal if parallel.
+
+    Parameters
+    ----------
+    a, b : (3, H) array
+        Unit vectors, component first.
+
+    Returns
+    -------
+    (3, H) ndarray
+        The axes, of any length.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.similarity import common_normal
+    >>> common_normal(np.array([[1.0], [0.0], [0.0]]), np.array([[0.0], [1.0], [0.0]])).ravel()
+    array([0., 0., 1.])
+    """
+    axis = cross(a, b)
+    parallel = np.flatnonzero(np.einsum("ih,ih->h", axis, axis) <= PARALLEL**2)
+    direction = a[:, parallel]
+    least = np.zeros_like(direction)
+    least[np.argmin(np.abs(direction), axis=0), np.arange(parallel.size)] = 1.0
+    axis[:, parallel] = cross(direction, least)
+    return axis
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """Return the cross products of vectors, component first.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.similarity import cross
+    >>> cross(np.array([[1.0], [0.0], [0.0]]), np.array([[0.0], [1.0], [0.0]])).ravel()
+    array([0., 0., 1.])
+    """
+    product = np.empty_like(a)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.subtract(a[j] * b[k], a[k] * b[j], out=product[i])
+    return product
 
 
 def _weighted_sums(weights: Floats, values: Floats) -> Floats:

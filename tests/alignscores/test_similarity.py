@@ -197,3 +197,24 @@ def test_wrong_positions(cloud: Cloud) -> None:
     est[2, 1] = np.nan
     with pytest.raises(ValueError, match=r"est_positions\[2\] is not finite"):
         Similarity.fit(gt, est)
+
+
+@given(seed=SEEDS, n=st.integers(2, 20))
+def test_cameras_on_a_line_turn_no_more_than_they_must(seed: int, n: int) -> None:
+    """The spin about the line is free: rounding does not choose it, whatever the order of axes."""
+    rng = np.random.default_rng(seed)
+    places, directions = rng.normal(size=(n, 1)), rng.normal(size=(2, 3))
+    gt, est = (places * direction + rng.normal(size=3) for direction in directions)
+    _, rotation, _ = weighted_similarities(gt, est, np.ones((1, n)))
+    a, b = (direction / np.linalg.norm(direction) for direction in directions)
+    turn = math.atan2(np.linalg.norm(np.cross(a, b)), a @ b)
+    assert Rotation.from_matrix(rotation[0]).magnitude() == pytest.approx(turn, abs=1e-7)
+    np.testing.assert_allclose(rotation[0] @ a, b, atol=1e-9)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_line_and_itself_turned_round(sign: float) -> None:
+    gt = np.arange(5.0)[:, None] * [0.6, 0.0, 0.8]
+    fit = Similarity.fit(gt, sign * 2 * gt)
+    assert_proper(fit)
+    np.testing.assert_allclose(fit.apply(gt), sign * 2 * gt, atol=1e-12)
