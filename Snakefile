@@ -10,14 +10,15 @@
 #   snakemake beyond --config scenarios=my.yaml    a study of your own (docs/studies.md)
 #   snakemake report                          all of it on one page, results/report.html
 import sys
-from dataclasses import asdict
 from functools import cache
 from math import ceil, gcd
 from pathlib import Path
 
 sys.path.insert(0, workflow.basedir)
 from experiments.claims import CLAIMS_FILE, load_claims
-from experiments.config import ConfigError, experiment_names, load, to_overrides
+from experiments.config import (
+    HOW, ConfigError, experiment_names, load, result_settings, to_overrides,
+)
 from experiments.scenarios import BEYOND, load_study as load_scenarios, study_name
 from experiments.study import STUDIES, axis_names, load_study
 from figures import FIGURES, HISTOGRAM_EXPERIMENT
@@ -30,7 +31,6 @@ OVERRIDES = to_overrides({key: value for key, value in config.items() if key != 
 STUDY_OVERRIDES = to_overrides(AXES)
 EXPERIMENTS = experiment_names()
 STUDY = study_name(SCENARIOS)
-HOW = {"n_jobs", "backend", "dask_address", "results_dir"}  # settings that no result depends on
 
 
 def refuse(error, *overrides):
@@ -40,19 +40,15 @@ def refuse(error, *overrides):
 
 def resolve(*overrides):
     try:
-        return asdict(load(overrides))
+        return load(overrides)
     except ConfigError as error:
         refuse(error, f"({' '.join(overrides)})")
-
-
-def without_how(resolved):
-    return {key: value for key, value in resolved.items() if key not in HOW}
 
 
 @cache
 def settings(experiment):
     """What the results of an experiment depend on: where it changes, they are made again."""
-    return without_how(resolve(f"experiment={experiment}", *to_overrides(config)))
+    return result_settings(resolve(f"experiment={experiment}", *to_overrides(config)))
 
 
 @cache
@@ -62,7 +58,7 @@ def scenarios():
         study = load_scenarios(SCENARIOS, to_overrides(config))
     except ConfigError as error:
         refuse(error)
-    return {name: without_how(asdict(config)) for name, config in study.scenarios.items()}
+    return {name: result_settings(config) for name, config in study.scenarios.items()}
 
 
 @cache
@@ -82,23 +78,23 @@ def part_threads(wildcards):
 
 def part_settings(wildcards):
     """What the trials of a part of a study depend on."""
-    return without_how(asdict(study(wildcards.study).parts[wildcards.part].config))
+    return result_settings(study(wildcards.study).parts[wildcards.part].config)
 
 
 def timed_settings(wildcards):
     """What the run times of a study are measured on."""
     parts = study(wildcards.study).parts.values()
-    return [without_how(asdict(part.config)) for part in parts if part.seeds]
+    return [result_settings(part.config) for part in parts if part.seeds]
 
 
 RUN = resolve(*to_overrides({key: config[key] for key in (*HOW, "trials") if key in config}))
-RESULTS = Path(RUN["results_dir"])
+RESULTS = Path(RUN.results_dir)
 TRIALS = RESULTS / "trials"
 CORES = workflow.cores or 1
 if "n_jobs" not in config:
     THREADS = max(1, CORES // len(EXPERIMENTS))  # all experiments may run at once
 else:
-    THREADS = CORES if RUN["n_jobs"] == -1 else RUN["n_jobs"]
+    THREADS = CORES if RUN.n_jobs == -1 else RUN.n_jobs
 try:
     CLAIMS = load_claims(REPLICATES)
 except ConfigError as error:
@@ -135,12 +131,12 @@ TRIAL_CODE = [
 # two Snakemakes beside it; a replicate of all claims takes 0.7 s for each trial of a cell.
 def memory(wildcards, threads):
     """Twice that, and a megabyte for each trial of a cell: rows are held until they are written."""
-    return 600 + 300 * threads + RUN["trials"]
+    return 600 + 300 * threads + RUN.trials
 
 
 def minutes(wildcards, threads):
     """Six times that, and ten minutes for nodes and file systems that are slow to start."""
-    return 10 + ceil(4 * RUN["trials"] / 60 / threads)
+    return 10 + ceil(4 * RUN.trials / 60 / threads)
 
 
 localrules:  # seconds each: not worth a job
@@ -250,7 +246,9 @@ rule replicate:
         provenance=RESULTS / "replicates" / "{replicate}.json",
     params:
         needs=CLAIMS.needs(),
-        settings=lambda wildcards: [settings(name) for name in EXPERIMENTS],
+        settings=lambda wildcards: [
+            settings(name) for name in sorted({claim.experiment for claim in CLAIMS})
+        ],
     threads: CORES // gcd(CORES, CLAIMS.replicates) # the last round leaves no core idle
     resources:
         mem_mb=memory,

@@ -2,7 +2,7 @@
 
 from ast import literal_eval
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,8 @@ from hydra.errors import HydraException
 from omegaconf import MISSING, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from alignscores.translation import REGISTRATIONS
+
 from .command import CommandError
 from .errors import ERRORS
 from .outliers import OUTLIERS
@@ -20,17 +22,20 @@ from .paths import PATHS
 
 __all__ = [
     "CONFIG_DIR",
+    "HOW",
     "METRICS",
     "METRIC_OPTIONS",
     "Config",
     "ConfigError",
     "experiment_names",
     "load",
+    "result_settings",
     "split_metric",
     "to_overrides",
 ]
 
 CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
+HOW = ("n_jobs", "backend", "dask_address", "results_dir")  # settings that no result depends on
 
 NOISES = ("product", "paired")
 ROTATION_STATISTICS = ("Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2")
@@ -45,6 +50,7 @@ STEPS: Check = (  # without end the staircase is a straight line: the exact area
 )
 SEED: Check = ("a whole number, not negative", lambda value: _is_whole(value) and value >= 0)
 SHARE: Check = ("above 0, at most 1", lambda value: _is_number(value) and 0 < value <= 1)
+REGISTRATION: Check = (" or ".join(REGISTRATIONS), lambda value: value in REGISTRATIONS)
 METRIC_OPTIONS: Mapping[str, Mapping[str, Check]] = {
     "mAA": {
         "max_threshold_deg": POSITIVE,
@@ -55,7 +61,7 @@ METRIC_OPTIONS: Mapping[str, Mapping[str, Check]] = {
         "max_threshold": POSITIVE,
         "n_thresholds": STEPS,
         "quantile": SHARE,  # of the closest-pair distances, that is d
-        "registration": ("pcr99 or refined", lambda value: value in ("pcr99", "refined")),
+        "registration": REGISTRATION,
         "n_hypotheses": COUNT,
         "prescreen": ("a positive number or inf", lambda value: _is_number(value) and value > 0),
         "order": SHARE,  # of the cameras, that is m
@@ -64,6 +70,7 @@ METRIC_OPTIONS: Mapping[str, Mapping[str, Check]] = {
     "RAS": {"max_threshold_deg": POSITIVE, "n_thresholds": STEPS},
     "PAS": {
         "weight": ("from 0 to 1", lambda value: _is_number(value) and 0 <= value <= 1),
+        "registration": REGISTRATION,
         "seed": SEED,
     },
 }
@@ -139,7 +146,7 @@ def load(overrides: Sequence[str] = ()) -> Config:
     >>> config.name, config.trials, config.n_cameras
     ('outliers', 5, [100])
     """
-    _check_overrides(overrides)
+    experiment = _check_overrides(overrides)
     try:
         GlobalHydra.instance().clear()
         with initialize_config_dir(config_dir=str(CONFIG_DIR), version_base="1.3"):
@@ -155,7 +162,22 @@ def load(overrides: Sequence[str] = ()) -> Config:
         raise ConfigError(f"cannot read {' '.join(overrides)}: {reason}") from None
     assert isinstance(config, Config)
     _check(config)
+    named = experiment in (None, config.name)
+    _require(named, "name", f"must be {experiment!r} as the file: its results are called so")
     return config
+
+
+def result_settings(config: Config) -> dict[str, Any]:
+    """Return the settings that results depend on: all but `HOW`.
+
+    Examples
+    --------
+    >>> from experiments.config import load, result_settings
+    >>> settings = result_settings(load(["trials=5", "n_jobs=1"]))
+    >>> settings["trials"], "n_jobs" in settings
+    (5, False)
+    """
+    return {key: value for key, value in asdict(config).items() if key not in HOW}
 
 
 def split_metric(metric: str) -> tuple[str, dict[str, Any]]:
@@ -231,8 +253,11 @@ def _hydra_value(value: Any) -> str:
     return "null" if value is None else str(value)
 
 
-def _check_overrides(overrides: Sequence[str]) -> None:
-    """Refuse unknown keys and experiments here, where the choice can be named in one line."""
+def _check_overrides(overrides: Sequence[str]) -> str | None:
+    """Refuse unknown keys and experiments here, where the choice can be named in one line.
+
+    Returns the experiment that is chosen.
+    """
     known = ["experiment", *(field.name for field in fields(Config) if field.name != "name")]
     experiments = []
     for override in overrides:
@@ -247,6 +272,7 @@ def _check_overrides(overrides: Sequence[str]) -> None:
         experiments += [value] if key == "experiment" else []
     if len(experiments) > 1:
         raise ConfigError(f"setting 'experiment' is given twice: {' and '.join(experiments)}")
+    return experiments[0] if experiments else None
 
 
 def _check(config: Config) -> None:

@@ -109,8 +109,8 @@ class Evaluation:
     def _ras(self, *, max_threshold_deg: float = 10.0, n_thresholds: float = 100) -> float:
         return _score(self._rotation_errors, 1.0, max_threshold_deg, n_thresholds)
 
-    def _pas(self, *, weight: float = 0.5, seed: int | None = None) -> float:
-        return weight * self._tas(seed=seed) + (1 - weight) * self._ras()
+    def _pas(self, *, weight: float = 0.5, **registration: Any) -> float:
+        return weight * self._tas(**registration) + (1 - weight) * self._ras()
 
     def _errors_of(
         self,
@@ -124,7 +124,7 @@ class Evaluation:
     ) -> Floats:
         """Position errors under a registration, computed once for each."""
         # PCR-99 knows nothing of the thresholds.
-        target = unit * max_threshold if registration == "refined" else None
+        target = None if registration == "pcr99" else unit * max_threshold
         key = (registration, n_hypotheses, seed, target, *sorted(options.items()))
         if key not in self._position_errors:
             scene = self._scene

@@ -13,14 +13,16 @@ from typing import Any
 import pandas as pd
 
 from .command import CommandError
-from .config import CONFIG_DIR, Config
+from .config import CONFIG_DIR, Config, result_settings
 
 __all__ = [
     "KEY_COLUMNS",
     "TableError",
+    "check_settings",
     "package_versions",
     "provenance",
     "read_csv",
+    "read_provenance",
     "read_trials",
     "to_csv",
     "trials_path",
@@ -158,7 +160,7 @@ def read_trials(
     Raises
     ------
     TableError
-        Where there is no such table, or it is empty or another one.
+        Where there is no such table, or it is empty, another one, or made under other settings.
     """
     path = path or trials_path(config)
     table = read_csv(path, command)
@@ -174,7 +176,48 @@ def read_trials(
     missing = [metric for metric in config.metrics if metric not in table]
     if missing:
         raise TableError(path, f"has no column {missing[0]}", command)
+    check_settings(config, path, command)
     return table
+
+
+def check_settings(config: Config, path: Path, command: Sequence[str] = ()) -> None:
+    """Make sure that a table was made under these settings, from the record beside it.
+
+    Metrics may differ: the table has a column for each.
+
+    Raises
+    ------
+    TableError
+        Where it was not, or there is no record; `command` makes a better one.
+    """
+    wanted = result_settings(config)
+    found = read_provenance(path.with_suffix(".json"), command)["config"]
+    for key, value in wanted.items():
+        if key != "metrics" and (key not in found or found[key] != value):
+            made = f"{key}={found[key]}" if key in found else f"no {key}"
+            raise TableError(path, f"was made with {made}, not {key}={value}", command)
+
+
+def read_provenance(path: Path, command: Sequence[str] = ()) -> dict[str, Any]:
+    """Read what a result rests on, as `provenance` has it.
+
+    Raises
+    ------
+    TableError
+        Where the file is not there or is something else.
+    """
+    try:
+        record = json.loads(path.read_bytes())
+    except FileNotFoundError:
+        raise TableError(path, "does not exist", command) from None
+    except OSError as error:
+        raise TableError(path, f"cannot be read ({error.strerror})", command) from None
+    except ValueError:
+        record = None
+    keys = ("config", "packages", "git", "python", "platform")
+    if not isinstance(record, dict) or any(key not in record for key in keys):
+        raise TableError(path, "is no record of provenance", command)
+    return record
 
 
 def provenance(config: Config) -> dict[str, Any]:

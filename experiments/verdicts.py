@@ -21,7 +21,7 @@ from .command import run_command
 from .config import Config, load
 from .replicate import FIRST, KEYS, Trials, plan, replicate_path, rows
 from .statistics import STATISTICS, cell_means, select
-from .tables import TableError, read_csv, to_csv, write_files
+from .tables import TableError, check_settings, read_csv, to_csv, write_files
 
 __all__ = ["decide", "evaluate_claim", "main", "read_replicates", "verdict"]
 
@@ -164,12 +164,13 @@ def read_replicates(
     Raises
     ------
     TableError
-        Where one is missing, or has other trials than it should, with the command that makes it.
+        Where one is missing, or has other trials than it should or was made under other settings,
+        with the command that makes it.
     """
     expected = rows(plan(claims, overrides))
     return [
         _read(
-            replicate_path(replace(config, replicate=number)),
+            replace(config, replicate=number),
             expected.assign(replicate=number),
             ["experiments.replicate", f"replicate={number}", *overrides],
         )
@@ -177,7 +178,8 @@ def read_replicates(
     ]
 
 
-def _read(path: Path, expected: pd.DataFrame, command: Sequence[str]) -> Replicate:
+def _read(config: Config, expected: pd.DataFrame, command: Sequence[str]) -> Replicate:
+    path = replicate_path(config)
     table = read_csv(path, command, keep_default_na=False, na_values=[""], dtype={"settings": str})
     missing = [column for column in expected if column not in table]
     if missing:
@@ -190,6 +192,7 @@ def _read(path: Path, expected: pd.DataFrame, command: Sequence[str]) -> Replica
         found = table[key] if key in KEYS else table[key].notna()
         if list(found) != list(wanted):
             raise TableError(path, f"has other trials than the claims need: see {key}", command)
+    check_settings(config, path, command)
     return {
         (str(experiment), tuple(str(settings).split())): group
         for (experiment, settings), group in table.groupby(["experiment", "settings"], sort=False)

@@ -1,7 +1,6 @@
 """What the page is made of: tables, figures and records of a results folder, read and checked."""
 
 import csv
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
@@ -14,13 +13,13 @@ from PIL import Image
 
 from experiments.claims import Claim, Claims
 from experiments.comparison import PAPER, PROPERTIES
-from experiments.config import experiment_names
+from experiments.config import HOW, experiment_names
 from experiments.effects import EFFECTS
 from experiments.findings import findings_path
 from experiments.scenarios import BEYOND
 from experiments.scenarios import Study as Scenarios
 from experiments.study import Study
-from experiments.tables import TableError, read_csv
+from experiments.tables import TableError, read_csv, read_provenance
 from experiments.verdicts import INCONCLUSIVE, NOT_REPRODUCED, REPRODUCED
 from figures import FIGURES, STUDIES
 
@@ -32,7 +31,6 @@ CLAIM = ("id", "source", "figure", "statement", "statistic", "criterion", "paper
 OF_MEANS = tuple(f"{name}_of_means" for name in ESTIMATE)
 DECISION = ("decision", "reading", "claim")
 ANSWER = ("paper", "ours", "agrees", "statistic", "value", "experiment")
-HOW = ("replicate", "n_jobs", "backend", "results_dir")  # no result depends on them
 INPUT = ("part", "geometry", "n_cameras", "n_outliers", "sigma_t", "trial", "statistic")
 FINDING = ("mean", "verdict", "finding")
 
@@ -171,7 +169,7 @@ def read_inputs(plan: Plan) -> Inputs:
         findings=_read_findings(plan),
         figures=_read_figures(plan),
         experiments={
-            name: _read_provenance(
+            name: read_provenance(
                 results / "trials" / f"{name}.json",
                 plan.run("experiments.run", f"experiment={name}"),
             )
@@ -313,14 +311,15 @@ def _read_replicates(plan: Plan, numbers: Iterable[int]) -> dict[str, dict[str, 
     for number in numbers:
         path = plan.results / "replicates" / f"{number}.json"
         command = plan.run("experiments.replicate", f"replicate={number}")
-        records[str(number)] = record = _read_provenance(path, command)
+        records[str(number)] = record = read_provenance(path, command)
         if _shared(record) != _shared(records["0"]):
             raise TableError(path, "has other settings than replicate 0", command)
     return records
 
 
 def _shared(record: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in record["config"].items() if key not in HOW}
+    own = ("replicate", *HOW)
+    return {key: value for key, value in record["config"].items() if key not in own}
 
 
 def _read_parts(plan: Plan) -> dict[str, dict[str, Any]]:
@@ -334,21 +333,9 @@ def _read_parts(plan: Plan) -> dict[str, dict[str, Any]]:
         commands[config.name] = plan.run_scenarios("experiments.scenarios", name)
     directory = plan.results / "trials"
     return {
-        name: _read_provenance(directory / f"{name}.json", command)
+        name: read_provenance(directory / f"{name}.json", command)
         for name, command in commands.items()
     }
-
-
-def _read_provenance(path: Path, command: Sequence[str]) -> dict[str, Any]:
-    content = _read(path, command)
-    try:
-        record = json.loads(content)
-    except ValueError:
-        record = None
-    keys = ("config", "packages", "git", "python", "platform")
-    if not isinstance(record, dict) or any(key not in record for key in keys):
-        raise TableError(path, "is no record of provenance", command)
-    return record
 
 
 def _read_jobs(plan: Plan, numbers: Iterable[int]) -> dict[str, list[Job]]:

@@ -9,11 +9,11 @@ from itertools import pairwise
 from math import isfinite
 from typing import Any
 
-from experiments.config import load, to_overrides
+from experiments.config import HOW, load, to_overrides
 from experiments.scenarios import BEYOND
 from experiments.study import default_axes
 
-from .inputs import HOW, Inputs, Job
+from .inputs import Inputs, Job
 
 __all__ = ["Machine", "Runtime", "command", "machines", "runtimes", "write_levels"]
 

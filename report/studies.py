@@ -9,6 +9,7 @@ from typing import Any
 import pandas as pd
 
 from experiments import registration_study
+from experiments.config import HOW
 from experiments.effects import EFFECTS, Effect
 from experiments.findings import DISCERNS, JUDGED, LEVELS
 from experiments.study import Axis, option_title, write_value
@@ -16,7 +17,7 @@ from experiments.threshold_study import CERTAIN, RELEVANT, TOLD, costs_and_gains
 from figures import FIGURES
 
 from .estimates import write_number
-from .inputs import HOW, Tables
+from .inputs import Tables
 from .origin import write_levels
 
 __all__ = ["Beyond", "Registrations", "Thresholds"]
@@ -33,7 +34,7 @@ LABELS = {
     "sigma_r_deg": "sigma_r_deg, degrees",
 }
 FIRST = ("geometry", "error", "outliers", "n_cameras", "n_outliers", "sigma_t", "sigma_r_deg")
-UNTOLD = ("name", "metrics", *HOW)
+UNTOLD = ("name", "metrics", "replicate", *HOW)
 STATISTICS = {  # of the registrations: what they are called, digits
     "median standard deviation": ("Standard deviation over the seeds, median of the inputs", 5),
     "largest standard deviation": ("Standard deviation over the seeds, largest", 4),

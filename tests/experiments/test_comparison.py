@@ -158,7 +158,7 @@ def test_trials_that_cannot_tell_are_refused(tmp_path: Path) -> None:
     one_level = load(["experiment=outliers", f"results_dir={tmp_path}", "sigma_t=[0.05]"])
     fabricate(one_level)
     with pytest.raises(TableError, match="one noise level"):
-        compare(configs)
+        compare(configs | {"outliers": one_level})
 
 
 def test_every_metric_is_compared_where_the_paper_shows_it() -> None:

@@ -1,7 +1,11 @@
 """Settings are those of the paper, can all be overridden, and are refused in one line."""
 
+import shutil
+from pathlib import Path
+
 import pytest
 
+from experiments import config as config_module
 from experiments.config import ConfigError, experiment_names, load, to_overrides
 from experiments.sweep import cells
 
@@ -20,6 +24,21 @@ def test_the_eight_experiments_of_the_paper_are_there() -> None:
         "rotations": 70,
         "trajectory_length": 70,
     }
+
+
+def test_a_copied_experiment_needs_a_name_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else its results would take the place of the original's."""
+    shutil.copytree(config_module.CONFIG_DIR, tmp_path / "configs")
+    monkeypatch.setattr(config_module, "CONFIG_DIR", tmp_path / "configs")
+    folder = tmp_path / "configs" / "experiment"
+    text = (folder / "outliers.yaml").read_text()
+    (folder / "mine.yaml").write_text(text)
+    with pytest.raises(ConfigError, match="setting 'name' must be 'mine'"):
+        load(["experiment=mine"])
+    (folder / "mine.yaml").write_text(text.replace("name: outliers", "name: mine"))
+    assert load(["experiment=mine"]).name == "mine"
 
 
 @pytest.mark.parametrize("name", experiment_names())

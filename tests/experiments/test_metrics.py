@@ -107,6 +107,12 @@ def test_plain_metrics_are_those_of_the_library(scene: Scene) -> None:
     )
 
 
+def test_pas_under_another_registration(scene: Scene) -> None:
+    values = evaluate(scene, ["PAS(registration=refined, weight=0.3)"], SEED)
+    expected = pas(scene.gt_poses, scene.est_poses, rng=SEED, weight=0.3, registration="refined")
+    assert list(values.values()) == [expected.score]
+
+
 @pytest.mark.parametrize("quantile", [0.02, 0.25, 0.5, 0.6, 0.75, 0.9, 1])
 def test_the_quantile_that_is_d(scene: Scene, quantile: float) -> None:
     unit = closest(scene)[ceil(round(quantile * 45, 6)) - 1]

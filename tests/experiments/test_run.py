@@ -11,7 +11,7 @@ import pytest
 from experiments.config import load
 from experiments.run import main
 from experiments.sweep import sweep
-from experiments.tables import read_trials
+from experiments.tables import TableError, read_trials
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -31,6 +31,27 @@ def test_the_table_on_disk_is_the_table_computed(
     pd.testing.assert_frame_equal(
         read_trials(load(overrides)), sweep(load(overrides)), check_exact=True
     )
+
+
+def test_a_table_made_under_other_settings_is_refused(
+    tmp_path: Path, small_overrides: list[str]
+) -> None:
+    overrides = [*small_overrides, f"results_dir={tmp_path}"]
+    main(overrides)
+    path = tmp_path / "trials" / "outliers.csv"
+    for setting, made in (
+        ("seed=1", "seed=0"),
+        ("trials=9", f"trials={load(overrides).trials}"),
+        ("geometry=orbit", "geometry=cube"),
+        ("sigma_t=[0.02]", r"sigma_t=\[0.02, 0.05\]"),
+    ):
+        with pytest.raises(TableError, match=f"{path} was made with {made}, not {setting[:5]}"):
+            read_trials(load([*overrides, setting]))
+    for harmless in ("n_jobs=2", "backend=threading", "metrics=[TAS]"):
+        read_trials(load([*overrides, harmless]))
+    path.with_suffix(".json").unlink()
+    with pytest.raises(TableError, match=r"outliers\.json does not exist"):
+        read_trials(load(overrides))
 
 
 def test_provenance_tells_settings_versions_commit_and_platform(

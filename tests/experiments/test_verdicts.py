@@ -13,7 +13,7 @@ from experiments.config import load, split_metric
 from experiments.replicate import cells_of, plan, replicate_path
 from experiments.statistics import SCORES
 from experiments.sweep import Cell
-from experiments.tables import write_table
+from experiments.tables import provenance, write_table
 from experiments.verdicts import decide, evaluate_claim, main, verdict
 
 TRIALS, REPLICATES = 8, 4
@@ -209,7 +209,7 @@ def write_replicates(results: Path, sign: Callable[[str], int]) -> None:
     """Write tables in which every metric follows all noise and outliers, up, down or not at all."""
     for number in range(2):
         rng = np.random.default_rng(number)
-        config = load(["experiment=outliers", f"results_dir={results}", f"replicate={number}"])
+        config = load([f"results_dir={results}", "trials=2", f"replicate={number}"])
         table = []
         for (experiment, settings), (own, wanted) in PLAN.items():
             for cell, metrics in wanted.items():
@@ -219,7 +219,7 @@ def write_replicates(results: Path, sign: Callable[[str], int]) -> None:
                 for trial in range(2):
                     values = {name: sign(name) * value + 1e-3 * rng.random() for name in metrics}
                     table.append(row | {"trial": trial} | values)
-        write_table(replicate_path(config), pd.DataFrame(table), {})
+        write_table(replicate_path(config), pd.DataFrame(table), provenance(config))
 
 
 def test_command_line_writes_claims_and_decisions(
@@ -279,6 +279,8 @@ def test_missing_and_foreign_tables_are_named_in_one_line(
     path.write_text(whole)
     assert main([*arguments, "trials=3"]) == 1
     assert f"0.csv has {len(lines) - 1} trials, not the" in capsys.readouterr().err
+    assert main([*arguments, "seed=1"]) == 1
+    assert "0.csv was made with seed=0, not seed=1; run: " in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("setting", ["replicates=1", "replicates=x", "trails=3", "metrics=[TAS]"])

@@ -5,9 +5,12 @@ from contextlib import redirect_stdout
 from io import StringIO
 
 import matplotlib.figure
+import pandas as pd
 import pytest
 from matplotlib.image import imread
 
+from experiments.config import load
+from experiments.tables import provenance, write_table
 from figures import FIGURES
 from figures.__main__ import main
 
@@ -110,7 +113,8 @@ ROW = "collinear,line,100,0,0.01,3.0,0,0"
 def test_a_table_at_fault_is_named_in_one_line_with_the_remedy(tmp_path, capsys, content, message):
     path = tmp_path / "trials" / "collinear.csv"
     if content is not None:
-        path.parent.mkdir()
+        record = provenance(load(["experiment=collinear"]))
+        write_table(path, pd.DataFrame(), record)
         path.write_text(content)
     code, out, err = run(capsys, "collinear", f"results_dir={tmp_path}")
     assert (code, out, len(err)) == (1, [], 1)
