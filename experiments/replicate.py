@@ -11,6 +11,7 @@ import pandas as pd
 from .claims import Claim, Claims, load_claims
 from .command import run_command
 from .config import Config, ConfigError, load
+from .statistics import STATISTICS
 from .sweep import Cell, cells, sweep
 from .tables import provenance, write_table
 
@@ -58,7 +59,7 @@ def plan(claims: Claims, overrides: Sequence[str] = ()) -> Plan:
 
 
 def cells_of(claim: Claim, config: Config) -> list[Cell]:
-    """Return the cells of the grid that a claim takes, and make sure that none is missing."""
+    """Return the cells of the grid that a claim takes, and make sure that they can decide it."""
     grid = [cell for cell in cells(config) if _matches(cell, claim.where)]
     found = dict.fromkeys(
         cell for part in (claim.before, claim.after) for cell in grid if _matches(cell, part)
@@ -71,6 +72,14 @@ def cells_of(claim: Claim, config: Config) -> list[Cell]:
                     f"claim {claim.id!r} needs trials of {config.name} with {key} {missing[0]:g}, "
                     "which these settings leave out"
                 )
+    least = STATISTICS[claim.statistic].least_levels
+    for key in claim.level:
+        levels = {getattr(cell, key) for cell in found}
+        if len(levels) < least:
+            raise ConfigError(
+                f"claim {claim.id!r} compares levels of {key}, at least {least} of them, and these "
+                f"settings of {config.name} have {len(levels)}"
+            )
     return list(found)
 
 

@@ -163,6 +163,8 @@ class Statistic:
         Whether it is in per cent; a correlation otherwise.
     has_ranges : bool
         Whether it compares ranges, which could also be those of mean curves.
+    least_levels : int
+        How many values of each ``level`` it takes.
     """
 
     function: Callable[..., float]
@@ -170,6 +172,7 @@ class Statistic:
     text: str
     is_percentage: bool = True
     has_ranges: bool = False
+    least_levels: int = 2
 
 
 STATISTICS: Mapping[str, Statistic] = {
@@ -211,5 +214,6 @@ STATISTICS: Mapping[str, Statistic] = {
         first_step,
         ("level", "take"),
         "share of the first step of {level} in the change of {metric}, %",
+        least_levels=3,
     ),
 }

@@ -11,7 +11,7 @@ import yaml
 
 from experiments.claims import CLAIMS_FILE, Reading, load_claims
 from experiments.config import ConfigError, load
-from experiments.replicate import plan, run
+from experiments.replicate import cells_of, plan, run
 from experiments.sweep import cells, sweep
 from figures import FIGURES
 
@@ -215,6 +215,24 @@ def test_settings_that_leave_claims_undecided_are_refused(override: str, named: 
         plan(load_claims(), [override])
     assert named in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "least"),
+    [
+        ("outliers-tas-discerns", {"level": ["n_cameras"]}, 2),
+        ("outliers-tas-discerns", {"level": ["sigma_t", "n_cameras"]}, 2),
+        ("outliers-tas-discerns", {"where": {"sigma_t": [0.05]}, "level": ["sigma_t"]}, 2),
+        ("outliers-tas-discerns", {"statistic": "first step", "level": ["sigma_t"]}, 3),
+    ],
+)
+def test_a_claim_needs_levels_to_compare(name: str, change: dict[str, Any], least: int) -> None:
+    """Else it would have a verdict on nothing, after all trials."""
+    claim = load_claims().claims[name]
+    if least == 3:
+        change = {**change, "where": {"n_outliers": [0], "sigma_t": [0.01, 0.1]}}
+    with pytest.raises(ConfigError, match=f"'{name}' compares levels of .*, at least {least} of"):
+        cells_of(replace(claim, **change), load(["experiment=outliers"]))
 
 
 def test_a_replicate_has_the_trials_of_the_experiments(monkeypatch: pytest.MonkeyPatch) -> None:
