@@ -115,6 +115,8 @@ def tas(
     ValueError
         Where the input is malformed, or d does not exist: fewer than 4 cameras, or three quarters
         of the cameras coincide with another one. The latter two can be cured by `unit`.
+    TypeError
+        Where a registration of one's own returns something else than it should.
 
     Warns
     -----
@@ -332,7 +334,7 @@ def _register(
     if len(est) < 3:
         return None, errors, 0
     est_local, est_centre, est_unit = _localise(est)
-    local, n_used = register(
+    registered = register(
         gt_local,
         est_local,
         order=min(order, len(est)),
@@ -340,6 +342,13 @@ def _register(
         n_hypotheses=n_hypotheses,
         rng=rng,
     )
+    try:
+        local, n_used = registered
+    except (TypeError, ValueError):
+        raise TypeError(
+            "registration must return a Similarity or None and the number of hypotheses, "
+            f"not {registered!r}"
+        ) from None
     if local is None:
         return None, errors, n_used
     errors = gt_unit * local.position_errors(gt_local, est_local)

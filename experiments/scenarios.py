@@ -109,6 +109,8 @@ def _resolve(path: Path, name: str, settings: Settings, overrides: Sequence[str]
         raise ConfigError(f"{path}: scenario {name!r}: {error}") from None
     paired = config.noise == "paired"
     _require(path, paired, f"scenario {name!r} needs noise=paired: one order of levels")
+    ordered = len(config.sigma_t) > 1 or len(config.n_outliers) > 1
+    _require(path, ordered, f"scenario {name!r} needs two levels of noise, or numbers of outliers")
     return replace(config, name=f"{study_name(path)}/{name}")
 
 

@@ -240,7 +240,7 @@ def _axis(name: str, entry: Mapping[str, Any], given: str | None) -> Axis:
     """Make an axis of what the file has for it, or of the values given in its place."""
     values = [_write(value) for value in entry["values"]]
     if given is not None:
-        values = [value.strip() for value in given.strip("[]").split(",")]
+        values = [_write(value.strip()) for value in given.strip("[]").split(",")]
         if not (given.startswith("[") and given.endswith("]") and all(values)):
             raise ConfigError(f"setting {name!r} must be a list in brackets, for example [1, 2]")
     paper = _write(entry["paper"])
@@ -253,7 +253,9 @@ def _axis(name: str, entry: Mapping[str, Any], given: str | None) -> Axis:
             raise ConfigError(f"setting {name!r}: {error}") from None
     try:
         return replace(axis, values=tuple(sorted(values, key=float)))
-    except ValueError:  # words
+    except ValueError:  # words, which are compared with the paper's
+        if len(values) < 2:
+            raise ConfigError(f"setting {name!r} needs another value than {paper}") from None
         return axis
 
 
@@ -271,7 +273,12 @@ def _part(study: Study, name: str, entry: Mapping[str, Any], given: Mapping[str,
 
 
 def _write(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    """Write a number in one way, 1 for 1.0, so that it is compared with the paper's; or a word."""
+    try:
+        number = float(str(value))
+    except ValueError:
+        return str(value)
+    return str(int(number)) if number.is_integer() else repr(number)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

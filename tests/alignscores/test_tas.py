@@ -590,6 +590,14 @@ def test_registration_of_ones_own_that_finds_nothing(noisy_scene: Scene) -> None
     assert (result.score, result.alignment, result.n_hypotheses) == (0, None, 3)
 
 
+@pytest.mark.parametrize("returned", [None, np.eye(4), (1, 2, 3)])
+def test_registration_of_ones_own_that_returns_something_else(
+    noisy_scene: Scene, returned: Any
+) -> None:
+    with pytest.raises(TypeError, match="registration must return a Similarity or None and the"):
+        tas(*noisy_scene(20, 5, 0.03, 1), registration=lambda *_, **__: returned)
+
+
 @pytest.mark.parametrize("n", [8, 50, 128])
 @pytest.mark.parametrize("copies", [1, 2])
 def test_closest_distances_with_and_without_a_tree(

@@ -116,6 +116,10 @@ def test_generators_change_the_trials(tmp_path: Path) -> None:
         ("scenarios: {a: {geometri: orbit}}", "scenario 'a': unknown setting 'geometri'"),
         ("scenarios: {a: {noise: product}}", "scenario 'a' needs noise=paired"),
         ("scenarios: {a: {results_dir: x}}", "results_dir"),
+        (
+            "scenarios: {a: {sigma_t: [0.1], sigma_r_deg: [3], n_outliers: [0]}}",
+            "scenario 'a' needs two levels of noise",
+        ),
         ("scenarios: {a: {outliers: cluster, n_outliers: [99]}}", "at least 4 cameras"),
     ],
 )

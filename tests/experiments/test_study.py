@@ -79,6 +79,14 @@ def test_an_axis_can_be_given_and_keeps_the_papers_value() -> None:
     assert given.parts["outliers"].config.trials == 50
 
 
+def test_a_value_counts_once_however_it_is_written() -> None:
+    axes = load_study(
+        "threshold", ["tas_max_threshold=[1.0,0.50,5e-1]", "registration_order=[0.1234567]"]
+    ).axes
+    assert axes["registration_order"].values == ("0.1", "0.1234567")
+    assert axes["tas_max_threshold"].values == ("0.5", "1")
+
+
 def test_axes_of_another_study_are_passed_over() -> None:
     assert set(axis_names()) > {"tas_max_threshold", "tas_registration"}
     load_study("registration", ["tas_max_threshold=[3]"])
@@ -91,6 +99,7 @@ def test_axes_of_another_study_are_passed_over() -> None:
         ("tas_max_threshold=[2,]", "'tas_max_threshold' must be a list"),
         ("tas_max_threshold=[-2]", "max_threshold must be a positive number"),
         ("tas_max_treshold=[2]", "unknown setting 'tas_max_treshold'; the axes"),
+        ("tas_max_threshold=[two]", "max_threshold must be a positive number, not 'two'"),
         ("metrics=[TAS]", "unknown setting 'metrics'"),
         ("experiment=outliers", "unknown setting 'experiment'"),
         ("trials=0", "'trials'"),
@@ -108,6 +117,8 @@ def test_wrong_settings_end_in_one_line(
         assert main(arguments) == 2
         (line,) = capsys.readouterr().err.splitlines()
         assert named in line
+    with pytest.raises(ConfigError, match="'tas_registration' needs another value than pcr99"):
+        load_study("registration", ["tas_registration=[pcr99]"])
     with pytest.raises(ConfigError, match="unknown study"):
         load_study("thresholds")
     assert study.main(["threshold", "lengths"]) == 2
