@@ -122,8 +122,24 @@ ANALYSIS = [  # of the trials, which do not depend on it
         "verdicts",
     )
 ]
+FILES = [  # of people's own trajectories, which trials have nothing to do with
+    Path(workflow.basedir, "alignscores", f"{name}.py")
+    for name in (
+        "__main__",
+        "association",
+        "cli",
+        "conventions",
+        "evo",
+        "extras",
+        "io",
+        "plots",
+        "report",
+    )
+]
 TRIAL_CODE = [
-    path for path in sources("alignscores", "baselines", "experiments") if path not in ANALYSIS
+    path
+    for path in sources("alignscores", "baselines", "experiments")
+    if path not in (*ANALYSIS, *FILES)
 ]
 
 

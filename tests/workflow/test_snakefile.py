@@ -202,12 +202,46 @@ def test_a_changed_experiment_reruns_itself_alone(snakemake: Snakemake, tmp_path
     done = snakemake(*arguments, "--config", "trials=1")
     assert done.returncode == 0, done.stderr
 
+    for module, reruns in (("cli", False), ("registration", True)):
+        path = copy / "alignscores" / f"{module}.py"
+        code = path.read_text()
+        path.write_text(f"{code}# changed\n")
+        done = snakemake(*arguments, "--config", "trials=1", "--dry-run")
+        assert ("Nothing to be done" in done.stdout) != reruns
+        assert not reruns or planned(done) == {"experiment": 2}
+        path.write_text(code)
+
     config = copy / "configs" / "experiment" / "outliers.yaml"
     config.write_text(config.read_text().replace("sigma_r_deg: [3.0]", "sigma_r_deg: [4.0]"))
     done = snakemake(*arguments, "--config", "trials=1", "--dry-run")
     assert planned(done) == {"experiment": 1}
     assert "output: results/trials/outliers.csv" in done.stdout + done.stderr
     assert "output: results/trials/rotations.csv" not in done.stdout + done.stderr
+
+
+def test_trials_need_no_code_that_may_change_without_rerunning_them() -> None:
+    left_out = re.findall(
+        r"(?:ANALYSIS|FILES) = \[.*?in \(\n(.*?)\)\n\]", SNAKEFILE.read_text(), re.S
+    )
+    names = [re.findall(r'"(\w+)"', block) for block in left_out]
+    packages = ("experiments", "alignscores")
+    modules = {
+        f"{package}.{name}" for package, of in zip(packages, names, strict=True) for name in of
+    }
+    assert {"experiments.verdicts", "alignscores.cli"} <= modules
+    code = """
+import sys
+from experiments.config import METRICS, load
+from experiments.sweep import sweep
+settings = [f"metrics=[{','.join(METRICS)}]", "trials=1", "n_jobs=1", "backend=sequential"]
+sweep(load([*settings, "n_cameras=[20]", "n_outliers=[2]", "sigma_t=[0.1]"]))
+print(*sys.modules)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert "alignscores.registration" in done.stdout.split()
+    assert modules.isdisjoint(done.stdout.split())
 
 
 OWN = """\
