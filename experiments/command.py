@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 
 __all__ = ["CommandError", "run_command"]
 
+INTERRUPTED = 130  # exit code by custom: 128 + SIGINT
+
 
 class CommandError(ValueError):
     """What ends a command with one line and this exit code, and no traceback."""
@@ -33,7 +35,7 @@ def run_command(
     -------
     int
         The exit code, 0. Where the work ends in a `CommandError`, that of the error; in an
-        `OSError`, 1. Either is told in one line on standard error.
+        `OSError`, 1; where it is interrupted, 130. Each is told in one line on standard error.
     """
     parser.add_argument("overrides", nargs="*", default=[], metavar="key=value")
     options = parser.parse_intermixed_args(arguments)
@@ -44,5 +46,7 @@ def run_command(
         code, problem = error.exit_code, str(error)
     except OSError as error:
         code, problem = 1, f"cannot write {error.filename}: {error.strerror}"
+    except KeyboardInterrupt:
+        code, problem = INTERRUPTED, "interrupted"
     print(f"{parser.prog.removeprefix('python -m ')}: {problem}", file=sys.stderr)
     return code

@@ -44,10 +44,11 @@ def test_settings_may_stand_around_options_and_results_are_printed(
             "t.csv does not exist; run: python -m experiments.run 'n_cameras=[4, 5]'",
         ),
         (PermissionError(13, "Permission denied", "d"), 1, "cannot write d: Permission denied"),
+        (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
 def test_what_goes_wrong_is_one_line_and_an_exit_code(
-    error: Exception, code: int, line: str, capsys: pytest.CaptureFixture[str]
+    error: BaseException, code: int, line: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def work(_: Namespace) -> Iterable[object]:
         raise error
