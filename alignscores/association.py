@@ -2,13 +2,15 @@
 
 import warnings
 from dataclasses import dataclass
+from math import inf
+from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .extras import require
-from .io import Trajectory, TrajectoryWarning
+from .io import LATEST, Trajectory, TrajectoryWarning
 from .validation import finite_rows
 
 __all__ = ["MISSING", "Matches", "coverage", "in_order", "match"]
@@ -88,7 +90,7 @@ def match(
     ------
     ValueError
         Where the trajectories have no pose in common, or another kind of keys or, by row, another
-        length.
+        length; or a setting is impossible.
     ModuleNotFoundError
         Where evo is needed and not installed.
 
@@ -110,6 +112,9 @@ def match(
     """
     if missing not in MISSING:
         raise ValueError(f"missing must be one of {list(MISSING)}, not {missing!r}")
+    for name, seconds, least in (("t_max_diff", t_max_diff, 0), ("t_offset", t_offset, -inf)):
+        if not isinstance(seconds, Real) or not least <= seconds < inf:
+            raise ValueError(f"{name} must be a finite number of seconds, not {seconds!r}")
     kinds = reference.keys.dtype.kind, estimate.keys.dtype.kind
     if kinds == ("f", "f"):
         pairing = _match_times(reference.keys, estimate.keys, t_max_diff, t_offset)
@@ -245,6 +250,8 @@ def _match_times(
 
 
 def _nanoseconds_hint(ref_stamp: float, est_stamp: float) -> str:
+    if min(ref_stamp, est_stamp) > LATEST:
+        return "; both seem to be in nanoseconds: write them in seconds"
     low, high = NANOSECONDS
     for whose, one, other in (
         ("reference", ref_stamp, est_stamp),

@@ -392,11 +392,18 @@ def matching_notes(
         notes = []
         if unmatched > n / 10:
             notes.append(f"{unmatched} of {n} poses have no reference pose within --t_max_diff")
+        denser = is_denser(reference, matches)
+        n_failed = len(matches.keys) - matches.matched  # none of them if they are ignored
+        if denser and n_failed:
+            notes.append(
+                f"{n_failed} of {len(matches.keys)} reference poses count as failures, but the "
+                "reference is denser than the estimate: thin it out (evo_traj --downsample)"
+            )
         covered = coverage(reference, matches)
         if covered < COVERED:
             note = f"the track covers only {covered:.0%} of the reference, the rest is not scored; "
             note += "--missing fail counts it as failures"
-            if is_denser(reference, matches):
+            if denser:
                 note += " once the reference is thinned out to the estimate's rate"
             notes.append(note)
         return notes
@@ -410,9 +417,10 @@ def matching_notes(
 
 def is_denser(reference: Trajectory, matches: Matches) -> bool:
     """Tell whether a reference has stamps so much closer that most poses could have no estimate."""
-    if reference.keys.dtype.kind != "f":
+    estimated = matches.keys[finite_rows(matches.est_poses)]
+    if reference.keys.dtype.kind != "f" or len(estimated) < 2:
         return False
-    usual, scored = (np.median(np.diff(keys)) for keys in (reference.keys, matches.keys))
+    usual, scored = (np.median(np.diff(keys)) for keys in (reference.keys, estimated))
     return bool(scored >= DENSER * usual)
 
 
@@ -444,7 +452,7 @@ def convention_notes(
     if found.inverted:
         now = "camera-to-world, not world-to-camera" if arguments.invert else "world-to-camera"
         extra = f", and {turned}" if turned else ""
-        option = f"{invert} --body_rotation auto" if turned else invert
+        option = f"{invert}, with --body_rotation auto" if turned else invert
         notes.append(f"the poses in the file seem to be {now}{extra} ({gain}); {option}")
     elif found.quaternions_shifted:
         notes.append(

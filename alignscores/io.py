@@ -44,6 +44,7 @@ KITTI_COLUMNS = "r11 r12 r13 tx r21 r22 r23 ty r31 r32 r33 tz"
 EUROC_COLUMNS = "timestamp tx ty tz qw qx qy qz ..."
 FORMAT_OF_COLUMNS = {8: "tum", 12: "kitti"}
 
+LATEST = 1e12  # seconds; time stamps beyond are in nanoseconds
 ROUNDED = 1e-2  # deviation from a unit quaternion or a rotation matrix that is more than rounding
 NO_ROTATION = 0.1  # deviation of a matrix beyond which there is no telling what it means
 OPENGL_TO_OPENCV = np.array([1.0, -1.0, -1.0])  # the camera's y and z axes point the other way
@@ -120,11 +121,12 @@ def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
     """Read a EuRoC ``data.csv``: ``timestamp, tx, ty, tz, qw, qx, qy, qz, ...``, stamps in ns.
 
     Parameters and the rest are as for `read_tum`. A file without commas is read as TUM: estimates
-    for EuRoC sequences are commonly stored so, with stamps in seconds.
+    for EuRoC sequences are commonly stored so, with stamps in seconds or, as by ORB-SLAM3, in ns.
     """
     lines = (line for line in _text(path).splitlines() if line.strip() and line.strip()[0] != "#")
     if "," not in next(lines, ","):
-        return read_tum(path, complete=complete)
+        stamps, poses = read_tum(path, complete=complete)
+        return Trajectory(stamps / 1e9 if stamps.max() > LATEST else stamps, poses)
     return _read_stamped(path, "read_euroc_csv_trajectory", EUROC_COLUMNS, complete, delimiter=",")
 
 

@@ -146,7 +146,11 @@ def unique_names(files: Sequence[str]) -> list[str]:
         while length < len(own) and any(other[-length:] == own[-length:] for other in others):
             length += 1
         names.append(str(Path(*own[-length:])))
-    # The same file twice, perhaps by mistake.
+    return _numbered(names)  # the same file twice, perhaps by mistake
+
+
+def _numbered(names: Sequence[str]) -> list[str]:
+    """Tell equal names apart."""
     return [
         f"{name} ({names[:index].count(name) + 1})" if name in names[:index] else name
         for index, name in enumerate(names)
@@ -177,8 +181,8 @@ def save_evo_results(
     from .evo import PAS  # needs evo
 
     files: dict[Path, bytes] = {}
-    for one in scored:
-        flat_name = one.name.replace("/", "_")
+    flat_names = _numbered([one.name.replace("/", "_") for one in scored])
+    for one, flat_name in zip(scored, flat_names, strict=True):
         result = PAS.of(one.result).get_result(reference, flat_name)
         result.add_info(
             {
@@ -214,5 +218,7 @@ def write_whole(path: Path, content: bytes) -> None:
     try:
         temporary.write_bytes(content)
         temporary.replace(path)
+    except OSError as error:  # without the temporary name
+        raise OSError(error.errno, error.strerror, str(path)) from None
     finally:
         temporary.unlink(missing_ok=True)

@@ -193,6 +193,21 @@ def test_nanoseconds_are_named(whose):
         match(trajectory(seconds - 4e9), trajectory(seconds))
 
 
+def test_nanoseconds_in_both_are_named():
+    stamps = (1.7e9 + np.arange(10)) * 1e9
+    with pytest.raises(ValueError, match="both seem to be in nanoseconds: write them in seconds"):
+        match(trajectory(stamps), trajectory(stamps + 1e6))
+
+
+@pytest.mark.parametrize(
+    ("setting", "value"),
+    [("t_max_diff", -1), ("t_max_diff", "a"), ("t_max_diff", np.inf), ("t_offset", np.nan)],
+)
+def test_impossible_settings(setting, value):
+    with pytest.raises(ValueError, match=f"{setting} must be a finite number of seconds, not"):
+        match(trajectory([0.0]), trajectory([0.0]), **{setting: value})
+
+
 def test_unknown_policy():
     with pytest.raises(ValueError, match=r"missing must be one of .*, not 'skip'"):
         match(trajectory(["a"]), trajectory(["a"]), missing="skip")

@@ -282,6 +282,20 @@ def test_saved_names_do_not_depend_on_what_failed(run, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["r_estimate.txt.zip"]
 
 
+def test_saved_names_differ(run, tmp_path, examples):
+    """Though a folder's slash becomes an underscore."""
+    shutil.copytree(examples / "tum", tmp_path / "x")
+    shutil.copytree(examples / "tum", tmp_path / "y")
+    shutil.copy(examples / "tum/estimate.txt", tmp_path / "x_estimate.txt")
+    files = [tmp_path / f for f in ("x/estimate.txt", "y/estimate.txt", "x_estimate.txt")]
+    assert run("tum", FILES["tum"][0], *files, "--save_results", tmp_path / "r.zip")[0] == 0
+    assert {path.name for path in tmp_path.glob("*.zip")} == {
+        "r_x_estimate.txt.zip",
+        "r_y_estimate.txt.zip",
+        "r_x_estimate.txt (2).zip",
+    }
+
+
 def test_evo_res_reads_the_results(run, tmp_path, examples):
     shutil.copytree(examples / "tum", tmp_path / "other")
     files = (FILES["tum"][1], tmp_path / "other/estimate.txt")
@@ -405,6 +419,24 @@ def test_missing_cameras_are_no_failures_where_the_reference_is_denser(run, tum)
     _, _, err = run("tum", reference, estimate)
     assert "the track covers only 48%" in err
     assert "--missing fail counts it as failures once the reference is thinned out" in err
+    _, _, err = run("tum", reference, estimate, "--missing", "fail")
+    note = "380 of 400 reference poses count as failures, but the reference is denser than the"
+    assert (
+        err == f"alignscores: note: est.txt: {note} estimate: thin it out (evo_traj --downsample)\n"
+    )
+    reference, estimate = tum(400, 10, "gt.txt"), tum(40, 10, "est.txt", lost=(10, 30))
+    assert run("tum", reference, estimate, "--missing", "fail")[2] == ""
+
+
+def test_euroc_estimates_in_nanoseconds(score, examples, tmp_path):
+    """As ORB-SLAM3 writes them; in the format tum they are refused with a hint."""
+    reference, estimate = FILES["euroc"]
+    lines = [line.split() for line in (examples / estimate).read_text().splitlines()[1:]]
+    path = tmp_path / "f_orb.txt"
+    path.write_text("\n".join(f"{float(t) * 1e9:.6f} {' '.join(pose)}" for t, *pose in lines))
+    (seconds,), (nanoseconds,) = score("euroc", *FILES["euroc"]), score("euroc", reference, path)
+    assert nanoseconds["TAS"] == pytest.approx(seconds["TAS"], abs=1e-9)
+    assert nanoseconds["matched"] == seconds["matched"]
 
 
 # Which scores compare
@@ -505,7 +537,10 @@ def test_body_rotation(score, run, kitti, examples, inverted):
     assert err.count("\n") == 1
     assert "turned by a constant rotation" in err
     assert "180 deg about x, as OpenGL's camera axes to OpenCV's" in err
-    assert ("--invert --body_rotation auto" in err) == inverted
+    assert ("; add --invert, with --body_rotation auto\n" in err) == inverted
+    if not inverted:
+        _, _, err = run("kitti", "kitti/reference.txt", path, "--invert")
+        assert err.endswith("; leave out --invert, with --body_rotation auto\n")
     (plain,) = score("kitti", "kitti/reference.txt", path, *options)
     assert plain["body_rotation"] is None
     assert plain["RAS"] < honest["RAS"] / 3
@@ -720,6 +755,14 @@ def test_help(run):
         code, text, _ = run(form, "--help")
         assert code == 0
         assert f"example: alignscores {form}" in text
+
+
+def test_a_folder_where_a_file_should_be_written(run, tmp_path):
+    (tmp_path / "a.png").mkdir()
+    code, _, err = run("tum", *FILES["tum"], "--save_plot", tmp_path / "a.png")
+    assert code == 1
+    assert err == f"alignscores: error: [Errno 21] Is a directory: '{tmp_path / 'a.png'}'\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
 
 
 def test_nothing_half_written(run, tmp_path, monkeypatch):
