@@ -28,6 +28,7 @@ __all__ = [
     "powers",
     "range_change",
     "relative_dependence",
+    "relative_first_step",
     "relative_range",
     "select",
     "unsteadiness",
@@ -127,6 +128,13 @@ def first_step(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: 
     return float(TAKES[take](steps))
 
 
+def relative_first_step(
+    trials: "pd.DataFrame", metric: str, versus: str, level: Sequence[str], take: str
+) -> float:
+    """First step of a metric in per cent of that of another."""
+    return _percentage(*(first_step(trials, name, level, take) for name in (metric, versus)))
+
+
 def _percentage(part: float, whole: float) -> float:
     return float(100 * part / whole) if whole else np.nan
 
@@ -214,6 +222,12 @@ STATISTICS: Mapping[str, Statistic] = {
         first_step,
         ("level", "take"),
         "share of the first step of {level} in the change of {metric}, %",
+        least_levels=3,
+    ),
+    "relative first step": Statistic(
+        relative_first_step,
+        ("versus", "level", "take"),
+        "share of the first step of {level} in the change of {metric}, relative to {versus}, %",
         least_levels=3,
     ),
 }

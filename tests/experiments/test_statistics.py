@@ -102,6 +102,12 @@ def test_first_step_is_a_share_of_the_whole_change() -> None:
     assert statistics.first_step(table, "TAS", ["n_outliers"], "mean") == pytest.approx(25)
 
 
+def test_relative_first_step_compares_the_shares() -> None:
+    table = trials(n_outliers=[0, 1, 50], TAS=[0.9, 0.8, 0.5], ATE=[1, 6, 11])
+    ratio = statistics.relative_first_step(table, "TAS", "ATE", ["n_outliers"], "mean")
+    assert ratio == pytest.approx(100 * 0.25 / 0.5)
+
+
 def test_correlation_is_zero_where_nothing_varies() -> None:
     assert statistics.correlation(pd.Series([1.0, 1.0]), pd.Series([1.0, 2.0])) == 0.0
     values = pd.Series(np.arange(5.0))

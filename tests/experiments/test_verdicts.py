@@ -90,6 +90,8 @@ def columns(claim: Claim, *, holds: bool) -> list[Column]:
         return [blind if relation == "within" else improves] if holds else [worsens]
     if claim.statistic == "relative dependence":
         return [stays if holds else moves, moves]
+    if claim.statistic == "relative first step":
+        return [late if holds else early, early]
     if claim.statistic == "range change":
         assert claim.paper is not None
         return [shrinks(-claim.paper / 100 if holds else 0.3)]
