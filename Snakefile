@@ -257,6 +257,7 @@ rule comparison:
 rule replicate:
     input:
         TRIAL_CODE,
+        Path(workflow.basedir, "experiments", "replicate.py"),
     output:
         csv=RESULTS / "replicates" / "{replicate}.csv",
         provenance=RESULTS / "replicates" / "{replicate}.json",
@@ -274,8 +275,8 @@ rule replicate:
     benchmark:
         RESULTS / "benchmarks" / "replicate_{replicate}.tsv"
     shell:
-        "{sys.executable:q} -m experiments.replicate replicate={wildcards.replicate}"
-        " {OVERRIDES:q} n_jobs={threads} > {log:q} 2>&1"
+        "{sys.executable:q} -m experiments.replicate {OVERRIDES:q}"
+        " replicate={wildcards.replicate} n_jobs={threads} > {log:q} 2>&1"
 
 
 rule claims:

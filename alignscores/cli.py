@@ -380,7 +380,9 @@ def ate(matches: Matches) -> float | None:
         )
     except ValueError:  # none, or without extent
         return None
-    return float(np.sqrt(np.mean(errors**2)))
+    with np.errstate(over="ignore"):
+        rmse = float(np.sqrt(np.mean(errors**2)))
+    return rmse if math.isfinite(rmse) else None
 
 
 def matching_notes(
@@ -500,7 +502,7 @@ def show_json(
         "results": [as_json(one) for one in scored],
         "failed": failed,
     }
-    print(json.dumps(printed, indent=2), flush=True)
+    print(json.dumps(printed, indent=2, allow_nan=False), flush=True)
 
 
 def show_table(

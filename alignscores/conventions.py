@@ -35,6 +35,7 @@ from .averaging import (
 )
 from .io import Trajectory, inverse_poses
 from .registration import pcr99
+from .translation import _localise
 from .validation import finite_rows
 
 __all__ = ["Convention", "describe_rotation", "find_convention", "seem_swapped", "turn_cameras"]
@@ -320,7 +321,7 @@ def _misfit(gt: Floats, est: Floats) -> float:
 
 def _position_misfit(gt: Floats, est: Floats) -> float:
     """Median position error after robust registration, relative to the extent of the reference."""
-    gt, est = gt - np.median(gt, axis=0), est - np.median(est, axis=0)
+    gt, est = _localise(gt)[0], _localise(est)[0]
     extent = float(np.median(np.linalg.norm(gt, axis=1)))
     order = len(gt) // 2 + 1
     alignment, _ = pcr99(gt, est, order=order, n_hypotheses=300, rng=np.random.default_rng(0))

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -26,6 +26,7 @@ __all__ = [
 
 CLAIMS_FILE = CONFIG_DIR / "claims.yaml"
 BOUNDS = ("at least", "below", "within")
+HALF = 0.5  # of the last digit of the paper's numbers
 
 T = TypeVar("T")
 
@@ -72,6 +73,24 @@ class Claim:
         """The criterion as one of `BOUNDS` and a number."""
         relation, _, number = (self.criterion or "").rpartition(" ")
         return relation, float(number)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The values of the statistic with which it holds; the paper's numbers are rounded.
+
+        Examples
+        --------
+        >>> from experiments.claims import load_claims
+        >>> claims = load_claims().claims
+        >>> claims["outliers-range-maa"].interval, claims["outliers-tas-discerns"].interval
+        ((-74.5, -73.5), (0.5, inf))
+        """
+        if self.paper is not None:
+            return self.paper - HALF, self.paper + HALF
+        relation, number = self.bound
+        if relation == "within":
+            return -number, number
+        return (number, inf) if relation == "at least" else (-inf, number)
 
     @property
     def metrics(self) -> tuple[str, ...]:

@@ -37,7 +37,7 @@ def _power(level: str, take: str, part: str = "outliers") -> Callable[[Trials, s
         table = trials[part]
         if not _varies(table, level):
             return np.nan
-        return float(statistics.TAKES[take](np.abs(statistics.powers(table, metric, [level]))))
+        return statistics.power(table, metric, [level], take)
 
     return of
 
@@ -75,16 +75,14 @@ def _varies(trials: pd.DataFrame, level: str) -> bool:
 
 
 EFFECTS: Mapping[str, Effect] = {
-    "noise_power": Effect("|τ| with noise", True, 3, _power("sigma_t", "mean")),
-    "noise_power_smallest": Effect(
-        "smallest |τ| with noise", True, 3, _power("sigma_t", "smallest")
-    ),
-    "outlier_power": Effect("|τ| with outliers", True, 3, _power("n_outliers", "mean")),
+    "noise_power": Effect("τ with noise", True, 3, _power("sigma_t", "mean")),
+    "noise_power_smallest": Effect("smallest τ with noise", True, 3, _power("sigma_t", "smallest")),
+    "outlier_power": Effect("τ with outliers", True, 3, _power("n_outliers", "mean")),
     "outlier_power_smallest": Effect(
-        "smallest |τ| with outliers", True, 3, _power("n_outliers", "smallest")
+        "smallest τ with outliers", True, 3, _power("n_outliers", "smallest")
     ),
     "majority_power": Effect(
-        "|τ| with noise where most are lost", True, 3, _power("sigma_t", "mean", "majority")
+        "τ with noise where most are lost", True, 3, _power("sigma_t", "mean", "majority")
     ),
     "noise_range": Effect("range of trials over noise", True, 3, _noise_range(of_means=False)),
     "noise_range_of_means": Effect("range over noise", True, 3, _noise_range(of_means=True)),
@@ -93,12 +91,12 @@ EFFECTS: Mapping[str, Effect] = {
 }
 """Effects by their columns in the tables of the threshold study.
 
-Discerning power is |Kendall's tau|, its mean and its smallest value over the outlier counts (noise
-levels); `majority_power` is that with noise where four of five cameras are outliers. The range is
-the largest minus the smallest trial (mean of trials) over the noise levels, averaged over the
-outlier counts. The dependence is how far the mean moves over the numbers of cameras in per cent of
-the range of all means. Seed noise is the standard deviation over the seeds of the registration, the
-median over scenes.
+Discerning power is Kendall's tau, positive where the score gets worse, its mean and its smallest
+value over the outlier counts (noise levels); `majority_power` is that with noise where four of five
+cameras are outliers. The range is the largest minus the smallest trial (mean of trials) over the
+noise levels, averaged over the outlier counts. The dependence is how far the mean moves over the
+numbers of cameras in per cent of the range of all means. Seed noise is the standard deviation over
+the seeds of the registration, the median over scenes.
 """
 
 

@@ -39,7 +39,7 @@ def compare(study: Study, trials: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
 
         - Of each input that was registered with several seeds: "mean", "standard deviation",
           "smallest" and "largest" score over the seeds.
-        - Of each experiment: "|τ| with noise" at each number of cameras and outliers, "|τ| with
+        - Of each experiment: "τ with noise" at each number of cameras and outliers, "τ with
           outliers" at each noise level, and "dependence on cameras, %", the movement of the mean
           over the numbers of cameras in per cent of the range of all means; each where it varies.
     """
@@ -74,10 +74,10 @@ def _experiment(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]
         groups = [key for key in CELL if key != level]
         for cell, group in trials.groupby(groups):
             powers = {
-                value: abs(statistics.correlation(group[axis.column(value)], group[level]))
+                value: statistics.power(group, axis.column(value), [level], "mean")
                 for value in axis.values
             }
-            yield _row(dict(zip(groups, cell, strict=True)), f"|τ| with {words}", powers)
+            yield _row(dict(zip(groups, cell, strict=True)), f"τ with {words}", powers)
     if trials["n_cameras"].nunique() > 1:
         dependence = {
             value: statistics.dependence(trials, axis.column(value), ["n_cameras"], "mean")
@@ -103,7 +103,7 @@ def summarise(axis: Axis, table: pd.DataFrame) -> Summary:
         - Over the inputs that were registered with several seeds, the part being "": "median
           standard deviation", "largest standard deviation", "scattered inputs", the number of
           those with a standard deviation above `REPEATS`, and "mean score".
-        - Of each experiment: mean and smallest of each |τ| over its groups, such as "mean |τ| with
+        - Of each experiment: mean and smallest of each τ over its groups, such as "mean τ with
           noise", and "dependence on cameras, %".
     """
     summary: Summary = {}
@@ -120,7 +120,7 @@ def summarise(axis: Axis, table: pd.DataFrame) -> Summary:
         part, name = map(str, key)
         numbers = group[list(axis.values)]
         found = {name: numbers.iloc[0]}
-        if name.startswith("|τ|"):
+        if name.startswith("τ"):
             found = {f"mean {name}": numbers.mean(), f"smallest {name}": numbers.min()}
         summary[part] = summary.get(part, {}) | found
     return summary
@@ -190,7 +190,7 @@ def _power_sentences(
     axis: Axis, part: str, numbers: Mapping[str, "pd.Series[float]"]
 ) -> Iterator[str]:
     told = []
-    for name in (name for name in numbers if name.startswith("mean |τ|")):
+    for name in (name for name in numbers if name.startswith("mean τ")):
         means, smallest = numbers[name], numbers[name.replace("mean", "smallest", 1)]
         written = " and ".join(f"{means[value]:.3f} ({value})" for value in axis.values)
         lowest = " and ".join(f"{smallest[value]:.3f}" for value in axis.values)

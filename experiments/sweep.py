@@ -20,7 +20,7 @@ from .metrics import Evaluation
 from .parallel import executor
 from .tables import KEY_COLUMNS
 
-__all__ = ["Cell", "cells", "draw_scene", "one_blas_thread", "run_trial", "sweep", "trial_seeds"]
+__all__ = ["Cell", "cells", "draw_scene", "one_blas_thread", "run_trials", "sweep", "trial_seeds"]
 
 BATCH = 50  # trials side by side
 
@@ -81,15 +81,13 @@ def draw_scene(config: Config, cell: Cell, seed: np.random.SeedSequence) -> Scen
     )
 
 
-def run_trial(config: Config, cell: Cell, trial: int, metrics: Sequence[str]) -> dict[str, Any]:
-    """Run one trial: draw a scene, evaluate the metrics, return a row of the result table."""
-    return run_trials(config, cell, [trial], metrics)[0]
-
-
 def run_trials(
     config: Config, cell: Cell, trials: Sequence[int], metrics: Sequence[str]
 ) -> list[dict[str, Any]]:
-    """Run trials side by side: one metric on scene after scene, whose code stays in the caches."""
+    """Run trials: draw the scenes, evaluate the metrics, return rows of the result table.
+
+    They run side by side, one metric on scene after scene: its code stays in the caches.
+    """
     evaluations = [
         Evaluation(draw_scene(config, cell, camera_seed), registration_seed)
         for camera_seed, registration_seed in (trial_seeds(config, cell, t) for t in trials)

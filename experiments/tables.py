@@ -1,6 +1,7 @@
 """Result tables on disk: whole or not at all, with their provenance beside them."""
 
 import json
+import os
 import platform
 import shlex
 import subprocess
@@ -81,7 +82,8 @@ def write_files(files: Mapping[Path, bytes]) -> None:
     OSError
         Where one cannot be written; it has the name of that file, not of the temporary one.
     """
-    temporary = {path: path.with_name(f"{path.name}.tmp") for path in files}
+    # Of this process: another one may be writing the same, as one that outlived a killed Snakemake.
+    temporary = {path: path.with_name(f".{path.name}.{os.getpid()}") for path in files}
     try:
         for path in files:
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -78,7 +78,7 @@ def verdict(claim: Claim, values: NDArray[np.float64]) -> str:
         relation, number = claim.bound
         between = relation == "within" and low < -number and high > number
         return INCONCLUSIVE if any(met) or between else NOT_REPRODUCED
-    lowest, highest = claim.paper - 0.5, claim.paper + 0.5
+    lowest, highest = claim.interval
     if lowest <= high and low <= highest:
         return INCONCLUSIVE if low <= 0 <= high else REPRODUCED
     n = len(values)

@@ -20,6 +20,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
+from experiments.statistics import SCORES
+
 from . import style
 from .tables import Sweep, write_value
 
@@ -32,7 +34,6 @@ NAMES = {
     "sigma_t": (r"Position noise $\sigma_t$", r"$\sigma_t$ (units)", r"$\sigma_t$"),
     "sigma_r_deg": (r"Rotation noise $\sigma_r$", r"$\sigma_r$", r"$\sigma_r$"),
 }
-SCORES = ("mAA", "TAS", "RAS", "PAS")  # from 0 to 1, higher is better
 LENGTHS = ("ATE",)  # in units of the ground-truth world
 ANGLES = ("DRE", "Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2")
 

@@ -14,9 +14,9 @@ COLOURS = {"pcr99": "#d9822b", "refined": "#173f67"}  # far apart in lightness, 
 NAMES = {"pcr99": "the paper's registration (PCR-99)", "refined": "refined"}
 GEOMETRIES = {"cube": "In a cube", "line": "On a line", "uneven": "In clusters"}
 POWERS = {  # part: title, statistic, setting along the x axis and its label
-    "outliers": ("Cube", "|τ| with noise", "n_outliers", "outliers"),
-    "collinear": ("Line", "|τ| with noise", "n_outliers", "outliers"),
-    "trajectory_length": ("Cube", "|τ| with noise", "n_cameras", "cameras"),
+    "outliers": ("Cube", "τ with noise", "n_outliers", "outliers"),
+    "collinear": ("Line", "τ with noise", "n_outliers", "outliers"),
+    "trajectory_length": ("Cube", "τ with noise", "n_cameras", "cameras"),
 }
 APART = 0.16  # of the registrations, in inputs
 SPREAD = ["mean", "smallest", "largest"]
@@ -43,7 +43,7 @@ def draw(table: pd.DataFrame) -> Figure:
         for axes, n in zip(row, counts, strict=False):
             chosen = inputs[(inputs["geometry"] == geometry) & (inputs["n_cameras"] == n)]
             _scores(axes, chosen, f"{GEOMETRIES.get(geometry, geometry)}, {n:g} cameras")
-    powers = table.loc[table["statistic"] == "|τ| with noise", list(COLOURS)]
+    powers = table.loc[table["statistic"] == "τ with noise", list(COLOURS)]
     limits = 0.98 * float(powers.to_numpy(dtype=float).min(initial=1.0)), 1.0
     for axes, (part, (title, statistic, setting, label)) in zip(
         grid[-1], POWERS.items(), strict=False

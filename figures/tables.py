@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-__all__ = ["FigureError", "Sweep", "write_value"]
+from experiments.statistics import SETTINGS
 
-SETTINGS = ("n_cameras", "n_outliers", "sigma_t", "sigma_r_deg")  # that an experiment can vary
+__all__ = ["FigureError", "Sweep", "write_value"]
 
 
 class FigureError(ValueError):

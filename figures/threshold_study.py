@@ -10,15 +10,16 @@ from matplotlib.ticker import MaxNLocator
 
 from experiments.effects import EFFECTS
 from experiments.study import option_title, write_value
+from experiments.threshold_study import CERTAIN
 
 from . import style
 
 __all__ = ["draw"]
 
 COLUMNS = {  # effect: title, effect of the tick beside it
-    "noise_power": ("|τ|, noise", "noise_power_smallest"),
-    "outlier_power": ("|τ|, outliers", "outlier_power_smallest"),
-    "majority_power": ("|τ|, most lost", None),
+    "noise_power": ("τ, noise", "noise_power_smallest"),
+    "outlier_power": ("τ, outliers", "outlier_power_smallest"),
+    "majority_power": ("τ, most lost", None),
     "noise_range_of_means": ("Noise range", "noise_range"),
     "camera_dependence": ("Cameras, %", None),
     "seed_noise": ("Seed noise", None),
@@ -76,7 +77,7 @@ def _column(
     axes.errorbar(
         table[effect],
         place,
-        xerr=2 * table[f"{effect}_error"].fillna(0.0),
+        xerr=CERTAIN * table[f"{effect}_error"].fillna(0.0),
         fmt="none",
         ecolor=style.INK,
         elinewidth=0.6,
@@ -125,8 +126,10 @@ def _key(figure: Figure) -> None:
     handles = {
         "the paper's value": _dot(style.INK),
         "another": _dot("white"),
-        "two standard errors of the difference": Line2D([], [], color=style.INK, lw=0.6, marker=""),
-        "smallest |τ|, range of trials": Line2D([], [], ls="", color=style.FAINT, **TICK),
+        f"{CERTAIN:g} standard errors of the difference": Line2D(
+            [], [], color=style.INK, lw=0.6, marker=""
+        ),
+        "smallest τ, range of trials": Line2D([], [], ls="", color=style.FAINT, **TICK),
     }
     figure.legend(
         list(handles.values()),

@@ -9,7 +9,6 @@ from experiments.verdicts import REPRODUCED
 __all__ = ["SPACE", "Estimate", "Plot", "write_number"]
 
 UNITS = ("%", "points", "τ")
-HALF = 0.5  # the paper's numbers are rounded to whole per cents
 MARGIN = 0.08  # left and right in a plot, as a share of what it shows
 SPACE = "\u202f"  # narrow, and no line breaks there
 
@@ -89,7 +88,7 @@ class Estimate:
     @property
     def is_outside(self) -> bool:
         """Whether the interval does not touch where the claim holds."""
-        lowest, highest = self._where_it_holds
+        lowest, highest = self.claim.interval
         return self.is_finite and (self.high < lowest or self.low > highest)
 
     @property
@@ -109,11 +108,11 @@ class Estimate:
         """The interval beside what it is compared with; None where it is undefined."""
         if not self.is_finite:
             return None
-        marks = self._marks
-        whole = [self.low, self.high, *marks]
-        if self.claim.paper is not None:
-            whole += [marks[0] - HALF, marks[0] + HALF]
-        elif self.unit == "τ":
+        lowest, highest = self.claim.interval
+        bounds = [bound for bound in (lowest, highest) if isfinite(bound)]
+        marks = bounds if self.claim.paper is None else [self.claim.paper]
+        whole = [self.low, self.high, *bounds]
+        if self.unit == "τ":
             whole += [0.0, 1.0]  # on one scale from claim to claim
         left, right = min(whole), max(whole)
         margin = MARGIN * (right - left)
@@ -122,7 +121,6 @@ class Estimate:
         def at(value: float) -> float:
             return round(min(max(100 * (value - left) / (right - left), 0.0), 100.0), 1)
 
-        lowest, highest = self._where_it_holds
         return Plot(
             low=at(self.low),
             high=at(self.high),
@@ -130,23 +128,6 @@ class Estimate:
             holds=(at(lowest), at(highest)),
             marks=tuple(map(at, marks)),
         )
-
-    @property
-    def _marks(self) -> tuple[float, ...]:
-        if self.claim.paper is not None:
-            return (self.claim.paper,)
-        relation, bound = self.claim.bound
-        return (-bound, bound) if relation == "within" else (bound,)
-
-    @property
-    def _where_it_holds(self) -> tuple[float, float]:
-        first, last = self._marks[0], self._marks[-1]
-        if self.claim.paper is not None:
-            return first - HALF, last + HALF
-        relation, _ = self.claim.bound
-        lowest = -float("inf") if relation == "below" else first
-        highest = float("inf") if relation == "at least" else last
-        return lowest, highest
 
     def _write(self, value: float) -> str:
         signed = self.claim.has_ranges or self.claim.is_difference

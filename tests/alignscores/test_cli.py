@@ -757,6 +757,19 @@ def test_help(run):
         assert f"example: alignscores {form}" in text
 
 
+def test_json_has_no_numbers_that_json_has_not(score, tmp_path):
+    times = np.arange(20.0)
+    poses = np.column_stack([times, np.random.default_rng(0).normal(size=(20, 3))])
+    poses = np.column_stack([poses, np.zeros((20, 3)), np.ones(20)])
+    np.savetxt(tmp_path / "est.txt", poses)
+    poses[:, 1:4] *= 1e200
+    poses[3:, 1:4] += 1e199 * np.random.default_rng(1).normal(size=(17, 3))
+    np.savetxt(tmp_path / "ref.txt", poses)
+    (result,) = score("tum", tmp_path / "ref.txt", tmp_path / "est.txt")
+    assert result["ATE"] is None
+    assert 0 < result["TAS"] < 1
+
+
 def test_a_folder_where_a_file_should_be_written(run, tmp_path):
     (tmp_path / "a.png").mkdir()
     code, _, err = run("tum", *FILES["tum"], "--save_plot", tmp_path / "a.png")

@@ -360,6 +360,8 @@ DIFFICULT = {
     "far outliers": (0.03, 1e12, 0.0),  # squares overflow in single precision
     "very far outliers": (0.03, 1e100, 0.0),
     "off the origin": (0.03, 1.0, 1e3),
+    "exact, far off the origin": (0.0, 1.0, 1e8),  # double precision cancels out
+    "tiny": (0.03, 1.0, 0.0),  # squares underflow in single precision
     "of two scales": (0.03, 1e20, 0.0),  # the far outliers agree with each other
 }
 
@@ -378,6 +380,8 @@ def test_screening_passes_over_no_cheaper_hypothesis(
     if kind == "of two scales":
         est[::5] = reach * gt[::5]
     gt, est, order = gt.T + offset, est.T + offset, n // 10
+    if kind == "tiny":
+        gt, est = 1e-25 * gt, 1e-25 * est
     triplets = prescreened(gt, est)
     *hypotheses, flat = three_point_similarities(gt, est, triplets)
     with np.errstate(all="ignore"):

@@ -1,5 +1,8 @@
 """Commands end with an exit code, and with one line where something is wrong."""
 
+import os
+import subprocess
+import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable
 from pathlib import Path
@@ -9,6 +12,8 @@ import pytest
 from experiments.command import run_command
 from experiments.config import ConfigError
 from experiments.tables import TableError, write_files
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def parser() -> ArgumentParser:
@@ -66,15 +71,42 @@ def test_faults_of_the_program_are_not_hidden() -> None:
         run_command(parser(), work, ["x"])
 
 
+def test_two_processes_write_the_same_file_whole(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    code = """
+import sys
+from pathlib import Path
+from experiments.tables import write_files
+for _ in range(100):
+    write_files({Path(sys.argv[1]): sys.argv[2].encode() * 1_000_000})
+"""
+    command = [sys.executable, "-c", code, str(path)]
+    writers = [subprocess.Popen([*command, letter], cwd=ROOT) for letter in "ab"]
+    seen = set()
+    while any(writer.poll() is None for writer in writers):
+        if path.exists():
+            seen.add(path.read_bytes())
+    assert [writer.returncode for writer in writers] == [0, 0]
+    assert seen <= {b"a" * 1_000_000, b"b" * 1_000_000}
+    assert list(tmp_path.iterdir()) == [path]
+
+
 def test_files_are_written_whole_or_not_at_all_and_the_one_at_fault_is_named(
     tmp_path: Path,
 ) -> None:
     first, second = tmp_path / "a" / "1.csv", tmp_path / "b" / "2.csv"
     write_files({first: b"1", second: b"2"})
     assert (first.read_bytes(), second.read_bytes()) == (b"1", b"2")
-    (tmp_path / "b" / "3.csv.tmp").mkdir()  # in the way of the temporary file
+    obstacle = tmp_path / "b" / f".3.csv.{os.getpid()}"
+    obstacle.mkdir()  # in the way of the temporary file
     with pytest.raises(OSError, match="directory") as caught:
         write_files({first: b"3", tmp_path / "b" / "3.csv": b"3"})
     assert caught.value.filename == str(tmp_path / "b" / "3.csv")
     assert first.read_bytes() == b"1"
-    assert {path.name for path in tmp_path.rglob("*")} == {"a", "b", "1.csv", "2.csv", "3.csv.tmp"}
+    assert {path.name for path in tmp_path.rglob("*")} == {
+        "a",
+        "b",
+        "1.csv",
+        "2.csv",
+        obstacle.name,
+    }

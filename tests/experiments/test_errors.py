@@ -55,6 +55,16 @@ def test_without_noise_the_estimate_is_perfect_and_a_seed_gives_the_same(name: s
     assert ate(first.gt_positions, first.est_positions) > 1e-4
 
 
+def test_errors_with_the_distance_are_those_from_the_centre() -> None:
+    """Wherever the world has its origin."""
+    rotations, positions = PATHS["car"](np.random.default_rng(1), 50, 1.0)
+    here, there = (
+        ERRORS["distance"](np.random.default_rng(0), rotations, moved, SIGMA_T, SIGMA_R)
+        for moved in (positions, positions + 100)
+    )
+    np.testing.assert_allclose(here, there, rtol=1e-9)
+
+
 def test_gaussian_errors_are_normal() -> None:
     turns, shifts, *_ = errors("gaussian")
     assert stats.kstest(shifts.ravel(), stats.norm(0, SIGMA_T).cdf).pvalue > 1e-3

@@ -107,6 +107,16 @@ def test_plain_metrics_are_those_of_the_library(scene: Scene) -> None:
     )
 
 
+def test_a_seed_of_the_registration_is_another_in_each_trial(scene: Scene) -> None:
+    own = [
+        evaluate(scene, ["TAS(seed=0)"], np.random.SeedSequence(0, spawn_key=(trial,)))[
+            "TAS(seed=0)"
+        ]
+        for trial in range(8)
+    ]
+    assert len(set(own)) > 1
+
+
 def test_pas_under_another_registration(scene: Scene) -> None:
     values = evaluate(scene, ["PAS(registration=refined, weight=0.3)"], SEED)
     expected = pas(scene.gt_poses, scene.est_poses, rng=SEED, weight=0.3, registration="refined")

@@ -89,6 +89,14 @@ def test_dependence_is_a_share_of_the_range_of_means() -> None:
     assert statistics.dependence(table, "DTE", ["sigma_t"], "mean") == pytest.approx(75)
 
 
+def test_dependence_takes_no_scatter_for_range() -> None:
+    scattered = [value + scatter for value in (1, 2, 4, 5) for scatter in (-3, 3)]
+    table = trials(
+        n_cameras=np.repeat([10, 20, 10, 20], 2), sigma_t=np.repeat([1, 1, 2, 2], 2), DTE=scattered
+    )
+    assert statistics.dependence(table, "DTE", ["n_cameras"], "mean") == pytest.approx(25)
+
+
 def test_relative_dependence_compares_what_either_moves_in_its_own_range() -> None:
     table = trials(
         n_cameras=[10, 20, 10, 20], sigma_t=[1, 1, 2, 2], DTE=[1, 2, 4, 5], TAS=[0.9, 0.8, 0.2, 0.1]

@@ -157,8 +157,11 @@ def test_effects_are_the_statistics_of_the_trials(small_study: Study) -> None:
     assert row["outlier_power_smallest"] == pytest.approx(expected, abs=1e-6)
     expected = power(trials["majority"], metric, ["sigma_t"], "mean")
     assert row["majority_power"] == pytest.approx(expected, abs=1e-6)
-    ranges = [np.ptp(group[metric]) for _, group in outliers.groupby("n_outliers")]
+    by_outliers = [group for _, group in outliers.groupby("n_outliers")]
+    ranges = [np.ptp(group[metric]) for group in by_outliers]
     assert row["noise_range"] == pytest.approx(np.mean(ranges), abs=1e-6)
+    ranges = [np.ptp(group.groupby("sigma_t")[metric].mean()) for group in by_outliers]
+    assert row["noise_range_of_means"] == pytest.approx(np.mean(ranges), abs=1e-6)
     expected = dependence(trials["length"], metric, ["n_cameras"], "mean")
     assert row["camera_dependence"] == pytest.approx(expected, abs=1e-6)
     spread = [
@@ -179,6 +182,41 @@ def test_the_papers_row_has_no_error_and_the_others_have(
     assert errors[~paper].notna().all(axis=None)
     one = {name: part[part["trial"] == 0] for name, part in read_parts(small_study).items()}
     assert effects(small_study, one)[errors.columns].isna().all(axis=None)
+
+
+def test_errors_are_those_of_the_difference_from_the_papers_value(small_study: Study) -> None:
+    """Trials are paired: what scatters alike with either value is no error."""
+    axis = small_study.axes["tas_max_threshold"]
+    trials = read_parts(small_study)
+    outliers = trials["outliers"] = trials["outliers"].copy()
+    rng = np.random.default_rng(0)
+    for other in (0.0, rng.normal(size=len(outliers))):
+        outliers["TAS"] = outliers["sigma_t"] + rng.normal(size=len(outliers))
+        outliers[axis.column("0.5")] = outliers["TAS"] + 0.1 + other
+        table = effects(small_study, trials).set_index(["axis", "value"])
+        differences = [
+            np.subtract(
+                *(
+                    group.groupby("n_outliers")[column].agg(np.ptp).mean()
+                    for column in (axis.column("0.5"), "TAS")
+                )
+            )
+            for k in range(3)
+            for group in [outliers[outliers["trial"] != k]]
+        ]
+        expected = np.sqrt(2 * np.var(differences))
+        error = table["noise_range_error"]["tas_max_threshold", "0.5"]
+        assert error == pytest.approx(expected, abs=1e-6)
+        assert (error > 0.01) == np.any(other)
+
+
+def test_a_score_that_rises_with_noise_has_no_power(small_study: Study) -> None:
+    trials = read_parts(small_study)
+    outliers = trials["outliers"]
+    trials["outliers"] = outliers.assign(TAS=outliers["sigma_t"] + outliers["n_outliers"])
+    row = effects(small_study, trials).set_index(["axis", "value"]).loc["tas_max_threshold", "1"]
+    powers = [name for name in EFFECTS if name.endswith(("power", "power_smallest"))]
+    assert (row[[name for name in powers if "majority" not in name]] < -0.7).all()
 
 
 def test_what_does_not_vary_has_no_effect(small_study: Study) -> None:
@@ -206,11 +244,25 @@ def test_sentences_tell_certain_differences_alone(small_study: Study, table: pd.
     text = to_markdown(small_study, table, read_table(small_study, "_time"))
     (line,) = [line for line in text.splitlines() if "quantile" in line]
     costs, gains = line.split("*Gains:*")
-    assert "|τ| with noise 0.500 instead of 0.700 at 0.9" in costs
+    assert "τ with noise 0.500 instead of 0.700 at 0.9" in costs
     assert "seed noise 0.5000 instead of 0.3000 at 0.9" in costs
-    assert "|τ| with outliers 0.500 against 0.300 at 0.9" in gains
+    assert "τ with outliers 0.500 against 0.300 at 0.9" in gains
     assert "range" not in line
     assert text.count("*Costs:* nothing that these trials can tell") == 8
+
+
+def test_the_best_of_the_certain_values_is_told() -> None:
+    """Not the very best, which may be so by chance, and not nothing because of that."""
+    axis = load_study("threshold", ["tas_max_threshold=[0.5,2,4]"]).axes["tas_max_threshold"]
+    table = pd.DataFrame({"axis": axis.name, "value": ["0.5", "1", "2", "4"]})
+    for name in EFFECTS:
+        table[name], table[f"{name}_error"] = 0.5, 0.01
+    table["noise_power"] = [0.44, 0.5, 0.58, 0.6]
+    table["noise_power_error"] = [0.01, np.nan, 0.01, 0.06]
+    assert threshold_study.costs_and_gains(axis, table) == (
+        ["τ with noise 0.500 instead of 0.580 at 2"],
+        ["τ with noise 0.500 against 0.440 at 0.5"],
+    )
 
 
 def test_tables_come_back_bit_for_bit(results: list[str], small_study: Study) -> None:
@@ -266,8 +318,8 @@ def test_registration_study_on_made_up_trials(registrations: Study) -> None:
     assert of("standard deviation", "pcr99") == pytest.approx([0, deviation], abs=1e-6)
     assert of("standard deviation", "refined") == pytest.approx([0, deviation / 10], abs=1e-6)
     assert of("largest", "pcr99") == [0.4, 0.3]
-    assert of("|τ| with noise", "pcr99") == pytest.approx([1 / 3, 1], abs=1e-6)
-    assert of("|τ| with noise", "refined") == [1, 1]
+    assert of("τ with noise", "pcr99") == pytest.approx([1 / 3, 1], abs=1e-6)
+    assert of("τ with noise", "refined") == [1, 1]
     assert of("dependence on cameras, %", "refined") == [0]
     assert of("dependence on cameras, %", "pcr99") == [40.0]  # mean of 0.3, 0.3, 0 over 0.5
 

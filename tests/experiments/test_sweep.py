@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 from alignscores import pas
 from baselines import ate, maa, rotation_statistics
 from experiments.config import METRICS, Config, experiment_names, load
-from experiments.sweep import Cell, cells, draw_scene, run_cell, run_trial, sweep, trial_seeds
+from experiments.sweep import Cell, cells, draw_scene, run_cell, run_trials, sweep, trial_seeds
 from experiments.tables import KEY_COLUMNS
 
 Small = Callable[..., Config]
@@ -61,7 +61,7 @@ def test_no_two_trials_share_their_randomness() -> None:
 def test_a_row_holds_the_metrics_of_its_scene(small: Small) -> None:
     config = small("metrics=[ATE,mAA,TAS,RAS,PAS,RMS-2]")
     cell = Cell(25, 3, 0.05, 3.0)
-    row = run_trial(config, cell, 1, config.metrics)
+    row = run_trials(config, cell, [1], config.metrics)[0]
     scene_seed, registration_seed = trial_seeds(config, cell, 1)
     scene = draw_scene(config, cell, scene_seed)
     scores = pas(scene.gt_poses, scene.est_poses, rng=registration_seed)
@@ -75,9 +75,9 @@ def test_a_row_holds_the_metrics_of_its_scene(small: Small) -> None:
 
 def test_single_scores_equal_those_computed_with_the_others(small: Small) -> None:
     cell = Cell(25, 3, 0.05, 3.0)
-    together = run_trial(small(), cell, 0, ["TAS", "RAS", "PAS"])
+    together = run_trials(small(), cell, [0], ["TAS", "RAS", "PAS"])[0]
     for metric in ("TAS", "RAS", "PAS"):
-        assert run_trial(small(), cell, 0, [metric])[metric] == together[metric]
+        assert run_trials(small(), cell, [0], [metric])[0][metric] == together[metric]
 
 
 @pytest.mark.parametrize("batch", [1, 2])
@@ -87,7 +87,7 @@ def test_trials_side_by_side_do_not_matter(
     """A cell's rows are those of its single trials, in their order, however many run together."""
     config = small("trials=5")
     cell = cells(config)[-1]
-    expected = [run_trial(config, cell, trial, config.metrics) for trial in range(5)]
+    expected = [run_trials(config, cell, [trial], config.metrics)[0] for trial in range(5)]
     with threadpool_limits(1, user_api="blas"):  # a cell's own limit would stay with this process
         assert run_cell(config, cell, config.metrics) == expected
         monkeypatch.setattr("experiments.sweep.BATCH", batch)
@@ -104,6 +104,6 @@ def test_volume_grows_with_the_number_of_cameras(volume_per_camera: str, side: f
 
 
 def test_every_known_metric_can_be_evaluated(small: Small) -> None:
-    row = run_trial(small(), Cell(25, 3, 0.05, 3.0), 0, METRICS)
+    row = run_trials(small(), Cell(25, 3, 0.05, 3.0), [0], METRICS)[0]
     assert [name for name in row if name not in KEY_COLUMNS] == list(METRICS)
     assert np.isfinite([row[name] for name in METRICS]).all()

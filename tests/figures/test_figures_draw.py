@@ -192,9 +192,9 @@ def test_the_histogram_is_that_of_the_trial_in_the_table():
     config = load(
         ["experiment=combined", "trials=1", "sigma_t=[0.03]", "sigma_r_deg=[3.0]", "n_jobs=1"]
     )
-    from experiments.sweep import cells, run_trial
+    from experiments.sweep import cells, run_trials
 
-    row = run_trial(config, cells(config)[0], 0, config.metrics)
+    row = run_trials(config, cells(config)[0], [0], config.metrics)[0]
     figure = histogram.draw(config)
     for axes, metric in zip(figure.axes, ("TAS", "RAS"), strict=True):
         assert f"{metric} = {row[metric]:.3f}" in [text.get_text() for text in axes.texts]

@@ -44,7 +44,7 @@ def registrations() -> pd.DataFrame:
                 row = {"part": part.name, "geometry": part.config.geometry}
                 row |= {"n_cameras": n, "n_outliers": k, "pcr99": 0.8, "refined": 0.9}
                 if not part.seeds:
-                    rows.append(row | {"statistic": "|τ| with noise"})
+                    rows.append(row | {"statistic": "τ with noise"})
                     continue
                 for sigma in part.config.sigma_t:
                     for name, low in (("mean", 0.5), ("smallest", 0.4), ("largest", 0.7)):

@@ -205,8 +205,8 @@ def make_registrations(study: Study) -> pd.DataFrame:
         row = {"part": part.name, "geometry": config.geometry, "n_cameras": config.n_cameras[0]}
         row |= {"n_outliers": None, "sigma_t": None, "trial": None}
         if not part.seeds:
-            rows.append(row | {"statistic": "|τ| with noise", "pcr99": 0.75, "refined": 0.875})
-            rows.append(row | {"statistic": "|τ| with noise", "pcr99": 0.25, "refined": 0.625})
+            rows.append(row | {"statistic": "τ with noise", "pcr99": 0.75, "refined": 0.875})
+            rows.append(row | {"statistic": "τ with noise", "pcr99": 0.25, "refined": 0.625})
             whole = {"n_cameras": None, "statistic": "dependence on cameras, %"}
             rows.append(row | whole | {"pcr99": 12.5, "refined": 7.25})
             continue

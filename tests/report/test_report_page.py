@@ -46,6 +46,31 @@ def test_every_claim_stands_there_once_in_the_papers_order(page: Any, table: pd.
         assert cells[0].text[0] in "✓✗?"  # not by colour alone
 
 
+@pytest.mark.parametrize(
+    ("name", "low", "high", "outside"),
+    [
+        ("outliers-range-maa", -77.0, -74.4, False),  # the paper's -74 is anything to -74.5
+        ("outliers-range-maa", -77.0, -74.6, True),
+        ("outliers-range-maa", -73.6, -71.0, False),
+        ("outliers-range-maa", -73.4, -71.0, True),
+        ("outliers-tas-discerns", 0.2, 0.5, False),
+        ("outliers-tas-discerns", 0.2, 0.49, True),
+        ("outliers-ate-blind", 0.4, 0.9, False),
+        ("outliers-ate-blind", 0.51, 0.9, True),
+    ],
+)
+def test_an_interval_beside_where_the_claim_holds(
+    name: str, low: float, high: float, outside: bool
+) -> None:
+    estimate = Estimate(load_claims().claims[name], (low + high) / 2, low, high, "inconclusive")
+    assert estimate.is_outside == outside
+    plot = estimate.plot
+    assert plot is not None
+    first, last = plot.holds
+    assert (plot.high < first or plot.low > last) == outside
+    assert first < last
+
+
 def test_numbers_are_written_with_sign_and_unit(page: Any, table: pd.DataFrame) -> None:
     texts = dict(zip(table["id"], [row.text for row in rows(page)], strict=True))
     number = list(table["id"]).index("outliers-range-maa")

@@ -77,9 +77,9 @@ def test_costs_and_gains_are_told(page: Any) -> None:
     row = row_of(page, "thresholds", "TAS: largest threshold, units of d", "trades")
     paper, costs, gains = cells(page, row)
     assert paper == "1 against 0.25, 0.5, 2, 4"
-    assert costs == "|τ| with noise 0.500 instead of 0.750 at 0.5"
+    assert costs == "τ with noise 0.500 instead of 0.750 at 0.5"
     assert gains == (
-        "|τ| with outliers 0.500 against 0.250 at 0.5 "
+        "τ with outliers 0.500 against 0.250 at 0.5 "
         "dependence on cameras 0.5 % against 12.5 % at 0.5"
     )
     row = row_of(page, "thresholds", "TAS: prescreening threshold", "trades")
@@ -104,8 +104,8 @@ def test_registrations_are_compared_and_their_meanings_told_apart(page: Any) -> 
     assert numbers("Standard deviation over the seeds, median") == [["0.01000", "0.00010"]]
     assert numbers("Inputs on which") == [[f"{n - without}", "0"]]
     assert numbers("Mean score") == [["0.500", "0.625"]]
-    assert numbers("Mean |τ| with noise") == [["0.500", "0.750"]] * 3
-    assert numbers("Smallest |τ| with noise") == [["0.250", "0.625"]] * 3
+    assert numbers("Mean τ with noise") == [["0.500", "0.750"]] * 3
+    assert numbers("Smallest τ with noise") == [["0.250", "0.625"]] * 3
     assert numbers("Dependence on the number of cameras") == [["12.5", "7.2"]] * 3
     assert numbers("500 cameras") == [["1.25 ms", "2.25 ms"]]
     assert numbers("37 in a cube, 11 outliers, σt 0.03") == [["0.5000 ± 0.0100", "0.6250 ± 0.0001"]]

@@ -191,13 +191,14 @@ def test_runs_and_reruns(snakemake: Snakemake, tmp_path: Path) -> None:
 
 
 def test_a_changed_experiment_reruns_itself_alone(snakemake: Snakemake, tmp_path: Path) -> None:
-    """Edit one YAML file in a copy of the project."""
+    """Edit files in a copy of the project; replicates depend on it too."""
     copy = tmp_path / "copy"
     packages = ("alignscores", "baselines", "experiments", "figures", "report")
     for name in (*packages, "configs", "profiles"):
         shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "Snakefile", copy)
     tables = [f"results/trials/{name}.csv" for name in ("outliers", "rotations")]
+    tables += ["results/replicates/0.csv"]
     arguments = ["--snakefile", str(copy / "Snakefile"), "--directory", str(copy), *tables]
     done = snakemake(*arguments, "--config", "trials=1")
     assert done.returncode == 0, done.stderr
@@ -208,13 +209,26 @@ def test_a_changed_experiment_reruns_itself_alone(snakemake: Snakemake, tmp_path
         path.write_text(f"{code}# changed\n")
         done = snakemake(*arguments, "--config", "trials=1", "--dry-run")
         assert ("Nothing to be done" in done.stdout) != reruns
-        assert not reruns or planned(done) == {"experiment": 2}
+        assert not reruns or planned(done) == {"experiment": 2, "replicate": 1}
         path.write_text(code)
+
+    claims = copy / "configs" / "claims.yaml"
+    for old, new, reruns in (
+        ("A single outlier blinds", "One outlier blinds", False),
+        ("n_outliers: [1], sigma_t: [0.01, 0.03,", "n_outliers: [1], sigma_t: [0.01, 0.02,", True),
+    ):
+        text = claims.read_text()
+        assert old in text
+        claims.write_text(text.replace(old, new))
+        done = snakemake(*arguments, "--config", "trials=1", "--dry-run")
+        assert ("Nothing to be done" in done.stdout) != reruns
+        assert not reruns or planned(done) == {"replicate": 1}
+        claims.write_text(text)
 
     config = copy / "configs" / "experiment" / "outliers.yaml"
     config.write_text(config.read_text().replace("sigma_r_deg: [3.0]", "sigma_r_deg: [4.0]"))
     done = snakemake(*arguments, "--config", "trials=1", "--dry-run")
-    assert planned(done) == {"experiment": 1}
+    assert planned(done) == {"experiment": 1, "replicate": 1}
     assert "output: results/trials/outliers.csv" in done.stdout + done.stderr
     assert "output: results/trials/rotations.csv" not in done.stdout + done.stderr
 
