@@ -11,6 +11,7 @@
 #   snakemake report                          all of it on one page, results/report.html
 import sys
 from functools import cache
+from hashlib import sha256
 from math import ceil, gcd
 from pathlib import Path
 
@@ -59,6 +60,21 @@ def scenarios():
     except ConfigError as error:
         refuse(error)
     return {name: result_settings(config) for name, config in study.scenarios.items()}
+
+
+@cache
+def replicate_plan():
+    """What the replicates depend on, in short: Snakemake prints it for each one where it changes."""
+    from experiments.replicate import plan  # which takes a while
+
+    try:
+        planned = plan(CLAIMS, to_overrides(config))
+    except ConfigError as error:
+        refuse(error)
+    trials = [
+        (trials, result_settings(settings), wanted) for trials, (settings, wanted) in planned.items()
+    ]
+    return sha256(repr(trials).encode()).hexdigest()
 
 
 @cache
@@ -262,10 +278,7 @@ rule replicate:
         csv=RESULTS / "replicates" / "{replicate}.csv",
         provenance=RESULTS / "replicates" / "{replicate}.json",
     params:
-        needs=CLAIMS.needs(),
-        settings=lambda wildcards: [
-            settings(name) for name in sorted({claim.experiment for claim in CLAIMS})
-        ],
+        plan=lambda wildcards: replicate_plan(),
     threads: CORES // gcd(CORES, CLAIMS.replicates) # the last round leaves no core idle
     resources:
         mem_mb=memory,

@@ -193,12 +193,6 @@ class Claims:
             for reading in decision.readings:
                 yield from (reading.of(self.claims[name]) for name in decision.claims)
 
-    def needs(self) -> list[tuple[Any, ...]]:
-        """Return what the trials to be run depend on; where it changes, they are run again."""
-        return [
-            (*claim.trials, claim.metrics, claim.where, claim.before, claim.after) for claim in self
-        ]
-
 
 def load_claims(replicates: int | None = None, path: Path = CLAIMS_FILE) -> Claims:
     """Read the claims.

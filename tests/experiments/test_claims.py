@@ -218,29 +218,6 @@ def test_settings_that_leave_claims_undecided_are_refused(override: str, named: 
 
 
 @pytest.mark.parametrize(
-    "change",
-    [
-        {"metric": "DTE"},
-        {"versus": "DTE"},
-        {"where": {"n_outliers": [0]}},
-        {"before": {"n_outliers": [1]}},
-        {"after": {"n_outliers": [1]}},
-        {"settings": ["outlier_side=1"]},
-        {"experiment": "collinear"},
-    ],
-)
-def test_what_must_be_run_depends_on_what_a_claim_takes(change: dict[str, Any]) -> None:
-    claims = load_claims()
-    needs = claims.needs()
-    name = "outliers-range-tas"
-    changed = {**claims.claims, name: replace(claims.claims[name], **change)}
-    assert replace(claims, claims=changed).needs() != needs
-    harmless = {"statement": "Other words.", "paper": -50.0, "source": "elsewhere"}
-    changed[name] = replace(claims.claims[name], **harmless)
-    assert replace(claims, claims=changed).needs() == needs
-
-
-@pytest.mark.parametrize(
     ("name", "change", "least"),
     [
         ("outliers-tas-discerns", {"level": ["n_cameras"]}, 2),

@@ -215,7 +215,9 @@ def test_a_changed_experiment_reruns_itself_alone(snakemake: Snakemake, tmp_path
     claims = copy / "configs" / "claims.yaml"
     for old, new, reruns in (
         ("A single outlier blinds", "One outlier blinds", False),
+        ("id: outliers-ate-discerns", "id: outliers-ate-sees", False),
         ("n_outliers: [1], sigma_t: [0.01, 0.03,", "n_outliers: [1], sigma_t: [0.01, 0.02,", True),
+        ("metric: DTE\n        versus: ATE", "metric: DTE\n        versus: mAA", True),
     ):
         text = claims.read_text()
         assert old in text
