@@ -217,9 +217,10 @@ def read_provenance(path: Path, command: Sequence[str] = ()) -> dict[str, Any]:
     except ValueError:
         record = None
     keys = ("config", "packages", "git", "python", "platform")
-    if not isinstance(record, dict) or any(key not in record for key in keys):
+    whole = isinstance(record, dict) and all(key in record for key in keys)
+    if not whole or not isinstance(record["config"], dict):
         raise TableError(path, "is no record of provenance", command)
-    return record
+    return dict(record)
 
 
 def provenance(config: Config) -> dict[str, Any]:

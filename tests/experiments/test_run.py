@@ -49,6 +49,15 @@ def test_a_table_made_under_other_settings_is_refused(
             read_trials(load([*overrides, setting]))
     for harmless in ("n_jobs=2", "backend=threading", "metrics=[TAS]"):
         read_trials(load([*overrides, harmless]))
+    for record in (
+        "[]",
+        "{}",
+        "{",
+        '{"config": 1, "packages": 1, "git": 1, "python": 1, "platform": 1}',
+    ):
+        path.with_suffix(".json").write_text(record)
+        with pytest.raises(TableError, match=r"outliers\.json is no record of provenance"):
+            read_trials(load(overrides))
     path.with_suffix(".json").unlink()
     with pytest.raises(TableError, match=r"outliers\.json does not exist"):
         read_trials(load(overrides))
