@@ -187,6 +187,16 @@ localrules:  # seconds each: not worth a job
     report,
 
 
+def records(path, **wildcards):
+    """Tables of trials and, beside each, what it rests on: who reads the one checks the other."""
+    return expand(f"{path}.{{ext}}", ext=["csv", "json"], **wildcards)
+
+
+def part_records(name):
+    paths = [part.path for part in study(name).parts.values()]
+    return [*paths, *(path.with_suffix(".json") for path in paths)]
+
+
 def study_tables(name):
     """The tables of a study, and what they say in sentences."""
     kinds = [f"{kind}.csv" for kind in STUDY_FIGURES[f"{name}_study"]]
@@ -237,8 +247,9 @@ rule experiment:
 
 rule figure:
     input:
-        lambda wildcards: expand(TRIALS / "{name}.csv", name=FIGURES[wildcards.figure]),
+        lambda wildcards: records(TRIALS / "{name}", name=FIGURES[wildcards.figure]),
         TRIAL_CODE,
+        FILES, # which have a plot of errors
         sources("figures"),
     output:
         pdf=RESULTS / "figures" / "{figure}.pdf",
@@ -257,7 +268,7 @@ rule figure:
 
 rule comparison:
     input:
-        expand(TRIALS / "{name}.csv", name=EXPERIMENTS),
+        records(TRIALS / "{name}", name=EXPERIMENTS),
         ANALYSIS,
     output:
         csv=RESULTS / "tables" / "method_comparison.csv",
@@ -294,7 +305,7 @@ rule replicate:
 
 rule claims:
     input:
-        expand(RESULTS / "replicates" / "{number}.csv", number=range(CLAIMS.replicates)),
+        records(RESULTS / "replicates" / "{number}", number=range(CLAIMS.replicates)),
         CLAIMS_FILE,
         ANALYSIS,
     output:
@@ -364,7 +375,7 @@ rule study_time:
 
 rule threshold_tables:
     input:
-        lambda wildcards: [part.path for part in study("threshold").parts.values()],
+        lambda wildcards: part_records("threshold"),
         RESULTS / "tables" / "threshold_study_time.csv",
         ANALYSIS,
     output:
@@ -379,7 +390,7 @@ rule threshold_tables:
 
 rule registration_tables:
     input:
-        lambda wildcards: [part.path for part in study("registration").parts.values()],
+        lambda wildcards: part_records("registration"),
         RESULTS / "tables" / "registration_study_time.csv",
         ANALYSIS,
     output:
@@ -436,7 +447,7 @@ rule scenario:
 
 rule findings:
     input:
-        lambda wildcards: expand(TRIALS / STUDY / "{name}.csv", name=scenarios()),
+        lambda wildcards: records(TRIALS / STUDY / "{name}", name=scenarios()),
         ANALYSIS,
     output:
         RESULTS / "tables" / f"{STUDY}.csv",
@@ -475,9 +486,7 @@ rule report:
         expand(RESULTS / "replicates" / "{number}.json", number=range(CLAIMS.replicates)),
         [study_results(name) for name in STUDIES],
         expand(RESULTS / "tables" / "{name}_study_time.csv", name=STUDIES),
-        lambda wildcards: [
-            part.path.with_suffix(".json") for name in STUDIES for part in study(name).parts.values()
-        ],
+        lambda wildcards: [path for name in STUDIES for path in part_records(name)],
         RESULTS / "tables" / f"{STUDY}.csv",
         expand(RESULTS / "figures" / "{name}.png", name=[STUDY, "paths"]),
         lambda wildcards: expand(TRIALS / STUDY / "{name}.json", name=scenarios()),

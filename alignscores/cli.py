@@ -527,7 +527,7 @@ def save(scored: Sequence[Scored], arguments: argparse.Namespace) -> None:
         save_evo_results(
             scored,
             arguments.save_results,
-            several=len(arguments.estimates) > 1,
+            names=unique_names(arguments.estimates),
             reference=arguments.reference,
             registration=arguments.registration,
             seed=arguments.seed,

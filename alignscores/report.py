@@ -161,16 +161,16 @@ def save_evo_results(
     scored: Sequence[Scored],
     path: Path,
     *,
-    several: bool,
+    names: Sequence[str],
     reference: str,
     registration: str,
     seed: int,
 ) -> list[Path]:
     """Save results that ``evo_res`` reads, one file an estimate.
 
-    A single estimate goes to `path`; of `several`, which some may be missing from, each to the path
-    with its name appended. The error that evo makes statistics of is the share of the thresholds
-    that a pose misses, from 0 to 1: its mean is 1 - PAS.
+    A single estimate goes to `path`; of several, whose `names` are given though some may not have
+    been scored, each to the path with its name appended. The error that evo makes statistics of is
+    the share of the thresholds that a pose misses, from 0 to 1: its mean is 1 - PAS.
 
     Returns
     -------
@@ -181,8 +181,9 @@ def save_evo_results(
     from .evo import PAS  # needs evo
 
     files: dict[Path, bytes] = {}
-    flat_names = _numbered([one.name.replace("/", "_") for one in scored])
-    for one, flat_name in zip(scored, flat_names, strict=True):
+    flat_names = dict(zip(names, _numbered([n.replace("/", "_") for n in names]), strict=True))
+    for one in scored:
+        flat_name = flat_names[one.name]
         result = PAS.of(one.result).get_result(reference, flat_name)
         result.add_info(
             {
@@ -198,7 +199,7 @@ def save_evo_results(
             result.add_np_array("timestamps", one.matches.keys)
         buffer = BytesIO()
         file_interface.save_res_file(buffer, result)
-        own = path.with_name(f"{path.stem}_{flat_name}{path.suffix}") if several else path
+        own = path.with_name(f"{path.stem}_{flat_name}{path.suffix}") if names[1:] else path
         files[own] = buffer.getvalue()
     for file, content in files.items():
         write_whole(file, content)

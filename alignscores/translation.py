@@ -342,13 +342,14 @@ def _register(
         n_hypotheses=n_hypotheses,
         rng=rng,
     )
-    try:
-        local, n_used = registered
-    except (TypeError, ValueError):
-        raise TypeError(
-            "registration must return a Similarity or None and the number of hypotheses, "
-            f"not {registered!r}"
-        ) from None
+    match registered:
+        case (Similarity() | None as local, int() | np.integer() as n_used):
+            pass
+        case _:
+            raise TypeError(
+                "registration must return a Similarity or None and the number of hypotheses, "
+                f"not {registered!r}"
+            )
     if local is None:
         return None, errors, n_used
     errors = gt_unit * local.position_errors(gt_local, est_local)

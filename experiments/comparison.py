@@ -88,13 +88,15 @@ class Finding:
     experiment: str
 
 
-def compare(configs: dict[str, Config]) -> pd.DataFrame:
+def compare(configs: dict[str, Config], overrides: Sequence[str] = ()) -> pd.DataFrame:
     """Derive Table 1 from the trials.
 
     Parameters
     ----------
     configs : dict of str to Config
         The settings of `EXPERIMENTS`, whose tables of trials are read.
+    overrides : sequence of str
+        What made these settings, to be named where a table does not do.
 
     Returns
     -------
@@ -108,7 +110,11 @@ def compare(configs: dict[str, Config]) -> pd.DataFrame:
     TableError
         Where a table of trials is missing or incomplete.
     """
-    trials = {name: _read(configs[name]) for name in EXPERIMENTS if name != SCALE_EXPERIMENT}
+    trials = {
+        name: _read(configs[name], ["experiments.run", f"experiment={name}", *overrides])
+        for name in EXPERIMENTS
+        if name != SCALE_EXPERIMENT
+    }
     scale_changes = _scale_changes(configs[SCALE_EXPERIMENT])
     rows = []
     for metric, answers in PAPER.items():
@@ -216,9 +222,9 @@ def _yes(answer: bool) -> str:
     return "yes" if answer else "no"
 
 
-def _read(config: Config) -> pd.DataFrame:
+def _read(config: Config, command: Sequence[str]) -> pd.DataFrame:
     """Read a table that the criteria can be applied to."""
-    path, trials = trials_path(config), read_trials(config)
+    path, trials = trials_path(config), read_trials(config, command=command)
     for metric, experiment in [*OUTLIERS.items(), *COLLINEAR.items(), *LENGTH.items()]:
         if experiment == config.name and metric not in trials:
             raise TableError(path, f"has no column {metric}")
@@ -247,7 +253,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _work(options: Namespace) -> list[Path]:
     configs = {name: load([f"experiment={name}", *options.overrides]) for name in EXPERIMENTS}
-    table = compare(configs)
+    table = compare(configs, options.overrides)
     path = Path(configs[SCALE_EXPERIMENT].results_dir) / "tables" / "method_comparison.csv"
     write_files({path: to_csv(table), path.with_suffix(".md"): to_markdown(table).encode()})
     return [path, path.with_suffix(".md")]

@@ -151,7 +151,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _work(options: Namespace) -> list[Path]:
     study = load_study(options.scenarios, options.overrides)
-    trials = {name: read_trials(config) for name, config in study.scenarios.items()}
+    file = [] if options.scenarios == BEYOND else ["--scenarios", str(options.scenarios)]
+    trials = {
+        name: read_trials(config, None, ["experiments.scenarios", name, *file, *options.overrides])
+        for name, config in study.scenarios.items()
+    }
     path = findings_path(study)
     write_files({path: to_csv(findings(trials, study.scenarios))})
     return [path]

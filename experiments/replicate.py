@@ -49,13 +49,21 @@ def plan(claims: Claims, overrides: Sequence[str] = ()) -> Plan:
     for claim in claims:
         if claim.trials not in result:
             experiment, settings = claim.trials
-            config = load([f"experiment={experiment}", *overrides, *settings])
+            config = _load([f"experiment={experiment}", *overrides, *settings])
             result[claim.trials] = config, {}
         config, wanted = result[claim.trials]
         for cell in cells_of(claim, config):
             metrics = wanted.setdefault(cell, [])
             metrics += [metric for metric in claim.metrics if metric not in metrics]
     return result
+
+
+def _load(overrides: Sequence[str]) -> Config:
+    """Say which experiment a setting does not suit."""
+    try:
+        return load(overrides)
+    except ConfigError as error:
+        raise ConfigError(f"{error} ({' '.join(overrides)})") from None
 
 
 def cells_of(claim: Claim, config: Config) -> list[Cell]:

@@ -251,11 +251,11 @@ def _axis(name: str, entry: Mapping[str, Any], given: str | None) -> Axis:
             split_metric(f"{axis.metric}({axis.option}={value})")
         except ConfigError as error:
             raise ConfigError(f"setting {name!r}: {error}") from None
+    if len(values) < 2:
+        raise ConfigError(f"setting {name!r} needs another value than the paper's {paper}")
     try:
         return replace(axis, values=tuple(sorted(values, key=float)))
-    except ValueError:  # words, which are compared with the paper's
-        if len(values) < 2:
-            raise ConfigError(f"setting {name!r} needs another value than {paper}") from None
+    except ValueError:  # words
         return axis
 
 

@@ -172,7 +172,7 @@ def read_replicates(
         _read(
             replace(config, replicate=number),
             expected.assign(replicate=number),
-            ["experiments.replicate", f"replicate={number}", *overrides],
+            ["experiments.replicate", *overrides, f"replicate={number}"],
         )
         for number in range(claims.replicates)
     ]

@@ -70,7 +70,8 @@ def _of_trials(name: str, module: Any, overrides: Sequence[str]) -> tuple[Any, P
         figure = module.draw(*(tables or configs.values()))
     except FigureError as error:
         command = _command(error.experiment, overrides, error.setting)
-        raise TableError(trials_path(configs[error.experiment]), str(error), command) from None
+        problem = f"{error}; set {error.setting} here, too" if error.setting else str(error)
+        raise TableError(trials_path(configs[error.experiment]), problem, command) from None
     return figure, Path(next(iter(configs.values())).results_dir)
 
 

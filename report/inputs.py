@@ -310,7 +310,7 @@ def _read_replicates(plan: Plan, numbers: Iterable[int]) -> dict[str, dict[str, 
     records: dict[str, dict[str, Any]] = {}
     for number in numbers:
         path = plan.results / "replicates" / f"{number}.json"
-        command = plan.run("experiments.replicate", f"replicate={number}")
+        command = [*plan.run("experiments.replicate"), f"replicate={number}"]
         records[str(number)] = record = read_provenance(path, command)
         if _shared(record) != _shared(records["0"]):
             raise TableError(path, "has other settings than replicate 0", command)

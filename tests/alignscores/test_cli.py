@@ -286,7 +286,8 @@ def test_saved_names_differ(run, tmp_path, examples):
     """Though a folder's slash becomes an underscore."""
     shutil.copytree(examples / "tum", tmp_path / "x")
     shutil.copytree(examples / "tum", tmp_path / "y")
-    shutil.copy(examples / "tum/estimate.txt", tmp_path / "x_estimate.txt")
+    lines = (examples / "tum/estimate.txt").read_text().splitlines()
+    (tmp_path / "x_estimate.txt").write_text("\n".join(lines[:30]))
     files = [tmp_path / f for f in ("x/estimate.txt", "y/estimate.txt", "x_estimate.txt")]
     assert run("tum", FILES["tum"][0], *files, "--save_results", tmp_path / "r.zip")[0] == 0
     assert {path.name for path in tmp_path.glob("*.zip")} == {
@@ -294,6 +295,12 @@ def test_saved_names_differ(run, tmp_path, examples):
         "r_y_estimate.txt.zip",
         "r_x_estimate.txt (2).zip",
     }
+    second = tmp_path / "r_x_estimate.txt (2).zip"
+    before = file_interface.load_res_file(second).stats
+    files[0].unlink()  # names do not depend on what failed
+    second.unlink()
+    assert run("tum", FILES["tum"][0], *files, "--save_results", tmp_path / "r.zip")[0] == 1
+    assert file_interface.load_res_file(second).stats == before
 
 
 def test_evo_res_reads_the_results(run, tmp_path, examples):

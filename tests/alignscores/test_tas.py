@@ -590,7 +590,9 @@ def test_registration_of_ones_own_that_finds_nothing(noisy_scene: Scene) -> None
     assert (result.score, result.alignment, result.n_hypotheses) == (0, None, 3)
 
 
-@pytest.mark.parametrize("returned", [None, np.eye(4), (1, 2, 3)])
+@pytest.mark.parametrize(
+    "returned", [None, np.eye(4), np.eye(2), (1, 2, 3), (None, "x"), (np.eye(4), 3)]
+)
 def test_registration_of_ones_own_that_returns_something_else(
     noisy_scene: Scene, returned: Any
 ) -> None:

@@ -253,7 +253,7 @@ def test_missing_and_foreign_tables_are_named_in_one_line(
     arguments = ["replicates=2", "trials=2", f"results_dir={tmp_path}"]
     assert main(arguments) == 1
     error = capsys.readouterr().err
-    assert "0.csv does not exist; run: python -m experiments.replicate replicate=0" in error
+    assert f"results_dir={tmp_path} replicate=0\n" in error
     write_replicates(tmp_path, worse)
     path = tmp_path / "replicates" / "1.csv"
     whole = path.read_text()
@@ -275,7 +275,10 @@ def test_missing_and_foreign_tables_are_named_in_one_line(
         assert main(arguments) == 1
         error = capsys.readouterr().err
         assert f"{path} {reason}" in error
-        assert "run: python -m experiments.replicate replicate=1 trials=2" in error
+        assert (
+            f"run: python -m experiments.replicate trials=2 results_dir={tmp_path} replicate=1"
+            in error
+        )
         assert error.count("\n") == 1
     assert not (tmp_path / "claims.csv").exists()
     path.write_text(whole)

@@ -133,8 +133,9 @@ def test_the_remedy_names_the_table_at_fault_and_replaces_the_setting(
     code, _, err = run(capsys, "maa_vs_pas", arguments, "metrics=[mAA]")
     assert code == 1
     assert err == [
-        f"figures: {path} has no column PAS; run: python -m experiments.run "
-        f"experiment=maa_vs_pas_length results_dir={tmp_path} 'metrics=[mAA,PAS]'"
+        f"figures: {path} has no column PAS; set metrics=[mAA,PAS] here, too; "
+        "run: python -m experiments.run experiment=maa_vs_pas_length "
+        f"results_dir={tmp_path} 'metrics=[mAA,PAS]'"
     ]
 
 

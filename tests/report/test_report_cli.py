@@ -36,7 +36,7 @@ THRESHOLDS, REGISTRATIONS = "experiments.threshold_study", "experiments.registra
 TIMES, FINDINGS = "experiments.study_time {}", "experiments.findings"
 VERDICTS, TABLE_1 = "experiments.verdicts", "experiments.comparison"
 TRIALS = "experiments.run experiment=rotations"
-REPLICATE = "experiments.replicate replicate={}"
+REPLICATE = "experiments.replicate ... replicate={}"
 FAULTS = [
     ("claims.csv", lose, (), "does not exist", VERDICTS),
     ("claims.csv", put, ("",), "cannot be read (No columns", VERDICTS),
@@ -106,7 +106,8 @@ def test_a_file_at_fault_is_named_with_the_remedy(
     assert out == ""
     assert line.startswith(f"report: {results / name} ")
     assert problem in line
-    assert line.endswith(f"; run: python -m {module} results_dir={results}")
+    module, _, after = module.partition(" ...")
+    assert line.endswith(f"; run: python -m {module} results_dir={results}{after}")
     assert (results / "report.html").read_text() == "the old page"
 
 
