@@ -119,7 +119,8 @@ except ConfigError as error:
 
 def sources(*packages):
     """Imported code is invisible to Snakemake's rerun logic unless it is an input."""
-    return [path for name in packages for path in Path(workflow.basedir, name).rglob("*.py")]
+    folders = [Path(workflow.basedir, name) for name in packages]
+    return [path for folder in folders for end in ("py", "c") for path in folder.rglob(f"*.{end}")]
 
 
 ANALYSIS = [  # of the trials, which do not depend on it

@@ -12,7 +12,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from .registration import _prescreened_triplets, three_point_similarities
+from .kernel import three_point_similarities
+from .registration import prescreened_triplets
 from .similarity import Similarity, weighted_similarities
 
 __all__ = ["refined"]
@@ -89,7 +90,7 @@ def refined(
     gt, est = np.ascontiguousarray(gt_positions.T), np.ascontiguousarray(est_positions.T)
     threshold = min(max(threshold, 1 / FARTHEST), FARTHEST)
     with np.errstate(all="ignore"):  # what is not finite loses every comparison
-        triplets = _prescreened_triplets(gt, est, n_hypotheses, rng)
+        triplets = prescreened_triplets(gt, est, n_hypotheses, rng)
         n_used = triplets.shape[1]
         if n_used == 0:
             return None, 0

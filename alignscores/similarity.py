@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .validation import check_positions, check_same_length, check_weights
 
-__all__ = ["Similarity", "common_normal", "cross", "weighted_similarities"]
+__all__ = ["Similarity", "common_normal", "cross", "dot", "weighted_similarities"]
 
 Floats = NDArray[np.float64]
 
@@ -220,7 +220,7 @@ def weighted_similarities(
 def _line_frames(gt: Floats, est: Floats) -> tuple[Floats, Floats]:
     """Return frames, as columns and as rows, about unit vectors (3, H) with a common normal."""
     normal = common_normal(gt, est)
-    normal /= np.sqrt(np.einsum("ih,ih->h", normal, normal))
+    normal /= np.sqrt(dot(normal, normal))
     columns, rows = (np.array([first, normal, cross(first, normal)]) for first in (gt, est))
     return columns.transpose(2, 1, 0), rows.transpose(2, 0, 1)
 
@@ -246,7 +246,7 @@ def common_normal(a: Floats, b: Floats) -> Floats:
     array([0., 0., 1.])
     """
     axis = cross(a, b)
-    parallel = np.flatnonzero(np.einsum("ih,ih->h", axis, axis) <= PARALLEL**2)
+    parallel = np.flatnonzero(dot(axis, axis) <= PARALLEL * PARALLEL)
     direction = a[:, parallel]
     least = np.zeros_like(direction)
     least[np.argmin(np.abs(direction), axis=0), np.arange(parallel.size)] = 1.0
@@ -267,6 +267,20 @@ def cross(a: Floats, b: Floats) -> Floats:
     product = np.empty_like(a)
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         np.subtract(a[j] * b[k], a[k] * b[j], out=product[i])
+    return product
+
+
+def dot(a: Floats, b: Floats) -> Floats:
+    """Return the scalar products of vectors, component first, summed from first to last.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.similarity import dot
+    >>> dot(np.array([[1.0], [2.0], [3.0]]), np.array([[4.0], [5.0], [6.0]]))
+    array([32.])
+    """
+    product: Floats = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     return product
 
 

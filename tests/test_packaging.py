@@ -1,8 +1,12 @@
 """What the packages import is what pyproject.toml declares."""
 
+import os
 import re
+import shutil
+import subprocess
 import sys
 import tomllib
+import zipfile
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
@@ -44,3 +48,94 @@ def test_all_that_is_imported_is_declared(package, declared):
 def test_all_that_is_declared_has_a_lower_bound(declared):
     own = [one for one in declared.values() if not one.startswith("alignscores")]
     assert [one for one in own if ">=" not in one] == []
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """What a wheel is built from, with a kernel left over from an older source."""
+    copy = tmp_path / "checkout"
+    copy.mkdir()
+    for name in ("LICENSE", "README.md", "hatch_build.py", "pyproject.toml"):
+        shutil.copy(ROOT / name, copy)
+    shutil.copytree(ROOT / "alignscores", copy / "alignscores")
+    (copy / "alignscores" / "kernel-0123456789abcdef.so").touch()
+    return copy
+
+
+def build(checkout, **environment):
+    """Build a wheel; return it with what was printed."""
+    command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel"]
+    done = subprocess.run(
+        command, cwd=checkout, env=os.environ | environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    (wheel,) = (checkout / "dist").iterdir()
+    return wheel, done.stdout + done.stderr
+
+
+def kernels(wheel):
+    names = zipfile.ZipFile(wheel).namelist()
+    assert {name.split("/")[0].split("-")[0] for name in names} == {"alignscores"}
+    assert "alignscores/kernel.c" in names
+    return [name for name in names if name.endswith(".so")]
+
+
+LOADED = """
+import sys
+sys.path.insert(0, {place!r})
+from alignscores import kernel, tas
+print(kernel.__file__.startswith({place!r}), kernel.LIBRARY is not None)
+gt = [[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]]
+print(tas(gt, gt).score)
+"""
+
+
+def loaded(place):
+    done = subprocess.run(
+        [sys.executable, "-c", LOADED.format(place=str(place))],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    *facts, score = done.stdout.split()
+    assert score == "1.0"
+    return facts
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+def test_wheel_with_a_compiler(checkout, tmp_path):
+    """The kernel is in it, for this platform and every Python; nothing else but the library."""
+    wheel, _ = build(checkout)
+    assert re.search(r"-py3-none-(?!any)\w+\.whl$", wheel.name)
+    assert len(kernels(wheel)) == 1
+    zipfile.ZipFile(wheel).extractall(tmp_path / "site")
+    assert loaded(tmp_path / "site") == ["True", "True"]
+
+
+@pytest.mark.parametrize("compiler", ["no-such-compiler", "false", "/etc/hostname"])
+def test_wheel_without_a_compiler(checkout, tmp_path, compiler):
+    """Said, and no reason not to install: the library works."""
+    wheel, printed = build(checkout, CC=compiler)
+    assert wheel.name.endswith("-py3-none-any.whl")
+    assert kernels(wheel) == []
+    assert "alignscores is installed without its kernel" in printed
+    zipfile.ZipFile(wheel).extractall(tmp_path / "site")
+    assert loaded(tmp_path / "site") == ["True", "False"]
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+def test_kernel_of_another_source_is_not_loaded(checkout):
+    """As after an update of a checkout, until it is installed again."""
+    build(checkout)
+    assert loaded(checkout) == ["True", "True"]
+    with (checkout / "alignscores" / "kernel.c").open("a") as source:
+        source.write("/* changed */\n")
+    assert loaded(checkout) == ["True", "False"]
+
+
+def test_kernel_that_cannot_be_loaded(checkout):
+    """As one for another platform."""
+    build(checkout)
+    for library in (checkout / "alignscores").glob("kernel-*.so"):
+        library.write_text("not a library")
+    assert loaded(checkout) == ["True", "False"]

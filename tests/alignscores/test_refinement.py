@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from alignscores import AlignmentWarning, Similarity, closest_pair_quartile, pas, tas
+from alignscores.kernel import three_point_similarities
 from alignscores.refinement import (
     RESOLUTION,
     TOLERANCE,
@@ -21,7 +22,7 @@ from alignscores.refinement import (
     _residual_matrices,
     refined,
 )
-from alignscores.registration import _prescreened_triplets, pcr99, three_point_similarities
+from alignscores.registration import pcr99, prescreened_triplets
 
 Floats = NDArray[np.float64]
 Cloud = Callable[[str, int, int], Floats]
@@ -104,7 +105,7 @@ def test_no_hypothesis_costs_less(
     )
     gt_t, est_t = np.ascontiguousarray(gt.T), np.ascontiguousarray(est.T)
     with np.errstate(all="ignore"):
-        triplets = _prescreened_triplets(gt_t, est_t, 300, np.random.default_rng(seed))
+        triplets = prescreened_triplets(gt_t, est_t, 300, np.random.default_rng(seed))
     assert n_used == triplets.shape[1]
     assert (alignment is None) == (n_used == 0)
     if alignment is not None:

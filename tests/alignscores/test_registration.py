@@ -11,11 +11,21 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from alignscores import registration
-from alignscores.registration import pcr99, three_point_similarities
+from alignscores import kernel
+from alignscores.kernel import cheapest, three_point_similarities
+from alignscores.registration import pcr99, prescreened_triplets
 
 Floats = NDArray[np.float64]
 Scene = Callable[[int, int, float, int], tuple[Floats, Floats]]
+
+
+@pytest.fixture(autouse=True, params=["compiled", "numpy"])
+def implementation(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Everything here holds for both implementations of the kernel."""
+    if request.param == "numpy":
+        monkeypatch.setattr(kernel, "LIBRARY", None)
+    elif kernel.LIBRARY is None:
+        pytest.skip("the kernel is not compiled")
 
 
 class Hypothesis(NamedTuple):
@@ -80,7 +90,7 @@ def rng() -> np.random.Generator:
         (10, 3, 0.05, 7),
         (10, 0, 0.2, 10),
         (11, 5, 0.03, 1),
-        (9, 2, 1e-9, 5),  # squared errors vanish in the rounding of a matrix product
+        (9, 2, 1e-9, 5),
     ],
 )
 @pytest.mark.parametrize("seed", range(3))
@@ -180,9 +190,9 @@ def test_prescreen_threshold(copies: int, log_ratios: tuple[float, ...]) -> None
         assert n_used == (0 if not passes else 3 if copies == 1 else 50)
 
 
-@pytest.mark.parametrize("n", [20, 256, 257, 1000])
+@pytest.mark.parametrize("n", [20, 256, 1000])
 def test_collects_the_number_of_hypotheses_asked_for(noisy_scene: Scene, n: int) -> None:
-    """Random sampling delivers exactly as many as asked for, on both sides of all table sizes."""
+    """Random sampling delivers exactly as many as asked for."""
     gt, est = noisy_scene(n, n // 3, 0.01, 1)
     for asked in (1, 17, 1000):
         alignment, n_used = pcr99(gt, est, order=n // 10, n_hypotheses=asked, rng=rng())
@@ -348,30 +358,24 @@ def test_inputs_are_left_alone(noisy_scene: Scene) -> None:
         np.testing.assert_array_equal(array, copy)
 
 
-def prescreened(gt: Floats, est: Floats) -> NDArray[np.intp]:
-    with np.errstate(all="ignore"):
-        return registration._prescreened_triplets(gt, est, 1000, rng())
-
-
 DIFFICULT = {
     "plain": (0.03, 1.0, 0.0),
-    "nearly exact": (1e-9, 1.0, 0.0),  # single precision tells nothing apart
+    "nearly exact": (1e-9, 1.0, 0.0),
     "exact": (0.0, 1.0, 0.0),
-    "far outliers": (0.03, 1e12, 0.0),  # squares overflow in single precision
+    "far outliers": (0.03, 1e12, 0.0),
     "very far outliers": (0.03, 1e100, 0.0),
     "off the origin": (0.03, 1.0, 1e3),
-    "exact, far off the origin": (0.0, 1.0, 1e8),  # double precision cancels out
-    "tiny": (0.03, 1.0, 0.0),  # squares underflow in single precision
+    "tiny": (0.03, 1.0, 0.0),
     "of two scales": (0.03, 1e20, 0.0),  # the far outliers agree with each other
 }
 
 
 @pytest.mark.parametrize("kind", DIFFICULT)
 @pytest.mark.parametrize(("n", "straight"), [(60, False), (60, True), (700, False)])
-def test_screening_passes_over_no_cheaper_hypothesis(
+def test_the_cheapest_hypothesis_is_chosen(
     noisy_scene: Scene, kind: str, n: int, straight: bool
 ) -> None:
-    """The one chosen is the first of the smallest costs, all computed directly."""
+    """Its cost is the smallest of the costs by their definition; a flat one wins no tie."""
     sigma, reach, offset = DIFFICULT[kind]
     gt, est = noisy_scene(n, n // 3, sigma, 5)
     if straight:
@@ -382,82 +386,37 @@ def test_screening_passes_over_no_cheaper_hypothesis(
     gt, est, order = gt.T + offset, est.T + offset, n // 10
     if kind == "tiny":
         gt, est = 1e-25 * gt, 1e-25 * est
-    triplets = prescreened(gt, est)
-    *hypotheses, flat = three_point_similarities(gt, est, triplets)
     with np.errstate(all="ignore"):
-        costs = np.array(
-            [
-                registration._cheaper(gt, est, *hypotheses, order, np.array([h]), 0, math.inf)[1]
-                for h in range(len(flat))
-            ]
-        )
-        best = registration._cheapest(gt, est, *hypotheses, flat, order)
+        triplets = prescreened_triplets(gt, est, 1000, rng())
+        scale, rotation, translation, flat = three_point_similarities(gt, est, triplets)
+        residuals = (est - translation[..., None]) / scale[:, None, None] - rotation @ gt
+        costs = np.sort(np.sum(residuals**2, axis=1), axis=1)[:, order - 1]
+        tie = 1e-14 * float(np.max(np.sum(gt**2, axis=0)))
+        best = cheapest(gt, est, scale, rotation, translation, flat, order, tie)
     assert flat.any() == straight
-    if flat.all() or not flat.any():
-        assert best == np.argmin(costs)
-    else:  # a flat one must win by more than rounding
-        assert costs[best] <= costs[~flat].min()
-        assert costs[best] <= costs.min() + 64 * np.finfo(float).eps * np.max(np.sum(gt**2, axis=0))
+    assert costs[best] <= costs[~flat].min() * (1 + 1e-9) + tie
+    assert costs[best] <= costs.min() * (1 + 1e-9) + 2 * tie
+    if flat[best]:
+        assert costs[best] < costs[~flat].min()
 
 
-@pytest.mark.parametrize("reference", [0, 1, 100])
-@pytest.mark.parametrize("n", [5, 127, 128, 129, 600])
-def test_far_is_far(noisy_scene: Scene, n: int, reference: int) -> None:
-    """What counts as far is at or above the bound, and what is clearly above counts as far."""
-    gt, est = (points.T for points in noisy_scene(n, n // 3, 0.03, 0))
-    triplets = np.random.default_rng(1).integers(n, size=(3, 300))
-    triplets = triplets[:, [len(set(t)) == 3 for t in triplets.T]]
-    scale, rotation, translation, _ = three_point_similarities(gt, est, triplets)
-    residuals = (est - translation[..., None]) / scale[:, None, None] - rotation @ gt
-    squared = np.sum(residuals**2, axis=1)
-    coefficients, features = registration._squared_error_factors(
-        gt, est, scale, rotation, translation, reference
-    )
-    turn = scale[reference] / scale[:, None, None] * rotation[reference] - rotation
-    shift = (translation[reference] - translation) / scale[:, None]
-    other = np.sum(turn**2, axis=(1, 2)) + np.sum(shift**2, axis=1)
-    terms = np.outer(other, np.sum(gt**2, axis=0) + 1)
-    rounding = 600 * np.finfo(np.float32).eps * (terms + squared) + 1e-18
-    for bound in (0.0, 1e-6, 1e-3, 0.1, 1.0, 100.0):
-        far = registration._count_far(coefficients, features, bound)
-        assert np.all(far <= np.count_nonzero(squared >= bound, axis=1))
-        assert np.all(far >= np.count_nonzero(squared - rounding > bound, axis=1))
+def test_first_of_equally_cheap_hypotheses(noisy_scene: Scene) -> None:
+    """Of several that are the same the first is taken, but one of a flat triangle never."""
+    gt, est = (points.T for points in noisy_scene(50, 10, 0.03, 0))
+    with np.errstate(all="ignore"):
+        triplets = np.repeat(prescreened_triplets(gt, est, 20, rng()), 3, axis=1)
+    *similarities, flat = three_point_similarities(gt, est, triplets)
+    best = cheapest(gt, est, *similarities, flat, 5, 0.0)
+    assert best % 3 == 0
+    flat[best] = True
+    assert cheapest(gt, est, *similarities, flat, 5, 1e-15) == best + 1
 
 
-def test_triplets_are_screened_in_parts(
-    monkeypatch: pytest.MonkeyPatch, noisy_scene: Scene
-) -> None:
-    """The same triplets as in one go, in the same order."""
-    gt, est = (points.T for points in noisy_scene(150, 50, 0.03, 0))
-    expected = prescreened(gt, est)
-    monkeypatch.setattr(registration, "SCREENED_AT_ONCE", 77)
-    parts = prescreened(gt, est)
-    np.testing.assert_array_equal(parts, expected)
-
-
-@pytest.mark.parametrize("n", [20, 100, 128])
-def test_table_of_edge_ratios(monkeypatch: pytest.MonkeyPatch, noisy_scene: Scene, n: int) -> None:
-    """Looked up or computed one by one, the same triplets pass."""
-    gt, est = (points.T for points in noisy_scene(n, n // 3, 0.03, 0))
-    looked_up = prescreened(gt, est)
-    monkeypatch.setattr(registration, "TABLE_SIZE", 0)
-    np.testing.assert_array_equal(prescreened(gt, est), looked_up)
-
-
-def test_costs_in_blocks(monkeypatch: pytest.MonkeyPatch, noisy_scene: Scene) -> None:
-    """Blocks of hypotheses or of cameras change no bit of the result."""
-    gt, est = noisy_scene(300, 100, 0.03, 0)
-    expected, _ = pcr99(gt, est, order=30, n_hypotheses=1000, rng=rng())
-    assert expected is not None
-    for chunk, block, strip in ((1 << 10, 240, 8), (1 << 18, 8, 8), (1 << 11, 48, 3)):
-        monkeypatch.setattr(registration, "CHUNK", chunk)
-        monkeypatch.setattr(registration, "BLOCK", block)
-        monkeypatch.setattr(registration, "STRIP", strip)
-        alignment, _ = pcr99(gt, est, order=30, n_hypotheses=1000, rng=rng())
-        assert alignment is not None
-        assert alignment.scale == expected.scale
-        np.testing.assert_array_equal(alignment.rotation, expected.rotation)
-        np.testing.assert_array_equal(alignment.translation, expected.translation)
+@pytest.mark.parametrize("order", [0, 31, -1])
+def test_order_that_no_cameras_have(noisy_scene: Scene, order: int) -> None:
+    gt, est = noisy_scene(30, 5, 0.03, 0)
+    with pytest.raises(ValueError, match=f"order must be from 1 to .* 30, not {order}"):
+        pcr99(gt, est, order=order, n_hypotheses=10, rng=rng())
 
 
 @pytest.mark.parametrize("prescreen", [0.03, 0.1, 0.3, math.inf])

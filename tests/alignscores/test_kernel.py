@@ -1,0 +1,182 @@
+"""The compiled kernel gives the bits of its definition in NumPy, whatever it was compiled for."""
+
+import math
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from alignscores import hypotheses, kernel
+from alignscores.registration import pcr99
+
+Floats = NDArray[np.float64]
+Scene = Callable[[int, int, float, int], tuple[Floats, Floats]]
+
+COMPILER = shutil.which("cc")
+SOURCE = Path(kernel.__file__).with_name("kernel.c")
+EXACT = ["-ffp-contract=off", "-shared", "-fPIC"]
+BUILDS = {  # beside the one installed: what other processors and compilers would run
+    "plain": ["-O0", "-DEVERY_WIDTH="],
+    "narrow": ["-O3", "-fno-math-errno", "-fno-trapping-math", "-DEVERY_WIDTH="],
+}
+
+
+def test_installed_where_there_is_a_compiler() -> None:
+    """So no test of the compiled kernel is passed over unseen."""
+    if COMPILER is None:
+        pytest.skip("no C compiler")
+    assert kernel.LIBRARY is not None
+
+
+@pytest.fixture(scope="module", params=["installed", *BUILDS])
+def library(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> object:
+    if request.param == "installed":
+        if kernel.LIBRARY is None:
+            pytest.skip("the kernel is not compiled")
+        return kernel.LIBRARY
+    if COMPILER is None:
+        pytest.skip("no C compiler")
+    path = tmp_path_factory.mktemp("kernel") / "kernel.so"
+    command = [COMPILER, *BUILDS[request.param], *EXACT, "-o", path, SOURCE, "-lm"]
+    subprocess.run(command, check=True)
+    return kernel.compiled(path)
+
+
+@pytest.fixture(autouse=True)
+def compiled(library: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert library is not None
+    monkeypatch.setattr(kernel, "LIBRARY", library)
+
+
+def assert_same_bits(a: NDArray[np.generic], b: NDArray[np.generic]) -> None:
+    assert a.dtype == b.dtype
+    np.testing.assert_array_equal(a, b)  # NaN is NaN
+    if a.dtype == np.float64:
+        known = ~np.isnan(a)
+        np.testing.assert_array_equal(np.signbit(a[known]), np.signbit(b[known]))
+
+
+def clouds(kind: str, n: int) -> tuple[Floats, Floats]:
+    """Both worlds, component first."""
+    rng = np.random.default_rng(n)
+    gt = rng.normal(size=(3, n))
+    est = 2.5 * gt[[1, 2, 0]] + 0.05 * rng.normal(size=(3, n))
+    est[:, :: max(3, n // 30)] = rng.normal(size=est[:, :: max(3, n // 30)].shape)
+    match kind:
+        case "line":
+            gt[1:], est[1:] = 0, 0
+        case "nearly a line":  # on both sides of what counts as flat
+            gt[1:] *= 10.0 ** rng.uniform(-8, -4, n)
+            est[:2] *= 10.0 ** rng.uniform(-8, -4, n)
+        case "partly a line":
+            gt[1:, : n // 2], est[1:, : n // 2] = 0, 0
+        case "opposite lines":
+            gt[1:], est[1:] = 0, 0
+            est[0] = -gt[0]
+        case "exact":
+            est = 2 * gt
+        case "places":
+            gt, est = gt[:, np.arange(n) % 3], est[:, np.arange(n) % 4]
+        case "extremes":
+            gt[:, ::5] *= 1e160
+            est[:, 1::5] *= 1e-170
+            est[:, 2::5] *= 1e300
+        case "not finite":
+            gt[0, 0], est[:, 1], est[2, 2] = math.nan, math.inf, -math.inf
+    return gt, est
+
+
+KINDS = (
+    *("cloud", "line", "nearly a line", "partly a line", "opposite lines"),
+    *("exact", "places", "extremes", "not finite"),
+)
+
+
+@pytest.mark.parametrize("n", [3, 7, 64, 129, 1000])
+@pytest.mark.parametrize("kind", KINDS)
+def test_same_bits(kind: str, n: int) -> None:
+    """Each function, for any triplets, also for those that no prescreening would let pass."""
+    gt, est = clouds(kind, n)
+    triplets = np.random.default_rng(1).integers(n, size=(3, 700), dtype=np.intp)
+    with np.errstate(all="ignore"):
+        for factor in (1.0, math.exp(0.2), 10.0, math.inf):
+            assert_same_bits(
+                kernel.similar_triplets(gt, est, triplets, factor),
+                hypotheses.similar_triplets(gt, est, triplets, factor),
+            )
+        similarities = kernel.three_point_similarities(gt, est, triplets)
+        expected = hypotheses.three_point_similarities(gt, est, triplets)
+        for a, b in zip(similarities, expected, strict=True):
+            assert_same_bits(a, b)
+        for order in {1, 2, (n + 9) // 10, n // 2, n}:
+            for tie in (0.0, 1e-14, 0.1):
+                assert kernel.cheapest(gt, est, *similarities, order, tie) == hypotheses.cheapest(
+                    gt, est, *expected, order, tie
+                )
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
+@pytest.mark.parametrize("sigma", [0.0, 1e-9, 0.03, 0.3])
+@pytest.mark.parametrize("n", [19, 100, 300])
+def test_same_alignment(
+    noisy_scene: Scene, n: int, sigma: float, share: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the draws to the choice."""
+    gt, est = noisy_scene(n, int(share * n), sigma, 3)
+    results = []
+    for library in (kernel.LIBRARY, None):
+        monkeypatch.setattr(kernel, "LIBRARY", library)
+        rng = np.random.default_rng(5)
+        alignment, n_used = pcr99(gt, est, order=max(4, n // 10), n_hypotheses=1000, rng=rng)
+        assert alignment is not None
+        results.append((alignment.scale, alignment.rotation, alignment.translation, n_used))
+    for a, b in zip(*results, strict=True):
+        assert_same_bits(np.asarray(a), np.asarray(b))
+
+
+def test_arrays_of_any_layout(noisy_scene: Scene) -> None:
+    """Transposed or strided arrays are read as what they are."""
+    gt, est = noisy_scene(50, 10, 0.03, 0)
+    triplets = np.random.default_rng(0).integers(50, size=(400, 3)).T[:, ::2]
+    wide = np.repeat(gt, 2, axis=0)[::2]
+    with np.errstate(all="ignore"):
+        strided = kernel.three_point_similarities(wide.T, est.T, triplets)
+        expected = kernel.three_point_similarities(gt.T.copy(), est.T.copy(), triplets.copy())
+        transposed = hypotheses.three_point_similarities(gt.T, est.T, triplets)  # rotation is
+        best = kernel.cheapest(wide.T, est.T, *transposed, 5, 0.0)
+        assert best == kernel.cheapest(gt.T.copy(), est.T.copy(), *expected, 5, 0.0)
+        similar = kernel.similar_triplets(wide.T, est.T, triplets, 1.2)
+        assert_same_bits(similar, kernel.similar_triplets(gt.T.copy(), est.T.copy(), triplets, 1.2))
+    for a, b in zip(strided, expected, strict=True):
+        assert_same_bits(a, b)
+
+
+def test_selection_of_every_rank() -> None:
+    """The m-th smallest error is found whatever the order and the repetitions of the errors."""
+    rng = np.random.default_rng(0)
+    identity = np.ones(2), np.array(2 * [np.eye(3)]), np.zeros((2, 3))
+    for errors in (
+        *(rng.normal(size=n) for n in (1, 2, 3, 10, 101)),
+        np.arange(50.0),
+        np.arange(50.0)[::-1],
+        rng.integers(4, size=60).astype(float),
+        np.zeros(20),
+    ):
+        # The first similarity has these errors, the second the m-th smallest of them everywhere.
+        for order in range(1, len(errors) + 1):
+            rank = np.sort(np.abs(errors))[order - 1]
+            for shift, winner in ((1e-9, 0), (-1e-9, 1)):
+                gt = np.zeros((3, len(errors)))
+                gt[0], gt[1] = errors, rank + shift if rank + shift > 0 else 0
+                scale, rotation, translation = (array.copy() for array in identity)
+                rotation[0] = np.diag([1.0, 0.0, 0.0])
+                rotation[1] = np.diag([0.0, 1.0, 0.0])
+                flat = np.zeros(2, dtype=bool)
+                best = kernel.cheapest(
+                    *(gt, np.zeros_like(gt)), scale, rotation, translation, flat, order, 0.0
+                )
+                assert best == (winner if rank > 0 else 0)
