@@ -24,29 +24,58 @@
 #endif
 #endif
 
-static inline double dot(const double *a, const double *b)
+typedef struct {
+    double x, y, z;
+} vector;
+
+typedef struct {
+    vector x, y, z;
+} matrix; /* by rows */
+
+static inline vector point(const double *points, size_t n, size_t i)
 {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    return (vector){points[i], points[n + i], points[2 * n + i]};
 }
 
-static inline void cross(const double *a, const double *b, double *product)
+static inline vector plus(vector a, vector b)
 {
-    product[0] = a[1] * b[2] - a[2] * b[1];
-    product[1] = a[2] * b[0] - a[0] * b[2];
-    product[2] = a[0] * b[1] - a[1] * b[0];
+    return (vector){a.x + b.x, a.y + b.y, a.z + b.z};
 }
 
-static inline void edge(const double *points, size_t n, size_t from, size_t to, double *difference)
+static inline vector minus(vector a, vector b)
 {
-    for (size_t axis = 0; axis < 3; axis++)
-        difference[axis] = points[axis * n + to] - points[axis * n + from];
+    return (vector){a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+static inline vector times(double factor, vector a)
+{
+    return (vector){factor * a.x, factor * a.y, factor * a.z};
+}
+
+static inline vector over(vector a, double divisor)
+{
+    return (vector){a.x / divisor, a.y / divisor, a.z / divisor};
+}
+
+static inline double dot(vector a, vector b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static inline vector cross(vector a, vector b)
+{
+    return (vector){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+static inline vector turned(matrix rotation, vector a)
+{
+    return (vector){dot(rotation.x, a), dot(rotation.y, a), dot(rotation.z, a)};
 }
 
 static inline double squared_ratio(const double *gt, const double *est, size_t n, size_t i, size_t j)
 {
-    double a[3], b[3];
-    edge(gt, n, i, j, a);
-    edge(est, n, i, j, b);
+    vector a = minus(point(gt, n, i), point(gt, n, j));
+    vector b = minus(point(est, n, i), point(est, n, j));
     return dot(b, b) / dot(a, a);
 }
 
@@ -60,12 +89,13 @@ static inline int alike(double a, double b, double factor)
     return (a <= factor * b) & (b <= factor * a);
 }
 
-/* Without branches: no processor can tell beforehand which triplets pass. */
+/* Without branches, as no processor can tell beforehand which triplets pass; and to numbers of the
+   width of those that they come from. */
 EVERY_WIDTH
 static void mark_similar(const double *restrict gt, const double *restrict est, size_t n,
                          const ptrdiff_t *restrict first, const ptrdiff_t *restrict second,
                          const ptrdiff_t *restrict third, size_t n_triplets, double factor,
-                         bool *restrict similar)
+                         ptrdiff_t *restrict similar)
 {
     for (size_t t = 0; t < n_triplets; t++) {
         double ij = squared_ratio(gt, est, n, first[t], second[t]);
@@ -77,122 +107,101 @@ static void mark_similar(const double *restrict gt, const double *restrict est, 
 }
 
 void similar_triplets(const double *gt, const double *est, size_t n, const ptrdiff_t *triplets,
-                      size_t n_triplets, double factor, bool *similar)
+                      size_t n_triplets, double factor, ptrdiff_t *similar)
 {
     mark_similar(gt, est, n, triplets, triplets + n_triplets, triplets + 2 * n_triplets, n_triplets,
                  factor, similar);
 }
 
 /* An axis of the smallest rotation between unit vectors; any normal if they are parallel. */
-static void common_normal(const double *a, const double *b, double parallel_sine, double *axis)
+static vector common_normal(vector a, vector b, double parallel_sine)
 {
-    cross(a, b, axis);
+    vector axis = cross(a, b);
     if (dot(axis, axis) <= parallel_sine * parallel_sine) {
-        double unit[3] = {0, 0, 0};
-        size_t least = 0;
-        for (size_t i = 1; i < 3; i++)
-            if (fabs(a[i]) < fabs(a[least]))
-                least = i;
-        unit[least] = 1;
-        cross(a, unit, axis);
+        double x = fabs(a.x), y = fabs(a.y), z = fabs(a.z);
+        vector least = x <= y && x <= z ? (vector){1, 0, 0} : y <= z ? (vector){0, 1, 0}
+                                                                     : (vector){0, 0, 1};
+        axis = cross(a, least);
     }
+    return axis;
 }
 
-struct triangle {
-    double edge_1[3], edge_2[3], centroid[3];
-    double axes[3][3]; /* along the first edge, along the normal, and normal to both */
-};
+typedef struct {
+    vector edge_1, edge_2, centroid;
+    vector first, normal, third; /* axes: along the first edge, normal, and normal to both */
+} triangle;
 
-/* Measure a triangle, but for what its normal has to be known for; return whether it is flat. */
-static bool measure(struct triangle *t, const double *points, size_t n, const size_t *corners,
-                    double flat_sine)
+/* Measure a triangle, its normal roughly; return whether it is too flat to have one. */
+static inline bool measure(triangle *t, vector a, vector b, vector c, double flat_sine)
 {
-    edge(points, n, corners[0], corners[1], t->edge_1);
-    edge(points, n, corners[0], corners[2], t->edge_2);
-    double length = sqrt(dot(t->edge_1, t->edge_1));
-    for (size_t i = 0; i < 3; i++) {
-        const double *component = points + i * n;
-        t->axes[0][i] = t->edge_1[i] / length;
-        t->centroid[i] = (component[corners[0]] + component[corners[1]] + component[corners[2]]) / 3;
-    }
-    cross(t->axes[0], t->edge_2, t->axes[1]);
-    return dot(t->axes[1], t->axes[1]) <= flat_sine * flat_sine * dot(t->edge_2, t->edge_2);
+    t->edge_1 = minus(b, a);
+    t->edge_2 = minus(c, a);
+    t->centroid = over(plus(plus(a, b), c), 3);
+    t->first = over(t->edge_1, sqrt(dot(t->edge_1, t->edge_1)));
+    t->normal = cross(t->first, t->edge_2);
+    return dot(t->normal, t->normal) <= flat_sine * flat_sine * dot(t->edge_2, t->edge_2);
 }
 
-/* Complete the frame; the normal is an approximate one until here. */
-static void complete(struct triangle *t)
+static inline void complete_axes(triangle *t)
 {
-    double *first = t->axes[0], *normal = t->axes[1];
-    double along = dot(normal, first);
-    for (size_t i = 0; i < 3; i++)
-        normal[i] -= along * first[i];
-    double length = sqrt(dot(normal, normal));
-    for (size_t i = 0; i < 3; i++)
-        normal[i] /= length;
-    cross(first, normal, t->axes[2]);
+    vector normal = minus(t->normal, times(dot(t->normal, t->first), t->first));
+    t->normal = over(normal, sqrt(dot(normal, normal)));
+    t->third = cross(t->first, t->normal);
 }
 
-static void turn(const double *rotation, const double *vector, double *turned)
+static inline vector combined(const triangle *t, double first, double normal, double third)
 {
-    for (size_t i = 0; i < 3; i++)
-        turned[i] = dot(rotation + 3 * i, vector);
+    return plus(plus(times(first, t->first), times(normal, t->normal)), times(third, t->third));
 }
 
 void three_point_similarities(const double *gt, const double *est, size_t n,
                               const ptrdiff_t *triplets, size_t n_triplets, double flat_sine,
-                              double parallel_sine, double *scales, double *rotations,
-                              double *translations, bool *flat)
+                              double parallel_sine, double *scales, matrix *rotations,
+                              vector *translations, bool *flat)
 {
     for (size_t h = 0; h < n_triplets; h++) {
-        size_t corners[3] = {triplets[h], triplets[n_triplets + h], triplets[2 * n_triplets + h]};
-        double *rotation = rotations + 9 * h, *translation = translations + 3 * h, turned[3];
-        struct triangle a, b;
-        bool flat_a = measure(&a, gt, n, corners, flat_sine);
-        bool flat_b = measure(&b, est, n, corners, flat_sine);
+        size_t i = triplets[h], j = triplets[n_triplets + h], k = triplets[2 * n_triplets + h];
+        triangle a, b;
+        bool flat_a = measure(&a, point(gt, n, i), point(gt, n, j), point(gt, n, k), flat_sine);
+        bool flat_b = measure(&b, point(est, n, i), point(est, n, j), point(est, n, k), flat_sine);
         flat[h] = flat_a || flat_b;
-        if (flat[h]) {
-            common_normal(a.axes[0], b.axes[0], parallel_sine, a.axes[1]);
-            for (size_t i = 0; i < 3; i++)
-                b.axes[1][i] = a.axes[1][i];
-        }
-        complete(&a);
-        complete(&b);
-        for (size_t i = 0; i < 3; i++)
-            for (size_t j = 0; j < 3; j++)
-                rotation[3 * i + j] = b.axes[0][i] * a.axes[0][j] + b.axes[1][i] * a.axes[1][j]
-                                      + b.axes[2][i] * a.axes[2][j];
+        if (flat[h])
+            a.normal = b.normal = common_normal(a.first, b.first, parallel_sine);
+        complete_axes(&a);
+        complete_axes(&b);
+        matrix rotation = {
+            combined(&a, b.first.x, b.normal.x, b.third.x),
+            combined(&a, b.first.y, b.normal.y, b.third.y),
+            combined(&a, b.first.z, b.normal.z, b.third.z),
+        };
 
-        double a_1 = dot(a.edge_1, a.axes[0]), a_2 = dot(a.edge_2, a.axes[0]);
-        double b_1 = dot(b.edge_1, b.axes[0]), b_2 = dot(b.edge_2, b.axes[0]);
-        double a_22 = dot(a.edge_2, a.edge_2);
-        turn(rotation, a.edge_2, turned);
-        double b_22 = dot(b.edge_2, turned);
-        scales[h] = (2 * (b_1 * a_1 + b_22) - b_1 * a_2 - b_2 * a_1)
-                    / (2 * (a_1 * a_1 + a_22 - a_1 * a_2));
-        turn(rotation, a.centroid, turned);
-        for (size_t i = 0; i < 3; i++)
-            translation[i] = b.centroid[i] - scales[h] * turned[i];
+        double a_1 = dot(a.edge_1, a.first), a_2 = dot(a.edge_2, a.first);
+        double b_1 = dot(b.edge_1, b.first), b_2 = dot(b.edge_2, b.first);
+        double a_22 = dot(a.edge_2, a.edge_2), b_22 = dot(b.edge_2, turned(rotation, a.edge_2));
+        double scale = (2 * (b_1 * a_1 + b_22) - b_1 * a_2 - b_2 * a_1)
+                       / (2 * (a_1 * a_1 + a_22 - a_1 * a_2));
+        scales[h] = scale;
+        rotations[h] = rotation;
+        translations[h] = minus(b.centroid, times(scale, turned(rotation, a.centroid)));
     }
 }
 
 static inline double squared_error(const double *gt, const double *est, size_t n, size_t i,
-                                   double shrink, const double *r, const double *t)
+                                   double shrink, matrix rotation, vector translation)
 {
-    double x = gt[i], y = gt[n + i], z = gt[2 * n + i];
-    double dx = (est[i] - t[0]) * shrink - (r[0] * x + r[1] * y + r[2] * z);
-    double dy = (est[n + i] - t[1]) * shrink - (r[3] * x + r[4] * y + r[5] * z);
-    double dz = (est[2 * n + i] - t[2]) * shrink - (r[6] * x + r[7] * y + r[8] * z);
-    return dx * dx + dy * dy + dz * dz;
+    vector aligned = times(shrink, minus(point(est, n, i), translation));
+    vector residual = minus(aligned, turned(rotation, point(gt, n, i)));
+    return dot(residual, residual);
 }
 
 EVERY_WIDTH
 static size_t count_below(double bound, const double *restrict gt, const double *restrict est,
-                          size_t n, double shrink, const double *restrict rotation,
-                          const double *restrict translation)
+                          size_t n, double shrink, const matrix *restrict rotation,
+                          const vector *restrict translation)
 {
     size_t count = 0;
     for (size_t i = 0; i < n; i++)
-        count += squared_error(gt, est, n, i, shrink, rotation, translation) < bound;
+        count += squared_error(gt, est, n, i, shrink, *rotation, *translation) < bound;
     return count;
 }
 
@@ -224,21 +233,22 @@ static double ranked(double *values, size_t n, size_t rank)
 
 /* `below` is room for n numbers. */
 size_t cheapest(const double *gt, const double *est, size_t n, const double *scales,
-                const double *rotations, const double *translations, const bool *flat,
+                const matrix *rotations, const vector *translations, const bool *flat,
                 size_t n_hypotheses, size_t order, double tie, double *below)
 {
     size_t best = 0;
     double best_cost = INFINITY;
     for (int group = 0; group < 2; group++) {
         for (size_t h = 0; h < n_hypotheses; h++) {
+            const matrix *rotation = &rotations[h];
+            const vector *translation = &translations[h];
             double shrink = 1 / scales[h];
-            const double *rotation = rotations + 9 * h, *translation = translations + 3 * h;
             if (flat[h] != group
                 || count_below(best_cost, gt, est, n, shrink, rotation, translation) < order)
                 continue;
             size_t count = 0;
             for (size_t i = 0; i < n; i++) {
-                double error = squared_error(gt, est, n, i, shrink, rotation, translation);
+                double error = squared_error(gt, est, n, i, shrink, *rotation, *translation);
                 if (error < best_cost)
                     below[count++] = error;
             }

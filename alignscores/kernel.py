@@ -4,26 +4,21 @@ Arguments and results are the same, to the last bit; only the time differs.
 """
 
 import ctypes
-from ctypes import c_double, c_size_t
+from ctypes import c_double, c_size_t, c_void_p
 from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
-from numpy.ctypeslib import ndpointer
 from numpy.typing import NDArray
 
 from . import hypotheses
 from .similarity import PARALLEL
 
-__all__ = ["LIBRARY", "cheapest", "similar_triplets", "three_point_similarities"]
+__all__ = ["LIBRARY", "cheapest", "compiled", "similar_triplets", "three_point_similarities"]
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
-
-FLOATS, INDICES, BOOLS = (
-    ndpointer(dtype, flags="C_CONTIGUOUS") for dtype in (np.float64, np.intp, np.bool_)
-)
 
 
 def compiled(path: Path) -> ctypes.CDLL | None:
@@ -32,37 +27,40 @@ def compiled(path: Path) -> ctypes.CDLL | None:
         library = ctypes.CDLL(str(path))
     except OSError:
         return None
-    points = FLOATS, FLOATS, c_size_t
-    triplets = INDICES, c_size_t
-    similarities = FLOATS, FLOATS, FLOATS, BOOLS
-    library.similar_triplets.argtypes = *points, *triplets, c_double, BOOLS
+    points = c_void_p, c_void_p, c_size_t
+    triplets = c_void_p, c_size_t
+    similarities = c_void_p, c_void_p, c_void_p, c_void_p
+    library.similar_triplets.argtypes = *points, *triplets, c_double, c_void_p
     library.three_point_similarities.argtypes = (
         *(*points, *triplets, c_double, c_double),
         *similarities,
     )
-    library.cheapest.argtypes = *points, *similarities, c_size_t, c_size_t, c_double, FLOATS
+    library.cheapest.argtypes = *points, *similarities, c_size_t, c_size_t, c_double, c_void_p
     library.cheapest.restype = c_size_t
     return library
 
 
-def _path() -> Path:
-    """Where ``hatch_build.py`` puts what it compiles: the name says of which source it is."""
+def _installed() -> ctypes.CDLL | None:
+    """Load what ``hatch_build.py`` compiled from this very ``kernel.c``: the name says so."""
     source = Path(__file__).with_name("kernel.c")
-    return source.with_name(f"kernel-{sha256(source.read_bytes()).hexdigest()[:16]}.so")
+    if not source.exists():  # somebody bundled the Python files alone
+        return None
+    digest = sha256(source.read_bytes()).hexdigest()[:16]
+    return compiled(source.with_name(f"kernel-{digest}.so"))
 
 
-LIBRARY = compiled(_path())
+LIBRARY = _installed()
 
 
 def similar_triplets(gt: Floats, est: Floats, triplets: Indices, factor: float) -> Indices:
     """See `hypotheses.similar_triplets`."""
     if LIBRARY is None:
         return hypotheses.similar_triplets(gt, est, triplets, factor)
-    gt, est = np.ascontiguousarray(gt), np.ascontiguousarray(est)
-    triplets = np.ascontiguousarray(triplets)
-    similar = np.empty(triplets.shape[1], dtype=np.bool_)
+    gt, est, triplets = _floats(gt), _floats(est), np.ascontiguousarray(triplets, dtype=np.intp)
+    n = triplets.shape[1]
+    similar = np.empty(n, dtype=np.intp)
     LIBRARY.similar_triplets(
-        *(gt, est, gt.shape[1]), *(triplets, triplets.shape[1]), factor, similar
+        *_addresses(gt, est), gt.shape[1], *_addresses(triplets), n, factor, *_addresses(similar)
     )
     return np.flatnonzero(similar)
 
@@ -73,12 +71,13 @@ def three_point_similarities(
     """See `hypotheses.three_point_similarities`."""
     if LIBRARY is None:
         return hypotheses.three_point_similarities(gt, est, triplets)
-    gt, est = np.ascontiguousarray(gt), np.ascontiguousarray(est)
-    triplets = np.ascontiguousarray(triplets)
+    gt, est, triplets = _floats(gt), _floats(est), np.ascontiguousarray(triplets, dtype=np.intp)
     n = triplets.shape[1]
     similarities = np.empty(n), np.empty((n, 3, 3)), np.empty((n, 3)), np.empty(n, dtype=np.bool_)
     LIBRARY.three_point_similarities(
-        *(gt, est, gt.shape[1]), *(triplets, n), hypotheses.FLAT, PARALLEL, *similarities
+        *(*_addresses(gt, est), gt.shape[1], *_addresses(triplets), n),
+        *(hypotheses.FLAT, PARALLEL),
+        *_addresses(*similarities),
     )
     return similarities
 
@@ -96,11 +95,22 @@ def cheapest(
     """See `hypotheses.cheapest`."""
     if LIBRARY is None:
         return hypotheses.cheapest(gt, est, scale, rotation, translation, flat, order, tie)
-    gt, est, scale, rotation, translation = (
-        np.ascontiguousarray(array) for array in (gt, est, scale, rotation, translation)
-    )
+    gt, est = _floats(gt), _floats(est)
     n = gt.shape[1]
+    similarities = _floats(scale), _floats(rotation), _floats(translation)
+    flat = np.ascontiguousarray(flat, dtype=np.bool_)
+    below = np.empty(n)
     best = LIBRARY.cheapest(
-        *(gt, est, n), *(scale, rotation, translation, flat), len(scale), order, tie, np.empty(n)
+        *(*_addresses(gt, est), n, *_addresses(*similarities, flat), len(flat)),
+        *(order, tie, *_addresses(below)),
     )
     return int(best)
+
+
+def _floats(array: Floats) -> Floats:
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _addresses(*arrays: NDArray[np.generic]) -> list[int]:
+    """Addresses of arrays that must live until they were used."""
+    return [array.ctypes.data for array in arrays]

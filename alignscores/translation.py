@@ -297,7 +297,7 @@ def _closest_pair_distances(located: Located) -> Floats:
         np.fill_diagonal(squares, np.inf)
         closest: Floats = np.sqrt(squares.min(axis=0))
     else:
-        tree = scipy.spatial.cKDTree(local, balanced_tree=False)
+        tree = scipy.spatial.cKDTree(local, leafsize=24, compact_nodes=False, balanced_tree=False)
         closest = np.empty(len(local))
         # In the order of the leaves: neighbours are looked for one after the other.
         closest[tree.indices] = tree.query(local[tree.indices], k=[2])[0][:, 0]

@@ -4,19 +4,21 @@ import importlib.util
 from collections.abc import Callable
 from ctypes import CDLL
 from functools import partial
+from unittest.mock import patch
 
 import numpy as np
 
-from alignscores import pas, ras, tas
+from alignscores import kernel, pas, ras, tas
 from baselines import ate, dte, maa
 from experiments.cameras import Scene, make_scene
 
 from .floor import counter
 
-__all__ = ["METRICS", "contenders", "scene"]
+__all__ = ["METRICS", "UNCOMPILED", "contenders", "scene"]
 
 N_HYPOTHESES = 1000
 SIGMA_T = 0.03
+UNCOMPILED = "TAS, NumPy"
 
 METRICS: dict[str, Callable[[Scene], object]] = {
     "TAS": lambda s: tas(s.gt_positions, s.est_positions, n_hypotheses=N_HYPOTHESES),
@@ -44,12 +46,17 @@ def scene(n_cameras: int, outliers: float) -> Scene:
 def contenders(
     n_cameras: int, outliers: float, floor: CDLL | None
 ) -> dict[str, Callable[[], object]]:
-    """Return what is measured on one scene by its name: metrics, "pycolmap" and "floor"."""
+    """Return what is measured on one scene by its name.
+
+    Metrics, "pycolmap", "floor", and `UNCOMPILED`: the TAS without its compiled kernel.
+    """
     cameras = scene(n_cameras, outliers)
     calls: dict[str, Callable[[], object]] = {
         name: partial(metric, cameras) for name, metric in METRICS.items()
     }
     gt, est = cameras.gt_positions, cameras.est_positions
+    if kernel.LIBRARY is not None:
+        calls[UNCOMPILED] = patch.object(kernel, "LIBRARY", None)(calls["TAS"])
     alignment = tas(gt, est).alignment
     assert alignment is not None
     reach = 3 * SIGMA_T * alignment.scale

@@ -133,9 +133,10 @@ def test_kernel_of_another_source_is_not_loaded(checkout):
     assert loaded(checkout) == ["True", "False"]
 
 
-def test_kernel_that_cannot_be_loaded(checkout):
-    """As one for another platform."""
+@pytest.mark.parametrize("name", ["kernel-*.so", "kernel.c"])
+def test_kernel_that_cannot_be_loaded(checkout, name):
+    """One for another platform, or Python files that were bundled alone."""
     build(checkout)
-    for library in (checkout / "alignscores").glob("kernel-*.so"):
-        library.write_text("not a library")
+    for path in (checkout / "alignscores").glob(name):
+        path.write_text("not a library") if path.suffix == ".so" else path.unlink()
     assert loaded(checkout) == ["True", "False"]

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from alignscores import kernel
 from benchmarks import __main__ as benchmarks
-from benchmarks.contenders import METRICS, contenders, scene
+from benchmarks.contenders import METRICS, UNCOMPILED, contenders, scene
 from benchmarks.floor import compiled_loop, counter
 from benchmarks.memory import STATUS
 
@@ -29,9 +30,13 @@ def test_floor_counts_inliers() -> None:
 def test_contenders_do_their_work() -> None:
     """Every metric gives the value of its scene; the floor's hypotheses are the true alignment."""
     calls = contenders(60, 0.3, compiled_loop())
-    assert set(calls) - {"pycolmap", "floor"} == set(METRICS)
+    assert set(calls) - {"pycolmap", "floor", UNCOMPILED} == set(METRICS)
     for name, metric in METRICS.items():
         assert float(calls[name]()) == float(metric(scene(60, 0.3)))  # type: ignore[arg-type]
+    if kernel.LIBRARY is not None:
+        library = kernel.LIBRARY
+        assert float(calls[UNCOMPILED]()) == float(calls["TAS"]())  # type: ignore[arg-type]
+        assert kernel.LIBRARY is library
     if "floor" in calls:
         assert np.all(np.asarray(calls["floor"]()) > 30)
     if "pycolmap" in calls:
@@ -60,13 +65,15 @@ def test_page_and_plot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     metric_times = dict(zip(METRICS, np.arange(1, 7) / 1000, strict=True))
     monkeypatch.setattr(benchmarks, "compiled_loop", lambda: None)
     monkeypatch.setattr(benchmarks, "contenders", lambda *_: {})
-    monkeypatch.setattr(benchmarks, "measure", lambda _: {**metric_times, "pycolmap": 0.004})
+    monkeypatch.setattr(
+        benchmarks, "measure", lambda _: metric_times | {"pycolmap": 0.004, UNCOMPILED: 0.02}
+    )
     monkeypatch.setattr(benchmarks, "peak_memory", lambda _name, n: n / 100)
     monkeypatch.setattr(sys, "argv", ["benchmarks", "--output", str(tmp_path)])
     assert benchmarks.main() == 0
     page = (tmp_path / "benchmarks.md").read_text()
     assert "| 100 | 1 | 2 | 3 | 4 | 5 | 6 |" in page
-    assert "| 100 | 90% | 1 | 4 | 0.25 | – | – |" in page
+    assert "| 100 | 90% | 1 | 4 | 0.25 | – | – | 20 |" in page
     assert "| 10,000 | 100 | 100 |" in page
     assert (tmp_path / "images" / "benchmarks.png").stat().st_size > 10_000
 
