@@ -208,7 +208,7 @@ def cheapest(
                 costs = np.partition(errors[cheaper], order - 1, axis=1)[:, order - 1]
                 first = costs.argmin()
                 best, best_cost = int(some[cheaper[first]]), float(costs[first])
-        best_cost -= tie
+        best_cost -= tie  # for the flat ones
     return best
 
 

@@ -19,7 +19,7 @@
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_attribute)
 #if __has_attribute(target_clones)
 #undef EVERY_WIDTH
-#define EVERY_WIDTH __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
+#define EVERY_WIDTH __attribute__((target_clones("avx512f", "avx2", "default")))
 #endif
 #endif
 #endif
@@ -255,7 +255,7 @@ size_t cheapest(const double *gt, const double *est, size_t n, const double *sca
             best_cost = ranked(below, count, order - 1);
             best = h;
         }
-        best_cost -= tie;
+        best_cost -= tie; /* for the flat ones */
     }
     return best;
 }

@@ -13,7 +13,7 @@ import scipy
 from numpy.typing import NDArray
 
 from .kernel import three_point_similarities
-from .registration import prescreened_triplets
+from .registration import component_first, prescreened_triplets
 from .similarity import Similarity, weighted_similarities
 
 __all__ = ["refined"]
@@ -66,6 +66,11 @@ def refined(
     n_used : int
         Number of hypotheses of PCR-99.
 
+    Raises
+    ------
+    ValueError
+        Where the positions are no (n, 3) arrays of one length.
+
     Notes
     -----
     The cost has local minima. The smallest is found from nearly every seed, which is why the score
@@ -87,7 +92,7 @@ def refined(
     >>> round(alignment.scale, 6), n_used
     (2.0, 100)
     """
-    gt, est = np.ascontiguousarray(gt_positions.T), np.ascontiguousarray(est_positions.T)
+    gt, est = component_first(gt_positions, est_positions)
     threshold = min(max(threshold, 1 / FARTHEST), FARTHEST)
     with np.errstate(all="ignore"):  # what is not finite loses every comparison
         triplets = prescreened_triplets(gt, est, n_hypotheses, rng)

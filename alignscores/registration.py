@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from .kernel import cheapest, similar_triplets, three_point_similarities
 from .similarity import Similarity, dot
+from .validation import check_positive
 
-__all__ = ["Registration", "pcr99", "prescreened_triplets"]
+__all__ = ["Registration", "component_first", "pcr99", "prescreened_triplets"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -95,6 +96,11 @@ def pcr99(
     n_used : int
         Number of hypotheses it was chosen from.
 
+    Raises
+    ------
+    ValueError
+        Where the positions are no (n, 3) arrays of one length, or the order is none of 1 to n.
+
     Notes
     -----
     O(n_hypotheses * n) time; memory is bounded by a constant plus O(n). Where triplets hardly ever
@@ -116,11 +122,11 @@ def pcr99(
     >>> round(alignment.scale, 6), n_used
     (2.0, 100)
     """
-    gt = np.ascontiguousarray(gt_positions.T, dtype=np.float64)
-    est = np.ascontiguousarray(est_positions.T, dtype=np.float64)
+    gt, est = component_first(gt_positions, est_positions)
     n = gt.shape[1]
-    if not 1 <= order <= n:
-        raise ValueError(f"order must be from 1 to the number of cameras, {n}, not {order}")
+    check_positive(order, "order", integer=True)
+    if order > n:
+        raise ValueError(f"order must be at most the number of cameras, {n}, not {order}")
     with np.errstate(all="ignore"):  # what is not finite loses every comparison
         triplets = prescreened_triplets(gt, est, n_hypotheses, rng, prescreen)
         n_used = triplets.shape[1]
@@ -130,6 +136,31 @@ def pcr99(
         tie = min(TIE * float(np.max(dot(gt, gt))), sys.float_info.max)
         best = cheapest(gt, est, scale, rotation, translation, flat, order, tie)
     return Similarity(float(scale[best]), rotation[best], translation[best]), n_used
+
+
+def component_first(gt_positions: Floats, est_positions: Floats) -> tuple[Floats, Floats]:
+    """Return (n, 3) positions as contiguous (3, n) arrays.
+
+    Raises
+    ------
+    ValueError
+        Where they are no (n, 3) arrays of one length: nothing after this looks.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.registration import component_first
+    >>> component_first(np.zeros((5, 3)), np.ones((5, 3)))[1].shape
+    (3, 5)
+    """
+    shapes = np.shape(gt_positions), np.shape(est_positions)
+    if shapes[0] != shapes[1] or shapes[0][1:] != (3,):
+        raise ValueError(
+            "gt_positions and est_positions must be (n, 3) arrays of the same length, but have the "
+            f"shapes {shapes[0]} and {shapes[1]}"
+        )
+    gt, est = (np.asarray(p, dtype=np.float64).T.copy() for p in (gt_positions, est_positions))
+    return gt, est
 
 
 def prescreened_triplets(

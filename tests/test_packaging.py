@@ -11,6 +11,7 @@ from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
+from packaging.tags import platform_tags
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("alignscores", "baselines", "benchmarks", "experiments", "figures", "report")
@@ -50,21 +51,25 @@ def test_all_that_is_declared_has_a_lower_bound(declared):
     assert [one for one in own if ">=" not in one] == []
 
 
+COMPILES = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+
+
 @pytest.fixture
 def checkout(tmp_path):
-    """What a wheel is built from, with a kernel left over from an older source."""
+    """What is built from, with a kernel left over from an older source."""
     copy = tmp_path / "checkout"
     copy.mkdir()
-    for name in ("LICENSE", "README.md", "hatch_build.py", "pyproject.toml"):
+    for name in (".gitignore", "LICENSE", "README.md", "hatch_build.py", "pyproject.toml"):
         shutil.copy(ROOT / name, copy)
-    shutil.copytree(ROOT / "alignscores", copy / "alignscores")
+    leave = shutil.ignore_patterns("kernel-*.so", "__pycache__")
+    shutil.copytree(ROOT / "alignscores", copy / "alignscores", ignore=leave)
     (copy / "alignscores" / "kernel-0123456789abcdef.so").touch()
     return copy
 
 
-def build(checkout, **environment):
+def build(checkout, version="standard", **environment):
     """Build a wheel; return it with what was printed."""
-    command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel"]
+    command = [sys.executable, "-m", "hatchling", "build", "-t", f"wheel:{version}"]
     done = subprocess.run(
         command, cwd=checkout, env=os.environ | environment, capture_output=True, text=True
     )
@@ -102,17 +107,23 @@ def loaded(place):
     return facts
 
 
-@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
-def test_wheel_with_a_compiler(checkout, tmp_path):
+@COMPILES
+@pytest.mark.parametrize("options", ["", " -g"])
+def test_wheel_with_a_compiler(checkout, tmp_path, options):
     """The kernel is in it, for this platform and every Python; nothing else but the library."""
-    wheel, _ = build(checkout)
+    before = sorted(checkout.rglob("*"))
+    wheel, _ = build(checkout, CC=f"cc{options}")
     assert re.search(r"-py3-none-(?!any)\w+\.whl$", wheel.name)
+    assert wheel.name.split("-")[-1].removesuffix(".whl") in platform_tags()
     assert len(kernels(wheel)) == 1
+    assert sorted(checkout.rglob("*")) == sorted([*before, wheel.parent, wheel])
     zipfile.ZipFile(wheel).extractall(tmp_path / "site")
+    (metadata,) = (tmp_path / "site").glob("*.dist-info/WHEEL")
+    assert "Root-Is-Purelib: false" in metadata.read_text()
     assert loaded(tmp_path / "site") == ["True", "True"]
 
 
-@pytest.mark.parametrize("compiler", ["no-such-compiler", "false", "/etc/hostname"])
+@pytest.mark.parametrize("compiler", ["no-such-compiler", "false", "true", "/etc/hostname", "cc '"])
 def test_wheel_without_a_compiler(checkout, tmp_path, compiler):
     """Said, and no reason not to install: the library works."""
     wheel, printed = build(checkout, CC=compiler)
@@ -123,20 +134,31 @@ def test_wheel_without_a_compiler(checkout, tmp_path, compiler):
     assert loaded(tmp_path / "site") == ["True", "False"]
 
 
-@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+@COMPILES
+def test_editable_installation(checkout):
+    """The kernel of this source is in the checkout, those of others are gone, if all went well."""
+    build(checkout, "editable")
+    (library,) = (checkout / "alignscores").glob("kernel-*")
+    assert loaded(checkout) == ["True", "True"]
+    build(checkout, "editable", CC="false")  # as good as before
+    assert list((checkout / "alignscores").glob("kernel-*")) == [library]
+
+
+@COMPILES
 def test_kernel_of_another_source_is_not_loaded(checkout):
     """As after an update of a checkout, until it is installed again."""
-    build(checkout)
-    assert loaded(checkout) == ["True", "True"]
+    build(checkout, "editable")
     with (checkout / "alignscores" / "kernel.c").open("a") as source:
         source.write("/* changed */\n")
     assert loaded(checkout) == ["True", "False"]
+    build(checkout, "editable")
+    assert loaded(checkout) == ["True", "True"]
 
 
 @pytest.mark.parametrize("name", ["kernel-*.so", "kernel.c"])
 def test_kernel_that_cannot_be_loaded(checkout, name):
     """One for another platform, or Python files that were bundled alone."""
-    build(checkout)
+    build(checkout, "editable")
     for path in (checkout / "alignscores").glob(name):
         path.write_text("not a library") if path.suffix == ".so" else path.unlink()
     assert loaded(checkout) == ["True", "False"]

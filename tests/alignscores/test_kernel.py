@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from alignscores import hypotheses, kernel
+from alignscores import hypotheses, kernel, similarity
 from alignscores.registration import pcr99
 
 Floats = NDArray[np.float64]
@@ -67,8 +67,12 @@ def clouds(kind: str, n: int) -> tuple[Floats, Floats]:
     est = 2.5 * gt[[1, 2, 0]] + 0.05 * rng.normal(size=(3, n))
     est[:, :: max(3, n // 30)] = rng.normal(size=est[:, :: max(3, n // 30)].shape)
     match kind:
-        case "line":
-            gt[1:], est[1:] = 0, 0
+        case "line" | "line in y" | "line in z":
+            off = np.array(["line", "line in y", "line in z"]) != kind
+            gt[off], est[off] = 0, 0
+        case "diagonal lines":  # parallel or nearly so, with components of the same size
+            gt[:], est[:] = gt[0], est[0]
+            est[1] *= 1 + 10.0 ** rng.uniform(-9, -3, n)
         case "nearly a line":  # on both sides of what counts as flat
             gt[1:] *= 10.0 ** rng.uniform(-8, -4, n)
             est[:2] *= 10.0 ** rng.uniform(-8, -4, n)
@@ -91,7 +95,8 @@ def clouds(kind: str, n: int) -> tuple[Floats, Floats]:
 
 
 KINDS = (
-    *("cloud", "line", "nearly a line", "partly a line", "opposite lines"),
+    *("cloud", "line", "line in y", "line in z", "nearly a line", "partly a line"),
+    *("opposite lines", "diagonal lines"),
     *("exact", "places", "extremes", "not finite"),
 )
 
@@ -136,6 +141,56 @@ def test_same_alignment(
         results.append((alignment.scale, alignment.rotation, alignment.translation, n_used))
     for a, b in zip(*results, strict=True):
         assert_same_bits(np.asarray(a), np.asarray(b))
+
+
+def test_the_compiled_functions_are_used(
+    noisy_scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("similar_triplets", "three_point_similarities", "cheapest"):
+        monkeypatch.delattr(hypotheses, name)
+    gt, est = noisy_scene(100, 30, 0.03, 0)
+    alignment, _ = pcr99(gt, est, order=10, n_hypotheses=100, rng=np.random.default_rng(0))
+    assert alignment is not None
+
+
+def test_what_counts_as_flat(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both implementations go by the same bounds."""
+    worlds = [clouds(kind, 200) for kind in ("nearly a line", "diagonal lines")]
+    gt, est = (np.hstack(world) for world in zip(*worlds, strict=True))
+    triplets = np.random.default_rng(0).integers(200, size=(3, 1000))
+    triplets[:, 500:] += 200
+    shares = []
+    with np.errstate(all="ignore"):
+        for flat, parallel in ((1e-6, 1e-6), (1e-5, 1e-6), (1e-6, 1e-9)):
+            monkeypatch.setattr(hypotheses, "FLAT", flat)
+            for module in (kernel, similarity):
+                monkeypatch.setattr(module, "PARALLEL", parallel)
+            similarities = kernel.three_point_similarities(gt, est, triplets)
+            expected = hypotheses.three_point_similarities(gt, est, triplets)
+            for a, b in zip(similarities, expected, strict=True):
+                assert_same_bits(a, b)
+            shares.append((similarities[3].mean(), similarities[1].tobytes()))
+    assert 0.1 < shares[0][0] < shares[1][0] < 1
+    assert shares[0][0] == shares[2][0]
+    assert shares[0][1] != shares[2][1]
+
+
+def test_arrays_of_any_type(noisy_scene: Scene) -> None:
+    """Numbers of other types are converted, not misread."""
+    gt, est = (points.T.astype(np.float32) for points in noisy_scene(50, 10, 0.03, 0))
+    triplets = np.random.default_rng(0).integers(50, size=(3, 400), dtype=np.int32)
+    with np.errstate(all="ignore"):
+        *similarities, flat = kernel.three_point_similarities(gt, est, triplets)
+        expected = kernel.three_point_similarities(
+            gt.astype(float), est.astype(float), triplets.astype(np.intp)
+        )
+        for a, b in zip((*similarities, flat), expected, strict=True):
+            assert_same_bits(a, b)
+        flat[::3] = True
+        narrow = [array.astype(np.float32) for array in similarities]
+        wide = [array.astype(float) for array in narrow]
+        best = kernel.cheapest(gt, est, *narrow, flat.astype(int), 5, 0.0)
+        assert best == hypotheses.cheapest(gt.astype(float), est.astype(float), *wide, flat, 5, 0.0)
 
 
 def test_arrays_of_any_layout(noisy_scene: Scene) -> None:

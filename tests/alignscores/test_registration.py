@@ -4,15 +4,16 @@ import itertools
 import math
 import time
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from alignscores import kernel
+from alignscores import hypotheses, kernel
 from alignscores.kernel import cheapest, three_point_similarities
+from alignscores.refinement import refined
 from alignscores.registration import pcr99, prescreened_triplets
 
 Floats = NDArray[np.float64]
@@ -156,6 +157,16 @@ def test_three_point_similarities_from_their_definition(noisy_scene: Scene, seed
         assert scale[h] == pytest.approx(expected[0], rel=1e-9, abs=1e-9)
         np.testing.assert_allclose(rotation[h], expected[1], atol=1e-9)
         np.testing.assert_allclose(translation[h], expected[2], atol=1e-7)
+
+
+@pytest.mark.parametrize("world", [0, 1])
+def test_flat_triangle(world: int) -> None:
+    """Below a sine of a millionth in either world a triangle has no normal."""
+    for sine, is_flat in ((1.1e-6, False), (0.9e-6, True)):
+        corners = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]] * 2)
+        corners[world, 2, 1] = sine
+        gt, est = corners.swapaxes(1, 2)
+        assert three_point_similarities(gt, est, np.array([[0], [1], [2]]))[3] == is_flat
 
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [1.0, 3.0, 0.5]])
@@ -412,11 +423,60 @@ def test_first_of_equally_cheap_hypotheses(noisy_scene: Scene) -> None:
     assert cheapest(gt, est, *similarities, flat, 5, 1e-15) == best + 1
 
 
-@pytest.mark.parametrize("order", [0, 31, -1])
+@pytest.mark.parametrize("order", [0, 31, -1, 4.0])
 def test_order_that_no_cameras_have(noisy_scene: Scene, order: int) -> None:
     gt, est = noisy_scene(30, 5, 0.03, 0)
-    with pytest.raises(ValueError, match=f"order must be from 1 to .* 30, not {order}"):
+    with pytest.raises(ValueError, match=f"order must be .*, not {order}"):
         pcr99(gt, est, order=order, n_hypotheses=10, rng=rng())
+
+
+@pytest.mark.parametrize("shape", [(29, 3), (31, 3), (30, 2), (30, 4), (30,), (3, 30)])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_positions_that_do_not_belong_together(shape: tuple[int, ...], swapped: bool) -> None:
+    """Refused before anything is read beyond an array's end."""
+    positions = [np.ones((30, 3)), np.ones(shape)]
+    if swapped:
+        positions.reverse()
+    for register in (pcr99, refined):
+        with pytest.raises(ValueError, match=r"must be \(n, 3\) arrays of the same length"):
+            register(*positions, order=4, threshold=1.0, n_hypotheses=10, rng=rng())
+    with pytest.raises(ValueError, match=r"have the shapes \(30, 2\) and \(30, 2\)"):
+        pcr99(*2 * [np.ones((30, 2))], order=4, n_hypotheses=10, rng=rng())
+
+
+@pytest.mark.parametrize("register", [pcr99, refined])
+def test_numbers_of_any_type(register: Callable[..., Any]) -> None:
+    """Whole numbers whose squares would overflow, and single precision."""
+    generator = rng()
+    gt = generator.integers(-60_000, 60_000, (40, 3))
+    est = 2 * gt + generator.integers(-500, 500, (40, 3))
+    for dtype in (np.int32, np.float32):
+        results = [
+            register(
+                gt.astype(kind),
+                est.astype(kind),
+                order=4,
+                threshold=1e3,
+                n_hypotheses=200,
+                rng=rng(),
+            )
+            for kind in (dtype, np.float64)
+        ]
+        assert results[0][1] == results[1][1] == 200
+        assert results[0][0].scale == results[1][0].scale == pytest.approx(2, rel=0.1)
+        np.testing.assert_array_equal(results[0][0].translation, results[1][0].translation)
+
+
+def test_chunks_of_hypotheses(noisy_scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """How many are evaluated at once changes no bit, be it one at a time."""
+    gt, est = noisy_scene(300, 100, 0.03, 0)
+    scales = set()
+    for chunk in (1, 300, 1000, 1 << 14, 1 << 20):
+        monkeypatch.setattr(hypotheses, "CHUNK", chunk)
+        alignment, _ = pcr99(gt, est, order=30, n_hypotheses=100, rng=rng())
+        assert alignment is not None
+        scales.add((alignment.scale, alignment.translation.tobytes()))
+    assert len(scales) == 1
 
 
 @pytest.mark.parametrize("prescreen", [0.03, 0.1, 0.3, math.inf])
