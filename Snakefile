@@ -63,12 +63,26 @@ def scenarios():
 
 
 @cache
+def claim_list():
+    """The claims with their number of replicates, likewise."""
+    try:
+        return load_claims(REPLICATES)
+    except ConfigError as error:
+        refuse(error)
+
+
+def replicate_records(*extensions):
+    numbers = range(claim_list().replicates)
+    return expand(RESULTS / "replicates" / "{number}.{ext}", number=numbers, ext=extensions)
+
+
+@cache
 def replicate_plan():
     """What the replicates depend on, in short: Snakemake prints it for each one where it changes."""
     from experiments.replicate import plan  # which takes a while
 
     try:
-        planned = plan(CLAIMS, to_overrides(config))
+        planned = plan(claim_list(), to_overrides(config))
     except ConfigError as error:
         refuse(error)
     trials = [
@@ -111,10 +125,6 @@ if "n_jobs" not in config:
     THREADS = max(1, CORES // len(EXPERIMENTS))  # all experiments may run at once
 else:
     THREADS = CORES if RUN.n_jobs == -1 else RUN.n_jobs
-try:
-    CLAIMS = load_claims(REPLICATES)
-except ConfigError as error:
-    refuse(error)
 
 
 def sources(*packages):
@@ -291,7 +301,8 @@ rule replicate:
         provenance=RESULTS / "replicates" / "{replicate}.json",
     params:
         plan=lambda wildcards: replicate_plan(),
-    threads: CORES // gcd(CORES, CLAIMS.replicates) # the last round leaves no core idle
+    # The last round leaves no core idle.
+    threads: lambda wildcards: CORES // gcd(CORES, claim_list().replicates)
     resources:
         mem_mb=memory,
         runtime=minutes,
@@ -306,18 +317,20 @@ rule replicate:
 
 rule claims:
     input:
-        records(RESULTS / "replicates" / "{number}", number=range(CLAIMS.replicates)),
+        lambda wildcards: replicate_records("csv", "json"),
         CLAIMS_FILE,
         ANALYSIS,
     output:
         claims=RESULTS / "claims.csv",
         decisions=RESULTS / "tables" / "decisions.csv",
+    params:
+        replicates=lambda wildcards: claim_list().replicates,
     log:
         RESULTS / "logs" / "claims.log",
     benchmark:
         RESULTS / "benchmarks" / "claims.tsv"
     shell:
-        "{sys.executable:q} -m experiments.verdicts replicates={CLAIMS.replicates}"
+        "{sys.executable:q} -m experiments.verdicts replicates={params.replicates}"
         " {OVERRIDES:q} > {log:q} 2>&1"
 
 
@@ -484,7 +497,7 @@ rule report:
         RESULTS / "claims.csv",
         RESULTS / "tables" / "decisions.csv",
         expand(TRIALS / "{name}.json", name=EXPERIMENTS),
-        expand(RESULTS / "replicates" / "{number}.json", number=range(CLAIMS.replicates)),
+        lambda wildcards: replicate_records("json"),
         [study_results(name) for name in STUDIES],
         expand(RESULTS / "tables" / "{name}_study_time.csv", name=STUDIES),
         lambda wildcards: [path for name in STUDIES for path in part_records(name)],
@@ -494,12 +507,14 @@ rule report:
         [path for path in Path(workflow.basedir, "report").iterdir() if path.is_file()],
     output:
         RESULTS / "report.html",
+    params:
+        replicates=lambda wildcards: claim_list().replicates,
     log:
         RESULTS / "logs" / "report.log",
     benchmark:
         RESULTS / "benchmarks" / "report.tsv"
     shell:
-        "{sys.executable:q} -m report replicates={CLAIMS.replicates}"
+        "{sys.executable:q} -m report replicates={params.replicates}"
         " --scenarios {SCENARIOS:q} {STUDY_OVERRIDES:q} {OVERRIDES:q} > {log:q} 2>&1"
 
 
