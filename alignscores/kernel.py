@@ -29,12 +29,10 @@ def compiled(path: Path) -> ctypes.CDLL | None:
         return None
     points = c_void_p, c_void_p, c_size_t
     triplets = c_void_p, c_size_t
+    sines = c_double, c_double
     similarities = c_void_p, c_void_p, c_void_p, c_void_p
     library.similar_triplets.argtypes = *points, *triplets, c_double, c_void_p
-    library.three_point_similarities.argtypes = (
-        *(*points, *triplets, c_double, c_double),
-        *similarities,
-    )
+    library.three_point_similarities.argtypes = *points, *triplets, *sines, *similarities
     library.cheapest.argtypes = *points, *similarities, c_size_t, c_size_t, c_double, c_void_p
     library.cheapest.restype = c_size_t
     return library

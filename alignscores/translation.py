@@ -297,6 +297,7 @@ def _closest_pair_distances(located: Located) -> Floats:
         np.fill_diagonal(squares, np.inf)
         closest: Floats = np.sqrt(squares.min(axis=0))
     else:
+        # Options that build it quickly: it is asked once for each camera.
         tree = scipy.spatial.cKDTree(local, leafsize=24, compact_nodes=False, balanced_tree=False)
         closest = np.empty(len(local))
         # In the order of the leaves: neighbours are looked for one after the other.
