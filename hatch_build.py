@@ -1,4 +1,4 @@
-"""Compile ``alignscores/kernel.c`` where there is a C compiler.
+"""Compile ``alignscores/registration/kernel.c`` where there is a C compiler.
 
 Without one the package is pure Python, with the same results to the last bit.
 """
@@ -24,7 +24,7 @@ class KernelHook(BuildHookInterface):  # type: ignore[type-arg]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Compile; whatever goes wrong there is no reason not to install."""
-        source = Path(self.root, "alignscores", "kernel.c")
+        source = Path(self.root, "alignscores", "registration", "kernel.c")
         # By this name kernel.py knows that it is of this source.
         name = f"kernel-{sha256(source.read_bytes()).hexdigest()[:16]}.so"
         self.folder = TemporaryDirectory()  # until the wheel is built
@@ -38,7 +38,7 @@ class KernelHook(BuildHookInterface):  # type: ignore[type-arg]
             self.app.display_warning(f"alignscores is installed without its kernel: {reason}")
             return
         if version != "editable":
-            build_data["force_include"][str(library)] = f"alignscores/{name}"
+            build_data["force_include"][str(library)] = f"alignscores/registration/{name}"
             portable = "manylinux", "musllinux"  # which a wheel must be made to be
             platform = next(tag for tag in platform_tags() if not tag.startswith(portable))
             build_data.update(pure_python=False, tag=f"py3-none-{platform}")

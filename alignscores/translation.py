@@ -9,8 +9,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from .histogram import AlignmentScore, equal_steps
-from .refinement import refined
-from .registration import Registration, pcr99
+from .registration import REGISTRATIONS, Registration
 from .similarity import Similarity
 from .validation import (
     AlignmentWarning,
@@ -28,7 +27,6 @@ Seed = int | np.random.SeedSequence | np.random.Generator | None
 
 FARTHEST = 1e300  # leaves room for sums and differences
 FEW = 128  # up to so many cameras all distances are computed sooner than a tree is searched
-REGISTRATIONS: dict[str, Registration] = {"pcr99": pcr99, "refined": refined}
 
 
 @dataclass(frozen=True, eq=False)

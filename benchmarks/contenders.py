@@ -8,7 +8,8 @@ from unittest.mock import patch
 
 import numpy as np
 
-from alignscores import kernel, pas, ras, tas
+from alignscores import pas, ras, tas
+from alignscores.registration import kernel
 from baselines import ate, dte, maa
 from experiments.cameras import Scene, make_scene
 

@@ -13,7 +13,7 @@ from hydra.errors import HydraException
 from omegaconf import MISSING, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from alignscores.translation import REGISTRATIONS
+from alignscores.registration import REGISTRATIONS
 
 from .command import CommandError
 from .errors import ERRORS

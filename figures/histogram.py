@@ -3,7 +3,7 @@
 from matplotlib.figure import Figure
 
 from alignscores import PASResult, pas
-from alignscores.plots import score_panel
+from alignscores.cli.plots import score_panel
 from experiments.config import Config
 from experiments.sweep import Cell, draw_scene, trial_seeds
 

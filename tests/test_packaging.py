@@ -51,6 +51,7 @@ def test_all_that_is_declared_has_a_lower_bound(declared):
     assert [one for one in own if ">=" not in one] == []
 
 
+KERNEL = "alignscores/registration"  # the folder of the kernel
 COMPILES = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 
 
@@ -63,7 +64,7 @@ def checkout(tmp_path):
         shutil.copy(ROOT / name, copy)
     leave = shutil.ignore_patterns("kernel-*.so", "__pycache__")
     shutil.copytree(ROOT / "alignscores", copy / "alignscores", ignore=leave)
-    (copy / "alignscores" / "kernel-0123456789abcdef.so").touch()
+    (copy / KERNEL / "kernel-0123456789abcdef.so").touch()
     return copy
 
 
@@ -81,14 +82,15 @@ def build(checkout, version="standard", **environment):
 def kernels(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     assert {name.split("/")[0].split("-")[0] for name in names} == {"alignscores"}
-    assert "alignscores/kernel.c" in names
+    assert f"{KERNEL}/kernel.c" in names
     return [name for name in names if name.endswith(".so")]
 
 
 LOADED = """
 import sys
 sys.path.insert(0, {place!r})
-from alignscores import kernel, tas
+from alignscores import tas
+from alignscores.registration import kernel
 print(kernel.__file__.startswith({place!r}), kernel.LIBRARY is not None)
 gt = [[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]]
 print(tas(gt, gt).score)
@@ -138,17 +140,17 @@ def test_wheel_without_a_compiler(checkout, tmp_path, compiler):
 def test_editable_installation(checkout):
     """The kernel of this source is in the checkout, those of others are gone, if all went well."""
     build(checkout, "editable")
-    (library,) = (checkout / "alignscores").glob("kernel-*")
+    (library,) = (checkout / KERNEL).glob("kernel-*")
     assert loaded(checkout) == ["True", "True"]
     build(checkout, "editable", CC="false")  # as good as before
-    assert list((checkout / "alignscores").glob("kernel-*")) == [library]
+    assert list((checkout / KERNEL).glob("kernel-*")) == [library]
 
 
 @COMPILES
 def test_kernel_of_another_source_is_not_loaded(checkout):
     """As after an update of a checkout, until it is installed again."""
     build(checkout, "editable")
-    with (checkout / "alignscores" / "kernel.c").open("a") as source:
+    with (checkout / KERNEL / "kernel.c").open("a") as source:
         source.write("/* changed */\n")
     assert loaded(checkout) == ["True", "False"]
     build(checkout, "editable")
@@ -159,6 +161,6 @@ def test_kernel_of_another_source_is_not_loaded(checkout):
 def test_kernel_that_cannot_be_loaded(checkout, name):
     """One for another platform, or Python files that were bundled alone."""
     build(checkout, "editable")
-    for path in (checkout / "alignscores").glob(name):
+    for path in (checkout / KERNEL).glob(name):
         path.write_text("not a library") if path.suffix == ".so" else path.unlink()
     assert loaded(checkout) == ["True", "False"]

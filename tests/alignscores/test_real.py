@@ -13,11 +13,11 @@ import pytest
 from evo.core import sync
 from evo.tools import file_interface
 
-from alignscores.association import match
 from alignscores.cli import main
-from alignscores.conventions import find_convention, seem_swapped
-from alignscores.evo import PAS, RAS, TAS
-from alignscores.io import read_kitti, read_tum
+from alignscores.trajectories.association import match
+from alignscores.trajectories.conventions import find_convention, seem_swapped
+from alignscores.trajectories.evo import PAS, RAS, TAS
+from alignscores.trajectories.files import read_kitti, read_tum
 
 
 class Pair(NamedTuple):

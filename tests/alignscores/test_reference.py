@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import ks_2samp
 
 from alignscores import AlignmentScore, AlignmentWarning, closest_pair_quartile, ras, tas
-from alignscores.kernel import three_point_similarities
+from alignscores.registration.kernel import three_point_similarities
 
 Floats = NDArray[np.float64]
 Runs = Callable[[Any], tuple[Floats, Floats]]

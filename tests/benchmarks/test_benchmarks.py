@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alignscores import kernel
+from alignscores.registration import kernel
 from benchmarks import __main__ as benchmarks
 from benchmarks.contenders import METRICS, UNCOMPILED, contenders, scene
 from benchmarks.floor import compiled_loop, counter

@@ -1,4 +1,4 @@
-"""The functions of `alignscores.hypotheses`, compiled where the installation found a C compiler.
+"""The functions of `hypotheses`, compiled where the installation found a C compiler.
 
 Arguments and results are the same, to the last bit; only the time differs.
 """
@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..similarity import PARALLEL
 from . import hypotheses
-from .similarity import PARALLEL
 
 __all__ = ["LIBRARY", "cheapest", "compiled", "similar_triplets", "three_point_similarities"]
 

@@ -8,7 +8,7 @@ from evo.core.trajectory import PosePath3D
 from evo.tools import file_interface
 
 from alignscores import pas
-from alignscores.evo import PAS, RAS, TAS
+from alignscores.trajectories.evo import PAS, RAS, TAS
 
 
 @pytest.fixture

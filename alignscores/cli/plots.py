@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike, NDArray
 
-from .association import Matches
-from .pose import PASResult
+from ..pose import PASResult
+from ..trajectories.association import Matches
 
 __all__ = ["score_figure", "score_panel", "trajectory_panel"]
 
@@ -63,9 +63,9 @@ def score_figure(
     --------
     >>> import numpy as np
     >>> from alignscores import pas
-    >>> from alignscores.association import match
-    >>> from alignscores.io import Trajectory
-    >>> from alignscores.plots import score_figure
+    >>> from alignscores.trajectories.association import match
+    >>> from alignscores.trajectories.files import Trajectory
+    >>> from alignscores.cli.plots import score_figure
     >>> poses = np.tile(np.eye(4), (20, 1, 1))
     >>> poses[:, :3, 3] = np.random.default_rng(0).random((20, 3))
     >>> trajectory = Trajectory(np.arange(20), poses)

@@ -12,9 +12,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from ..similarity import Similarity, weighted_similarities
 from .kernel import three_point_similarities
-from .registration import component_first, prescreened_triplets
-from .similarity import Similarity, weighted_similarities
+from .pcr99 import component_first, prescreened_triplets
 
 __all__ = ["refined"]
 
@@ -83,7 +83,7 @@ def refined(
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.refinement import refined
+    >>> from alignscores.registration import refined
     >>> rng = np.random.default_rng(0)
     >>> gt = rng.normal(size=(30, 3))
     >>> est = 2.0 * gt + [1.0, 2.0, 3.0]

@@ -3,10 +3,10 @@ import pytest
 from matplotlib.figure import Figure
 
 from alignscores import AlignmentWarning, pas
-from alignscores.association import match
+from alignscores.cli.plots import score_figure, score_panel, trajectory_panel
 from alignscores.histogram import AlignmentScore
-from alignscores.io import read_kitti
-from alignscores.plots import score_figure, score_panel, trajectory_panel
+from alignscores.trajectories.association import match
+from alignscores.trajectories.files import read_kitti
 
 
 @pytest.mark.parametrize("errors", [[0.0] * 37, [0.35, 0.5, 2.0], [np.inf] * 5])

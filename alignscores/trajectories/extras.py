@@ -28,7 +28,7 @@ def require(module: str, extra: str) -> Any:
 
     Examples
     --------
-    >>> from alignscores.extras import require
+    >>> from alignscores.trajectories.extras import require
     >>> require("no_such_package.io", "files")
     Traceback (most recent call last):
     ModuleNotFoundError: no_such_package is not installed: pip install "alignscores[files]"

@@ -12,7 +12,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from .similarity import common_normal, cross, dot
+from ..similarity import common_normal, cross, dot
 
 __all__ = ["cheapest", "similar_triplets", "three_point_similarities"]
 
@@ -49,7 +49,7 @@ def similar_triplets(gt: Floats, est: Floats, triplets: Indices, factor: float) 
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.hypotheses import similar_triplets
+    >>> from alignscores.registration.hypotheses import similar_triplets
     >>> gt = np.array([[0.0, 1.0, 0.0, 5.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
     >>> est = 2 * gt
     >>> est[0, 3] = 0.3
@@ -106,7 +106,7 @@ def three_point_similarities(
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.hypotheses import three_point_similarities
+    >>> from alignscores.registration.hypotheses import three_point_similarities
     >>> gt = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
     >>> triplets = np.array([[0], [1], [2]])
     >>> scale, _, translation, flat = three_point_similarities(gt, 2 * gt + 1, triplets)
@@ -191,7 +191,7 @@ def cheapest(
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.hypotheses import cheapest
+    >>> from alignscores.registration.hypotheses import cheapest
     >>> gt = np.array([[0.0, 1.0, 2.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
     >>> similarities = np.array([1.0, 2.0]), np.array(2 * [np.eye(3)]), np.zeros((2, 3))
     >>> cheapest(gt, 2 * gt, *similarities, flat=np.zeros(2, bool), order=3, tie=0.0)

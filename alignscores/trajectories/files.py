@@ -20,8 +20,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from ..validation import finite_rows
 from .extras import require
-from .validation import finite_rows
 
 __all__ = [
     "FileError",
@@ -106,7 +106,7 @@ def read_tum(path: FilePath, *, complete: bool = False) -> Trajectory:
     Examples
     --------
     >>> import pathlib, tempfile
-    >>> from alignscores.io import read_tum
+    >>> from alignscores.trajectories.files import read_tum
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = pathlib.Path(folder, "estimate.txt")
     ...     _ = path.write_text("# a comment\n0.5 1 2 3 0 0 0 1\n")
@@ -242,7 +242,7 @@ def nearest_rotations(matrices: Floats) -> tuple[Floats, Floats]:
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.io import nearest_rotations
+    >>> from alignscores.trajectories.files import nearest_rotations
     >>> rotations, deviation = nearest_rotations(np.array([[[1, 0.01, 0], [0, 1, 0], [0, 0, 1]]]))
     >>> np.allclose(rotations @ rotations.transpose(0, 2, 1), np.eye(3), atol=1e-14), deviation
     (True, array([0.01]))

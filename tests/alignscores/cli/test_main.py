@@ -16,11 +16,13 @@ from evo.tools import file_interface
 from matplotlib import pyplot
 
 import alignscores
-from alignscores import cli, pas, tas
-from alignscores.association import match
+from alignscores import pas, tas
 from alignscores.cli import main
-from alignscores.io import inverse_poses, read_kitti, read_tum
-from alignscores.report import unique_names
+from alignscores.cli.output import unique_names
+from alignscores.registration import REGISTRATIONS
+from alignscores.trajectories.association import match
+from alignscores.trajectories.conventions import Convention
+from alignscores.trajectories.files import inverse_poses, read_kitti, read_tum
 
 FILES = {
     "tum": ("tum/reference.txt", "tum/estimate.txt"),
@@ -506,7 +508,7 @@ def test_the_registration_is_named_and_a_steadier_one_pointed_to(run, score):
     assert "registration refined, seed 0" in out
     spread = {
         name: score("tum", *FILES["tum"], "--registration", name)[0]["TAS_sd"]
-        for name in cli.REGISTRATIONS
+        for name in REGISTRATIONS
     }
     assert spread["refined"] < spread["pcr99"] / 10
     assert "steadier" not in out
@@ -800,9 +802,9 @@ def test_nothing_half_written(run, tmp_path, monkeypatch):
 def test_other_warnings_pass(run, monkeypatch):
     def noisy(*arguments):
         warnings.warn("of something else", RuntimeWarning, stacklevel=1)
-        return cli.Convention()
+        return Convention()
 
-    monkeypatch.setattr(cli, "find_convention", noisy)
+    monkeypatch.setattr(sys.modules["alignscores.cli.main"], "find_convention", noisy)
     with pytest.warns(RuntimeWarning, match="of something else"):
         run("tum", *FILES["tum"])
 

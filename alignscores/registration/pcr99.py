@@ -11,16 +11,15 @@ contiguous memory.
 import sys
 from itertools import combinations
 from math import comb, inf
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..similarity import Similarity, dot
+from ..validation import check_positive
 from .kernel import cheapest, similar_triplets, three_point_similarities
-from .similarity import Similarity, dot
-from .validation import check_positive
 
-__all__ = ["Registration", "component_first", "pcr99", "prescreened_triplets"]
+__all__ = ["component_first", "pcr99", "prescreened_triplets"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -29,33 +28,6 @@ PRESCREEN_THRESHOLD = 0.1  # largest difference between the log edge ratios of a
 DRAWS_PER_HYPOTHESIS = 1000  # budget: after so many draws the hypotheses found so far are used
 MAX_BATCH = 1 << 16  # triplets drawn at once, bounds the memory
 TIE = 64 * float(np.finfo(np.float64).eps)  # of a squared error, relative to the largest |gt|^2
-
-
-class Registration(Protocol):
-    """What `tas` calls to align the estimate: any function of this signature.
-
-    It is given the cameras that were estimated, both worlds about their median and in units of
-    their spread, and settings of which it uses what it needs. It returns the alignment, from ground
-    truth to estimate (None where there is none), and the number of hypotheses it was chosen from.
-    """
-
-    def __call__(
-        self,
-        gt_positions: Floats,
-        est_positions: Floats,
-        /,
-        *,
-        order: int,
-        threshold: float,
-        n_hypotheses: int,
-        rng: np.random.Generator,
-    ) -> tuple[Similarity | None, int]:
-        """Register ``(n, 3)`` estimated positions to the ground truth.
-
-        ``order`` is m of the paper, ``threshold`` the largest error threshold in the given
-        ground-truth units.
-        """
-        ...
 
 
 def pcr99(
@@ -149,7 +121,7 @@ def component_first(gt_positions: Floats, est_positions: Floats) -> tuple[Floats
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.registration import component_first
+    >>> from alignscores.registration.pcr99 import component_first
     >>> component_first(np.zeros((5, 3)), np.ones((5, 3)))[1].shape
     (3, 5)
     """
@@ -187,7 +159,7 @@ def prescreened_triplets(
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.registration import prescreened_triplets
+    >>> from alignscores.registration.pcr99 import prescreened_triplets
     >>> gt = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
     >>> prescreened_triplets(gt, 2 * gt, 10, np.random.default_rng(0))
     array([[0, 1, 2],

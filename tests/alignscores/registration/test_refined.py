@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from alignscores import AlignmentWarning, Similarity, closest_pair_quartile, pas, tas
-from alignscores.kernel import three_point_similarities
-from alignscores.refinement import (
+from alignscores.registration.kernel import three_point_similarities
+from alignscores.registration.pcr99 import pcr99, prescreened_triplets
+from alignscores.registration.refined import (
     RESOLUTION,
     TOLERANCE,
     _cheapest,
@@ -22,7 +23,6 @@ from alignscores.refinement import (
     _residual_matrices,
     refined,
 )
-from alignscores.registration import pcr99, prescreened_triplets
 
 Floats = NDArray[np.float64]
 Cloud = Callable[[str, int, int], Floats]

@@ -25,7 +25,7 @@ from itertools import permutations, product
 import numpy as np
 from numpy.typing import NDArray
 
-from .averaging import (
+from ..averaging import (
     angles_and_axes,
     chordal_mean,
     project_to_rotation,
@@ -33,10 +33,10 @@ from .averaging import (
     rotation_from_vector,
     tlud_mean,
 )
-from .io import Trajectory, inverse_poses
-from .registration import pcr99
-from .translation import _localise
-from .validation import finite_rows
+from ..registration import pcr99
+from ..translation import _localise
+from ..validation import finite_rows
+from .files import Trajectory, inverse_poses
 
 __all__ = ["Convention", "describe_rotation", "find_convention", "seem_swapped", "turn_cameras"]
 
@@ -125,7 +125,7 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     --------
     >>> import numpy as np
     >>> from scipy.spatial.transform import Rotation
-    >>> from alignscores.conventions import describe_rotation, find_convention
+    >>> from alignscores.trajectories.conventions import describe_rotation, find_convention
     >>> rng = np.random.default_rng(0)
     >>> gt = np.tile(np.eye(4), (50, 1, 1))
     >>> gt[:, :3, :3] = Rotation.random(50, rng=rng).as_matrix()

@@ -8,7 +8,7 @@ Examples
 >>> import numpy as np
 >>> from evo.core.metrics import StatisticsType
 >>> from evo.core.trajectory import PosePath3D
->>> from alignscores.evo import PAS
+>>> from alignscores.trajectories.evo import PAS
 >>> rng = np.random.default_rng(0)
 >>> poses = np.tile(np.eye(4), (40, 1, 1))
 >>> poses[:, :3, 3] = rng.random((40, 3))
@@ -26,12 +26,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..histogram import AlignmentScore
+from ..pose import PASResult, pas
+from ..rotation import ras
+from ..translation import tas
 from .extras import require
-from .histogram import AlignmentScore
-from .io import nearest_rotations
-from .pose import PASResult, pas
-from .rotation import ras
-from .translation import tas
+from .files import nearest_rotations
 
 PE: Any = require("evo.core.metrics", "files").PE
 MetricsException: Any = require("evo.core.metrics", "files").MetricsException

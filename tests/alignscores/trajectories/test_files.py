@@ -6,7 +6,7 @@ import pycolmap
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores.io import (
+from alignscores.trajectories.files import (
     FileError,
     TrajectoryWarning,
     inverse_poses,

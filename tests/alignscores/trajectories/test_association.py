@@ -3,8 +3,8 @@ import pytest
 from evo.core.sync import associate_trajectories
 from evo.core.trajectory import PoseTrajectory3D
 
-from alignscores.association import coverage, in_order, match
-from alignscores.io import Trajectory, TrajectoryWarning
+from alignscores.trajectories.association import coverage, in_order, match
+from alignscores.trajectories.files import Trajectory, TrajectoryWarning
 
 
 def trajectory(keys):

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from alignscores import hypotheses, kernel, similarity
-from alignscores.registration import pcr99
+from alignscores import similarity
+from alignscores.registration import hypotheses, kernel, pcr99
 
 Floats = NDArray[np.float64]
 Scene = Callable[[int, int, float, int], tuple[Floats, Floats]]

@@ -11,10 +11,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from alignscores import hypotheses, kernel
-from alignscores.kernel import cheapest, three_point_similarities
-from alignscores.refinement import refined
-from alignscores.registration import pcr99, prescreened_triplets
+from alignscores.registration import hypotheses, kernel, refined
+from alignscores.registration.kernel import cheapest, three_point_similarities
+from alignscores.registration.pcr99 import pcr99, prescreened_triplets
 
 Floats = NDArray[np.float64]
 Scene = Callable[[int, int, float, int], tuple[Floats, Floats]]

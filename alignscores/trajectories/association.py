@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..validation import finite_rows
 from .extras import require
-from .io import LATEST, Trajectory, TrajectoryWarning
-from .validation import finite_rows
+from .files import LATEST, Trajectory, TrajectoryWarning
 
 __all__ = ["MISSING", "Matches", "coverage", "in_order", "match"]
 
@@ -73,7 +73,7 @@ def match(
     Parameters
     ----------
     reference, estimate : Trajectory
-        What two readers of `alignscores.io` returned.
+        What two readers of `alignscores.trajectories.files` returned.
     missing : {"ignore", "fail"}
         Whether reference poses without an estimated pose are left out, or kept as failures.
     t_max_diff : float
@@ -102,8 +102,8 @@ def match(
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.association import match
-    >>> from alignscores.io import Trajectory
+    >>> from alignscores.trajectories.association import match
+    >>> from alignscores.trajectories.files import Trajectory
     >>> reference = Trajectory(np.array(["a", "b", "c"]), np.tile(np.eye(4), (3, 1, 1)))
     >>> estimate = Trajectory(np.array(["c", "x", "a"]), np.tile(np.eye(4), (3, 1, 1)))
     >>> matches = match(reference, estimate, missing="fail")
@@ -147,7 +147,7 @@ def in_order(reference: Trajectory) -> Trajectory:
     Parameters
     ----------
     reference : Trajectory
-        What a reader of `alignscores.io` returned.
+        What a reader of `alignscores.trajectories.files` returned.
 
     Returns
     -------
@@ -163,8 +163,8 @@ def in_order(reference: Trajectory) -> Trajectory:
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.association import in_order
-    >>> from alignscores.io import Trajectory
+    >>> from alignscores.trajectories.association import in_order
+    >>> from alignscores.trajectories.files import Trajectory
     >>> in_order(Trajectory(np.array([0.0, 0.1, 0.2]), np.tile(np.eye(4), (3, 1, 1)))).keys
     array([0. , 0.1, 0.2])
     """
@@ -194,8 +194,8 @@ def coverage(reference: Trajectory, matches: Matches) -> float:
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.association import coverage, match
-    >>> from alignscores.io import Trajectory
+    >>> from alignscores.trajectories.association import coverage, match
+    >>> from alignscores.trajectories.files import Trajectory
     >>> reference = Trajectory(np.arange(100) / 10, np.tile(np.eye(4), (100, 1, 1)))
     >>> rows = np.r_[:30, 70:100]
     >>> estimate = Trajectory(reference.keys[rows], reference.poses[rows])

@@ -14,17 +14,20 @@ from typing import Any
 
 import numpy as np
 
-from . import __version__
-from .association import MISSING, Matches, coverage, in_order, match
-from .conventions import (
+from .. import __version__
+from ..pose import PASResult, pas
+from ..registration import REGISTRATIONS
+from ..similarity import Similarity
+from ..trajectories.association import MISSING, Matches, coverage, in_order, match
+from ..trajectories.conventions import (
     Convention,
     describe_rotation,
     find_convention,
     seem_swapped,
     turn_cameras,
 )
-from .extras import require
-from .io import (
+from ..trajectories.extras import require
+from ..trajectories.files import (
     FileError,
     Trajectory,
     TrajectoryWarning,
@@ -35,11 +38,9 @@ from .io import (
     read_nerf,
     read_tum,
 )
-from .pose import PASResult, pas
-from .report import Scored, as_json, save_evo_results, save_figure, table, unique_names
-from .similarity import Similarity
-from .translation import REGISTRATIONS, closest_pair_quartile, tas
-from .validation import AlignmentWarning, finite_rows
+from ..translation import closest_pair_quartile, tas
+from ..validation import AlignmentWarning, finite_rows
+from .output import Scored, as_json, save_evo_results, save_figure, table, unique_names
 
 __all__ = ["main"]
 

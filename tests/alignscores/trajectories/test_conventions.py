@@ -5,13 +5,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import ras
-from alignscores.conventions import (
+from alignscores.trajectories.conventions import (
     describe_rotation,
     find_convention,
     seem_swapped,
     turn_cameras,
 )
-from alignscores.io import Trajectory, inverse_poses
+from alignscores.trajectories.files import Trajectory, inverse_poses
 
 OPENGL = np.diag([1.0, -1.0, -1.0])
 BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .association import Matches
-from .extras import require
-from .pose import PASResult
+from ..pose import PASResult
+from ..trajectories.association import Matches
+from ..trajectories.extras import require
 
 __all__ = ["Scored", "as_json", "save_evo_results", "save_figure", "table", "unique_names"]
 
@@ -134,7 +134,7 @@ def unique_names(files: Sequence[str]) -> list[str]:
 
     Examples
     --------
-    >>> from alignscores.report import unique_names
+    >>> from alignscores.cli.output import unique_names
     >>> unique_names(["a/orb.txt", "a/traj.txt", "b/traj.txt"])
     ['orb.txt', 'a/traj.txt', 'b/traj.txt']
     """
@@ -178,7 +178,7 @@ def save_evo_results(
         The files.
     """
     file_interface = require("evo.tools.file_interface", "files")
-    from .evo import PAS  # needs evo
+    from ..trajectories.evo import PAS  # needs evo
 
     files: dict[Path, bytes] = {}
     flat_names = dict(zip(names, _numbered([n.replace("/", "_") for n in names]), strict=True))

@@ -1,0 +1,48 @@
+"""Robust registration of camera positions (section 3, step 2): the paper's and a refined one.
+
+A registration is any function of the signature of `Registration`; `REGISTRATIONS` holds those that
+`tas` knows by name.
+"""
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..similarity import Similarity
+from .pcr99 import pcr99
+from .refined import refined
+
+__all__ = ["REGISTRATIONS", "Registration", "pcr99", "refined"]
+
+Floats = NDArray[np.float64]
+
+
+class Registration(Protocol):
+    """What `tas` calls to align the estimate: any function of this signature.
+
+    It is given the cameras that were estimated, both worlds about their median and in units of
+    their spread, and settings of which it uses what it needs. It returns the alignment, from ground
+    truth to estimate (None where there is none), and the number of hypotheses it was chosen from.
+    """
+
+    def __call__(
+        self,
+        gt_positions: Floats,
+        est_positions: Floats,
+        /,
+        *,
+        order: int,
+        threshold: float,
+        n_hypotheses: int,
+        rng: np.random.Generator,
+    ) -> tuple[Similarity | None, int]:
+        """Register ``(n, 3)`` estimated positions to the ground truth.
+
+        ``order`` is m of the paper, ``threshold`` the largest error threshold in the given
+        ground-truth units.
+        """
+        ...
+
+
+REGISTRATIONS: dict[str, Registration] = {"pcr99": pcr99, "refined": refined}
