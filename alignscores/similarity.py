@@ -7,14 +7,24 @@ from numpy.typing import ArrayLike, NDArray
 
 from .validation import check_positions, check_same_length, check_weights
 
-__all__ = ["Similarity", "common_normal", "cross", "dot", "weighted_similarities"]
+__all__ = [
+    "FARTHEST_SQUARABLE",
+    "FARTHEST_SUMMABLE",
+    "Similarity",
+    "common_normal",
+    "cross",
+    "dot",
+    "least_squares_rmse",
+    "weighted_similarities",
+]
 
 Floats = NDArray[np.float64]
 
-FARTHEST = 1e300  # leaves room for sums and differences
-BLOCK = 128  # cameras summed at once
-LINE = 1e-9  # relative second singular value, below which the moments are those of a line
-PARALLEL = 1e-6  # sine of an angle, below which two directions have no usable normal
+FARTHEST_SUMMABLE = 1e300  # sums and differences of coordinates beyond may overflow
+FARTHEST_SQUARABLE = 1e100  # squares of coordinates beyond, and their sums, may overflow
+BLOCK = 128  # cameras summed in one matrix product
+LINE = 1e-9  # ratio of second to first singular value below which the cameras lie on a line
+PARALLEL = 1e-6  # sine of an angle below which two directions have no usable normal
 SMALLEST = float(np.finfo(np.float64).tiny)
 
 
@@ -101,9 +111,9 @@ class Similarity:
         check_same_length(gt, est, "gt_positions", "est_positions")
         w = np.ones(len(gt)) if weights is None else check_weights(weights, len(gt))
         counted = w > 0
-        gt, gt_origin, gt_extent = _normalise(gt[counted])
-        est, est_origin, est_extent = _normalise(est[counted])
-        with np.errstate(all="ignore"):  # where nothing fits, the scale is not finite
+        gt, gt_origin, gt_extent = _unit_extent(gt[counted])
+        est, est_origin, est_extent = _unit_extent(est[counted])
+        with np.errstate(all="ignore"):  # where nothing fits, the scale is NaN or infinite
             scales, rotations, translations = weighted_similarities(
                 gt, est, w[None, counted] / w.max()
             )
@@ -149,10 +159,42 @@ class Similarity:
         (n,) ndarray
             ``|| (est - translation) / scale - rotation @ gt ||`` in ground-truth units.
         """
-        with np.errstate(over="ignore"):  # farther than the largest number: infinitely far
+        with np.errstate(over="ignore"):  # beyond the largest number: infinitely far
             aligned = (est_positions - self.translation) / self.scale
             errors: Floats = np.linalg.norm(aligned - gt_positions @ self.rotation.T, axis=1)
         return errors
+
+
+def least_squares_rmse(gt_positions: Floats, est_positions: Floats) -> float:
+    """Root mean square of the position errors after the least-squares alignment: the ATE.
+
+    Parameters
+    ----------
+    gt_positions, est_positions : (n, 3) array
+        Finite camera centres in the ground-truth and in the estimated world.
+
+    Returns
+    -------
+    float
+        The RMSE in ground-truth units; infinite where the squares overflow.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed, or no similarity is the best; see `Similarity.fit`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.similarity import least_squares_rmse
+    >>> gt = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
+    >>> least_squares_rmse(gt, [5.0, 0.0, 0.0] + 2 * gt)
+    0.0
+    """
+    alignment = Similarity.fit(gt_positions, est_positions)
+    errors = alignment.position_errors(gt_positions, est_positions)
+    with np.errstate(over="ignore"):
+        return float(np.sqrt(np.mean(errors**2)))
 
 
 def weighted_similarities(
@@ -193,10 +235,10 @@ def weighted_similarities(
     (array([4.]), array([[0., 0., 0.]]))
     """
     weights = weights / np.maximum(weights.sum(axis=1, keepdims=True), SMALLEST)
-    values = np.empty((24, len(gt)))  # coordinates of both, and products with those of the estimate
+    values = np.empty((24, len(gt)))  # 6 coordinates of both worlds, 18 products with the estimate
     both, products = values[:6], values[6:].reshape(3, 6, -1)
     both[:3], both[3:] = gt.T, est.T
-    # About the mean over all rows first: where they agree, the moments lose no digits.
+    # Relative to the mean over all rows of weights, so that the moments lose few digits.
     origin = np.einsum("n,kn->k", weights.sum(axis=0) / len(weights), both)
     both -= origin[:, None]
     np.multiply(both[3:, None], both, out=products)
@@ -205,7 +247,7 @@ def weighted_similarities(
     covariance = moments[:, 6:].reshape(-1, 3, 6) - means[:, 3:, None] * means[:, None]
     u, correlation, vt = np.linalg.svd(covariance[:, :, :3])
     line = correlation[:, 1] <= LINE * correlation[:, 0]
-    if line.any():  # where the spin about it is free: the smallest rotation, not rounding's choice
+    if line.any():  # the spin about it is free: take the smallest rotation, not what rounding gives
         u[line], vt[line] = _line_frames(u[line, :, 0].T, vt[line, 0].T)
     handedness = np.sign(np.linalg.det(u @ vt))
     u[:, :, 2] *= handedness[:, None]
@@ -213,8 +255,8 @@ def weighted_similarities(
     rotation = u @ vt
     scale = np.einsum("hii->h", covariance[:, :, 3:]) / correlation.sum(axis=1)
     means += origin
-    moved = (rotation @ means[:, :3, None])[..., 0]
-    return scale, rotation, means[:, 3:] - scale[:, None] * moved
+    rotated = (rotation @ means[:, :3, None])[..., 0]
+    return scale, rotation, means[:, 3:] - scale[:, None] * rotated
 
 
 def _line_frames(gt: Floats, est: Floats) -> tuple[Floats, Floats]:
@@ -293,9 +335,9 @@ def _weighted_sums(weights: Floats, values: Floats) -> Floats:
     return np.asarray(sum(weights[:, block] @ values[:, block].T for block in blocks))
 
 
-def _normalise(positions: Floats) -> tuple[Floats, Floats, np.float64]:
-    """Return positions relative to the first, in units of their extent, with both."""
-    positions = np.clip(positions, -FARTHEST, FARTHEST)
+def _unit_extent(positions: Floats) -> tuple[Floats, Floats, np.float64]:
+    """Return positions relative to the first, in units of their extent, with first and extent."""
+    positions = np.clip(positions, -FARTHEST_SUMMABLE, FARTHEST_SUMMABLE)
     local = positions - positions[0]
     extent = np.abs(local).max()
     return local / extent if extent > 0 else local, positions[0], extent

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .histogram import AlignmentScore, equal_steps
 from .registration import REGISTRATIONS, Registration
-from .similarity import Similarity
+from .similarity import FARTHEST_SUMMABLE, Similarity
 from .validation import (
     AlignmentWarning,
     check_positions,
@@ -19,14 +19,13 @@ from .validation import (
     finite_rows,
 )
 
-__all__ = ["TASResult", "closest_pair_distances", "closest_pair_quartile", "tas"]
+__all__ = ["TASResult", "closest_pair_distances", "closest_pair_quartile", "normalise", "tas"]
 
 Floats = NDArray[np.float64]
-Located = tuple[Floats, Floats, float]  # local positions, their origin and unit; see `_localise`
+Normalised = tuple[Floats, Floats, float]  # positions, their origin and unit; see `normalise`
 Seed = int | np.random.SeedSequence | np.random.Generator | None
 
-FARTHEST = 1e300  # leaves room for sums and differences
-FEW = 128  # up to so many cameras all distances are computed sooner than a tree is searched
+FEW = 128  # up to so many cameras it is faster to compute all distances than to search a tree
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,21 +177,21 @@ def tas(
         generator = np.random.default_rng(rng)
     except (TypeError, ValueError) as error:
         raise ValueError(f"rng must be a seed or a Generator, not {rng!r}: {error}") from None
-    located = _localise(gt)
+    normalised_gt = normalise(gt)
     if unit is None:
-        unit = _quartile(located)
+        unit = _quartile(normalised_gt)
     check_positive(unit, "unit")
     thresholds = unit * equal_steps(max_threshold, n_thresholds, "max_threshold")
 
     estimated = finite_rows(est)
     errors = np.full(len(gt), np.inf)
     if 0 < np.count_nonzero(estimated) < len(gt):
-        located = _localise(gt[estimated])
+        normalised_gt = normalise(gt[estimated])
     alignment, errors[estimated], n_used = _register(
-        located,
+        normalised_gt,
         est[estimated],
         register,
-        order=max(4, (len(gt) + 5) // 10),
+        rank=max(4, (len(gt) + 5) // 10),
         threshold=float(thresholds[-1]),
         n_hypotheses=int(n_hypotheses),
         rng=generator,
@@ -243,19 +242,19 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
     >>> closest_pair_quartile([[0, 0, 0], [1, 0, 0], [3, 0, 0], [7, 0, 0]])
     2.0
     """
-    return _quartile(_localise(check_positions(gt_positions, "gt_positions", complete=True)))
+    return _quartile(normalise(check_positions(gt_positions, "gt_positions", complete=True)))
 
 
-def _quartile(located: Located) -> float:
-    """Return d of localised positions."""
-    n = len(located[0])
+def _quartile(normalised_gt: Normalised) -> float:
+    """Return d of normalised positions, in the unit that they had before."""
+    n = len(normalised_gt[0])
     if n < 4:
         raise ValueError(
             f"TAS needs at least 4 ground-truth cameras to derive its unit, but there are {n}; "
             "pass unit= to set it by hand"
         )
     rank = (3 * n + 3) // 4
-    d = float(np.partition(_closest_pair_distances(located), rank - 1)[rank - 1])
+    d = float(np.partition(_closest_pair_distances(normalised_gt), rank - 1)[rank - 1])
     if d == 0:
         raise ValueError(
             "TAS has no unit: at least three quarters of the cameras in gt_positions coincide with "
@@ -284,21 +283,21 @@ def closest_pair_distances(gt_positions: Floats) -> Floats:
     >>> closest_pair_distances(np.array([[0.0, 0, 0], [1, 0, 0], [3, 0, 0]]))
     array([1., 1., 2.])
     """
-    return _closest_pair_distances(_localise(gt_positions))
+    return _closest_pair_distances(normalise(gt_positions))
 
 
-def _closest_pair_distances(located: Located) -> Floats:
-    """Return the distances in the unit that the positions had before."""
-    local, _, unit = located
+def _closest_pair_distances(normalised_gt: Normalised) -> Floats:
+    """Return the distances of normalised positions, in the unit that they had before."""
+    local, _, unit = normalised_gt
     if len(local) <= FEW:
         squares: Floats = scipy.spatial.distance.cdist(local, local, "sqeuclidean")
         np.fill_diagonal(squares, np.inf)
         closest: Floats = np.sqrt(squares.min(axis=0))
     else:
-        # Options that build it quickly: it is asked once for each camera.
+        # Options that build the tree quickly, since it is searched only once for each camera.
         tree = scipy.spatial.cKDTree(local, leafsize=24, compact_nodes=False, balanced_tree=False)
         closest = np.empty(len(local))
-        # In the order of the leaves: neighbours are looked for one after the other.
+        # In the order of the leaves, so that successive searches visit the same part of the tree.
         closest[tree.indices] = tree.query(local[tree.indices], k=[2])[0][:, 0]
     with np.errstate(over="ignore"):
         distances: Floats = unit * closest
@@ -318,25 +317,25 @@ def _registration(registration: str | Registration) -> tuple[Registration, str]:
 
 
 def _register(
-    located: Located,
+    normalised_gt: Normalised,
     est: Floats,
     register: Registration,
     *,
-    order: int,
+    rank: int,
     threshold: float,
     n_hypotheses: int,
     rng: np.random.Generator,
 ) -> tuple[Similarity | None, Floats, int]:
     """Register finite positions; return the alignment, the errors and the number of hypotheses."""
-    gt_local, gt_centre, gt_unit = located
+    gt_local, gt_centre, gt_unit = normalised_gt
     errors = np.full(len(est), np.inf)
     if len(est) < 3:
         return None, errors, 0
-    est_local, est_centre, est_unit = _localise(est)
+    est_local, est_centre, est_unit = normalise(est)
     registered = register(
         gt_local,
         est_local,
-        order=min(order, len(est)),
+        rank=min(rank, len(est)),
         threshold=threshold / gt_unit,
         n_hypotheses=n_hypotheses,
         rng=rng,
@@ -357,16 +356,38 @@ def _register(
     return Similarity(scale, local.rotation, translation), errors, n_used
 
 
-def _localise(positions: Floats) -> Located:
-    """Return positions about their median, in units of their spread, with the median and the unit.
+def normalise(positions: Floats) -> Normalised:
+    """Centre positions on their median and scale them by their spread.
 
-    So neither a far-off origin nor squares of very large or small numbers cost any digits. Median
-    and spread are robust: an outlier moves neither. The unit is a power of two, which rounds
-    nothing.
+    Then neither a far-off origin nor squares of very large or small numbers cost any digits. Median
+    and spread are robust: an outlier moves neither. The unit is a power of two, so that dividing by
+    it rounds nothing.
+
+    Parameters
+    ----------
+    positions : (n, 3) array
+        Finite positions.
+
+    Returns
+    -------
+    normalised : (n, 3) ndarray
+        The normalised positions: ``(positions - origin) / unit``.
+    origin : (3,) ndarray
+        The median.
+    unit : float
+        About the median distance from it along an axis; 1 where all positions coincide.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.translation import normalise
+    >>> normalised, origin, unit = normalise(np.array([[10.0, 0, 0], [14, 0, 0], [18, 0, 0]]))
+    >>> normalised[:, 0], origin, unit
+    (array([-1.,  0.,  1.]), array([14.,  0.,  0.]), 4.0)
     """
-    positions = np.clip(positions, -FARTHEST, FARTHEST)
+    positions = np.clip(positions, -FARTHEST_SUMMABLE, FARTHEST_SUMMABLE)
     centre = _middle(positions)
-    with np.errstate(over="ignore"):  # farther than the largest number: infinitely far
+    with np.errstate(over="ignore"):  # beyond the largest number: infinitely far
         local = positions - centre
         distances = np.abs(local)
         moved = distances[distances > 0]
@@ -375,6 +396,6 @@ def _localise(positions: Floats) -> Located:
 
 
 def _middle(values: Floats) -> Any:
-    """Return the middle value of each column: a median, where two in the middle need no mean."""
+    """Return the median of each column; of two middle values the upper one, not their mean."""
     middle = len(values) // 2
     return np.partition(values, middle, axis=0)[middle]

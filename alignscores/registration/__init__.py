@@ -21,8 +21,8 @@ Floats = NDArray[np.float64]
 class Registration(Protocol):
     """What `tas` calls to align the estimate: any function of this signature.
 
-    It is given the cameras that were estimated, both worlds about their median and in units of
-    their spread, and settings of which it uses what it needs. It returns the alignment, from ground
+    It is given the cameras that were estimated, each world centred on its median and scaled by its
+    spread, and settings of which it uses those that it needs. It returns the alignment, from ground
     truth to estimate (None where there is none), and the number of hypotheses it was chosen from.
     """
 
@@ -32,15 +32,15 @@ class Registration(Protocol):
         est_positions: Floats,
         /,
         *,
-        order: int,
+        rank: int,
         threshold: float,
         n_hypotheses: int,
         rng: np.random.Generator,
     ) -> tuple[Similarity | None, int]:
         """Register ``(n, 3)`` estimated positions to the ground truth.
 
-        ``order`` is m of the paper, ``threshold`` the largest error threshold in the given
-        ground-truth units.
+        ``rank`` is m of the paper, at most n; ``threshold`` is the largest error threshold in the
+        given ground-truth units.
         """
         ...
 

@@ -1,10 +1,10 @@
 """Alignments guessed from three cameras each, and the choice among them (section 3, step 2).
 
 The definition in NumPy; ``kernel.c`` computes the same, to the last bit, where it was compiled.
-Hence no einsum and no matrix product here: what order they sum in depends on the processor.
+So there is no einsum and no matrix product: the order in which they sum depends on the processor.
 
 Points are stored component first, ``(3, n)``, so that every operation runs over contiguous memory.
-What is not finite loses every comparison.
+NaN and infinity fail every comparison, so triplets and hypotheses with such numbers never win.
 """
 
 from math import inf
@@ -21,11 +21,11 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 FLAT = 1e-6  # sine of the angle at the first corner, below which a triangle has no usable normal
-CHUNK = 1 << 14  # errors evaluated at once: 128 KiB, stay in the cache
+CHUNK = 1 << 14  # errors evaluated at once: 128 KiB, which fit in the cache
 
 
 def similar_triplets(gt: Floats, est: Floats, triplets: Indices, factor: float) -> Indices:
-    """Tell the triplets whose squared edge ratios differ pairwise by at most a factor.
+    """Find the triplets whose squared edge ratios differ pairwise by at most a factor.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def similar_triplets(gt: Floats, est: Floats, triplets: Indices, factor: float) 
         Camera indices.
     factor : float
         Largest quotient of two squared ratios ``|est_i - est_j|^2 / |gt_i - gt_j|^2``, at least 1.
-        No factor is large enough where two of the cameras coincide.
+        Triplets with two coincident cameras never pass, whatever the factor.
 
     Returns
     -------
@@ -68,7 +68,7 @@ def similar_triplets(gt: Floats, est: Floats, triplets: Indices, factor: float) 
 
     i, j, k = triplets
     ij, ik = squared_ratios(i, j), squared_ratios(i, k)
-    similar = np.flatnonzero(alike(ij, ik))  # few are: spares the third
+    similar = np.flatnonzero(alike(ij, ik))  # few, so the third ratio is computed for these alone
     jk = squared_ratios(j[similar], k[similar])
     return similar[alike(jk, ij[similar]) & alike(jk, ik[similar])]
 
@@ -82,7 +82,7 @@ def three_point_similarities(
     second along the normal) to its frame in the estimate; scale and translation are the
     least-squares ones about the two centroids. A triangle that is flat in either world has no
     normal: its rotation is the smallest that takes one first edge to the other. The spin about the
-    line that is left open changes no position on that line.
+    line of the cameras is then arbitrary, but changes no position on that line.
 
     Parameters
     ----------
@@ -119,17 +119,17 @@ def three_point_similarities(
     frames, flat = _frames(edge_1, edge_2)
     rotation = dot(frames[:, :, None, 1], frames[:, None, :, 0])
 
-    def turned(vectors: Floats) -> Floats:
+    def rotated(vectors: Floats) -> Floats:
         return dot(rotation.swapaxes(0, 1), vectors[:, None])
 
     # Sum of b . (R a) over sum of a . a, about the centroids. R takes first axis to first axis, so
     # that three of the four products of edges follow from their lengths along these.
     (a_1, b_1), (a_2, b_2) = dot(edge_1, frames[0]), dot(edge_2, frames[0])
     a_22 = dot(edge_2[:, 0], edge_2[:, 0])
-    b_22 = dot(edge_2[:, 1], turned(edge_2[:, 0]))
+    b_22 = dot(edge_2[:, 1], rotated(edge_2[:, 0]))
     scale = (2 * (b_1 * a_1 + b_22) - b_1 * a_2 - b_2 * a_1) / (2 * (a_1 * a_1 + a_22 - a_1 * a_2))
     gt_centroid, est_centroid = ((corner + others[0] + others[1]) / 3).swapaxes(0, 1)
-    translation = est_centroid - scale * turned(gt_centroid)
+    translation = est_centroid - scale * rotated(gt_centroid)
     return scale, rotation.transpose(2, 0, 1), translation.T, flat
 
 
@@ -142,7 +142,7 @@ def _frames(edge_1: Floats, edge_2: Floats) -> tuple[Floats, Bools]:
     flat: Bools = np.any(dot(normal, normal) <= FLAT * FLAT * dot(edge_2, edge_2), axis=0)
     if flat.any():
         np.copyto(normal, common_normal(first[:, 0], first[:, 1])[:, None], where=flat)
-    normal -= dot(normal, first) * first  # an approximate normal until here
+    normal -= dot(normal, first) * first  # exactly normal to the first edge, which it was roughly
     normal /= np.sqrt(dot(normal, normal))
     frames[2] = cross(first, normal)
     return frames, flat
@@ -155,13 +155,13 @@ def cheapest(
     rotation: Floats,
     translation: Floats,
     flat: Bools,
-    order: int,
+    rank: int,
     tie: float,
 ) -> int:
-    """Index of the similarity with the smallest ``order``-th smallest squared error.
+    """Index of the similarity whose ``rank``-th smallest squared error is the smallest.
 
-    A flat triangle says nothing of the spin about its line, so it must beat all others by more than
-    rounding: on a partly straight path many similarities fit ``order`` cameras exactly.
+    A flat triangle says nothing about the spin around its line, so it must beat all others by more
+    than rounding: on a partly straight path many similarities fit ``rank`` cameras exactly.
 
     Parameters
     ----------
@@ -173,11 +173,11 @@ def cheapest(
         Similarities from ground truth to estimate.
     flat : (H,) array of bool
         Which of them come from flat triangles.
-    order : int
+    rank : int
         m of the paper, from 1 to n.
     tie : float
-        Squared errors in the ground truth that differ by no more are equal, if one is of a flat
-        triangle.
+        By how much a flat triangle's squared error, in ground-truth units, must be smaller than
+        that of the others.
 
     Returns
     -------
@@ -194,21 +194,21 @@ def cheapest(
     >>> from alignscores.registration.hypotheses import cheapest
     >>> gt = np.array([[0.0, 1.0, 2.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
     >>> similarities = np.array([1.0, 2.0]), np.array(2 * [np.eye(3)]), np.zeros((2, 3))
-    >>> cheapest(gt, 2 * gt, *similarities, flat=np.zeros(2, bool), order=3, tie=0.0)
+    >>> cheapest(gt, 2 * gt, *similarities, flat=np.zeros(2, bool), rank=3, tie=0.0)
     1
     """
     best, best_cost = 0, inf
     size = max(1, CHUNK // gt.shape[1])
     for group in (np.flatnonzero(~flat), np.flatnonzero(flat)):
         for start in range(0, len(group), size):
-            some = group[start : start + size]
-            errors = _squared_errors(gt, est, scale[some], rotation[some], translation[some])
-            cheaper = np.flatnonzero(np.count_nonzero(errors < best_cost, axis=1) >= order)
-            if cheaper.size:  # few are: spares the selection
-                costs = np.partition(errors[cheaper], order - 1, axis=1)[:, order - 1]
+            chunk = group[start : start + size]
+            errors = _squared_errors(gt, est, scale[chunk], rotation[chunk], translation[chunk])
+            cheaper = np.flatnonzero(np.count_nonzero(errors < best_cost, axis=1) >= rank)
+            if cheaper.size:  # few, so the selection is done for these alone
+                costs = np.partition(errors[cheaper], rank - 1, axis=1)[:, rank - 1]
                 first = costs.argmin()
-                best, best_cost = int(some[cheaper[first]]), float(costs[first])
-        best_cost -= tie  # for the flat ones
+                best, best_cost = int(chunk[cheaper[first]]), float(costs[first])
+        best_cost -= tie  # the flat triangles come next, and must be cheaper by more than the tie
     return best
 
 

@@ -1,7 +1,8 @@
 /* The functions of hypotheses.py, compiled: same arguments, same results to the last bit. So every
    sum has the order that it has there, and no product is fused into a sum (-ffp-contract=off).
 
-   Points are stored component first, (3, n). What is not finite loses every comparison. */
+   Points are stored component first, (3, n). NaN and infinity fail every
+   comparison, so triplets and hypotheses with such numbers never win. */
 
 #include <float.h>
 #include <math.h>
@@ -12,8 +13,8 @@
 #error "double precision must be rounded to double precision"
 #endif
 
-/* One version for each vector width: what is built on one machine is fast on another. For static
-   functions, as clang gives others another name. */
+/* One version for each vector width, so that what is built on one machine is fast on another. Only
+   for static functions: clang renames the versions of others. */
 #ifndef EVERY_WIDTH
 #define EVERY_WIDTH
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_attribute)
@@ -67,7 +68,7 @@ static inline vector cross(vector a, vector b)
     return (vector){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-static inline vector turned(matrix rotation, vector a)
+static inline vector rotated(matrix rotation, vector a)
 {
     return (vector){dot(rotation.x, a), dot(rotation.y, a), dot(rotation.z, a)};
 }
@@ -89,8 +90,8 @@ static inline int alike(double a, double b, double factor)
     return (a <= factor * b) & (b <= factor * a);
 }
 
-/* Without branches, as no processor can tell beforehand which triplets pass; and to numbers of the
-   width of those that they come from. */
+/* Without branches, since a processor cannot predict which triplets pass. The results are as wide
+   as the numbers they are computed from, so that the loop is vectorised. */
 EVERY_WIDTH
 static void mark_similar(const double *restrict gt, const double *restrict est, size_t n,
                          const ptrdiff_t *restrict first, const ptrdiff_t *restrict second,
@@ -177,12 +178,12 @@ void three_point_similarities(const double *gt, const double *est, size_t n,
 
         double a_1 = dot(a.edge_1, a.first), a_2 = dot(a.edge_2, a.first);
         double b_1 = dot(b.edge_1, b.first), b_2 = dot(b.edge_2, b.first);
-        double a_22 = dot(a.edge_2, a.edge_2), b_22 = dot(b.edge_2, turned(rotation, a.edge_2));
+        double a_22 = dot(a.edge_2, a.edge_2), b_22 = dot(b.edge_2, rotated(rotation, a.edge_2));
         double scale = (2 * (b_1 * a_1 + b_22) - b_1 * a_2 - b_2 * a_1)
                        / (2 * (a_1 * a_1 + a_22 - a_1 * a_2));
         scales[h] = scale;
         rotations[h] = rotation;
-        translations[h] = minus(b.centroid, times(scale, turned(rotation, a.centroid)));
+        translations[h] = minus(b.centroid, times(scale, rotated(rotation, a.centroid)));
     }
 }
 
@@ -190,7 +191,7 @@ static inline double squared_error(const double *gt, const double *est, size_t n
                                    double shrink, matrix rotation, vector translation)
 {
     vector aligned = times(shrink, minus(point(est, n, i), translation));
-    vector residual = minus(aligned, turned(rotation, point(gt, n, i)));
+    vector residual = minus(aligned, rotated(rotation, point(gt, n, i)));
     return dot(residual, residual);
 }
 
@@ -205,8 +206,8 @@ static size_t count_below(double bound, const double *restrict gt, const double 
     return count;
 }
 
-/* The value of this rank, from 0, by Hoare's Find. The values change their order. */
-static double ranked(double *values, size_t n, size_t rank)
+/* The value of this rank, counted from 0, by Hoare's Find, which reorders the values. */
+static double nth_smallest(double *values, size_t n, size_t rank)
 {
     ptrdiff_t low = 0, high = (ptrdiff_t)n - 1, k = (ptrdiff_t)rank;
     while (low < high) {
@@ -234,7 +235,7 @@ static double ranked(double *values, size_t n, size_t rank)
 /* `below` is room for n numbers. */
 size_t cheapest(const double *gt, const double *est, size_t n, const double *scales,
                 const matrix *rotations, const vector *translations, const bool *flat,
-                size_t n_hypotheses, size_t order, double tie, double *below)
+                size_t n_hypotheses, size_t rank, double tie, double *below)
 {
     size_t best = 0;
     double best_cost = INFINITY;
@@ -244,7 +245,7 @@ size_t cheapest(const double *gt, const double *est, size_t n, const double *sca
             const vector *translation = &translations[h];
             double shrink = 1 / scales[h];
             if (flat[h] != group
-                || count_below(best_cost, gt, est, n, shrink, rotation, translation) < order)
+                || count_below(best_cost, gt, est, n, shrink, rotation, translation) < rank)
                 continue;
             size_t count = 0;
             for (size_t i = 0; i < n; i++) {
@@ -252,10 +253,10 @@ size_t cheapest(const double *gt, const double *est, size_t n, const double *sca
                 if (error < best_cost)
                     below[count++] = error;
             }
-            best_cost = ranked(below, count, order - 1);
+            best_cost = nth_smallest(below, count, rank - 1);
             best = h;
         }
-        best_cost -= tie; /* for the flat ones */
+        best_cost -= tie; /* the flat triangles must be cheaper by more */
     }
     return best;
 }

@@ -22,7 +22,7 @@ Indices = NDArray[np.intp]
 
 
 def compiled(path: Path) -> ctypes.CDLL | None:
-    """Load the compiled kernel; None where it is not there, or is one for another platform."""
+    """Load a compiled kernel; return None where it does not exist or is for another platform."""
     try:
         library = ctypes.CDLL(str(path))
     except OSError:
@@ -39,9 +39,9 @@ def compiled(path: Path) -> ctypes.CDLL | None:
 
 
 def _installed() -> ctypes.CDLL | None:
-    """Load what ``hatch_build.py`` compiled from this very ``kernel.c``: the name says so."""
+    """Load what ``hatch_build.py`` compiled from this very ``kernel.c``, as its name says."""
     source = Path(__file__).with_name("kernel.c")
-    if not source.exists():  # somebody bundled the Python files alone
+    if not source.exists():  # only the Python files were copied, as some bundlers do
         return None
     digest = sha256(source.read_bytes()).hexdigest()[:16]
     return compiled(source.with_name(f"kernel-{digest}.so"))
@@ -87,12 +87,12 @@ def cheapest(
     rotation: Floats,
     translation: Floats,
     flat: Bools,
-    order: int,
+    rank: int,
     tie: float,
 ) -> int:
     """See `hypotheses.cheapest`."""
     if LIBRARY is None:
-        return hypotheses.cheapest(gt, est, scale, rotation, translation, flat, order, tie)
+        return hypotheses.cheapest(gt, est, scale, rotation, translation, flat, rank, tie)
     gt, est = _floats(gt), _floats(est)
     n = gt.shape[1]
     similarities = _floats(scale), _floats(rotation), _floats(translation)
@@ -100,7 +100,7 @@ def cheapest(
     below = np.empty(n)
     best = LIBRARY.cheapest(
         *(*_addresses(gt, est), n, *_addresses(*similarities, flat), len(flat)),
-        *(order, tie, *_addresses(below)),
+        *(rank, tie, *_addresses(below)),
     )
     return int(best)
 
@@ -110,5 +110,5 @@ def _floats(array: Floats) -> Floats:
 
 
 def _addresses(*arrays: NDArray[np.generic]) -> list[int]:
-    """Addresses of arrays that must live until they were used."""
+    """Return addresses of arrays, which the caller must keep alive while they are used."""
     return [array.ctypes.data for array in arrays]

@@ -25,8 +25,8 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 PRESCREEN_THRESHOLD = 0.1  # largest difference between the log edge ratios of a kept triplet
-DRAWS_PER_HYPOTHESIS = 1000  # budget: after so many draws the hypotheses found so far are used
-MAX_BATCH = 1 << 16  # triplets drawn at once, bounds the memory
+DRAWS_PER_HYPOTHESIS = 1000  # budget of draws; after it the hypotheses found so far are used
+MAX_BATCH = 1 << 16  # triplets drawn at once; bounds the memory
 TIE = 64 * float(np.finfo(np.float64).eps)  # of a squared error, relative to the largest |gt|^2
 
 
@@ -34,7 +34,7 @@ def pcr99(
     gt_positions: Floats,
     est_positions: Floats,
     *,
-    order: int,
+    rank: int,
     threshold: float = inf,
     n_hypotheses: int,
     rng: np.random.Generator,
@@ -48,18 +48,18 @@ def pcr99(
     ----------
     gt_positions, est_positions : (n, 3) array
         Finite camera centres in the ground-truth and in the estimated world.
-    order : int
+    rank : int
         m of the paper, from 1 to n: the cost of a hypothesis is its m-th smallest position error.
     threshold : float
-        Not used: taken since all registrations are called alike.
+        Not used; accepted because all registrations are called with the same arguments.
     n_hypotheses : int
         Number of prescreened triplets to collect. Where no more than so many triplets exist, all of
         them are used, each with its three possible first edges, and nothing is random.
     rng : numpy.random.Generator
         Source of the random triplets.
     prescreen : float
-        Largest difference between the log edge ratios of a triplet that is kept; infinite: all are,
-        but for those with coincident cameras.
+        Largest difference between the log edge ratios of a triplet that is kept. If infinite, all
+        triplets are kept but those with coincident cameras.
 
     Returns
     -------
@@ -71,7 +71,7 @@ def pcr99(
     Raises
     ------
     ValueError
-        Where the positions are no (n, 3) arrays of one length, or the order is none of 1 to n.
+        Where the positions are not (n, 3) arrays of one length, or the rank is not from 1 to n.
 
     Notes
     -----
@@ -90,23 +90,23 @@ def pcr99(
     >>> gt = rng.normal(size=(30, 3))
     >>> est = 2.0 * gt + [1.0, 2.0, 3.0]
     >>> est[:10] = rng.normal(size=(10, 3))
-    >>> alignment, n_used = pcr99(gt, est, order=4, n_hypotheses=100, rng=rng)
+    >>> alignment, n_used = pcr99(gt, est, rank=4, n_hypotheses=100, rng=rng)
     >>> round(alignment.scale, 6), n_used
     (2.0, 100)
     """
     gt, est = component_first(gt_positions, est_positions)
     n = gt.shape[1]
-    check_positive(order, "order", integer=True)
-    if order > n:
-        raise ValueError(f"order must be at most the number of cameras, {n}, not {order}")
-    with np.errstate(all="ignore"):  # what is not finite loses every comparison
+    check_positive(rank, "rank", integer=True)
+    if rank > n:
+        raise ValueError(f"rank must be at most the number of cameras, {n}, not {rank}")
+    with np.errstate(all="ignore"):  # NaN and infinity never win a comparison
         triplets = prescreened_triplets(gt, est, n_hypotheses, rng, prescreen)
         n_used = triplets.shape[1]
         if n_used == 0:
             return None, 0
         scale, rotation, translation, flat = three_point_similarities(gt, est, triplets)
         tie = min(TIE * float(np.max(dot(gt, gt))), sys.float_info.max)
-        best = cheapest(gt, est, scale, rotation, translation, flat, order, tie)
+        best = cheapest(gt, est, scale, rotation, translation, flat, rank, tie)
     return Similarity(float(scale[best]), rotation[best], translation[best]), n_used
 
 
@@ -116,7 +116,7 @@ def component_first(gt_positions: Floats, est_positions: Floats) -> tuple[Floats
     Raises
     ------
     ValueError
-        Where they are no (n, 3) arrays of one length: nothing after this looks.
+        Where they are not (n, 3) arrays of one length; this is not checked again later.
 
     Examples
     --------

@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..similarity import Similarity, weighted_similarities
+from ..similarity import FARTHEST_SQUARABLE, Similarity, weighted_similarities
 from .kernel import three_point_similarities
 from .pcr99 import component_first, prescreened_triplets
 
@@ -20,22 +20,21 @@ __all__ = ["refined"]
 
 Floats = NDArray[np.float64]
 
-N_STARTS = 64  # hypotheses to refine; their number is halved in each step
-N_PLACES = 4  # where most cameras stand, to be tried whatever the hypotheses are
-N_FINALISTS = 8  # so many of them are refined with all cameras
-SAMPLE = 1000  # cameras that tell good starts from bad ones
-SMALL_SAMPLE = 250  # cameras that tell hopeless hypotheses
+N_STARTS = 64  # hypotheses that are refined; their number is halved in each step
+N_CROWDED_PLACES = 4  # where most cameras stand; each is tried as a start, too
+N_FINALISTS = 8  # alignments left that are refined with all cameras
+SAMPLE = 1000  # cameras with which the starts are refined until few are left
+SMALL_SAMPLE = 250  # cameras with which hopeless hypotheses are sorted out
 RESOLUTION = 0.01  # of the largest threshold: finer differences between errors do not count
-TOLERANCE = 1e-5  # gain of a step, as a score, below which it is the last
-FARTHEST = 1e100  # squares of farther coordinates would overflow
-CHUNK = 1 << 14  # errors evaluated at once: 128 KiB, stay in the cache
+TOLERANCE = 1e-5  # gain in score; refinement ends with the first step that gains less
+CHUNK = 1 << 14  # errors evaluated at once: 128 KiB, which fit in the cache
 
 
 def refined(
     gt_positions: Floats,
     est_positions: Floats,
     *,
-    order: int = 0,
+    rank: int = 0,
     threshold: float,
     n_hypotheses: int,
     rng: np.random.Generator,
@@ -43,15 +42,15 @@ def refined(
     """Register estimated camera positions to the ground truth so that the TAS is the largest.
 
     The hypotheses are those of PCR-99. The best of them by the truncated L1 cost, and fits to the
-    places where most cameras stand, are refined by iteratively reweighted least squares; the worse
-    half is dropped in each step.
+    places where most cameras stand, are refined by iteratively reweighted least squares; in each
+    step the worse half is dropped.
 
     Parameters
     ----------
     gt_positions, est_positions : (n, 3) array
         Finite camera centres in the ground-truth and in the estimated world, near the origin.
-    order : int
-        Not used: taken since all registrations are called alike.
+    rank : int
+        Not used; accepted because all registrations are called with the same arguments.
     threshold : float
         T, the largest position error that counts, in ground-truth units.
     n_hypotheses : int
@@ -69,7 +68,7 @@ def refined(
     Raises
     ------
     ValueError
-        Where the positions are no (n, 3) arrays of one length.
+        Where the positions are not (n, 3) arrays of one length.
 
     Notes
     -----
@@ -93,21 +92,21 @@ def refined(
     (2.0, 100)
     """
     gt, est = component_first(gt_positions, est_positions)
-    threshold = min(max(threshold, 1 / FARTHEST), FARTHEST)
-    with np.errstate(all="ignore"):  # what is not finite loses every comparison
+    threshold = min(max(threshold, 1 / FARTHEST_SQUARABLE), FARTHEST_SQUARABLE)
+    with np.errstate(all="ignore"):  # NaN and infinity never win a comparison
         triplets = prescreened_triplets(gt, est, n_hypotheses, rng)
         n_used = triplets.shape[1]
         if n_used == 0:
             return None, 0
         alignments = _residual_matrices(*three_point_similarities(gt, est, triplets)[:3])
-        points = np.vstack([est, gt, np.ones(gt.shape[1])]).clip(-FARTHEST, FARTHEST)
-        points = _shuffled(points)
-        some = points[:, :SAMPLE]
+        points = np.vstack([est, gt, np.ones(gt.shape[1])])
+        points = _shuffled(points.clip(-FARTHEST_SQUARABLE, FARTHEST_SQUARABLE))
+        sample = points[:, :SAMPLE]
         if points.shape[1] > SMALL_SAMPLE:
             alignments = _cheapest(alignments, points[:, :SMALL_SAMPLE], threshold, 4 * N_STARTS)
-        alignments = _cheapest(alignments, some, threshold, N_STARTS)
-        alignments = np.concatenate([alignments, _shrunk(some, threshold)])
-        alignments = _refine(alignments, some, threshold, n_left=N_FINALISTS, tolerance=np.inf)
+        alignments = _cheapest(alignments, sample, threshold, N_STARTS)
+        alignments = np.concatenate([alignments, _crowded_place_fits(sample, threshold)])
+        alignments = _refine(alignments, sample, threshold, n_left=N_FINALISTS, tolerance=np.inf)
         alignments = _refine(alignments, points, threshold, n_left=1, tolerance=TOLERANCE)
     best = alignments[0]
     scale = 1 / float(best[0, 0])
@@ -115,15 +114,15 @@ def refined(
 
 
 def _shuffled(points: Floats) -> Floats:
-    """Return the cameras in an order of which every beginning is a fair sample.
+    """Return the cameras in random order, so that the first of them are a fair sample.
 
-    The order is the same whatever the seed.
+    The order does not depend on the seed of the registration.
     """
     return points.take(np.random.default_rng(0).permutation(points.shape[1]), axis=1)
 
 
 def _cheapest(alignments: Floats, points: Floats, threshold: float, n_left: int) -> Floats:
-    """Return the few cheapest alignments, the cheapest first."""
+    """Return the ``n_left`` cheapest alignments, the cheapest first."""
     size = max(16, CHUNK // points.shape[1])
     costs = [
         _costs(_smoothed_errors(alignments[start : start + size], points, threshold), threshold)
@@ -132,16 +131,17 @@ def _cheapest(alignments: Floats, points: Floats, threshold: float, n_left: int)
     return alignments[np.argsort(np.concatenate(costs), kind="stable")[:n_left]]
 
 
-def _shrunk(points: Floats, threshold: float) -> Floats:
-    """Return starts for an estimate that is best shrunk to a place where many cameras stand.
+def _crowded_place_fits(points: Floats, threshold: float) -> Floats:
+    """Return the least-squares alignments of the cameras around each of the most crowded places.
 
-    Any estimate scores these cameras so, however wrong it is, but hypotheses hardly ever say it.
+    An estimate that is shrunk to a place where many cameras stand scores all of them, however wrong
+    it is. Where that is the best alignment, hypotheses of three cameras hardly ever find it.
     """
     est, gt = points[:3].T, points[3:6].T
-    crowd = gt[:SMALL_SAMPLE]
-    distances = scipy.spatial.distance.cdist(crowd, crowd)
-    places = crowd[np.argsort(_costs(distances, threshold), kind="stable")[:N_PLACES]]
-    around = scipy.spatial.distance.cdist(places, gt) < threshold
+    candidates = gt[:SMALL_SAMPLE]
+    distances = scipy.spatial.distance.cdist(candidates, candidates)
+    crowded = np.argsort(_costs(distances, threshold), kind="stable")[:N_CROWDED_PLACES]
+    around = scipy.spatial.distance.cdist(candidates[crowded], gt) < threshold
     return _residual_matrices(*weighted_similarities(gt, est, around.astype(np.float64)))
 
 
@@ -150,9 +150,9 @@ def _refine(
 ) -> Floats:
     """Refine alignments by iteratively reweighted least squares; return the best, cheapest first.
 
-    The worse half is dropped in each step, until few are left and none of them gains any more. No
-    step raises a cost, but for rounding and where the cameras in reach do not determine the fit:
-    such a step is not taken.
+    The worse half is dropped in each step, until ``n_left`` are left and none of them gains more
+    than the tolerance. In exact arithmetic no step raises a cost where the cameras within the
+    threshold determine the fit; a step that does is not taken.
     """
     est, gt = points[:3].T, points[3:6].T
     errors = _smoothed_errors(alignments, points, threshold)

@@ -34,7 +34,7 @@ from ..averaging import (
     tlud_mean,
 )
 from ..registration import pcr99
-from ..translation import _localise
+from ..translation import normalise
 from ..validation import finite_rows
 from .files import Trajectory, inverse_poses
 
@@ -321,10 +321,10 @@ def _misfit(gt: Floats, est: Floats) -> float:
 
 def _position_misfit(gt: Floats, est: Floats) -> float:
     """Median position error after robust registration, relative to the extent of the reference."""
-    gt, est = _localise(gt)[0], _localise(est)[0]
+    gt, est = normalise(gt)[0], normalise(est)[0]
     extent = float(np.median(np.linalg.norm(gt, axis=1)))
-    order = len(gt) // 2 + 1
-    alignment, _ = pcr99(gt, est, order=order, n_hypotheses=300, rng=np.random.default_rng(0))
+    rank = len(gt) // 2 + 1
+    alignment, _ = pcr99(gt, est, rank=rank, n_hypotheses=300, rng=np.random.default_rng(0))
     if alignment is None or extent == 0:
         return np.inf
     return float(np.median(alignment.position_errors(gt, est))) / extent

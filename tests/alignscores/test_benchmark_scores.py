@@ -41,7 +41,7 @@ def test_pcr99(benchmark: BenchmarkFixture, noisy_scene: Scene, n: int, outliers
 
     def register() -> int:
         rng = np.random.default_rng(0)
-        return pcr99(gt, est, order=n // 10, n_hypotheses=1000, rng=rng)[1]
+        return pcr99(gt, est, rank=n // 10, n_hypotheses=1000, rng=rng)[1]
 
     assert benchmark(register) == 1000
 

@@ -1,4 +1,4 @@
-"""TAS: the unit d, the perfect score, errors, thresholds, the cost's order, lost cameras."""
+"""TAS: the unit d, the perfect score, errors, thresholds, the cost's rank, lost cameras."""
 
 import math
 import warnings
@@ -294,7 +294,7 @@ def test_the_smaller_error_decides_not_its_place() -> None:
     assert result.score == 0.5
 
 
-# --- m, the order of the cost -------------------------------------------------------------------
+# --- m, the rank of the cost --------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -398,7 +398,7 @@ def test_fewer_noisy_cameras_than_m(noisy_scene: Scene, seed: int) -> None:
     gt, est = noisy_scene(100, 0, 0.02, seed)
     est[6:] = np.nan
     result = tas(gt, est)
-    expected, _ = pcr99(gt[:6], est[:6], order=6, n_hypotheses=1000, rng=np.random.default_rng(0))
+    expected, _ = pcr99(gt[:6], est[:6], rank=6, n_hypotheses=1000, rng=np.random.default_rng(0))
     assert expected is not None
     errors = expected.position_errors(gt[:6], est[:6])
     np.testing.assert_allclose(result.errors[:6], errors, rtol=1e-6, atol=1e-9)
@@ -567,12 +567,12 @@ def test_registration_of_ones_own(noisy_scene: Scene) -> None:
 
     result = tas(1e6 + 1e3 * gt, est, registration=least_squares, max_threshold=2, n_hypotheses=5)
     (call,) = calls
-    assert sorted(call) == ["est", "gt", "n_hypotheses", "order", "rng", "threshold"]
+    assert sorted(call) == ["est", "gt", "n_hypotheses", "rank", "rng", "threshold"]
     assert call["gt"].shape == call["est"].shape == (50, 3)
     assert np.abs(np.median(call["gt"], axis=0)).max() < 0.5
     unit = 1e3 * np.ptp(gt[:50, 0]) / np.ptp(call["gt"][:, 0])
     assert call["threshold"] == pytest.approx(2 * result.unit / unit)
-    assert (call["order"], call["n_hypotheses"]) == (6, 5)
+    assert (call["rank"], call["n_hypotheses"]) == (6, 5)
     assert isinstance(call["rng"], np.random.Generator)
 
     assert result.registration == "least_squares"

@@ -117,10 +117,10 @@ def test_same_bits(kind: str, n: int) -> None:
         expected = hypotheses.three_point_similarities(gt, est, triplets)
         for a, b in zip(similarities, expected, strict=True):
             assert_same_bits(a, b)
-        for order in {1, 2, (n + 9) // 10, n // 2, n}:
+        for rank in {1, 2, (n + 9) // 10, n // 2, n}:
             for tie in (0.0, 1e-14, 0.1):
-                assert kernel.cheapest(gt, est, *similarities, order, tie) == hypotheses.cheapest(
-                    gt, est, *expected, order, tie
+                assert kernel.cheapest(gt, est, *similarities, rank, tie) == hypotheses.cheapest(
+                    gt, est, *expected, rank, tie
                 )
 
 
@@ -136,7 +136,7 @@ def test_same_alignment(
     for library in (kernel.LIBRARY, None):
         monkeypatch.setattr(kernel, "LIBRARY", library)
         rng = np.random.default_rng(5)
-        alignment, n_used = pcr99(gt, est, order=max(4, n // 10), n_hypotheses=1000, rng=rng)
+        alignment, n_used = pcr99(gt, est, rank=max(4, n // 10), n_hypotheses=1000, rng=rng)
         assert alignment is not None
         results.append((alignment.scale, alignment.rotation, alignment.translation, n_used))
     for a, b in zip(*results, strict=True):
@@ -149,7 +149,7 @@ def test_the_compiled_functions_are_used(
     for name in ("similar_triplets", "three_point_similarities", "cheapest"):
         monkeypatch.delattr(hypotheses, name)
     gt, est = noisy_scene(100, 30, 0.03, 0)
-    alignment, _ = pcr99(gt, est, order=10, n_hypotheses=100, rng=np.random.default_rng(0))
+    alignment, _ = pcr99(gt, est, rank=10, n_hypotheses=100, rng=np.random.default_rng(0))
     assert alignment is not None
 
 
@@ -222,16 +222,16 @@ def test_selection_of_every_rank() -> None:
         np.zeros(20),
     ):
         # The first similarity has these errors, the second the m-th smallest of them everywhere.
-        for order in range(1, len(errors) + 1):
-            rank = np.sort(np.abs(errors))[order - 1]
+        for rank in range(1, len(errors) + 1):
+            expected = np.sort(np.abs(errors))[rank - 1]
             for shift, winner in ((1e-9, 0), (-1e-9, 1)):
                 gt = np.zeros((3, len(errors)))
-                gt[0], gt[1] = errors, rank + shift if rank + shift > 0 else 0
+                gt[0], gt[1] = errors, max(0, expected + shift)
                 scale, rotation, translation = (array.copy() for array in identity)
                 rotation[0] = np.diag([1.0, 0.0, 0.0])
                 rotation[1] = np.diag([0.0, 1.0, 0.0])
                 flat = np.zeros(2, dtype=bool)
                 best = kernel.cheapest(
-                    *(gt, np.zeros_like(gt)), scale, rotation, translation, flat, order, 0.0
+                    *(gt, np.zeros_like(gt)), scale, rotation, translation, flat, rank, 0.0
                 )
-                assert best == (winner if rank > 0 else 0)
+                assert best == (winner if expected > 0 else 0)

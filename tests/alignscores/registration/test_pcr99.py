@@ -54,7 +54,7 @@ def naive_hypothesis(a: Floats, b: Floats) -> tuple[float, Floats, Floats]:
     return scale, rotation, b_mean - scale * rotation @ a_mean
 
 
-def naive_pcr99(gt: Floats, est: Floats, order: int) -> tuple[Hypothesis, int]:
+def naive_pcr99(gt: Floats, est: Floats, rank: int) -> tuple[Hypothesis, int]:
     """The cheapest of all hypotheses and the number of triplets that passed (unordered)."""
     best, passed = Hypothesis(math.inf, 0, np.eye(3), np.zeros(3)), set()
     for triplet in itertools.permutations(range(len(gt)), 3):
@@ -69,7 +69,7 @@ def naive_pcr99(gt: Floats, est: Floats, order: int) -> tuple[Hypothesis, int]:
         errors = [
             math.hypot(*((est[i] - translation) / scale - rotation @ gt[i])) for i in range(len(gt))
         ]
-        cost = sorted(errors)[order - 1]
+        cost = sorted(errors)[rank - 1]
         if cost < best.cost:
             best = Hypothesis(cost, scale, rotation, translation)
     return best, len(passed)
@@ -80,7 +80,7 @@ def rng() -> np.random.Generator:
 
 
 @pytest.mark.parametrize(
-    ("n", "outliers", "sigma", "order"),
+    ("n", "outliers", "sigma", "rank"),
     [
         (4, 0, 0.03, 4),
         (5, 1, 0.02, 4),
@@ -95,20 +95,20 @@ def rng() -> np.random.Generator:
 )
 @pytest.mark.parametrize("seed", range(3))
 def test_cheapest_of_all_hypotheses(
-    noisy_scene: Scene, n: int, outliers: int, sigma: float, order: int, seed: int
+    noisy_scene: Scene, n: int, outliers: int, sigma: float, rank: int, seed: int
 ) -> None:
     """Where all triplets are enumerated, the result is that of a plain triple loop."""
     gt, est = noisy_scene(n, outliers, sigma, seed)
-    expected, n_passed = naive_pcr99(gt, est, order)
-    alignment, n_used = pcr99(gt, est, order=order, n_hypotheses=1000, rng=rng())
+    expected, n_passed = naive_pcr99(gt, est, rank)
+    alignment, n_used = pcr99(gt, est, rank=rank, n_hypotheses=1000, rng=rng())
     assert n_used == 3 * n_passed
     if n_passed == 0:
         assert alignment is None
         return
     assert alignment is not None
     errors = np.sort(alignment.position_errors(gt, est))
-    assert errors[order - 1] == pytest.approx(expected.cost, rel=1e-7, abs=1e-13)
-    if order > 1:  # the smallest error is often one that vanishes, for many hypotheses
+    assert errors[rank - 1] == pytest.approx(expected.cost, rel=1e-7, abs=1e-13)
+    if rank > 1:  # the smallest error is often one that vanishes, for many hypotheses
         assert alignment.scale == pytest.approx(expected.scale, rel=1e-9)
         np.testing.assert_allclose(alignment.rotation, expected.rotation, atol=1e-9)
         np.testing.assert_allclose(alignment.translation, expected.translation, atol=1e-8)
@@ -128,7 +128,7 @@ def test_cheapest_of_all_hypotheses_on_a_partly_straight_path(
     noise[7:] *= noise_off_the_line / 0.001
     est = 2 * Rotation.from_euler("xyz", [1.0, 0.5, 2.0]).apply(gt + noise)
     expected, n_passed = naive_pcr99(gt, est, 6)
-    alignment, n_used = pcr99(gt, est, order=6, n_hypotheses=1000, rng=rng())
+    alignment, n_used = pcr99(gt, est, rank=6, n_hypotheses=1000, rng=rng())
     assert alignment is not None
     assert n_used == 3 * n_passed
     cost = np.sort(alignment.position_errors(gt, est))[5]
@@ -192,7 +192,7 @@ def test_prescreen_threshold(copies: int, log_ratios: tuple[float, ...]) -> None
         alignment, n_used = pcr99(
             np.repeat(TRIANGLE, copies, axis=0),
             np.repeat(est, copies, axis=0),
-            order=3,
+            rank=3,
             n_hypotheses=50,
             rng=rng(),
         )
@@ -205,7 +205,7 @@ def test_collects_the_number_of_hypotheses_asked_for(noisy_scene: Scene, n: int)
     """Random sampling delivers exactly as many as asked for."""
     gt, est = noisy_scene(n, n // 3, 0.01, 1)
     for asked in (1, 17, 1000):
-        alignment, n_used = pcr99(gt, est, order=n // 10, n_hypotheses=asked, rng=rng())
+        alignment, n_used = pcr99(gt, est, rank=n // 10, n_hypotheses=asked, rng=rng())
         assert alignment is not None
         assert n_used == asked
         assert alignment.scale == pytest.approx(2.5, rel=0.5)
@@ -219,7 +219,7 @@ def test_more_hypotheses_cost_less(noisy_scene: Scene) -> None:
         total = 0.0
         for seed in range(10):
             alignment, _ = pcr99(
-                gt, est, order=10, n_hypotheses=asked, rng=np.random.default_rng(seed)
+                gt, est, rank=10, n_hypotheses=asked, rng=np.random.default_rng(seed)
             )
             assert alignment is not None
             total += float(np.sort(alignment.position_errors(gt, est))[9])
@@ -234,10 +234,10 @@ def test_order_of_the_cost() -> None:
     gt = generator.random((30, 3))
     est = gt + generator.normal(0, 0.005, (30, 3))
     est[:6] = 3 * gt[:6] @ Rotation.from_euler("x", 90, degrees=True).as_matrix().T
-    for order in range(3, 10):
-        alignment, _ = pcr99(gt, est, order=order, n_hypotheses=5000, rng=rng())
+    for rank in range(3, 10):
+        alignment, _ = pcr99(gt, est, rank=rank, n_hypotheses=5000, rng=rng())
         assert alignment is not None
-        assert alignment.scale == pytest.approx(3 if order <= 6 else 1, rel=0.05)
+        assert alignment.scale == pytest.approx(3 if rank <= 6 else 1, rel=0.05)
 
 
 def test_rare_triplets_are_found_and_counted() -> None:
@@ -245,7 +245,7 @@ def test_rare_triplets_are_found_and_counted() -> None:
     gt = rng().random((100, 3))
     est = 2 * gt
     est[4:] = [300.0, 100.0, -200.0]  # in one place: only the 4 triplets of the first 4 can pass
-    alignment, n_used = pcr99(gt, est, order=4, n_hypotheses=1000, rng=rng())
+    alignment, n_used = pcr99(gt, est, rank=4, n_hypotheses=1000, rng=rng())
     assert alignment is not None
     assert 4 <= n_used <= 100  # 24 in the mean: 24 in a million draws
     assert alignment.scale == pytest.approx(2, rel=1e-9)
@@ -260,7 +260,7 @@ def test_no_triplet_at_all(n: int) -> None:
     est = np.column_stack([np.zeros(n), np.zeros(n), 1e10 ** (t % 15) * (t < 15)])
     gt[t >= 15] += 1  # the others coincide in the estimate
     start = time.perf_counter()
-    alignment, n_used = pcr99(gt, est, order=4, n_hypotheses=1000, rng=rng())
+    alignment, n_used = pcr99(gt, est, rank=4, n_hypotheses=1000, rng=rng())
     assert (alignment, n_used) == (None, 0)
     assert time.perf_counter() - start < 10
 
@@ -273,7 +273,7 @@ def test_duplicates_are_never_hypotheses(n: int) -> None:
     est = 3 * gt + 1
     jitter = rng().normal(0, 1e-12, gt.shape)
     for a, b in ((gt, est), (gt + jitter, est), (gt, est + jitter)):
-        alignment, n_used = pcr99(a, b, order=4, n_hypotheses=100, rng=rng())
+        alignment, n_used = pcr99(a, b, rank=4, n_hypotheses=100, rng=rng())
         assert alignment is not None
         # 4 triangles, with 2 cameras at each corner when n = 8; each with 3 first edges
         assert n_used == (4 * 2**3 * 3 if n == 8 else 100)
@@ -286,7 +286,7 @@ def test_enumeration_ends_at_the_number_of_hypotheses(noisy_scene: Scene) -> Non
     for n, enumerated in ((19, True), (20, False)):
         gt, est = noisy_scene(n, 3, 0.02, 0)
         generator = rng()
-        pcr99(gt, est, order=4, n_hypotheses=1000, rng=generator)
+        pcr99(gt, est, rank=4, n_hypotheses=1000, rng=generator)
         assert (generator.random() == rng().random()) == enumerated
 
 
@@ -362,7 +362,7 @@ def test_inputs_are_left_alone(noisy_scene: Scene) -> None:
     gt_t, est_t = np.asfortranarray(gt), np.asfortranarray(est)  # the transposes are contiguous
     triplets = np.array([[0, 1], [2, 3], [4, 5]])
     copies = gt.copy(), est.copy(), triplets.copy()
-    pcr99(gt_t, est_t, order=4, n_hypotheses=10, rng=rng())
+    pcr99(gt_t, est_t, rank=4, n_hypotheses=10, rng=rng())
     three_point_similarities(gt_t.T, est_t.T, triplets)
     for array, copy in zip((gt_t, est_t, triplets), copies, strict=True):
         np.testing.assert_array_equal(array, copy)
@@ -393,16 +393,16 @@ def test_the_cheapest_hypothesis_is_chosen(
     est[:: n // 10] *= reach
     if kind == "of two scales":
         est[::5] = reach * gt[::5]
-    gt, est, order = gt.T + offset, est.T + offset, n // 10
+    gt, est, rank = gt.T + offset, est.T + offset, n // 10
     if kind == "tiny":
         gt, est = 1e-25 * gt, 1e-25 * est
     with np.errstate(all="ignore"):
         triplets = prescreened_triplets(gt, est, 1000, rng())
         scale, rotation, translation, flat = three_point_similarities(gt, est, triplets)
         residuals = (est - translation[..., None]) / scale[:, None, None] - rotation @ gt
-        costs = np.sort(np.sum(residuals**2, axis=1), axis=1)[:, order - 1]
+        costs = np.sort(np.sum(residuals**2, axis=1), axis=1)[:, rank - 1]
         tie = 1e-14 * float(np.max(np.sum(gt**2, axis=0)))
-        best = cheapest(gt, est, scale, rotation, translation, flat, order, tie)
+        best = cheapest(gt, est, scale, rotation, translation, flat, rank, tie)
     assert flat.any() == straight
     assert costs[best] <= costs[~flat].min() * (1 + 1e-9) + tie
     assert costs[best] <= costs.min() * (1 + 1e-9) + 2 * tie
@@ -422,11 +422,11 @@ def test_first_of_equally_cheap_hypotheses(noisy_scene: Scene) -> None:
     assert cheapest(gt, est, *similarities, flat, 5, 1e-15) == best + 1
 
 
-@pytest.mark.parametrize("order", [0, 31, -1, 4.0])
-def test_order_that_no_cameras_have(noisy_scene: Scene, order: int) -> None:
+@pytest.mark.parametrize("rank", [0, 31, -1, 4.0])
+def test_rank_that_no_cameras_have(noisy_scene: Scene, rank: int) -> None:
     gt, est = noisy_scene(30, 5, 0.03, 0)
-    with pytest.raises(ValueError, match=f"order must be .*, not {order}"):
-        pcr99(gt, est, order=order, n_hypotheses=10, rng=rng())
+    with pytest.raises(ValueError, match=f"rank must be .*, not {rank}"):
+        pcr99(gt, est, rank=rank, n_hypotheses=10, rng=rng())
 
 
 @pytest.mark.parametrize("shape", [(29, 3), (31, 3), (30, 2), (30, 4), (30,), (3, 30)])
@@ -438,9 +438,9 @@ def test_positions_that_do_not_belong_together(shape: tuple[int, ...], swapped: 
         positions.reverse()
     for register in (pcr99, refined):
         with pytest.raises(ValueError, match=r"must be \(n, 3\) arrays of the same length"):
-            register(*positions, order=4, threshold=1.0, n_hypotheses=10, rng=rng())
+            register(*positions, rank=4, threshold=1.0, n_hypotheses=10, rng=rng())
     with pytest.raises(ValueError, match=r"have the shapes \(30, 2\) and \(30, 2\)"):
-        pcr99(*2 * [np.ones((30, 2))], order=4, n_hypotheses=10, rng=rng())
+        pcr99(*2 * [np.ones((30, 2))], rank=4, n_hypotheses=10, rng=rng())
 
 
 @pytest.mark.parametrize("register", [pcr99, refined])
@@ -454,7 +454,7 @@ def test_numbers_of_any_type(register: Callable[..., Any]) -> None:
             register(
                 gt.astype(kind),
                 est.astype(kind),
-                order=4,
+                rank=4,
                 threshold=1e3,
                 n_hypotheses=200,
                 rng=rng(),
@@ -472,7 +472,7 @@ def test_chunks_of_hypotheses(noisy_scene: Scene, monkeypatch: pytest.MonkeyPatc
     scales = set()
     for chunk in (1, 300, 1000, 1 << 14, 1 << 20):
         monkeypatch.setattr(hypotheses, "CHUNK", chunk)
-        alignment, _ = pcr99(gt, est, order=30, n_hypotheses=100, rng=rng())
+        alignment, _ = pcr99(gt, est, rank=30, n_hypotheses=100, rng=rng())
         assert alignment is not None
         scales.add((alignment.scale, alignment.translation.tobytes()))
     assert len(scales) == 1
@@ -493,7 +493,7 @@ def test_prescreen_keeps_the_triplets_within_its_threshold(prescreen: float) -> 
         if min(map(min, lengths)) > 0:
             ratios = np.log(np.divide(*lengths))
             passed += np.ptp(ratios) <= prescreen
-    alignment, n_used = pcr99(gt, est, order=4, n_hypotheses=1000, rng=rng, prescreen=prescreen)
+    alignment, n_used = pcr99(gt, est, rank=4, n_hypotheses=1000, rng=rng, prescreen=prescreen)
     assert 0 < passed <= 165 - 9 - 9
     assert n_used == 3 * passed
     assert (passed == 165 - 9 - 9) == (prescreen == math.inf)

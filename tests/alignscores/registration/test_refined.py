@@ -407,7 +407,7 @@ def test_hypotheses_are_those_of_pcr99(noisy_scene: Scene) -> None:
         gt, est, threshold = local_scene(noisy_scene(n, n // 3, 0.02, 0))
         ours, published = np.random.default_rng(5), np.random.default_rng(5)
         _, n_ours = refined(gt, est, threshold=threshold, n_hypotheses=200, rng=ours)
-        _, n_published = pcr99(gt, est, order=4, n_hypotheses=200, rng=published)
+        _, n_published = pcr99(gt, est, rank=4, n_hypotheses=200, rng=published)
         assert n_ours == n_published
         assert ours.random() == published.random()
 
