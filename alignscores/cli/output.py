@@ -1,56 +1,90 @@
-"""What is told about scored estimates: a table, JSON, evo results and pictures."""
+"""What is printed and saved: a table, JSON, evo results and pictures."""
 
+import argparse
+import json
 import os
+import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..pose import PASResult
-from ..trajectories.association import Matches
+from .. import __version__
 from ..trajectories.extras import require
+from .formats import FORMATS
+from .scoring import Scored
 
-__all__ = ["Scored", "as_json", "save_evo_results", "save_figure", "table", "unique_names"]
+__all__ = ["print_error", "save", "show_json", "show_progress", "show_table", "unique_names"]
+
+SCATTER = 0.005  # standard deviation of the TAS over the seeds from which there is a hint
 
 
-@dataclass(frozen=True, eq=False)
-class Scored:
-    """An estimate with its scores and all that is told about it.
+def show_json(
+    scored: Sequence[Scored],
+    failed: Sequence[dict[str, str]],
+    notes: Sequence[str],
+    arguments: argparse.Namespace,
+) -> None:
+    """Print settings, results and failures as JSON on stdout, and the notes on stderr, too."""
+    print_notes(scored, notes)
+    printed = {
+        "version": __version__,
+        "format": arguments.format,
+        "reference": arguments.reference,
+        "missing_cameras": arguments.missing,
+        "t_max_diff": getattr(arguments, "t_max_diff", None),
+        "t_offset": getattr(arguments, "t_offset", None),
+        "unit": arguments.unit,
+        "registration": arguments.registration,
+        "seed": arguments.seed,
+        "repeat": arguments.repeat,
+        "inverted": arguments.invert,
+        "body_rotation": arguments.body_rotation,
+        "notes": notes,
+        "results": [as_json(one) for one in scored],
+        "failed": failed,
+    }
+    print(json.dumps(printed, indent=2, allow_nan=False), flush=True)
 
-    Parameters
-    ----------
-    name, file : str
-        Short unique name, and the path as it was given.
-    matches : Matches
-        The poses of reference and estimate, as they were scored.
-    result : PASResult
-        The scores at the seed.
-    tas_sd : float or None
-        Standard deviation of the TAS over the seeds; None for a single one.
-    ate : float or None
-        RMSE of the estimated cameras after the least-squares alignment; None where there is none.
-    body_rotation : (3, 3) ndarray or None
-        Rotation of the camera's frame that was taken out.
-    notes : list of str
-        What its owner should know.
-    """
 
-    name: str
-    file: str
-    matches: Matches
-    result: PASResult
-    tas_sd: float | None
-    ate: float | None
-    body_rotation: NDArray[np.float64] | None
-    notes: list[str]
+def show_table(
+    scored: Sequence[Scored], notes: Sequence[str], arguments: argparse.Namespace
+) -> None:
+    """Print the table on stdout and the notes on stderr."""
+    print_notes(scored, notes)
+    seeds = f"seed {arguments.seed}"
+    if arguments.repeat > 1:
+        seeds += f", sd over the {arguments.repeat} seeds from there"
+    print(table(scored, FORMATS[arguments.format].unit))
+    print(f"registration {arguments.registration}, {seeds}; missing cameras: {arguments.missing}")
+    scatter = max(one.tas_sd or 0.0 for one in scored)
+    if scatter > SCATTER and arguments.registration != "refined":
+        print("the TAS scatters with the seed; --registration refined makes it steadier")
+    sys.stdout.flush()
+
+
+def print_notes(scored: Sequence[Scored], notes: Sequence[str]) -> None:
+    """Print the notes on all and on each estimate on stderr, a line each."""
+    for note in [*notes, *(note for one in scored for note in one.notes)]:
+        print(f"alignscores: note: {note}", file=sys.stderr)
+
+
+def print_error(message: str) -> None:
+    """Print an error on stderr."""
+    show_progress("")
+    print(f"alignscores: error: {message}", file=sys.stderr)
+
+
+def show_progress(text: str) -> None:
+    """Show on a terminal which estimate is being scored; nothing elsewhere."""
+    if sys.stderr.isatty():
+        print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
 
 
 def as_json(one: Scored) -> dict[str, Any]:
-    """Return what the JSON output says of one estimate; no number in it is NaN or infinite."""
+    """Return one estimate's part of the JSON output; no number in it is NaN or infinite."""
     tas, ras, matches = one.result.tas, one.result.ras, one.matches
     return {
         "name": one.name,
@@ -130,7 +164,7 @@ def _row(values: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def unique_names(files: Sequence[str]) -> list[str]:
-    """Return short names of files: as many of the last parts of their paths as tell them apart.
+    """Return short names of files: of each path as many last parts as make it unique.
 
     Examples
     --------
@@ -146,15 +180,40 @@ def unique_names(files: Sequence[str]) -> list[str]:
         while length < len(own) and any(other[-length:] == own[-length:] for other in others):
             length += 1
         names.append(str(Path(*own[-length:])))
-    return _numbered(names)  # the same file twice, perhaps by mistake
+    return _numbered(names)  # in case the same file is given twice
 
 
 def _numbered(names: Sequence[str]) -> list[str]:
-    """Tell equal names apart."""
+    """Append a number to the second and further of equal names."""
     return [
         f"{name} ({names[:index].count(name) + 1})" if name in names[:index] else name
         for index, name in enumerate(names)
     ]
+
+
+def save(scored: Sequence[Scored], arguments: argparse.Namespace) -> None:
+    """Write the files that were asked for, and show the figure."""
+    if arguments.save_results:
+        save_evo_results(
+            scored,
+            arguments.save_results,
+            names=unique_names(arguments.estimates),
+            reference=arguments.reference,
+            registration=arguments.registration,
+            seed=arguments.seed,
+        )
+    if not arguments.plot and not arguments.save_plot:
+        return
+    from .plots import score_figure  # needs Matplotlib
+
+    panels = {one.name: (one.matches, one.result) for one in scored}
+    title = f"registration {arguments.registration}, seed {arguments.seed}"
+    if arguments.save_plot:
+        save_figure(score_figure(panels, title=title), arguments.save_plot)
+    if arguments.plot:
+        pyplot = require("matplotlib.pyplot", "plots")
+        score_figure(panels, title=title, figure=pyplot.figure())
+        pyplot.show()
 
 
 def save_evo_results(
@@ -168,9 +227,9 @@ def save_evo_results(
 ) -> list[Path]:
     """Save results that ``evo_res`` reads, one file an estimate.
 
-    A single estimate goes to `path`; of several, whose `names` are given though some may not have
-    been scored, each to the path with its name appended. The error that evo makes statistics of is
-    the share of the thresholds that a pose misses, from 0 to 1: its mean is 1 - PAS.
+    A single estimate goes to `path`. Of several, each goes to the path with its name appended;
+    `names` are those of all estimates, also of those that could not be scored. evo's statistics are
+    of the share of the thresholds that a pose misses, from 0 to 1, whose mean is 1 - PAS.
 
     Returns
     -------
@@ -199,8 +258,8 @@ def save_evo_results(
             result.add_np_array("timestamps", one.matches.keys)
         buffer = BytesIO()
         file_interface.save_res_file(buffer, result)
-        own = path.with_name(f"{path.stem}_{flat_name}{path.suffix}") if names[1:] else path
-        files[own] = buffer.getvalue()
+        target = path.with_name(f"{path.stem}_{flat_name}{path.suffix}") if names[1:] else path
+        files[target] = buffer.getvalue()
     for file, content in files.items():
         write_whole(file, content)
     return list(files)
@@ -214,12 +273,12 @@ def save_figure(figure: Any, path: Path) -> None:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file under a temporary name first, so that there is never half of it."""
+    """Write a file under a temporary name, then rename it: nobody ever sees half of it."""
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         temporary.write_bytes(content)
         temporary.replace(path)
-    except OSError as error:  # without the temporary name
+    except OSError as error:  # named after the file, not after the temporary one
         raise OSError(error.errno, error.strerror, str(path)) from None
     finally:
         temporary.unlink(missing_ok=True)

@@ -74,7 +74,7 @@ class Convention:
         The positions fit the mirror image of the reference.
     ras : float
         About the RAS of the poses as they are.
-    ras_mended : float
+    corrected_ras : float
         The same under the convention found.
     """
 
@@ -83,7 +83,7 @@ class Convention:
     body_rotation: Floats | None = None
     mirrored: bool = False
     ras: float = 0.0
-    ras_mended: float = 0.0
+    corrected_ras: float = 0.0
 
     @property
     def quaternions_shifted(self) -> bool:
@@ -198,7 +198,7 @@ def _find_rotation(gt: Floats, est: Floats) -> Convention:
     ras = _ras(_residuals(rotations, est[:, :3, :3]))
     needed = max(MIN_RAS, GAIN * ras)
     if needed > 1:
-        return Convention(ras=ras, ras_mended=ras)
+        return Convention(ras=ras, corrected_ras=ras)
     fits: dict[bool, tuple[Floats | None, float]] = {}
     for inverted in (False, True):
         candidate = inverse_poses(est) if inverted else est
@@ -207,7 +207,7 @@ def _find_rotation(gt: Floats, est: Floats) -> Convention:
         if fit >= needed:
             fits[inverted] = None if near else frame, fit
     if not fits:
-        return Convention(ras=ras, ras_mended=ras)
+        return Convention(ras=ras, corrected_ras=ras)
 
     # The positions of inverted poses fit only once they are inverted, too. So they also decide
     # where motion about one axis can be read both ways.
@@ -218,13 +218,13 @@ def _find_rotation(gt: Floats, est: Floats) -> Convention:
         inverted = max(fits, key=lambda key: fits[key][1])
     body, fit = fits[inverted]
     if not inverted and body is None:  # a small misalignment
-        return Convention(ras=ras, ras_mended=ras)
+        return Convention(ras=ras, corrected_ras=ras)
     return Convention(
         inverted=inverted and inverted_misfit <= as_is,
         rotations_inverted=inverted and inverted_misfit > as_is,
         body_rotation=body,
         ras=ras,
-        ras_mended=fit,
+        corrected_ras=fit,
     )
 
 

@@ -17,7 +17,7 @@ from matplotlib import pyplot
 
 import alignscores
 from alignscores import pas, tas
-from alignscores.cli import main
+from alignscores.cli import main, scoring
 from alignscores.cli.output import unique_names
 from alignscores.registration import REGISTRATIONS
 from alignscores.trajectories.association import match
@@ -804,7 +804,7 @@ def test_other_warnings_pass(run, monkeypatch):
         warnings.warn("of something else", RuntimeWarning, stacklevel=1)
         return Convention()
 
-    monkeypatch.setattr(sys.modules["alignscores.cli.main"], "find_convention", noisy)
+    monkeypatch.setattr(scoring, "find_convention", noisy)
     with pytest.warns(RuntimeWarning, match="of something else"):
         run("tum", *FILES["tum"])
 

@@ -103,7 +103,7 @@ def test_world_to_camera(kind, frame, lost):
     found = find_convention(gt, inverse_poses(est))
     assert told(found) == ["inverted"]
     assert (found.body_rotation is None) == (frame is None)
-    assert found.ras_mended > 3 * found.ras
+    assert found.corrected_ras > 3 * found.ras
 
 
 @pytest.mark.parametrize("kind", ["anywhere", "wandering"])

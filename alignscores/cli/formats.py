@@ -1,0 +1,81 @@
+"""The formats of trajectory files that the command reads."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ..trajectories.files import (
+    Trajectory,
+    read_colmap,
+    read_euroc,
+    read_kitti,
+    read_nerf,
+    read_tum,
+)
+
+__all__ = ["FORMATS", "Format"]
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format of trajectory files.
+
+    Parameters
+    ----------
+    help : str
+        What a file holds, for ``--help``.
+    example : str
+        Arguments of an example, for ``--help``.
+    read : callable
+        Reader of `alignscores.trajectories.files`.
+    missing : {"ignore", "fail"}
+        Default of ``--missing``.
+    unit : str
+        Name of the reference's unit of length.
+    timed : bool
+        Whether poses are matched by time stamps.
+    """
+
+    help: str
+    example: str
+    read: Callable[..., Trajectory]
+    missing: str
+    unit: str = "m"
+    timed: bool = False
+
+
+FORMATS = {
+    "tum": Format(
+        "time stamps and poses, 'timestamp tx ty tz qx qy qz qw'",
+        "groundtruth.txt orb_slam.txt dso.txt",
+        read_tum,
+        "ignore",
+        timed=True,
+    ),
+    "kitti": Format(
+        "a 3x4 camera-to-world matrix a line, matched by line",
+        "00_gt.txt 00_est.txt --save_plot 00.png",
+        read_kitti,
+        "ignore",
+    ),
+    "euroc": Format(
+        "EuRoC's data.csv as reference; estimates like it, or in TUM format",
+        "data.csv vio.txt --t_max_diff 0.02 --json > scores.json",
+        read_euroc,
+        "ignore",
+        timed=True,
+    ),
+    "colmap": Format(
+        "folders of COLMAP models, matched by image name",
+        "reference/sparse/0 mine/sparse/0 --save_results mine.zip",
+        read_colmap,
+        "fail",
+        unit="ref. unit",
+    ),
+    "nerf": Format(
+        "transforms.json, matched by file_path",
+        "transforms.json estimate.json --body_rotation auto",
+        read_nerf,
+        "fail",
+        unit="ref. unit",
+    ),
+}

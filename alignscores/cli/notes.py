@@ -1,0 +1,143 @@
+"""What is noted about an estimate: poses that do not match, units, mix-ups of convention."""
+
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..trajectories.association import Matches, coverage
+from ..trajectories.conventions import Convention, describe_rotation
+from ..trajectories.files import Trajectory, TrajectoryWarning
+from ..validation import AlignmentWarning, finite_rows
+from .formats import Format
+
+if TYPE_CHECKING:
+    from .scoring import Scored
+
+__all__ = ["collected_warnings", "convention_notes", "matching_notes", "units_note"]
+
+COVERED = 0.9  # share of the reference; if the track covers less, there is a note
+DENSER = 1.5  # ratio of time steps; from it on, the reference has poses no estimate could have
+
+
+@contextmanager
+def collected_warnings() -> Iterator[list[str]]:
+    """Collect the library's own warnings as notes; others are issued as usual."""
+    notes: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        for category in (AlignmentWarning, TrajectoryWarning):
+            warnings.simplefilter("always", category)
+        try:
+            yield notes
+        finally:
+            others = []
+            for one in caught:
+                if issubclass(one.category, (AlignmentWarning, TrajectoryWarning)):
+                    if str(one.message) not in notes:  # as the TAS warns once for each seed
+                        notes.append(str(one.message))
+                else:
+                    others.append(one)
+    for one in others:
+        warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+
+
+def matching_notes(
+    matches: Matches, reference: Trajectory, estimate: Trajectory, form: Format
+) -> list[str]:
+    """Say which poses were left out, where these are more than a few."""
+    unmatched, n = matches.unmatched, len(estimate.keys)
+    if form.timed:
+        notes = []
+        if unmatched > n / 10:
+            notes.append(f"{unmatched} of {n} poses have no reference pose within --t_max_diff")
+        denser = is_denser(reference, matches)
+        n_failed = len(matches.keys) - matches.matched  # 0 where missing cameras are ignored
+        if denser and n_failed:
+            notes.append(
+                f"{n_failed} of {len(matches.keys)} reference poses count as failures, but the "
+                "reference is denser than the estimate: thin it out (evo_traj --downsample)"
+            )
+        covered = coverage(reference, matches)
+        if covered < COVERED:
+            note = f"the track covers only {covered:.0%} of the reference, the rest is not scored; "
+            note += "--missing fail counts it as failures"
+            if denser:
+                note += " once the reference is thinned out to the estimate's rate"
+            notes.append(note)
+        return notes
+    if unmatched > 0:
+        note = f"{unmatched} of {n} images are not in the reference; left out"
+        if matches.missing == 0:
+            note += " (it has all of the reference's, too: the reference comes first)"
+        return [note]
+    return []
+
+
+def is_denser(reference: Trajectory, matches: Matches) -> bool:
+    """Tell whether a reference has so many more poses that most cannot have an estimated one."""
+    estimated = matches.keys[finite_rows(matches.est_poses)]
+    if reference.keys.dtype.kind != "f" or len(estimated) < 2:
+        return False
+    usual, scored = (np.median(np.diff(keys)) for keys in (reference.keys, estimated))
+    return bool(scored >= DENSER * usual)
+
+
+def units_note(scored: "Sequence[Scored]", reference: Trajectory, form: Format) -> str:
+    """Say that scores at different d do not compare, and which options give scores that do."""
+    units = [one.result.tas.unit for one in scored]
+    usual = max(scored, key=lambda one: len(one.matches.keys)).result.tas.unit
+    note = (
+        f"the scores do not compare and stand in the order given: d is from {min(units):.4g} to "
+        f"{max(units):.4g} {form.unit}, as the estimates have other cameras; --unit {usual:.4g} "
+        "gives all one d"
+    )
+    if not any(is_denser(reference, one.matches) for one in scored):
+        note += ", --missing fail also the same cameras"
+    return note
+
+
+def convention_notes(found: Convention, *, invert: bool, applied: bool) -> list[str]:
+    """Say in a line each which convention would make the estimate fit, and how to set it.
+
+    Parameters
+    ----------
+    found : Convention
+        The convention of the estimate, inverted or not, as it was matched.
+    invert : bool
+        Whether the poses in the file were inverted.
+    applied : bool
+        Whether the rotation of the camera's frame was taken out.
+    """
+    notes = []
+    gain = f"RAS {found.ras:.2f} as it is, {found.corrected_ras:.2f} so"
+    invert_option = "leave out --invert" if invert else "add --invert"
+    another_frame = found.body_rotation is not None and (
+        "the camera's frame is turned by a constant rotation against the reference's, "
+        f"{describe_rotation(found.body_rotation)}"
+    )
+    if found.inverted:
+        now = "camera-to-world, not world-to-camera" if invert else "world-to-camera"
+        extra = f", and {another_frame}" if another_frame else ""
+        option = f"{invert_option}, with --body_rotation auto" if another_frame else invert_option
+        notes.append(f"the poses in the file seem to be {now}{extra} ({gain}); {option}")
+    elif found.quaternions_shifted:
+        notes.append(
+            f"the quaternions seem to have w at the wrong end ({gain}); reorder them in the file"
+        )
+    elif found.rotations_inverted:
+        extra = f", and {another_frame}" if another_frame else ""
+        notes.append(
+            "the rotations seem to be world-to-camera, but the positions are camera centres"
+            f"{extra} ({gain}); transpose the rotations in the file"
+        )
+    elif another_frame:
+        option = "taken out" if applied else "--body_rotation auto takes it out"
+        notes.append(f"{another_frame} ({gain}); {option}")
+    if found.mirrored:
+        notes.append(
+            "the positions fit the mirror image of the reference: one axis is flipped or two are "
+            "swapped, as in a left-handed world; no rotation mends that, correct the export"
+        )
+    return notes

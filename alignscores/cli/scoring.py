@@ -1,0 +1,140 @@
+"""One estimate against its reference: read, matched, checked and scored."""
+
+import argparse
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..pose import PASResult, pas
+from ..similarity import least_squares_rmse
+from ..trajectories.association import Matches, match
+from ..trajectories.conventions import find_convention, seem_swapped, turn_cameras
+from ..trajectories.files import Trajectory, inverse_poses
+from ..translation import closest_pair_quartile, tas
+from ..validation import finite_rows
+from .formats import FORMATS
+from .notes import collected_warnings, convention_notes, matching_notes
+
+__all__ = ["Scored", "score"]
+
+
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """An estimate with its scores and all that is said about it.
+
+    Parameters
+    ----------
+    name, file : str
+        Short unique name, and the path as it was given.
+    matches : Matches
+        The poses of reference and estimate, as they were scored.
+    result : PASResult
+        The scores at the seed.
+    tas_sd : float or None
+        Standard deviation of the TAS over the seeds; None for a single one.
+    ate : float or None
+        RMSE of the estimated cameras after the least-squares alignment; None where there is none.
+    body_rotation : (3, 3) ndarray or None
+        Rotation of the camera's frame that was taken out.
+    notes : list of str
+        What the user should know about it.
+    """
+
+    name: str
+    file: str
+    matches: Matches
+    result: PASResult
+    tas_sd: float | None
+    ate: float | None
+    body_rotation: NDArray[np.float64] | None
+    notes: list[str]
+
+
+def score(reference: Trajectory, name: str, file: str, arguments: argparse.Namespace) -> Scored:
+    """Read, match, check and score one estimate."""
+    form = FORMATS[arguments.format]
+    timing = {key: getattr(arguments, key) for key in ("t_max_diff", "t_offset") if form.timed}
+    with collected_warnings() as file_notes:  # these name the file already
+        estimate = form.read(file)
+    if arguments.invert:
+        estimate = estimate._replace(poses=inverse_poses(estimate.poses))
+    with collected_warnings() as notes:
+        matches = match(reference, estimate, missing=arguments.missing, **timing)
+        if len(matches.keys) < min(4, len(reference.keys)):
+            options = "".join(f", --{key} {value:g}" for key, value in timing.items())
+            raise ValueError(
+                f"only {matches.matched} of {len(estimate.keys)} poses could be matched to the "
+                f"reference, and it takes 4 (--missing {arguments.missing}{options})"
+            )
+        convention = find_convention(matches.gt_poses, matches.est_poses)
+        inverted = convention.inverted or convention.rotations_inverted  # B is of other poses then
+        automatic = arguments.body_rotation == "auto" and not inverted
+        body_rotation = convention.body_rotation if automatic else None
+        est_poses = matches.est_poses
+        if body_rotation is not None:
+            est_poses = turn_cameras(est_poses, body_rotation)
+        result = pas(
+            matches.gt_poses,
+            est_poses,
+            rng=arguments.seed,
+            unit=arguments.unit or derived_unit(matches),
+            registration=arguments.registration,
+        )
+        tas_sd = tas_spread(matches, result, arguments)
+    notes += matching_notes(matches, reference, estimate, form)
+    if seem_swapped(reference, estimate):
+        notes.append(
+            "reference and estimate seem swapped: the first file starts at the origin and is the "
+            "sparser one, as estimates are; the reference comes first"
+        )
+    notes += convention_notes(
+        convention, invert=arguments.invert, applied=body_rotation is not None
+    )
+    return Scored(
+        name=name,
+        file=file,
+        matches=matches,
+        result=result,
+        tas_sd=tas_sd,
+        ate=ate(matches),
+        body_rotation=body_rotation,
+        notes=[*file_notes, *(f"{name}: {note}" for note in notes)],
+    )
+
+
+def derived_unit(matches: Matches) -> float:
+    """Return d of the reference poses; where there is none, the error says what to do."""
+    gt = matches.gt_poses[:, :3, 3]
+    try:
+        return closest_pair_quartile(gt)
+    except ValueError:
+        reason = (
+            f"the reference has {len(gt)} of the 4 poses that it takes"
+            if len(gt) < 4
+            else "at least three quarters of the reference poses coincide with another one"
+        )
+        raise ValueError(f"d cannot be derived: {reason}; --unit sets it") from None
+
+
+def tas_spread(matches: Matches, result: PASResult, arguments: argparse.Namespace) -> float | None:
+    """Return the standard deviation of the TAS over the seeds; None for a single one."""
+    if arguments.repeat < 2:
+        return None
+    gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
+    seeds = range(arguments.seed + 1, arguments.seed + arguments.repeat)
+    options = {"unit": result.tas.unit, "registration": arguments.registration}
+    others = [tas(gt, est, rng=seed, **options).score for seed in seeds]
+    return float(np.std([result.tas.score, *others], ddof=1))
+
+
+def ate(matches: Matches) -> float | None:
+    """Return the ATE of the estimated cameras, for context; None where there is none."""
+    gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
+    estimated = finite_rows(est)
+    try:
+        rmse = least_squares_rmse(gt[estimated], est[estimated])
+    except ValueError:  # no camera was estimated, or no similarity fits
+        return None
+    return rmse if math.isfinite(rmse) else None
