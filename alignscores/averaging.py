@@ -19,17 +19,17 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 TLUD_THRESHOLD = 0.5  # chordal distance at which a deviation is truncated, about 20 degrees
-TLUD_TOLERANCE = 1e-3  # radians; the refinement stops below such a step
+TLUD_TOLERANCE = 1e-3  # radians; the refinement stops after a smaller step
 WEISZFELD_STEPS = 10
 COINCIDENT = 1e-15  # radians; rotations that differ by less are equal up to rounding
-NEGLIGIBLE = 1e-12  # of a mean distance; where rotations agree to less, any of them will do
-CHUNK = 1 << 17  # pairwise distances held at once: 1 MiB, stays in the cache
-BATCH = 8  # but at least so many rotations are compared with all others at once
-SAMPLE = 128  # rotations that tell how large a share of all pairs is near
-FEW = 1 / 32  # of all pairs; fewer are found in a tree sooner than bounds spare the others
-PAIRS = 1 << 20  # near ones held at once: 24 MiB
+NEGLIGIBLE = 1e-12  # of a mean distance; rotations whose means differ by less are equally good
+CHUNK = 1 << 17  # pairwise distances held at once: 1 MiB, which fits in the cache
+BATCH = 8  # smallest number of rotations that are compared with all others at once
+SAMPLE = 128  # rotations from which the share of near pairs is estimated
+FEW = 1 / 32  # share of near pairs below which a tree is faster than bounds
+PAIRS = 1 << 20  # near pairs held at once: 24 MiB
 IDENTITY = np.eye(3)
-# Their inner products with a rotation are sine times axis (times 2) and trace.
+# Their inner products with a rotation are twice the sine times the axis, and the trace.
 ANTISYMMETRIC_PARTS_AND_TRACE = np.array(
     [
         [[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
@@ -87,8 +87,8 @@ def chordal_mean(rotations: Floats) -> Floats:
     --------
     >>> from scipy.spatial.transform import Rotation
     >>> from alignscores.averaging import chordal_mean
-    >>> turns = Rotation.from_euler("z", [[10], [20], [30]], degrees=True).as_matrix()
-    >>> Rotation.from_matrix(chordal_mean(turns)).as_euler("xyz", degrees=True).round(6)
+    >>> rotations = Rotation.from_euler("z", [[10], [20], [30]], degrees=True).as_matrix()
+    >>> Rotation.from_matrix(chordal_mean(rotations)).as_euler("xyz", degrees=True).round(6)
     array([ 0.,  0., 20.])
     """
     return project_to_rotation(rotations.sum(axis=0))
@@ -117,8 +117,8 @@ def geodesic_l1_mean(
 
     Notes
     -----
-    Rotations that the iterate coincides with have no direction: each holds it against the pull of
-    one other, as in the reference. So an exact majority is the result, not a source of jumps.
+    A rotation that the iterate coincides with has no direction to pull in. As in Vardi and Zhang it
+    cancels the pull of one other, so that the iterate stays where an exact majority is.
 
     References
     ----------
@@ -130,8 +130,8 @@ def geodesic_l1_mean(
     --------
     >>> from scipy.spatial.transform import Rotation
     >>> from alignscores.averaging import chordal_mean, geodesic_l1_mean
-    >>> turns = Rotation.from_euler("z", [[10], [10.5], [11], [150]], degrees=True).as_matrix()
-    >>> mean = geodesic_l1_mean(turns, chordal_mean(turns), max_steps=100)
+    >>> rotations = Rotation.from_euler("z", [[10], [10.5], [11], [150]], degrees=True).as_matrix()
+    >>> mean = geodesic_l1_mean(rotations, chordal_mean(rotations), max_steps=100)
     >>> bool(10.4 < Rotation.from_matrix(mean).as_euler("xyz", degrees=True)[2] < 11.1)
     True
     """
@@ -156,7 +156,7 @@ def geodesic_l1_mean(
 def tlud_mean(rotations: Floats) -> Floats:
     """Return the robust average of rotations: truncated least unsquared deviations.
 
-    The rotation with the smallest sum of truncated chordal distances to all others tells the
+    The rotation with the smallest sum of truncated chordal distances to all others defines the
     inliers; their geodesic L1 mean is the result.
 
     Parameters
@@ -172,8 +172,8 @@ def tlud_mean(rotations: Floats) -> Floats:
     Notes
     -----
     O(n) memory beyond a constant. The time grows like n^1.5 where many rotations agree. Where few
-    do, it is that of finding all pairs within the threshold in a tree. In between, with errors of
-    some 20 degrees throughout, it grows like n^2.
+    do, a tree finds all pairs within the threshold, which takes most of the time. In between, where
+    all errors are about 20 degrees, the time grows like n^2.
 
     References
     ----------
@@ -186,10 +186,10 @@ def tlud_mean(rotations: Floats) -> Floats:
     >>> import numpy as np
     >>> from scipy.spatial.transform import Rotation
     >>> from alignscores.averaging import tlud_mean
-    >>> turns = Rotation.from_euler(
+    >>> rotations = Rotation.from_euler(
     ...     "z", [[9], [10], [11], [80], [160], [240]], degrees=True
     ... ).as_matrix()
-    >>> Rotation.from_matrix(tlud_mean(turns)).as_euler("xyz", degrees=True).round(2)
+    >>> Rotation.from_matrix(tlud_mean(rotations)).as_euler("xyz", degrees=True).round(2)
     array([ 0.,  0., 10.])
     """
     flat = rotations.reshape(-1, 9)
@@ -203,7 +203,7 @@ def _medoid(rotations: Floats) -> int:
     """Index of the rotation with the smallest sum of truncated distances to all rotations."""
     points = rotations.reshape(-1, 9)
     if len(points) ** 2 > CHUNK:
-        order = np.random.default_rng(0).permutation(len(points))  # what fails may be periodic
+        order = np.random.default_rng(0).permutation(len(points))  # failures may be periodic
         sample = points[order[:SAMPLE]]
         squared = scipy.spatial.distance.cdist(sample, sample, "sqeuclidean")
         share = float(np.mean(squared < TLUD_THRESHOLD**2))
@@ -220,7 +220,8 @@ def _medoid_by_bounds(points: Floats) -> int:
     of i differ: if these are m, f_j >= f_i - m d. The points with the lowest bounds come first.
     """
     n = len(points)
-    points = points - np.partition(points, n // 2, axis=0)[n // 2]  # small distances keep digits
+    # Relative to the median, so that squared distances are differences of small numbers.
+    points = points - np.partition(points, n // 2, axis=0)[n // 2]
     squares = np.einsum("ni,ni->n", points, points)
     size = max(BATCH, CHUNK // n)
     best, best_sum = 0, np.inf
@@ -247,13 +248,13 @@ def _medoid_by_bounds(points: Floats) -> int:
 
 
 def _medoid_by_tree(rotations: Floats, share: float) -> int:
-    """Find the medoid where few agree: from the near pairs alone, about a share of all."""
+    """Find the medoid where few agree, from the near pairs alone: about the given share of all."""
     n = len(rotations)
     quaternions = scipy.spatial.transform.Rotation.from_matrix(rotations).as_quat()
     # The chordal distance is sqrt(8) sin(angle / 2); that of quaternions v = 2 sin(angle / 4).
     both_signs = scipy.spatial.KDTree(np.vstack([quaternions, -quaternions]))
     reach = sqrt(2 - 2 * sqrt(1 - TLUD_THRESHOLD**2 / 8))
-    agreement = np.zeros(n)  # what truncation has left of each sum, below n thresholds
+    agreement = np.zeros(n)  # by how much each sum of distances is below n thresholds
     n_parts = ceil(share * n * n / PAIRS)
     for i in range(n_parts):
         part = scipy.spatial.KDTree(quaternions[i::n_parts])
@@ -282,8 +283,8 @@ def rotation_angles(rotations: Floats) -> Floats:
     --------
     >>> from scipy.spatial.transform import Rotation
     >>> from alignscores.averaging import rotation_angles
-    >>> turns = Rotation.from_euler("y", [[0], [1e-9], [180]], degrees=True).as_matrix()
-    >>> rotation_angles(turns)
+    >>> rotations = Rotation.from_euler("y", [[0], [1e-9], [180]], degrees=True).as_matrix()
+    >>> rotation_angles(rotations)
     array([0.e+00, 1.e-09, 1.8e+02])
     """
     return np.degrees(angles_and_axes(rotations)[0])
@@ -297,7 +298,7 @@ def angles_and_axes(rotations: Floats, reference: Floats = IDENTITY) -> tuple[Fl
     rotations : (n, 3, 3) array
         Rotations.
     reference : (3, 3) array
-        Rotation that they are seen from, by default the identity.
+        Rotation relative to which they are taken; by default the identity.
 
     Returns
     -------
@@ -319,8 +320,8 @@ def angles_and_axes(rotations: Floats, reference: Floats = IDENTITY) -> tuple[Fl
     """
     parts = (ANTISYMMETRIC_PARTS_AND_TRACE @ reference).reshape(4, 9) @ rotations.reshape(-1, 9).T
     axes = parts[:3]
-    sine = np.sqrt(np.einsum("in,in->n", axes, axes))  # twice the sine, as of the cosine
-    angles = np.arctan2(sine, parts[3] - 1)
+    sine = np.sqrt(np.einsum("in,in->n", axes, axes))  # twice the sine
+    angles = np.arctan2(sine, parts[3] - 1)  # trace - 1 is twice the cosine
     return angles, np.divide(axes, sine, out=axes, where=sine > 0)
 
 

@@ -113,7 +113,7 @@ def ras(
 
 
 def _checked_ras(gt: Floats, est: Floats, max_threshold_deg: float, n_thresholds: int) -> RASResult:
-    """Return the RAS of rotations that have been checked, called by what the user calls."""
+    """Return the RAS of checked rotations, for `ras` and `pas`; the warning is for their caller."""
     thresholds = equal_steps(max_threshold_deg, n_thresholds, "max_threshold_deg")
     estimated = finite_rows(est)
     errors = np.full(len(gt), np.inf)

@@ -76,7 +76,7 @@ def check_same_length(gt: Floats, est: Floats, gt_name: str, est_name: str) -> N
 
 
 def check_weights(values: ArrayLike, n: int) -> Floats:
-    """Return weights of n cameras as (n,) floats, refusing negative ones and none but zeros."""
+    """Return weights of n cameras as (n,) floats; refuse negative ones, and all of them 0."""
     weights = _real_array(values, "weights")
     if weights.shape != (n,):
         raise ValueError(f"weights must have shape ({n},), not {weights.shape}")
@@ -98,7 +98,7 @@ def check_positive(value: float, name: str, *, integer: bool = False) -> None:
 
 
 def finite_rows(array: Floats) -> NDArray[np.bool_]:
-    """Tell which cameras have finite values throughout: the ones that were estimated."""
+    """Return which cameras were estimated: those whose values are all finite."""
     return np.asarray(np.isfinite(array).reshape(len(array), -1).all(axis=1))
 
 
@@ -109,7 +109,9 @@ def _real_array(values: Any, name: str) -> Floats:
         raise ValueError(f"{name} is not a regular array: {error}") from None
     if array.dtype.kind not in "fiu":
         raise ValueError(f"{name} must hold real numbers, not {array.dtype}")
-    if isinstance(values, np.ma.MaskedArray):  # masked: not estimated, whatever lies beneath
+    if isinstance(
+        values, np.ma.MaskedArray
+    ):  # masked rows were not estimated, whatever values the mask hides
         array = np.ma.filled(values.astype(np.float64), np.nan)
     return np.asarray(array, dtype=np.float64)
 
@@ -128,7 +130,9 @@ def _check_orthonormal(rotations: Floats, name: str) -> None:
     with np.errstate(all="ignore"):
         gram = np.einsum("ikn,jkn->ijn", columns, columns).reshape(9, -1)
         gram[::4] -= 1
-        deviation = np.fmax.reduce(np.abs(gram, out=gram))  # inf rather than NaN
+        deviation = np.fmax.reduce(
+            np.abs(gram, out=gram)
+        )  # fmax ignores NaN, so infinite entries count
         a, b, c = columns
         minors = b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]
         determinant = a[0] * minors[0] + a[1] * minors[1] + a[2] * minors[2]

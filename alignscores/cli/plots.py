@@ -24,8 +24,8 @@ Floats = NDArray[np.float64]
 SHADE = "#a8c4dc"
 EDGE = "#1f4e79"
 REFERENCE = "0.72"
-# Dark to light, so that greyscale and colour blindness keep the order, without the end that
-# vanishes on white.
+# Dark to light, so that the order survives greyscale and colour blindness, without the light end,
+# which cannot be seen on white.
 ERRORS = ListedColormap(colormaps["inferno"](np.linspace(0.0, 0.82, 256)))
 STYLE: dict[Any, Any] = {
     "font.size": 8,
@@ -123,7 +123,7 @@ def score_panel(
     axes.spines[:].set_visible(True)
     axes.grid(visible=False)
 
-    # The curve rises: a high one leaves room below it at the right, a low one above it at the left.
+    # The curve rises: a high one leaves room at the lower right, a low one at the upper left.
     x, y, align = (0.96, 0.22, "right") if score >= 0.5 else (0.04, 0.82, "left")
     value = axes.text(x, y, f"{name} = {score:.3f}", fontsize="large", fontweight="bold")
     meaning = axes.text(x, y - 0.14, "shaded share of the box")
@@ -159,7 +159,7 @@ def trajectory_panel(axes: Axes, matches: Matches, result: PASResult) -> None:
         zorder=1,
     )
     axes.set_title("aligned trajectory")
-    # A square about the reference: wild estimates do not shrink the rest.
+    # A square around the reference, so that an estimate far away does not shrink the rest.
     centre = (gt.min(axis=0) + gt.max(axis=0)) / 2
     reach = 0.55 * float(np.ptp(gt, axis=0).max()) or 1.0
     for axis, set_limits, set_label in (

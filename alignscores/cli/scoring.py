@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..pose import PASResult, pas
 from ..similarity import least_squares_rmse
 from ..trajectories.association import Matches, match
-from ..trajectories.conventions import find_convention, seem_swapped, turn_cameras
+from ..trajectories.conventions import find_convention, rotate_cameras, seem_swapped
 from ..trajectories.files import Trajectory, inverse_poses
 from ..translation import closest_pair_quartile, tas
 from ..validation import finite_rows
@@ -74,7 +74,7 @@ def score(reference: Trajectory, name: str, file: str, arguments: argparse.Names
         body_rotation = convention.body_rotation if automatic else None
         est_poses = matches.est_poses
         if body_rotation is not None:
-            est_poses = turn_cameras(est_poses, body_rotation)
+            est_poses = rotate_cameras(est_poses, body_rotation)
         result = pas(
             matches.gt_poses,
             est_poses,

@@ -19,8 +19,8 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 MISSING = ("fail", "ignore")
-LONG_GAP = 10, 1.0  # times the median gap, and seconds: from both on, the track was lost
-NANOSECONDS = 0.5e9, 2e9  # ratio of time stamps, where one file has them in nanoseconds
+LONG_GAP = 10, 1.0  # in median gaps, and in seconds; a gap that exceeds both is a lost track
+NANOSECONDS = 0.5e9, 2e9  # range of the ratio of time stamps where one file is in nanoseconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,9 +175,9 @@ def in_order(reference: Trajectory) -> Trajectory:
 def coverage(reference: Trajectory, matches: Matches) -> float:
     """Return the share of a time-stamped reference over which the track was not lost.
 
-    It was lost between two scored poses, or at an end of the reference, that are more than 10 times
-    as far apart as usual (the median) and more than 1 s. What is lost counts by the reference's
-    poses, so that its own gaps do not.
+    It was lost in gaps between scored poses, and at the ends of the reference, that are longer than
+    10 times the median gap and longer than 1 s. The share is one of the reference's poses, so that
+    gaps in the reference itself do not count.
 
     Parameters
     ----------
@@ -211,12 +211,12 @@ def coverage(reference: Trajectory, matches: Matches) -> float:
 
 
 class _Pairing(NamedTuple):
-    """Rows of corresponding poses, in the reference's order, and what was left out of both."""
+    """Rows of corresponding poses, in the reference's order, and what was left out."""
 
     ref_rows: Indices
     est_rows: Indices
-    ref_kept: Indices  # the reference's rows without its duplicates
-    duplicate: int  # of the estimate
+    ref_kept: Indices  # rows of the reference without duplicates
+    duplicate: int  # number of estimated poses left out as duplicates
 
 
 def _match_times(
@@ -225,7 +225,7 @@ def _match_times(
     sync = require("evo.core.sync", "files")
     ref_kept, est_kept = _kept(ref_stamps, "reference"), _kept(est_stamps, "estimate")
     ref, est = ref_stamps[ref_kept], est_stamps[est_kept]
-    # As evo does: from the shorter one, so that none of its poses is lost.
+    # As evo does, from the shorter trajectory: each of its poses gets the nearest of the longer.
     if len(est) > len(ref):
         i, j = sync.matching_time_indices(ref, est, max_diff, offset)
     else:

@@ -1,4 +1,4 @@
-"""Mix-ups of convention between a reference and an estimate, told from inaccuracy.
+"""Mix-ups of convention between a reference and an estimate, distinguished from inaccuracy.
 
 An estimate whose camera axes are not the reference's (OpenGL against OpenCV, the IMU's against the
 camera's), or whose poses are world-to-camera, has a RAS near 0 for reasons that have nothing to do
@@ -8,13 +8,13 @@ with accuracy. With R_i, R̂_i the camera-to-world rotations and Q the rotation 
   relative rotations have equal angles, and Bᵀ takes the axes of one to those of the other, which
   gives B without Q; with B known, Q is the robust average of R̂_i Bᵀ R_iᵀ as in the RAS.
 - *world-to-camera*: the same for the inverted poses.
-- *quaternions with w at the wrong end* show as both, of the rotations alone.
+- *quaternions with w at the wrong end* look like both of these, in the rotations alone.
 - *mirrored*: the positions fit the reference's mirror image, as after a flip of one axis or a swap
   of two. The rotations of a mirrored world are the true ones up to another camera frame.
-- *swapped*: the scores hardly change when reference and estimate are exchanged, so only signs that
-  come with the files can tell.
+- *swapped*: the scores hardly change when reference and estimate are exchanged, so this can only be
+  guessed from how the two files look.
 
-How well the rotations fit is told by the RAS. Nothing is said unless a convention raises it far
+The RAS measures how well the rotations fit. A convention is reported only if it raises the RAS far
 more than the freedom to choose one does: an estimate that is merely bad, with noise, lost cameras
 or drift, fits under none.
 """
@@ -38,28 +38,28 @@ from ..translation import normalise
 from ..validation import finite_rows
 from .files import Trajectory, inverse_poses
 
-__all__ = ["Convention", "describe_rotation", "find_convention", "seem_swapped", "turn_cameras"]
+__all__ = ["Convention", "describe_rotation", "find_convention", "rotate_cameras", "seem_swapped"]
 
 Floats = NDArray[np.float64]
 
 SAMPLE = 500  # cameras looked at, evenly spread
 HYPOTHESES = 300  # camera triplets that propose a rotation B
-NEAR_DEG = 10.0  # the largest threshold of the RAS: a B within it is inaccuracy
+NEAR_DEG = 10.0  # the largest threshold of the RAS: a smaller B is inaccuracy
 MIN_CAMERAS = 10  # fewer fit some rotation by chance
-MIN_RAS = 0.35  # under the convention
-GAIN = 3.0  # and so many times the RAS without it
-TURN_DEG = (5.0, 170.0)  # relative rotations whose axis is well defined
-SHIFTED = (  # B of quaternions with w first taken for w last, and the other way round
+MIN_RAS = 0.35  # smallest RAS under a convention that is reported
+MIN_GAIN = 3.0  # smallest ratio of it to the RAS without the convention
+DEFINED_AXIS_DEG = (5.0, 170.0)  # angles of relative rotations whose axis is well defined
+SHIFTED_QUATERNIONS = (  # B where w first is read as w last, and the other way round
     np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
     np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]),
 )
-MIRROR_GAIN = 3.0  # factor by which the positions must fit better mirrored
-MIRROR_MISFIT = 0.15  # and how well, relative to the extent of the reference
+MIRROR_GAIN = 3.0  # factor by which the mirrored positions must fit better
+MIRROR_MISFIT = 0.15  # largest misfit of the mirrored positions, relative to the reference's extent
 
 
 @dataclass(frozen=True, eq=False)
 class Convention:
-    """The convention under which an estimate fits its reference, as far as it can be told.
+    """The convention under which an estimate fits its reference, as far as it can be found.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class Convention:
     mirrored : bool
         The positions fit the mirror image of the reference.
     ras : float
-        About the RAS of the poses as they are.
+        The RAS of the poses as they are, approximately.
     corrected_ras : float
         The same under the convention found.
     """
@@ -95,7 +95,7 @@ class Convention:
         return (
             self.rotations_inverted
             and self.body_rotation is not None
-            and any(np.allclose(self.body_rotation, frame) for frame in SHIFTED)
+            and any(np.allclose(self.body_rotation, frame) for frame in SHIFTED_QUATERNIONS)
         )
 
 
@@ -112,8 +112,7 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     Returns
     -------
     Convention
-        What was found; all False and None where the poses fit as they are, or nothing makes them
-        fit.
+        The convention; all False and None where the poses fit as they are, or fit under none.
 
     Notes
     -----
@@ -146,11 +145,11 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     return Convention(**{**vars(found), "mirrored": mirrored})
 
 
-def turn_cameras(est_poses: Floats, body_rotation: Floats) -> Floats:
+def rotate_cameras(est_poses: Floats, body_rotation: Floats) -> Floats:
     """Return estimated poses (n, 4, 4) with the reference's camera axes: R̂_i Bᵀ."""
-    turned = est_poses.copy()
-    turned[:, :3, :3] = est_poses[:, :3, :3] @ body_rotation.T
-    return turned
+    rotated = est_poses.copy()
+    rotated[:, :3, :3] = est_poses[:, :3, :3] @ body_rotation.T
+    return rotated
 
 
 def describe_rotation(rotation: Floats) -> str:
@@ -165,10 +164,11 @@ def describe_rotation(rotation: Floats) -> str:
 
 
 def seem_swapped(reference: Trajectory, estimate: Trajectory) -> bool:
-    """Tell whether the signs of time-stamped files say that the estimate came first.
+    """Tell whether two time-stamped files look as if the estimate were given as the reference.
 
-    The scores cannot tell. A SLAM estimate usually starts at the origin, unturned, and a reference
-    is usually sampled more densely: where both signs point the other way the two seem swapped.
+    The scores hardly depend on it. A SLAM estimate usually starts at the identity pose, and a
+    reference is usually sampled more densely: where both are the other way round, the two seem
+    swapped.
 
     Parameters
     ----------
@@ -188,15 +188,15 @@ def seem_swapped(reference: Trajectory, estimate: Trajectory) -> bool:
 def _starts_at_origin(trajectory: Trajectory) -> bool:
     first = trajectory.poses[int(np.argmin(trajectory.keys))]
     extent = np.nanmax(np.abs(trajectory.poses[:, :3, 3]), initial=0.0)
-    unturned = np.abs(first[:3, :3] - np.eye(3)).max() < 1e-3
-    return bool(unturned and np.abs(first[:3, 3]).max() <= 1e-3 * extent)
+    unrotated = np.abs(first[:3, :3] - np.eye(3)).max() < 1e-3
+    return bool(unrotated and np.abs(first[:3, 3]).max() <= 1e-3 * extent)
 
 
 def _find_rotation(gt: Floats, est: Floats) -> Convention:
-    """Find whether the estimate is inverted and its camera frame, without the mirror."""
+    """Find the convention of the rotations: whether they are inverted, and the camera frame."""
     rotations = gt[:, :3, :3]
     ras = _ras(_residuals(rotations, est[:, :3, :3]))
-    needed = max(MIN_RAS, GAIN * ras)
+    needed = max(MIN_RAS, MIN_GAIN * ras)
     if needed > 1:
         return Convention(ras=ras, corrected_ras=ras)
     fits: dict[bool, tuple[Floats | None, float]] = {}
@@ -209,8 +209,8 @@ def _find_rotation(gt: Floats, est: Floats) -> Convention:
     if not fits:
         return Convention(ras=ras, corrected_ras=ras)
 
-    # The positions of inverted poses fit only once they are inverted, too. So they also decide
-    # where motion about one axis can be read both ways.
+    # The positions of inverted poses fit only once the poses are inverted. So the positions also
+    # decide where rotations about a single axis fit both ways.
     as_is, inverted_misfit = _misfit(gt, est), _misfit(gt, inverse_poses(est))
     if len(fits) == 2 and abs(fits[True][1] - fits[False][1]) < 0.03:
         inverted = inverted_misfit < as_is
@@ -231,10 +231,10 @@ def _find_rotation(gt: Floats, est: Floats) -> Convention:
 def _best_frame(gt: Floats, est: Floats) -> tuple[Floats, float]:
     """Return the constant B with R̂_i ≈ Q R_i B for most cameras, and the RAS under it.
 
-    Where a turn by right angles fits about as well as any other it is that: conventions are.
+    A B that takes axes to axes is preferred to others that fit about as well: conventions do so.
     """
     best, best_ras = _AXES[0], 0.0
-    for axes in _AXES:  # the likeliest first: others must be better
+    for axes in _AXES:  # the likeliest first; a later one must be clearly better
         ras = _ras(_residuals(gt, est @ axes.T))
         if ras > best_ras + 0.02:
             best, best_ras = axes, ras
@@ -252,8 +252,8 @@ def _smallest_equivalent(gt: Floats, body: Floats) -> Floats:
     With R_i = W exp(θ_i a) any exp(φ a) B does; its trace, which is largest for the smallest
     angle, is a constant plus cos φ (tr B − aᵀ B a) + sin φ tr([a]ₓ B).
     """
-    turns = _log(gt[0].T @ gt)
-    axis = np.linalg.eigh(turns.T @ turns)[1][:, -1]
+    vectors = _log(gt[0].T @ gt)
+    axis = np.linalg.eigh(vectors.T @ vectors)[1][:, -1]
     along = axis @ body @ axis
     across = axis @ [body[1, 2] - body[2, 1], body[2, 0] - body[0, 2], body[0, 1] - body[1, 0]]
     spin = np.arctan2(across, np.trace(body) - along)
@@ -261,24 +261,25 @@ def _smallest_equivalent(gt: Floats, body: Floats) -> Floats:
 
 
 def _frame_hypothesis(gt: Floats, est: Floats) -> Floats:
-    """Return the B of the camera triplet that most cameras agree with."""
+    """Return the B of a camera triplet with which most cameras agree."""
     rng = np.random.default_rng(0)
     i, j, k = rng.integers(len(gt), size=(3, 10 * HYPOTHESES))
     gt_axes = [_log(gt[i].transpose(0, 2, 1) @ gt[other]) for other in (j, k)]
     est_axes = [_log(est[i].transpose(0, 2, 1) @ est[other]) for other in (j, k)]
     usable = np.ones(len(i), dtype=bool)
     for a, b in zip(gt_axes, est_axes, strict=True):
-        turn, est_turn = (np.degrees(np.linalg.norm(vector, axis=1)) for vector in (a, b))
-        usable &= (turn > TURN_DEG[0]) & (turn < TURN_DEG[1]) & (abs(turn - est_turn) < NEAR_DEG)
+        angle, est_angle = (np.degrees(np.linalg.norm(vector, axis=1)) for vector in (a, b))
+        usable &= (angle > DEFINED_AXIS_DEG[0]) & (angle < DEFINED_AXIS_DEG[1])
+        usable &= abs(angle - est_angle) < NEAR_DEG
     first = np.flatnonzero(usable)[:HYPOTHESES]
     best, best_count = np.eye(3), 0
     for h in first:
         pairs = zip(gt_axes, est_axes, strict=True)
         body = project_to_rotation(np.sum([np.outer(a[h], b[h]) for a, b in pairs], axis=0))
-        turned = est @ body.T
-        world = turned[i[h]] @ gt[i[h]].T
+        rotated = est @ body.T
+        world = rotated[i[h]] @ gt[i[h]].T
         # <Q R_i, R̂_i Bᵀ> = 1 + 2 cos(angle)
-        cosines = (np.einsum("nab,nab->n", world @ gt, turned) - 1) / 2
+        cosines = (np.einsum("nab,nab->n", world @ gt, rotated) - 1) / 2
         count = int(np.sum(cosines > np.cos(np.radians(NEAR_DEG))))
         if count > best_count:
             best, best_count = body, count
@@ -304,7 +305,7 @@ def _residuals(gt: Floats, est: Floats) -> Floats:
 
 
 def _ras(residuals: Floats) -> float:
-    """RAS with steps of any fineness; 0 where fewer cameras fit than prove anything."""
+    """Return the RAS with infinitely many thresholds; 0 where only few cameras fit, by chance."""
     if np.sum(residuals < NEAR_DEG) < MIN_CAMERAS:
         return 0.0
     return float(np.clip(1 - residuals / NEAR_DEG, 0, 1).mean())
@@ -336,7 +337,7 @@ def _log(rotations: Floats) -> Floats:
     return (angles * axes).T
 
 
-def _axis_turns() -> tuple[list[Floats], list[str]]:
+def _axis_rotations() -> tuple[list[Floats], list[str]]:
     """Return the 24 rotations that take axes to axes, the likeliest mix-ups first, with names."""
     body, camera = "x forward, y left, z up", "x right, y down, z forward"
     named = {
@@ -345,18 +346,19 @@ def _axis_turns() -> tuple[list[Floats], list[str]]:
         (0, -1, 0, 0, 0, -1, 1, 0, 0): f"as a frame with {body} to a camera with {camera}",
         (0, 0, 1, -1, 0, 0, 0, -1, 0): f"as a camera with {camera} to a frame with {body}",
     }
-    turns = [np.reshape(entries, (3, 3)).astype(float) for entries in named]
+    rotations = [np.reshape(entries, (3, 3)).astype(float) for entries in named]
     names = list(named.values())
     for order, signs in product(permutations(range(3)), product((1.0, -1.0), repeat=3)):
-        turn = np.eye(3)[list(order)] * np.array(signs)[:, None]
-        if np.linalg.det(turn) > 0 and not any(np.array_equal(turn, known) for known in turns):
-            turns.append(turn)
+        rotation = np.eye(3)[list(order)] * np.array(signs)[:, None]
+        known = any(np.array_equal(rotation, one) for one in rotations)
+        if np.linalg.det(rotation) > 0 and not known:
+            rotations.append(rotation)
             columns = [
                 f"{'-' if column.sum() < 0 else '+'}{'xyz'[abs(column).argmax()]}"
-                for column in turn.T
+                for column in rotation.T
             ]
             names.append(f"its x, y, z are the reference's {', '.join(columns)}")
-    return turns, names
+    return rotations, names
 
 
-_AXES, _NAMES = _axis_turns()
+_AXES, _NAMES = _axis_rotations()

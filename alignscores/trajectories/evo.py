@@ -1,6 +1,6 @@
-"""TAS, RAS and PAS as evo metrics: code written for `evo.core.metrics.APE` takes them as they are.
+"""TAS, RAS and PAS as evo metrics, for code written for `evo.core.metrics.APE`.
 
-They align by themselves: hand over the trajectories associated, but not aligned. Needs the extra
+They align the trajectories themselves, which must be associated, but not aligned. Needs the extra
 ``files``.
 
 Examples
@@ -43,7 +43,7 @@ Floats = NDArray[np.float64]
 
 
 class _Score(PE):  # type: ignore[misc]  # evo has no types
-    """What the three have in common.
+    """What the three metrics have in common.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ class PAS(_Score):
 
     @classmethod
     def of(cls, result: PASResult) -> "PAS":
-        """Return the metric of a result that is there already."""
+        """Return the metric of a result that was computed before."""
         metric = cls()
         metric._take(result)
         return metric
@@ -162,13 +162,13 @@ class PAS(_Score):
 
 
 def _missed(result: AlignmentScore) -> Floats:
-    """Share of the thresholds that each error is not below."""
+    """Return the share of the thresholds that each error misses: those it is not below."""
     missed = np.searchsorted(result.thresholds, result.errors, side="right")
     return np.asarray(missed / len(result.thresholds))
 
 
 def _poses(trajectory: Any) -> Floats:
-    """Return the poses (n, 4, 4) of an evo trajectory; those from files are rounded."""
+    """Return the poses (n, 4, 4) of an evo trajectory; matrices with few digits are corrected."""
     poses = np.array(trajectory.poses_se3, dtype=float)
     rotations, deviation = nearest_rotations(poses[:, :3, :3])
     rounded = deviation < 1e-2

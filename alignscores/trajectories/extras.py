@@ -37,7 +37,7 @@ def require(module: str, extra: str) -> Any:
     try:
         importlib.import_module(package)
     except ModuleNotFoundError as error:
-        if error.name != package:  # broken from within, which installing an extra would not mend
+        if error.name != package:  # an import inside the package fails, which no extra repairs
             raise
         reason = f'{package} is not installed: pip install "alignscores[{extra}]"'
         raise ModuleNotFoundError(reason, name=package) from None

@@ -44,9 +44,9 @@ KITTI_COLUMNS = "r11 r12 r13 tx r21 r22 r23 ty r31 r32 r33 tz"
 EUROC_COLUMNS = "timestamp tx ty tz qw qx qy qz ..."
 FORMAT_OF_COLUMNS = {8: "tum", 12: "kitti"}
 
-LATEST = 1e12  # seconds; time stamps beyond are in nanoseconds
-ROUNDED = 1e-2  # deviation from a unit quaternion or a rotation matrix that is more than rounding
-NO_ROTATION = 0.1  # deviation of a matrix beyond which there is no telling what it means
+LATEST = 1e12  # seconds; later time stamps are in nanoseconds
+ROUNDED = 1e-2  # largest deviation from a unit quaternion or a rotation that is taken for rounding
+NO_ROTATION = 0.1  # deviation from a rotation beyond which a matrix is refused
 OPENGL_TO_OPENCV = np.array([1.0, -1.0, -1.0])  # the camera's y and z axes point the other way
 
 
@@ -58,7 +58,7 @@ class FileError(ValueError):
 
 
 class TrajectoryWarning(UserWarning):
-    """Something in a trajectory that was mended, and that its owner should know about."""
+    """Something in a trajectory that was corrected, and that the user should know about."""
 
 
 class Trajectory(NamedTuple):
@@ -189,7 +189,7 @@ def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
     """Read a NeRF ``transforms.json``: camera-to-world matrices with OpenGL camera axes.
 
     Parameters and errors are as for `read_tum`. The keys are the frames' ``file_path`` without a
-    leading ``./``. The camera's axes are turned to x right, y down, z forward, as in all other
+    leading ``./``. The camera's axes are changed to x right, y down, z forward, as in all other
     formats.
     """
     frames = _nerf_frames(path)
@@ -250,7 +250,7 @@ def nearest_rotations(matrices: Floats) -> tuple[Floats, Floats]:
     with np.errstate(all="ignore"):
         excess = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
         deviation = np.abs(excess).reshape(-1, 9).max(axis=1)
-        for _ in range(4):  # the deviation is squared each time
+        for _ in range(4):  # each step squares the deviation
             matrices = matrices - matrices @ excess / 2
             excess = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
     return matrices, deviation
@@ -275,9 +275,9 @@ def _read_stamped(
 
     poses = np.tile(np.eye(4), (len(stamps), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = np.nan, trajectory.positions_xyz
-    rotated = np.isfinite(lengths)
-    poses[rotated, :3, :3] = scipy.spatial.transform.Rotation.from_quat(
-        quaternions[rotated], scalar_first=True
+    estimated = np.isfinite(lengths)
+    poses[estimated, :3, :3] = scipy.spatial.transform.Rotation.from_quat(
+        quaternions[estimated], scalar_first=True
     ).as_matrix()
     _check_complete(poses, path, where, complete)
     return Trajectory(stamps, poses)
@@ -288,8 +288,8 @@ def _through_evo(
 ) -> tuple[Any, Where]:
     """Read a text file with evo; return evo's trajectory and where its rows are in the file.
 
-    evo refuses blank lines and repeated or trailing separators and does not say where: it gets
-    the lines with single ones.
+    evo refuses blank lines and repeated or trailing separators, and does not say where they are. So
+    it is given the records joined by single separators.
     """
     file_interface = require("evo.tools.file_interface", "files")
     records, numbers = _records(path, columns, delimiter)
@@ -437,7 +437,7 @@ def _check_complete(poses: Floats, path: FilePath, where: Where, complete: bool)
 
 
 def _warn_of(deviation: Floats, path: FilePath, where: Where, what: str) -> None:
-    """Warn of rotations that are farther from one than rounding explains."""
+    """Warn of rotations that deviate from a rotation by more than rounding explains."""
     rows = np.flatnonzero(np.isfinite(deviation) & (deviation > ROUNDED))
     if len(rows) > 0:
         first, others = int(rows[0]), len(rows) - 1

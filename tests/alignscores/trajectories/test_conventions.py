@@ -9,7 +9,7 @@ from alignscores.trajectories.conventions import (
     describe_rotation,
     find_convention,
     seem_swapped,
-    turn_cameras,
+    rotate_cameras,
 )
 from alignscores.trajectories.files import Trajectory, inverse_poses
 
@@ -83,7 +83,7 @@ def test_another_camera_frame(kind, frame, lost):
     found = find_convention(gt, mixed_up)
     assert found.body_rotation is not None
     assert told(found) == []
-    mended = turn_cameras(mixed_up, found.body_rotation)
+    mended = rotate_cameras(mixed_up, found.body_rotation)
     honest = ras(gt[:, :3, :3], est[:, :3, :3]).score
     assert ras(gt[:, :3, :3], mended[:, :3, :3]).score > honest - 0.03
     assert ras(gt[:, :3, :3], mixed_up[:, :3, :3]).score < honest / 3
