@@ -1,18 +1,50 @@
-"""What all command lines of the study share: overrides, and one line for what goes wrong."""
+"""What all command lines of the study share: one line, and no traceback, for what goes wrong."""
 
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Sequence
 
-__all__ = ["CommandError", "run_command"]
+from pydantic import ValidationError
+
+__all__ = ["CommandError", "ConfigError", "first_problem", "run_command"]
 
 INTERRUPTED = 130  # exit code by custom: 128 + SIGINT
 
 
 class CommandError(ValueError):
-    """What ends a command with one line and this exit code, and no traceback."""
+    """Ends a command with one line and this exit code, and no traceback."""
 
     exit_code = 1
+
+
+class ConfigError(CommandError):
+    """A setting that is missing, mistyped or impossible."""
+
+    exit_code = 2
+
+
+def first_problem(error: ValidationError) -> tuple[str, str]:
+    """Return the key that a validation failed at first, and what is wrong with its value.
+
+    Examples
+    --------
+    >>> from pydantic import TypeAdapter, ValidationError
+    >>> from experiments.command import first_problem
+    >>> try:
+    ...     TypeAdapter(dict[str, int]).validate_python({"trials": "many"})
+    ... except ValidationError as error:
+    ...     print(first_problem(error))
+    ('trials', "should be a valid integer, unable to parse string as an integer, not 'many'")
+    """
+    problem = error.errors(include_url=False)[0]
+    key = ".".join(str(part) for part in problem["loc"])
+    if problem["type"] == "missing":
+        return key, "is missing"
+    if problem["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
+        return key, "is unknown"
+    if problem["type"] == "value_error":  # raised by our own checks, which name the value
+        return key, str(problem["ctx"]["error"])
+    return key, f"{problem['msg'].removeprefix('Input ')}, not {problem['input']!r}"
 
 
 def run_command(
@@ -25,7 +57,7 @@ def run_command(
     Parameters
     ----------
     parser : ArgumentParser
-        Of a program ``python -m MODULE``. Settings, as `overrides`, may follow its own arguments.
+        Of a program ``python -m MODULE``.
     work : callable
         Takes the parsed options and returns what to print, the files that it has written.
     arguments : sequence of str, optional
@@ -37,7 +69,6 @@ def run_command(
         The exit code, 0. Where the work ends in a `CommandError`, that of the error; in an
         `OSError`, 1; where it is interrupted, 130. Each is told in one line on standard error.
     """
-    parser.add_argument("overrides", nargs="*", default=[], metavar="key=value")
     options = parser.parse_intermixed_args(arguments)
     try:
         print(*work(options), sep="\n")

@@ -1,12 +1,18 @@
-"""All metrics of the paper by its names, evaluated side by side on one scene."""
+"""The registry of metrics: what each is called, how it is read, and how it is computed.
 
-from collections.abc import Sequence
+A column of a table of trials is a metric by its name, possibly with options that differ from the
+paper's values: ``TAS(max_threshold=0.5)``. This module alone reads and writes these names.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import ceil, floor, inf
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, PositiveInt, ValidationError, model_validator
 
 from alignscores import AlignmentScore, Similarity, ras, tas
 from alignscores.histogram import equal_steps
@@ -14,12 +20,166 @@ from alignscores.registration import Registration, pcr99
 from alignscores.translation import closest_pair_distances
 from baselines import ate, dre, dte, maa, rotation_statistics
 
-from .cameras import Scene
-from .config import ROTATION_STATISTICS, split_metric
+from .command import ConfigError, first_problem
+from .scenes import Scene
 
-__all__ = ["Evaluation", "evaluate"]
+__all__ = ["METRICS", "Column", "Evaluation", "Metric", "evaluate"]
 
 Floats = NDArray[np.float64]
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+PositiveOrInfinite = Annotated[float, Field(gt=0)]
+Share = Annotated[float, Field(gt=0, le=1)]
+Seed = Annotated[int, Field(ge=0)]
+# With infinitely many thresholds the staircase is a straight line, and the area under it exact.
+CountOrInfinite = PositiveInt | Annotated[float, Field(ge=inf)]
+RegistrationName = Literal["pcr99", "refined"]
+
+
+class Options(BaseModel):
+    """The options of a metric; the defaults are the paper's values."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class MAAOptions(Options):
+    """Thresholds of the mAA, and whether the sign of a translation is ignored."""
+
+    max_threshold_deg: Positive = 10.0
+    n_thresholds: PositiveInt = 100
+    fold_sign: bool = False
+
+
+class RegistrationOptions(Options):
+    """How the estimate is registered; `seed` is of the registration, beside that of the trial."""
+
+    registration: RegistrationName = "pcr99"
+    seed: Seed | None = None
+
+
+class TASOptions(RegistrationOptions):
+    """Unit, thresholds and registration of the TAS."""
+
+    max_threshold: Positive = 1.0
+    n_thresholds: CountOrInfinite = 100
+    quantile: Share = 0.75  # of the closest-pair distances: d
+    n_hypotheses: PositiveInt = 1000
+    prescreen: PositiveOrInfinite = 0.1
+    order: Share = 0.1  # of the cameras: m
+
+    @model_validator(mode="after")
+    def _refined_has_no_options_of_pcr99(self) -> "TASOptions":
+        own = {"prescreen", "order"} & self.model_fields_set
+        if self.registration == "refined" and own:
+            raise ValueError(f"{' and '.join(sorted(own))} can be set for pcr99 alone")
+        return self
+
+
+class RASOptions(Options):
+    """Thresholds of the RAS."""
+
+    max_threshold_deg: Positive = 10.0
+    n_thresholds: CountOrInfinite = 100
+
+
+class PASOptions(RegistrationOptions):
+    """Weight of the TAS in the PAS, and registration."""
+
+    weight: Annotated[float, Field(ge=0, le=1)] = 0.5
+
+
+@dataclass(frozen=True)
+class Metric:
+    """How a metric is computed and read; its name is its key in `METRICS`.
+
+    Parameters
+    ----------
+    function : callable
+        Computes it from an `Evaluation` and its options.
+    higher_is_better : bool
+        Whether it is a score; an error otherwise.
+    unit : {"", "units", "°"}
+        None, ground-truth units or degrees.
+    options : type of Options
+        The options, with the paper's values as defaults.
+    """
+
+    function: Callable[["Evaluation", Any], float]
+    higher_is_better: bool = False
+    unit: Literal["", "units", "°"] = ""
+    options: type[Options] = Options
+
+
+@dataclass(frozen=True)
+class Column:
+    """A metric with options, as it heads a column of a table of trials.
+
+    Parameters
+    ----------
+    name : str
+        One of `METRICS`.
+    options : mapping of str to str
+        Options that differ from the paper's, with their values as text.
+
+    Examples
+    --------
+    >>> from experiments.metrics import Column
+    >>> column = Column.parse("TAS(order=0.2)")
+    >>> column.name, column.options
+    ('TAS', {'order': '0.2'})
+    >>> str(column.with_option("seed", 3))
+    'TAS(order=0.2, seed=3)'
+    """
+
+    name: str
+    options: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def parse(cls, text: str) -> "Column":
+        """Read a column's name.
+
+        Raises
+        ------
+        ConfigError
+            Where there is no such metric or option, or the option cannot have the value.
+        """
+        name, bracket, inside = text.partition("(")
+        if name not in METRICS:
+            raise ConfigError(f"unknown metric {text!r}; known are {', '.join(METRICS)}")
+        pairs = inside.removesuffix(")").split(",") if bracket else []
+        options = {}
+        for pair in pairs:
+            key, _, value = (part.strip() for part in pair.partition("="))
+            known = METRICS[name].options.model_fields
+            if key not in known or not inside.endswith(")"):
+                choice = ", ".join(known) or "none"
+                raise ConfigError(f"metric {text!r} has no option {key!r}; the options are {choice}")
+            options[key] = value
+        column = cls(name, options)
+        try:
+            _ = column.values
+        except ValidationError as error:
+            key, problem = first_problem(error)
+            raise ConfigError(f"metric {text!r}: {f'{key} ' if key else ''}{problem}") from None
+        return column
+
+    def __str__(self) -> str:
+        inside = ", ".join(f"{key}={value}" for key, value in self.options.items())
+        return f"{self.name}({inside})" if inside else self.name
+
+    def with_option(self, key: str, value: object) -> "Column":
+        """Return the metric with one more option."""
+        return Column(self.name, {**self.options, key: str(value)})
+
+    @property
+    def metric(self) -> Metric:
+        """How it is computed and read."""
+        return METRICS[self.name]
+
+    @cached_property
+    def values(self) -> Options:
+        """The values of all options."""
+        return self.metric.options.model_validate(dict(self.options))
 
 
 def evaluate(
@@ -32,7 +192,7 @@ def evaluate(
     scene : Scene
         Ground-truth and estimated cameras.
     metrics : sequence of str
-        Names out of `experiments.config.METRICS`, possibly with options: "TAS(max_threshold=0.5)".
+        Names out of `METRICS`, possibly with options: "TAS(max_threshold=0.5)".
     registration_seed : SeedSequence
         Seed of the random registration in TAS and PAS, the same for all of them.
 
@@ -49,7 +209,7 @@ def evaluate(
     alone, as is usual: to lose a bad camera improves them.
     """
     evaluation = Evaluation(scene, registration_seed)
-    return {metric: evaluation.value(metric) for metric in metrics}
+    return {metric: evaluation.value(Column.parse(metric)) for metric in metrics}
 
 
 class Evaluation:
@@ -67,75 +227,53 @@ class Evaluation:
     """
 
     def __init__(self, scene: Scene, registration_seed: np.random.SeedSequence) -> None:
-        self._scene = scene
+        self.scene = scene
         self._seed = registration_seed
-        self._position_errors: dict[tuple[object, ...], Floats] = {}
+        self._position_errors: dict[TASOptions, Floats] = {}
 
-    def value(self, metric: str) -> float:
-        """Evaluate a metric, given by its name, possibly with options."""
-        name, options = split_metric(metric)
-        match name:
-            case "TAS":
-                return self._tas(**options)
-            case "RAS":
-                return self._ras(**options)
-            case "PAS":
-                return self._pas(**options)
-            case "mAA":
-                return maa(self._scene.gt_poses, self._scene.est_poses, **options)
-        scene = self._scene.estimated  # those below have no value for a camera that is missing
-        match name:
-            case "ATE":
-                return ate(scene.gt_positions, scene.est_positions)
-            case "DTE":
-                return dte(scene.gt_poses, scene.est_poses)
-            case "DRE":
-                return dre(scene.gt_rotations, scene.est_rotations)
-        assert name in ROTATION_STATISTICS
-        return self._rotation_statistics[name]
+    def value(self, column: Column) -> float:
+        """Evaluate a metric."""
+        return column.metric.function(self, column.values)
 
-    def _tas(
-        self,
-        *,
-        max_threshold: float = 1.0,
-        n_thresholds: float = 100,
-        quantile: float = 0.75,
-        **registration: Any,
-    ) -> float:
-        unit = self._unit(quantile)
-        errors = self._errors_of(unit, max_threshold, **registration)
-        return _score(errors, unit, max_threshold, n_thresholds)
+    def tas(self, options: TASOptions) -> float:
+        """Score the position errors."""
+        errors = self._errors(options)
+        unit = self._unit(options.quantile)
+        return _score(errors, unit, options.max_threshold, options.n_thresholds)
 
-    def _ras(self, *, max_threshold_deg: float = 10.0, n_thresholds: float = 100) -> float:
-        return _score(self._rotation_errors, 1.0, max_threshold_deg, n_thresholds)
+    def ras(self, options: RASOptions) -> float:
+        """Score the rotation errors."""
+        return _score(self._rotation_errors, 1.0, options.max_threshold_deg, options.n_thresholds)
 
-    def _pas(self, *, weight: float = 0.5, **registration: Any) -> float:
-        return weight * self._tas(**registration) + (1 - weight) * self._ras()
+    def pas(self, options: PASOptions) -> float:
+        """Weigh TAS and RAS."""
+        translation = TASOptions(registration=options.registration, seed=options.seed)
+        weight = options.weight
+        return weight * self.tas(translation) + (1 - weight) * self.ras(RASOptions())
 
-    def _errors_of(
-        self,
-        unit: float,
-        max_threshold: float,
-        *,
-        registration: str = "pcr99",
-        n_hypotheses: int = 1000,
-        seed: int | None = None,
-        **options: float,
-    ) -> Floats:
+    @cached_property
+    def rotation_statistics(self) -> dict[str, float]:
+        """Median, mean and RMS of the rotation errors, under both alignments."""
+        scene = self.scene.estimated
+        return rotation_statistics(scene.gt_rotations, scene.est_rotations)
+
+    def _errors(self, options: TASOptions) -> Floats:
         """Position errors under a registration, computed once for each."""
-        # PCR-99 knows nothing of the thresholds.
-        target = None if registration == "pcr99" else unit * max_threshold
-        key = (registration, n_hypotheses, seed, target, *sorted(options.items()))
+        # PCR-99 knows nothing of unit and thresholds, whatever they are.
+        other = {"n_thresholds": 100}
+        if options.registration == "pcr99":
+            other |= {"max_threshold": 1.0, "quantile": 0.75}
+        key = options.model_copy(update=other)
         if key not in self._position_errors:
-            scene = self._scene
+            scene = self.scene
             self._position_errors[key] = tas(
                 scene.gt_positions,
                 scene.est_positions,
-                rng=self._registration_seed(seed),
-                unit=unit,
-                n_hypotheses=n_hypotheses,
-                max_threshold=max_threshold,
-                registration=self._pcr99(**options) if options else registration,
+                rng=self._registration_seed(options.seed),
+                unit=self._unit(options.quantile),
+                n_hypotheses=options.n_hypotheses,
+                max_threshold=options.max_threshold,
+                registration=self._registration(options),
             ).errors
         return self._position_errors[key]
 
@@ -145,14 +283,17 @@ class Evaluation:
             return self._seed
         return np.random.SeedSequence(self._seed.entropy, spawn_key=(*self._seed.spawn_key, seed))
 
-    def _pcr99(self, *, order: float = 0.1, prescreen: float = 0.1) -> Registration:
-        """Return the paper's registration with another prescreening threshold or another m."""
-        m = max(4, floor(_exact(order * len(self._scene.gt_positions)) + 0.5))
+    def _registration(self, options: TASOptions) -> str | Registration:
+        """Return the registration: the paper's with another prescreening threshold or another m."""
+        if options.model_fields_set.isdisjoint(("prescreen", "order")):
+            return options.registration
+        m = max(4, floor(_exact(options.order * len(self.scene.gt_positions)) + 0.5))
 
         def register(
-            gt: Floats, est: Floats, /, *, order: int, **settings: Any
+            gt: Floats, est: Floats, /, *, rank: int, **settings: Any
         ) -> tuple[Similarity | None, int]:
-            return pcr99(gt, est, order=min(m, len(gt)), prescreen=prescreen, **settings)
+            rank = min(m, len(gt))
+            return pcr99(gt, est, rank=rank, prescreen=options.prescreen, **settings)
 
         return register
 
@@ -163,16 +304,11 @@ class Evaluation:
 
     @cached_property
     def _closest_pairs(self) -> Floats:
-        return np.sort(closest_pair_distances(self._scene.gt_positions))
+        return np.sort(closest_pair_distances(self.scene.gt_positions))
 
     @cached_property
     def _rotation_errors(self) -> Floats:
-        return ras(self._scene.gt_rotations, self._scene.est_rotations).errors
-
-    @cached_property
-    def _rotation_statistics(self) -> dict[str, float]:
-        scene = self._scene.estimated
-        return rotation_statistics(scene.gt_rotations, scene.est_rotations)
+        return ras(self.scene.gt_rotations, self.scene.est_rotations).errors
 
 
 def _score(errors: Floats, unit: float, largest: float, count: float) -> float:
@@ -185,3 +321,48 @@ def _score(errors: Floats, unit: float, largest: float, count: float) -> float:
 def _exact(product: float) -> float:
     """Take the rounding error off a share of a number: 0.07 of 100 is 7, not a little more."""
     return round(product, 9)
+
+
+def _maa(evaluation: Evaluation, options: MAAOptions) -> float:
+    scene = evaluation.scene
+    return maa(scene.gt_poses, scene.est_poses, **options.model_dump())
+
+
+# Those below have no value for a camera that is missing.
+
+
+def _ate(evaluation: Evaluation, _: Options) -> float:
+    scene = evaluation.scene.estimated
+    return ate(scene.gt_positions, scene.est_positions)
+
+
+def _dte(evaluation: Evaluation, _: Options) -> float:
+    scene = evaluation.scene.estimated
+    return dte(scene.gt_poses, scene.est_poses)
+
+
+def _dre(evaluation: Evaluation, _: Options) -> float:
+    scene = evaluation.scene.estimated
+    return dre(scene.gt_rotations, scene.est_rotations)
+
+
+def _rotation_statistic(name: str) -> Metric:
+    return Metric(lambda evaluation, _: evaluation.rotation_statistics[name], unit="°")
+
+
+METRICS: Mapping[str, Metric] = {
+    "ATE": Metric(_ate, unit="units"),
+    "DTE": Metric(_dte),
+    "mAA": Metric(_maa, higher_is_better=True, options=MAAOptions),
+    "TAS": Metric(Evaluation.tas, higher_is_better=True, options=TASOptions),
+    "RAS": Metric(Evaluation.ras, higher_is_better=True, options=RASOptions),
+    "PAS": Metric(Evaluation.pas, higher_is_better=True, options=PASOptions),
+    "DRE": Metric(_dre, unit="°"),
+    "Median-1": _rotation_statistic("Median-1"),
+    "Mean-1": _rotation_statistic("Mean-1"),
+    "RMS-1": _rotation_statistic("RMS-1"),
+    "Median-2": _rotation_statistic("Median-2"),
+    "Mean-2": _rotation_statistic("Mean-2"),
+    "RMS-2": _rotation_statistic("RMS-2"),
+}
+"""Every metric by its name: the paper's, for all but the options. To add one, add its entry."""

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from joblib import Parallel, parallel_config
 
-from .config import Config, ConfigError
+from .command import ConfigError
+from .config import Execution
 from .tables import package_versions
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ PATIENCE = 10  # seconds for the scheduler to answer, and for its first worker t
 
 
 @contextmanager
-def executor(config: Config) -> Iterator[Parallel]:
+def executor(execution: Execution) -> Iterator[Parallel]:
     """Open the backend of the settings: a joblib ``Parallel`` that generates results in order.
 
     Raises
@@ -31,10 +32,10 @@ def executor(config: Config) -> Iterator[Parallel]:
         the address, a worker has other packages than this process, or the cluster is
         lost in the middle.
     """
-    if config.backend != "dask":
-        yield Parallel(n_jobs=config.n_jobs, backend=config.backend, return_as="generator")
+    if execution.backend != "dask":
+        yield Parallel(n_jobs=execution.n_jobs, backend=execution.backend, return_as="generator")
         return
-    address = str(config.dask_address)
+    address = str(execution.dask_address)
     with _connect(address) as client, parallel_config("dask", client=client):
         from distributed import KilledWorker
 

@@ -1,14 +1,21 @@
-"""Run one experiment: ``python -m experiments.run experiment=outliers [key=value ...]``."""
+"""Run sweeps and write their table: ``python -m experiments.run experiment=outliers [key=value]``.
+
+Every trial of the study is run by this program. Snakemake tells it the settings, resolved, and
+where to write.
+"""
 
 import sys
-from argparse import ArgumentParser, RawDescriptionHelpFormatter
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from pathlib import Path
 
-from .command import run_command
-from .config import Config, experiment_names, load
+from pydantic import ValidationError
 
-__all__ = ["main", "run"]
+from .command import ConfigError, first_problem, run_command
+from .config import EXECUTION, experiment_names, load, split_override
+from .tables import SWEEPS, write_trials
+
+__all__ = ["main"]
 
 HELP = """\
 settings are Hydra overrides:
@@ -23,24 +30,40 @@ writes results/trials/NAME.csv, one row a trial, and NAME.json, what it rests on
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one experiment and write its table of trials; return the exit code."""
+    """Run one experiment, or the sweeps that are told, and return the exit code."""
     parser = ArgumentParser(
         prog="python -m experiments.run",
         description="Run one experiment of the simulation study.",
         epilog=HELP % " | ".join(experiment_names()),
         formatter_class=RawDescriptionHelpFormatter,
     )
-    return run_command(parser, lambda options: [run(load(options.overrides))], arguments)
+    parser.add_argument("overrides", nargs="*", default=[], metavar="key=value")
+    parser.add_argument("--table", type=Path, metavar="FILE.csv", help="where to write instead")
+    parser.add_argument(
+        "--sweeps",
+        metavar="JSON",
+        help="resolved settings to run instead of an experiment's; the overrides then say how",
+    )
+    return run_command(parser, _work, arguments)
 
 
-def run(config: Config, path: Path | None = None) -> Path:
-    """Run an experiment and write its table of trials; return where, see `trials_path`."""
-    from .sweep import sweep
-    from .tables import trials_path, write_trials
+def _work(options: Namespace) -> list[Path]:
+    from .sweep import run_sweeps
 
-    path = path or trials_path(config)
+    sweep, execution = load(options.overrides)
+    sweeps = (sweep,)
+    if options.sweeps is not None:
+        for override in options.overrides:
+            if split_override(override)[0] not in EXECUTION:
+                raise ConfigError(f"{override} cannot be set beside --sweeps, which has it")
+        try:
+            sweeps = SWEEPS.validate_json(options.sweeps)
+        except ValidationError as error:
+            raise ConfigError(f"--sweeps: {' '.join(first_problem(error))}") from None
+    path = options.table or Path(execution.results_dir) / "trials" / f"{sweep.name}.csv"
     path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials than after
-    return write_trials(config, sweep(config), path)
+    write_trials(path, run_sweeps(sweeps, execution), sweeps)
+    return [path]
 
 
 if __name__ == "__main__":

@@ -1,77 +1,107 @@
-"""Result tables on disk: whole or not at all, with their provenance beside them."""
+"""Tables of trials on disk: whole or not at all, each with the record of what it rests on."""
 
 import json
 import os
 import platform
-import shlex
 import subprocess
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
+from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from pydantic import TypeAdapter, ValidationError
 
 from .command import CommandError
-from .config import CONFIG_DIR, Config, result_settings
+from .config import CONFIG_DIR, Sweep
+from .grid import evaluations
 
-__all__ = [
-    "KEY_COLUMNS",
-    "TableError",
-    "check_settings",
-    "package_versions",
-    "provenance",
-    "read_csv",
-    "read_provenance",
-    "read_trials",
-    "to_csv",
-    "trials_path",
-    "write_files",
-    "write_table",
-    "write_trials",
-]
+__all__ = ["SWEEPS", "Record", "TableError", "Trials", "package_versions", "read_record"]
+__all__ += ["read_table", "read_trials", "to_csv", "write_files", "write_trials"]
 
-KEY_COLUMNS = (
-    "experiment",
-    "geometry",
-    "n_cameras",
-    "n_outliers",
-    "sigma_t",
-    "sigma_r_deg",
-    "replicate",
-    "trial",
-)
+SWEEPS = TypeAdapter(tuple[Sweep, ...])
+"""Reads and writes sweeps as JSON."""
+
 PACKAGES = (
     "alignscores",
     "numpy",
     "scipy",
     "pandas",
-    "evo",
     "joblib",
     "threadpoolctl",
     "hydra-core",
+    "pydantic",
     "matplotlib",
     "snakemake",
 )
 
 
 class TableError(CommandError):
-    """A table that is missing, damaged or another one than it should be.
+    """A file of results that is missing, damaged or another one than it should be.
 
     Parameters
     ----------
     path : Path
-        The table.
+        The file.
     problem : str
         What is wrong with it, to be read behind its path.
-    command : sequence of str
-        What makes a better one: a module of the project and its arguments.
     """
 
-    def __init__(self, path: Path, problem: str, command: Sequence[str] = ()) -> None:
-        remedy = f"; run: {shlex.join(['python', '-m', *command])}" if command else ""
-        super().__init__(f"{path} {problem}{remedy}")
+    def __init__(self, path: Path, problem: str) -> None:
+        remove = "delete it and " if path.exists() else ""
+        super().__init__(f"{path} {problem}; {remove}run: snakemake {path}")
+
+
+@dataclass(frozen=True)
+class Record:
+    """What a table of trials rests on.
+
+    Parameters
+    ----------
+    sweeps : tuple of Sweep
+        The settings that it was made under.
+    origin : mapping
+        Package versions, commit, Python and platform.
+    """
+
+    sweeps: tuple[Sweep, ...]
+    origin: Mapping[str, Any]
+
+    @property
+    def sweep(self) -> Sweep:
+        """The settings of a table of one sweep, or of the first."""
+        return self.sweeps[0]
+
+    @cached_property
+    def metrics(self) -> list[str]:
+        """The metrics of all sweeps."""
+        return list(dict.fromkeys(metric for sweep in self.sweeps for metric in sweep.metrics))
+
+
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """A table of trials with its record.
+
+    Parameters
+    ----------
+    path : Path
+        Where it was read.
+    table : DataFrame
+        One row a trial, see `experiments.sweep.run_sweeps`.
+    record : Record
+        What it rests on.
+    """
+
+    path: Path
+    table: pd.DataFrame
+    record: Record
+
+    @property
+    def sweep(self) -> Sweep:
+        """The settings of a table of one sweep."""
+        return self.record.sweep
 
 
 def write_files(files: Mapping[Path, bytes]) -> None:
@@ -104,129 +134,99 @@ def to_csv(table: pd.DataFrame) -> bytes:
     return table.to_csv(index=False, lineterminator="\n").encode()
 
 
-def read_csv(path: Path, command: Sequence[str] = (), **options: Any) -> pd.DataFrame:
-    """Read a table; `command` is what makes it, `options` are those of pandas.
+def write_trials(path: Path, table: pd.DataFrame, sweeps: Sequence[Sweep]) -> None:
+    """Write a table of trials as CSV, and its record beside it as JSON."""
+    settings = SWEEPS.dump_python(tuple(sweeps), mode="json", exclude_defaults=True)
+    text = json.dumps({"sweeps": settings, **_origin()}, indent=2) + "\n"
+    write_files({path.with_suffix(".json"): text.encode(), path: to_csv(table)})
+
+
+def read_table(path: Path, columns: Sequence[str] = (), **options: Any) -> pd.DataFrame:
+    """Read a table that has some columns; `options` are those of `pandas.read_csv`.
 
     Raises
     ------
     TableError
-        Where it is not there or cannot be read.
+        Where it is not there, cannot be read, or has other columns.
     """
     try:
         table: pd.DataFrame = pd.read_csv(path, **options)
     except FileNotFoundError:
-        raise TableError(path, "does not exist", command) from None
+        raise TableError(path, "does not exist") from None
     except (OSError, ValueError) as error:
-        reason = " ".join(str(error).split())
-        raise TableError(path, f"cannot be read ({reason})", command) from None
+        raise TableError(path, f"cannot be read ({' '.join(str(error).split())})") from None
+    missing = [column for column in columns if column not in table]
+    if missing:
+        raise TableError(path, f"has no column {missing[0]}")
     return table
 
 
-def trials_path(config: Config) -> Path:
-    """Return the path of an experiment's table of trials."""
-    return Path(config.results_dir) / "trials" / f"{config.name}.csv"
-
-
-def write_trials(config: Config, trials: pd.DataFrame, path: Path | None = None) -> Path:
-    """Write the trials of an experiment and their provenance; return where, see `trials_path`."""
-    path = path or trials_path(config)
-    write_table(path, trials, provenance(config))
-    return path
-
-
-def write_table(path: Path, table: pd.DataFrame, origin: Mapping[str, Any]) -> None:
-    """Write a table as CSV and what it rests on as JSON beside it."""
-    text = json.dumps(origin, indent=2) + "\n"
-    write_files({path.with_suffix(".json"): text.encode(), path: to_csv(table)})
-
-
-def read_trials(
-    config: Config, path: Path | None = None, command: Sequence[str] = ()
-) -> pd.DataFrame:
-    """Read the trials of an experiment, bit for bit as they were computed.
+def read_record(path: Path) -> Record:
+    """Read the record beside a table of trials.
 
     Parameters
     ----------
-    config : Config
-        The experiment.
-    path : Path, optional
-        The table; by default that of `trials_path`.
-    command : sequence of str
-        What makes the table, to be named where it does not do.
-
-    Returns
-    -------
-    DataFrame
-        At least one row, all key columns, and the metrics of the experiment.
+    path : Path
+        The table.
 
     Raises
     ------
     TableError
-        Where there is no such table, or it is empty, another one, or made under other settings.
+        Where there is no record, or it is something else.
     """
-    path = path or trials_path(config)
-    table = read_csv(path, command)
-    missing = [column for column in KEY_COLUMNS if column not in table]
-    if missing:
-        problem = f"is no table of trials: it has no column {missing[0]}"
-        raise TableError(path, problem, command)
-    if table.empty:
-        raise TableError(path, "has no trials", command)
-    if set(table["experiment"]) != {config.name}:
-        other = table["experiment"].iloc[0]
-        raise TableError(path, f"has trials of experiment {other!r}", command)
-    missing = [metric for metric in config.metrics if metric not in table]
-    if missing:
-        raise TableError(path, f"has no column {missing[0]}", command)
-    check_settings(config, path, command)
-    return table
-
-
-def check_settings(config: Config, path: Path, command: Sequence[str] = ()) -> None:
-    """Make sure that a table was made under these settings, from the record beside it.
-
-    Metrics may differ: the table has a column for each.
-
-    Raises
-    ------
-    TableError
-        Where it was not, or there is no record; `command` makes a better one.
-    """
-    wanted = result_settings(config)
-    found = read_provenance(path.with_suffix(".json"), command)["config"]
-    for key, value in wanted.items():
-        if key != "metrics" and (key not in found or found[key] != value):
-            made = f"{key}={found[key]}" if key in found else f"no {key}"
-            raise TableError(path, f"was made with {made}, not {key}={value}", command)
-
-
-def read_provenance(path: Path, command: Sequence[str] = ()) -> dict[str, Any]:
-    """Read what a result rests on, as `provenance` has it.
-
-    Raises
-    ------
-    TableError
-        Where the file is not there or is something else.
-    """
+    place = path.with_suffix(".json")
     try:
-        record = json.loads(path.read_bytes())
+        record = json.loads(place.read_bytes())
+        sweeps = SWEEPS.validate_json(json.dumps(record.pop("sweeps")))
+        keys = ("packages", "git", "python", "platform")
+        return Record(sweeps, {key: record[key] for key in keys})
     except FileNotFoundError:
-        raise TableError(path, "does not exist", command) from None
+        raise TableError(place, "does not exist") from None
     except OSError as error:
-        raise TableError(path, f"cannot be read ({error.strerror})", command) from None
-    except ValueError:
-        record = None
-    keys = ("config", "packages", "git", "python", "platform")
-    whole = isinstance(record, dict) and all(key in record for key in keys)
-    if not whole or not isinstance(record["config"], dict):
-        raise TableError(path, "is no record of provenance", command)
-    return dict(record)
+        raise TableError(place, f"cannot be read ({error.strerror})") from None
+    except (AttributeError, KeyError, TypeError, ValidationError, ValueError):
+        raise TableError(place, "is no record of a table of trials") from None
 
 
-def provenance(config: Config) -> dict[str, Any]:
-    """Return what a result rests on: settings, package versions, commit and platform."""
+def read_trials(path: Path) -> Trials:
+    """Read trials, bit for bit as they were computed, with the record of what they rest on.
+
+    Raises
+    ------
+    TableError
+        Where table or record is missing or damaged, or the one is not of the other.
+    """
+    record = read_record(path)
+    expected = _expected_keys(record.sweeps)
+    text = {"dtype": {"settings": str}, "keep_default_na": False, "na_values": [""]}
+    table = read_table(path, [*expected, *record.metrics], **text)
+    if "settings" in table:
+        table["settings"] = table["settings"].fillna("")
+    if len(table) != len(expected):
+        problem = f"has {len(table)} trials, not the {len(expected)} of the record beside it"
+        raise TableError(path, problem)
+    for key, wanted in expected.items():
+        if list(table[key]) != list(wanted):
+            raise TableError(path, f"has other trials than the record beside it: see {key}")
+    return Trials(path, table, record)
+
+
+def _expected_keys(sweeps: Sequence[Sweep]) -> pd.DataFrame:
+    """Return the key columns of the table that sweeps make."""
+    rows = [
+        {"experiment": sweep.name, "settings": sweep.differs, "geometry": sweep.geometry}
+        | asdict(cell)
+        | {"replicate": sweep.replicate, "trial": trial}
+        for sweep in sweeps
+        for cell in evaluations(sweep)
+        for trial in range(sweep.trials)
+    ]
+    table = pd.DataFrame(rows)
+    return table if len(sweeps) > 1 else table.drop(columns="settings")
+
+
+def _origin() -> dict[str, Any]:
     return {
-        "config": asdict(config),
         "packages": package_versions(),
         "git": _git_state(),
         "python": platform.python_version(),

@@ -1,9 +1,9 @@
-"""The figures of the paper, drawn from the tables of trials: ``python -m figures NAME``."""
+"""The figures, drawn from tables of results: ``python -m figures NAME TABLE.csv ... --output PATH``."""
 
-__all__ = ["FIGURES", "HISTOGRAM_EXPERIMENT", "STUDIES"]
+__all__ = ["FIGURES", "PAPER_FIGURES"]
 
-FIGURES: dict[str, tuple[str, ...]] = {
-    "histogram": (),
+PAPER_FIGURES: dict[str, tuple[str, ...]] = {
+    "histogram": ("combined",),  # one trial under its settings
     "outliers": ("outliers",),
     "collinear": ("collinear",),
     "trajectory_length": ("trajectory_length",),
@@ -11,16 +11,18 @@ FIGURES: dict[str, tuple[str, ...]] = {
     "combined": ("combined",),
     "maa_vs_pas": ("maa_vs_pas_outliers", "maa_vs_pas_length", "maa_vs_pas_collinear"),
 }
-"""Each figure with the experiments that its data come from; it is drawn by the module of its name.
+"""The figures of the paper, each with the experiments whose trials it shows."""
+
+FIGURES: dict[str, tuple[str, ...]] = {
+    **{name: tuple(f"trials/{one}" for one in of) for name, of in PAPER_FIGURES.items()},
+    "threshold_study": tuple(
+        f"tables/threshold_study_{kind}" for kind in ("tas", "ras", "pas", "registration")
+    ),
+    "registration_study": ("tables/registration_study",),
+    "beyond": ("tables/beyond",),
+    "paths": (),
+}
+"""All figures, each with the tables that it is drawn from; the module of its name draws it.
 
 Snakemake reads this before anything runs, so it must not cost an import of Matplotlib.
 """
-
-STUDIES: dict[str, tuple[str, ...]] = {
-    "threshold_study": ("_tas", "_ras", "_pas", "_registration"),
-    "registration_study": ("",),
-}
-"""Figures of the parameter studies, with the tables that they are drawn from, joined."""
-
-HISTOGRAM_EXPERIMENT = "combined"
-"""The experiment whose settings the one trial in the histogram is run with."""

@@ -2,36 +2,52 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from contextlib import contextmanager
+from dataclasses import field, replace
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, Self, TypeVar
 
-from omegaconf import OmegaConf
-from omegaconf.errors import OmegaConfBaseException
-from yaml import YAMLError
+from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic.dataclasses import dataclass
 
-from .config import CONFIG_DIR, ConfigError, experiment_names, split_metric
-from .statistics import SETTINGS, STATISTICS, TAKES, Cells
+from experiments.command import ConfigError, first_problem
+from experiments.config import CONFIG_DIR, experiment_names, read_yaml
+from experiments.grid import CELL_SETTINGS
+from experiments.metrics import Column
 
-__all__ = [
-    "CLAIMS_FILE",
-    "Claim",
-    "Claims",
-    "Decision",
-    "Reading",
-    "load_claims",
-    "split_replicates",
-]
+from ..statistics import STATISTICS, TAKES, Where
+
+__all__ = ["CLAIMS_FILE", "Claim", "Claims", "Decision", "Reading", "load_claims"]
 
 CLAIMS_FILE = CONFIG_DIR / "claims.yaml"
 BOUNDS = ("at least", "below", "within")
 HALF = 0.5  # of the last digit of the paper's numbers
+KNOWN_KEYS = ConfigDict(extra="forbid")
 
 T = TypeVar("T")
 
 
-@dataclass(frozen=True)
+def _one_of(what: str, choices: Sequence[str]) -> AfterValidator:
+    def check(value: str) -> str:
+        if value not in choices:
+            raise ValueError(f"unknown {what} {value!r}; they are {', '.join(choices)}")
+        return value
+
+    return AfterValidator(check)
+
+
+def _metric(name: str) -> str:
+    Column.parse(name)
+    return name
+
+
+Metric = Annotated[str, AfterValidator(_metric)]
+CellSetting = Annotated[str, _one_of("setting of a cell", CELL_SETTINGS)]
+Filter = dict[CellSetting, Annotated[list[float], Field(min_length=1)]]
+
+
+@dataclass(frozen=True, config=KNOWN_KEYS)
 class Claim:
     """One checkable statement. The keys and their meaning stand in ``configs/claims.yaml``."""
 
@@ -39,19 +55,31 @@ class Claim:
     statement: str
     source: str
     figure: str
-    experiment: str
-    statistic: str
-    metric: str
-    versus: str | None = None
-    level: list[str] = field(default_factory=list)
-    take: str = "smallest"
-    where: Cells = field(default_factory=dict)
-    before: Cells = field(default_factory=dict)
-    after: Cells = field(default_factory=dict)
+    experiment: Annotated[str, _one_of("experiment", experiment_names())]
+    statistic: Annotated[str, _one_of("statistic", list(STATISTICS))]
+    metric: Metric
+    versus: Metric | None = None
+    level: list[CellSetting] = field(default_factory=list)
+    take: Annotated[str, _one_of("'take'", list(TAKES))] = "smallest"
+    where: Filter = field(default_factory=dict)
+    before: Filter = field(default_factory=dict)
+    after: Filter = field(default_factory=dict)
     paper: float | None = None
     criterion: str | None = None
     settings: list[str] = field(default_factory=list)
     of_means: bool = False
+
+    @model_validator(mode="after")
+    def _can_be_decided(self) -> Self:
+        for key in STATISTICS[self.statistic].needs:
+            _require(bool(getattr(self, key)), f"needs {key!r} for its statistic")
+        one = (self.paper is None) != (self.criterion is None)
+        _require(one, "needs either a number of the paper or a criterion")
+        if self.criterion is not None:
+            relation, number = self.bound
+            known = relation in BOUNDS and isfinite(number)
+            _require(known, f"needs a criterion such as {' or '.join(BOUNDS)} 0.5")
+        return self
 
     @property
     def is_percentage(self) -> bool:
@@ -72,7 +100,10 @@ class Claim:
     def bound(self) -> tuple[str, float]:
         """The criterion as one of `BOUNDS` and a number."""
         relation, _, number = (self.criterion or "").rpartition(" ")
-        return relation, float(number)
+        try:
+            return relation, float(number)
+        except ValueError:
+            return "", 0.0
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -80,7 +111,7 @@ class Claim:
 
         Examples
         --------
-        >>> from experiments.claims import load_claims
+        >>> from studies.claims.claims import load_claims
         >>> claims = load_claims().claims
         >>> claims["outliers-range-maa"].interval, claims["outliers-tas-discerns"].interval
         ((-74.5, -73.5), (0.5, inf))
@@ -107,7 +138,7 @@ class Claim:
 
         Examples
         --------
-        >>> from experiments.claims import load_claims
+        >>> from studies.claims.claims import load_claims
         >>> load_claims().claims["outliers-range-maa"].describe()
         'change of the range of mAA, % (n_outliers 0 → n_outliers 50)'
         """
@@ -124,14 +155,14 @@ class Claim:
         return f"{text} ({'; '.join(cells)})" if cells else text
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, config=KNOWN_KEYS)
 class Reading:
     """One way to read what the paper leaves open, and how it changes a claim."""
 
     reading: str
     settings: list[str] = field(default_factory=list)
-    metric: str | None = None
-    where: Cells = field(default_factory=dict)
+    metric: Metric | None = None
+    where: Filter = field(default_factory=dict)
     of_means: bool = False
 
     def of(self, claim: Claim) -> Claim:
@@ -149,7 +180,7 @@ class Reading:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, config=KNOWN_KEYS)
 class Decision:
     """What was decided where the paper is silent or contradicts itself."""
 
@@ -157,25 +188,25 @@ class Decision:
     question: str
     paper: str
     choice: str
-    claims: list[str]
-    readings: list[Reading]
+    claims: Annotated[list[str], Field(min_length=1)]
+    readings: Annotated[list[Reading], Field(min_length=1)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, config=KNOWN_KEYS)
 class _Group:
     """Claims as they stand in the file, and what they share."""
 
     source: str
     figure: str
     experiment: str
-    claims: list[Any]
+    claims: list[dict[str, Any]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, config=KNOWN_KEYS)
 class _File:
-    replicates: Any
+    replicates: int
     groups: list[_Group]
-    decisions: list[Any]
+    decisions: list[dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -216,16 +247,12 @@ def load_claims(replicates: int | None = None, path: Path = CLAIMS_FILE) -> Clai
 
     Examples
     --------
-    >>> from experiments.claims import load_claims
+    >>> from studies.claims.claims import load_claims
     >>> claim = load_claims().claims["outliers-range-maa"]
     >>> claim.paper, claim.metric
     (-74.0, 'mAA')
     """
-    try:
-        content = OmegaConf.load(path)
-    except (OSError, YAMLError, OmegaConfBaseException) as error:
-        raise ConfigError(f"cannot read {path}: {' '.join(str(error).split())}") from None
-    file = _make(_File, content, "the file")
+    file = _make(_File, read_yaml(path), "the file")
     replicates = file.replicates if replicates is None else replicates
     if type(replicates) is not int or replicates < 2:
         raise ConfigError(
@@ -236,117 +263,64 @@ def load_claims(replicates: int | None = None, path: Path = CLAIMS_FILE) -> Clai
     for group in file.groups:
         for entry in group.claims:
             for claim in _expand(group, entry):
-                _require(claim.id not in claims, claim.id, "stands there twice")
+                if claim.id in claims:
+                    raise ConfigError(f"claims.yaml: {claim.id!r} stands there twice")
                 claims[claim.id] = claim
     decisions = [_decision(entry, claims) for entry in file.decisions]
     return Claims(replicates, claims, decisions)
 
 
-def split_replicates(overrides: Sequence[str]) -> tuple[int | None, list[str]]:
-    """Split ``replicates=R`` off the settings of an experiment; None where it is not given.
-
-    Examples
-    --------
-    >>> from experiments.claims import split_replicates
-    >>> split_replicates(["trials=5", "replicates=3"])
-    (3, ['trials=5'])
-    """
-    replicates, others = None, []
-    for override in overrides:
-        key, _, value = (part.strip() for part in override.partition("="))
-        if key != "replicates":
-            others.append(override)
-        elif value.isdecimal():
-            replicates = int(value)
-        else:
-            raise ConfigError(f"setting 'replicates' must be a whole number, not {value!r}")
-    return replicates, others
-
-
-def _expand(group: _Group, entry: Any) -> Iterator[Claim]:
+def _expand(group: _Group, entry: Mapping[str, Any]) -> Iterator[Claim]:
     """Make one claim of each metric of an entry."""
-    _require(isinstance(entry, dict), group.source, f"has no keys for a claim: {entry!r}")
     shared = {"source": group.source, "figure": group.figure, "experiment": group.experiment}
     for metric in _list(entry.get("metric")) or [None]:
-        level = _list(entry.get("level", []))
-        values = {**shared, **entry, "metric": metric, "level": level}
-        claim = _make(Claim, values, entry.get("id", f"a claim of {group.source}"))
-        slug = re.sub(r"[^a-z0-9.]+", "-", claim.metric.lower()).strip("-")
-        claim = replace(
-            claim,
-            id=claim.id.replace("{metric}", slug),
-            statement=claim.statement.replace("{metric}", claim.metric),
-        )
-        _check(claim)
-        yield claim
+        slug = re.sub(r"[^a-z0-9.]+", "-", str(metric).lower()).strip("-")
+        values = {
+            **shared,
+            **entry,
+            "metric": metric,
+            "level": _list(entry.get("level", [])),
+            "id": str(entry.get("id", "")).replace("{metric}", slug),
+            "statement": str(entry.get("statement", "")).replace("{metric}", str(metric)),
+        }
+        yield _make(Claim, values, values["id"] or f"a claim of {group.source}")
 
 
-def _decision(entry: Any, claims: Mapping[str, Claim]) -> Decision:
-    _require(isinstance(entry, dict), "decisions", f"has no keys for a decision: {entry!r}")
+def _decision(entry: Mapping[str, Any], claims: Mapping[str, Claim]) -> Decision:
     decision = _make(Decision, entry, entry.get("id", "a decision"))
-    for key in ("claims", "readings"):
-        _require(bool(getattr(decision, key)), decision.id, f"needs {key}")
     for name in decision.claims:
-        _require(name in claims, decision.id, f"names no claim: {name!r}")
+        if name not in claims:
+            raise ConfigError(f"claims.yaml: {decision.id!r} names no claim: {name!r}")
         for reading in decision.readings:
-            _check(reading.of(claims[name]))
+            with _named(f"{decision.id!r}, {reading.reading!r}"):
+                reading.of(claims[name])
     return decision
 
 
-def _make(kind: type[T], values: Any, name: str) -> T:
+def _make(kind: type[T], values: Mapping[str, Any], name: str) -> T:
     """Make a dataclass of what the file has for it: all its keys, no others, of their types."""
+    with _named(repr(name)):
+        return kind(**values)
+
+
+@contextmanager
+def _named(name: str) -> Iterator[None]:
+    """Say in one line which part of the file is wrong."""
     try:
-        made = OmegaConf.to_object(OmegaConf.merge(OmegaConf.structured(kind), values))
-    except (OmegaConfBaseException, ValueError) as error:
-        reason = str(getattr(error, "msg", None) or error).splitlines()[0]
-        key = getattr(error, "full_key", None)
-        raise ConfigError(f"claims.yaml: {name!r}: {f'{key}: ' if key else ''}{reason}") from None
-    assert isinstance(made, kind)
-    return made
+        yield
+    except ValidationError as error:
+        key, problem = first_problem(error)
+        raise ConfigError(f"claims.yaml: {name}: {f'{key}: ' if key else ''}{problem}") from None
 
 
-def _check(claim: Claim) -> None:
-    """Refuse what could not be decided."""
-    name = claim.id
-    choice = ", ".join(STATISTICS)
-    _require(claim.statistic in STATISTICS, name, f"has an unknown statistic; they are {choice}")
-    for key in STATISTICS[claim.statistic].needs:
-        _require(bool(getattr(claim, key)), name, f"needs {key!r} for its statistic")
-    _require(claim.experiment in experiment_names(), name, "has an unknown experiment")
-    for metric in claim.metrics:
-        try:
-            split_metric(metric)
-        except ConfigError as error:
-            raise ConfigError(f"claims.yaml: {name!r}: {error}") from None
-    _require(claim.take in TAKES, name, f"has an unknown 'take'; they are {', '.join(TAKES)}")
-    choice = ", ".join(SETTINGS)
-    for cells in (claim.where, claim.before, claim.after):
-        _require(set(cells) <= set(SETTINGS), name, f"may select cells by {choice}")
-        for values in cells.values():
-            numbers = [value for value in values if type(value) in (int, float)]
-            known = bool(numbers) and numbers == values
-            _require(known, name, "needs a list of numbers for each setting")
-    _require(set(claim.level) <= set(SETTINGS), name, f"has an unknown level; they are {choice}")
-    one = (claim.paper is None) != (claim.criterion is None)
-    _require(one, name, "needs either a number of the paper or a criterion")
-    if claim.criterion is None:
-        return
-    try:
-        relation, number = claim.bound
-    except ValueError:
-        relation, number = "", 0.0
-    known = relation in BOUNDS and isfinite(number)
-    _require(known, name, f"needs a criterion such as {' or '.join(BOUNDS)} 0.5")
-
-
-def _require(condition: bool, name: str, problem: str) -> None:
+def _require(condition: bool, problem: str) -> None:
     if not condition:
-        raise ConfigError(f"claims.yaml: {name!r} {problem}")
+        raise ValueError(problem)
 
 
 def _list(value: Any) -> list[Any]:
     return value if isinstance(value, list) else [value]
 
 
-def _write(cells: Cells) -> str:
-    return ", ".join(f"{key} {'/'.join(f'{v:g}' for v in values)}" for key, values in cells.items())
+def _write(where: Where) -> str:
+    return ", ".join(f"{key} {'/'.join(f'{v:g}' for v in values)}" for key, values in where.items())

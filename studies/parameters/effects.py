@@ -6,15 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from . import statistics
-from .study import Study, seeded
-from .tables import KEY_COLUMNS, read_csv, read_trials
+from experiments.grid import KEY_COLUMNS
 
-__all__ = ["EFFECTS", "Effect", "Trials", "effects", "read_parts", "read_table", "seeds_of"]
+from .. import statistics
+from .axes import Axis, seeded
+
+__all__ = ["EFFECTS", "Effect", "Parts", "effects", "over_seeds"]
 
 GROUPS = 10  # of trials, for the jackknife
 
-Trials = Mapping[str, pd.DataFrame]  # of each part
+Parts = Mapping[str, pd.DataFrame]  # the trials of each part of a study
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Effect:
     words: str
     larger_is_better: bool
     digits: int
-    of: Callable[[Trials, str], float]  # the trials of all parts, the metric
+    of: Callable[[Parts, str], float]  # the trials of all parts, the metric
     unit: str = ""
 
     def write(self, value: float) -> str:
@@ -32,9 +33,9 @@ class Effect:
         return f"{value:.{self.digits}f}{self.unit}"
 
 
-def _power(level: str, take: str, part: str = "outliers") -> Callable[[Trials, str], float]:
-    def of(trials: Trials, metric: str) -> float:
-        table = trials[part]
+def _power(level: str, take: str, part: str = "outliers") -> Callable[[Parts, str], float]:
+    def of(parts: Parts, metric: str) -> float:
+        table = parts[part]
         if not _varies(table, level):
             return np.nan
         return statistics.power(table, metric, [level], take)
@@ -42,31 +43,31 @@ def _power(level: str, take: str, part: str = "outliers") -> Callable[[Trials, s
     return of
 
 
-def _noise_range(of_means: bool) -> Callable[[Trials, str], float]:
+def _noise_range(of_means: bool) -> Callable[[Parts, str], float]:
     """Range over the noise levels; the mean over the outlier counts."""
 
-    def of(trials: Trials, metric: str) -> float:
-        part = trials["outliers"]
+    def of(parts: Parts, metric: str) -> float:
+        part = parts["outliers"]
         values = statistics.cell_means(part) if of_means else part
         return float(values.groupby("n_outliers")[metric].agg(np.ptp).mean())
 
     return of
 
 
-def _camera_dependence(trials: Trials, metric: str) -> float:
-    part = trials["length"]
+def _camera_dependence(parts: Parts, metric: str) -> float:
+    part = parts["length"]
     if not _varies(part, "n_cameras"):
         return np.nan
     return statistics.dependence(part, metric, ["n_cameras"], "mean")
 
 
-def seeds_of(trials: pd.DataFrame, metric: str) -> pd.DataFrame:
+def over_seeds(trials: pd.DataFrame, metric: str) -> pd.DataFrame:
     """Return the columns of a metric under each seed of the registration; RAS has none."""
     return trials[[name for k in range(trials.shape[1]) if (name := seeded(metric, k)) in trials]]
 
 
-def _seed_noise(trials: Trials, metric: str) -> float:
-    scores = seeds_of(trials["seeds"], metric)
+def _seed_noise(parts: Parts, metric: str) -> float:
+    scores = over_seeds(parts["seeds"], metric)
     return 0.0 if scores.empty else float(scores.std(axis=1, ddof=1).median())
 
 
@@ -100,7 +101,7 @@ the seeds of the registration, the median over scenes.
 """
 
 
-def effects(study: Study, trials: Trials) -> pd.DataFrame:
+def effects(axes: Sequence[Axis], parts: Parts) -> pd.DataFrame:
     """Compute all effects of all values of all axes.
 
     Returns
@@ -111,72 +112,44 @@ def effects(study: Study, trials: Trials) -> pd.DataFrame:
         the paper's value. It comes from a jackknife over groups of trials; since the trials are
         paired, it is smaller than that of either value. Empty where there is one trial.
     """
-    whole = _compute(trials, study.columns)
-    n_trials = max(int(table["trial"].max()) + 1 for table in trials.values())
+    columns = list(dict.fromkeys(column for axis in axes for column in axis.columns.values()))
+    whole = _compute(parts, columns)
+    n_trials = max(int(table["trial"].max()) + 1 for table in parts.values())
     count = min(GROUPS, n_trials)
-    parts = [_compute(_without(trials, group, count), study.columns) for group in range(count)]
+    reduced = [_compute(_without(parts, group, count), columns) for group in range(count)]
     rows = []
-    for axis in study.axes.values():
-        paper = axis.column(axis.paper)
-        for value in axis.values:
-            column = axis.column(value)
+    for axis in axes:
+        paper = axis.columns[axis.paper]
+        for value, column in axis.columns.items():
             row: dict[str, object] = {"axis": axis.name, "metric": axis.metric}
             row |= {"option": axis.option, "value": value}
             row |= {"paper": "yes" if value == axis.paper else "no"}
             for name in EFFECTS:
                 row[name] = whole[column, name]
-                differences = [part[column, name] - part[paper, name] for part in parts]
+                differences = [values[column, name] - values[paper, name] for values in reduced]
                 row[f"{name}_error"] = np.nan if column == paper else _jackknife(differences)
             rows.append(row)
     return pd.DataFrame(rows).round(6)
 
 
-def _compute(trials: Trials, columns: Sequence[str]) -> dict[tuple[str, str], float]:
+def _compute(parts: Parts, columns: Sequence[str]) -> dict[tuple[str, str], float]:
     values: dict[tuple[str, str], float] = {}
     for column in columns:
         own = {  # the columns that are needed: to group all of them takes long
             part: table if part == "seeds" else table[[*KEY_COLUMNS, column]]
-            for part, table in trials.items()
+            for part, table in parts.items()
         }
         values |= {(column, name): effect.of(own, column) for name, effect in EFFECTS.items()}
     return values
 
 
-def _without(trials: Trials, group: int, count: int) -> Trials:
+def _without(parts: Parts, group: int, count: int) -> Parts:
     """Leave out a group of trials in every cell."""
     if count < 2:
-        return trials
-    return {part: table[table["trial"] % count != group] for part, table in trials.items()}
+        return parts
+    return {part: table[table["trial"] % count != group] for part, table in parts.items()}
 
 
 def _jackknife(values: Sequence[float]) -> float:
     n = len(values)
     return float(np.sqrt((n - 1) * np.var(values))) if n > 1 else np.nan
-
-
-def read_parts(study: Study) -> dict[str, pd.DataFrame]:
-    """Read the trials of all parts of a study.
-
-    Raises
-    ------
-    TableError
-        Where one is missing or is another one, with the command that makes it.
-    """
-    command = ["experiments.study", study.name]
-    return {
-        name: read_trials(part.config, part.path, [*command, name, *study.overrides])
-        for name, part in study.parts.items()
-    }
-
-
-def read_table(study: Study, kind: str) -> pd.DataFrame:
-    """Read a table of a study, "_time" for example, with the values of axes as text.
-
-    Raises
-    ------
-    TableError
-        Where it cannot be read, with the command that makes it.
-    """
-    tool = ["study_time", study.name] if kind == "_time" else [f"{study.name}_study"]
-    command = [f"experiments.{tool[0]}", *tool[1:], *study.overrides]
-    return read_csv(study.table_path(kind), command, dtype={"value": str})

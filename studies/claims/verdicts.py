@@ -1,34 +1,34 @@
-"""Whether the paper's claims hold: ``python -m experiments.verdicts``.
+"""Whether the paper's claims hold, from the replicate studies.
 
 Every statistic is computed in each of R replicate studies. `ours` is its mean, `low` and `high`
 enclose the central 95 % of the replicates: the spread that a single study has, of which the paper's
 number is one draw.
 """
 
-import sys
-from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import t as students_t
 
-from .claims import Claim, Claims, load_claims, split_replicates
-from .command import run_command
-from .config import Config, load
-from .replicate import FIRST, KEYS, Trials, plan, replicate_path, rows
-from .statistics import STATISTICS, cell_means, select
-from .tables import TableError, check_settings, read_csv, to_csv, write_files
+from experiments.command import CommandError, ConfigError
+from experiments.grid import evaluations
+from experiments.tables import TableError, Trials
 
-__all__ = ["decide", "evaluate_claim", "main", "read_replicates", "verdict"]
+from ..statistics import STATISTICS, cell_means, select
+from .claims import Claim, Claims
+from .plan import needed_cells
+
+__all__ = ["CENTRAL", "INCONCLUSIVE", "NOT_REPRODUCED", "REPRODUCED", "VERDICTS"]
+__all__ += ["check_alike", "decide", "evaluate_claim", "select_trials", "verdict"]
 
 CENTRAL = (0.025, 0.975)
 REPRODUCED, NOT_REPRODUCED, INCONCLUSIVE = "reproduced", "not reproduced", "inconclusive"
+VERDICTS = (NOT_REPRODUCED, INCONCLUSIVE, REPRODUCED)
 
-Replicate = Mapping[Trials, pd.DataFrame]  # tables of trials
+Replicate = Mapping[tuple[str, tuple[str, ...]], pd.DataFrame]  # by `Claim.trials`
 
 
 def evaluate_claim(claim: Claim, trials: pd.DataFrame) -> float:
@@ -156,70 +156,43 @@ def _decided(claim: Claim, replicates: Sequence[Replicate]) -> dict[str, object]
     }
 
 
-def read_replicates(
-    claims: Claims, config: Config, overrides: Sequence[str] = ()
-) -> list[Replicate]:
-    """Read the tables of all replicate studies, which were run with these settings.
+def select_trials(claims: Claims, trials: Trials) -> Replicate:
+    """Return the trials of a replicate study by experiment and settings.
 
     Raises
     ------
     TableError
-        Where one is missing, or has other trials than it should or was made under other settings,
-        with the command that makes it.
+        Where the table does not have what the claims need.
     """
-    expected = rows(plan(claims, overrides))
-    return [
-        _read(
-            replace(config, replicate=number),
-            expected.assign(replicate=number),
-            ["experiments.replicate", *overrides, f"replicate={number}"],
-        )
-        for number in range(claims.replicates)
-    ]
+    sweeps = {(sweep.name, tuple(sweep.differs.split())): sweep for sweep in trials.record.sweeps}
+    for claim in claims:
+        if claim.trials not in sweeps:
+            raise TableError(trials.path, f"has no trials for the claim {claim.id!r}")
+        sweep = sweeps[claim.trials]
+        try:
+            needed = needed_cells(claim, sweep)
+        except ConfigError as error:
+            raise TableError(trials.path, f"does not do: {error}") from None
+        evaluated = evaluations(sweep)
+        if any(set(claim.metrics) - set(evaluated.get(cell, ())) for cell in needed):
+            raise TableError(trials.path, f"lacks trials for the claim {claim.id!r}")
+    groups = trials.table.groupby(["experiment", "settings"], sort=False)
+    return {(str(name), tuple(str(differs).split())): rows for (name, differs), rows in groups}
 
 
-def _read(config: Config, expected: pd.DataFrame, command: Sequence[str]) -> Replicate:
-    path = replicate_path(config)
-    table = read_csv(path, command, keep_default_na=False, na_values=[""], dtype={"settings": str})
-    missing = [column for column in expected if column not in table]
-    if missing:
-        raise TableError(path, f"has no column {missing[0]}", command)
-    table["settings"] = table["settings"].fillna("")
-    if len(table) != len(expected):
-        problem = f"has {len(table)} trials, not the {len(expected)} that the claims need"
-        raise TableError(path, problem, command)
-    for key, wanted in expected.items():
-        found = table[key] if key in KEYS else table[key].notna()
-        if list(found) != list(wanted):
-            raise TableError(path, f"has other trials than the claims need: see {key}", command)
-    check_settings(config, path, command)
-    return {
-        (str(experiment), tuple(str(settings).split())): group
-        for (experiment, settings), group in table.groupby(["experiment", "settings"], sort=False)
-    }
+def check_alike(replicates: Sequence[Trials]) -> None:
+    """Make sure that replicate studies differ in their number alone.
 
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Write ``<results_dir>/claims.csv`` and ``tables/decisions.csv``; return the exit code."""
-    parser = ArgumentParser(
-        prog="python -m experiments.verdicts",
-        description="Give each claim of the paper a verdict, from the replicate studies.",
-        epilog="settings are those of python -m experiments.replicate; and replicates=20",
-    )
-    return run_command(parser, _work, arguments)
-
-
-def _work(options: Namespace) -> list[object]:
-    replicates, overrides = split_replicates(options.overrides)
-    claims = load_claims(replicates)
-    config = load([f"experiment={FIRST}", *overrides])
-    table, decisions = decide(claims, read_replicates(claims, config, overrides))
-    results = Path(config.results_dir)
-    files = {results / "claims.csv": table, results / "tables" / "decisions.csv": decisions}
-    write_files({path: to_csv(content) for path, content in files.items()})
-    counts = table["verdict"].value_counts()
-    return [*files, ", ".join(f"{count} {name}" for name, count in counts.items())]
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    Raises
+    ------
+    TableError, CommandError
+        Where there are fewer than two, or one has other settings than the first.
+    """
+    if len(replicates) < 2:
+        raise CommandError("verdicts take at least two replicate studies: the spread is between them")
+    first = [replace(sweep, replicate=0) for sweep in replicates[0].record.sweeps]
+    for number, trials in enumerate(replicates):
+        if [replace(sweep, replicate=0) for sweep in trials.record.sweeps] != first:
+            raise TableError(trials.path, f"has other settings than {replicates[0].path}")
+        if {sweep.replicate for sweep in trials.record.sweeps} != {number}:
+            raise TableError(trials.path, f"is not replicate {number}")

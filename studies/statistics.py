@@ -7,49 +7,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy
 
-from .config import split_metric
+from experiments.grid import CELL_SETTINGS
+from experiments.metrics import Column
 
 if TYPE_CHECKING:  # heavy, and Snakemake only wants to know what the claims need
     import pandas as pd
 
-__all__ = [
-    "DISCERNS",
-    "SETTINGS",
-    "STATISTICS",
-    "TAKES",
-    "Cells",
-    "Statistic",
-    "cell_means",
-    "correlation",
-    "dependence",
-    "favour",
-    "first_step",
-    "power",
-    "powers",
-    "range_change",
-    "relative_dependence",
-    "relative_first_step",
-    "relative_range",
-    "select",
-    "unsteadiness",
-]
+__all__ = ["DISCERNS", "STATISTICS", "TAKES", "Statistic", "Where", "cell_means", "correlation"]
+__all__ += ["dependence", "power", "powers", "select"]
 
 # The discerning power of a metric that discerns a level. Tau-b counts the pairs of trials at one
 # level against it: of those at two levels, 76 % are in the right order then where there are ten
 # levels, 78 % where there are five and 81 % where there are three.
 DISCERNS = 0.5
-SETTINGS = ("n_cameras", "n_outliers", "sigma_t", "sigma_r_deg")  # that make a cell
-SCORES = ("mAA", "TAS", "RAS", "PAS")  # better when larger; all others are errors
 TAKES: Mapping[str, Callable[[Any], Any]] = {
     "smallest": np.min,
     "largest": np.max,
     "mean": np.mean,
 }
 
-Cells = dict[str, list[Any]]  # numbers for settings; cells with any of them are meant
+Where = Mapping[str, Sequence[float]]  # for some settings of a cell, the values that it may have
 
 
-def select(trials: "pd.DataFrame", where: Cells) -> "pd.DataFrame":
+def select(trials: "pd.DataFrame", where: Where) -> "pd.DataFrame":
     """Return the trials whose settings have one of the values named for each."""
     for column, values in where.items():
         trials = trials[trials[column].isin(values)]
@@ -58,7 +38,7 @@ def select(trials: "pd.DataFrame", where: Cells) -> "pd.DataFrame":
 
 def cell_means(trials: "pd.DataFrame") -> "pd.DataFrame":
     """Return the means of the trials of each cell, one row a cell."""
-    return trials.groupby(list(SETTINGS), as_index=False).mean(numeric_only=True)
+    return trials.groupby(list(CELL_SETTINGS), as_index=False).mean(numeric_only=True)
 
 
 def correlation(values: "pd.Series[float]", levels: "pd.Series[float]") -> float:
@@ -68,13 +48,13 @@ def correlation(values: "pd.Series[float]", levels: "pd.Series[float]") -> float
     return float(scipy.stats.kendalltau(values, levels).statistic)
 
 
-def range_change(trials: "pd.DataFrame", metric: str, before: Cells, after: Cells) -> float:
+def range_change(trials: "pd.DataFrame", metric: str, before: Where, after: Where) -> float:
     """Change of the range from some cells to others in per cent; NaN where it was 0."""
-    ranges = (_range(select(trials, cells)[metric]) for cells in (after, before))
+    ranges = (_range(select(trials, where)[metric]) for where in (after, before))
     return _percentage(*ranges) - 100
 
 
-def unsteadiness(trials: "pd.DataFrame", metric: str, before: Cells, after: Cells) -> float:
+def range_change_size(trials: "pd.DataFrame", metric: str, before: Where, after: Where) -> float:
     """Change of the range, up or down."""
     return abs(range_change(trials, metric, before, after))
 
@@ -89,7 +69,7 @@ def powers(trials: "pd.DataFrame", metric: str, level: Sequence[str]) -> list[fl
 
     There is one for each group of trials that share all other settings.
     """
-    sign = -1 if split_metric(metric)[0] in SCORES else 1
+    sign = -1 if Column.parse(metric).metric.higher_is_better else 1
     return [
         sign * correlation(group[metric], group[name]) for name, group in _groups(trials, level)
     ]
@@ -100,7 +80,7 @@ def power(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) 
     return float(TAKES[take](powers(trials, metric, level)))
 
 
-def favour(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
+def improvement(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
     """Discerning power turned round: positive where the metric looks better as a level rises."""
     return float(TAKES[take]([-tau for tau in powers(trials, metric, level)]))
 
@@ -119,7 +99,7 @@ def relative_dependence(
     return _percentage(*(dependence(trials, name, level, take) for name in (metric, versus)))
 
 
-def first_step(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
+def initial_response(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
     """Share of the mean's change, first to last level, that happens up to the second; per cent."""
     steps = []
     for name, group in _groups(cell_means(trials), level):
@@ -128,11 +108,11 @@ def first_step(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: 
     return float(TAKES[take](steps))
 
 
-def relative_first_step(
+def relative_initial_response(
     trials: "pd.DataFrame", metric: str, versus: str, level: Sequence[str], take: str
 ) -> float:
-    """First step of a metric in per cent of that of another."""
-    return _percentage(*(first_step(trials, name, level, take) for name in (metric, versus)))
+    """Initial response of a metric in per cent of that of another."""
+    return _percentage(*(initial_response(trials, name, level, take) for name in (metric, versus)))
 
 
 def _percentage(part: float, whole: float) -> float:
@@ -150,7 +130,7 @@ def _groups(trials: "pd.DataFrame", level: Sequence[str]) -> Iterator[tuple[str,
     """
     for name in level:
         at_a_level = trials.groupby(name)
-        free = [column for column in SETTINGS if at_a_level[column].nunique().max() > 1]
+        free = [column for column in CELL_SETTINGS if at_a_level[column].nunique().max() > 1]
         groups = [group for _, group in trials.groupby(free)] if free else [trials]
         yield from ((name, group) for group in groups)
 
@@ -187,8 +167,8 @@ STATISTICS: Mapping[str, Statistic] = {
     "range change": Statistic(
         range_change, ("before", "after"), "change of the range of {metric}, %", has_ranges=True
     ),
-    "unsteadiness": Statistic(
-        unsteadiness, ("before", "after"), "|change of the range| of {metric}, %", has_ranges=True
+    "size of range change": Statistic(
+        range_change_size, ("before", "after"), "|change of the range| of {metric}, %", has_ranges=True
     ),
     "relative range": Statistic(
         relative_range,
@@ -202,8 +182,8 @@ STATISTICS: Mapping[str, Statistic] = {
         "τ of {metric} with {level}, positive where worse",
         is_percentage=False,
     ),
-    "favour": Statistic(
-        favour,
+    "improvement": Statistic(
+        improvement,
         ("level", "take"),
         "τ of {metric} with {level}, positive where better",
         is_percentage=False,
@@ -218,14 +198,14 @@ STATISTICS: Mapping[str, Statistic] = {
         ("versus", "level", "take"),
         "movement of the mean of {metric} over {level}, in its range, relative to {versus}, %",
     ),
-    "first step": Statistic(
-        first_step,
+    "initial response": Statistic(
+        initial_response,
         ("level", "take"),
         "share of the first step of {level} in the change of {metric}, %",
         least_levels=3,
     ),
-    "relative first step": Statistic(
-        relative_first_step,
+    "relative initial response": Statistic(
+        relative_initial_response,
         ("versus", "level", "take"),
         "share of the first step of {level} in the change of {metric}, relative to {versus}, %",
         least_levels=3,

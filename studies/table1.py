@@ -1,4 +1,4 @@
-"""Table 1 of the paper, derived from the trials: ``python -m experiments.comparison``.
+"""Table 1 of the paper, derived from the trials: ``python -m studies.table1 EXPERIMENT.csv ...``.
 
 Which metric can do without metric scale, and which is robust to outliers, to collinear motion and
 to the trajectory length? Every answer is a statistic of trials against a stated criterion.
@@ -6,21 +6,23 @@ to the trajectory length? Every answer is a statistic of trials against a stated
 
 import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from .command import run_command
-from .config import Config, load
-from .metrics import evaluate
-from .statistics import DISCERNS, power, powers
-from .sweep import cells, draw_scene, trial_seeds
-from .tables import TableError, read_trials, to_csv, trials_path, write_files
+from experiments.command import CommandError, run_command
+from experiments.config import Sweep
+from experiments.grid import cells
+from experiments.metrics import evaluate
+from experiments.sweep import draw_scene, trial_seeds
+from experiments.tables import TableError, Trials, read_trials, to_csv, write_files
 
-__all__ = ["compare", "main", "to_markdown"]
+from .statistics import DISCERNS, power, powers
+
+__all__ = ["CRITERIA", "EXPERIMENTS", "PROPERTIES", "compare", "main", "to_markdown"]
 
 OUTLIER_SHARE = 0.1  # robust: still discerns noise with so many of the cameras lost
 SCALE = 1000.0  # metres to millimetres
@@ -88,15 +90,13 @@ class Finding:
     experiment: str
 
 
-def compare(configs: dict[str, Config], overrides: Sequence[str] = ()) -> pd.DataFrame:
+def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
     """Derive Table 1 from the trials.
 
     Parameters
     ----------
-    configs : dict of str to Config
-        The settings of `EXPERIMENTS`, whose tables of trials are read.
-    overrides : sequence of str
-        What made these settings, to be named where a table does not do.
+    experiments : mapping of str to Trials
+        The trials of `EXPERIMENTS`.
 
     Returns
     -------
@@ -108,14 +108,12 @@ def compare(configs: dict[str, Config], overrides: Sequence[str] = ()) -> pd.Dat
     Raises
     ------
     TableError
-        Where a table of trials is missing or incomplete.
+        Where the criteria cannot be applied to a table of trials.
     """
     trials = {
-        name: _read(configs[name], ["experiments.run", f"experiment={name}", *overrides])
-        for name in EXPERIMENTS
-        if name != SCALE_EXPERIMENT
+        name: _checked(experiments[name]) for name in EXPERIMENTS if name != SCALE_EXPERIMENT
     }
-    scale_changes = _scale_changes(configs[SCALE_EXPERIMENT])
+    scale_changes = _scale_changes(experiments[SCALE_EXPERIMENT].sweep)
     rows = []
     for metric, answers in PAPER.items():
         findings = (
@@ -168,12 +166,12 @@ def _mark(row: "pd.Series[str]") -> str:
     return f"{answer} ({row['value']:.3g})"
 
 
-def _scale_changes(config: Config) -> dict[str, float]:
+def _scale_changes(sweep: Sweep) -> dict[str, float]:
     """Largest relative change of each metric, over one trial a cell, in scaled ground truth."""
     changes = dict.fromkeys(PAPER, 0.0)
-    for cell in cells(config):
-        scene_seed, registration_seed = trial_seeds(config, cell, 0)
-        scene = draw_scene(config, cell, scene_seed)
+    for cell in cells(sweep):
+        scene_seed, registration_seed = trial_seeds(sweep, cell, 0)
+        scene = draw_scene(sweep, cell, scene_seed)
         scaled = replace(scene, gt_positions=SCALE * scene.gt_positions)
         before = evaluate(scene, list(PAPER), registration_seed)
         after = evaluate(scaled, list(PAPER), registration_seed)
@@ -222,41 +220,45 @@ def _yes(answer: bool) -> str:
     return "yes" if answer else "no"
 
 
-def _read(config: Config, command: Sequence[str]) -> pd.DataFrame:
-    """Read a table that the criteria can be applied to."""
-    path, trials = trials_path(config), read_trials(config, command=command)
-    for metric, experiment in [*OUTLIERS.items(), *COLLINEAR.items(), *LENGTH.items()]:
-        if experiment == config.name and metric not in trials:
+def _checked(experiment: Trials) -> pd.DataFrame:
+    """Return a table that the criteria can be applied to."""
+    path, trials, name = experiment.path, experiment.table, experiment.sweep.name
+    for metric, tested in [*OUTLIERS.items(), *COLLINEAR.items(), *LENGTH.items()]:
+        if tested == name and metric not in trials:
             raise TableError(path, f"has no column {metric}")
     noise = trials["sigma_t"].nunique() * trials["sigma_r_deg"].nunique()
     if noise < 2:
         raise TableError(path, "has one noise level, which nothing can be correlated with")
-    if config.name in LENGTH.values():
+    if name in LENGTH.values():
         if trials["n_cameras"].nunique() < 2:
             raise TableError(path, "has one number of cameras")
     elif not trials["n_outliers"].between(1, OUTLIER_SHARE * trials["n_cameras"].min()).any():
         raise TableError(path, f"has no trials with 1 to {OUTLIER_SHARE:.0%} outliers")
-    elif config.name in COLLINEAR.values() and not (trials["n_outliers"] == 0).any():
+    elif name in COLLINEAR.values() and not (trials["n_outliers"] == 0).any():
         raise TableError(path, "has no trials without outliers")
     return trials
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write ``<results_dir>/tables/method_comparison.csv`` and ``.md``; return the exit code."""
+    """Write the table as CSV, and in Markdown as the paper has it; return the exit code."""
     parser = ArgumentParser(
-        prog="python -m experiments.comparison",
+        prog="python -m studies.table1",
         description="Derive Table 1 of the paper from the tables of trials.",
-        epilog="settings are those that the experiments were run with, for example results_dir=DIR",
     )
+    parser.add_argument("experiments", nargs="+", type=Path, metavar="EXPERIMENT.csv")
+    parser.add_argument("--output", type=Path, required=True, metavar="FILE.csv")
     return run_command(parser, _work, arguments)
 
 
 def _work(options: Namespace) -> list[Path]:
-    configs = {name: load([f"experiment={name}", *options.overrides]) for name in EXPERIMENTS}
-    table = compare(configs, options.overrides)
-    path = Path(configs[SCALE_EXPERIMENT].results_dir) / "tables" / "method_comparison.csv"
-    write_files({path: to_csv(table), path.with_suffix(".md"): to_markdown(table).encode()})
-    return [path, path.with_suffix(".md")]
+    read = [read_trials(path) for path in options.experiments]
+    experiments = {trials.sweep.name: trials for trials in read}
+    missing = [name for name in EXPERIMENTS if name not in experiments]
+    if missing:
+        raise CommandError(f"Table 1 needs the trials of {', '.join(missing)}, too")
+    table, written = compare(experiments), options.output.with_suffix(".md")
+    write_files({options.output: to_csv(table), written: to_markdown(table).encode()})
+    return [options.output, written]
 
 
 if __name__ == "__main__":

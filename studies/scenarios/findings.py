@@ -1,43 +1,36 @@
-"""What the scenarios of a study show: ``python -m experiments.findings``.
+"""What the scenarios of a study show: each metric, judged.
 
 A metric orders the noise levels of a scenario where it gets worse with noise and Kendall's rank
 correlation is at least 0.5 at every number of outliers; likewise for the numbers of outliers.
 """
 
-import sys
-from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from itertools import combinations
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from .command import run_command
-from .config import Config
-from .scenarios import BEYOND, Study, load_study
-from .statistics import DISCERNS, power
-from .tables import read_trials, to_csv, write_files
+from experiments.tables import Trials
 
-__all__ = ["DISCERNS", "LEVELS", "findings", "findings_path", "main"]
+from ..statistics import DISCERNS, power
+
+__all__ = ["LEVELS", "SCORES", "findings"]
 
 LEVELS = {"noise": "sigma_t", "outliers": "n_outliers"}
 VERDICTS = ("orders noise and outliers", "orders noise", "orders outliers", "orders nothing")
 GENERATORS = ("geometry", "error", "outliers", "outlier_side")
-JUDGED = ("TAS", "RAS", "PAS")  # whose failures are told
+SCORES = ("TAS", "RAS", "PAS")  # whose failures are told
 NEAR_ZERO = 0.1  # a score that has so little left
 
 
-def findings(trials: Mapping[str, pd.DataFrame], scenarios: Mapping[str, Config]) -> pd.DataFrame:
+def findings(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
     """Judge every metric in every scenario.
 
     Parameters
     ----------
-    trials : mapping of str to DataFrame
+    scenarios : mapping of str to Trials
         The trials of each scenario.
-    scenarios : mapping of str to Config
-        Their settings.
 
     Returns
     -------
@@ -54,10 +47,10 @@ def findings(trials: Mapping[str, pd.DataFrame], scenarios: Mapping[str, Config]
         - `finding`: of the scenario, in sentences; the same in all its rows
     """
     rows = []
-    for name, config in scenarios.items():
-        judged = [_judge(trials[name], metric) for metric in config.metrics]
-        keys = {key: getattr(config, key) for key in GENERATORS}
-        finding = " ".join(_sentences(trials[name], judged))
+    for name, trials in scenarios.items():
+        judged = [_judge(trials.table, metric) for metric in trials.sweep.metrics]
+        keys = {key: getattr(trials.sweep, key) for key in GENERATORS}
+        finding = " ".join(_sentences(trials.table, judged))
         rows += [{"scenario": name} | keys | row | {"finding": finding} for row in judged]
     return pd.DataFrame(rows)
 
@@ -81,7 +74,7 @@ def _power(trials: pd.DataFrame, metric: str, level: str) -> float:
 
 
 def _sentences(trials: pd.DataFrame, judged: Sequence[Mapping[str, Any]]) -> list[str]:
-    ours = [row for row in judged if row["metric"] in JUDGED]
+    ours = [row for row in judged if row["metric"] in SCORES]
     found = [_who_orders_what(judged), *map(_failure, ours), _near_zero(trials, ours)]
     found += [_no_worse(trials, row["metric"]) for row in ours]
     return [sentence for sentence in found if sentence]
@@ -132,34 +125,3 @@ def _no_worse(trials: pd.DataFrame, metric: str) -> str:
 def _names(names: Sequence[str]) -> str:
     return " and ".join([part for part in (", ".join(names[:-1]), names[-1]) if part])
 
-
-def findings_path(study: Study) -> Path:
-    """Return the path of the table of a study's findings."""
-    return Path(study.results_dir) / "tables" / f"{study.name}.csv"
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Write ``<results_dir>/tables/<study>.csv``; return the exit code."""
-    parser = ArgumentParser(
-        prog="python -m experiments.findings",
-        description="Tell what the scenarios show, from their tables of trials.",
-        epilog="settings are those that the scenarios were run with",
-    )
-    parser.add_argument("--scenarios", type=Path, default=BEYOND, metavar="FILE")
-    return run_command(parser, _work, arguments)
-
-
-def _work(options: Namespace) -> list[Path]:
-    study = load_study(options.scenarios, options.overrides)
-    file = [] if options.scenarios == BEYOND else ["--scenarios", str(options.scenarios)]
-    trials = {
-        name: read_trials(config, None, ["experiments.scenarios", name, *file, *options.overrides])
-        for name, config in study.scenarios.items()
-    }
-    path = findings_path(study)
-    write_files({path: to_csv(findings(trials, study.scenarios))})
-    return [path]
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,0 +1,74 @@
+"""The grid of a sweep: its cells, and what is evaluated in each."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from itertools import product
+
+from .config import Sweep
+
+__all__ = ["CELL_SETTINGS", "KEY_COLUMNS", "Cell", "cells", "evaluations"]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One combination of settings; all trials of a sweep are run in every cell."""
+
+    n_cameras: int
+    n_outliers: int
+    sigma_t: float
+    sigma_r_deg: float
+
+    def matches(self, where: Mapping[str, Sequence[float]]) -> bool:
+        """Tell whether each setting named has one of the values given for it."""
+        return all(getattr(self, key) in values for key, values in where.items())
+
+
+def cells(sweep: Sweep) -> list[Cell]:
+    """Return the cells of a sweep's grid in the order of its result table.
+
+    Examples
+    --------
+    >>> from experiments.config import load_sweep
+    >>> from experiments.grid import cells
+    >>> grid = cells(load_sweep(["experiment=outliers"]))
+    >>> len(grid), grid[0]
+    (70, Cell(n_cameras=100, n_outliers=0, sigma_t=0.01, sigma_r_deg=3.0))
+    """
+    noise = (
+        list(zip(sweep.sigma_t, sweep.sigma_r_deg, strict=True))
+        if sweep.noise == "paired"
+        else list(product(sweep.sigma_t, sweep.sigma_r_deg))
+    )
+    return [
+        Cell(n, k, sigma_t, sigma_r)
+        for n, k, (sigma_t, sigma_r) in product(sweep.n_cameras, sweep.n_outliers, noise)
+    ]
+
+
+def evaluations(sweep: Sweep) -> dict[Cell, list[str]]:
+    """Return the cells that are run, and the metrics that are evaluated in each.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> from experiments.config import Selection, load_sweep
+    >>> from experiments.grid import evaluations
+    >>> sweep = load_sweep(["experiment=outliers"])
+    >>> one = replace(sweep, only=[Selection(["TAS"], {"n_outliers": [1], "sigma_t": [0.05]})])
+    >>> evaluations(one)
+    {Cell(n_cameras=100, n_outliers=1, sigma_t=0.05, sigma_r_deg=3.0): ['TAS']}
+    """
+    grid = cells(sweep)
+    if not sweep.only:
+        return dict.fromkeys(grid, sweep.metrics)
+    wanted: dict[Cell, list[str]] = {}
+    for selection in sweep.only:
+        for cell in (cell for cell in grid if cell.matches(selection.where)):
+            metrics = wanted.setdefault(cell, [])
+            metrics += [metric for metric in selection.metrics if metric not in metrics]
+    return wanted
+
+
+CELL_SETTINGS = tuple(setting.name for setting in fields(Cell))
+KEY_COLUMNS = ("experiment", "geometry", *CELL_SETTINGS, "replicate", "trial")
+"""The first columns of a table of trials: they tell which trial a row is."""

@@ -1,0 +1,126 @@
+"""What the claims need: the cells of each experiment, and the metrics to evaluate there."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from experiments.command import ConfigError
+from experiments.config import Selection, Sweep, load_sweep
+from experiments.grid import Cell, cells
+
+from ..statistics import STATISTICS
+from ..study import Study, Table, reject
+from .claims import Claim, Claims
+
+__all__ = ["load_replicates", "needed_cells", "plan"]
+
+OWN = ("experiment", "metrics", "replicate")
+
+
+def load_replicates(claims: Claims, overrides: Sequence[str] = ()) -> Study:
+    """Return the replicate studies: one table each, of all sweeps that the claims need.
+
+    Raises
+    ------
+    ConfigError
+        Where a setting is wrong, or leaves a claim without the cells it needs.
+
+    Examples
+    --------
+    >>> from studies.claims.claims import load_claims
+    >>> from studies.claims.plan import load_replicates
+    >>> study = load_replicates(load_claims(3))
+    >>> list(study.tables), study.tables["2"].sweeps[0].replicate
+    (['0', '1', '2'], 2)
+    """
+    reject(overrides, OWN, "the claims decide what is run")
+    sweeps = plan(claims, overrides)
+    tables = {
+        str(number): Table(tuple(replace(sweep, replicate=number) for sweep in sweeps))
+        for number in range(claims.replicates)
+    }
+    return Study("claims", "replicates", tables)
+
+
+def plan(claims: Claims, overrides: Sequence[str] = ()) -> list[Sweep]:
+    """Collect what the claims need: a sweep for each experiment and way to read it.
+
+    Raises
+    ------
+    ConfigError
+        As `load_replicates`.
+    """
+    sweeps: dict[tuple[str, tuple[str, ...]], Sweep] = {}
+    selections: dict[tuple[str, tuple[str, ...]], list[Selection]] = {}
+    for claim in claims:
+        if claim.trials not in sweeps:
+            experiment, settings = claim.trials
+            sweeps[claim.trials] = _load([f"experiment={experiment}", *overrides, *settings])
+        needed_cells(claim, sweeps[claim.trials])
+        wanted = selections.setdefault(claim.trials, [])
+        wanted += [one for one in _selections(claim) if one not in wanted]
+    return [
+        replace(
+            sweep,
+            differs=" ".join(settings),
+            metrics=list(dict.fromkeys(m for one in selections[key] for m in one.metrics)),
+            only=selections[key],
+        )
+        for key, sweep in sweeps.items()
+        for _, settings in [key]
+    ]
+
+
+def _load(overrides: Sequence[str]) -> Sweep:
+    """Say which experiment a setting does not suit."""
+    try:
+        return load_sweep(overrides)
+    except ConfigError as error:
+        raise ConfigError(f"{error} ({' '.join(overrides)})") from None
+
+
+def _selections(claim: Claim) -> list[Selection]:
+    """Return the cells that a claim takes, those before and after a change apart."""
+    both = []
+    for part in (claim.before, claim.after) if claim.before or claim.after else ({},):
+        where = {
+            key: [value for value in values if value in part.get(key, values)]
+            for key, values in {**part, **claim.where}.items()
+        }
+        both.append(Selection(list(claim.metrics), where))
+    return both
+
+
+def needed_cells(claim: Claim, sweep: Sweep) -> list[Cell]:
+    """Return the cells of a sweep's grid that a claim takes, if they can decide it.
+
+    Raises
+    ------
+    ConfigError
+        Where a value is missing that the claim names, or levels to be compared.
+    """
+    found = [
+        cell
+        for cell in cells(sweep)
+        if any(cell.matches(selection.where) for selection in _selections(claim))
+    ]
+    for part in (claim.where, claim.before, claim.after):
+        for key, values in part.items():
+            missing = sorted(set(values) - _levels(found, key))
+            if missing:
+                raise ConfigError(
+                    f"claim {claim.id!r} needs trials of {sweep.name} with {key} {missing[0]:g}, "
+                    "which these settings leave out"
+                )
+    least = STATISTICS[claim.statistic].least_levels
+    for key in claim.level:
+        levels = _levels(found, key)
+        if len(levels) < least:
+            raise ConfigError(
+                f"claim {claim.id!r} compares levels of {key}, at least {least} of them, and these "
+                f"settings of {sweep.name} have {len(levels)}"
+            )
+    return found
+
+
+def _levels(found: Sequence[Cell], key: str) -> set[float]:
+    return {getattr(cell, key) for cell in found}

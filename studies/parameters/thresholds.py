@@ -1,0 +1,185 @@
+"""What the paper's thresholds cost and gain, and the words for it.
+
+Texts have the emphasis of Markdown: the same stand in ``threshold_study.md`` and in the report.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from .axes import Axis, value_title
+from .effects import EFFECTS
+
+__all__ = ["CERTAIN", "SHOWN", "TERMS", "Choice", "choices", "differs", "lead", "method"]
+__all__ += ["to_markdown"]
+
+SHOWN = (  # the effects that sentences are about
+    "noise_power",
+    "outlier_power",
+    "majority_power",
+    "noise_range_of_means",
+    "camera_dependence",
+    "seed_noise",
+)
+CERTAIN = 2.3  # standard errors: 95 % of Student's t, of the jackknife's nine degrees of freedom
+RELEVANT = 0.02  # of the paper's value
+SLOWER = 1.5  # ratio of run times from which they are worth a sentence
+NOTHING = "nothing that these trials can tell"
+
+TERMS = {
+    "τ with noise, with outliers": "Kendall’s rank correlation of the score with the noise level, "
+    "positive where the score gets worse, mean over the numbers of outliers; and the other way "
+    "round. Where most are lost: four of five cameras are outliers.",
+    "Range over noise": "Largest minus smallest mean score over the noise levels, mean over the "
+    "numbers of outliers. That of single trials, which scatter widens, stands in the tables.",
+    "Dependence on cameras": "How far the mean moves with the number of cameras, in per cent of "
+    "its range over all noise levels.",
+    "Seed noise": "Standard deviation of one input’s score over the seeds of the registration, "
+    "median over inputs.",
+}
+"""What the effects mean."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A value that the paper chose, with what it costs and gains against others."""
+
+    axis: Axis
+    costs: Sequence[str]
+    gains: Sequence[str]
+
+    @property
+    def paper(self) -> str:
+        """The paper's value."""
+        return value_title(self.axis.option, self.axis.paper)
+
+    @property
+    def others(self) -> str:
+        """The values that it is compared with."""
+        values = (value for value in self.axis.values if value != self.axis.paper)
+        return ", ".join(value_title(self.axis.option, value) for value in values)
+
+
+def choices(axes: Sequence[Axis], table: pd.DataFrame) -> list[Choice]:
+    """Tell what the paper's value of each axis costs and gains.
+
+    Parameters
+    ----------
+    axes : sequence of Axis
+        The axes.
+    table : DataFrame
+        What `studies.parameters.effects.effects` returns.
+
+    Returns
+    -------
+    list of Choice
+        The costs are the effects in which another value is certainly better, each with the best
+        one; the gains those in which another is certainly worse, with the worst one.
+    """
+    found = []
+    for axis in axes:
+        rows = table[table["axis"] == axis.name].set_index("value")
+        costs, gains = [], []
+        for name in SHOWN:
+            larger = EFFECTS[name].larger_is_better
+            costs += _sentence(rows, axis, name, larger, "instead of")
+            gains += _sentence(rows, axis, name, not larger, "against")
+        found.append(Choice(axis, costs, gains))
+    return found
+
+
+def _sentence(rows: pd.DataFrame, axis: Axis, name: str, larger: bool, words: str) -> list[str]:
+    """Name the most extreme of the values that certainly have a larger, or smaller, effect."""
+    effect, ours = EFFECTS[name], float(rows[name][axis.paper])
+    certain = {
+        str(value): theirs
+        for value, theirs, error in zip(rows.index, rows[name], rows[f"{name}_error"], strict=True)
+        if differs(ours, theirs, error) and (theirs > ours) == larger
+    }
+    if not certain:
+        return []
+    other = (max if larger else min)(certain, key=certain.__getitem__)
+    theirs = certain[other]
+    written = value_title(axis.option, other)
+    at = f"at {other}" if written == other else f"({written})"
+    return [f"{effect.words} {effect.write(ours)} {words} {effect.write(theirs)} {at}"]
+
+
+def differs(ours: float, theirs: float, error: float) -> bool:
+    """Return whether another value's effect certainly is another than the paper's, by enough.
+
+    Examples
+    --------
+    >>> from studies.parameters.thresholds import differs
+    >>> differs(0.5, 0.6, 0.04), differs(0.5, 0.6, 0.06), differs(0.5, 0.509, 0.001)
+    (True, False, False)
+    """
+    difference = abs(theirs - ours)
+    return difference > CERTAIN * error and difference >= RELEVANT * abs(ours)
+
+
+def lead(found: Sequence[Choice]) -> str:
+    """Sum up in a sentence or two how many of the paper's values cost something."""
+    costly = sum(bool(choice.costs) for choice in found)
+    useful = sum(bool(choice.gains) for choice in found)
+    text = (
+        f"Of {len(found)} values that the paper chose by experience, **{costly} cost something** "
+        f"that another value would give, and **{useful} gain something** that another would lose."
+    )
+    free = [choice.axis.title for choice in found if not choice.costs]
+    return f"{text} No cost shows for {', '.join(free)}." if free else text
+
+
+def method(trials: int) -> str:
+    """Tell how the values were compared, with so many trials in each cell."""
+    cell = "1 trial" if trials == 1 else f"{trials} trials"
+    return (
+        "Each value is compared with others of the same option, all other options as in the paper, "
+        f"on the same cameras, {cell} in each cell. A cost names the best of the values that "
+        "certainly are better, a gain the worst of those that certainly are worse; what is best in "
+        f"one respect is often worse in another. Certain is what differs by more than {CERTAIN:g} "
+        f"standard errors and {100 * RELEVANT:g} %."
+    )
+
+
+def to_markdown(
+    axes: Sequence[Axis], table: pd.DataFrame, times: pd.DataFrame, trials: int
+) -> str:
+    """Write what the paper's values cost and gain.
+
+    Parameters
+    ----------
+    axes : sequence of Axis
+        The axes.
+    table : DataFrame
+        What `studies.parameters.effects.effects` returns.
+    times : DataFrame
+        What `studies.parameters.times.measure` returns.
+    trials : int
+        Number of trials in each cell.
+    """
+    found = choices(axes, table)
+    lines = [lead(found), "", method(trials), ""]
+    for choice in found:
+        costs, gains = ("; ".join(part) or NOTHING for part in (choice.costs, choice.gains))
+        lines.append(
+            f"- **{choice.axis.title}, {choice.paper}**, against {choice.others}. "
+            f"*Costs:* {costs}. *Gains:* {gains}."
+        )
+    lines += ["", *(f"- *{term}*: {text}" for term, text in TERMS.items()), ""]
+    lines += ["Processor time of one evaluation, where the values differ in it. It is another in"]
+    lines += ["every run and on every machine.", "", *_times(axes, times)]
+    return "\n".join(lines) + "\n"
+
+
+def _times(axes: Sequence[Axis], times: pd.DataFrame) -> list[str]:
+    """Tell how long the values take."""
+    lines = []
+    for n, group in times.groupby("n_cameras"):
+        for axis in axes:
+            values = group[group["axis"] == axis.name].set_index("value")["milliseconds"]
+            if values.max() >= SLOWER * values.min():
+                listed = ", ".join(f"{value} {time:.2f} ms" for value, time in values.items())
+                lines.append(f"- {axis.metric}, {axis.option}, {n} cameras: {listed}.")
+    return lines

@@ -1,0 +1,1 @@
+"""What the paper leaves out: the same experiment with other paths, errors and outliers."""

@@ -1,0 +1,76 @@
+# What `--config` set, and the studies that come of it: each is resolved once, where it is asked for.
+from functools import cache, partial
+from pathlib import Path
+
+from experiments.command import ConfigError
+from experiments.config import EXECUTION, load, to_overrides
+from figures import FIGURES, PAPER_FIGURES
+from studies.claims.claims import CLAIMS_FILE, load_claims
+from studies.claims.plan import load_replicates
+from studies.parameters.axes import STUDIES, axis_names, load_parameters
+from studies.scenarios.scenarios import BEYOND, load_scenarios, study_name
+from studies.study import load_experiments
+
+
+def or_end(resolve, *arguments):
+    """Wrong settings end in one line, before any trial."""
+    try:
+        return resolve(*arguments)
+    except ConfigError as error:
+        sys.exit(f"snakemake: {error}")
+
+
+def chosen(keys):
+    """The settings among these keys, as Hydra overrides."""
+    return to_overrides({key: config[key] for key in keys if key in config})
+
+
+AXES = axis_names()
+SCENARIO_FILE = Path(config.get("scenarios", BEYOND))
+SCENARIO_STUDY = study_name(SCENARIO_FILE)
+EXECUTED = chosen(EXECUTION)
+SETTINGS = chosen(key for key in config if key not in (*EXECUTION, *AXES, "replicates", "scenarios"))
+RESULTS = Path(or_end(load, EXECUTED)[1].results_dir)
+CORES = workflow.cores or 1
+
+
+@cache
+def claims():
+    return or_end(load_claims, config.get("replicates"))
+
+
+FOLDERS = {  # of tables of trials: how to load the study that they are of
+    "trials": partial(load_experiments, SETTINGS),
+    "replicates": lambda: load_replicates(claims(), SETTINGS),
+    **{
+        f"trials/{name}_study": partial(load_parameters, name, [*chosen(AXES), *SETTINGS])
+        for name in STUDIES
+    },
+    f"trials/{SCENARIO_STUDY}": partial(load_scenarios, SCENARIO_FILE, SETTINGS),
+}
+
+
+@cache
+def study(folder):
+    """The study whose tables of trials are in a folder."""
+    return or_end(FOLDERS[folder])
+
+
+def trials(folder, *extensions):
+    """The tables of trials of a study, and what each rests on."""
+    paths = [RESULTS / folder / name for name in study(folder).tables]
+    return expand("{path}.{ext}", path=paths, ext=extensions or ["csv", "json"])
+
+
+def code(*folders):
+    """Imported code is invisible to Snakemake's rerun logic unless it is an input."""
+    places = [Path(workflow.basedir, folder) for folder in folders]
+    return [path for place in places for end in ("py", "c") for path in place.glob(f"*.{end}")]
+
+
+# What trials rest on, and what is asked of them: the rest of the library reads people's files.
+TRIAL_CODE = code(
+    "alignscores", "alignscores/registration", "baselines", "experiments", "experiments/scenes"
+)
+STUDY_CODE = code("studies", "studies/*")
+FIGURE_CODE = code("alignscores/cli", "figures")

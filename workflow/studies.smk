@@ -1,0 +1,107 @@
+# What is asked of the trials: tables of findings.
+TABLE1 = [RESULTS / "tables" / f"method_comparison.{ext}" for ext in ("csv", "md")]
+VERDICTS = [RESULTS / "claims.csv", RESULTS / "tables" / "decisions.csv"]
+SCENARIO_FINDINGS = RESULTS / "tables" / f"{SCENARIO_STUDY}.csv"
+RUN_TIMES = RESULTS / "tables" / "{study}_study_time.csv"
+
+
+def study_tables(name):
+    """The tables of a parameter study, and what they say in sentences."""
+    tables = [RESULTS / f"{table}.csv" for table in FIGURES[f"{name}_study"]]
+    return [*tables, RESULTS / "tables" / f"{name}_study.md"]
+
+
+rule table1:
+    input:
+        TRIAL_CODE,
+        STUDY_CODE,
+        records=lambda wildcards: trials("trials", "json"),
+        trials=lambda wildcards: trials("trials", "csv"),
+    output:
+        TABLE1,
+    log:
+        RESULTS / "logs" / "tables" / "table1.log",
+    benchmark:
+        RESULTS / "benchmarks" / "tables" / "table1.tsv"
+    shell:
+        "{sys.executable:q} -m studies.table1 {input.trials:q} --output {output[0]:q} > {log:q} 2>&1"
+
+
+rule verdicts:
+    input:
+        CLAIMS_FILE,
+        STUDY_CODE,
+        records=lambda wildcards: trials("replicates", "json"),
+        trials=lambda wildcards: trials("replicates", "csv"),
+    output:
+        VERDICTS,
+    log:
+        RESULTS / "logs" / "tables" / "verdicts.log",
+    benchmark:
+        RESULTS / "benchmarks" / "tables" / "verdicts.tsv"
+    shell:
+        "{sys.executable:q} -m studies.claims {input.trials:q} --verdicts {output[0]:q}"
+        " --decisions {output[1]:q} > {log:q} 2>&1"
+
+
+def parts(wildcards):
+    return trials(f"trials/{wildcards.study}_study", "csv")
+
+
+rule run_times:
+    input:
+        TRIAL_CODE,
+        trials=parts,
+    output:
+        RUN_TIMES,
+    threads: CORES # nothing beside it
+    resources:
+        mem_mb=600,
+        runtime=20,
+    log:
+        RESULTS / "logs" / "tables" / "{study}_study_time.log",
+    benchmark:
+        RESULTS / "benchmarks" / "tables" / "{study}_study_time.tsv"
+    shell:
+        "{sys.executable:q} -m studies.parameters {wildcards.study} {input.trials:q}"
+        " --times {output:q} > {log:q} 2>&1"
+
+
+for name in STUDIES:
+
+    rule:
+        name:
+            f"parameters_{name}"
+        localrule: True
+        input:
+            STUDY_CODE,
+            trials=lambda wildcards, name=name: trials(f"trials/{name}_study", "csv"),
+            records=lambda wildcards, name=name: trials(f"trials/{name}_study", "json"),
+            times=expand(RUN_TIMES, study=name),
+        output:
+            study_tables(name),
+        params:
+            study=name,
+            output=RESULTS / "tables" / f"{name}_study",
+        log:
+            RESULTS / "logs" / "tables" / f"{name}_study.log",
+        benchmark:
+            RESULTS / "benchmarks" / "tables" / f"{name}_study.tsv"
+        shell:
+            "{sys.executable:q} -m studies.parameters {params.study} {input.trials:q}"
+            " --times {input.times:q} --output {params.output:q} > {log:q} 2>&1"
+
+
+rule scenarios:
+    input:
+        STUDY_CODE,
+        records=lambda wildcards: trials(f"trials/{SCENARIO_STUDY}", "json"),
+        trials=lambda wildcards: trials(f"trials/{SCENARIO_STUDY}", "csv"),
+    output:
+        SCENARIO_FINDINGS,
+    log:
+        RESULTS / "logs" / "tables" / f"{SCENARIO_STUDY}.log",
+    benchmark:
+        RESULTS / "benchmarks" / "tables" / f"{SCENARIO_STUDY}.tsv"
+    shell:
+        "{sys.executable:q} -m studies.scenarios {input.trials:q} --output {output:q} > {log:q} 2>&1"

@@ -1,0 +1,58 @@
+# Trials of all studies: a table each, with the record of what it rests on beside it.
+from math import ceil, gcd
+
+
+# What a cluster is asked for. Measured (docs/cluster.md): a process takes 140 MB, as does each of the
+# two Snakemakes beside it; a replicate of all claims takes 0.7 s for each trial of a cell.
+def memory(wildcards, threads):
+    """Twice that, and a megabyte for each trial of a cell: rows are held until they are written."""
+    return 600 + 300 * threads + most_trials(wildcards)
+
+
+def minutes(wildcards, threads):
+    """Six times that, and ten minutes for nodes and file systems that are slow to start."""
+    return 10 + ceil(4 * most_trials(wildcards) / 60 / threads)
+
+
+def most_trials(wildcards):
+    return max(sweep.trials for sweep in table(wildcards).sweeps)
+
+
+def processes(wildcards):
+    """So many that, as the tables of the study are made side by side, no core is idle at the end."""
+    if "n_jobs" not in config:
+        return CORES // gcd(CORES, len(study(wildcards.folder).tables))
+    return CORES if config["n_jobs"] == -1 else config["n_jobs"]
+
+
+def table(wildcards):
+    return study(wildcards.folder).tables[wildcards.table]
+
+
+wildcard_constraints:
+    folder="|".join(FOLDERS),
+    table=r"\w+",
+
+
+rule trials:
+    input:
+        TRIAL_CODE,
+    output:
+        csv=RESULTS / "{folder}" / "{table}.csv",
+        record=RESULTS / "{folder}" / "{table}.json",
+    params:
+        # Snakemake compares the digest; the settings themselves would fill the screen.
+        digest=lambda wildcards: table(wildcards).digest,
+        table=lambda wildcards: table(wildcards),
+    priority: 1 # figures meanwhile would leave a core idle at the end
+    threads: processes
+    resources:
+        mem_mb=memory,
+        runtime=minutes,
+    log:
+        RESULTS / "logs" / "{folder}" / "{table}.log",
+    benchmark:
+        RESULTS / "benchmarks" / "{folder}" / "{table}.tsv"
+    shell:
+        "{sys.executable:q} -m experiments.run --sweeps {params.table.json:q} --table {output.csv:q}"
+        " {EXECUTED:q} n_jobs={threads} > {log:q} 2>&1"
