@@ -1,17 +1,14 @@
 """Absolute trajectory error, ATE."""
 
 import numpy as np
-from evo.core.geometry import GeometryException, umeyama_alignment
 from numpy.typing import ArrayLike, NDArray
 
-from alignscores.averaging import project_to_rotation
+from alignscores.similarity import FARTHEST_SUMMABLE, least_squares_rmse
 from alignscores.validation import check_positions, check_same_length
 
 __all__ = ["ate"]
 
 Floats = NDArray[np.float64]
-
-FARTHEST = 1e300  # sums of more overflow
 
 
 def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
@@ -40,11 +37,9 @@ def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
 
     Notes
     -----
-    evo computes the alignment, of clouds brought to unit extent, since its test for degenerate
-    data is absolute, and reduced to 12 points, since it loops over points in Python. Where it still
-    refuses (collinear cameras; an estimate that is one point) the alignment is not unique but the
-    RMSE is. That of an estimate that is one point is the RMS distance of the ground truth to its
-    centroid.
+    The value is that of ``evo_ape --align --correct_scale``, which refuses collinear cameras and an
+    estimate that is one point: there the alignment is not unique, but the RMSE is. That of an
+    estimate that is one point is the RMS distance of the ground truth to its centroid.
 
     O(n) time and memory.
 
@@ -71,38 +66,16 @@ def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
     if unit == 0:
         raise ValueError("gt_positions has no extent: all its cameras coincide")
     try:
-        rotation, _, scale = umeyama_alignment(*_same_moments(est, gt), with_scale=True)
-    except GeometryException:
-        rotation, scale = _degenerate_alignment(est, gt)
-    residuals = scale * est @ rotation.T - gt
-    return unit * float(np.sqrt(np.einsum("ni,ni->", residuals, residuals) / len(gt)))
+        return unit * least_squares_rmse(gt, est)
+    except ValueError:  # no scale helps: the best shrinks the estimate to the centroid
+        return unit * float(np.sqrt(np.einsum("ni,ni->", gt, gt) / len(gt)))
 
 
 def _normalise(positions: Floats) -> tuple[Floats, float]:
     """Return a cloud shifted to zero mean and scaled to unit extent, and its extent."""
-    positions = np.clip(positions, -FARTHEST, FARTHEST)
+    positions = np.clip(positions, -FARTHEST_SUMMABLE, FARTHEST_SUMMABLE)
     # Relative to a camera first: far-off worlds lose no digits, and coinciding cameras give zeros.
     local = positions - positions[0]
     local -= local.mean(axis=0)
     extent = float(np.abs(local).max())
     return (local / extent if extent > 0 else local), extent
-
-
-def _same_moments(a: Floats, b: Floats) -> tuple[Floats, Floats]:
-    """Return 12 pairs of points (3, 12) with the mean and second moments of centred clouds.
-
-    The least-squares alignment depends on nothing else.
-    """
-    # The rows of the triangle have the second moments of the clouds' rows.
-    triangle = np.asarray(np.linalg.qr(np.hstack([a, b]), mode="r"))
-    points = np.sqrt(len(triangle) / len(a)) * np.vstack([triangle, -triangle])
-    return points[:, :3].T, points[:, 3:].T
-
-
-def _degenerate_alignment(est: Floats, gt: Floats) -> tuple[Floats, float]:
-    """Return a least-squares alignment of centred clouds of any rank; many are equally good."""
-    covariance = gt.T @ est
-    rotation = project_to_rotation(covariance)
-    variance = np.einsum("ni,ni->", est, est)
-    scale = float(np.einsum("ij,ij->", rotation, covariance) / variance) if variance > 0 else 1.0
-    return rotation, scale

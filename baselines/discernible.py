@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from alignscores.similarity import FARTHEST_SQUARABLE
 from alignscores.validation import (
     check_poses,
     check_positive,
@@ -17,8 +18,6 @@ from .rotation import aligned_angles
 __all__ = ["dre", "dte"]
 
 Floats = NDArray[np.float64]
-
-FARTHEST = 1e100  # squares of more overflow; a camera out there is cut wherever it is
 
 
 def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float:
@@ -144,7 +143,7 @@ def dre(gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation)
 
 def _centre(positions: Floats) -> tuple[Floats, float]:
     """Return positions relative to their geometric median and the median distance to it."""
-    positions = np.clip(positions, -FARTHEST, FARTHEST)
+    positions = np.clip(positions, -FARTHEST_SQUARABLE, FARTHEST_SQUARABLE)
     centred = positions - geometric_median(positions)
     return centred, float(median(np.linalg.norm(centred, axis=1)))
 

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from alignscores.histogram import equal_steps
+from alignscores.similarity import FARTHEST_SQUARABLE
 from alignscores.validation import check_poses, check_same_length, finite_rows
 
 __all__ = ["maa"]
@@ -15,7 +16,6 @@ Floats = NDArray[np.float64]
 
 CHUNK = 1 << 13  # pairs evaluated at once: their temporaries stay in the cache
 FINEST_STEP_DEG = 1e-3  # a cosine tells angles apart down to about 1e-6 degrees
-FARTHEST = 1e100  # squares of more overflow
 
 
 def maa(
@@ -106,8 +106,8 @@ def maa(
     if estimated.any():
         between = est_rotations[estimated] @ gt_rotations[estimated].transpose(0, 2, 1)
         frequency = _cumulative_frequency(
-            np.clip(gt_positions[estimated], -FARTHEST, FARTHEST),
-            np.clip(est_positions[estimated], -FARTHEST, FARTHEST),
+            np.clip(gt_positions[estimated], -FARTHEST_SQUARABLE, FARTHEST_SQUARABLE),
+            np.clip(est_positions[estimated], -FARTHEST_SQUARABLE, FARTHEST_SQUARABLE),
             Rotation.from_matrix(between, assume_valid=True),
             np.radians(thresholds),
             fold_sign,
