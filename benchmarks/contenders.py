@@ -11,7 +11,7 @@ import numpy as np
 from alignscores import pas, ras, tas
 from alignscores.registration import kernel
 from baselines import ate, dte, maa
-from experiments.cameras import Scene, make_scene
+from experiments.scenes import Scene, make_scene
 
 from .floor import counter
 
