@@ -128,7 +128,7 @@ class Sweep:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Execution:
-    """How sweeps are run, and where results go: no result depends on it. Keys as in ``configs/``."""
+    """How sweeps are run and where results go: nothing that results depend on."""
 
     n_jobs: Annotated[int, Field(ge=-1)]
     backend: Literal["loky", "threading", "sequential", "dask"]

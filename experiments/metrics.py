@@ -12,7 +12,15 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, PositiveInt, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    PositiveInt,
+    ValidationError,
+    model_validator,
+)
 
 from alignscores import AlignmentScore, Similarity, ras, tas
 from alignscores.histogram import equal_steps
@@ -31,8 +39,16 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 PositiveOrInfinite = Annotated[float, Field(gt=0)]
 Share = Annotated[float, Field(gt=0, le=1)]
 Seed = Annotated[int, Field(ge=0)]
+
+
+def _count_or_infinite(value: float) -> float:
+    if value <= 0 or not (value == inf or value.is_integer()):
+        raise ValueError(f"must be a positive whole number or inf, not {value:g}")
+    return value
+
+
 # With infinitely many thresholds the staircase is a straight line, and the area under it exact.
-CountOrInfinite = PositiveInt | Annotated[float, Field(ge=inf)]
+CountOrInfinite = Annotated[float, AfterValidator(_count_or_infinite)]
 RegistrationName = Literal["pcr99", "refined"]
 
 
@@ -153,7 +169,9 @@ class Column:
             known = METRICS[name].options.model_fields
             if key not in known or not inside.endswith(")"):
                 choice = ", ".join(known) or "none"
-                raise ConfigError(f"metric {text!r} has no option {key!r}; the options are {choice}")
+                raise ConfigError(
+                    f"metric {text!r} has no option {key!r}; the options are {choice}"
+                )
             options[key] = value
         column = cls(name, options)
         try:
@@ -260,7 +278,7 @@ class Evaluation:
     def _errors(self, options: TASOptions) -> Floats:
         """Position errors under a registration, computed once for each."""
         # PCR-99 knows nothing of unit and thresholds, whatever they are.
-        other = {"n_thresholds": 100}
+        other: dict[str, float] = {"n_thresholds": 100}
         if options.registration == "pcr99":
             other |= {"max_threshold": 1.0, "quantile": 0.75}
         key = options.model_copy(update=other)

@@ -12,7 +12,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from .command import ConfigError, first_problem, run_command
-from .config import EXECUTION, experiment_names, load, split_override
+from .config import EXECUTION, Sweep, experiment_names, load, split_override
 from .tables import SWEEPS, write_trials
 
 __all__ = ["main"]
@@ -51,8 +51,10 @@ def _work(options: Namespace) -> list[Path]:
     from .sweep import run_sweeps
 
     sweep, execution = load(options.overrides)
-    sweeps = (sweep,)
+    sweeps: tuple[Sweep, ...] = (sweep,)
     if options.sweeps is not None:
+        if options.table is None:
+            raise ConfigError("--sweeps needs --table: where to write")
         for override in options.overrides:
             if split_override(override)[0] not in EXECUTION:
                 raise ConfigError(f"{override} cannot be set beside --sweeps, which has it")

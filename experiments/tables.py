@@ -9,10 +9,10 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pandas as pd
-from pydantic import TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
 from .command import CommandError
 from .config import CONFIG_DIR, Sweep
@@ -21,8 +21,8 @@ from .grid import evaluations
 __all__ = ["SWEEPS", "Record", "TableError", "Trials", "package_versions", "read_record"]
 __all__ += ["read_table", "read_trials", "to_csv", "write_files", "write_trials"]
 
-SWEEPS = TypeAdapter(tuple[Sweep, ...])
-"""Reads and writes sweeps as JSON."""
+SWEEPS = TypeAdapter[tuple[Sweep, ...]](Annotated[tuple[Sweep, ...], Field(min_length=1)])
+"""Reads and writes the sweeps of a table as JSON."""
 
 PACKAGES = (
     "alignscores",

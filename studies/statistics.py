@@ -111,7 +111,7 @@ def initial_response(trials: "pd.DataFrame", metric: str, level: Sequence[str], 
 def relative_initial_response(
     trials: "pd.DataFrame", metric: str, versus: str, level: Sequence[str], take: str
 ) -> float:
-    """Initial response of a metric in per cent of that of another."""
+    """Return the initial response of a metric in per cent of that of another."""
     return _percentage(*(initial_response(trials, name, level, take) for name in (metric, versus)))
 
 
@@ -168,7 +168,10 @@ STATISTICS: Mapping[str, Statistic] = {
         range_change, ("before", "after"), "change of the range of {metric}, %", has_ranges=True
     ),
     "size of range change": Statistic(
-        range_change_size, ("before", "after"), "|change of the range| of {metric}, %", has_ranges=True
+        range_change_size,
+        ("before", "after"),
+        "|change of the range| of {metric}, %",
+        has_ranges=True,
     ),
     "relative range": Statistic(
         relative_range,

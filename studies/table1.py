@@ -110,9 +110,7 @@ def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
     TableError
         Where the criteria cannot be applied to a table of trials.
     """
-    trials = {
-        name: _checked(experiments[name]) for name in EXPERIMENTS if name != SCALE_EXPERIMENT
-    }
+    trials = {name: _checked(experiments[name]) for name in EXPERIMENTS if name != SCALE_EXPERIMENT}
     scale_changes = _scale_changes(experiments[SCALE_EXPERIMENT].sweep)
     rows = []
     for metric, answers in PAPER.items():

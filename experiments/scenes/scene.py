@@ -77,11 +77,11 @@ def make_scene(
     rng : Generator
         Source of all randomness.
     geometry : str
-        Name out of `experiments.scenes.paths.PATHS`: where the cameras stand and look.
+        Name out of `experiments.scenes.PATHS`: where the cameras stand and look.
     error : str
-        Name out of `experiments.scenes.errors.ERRORS`: how the estimate departs from the ground truth.
+        Name out of `experiments.scenes.ERRORS`: how the estimate departs from the ground truth.
     outliers : str
-        Name out of `experiments.scenes.outliers.OUTLIERS`: what becomes of the outliers.
+        Name out of `experiments.scenes.OUTLIERS`: what becomes of the outliers.
     outlier_side : float
         Side of the cube that outliers lie in, centred at the origin, in ground-truth units.
     volume : float

@@ -1,4 +1,4 @@
-"""Decide the claims: ``python -m studies.claims REPLICATE.csv ... --output CLAIMS --decisions FILE``."""
+"""Decide the claims: ``python -m studies.claims REPLICATE.csv ... --verdicts A --decisions B``."""
 
 import sys
 from argparse import ArgumentParser, Namespace

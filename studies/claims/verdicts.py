@@ -189,7 +189,9 @@ def check_alike(replicates: Sequence[Trials]) -> None:
         Where there are fewer than two, or one has other settings than the first.
     """
     if len(replicates) < 2:
-        raise CommandError("verdicts take at least two replicate studies: the spread is between them")
+        raise CommandError(
+            "verdicts take at least two replicate studies: the spread is between them"
+        )
     first = [replace(sweep, replicate=0) for sweep in replicates[0].record.sweeps]
     for number, trials in enumerate(replicates):
         if [replace(sweep, replicate=0) for sweep in trials.record.sweeps] != first:

@@ -250,7 +250,9 @@ def _checked(axis: Axis) -> Axis:
         except ConfigError as error:
             raise ConfigError(f"setting {axis.name!r}: {error}") from None
     if len(axis.values) < 2:
-        raise ConfigError(f"setting {axis.name!r} needs another value than the paper's {axis.paper}")
+        raise ConfigError(
+            f"setting {axis.name!r} needs another value than the paper's {axis.paper}"
+        )
     return axis
 
 

@@ -3,7 +3,7 @@
 Texts have the emphasis of Markdown: the same stand in ``registration_study.md`` and in the report.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 
 import pandas as pd
 

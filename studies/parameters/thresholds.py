@@ -143,9 +143,7 @@ def method(trials: int) -> str:
     )
 
 
-def to_markdown(
-    axes: Sequence[Axis], table: pd.DataFrame, times: pd.DataFrame, trials: int
-) -> str:
+def to_markdown(axes: Sequence[Axis], table: pd.DataFrame, times: pd.DataFrame, trials: int) -> str:
     """Write what the paper's values cost and gain.
 
     Parameters

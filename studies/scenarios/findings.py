@@ -124,4 +124,3 @@ def _no_worse(trials: pd.DataFrame, metric: str) -> str:
 
 def _names(names: Sequence[str]) -> str:
     return " and ".join([part for part in (", ".join(names[:-1]), names[-1]) if part])
-
