@@ -13,14 +13,14 @@ from experiments.metrics import Column
 if TYPE_CHECKING:  # heavy, and Snakemake only wants to know what the claims need
     import pandas as pd
 
-__all__ = ["DISCERNS", "STATISTICS", "TAKES", "Statistic", "Where", "cell_means", "correlation"]
+__all__ = ["DISCERNS", "STATISTICS", "SUMMARIES", "Statistic", "Where", "cell_means", "correlation"]
 __all__ += ["dependence", "power", "powers", "select"]
 
 # The discerning power of a metric that discerns a level. Tau-b counts the pairs of trials at one
 # level against it: of those at two levels, 76 % are in the right order then where there are ten
 # levels, 78 % where there are five and 81 % where there are three.
 DISCERNS = 0.5
-TAKES: Mapping[str, Callable[[Any], Any]] = {
+SUMMARIES: Mapping[str, Callable[[Any], Any]] = {
     "smallest": np.min,
     "largest": np.max,
     "mean": np.mean,
@@ -77,19 +77,19 @@ def powers(trials: "pd.DataFrame", metric: str, level: Sequence[str]) -> list[fl
 
 def power(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
     """Discerning power: what is taken of `powers`."""
-    return float(TAKES[take](powers(trials, metric, level)))
+    return float(SUMMARIES[take](powers(trials, metric, level)))
 
 
 def improvement(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
     """Discerning power turned round: positive where the metric looks better as a level rises."""
-    return float(TAKES[take]([-tau for tau in powers(trials, metric, level)]))
+    return float(SUMMARIES[take]([-tau for tau in powers(trials, metric, level)]))
 
 
 def dependence(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
     """How far the mean of a metric moves over a level, in per cent of the range of all means."""
     means = cell_means(trials)
     moves = [_range(group[metric]) for _, group in _groups(means, level)]
-    return _percentage(TAKES[take](moves), _range(means[metric]))
+    return _percentage(SUMMARIES[take](moves), _range(means[metric]))
 
 
 def relative_dependence(
@@ -105,7 +105,7 @@ def initial_response(trials: "pd.DataFrame", metric: str, level: Sequence[str], 
     for name, group in _groups(cell_means(trials), level):
         first, second, *_, last = group.sort_values(name)[metric]
         steps.append(_percentage(second - first, last - first))
-    return float(TAKES[take](steps))
+    return float(SUMMARIES[take](steps))
 
 
 def relative_initial_response(

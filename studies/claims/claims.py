@@ -16,7 +16,7 @@ from experiments.config import CONFIG_DIR, experiment_names, read_yaml
 from experiments.grid import CELL_SETTINGS
 from experiments.metrics import Column
 
-from ..statistics import STATISTICS, TAKES, Where
+from ..statistics import STATISTICS, SUMMARIES, Where
 
 __all__ = ["CLAIMS_FILE", "Claim", "Claims", "Decision", "Reading", "load_claims"]
 
@@ -60,7 +60,7 @@ class Claim:
     metric: Metric
     versus: Metric | None = None
     level: list[CellSetting] = field(default_factory=list)
-    take: Annotated[str, _one_of("'take'", list(TAKES))] = "smallest"
+    take: Annotated[str, _one_of("'take'", list(SUMMARIES))] = "smallest"
     where: Filter = field(default_factory=dict)
     before: Filter = field(default_factory=dict)
     after: Filter = field(default_factory=dict)

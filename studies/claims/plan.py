@@ -13,7 +13,7 @@ from .claims import Claim, Claims
 
 __all__ = ["load_replicates", "needed_cells", "plan"]
 
-OWN = ("experiment", "metrics", "replicate")
+FIXED = ("experiment", "metrics", "replicate")  # settings that the claims decide
 
 
 def load_replicates(claims: Claims, overrides: Sequence[str] = ()) -> Study:
@@ -32,7 +32,7 @@ def load_replicates(claims: Claims, overrides: Sequence[str] = ()) -> Study:
     >>> list(study.tables), study.tables["2"].sweeps[0].replicate
     (['0', '1', '2'], 2)
     """
-    reject(overrides, OWN, "the claims decide what is run")
+    reject(overrides, FIXED, "the claims decide what is run")
     sweeps = plan(claims, overrides)
     tables = {
         str(number): Table(tuple(replace(sweep, replicate=number) for sweep in sweeps))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as students_t
 
 from experiments.command import CommandError, ConfigError
+from experiments.config import Sweep
 from experiments.grid import evaluations
 from experiments.tables import TableError, Trials
 
@@ -172,12 +173,24 @@ def select_trials(claims: Claims, trials: Trials) -> Replicate:
         try:
             needed = needed_cells(claim, sweep)
         except ConfigError as error:
-            raise TableError(trials.path, f"does not do: {error}") from None
+            raise TableError(trials.path, f"cannot decide the claims: {error}") from None
         evaluated = evaluations(sweep)
         if any(set(claim.metrics) - set(evaluated.get(cell, ())) for cell in needed):
             raise TableError(trials.path, f"lacks trials for the claim {claim.id!r}")
     groups = trials.table.groupby(["experiment", "settings"], sort=False)
-    return {(str(name), tuple(str(differs).split())): rows for (name, differs), rows in groups}
+    tables = {(str(name), tuple(str(differs).split())): rows for (name, differs), rows in groups}
+    for key, sweep in sweeps.items():
+        if _lacks_values(tables[key], sweep):
+            raise TableError(trials.path, f"lacks values in trials of {sweep.name}")
+    return tables
+
+
+def _lacks_values(trials: pd.DataFrame, sweep: Sweep) -> bool:
+    """Tell whether a metric is empty in a trial that it was evaluated in."""
+    rows = [dict.fromkeys(metrics, 1) for metrics in evaluations(sweep).values()]
+    evaluated = pd.DataFrame(rows).notna().loc[np.repeat(range(len(rows)), sweep.trials)]
+    empty = trials[evaluated.columns].isna().to_numpy()
+    return bool((empty & evaluated.to_numpy()).any())
 
 
 def check_alike(replicates: Sequence[Trials]) -> None:

@@ -9,7 +9,7 @@ from experiments.command import run_command
 from experiments.tables import Trials, read_table, read_trials, to_csv, write_files
 
 from . import registrations, thresholds
-from .axes import STUDIES, Axis, axes_of, is_seeded
+from .axes import STUDIES, Axis, axes_of, check_parts, is_seeded
 from .effects import effects
 from .times import measure
 
@@ -35,8 +35,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _work(options: Namespace) -> list[Path]:
     parts = {path.stem: read_trials(path) for path in options.parts}
-    unseeded = [part for part in parts.values() if not is_seeded(part.record.metrics)]
-    axes = axes_of(options.study, unseeded[0].record.metrics)
+    metrics = [part.record.metrics for part in parts.values()]
+    axes = axes_of(options.study, next((m for m in metrics if not is_seeded(m)), []))
+    check_parts(options.study, axes, parts)
     if options.output is None:
         sweeps = [part.sweep for part in parts.values() if is_seeded(part.record.metrics)]
         files = {options.times: to_csv(measure(axes, sweeps))}

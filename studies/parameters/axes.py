@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from experiments.command import ConfigError
+from experiments.command import CommandError, ConfigError
 from experiments.config import (
     CONFIG_DIR,
     SETTINGS,
@@ -17,14 +17,15 @@ from experiments.config import (
     to_overrides,
 )
 from experiments.metrics import Column
+from experiments.tables import TableError, Trials
 
 from ..study import Study, Table
 
-__all__ = ["STUDIES", "Axis", "axes_of", "axis_names", "is_seeded", "load_parameters"]
-__all__ += ["option_title", "seeded", "value_title"]
+__all__ = ["STUDIES", "Axis", "axes_of", "axis_names", "check_parts", "is_seeded"]
+__all__ += ["load_parameters", "option_title", "seeded", "value_title"]
 
 STUDIES = ("threshold", "registration")
-OWN = ("experiment", "metrics")  # settings that the study itself decides
+FIXED = ("experiment", "metrics")  # settings that the study itself decides
 TITLES = {
     "max_threshold": "largest threshold, units of d",
     "quantile": "quantile that is d",
@@ -153,6 +154,26 @@ def axes_of(name: str, metrics: Sequence[str]) -> list[Axis]:
     return axes
 
 
+def check_parts(name: str, axes: Sequence[Axis], parts: Mapping[str, Trials]) -> None:
+    """Make sure that all parts of a study are there, and have all values of its axes.
+
+    Raises
+    ------
+    CommandError, TableError
+        Where they are not, or have not.
+    """
+    missing = [part for part in _read(name)["trials"] if part not in parts]
+    if missing:
+        raise CommandError(f"the {name} study needs the trials of {', '.join(missing)}, too")
+    columns = [Column.parse(metric) for metric in _metrics(axes)]
+    for trials in parts.values():
+        found = trials.record.metrics
+        wanted = _seeded(columns, 1) if is_seeded(found) else map(str, columns)
+        for metric in wanted:
+            if metric not in found:
+                raise TableError(trials.path, f"has no column {metric}")
+
+
 def is_seeded(metrics: Sequence[str]) -> bool:
     """Tell whether metrics are registered with several seeds each."""
     return any("seed" in Column.parse(metric).options for metric in metrics)
@@ -205,7 +226,7 @@ def _override(
 ) -> tuple[list[Axis], dict[str, str]]:
     """Return the axes, and the settings among the overrides."""
     others = set(axis_names()) - set(entries)
-    known = [key for key in SETTINGS if key not in OWN]
+    known = [key for key in SETTINGS if key not in FIXED]
     given: dict[str, str] = {}
     for override in overrides:
         key, value = split_override(override)
@@ -265,11 +286,15 @@ def _part(entry: Mapping[str, Any], columns: Sequence[Column], given: Mapping[st
     own = {key: value for key, value in entry.items() if key != "seeds"}
     settings = dict(override.split("=", 1) for override in to_overrides(own))
     sweep = load_sweep([f"{key}={value}" for key, value in (settings | dict(given)).items()])
-    metrics = [str(column) for column in columns]
-    if seeds := entry.get("seeds", 0):
-        random = [str(c) for c in columns if "seed" in c.metric.options.model_fields]
-        metrics = [seeded(metric, seed) for seed in range(seeds) for metric in random]
+    seeds = entry.get("seeds", 0)
+    metrics = _seeded(columns, seeds) if seeds else [str(column) for column in columns]
     return Table((replace(sweep, metrics=metrics),))
+
+
+def _seeded(columns: Sequence[Column], seeds: int) -> list[str]:
+    """Return the metrics under each seed, without those whose registration is not random."""
+    random = [str(c) for c in columns if "seed" in c.metric.options.model_fields]
+    return [seeded(metric, seed) for seed in range(seeds) for metric in random]
 
 
 def _write(value: object) -> str:
