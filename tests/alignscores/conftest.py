@@ -1,34 +1,30 @@
 """Factories of trajectories for the tests of the scores."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-
-Floats = NDArray[np.float64]
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "data"
 REAL = Path(__file__).resolve().parents[3] / "shared" / "real"
 
 
 @pytest.fixture(scope="session")
-def examples() -> Path:
+def examples():
     """Folder of the example trajectories, one scene in every format."""
     return EXAMPLES
 
 
 @pytest.fixture(scope="session")
-def real() -> Path:
+def real():
     """Folder of the real trajectories; skips where it is not there."""
     if not REAL.is_dir():
         pytest.skip(f"no real trajectories at {REAL}")
     return REAL
 
 
-def _cloud(kind: str, n: int, seed: int) -> Floats:
+def _cloud(kind, n, seed):
     rng = np.random.default_rng([seed, n])
     t = np.arange(n, dtype=float)
     zero = np.zeros(n)
@@ -57,18 +53,16 @@ def _cloud(kind: str, n: int, seed: int) -> Floats:
 
 
 @pytest.fixture(scope="session")
-def cloud() -> Callable[[str, int, int], Floats]:
+def cloud():
     """(kind, n, seed) -> (n, 3) ground-truth positions of about unit size."""
     return _cloud
 
 
 @pytest.fixture(scope="session")
-def another_world() -> Callable[..., Floats]:
+def another_world():
     """(positions, seed, scale=, offset=) -> the positions after a random similarity."""
 
-    def transform(
-        positions: Floats, seed: int, *, scale: float = 2.5, offset: float = 10.0
-    ) -> Floats:
+    def transform(positions, seed, *, scale=2.5, offset=10.0):
         rng = np.random.default_rng([seed, 1])
         moved = Rotation.random(rng=rng).apply(positions)
         return scale * (moved + offset * rng.uniform(-1, 1, 3))
@@ -77,13 +71,13 @@ def another_world() -> Callable[..., Floats]:
 
 
 @pytest.fixture(scope="session")
-def noisy_scene(another_world: Callable[..., Floats]) -> Callable[..., tuple[Floats, Floats]]:
+def noisy_scene(another_world):
     """(n, outliers, sigma, seed) -> ground truth in a unit cube and estimate in another world.
 
     The last cameras of the estimate are outliers in a cube of side 10.
     """
 
-    def make(n: int, outliers: int, sigma: float, seed: int) -> tuple[Floats, Floats]:
+    def make(n, outliers, sigma, seed):
         rng = np.random.default_rng([seed, n, outliers])
         gt = rng.random((n, 3)) - 0.5
         est = gt + rng.normal(0, sigma, (n, 3))
@@ -94,10 +88,10 @@ def noisy_scene(another_world: Callable[..., Floats]) -> Callable[..., tuple[Flo
 
 
 @pytest.fixture(scope="session")
-def noisy_rotations() -> Callable[..., tuple[Floats, Floats]]:
+def noisy_rotations():
     """(n, outliers, sigma_deg, seed) -> rotations and their estimate in another world."""
 
-    def make(n: int, outliers: int, sigma_deg: float, seed: int) -> tuple[Floats, Floats]:
+    def make(n, outliers, sigma_deg, seed):
         rng = np.random.default_rng([seed, n, outliers, 2])
         gt = Rotation.random(n, rng=rng)
         noise = Rotation.from_rotvec(rng.normal(0, sigma_deg, (n, 3)), degrees=True)

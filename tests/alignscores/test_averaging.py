@@ -1,14 +1,12 @@
 """Rotation averaging: projection, chordal mean, L1 mean, TLUD mean and angles."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 import scipy
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from alignscores import averaging
@@ -20,24 +18,21 @@ from alignscores.averaging import (
     tlud_mean,
 )
 
-Floats = NDArray[np.float64]
-Rotations = Callable[[int, int, float, int], tuple[Floats, Floats]]
-
 SEEDS = st.integers(0, 10_000)
 
 
-def about_z(*degrees: float) -> Floats:
+def about_z(*degrees):
     return Rotation.from_rotvec([[0, 0, angle] for angle in degrees], degrees=True).as_matrix()
 
 
-def z_angle(rotation: Floats) -> float:
+def z_angle(rotation):
     """Angle of a rotation that is one about z."""
     assert rotation[2, 2] == pytest.approx(1)
     return math.degrees(math.atan2(rotation[1, 0], rotation[0, 0]))
 
 
 @given(seed=SEEDS)
-def test_projection_is_the_nearest_rotation(seed: int) -> None:
+def test_projection_is_the_nearest_rotation(seed):
     """Of any matrix, also of one with a negative determinant: a rotation, and none is nearer."""
     rng = np.random.default_rng(seed)
     matrix = rng.normal(size=(3, 3))
@@ -50,13 +45,13 @@ def test_projection_is_the_nearest_rotation(seed: int) -> None:
 
 
 @given(seed=SEEDS, n=st.integers(1, 20))
-def test_chordal_mean_minimises_squared_distances(seed: int, n: int) -> None:
+def test_chordal_mean_minimises_squared_distances(seed, n):
     """No rotation nearby has a smaller sum of squared chordal distances."""
     rng = np.random.default_rng(seed)
     rotations = Rotation.random(rng=rng) * Rotation.from_rotvec(rng.normal(0, 0.5, (n, 3)))
     matrices = rotations.as_matrix()
 
-    def cost(rotation: Floats) -> float:
+    def cost(rotation):
         return float(np.sum((matrices - rotation) ** 2))
 
     mean = chordal_mean(matrices)
@@ -65,22 +60,18 @@ def test_chordal_mean_minimises_squared_distances(seed: int, n: int) -> None:
         assert cost(mean) <= cost(turn @ mean) + 1e-12
 
 
-def test_chordal_mean_of_two_is_halfway() -> None:
-    assert z_angle(chordal_mean(about_z(10, 50))) == pytest.approx(30)
-
-
 @pytest.mark.parametrize(
     ("degrees", "median"),
     [([0, 10, 50], 10), ([-80, 0, 1, 2, 90], 1), ([5, 5, 5, 70, 80], 5), ([0, 1, 2, 3, 120], 2)],
 )
-def test_l1_mean_about_one_axis_is_the_median(degrees: list[float], median: float) -> None:
+def test_l1_mean_about_one_axis_is_the_median(degrees, median):
     """The sum of angles about one axis is minimal at the median, outliers or not."""
     rotations = about_z(*degrees)
     mean = geodesic_l1_mean(rotations, chordal_mean(rotations), max_steps=3000)
     assert z_angle(mean) == pytest.approx(median, abs=0.1)
 
 
-def test_l1_mean_takes_the_steps_it_is_given() -> None:
+def test_l1_mean_takes_the_steps_it_is_given():
     """No step leaves the start; the tolerance stops after the first step below it."""
     rotations = about_z(0, 10, 50)
     start = about_z(40)[0]
@@ -95,7 +86,7 @@ def test_l1_mean_takes_the_steps_it_is_given() -> None:
     assert z_angle(going_on) < 40 + step - 1
 
 
-def test_l1_mean_takes_ten_steps_by_default() -> None:
+def test_l1_mean_takes_ten_steps_by_default():
     """While it has not converged, the ninth and the eleventh step are still others."""
     rng = np.random.default_rng(0)
     rotations = Rotation.from_rotvec(rng.normal(0, 0.6, (9, 3))).as_matrix()
@@ -106,14 +97,7 @@ def test_l1_mean_takes_ten_steps_by_default() -> None:
     assert np.abs(default - steps[11]).max() > 1e-6
 
 
-@pytest.mark.parametrize("copies", [1, 5])
-def test_l1_mean_of_identical_rotations(copies: int) -> None:
-    """Residuals of zero have no direction: no 0/0, the start stays."""
-    identical = about_z(*[30.0] * copies)
-    np.testing.assert_array_equal(geodesic_l1_mean(identical, identical[0]), identical[0])
-
-
-def test_l1_mean_at_one_of_the_rotations() -> None:
+def test_l1_mean_at_one_of_the_rotations():
     """One rotation does not hold the iterate where it is, a majority does."""
     rotations = about_z(0, 10, 20, 30)
     mean = geodesic_l1_mean(rotations, rotations[0], max_steps=1)
@@ -123,7 +107,7 @@ def test_l1_mean_at_one_of_the_rotations() -> None:
     assert abs(z_angle(geodesic_l1_mean(majority, majority[0]))) < 1e-9
 
 
-def test_l1_mean_acts_from_the_world_side() -> None:
+def test_l1_mean_acts_from_the_world_side():
     """The step multiplies from the left, where the residuals are: equivariant from both sides."""
     rng = np.random.default_rng(0)
     rotations = Rotation.from_rotvec(rng.normal(0, 0.4, (7, 3))).as_matrix()
@@ -134,38 +118,34 @@ def test_l1_mean_acts_from_the_world_side() -> None:
     np.testing.assert_allclose(moved, left @ mean @ right, atol=1e-12)
 
 
-def naive_tlud_start(rotations: Floats) -> tuple[Floats, int]:
-    """Inliers of the cheapest rotation, and its index, by a double loop."""
-    costs = [sum(min(float(np.linalg.norm(a - b)), 0.5) for b in rotations) for a in rotations]
-    best = costs.index(min(costs))
-    inliers = [b for b in rotations if np.linalg.norm(rotations[best] - b) < 0.5]
-    return np.array(inliers), best
-
-
-@pytest.mark.parametrize("seed", range(10))
 @pytest.mark.parametrize(
-    ("n", "outliers", "sigma"), [(1, 0, 1), (2, 0, 3), (30, 15, 8), (60, 50, 3)]
+    ("n", "outliers", "sigma"), [(1, 0, 1), (2, 0, 3), (30, 15, 8), (60, 50, 3), (3000, 1000, 4)]
 )
-def test_tlud_mean_by_its_definition(
-    noisy_rotations: Rotations, n: int, outliers: int, sigma: float, seed: int
-) -> None:
-    """Inliers of the cheapest rotation, their chordal mean, L1 steps until below 0.001 rad."""
-    gt, est = noisy_rotations(n, outliers, sigma, seed)
-    relative = est @ gt.transpose(0, 2, 1)
-    inliers, _ = naive_tlud_start(relative)
-    expected = geodesic_l1_mean(inliers, chordal_mean(inliers), tolerance=1e-3)
-    np.testing.assert_allclose(tlud_mean(relative), expected, atol=1e-12)
+def test_tlud_mean_by_its_definition(noisy_rotations, n, outliers, sigma):
+    """Inliers of the cheapest rotation, their chordal mean, L1 steps until below 0.001 rad.
+
+    Thousands of rotations are treated in parts: the same cheapest one as in one go.
+    """
+    for seed in range(1 if n > 1000 else 10):
+        gt, est = noisy_rotations(n, outliers, sigma, seed)
+        relative = est @ gt.transpose(0, 2, 1)
+        flat = relative.reshape(-1, 9)
+        distances = scipy.spatial.distance.cdist(flat, flat)
+        best = np.minimum(distances, 0.5).sum(axis=1).argmin()
+        inliers = relative[distances[best] < 0.5]
+        expected = geodesic_l1_mean(inliers, chordal_mean(inliers), tolerance=1e-3)
+        np.testing.assert_allclose(tlud_mean(relative), expected, atol=1e-12)
 
 
 @pytest.mark.parametrize(("degrees", "inlier"), [(20.3, True), (20.4, False)])
-def test_tlud_inlier_threshold(degrees: float, inlier: bool) -> None:
+def test_tlud_inlier_threshold(degrees, inlier):
     """A chordal distance of 0.5 is an angle of 20.36 degrees."""
     rotations = about_z(0, 0, 0, 0, degrees)
     mean = z_angle(tlud_mean(rotations))
     assert (abs(mean) > 1e-4) == inlier
 
 
-def test_tlud_truncates() -> None:
+def test_tlud_truncates():
     """Three that agree beat four that are spread wide, whatever the distance between the groups."""
     for far in (60, 120, 180):
         rotations = about_z(0, 1, 2, far, far + 40, far + 80, far + 120)
@@ -173,7 +153,7 @@ def test_tlud_truncates() -> None:
 
 
 @given(seed=SEEDS)
-def test_tlud_is_equivariant(noisy_rotations: Rotations, seed: int) -> None:
+def test_tlud_is_equivariant(noisy_rotations, seed):
     """Turning all rotations, from either side, turns their average; their order does not matter."""
     _, est = noisy_rotations(20, 5, 5, seed)
     rng = np.random.default_rng(seed)
@@ -184,20 +164,8 @@ def test_tlud_is_equivariant(noisy_rotations: Rotations, seed: int) -> None:
     np.testing.assert_allclose(tlud_mean(rng.permutation(relative)), mean, atol=1e-9)
 
 
-def test_tlud_of_many(noisy_rotations: Rotations) -> None:
-    """Thousands of rotations are treated in parts: the same cheapest one as in one go."""
-    gt, est = noisy_rotations(3000, 1000, 4, 0)
-    relative = est @ gt.transpose(0, 2, 1)
-    flat = relative.reshape(-1, 9)
-    distances = np.sqrt(np.maximum(6 - 2 * flat @ flat.T, 0))
-    best = np.minimum(distances, 0.5).sum(axis=1).argmin()
-    inliers = relative[np.linalg.norm(relative - relative[best], axis=(1, 2)) < 0.5]
-    expected = geodesic_l1_mean(inliers, chordal_mean(inliers), tolerance=1e-3)
-    np.testing.assert_allclose(tlud_mean(relative), expected, atol=1e-9)
-
-
 @pytest.mark.parametrize("angle", [0, 1e-12, 1e-9, 1e-6, 1e-3, 0.1, 10, 90, 179, 179.999999, 180])
-def test_rotation_angles(angle: float) -> None:
+def test_rotation_angles(angle):
     """Precise at both ends, where the arc cosine of the trace loses half of the digits."""
     axes = np.random.default_rng(0).normal(size=(20, 3))
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
@@ -205,7 +173,7 @@ def test_rotation_angles(angle: float) -> None:
     np.testing.assert_allclose(rotation_angles(matrices), angle, rtol=1e-9, atol=1e-13)
 
 
-def test_rotation_angles_of_rounded_matrices() -> None:
+def test_rotation_angles_of_rounded_matrices():
     """A trace slightly above 3 or below -1 is neither NaN nor complex."""
     for factor in (1 + 1e-8, 1 - 1e-8):
         matrices = factor * np.concatenate([about_z(0, 0.0), about_z(180)])
@@ -214,7 +182,7 @@ def test_rotation_angles_of_rounded_matrices() -> None:
         np.testing.assert_allclose(angles, [0, 0, 180], atol=1e-5)
 
 
-def rotation_cloud(kind: str, n: int) -> Floats:
+def rotation_cloud(kind, n):
     """Rotations that agree in different ways, or not at all."""
     rng = np.random.default_rng(n)
     axes = rng.normal(size=(n, 3))
@@ -242,9 +210,7 @@ def rotation_cloud(kind: str, n: int) -> Floats:
 @pytest.mark.parametrize("kind", ["some", "half", "most", "tiny", "ring", "random", "two places"])
 @pytest.mark.parametrize(("n", "chunk", "batch"), [(40, 1, 1), (300, 1, 3), (2000, 1 << 17, 8)])
 @pytest.mark.parametrize("few", [0, 1])
-def test_no_rotation_is_cheaper_than_the_medoid(
-    monkeypatch: pytest.MonkeyPatch, kind: str, n: int, chunk: int, batch: int, few: int
-) -> None:
+def test_no_rotation_is_cheaper_than_the_medoid(monkeypatch, kind, n, chunk, batch, few):
     """The rotation found has the smallest of all sums, whether by bounds or by a tree."""
     monkeypatch.setattr(averaging, "CHUNK", chunk)
     monkeypatch.setattr(averaging, "BATCH", batch)
@@ -257,7 +223,7 @@ def test_no_rotation_is_cheaper_than_the_medoid(
 
 
 @pytest.mark.parametrize("period", [2, 5, 10])
-def test_the_sample_is_not_fooled_by_a_rig(monkeypatch: pytest.MonkeyPatch, period: int) -> None:
+def test_the_sample_is_not_fooled_by_a_rig(monkeypatch, period):
     """One camera in turn is always wrong: the others agree, and no tree holds all their pairs."""
     n, rng = 100 * averaging.SAMPLE, np.random.default_rng(0)  # a stride would meet it alone
     rotations = Rotation.from_rotvec(rng.normal(0, 0.02, (n, 3))).as_matrix()
@@ -266,7 +232,7 @@ def test_the_sample_is_not_fooled_by_a_rig(monkeypatch: pytest.MonkeyPatch, peri
     assert averaging._medoid(rotations) % period
 
 
-def test_the_tree_measures_chordal_distances() -> None:
+def test_the_tree_measures_chordal_distances():
     """Of many small clouds about as wide as the threshold it finds every medoid."""
     rng = np.random.default_rng(0)
     for _ in range(1000):
@@ -277,9 +243,7 @@ def test_the_tree_measures_chordal_distances() -> None:
 
 
 @pytest.mark.parametrize(("kind", "by_tree"), [("some", False), ("random", True)])
-def test_a_tree_serves_where_few_agree(
-    monkeypatch: pytest.MonkeyPatch, kind: str, by_tree: bool
-) -> None:
+def test_a_tree_serves_where_few_agree(monkeypatch, kind, by_tree):
     """Bounds would compare nearly all pairs there, a tree would where many agree."""
     used = []
     monkeypatch.setattr(averaging, "_medoid_by_bounds", lambda points: used.append(False) or 0)
@@ -289,9 +253,7 @@ def test_a_tree_serves_where_few_agree(
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-16])
-def test_coinciding_rotations_are_not_compared_pairwise(
-    monkeypatch: pytest.MonkeyPatch, noise: float
-) -> None:
+def test_coinciding_rotations_are_not_compared_pairwise(monkeypatch, noise):
     """The first few decide where all agree to rounding: what remains would win nothing."""
     rotations = about_z(*[30.0] * 50_000)
     rotations += noise * np.random.default_rng(0).normal(size=rotations.shape)

@@ -18,7 +18,7 @@ ERRORS = st.lists(
 
 
 @given(errors=ERRORS, largest=st.sampled_from([0.5, 1.0, 1.5]), count=st.sampled_from([1, 4, 8]))
-def test_counts_by_a_double_loop(errors: list[float], largest: float, count: int) -> None:
+def test_counts_by_a_double_loop(errors, largest, count):
     """f_k counts the errors strictly below threshold k."""
     thresholds = equal_steps(largest, count, "largest")
     expected = [sum(error < threshold for error in errors) for threshold in thresholds]
@@ -28,7 +28,7 @@ def test_counts_by_a_double_loop(errors: list[float], largest: float, count: int
 
 
 @given(errors=ERRORS, count=st.sampled_from([1, 4, 8, 100]))
-def test_score_is_the_mean_over_cameras(errors: list[float], count: int) -> None:
+def test_score_is_the_mean_over_cameras(errors, count):
     """The area is the mean over the cameras of the share of thresholds above their error."""
     thresholds = equal_steps(1.0, count, "largest")
     result = AlignmentScore(np.array(errors), thresholds)
@@ -39,7 +39,7 @@ def test_score_is_the_mean_over_cameras(errors: list[float], count: int) -> None
     assert type(result.score) is float
 
 
-def test_an_error_at_a_threshold_is_not_below_it() -> None:
+def test_an_error_at_a_threshold_is_not_below_it():
     """The comparison is strict: errors at all 100 thresholds leave 99 + 98 + ... + 0 counts."""
     thresholds = equal_steps(2.0, 100, "largest")
     result = AlignmentScore(thresholds.copy(), thresholds)
@@ -48,7 +48,7 @@ def test_an_error_at_a_threshold_is_not_below_it() -> None:
 
 
 @pytest.mark.parametrize("value", [np.inf, np.nan])
-def test_a_failed_camera_is_below_no_threshold(value: float) -> None:
+def test_a_failed_camera_is_below_no_threshold(value):
     """Infinite and undefined errors count as failures, wherever they stand."""
     for errors in ([value, 0.0, 0.0], [0.0, value, 0.0], [0.0, 0.0, value]):
         result = AlignmentScore(np.array(errors), equal_steps(1.0, 10, "largest"))
@@ -58,13 +58,13 @@ def test_a_failed_camera_is_below_no_threshold(value: float) -> None:
 
 @pytest.mark.parametrize("n", [1, 3, 7, 49, 1000])
 @pytest.mark.parametrize("count", [1, 3, 100, 333])
-def test_no_errors_score_exactly_one(n: int, count: int) -> None:
+def test_no_errors_score_exactly_one(n, count):
     """Whole numbers until the one division."""
     assert AlignmentScore(np.zeros(n), equal_steps(0.3, count, "largest")).score == 1.0
 
 
 @pytest.mark.parametrize(("largest", "count"), [(1.0, 100), (10.0, 100), (0.7, 3), (1e-9, 7)])
-def test_equal_steps(largest: float, count: int) -> None:
+def test_equal_steps(largest, count):
     """From the first step, not from 0, to the largest."""
     steps = equal_steps(largest, count, "largest")
     np.testing.assert_allclose(
@@ -75,19 +75,19 @@ def test_equal_steps(largest: float, count: int) -> None:
 @pytest.mark.parametrize(
     ("largest", "count"), [(0.0, 10), (-1.0, 10), (math.nan, 10), (math.inf, 1)]
 )
-def test_no_steps_to_there(largest: float, count: int) -> None:
+def test_no_steps_to_there(largest, count):
     """The error names the parameter that the caller gave."""
     with pytest.raises(ValueError, match=r"^max_threshold must be a positive finite number"):
         equal_steps(largest, count, "max_threshold")
 
 
 @pytest.mark.parametrize("count", [0, -1, 2.0, True, "3"])
-def test_no_such_number_of_steps(count: int) -> None:
+def test_no_such_number_of_steps(count):
     with pytest.raises(ValueError, match=r"^n_thresholds must be a positive whole number"):
         equal_steps(1.0, count, "max_threshold")
 
 
-def test_frozen() -> None:
+def test_frozen():
     """Neither the given nor the derived fields can be set."""
     result = AlignmentScore(np.zeros(3), np.ones(1))
     for field in ("score", "errors", "thresholds", "cumulative_frequency"):

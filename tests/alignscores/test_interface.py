@@ -5,24 +5,17 @@ import inspect
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import alignscores
 from alignscores import pas, ras, tas
 
-Floats = NDArray[np.float64]
-Scene = Callable[[int, int, float, int], tuple[Floats, Floats]]
-Rotations = Callable[[int, int, float, int], tuple[Floats, Floats]]
-
 
 @pytest.fixture
-def results(noisy_scene: Scene, noisy_rotations: Rotations) -> dict[str, Any]:
+def results(noisy_scene, noisy_rotations):
     positions, rotations = noisy_scene(40, 10, 0.03, 0), noisy_rotations(40, 10, 3, 0)
     poses = [
         np.concatenate([r, p[:, :, None]], 2) for r, p in zip(rotations, positions, strict=True)
@@ -30,7 +23,7 @@ def results(noisy_scene: Scene, noisy_rotations: Rotations) -> dict[str, Any]:
     return {"tas": tas(*positions), "ras": ras(*rotations), "pas": pas(*poses)}
 
 
-def test_public_names() -> None:
+def test_public_names():
     """All that is exported exists."""
     assert {"tas", "ras", "pas"} <= set(alignscores.__all__)
     for name in alignscores.__all__:
@@ -65,7 +58,7 @@ def test_public_names() -> None:
         ),
     ],
 )
-def test_defaults(function: Callable[..., Any], defaults: dict[str, Any]) -> None:
+def test_defaults(function, defaults):
     """The options of design.md with their defaults, all by keyword, behind two positional ones."""
     parameters = list(inspect.signature(function).parameters.values())
     assert [p.kind for p in parameters[:2]] == [inspect.Parameter.POSITIONAL_OR_KEYWORD] * 2
@@ -73,7 +66,7 @@ def test_defaults(function: Callable[..., Any], defaults: dict[str, Any]) -> Non
     assert defaults.items() <= {p.name: p.default for p in parameters}.items()
 
 
-def test_fields(results: dict[str, Any]) -> None:
+def test_fields(results):
     """Shapes and types of the results; float(result) is the score."""
     for name in ("tas", "ras"):
         result = results[name]
@@ -95,7 +88,7 @@ def test_fields(results: dict[str, Any]) -> None:
         assert f"score={result.score}" in repr(result)
 
 
-def test_results_are_frozen(results: dict[str, Any]) -> None:
+def test_results_are_frozen(results):
     """No field can be set."""
     for result in [*results.values(), results["tas"].alignment]:
         for field in dataclasses.fields(result):
@@ -103,7 +96,7 @@ def test_results_are_frozen(results: dict[str, Any]) -> None:
                 setattr(result, field.name, 0)
 
 
-def in_fresh_process(code: str, **environment: str) -> str:
+def in_fresh_process(code, **environment):
     root = Path(alignscores.__file__).parents[1]
     return subprocess.run(
         [sys.executable, "-W", "error", "-c", code],
@@ -114,7 +107,7 @@ def in_fresh_process(code: str, **environment: str) -> str:
     ).stdout
 
 
-def test_import_needs_numpy_and_scipy_alone() -> None:
+def test_import_needs_numpy_and_scipy_alone():
     """evo, pandas and the like are imported where they are used, not with the package."""
     out = in_fresh_process(
         "import sys, alignscores; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
@@ -123,7 +116,7 @@ def test_import_needs_numpy_and_scipy_alone() -> None:
     assert heavy.isdisjoint(out.split())
 
 
-def test_same_bits_in_another_process() -> None:
+def test_same_bits_in_another_process():
     """Nor does the answer depend on the hash seed or on the number of BLAS threads."""
     code = """
 import numpy as np

@@ -1,19 +1,12 @@
 """The defects of the published implementations that method.md lists: we have none of them."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from alignscores import AlignmentWarning, ras, tas
-from alignscores.averaging import rotation_angles
-
-Floats = NDArray[np.float64]
-Cloud = Callable[[str, int, int], Floats]
-Rotations = Callable[[int, int, float, int], tuple[Floats, Floats]]
 
 both_registrations = pytest.mark.parametrize("registration", ["pcr99", "refined"])
 
@@ -21,42 +14,23 @@ both_registrations = pytest.mark.parametrize("registration", ["pcr99", "refined"
 @both_registrations
 @pytest.mark.timeout(20)
 @pytest.mark.parametrize("n", [4, 19, 20, 100, 300])
-def test_no_endless_loop_when_no_triplet_passes(registration: str, n: int) -> None:
+def test_no_endless_loop(registration, n):
     """Published: waits for 1000 hypotheses for ever."""
     gt = np.random.default_rng(n).random((n, 3))
     est = np.zeros((n, 3))
     est[:2, 0] = [1, 2]  # three distinct positions on a line, unlike the ground truth
     with pytest.warns(AlignmentWarning):
         assert tas(gt, est, registration=registration).score == 0
-
-
-@both_registrations
-@pytest.mark.timeout(20)
-def test_no_endless_loop_when_few_triplets_pass(registration: str) -> None:
-    """Published: likewise. Here 4 of 161 700 triplets can pass, and they are found and used."""
-    gt = np.random.default_rng(0).random((100, 3))
-    est = np.full((100, 3), 50.0)
-    est[:4] = gt[:4]
-    result = tas(gt, est, registration=registration)
-    assert result.score == 0.04
-    assert 0 < result.n_hypotheses < 1000
-
-
-@pytest.mark.parametrize("n", [1, 2, 3])
-def test_no_failure_for_fewer_than_four_cameras(n: int) -> None:
-    """Published: index out of bounds."""
-    gt = np.random.default_rng(n).random((n, 3))
-    with pytest.raises(ValueError, match="at least 4"):
-        tas(gt, gt)
-    if n == 3:
-        assert tas(gt, gt, unit=1.0).score == 1.0
-    rotations = Rotation.random(n, rng=np.random.default_rng(n)).as_matrix()
-    assert ras(rotations, rotations).score == 1.0
+    if n == 100:  # 4 of 161 700 triplets can pass, and they are found and used
+        est[:4] = 2 * gt[:4] + 50
+        result = tas(gt, est, registration=registration)
+        assert result.score == 0.04
+        assert 0 < result.n_hypotheses < 1000
 
 
 @pytest.mark.parametrize("n", [12, 60, 400])
 @pytest.mark.parametrize("world", ["gt", "est", "both"])
-def test_duplicate_positions_waste_no_hypotheses(cloud: Cloud, n: int, world: str) -> None:
+def test_duplicate_positions_waste_no_hypotheses(cloud, n, world):
     """Published: their NaN log-ratios pass the prescreen. Here half of the cameras coincide."""
     gt = cloud("cube", n, 0)
     est = 2 * gt
@@ -81,35 +55,32 @@ def test_duplicate_positions_waste_no_hypotheses(cloud: Cloud, n: int, world: st
 @both_registrations
 @pytest.mark.parametrize("axis", [[1, 0, 0], [0, 1, 0], [0, 0, -1], [3, 0, 4], [1, 2, 3]])
 @pytest.mark.parametrize("n", [4, 10, 50, 300])
-def test_exactly_collinear_ground_truth(registration: str, axis: list[float], n: int) -> None:
+def test_exactly_collinear_ground_truth(registration, axis, n):
     """Published: NaN for every hypothesis. Scored like any other, noise and outliers included."""
     rng = np.random.default_rng(n)
-    direction = np.array(axis) / np.linalg.norm(axis)
-    gt = np.outer(np.arange(n), direction)
-    noise = rng.normal(0, 0.01, (n, 3))
-    est = Rotation.random(rng=rng).apply(5 * (gt + noise)) + 7
-    outliers = n // 5
-    est[n - outliers :] += rng.normal(0, 50, (outliers, 3))
+    gt = np.outer(np.arange(n), np.array(axis) / np.linalg.norm(axis))
+    est = Rotation.random(rng=rng).apply(5 * (gt + rng.normal(0, 0.01, (n, 3)))) + 7
+    n_inliers = n - n // 5
+    est[n_inliers:] += rng.normal(0, 50, (n - n_inliers, 3))
     assert tas(gt, 3 * gt + 1, registration=registration).score == 1.0
     result = tas(gt, est, registration=registration)
     assert np.isfinite(result.errors).all()
-    inliers = result.errors[: n - outliers]
-    assert np.median(inliers) < 0.1
+    assert np.median(result.errors[:n_inliers]) < 0.1
     assert result.score > 0.6
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 10, 100])
-def test_exact_rotations_score_one(noisy_rotations: Rotations, n: int) -> None:
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 10, 19, 20, 37, 100, 255, 300, 1000])
+def test_exact_rotations_score_one(noisy_rotations, n):
     """Published: 0/0 in the rotation average, so that a perfect estimate can score 0."""
-    for seed in range(20):
+    for seed in range(10):
         gt, est = noisy_rotations(n, 0, 0, seed)
         for a, b in ((gt, est), (gt, gt), (est, est)):
             result = ras(a, b)
             assert result.score == 1.0
-            assert np.isfinite(result.errors).all()
+            assert np.all(result.errors < 1e-10)
 
 
-def test_a_single_inlier_is_an_average() -> None:
+def test_a_single_inlier_is_an_average():
     """Published: 0/0 where one rotation has no other within 20 degrees. All far apart: 1 of n."""
     angles = [[0, 0, 0], [0, 0, 60], [0, 0, 120], [0, 0, 180], [90, 0, 0]]
     est = Rotation.from_rotvec(angles, degrees=True).as_matrix()
@@ -119,7 +90,7 @@ def test_a_single_inlier_is_an_average() -> None:
     assert result.errors.min() == pytest.approx(0, abs=1e-12)
 
 
-def test_trace_slightly_above_three() -> None:
+def test_trace_slightly_above_three():
     """Published: the arc cosine goes complex. Matrices that are rotations up to rounding."""
     rotations = Rotation.random(50, rng=np.random.default_rng(0)).as_matrix()
     larger = rotations * (1 + 2e-7)
@@ -129,10 +100,3 @@ def test_trace_slightly_above_three() -> None:
     assert np.all(result.errors >= 0)
     assert np.all(result.errors < 1e-4)
     assert result.score == 1.0
-
-
-def test_small_angles_are_precise() -> None:
-    """Published: errors of 2e-6 degrees from the arc cosine near 1."""
-    angles = np.logspace(-12, 0, 13)
-    turns = Rotation.from_rotvec(np.outer(angles, [0.6, 0, -0.8]), degrees=True).as_matrix()
-    np.testing.assert_allclose(rotation_angles(turns), angles, rtol=1e-9, atol=1e-14)

@@ -2,20 +2,14 @@
 
 import math
 import warnings
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from alignscores import AlignmentScore, AlignmentWarning, ras
-
-Floats = NDArray[np.float64]
-Rotations = Callable[[int, int, float, int], tuple[Floats, Floats]]
-Matrix = list[list[float]]
+from alignscores import AlignmentWarning, ras
 
 SEEDS = st.integers(0, 10_000)
 
@@ -23,26 +17,26 @@ SEEDS = st.integers(0, 10_000)
 # --- a naive implementation: scalars, lists, Rodrigues and log maps -------------------------------
 
 
-def matmul(a: Matrix, b: Matrix) -> Matrix:
+def matmul(a, b):
     return [[sum(a[i][k] * b[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
 
 
-def transposed(a: Matrix) -> Matrix:
+def transposed(a):
     return [[a[j][i] for j in range(3)] for i in range(3)]
 
 
-def chordal(a: Matrix, b: Matrix) -> float:
+def chordal(a, b):
     return math.sqrt(sum((a[i][j] - b[i][j]) ** 2 for i in range(3) for j in range(3)))
 
 
-def log_map(r: Matrix) -> list[float]:
+def log_map(r):
     """Rotation vector (for angles below 180 degrees)."""
     v = [(r[2][1] - r[1][2]) / 2, (r[0][2] - r[2][0]) / 2, (r[1][0] - r[0][1]) / 2]
     sine, cosine = math.hypot(*v), (r[0][0] + r[1][1] + r[2][2] - 1) / 2
     return [x * (math.atan2(sine, cosine) / sine) if sine > 0 else 0.0 for x in v]
 
 
-def rodrigues(v: list[float]) -> Matrix:
+def rodrigues(v):
     angle = math.hypot(*v)
     if angle == 0:
         return [[float(i == j) for j in range(3)] for i in range(3)]
@@ -53,7 +47,7 @@ def rodrigues(v: list[float]) -> Matrix:
     return [[(i == j) + s * k[i][j] + c * kk[i][j] for j in range(3)] for i in range(3)]
 
 
-def polar(m: Matrix) -> Matrix:
+def polar(m):
     """Nearest rotation by Newton's iteration for the polar factor (determinant positive)."""
     for _ in range(100):
         inverse = np.linalg.inv(np.array(m)).tolist()
@@ -61,7 +55,7 @@ def polar(m: Matrix) -> Matrix:
     return m
 
 
-def naive_ras(gt: Floats, est: Floats) -> tuple[float, list[float], Matrix]:
+def naive_ras(gt, est):
     n = len(gt)
     s = [matmul(b.tolist(), transposed(a.tolist())) for a, b in zip(gt, est, strict=True)]
     costs = [sum(min(chordal(a, b), 0.5) for b in s) for a in s]
@@ -94,9 +88,7 @@ def naive_ras(gt: Floats, est: Floats) -> tuple[float, list[float], Matrix]:
     ("n", "outliers", "sigma"),
     [(1, 0, 5), (2, 0, 5), (3, 1, 1), (10, 0, 3), (25, 10, 6), (40, 32, 1), (40, 0, 15)],
 )
-def test_against_a_scalar_implementation(
-    noisy_rotations: Rotations, n: int, outliers: int, sigma: float, seed: int
-) -> None:
+def test_against_a_scalar_implementation(noisy_rotations, n, outliers, sigma, seed):
     """Score, errors and alignment of plain loops over floats, written from the paper."""
     gt, est = noisy_rotations(n, outliers, sigma, seed)
     score, errors, alignment = naive_ras(gt, est)
@@ -109,27 +101,19 @@ def test_against_a_scalar_implementation(
 # --- a perfect estimate ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 10, 19, 20, 37, 100, 255, 300, 1000])
-def test_perfect_estimate(noisy_rotations: Rotations, n: int) -> None:
-    """Exactly 1, in the same world and in another, for many seeds."""
-    for seed in range(10):
-        gt, est = noisy_rotations(n, 0, 0, seed)
-        for perfect in (gt, est):
-            result = ras(gt, perfect)
-            assert result.score == 1.0
-            assert np.all(result.errors < 1e-10)
+def test_perfect_estimate_of_identical_rotations():
+    """All cameras look the same way, or all but for the sign of a half turn.
 
-
-def test_perfect_estimate_of_identical_rotations() -> None:
-    """All cameras look the same way, or all but for the sign of a half turn."""
-    for turn in (0.0, 90.0, 180.0):
-        gt = np.tile(Rotation.from_euler("x", turn, degrees=True).as_matrix(), (20, 1, 1))
+    For others see test_published_defects.py.
+    """
+    for angle in (0.0, 90.0, 180.0):
+        gt = np.tile(Rotation.from_euler("x", angle, degrees=True).as_matrix(), (20, 1, 1))
         for other in (0.0, 90.0, 180.0):
             est = gt @ Rotation.from_euler("y", other, degrees=True).as_matrix()
             assert ras(gt, est).score == 1.0
 
 
-def test_perfect_estimate_of_single_precision(noisy_rotations: Rotations) -> None:
+def test_perfect_estimate_of_single_precision(noisy_rotations):
     """Rotations rounded to 32 bits are rotations, and their errors are below the first step."""
     gt, est = noisy_rotations(100, 0, 0, 0)
     assert ras(gt.astype(np.float32), est.astype(np.float32)).score == 1.0
@@ -142,9 +126,7 @@ def test_perfect_estimate_of_single_precision(noisy_rotations: Rotations) -> Non
     ("degrees", "share"),
     [(0.05, 1), (0.15, 0.99), (5.05, 0.5), (9.95, 0.01), (10.05, 0), (90, 0), (180, 0)],
 )
-def test_score_of_one_turned_camera(
-    noisy_rotations: Rotations, degrees: float, share: float
-) -> None:
+def test_score_of_one_turned_camera(noisy_rotations, degrees, share):
     """A camera turned by 5.05 degrees counts below 50 of the 100 thresholds, 0.1 to 10 degrees."""
     gt, est = noisy_rotations(50, 0, 0, 0)
     turn = Rotation.from_rotvec(np.array([0.6, 0.0, 0.8]) * degrees, degrees=True).as_matrix()
@@ -155,7 +137,7 @@ def test_score_of_one_turned_camera(
     assert result.score == pytest.approx((49 + share) / 50, abs=1e-12)
 
 
-def test_alignment_maps_ground_truth_to_estimate(noisy_rotations: Rotations) -> None:
+def test_alignment_maps_ground_truth_to_estimate(noisy_rotations):
     """The alignment is the rotation between the worlds: est = alignment @ gt, not its inverse."""
     gt, _ = noisy_rotations(30, 0, 0, 0)
     world = Rotation.from_euler("xyz", [20, -70, 130], degrees=True).as_matrix()
@@ -163,14 +145,14 @@ def test_alignment_maps_ground_truth_to_estimate(noisy_rotations: Rotations) -> 
     np.testing.assert_allclose(result.alignment, world, atol=1e-12)
 
 
-def test_axes_of_the_cameras_do_not_align(noisy_rotations: Rotations) -> None:
+def test_axes_of_the_cameras_do_not_align(noisy_rotations):
     """A turn of every camera about its own axes is no change of world: not aligned away."""
     gt, _ = noisy_rotations(200, 0, 0, 0)
     turned = gt @ Rotation.from_euler("x", 60, degrees=True).as_matrix()
     assert ras(gt, turned).score < 0.2
 
 
-def test_thresholds_are_options(noisy_rotations: Rotations) -> None:
+def test_thresholds_are_options(noisy_rotations):
     """max_threshold_deg is the largest, n_thresholds their number."""
     gt, est = noisy_rotations(60, 10, 4, 0)
     default, wide = ras(gt, est), ras(gt, est, max_threshold_deg=20, n_thresholds=200)
@@ -181,19 +163,16 @@ def test_thresholds_are_options(noisy_rotations: Rotations) -> None:
 
 
 @given(seed=SEEDS, n=st.integers(1, 60), sigma=st.floats(0, 20))
-def test_result_is_consistent(noisy_rotations: Rotations, seed: int, n: int, sigma: float) -> None:
+def test_result_is_consistent(noisy_rotations, seed, n, sigma):
     """Errors, counts and score follow from the alignment by their definitions."""
     gt, est = noisy_rotations(n, n // 4, sigma, seed)
     result = ras(gt, est)
-    assert result.alignment is not None
     np.testing.assert_allclose(result.alignment @ result.alignment.T, np.eye(3), atol=1e-9)
     residual = Rotation.from_matrix((result.alignment @ gt).transpose(0, 2, 1) @ est)
     np.testing.assert_allclose(result.errors, np.degrees(residual.magnitude()), atol=1e-9)
     counts = [sum(bool(e < t) for e in result.errors) for t in result.thresholds]
     assert result.cumulative_frequency.tolist() == counts
-    per_camera = [sum(bool(e < t) for t in result.thresholds) / 100 for e in result.errors]
-    assert result.score == pytest.approx(sum(per_camera) / n, abs=1e-12)
-    assert 0 <= result.score <= 1
+    assert result.score == pytest.approx(sum(counts) / (100 * n), abs=1e-12)
     assert float(result) == result.score
 
 
@@ -201,41 +180,23 @@ def test_result_is_consistent(noisy_rotations: Rotations, seed: int, n: int, sig
 
 
 @given(seed=SEEDS, n=st.integers(1, 60))
-def test_change_of_world_or_camera_axes_changes_nothing(
-    noisy_rotations: Rotations, seed: int, n: int
-) -> None:
-    """Another estimated world, another ground-truth world, other axes in each camera."""
+def test_world_camera_axes_and_order_change_nothing(noisy_rotations, seed, n):
+    """Another world, other axes in each camera; a joint permutation permutes the errors."""
     gt, est = noisy_rotations(n, n // 4, 4, seed)
     rng = np.random.default_rng(seed)
     world = Rotation.random(rng=rng).as_matrix()
     axes = Rotation.random(n, rng=rng).as_matrix()
+    order = rng.permutation(n)
     expected = ras(gt, est)
     for result in (ras(gt, world @ est), ras(world @ gt, est), ras(gt @ axes, est @ axes)):
         assert result.score == pytest.approx(expected.score, abs=1e-12)
         np.testing.assert_allclose(result.errors, expected.errors, atol=1e-6)
+    result = ras(gt[order], est[order])
+    assert result.score == pytest.approx(expected.score, abs=1e-12)
+    np.testing.assert_allclose(result.errors, expected.errors[order], atol=1e-6)
 
 
-@given(seed=SEEDS, n=st.integers(1, 60))
-def test_order_of_the_cameras_changes_nothing(
-    noisy_rotations: Rotations, seed: int, n: int
-) -> None:
-    """A joint permutation permutes the errors."""
-    gt, est = noisy_rotations(n, n // 4, 4, seed)
-    order = np.random.default_rng(seed).permutation(n)
-    a, b = ras(gt, est), ras(gt[order], est[order])
-    assert a.score == pytest.approx(b.score, abs=1e-12)
-    np.testing.assert_allclose(a.errors[order], b.errors, atol=1e-6)
-
-
-def test_same_input_same_bits(noisy_rotations: Rotations) -> None:
-    """Nothing is random."""
-    gt, est = noisy_rotations(200, 50, 4, 0)
-    a, b = ras(gt, est), ras(gt.copy(), est.copy())
-    assert a.errors.tobytes() == b.errors.tobytes()
-    assert a.score == b.score
-
-
-def test_scipy_rotations(noisy_rotations: Rotations) -> None:
+def test_scipy_rotations(noisy_rotations):
     """scipy Rotation objects, for either argument or both."""
     gt, est = noisy_rotations(30, 5, 4, 0)
     expected = ras(gt, est).score
@@ -248,7 +209,7 @@ def test_scipy_rotations(noisy_rotations: Rotations) -> None:
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("lost", [1, 30, 59])
-def test_lost_cameras_count(noisy_rotations: Rotations, lost: int, value: float) -> None:
+def test_lost_cameras_count(noisy_rotations, lost, value):
     """A matrix that is not finite fails, the others are aligned without it: a perfect rest."""
     gt, est = noisy_rotations(60, 0, 0, 0)
     est[:lost, 1, 2] = value  # one entry is enough
@@ -258,27 +219,19 @@ def test_lost_cameras_count(noisy_rotations: Rotations, lost: int, value: float)
 
 
 @given(seed=SEEDS, lost=st.integers(0, 39))
-def test_losing_cameras_never_raises_the_score(
-    noisy_rotations: Rotations, seed: int, lost: int
-) -> None:
-    """Strictly at a fixed alignment; else up to the shift of the average by one camera of 40."""
+def test_losing_cameras_never_raises_the_score(noisy_rotations, seed, lost):
+    """It falls by the share of the camera, but for the shift of the average by one of 40."""
     gt, est = noisy_rotations(40, 8, 4, seed)
     before = ras(gt, est)
-    errors = before.errors.copy()
-    errors[lost] = np.inf
     share = np.mean(before.errors[lost] < before.thresholds) / 40
-    fixed = AlignmentScore(errors, before.thresholds)
-    assert fixed.score == pytest.approx(before.score - share, abs=1e-12)
     est[lost] = np.nan
     after = ras(gt, est)
-    assert after.alignment is not None
-    assert before.alignment is not None
     shift = math.degrees(Rotation.from_matrix(after.alignment @ before.alignment.T).magnitude())
     # Every error changes by at most the shift, so it passes so many thresholds at most.
-    assert after.score <= fixed.score + (math.ceil(shift / 0.1) / 100)
+    assert after.score <= before.score - share + math.ceil(shift / 0.1) / 100 + 1e-12
 
 
-def test_one_camera_left(noisy_rotations: Rotations) -> None:
+def test_one_camera_left(noisy_rotations):
     """A single camera is always aligned perfectly: n counts it among all."""
     gt, est = noisy_rotations(10, 10, 0, 0)
     assert ras(gt[:1], est[:1]).score == 1.0
@@ -286,7 +239,7 @@ def test_one_camera_left(noisy_rotations: Rotations) -> None:
     assert ras(gt, est).score == 0.1
 
 
-def test_no_camera_left(noisy_rotations: Rotations) -> None:
+def test_no_camera_left(noisy_rotations):
     """Score 0 with a warning that points at the caller."""
     gt, est = noisy_rotations(10, 0, 0, 0)
     est[:] = np.nan
@@ -298,7 +251,7 @@ def test_no_camera_left(noisy_rotations: Rotations) -> None:
     assert np.isinf(result.errors).all()
 
 
-def test_no_other_warning(noisy_rotations: Rotations) -> None:
+def test_no_other_warning(noisy_rotations):
     """Half turns, ties and outliers alone: no NumPy or SciPy warning."""
     gt, est = noisy_rotations(30, 30, 0, 0)
     half = np.array([np.diag([1.0, -1, -1]), np.diag([-1.0, 1, -1]), np.diag([-1.0, -1, 1])])

@@ -3,18 +3,13 @@
 import math
 import shutil
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from alignscores import similarity
 from alignscores.registration import hypotheses, kernel, pcr99
-
-Floats = NDArray[np.float64]
-Scene = Callable[[int, int, float, int], tuple[Floats, Floats]]
 
 COMPILER = shutil.which("cc")
 SOURCE = Path(kernel.__file__).with_name("kernel.c")
@@ -25,7 +20,7 @@ BUILDS = {  # beside the one installed: what other processors and compilers woul
 }
 
 
-def test_installed_where_there_is_a_compiler() -> None:
+def test_installed_where_there_is_a_compiler():
     """So no test of the compiled kernel is passed over unseen."""
     if COMPILER is None:
         pytest.skip("no C compiler")
@@ -33,7 +28,7 @@ def test_installed_where_there_is_a_compiler() -> None:
 
 
 @pytest.fixture(scope="module", params=["installed", *BUILDS])
-def library(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> object:
+def library(request, tmp_path_factory):
     if request.param == "installed":
         if kernel.LIBRARY is None:
             pytest.skip("the kernel is not compiled")
@@ -47,12 +42,12 @@ def library(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
 
 
 @pytest.fixture(autouse=True)
-def compiled(library: object, monkeypatch: pytest.MonkeyPatch) -> None:
+def compiled(library, monkeypatch):
     assert library is not None
     monkeypatch.setattr(kernel, "LIBRARY", library)
 
 
-def assert_same_bits(a: NDArray[np.generic], b: NDArray[np.generic]) -> None:
+def assert_same_bits(a, b):
     assert a.dtype == b.dtype
     np.testing.assert_array_equal(a, b)  # NaN is NaN
     if a.dtype == np.float64:
@@ -60,7 +55,7 @@ def assert_same_bits(a: NDArray[np.generic], b: NDArray[np.generic]) -> None:
         np.testing.assert_array_equal(np.signbit(a[known]), np.signbit(b[known]))
 
 
-def clouds(kind: str, n: int) -> tuple[Floats, Floats]:
+def clouds(kind, n):
     """Both worlds, component first."""
     rng = np.random.default_rng(n)
     gt = rng.normal(size=(3, n))
@@ -103,7 +98,7 @@ KINDS = (
 
 @pytest.mark.parametrize("n", [3, 7, 64, 129, 1000])
 @pytest.mark.parametrize("kind", KINDS)
-def test_same_bits(kind: str, n: int) -> None:
+def test_same_bits(kind, n):
     """Each function, for any triplets, also for those that no prescreening would let pass."""
     gt, est = clouds(kind, n)
     triplets = np.random.default_rng(1).integers(n, size=(3, 700), dtype=np.intp)
@@ -127,9 +122,7 @@ def test_same_bits(kind: str, n: int) -> None:
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
 @pytest.mark.parametrize("sigma", [0.0, 1e-9, 0.03, 0.3])
 @pytest.mark.parametrize("n", [19, 100, 300])
-def test_same_alignment(
-    noisy_scene: Scene, n: int, sigma: float, share: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_same_alignment(noisy_scene, n, sigma, share, monkeypatch):
     """From the draws to the choice."""
     gt, est = noisy_scene(n, int(share * n), sigma, 3)
     results = []
@@ -143,9 +136,7 @@ def test_same_alignment(
         assert_same_bits(np.asarray(a), np.asarray(b))
 
 
-def test_the_compiled_functions_are_used(
-    noisy_scene: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_compiled_functions_are_used(noisy_scene, monkeypatch):
     for name in ("similar_triplets", "three_point_similarities", "cheapest"):
         monkeypatch.delattr(hypotheses, name)
     gt, est = noisy_scene(100, 30, 0.03, 0)
@@ -153,7 +144,7 @@ def test_the_compiled_functions_are_used(
     assert alignment is not None
 
 
-def test_what_counts_as_flat(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_counts_as_flat(monkeypatch):
     """Both implementations go by the same bounds."""
     worlds = [clouds(kind, 200) for kind in ("nearly a line", "diagonal lines")]
     gt, est = (np.hstack(world) for world in zip(*worlds, strict=True))
@@ -175,7 +166,7 @@ def test_what_counts_as_flat(monkeypatch: pytest.MonkeyPatch) -> None:
     assert shares[0][1] != shares[2][1]
 
 
-def test_arrays_of_any_type(noisy_scene: Scene) -> None:
+def test_arrays_of_any_type(noisy_scene):
     """Numbers of other types are converted, not misread."""
     gt, est = (points.T.astype(np.float32) for points in noisy_scene(50, 10, 0.03, 0))
     triplets = np.random.default_rng(0).integers(50, size=(3, 400), dtype=np.int32)
@@ -193,7 +184,7 @@ def test_arrays_of_any_type(noisy_scene: Scene) -> None:
         assert best == hypotheses.cheapest(gt.astype(float), est.astype(float), *wide, flat, 5, 0.0)
 
 
-def test_arrays_of_any_layout(noisy_scene: Scene) -> None:
+def test_arrays_of_any_layout(noisy_scene):
     """Transposed or strided arrays are read as what they are."""
     gt, est = noisy_scene(50, 10, 0.03, 0)
     triplets = np.random.default_rng(0).integers(50, size=(400, 3)).T[:, ::2]
@@ -210,7 +201,7 @@ def test_arrays_of_any_layout(noisy_scene: Scene) -> None:
         assert_same_bits(a, b)
 
 
-def test_selection_of_every_rank() -> None:
+def test_selection_of_every_rank():
     """The m-th smallest error is found whatever the order and the repetitions of the errors."""
     rng = np.random.default_rng(0)
     identity = np.ones(2), np.array(2 * [np.eye(3)]), np.zeros((2, 3))

@@ -1,41 +1,29 @@
-"""PCR-99 against a plain triple loop, its search for triplets, and its degenerate triangles."""
+"""PCR-99 against a plain triple loop, its search for triplets, and its degenerate triangles.
+
+All with the kernel as it is installed: test_kernel.py shows that NumPy computes the same bits.
+"""
 
 import itertools
 import math
-import time
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from alignscores.registration import hypotheses, kernel, refined
 from alignscores.registration.kernel import cheapest, three_point_similarities
 from alignscores.registration.pcr99 import pcr99, prescreened_triplets
 
-Floats = NDArray[np.float64]
-Scene = Callable[[int, int, float, int], tuple[Floats, Floats]]
-
-
-@pytest.fixture(autouse=True, params=["compiled", "numpy"])
-def implementation(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Everything here holds for both implementations of the kernel."""
-    if request.param == "numpy":
-        monkeypatch.setattr(kernel, "LIBRARY", None)
-    elif kernel.LIBRARY is None:
-        pytest.skip("the kernel is not compiled")
-
 
 class Hypothesis(NamedTuple):
     cost: float
     scale: float
-    rotation: Floats
-    translation: Floats
+    rotation: np.ndarray
+    translation: np.ndarray
 
 
-def naive_hypothesis(a: Floats, b: Floats) -> tuple[float, Floats, Floats]:
+def naive_hypothesis(a, b):
     """Similarity from three ground-truth points (rows of a) and three estimated ones (b)."""
     rotation = np.zeros((3, 3))
     firsts = [(corners[1] - corners[0]) / math.dist(corners[1], corners[0]) for corners in (a, b)]
@@ -54,7 +42,7 @@ def naive_hypothesis(a: Floats, b: Floats) -> tuple[float, Floats, Floats]:
     return scale, rotation, b_mean - scale * rotation @ a_mean
 
 
-def naive_pcr99(gt: Floats, est: Floats, rank: int) -> tuple[Hypothesis, int]:
+def naive_pcr99(gt, est, rank):
     """The cheapest of all hypotheses and the number of triplets that passed (unordered)."""
     best, passed = Hypothesis(math.inf, 0, np.eye(3), np.zeros(3)), set()
     for triplet in itertools.permutations(range(len(gt)), 3):
@@ -75,7 +63,7 @@ def naive_pcr99(gt: Floats, est: Floats, rank: int) -> tuple[Hypothesis, int]:
     return best, len(passed)
 
 
-def rng() -> np.random.Generator:
+def rng():
     return np.random.default_rng(0)
 
 
@@ -94,9 +82,7 @@ def rng() -> np.random.Generator:
     ],
 )
 @pytest.mark.parametrize("seed", range(3))
-def test_cheapest_of_all_hypotheses(
-    noisy_scene: Scene, n: int, outliers: int, sigma: float, rank: int, seed: int
-) -> None:
+def test_cheapest_of_all_hypotheses(noisy_scene, n, outliers, sigma, rank, seed):
     """Where all triplets are enumerated, the result is that of a plain triple loop."""
     gt, est = noisy_scene(n, outliers, sigma, seed)
     expected, n_passed = naive_pcr99(gt, est, rank)
@@ -105,7 +91,6 @@ def test_cheapest_of_all_hypotheses(
     if n_passed == 0:
         assert alignment is None
         return
-    assert alignment is not None
     errors = np.sort(alignment.position_errors(gt, est))
     assert errors[rank - 1] == pytest.approx(expected.cost, rel=1e-7, abs=1e-13)
     if rank > 1:  # the smallest error is often one that vanishes, for many hypotheses
@@ -116,9 +101,7 @@ def test_cheapest_of_all_hypotheses(
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("noise_off_the_line", [0.005, 0.1])
-def test_cheapest_of_all_hypotheses_on_a_partly_straight_path(
-    noise_off_the_line: float, seed: int
-) -> None:
+def test_cheapest_of_all_hypotheses_on_a_partly_straight_path(noise_off_the_line, seed):
     """Flat triangles take part: with more noise off the line than on it they are the cheapest."""
     generator = np.random.default_rng(seed)
     gt = np.zeros((9, 3))
@@ -136,7 +119,7 @@ def test_cheapest_of_all_hypotheses_on_a_partly_straight_path(
 
 
 @pytest.mark.parametrize("sine", [0.1, 1e-2, 1e-3, 1e-4, 1e-5])
-def test_nearly_flat_triangle(sine: float) -> None:
+def test_nearly_flat_triangle(sine):
     """As long as there is a normal it counts: the spin about the long edges is right."""
     gt = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 2 * sine, 0.0]])
     turn = Rotation.from_euler("xyz", [1.0, 0.5, 2.0])
@@ -146,7 +129,7 @@ def test_nearly_flat_triangle(sine: float) -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_three_point_similarities_from_their_definition(noisy_scene: Scene, seed: int) -> None:
+def test_three_point_similarities_from_their_definition(noisy_scene, seed):
     """Each hypothesis is the one of the mathematics, for triplets in any order."""
     gt, est = noisy_scene(12, 4, 0.1, seed)
     triplets = np.array(list(itertools.permutations(range(12), 3))[seed::7]).T
@@ -159,7 +142,7 @@ def test_three_point_similarities_from_their_definition(noisy_scene: Scene, seed
 
 
 @pytest.mark.parametrize("world", [0, 1])
-def test_flat_triangle(world: int) -> None:
+def test_flat_triangle(world):
     """Below a sine of a millionth in either world a triangle has no normal."""
     for sine, is_flat in ((1.1e-6, False), (0.9e-6, True)):
         corners = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]] * 2)
@@ -171,7 +154,7 @@ def test_flat_triangle(world: int) -> None:
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [1.0, 3.0, 0.5]])
 
 
-def triangle_with_edges(ij: float, ik: float, jk: float) -> Floats:
+def triangle_with_edges(ij, ik, jk):
     x = (ij**2 + ik**2 - jk**2) / (2 * ij)
     return np.array([[0.0, 0.0, 0.0], [ij, 0.0, 0.0], [x, math.sqrt(ik**2 - x**2), 0.0]])
 
@@ -181,7 +164,7 @@ def triangle_with_edges(ij: float, ik: float, jk: float) -> Floats:
     "log_ratios",
     [(1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1), (0.5, -0.5, 0)],
 )
-def test_prescreen_threshold(copies: int, log_ratios: tuple[float, ...]) -> None:
+def test_prescreen_threshold(copies, log_ratios):
     """A triangle whose log edge ratios spread by less than 0.1 passes, by more it does not.
 
     With copies, all triangles that are none (two corners coincide) must be passed over too.
@@ -189,19 +172,14 @@ def test_prescreen_threshold(copies: int, log_ratios: tuple[float, ...]) -> None
     edges = np.array([math.dist(TRIANGLE[i], TRIANGLE[j]) for i, j in ((0, 1), (0, 2), (1, 2))])
     for spread, passes in ((0.0999, True), (0.1001, False)):
         est = triangle_with_edges(*(7 * edges * np.exp(spread * np.array(log_ratios))))
-        alignment, n_used = pcr99(
-            np.repeat(TRIANGLE, copies, axis=0),
-            np.repeat(est, copies, axis=0),
-            rank=3,
-            n_hypotheses=50,
-            rng=rng(),
-        )
+        gt, est = (np.repeat(corners, copies, axis=0) for corners in (TRIANGLE, est))
+        alignment, n_used = pcr99(gt, est, rank=3, n_hypotheses=50, rng=rng())
         assert (alignment is not None) == passes
         assert n_used == (0 if not passes else 3 if copies == 1 else 50)
 
 
 @pytest.mark.parametrize("n", [20, 256, 1000])
-def test_collects_the_number_of_hypotheses_asked_for(noisy_scene: Scene, n: int) -> None:
+def test_collects_the_number_of_hypotheses_asked_for(noisy_scene, n):
     """Random sampling delivers exactly as many as asked for."""
     gt, est = noisy_scene(n, n // 3, 0.01, 1)
     for asked in (1, 17, 1000):
@@ -211,36 +189,22 @@ def test_collects_the_number_of_hypotheses_asked_for(noisy_scene: Scene, n: int)
         assert alignment.scale == pytest.approx(2.5, rel=0.5)
 
 
-def test_more_hypotheses_cost_less(noisy_scene: Scene) -> None:
+def test_more_hypotheses_cost_less(noisy_scene):
     """The alignment is the best of the hypotheses, so that its cost falls with their number."""
     gt, est = noisy_scene(100, 30, 0.03, 4)
     costs = []
     for asked in (1, 10, 100, 1000):
         total = 0.0
         for seed in range(10):
-            alignment, _ = pcr99(
-                gt, est, rank=10, n_hypotheses=asked, rng=np.random.default_rng(seed)
-            )
-            assert alignment is not None
+            generator = np.random.default_rng(seed)
+            alignment, _ = pcr99(gt, est, rank=10, n_hypotheses=asked, rng=generator)
             total += float(np.sort(alignment.position_errors(gt, est))[9])
         costs.append(total)
     assert costs == sorted(costs, reverse=True)
     assert costs[-1] < costs[0] / 2
 
 
-def test_order_of_the_cost() -> None:
-    """With m = k the hypothesis that explains k cameras exactly wins, with m = k + 1 it loses."""
-    generator = rng()
-    gt = generator.random((30, 3))
-    est = gt + generator.normal(0, 0.005, (30, 3))
-    est[:6] = 3 * gt[:6] @ Rotation.from_euler("x", 90, degrees=True).as_matrix().T
-    for rank in range(3, 10):
-        alignment, _ = pcr99(gt, est, rank=rank, n_hypotheses=5000, rng=rng())
-        assert alignment is not None
-        assert alignment.scale == pytest.approx(3 if rank <= 6 else 1, rel=0.05)
-
-
-def test_rare_triplets_are_found_and_counted() -> None:
+def test_rare_triplets_are_found_and_counted():
     """When hardly any triplet passes, the search ends and what was found is used."""
     gt = rng().random((100, 3))
     est = 2 * gt
@@ -252,21 +216,8 @@ def test_rare_triplets_are_found_and_counted() -> None:
     assert np.all(alignment.position_errors(gt, est)[:4] < 1e-9)
 
 
-@pytest.mark.parametrize("n", [5, 19, 20, 100, 1000])
-def test_no_triplet_at_all(n: int) -> None:
-    """Distances that grow exponentially resemble nothing: no hypothesis, and no endless search."""
-    t = np.arange(n)
-    gt = np.column_stack([np.cos(2.4 * t), np.sin(2.4 * t), t / 5])
-    est = np.column_stack([np.zeros(n), np.zeros(n), 1e10 ** (t % 15) * (t < 15)])
-    gt[t >= 15] += 1  # the others coincide in the estimate
-    start = time.perf_counter()
-    alignment, n_used = pcr99(gt, est, rank=4, n_hypotheses=1000, rng=rng())
-    assert (alignment, n_used) == (None, 0)
-    assert time.perf_counter() - start < 10
-
-
 @pytest.mark.parametrize("n", [8, 200, 300])
-def test_duplicates_are_never_hypotheses(n: int) -> None:
+def test_duplicates_are_never_hypotheses(n):
     """Cameras that coincide, in either world or in both, take part in no triangle together."""
     places = rng().random((4, 3))
     gt = places[np.arange(n) % 4]
@@ -281,7 +232,7 @@ def test_duplicates_are_never_hypotheses(n: int) -> None:
         assert np.all(alignment.position_errors(gt, est) < 1e-6)
 
 
-def test_enumeration_ends_at_the_number_of_hypotheses(noisy_scene: Scene) -> None:
+def test_enumeration_ends_at_the_number_of_hypotheses(noisy_scene):
     """comb(n, 3) <= n_hypotheses: the random generator is not touched; beyond, it is."""
     for n, enumerated in ((19, True), (20, False)):
         gt, est = noisy_scene(n, 3, 0.02, 0)
@@ -290,7 +241,7 @@ def test_enumeration_ends_at_the_number_of_hypotheses(noisy_scene: Scene) -> Non
         assert (generator.random() == rng().random()) == enumerated
 
 
-def single(gt: Floats, est: Floats) -> tuple[float, Floats, Floats]:
+def single(gt, est):
     """The hypothesis from the first three rows."""
     triplet = np.array([[0], [1], [2]])
     scale, rotation, translation, _ = three_point_similarities(gt.T.copy(), est.T.copy(), triplet)
@@ -309,7 +260,7 @@ DIRECTIONS = {
 
 @pytest.mark.parametrize("est_direction", DIRECTIONS)
 @pytest.mark.parametrize("gt_direction", ["axis", "other axis", "oblique"])
-def test_collinear_triplet(gt_direction: str, est_direction: str) -> None:
+def test_collinear_triplet(gt_direction, est_direction):
     """A triangle without a normal gives the minimal rotation between the two directions."""
     a, b = np.array(DIRECTIONS[gt_direction]), np.array(DIRECTIONS[est_direction])
     b /= np.linalg.norm(b)
@@ -328,7 +279,7 @@ def test_collinear_triplet(gt_direction: str, est_direction: str) -> None:
 
 @pytest.mark.parametrize("bend", [1e-3, 0.05, 0.2])
 @pytest.mark.parametrize("flat", ["gt", "est"])
-def test_triplet_that_is_flat_in_one_world_only(flat: str, bend: float) -> None:
+def test_triplet_that_is_flat_in_one_world_only(flat, bend):
     """First edge onto first edge, and the least-squares scale about the centroids."""
     line = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
     for axis in (1, 2):
@@ -345,7 +296,7 @@ def test_triplet_that_is_flat_in_one_world_only(flat: str, bend: float) -> None:
         np.testing.assert_allclose(translation, expected, atol=1e-9)
 
 
-def test_first_edge_matters_and_its_sense_does_not() -> None:
+def test_first_edge_matters_and_its_sense_does_not():
     """The first axis is the first edge: three hypotheses a triangle, neither one nor six."""
     gt = rng().random((3, 3))
     est = gt + rng().normal(0, 0.05, (3, 3))
@@ -354,18 +305,6 @@ def test_first_edge_matters_and_its_sense_does_not() -> None:
         for order in itertools.permutations(range(3))
     }
     assert len(distinct) == 3
-
-
-def test_inputs_are_left_alone(noisy_scene: Scene) -> None:
-    """Neither the points nor the triplets are written to."""
-    gt, est = noisy_scene(30, 5, 0.01, 0)
-    gt_t, est_t = np.asfortranarray(gt), np.asfortranarray(est)  # the transposes are contiguous
-    triplets = np.array([[0, 1], [2, 3], [4, 5]])
-    copies = gt.copy(), est.copy(), triplets.copy()
-    pcr99(gt_t, est_t, rank=4, n_hypotheses=10, rng=rng())
-    three_point_similarities(gt_t.T, est_t.T, triplets)
-    for array, copy in zip((gt_t, est_t, triplets), copies, strict=True):
-        np.testing.assert_array_equal(array, copy)
 
 
 DIFFICULT = {
@@ -382,9 +321,7 @@ DIFFICULT = {
 
 @pytest.mark.parametrize("kind", DIFFICULT)
 @pytest.mark.parametrize(("n", "straight"), [(60, False), (60, True), (700, False)])
-def test_the_cheapest_hypothesis_is_chosen(
-    noisy_scene: Scene, kind: str, n: int, straight: bool
-) -> None:
+def test_the_cheapest_hypothesis_is_chosen(noisy_scene, kind, n, straight):
     """Its cost is the smallest of the costs by their definition; a flat one wins no tie."""
     sigma, reach, offset = DIFFICULT[kind]
     gt, est = noisy_scene(n, n // 3, sigma, 5)
@@ -410,7 +347,7 @@ def test_the_cheapest_hypothesis_is_chosen(
         assert costs[best] < costs[~flat].min()
 
 
-def test_first_of_equally_cheap_hypotheses(noisy_scene: Scene) -> None:
+def test_first_of_equally_cheap_hypotheses(noisy_scene):
     """Of several that are the same the first is taken, but one of a flat triangle never."""
     gt, est = (points.T for points in noisy_scene(50, 10, 0.03, 0))
     with np.errstate(all="ignore"):
@@ -423,7 +360,7 @@ def test_first_of_equally_cheap_hypotheses(noisy_scene: Scene) -> None:
 
 
 @pytest.mark.parametrize("rank", [0, 31, -1, 4.0])
-def test_rank_that_no_cameras_have(noisy_scene: Scene, rank: int) -> None:
+def test_rank_that_no_cameras_have(noisy_scene, rank):
     gt, est = noisy_scene(30, 5, 0.03, 0)
     with pytest.raises(ValueError, match=f"rank must be .*, not {rank}"):
         pcr99(gt, est, rank=rank, n_hypotheses=10, rng=rng())
@@ -431,7 +368,7 @@ def test_rank_that_no_cameras_have(noisy_scene: Scene, rank: int) -> None:
 
 @pytest.mark.parametrize("shape", [(29, 3), (31, 3), (30, 2), (30, 4), (30,), (3, 30)])
 @pytest.mark.parametrize("swapped", [False, True])
-def test_positions_that_do_not_belong_together(shape: tuple[int, ...], swapped: bool) -> None:
+def test_positions_that_do_not_belong_together(shape, swapped):
     """Refused before anything is read beyond an array's end."""
     positions = [np.ones((30, 3)), np.ones(shape)]
     if swapped:
@@ -444,42 +381,38 @@ def test_positions_that_do_not_belong_together(shape: tuple[int, ...], swapped: 
 
 
 @pytest.mark.parametrize("register", [pcr99, refined])
-def test_numbers_of_any_type(register: Callable[..., Any]) -> None:
+def test_numbers_of_any_type(register):
     """Whole numbers whose squares would overflow, and single precision."""
     generator = rng()
     gt = generator.integers(-60_000, 60_000, (40, 3))
     est = 2 * gt + generator.integers(-500, 500, (40, 3))
     for dtype in (np.int32, np.float32):
-        results = [
+        (a, n_a), (b, n_b) = (
             register(
-                gt.astype(kind),
-                est.astype(kind),
-                rank=4,
-                threshold=1e3,
-                n_hypotheses=200,
-                rng=rng(),
+                *(gt.astype(kind), est.astype(kind)),
+                **{"rank": 4, "threshold": 1e3, "n_hypotheses": 200, "rng": rng()},
             )
             for kind in (dtype, np.float64)
-        ]
-        assert results[0][1] == results[1][1] == 200
-        assert results[0][0].scale == results[1][0].scale == pytest.approx(2, rel=0.1)
-        np.testing.assert_array_equal(results[0][0].translation, results[1][0].translation)
+        )
+        assert n_a == n_b == 200
+        assert a.scale == b.scale == pytest.approx(2, rel=0.1)
+        np.testing.assert_array_equal(a.translation, b.translation)
 
 
-def test_chunks_of_hypotheses(noisy_scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    """How many are evaluated at once changes no bit, be it one at a time."""
+def test_chunks_of_hypotheses(noisy_scene, monkeypatch):
+    """How many NumPy evaluates at once changes no bit, be it one at a time."""
+    monkeypatch.setattr(kernel, "LIBRARY", None)
     gt, est = noisy_scene(300, 100, 0.03, 0)
     scales = set()
     for chunk in (1, 300, 1000, 1 << 14, 1 << 20):
         monkeypatch.setattr(hypotheses, "CHUNK", chunk)
         alignment, _ = pcr99(gt, est, rank=30, n_hypotheses=100, rng=rng())
-        assert alignment is not None
         scales.add((alignment.scale, alignment.translation.tobytes()))
     assert len(scales) == 1
 
 
 @pytest.mark.parametrize("prescreen", [0.03, 0.1, 0.3, math.inf])
-def test_prescreen_keeps_the_triplets_within_its_threshold(prescreen: float) -> None:
+def test_prescreen_keeps_the_triplets_within_its_threshold(prescreen):
     rng = np.random.default_rng(4)
     gt = rng.normal(size=(11, 3))
     est = 3 * gt + 0.3 * rng.normal(size=gt.shape)

@@ -1,18 +1,13 @@
 """The registration that maximises the score: its optimum, how it repeats, and its extremes."""
 
-import warnings
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
 import scipy
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from alignscores import AlignmentWarning, Similarity, closest_pair_quartile, pas, tas
+from alignscores import Similarity, closest_pair_quartile, tas
 from alignscores.registration.kernel import three_point_similarities
 from alignscores.registration.pcr99 import pcr99, prescreened_triplets
 from alignscores.registration.refined import (
@@ -24,69 +19,62 @@ from alignscores.registration.refined import (
     refined,
 )
 
-Floats = NDArray[np.float64]
-Cloud = Callable[[str, int, int], Floats]
-World = Callable[..., Floats]
-Scene = Callable[[int, int, float, int], tuple[Floats, Floats]]
-
 SEEDS = st.integers(0, 10_000)
 
 
-def cost(errors: Floats, threshold: float) -> float:
-    """The cost by its definition: 1 less what the score is up to the resolution."""
-    smoothed = np.hypot(errors, RESOLUTION * threshold)
+def cost(errors, threshold):
+    """The cost by its definition: 1 less what the score is up to the resolution of 0.01."""
+    smoothed = np.hypot(errors, 0.01 * threshold)
     return float(np.minimum(smoothed / threshold, 1).mean())
 
 
-def local_scene(scene: tuple[Floats, Floats]) -> tuple[Floats, Floats, float]:
+def drifting(n, seed):
+    """A smooth path of unit steps, and the same steps with errors of heading that add up."""
+    rng = np.random.default_rng([seed, n])
+    headings = np.cumsum(rng.normal(0, 0.1, (n, 3)), axis=0)
+    steps = headings / np.linalg.norm(headings, axis=1, keepdims=True)
+    drift = Rotation.from_rotvec(np.cumsum(rng.normal(0, 0.003, (n, 3)), axis=0))
+    return np.cumsum(steps, axis=0), 3 * np.cumsum(drift.apply(steps), axis=0) + 1
+
+
+def local_scene(scene):
     """Both worlds about their median, and the threshold of the TAS."""
     gt, est = scene
     threshold = closest_pair_quartile(gt)
     return gt - np.median(gt, axis=0), est - np.median(est, axis=0), threshold
 
 
-def parameters(alignment: Similarity) -> Floats:
+def parameters(alignment):
     """The seven numbers that a general minimiser changes."""
     rotation = Rotation.from_matrix(alignment.rotation).as_rotvec()
     return np.r_[-np.log(alignment.scale), rotation, alignment.translation / alignment.scale]
 
 
-def residual_norms(x: Floats, gt: Floats, est: Floats) -> Floats:
-    """Position errors under an alignment with these parameters."""
+def objective(x, gt, est, threshold):
+    """The cost of an alignment with these parameters."""
     rotation = Rotation.from_rotvec(x[1:4]).as_matrix()
-    residuals: Floats = np.exp(x[0]) * est - gt @ rotation.T - x[4:]
-    return np.sqrt((residuals**2).sum(axis=1))
+    residuals = np.exp(x[0]) * est - gt @ rotation.T - x[4:]
+    return cost(np.sqrt((residuals**2).sum(axis=1)), threshold)
 
 
-def test_resolution_is_the_step_of_the_paper() -> None:
-    """A hundredth of the largest threshold."""
-    assert RESOLUTION == 0.01
-
-
-def lowest_cost_near(start: Similarity, gt: Floats, est: Floats, threshold: float) -> float:
+def lowest_cost_near(start, gt, est, threshold):
     """Where a general minimiser gets to."""
-
-    def objective(x: Floats) -> float:
-        return cost(residual_norms(x, gt, est), threshold)
-
     x = parameters(start)
     for _ in range(2):
         simplex = x + 0.01 * threshold * np.vstack([np.zeros(7), np.eye(7)])
         options = {"initial_simplex": simplex, "adaptive": True, "fatol": 1e-8, "maxiter": 2000}
-        found = scipy.optimize.minimize(objective, x, method="Nelder-Mead", options=options)
+        scene = gt, est, threshold
+        found = scipy.optimize.minimize(objective, x, scene, "Nelder-Mead", options=options)
         x = found.x
     return float(found.fun)
 
 
+@pytest.mark.filterwarnings("ignore::alignscores.AlignmentWarning")
 @given(seed=SEEDS, n=st.integers(4, 100), n_thresholds=st.integers(1, 200))
-def test_score_is_the_truncated_cost_up_to_a_step(
-    noisy_scene: Scene, seed: int, n: int, n_thresholds: int
-) -> None:
+def test_score_is_the_truncated_cost_up_to_a_step(noisy_scene, seed, n, n_thresholds):
     """1 less the mean of min(e, T) / T, and less than one step between thresholds above it."""
     gt, est = noisy_scene(n, 0, 0.02, seed)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AlignmentWarning)
-        result = tas(gt, est, n_thresholds=n_thresholds, max_threshold=1.5)
+    result = tas(gt, est, n_thresholds=n_thresholds, max_threshold=1.5)
     line = 1 - np.minimum(result.errors / (1.5 * result.unit), 1).mean()
     assert line - 1e-9 <= result.score < line + 1 / n_thresholds + 1e-9
 
@@ -95,9 +83,7 @@ def test_score_is_the_truncated_cost_up_to_a_step(
 
 
 @given(seed=SEEDS, n=st.integers(4, 150), share=st.floats(0, 0.8), sigma=st.floats(0, 0.1))
-def test_no_hypothesis_costs_less(
-    noisy_scene: Scene, seed: int, n: int, share: float, sigma: float
-) -> None:
+def test_no_hypothesis_costs_less(noisy_scene, seed, n, share, sigma):
     """Refining starts from the cheapest of them and never goes up."""
     gt, est, threshold = local_scene(noisy_scene(n, int(share * n), sigma, seed))
     alignment, n_used = refined(
@@ -122,78 +108,62 @@ def test_no_hypothesis_costs_less(
 
 @pytest.mark.parametrize(("n", "outliers", "sigma"), [(6, 1, 0.03), (8, 2, 0.03), (9, 1, 0.08)])
 @pytest.mark.parametrize("seed", range(3))
-def test_optimum_by_brute_force(
-    noisy_scene: Scene, n: int, outliers: int, sigma: float, seed: int
-) -> None:
+def test_optimum_by_brute_force(noisy_scene, n, outliers, sigma, seed):
     """A general minimiser from many starts of its own finds nothing better."""
-    gt, est, threshold = local_scene(noisy_scene(n, outliers, sigma, seed))
+    scene = gt, est, threshold = local_scene(noisy_scene(n, outliers, sigma, seed))
     rng = np.random.default_rng(seed)
     alignment, _ = refined(gt, est, threshold=threshold, n_hypotheses=1000, rng=rng)
-    assert alignment is not None
-
-    def objective(x: Floats) -> float:
-        return cost(residual_norms(x, gt, est), threshold)
-
     least = 1.0
     for _ in range(25):
         some = rng.choice(n, 4, replace=False)
         x = parameters(Similarity.fit(gt[some], est[some]))
-        x = scipy.optimize.minimize(objective, x, method="Powell", options={"maxiter": 10}).x
-        least = min(least, scipy.optimize.minimize(objective, x, method="Nelder-Mead").fun)
+        x = scipy.optimize.minimize(objective, x, scene, "Powell", options={"maxiter": 10}).x
+        least = min(least, scipy.optimize.minimize(objective, x, scene, "Nelder-Mead").fun)
     assert cost(alignment.position_errors(gt, est), threshold) < least + 2e-4
 
 
 @pytest.mark.parametrize("n", [1001, 1500, 4000])
 @pytest.mark.parametrize("share", [0.5, 0.8])
-def test_optimum_of_many_cameras(noisy_scene: Scene, n: int, share: float) -> None:
+def test_optimum_of_many_cameras(noisy_scene, n, share):
     """Samples of them find the way, all of them the place, however the outliers are ordered.
 
     They come first here: the beginning of the trajectory is no sample. A general minimiser that
-    starts from the inliers, which it is told, finds nothing that is better by more than a step.
+    starts from the inliers, which it is given, finds nothing that is better by more than a step.
     """
     n_outliers = int(share * n)
     gt, est, threshold = local_scene(noisy_scene(n, n_outliers, 0.02 if share > 0.5 else 0.01, 0))
     gt, est = gt[::-1], est[::-1]
     rng = np.random.default_rng(0)
     alignment, _ = refined(gt, est, threshold=threshold, n_hypotheses=1000, rng=rng)
-    assert alignment is not None
-
     start = Similarity.fit(gt[n_outliers:], est[n_outliers:])
     least = lowest_cost_near(start, gt, est, threshold)
     assert cost(alignment.position_errors(gt, est), threshold) < least + TOLERANCE
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_way_down_is_gone_to_its_end(seed: int) -> None:
+def test_the_way_down_is_gone_to_its_end(seed):
     """On a trajectory that drifts it is long: no general minimiser gains another step."""
     gt, est, threshold = local_scene(drifting(1500, seed))
     rng = np.random.default_rng(0)
     alignment, _ = refined(gt, est, threshold=threshold, n_hypotheses=1000, rng=rng)
-    assert alignment is not None
     least = lowest_cost_near(alignment, gt, est, threshold)
     assert cost(alignment.position_errors(gt, est), threshold) < least + TOLERANCE
 
 
 @pytest.mark.parametrize("n", [30, 250, 1000, 5000])
-def test_cheapest_of_all_hypotheses(noisy_scene: Scene, n: int) -> None:
+def test_cheapest_of_all_hypotheses(noisy_scene, n):
     """None is passed over, however many fit into the cache, and they come in order."""
     gt, est, threshold = local_scene(noisy_scene(n, n // 2, 0.02, 1))
     rng, spread = np.random.default_rng(n), threshold / 4
     truth = Similarity.fit(gt[: n - n // 2], est[: n - n // 2])
-    alignments = [
-        Similarity(
-            truth.scale * np.exp(rng.normal(0, spread)),
-            Rotation.from_rotvec(rng.normal(0, spread, 3)).as_matrix() @ truth.rotation,
-            truth.translation + rng.normal(0, spread, 3),
-        )
-        for _ in range(147)
+    scales = truth.scale * np.exp(rng.normal(0, spread, 147))
+    rotations = Rotation.from_rotvec(rng.normal(0, spread, (147, 3))).as_matrix() @ truth.rotation
+    translations = truth.translation + rng.normal(0, spread, (147, 3))
+    costs = [
+        cost(Similarity(*alignment).position_errors(gt, est), threshold)
+        for alignment in zip(scales, rotations, translations, strict=True)
     ]
-    costs = [cost(alignment.position_errors(gt, est), threshold) for alignment in alignments]
-    matrices = _residual_matrices(
-        np.array([alignment.scale for alignment in alignments]),
-        np.array([alignment.rotation for alignment in alignments]),
-        np.array([alignment.translation for alignment in alignments]),
-    )
+    matrices = _residual_matrices(scales, rotations, translations)
     points = np.vstack([est.T, gt.T, np.ones(n)])
     for n_left in (1, 20, 147):
         kept = _cheapest(matrices, points, threshold, n_left)
@@ -201,54 +171,46 @@ def test_cheapest_of_all_hypotheses(noisy_scene: Scene, n: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_least_absolute_deviations_within_reach(noisy_scene: Scene, seed: int) -> None:
+def test_least_absolute_deviations_within_reach(noisy_scene, seed):
     """Where all cameras are within reach, nothing is truncated: the plain L1 alignment."""
     gt, est = noisy_scene(40, 0, 0.02, seed)
     result = tas(gt, est, registration="refined", unit=1.0, rng=seed)
     assert result.errors.max() < 1
 
-    def total(alignment: Similarity) -> float:
-        return float(np.hypot(alignment.position_errors(gt, est), RESOLUTION).sum())
+    def total(*alignment):
+        return float(np.hypot(Similarity(*alignment).position_errors(gt, est), RESOLUTION).sum())
 
-    alignment = result.alignment
-    assert alignment is not None
-    smallest = total(alignment)
+    scale, rotation, translation = vars(result.alignment).values()
+    smallest = total(scale, rotation, translation)
     for step in (-0.003, 0.003):
-        others = [
-            Similarity(alignment.scale * (1 + step), alignment.rotation, alignment.translation)
-        ]
+        assert total(scale * (1 + step), rotation, translation) > smallest
         for axis in np.eye(3):
-            turn = Rotation.from_rotvec(step * axis).as_matrix()
-            shift = alignment.translation + step * alignment.scale * axis
-            others.append(Similarity(alignment.scale, alignment.rotation, shift))
-            others.append(
-                Similarity(alignment.scale, turn @ alignment.rotation, alignment.translation)
-            )
-        assert min(total(other) for other in others) > smallest
+            tilted = Rotation.from_rotvec(step * axis).as_matrix() @ rotation
+            assert total(scale, rotation, translation + step * scale * axis) > smallest
+            assert total(scale, tilted, translation) > smallest
 
 
 # --- how it repeats -------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
-def reference_runs(reference_cases: dict[str, Any]) -> dict[str, tuple[Floats, Floats]]:
+def reference_runs(reference_cases):
     """Scores under 10 seeds, by PCR-99 and refined, of the reference cases with n >= 20."""
-    return {
-        name: tuple(
-            np.array(
-                [
-                    tas(case["gt_xyz"], case["est_xyz"], rng=seed, registration=registration).score
-                    for seed in range(10)
-                ]
-            )
-            for registration in ("pcr99", "refined")
+
+    def scores(case, registration):
+        points = case["gt_xyz"], case["est_xyz"]
+        return np.array(
+            [tas(*points, rng=seed, registration=registration).score for seed in range(10)]
         )
+
+    return {
+        name: (scores(case, "pcr99"), scores(case, "refined"))
         for name, case in reference_cases.items()
         if case.meta["n"] >= 20
     }
 
 
-def test_reference_cases_repeat(reference_runs: dict[str, tuple[Floats, Floats]]) -> None:
+def test_reference_cases_repeat(reference_runs):
     """Standard deviation over 10 seeds: at most 0.003, in the median case below 0.0005."""
     deviations = {name: runs[1].std(ddof=1) for name, runs in reference_runs.items()}
     assert len(deviations) == 25
@@ -256,9 +218,7 @@ def test_reference_cases_repeat(reference_runs: dict[str, tuple[Floats, Floats]]
     assert np.median(list(deviations.values())) < 0.0005
 
 
-def test_reference_cases_never_score_less(
-    reference_runs: dict[str, tuple[Floats, Floats]],
-) -> None:
+def test_reference_cases_never_score_less(reference_runs):
     """The mean over the seeds is never below that of PCR-99."""
     for name, (published, ours) in reference_runs.items():
         assert ours.mean() >= published.mean() - 1e-12, name
@@ -266,9 +226,7 @@ def test_reference_cases_never_score_less(
 
 @pytest.mark.parametrize("kind", ["cube", "axis", "oblique line", "plane", "helix", "clusters"])
 @pytest.mark.parametrize(("n", "outliers"), [(30, 5), (100, 50), (1200, 400)])
-def test_geometries_repeat(
-    cloud: Cloud, another_world: World, kind: str, n: int, outliers: int
-) -> None:
+def test_geometries_repeat(cloud, another_world, kind, n, outliers):
     """Noise of d / 5, and outliers: the same score from every seed, and no less than PCR-99's."""
     gt = cloud(kind, n, 0)
     rng = np.random.default_rng(n)
@@ -280,7 +238,7 @@ def test_geometries_repeat(
     assert min(scores) >= tas(gt, est).score
 
 
-def uneven(n: int, outliers: int, seed: int) -> tuple[Floats, Floats]:
+def uneven(n, outliers, seed):
     """Most cameras in one dense cluster, much denser than the noise; the others sparse."""
     rng = np.random.default_rng([seed, n])
     cluster = np.sort(rng.choice(3, size=n, p=[0.55, 0.27, 0.18]))
@@ -294,7 +252,7 @@ def uneven(n: int, outliers: int, seed: int) -> tuple[Floats, Floats]:
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize(("n", "outliers"), [(37, 11), (100, 0), (100, 30)])
-def test_uneven_cameras_repeat(n: int, outliers: int, seed: int) -> None:
+def test_uneven_cameras_repeat(n, outliers, seed):
     """The largest score shrinks the estimate to the dense cluster; each seed must find it so."""
     gt, est = uneven(n, outliers, seed)
     scores = [tas(gt, est, registration="refined", rng=rng).score for rng in range(6)]
@@ -303,17 +261,8 @@ def test_uneven_cameras_repeat(n: int, outliers: int, seed: int) -> None:
     assert min(scores) > many - 0.003
 
 
-def drifting(n: int, seed: int) -> tuple[Floats, Floats]:
-    """A smooth path of unit steps, and the same steps with errors of heading that add up."""
-    rng = np.random.default_rng([seed, n])
-    headings = np.cumsum(rng.normal(0, 0.1, (n, 3)), axis=0)
-    steps = headings / np.linalg.norm(headings, axis=1, keepdims=True)
-    drift = Rotation.from_rotvec(np.cumsum(rng.normal(0, 0.003, (n, 3)), axis=0))
-    return np.cumsum(steps, axis=0), 3 * np.cumsum(drift.apply(steps), axis=0) + 1
-
-
 @pytest.mark.parametrize("seed", range(4))
-def test_drift_repeats(seed: int) -> None:
+def test_drift_repeats(seed):
     """Every part of the trajectory fits by itself: many local minima, and many starts they need."""
     gt, est = drifting(1500, seed)
     scores = [tas(gt, est, registration="refined", rng=rng).score for rng in range(8)]
@@ -322,7 +271,7 @@ def test_drift_repeats(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_nine_in_ten_are_outliers(noisy_scene: Scene, seed: int) -> None:
+def test_nine_in_ten_are_outliers(noisy_scene, seed):
     """With 1000 hypotheses the right alignment is found from every seed."""
     gt, est = noisy_scene(100, 90, 0.01, seed)
     for rng in range(4):
@@ -334,7 +283,7 @@ def test_nine_in_ten_are_outliers(noisy_scene: Scene, seed: int) -> None:
 
 
 @pytest.mark.parametrize("period", [2, 3, 5])
-def test_outliers_at_regular_intervals(noisy_scene: Scene, period: int) -> None:
+def test_outliers_at_regular_intervals(noisy_scene, period):
     """A camera of a rig that fails throughout: however many cameras, the others are found."""
     gt, est = noisy_scene(3000, 0, 0.002, 0)
     right = np.arange(3000) % period == 1
@@ -344,7 +293,7 @@ def test_outliers_at_regular_intervals(noisy_scene: Scene, period: int) -> None:
     assert result.score == pytest.approx(right.mean() * 0.9, rel=0.1)
 
 
-def test_outliers_in_one_piece(noisy_scene: Scene) -> None:
+def test_outliers_in_one_piece(noisy_scene):
     """Neither does it matter where along a long trajectory the lost cameras are."""
     gt, est = noisy_scene(3000, 2000, 0.01, 0)
     scores = [
@@ -356,7 +305,7 @@ def test_outliers_in_one_piece(noisy_scene: Scene) -> None:
 
 
 @pytest.mark.parametrize("n_left", [0, 1, 2])
-def test_no_step_raises_the_cost(noisy_scene: Scene, n_left: int) -> None:
+def test_no_step_raises_the_cost(noisy_scene, n_left):
     """Not even where the cameras within reach do not determine the next alignment."""
     gt, est, threshold = local_scene(noisy_scene(30, 0, 0.0, 0))
     truth = Similarity.fit(gt, est)
@@ -375,7 +324,7 @@ def test_no_step_raises_the_cost(noisy_scene: Scene, n_left: int) -> None:
     assert after <= before + 1e-12
 
 
-def test_lost_cameras_hardly_ever_raise_the_score(noisy_scene: Scene) -> None:
+def test_lost_cameras_hardly_ever_raise_the_score(noisy_scene):
     """The largest score of fewer cameras is no larger, up to the steps between the thresholds."""
     rises = []
     for seed in range(40):
@@ -388,20 +337,19 @@ def test_lost_cameras_hardly_ever_raise_the_score(noisy_scene: Scene) -> None:
     assert np.mean(np.array(rises) > 0) < 0.2
 
 
+@pytest.mark.filterwarnings("ignore::alignscores.AlignmentWarning")
 @given(seed=SEEDS, n=st.integers(4, 60))
-def test_few_cameras_in_any_order(noisy_scene: Scene, seed: int, n: int) -> None:
+def test_few_cameras_in_any_order(noisy_scene, seed, n):
     """Where all triplets are used, neither their order nor rng matters but for rounding."""
     gt, est = noisy_scene(min(n, 19), 3, 0.02, seed)
     order = np.random.default_rng(seed).permutation(len(gt))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AlignmentWarning)
-        a = tas(gt, est, rng=1, registration="refined")
-        b = tas(gt[order], est[order], rng=2, registration="refined")
+    a = tas(gt, est, rng=1, registration="refined")
+    b = tas(gt[order], est[order], rng=2, registration="refined")
     assert a.n_hypotheses == b.n_hypotheses
     assert a.score == pytest.approx(b.score, abs=0.003)
 
 
-def test_hypotheses_are_those_of_pcr99(noisy_scene: Scene) -> None:
+def test_hypotheses_are_those_of_pcr99(noisy_scene):
     """The same triplets from the same seed, and as many."""
     for n in (15, 100, 300):
         gt, est, threshold = local_scene(noisy_scene(n, n // 3, 0.02, 0))
@@ -416,7 +364,7 @@ def test_hypotheses_are_those_of_pcr99(noisy_scene: Scene) -> None:
 
 
 @pytest.mark.parametrize("unit", [1e-300, 1e-12, 1e12, 1e300])
-def test_any_unit(noisy_scene: Scene, unit: float) -> None:
+def test_any_unit(noisy_scene, unit):
     """A threshold that no camera, or every camera, is within."""
     gt, est = noisy_scene(50, 10, 0.01, 0)
     result = tas(gt, est, unit=unit, registration="refined")
@@ -425,7 +373,7 @@ def test_any_unit(noisy_scene: Scene, unit: float) -> None:
 
 
 @pytest.mark.parametrize("value", [1e10, 1e100, 1e200, 1e308])
-def test_a_camera_far_away_does_not_stop_the_refining(noisy_scene: Scene, value: float) -> None:
+def test_a_camera_far_away_does_not_stop_the_refining(noisy_scene, value):
     """Its square overflows, and has no weight."""
     gt, est = noisy_scene(50, 0, 0.02, 0)
     est[20] = 1e3
@@ -435,7 +383,7 @@ def test_a_camera_far_away_does_not_stop_the_refining(noisy_scene: Scene, value:
     assert tas(gt, est, registration="refined").score == pytest.approx(expected.score, abs=1e-3)
 
 
-def test_every_camera_absurdly_far_away(cloud: Cloud) -> None:
+def test_every_camera_absurdly_far_away(cloud):
     """Each along another axis, where squares overflow: a score, and no warning from NumPy."""
     gt = cloud("cube", 30, 0)
     gt[range(30), np.arange(30) % 3] *= 1e120
@@ -444,7 +392,7 @@ def test_every_camera_absurdly_far_away(cloud: Cloud) -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_an_exact_coincidence_does_not_hold_the_alignment(noisy_scene: Scene, seed: int) -> None:
+def test_an_exact_coincidence_does_not_hold_the_alignment(noisy_scene, seed):
     """From an alignment without any error at one camera the way down is found all the same."""
     gt, est, threshold = local_scene(noisy_scene(60, 0, 0.02, seed))
     start = Similarity.fit(gt, est)
@@ -460,20 +408,3 @@ def test_an_exact_coincidence_does_not_hold_the_alignment(noisy_scene: Scene, se
         best = _refine(matrices, points, threshold, n_left=1, tolerance=1e-9)
         costs.append(cost(np.linalg.norm(best[0] @ points, axis=0), threshold))
     assert np.ptp(costs) < 1e-4
-
-
-def test_inputs_are_left_alone(noisy_scene: Scene) -> None:
-    gt, est, threshold = local_scene(noisy_scene(30, 5, 0.01, 0))
-    copies = gt.copy(), est.copy()
-    refined(gt, est, threshold=threshold, n_hypotheses=100, rng=np.random.default_rng(0))
-    np.testing.assert_array_equal(gt, copies[0])
-    np.testing.assert_array_equal(est, copies[1])
-
-
-def test_pas_takes_it(noisy_scene: Scene) -> None:
-    """The TAS within is the refined one."""
-    gt, est = noisy_scene(40, 10, 0.03, 0)
-    poses = [np.concatenate([np.tile(np.eye(3), (40, 1, 1)), a[:, :, None]], 2) for a in (gt, est)]
-    result = pas(*poses, registration="refined", rng=3)
-    assert result.tas.registration == "refined"
-    assert result.tas.score == tas(gt, est, registration="refined", rng=3).score

@@ -8,8 +8,8 @@ from alignscores import ras
 from alignscores.trajectories.conventions import (
     describe_rotation,
     find_convention,
-    seem_swapped,
     rotate_cameras,
+    seem_swapped,
 )
 from alignscores.trajectories.files import Trajectory, inverse_poses
 
