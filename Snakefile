@@ -29,6 +29,8 @@ localrules:  # seconds each: not worth a job
     figure,
     table1,
     verdicts,
+    parameters_threshold,
+    parameters_registration,
     scenarios,
     report,
 

@@ -72,7 +72,6 @@ for name in STUDIES:
     rule:
         name:
             f"parameters_{name}"
-        localrule: True
         input:
             STUDY_CODE,
             trials=lambda wildcards, name=name: trials(f"trials/{name}_study", "csv"),

@@ -9,7 +9,6 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 ONE_NODE_SLURM = Path(__file__).with_name("one-node-slurm")
-SETTINGS = ["trials=2", "results_dir=out"]
 REPLICATES = 2
 
 pytestmark = [
@@ -21,17 +20,20 @@ pytestmark = [
 def test_replicates_are_jobs_with_stated_needs_and_the_bytes_of_a_serial_run(
     tmp_path: Path,
 ) -> None:
-    snakemake = [
-        *[sys.executable, "-m", "snakemake", "claims", "--snakefile", str(ROOT / "Snakefile")],
-        *["--profile", str(ROOT / "profiles" / "slurm")],
+    def snakemake(profile: str, *options: str) -> list[str]:
+        places = ["--snakefile", str(ROOT / "Snakefile"), "--profile", str(ROOT / profile)]
+        config = ["--config", f"replicates={REPLICATES}", "trials=2", *options]
+        return [sys.executable, "-m", "snakemake", "claims", *places, *config]
+
+    submitted = [
+        *snakemake("profiles/slurm", "results_dir=out"),
         # This cluster keeps no accounts, and jobs end soon.
         *["--slurm-status-command", "squeue", "--slurm-init-seconds-before-status-checks", "2"],
-        *["--config", f"replicates={REPLICATES}", *SETTINGS],
     ]
     # The limit is inside, so that the cluster is ended in any case.
     script = 'timeout --kill-after=5 90 "$@" && scontrol show jobs --oneliner > jobs.txt'
     done = subprocess.run(
-        [ONE_NODE_SLURM, "bash", "-c", script, "bash", *snakemake],
+        [ONE_NODE_SLURM, "bash", "-c", script, "bash", *submitted],
         cwd=tmp_path,
         capture_output=True,
         text=True,
@@ -44,11 +46,7 @@ def test_replicates_are_jobs_with_stated_needs_and_the_bytes_of_a_serial_run(
     wanted |= {"JobState": "COMPLETED", "WorkDir": str(tmp_path)}
     assert [{key: job[key] for key in wanted} for job in jobs] == [wanted] * REPLICATES
 
-    assert (tmp_path / "out" / "claims.csv").exists()
-    for number in range(REPLICATES):
-        serial = [f"replicate={number}", *SETTINGS[:1], "backend=sequential", "results_dir=serial"]
-        subprocess.run(
-            [sys.executable, "-m", "experiments.replicate", *serial], cwd=tmp_path, check=True
-        )
-        name = Path("replicates") / f"{number}.csv"
+    serial = snakemake("profiles/default", "results_dir=serial", "backend=sequential")
+    subprocess.run(serial, cwd=tmp_path, check=True, capture_output=True)
+    for name in ("claims.csv", *(f"replicates/{number}.csv" for number in range(REPLICATES))):
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "serial" / name).read_bytes()

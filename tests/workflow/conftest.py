@@ -1,0 +1,72 @@
+"""Snakemake with the project's workflow, in an empty working directory."""
+
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import takewhile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SNAKEFILE = ROOT / "Snakefile"
+
+
+@dataclass(frozen=True)
+class Done:
+    """What a call of Snakemake has said and, where it was a dry run, what it would do."""
+
+    returncode: int
+    text: str
+
+    @property
+    def planned(self) -> dict[str, int]:
+        """Jobs of a dry run by rule; none where there is nothing to do."""
+        assert self.returncode == 0, self.text
+        if "Nothing to be done" in self.text:
+            return {}
+        lines = self.text.splitlines()
+        start = lines.index("Job stats:")
+        rows = [line.split() for line in takewhile(str.strip, lines[start + 3 :])]
+        jobs = {row[0]: int(row[1]) for row in rows if len(row) == 2 and row[1].isdigit()}
+        assert jobs.pop("total") == sum(jobs.values())
+        return jobs
+
+    @property
+    def jobs(self) -> list[tuple[str, str]]:
+        """The rule and the description of each job."""
+        return re.findall(r"^(?:local)?rule (\w+):\n((?: +.*\n)+)", self.text, re.MULTILINE)
+
+    @property
+    def refusal(self) -> str:
+        """The one line that a wrong setting ends in."""
+        assert self.returncode != 0
+        assert "Traceback" not in self.text
+        (line,) = [line for line in self.text.splitlines() if line.startswith("snakemake: ")]
+        return line
+
+
+Snakemake = Callable[..., Done]
+
+
+def command(*arguments: str, project: Path = ROOT, profile: str = "default") -> list[str]:
+    options = ["--snakefile", str(project / "Snakefile")]
+    options += ["--profile", str(ROOT / "profiles" / profile)]
+    return [sys.executable, "-m", "snakemake", *options, *arguments]
+
+
+@pytest.fixture
+def snakemake(tmp_path: Path) -> Snakemake:
+    def run(*arguments: str, **options: Path | str) -> Done:
+        done = subprocess.run(
+            command(*arguments, **options),
+            cwd=options.get("project", tmp_path),
+            capture_output=True,
+            text=True,
+            timeout=110,
+        )
+        return Done(done.returncode, done.stdout + done.stderr)
+
+    return run

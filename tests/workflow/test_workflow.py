@@ -1,0 +1,286 @@
+"""Snakemake plans, runs, resumes and reruns what it should, and passes settings on."""
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from figures import FIGURES, PAPER_FIGURES
+from studies.parameters.axes import STUDIES, load_parameters
+from studies.scenarios.scenarios import load_scenarios
+
+from .conftest import ROOT, SNAKEFILE, Snakemake, command
+
+TRIALS = {"figures": 8, "claims": 2, "beyond": len(load_scenarios().tables)}
+TRIALS |= {f"{name}_study": len(load_parameters(name).tables) for name in STUDIES}
+
+
+def test_everything_is_made_once(snakemake: Snakemake) -> None:
+    done = snakemake("report", "figures", "--dry-run", "--config", "replicates=2")
+    assert done.planned == {
+        "trials": sum(TRIALS.values()),
+        "figure": len(FIGURES),
+        **dict.fromkeys(("table1", "verdicts", "scenarios", "report", "figures"), 1),
+        "run_times": len(STUDIES),
+        **{f"parameters_{name}": 1 for name in STUDIES},
+    }
+
+
+@pytest.mark.parametrize(
+    ("target", "jobs"),
+    [
+        ("figures", {"figure": len(PAPER_FIGURES), "table1": 1}),
+        ("beyond", {"figure": 2, "scenarios": 1}),
+        ("threshold_study", {"run_times": 1, "figure": 1, "parameters_threshold": 1}),
+        ("registration_study", {"run_times": 1, "figure": 1, "parameters_registration": 1}),
+    ],
+)
+def test_a_target_needs_its_own_trials_and_no_others(
+    snakemake: Snakemake, target: str, jobs: dict[str, int]
+) -> None:
+    assert snakemake(target, "--dry-run").planned == {"trials": TRIALS[target], target: 1} | jobs
+
+
+def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
+    snakemake: Snakemake,
+) -> None:
+    settings = ("replicates=2", "trials=100")
+    done = snakemake("report", "figures", "--dry-run", "--config", *settings, profile="slurm")
+    needs = {rule: text for rule, text in done.jobs if "runtime=" in text and "mem_mb=" in text}
+    assert set(needs) == {"trials", "run_times"}
+    assert "runtime=17" in needs["trials"]
+    assert "mem_mb=1000" in needs["trials"]
+    assert "threads: " not in done.text  # named where more than one
+    (block,) = re.findall(r"^localrules:.*\n((?:    \w+,\n)+)", SNAKEFILE.read_text(), re.MULTILINE)
+    assert {rule for rule, _ in done.jobs} - set(re.findall(r"\w+", block)) == set(needs)
+
+
+@pytest.mark.parametrize(
+    ("target", "settings", "named"),
+    [
+        ("figures", ["trials=0"], "'trials'"),
+        ("figures", ["trails=5"], "'trails'"),
+        ("figures", ["n_outliers=[11]"], "'n_outliers'"),
+        ("claims", ["replicates=1"], "'replicates'"),
+        ("claims", ["metrics=[TAS]"], "'metrics'"),
+        ("threshold_study", ["tas_max_threshold=[-1]"], "max_threshold should be greater than 0"),
+        ("beyond", ["scenarios=missing.yaml"], "No such file"),
+        ("beyond", ["scenarios=mine.yaml"], "scenario 'a'"),
+    ],
+)
+def test_wrong_settings_end_in_one_line_before_any_trial(
+    snakemake: Snakemake, tmp_path: Path, target: str, settings: list[str], named: str
+) -> None:
+    (tmp_path / "mine.yaml").write_text("scenarios: {a: {geometry: sphere}}")
+    assert named in snakemake(target, "--config", *settings).refusal
+    assert not (tmp_path / "results").exists()
+
+
+def test_runs_and_reruns(snakemake: Snakemake, tmp_path: Path) -> None:
+    target = "results/figures/outliers.pdf"
+    small = ["trials=2", "sigma_t=[0.02,0.05]", "n_cameras=[25]", "n_outliers=[0,2]"]
+    done = snakemake(target, "--config", *small)
+    assert done.returncode == 0, done.text
+    assert "results in results/" in done.text
+    trials = tmp_path / "results" / "trials" / "outliers.csv"
+    assert len(trials.read_text().splitlines()) == 1 + 2 * 2 * 2
+    for kind in ("logs", "benchmarks"):
+        files = {path.relative_to(tmp_path / "results" / kind).with_suffix("")
+                 for path in (tmp_path / "results" / kind).rglob("*.*")}  # fmt: skip
+        assert files == {Path("trials/outliers"), Path("figures/outliers")}
+
+    # Nothing is left to do; how it is run changes nothing; another setting does.
+    threading = [*small, "backend=threading"]
+    assert snakemake(target, "--dry-run", "--config", *threading).planned == {}
+    more = ["trials=3", *small[1:]]
+    assert snakemake(target, "--dry-run", "--config", *more).planned == {"trials": 1, "figure": 1}
+
+    # A lost table comes back bit for bit, and one whose record is lost with it.
+    before = trials.read_bytes()
+    trials.with_suffix(".json").unlink()
+    again = snakemake(target, "--dry-run", "--config", *small, "--forcerun", "figure")
+    assert again.planned == {"trials": 1, "figure": 1}
+    trials.unlink()
+    assert snakemake("results/trials/outliers.csv", "--config", *small).returncode == 0
+    assert trials.read_bytes() == before
+
+
+REGISTRATIONS = """\
+axes:
+  tas_registration: {metric: TAS, option: registration, paper: pcr99, values: [pcr99, refined]}
+trials:
+  outliers: {experiment: outliers, n_outliers: [0], sigma_t: [0.02, 0.1]}
+  cube_37: {experiment: outliers, n_cameras: [37], n_outliers: [0], sigma_t: [0.1], seeds: 2}
+"""
+TARGETS = (
+    "results/figures/outliers.png",
+    "results/figures/histogram.png",
+    "results/replicates/0.csv",
+    "results/tables/registration_study.md",
+)
+AGAIN = {"figure": 2, "parameters_registration": 1}
+EDITS = {  # of files of the project, with the jobs that they make run again
+    "alignscores/trajectories/files.py": {},
+    "alignscores/cli/plots.py": {"figure": 2},  # which has what the histogram draws
+    "alignscores/registration/pcr99.py": {"trials": 5, "run_times": 1} | AGAIN,
+    "experiments/scenes/errors.py": {"trials": 5, "run_times": 1} | AGAIN,
+    "studies/statistics.py": AGAIN,
+    "studies/parameters/registrations.py": AGAIN,
+    "figures/panels.py": {"figure": 2},
+    "report/page.py": {},
+}
+CLAIMS = [  # a text, what takes its place, whether other trials are needed then
+    ("A single outlier blinds", "One outlier blinds", False),
+    ("id: outliers-ate-discerns", "id: outliers-ate-sees", False),
+    ("n_outliers: [1], sigma_t: [0.01, 0.03,", "n_outliers: [1], sigma_t: [0.01, 0.02,", True),
+    ("metric: DTE\n        versus: ATE", "metric: DTE\n        versus: mAA", True),
+]
+
+
+def test_an_edit_reruns_what_depends_on_it_and_nothing_else(
+    snakemake: Snakemake, tmp_path: Path
+) -> None:
+    """Analysis reruns no trial and redraws what uses it; a generator of scenes reruns them all."""
+    copy = tmp_path / "copy"
+    folders = ("alignscores", "baselines", "experiments", "studies", "figures", "report")
+    for name in (*folders, "configs", "workflow"):
+        shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(SNAKEFILE, copy)
+    (copy / "configs" / "study" / "registration.yaml").write_text(REGISTRATIONS)
+
+    def rerun(*targets: str) -> dict[str, int]:
+        return snakemake(*targets, "--dry-run", "--config", "trials=1", project=copy).planned
+
+    done = snakemake(*TARGETS, "--config", "trials=1", project=copy)
+    assert done.returncode == 0, done.text
+    for name, jobs in EDITS.items():
+        code = (copy / name).read_text()
+        (copy / name).write_text(f"{code}# changed\n")
+        assert rerun(*TARGETS) == jobs, name
+        (copy / name).write_text(code)
+
+    claims = copy / "configs" / "claims.yaml"
+    for old, new, is_run_again in CLAIMS:
+        text = claims.read_text()
+        assert old in text
+        claims.write_text(text.replace(old, new))
+        assert rerun("results/replicates/0.csv") == ({"trials": 1} if is_run_again else {})
+        claims.write_text(text)
+
+    config = copy / "configs" / "experiment" / "outliers.yaml"
+    config.write_text(config.read_text().replace("sigma_r_deg: [3.0]", "sigma_r_deg: [4.0]"))
+    assert rerun(*TARGETS[:3]) == {"trials": 2, "figure": 1}  # of the replicate, too
+
+
+def test_trials_rest_on_no_code_that_may_change_without_rerunning_them() -> None:
+    """What a sweep of all metrics imports of the project is in the folders that the rule names."""
+    code = """
+import sys
+from experiments.config import load
+from experiments.metrics import METRICS
+from experiments.sweep import run_sweeps
+settings = [f"metrics=[{','.join(METRICS)}]", "trials=1", "n_jobs=1", "backend=sequential"]
+sweep, execution = load([*settings, "n_cameras=[20]", "n_outliers=[2]", "sigma_t=[0.1]"])
+run_sweeps([sweep], execution)
+files = [getattr(module, "__file__", None) for module in list(sys.modules.values())]
+print(*filter(None, files), sep="\\n")
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    parts = [Path(line).relative_to(ROOT) for line in done.stdout.splitlines() if str(ROOT) in line]
+    used = {str(path.parent) for path in parts if ".venv" not in path.parts}
+    settings = (ROOT / "workflow" / "settings.smk").read_text()
+    named = re.search(r"TRIAL_CODE = code\(([^)]*)\)", settings)
+    assert named
+    assert used == set(re.findall(r'"([^"]+)"', named[1]))
+
+
+OWN = """\
+settings: {trials: 2, n_cameras: [20], n_outliers: [0, 4], sigma_t: [0, 0.1], sigma_r_deg: [1, 5]}
+scenarios:
+  circle: {geometry: orbit}
+  wrong_merge: {geometry: orbit, outliers: cluster}
+"""
+
+
+def test_a_study_of_ones_own_runs_and_reruns_what_changed(
+    snakemake: Snakemake, tmp_path: Path
+) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text(OWN)
+    arguments = ["--config", "scenarios=mine.yaml"]
+    done = snakemake("beyond", *arguments)
+    assert done.returncode == 0, done.text
+    results = tmp_path / "results"
+    table = (results / "tables" / "beyond_mine.csv").read_text()
+    assert table.count("\ncircle,orbit,gaussian,uniform,10.0,") == 9  # metrics
+    assert table.count("\nwrong_merge,orbit,gaussian,cluster,10.0,") == 9
+    figures = {path.name for path in (results / "figures").iterdir()}
+    assert figures == {"beyond_mine.pdf", "beyond_mine.png", "paths.pdf", "paths.png"}
+    for extension in ("csv", "json"):
+        assert (results / "trials" / "beyond_mine" / f"circle.{extension}").exists()
+
+    file.write_text(OWN.replace("outliers: cluster", "outliers: frozen"))
+    done = snakemake("beyond", "--dry-run", *arguments)
+    assert done.planned == {"trials": 1, "scenarios": 1, "figure": 1, "beyond": 1}
+    assert "output: results/trials/beyond_mine/wrong_merge.csv" in done.text
+
+    more = ["replicates=2", "tas_quantile=[0.5]"]
+    done = snakemake("report", "--dry-run", "--printshellcmds", *arguments, *more)
+    (written,) = [line for line in done.text.splitlines() if "-m report" in line]
+    assert "results/figures/beyond_mine.png" in written
+    for setting in ("replicates=2", "scenarios=mine.yaml", "tas_quantile=[0.5]"):
+        assert setting in written
+
+
+def test_another_value_of_an_axis_runs_its_trials_again(snakemake: Snakemake) -> None:
+    target = "results/trials/threshold_study/seeds.csv"
+    settings = ["trials=1", "registration_prescreen=[inf]", "registration_n_hypotheses=[10]"]
+    assert snakemake(target, "--config", *settings).returncode == 0
+    same = [*settings, "backend=threading", "tas_registration=[pcr99]"]
+    assert snakemake(target, "--dry-run", "--config", *same).planned == {}
+    other = [*settings, "tas_max_threshold=[0.5,1.5]"]
+    assert snakemake(target, "--dry-run", "--config", *other).planned == {"trials": 1}
+
+
+def test_a_killed_run_goes_on_to_the_same_bytes(snakemake: Snakemake, tmp_path: Path) -> None:
+    """Kill it, workers and all, when one table is there and the other is being made."""
+    names = ("outliers", "collinear")
+    settings = ["trials=300", "n_outliers=[0,10]", "sigma_t=[0.02,0.05]", "metrics=[TAS,DTE]"]
+
+    def arguments(place: str) -> list[str]:
+        targets = [f"{place}/trials/{name}.csv" for name in names]
+        return [*targets, "--cores", "1", "--config", *settings, f"results_dir={place}"]
+
+    def tables(place: str) -> list[bytes]:
+        return [path.read_bytes() for path in sorted((tmp_path / place).rglob("*.csv"))]
+
+    def started(place: str) -> int:
+        return len(list((tmp_path / place / "logs").rglob("*.log")))
+
+    assert snakemake(*arguments("whole")).returncode == 0
+    with subprocess.Popen(
+        command(*arguments("killed")),
+        cwd=tmp_path,
+        start_new_session=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    ) as process:
+        # On one core the second job starts when Snakemake has put down the first as done.
+        while process.poll() is None and started("killed") < 2:
+            time.sleep(0.05)
+        time.sleep(1)
+        os.killpg(process.pid, signal.SIGKILL)
+    assert len(tables("killed")) == 1
+
+    assert snakemake(*arguments("killed"), "--dry-run").planned == {"trials": 1}
+    assert snakemake(*arguments("killed")).returncode == 0
+    assert tables("killed") == tables("whole")
+    assert len(tables("whole")) == 2
