@@ -1,4 +1,4 @@
-"""The figures, drawn from tables of results: ``python -m figures NAME TABLE.csv ... --output PATH``."""
+"""The figures, drawn from tables of results: ``python -m figures NAME TABLE.csv --output PATH``."""
 
 __all__ = ["FIGURES", "PAPER_FIGURES"]
 

@@ -1,9 +1,10 @@
-"""What each metric still orders in the scenarios of a study: ``python -m figures.beyond``."""
+"""What each metric still orders in the scenarios of a study: ``python -m figures.beyond``.
 
-import sys
-from argparse import ArgumentParser, Namespace
-from collections.abc import Hashable, Mapping, Sequence
-from pathlib import Path
+The line above is the title in the files, kept so that their bytes stay as they were: the command is
+``python -m figures beyond TABLE.csv --output PATH``.
+"""
+
+from collections.abc import Hashable, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,24 +12,19 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.command import run_command
-from experiments.config import split_metric
-from experiments.findings import DISCERNS, findings_path
-from experiments.scenarios import BEYOND, load_study
-from experiments.tables import read_csv
+from experiments.metrics import Column
+from studies.statistics import DISCERNS
 
-from . import paths, style
-from .output import write_figure
+from . import style
 
-__all__ = ["draw", "main"]
+__all__ = ["COLUMNS", "draw"]
 
 PANELS = {  # column of the table, title, remark
     "noise_power": ("Noise", "ordered at every number of outliers"),
     "outlier_power": ("Outliers", "ordered at every noise level"),
 }
-COLUMNS = ["scenario", "geometry", "error", "outliers", "outlier_side", "metric", *PANELS]
-PAPER = {"geometry": "cube", "error": "gaussian", "outliers": "uniform"}
-SIDE = 10.0
+PAPER = {"geometry": "cube", "error": "gaussian", "outliers": "uniform", "outlier_side": 10.0}
+COLUMNS = ("scenario", *PAPER, "metric", *PANELS)
 COLOURS = "Blues"  # light to dark, so that it reads in greyscale
 LARGEST = 1.15  # value of the darkest colour: tau stays below 0.9, since levels repeat
 WHITE_ABOVE = 0.68  # the text
@@ -98,43 +94,17 @@ def _heat_map(axes: Axes, powers: pd.DataFrame) -> None:
 
 def _metric(metric: str) -> str:
     """Write a metric, the values of its options below it."""
-    name, options = split_metric(metric)
-    return "\n".join([name, *map(str, options.values())])
+    column = Column.parse(metric)
+    return "\n".join([column.name, *column.options.values()])
 
 
 def _label(row: Mapping[Hashable, Any]) -> str:
-    """Name a scenario, with what its name does not tell of the setting."""
+    """Name a scenario, and the settings that are not the paper's where its name leaves them out."""
     name = str(row["scenario"])
-    others = [str(row[key]) for key, usual in PAPER.items() if row[key] != usual]
-    others += [f"side {row['outlier_side']:g}"] if row["outlier_side"] != SIDE else []
-    untold = ", ".join(other for other in others if other not in name)
-    return (f"{name} ({untold})" if untold else name).replace("_", " ")
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Write ``<results_dir>/figures/<study>`` and ``paths``, PDF and PNG; return the exit code."""
-    parser = ArgumentParser(
-        prog="python -m figures.beyond",
-        description="Draw the findings of a study, and the paths that there are.",
-        epilog="settings are those that the scenarios were run with",
-    )
-    parser.add_argument("--scenarios", type=Path, default=BEYOND, metavar="FILE")
-    return run_command(parser, _work, arguments)
-
-
-def _work(options: Namespace) -> list[Path]:
-    study = load_study(options.scenarios, options.overrides)
-    drawn = {
-        study.name: (draw(read_csv(findings_path(study), usecols=COLUMNS)), __doc__),
-        "paths": (paths.draw(), paths.__doc__),
-    }
-    directory = Path(study.results_dir) / "figures"
-    return [
-        path
-        for name, (figure, text) in drawn.items()
-        for path in write_figure(figure, directory / name, (text or name).partition("\n")[0])
+    others = [
+        f"side {row[key]:g}" if key == "outlier_side" else str(row[key])
+        for key, paper in PAPER.items()
+        if row[key] != paper
     ]
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    left_out = ", ".join(other for other in others if other not in name)
+    return (f"{name} ({left_out})" if left_out else name).replace("_", " ")

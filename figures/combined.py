@@ -1,17 +1,18 @@
 """Figure 6: six metrics against noise in position and in rotation."""
 
-import pandas as pd
 from matplotlib.figure import Figure
 
+from experiments.tables import Trials
+
 from . import style
+from .curves import Curves
 from .panels import small_multiples
-from .tables import Sweep
 
 __all__ = ["draw"]
 
 
 @style.applied()
-def draw(table: pd.DataFrame) -> Figure:
+def draw(trials: Trials) -> Figure:
     """Draw the trials of experiment ``combined``."""
-    sweep = Sweep(table, ("ATE", "DTE", "mAA", "TAS", "RAS", "PAS"), series="sigma_r_deg")
-    return small_multiples(sweep, columns=3, width=style.PAGE)
+    curves = Curves(trials, ("ATE", "DTE", "mAA", "TAS", "RAS", "PAS"), series="sigma_r_deg")
+    return small_multiples(curves, columns=3, width=style.PAGE)

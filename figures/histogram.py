@@ -4,8 +4,10 @@ from matplotlib.figure import Figure
 
 from alignscores import PASResult, pas
 from alignscores.cli.plots import score_panel
-from experiments.config import Config
-from experiments.sweep import Cell, draw_scene, trial_seeds
+from experiments.config import Sweep
+from experiments.grid import Cell
+from experiments.sweep import draw_scene, trial_seeds
+from experiments.tables import Trials
 
 from . import style
 
@@ -16,9 +18,9 @@ TRIAL = 0
 
 
 @style.applied()
-def draw(config: Config) -> Figure:
-    """Run one trial with the settings of an experiment, and draw its errors."""
-    scores = _run(config)
+def draw(trials: Trials) -> Figure:
+    """Run one trial under the settings of experiment ``combined``, and draw its errors."""
+    scores = _run(trials.sweep)
     unit = scores.tas.unit
     figure = Figure(figsize=(style.COLUMN, 3.1), layout="constrained")
     for axes, name, result, scale, errors, label in zip(
@@ -43,7 +45,7 @@ def draw(config: Config) -> Figure:
     return figure
 
 
-def _run(config: Config) -> PASResult:
-    camera_seed, registration_seed = trial_seeds(config, CELL, TRIAL)
-    scene = draw_scene(config, CELL, camera_seed)
+def _run(sweep: Sweep) -> PASResult:
+    camera_seed, registration_seed = trial_seeds(sweep, CELL, TRIAL)
+    scene = draw_scene(sweep, CELL, camera_seed)
     return pas(scene.gt_poses, scene.est_poses, rng=registration_seed)

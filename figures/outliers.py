@@ -1,17 +1,18 @@
 """Figure 2: translation metrics against position noise, for each number of outliers."""
 
-import pandas as pd
 from matplotlib.figure import Figure
 
+from experiments.tables import Trials
+
 from . import style
+from .curves import Curves
 from .panels import small_multiples
-from .tables import Sweep
 
 __all__ = ["draw"]
 
 
 @style.applied()
-def draw(table: pd.DataFrame) -> Figure:
+def draw(trials: Trials) -> Figure:
     """Draw the trials of experiment ``outliers``."""
-    sweep = Sweep(table, ("ATE", "DTE", "mAA", "TAS"), series="n_outliers")
-    return small_multiples(sweep, columns=2, width=style.COLUMN)
+    curves = Curves(trials, ("ATE", "DTE", "mAA", "TAS"), series="n_outliers")
+    return small_multiples(curves, columns=2, width=style.COLUMN)

@@ -20,31 +20,29 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
-from experiments.statistics import SCORES
+from experiments.metrics import Column, Metric
 
 from . import style
-from .tables import Sweep, write_value
+from .curves import Curves, write_value
 
 __all__ = ["glyph_key", "new_figure", "panel", "series_key", "small_multiples", "x_labels"]
 
-# How the quantities of the key columns read: in a key, under an axis, all of their values.
+# What the settings are called in a key, and under an axis; and the word for all of their values.
 NAMES = {
     "n_cameras": ("Cameras", "cameras", "camera counts"),
     "n_outliers": ("Outliers", "outliers", "outlier counts"),
     "sigma_t": (r"Position noise $\sigma_t$", r"$\sigma_t$ (units)", r"$\sigma_t$"),
     "sigma_r_deg": (r"Rotation noise $\sigma_r$", r"$\sigma_r$", r"$\sigma_r$"),
 }
-LENGTHS = ("ATE",)  # in units of the ground-truth world
-ANGLES = ("DRE", "Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2")
 
 GROUP = 0.70  # width of the series around a noise level, in levels
 GAP = 0.10  # between the noise levels and the bars at the right, as a share of the panel
-MAX_ENTRIES = 7  # of a key: there is room for no more; the colours between them go without saying
 STRIP = 0.20  # width of these bars, as a share of the panel
+MAX_ENTRIES = 7  # of a key: there is room for no more; the colours between them go without saying
 
 
-def panel(axes: Axes, sweep: Sweep, metric: str, *, log: bool = False) -> None:
-    """Draw one metric of a sweep.
+def panel(axes: Axes, curves: Curves, metric: str, *, log: bool = False) -> None:
+    """Draw one metric.
 
     The noise levels are drawn at equal steps, so that series and levels of any spacing stay apart.
 
@@ -52,14 +50,14 @@ def panel(axes: Axes, sweep: Sweep, metric: str, *, log: bool = False) -> None:
     ----------
     axes : Axes
         Where to draw.
-    sweep : Sweep
+    curves : Curves
         The trials.
     metric : str
         The metric's column.
     log : bool
         Whether its axis is logarithmic; a metric that reaches 0 has none.
     """
-    smallest, lower, mean, upper, largest = sweep.spread(metric)
+    smallest, lower, mean, upper, largest = curves.spread(metric)
     count, n_levels = mean.shape
     levels = np.arange(n_levels)
     offsets = GROUP * ((np.arange(count) + 0.5) / count - 0.5)
@@ -67,11 +65,10 @@ def panel(axes: Axes, sweep: Sweep, metric: str, *, log: bool = False) -> None:
     step = STRIP * width / count
     strip = n_levels - 0.5 + GAP * width + step * (np.arange(count) + 0.5)
 
-    bottom = np.nanmin(smallest, axis=0)
-    together = np.nanmax(largest, axis=0) - bottom
-    axes.bar(levels, together, 0.94, bottom, color=style.GREY_BAND, zorder=0.5)
-    for j, colour in enumerate(style.colours(sweep.series, count)):
-        label = write_value(sweep.series, sweep.values[j])
+    bottom, top = smallest.min(axis=0), largest.max(axis=0)
+    axes.bar(levels, top - bottom, 0.94, bottom, color=style.GREY_BAND, zorder=0.5)
+    for j, colour in enumerate(style.colours(curves.series, count)):
+        label = write_value(curves.series, curves.values[j])
         axes.plot(levels, mean[j], color=colour, label=label, zorder=3)
         for start, end, linewidth in ((smallest, largest, 0.4), (lower, upper, 1.0)):
             x = levels + offsets[j]
@@ -79,18 +76,19 @@ def panel(axes: Axes, sweep: Sweep, metric: str, *, log: bool = False) -> None:
             axes.add_collection(
                 LineCollection(list(segments), colors=[style.tint(colour)], linewidths=linewidth)
             )
-        low, high = np.nanmin(smallest[j]), np.nanmax(largest[j])
+        low, high = smallest[j].min(), largest[j].max()
         axes.bar(strip[j], high - low, 0.8 * step, low, color=colour, linewidth=0.3, zorder=2)
 
+    kind = Column.parse(metric).metric
     log = log and bool(bottom.min() > 0)
-    _x_axis(axes, sweep, strip)
-    _y_axis(axes, metric, float(bottom.min()), float(np.nanmax(largest)), log)
-    _title(axes, metric, log)
+    _x_axis(axes, curves, strip)
+    _y_axis(axes, kind, float(bottom.min()), float(top.max()), log)
+    _title(axes, metric, kind, log)
 
 
-def _x_axis(axes: Axes, sweep: Sweep, strip: NDArray[np.float64]) -> None:
+def _x_axis(axes: Axes, curves: Curves, strip: NDArray[np.float64]) -> None:
     """Two axes in one: the noise levels, and beyond a gap the series."""
-    last = len(sweep.ticks) - 1
+    last = len(curves.ticks) - 1
     step = STRIP * (last + 1) / (1 - GAP - STRIP) / len(strip)
     start, end = strip[0] - step / 2, strip[-1] + step / 2
     axes.set_xlim(-0.65, end)
@@ -104,13 +102,13 @@ def _x_axis(axes: Axes, sweep: Sweep, strip: NDArray[np.float64]) -> None:
         marker="",
         clip_on=False,
     )
-    labels = {float(i): sweep.ticks[i] for i in (0, last // 2, last)}
-    labels |= {float(strip[j]): write_value(sweep.series, sweep.values[j]) for j in (0, -1)}
+    labels = {float(i): curves.ticks[i] for i in (0, last // 2, last)}
+    labels |= {float(strip[j]): write_value(curves.series, curves.values[j]) for j in (0, -1)}
     axes.set_xticks(list(labels), list(labels.values()))
     axes.xaxis.set_minor_locator(FixedLocator([*range(last + 1), *strip]))
 
 
-def _y_axis(axes: Axes, metric: str, smallest: float, largest: float, log: bool) -> None:
+def _y_axis(axes: Axes, kind: Metric, smallest: float, largest: float, log: bool) -> None:
     """Scores from 0 to 1, so that their ranges compare from panel to panel; errors from 0."""
     if log:
         axes.set_yscale("log")
@@ -120,30 +118,30 @@ def _y_axis(axes: Axes, metric: str, smallest: float, largest: float, log: bool)
         axes.yaxis.set_minor_formatter(NullFormatter())
         axes.tick_params(axis="y", which="minor", size=1.2)
     else:
-        axes.set_ylim(0, 1 if metric in SCORES else 1.04 * largest or 1)
+        axes.set_ylim(0, 1 if kind.higher_is_better else 1.04 * largest or 1)
         axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-    unit = "°" if metric in ANGLES else ""
+    unit = "°" if kind.unit == "°" else ""
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}{unit}"))
 
 
-def _title(axes: Axes, metric: str, log: bool) -> None:
+def _title(axes: Axes, metric: str, kind: Metric, log: bool) -> None:
     title = axes.set_title(metric, pad=10.5)
-    remarks = (["units"] if metric in LENGTHS else []) + (["log scale"] if log else [])
+    remarks = (["units"] if kind.unit == "units" else []) + (["log scale"] if log else [])
     if remarks:
         style.remark(axes, title, f"({', '.join(remarks)})")
-    style.direction(axes, higher_is_better=metric in SCORES)
+    style.direction(axes, higher_is_better=kind.higher_is_better)
 
 
-def x_labels(axes: Axes, sweep: Sweep) -> None:
+def x_labels(axes: Axes, curves: Curves) -> None:
     """Name the quantities of the two x axes below a panel."""
-    last = len(sweep.ticks) - 1
+    last = len(curves.ticks) - 1
     middle = axes.get_xlim()[1] - STRIP * (last + 1) / (1 - GAP - STRIP) / 2
-    noise = "\n".join(NAMES[column][1] for column in sweep.levels)
-    if not sweep.even:
+    noise = "\n".join(NAMES[setting][1] for setting in curves.levels)
+    if not curves.even:
         noise += "\nnot to scale"
     for x, text, lines in (
-        (last / 2, noise, len(sweep.levels)),
-        (middle, NAMES[sweep.series][1], 1),
+        (last / 2, noise, len(curves.levels)),
+        (middle, NAMES[curves.series][1], 1),
     ):
         axes.annotate(
             text,
@@ -189,12 +187,14 @@ def new_figure(
     return figure, grid.tolist()
 
 
-def small_multiples(sweep: Sweep, *, columns: int, width: float, log: Sequence[str] = ()) -> Figure:
-    """Draw all metrics of a sweep.
+def small_multiples(
+    curves: Curves, *, columns: int, width: float, log: Sequence[str] = ()
+) -> Figure:
+    """Draw all metrics.
 
     Parameters
     ----------
-    sweep : Sweep
+    curves : Curves
         The trials.
     columns : int
         Number of panels side by side.
@@ -210,41 +210,41 @@ def small_multiples(sweep: Sweep, *, columns: int, width: float, log: Sequence[s
     """
     key_rows = 1 if width > style.COLUMN else 2
     figure, grid = new_figure(
-        len(sweep.metrics) // columns, columns, width=width, head=0.23 + 0.13 * key_rows
+        len(curves.metrics) // columns, columns, width=width, head=0.23 + 0.13 * key_rows
     )
-    for axes, metric in zip((axes for row in grid for axes in row), sweep.metrics, strict=True):
-        panel(axes, sweep, metric, log=metric in log)
+    for axes, metric in zip((axes for row in grid for axes in row), curves.metrics, strict=True):
+        panel(axes, curves, metric, log=metric in log)
     for axes in grid[-1]:
-        x_labels(axes, sweep)
-    series_key(figure, sweep, 0.05, 0.04)
-    glyph_key(figure, sweep, 0.05, 0.19, rows=key_rows)
+        x_labels(axes, curves)
+    series_key(figure, curves, 0.05, 0.04)
+    glyph_key(figure, curves, 0.05, 0.19, rows=key_rows)
     return figure
 
 
-def series_key(figure: Figure, sweep: Sweep, x: float, y: float, *, named: bool = True) -> None:
+def series_key(figure: Figure, curves: Curves, x: float, y: float, *, named: bool = True) -> None:
     """Draw the key of the series' colours; x and y are inches from the upper left corner."""
     handles: dict[str, Artist] = {}
     if named:  # the name has a handle as well, but no visible one: it starts left of x
-        handles[NAMES[sweep.series][0]] = Line2D([], [], linewidth=0, marker="")
+        handles[NAMES[curves.series][0]] = Line2D([], [], linewidth=0, marker="")
         x -= 1.4 * style.TEXT / 72
-    colours = style.colours(sweep.series, len(sweep.values))
+    colours = style.colours(curves.series, len(curves.values))
     entries = np.linspace(0, len(colours) - 1, min(len(colours), MAX_ENTRIES)).round().astype(int)
-    for value, colour in ((sweep.values[i], colours[i]) for i in entries):
-        handles[write_value(sweep.series, value)] = Line2D([], [], color=colour, lw=3, marker="")
+    for value, colour in ((curves.values[i], colours[i]) for i in entries):
+        handles[write_value(curves.series, value)] = Line2D([], [], color=colour, lw=3, marker="")
     _key(figure, handles, x, y, style.TEXT, handlelength=0.9 if named else 0.7)
 
 
 def glyph_key(
-    figure: Figure, sweep: Sweep, x: float, y: float, *, rows: int = 1, series: str = ""
+    figure: Figure, curves: Curves, x: float, y: float, *, rows: int = 1, series: str = ""
 ) -> None:
-    """Draw the key of lines and bars; `series` says what they are where sweeps differ in it."""
-    trials = "1 trial" if sweep.trials == 1 else f"{sweep.trials} trials"
-    along = NAMES[sweep.levels[0]][2] if len(sweep.levels) == 1 else "noise levels"
+    """Draw the key of lines and bars; `series` says what they are where panels differ in it."""
+    n = curves.trials.sweep.trials
+    along = NAMES[curves.levels[0]][2] if len(curves.levels) == 1 else "noise levels"
     handles: dict[str, Artist] = {
         "mean": Line2D([], [], color=style.FAINT),
         "middle half": _stroke(1.3),
-        f"range of {trials}": _stroke(0.5),
-        f"range over all {series or NAMES[sweep.series][2]}": Patch(color=style.GREY_BAND),
+        "range of 1 trial" if n == 1 else f"range of {n} trials": _stroke(0.5),
+        f"range over all {series or NAMES[curves.series][2]}": Patch(color=style.GREY_BAND),
         f"range over all {along}": _stroke(2.2),
     }
     names = list(handles)

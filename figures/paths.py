@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.paths import PATHS
+from experiments.scenes import PATHS
 
 from . import style
 

@@ -8,18 +8,21 @@ from matplotlib.ticker import MaxNLocator
 
 from . import style
 
-__all__ = ["draw"]
+__all__ = ["COLUMNS", "draw"]
 
 COLOURS = {"pcr99": "#d9822b", "refined": "#173f67"}  # far apart in lightness, too
 NAMES = {"pcr99": "the paper's registration (PCR-99)", "refined": "refined"}
 GEOMETRIES = {"cube": "In a cube", "line": "On a line", "uneven": "In clusters"}
-POWERS = {  # part: title, statistic, setting along the x axis and its label
-    "outliers": ("Cube", "τ with noise", "n_outliers", "outliers"),
-    "collinear": ("Line", "τ with noise", "n_outliers", "outliers"),
-    "trajectory_length": ("Cube", "τ with noise", "n_cameras", "cameras"),
+POWER = "τ with noise"
+PARTS = {  # whose power is drawn: title, setting along the x axis and its label
+    "outliers": ("Cube", "n_outliers", "outliers"),
+    "collinear": ("Line", "n_outliers", "outliers"),
+    "trajectory_length": ("Cube", "n_cameras", "cameras"),
 }
 APART = 0.16  # of the registrations, in inputs
 SPREAD = ["mean", "smallest", "largest"]
+SCENE = ("n_cameras", "n_outliers", "sigma_t", "trial")
+COLUMNS = ("part", "geometry", *SCENE, "statistic", *COLOURS)
 
 
 @style.applied()
@@ -29,11 +32,11 @@ def draw(table: pd.DataFrame) -> Figure:
     Parameters
     ----------
     table : DataFrame
-        What `experiments.registration_study.compare` returns.
+        What `studies.parameters.registrations.compare` returns.
     """
     inputs = table[table["statistic"].isin(SPREAD)]
     geometries, counts = inputs["geometry"].unique(), sorted(inputs["n_cameras"].unique())
-    columns = max(len(counts), len(POWERS))
+    columns = max(len(counts), len(PARTS))
     rows = len(geometries) + 1
     figure = Figure(figsize=(style.PAGE, 0.3 + 1.45 * rows), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False)
@@ -43,16 +46,14 @@ def draw(table: pd.DataFrame) -> Figure:
         for axes, n in zip(row, counts, strict=False):
             chosen = inputs[(inputs["geometry"] == geometry) & (inputs["n_cameras"] == n)]
             _scores(axes, chosen, f"{GEOMETRIES.get(geometry, geometry)}, {n:g} cameras")
-    powers = table.loc[table["statistic"] == "τ with noise", list(COLOURS)]
-    limits = 0.98 * float(powers.to_numpy(dtype=float).min(initial=1.0)), 1.0
-    for axes, (part, (title, statistic, setting, label)) in zip(
-        grid[-1], POWERS.items(), strict=False
-    ):
-        chosen = table[(table["part"] == part) & (table["statistic"] == statistic)]
+    powers = table[table["statistic"] == POWER]
+    lowest = 0.98 * float(powers[list(COLOURS)].to_numpy(dtype=float).min(initial=1.0))
+    for axes, (part, (title, setting, label)) in zip(grid[-1], PARTS.items(), strict=False):
+        chosen = powers[powers["part"] == part].sort_values(setting)
         if not chosen.empty:
-            _powers(
-                axes, chosen.sort_values(setting), setting, f"{title}: {statistic}", label, limits
-            )
+            _powers(axes, chosen, setting, lowest)
+            axes.set_title(f"{title}: {POWER}")
+            axes.set_xlabel(label)
     _key(figure)
     return figure
 
@@ -91,23 +92,15 @@ def _scores(axes: Axes, table: pd.DataFrame, title: str) -> None:
     style.remark(axes, axes.set_title(title), "(TAS)")
 
 
-def _powers(
-    axes: Axes,
-    table: pd.DataFrame,
-    setting: str,
-    title: str,
-    label: str,
-    limits: tuple[float, float],
-) -> None:
+def _powers(axes: Axes, table: pd.DataFrame, setting: str, lowest: float) -> None:
+    """Draw the discerning power over a setting; the same y axis for all parts."""
     axes.set_axis_on()
     for name, colour in COLOURS.items():
         axes.plot(range(len(table)), table[name], color=colour, ms=5)
     axes.set_xticks(range(len(table)), [f"{value:g}" for value in table[setting]])
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
     axes.yaxis.set_major_formatter("{x:g}")
-    axes.set_ylim(*limits)
-    axes.set_xlabel(label)
-    axes.set_title(title)
+    axes.set_ylim(lowest, 1.0)
 
 
 def _key(figure: Figure) -> None:

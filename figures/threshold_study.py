@@ -8,15 +8,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from experiments.effects import EFFECTS
-from experiments.study import option_title, write_value
-from experiments.threshold_study import CERTAIN
+from studies.parameters.axes import option_title, value_title
+from studies.parameters.effects import EFFECTS
+from studies.parameters.thresholds import CERTAIN
 
 from . import style
 
-__all__ = ["draw"]
+__all__ = ["COLUMNS", "draw"]
 
-COLUMNS = {  # effect: title, effect of the tick beside it
+PANELS = {  # effect: title, effect of the tick beside it
     "noise_power": ("τ, noise", "noise_power_smallest"),
     "outlier_power": ("τ, outliers", "outlier_power_smallest"),
     "majority_power": ("τ, most lost", None),
@@ -24,6 +24,11 @@ COLUMNS = {  # effect: title, effect of the tick beside it
     "camera_dependence": ("Cameras, %", None),
     "seed_noise": ("Seed noise", None),
 }
+COLUMNS = (
+    *("axis", "metric", "option", "value", "paper"),
+    *(column for effect in PANELS for column in (effect, f"{effect}_error")),
+    *(beside for _, beside in PANELS.values() if beside is not None),
+)
 ROW = 0.118  # inches
 DOT: dict[str, Any] = {"marker": "o", "ms": 3.2, "mew": 0.7, "mec": style.INK}
 TICK: dict[str, Any] = {"marker": "|", "ms": 3.6, "mew": 0.7}
@@ -36,13 +41,13 @@ def draw(table: pd.DataFrame) -> Figure:
     Parameters
     ----------
     table : DataFrame
-        What `experiments.effects.effects` returns.
+        What `studies.parameters.effects.effects` returns.
     """
     rows, titles = _layout(table)
     height = max(rows) + 1
     figure = Figure(figsize=(style.PAGE, 0.62 + ROW * height), layout="constrained")
-    panels = figure.subplots(1, len(COLUMNS), sharey=True)
-    for axes, (effect, (title, beside)) in zip(panels, COLUMNS.items(), strict=True):
+    panels = figure.subplots(1, len(PANELS), sharey=True)
+    for axes, (effect, (title, beside)) in zip(panels, PANELS.items(), strict=True):
         _column(axes, table, rows, effect, beside)
         axes.set_title(title, pad=11)
         style.direction(axes, higher_is_better=EFFECTS[effect].larger_is_better)
@@ -108,7 +113,7 @@ def _labels(axes: Axes, table: pd.DataFrame, rows: list[int], titles: dict[str, 
         for axis, row in titles.items()
     }
     values = {
-        row: write_value(option, value)
+        row: value_title(option, value)
         for row, option, value in zip(rows, table["option"], table["value"], strict=True)
     }
     labels = heads | values

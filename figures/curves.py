@@ -1,0 +1,104 @@
+"""What a figure of the paper draws: trials as curves over noise levels, checked."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from experiments.grid import CELL_SETTINGS
+from experiments.tables import TableError, Trials
+
+__all__ = ["Curves", "write_value"]
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """Trials of an experiment as series over noise levels.
+
+    Parameters
+    ----------
+    trials : Trials
+        The trials.
+    metrics : sequence of str
+        The columns to be drawn.
+    series : str
+        The setting whose values are the series.
+    levels : tuple of str
+        The setting along the x axis, and those that rise with it.
+
+    Raises
+    ------
+    TableError
+        Where a metric is missing or no number, or a setting varies that would not be told apart.
+    """
+
+    trials: Trials
+    metrics: Sequence[str]
+    series: str
+    levels: tuple[str, ...] = ("sigma_t",)
+
+    def __post_init__(self) -> None:
+        table = self.trials.table
+        for metric in self.metrics:
+            self._require(metric in table, f"has no column {metric}")
+            finite = np.isfinite(pd.to_numeric(table[metric], errors="coerce")).all()
+            self._require(finite, f"has values of {metric} that are no finite numbers")
+        for setting in CELL_SETTINGS:
+            count = 1 if setting in (self.series, *self.levels) else table[setting].nunique()
+            self._require(
+                count == 1, f"has {count} values of {setting}, of which the figure can show one"
+            )
+        self._require(
+            self._noise[self.levels[0]].is_unique,
+            f"varies {' and '.join(self.levels)} independently of each other",
+        )
+
+    def _require(self, condition: bool, problem: str) -> None:
+        if not condition:
+            raise TableError(self.trials.path, problem)
+
+    @cached_property
+    def _noise(self) -> pd.DataFrame:
+        levels = self.trials.table[list(self.levels)]
+        return levels.drop_duplicates().sort_values(self.levels[0])
+
+    @cached_property
+    def values(self) -> list[float]:
+        """The values of the series, ascending."""
+        return sorted(self.trials.table[self.series].unique())
+
+    @cached_property
+    def ticks(self) -> list[str]:
+        """The noise levels, ascending, as labels with a line for each quantity."""
+        return [
+            "\n".join(map(write_value, self.levels, row))
+            for row in self._noise.itertuples(index=False, name=None)
+        ]
+
+    @cached_property
+    def even(self) -> bool:
+        """Whether the noise levels rise in equal steps."""
+        steps = np.diff(self._noise.to_numpy(dtype=float), axis=0)
+        return bool(np.allclose(steps, steps[:1]))
+
+    def spread(self, metric: str) -> NDArray[np.float64]:
+        """Return smallest, lower quartile, mean, upper quartile, largest: (5, series, levels)."""
+        groups = self.trials.table.groupby([self.series, self.levels[0]])[metric]
+        lower, upper = groups.quantile(0.25), groups.quantile(0.75)
+        statistics = [groups.min(), lower, groups.mean(), upper, groups.max()]
+        return np.stack([statistic.unstack().to_numpy(dtype=float) for statistic in statistics])
+
+
+def write_value(setting: str, value: float) -> str:
+    """Write a value of a setting.
+
+    Examples
+    --------
+    >>> from figures.curves import write_value
+    >>> write_value("sigma_t", 0.1), write_value("sigma_r_deg", 10.0)
+    ('0.1', '10°')
+    """
+    return f"{value:g}°" if setting == "sigma_r_deg" else f"{value:g}"
