@@ -1,0 +1,138 @@
+"""What is noted: poses left out, scores that do not compare, mix-ups of convention."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from alignscores.trajectories.files import read_kitti
+
+TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
+KITTI = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
+
+
+def test_poses_without_a_reference(run, lines, write):
+    late = [line.replace("17000000", "17000009", 1) for line in lines[:10]]
+    code, _, err = run(*TUM[:2], write(lines + late))
+    assert code == 0
+    assert "est.txt: 10 of 48 poses have no reference pose within --t_max_diff\n" in err
+    assert "of the reference, the rest" not in err
+    code, _, err = run("nerf", "nerf/estimate.json", "nerf/reference.json")
+    assert code == 0
+    assert "3 of 40 images are not in the reference; left out (it has all of" in err
+
+
+@pytest.mark.parametrize(
+    ("kept", "share"), [(range(19), 52), ([*range(10), *range(30, 38)], 48), (range(20, 38), 45)]
+)
+def test_a_lost_track(run, lines, write, kept, share):
+    """Else lost frames would silently improve the score, be they in the middle or at an end."""
+    est = write([lines[row] for row in kept])
+    _, _, err = run(*TUM[:2], est)
+    note = f"est.txt: the track covers only {share}% of the reference, the rest is not scored"
+    assert err == f"alignscores: note: {note}; --missing fail counts it as failures\n"
+    assert run(*TUM[:2], est, "--missing", "fail")[2] == ""
+
+
+def test_missing_cameras_are_no_failures_where_the_reference_is_denser(run, tum):
+    """A motion capture system has poses that no camera could have."""
+    files = "tum", tum(400, 100, "gt.txt"), tum(40, 10, "est.txt", lost=(10, 30))
+    _, _, err = run(*files)
+    assert "the track covers only 48%" in err
+    assert "--missing fail counts it as failures once the reference is thinned out" in err
+    _, _, err = run(*files, "--missing", "fail")
+    note = "380 of 400 reference poses count as failures, but the reference is denser than the"
+    note += " estimate: thin it out (evo_traj --downsample)"
+    assert err == f"alignscores: note: est.txt: {note}\n"
+    tum(400, 10, "gt.txt")
+    assert run(*files, "--missing", "fail")[2] == ""
+
+
+def test_what_is_wrong_with_the_reference_is_noted_once(run, write, examples):
+    reference = (examples / TUM[1]).read_text().splitlines()
+    files = [TUM[2], TUM[2]]
+    _, out, err = run("tum", write([*reference, reference[5]], "gt.txt"), *files, "--json")
+    printed = json.loads(out)
+    assert len(printed["notes"]) == 2
+    assert "time stamps of the reference are not in order" in printed["notes"][0]
+    assert printed["notes"][1] == "duplicates in the reference (of stamp or name), left out: 1"
+    assert [result["notes"] for result in printed["results"]] == [[], []]
+    assert err.splitlines() == [f"alignscores: note: {note}" for note in printed["notes"]]
+    _, out, _ = run(*TUM[:2], *files, "--json")
+    assert json.loads(out)["results"] == printed["results"]
+
+
+def test_estimates_of_different_d_are_not_ranked(run, tum):
+    """Keyframes are farther apart, so that a larger error counts as none."""
+    reference = tum(400, 10, "gt.txt")
+    both = tum(400, 10, "est.txt"), tum(40, 1, "est_keyframes.txt")
+    code, out, err = run("tum", reference, *both, "--json", "--repeat", 1)
+    assert code == 0
+    printed = json.loads(out)
+    scores = [result["PAS"] for result in printed["results"]]
+    assert scores[0] < scores[1]
+    assert [result["name"] for result in printed["results"]] == ["est.txt", "est_keyframes.txt"]
+    units = [result["unit"] for result in printed["results"]]
+    (note,) = printed["notes"]
+    assert err == f"alignscores: note: {note}\n"
+    assert f"do not compare and stand in the order given: d is from {units[0]:.4g} to" in note
+    assert f"{units[1]:.4g} m" in note
+    assert "--missing fail" not in note  # all frames of the reference are not the keyframes'
+    # What the note says makes them compare.
+    option = re.search(r"--unit \S+", note)[0].split()
+    _, out, err = run("tum", reference, *both[::-1], "--json", "--repeat", 1, *option)
+    assert err == ""
+    results = json.loads(out)["results"]
+    assert {result["unit"] for result in results} == {float(option[1])}
+    assert results[0]["PAS"] >= results[1]["PAS"]
+
+
+def test_missing_fail_makes_estimates_compare(run, score, examples, write):
+    """Where the reference holds the cameras that were to be estimated: here images."""
+    content = json.loads((examples / "nerf/estimate.json").read_text())
+    content["frames"] = content["frames"][::4]
+    few = write(json.dumps(content), "few.json")
+    files = ["nerf", "nerf/reference.json", "nerf/estimate.json", few]
+    _, _, err = run(*files, "--missing", "ignore")
+    assert "do not compare" in err
+    assert "--missing fail also the same cameras" in err
+    assert run(*files, "--missing", "fail")[2] == ""
+    assert [result["name"] for result in score(*files)] == ["estimate.json", "few.json"]
+
+
+def test_real_keyframes_are_not_ranked_above_all_frames(run, real):
+    files = [real / f"fr2_desk_{name}.txt" for name in ("groundtruth", "ORB", "ORB_kf_mono")]
+    _, out, err = run("tum", *files, "--repeat", 1)
+    assert [line.split()[0] for line in out.splitlines()[1:3]] == [file.name for file in files[1:]]
+    assert "d is from 0.008191 to 0.06742 m" in err
+    assert "--unit 0.008191 gives all one d\n" in err
+    assert err.count("duplicates in the reference") == 1
+    assert "ORB.txt: the track covers" not in err  # the reference's own gaps are no loss
+
+
+def test_mix_ups(run, kitti, examples, lines, write):
+    """Besides those that options take out; see test_scoring.py."""
+    poses = read_kitti(examples / KITTI[2]).poses
+    mirrored, transposed = poses.copy(), poses.copy()
+    mirrored[:, 1, 3] *= -1
+    _, _, err = run(*KITTI[:2], kitti(mirrored))
+    assert "the positions fit the mirror image of the reference" in err
+    transposed[:, :3, :3] = poses[:, :3, :3].transpose(0, 2, 1)
+    _, _, err = run(*KITTI[:2], kitti(transposed))
+    assert "the rotations seem to be world-to-camera, but the positions are camera centres" in err
+    fields = [line.split() for line in lines]
+    shifted = [" ".join([*line[:4], line[7], *line[4:7]]) for line in fields]
+    _, _, err = run(*TUM[:2], write(shifted))
+    assert "the quaternions seem to have w at the wrong end" in err
+
+
+def test_swapped_files(run, tmp_path):
+    gt, est = (tmp_path / name for name in ("gt.txt", "est.txt"))
+    times = np.arange(400) / 40
+    path = np.column_stack([np.sin(times), np.cos(times), times, np.zeros((400, 3)), np.ones(400)])
+    np.savetxt(gt, np.column_stack([times, path]))
+    path[:, :3] -= path[0, :3]
+    np.savetxt(est, np.column_stack([times, path])[::4])
+    assert "swapped" not in run("tum", gt, est)[2]
+    assert "reference and estimate seem swapped" in run("tum", est, gt)[2]

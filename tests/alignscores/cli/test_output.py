@@ -1,0 +1,258 @@
+"""The table, the JSON, and the files that are written."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import matplotlib
+import numpy as np
+import pytest
+from evo.tools import file_interface
+from matplotlib import pyplot
+
+import alignscores
+from alignscores.cli.output import unique_names
+from alignscores.registration import REGISTRATIONS
+from alignscores.trajectories.files import read_kitti
+
+TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
+
+
+# --- table and JSON -----------------------------------------------------------------------------
+
+
+def test_table(run):
+    code, out, err = run(*TUM)
+    assert (code, err) == (0, "")
+    header, row, settings, hint = out.splitlines()
+    assert header.split("  ")[0] == "estimate"
+    assert row.split()[0] == "estimate.txt"
+    assert row.split()[-5:] == ["38", "38", "2", "1", "0"]
+    assert header.split()[-5:] == ["n", "matched", "missing", "non-finite", "duplicate"]
+    assert "ATE [m]" in header
+    assert "d [m]" in header
+    assert "registration pcr99, seed 0" in settings
+    assert "missing cameras: ignore" in settings
+    assert "--registration refined" in hint
+
+
+def test_one_seed_has_no_spread(run):
+    _, out, _ = run(*TUM, "--repeat", 1)
+    assert out.splitlines()[1].split()[2] == "-"
+    assert "sd over" not in out
+    assert "steadier" not in out
+
+
+def test_the_registration_is_named_and_a_steadier_one_pointed_to(run, score):
+    _, out, _ = run(*TUM, "--registration", "pcr99")
+    assert "--registration refined makes it steadier" in out
+    _, out, _ = run(*TUM, "--registration", "refined")
+    assert "registration refined, seed 0" in out
+    assert "steadier" not in out
+    spread = {name: score(*TUM, "--registration", name)[0]["TAS_sd"] for name in REGISTRATIONS}
+    assert spread["refined"] < spread["pcr99"] / 10
+
+
+def test_best_first_and_short_names(run, score, examples, kitti, tmp_path):
+    gt = read_kitti(examples / "kitti/reference.txt").poses
+    worse = gt.copy()
+    worse[::2, :3, 3] = 0
+    files = [kitti(worse, "worse.txt"), "kitti/estimate.txt", kitti(gt, "estimate.txt")]
+    results = score("kitti", "kitti/reference.txt", *files)
+    assert results[0]["PAS"] == 1.0
+    scores = [result["PAS"] for result in results]
+    assert scores == sorted(scores, reverse=True)
+    names = [result["name"] for result in results]
+    assert names[0] == f"{tmp_path.name}/estimate.txt"
+    assert set(names[1:]) == {"kitti/estimate.txt", "worse.txt"}
+    _, out, _ = run("kitti", "kitti/reference.txt", *files)
+    assert [line.split()[0] for line in out.splitlines()[1:4]] == names
+
+
+def test_names():
+    assert unique_names(["x/a.txt", "x/b.txt"]) == ["a.txt", "b.txt"]
+    assert unique_names(["x/a", "y/a", "z/x/a"]) == ["x/a", "y/a", "z/x/a"]
+    assert unique_names(["a", "a", "x/a"]) == ["a", "a (2)", "x/a"]
+    assert unique_names(["/a", "a"]) == ["/a", "a"]
+
+
+def test_json_names_its_settings(run):
+    _, out, _ = run(*TUM, "--json", "--seed", 4, "--repeat", 2, "--missing", "fail")
+    printed = json.loads(out, parse_constant=pytest.fail)  # neither NaN nor Infinity
+    assert len(printed.pop("results")) == 1
+    assert printed == {
+        "format": "tum",
+        "reference": "tum/reference.txt",
+        "missing_cameras": "fail",
+        "registration": "pcr99",
+        "seed": 4,
+        "repeat": 2,
+        "inverted": False,
+        "body_rotation": "none",
+        "t_max_diff": 0.01,
+        "t_offset": 0.0,
+        "unit": None,
+        "version": alignscores.__version__,
+        "notes": [],
+        "failed": [],
+    }
+    _, out, _ = run("kitti", "kitti/reference.txt", "kitti/estimate.txt", "--json", "--unit", 2)
+    printed = json.loads(out)
+    assert (printed["unit"], printed["t_max_diff"], printed["t_offset"]) == (2.0, None, None)
+
+
+def test_a_bad_estimate_does_not_stop_the_others(run, tmp_path, write):
+    """It is named, so that it is not taken for one that was never asked for."""
+    bad, none = write("1 2", "bad.txt"), tmp_path / "none.txt"
+    code, out, err = run(*TUM[:2], bad, TUM[2], none, "--json")
+    assert code == 1
+    printed = json.loads(out)
+    assert [result["name"] for result in printed["results"]] == ["estimate.txt"]
+    assert [one["file"] for one in printed["failed"]] == [str(bad), str(none)]
+    errors = [one["error"] for one in printed["failed"]]
+    assert "line 1: has 2 columns" in errors[0]
+    assert "No such file" in errors[1]
+    assert err.splitlines() == [f"alignscores: error: {error}" for error in errors]
+    code, out, _ = run(*TUM[:2], bad, "--json")
+    assert code == 1
+    printed = json.loads(out)
+    assert printed["results"] == []
+    assert len(printed["failed"]) == 1
+
+
+def test_json_has_no_numbers_that_json_has_not(score, tmp_path):
+    times = np.arange(20.0)
+    poses = np.column_stack([times, np.random.default_rng(0).normal(size=(20, 3))])
+    poses = np.column_stack([poses, np.zeros((20, 3)), np.ones(20)])
+    np.savetxt(tmp_path / "est.txt", poses)
+    poses[:, 1:4] *= 1e200
+    poses[3:, 1:4] += 1e199 * np.random.default_rng(1).normal(size=(17, 3))
+    np.savetxt(tmp_path / "ref.txt", poses)
+    (result,) = score("tum", tmp_path / "ref.txt", tmp_path / "est.txt")
+    assert result["ATE"] is None
+    assert 0 < result["TAS"] < 1
+
+
+def test_the_output_in_the_readme(examples, run, monkeypatch):
+    readme = (examples.parents[1] / "README.md").read_text()
+    command, *expected = re.search(r"\$ alignscores (.*?)```", readme, re.DOTALL)[1].splitlines()
+    monkeypatch.chdir(examples.parents[1])
+    code, out, err = run(*command.split())
+    assert code == 0
+    assert err.splitlines() + out.splitlines() == expected
+    assert len(expected) == 4
+
+
+# --- files --------------------------------------------------------------------------------------
+
+
+def test_save_results(run, score, tmp_path):
+    path = tmp_path / "one.zip"
+    assert run(*TUM, "--save_results", path)[0] == 0
+    result = file_interface.load_res_file(path)
+    (expected,) = score(*TUM)
+    for key in ("TAS", "RAS", "PAS", "ATE", "TAS_sd"):
+        assert result.stats[key] == expected[key]
+    assert result.stats["mean"] == pytest.approx(1 - expected["PAS"])
+    assert result.info["est_name"] == "estimate.txt"
+    assert result.info["registration"] == "pcr99"
+    assert "timestamps" in result.np_arrays
+    assert {len(array) for array in result.np_arrays.values()} == {38}
+    assert np.isinf(result.np_arrays["position_error_array"]).sum() == 1
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_saved_names_do_not_depend_on_what_failed(run, tmp_path):
+    code, _, _ = run(*TUM, tmp_path / "none.txt", "--save_results", tmp_path / "r.zip")
+    assert code == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["r_estimate.txt.zip"]
+
+
+def test_saved_names_differ(run, tmp_path, examples, lines, write):
+    """Though a folder's slash becomes an underscore."""
+    for name in ("x", "y"):
+        shutil.copytree(examples / "tum", tmp_path / name)
+    files = [
+        *(tmp_path / f"{name}/estimate.txt" for name in "xy"),
+        write(lines[:29], "x_estimate.txt"),
+    ]
+    assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 0
+    assert {path.name for path in tmp_path.glob("*.zip")} == {
+        "r_x_estimate.txt.zip",
+        "r_y_estimate.txt.zip",
+        "r_x_estimate.txt (2).zip",
+    }
+    second = tmp_path / "r_x_estimate.txt (2).zip"
+    before = file_interface.load_res_file(second).stats
+    files[0].unlink()  # names do not depend on what failed
+    second.unlink()
+    assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 1
+    assert file_interface.load_res_file(second).stats == before
+
+
+def test_evo_res_reads_the_results(run, tmp_path, examples):
+    shutil.copytree(examples / "tum", tmp_path / "other")
+    files = (TUM[2], tmp_path / "other/estimate.txt")
+    assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 0
+    archives = sorted(path.name for path in tmp_path.glob("*.zip"))
+    assert archives == ["r_other_estimate.txt.zip", "r_tum_estimate.txt.zip"]
+    code = "from evo.cli.entry_points import res; res()"  # what the command evo_res runs
+    done = subprocess.run(
+        [sys.executable, "-c", code, *archives, "--save_table", "table.csv", "--no_warnings"],
+        cwd=tmp_path,
+        env={**os.environ, "HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=100,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "PAS: share of the thresholds missed (pcr99, seed 0)" in done.stdout
+    assert all(key in done.stdout for key in ("TAS", "RAS", "PAS", "ATE"))
+    assert "other_estimate.txt" in (tmp_path / "table.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("suffix", "magic"), [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?x")]
+)
+def test_save_plot(run, tmp_path, suffix, magic):
+    path = tmp_path / f"plot.{suffix}"
+    assert run("colmap", "colmap/reference", "colmap/estimate", "--save_plot", path)[0] == 0
+    assert path.read_bytes().startswith(magic)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_plot(run, monkeypatch):
+    code, out, err = run(*TUM, "--plot")
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert "no display" in err
+    shown = []
+    monkeypatch.setattr(pyplot, "get_backend", lambda: "tkagg")
+    monkeypatch.setattr(pyplot, "show", lambda: shown.extend(pyplot.get_fignums()))
+    assert matplotlib.get_backend().lower() == "agg"
+    assert run(*TUM, "--plot")[0] == 0
+    assert len(shown) == 1
+    titles = [axes.get_title(loc="left") for axes in pyplot.figure(shown[0]).axes]
+    pyplot.close("all")
+    assert titles[0] == "estimate.txt\nposition errors"
+
+
+def test_a_folder_where_a_file_should_be_written(run, tmp_path):
+    (tmp_path / "a.png").mkdir()
+    code, _, err = run(*TUM, "--save_plot", tmp_path / "a.png")
+    assert code == 1
+    assert err == f"alignscores: error: [Errno 21] Is a directory: '{tmp_path / 'a.png'}'\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+
+
+def test_nothing_half_written(run, tmp_path, monkeypatch):
+    def full(self, target):
+        raise OSError(28, "No space left on device", str(target))
+
+    monkeypatch.setattr("pathlib.Path.replace", full)
+    code, _, err = run(*TUM, "--save_results", tmp_path / "a.zip")
+    assert (code, err.count("\n")) == (1, 1)
+    assert "No space left" in err
+    assert list(tmp_path.iterdir()) == []

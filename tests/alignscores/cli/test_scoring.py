@@ -1,0 +1,205 @@
+"""One estimate from its options to its scores, and what cannot be scored."""
+
+import re
+import warnings
+
+import numpy as np
+import pytest
+from evo.core.geometry import umeyama_alignment
+
+from alignscores import tas
+from alignscores.cli import scoring
+from alignscores.trajectories.association import match
+from alignscores.trajectories.conventions import Convention
+from alignscores.trajectories.files import inverse_poses, read_kitti, read_tum
+
+TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
+KITTI = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
+OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
+
+
+def test_ate_is_that_of_evo(score, examples):
+    (result,) = score(*KITTI)
+    gt, est = (read_kitti(examples / f"kitti/{x}.txt").poses for x in ("reference", "estimate"))
+    finite = np.isfinite(est[:, 0, 0])
+    gt, est = gt[finite, :3, 3].T, est[finite, :3, 3].T
+    rotation, translation, scale = umeyama_alignment(est, gt, with_scale=True)
+    residuals = scale * rotation @ est + translation[:, None] - gt
+    assert result["ATE"] == pytest.approx(np.sqrt(np.mean(np.sum(residuals**2, axis=0))))
+
+
+def test_repeat_and_seed(score, examples):
+    matches = match(*(read_tum(examples / path) for path in TUM[1:]))
+    gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
+    scores = [tas(gt, est, rng=seed).score for seed in range(20)]
+    (default,) = score(*TUM)
+    assert default["TAS"] == scores[0]
+    assert default["TAS_sd"] == pytest.approx(np.std(scores[:10], ddof=1))
+    (other,) = score(*TUM, "--seed", 7, "--repeat", 3)
+    assert other["TAS"] == scores[7]
+    assert other["TAS_sd"] == pytest.approx(np.std(scores[7:10], ddof=1))
+    assert score(*TUM, "--repeat", 1)[0]["TAS_sd"] is None
+
+
+def test_unit(score):
+    (result,) = score(*TUM, "--unit", 2.5)
+    assert result["unit"] == 2.5
+    assert result["TAS"] > score(*TUM)[0]["TAS"]
+
+
+def test_t_max_diff_and_t_offset(run, score):
+    """The stamps of the estimate are 2 ms late."""
+    assert score(*TUM, "--t_max_diff", 0.0021)[0]["matched"] == 38
+    code, _, err = run(*TUM, "--t_max_diff", 0.0019)
+    assert code == 1
+    assert "tum/estimate.txt: no time stamps in common" in err
+    assert score(*TUM, "--t_max_diff", 0.0001, "--t_offset", -0.002)[0]["matched"] == 38
+    assert run(*TUM, "--t_offset", 1000)[0] == 1
+
+
+def test_invert(score, run, kitti, examples):
+    (honest,) = score(*KITTI)
+    path = kitti(inverse_poses(read_kitti(examples / KITTI[2]).poses))
+    code, _, err = run(*KITTI[:2], path)
+    assert code == 0
+    assert err.count("\n") == 1
+    assert "the poses in the file seem to be world-to-camera" in err
+    assert err.endswith("add --invert\n")
+    (inverted,) = score(*KITTI[:2], path, "--invert")
+    assert inverted["PAS"] == pytest.approx(honest["PAS"], abs=1e-9)
+    assert inverted["notes"] == []
+    (result,) = score(*KITTI[:2], path)  # never silently
+    assert result["RAS"] < honest["RAS"] / 3
+    assert run(*KITTI, "--invert")[2].endswith("leave out --invert\n")
+
+
+@pytest.mark.parametrize("inverted", [False, True])
+def test_body_rotation(score, run, kitti, examples, inverted):
+    (honest,) = score(*KITTI)
+    poses = read_kitti(examples / KITTI[2]).poses @ OPENGL
+    files = *KITTI[:2], kitti(inverse_poses(poses) if inverted else poses)
+    options = ["--invert"] if inverted else []
+    _, _, err = run(*files)
+    assert err.count("\n") == 1
+    assert "turned by a constant rotation" in err
+    assert "180 deg about x, as OpenGL's camera axes to OpenCV's" in err
+    assert ("; add --invert, with --body_rotation auto\n" in err) == inverted
+    if not inverted:
+        _, _, err = run(*files, "--invert")
+        assert err.endswith("; leave out --invert, with --body_rotation auto\n")
+    (plain,) = score(*files, *options)
+    assert plain["body_rotation"] is None
+    assert plain["RAS"] < honest["RAS"] / 3
+    (corrected,) = score(*files, *options, "--body_rotation", "auto")
+    assert corrected["RAS"] == pytest.approx(honest["RAS"], abs=1e-9)
+    assert corrected["TAS"] == pytest.approx(honest["TAS"], abs=1e-9)
+    assert corrected["body_rotation"] == OPENGL[:3, :3].tolist()
+    assert "taken out" in corrected["notes"][0]
+    # Where nothing is found nothing is applied.
+    (unchanged,) = score(*KITTI, "--body_rotation", "auto")
+    assert unchanged == honest
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "bad.txt: has no poses"),
+        ("1 2 3 4", "bad.txt, line 1: has 4 columns"),
+        (b"\xff\x00\x01", "bad.txt, line 1: is not text"),
+        ("0 0 0 0 0 0 0 1\n" * 10**6 + "1 2 3\n", "bad.txt, line 1000001: has 3 columns"),
+        ("0 0 0 0 0 0 0 1\n1 2 3 x 0 0 0 1", "bad.txt, line 2: 'x' is not a number"),
+        ("0 0 0 0 0 0 0 0", "bad.txt, line 1: the quaternion is zero"),
+        ("1 0 0 0 0 0 0 1", "bad.txt: no time stamps in common"),
+        ("1700000000 0 0 0 0 0 0 1", "bad.txt: only 1 of 1 poses could be matched .* takes 4"),
+        ("1700000000000000000 0 0 0 0 0 0 1", "bad.txt: no .* the estimate seem to be in nanosec"),
+    ],
+)
+def test_one_line_for_a_bad_estimate(run, write, tmp_path, content, message):
+    code, out, err = run(*TUM[:2], write(content, "bad.txt"))
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert err.startswith(f"alignscores: error: {tmp_path}")
+    assert re.search(message, err)
+
+
+def test_one_line_for_a_bad_reference(run, write):
+    for content in ("", "0 nan 0 0 0 0 0 1", "1,2"):
+        code, out, err = run("tum", write(content, "bad.txt"), TUM[2])
+        assert (code, out, err.count("\n")) == (1, "", 1)
+        assert "bad.txt" in err
+    code, _, err = run("kitti", TUM[1], KITTI[2])
+    assert code == 1
+    assert "8 columns are the tum format" in err
+
+
+def test_different_lengths(run, write, examples):
+    short = write((examples / KITTI[2]).read_text().splitlines()[:-1])
+    code, _, err = run(*KITTI[:2], short)
+    assert code == 1
+    assert "est.txt: the reference has 40 poses, the estimate 39" in err
+
+
+@pytest.mark.parametrize("name", ["no", "the", "d"])
+def test_errors_and_notes_name_the_file_even_where_they_begin_like_it(
+    run, write, lines, examples, tmp_path, monkeypatch, name
+):
+    monkeypatch.chdir(tmp_path)
+    for content, message in (
+        (["1 0 0 0 0 0 0 1"], f"error: {name}: no time stamps in common"),
+        (lines[:19], f"note: {name}: the track covers"),
+        (lines[::-1], f"note: {name}: the time stamps of the estimate are not in order"),
+        ([*lines[:-1], lines[-1].rpartition(" ")[0] + " 2"], f"note: {name}, line 38: has a quat"),
+    ):
+        write(content, name)
+        _, _, err = run("tum", examples / TUM[1], name)
+        assert err.startswith(f"alignscores: {message}")
+        assert err.count("\n") == 1
+
+
+def test_too_few_matches_are_an_error_of_matching(run, score, write, lines):
+    """Not one of the unit: --unit would hide it."""
+    early = [line.replace("17000000", "17000009", 1) for line in lines[3:]]
+    files = *TUM[:2], write([*lines[:3], *early])
+    for options in ([], ["--unit", 1]):
+        code, out, err = run(*files, *options, "--t_max_diff", 0.02)
+        assert (code, out, err.count("\n")) == (1, "", 1)
+        assert "est.txt: only 3 of 38 poses could be matched" in err
+        assert "--t_max_diff 0.02" in err
+    (result,) = score(*files, "--missing", "fail")  # 37 of 40 cameras lost is no error
+    assert (result["n"], result["matched"]) == (40, 3)
+
+
+def test_where_there_is_no_d_the_option_is_named(run, score, kitti, examples):
+    poses = read_kitti(examples / KITTI[1]).poses
+    standing = poses.copy()
+    standing[5:, :3, 3] = poses[5, :3, 3]
+    for path, reason in (
+        (kitti(poses[:3], "few.txt"), "the reference has 3 of the 4 poses that it takes"),
+        (kitti(standing, "stands.txt"), "three quarters of the reference poses coincide"),
+    ):
+        code, out, err = run("kitti", path, path)
+        assert (code, out, err.count("\n")) == (1, "", 1)
+        assert f"{path}: d cannot be derived: " in err
+        assert reason in err
+        assert err.endswith("--unit sets it\n")
+        (result,) = score("kitti", path, path, "--unit", 0.1)
+        assert result["TAS"] == 1.0
+
+
+def test_what_cannot_be_aligned(score, examples, kitti):
+    poses = read_kitti(examples / KITTI[1]).poses
+    poses[:, :3, 3] = 1
+    (result,) = score(*KITTI[:2], kitti(poses))
+    assert result["TAS"] == 0
+    assert result["ATE"] is None
+    assert len(result["notes"]) == 1  # once, not for every seed
+    assert "TAS is 0" in result["notes"][0]
+
+
+def test_other_warnings_pass(run, monkeypatch):
+    def noisy(*arguments):
+        warnings.warn("of something else", RuntimeWarning, stacklevel=1)
+        return Convention()
+
+    monkeypatch.setattr(scoring, "find_convention", noisy)
+    with pytest.warns(RuntimeWarning, match="of something else"):
+        run(*TUM)
