@@ -61,7 +61,7 @@ def _work(options: Namespace) -> list[Path]:
         try:
             sweeps = SWEEPS.validate_json(options.sweeps)
         except ValidationError as error:
-            raise ConfigError(f"--sweeps: {' '.join(first_problem(error))}") from None
+            raise ConfigError(f"--sweeps: {' '.join(first_problem(error)).strip()}") from None
     path = options.table or Path(execution.results_dir) / "trials" / f"{sweep.name}.csv"
     path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials than after
     write_trials(path, run_sweeps(sweeps, execution), sweeps)

@@ -76,8 +76,9 @@ class Record:
 
     @cached_property
     def metrics(self) -> list[str]:
-        """The metrics of all sweeps."""
-        return list(dict.fromkeys(metric for sweep in self.sweeps for metric in sweep.metrics))
+        """The metrics that are evaluated in any cell."""
+        evaluated = [metrics for sweep in self.sweeps for metrics in evaluations(sweep).values()]
+        return list(dict.fromkeys(metric for metrics in evaluated for metric in metrics))
 
 
 @dataclass(frozen=True, eq=False)
