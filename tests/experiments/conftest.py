@@ -2,9 +2,11 @@
 
 from collections.abc import Callable
 
+import pandas as pd
 import pytest
 
-from experiments.config import Config, load
+from experiments.config import Execution, Sweep, load_sweep
+from experiments.sweep import run_sweeps
 
 SMALL = [
     "experiment=outliers",
@@ -12,15 +14,31 @@ SMALL = [
     "n_cameras=[25]",
     "n_outliers=[0,3]",
     "sigma_t=[0.02,0.05]",
-    "n_jobs=1",
 ]
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def small_overrides() -> list[str]:
-    return list(SMALL)
+    return [*SMALL, "backend=sequential"]
 
 
-@pytest.fixture
-def small() -> Callable[..., Config]:
-    return lambda *overrides: load([*SMALL, *overrides])
+@pytest.fixture(scope="session")
+def small() -> Callable[..., Sweep]:
+    return lambda *overrides: load_sweep([*SMALL, *overrides])
+
+
+@pytest.fixture(scope="session")
+def run() -> Callable[..., pd.DataFrame]:
+    """Run one sweep in this process, or as the arguments say."""
+
+    def run_here(sweep: Sweep, **execution: object) -> pd.DataFrame:
+        settings = {"n_jobs": 1, "backend": "sequential", "dask_address": None}
+        return run_sweeps([sweep], Execution(**{**settings, "results_dir": "-", **execution}))
+
+    return run_here
+
+
+@pytest.fixture(scope="session")
+def trials(small: Callable[..., Sweep], run: Callable[..., pd.DataFrame]) -> pd.DataFrame:
+    """The trials of the small experiment; not to be changed."""
+    return run(small())

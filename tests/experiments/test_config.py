@@ -1,135 +1,154 @@
 """Settings are those of the paper, can all be overridden, and are refused in one line."""
 
 import shutil
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
-from experiments import config as config_module
-from experiments.config import ConfigError, experiment_names, load, to_overrides
-from experiments.sweep import cells
+from experiments import config
+from experiments.config import (
+    EXECUTION,
+    SETTINGS,
+    ConfigError,
+    Execution,
+    Sweep,
+    experiment_names,
+    load,
+    load_sweep,
+    read_yaml,
+    to_overrides,
+)
 
 TEN_LEVELS = [0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08, 0.09, 0.1]
 
 
-def test_the_eight_experiments_of_the_paper_are_there() -> None:
-    grids = {name: len(cells(load([f"experiment={name}"]))) for name in experiment_names()}
-    assert grids == {
-        "collinear": 70,
-        "combined": 50,
-        "maa_vs_pas_collinear": 70,
-        "maa_vs_pas_length": 70,
-        "maa_vs_pas_outliers": 70,
-        "outliers": 70,
-        "rotations": 70,
-        "trajectory_length": 70,
-    }
+@pytest.mark.parametrize("name", experiment_names())
+def test_what_all_experiments_of_the_paper_have_in_common(name: str) -> None:
+    sweep, execution = load([f"experiment={name}"])
+    assert (sweep.name, sweep.trials, sweep.seed, sweep.replicate) == (name, 50, 0, 0)
+    assert (sweep.error, sweep.outliers, sweep.outlier_side) == ("gaussian", "uniform", 10.0)
+    assert (sweep.differs, sweep.only) == ("", [])
+    assert execution == Execution(
+        n_jobs=-1, backend="loky", dask_address=None, results_dir="results"
+    )
+
+
+def test_outlier_experiment_has_the_values_of_the_paper() -> None:
+    sweep = load_sweep(["experiment=outliers"])
+    assert (sweep.n_cameras, sweep.sigma_t, sweep.sigma_r_deg) == ([100], TEN_LEVELS, [3.0])
+    assert sweep.metrics == ["ATE", "DTE", "mAA", "TAS"]
+
+
+def test_a_setting_is_of_the_results_or_of_how_they_are_made() -> None:
+    keys = [key.name for kind in (Sweep, Execution) for key in fields(kind)]
+    made_by_a_study = {"name", "differs", "only"}
+    assert set(keys) == {*SETTINGS, *EXECUTION, *made_by_a_study}
+    assert len(keys) == len(SETTINGS) + len(EXECUTION) + 3
 
 
 def test_a_copied_experiment_needs_a_name_of_its_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Else its results would take the place of the original's."""
-    shutil.copytree(config_module.CONFIG_DIR, tmp_path / "configs")
-    monkeypatch.setattr(config_module, "CONFIG_DIR", tmp_path / "configs")
+    shutil.copytree(config.CONFIG_DIR, tmp_path / "configs")
+    monkeypatch.setattr(config, "CONFIG_DIR", tmp_path / "configs")
     folder = tmp_path / "configs" / "experiment"
     text = (folder / "outliers.yaml").read_text()
     (folder / "mine.yaml").write_text(text)
     with pytest.raises(ConfigError, match="setting 'name' must be 'mine'"):
         load(["experiment=mine"])
     (folder / "mine.yaml").write_text(text.replace("name: outliers", "name: mine"))
-    assert load(["experiment=mine"]).name == "mine"
-
-
-@pytest.mark.parametrize("name", experiment_names())
-def test_defaults_hold_for_every_experiment(name: str) -> None:
-    config = load([f"experiment={name}"])
-    assert (config.name, config.trials, config.replicate) == (name, 50, 0)
-
-
-def test_outlier_experiment_has_the_values_of_the_paper() -> None:
-    config = load(["experiment=outliers"])
-    assert config.n_cameras == [100]
-    assert config.sigma_t == TEN_LEVELS
-    assert config.sigma_r_deg == [3.0]
-    assert config.metrics == ["ATE", "DTE", "mAA", "TAS"]
-
-
-def test_noise_rises_together_where_it_is_paired() -> None:
-    config = load(["experiment=maa_vs_pas_outliers", "n_outliers=[0]"])
-    assert [round(100 * cell.sigma_t) for cell in cells(config)] == list(range(1, 11))
-    assert [cell.sigma_r_deg for cell in cells(config)] == list(range(1, 11))
+    assert load_sweep(["experiment=mine"]).name == "mine"
 
 
 @pytest.mark.parametrize(
-    ("override", "named"),
+    ("override", "problem"),
     [
-        ("trails=5", "trails"),
-        ("trials", "trials"),
-        ("=5", "unknown setting ''"),
-        ("trials=five", "trials"),
-        ("trials=2.5", "trials"),
-        ("trials=null", "trials"),
-        ("trials=0", "trials"),
-        ("experiment=collinear", "'experiment' is given twice"),
-        ("name=other", "name"),
-        ("results_dir=", "results_dir"),
-        ("seed=-1", "seed"),
-        ("replicate=-1", "replicate"),
-        ("n_jobs=0", "n_jobs"),
-        ("backend=mpi", "backend"),
-        ("backend=dask", "dask_address"),
-        ("geometry=sphere", "geometry"),
-        ("error=none", "error"),
-        ("outliers=many", "outliers"),
-        ("outlier_side=0", "outlier_side"),
-        ("outlier_side=inf", "outlier_side"),
-        ("noise=both", "noise"),
-        ("noise=paired", "noise"),
-        ("sigma_t=0.1", "sigma_t"),
-        ("sigma_t=[]", "sigma_t"),
-        ("sigma_t=[0.1", "sigma_t"),
-        ("sigma_t=[-0.1]", "sigma_t"),
-        ("sigma_t=[nan]", "sigma_t"),
-        ("sigma_r_deg=[inf]", "sigma_r_deg"),
-        ("sigma_t=[0.1,0.1]", "sigma_t"),
-        ("n_outliers=[101]", "n_outliers"),
-        ("n_outliers=[-1]", "n_outliers"),
-        ("n_outliers=[1.5]", "n_outliers"),
-        ("n_cameras=[3]", "n_cameras"),
-        ("volume_per_camera=0", "volume_per_camera"),
-        ("metrics=[ATE,APE]", "APE"),
-        ("experiment=oultiers", "oultiers"),
+        ("trails=5", "unknown setting 'trails'; the settings are experiment, geometry, "),
+        ("=5", "unknown setting ''; the settings are"),
+        ("name=other", "unknown setting 'name'"),
+        ("differs=other", "unknown setting 'differs'"),
+        ("only=[]", "unknown setting 'only'"),
+        ("trials", "'trials' is not a setting; write key=value"),
+        ("experiment=oultiers", "unknown experiment 'oultiers'; the experiments are collinear, "),
+        ("experiment=collinear", "'experiment' is given twice: outliers and collinear"),
+        ("trials=five", "'trials': should be a valid integer, not 'five'"),
+        ("trials=2.5", "'trials': should be a valid integer, not 2.5"),
+        ("trials=null", "'trials': should be a valid integer, not None"),
+        ("trials=true", "'trials': should be a valid integer, not True"),
+        ("trials=0", "'trials': should be greater than or equal to 1, not 0"),
+        ("results_dir=", "'results_dir': String should have at least 1 character, not ''"),
+        ("seed=-1", "'seed': should be greater than or equal to 0, not -1"),
+        ("seed=${nothing}", "cannot read experiment=outliers seed=${nothing}: "),
+        ("replicate=-1", "'replicate': should be greater than or equal to 0, not -1"),
+        ("n_jobs=0", "'n_jobs' must be positive, or -1 for all"),
+        ("n_jobs=-2", "'n_jobs': should be greater than or equal to -1, not -2"),
+        ("backend=mpi", "'backend': should be 'loky', 'threading', 'sequential' or 'dask', not"),
+        ("backend=dask", "'dask_address' must name a scheduler, such as tcp://127.0.0.1:8786"),
+        ("geometry=sphere", "'geometry': must be one of cube, line, x_axis, random_walk, "),
+        ("error=none", "'error': must be one of gaussian, student_t, drift, "),
+        ("outliers=many", "'outliers': must be one of uniform, cluster, frozen, "),
+        ("outlier_side=0", "'outlier_side': should be greater than 0, not 0"),
+        ("outlier_side=inf", "'outlier_side': should be less than inf, not inf"),
+        ("noise=both", "'noise': should be 'product' or 'paired', not 'both'"),
+        ("noise=paired", "'noise' is paired, so sigma_t and sigma_r_deg need the same number"),
+        ("sigma_t=0.1", "'sigma_t': must be a list in brackets, for example [1, 2]"),
+        ("sigma_t=[]", "'sigma_t': List should have at least 1 item after validation, not 0"),
+        ("sigma_t=[0.1", "cannot read experiment=outliers sigma_t=[0.1: "),
+        ("sigma_t=[0.1,much]", "'sigma_t': should be a valid number, not 'much'"),
+        ("sigma_t=[-0.1]", "'sigma_t': should be greater than or equal to 0, not -0.1"),
+        ("sigma_t=[nan]", "'sigma_t': should be less than inf, not nan"),
+        ("sigma_r_deg=[inf]", "'sigma_r_deg': should be less than inf, not inf"),
+        ("sigma_t=[0.1,0.1]", "'sigma_t': has a value twice: [0.1, 0.1]"),
+        ("n_outliers=[101]", "'n_outliers' has 101, more than the 100 cameras"),
+        ("n_outliers=[-1]", "'n_outliers': should be greater than or equal to 0, not -1"),
+        ("n_outliers=[1.5]", "'n_outliers': should be a valid integer, not 1.5"),
+        ("n_outliers=[0,0]", "'n_outliers': has a value twice: [0, 0]"),
+        ("n_cameras=[3]", "'n_cameras': should be greater than or equal to 4, not 3"),
+        ("volume_per_camera=0", "'volume_per_camera': should be greater than 0, not 0"),
+        ("geometry=line", "'volume_per_camera' applies to the cube alone"),
+        ("metrics=[]", "'metrics': List should have at least 1 item"),
+        ("metrics=[ATE,APE]", "'metrics': unknown metric 'APE'; known are ATE, DTE, mAA, "),
+        ("metrics=[TAS,TAS]", "'metrics': has a value twice: ['TAS', 'TAS']"),
     ],
 )
-def test_wrong_settings_are_named_in_one_line(override: str, named: str) -> None:
+def test_wrong_settings_are_named_in_one_line(override: str, problem: str) -> None:
+    volume = ["volume_per_camera=0.1"] if override == "geometry=line" else []
     with pytest.raises(ConfigError) as caught:
-        load(["experiment=outliers", override])
-    assert named in str(caught.value)
+        load(["experiment=outliers", *volume, override])
+    assert problem in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("kind", ["cluster", "frozen", "diverging", "missing"])
 def test_outliers_that_leave_too_few_cameras_are_refused(kind: str) -> None:
     settings = ["experiment=outliers", f"outliers={kind}", "n_cameras=[20]"]
-    assert load([*settings, "n_outliers=[16]"]).outliers == kind
-    with pytest.raises(ConfigError, match="'n_outliers' must leave at least 4 cameras"):
+    assert load_sweep([*settings, "n_outliers=[16]"]).outliers == kind
+    with pytest.raises(ConfigError, match=f"'n_outliers' must leave at least 4 .* are {kind}"):
         load([*settings, "n_outliers=[17]"])
-
-
-@pytest.mark.parametrize("name", experiment_names())
-def test_the_papers_experiments_have_its_errors_and_outliers(name: str) -> None:
-    config = load([f"experiment={name}"])
-    assert (config.error, config.outliers, config.outlier_side) == ("gaussian", "uniform", 10.0)
-
-
-def test_a_volume_without_a_cube_is_refused() -> None:
-    with pytest.raises(ConfigError, match="volume_per_camera"):
-        load(["experiment=collinear", "volume_per_camera=0.1"])
 
 
 def test_snakemake_settings_reach_hydra() -> None:
     # Snakemake reads lists as strings and an empty value as None.
+    fine = "TAS(max_threshold=0.5, n_thresholds=10)"
     settings = {"trials": 5, "sigma_t": ["0.05", "0.1"], "volume_per_camera": None}
-    config = load(["experiment=outliers", *to_overrides(settings)])
-    assert (config.trials, config.sigma_t, config.volume_per_camera) == (5, [0.05, 0.1], None)
+    sweep = load_sweep(
+        ["experiment=outliers", *to_overrides(settings | {"metrics": ["ATE", fine]})]
+    )
+    assert (sweep.trials, sweep.sigma_t, sweep.volume_per_camera) == (5, [0.05, 0.1], None)
+    assert sweep.metrics == ["ATE", fine]
+
+
+@pytest.mark.parametrize("text", [None, "[", "a: ${b}", "5", "- {}\n- []"])
+def test_a_file_of_settings_that_is_none_is_named_in_one_line(
+    tmp_path: Path, text: str | None
+) -> None:
+    path = tmp_path / "own.yaml"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(
+        ConfigError, match=rf"(cannot read {path}: .)|({path} has no keys)"
+    ) as caught:
+        read_yaml(path)
+    assert "\n" not in str(caught.value)

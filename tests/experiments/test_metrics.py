@@ -4,23 +4,28 @@ from collections.abc import Callable
 from math import ceil
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.spatial.distance import cdist
 
 import experiments.metrics
 from alignscores import pas, ras, tas
 from alignscores.registration import pcr99
-from experiments.cameras import Scene
-from experiments.config import Config, ConfigError, split_metric
-from experiments.metrics import Evaluation, evaluate
-from experiments.sweep import Cell, draw_scene
+from baselines import ate, dre, dte, maa, rotation_statistics
+from experiments.command import ConfigError
+from experiments.config import Sweep
+from experiments.grid import KEY_COLUMNS, Cell
+from experiments.metrics import METRICS, Column, Evaluation, Metric, Options, evaluate
+from experiments.scenes import Scene
+from experiments.sweep import draw_scene
+from studies.statistics import power
 
 SEED = np.random.SeedSequence(7)
 THRESHOLDS = (0.25, 0.5, 1.0, 2.0, 4.0)
 
 
 @pytest.fixture
-def scene(small: Callable[..., Config]) -> Scene:
+def scene(small: Callable[..., Sweep]) -> Scene:
     return draw_scene(small(), Cell(45, 5, 0.05, 4.0), np.random.SeedSequence(1))
 
 
@@ -71,13 +76,12 @@ def test_all_thresholds_share_one_alignment(scene: Scene, monkeypatch: pytest.Mo
     metrics = [f"TAS(max_threshold={t})" for t in THRESHOLDS]
     metrics += ["TAS", "TAS(quantile=0.5)", "TAS(n_thresholds=inf)", "PAS", "PAS(weight=0.25)"]
     evaluation = Evaluation(scene, SEED)
-    together = [evaluation.value(metric) for metric in metrics]
+    together = [evaluation.value(Column.parse(metric)) for metric in metrics]
     assert len(calls) == 1
-    assert together == [Evaluation(scene, SEED).value(metric) for metric in metrics]
+    assert together == [evaluate(scene, [metric], SEED)[metric] for metric in metrics]
     calls.clear()
-    evaluation.value("TAS(n_hypotheses=30)")
-    evaluation.value("TAS(n_hypotheses=30, max_threshold=2)")
-    evaluation.value("TAS(seed=1)")
+    for metric in ("TAS(n_hypotheses=30)", "TAS(n_hypotheses=30, max_threshold=2)", "TAS(seed=1)"):
+        evaluation.value(Column.parse(metric))
     assert len(calls) == 2
 
 
@@ -96,15 +100,28 @@ def test_the_refined_registration_knows_the_threshold(scene: Scene) -> None:
         )
 
 
-def test_plain_metrics_are_those_of_the_library(scene: Scene) -> None:
-    values = evaluate(scene, ["TAS", "RAS", "PAS", "PAS(weight=0.3)"], SEED)
-    scores = pas(scene.gt_poses, scene.est_poses, rng=SEED)
-    assert (values["TAS"], values["RAS"]) == (scores.tas.score, scores.ras.score)
-    assert values["PAS"] == scores.score
-    assert (
-        values["PAS(weight=0.3)"]
-        == pas(scene.gt_poses, scene.est_poses, rng=SEED, weight=0.3).score
-    )
+def test_metrics_are_those_of_the_library(scene: Scene) -> None:
+    names = [*METRICS, "PAS(weight=0.3)", "PAS(registration=refined, weight=0.3)"]
+    values = evaluate(scene, [*names, "mAA(max_threshold_deg=5, fold_sign=True)"], SEED)
+    assert np.isfinite(list(values.values())).all()
+    poses = scene.gt_poses, scene.est_poses
+    scores = pas(*poses, rng=SEED)
+    assert [values[name] for name in ("TAS", "RAS", "PAS", "PAS(weight=0.3)")] == [
+        scores.tas.score,
+        scores.ras.score,
+        scores.score,
+        pas(*poses, rng=SEED, weight=0.3).score,
+    ]
+    refined = pas(*poses, rng=SEED, weight=0.3, registration="refined")
+    assert values["PAS(registration=refined, weight=0.3)"] == refined.score
+    assert values["ATE"] == ate(scene.gt_positions, scene.est_positions)
+    assert values["DTE"] == dte(*poses)
+    assert values["DRE"] == dre(scene.gt_rotations, scene.est_rotations)
+    assert values["mAA"] == maa(*poses)
+    folded = maa(*poses, max_threshold_deg=5, fold_sign=True)
+    assert values["mAA(max_threshold_deg=5, fold_sign=True)"] == folded != values["mAA"]
+    for name, value in rotation_statistics(scene.gt_rotations, scene.est_rotations).items():
+        assert values[name] == value
 
 
 def test_a_seed_of_the_registration_is_another_in_each_trial(scene: Scene) -> None:
@@ -117,12 +134,6 @@ def test_a_seed_of_the_registration_is_another_in_each_trial(scene: Scene) -> No
     assert len(set(own)) > 1
 
 
-def test_pas_under_another_registration(scene: Scene) -> None:
-    values = evaluate(scene, ["PAS(registration=refined, weight=0.3)"], SEED)
-    expected = pas(scene.gt_poses, scene.est_poses, rng=SEED, weight=0.3, registration="refined")
-    assert list(values.values()) == [expected.score]
-
-
 @pytest.mark.parametrize("quantile", [0.02, 0.25, 0.5, 0.6, 0.75, 0.9, 1])
 def test_the_quantile_that_is_d(scene: Scene, quantile: float) -> None:
     unit = closest(scene)[ceil(round(quantile * 45, 6)) - 1]
@@ -132,7 +143,7 @@ def test_the_quantile_that_is_d(scene: Scene, quantile: float) -> None:
     assert evaluate(scene, [metric], SEED)[metric] == pytest.approx(area, rel=1e-9)
 
 
-def test_the_papers_values_written_out_change_no_bit(small: Callable[..., Config]) -> None:
+def test_the_papers_values_written_out_change_no_bit(small: Callable[..., Sweep]) -> None:
     written = [
         "TAS(max_threshold=1, quantile=0.75, n_thresholds=100)",
         "TAS(n_hypotheses=1000, prescreen=0.1, order=0.1, registration=pcr99)",
@@ -155,8 +166,8 @@ def test_order_and_prescreen_reach_the_registration(scene: Scene) -> None:
             gt,
             est,
             rng=SEED,
-            registration=lambda *clouds, order, o=order, p=prescreen, **settings: pcr99(
-                *clouds, order=o, prescreen=p, **settings
+            registration=lambda *clouds, rank, m=order, p=prescreen, **settings: pcr99(
+                *clouds, rank=m, prescreen=p, **settings
             ),
         )
         assert evaluate(scene, [name], SEED)[name] == expected.score
@@ -173,25 +184,66 @@ def test_seeds_differ_and_repeat(scene: Scene) -> None:
 
 
 @pytest.mark.parametrize(
-    ("metric", "named"),
+    ("metric", "problem"),
     [
-        ("TAS(max_threshold=-1)", "max_threshold must be a positive number"),
-        ("TAS(max_threshold=inf)", "max_threshold must be"),
-        ("TAS(max_threshold=much)", "max_threshold must be"),
-        ("TAS(n_thresholds=2.5)", "n_thresholds must be a positive whole number or inf"),
-        ("TAS(quantile=0)", "quantile must be above 0"),
-        ("TAS(n_hypotheses=0)", "n_hypotheses must be"),
-        ("TAS(prescreen=0)", "prescreen must be"),
-        ("TAS(order=1.5)", "order must be"),
-        ("TAS(registration=umeyama)", "registration must be pcr99 or refined"),
-        ("TAS(registration=refined, order=0.2)", "belong to pcr99 alone"),
-        ("TAS(seed=-1)", "seed must be"),
-        ("RAS(n_thresholds=True)", "n_thresholds must be"),
-        ("PAS(weight=1.1)", "weight must be from 0 to 1"),
-        ("mAA(fold_sign=1)", "fold_sign must be True or False"),
-        ("PAS(order=0.2)", "no option 'order'"),
+        ("APE", "unknown metric 'APE'; known are ATE, DTE, "),
+        ("ATE(order=1)", "has no option 'order'; the options are none"),
+        ("PAS(order=0.2)", "has no option 'order'; the options are registration, seed, weight"),
+        ("TAS()", "has no option ''; the options are "),
+        ("TAS(order=0.2", "has no option 'order'; the options are "),
+        ("TAS(max_threshold=-1)", "max_threshold should be greater than 0, not '-1'"),
+        ("TAS(max_threshold=inf)", "max_threshold should be a finite number, not 'inf'"),
+        ("TAS(max_threshold=much)", "max_threshold should be a valid number, "),
+        ("TAS(n_thresholds=2.5)", "n_thresholds must be a positive whole number or inf, not 2.5"),
+        ("TAS(n_thresholds=0)", "n_thresholds must be a positive whole number or inf, not 0"),
+        ("RAS(n_thresholds=nan)", "n_thresholds must be a positive whole number or inf, not nan"),
+        ("RAS(n_thresholds=True)", "n_thresholds should be a valid number, "),
+        ("mAA(n_thresholds=inf)", "n_thresholds should be a valid integer, "),
+        ("mAA(fold_sign=maybe)", "fold_sign should be a valid boolean, "),
+        ("TAS(quantile=0)", "quantile should be greater than 0, not '0'"),
+        ("TAS(quantile=1.1)", "quantile should be less than or equal to 1, not '1.1'"),
+        ("TAS(n_hypotheses=0)", "n_hypotheses should be greater than 0, not '0'"),
+        ("TAS(prescreen=0)", "prescreen should be greater than 0, not '0'"),
+        ("TAS(order=1.5)", "order should be less than or equal to 1, not '1.5'"),
+        ("TAS(registration=umeyama)", "registration should be 'pcr99' or 'refined', not 'umeyama'"),
+        ("TAS(registration=refined, order=0.2)", "order can be set for pcr99 alone"),
+        ("TAS(prescreen=1, registration=refined)", "prescreen can be set for pcr99 alone"),
+        ("TAS(seed=-1)", "seed should be greater than or equal to 0, not '-1'"),
+        ("PAS(weight=1.1)", "weight should be less than or equal to 1, not '1.1'"),
+        ("PAS(weight=-0.1)", "weight should be greater than or equal to 0, not '-0.1'"),
     ],
 )
-def test_impossible_options_are_refused(metric: str, named: str) -> None:
-    with pytest.raises(ConfigError, match=named):
-        split_metric(metric)
+def test_impossible_options_are_refused_in_one_line(metric: str, problem: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        Column.parse(metric)
+    assert problem in str(caught.value)
+    assert repr(metric) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_metric_is_one_entry_of_the_registry(
+    small: Callable[..., Sweep],
+    run: Callable[..., pd.DataFrame],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its name is known to the settings, its column is swept, its direction decides its power."""
+
+    class Scale(Options):
+        scale: float = 1.0
+
+    def accuracy(evaluation: Evaluation, options: Scale) -> float:
+        errors = ras(evaluation.scene.gt_rotations, evaluation.scene.est_rotations).errors
+        return float(-options.scale * errors.max())
+
+    monkeypatch.setitem(METRICS, "Best", Metric(accuracy, higher_is_better=True, options=Scale))
+    noise = ["n_outliers=[0]", "sigma_t=[0.02]", "sigma_r_deg=[0.1,10]"]
+    table = run(small(*noise, "trials=2", "metrics=[Best,'Best(scale=2)']"))
+    assert list(table.columns) == [*KEY_COLUMNS, "Best", "Best(scale=2)"]
+    assert (table["Best(scale=2)"] == 2 * table["Best"]).all()
+    assert (table["Best"] < 0).all()
+    tau = power(table, "Best", ["sigma_r_deg"], "smallest")
+    assert tau == pytest.approx(2 / 6**0.5)  # the four pairs at different levels are in order
+    monkeypatch.setitem(METRICS, "Best", Metric(accuracy))
+    assert power(table, "Best", ["sigma_r_deg"], "smallest") == -tau
+    with pytest.raises(ConfigError, match="has no option 'scale'; the options are none"):
+        Column.parse("Best(scale=2)")

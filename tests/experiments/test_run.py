@@ -1,101 +1,107 @@
-"""The command line of an experiment: files, provenance, errors, interruption."""
+"""The program that runs sweeps: files, settings, errors."""
 
 import json
 import subprocess
 import sys
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
-from experiments.config import load
+from experiments.config import Sweep
 from experiments.run import main
-from experiments.sweep import sweep
-from experiments.tables import TableError, read_trials
+from experiments.tables import SWEEPS, read_trials
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "experiments.run", *arguments]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=100)
-
-
 def test_the_table_on_disk_is_the_table_computed(
-    tmp_path: Path, small_overrides: list[str], capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
+    small_overrides: list[str],
+    small: Callable[..., Sweep],
+    trials: pd.DataFrame,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    overrides = [*small_overrides, f"results_dir={tmp_path}"]
-    assert main(overrides) == 0
+    assert main([*small_overrides, f"results_dir={tmp_path}"]) == 0
     path = tmp_path / "trials" / "outliers.csv"
     assert capsys.readouterr().out.strip() == str(path)
-    pd.testing.assert_frame_equal(
-        read_trials(load(overrides)), sweep(load(overrides)), check_exact=True
-    )
+    read = read_trials(path)
+    pd.testing.assert_frame_equal(read.table, trials, check_exact=True)
+    assert read.sweep == small()
+    assert main([*small_overrides, "--table", str(tmp_path / "a" / "1.csv")]) == 0
+    assert (tmp_path / "a" / "1.csv").read_bytes() == path.read_bytes()
+    assert {file.name for file in tmp_path.rglob("*.*")} == {
+        *("outliers.csv", "outliers.json", "1.csv", "1.json")
+    }
 
 
-def test_a_table_made_under_other_settings_is_refused(
-    tmp_path: Path, small_overrides: list[str]
-) -> None:
-    overrides = [*small_overrides, f"results_dir={tmp_path}"]
-    main(overrides)
-    path = tmp_path / "trials" / "outliers.csv"
-    for setting, made in (
-        ("seed=1", "seed=0"),
-        ("trials=9", f"trials={load(overrides).trials}"),
-        ("geometry=orbit", "geometry=cube"),
-        ("sigma_t=[0.02]", r"sigma_t=\[0.02, 0.05\]"),
-    ):
-        with pytest.raises(TableError, match=f"{path} was made with {made}, not {setting[:5]}"):
-            read_trials(load([*overrides, setting]))
-    for harmless in ("n_jobs=2", "backend=threading", "metrics=[TAS]"):
-        read_trials(load([*overrides, harmless]))
-    for record in (
-        "[]",
-        "{}",
-        "{",
-        '{"config": 1, "packages": 1, "git": 1, "python": 1, "platform": 1}',
-    ):
-        path.with_suffix(".json").write_text(record)
-        with pytest.raises(TableError, match=r"outliers\.json is no record of provenance"):
-            read_trials(load(overrides))
-    path.with_suffix(".json").unlink()
-    with pytest.raises(TableError, match=r"outliers\.json does not exist"):
-        read_trials(load(overrides))
+def test_sweeps_are_run_as_they_are_told(tmp_path: Path, small: Callable[..., Sweep]) -> None:
+    sweeps = [small("trials=1"), replace(small("trials=2", "seed=3"), differs="seed=3")]
+    path = tmp_path / "0.csv"
+    told = SWEEPS.dump_json(tuple(sweeps), exclude_defaults=True).decode()
+    arguments = ["--sweeps", told, "--table", str(path)]
+    assert main([*arguments, "backend=sequential", f"results_dir={tmp_path / 'other'}"]) == 0
+    read = read_trials(path)
+    assert list(read.record.sweeps) == sweeps
+    assert list(read.table["settings"]) == [""] * 4 + ["seed=3"] * 8
+    assert not (tmp_path / "other").exists()
 
 
-def test_provenance_tells_settings_versions_commit_and_platform(
-    tmp_path: Path, small_overrides: list[str]
-) -> None:
-    main([*small_overrides, f"results_dir={tmp_path}", "seed=7"])
-    origin = json.loads((tmp_path / "trials" / "outliers.json").read_text())
-    assert origin["config"]["seed"] == 7
-    assert origin["config"]["sigma_t"] == [0.02, 0.05]
-    assert {"alignscores", "numpy", "scipy", "evo"} <= set(origin["packages"])
-    assert set(origin) == {"config", "packages", "git", "python", "platform"}
-
-
-@pytest.mark.parametrize("override", ["trials=0", "trails=5", "experiment=foo", "n_outliers=[26]"])
-def test_wrong_settings_end_with_one_line_and_no_file(
-    tmp_path: Path, small_overrides: list[str], override: str
-) -> None:
-    done = run(*small_overrides, f"results_dir={tmp_path}/results", override)
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert "Traceback" not in done.stderr
-    assert not (tmp_path / "results").exists()
-
-
-def test_a_place_that_cannot_be_written_ends_with_one_line_before_the_trials(
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["trials=0"], "setting 'trials': should be greater than or equal to 1, not 0"),
+        (["trails=5"], "unknown setting 'trails'"),
+        (["experiment=rotations"], "'experiment' is given twice"),
+        (["n_outliers=[26]"], "'n_outliers' has 26, more than the 25 cameras"),
+        (["--table", "t.csv", "--sweeps", "[]"], "--sweeps: Tuple should have at least 1 item"),
+        (["--table", "t.csv", "--sweeps", "[{}]"], "--sweeps: 0.name is missing"),
+        (["--table", "t.csv", "--sweeps", "["], "--sweeps: Invalid JSON"),
+    ],
+)
+def test_wrong_settings_end_in_one_line_and_no_file(
     tmp_path: Path,
+    small_overrides: list[str],
+    capsys: pytest.CaptureFixture[str],
+    arguments: list[str],
+    problem: str,
 ) -> None:
+    settings = [] if "--sweeps" in arguments else small_overrides[:5]
+    assert main([*settings, f"results_dir={tmp_path}/results", *arguments]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("experiments.run: ")
+    assert problem in line
+    assert not list(tmp_path.iterdir())
+
+
+def test_settings_cannot_be_given_beside_sweeps_that_have_them(
+    small: Callable[..., Sweep], capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = json.dumps(SWEEPS.dump_python((small(),), mode="json"))
+    assert main(["--sweeps", told, "--table", "t.csv", "trials=3"]) == 2
+    assert "trials=3 cannot be set beside --sweeps" in capsys.readouterr().err
+    assert main(["--sweeps", told]) == 2
+    assert "--sweeps needs --table" in capsys.readouterr().err
+
+
+def test_a_place_that_cannot_be_written_ends_in_one_line_before_the_trials(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("experiments.sweep.run_sweeps", None)
     (tmp_path / "file").touch()
-    done = run("experiment=outliers", f"results_dir={tmp_path}/file")
-    assert done.returncode == 1
-    assert done.stderr.count("\n") == 1
-    assert f"{tmp_path}/file" in done.stderr
+    assert main([f"results_dir={tmp_path}/file"]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == f"experiments.run: cannot write {tmp_path}/file/trials: Not a directory"
 
 
-def test_help_names_the_experiments() -> None:
-    done = run("--help")
-    assert done.returncode == 0
-    assert "trajectory_length" in done.stdout
+def test_the_program_ends_as_a_process_and_names_the_experiments(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    command = [sys.executable, "-m", "experiments.run", "trials=0"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=100)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    with pytest.raises(SystemExit, match="0"):
+        main(["--help"])
+    assert "trajectory_length" in capsys.readouterr().out

@@ -10,11 +10,9 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from alignscores import ras, tas
-from experiments.cameras import Scene, make_scene
-from experiments.config import METRICS
-from experiments.metrics import evaluate
-from experiments.outliers import CLUSTER_SCALES, OUTLIERS
-from experiments.paths import PATHS
+from experiments.metrics import METRICS, evaluate
+from experiments.scenes import PATHS, Scene, make_scene
+from experiments.scenes.outliers import CLUSTER_SCALES, OUTLIERS
 
 Floats = NDArray[np.float64]
 

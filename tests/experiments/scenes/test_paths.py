@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from alignscores import tas
-from experiments.cameras import make_scene
-from experiments.paths import BEND, CLUSTER_SPREADS, CLUSTERS, HELIX_CLIMB, HELIX_TURN, PATHS
+from experiments.scenes import make_scene
+from experiments.scenes.paths import BEND, CLUSTER_SPREADS, CLUSTERS, HELIX_CLIMB, HELIX_TURN, PATHS
 
 Floats = NDArray[np.float64]
 

@@ -1,0 +1,41 @@
+"""The grid of each experiment, and what is evaluated in its cells."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from experiments.config import Selection, Sweep, experiment_names, load_sweep
+from experiments.grid import Cell, cells, evaluations
+
+
+def test_the_eight_experiments_of_the_paper_are_there() -> None:
+    grids = {name: len(cells(load_sweep([f"experiment={name}"]))) for name in experiment_names()}
+    assert grids == {
+        "collinear": 70,
+        "combined": 50,
+        "maa_vs_pas_collinear": 70,
+        "maa_vs_pas_length": 70,
+        "maa_vs_pas_outliers": 70,
+        "outliers": 70,
+        "rotations": 70,
+        "trajectory_length": 70,
+    }
+
+
+def test_noise_rises_together_where_it_is_paired() -> None:
+    grid = cells(load_sweep(["experiment=maa_vs_pas_outliers", "n_outliers=[0]"]))
+    assert [round(100 * cell.sigma_t) for cell in grid] == list(range(1, 11))
+    assert [cell.sigma_r_deg for cell in grid] == list(range(1, 11))
+
+
+def test_selections_name_cells_and_metrics_and_add_up(small: Callable[..., Sweep]) -> None:
+    sweep = small()
+    assert evaluations(sweep) == dict.fromkeys(cells(sweep), sweep.metrics)
+    only = [
+        Selection(["TAS"], {"n_outliers": [3]}),
+        Selection(["ATE", "TAS"], {"sigma_t": [0.05], "n_outliers": [3, 0]}),
+    ]
+    assert evaluations(replace(sweep, only=only)) == {
+        Cell(25, 3, 0.02, 3.0): ["TAS"],
+        Cell(25, 3, 0.05, 3.0): ["TAS", "ATE"],
+        Cell(25, 0, 0.05, 3.0): ["ATE", "TAS"],
+    }

@@ -1,0 +1,222 @@
+"""Tables are written whole and read back bit for bit, or refused in one line that names them."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from experiments.config import Selection, Sweep, load
+from experiments.sweep import run_sweeps
+from experiments.tables import (
+    TableError,
+    read_record,
+    read_table,
+    read_trials,
+    write_files,
+    write_trials,
+)
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_two_processes_write_the_same_file_whole(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    code = """
+import sys
+from pathlib import Path
+from experiments.tables import write_files
+for _ in range(50):
+    write_files({Path(sys.argv[1]): sys.argv[2].encode() * 1_000_000})
+"""
+    command = [sys.executable, "-c", code, str(path)]
+    writers = [subprocess.Popen([*command, letter], cwd=ROOT) for letter in "ab"]
+    seen = set()
+    while any(writer.poll() is None for writer in writers):
+        if path.exists():
+            seen.add(path.read_bytes())
+    assert [writer.returncode for writer in writers] == [0, 0]
+    assert seen <= {b"a" * 1_000_000, b"b" * 1_000_000}
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_files_are_written_whole_or_not_at_all_and_the_one_at_fault_is_named(
+    tmp_path: Path,
+) -> None:
+    first, second = tmp_path / "a" / "1.csv", tmp_path / "b" / "2.csv"
+    write_files({first: b"1", second: b"2"})
+    assert (first.read_bytes(), second.read_bytes()) == (b"1", b"2")
+    obstacle = tmp_path / "b" / f".3.csv.{os.getpid()}"
+    obstacle.mkdir()  # in the way of the temporary file
+    with pytest.raises(OSError, match="directory") as caught:
+        write_files({first: b"3", tmp_path / "b" / "3.csv": b"3"})
+    assert caught.value.filename == str(tmp_path / "b" / "3.csv")
+    assert first.read_bytes() == b"1"
+    assert {path.name for path in tmp_path.rglob("*")} == {
+        "a",
+        "b",
+        "1.csv",
+        "2.csv",
+        obstacle.name,
+    }
+
+
+def test_trials_and_settings_come_back_bit_for_bit(
+    tmp_path: Path, small: Callable[..., Sweep], trials: pd.DataFrame
+) -> None:
+    path = tmp_path / "a" / "outliers.csv"
+    write_trials(path, trials, [small()])
+    read = read_trials(path)
+    pd.testing.assert_frame_equal(read.table, trials, check_exact=True)
+    assert (read.path, read.sweep, read.record.sweeps) == (path, small(), (small(),))
+    write_trials(tmp_path / "again.csv", read.table, read.record.sweeps)
+    assert (tmp_path / "again.csv").read_bytes() == path.read_bytes()
+
+
+def test_a_table_of_several_sweeps_comes_back_bit_for_bit(
+    tmp_path: Path, small: Callable[..., Sweep]
+) -> None:
+    path = tmp_path / "0.csv"
+    part = replace(small("trials=1"), only=[Selection(["ATE"], {"n_outliers": [3]})])
+    sweeps = part, replace(small("trials=1", "metrics=[RAS,ATE]"), differs="nan")
+    table = run_sweeps(sweeps, load(["backend=sequential"])[1])
+    write_trials(path, table, sweeps)
+    read = read_trials(path)
+    pd.testing.assert_frame_equal(read.table, table, check_exact=True)
+    assert read.record.sweeps == sweeps
+    assert read.record.metrics == ["ATE", "RAS"]
+
+
+def test_the_record_tells_settings_versions_commit_and_platform(
+    tmp_path: Path, small: Callable[..., Sweep], trials: pd.DataFrame
+) -> None:
+    write_trials(tmp_path / "t.csv", trials, [small()])
+    record = json.loads((tmp_path / "t.json").read_text())
+    assert list(record) == ["sweeps", "packages", "git", "python", "platform"]
+    assert (record["sweeps"][0]["sigma_t"], record["sweeps"][0]["seed"]) == ([0.02, 0.05], 0)
+    assert not {"n_jobs", "results_dir", "differs", "only"} & set(record["sweeps"][0])
+    assert {"alignscores", "numpy", "scipy", "pandas", "pydantic"} <= set(record["packages"])
+    assert read_record(tmp_path / "t.csv").origin["packages"] == record["packages"]
+
+
+@pytest.fixture
+def table(tmp_path: Path, small: Callable[..., Sweep], trials: pd.DataFrame) -> Path:
+    path = tmp_path / "outliers.csv"
+    write_trials(path, trials, [small()])
+    return path
+
+
+def refusal(path: Path, of: Path) -> str:
+    """Return what is wrong with a table of trials, without the end of the line."""
+    with pytest.raises(TableError) as caught:
+        read_trials(path)
+    start, end = f"{of} ", f"run: snakemake {of}"
+    line = str(caught.value)
+    assert line.startswith(start)
+    assert line.endswith(f"; delete it and {end}" if of.exists() else f"; {end}")
+    assert "\n" not in line
+    return line.removeprefix(start)
+
+
+@pytest.mark.parametrize(
+    ("setting", "problem"),
+    [
+        ({"trials": 9}, "has 12 trials, not the 36 of the record beside it"),
+        ({"name": "mine"}, "has other trials than the record beside it: see experiment"),
+        ({"geometry": "orbit"}, "has other trials than the record beside it: see geometry"),
+        ({"n_outliers": [0, 4]}, "has other trials than the record beside it: see n_outliers"),
+        ({"sigma_t": [0.05, 0.02]}, "has other trials than the record beside it: see sigma_t"),
+        ({"replicate": 1}, "has other trials than the record beside it: see replicate"),
+        ({"metrics": ["ATE", "PAS"]}, "has no column PAS"),
+        ({"sigma_t": [0.02]}, "has 12 trials, not the 6 of the record beside it"),
+    ],
+    ids=str,
+)
+def test_a_table_that_is_not_of_its_record_is_refused(
+    table: Path, setting: dict[str, Any], problem: str
+) -> None:
+    record = json.loads(table.with_suffix(".json").read_text())
+    record["sweeps"][0].update(setting)
+    table.with_suffix(".json").write_text(json.dumps(record))
+    assert refusal(table, table).startswith(problem)
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        (None, "does not exist"),
+        ("", "cannot be read (No columns to parse from file)"),
+        ('"a\n1', "cannot be read ("),
+        ("\0", "has no column experiment"),
+        ("a,b\n1,2\n", "has no column experiment"),
+    ],
+    ids=repr,
+)
+def test_what_is_no_table_is_refused(table: Path, content: str | None, problem: str) -> None:
+    table.unlink()
+    if content is not None:
+        table.write_text(content)
+    assert refusal(table, table).startswith(problem)
+    table.unlink(missing_ok=True)
+    table.mkdir()
+    assert refusal(table, table).startswith("cannot be read (")
+
+
+def test_a_table_that_was_cut_off_or_has_a_row_twice_is_refused(table: Path) -> None:
+    lines = table.read_text().splitlines(keepends=True)
+    for changed in (lines[:-1], [*lines, lines[-1]]):
+        table.write_text("".join(changed))
+        problem = f"has {len(changed) - 1} trials, not the 12 of the record beside it"
+        assert refusal(table, table).startswith(problem)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "[]",
+        "{}",
+        "{",
+        "\xff",
+        '{"sweeps": [], "packages": 1, "git": 1, "python": 1, "platform": 1}',
+        '{"sweeps": 1, "packages": 1, "git": 1, "python": 1, "platform": 1}',
+        {"packages": None},
+        {"sweeps": [{}]},
+    ],
+    ids=str,
+)
+def test_what_is_no_record_is_refused(table: Path, change: str | dict[str, Any]) -> None:
+    record = table.with_suffix(".json")
+    if isinstance(change, str):
+        record.write_bytes(change.encode("latin-1"))
+    else:
+        ((key, value),) = change.items()
+        content = json.loads(record.read_text())
+        content = (
+            content | change if value is not None else {k: content[k] for k in content if k != key}
+        )
+        record.write_text(json.dumps(content))
+    assert refusal(table, record).startswith("is no record of a table of trials")
+    record.unlink()
+    assert refusal(table, record).startswith("does not exist")
+    record.mkdir()
+    assert refusal(table, record).startswith("cannot be read (Is a directory)")
+
+
+def test_a_setting_that_this_version_does_not_know_is_refused(table: Path) -> None:
+    record = table.with_suffix(".json")
+    record.write_text(record.read_text().replace('"seed"', '"sede"'))
+    assert refusal(table, record).startswith("is no record of a table of trials")
+
+
+def test_a_table_needs_the_columns_that_are_asked_for(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text("a,b\n1,2\n")
+    assert read_table(path, ["b"], dtype={"a": str})["a"].tolist() == ["1"]
+    with pytest.raises(TableError, match=f"{path} has no column c; "):
+        read_table(path, ["a", "c"])
