@@ -1,55 +1,41 @@
-"""Tables of trials that look like real ones, made up in a moment."""
+"""Trials of the paper's experiments, few of them, and figures drawn from them."""
 
 from collections.abc import Callable
-from dataclasses import asdict
+from functools import cache
+from importlib import import_module
 from pathlib import Path
-from zlib import crc32
 
-import numpy as np
-import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 
 from experiments.config import load
-from experiments.sweep import cells
-from experiments.tables import write_trials
-
-
-def make_table(experiment: str, *overrides: str) -> pd.DataFrame:
-    """All cells of an experiment, with metrics that fall with noise and outliers."""
-    config = load([f"experiment={experiment}", "trials=3", *overrides])
-    grid = pd.DataFrame([asdict(cell) for cell in cells(config) for _ in range(config.trials)])
-    table = pd.DataFrame(
-        {
-            "experiment": config.name,
-            "geometry": config.geometry,
-            **grid,
-            "replicate": config.replicate,
-            "trial": np.tile(np.arange(config.trials), len(grid) // config.trials),
-        }
-    )
-    rng = np.random.default_rng(crc32(config.name.encode()))
-    share = 1 - grid["n_outliers"] / grid["n_cameras"]
-    for metric in config.metrics:
-        scatter = rng.uniform(0.9, 1.0, len(grid))
-        score = share * np.exp(-5 * grid["sigma_t"] - 0.1 * grid["sigma_r_deg"]) * scatter
-        table[metric] = score if metric in {"mAA", "TAS", "RAS", "PAS"} else 60 * (1 - score)
-    return table
+from experiments.sweep import run_sweeps
+from experiments.tables import Record, Trials
+from figures import PAPER_FIGURES
 
 
 @pytest.fixture(scope="session")
-def table() -> Callable[..., pd.DataFrame]:
-    """Make the table of an experiment: ``table("outliers", "sigma_t=[0.05]")``."""
-    return make_table
+def run() -> Callable[..., Trials]:
+    """Run an experiment, once for all tests: ``run("outliers", "sigma_t=[0.05]")``."""
+
+    @cache
+    def run_few(experiment: str, *overrides: str) -> Trials:
+        settings = [f"experiment={experiment}", "trials=3", "backend=sequential", *overrides]
+        sweep, execution = load(settings)
+        path = Path("results", "trials", f"{experiment}.csv")
+        return Trials(path, run_sweeps([sweep], execution), Record((sweep,), {}))
+
+    return run_few
 
 
 @pytest.fixture(scope="session")
-def write_tables() -> Callable[..., str]:
-    """Write such tables into a directory; returns the override that says where they are."""
+def draw(run: Callable[..., Trials]) -> Callable[..., Figure]:
+    """Draw a figure of the paper from such trials."""
 
-    def write(directory: Path, *experiments: str) -> str:
-        for experiment in experiments:
-            config = load([f"experiment={experiment}", f"results_dir={directory}"])
-            write_trials(config, make_table(experiment))
-        return f"results_dir={directory}"
+    @cache
+    def draw_few(name: str, *overrides: str) -> Figure:
+        trials = [run(experiment, *overrides) for experiment in PAPER_FIGURES[name]]
+        figure: Figure = import_module(f"figures.{name}").draw(*trials)
+        return figure
 
-    return write
+    return draw_few

@@ -1,0 +1,80 @@
+"""The registry, and what holds for every figure of the paper."""
+
+import subprocess
+import sys
+from importlib import import_module
+from itertools import combinations
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+
+from experiments.config import experiment_names
+from figures import FIGURES, PAPER_FIGURES, style
+from studies.parameters.axes import STUDIES
+
+ON_A_PAGE = {"rotations", "combined", "maa_vs_pas"}  # the others in a column
+
+
+def test_the_names_are_the_ones_that_others_rely_on():
+    paper = ["histogram", "outliers", "collinear", "trajectory_length", "rotations", "combined"]
+    assert list(PAPER_FIGURES) == [*paper, "maa_vs_pas"]
+    assert set(FIGURES) - set(PAPER_FIGURES) == {f"{name}_study" for name in STUDIES} | {
+        "beyond",
+        "paths",
+    }
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_figure_has_a_module_that_draws_it(name):
+    module = import_module(f"figures.{name}")
+    assert callable(module.draw)
+    tables = FIGURES[name] and name not in PAPER_FIGURES
+    assert module.__all__ == (["COLUMNS", "draw"] if tables else ["draw"])
+
+
+def test_the_figures_show_every_experiment_there_is():
+    shown = {experiment for experiments in PAPER_FIGURES.values() for experiment in experiments}
+    assert shown == set(experiment_names())
+
+
+def test_the_registry_costs_no_import():
+    # Snakemake reads it before anything runs.
+    code = (
+        "import sys, figures\n"
+        "heavy = {'matplotlib', 'numpy', 'pandas'} & set(sys.modules)\n"
+        "assert not heavy, heavy"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("name", PAPER_FIGURES)
+def test_texts_are_legible_and_neither_clipped_nor_in_each_others_way(draw, name):
+    figure = draw(name)
+    assert figure.get_figwidth() == (style.PAGE if name in ON_A_PAGE else style.COLUMN)
+    with style.applied():
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+    boxes = [(text, text.get_window_extent(canvas.get_renderer())) for text in texts(figure)]
+    assert len(boxes) > 10
+    for text, box in boxes:
+        assert text.get_fontsize() >= 6, text
+        assert (box.min >= figure.bbox.min).all(), text
+        assert (box.max <= figure.bbox.max).all(), text
+    for (text, box), (other_text, other) in combinations(boxes, 2):
+        overlap = np.minimum(box.max, other.max) - np.maximum(box.min, other.min)
+        assert overlap.min() <= 2, (text, other_text)  # pixels of 1/100 inch: boxes have margins
+
+
+def texts(figure):
+    # The labels of ticks outside of an axis exist, but are not drawn.
+    hidden = {
+        tick.label1
+        for axes in figure.axes
+        for axis in (axes.xaxis, axes.yaxis)
+        for tick in axis.get_major_ticks()
+        if not min(axis.get_view_interval()) <= tick.get_loc() <= max(axis.get_view_interval())
+    }
+    found = set(figure.findobj(Text)) - hidden
+    return [text for text in found if text.get_visible() and text.get_text()]

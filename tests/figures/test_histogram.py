@@ -1,0 +1,17 @@
+import numpy as np
+import pytest
+
+from figures import histogram
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_it_is_that_of_the_trial_in_the_table(run, seed):
+    cell = ["sigma_t=[0.03]", "sigma_r_deg=[3.0]"]
+    trials = run("combined", *cell, f"seed={seed}")
+    figure = histogram.draw(trials)
+    for axes, metric in zip(figure.axes, ("TAS", "RAS"), strict=True):
+        score = trials.table[metric][0]
+        assert f"{metric} = {score:.3f}" in [text.get_text() for text in axes.texts]
+        values, edges, _ = axes.patches[0].get_data()
+        share = np.sum(values * np.diff(edges)) / (axes.get_xlim()[1] * axes.get_ylim()[1])
+        assert share == pytest.approx(score, abs=1e-12)

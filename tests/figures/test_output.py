@@ -1,0 +1,33 @@
+import matplotlib.figure
+import pytest
+from matplotlib.image import imread
+
+from figures.output import write_figure
+
+
+def test_fonts_are_embedded_as_truetype_and_there_is_no_date(draw, tmp_path):
+    written = write_figure(draw("outliers"), tmp_path / "figures" / "v1.2", "A title")
+    pdf, png = (tmp_path / "figures" / f"v1.2.{extension}" for extension in ("pdf", "png"))
+    assert written == [pdf, png]
+    assert b"/FontFile2" in pdf.read_bytes()  # a TrueType font, embedded
+    assert b"/CIDFontType2" in pdf.read_bytes()
+    assert b"/Type3" not in pdf.read_bytes()
+    assert b"CreationDate" not in pdf.read_bytes()
+    assert b"A title" in pdf.read_bytes()
+    assert b"Software" not in png.read_bytes()
+    assert b"A title" in png.read_bytes()
+    assert imread(png).shape[1] == 990  # 3.3 inches, 300 dpi
+
+
+def test_nothing_is_left_where_drawing_fails(tmp_path, monkeypatch):
+    save = matplotlib.figure.Figure.savefig
+
+    def fail(self, *args, format, **kwargs):
+        if format == "png":
+            raise RuntimeError("no more ink")
+        save(self, *args, format=format, **kwargs)
+
+    monkeypatch.setattr(matplotlib.figure.Figure, "savefig", fail)
+    with pytest.raises(RuntimeError, match="no more ink"):
+        write_figure(matplotlib.figure.Figure(), tmp_path / "figure", "")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,119 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from experiments.grid import CELL_SETTINGS
+from figures import collinear
+from figures.panels import NAMES
+
+SERIES = {"trajectory_length": "n_cameras", "combined": "sigma_r_deg"}
+
+
+def panels(figure):
+    return {axes.get_title(loc="left"): axes for axes in figure.axes}
+
+
+@pytest.mark.parametrize(
+    "name", ["outliers", "collinear", "trajectory_length", "rotations", "combined"]
+)
+def test_the_lines_are_the_means_of_the_trials(draw, run, name):
+    series = SERIES.get(name, "n_outliers")
+    level = "sigma_r_deg" if name == "rotations" else "sigma_t"
+    means = run(name).table.groupby([series, level]).mean(numeric_only=True)
+    for metric, axes in panels(draw(name)).items():
+        lines = [line.get_ydata() for line in axes.lines if line.get_marker()]
+        np.testing.assert_allclose(lines, means[metric].unstack(), rtol=1e-12)
+
+
+def test_the_strokes_are_the_range_and_the_quartiles_of_the_trials(draw, run):
+    axes = panels(draw("outliers"))["TAS"]
+    groups = run("outliers").table.groupby(["n_outliers", "sigma_t"])["TAS"]
+    for quantiles, strokes in (
+        ((0, 1), axes.collections[::2]),
+        ((0.25, 0.75), axes.collections[1::2]),
+    ):
+        drawn = [stroke.get_segments() for stroke in strokes]
+        for end, quantile in enumerate(quantiles):
+            heights = [segment[end, 1] for series in drawn for segment in series]
+            np.testing.assert_allclose(heights, groups.quantile(quantile), rtol=1e-12)
+
+
+def test_grey_and_bars_are_the_ranges_over_all_trials(draw, run):
+    grey, *bars = panels(draw("outliers"))["mAA"].containers
+    for drawn, by in (
+        (grey.patches, "sigma_t"),
+        ([bar.patches[0] for bar in bars], "n_outliers"),
+    ):
+        groups = run("outliers").table.groupby(by)["mAA"]
+        np.testing.assert_allclose([patch.get_y() for patch in drawn], groups.min())
+        np.testing.assert_allclose(
+            [patch.get_height() for patch in drawn], groups.max() - groups.min()
+        )
+
+
+def test_scores_share_their_axis_and_errors_start_at_zero(draw):
+    for metric, axes in panels(draw("combined")).items():
+        bottom, top = axes.get_ylim()
+        assert bottom == 0
+        assert (top == 1) == (metric not in {"ATE", "DTE"})
+
+
+def test_units_and_directions_are_those_of_the_metrics(draw):
+    shown = {}
+    for metric, axes in (panels(draw("rotations")) | panels(draw("combined"))).items():
+        texts = {text.get_text() for text in axes.texts}
+        (direction,) = texts & {"↑ higher is better", "↓ lower is better"}
+        shown[metric] = (direction[0], axes.yaxis.get_major_formatter()(2.0), "(units)" in texts)
+    angles = ("Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2", "DRE")
+    assert shown == {
+        **dict.fromkeys(angles, ("↓", "2°", False)),
+        **dict.fromkeys(("mAA", "TAS", "RAS", "PAS"), ("↑", "2", False)),
+        "ATE": ("↓", "2", True),
+        "DTE": ("↓", "2", False),
+    }
+
+
+def test_collinear_errors_are_on_a_logarithmic_axis(draw):
+    scales = {metric: axes.get_yscale() for metric, axes in panels(draw("collinear")).items()}
+    assert scales == {"ATE": "log", "DTE": "log", "mAA": "linear", "TAS": "linear"}
+
+
+def test_an_error_of_zero_makes_the_axis_linear(run):
+    trials = run("collinear")
+    exact = replace(trials, table=trials.table.assign(ATE=0.0))
+    assert panels(collinear.draw(exact))["ATE"].get_yscale() == "linear"
+
+
+def test_l1_and_l2_statistics_share_their_axes(draw):
+    axes = panels(draw("rotations"))
+    for statistic in ("Median", "Mean", "RMS"):
+        assert axes[f"{statistic}-1"].get_ylim() == axes[f"{statistic}-2"].get_ylim()
+
+
+@pytest.mark.parametrize(
+    ("overrides", "entries", "remark"),
+    [
+        (["sigma_t=[0.05]", "trials=1"], ["0", "1", "10", "20", "30", "40", "50"], False),
+        (["n_outliers=[10]", "sigma_t=[0.01,0.02,0.03]"], ["10"], False),
+        (
+            ["n_outliers=[0,1,2,3,4,5,6,7,8,9,10,11]", "sigma_t=[0.01,0.02]"],
+            ["0", "2", "4", "6", "7", "9", "11"],  # as many as there is room for
+            False,
+        ),
+        (["n_outliers=[0,10]", "sigma_t=[0.0,0.001,0.5]"], ["0", "10"], True),
+    ],
+)
+def test_other_settings_are_drawn(draw, overrides, entries, remark):
+    figure = draw("outliers", *overrides)
+    figure.draw_without_rendering()
+    series, glyphs, _ = figure.legends
+    assert [text.get_text() for text in series.texts] == ["Outliers", *entries]
+    trials = "range of 1 trial" if "trials=1" in overrides else "range of 3 trials"
+    assert trials in [text.get_text() for text in glyphs.texts]
+    texts = [text.get_text() for axes in figure.axes for text in axes.texts]
+    assert any("not to scale" in text for text in texts) == remark  # uneven steps
+
+
+def test_every_setting_has_a_name():
+    assert set(NAMES) == set(CELL_SETTINGS)
