@@ -28,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _work(options: Namespace) -> list[object]:
     replicates = [read_trials(path) for path in options.replicates]
-    check_alike(replicates)
+    check_alike(options.replicates, [trials.record for trials in replicates])
     claims = load_claims()
     table, decisions = decide(claims, [select_trials(claims, trials) for trials in replicates])
     write_files({options.verdicts: to_csv(table), options.decisions: to_csv(decisions)})

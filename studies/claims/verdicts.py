@@ -7,6 +7,7 @@ number is one draw.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -16,7 +17,7 @@ from scipy.stats import t as students_t
 from experiments.command import CommandError, ConfigError
 from experiments.config import Sweep
 from experiments.grid import evaluations
-from experiments.tables import TableError, Trials
+from experiments.tables import Record, TableError, Trials
 
 from ..statistics import STATISTICS, cell_means, select
 from .claims import Claim, Claims
@@ -193,21 +194,28 @@ def _lacks_values(trials: pd.DataFrame, sweep: Sweep) -> bool:
     return bool((empty & evaluated.to_numpy()).any())
 
 
-def check_alike(replicates: Sequence[Trials]) -> None:
+def check_alike(paths: Sequence[Path], records: Sequence[Record]) -> None:
     """Make sure that replicate studies differ in their number alone.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Their tables.
+    records : sequence of Record
+        What each rests on.
 
     Raises
     ------
     TableError, CommandError
         Where there are fewer than two, or one has other settings than the first.
     """
-    if len(replicates) < 2:
+    if len(records) < 2:
         raise CommandError(
             "verdicts take at least two replicate studies: the spread is between them"
         )
-    first = [replace(sweep, replicate=0) for sweep in replicates[0].record.sweeps]
-    for number, trials in enumerate(replicates):
-        if [replace(sweep, replicate=0) for sweep in trials.record.sweeps] != first:
-            raise TableError(trials.path, f"has other settings than {replicates[0].path}")
-        if {sweep.replicate for sweep in trials.record.sweeps} != {number}:
-            raise TableError(trials.path, f"is not replicate {number}")
+    first = [replace(sweep, replicate=0) for sweep in records[0].sweeps]
+    for number, (path, record) in enumerate(zip(paths, records, strict=True)):
+        if [replace(sweep, replicate=0) for sweep in record.sweeps] != first:
+            raise TableError(path, f"has other settings than {paths[0]}")
+        if {sweep.replicate for sweep in record.sweeps} != {number}:
+            raise TableError(path, f"is not replicate {number}")

@@ -159,9 +159,10 @@ def spread(axis: Axis, table: pd.DataFrame) -> str:
     return (
         f"The TAS scatters with the seed of the paper’s registration: on **{scattered[paper]} of "
         f"{n} inputs** by more than {REPEATABLE} (standard deviation), so that its second digit is "
-        f"uncertain. With {refined} it does on **{scattered[refined] or 'none'}**. The median "
-        f"standard deviation is {median[paper]:.5f} with {paper} and {median[refined]:.5f} with "
-        f"{refined}, the largest {largest[paper]:.4f} and {largest[refined]:.4f}."
+        f"uncertain. With the {refined} registration it does on "
+        f"**{scattered[refined] or 'none'}**. The median standard deviation is {median[paper]:.5f} with {paper} and "
+        f"{median[refined]:.5f} with {refined}, the largest {largest[paper]:.4f} and "
+        f"{largest[refined]:.4f}."
     )
 
 
@@ -174,7 +175,7 @@ def meaning(axis: Axis, table: pd.DataFrame) -> str:
         f"to {gains.max():+.4f})"
     )
     return (
-        f"{refined.capitalize()} aligns so that the score is the largest. The score is "
+        f"The {refined} registration aligns so that the score is the largest. The score is "
         f"{higher if len(gains) else 'higher'} and **does not compare with published TAS values**: "
         "those rest on the paper’s registration, which has not seen the score."
     )

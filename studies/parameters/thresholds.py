@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from .axes import Axis, value_title
+from .axes import Axis, option_title, value_title
 from .effects import EFFECTS
 
-__all__ = ["CERTAIN", "SHOWN", "TERMS", "Choice", "choices", "differs", "lead", "method"]
+__all__ = ["CERTAIN", "NOTHING", "SHOWN", "TERMS", "Choice", "choices", "differs", "lead", "method"]
 __all__ += ["to_markdown"]
 
 SHOWN = (  # the effects that sentences are about
@@ -127,8 +127,9 @@ def lead(found: Sequence[Choice]) -> str:
         f"Of {len(found)} values that the paper chose by experience, **{costly} cost something** "
         f"that another value would give, and **{useful} gain something** that another would lose."
     )
-    free = [choice.axis.title for choice in found if not choice.costs]
-    return f"{text} No cost shows for {', '.join(free)}." if free else text
+    axes = (choice.axis for choice in found if not choice.costs)
+    free = [f"{option_title(axis.option)} ({axis.metric})" for axis in axes]
+    return f"{text} No cost shows for these: {', '.join(free)}." if free else text
 
 
 def method(trials: int) -> str:
