@@ -100,3 +100,16 @@ def noisy_rotations():
         return gt.as_matrix(), est
 
     return make
+
+
+@pytest.fixture
+def write(tmp_path):
+    """(lines or content, name) -> path of a file with them."""
+
+    def write(content, name="est.txt"):
+        path = tmp_path / name
+        content = "\n".join(content) if isinstance(content, list) else content
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    return write

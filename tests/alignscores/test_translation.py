@@ -180,14 +180,6 @@ def test_perfect_estimate_of_a_partly_straight_path(registration, cloud, another
         assert tas(gt, est, rng=seed, registration=registration).score == 1.0
 
 
-@both_registrations
-def test_perfect_estimate_of_single_precision(registration, cloud, another_world):
-    """Rounded to 32 bits the errors are far below the first threshold."""
-    gt = cloud("cube", 100, 0)
-    est = another_world(gt, 0).astype(np.float32)
-    assert tas(gt.astype(np.float32), est, registration=registration).score == 1.0
-
-
 # --- errors and thresholds ----------------------------------------------------------------------
 
 
@@ -215,18 +207,6 @@ def test_result_is_consistent(registration, noisy_scene, seed, n, sigma):
     assert result.score == pytest.approx(sum(counts) / (100 * n), abs=1e-12)
     assert 0 <= result.score <= 1
     assert float(result) == result.score
-
-
-def test_errors_are_in_ground_truth_units(cloud):
-    """A camera that is 3 estimated units off is 0.3 ground-truth units off at scale 10."""
-    gt = cloud("cube", 50, 0)
-    est = 10 * gt + [100, 200, 300]
-    est[7] += [0, 3, 0]
-    result = tas(gt, est)
-    assert result.alignment.scale == pytest.approx(10)
-    np.testing.assert_allclose(result.alignment.rotation, np.eye(3), atol=1e-9)
-    np.testing.assert_allclose(result.alignment.translation, [100, 200, 300])
-    np.testing.assert_allclose(result.errors, np.where(np.arange(50) == 7, 0.3, 0), atol=1e-9)
 
 
 @pytest.mark.parametrize(("distance", "share"), [(0.005, 1), (0.255, 0.75), (0.995, 0.01), (2, 0)])
@@ -509,8 +489,8 @@ def test_registration_of_ones_own_that_returns_something_else(noisy_scene, retur
 
 @both_registrations
 @pytest.mark.parametrize("n", [4, 20, 100, 300])
-def test_too_few_estimated_positions(registration, cloud, n):
-    """Fewer than three estimated cameras, or all of them in one place or in two: no triangle."""
+def test_no_triangle(registration, cloud, n):
+    """Fewer than three estimated cameras, or either world in one place, or the estimate in two."""
     gt = cloud("cube", n, 0)
     for distinct in (1, 2):
         est = np.arange(distinct)[np.arange(n) % distinct][:, None] * np.ones(3) + 5
@@ -519,12 +499,7 @@ def test_too_few_estimated_positions(registration, cloud, n):
         est = np.full((n, 3), np.nan)
         est[:finite] = gt[:finite]
         unaligned(gt, est, registration=registration)
-
-
-@both_registrations
-def test_ground_truth_in_one_place(registration, cloud):
-    """With unit= there is a score, but nothing to align."""
-    unaligned(np.ones((20, 3)), cloud("cube", 20, 0), unit=0.1, registration=registration)
+    unaligned(np.ones((n, 3)), gt, unit=0.1, registration=registration)
 
 
 @both_registrations

@@ -42,15 +42,16 @@ def naive_hypothesis(a, b):
     return scale, rotation, b_mean - scale * rotation @ a_mean
 
 
-def naive_pcr99(gt, est, rank):
+def naive_pcr99(gt, est, rank, prescreen=0.1):
     """The cheapest of all hypotheses and the number of triplets that passed (unordered)."""
     best, passed = Hypothesis(math.inf, 0, np.eye(3), np.zeros(3)), set()
     for triplet in itertools.permutations(range(len(gt)), 3):
-        rho = [
-            math.log(math.dist(est[i], est[j]) / math.dist(gt[i], gt[j]))
-            for i, j in itertools.combinations(triplet, 2)
-        ]
-        if max(rho) - min(rho) > 0.1:
+        pairs = list(itertools.combinations(triplet, 2))
+        edges = [(math.dist(est[i], est[j]), math.dist(gt[i], gt[j])) for i, j in pairs]
+        if any(0 in edge for edge in edges):
+            continue
+        rho = [math.log(b / a) for b, a in edges]
+        if max(rho) - min(rho) > prescreen:
             continue
         passed.add(frozenset(triplet))
         scale, rotation, translation = naive_hypothesis(gt[list(triplet)], est[list(triplet)])
@@ -202,34 +203,6 @@ def test_more_hypotheses_cost_less(noisy_scene):
         costs.append(total)
     assert costs == sorted(costs, reverse=True)
     assert costs[-1] < costs[0] / 2
-
-
-def test_rare_triplets_are_found_and_counted():
-    """When hardly any triplet passes, the search ends and what was found is used."""
-    gt = rng().random((100, 3))
-    est = 2 * gt
-    est[4:] = [300.0, 100.0, -200.0]  # in one place: only the 4 triplets of the first 4 can pass
-    alignment, n_used = pcr99(gt, est, rank=4, n_hypotheses=1000, rng=rng())
-    assert alignment is not None
-    assert 4 <= n_used <= 100  # 24 in the mean: 24 in a million draws
-    assert alignment.scale == pytest.approx(2, rel=1e-9)
-    assert np.all(alignment.position_errors(gt, est)[:4] < 1e-9)
-
-
-@pytest.mark.parametrize("n", [8, 200, 300])
-def test_duplicates_are_never_hypotheses(n):
-    """Cameras that coincide, in either world or in both, take part in no triangle together."""
-    places = rng().random((4, 3))
-    gt = places[np.arange(n) % 4]
-    est = 3 * gt + 1
-    jitter = rng().normal(0, 1e-12, gt.shape)
-    for a, b in ((gt, est), (gt + jitter, est), (gt, est + jitter)):
-        alignment, n_used = pcr99(a, b, rank=4, n_hypotheses=100, rng=rng())
-        assert alignment is not None
-        # 4 triangles, with 2 cameras at each corner when n = 8; each with 3 first edges
-        assert n_used == (4 * 2**3 * 3 if n == 8 else 100)
-        assert alignment.scale == pytest.approx(3, rel=1e-6)
-        assert np.all(alignment.position_errors(gt, est) < 1e-6)
 
 
 def test_enumeration_ends_at_the_number_of_hypotheses(noisy_scene):
@@ -413,21 +386,13 @@ def test_chunks_of_hypotheses(noisy_scene, monkeypatch):
 
 @pytest.mark.parametrize("prescreen", [0.03, 0.1, 0.3, math.inf])
 def test_prescreen_keeps_the_triplets_within_its_threshold(prescreen):
-    rng = np.random.default_rng(4)
-    gt = rng.normal(size=(11, 3))
-    est = 3 * gt + 0.3 * rng.normal(size=gt.shape)
-    gt[3], est[5] = gt[2], est[4]  # triplets with either pair have no finite ratio
-    passed = 0
-    for triplet in itertools.combinations(range(11), 3):
-        edges = list(itertools.combinations(triplet, 2))
-        lengths = [
-            [np.linalg.norm(points[i] - points[j]) for i, j in edges] for points in (gt, est)
-        ]
-        if min(map(min, lengths)) > 0:
-            ratios = np.log(np.divide(*lengths))
-            passed += np.ptp(ratios) <= prescreen
-    alignment, n_used = pcr99(gt, est, rank=4, n_hypotheses=1000, rng=rng, prescreen=prescreen)
+    """But never those with coincident cameras."""
+    generator = np.random.default_rng(4)
+    gt = generator.normal(size=(11, 3))
+    est = 3 * gt + 0.3 * generator.normal(size=gt.shape)
+    gt[3], est[5] = gt[2], est[4]
+    _, passed = naive_pcr99(gt, est, 4, prescreen)
+    _, n_used = pcr99(gt, est, rank=4, n_hypotheses=1000, rng=generator, prescreen=prescreen)
     assert 0 < passed <= 165 - 9 - 9
     assert n_used == 3 * passed
     assert (passed == 165 - 9 - 9) == (prescreen == math.inf)
-    assert alignment is not None

@@ -21,18 +21,6 @@ from alignscores.trajectories.files import (
 LINE = "{} 1 2 3 0 0 0 1"
 
 
-@pytest.fixture
-def write(tmp_path):
-    """(content) -> path of a file with it."""
-
-    def write(content, name="trajectory.txt"):
-        path = tmp_path / name
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        return path
-
-    return write
-
-
 def test_all_formats_hold_the_same_reference(examples):
     stamps, tum = read_tum(examples / "tum/reference.txt", complete=True)
     euroc_stamps, euroc = read_euroc(examples / "euroc/data.csv", complete=True)
@@ -148,36 +136,33 @@ def test_a_reference_must_be_complete(write, field):
 
 
 def test_quaternions_are_normalised(write, recwarn):
-    turn = Rotation.from_rotvec([0.3, -0.2, 0.9])
+    rotation = Rotation.from_rotvec([0.3, -0.2, 0.9])
     lines = [
-        f"{i} 0 0 0 " + " ".join(map(str, s * turn.as_quat())) for i, s in enumerate((1, 1.001))
+        f"{i} 0 0 0 " + " ".join(map(str, length * rotation.as_quat()))
+        for i, length in enumerate((1, 1.001, 3, 3))
     ]
-    _, poses = read_tum(write("\n".join(lines)))
-    np.testing.assert_allclose(poses[:, :3, :3], [turn.as_matrix()] * 2, atol=1e-14)
+    _, poses = read_tum(write(lines[:2]))
+    np.testing.assert_allclose(poses[:, :3, :3], [rotation.as_matrix()] * 2, atol=1e-14)
     assert not recwarn.list
-    lines += [f"{i} 0 0 0 " + " ".join(map(str, 3 * turn.as_quat())) for i in (2, 3)]
-    with pytest.warns(
-        TrajectoryWarning, match=r"line 3: .* unit length \(off by 2\) and so have 1 more"
-    ):
-        _, poses = read_tum(write("\n".join(lines)))
-    np.testing.assert_allclose(poses[:, :3, :3], [turn.as_matrix()] * 4, atol=1e-14)
+    message = r"line 3: .* unit length \(off by 2\) and so have 1 more"
+    with pytest.warns(TrajectoryWarning, match=message):
+        _, poses = read_tum(write(lines))
+    np.testing.assert_allclose(poses[:, :3, :3], [rotation.as_matrix()] * 4, atol=1e-14)
 
 
 @pytest.mark.parametrize(
     ("matrix", "message"),
     [
-        (2 * np.eye(3), r"is not a rotation: R\^T R differs from the identity by 3"),
-        (np.diag([1, 1, -1]), "is not a rotation: its determinant is negative"),
-        (np.zeros((3, 3)), r"is not a rotation: R\^T R differs from the identity by 1"),
-        (1e200 * np.ones((3, 3)), "is not a rotation"),
+        (2 * np.eye(3), r"R\^T R differs from the identity by 3"),
+        (np.diag([1, 1, -1]), "its determinant is negative"),
+        (np.zeros((3, 3)), r"R\^T R differs from the identity by 1"),
+        (1e200 * np.ones((3, 3)), r"R\^T R differs"),
     ],
 )
 def test_matrices_that_are_no_rotation(write, matrix, message):
     rows = [np.eye(4)[:3].ravel(), np.column_stack([matrix, [1, 2, 3]]).ravel()]
-    path = write("\n".join(" ".join(map(str, row)) for row in rows))
-    with pytest.raises(
-        FileError, match=f"line 2: the matrix is not a rotation: .*{message}|{message}"
-    ):
+    path = write([" ".join(map(str, row)) for row in rows])
+    with pytest.raises(FileError, match=f"line 2: the matrix is not a rotation: {message}"):
         read_kitti(path)
 
 
@@ -244,25 +229,21 @@ def test_malformed_colmap(examples, tmp_path):
         read_colmap(examples / "tum/reference.txt")
     with pytest.raises(FileError, match=r"is no readable COLMAP model .*do not exist"):
         read_colmap(tmp_path)
-    model = tmp_path / "model"
-    shutil.copytree(examples / "colmap/estimate", model)
-    images = (model / "images.bin").read_bytes()
+    binary, text = tmp_path / "binary", tmp_path / "text"
+    shutil.copytree(examples / "colmap/estimate", binary)
+    images = (binary / "images.bin").read_bytes()
     for content in (images[:300], b"", np.random.default_rng(0).bytes(5000)):
-        (model / "images.bin").write_bytes(content)
+        (binary / "images.bin").write_bytes(content)
         with pytest.raises(FileError, match="model"):
-            read_colmap(model)
-
-
-@pytest.mark.parametrize("word", ["abc", "nan"])
-def test_malformed_colmap_text_tells_the_line(examples, tmp_path, word):
-    model = tmp_path / "model"
-    shutil.copytree(examples / "colmap/reference", model)
-    lines = (model / "images.txt").read_text().splitlines()
-    assert lines[6].startswith("2 ")
-    lines[6] = f"2 {word} " + lines[6].split(maxsplit=2)[2]
-    (model / "images.txt").write_text("\n".join(lines))
-    with pytest.raises(FileError, match=r"images.txt, line 7: must hold 'IMAGE_ID QW"):
-        read_colmap(model)
+            read_colmap(binary)
+    shutil.copytree(examples / "colmap/reference", text)
+    lines = (text / "images.txt").read_text().splitlines()
+    for word in ("abc", "nan"):
+        assert lines[6].startswith("2 ")
+        lines[6] = f"2 {word} " + lines[6].split(maxsplit=2)[2]
+        (text / "images.txt").write_text("\n".join(lines))
+        with pytest.raises(FileError, match=r"images.txt, line 7: must hold 'IMAGE_ID QW"):
+            read_colmap(text)
 
 
 def test_euroc(write):
