@@ -160,9 +160,9 @@ def spread(axis: Axis, table: pd.DataFrame) -> str:
         f"The TAS scatters with the seed of the paper’s registration: on **{scattered[paper]} of "
         f"{n} inputs** by more than {REPEATABLE} (standard deviation), so that its second digit is "
         f"uncertain. With the {refined} registration it does on "
-        f"**{scattered[refined] or 'none'}**. The median standard deviation is {median[paper]:.5f} with {paper} and "
-        f"{median[refined]:.5f} with {refined}, the largest {largest[paper]:.4f} and "
-        f"{largest[refined]:.4f}."
+        f"**{scattered[refined] or 'none'}**. The median standard deviation is "
+        f"{median[paper]:.5f} with {paper} and {median[refined]:.5f} with {refined}, the largest "
+        f"{largest[paper]:.4f} and {largest[refined]:.4f}."
     )
 
 
