@@ -1,7 +1,7 @@
 """What the paper claims, and which trials can tell: ``configs/claims.yaml``, typed and checked."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import field, replace
 from math import inf, isfinite
@@ -28,7 +28,7 @@ KNOWN_KEYS = ConfigDict(extra="forbid")
 T = TypeVar("T")
 
 
-def _one_of(what: str, choices: Sequence[str]) -> AfterValidator:
+def _one_of(what: str, choices: Collection[str]) -> AfterValidator:
     def check(value: str) -> str:
         if value not in choices:
             raise ValueError(f"unknown {what} {value!r}; they are {', '.join(choices)}")
@@ -56,11 +56,11 @@ class Claim:
     source: str
     figure: str
     experiment: Annotated[str, _one_of("experiment", experiment_names())]
-    statistic: Annotated[str, _one_of("statistic", list(STATISTICS))]
+    statistic: Annotated[str, _one_of("statistic", STATISTICS)]
     metric: Metric
     versus: Metric | None = None
     level: list[CellSetting] = field(default_factory=list)
-    take: Annotated[str, _one_of("'take'", list(SUMMARIES))] = "smallest"
+    take: Annotated[str, _one_of("'take'", SUMMARIES)] = "smallest"
     where: Filter = field(default_factory=dict)
     before: Filter = field(default_factory=dict)
     after: Filter = field(default_factory=dict)
@@ -275,31 +275,29 @@ def _expand(group: _Group, entry: Mapping[str, Any]) -> Iterator[Claim]:
     shared = {"source": group.source, "figure": group.figure, "experiment": group.experiment}
     for metric in _list(entry.get("metric")) or [None]:
         slug = re.sub(r"[^a-z0-9.]+", "-", str(metric).lower()).strip("-")
-        values = {
-            **shared,
-            **entry,
-            "metric": metric,
-            "level": _list(entry.get("level", [])),
-            "id": str(entry.get("id", "")).replace("{metric}", slug),
-            "statement": str(entry.get("statement", "")).replace("{metric}", str(metric)),
-        }
-        yield _make(Claim, values, values["id"] or f"a claim of {group.source}")
+        values = {**shared, **entry, "metric": metric, "level": _list(entry.get("level", []))}
+        for key, name in (("id", slug), ("statement", str(metric))):
+            if isinstance(values.get(key), str):
+                values[key] = values[key].replace("{metric}", name)
+        called = repr(values["id"]) if "id" in values else f"a claim of {group.source}"
+        yield _make(Claim, values, called)
 
 
 def _decision(entry: Mapping[str, Any], claims: Mapping[str, Claim]) -> Decision:
-    decision = _make(Decision, entry, entry.get("id", "a decision"))
+    called = repr(entry["id"]) if "id" in entry else "a decision"
+    decision = _make(Decision, entry, called)
     for name in decision.claims:
         if name not in claims:
             raise ConfigError(f"claims.yaml: {decision.id!r} names no claim: {name!r}")
         for reading in decision.readings:
-            with _named(f"{decision.id!r}, {reading.reading!r}"):
+            with _named(f"{decision.id!r}, {reading.reading!r}, {name!r}"):
                 reading.of(claims[name])
     return decision
 
 
 def _make(kind: type[T], values: Mapping[str, Any], name: str) -> T:
     """Make a dataclass of what the file has for it: all its keys, no others, of their types."""
-    with _named(repr(name)):
+    with _named(name):
         return kind(**values)
 
 
