@@ -1,28 +1,25 @@
-"""Table 1 of the paper, derived from the trials: ``python -m studies.table1 EXPERIMENT.csv ...``.
+"""Table 1 of the paper, derived from the trials.
 
 Which metric can do without metric scale, and which is robust to outliers, to collinear motion and
 to the trajectory length? Every answer is a statistic of trials against a stated criterion.
 """
 
-import sys
-from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from experiments.command import CommandError, run_command
+from experiments.command import CommandError
 from experiments.config import Sweep
 from experiments.grid import cells
 from experiments.metrics import evaluate
 from experiments.sweep import draw_scene, trial_seeds
-from experiments.tables import TableError, Trials, read_trials, to_csv, write_files
+from experiments.tables import TableError, Trials
 
 from .statistics import DISCERNS, power, powers
 
-__all__ = ["CRITERIA", "EXPERIMENTS", "PROPERTIES", "compare", "main", "to_markdown"]
+__all__ = ["CRITERIA", "EXPERIMENTS", "PROPERTIES", "compare", "to_markdown"]
 
 OUTLIER_SHARE = 0.1  # robust: still discerns noise with so many of the cameras lost
 SCALE = 1000.0  # metres to millimetres
@@ -109,7 +106,12 @@ def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
     ------
     TableError
         Where the criteria cannot be applied to a table of trials.
+    CommandError
+        Where an experiment is missing.
     """
+    missing = [name for name in EXPERIMENTS if name not in experiments]
+    if missing:
+        raise CommandError(f"Table 1 needs the trials of {', '.join(missing)}, too")
     trials = {name: _checked(experiments[name]) for name in EXPERIMENTS if name != SCALE_EXPERIMENT}
     scale_changes = _scale_changes(experiments[SCALE_EXPERIMENT].sweep)
     rows = []
@@ -235,29 +237,3 @@ def _checked(experiment: Trials) -> pd.DataFrame:
     elif name in COLLINEAR.values() and not (trials["n_outliers"] == 0).any():
         raise TableError(path, "has no trials without outliers")
     return trials
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the table as CSV, and in Markdown as the paper has it; return the exit code."""
-    parser = ArgumentParser(
-        prog="python -m studies.table1",
-        description="Derive Table 1 of the paper from the tables of trials.",
-    )
-    parser.add_argument("experiments", nargs="+", type=Path, metavar="EXPERIMENT.csv")
-    parser.add_argument("--output", type=Path, required=True, metavar="FILE.csv")
-    return run_command(parser, _work, arguments)
-
-
-def _work(options: Namespace) -> list[Path]:
-    read = [read_trials(path) for path in options.experiments]
-    experiments = {trials.sweep.name: trials for trials in read}
-    missing = [name for name in EXPERIMENTS if name not in experiments]
-    if missing:
-        raise CommandError(f"Table 1 needs the trials of {', '.join(missing)}, too")
-    table, written = compare(experiments), options.output.with_suffix(".md")
-    write_files({options.output: to_csv(table), written: to_markdown(table).encode()})
-    return [options.output, written]
-
-
-if __name__ == "__main__":
-    sys.exit(main())

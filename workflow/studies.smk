@@ -24,7 +24,7 @@ rule table1:
     benchmark:
         RESULTS / "benchmarks" / "tables" / "table1.tsv"
     shell:
-        "{sys.executable:q} -m studies.table1 {input.trials:q} --output {output[0]:q} > {log:q} 2>&1"
+        "{sys.executable:q} -m studies table1 {input.trials:q} --output {output:q} > {log:q} 2>&1"
 
 
 rule verdicts:
@@ -40,8 +40,7 @@ rule verdicts:
     benchmark:
         RESULTS / "benchmarks" / "tables" / "verdicts.tsv"
     shell:
-        "{sys.executable:q} -m studies.claims {input.trials:q} --verdicts {output[0]:q}"
-        " --decisions {output[1]:q} > {log:q} 2>&1"
+        "{sys.executable:q} -m studies claims {input.trials:q} --output {output:q} > {log:q} 2>&1"
 
 
 def parts(wildcards):
@@ -63,8 +62,8 @@ rule run_times:
     benchmark:
         RESULTS / "benchmarks" / "tables" / "{study}_study_time.tsv"
     shell:
-        "{sys.executable:q} -m studies.parameters {wildcards.study} {input.trials:q}"
-        " --times {output:q} > {log:q} 2>&1"
+        "{sys.executable:q} -m studies {wildcards.study}_time {input.trials:q} --output {output:q}"
+        " > {log:q} 2>&1"
 
 
 for name in STUDIES:
@@ -81,14 +80,13 @@ for name in STUDIES:
             study_tables(name),
         params:
             study=name,
-            output=RESULTS / "tables" / f"{name}_study",
         log:
             RESULTS / "logs" / "tables" / f"{name}_study.log",
         benchmark:
             RESULTS / "benchmarks" / "tables" / f"{name}_study.tsv"
         shell:
-            "{sys.executable:q} -m studies.parameters {params.study} {input.trials:q}"
-            " --times {input.times:q} --output {params.output:q} > {log:q} 2>&1"
+            "{sys.executable:q} -m studies {params.study} {input.trials:q}"
+            " --times {input.times:q} --output {output:q} > {log:q} 2>&1"
 
 
 rule scenarios:
@@ -103,4 +101,4 @@ rule scenarios:
     benchmark:
         RESULTS / "benchmarks" / "tables" / f"{SCENARIO_STUDY}.tsv"
     shell:
-        "{sys.executable:q} -m studies.scenarios {input.trials:q} --output {output:q} > {log:q} 2>&1"
+        "{sys.executable:q} -m studies scenarios {input.trials:q} --output {output:q} > {log:q} 2>&1"

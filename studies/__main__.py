@@ -1,0 +1,127 @@
+"""Put the question of a study to its trials: ``python -m studies NAME TABLE.csv ...``."""
+
+import sys
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from experiments.command import CommandError, run_command
+from experiments.tables import Trials, read_table, read_trials, to_csv, write_files
+
+from .claims.claims import load_claims
+from .claims.verdicts import check_alike, decide, select_trials
+from .parameters import registrations, thresholds
+from .parameters.axes import Axis, axes_of, check_parts, is_seeded
+from .parameters.effects import effects
+from .parameters.times import measure
+from .scenarios.findings import findings
+from .table1 import compare, to_markdown
+
+__all__ = ["main"]
+
+HELP = """\
+table1         Table 1 of the paper, from the experiments: CSV, Markdown
+claims         verdicts and the evidence for the decisions, from the replicates: CSV, CSV
+threshold      effects of the thresholds, from the parts of the study: CSV for TAS, RAS, PAS and the
+               registration, Markdown
+registration   the two registrations, likewise: CSV, Markdown
+threshold_time, registration_time    run times of the values of a study's axes: CSV
+scenarios      what each metric orders in each scenario: CSV
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write the files of one study; return the exit code."""
+    parser = ArgumentParser(
+        prog="python -m studies",
+        description="Put the question of a study to its trials.",
+        epilog=HELP,
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("name", choices=STUDIES, metavar="NAME")
+    parser.add_argument("tables", nargs="+", type=Path, metavar="TABLE.csv")
+    parser.add_argument("--output", nargs="+", type=Path, required=True, metavar="FILE")
+    parser.add_argument("--times", type=Path, metavar="FILE.csv", help="run times, to be told")
+    return run_command(parser, _work, arguments)
+
+
+def _work(options: Namespace) -> list[Path]:
+    contents = STUDIES[options.name]([read_trials(path) for path in options.tables], options.times)
+    if len(contents) != len(options.output):
+        raise CommandError(
+            f"{options.name} writes {len(contents)} files, not {len(options.output)}"
+        )
+    write_files(dict(zip(options.output, contents, strict=True)))
+    return list(options.output)
+
+
+def _table1(experiments: Sequence[Trials], _: Path) -> list[bytes]:
+    table = compare({trials.sweep.name: trials for trials in experiments})
+    return [to_csv(table), to_markdown(table).encode()]
+
+
+def _claims(replicates: Sequence[Trials], _: Path) -> list[bytes]:
+    check_alike([one.path for one in replicates], [one.record for one in replicates])
+    claims = load_claims()
+    table, decisions = decide(claims, [select_trials(claims, one) for one in replicates])
+    return [to_csv(table), to_csv(decisions)]
+
+
+def _threshold(trials: Sequence[Trials], times: Path) -> list[bytes]:
+    axes, parts = _axes("threshold", trials)
+    table = effects(axes, {name: part.table for name, part in parts.items()})
+    kinds = table.groupby(table["axis"].str.partition("_")[0], sort=False)
+    text = thresholds.to_markdown(axes, table, _read_times(times), parts["outliers"].sweep.trials)
+    return [*(to_csv(rows) for _, rows in kinds), text.encode()]
+
+
+def _registration(trials: Sequence[Trials], times: Path) -> list[bytes]:
+    (axis,), parts = _axes("registration", trials)
+    table = registrations.compare(axis, parts)
+    return [to_csv(table), registrations.to_markdown(axis, table, _read_times(times)).encode()]
+
+
+def _time(name: str) -> Callable[[Sequence[Trials], Path], list[bytes]]:
+    def study(trials: Sequence[Trials], _: Path) -> list[bytes]:
+        axes, parts = _axes(name, trials)
+        seeded = [part.sweep for part in parts.values() if is_seeded(part.record.metrics)]
+        return [to_csv(measure(axes, seeded))]
+
+    return study
+
+
+def _scenarios(trials: Sequence[Trials], _: Path) -> list[bytes]:
+    return [to_csv(findings({one.path.stem: one for one in trials}))]
+
+
+STUDIES: Mapping[str, Callable[[Sequence[Trials], Path], list[bytes]]] = {
+    "table1": _table1,
+    "claims": _claims,
+    "threshold": _threshold,
+    "threshold_time": _time("threshold"),
+    "registration": _registration,
+    "registration_time": _time("registration"),
+    "scenarios": _scenarios,
+}
+"""What makes the contents of a study's files, of its trials and a table of run times."""
+
+
+def _axes(name: str, trials: Sequence[Trials]) -> tuple[list[Axis], dict[str, Trials]]:
+    """Return the axes of a parameter study, and its parts by their names."""
+    parts = {part.path.stem: part for part in trials}
+    metrics = [part.record.metrics for part in trials]
+    axes = axes_of(name, next((one for one in metrics if not is_seeded(one)), []))
+    check_parts(name, axes, parts)
+    return axes, parts
+
+
+def _read_times(path: Path | None) -> pd.DataFrame:
+    if path is None:
+        raise CommandError("this study tells run times, too: --times FILE.csv")
+    return read_table(path, dtype={"value": str})
+
+
+if __name__ == "__main__":
+    sys.exit(main())
