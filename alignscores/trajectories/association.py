@@ -73,7 +73,7 @@ def match(
     Parameters
     ----------
     reference, estimate : Trajectory
-        What two readers of `alignscores.trajectories.files` returned.
+        As returned by the readers of `alignscores.trajectories.files`.
     missing : {"ignore", "fail"}
         Whether reference poses without an estimated pose are left out, or kept as failures.
     t_max_diff : float
@@ -147,7 +147,7 @@ def in_order(reference: Trajectory) -> Trajectory:
     Parameters
     ----------
     reference : Trajectory
-        What a reader of `alignscores.trajectories.files` returned.
+        As returned by a reader of `alignscores.trajectories.files`.
 
     Returns
     -------
@@ -184,7 +184,7 @@ def coverage(reference: Trajectory, matches: Matches) -> float:
     reference : Trajectory
         With time stamps as keys, in order.
     matches : Matches
-        What `match` returned for it.
+        The result of `match` for it.
 
     Returns
     -------

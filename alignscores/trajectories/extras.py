@@ -24,7 +24,7 @@ def require(module: str, extra: str) -> Any:
     Raises
     ------
     ModuleNotFoundError
-        Where the package is not installed; the message tells what to install.
+        Where the package is not installed; the message says what to install.
 
     Examples
     --------
