@@ -116,9 +116,9 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
 
     Notes
     -----
-    At most 500 cameras are looked at. With rotations about a single axis B is not unique: a rotation
-    of all cameras about that axis has the same effect as one of the world. An inversion can then
-    look like another camera frame, and the positions decide.
+    At most 500 cameras are looked at. With rotations about a single axis B is not unique: to rotate
+    all cameras about that axis is to rotate the world. An inversion can then look like another
+    camera frame, and the positions decide.
 
     Examples
     --------
