@@ -106,7 +106,7 @@ def test_body_rotation(score, run, kitti, examples, inverted):
         ("", "bad.txt: has no poses"),
         ("1 2 3 4", "bad.txt, line 1: has 4 columns"),
         (b"\xff\x00\x01", "bad.txt, line 1: is not text"),
-        ("0 0 0 0 0 0 0 1\n" * 10**6 + "1 2 3\n", "bad.txt, line 1000001: has 3 columns"),
+        ("0 0 0 0 0 0 0 1\n" * 10**5 + "1 2 3\n", "bad.txt, line 100001: has 3 columns"),
         ("0 0 0 0 0 0 0 1\n1 2 3 x 0 0 0 1", "bad.txt, line 2: 'x' is not a number"),
         ("0 0 0 0 0 0 0 0", "bad.txt, line 1: the quaternion is zero"),
         ("1 0 0 0 0 0 0 1", "bad.txt: no time stamps in common"),

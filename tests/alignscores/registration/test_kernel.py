@@ -96,7 +96,7 @@ KINDS = (
 )
 
 
-@pytest.mark.parametrize("n", [3, 7, 64, 129, 1000])
+@pytest.mark.parametrize("n", [3, 7, 64, 301])
 @pytest.mark.parametrize("kind", KINDS)
 def test_same_bits(kind, n):
     """Each function, for any triplets, also for those that no prescreening would let pass."""
