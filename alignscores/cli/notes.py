@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..trajectories.association import Matches, coverage
-from ..trajectories.conventions import Convention, describe_rotation
+from ..trajectories.conventions import Convention, describe_rotation, seem_swapped
 from ..trajectories.files import Trajectory, TrajectoryWarning
 from ..validation import AlignmentWarning, finite_rows
 from .formats import Format
@@ -16,7 +16,13 @@ from .formats import Format
 if TYPE_CHECKING:
     from .scoring import Scored
 
-__all__ = ["collected_warnings", "convention_notes", "matching_notes", "units_note"]
+__all__ = [
+    "collected_warnings",
+    "convention_notes",
+    "matching_notes",
+    "swap_notes",
+    "units_note",
+]
 
 COVERED = 0.9  # share of the reference; if the track covers less, there is a note
 DENSER = 1.5  # ratio of time steps; from it on, the reference has poses no estimate could have
@@ -96,6 +102,16 @@ def units_note(scored: "Sequence[Scored]", reference: Trajectory, form: Format) 
     if not any(is_denser(reference, one.matches) for one in scored):
         note += ", --missing fail also the same cameras"
     return note
+
+
+def swap_notes(reference: Trajectory, estimate: Trajectory) -> list[str]:
+    """Say that the two files seem to have been given in the wrong order, if they do."""
+    if not seem_swapped(reference, estimate):
+        return []
+    return [
+        "reference and estimate seem swapped: the first file starts at the origin and is the "
+        "sparser one, as estimates are; the reference comes first"
+    ]
 
 
 def convention_notes(found: Convention, *, invert: bool, applied: bool) -> list[str]:

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from ..pose import PASResult, pas
 from ..similarity import least_squares_rmse
 from ..trajectories.association import Matches, match
-from ..trajectories.conventions import find_convention, rotate_cameras, seem_swapped
+from ..trajectories.conventions import find_convention, rotate_cameras
 from ..trajectories.files import Trajectory, inverse_poses
 from ..translation import closest_pair_quartile, tas
 from ..validation import finite_rows
 from .formats import FORMATS
-from .notes import collected_warnings, convention_notes, matching_notes
+from .notes import collected_warnings, convention_notes, matching_notes, swap_notes
 
 __all__ = ["Scored", "score"]
 
@@ -69,7 +69,9 @@ def score(reference: Trajectory, name: str, file: str, arguments: argparse.Names
                 f"reference, and it takes 4 (--missing {arguments.missing}{options})"
             )
         convention = find_convention(matches.gt_poses, matches.est_poses)
-        inverted = convention.inverted or convention.rotations_inverted  # B is of other poses then
+        inverted = (
+            convention.inverted or convention.rotations_inverted
+        )  # B is that of the inverted poses
         automatic = arguments.body_rotation == "auto" and not inverted
         body_rotation = convention.body_rotation if automatic else None
         est_poses = matches.est_poses
@@ -84,11 +86,7 @@ def score(reference: Trajectory, name: str, file: str, arguments: argparse.Names
         )
         tas_sd = tas_spread(matches, result, arguments)
     notes += matching_notes(matches, reference, estimate, form)
-    if seem_swapped(reference, estimate):
-        notes.append(
-            "reference and estimate seem swapped: the first file starts at the origin and is the "
-            "sparser one, as estimates are; the reference comes first"
-        )
+    notes += swap_notes(reference, estimate)
     notes += convention_notes(
         convention, invert=arguments.invert, applied=body_rotation is not None
     )
