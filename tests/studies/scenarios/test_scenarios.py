@@ -1,26 +1,23 @@
-"""A study's scenarios are resolved, checked and run like experiments."""
+"""Scenarios of a file are resolved and checked like experiments."""
 
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
 import pytest
 
-from experiments.config import ConfigError, experiment_names, load
-from experiments.errors import ERRORS
-from experiments.outliers import OUTLIERS
-from experiments.paths import PATHS
-from experiments.scenarios import Study, load_scenario, load_study, main, study_name
-from experiments.sweep import sweep
-from experiments.tables import read_trials
-
-SMALL = ["trials=2", "n_cameras=[20]", "n_outliers=[0,4]", "sigma_t=[0.02,0.08]"]
-SMALL += ["sigma_r_deg=[1.0,5.0]", "n_jobs=1"]
+from experiments.config import ConfigError, Sweep, experiment_names, load_sweep
+from experiments.scenes import ERRORS, OUTLIERS, PATHS
+from studies.scenarios.scenarios import load_scenarios, study_name
+from studies.study import Study
 
 
 @pytest.fixture(scope="module")
 def beyond() -> Study:
-    return load_study()
+    return load_scenarios()
+
+
+def sweeps(study: Study) -> dict[str, Sweep]:
+    return {name: table.sweeps[0] for name, table in study.tables.items()}
 
 
 def write(directory: Path, text: str, name: str = "mine.yaml") -> Path:
@@ -32,8 +29,9 @@ def write(directory: Path, text: str, name: str = "mine.yaml") -> Path:
 def test_the_scenarios_beyond_the_paper_cover_every_generator_and_all_metrics(
     beyond: Study,
 ) -> None:
-    configs = beyond.scenarios.values()
-    assert beyond.name == "beyond"
+    configs = sweeps(beyond).values()
+    assert (beyond.name, beyond.folder) == ("beyond", "trials/beyond")
+    assert [config.name for config in configs] == [f"beyond/{name}" for name in beyond.tables]
     assert {config.geometry for config in configs} == set(PATHS) - {"line", "x_axis"}  # the paper's
     assert {config.error for config in configs} == set(ERRORS)
     assert {config.outliers for config in configs} == set(OUTLIERS)
@@ -44,19 +42,19 @@ def test_the_scenarios_beyond_the_paper_cover_every_generator_and_all_metrics(
         assert (config.n_cameras, config.trials) == ([100], 50)
 
 
-def test_the_papers_setting_is_one_of_them() -> None:
-    config = load_scenario("paper")
-    usual = load(["experiment=maa_vs_pas_outliers"])
+def test_the_papers_setting_is_one_of_them(beyond: Study) -> None:
+    config = sweeps(beyond)["paper"]
+    usual = load_sweep(["experiment=maa_vs_pas_outliers"])
     for key in ("geometry", "error", "outliers", "outlier_side", "noise", "volume_per_camera"):
         assert getattr(config, key) == getattr(usual, key)
 
 
 def test_scenarios_are_no_experiments_of_the_paper(beyond: Study) -> None:
     assert len(experiment_names()) == 8
-    assert not set(experiment_names()) & set(beyond.scenarios)
+    assert not set(experiment_names()) & set(beyond.tables)
 
 
-def test_a_file_of_ones_own_takes_the_rest_from_beyond(tmp_path: Path) -> None:
+def test_a_file_of_ones_own_takes_the_rest_from_beyond(tmp_path: Path, beyond: Study) -> None:
     path = write(
         tmp_path,
         "settings: {trials: 7, n_outliers: [0, 5]}\n"
@@ -64,40 +62,23 @@ def test_a_file_of_ones_own_takes_the_rest_from_beyond(tmp_path: Path) -> None:
         "  circle: {geometry: orbit}\n"
         "  pieces: {outliers: cluster, trials: 3}\n",
     )
-    study = load_study(path, ["seed=4"])
+    study = load_scenarios(path, ["seed=4"])
     assert study.name == study_name(path) == "beyond_mine"
-    circle, pieces = study.scenarios.values()
+    assert study.folder == "trials/beyond_mine"
+    circle, pieces = sweeps(study).values()
     assert (circle.name, circle.geometry, circle.trials) == ("beyond_mine/circle", "orbit", 7)
     assert (pieces.name, pieces.outliers, pieces.trials) == ("beyond_mine/pieces", "cluster", 3)
     for config in (circle, pieces):
         assert (config.seed, config.n_outliers) == (4, [0, 5])
-        assert config.sigma_t == load_scenario("paper").sigma_t
-    assert load_scenario("circle", path, ["seed=4"]) == circle
-    assert load_study(path, ["trials=1"]).scenarios["pieces"].trials == 1  # the command line wins
+        assert config.sigma_t == sweeps(beyond)["paper"].sigma_t
+    given = sweeps(load_scenarios(path, ["trials=1"]))["pieces"]
+    assert given.trials == 1  # the command line wins
 
 
 def test_a_metric_may_have_options(tmp_path: Path) -> None:
     metrics = ["TAS", "TAS(max_threshold=0.5, n_thresholds=10)"]
     path = write(tmp_path, f"settings: {{metrics: {metrics}}}\nscenarios: {{a: {{}}}}\n")
-    assert load_scenario("a", path).metrics == metrics
-
-
-def test_a_scenario_is_run_as_the_sweep_of_its_settings(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["drift", *SMALL, f"results_dir={tmp_path}"]) == 0
-    path = tmp_path / "trials" / "beyond" / "drift.csv"
-    assert capsys.readouterr().out.strip() == str(path)
-    assert path.with_suffix(".json").exists()
-    config = load_scenario("drift", overrides=[*SMALL, f"results_dir={tmp_path}"])
-    table = read_trials(config)
-    assert set(table["geometry"]) == {"car"}
-    pd.testing.assert_frame_equal(table, sweep(config), check_exact=True)
-
-
-def test_generators_change_the_trials(tmp_path: Path) -> None:
-    tables = [sweep(load_scenario("car", overrides=[*SMALL, f"error={error}"])) for error in ERRORS]
-    assert len({tuple(table["ATE"]) for table in tables}) == len(ERRORS)
+    assert sweeps(load_scenarios(path))["a"].metrics == metrics
 
 
 @pytest.mark.parametrize(
@@ -106,16 +87,17 @@ def test_generators_change_the_trials(tmp_path: Path) -> None:
         (None, "cannot read"),
         ("", "has no scenarios"),
         ("scenarios: [a, b]", "has no scenarios"),
-        ("- a", "unknown key 'a'"),
+        ("- a", "has no keys"),
         ("scenarios: {a: {}", "cannot read"),
         ("scenario: {a: {}}", "unknown key 'scenario'"),
         ("settings: 5\nscenarios: {a: {}}", "needs key: value"),
         ("scenarios: {a b: {}}", "'a b' may have"),
         ("scenarios: {a: orbit}", "'a' needs {key: value"),
-        ("scenarios: {a: {geometry: sphere}}", "scenario 'a': setting 'geometry' must be one of"),
+        ("scenarios: {a: {geometry: sphere}}", "scenario 'a': setting 'geometry': must be one of"),
         ("scenarios: {a: {geometri: orbit}}", "scenario 'a': unknown setting 'geometri'"),
         ("scenarios: {a: {noise: product}}", "scenario 'a' needs noise=paired"),
-        ("scenarios: {a: {results_dir: x}}", "results_dir"),
+        ("scenarios: {a: {results_dir: x}}", "may not set results_dir, which is one for all"),
+        ("settings: {n_jobs: 1}\nscenarios: {a: {}}", "may not set n_jobs"),
         (
             "scenarios: {a: {sigma_t: [0.1], sigma_r_deg: [3], n_outliers: [0]}}",
             "scenario 'a' needs two levels of noise",
@@ -126,7 +108,7 @@ def test_generators_change_the_trials(tmp_path: Path) -> None:
 def test_a_file_at_fault_is_named_in_one_line(tmp_path: Path, text: Any, named: str) -> None:
     path = tmp_path / "mine.yaml" if text is None else write(tmp_path, text)
     with pytest.raises(ConfigError) as caught:
-        load_study(path)
+        load_scenarios(path)
     assert named in str(caught.value)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -135,26 +117,19 @@ def test_a_file_at_fault_is_named_in_one_line(tmp_path: Path, text: Any, named: 
 def test_a_file_whose_name_would_not_do_for_results_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path, "scenarios: {a: {}}", "my study.yaml")
     with pytest.raises(ConfigError, match="needs a name of letters"):
-        load_study(path)
-
-
-def test_an_unknown_scenario_ends_with_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["nope"]) == 2
-    error = capsys.readouterr().err
-    assert "unknown scenario 'nope'; the scenarios are paper" in error
-    assert error.count("\n") == 1
+        load_scenarios(path)
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/studies.md"])
 def test_the_worked_example_is_a_study_of_five_lines(tmp_path: Path, page: str) -> None:
-    root = Path(__file__).resolve().parents[2]
+    root = Path(__file__).resolve().parents[3]
     example = (root / page).read_text().partition("```yaml\n")[2].partition("```")[0]
     assert len(example.splitlines()) == 5
-    study = load_study(write(tmp_path, example, "my_study.yaml"))
-    assert list(study.scenarios) == ["circle", "circle_with_drift", "circle_in_two_pieces"]
+    study = load_scenarios(write(tmp_path, example, "my_study.yaml"))
+    assert list(study.tables) == ["circle", "circle_with_drift", "circle_in_two_pieces"]
 
 
 def test_the_documentation_describes_every_generator() -> None:
-    page = (Path(__file__).resolve().parents[2] / "docs" / "studies.md").read_text()
+    page = (Path(__file__).resolve().parents[3] / "docs" / "studies.md").read_text()
     for name in (*PATHS, *ERRORS, *OUTLIERS):
         assert f"`{name}`" in page

@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from experiments import statistics
+from experiments.metrics import METRICS
+from studies import statistics
 
 
 def trials(**columns: list[float]) -> pd.DataFrame:
@@ -27,7 +28,7 @@ def test_range_change_goes_from_some_cells_to_others() -> None:
     there, back = ({"sigma_t": [1]}, {"sigma_t": [2]}), ({"sigma_t": [2]}, {"sigma_t": [1]})
     assert statistics.range_change(table, "PAS", *there) == pytest.approx(-50)
     assert statistics.range_change(table, "PAS", *back) == pytest.approx(100)
-    assert statistics.unsteadiness(table, "PAS", *there) == pytest.approx(50)
+    assert statistics.range_change_size(table, "PAS", *there) == pytest.approx(50)
     assert math.isnan(statistics.range_change(table.assign(PAS=1), "PAS", *there))
 
 
@@ -50,6 +51,8 @@ def test_power_takes_the_smallest_the_largest_or_the_mean(
     assert statistics.power(table, "ATE", ["sigma_t"], take) == pytest.approx(value)
     both = statistics.powers(table, "ATE", ["sigma_t", "n_outliers"])
     assert both == pytest.approx([1, 0, -1, -1])
+    turned = statistics.improvement(table, "ATE", ["sigma_t", "n_outliers"], take)
+    assert turned == pytest.approx({"smallest": -1, "largest": 1, "mean": 0.25}[take])
     found = statistics.power(table, "ATE", ["sigma_t", "n_outliers"], take)
     assert found == pytest.approx(np.mean(both) if take == "mean" else of_both)
 
@@ -59,14 +62,17 @@ def test_settings_that_rise_together_are_one_level() -> None:
     assert statistics.powers(table, "PAS", ["sigma_t"]) == pytest.approx([1])
 
 
-def test_power_is_positive_where_the_metric_gets_worse_and_favour_where_better() -> None:
-    values = [0.1, 0.2, 0.3]
-    fine = "mAA(n_thresholds=10)"
-    names = {"mAA": -1, fine: -1, "TAS": -1, "RAS": -1, "PAS": -1, "ATE": 1, "DTE": 1, "Mean-2": 1}
-    table = trials(**{"n_cameras": [10, 20, 30], **dict.fromkeys(names, values)})
-    for metric, sign in names.items():
+def test_power_is_positive_where_the_metric_gets_worse_and_improvement_where_better() -> None:
+    scores = ["mAA", "mAA(n_thresholds=10)", "TAS", "RAS", "PAS"]
+    errors = ["ATE", "DTE", "DRE", "Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2"]
+    assert {*scores, *errors} == {*METRICS, "mAA(n_thresholds=10)"}
+    rising = {metric: [0.1, 0.2, 0.3] for metric in (*scores, *errors)}
+    table = trials(**{"n_cameras": [10, 20, 30], **rising})
+    for metric in rising:
+        sign = -1 if metric in scores else 1
         assert statistics.power(table, metric, ["n_cameras"], "smallest") == pytest.approx(sign)
-        assert statistics.favour(table, metric, ["n_cameras"], "smallest") == pytest.approx(-sign)
+        better = statistics.improvement(table, metric, ["n_cameras"], "smallest")
+        assert better == pytest.approx(-sign)
 
 
 def test_half_a_tau_is_more_than_three_of_four_pairs_in_order() -> None:
@@ -105,14 +111,14 @@ def test_relative_dependence_compares_what_either_moves_in_its_own_range() -> No
     assert ratio == pytest.approx(100 * (0.1 / 0.8) / (1 / 4))
 
 
-def test_first_step_is_a_share_of_the_whole_change() -> None:
+def test_initial_response_is_a_share_of_the_whole_change() -> None:
     table = trials(n_outliers=[50, 0, 1, 20], TAS=[0.5, 0.9, 0.8, 0.7])
-    assert statistics.first_step(table, "TAS", ["n_outliers"], "mean") == pytest.approx(25)
+    assert statistics.initial_response(table, "TAS", ["n_outliers"], "mean") == pytest.approx(25)
 
 
-def test_relative_first_step_compares_the_shares() -> None:
+def test_relative_initial_response_compares_the_shares() -> None:
     table = trials(n_outliers=[0, 1, 50], TAS=[0.9, 0.8, 0.5], ATE=[1, 6, 11])
-    ratio = statistics.relative_first_step(table, "TAS", "ATE", ["n_outliers"], "mean")
+    ratio = statistics.relative_initial_response(table, "TAS", "ATE", ["n_outliers"], "mean")
     assert ratio == pytest.approx(100 * 0.25 / 0.5)
 
 
@@ -126,5 +132,5 @@ def test_a_value_that_is_missing_is_not_taken_for_no_correlation() -> None:
     values = pd.Series([1.0, np.nan, 3.0])
     assert math.isnan(statistics.correlation(values, pd.Series([1.0, 2.0, 3.0])))
     table = trials(n_outliers=[0, 0, 1, 1], sigma_t=[1, 2, 1, 2], ATE=[1, 2, np.nan, 5])
-    for take in statistics.TAKES:
+    for take in statistics.SUMMARIES:
         assert math.isnan(statistics.power(table, "ATE", ["sigma_t"], take))

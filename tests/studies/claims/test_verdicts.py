@@ -3,29 +3,31 @@
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from experiments.claims import Claim, load_claims
-from experiments.config import load, split_metric
-from experiments.replicate import cells_of, plan, replicate_path
-from experiments.statistics import SCORES
-from experiments.sweep import Cell
-from experiments.tables import provenance, write_table
-from experiments.verdicts import decide, evaluate_claim, main, verdict
+from experiments.command import CommandError
+from experiments.config import Sweep
+from experiments.grid import Cell
+from experiments.metrics import Column
+from experiments.tables import Record, TableError, Trials
+from studies.claims.claims import Claim, load_claims
+from studies.claims.plan import needed_cells, plan
+from studies.claims.verdicts import check_alike, decide, evaluate_claim, select_trials, verdict
 
 TRIALS, REPLICATES = 8, 4
 CLAIMS = load_claims(REPLICATES)
-PLAN = plan(CLAIMS)
+SWEEPS = {(sweep.name, tuple(sweep.differs.split())): sweep for sweep in plan(CLAIMS)}
 
-Column = Callable[[Claim, str, Cell, int, np.random.Generator], float]  # str: the metric
+Values = Callable[[Claim, str, Cell, int, np.random.Generator], float]  # str: the metric
 
 
 def worse(metric: str) -> int:
     """Return the sign of a change for the worse."""
-    return -1 if split_metric(metric)[0] in SCORES else 1
+    return -1 if Column.parse(metric).metric.higher_is_better else 1
 
 
 def blind(claim: Claim, metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
@@ -42,7 +44,7 @@ def improves(claim: Claim, metric: str, cell: Cell, trial: int, rng: np.random.G
     return -worsens(claim, metric, cell, trial, rng)
 
 
-def shrinks(share: float) -> Column:
+def shrinks(share: float) -> Values:
     """Has a range that is smaller by a share in the cells after the change."""
 
     def column(
@@ -80,48 +82,47 @@ def late(claim: Claim, metric: str, cell: Cell, trial: int, rng: np.random.Gener
     return {0: 0.0, 1: 0.1, 50: 1.0}[cell.n_outliers]
 
 
-def columns(claim: Claim, *, holds: bool) -> list[Column]:
+def columns(claim: Claim, *, holds: bool) -> list[Values]:
     """What the metrics of a claim must look like for it to hold, or not to."""
     relation = (claim.criterion or "").rpartition(" ")[0]
     if claim.statistic == "power":
         discerning = holds == (relation == "at least")
         return [worsens, blind] if discerning else [blind, worsens]
-    if claim.statistic == "favour":
+    if claim.statistic == "improvement":
         return [blind if relation == "within" else improves] if holds else [worsens]
     if claim.statistic == "relative dependence":
         return [stays if holds else moves, moves]
-    if claim.statistic == "relative first step":
+    if claim.statistic == "relative initial response":
         return [late if holds else early, early]
     if claim.statistic == "range change":
         assert claim.paper is not None
         return [shrinks(-claim.paper / 100 if holds else 0.3)]
-    pairs: dict[str, list[Column]] = {
-        "unsteadiness": [shrinks(0.1), shrinks(0.6)],
+    pairs: dict[str, list[Values]] = {
+        "size of range change": [shrinks(0.1), shrinks(0.6)],
         "relative range": [narrow, narrow if holds else wide],
         "dependence": [stays, moves],
-        "first step": [late, early],
+        "initial response": [late, early],
     }
     pair = pairs[claim.statistic]
     return pair if holds else pair[::-1]
 
 
-def fabricate(claim: Claim, makers: Sequence[Column], seed: int) -> pd.DataFrame:
+def fabricate(claim: Claim, makers: Sequence[Values], seed: int) -> pd.DataFrame:
     """Make trials whose metrics are so, each of them of the claim."""
     rng = np.random.default_rng(seed)
-    config, _ = PLAN[claim.trials]
     metrics = dict(zip(claim.metrics, makers, strict=False))
     return pd.DataFrame(
         [
             asdict(cell)
             | {name: make(claim, name, cell, trial, rng) for name, make in metrics.items()}
             | {"trial": trial}
-            for cell in cells_of(claim, config)
+            for cell in needed_cells(claim, SWEEPS[claim.trials])
             for trial in range(TRIALS)
         ]
     )
 
 
-def verdict_on(claim: Claim, makers: Sequence[Column]) -> str:
+def verdict_on(claim: Claim, makers: Sequence[Values]) -> str:
     tables = [fabricate(claim, makers, seed) for seed in range(REPLICATES)]
     return verdict(claim, np.array([evaluate_claim(claim, table) for table in tables]))
 
@@ -207,92 +208,95 @@ def test_the_other_meaning_of_range_is_computed_beside() -> None:
     assert (row["ours_of_means"], row["verdict_of_means"]) == (0, "not reproduced")
 
 
-def write_replicates(results: Path, sign: Callable[[str], int]) -> None:
-    """Write tables in which every metric follows all noise and outliers, up, down or not at all."""
-    for number in range(2):
-        rng = np.random.default_rng(number)
-        config = load([f"results_dir={results}", "trials=2", f"replicate={number}"])
-        table = []
-        for (experiment, settings), (own, wanted) in PLAN.items():
-            for cell, metrics in wanted.items():
-                row = {"experiment": experiment, "settings": " ".join(settings)}
-                row |= {"geometry": own.geometry, **asdict(cell), "replicate": number}
-                value = 10 * cell.sigma_t + cell.sigma_r_deg + cell.n_outliers / 10
-                for trial in range(2):
-                    values = {name: sign(name) * value + 1e-3 * rng.random() for name in metrics}
-                    table.append(row | {"trial": trial} | values)
-        write_table(replicate_path(config), pd.DataFrame(table), provenance(config))
+def test_decisions_show_every_reading_of_their_claims() -> None:
+    decision = next(one for one in CLAIMS.decisions if one.id == "volume")
+    few = {name: CLAIMS.claims[name] for name in decision.claims}
+    claims = replace(CLAIMS, claims=few, decisions=[decision])
+    tables = {
+        reading.of(claim).trials: fabricate(reading.of(claim), columns(claim, holds=True), 0)
+        for claim in few.values()
+        for reading in decision.readings
+    }
+    _, evidence = decide(claims, [tables] * 2)
+    readings = [reading.reading for reading in decision.readings]
+    assert evidence["reading"].tolist() == [one for one in readings for _ in few]
+    assert evidence["claim"].tolist() == [*few] * len(readings)
+    assert set(evidence["decision"]) == {"volume"}
+    assert evidence["paper_says"].tolist() == [decision.paper] * len(evidence)
 
 
-def test_command_line_writes_claims_and_decisions(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+MakeUp = Callable[..., Trials]
+
+
+@pytest.fixture(scope="module")
+def replicate(make_up: MakeUp) -> MakeUp:
+    """A replicate study of other sweeps than the claims need, or of theirs."""
+
+    def of(*sweeps: Sweep, number: int = 0) -> Trials:
+        chosen = [replace(one, trials=1, replicate=number) for one in sweeps or SWEEPS.values()]
+        return make_up(*chosen, value=lambda *_: 0.5, path=f"{number}.csv")
+
+    return of
+
+
+def test_trials_of_a_replicate_are_selected_by_experiment_and_settings(replicate: MakeUp) -> None:
+    trials = replicate()
+    tables = select_trials(CLAIMS, trials)
+    assert set(tables) == set(SWEEPS)
+    for (name, settings), table in tables.items():
+        assert set(table["experiment"]) == {name}
+        assert set(table["settings"]) == {" ".join(settings)}
+    assert sum(map(len, tables.values())) == len(trials.table)
+
+
+@pytest.mark.parametrize(
+    ("key", "change", "problem"),
+    [
+        (("rotations", ()), None, "has no trials for the claim 'rotations-"),
+        (("outliers", ()), {"n_outliers": [0, 1]}, "cannot decide the claims: claim 'outliers-"),
+        (("outliers", ()), {"sigma_t": [0.05]}, "cannot decide the claims: claim 'outliers-"),
+        (("combined", ()), {"only": 1}, "lacks trials for the claim 'combined-"),
+    ],
+)
+def test_trials_that_do_not_decide_the_claims_are_refused(
+    replicate: MakeUp, key: tuple[str, tuple[str, ...]], change: dict[str, Any] | None, problem: str
 ) -> None:
-    verdicts = {}
-    for sign in (worse, lambda metric: 0, lambda metric: 1):
-        write_replicates(tmp_path, sign)
-        assert main(["replicates=2", "trials=2", f"results_dir={tmp_path}"]) == 0
-        table = pd.read_csv(tmp_path / "claims.csv").set_index("id")
-        assert list(table.index) == list(CLAIMS.claims)
-        assert (table["replicates"] == 2).all()
-        for name, found in table["verdict"].items():
-            verdicts.setdefault(name, []).append(found)
-    # All metrics get worse; none follows anything; all rise, errors for the worse.
-    yes, no = "reproduced", "not reproduced"
-    for name in ("outliers-tas-discerns", "rotations-ras-noise", "combined-pas-both"):
-        assert verdicts[name] == [yes, no, no]
-    assert verdicts["outliers-ate-discerns"][::2] == [yes, yes]
-    assert verdicts["outliers-ate-blind"][::2] == [no, no]
-    decisions = pd.read_csv(tmp_path / "tables" / "decisions.csv")
-    assert set(decisions["decision"]) == {decision.id for decision in CLAIMS.decisions}
-    assert "claims.csv" in capsys.readouterr().out
+    sweeps = dict(SWEEPS)
+    if change is None:
+        del sweeps[key]
+    elif "only" in change:
+        sweeps[key] = replace(sweeps[key], only=sweeps[key].only[:1])
+    else:
+        sweeps[key] = replace(sweeps[key], **change)
+    with pytest.raises(TableError, match=rf"^0\.csv {problem}.*; run: snakemake 0\.csv$"):
+        select_trials(CLAIMS, replicate(*sweeps.values()))
 
 
-def test_missing_and_foreign_tables_are_named_in_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    arguments = ["replicates=2", "trials=2", f"results_dir={tmp_path}"]
-    assert main(arguments) == 1
-    error = capsys.readouterr().err
-    assert f"results_dir={tmp_path} replicate=0\n" in error
-    write_replicates(tmp_path, worse)
-    path = tmp_path / "replicates" / "1.csv"
-    whole = path.read_text()
-    lines = whole.splitlines(keepends=True)
-    empty = pd.read_csv(path)
-    empty.loc[empty.index[0], "TAS"] = None
-    for content, reason in (
-        ("", "cannot be read"),
-        ("a,b\n1,2\n", "has no column experiment"),
-        ("".join(lines[: len(lines) // 2]), f"has {len(lines) // 2 - 1} trials, not the"),
-        (whole + lines[-1], f"has {len(lines)} trials, not the {len(lines) - 1} that"),
-        (
-            path.with_name("0.csv").read_text(),
-            "has other trials than the claims need: see replicate",
-        ),
-        (empty.to_csv(index=False), "has other trials than the claims need: see TAS"),
-    ):
-        path.write_text(content)
-        assert main(arguments) == 1
-        error = capsys.readouterr().err
-        assert f"{path} {reason}" in error
-        assert (
-            f"run: python -m experiments.replicate trials=2 results_dir={tmp_path} replicate=1"
-            in error
-        )
-        assert error.count("\n") == 1
-    assert not (tmp_path / "claims.csv").exists()
-    path.write_text(whole)
-    assert main([*arguments, "trials=3"]) == 1
-    assert f"0.csv has {len(lines) - 1} trials, not the" in capsys.readouterr().err
-    assert main([*arguments, "seed=1"]) == 1
-    assert "0.csv was made with seed=0, not seed=1; run: " in capsys.readouterr().err
+def test_values_that_are_missing_are_refused(replicate: MakeUp) -> None:
+    """Those that no claim needs are, in any replicate."""
+    trials = replicate()
+    table = trials.table.copy()
+    needed = table["TAS"].notna()
+    table.loc[needed.idxmax(), "TAS"] = np.nan
+    with pytest.raises(TableError, match=r"^0\.csv lacks values in trials of \w+; run: snakemake"):
+        select_trials(CLAIMS, replace(trials, table=table))
+    assert not needed.all()
 
 
-@pytest.mark.parametrize("setting", ["replicates=1", "replicates=x", "trails=3", "metrics=[TAS]"])
-def test_wrong_settings_end_with_one_line(
-    setting: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main([f"results_dir={tmp_path}", setting]) == 2
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    assert setting.partition("=")[0] in error
+def test_replicates_differ_in_their_number_alone() -> None:
+    first, second = ([replace(one, replicate=k) for one in SWEEPS.values()] for k in (0, 1))
+    paths = [Path("0.csv"), Path("1.csv")]
+
+    def check(*sweeps: list[Sweep]) -> None:
+        check_alike(paths[: len(sweeps)], [Record(tuple(own), {}) for own in sweeps])
+
+    check(first, second)
+    with pytest.raises(CommandError, match="at least two replicate studies"):
+        check(first)
+    others = [replace(second[0], seed=1), *second[1:]]
+    for other in (others, second[:-1]):
+        with pytest.raises(TableError, match=r"^1\.csv has other settings than 0\.csv; run: "):
+            check(first, other)
+    for other in (first, [*second[:-1], first[-1]]):
+        with pytest.raises(TableError, match=r"^1\.csv is not replicate 1; run: snakemake 1\.csv"):
+            check(first, other)

@@ -1,0 +1,105 @@
+"""The cells and metrics that the claims need, and the settings that leave them undecided."""
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from experiments.config import ConfigError, load_sweep
+from experiments.grid import cells, evaluations
+from studies.claims.claims import load_claims
+from studies.claims.plan import load_replicates, needed_cells, plan
+
+CLAIMS = load_claims()
+
+
+def test_the_plan_holds_the_cells_and_metrics_of_every_claim_and_no_more() -> None:
+    planned = {(sweep.name, tuple(sweep.differs.split())): sweep for sweep in plan(CLAIMS)}
+    wanted = {key: evaluations(sweep) for key, sweep in planned.items()}
+    assert set(planned) == {claim.trials for claim in CLAIMS}
+    needed: set[Any] = set()
+    for claim in CLAIMS:
+        for cell in needed_cells(claim, planned[claim.trials]):
+            needed |= {(claim.trials, cell, metric) for metric in claim.metrics}
+    assert needed == {
+        (key, cell, metric)
+        for key, metrics in wanted.items()
+        for cell, names in metrics.items()
+        for metric in names
+    }
+    for key, sweep in planned.items():
+        assert set(wanted[key]) <= set(cells(sweep))
+        assert set().union(*wanted[key].values()) == set(sweep.metrics)
+    # Single cells, worked out by hand.
+    few = wanted["maa_vs_pas_outliers", ()]
+    assert {cell.n_outliers for cell in few if 0.01 < cell.sigma_t < 0.1} == {0, 50}
+    large = "trajectory_length", ("volume_per_camera=10",)
+    assert planned[large].volume_per_camera == 10
+    assert {tuple(metrics) for metrics in wanted[large].values()} == {("mAA",)}
+
+
+def test_replicates_differ_in_their_number_alone() -> None:
+    study = load_replicates(load_claims(3), ["trials=7"])
+    assert (study.name, study.folder, list(study.tables)) == (
+        "claims",
+        "replicates",
+        ["0", "1", "2"],
+    )
+    first, *_, last = study.tables.values()
+    assert {sweep.replicate for sweep in last.sweeps} == {2}
+    assert {sweep.trials for sweep in last.sweeps} == {7}
+    assert tuple(replace(sweep, replicate=0) for sweep in last.sweeps) == first.sweeps
+    assert len(first.sweeps) == len({claim.trials for claim in CLAIMS})
+
+
+@pytest.mark.parametrize(
+    ("override", "problem"),
+    [
+        ("metrics=[TAS]", "'metrics' is not open here: the claims decide"),
+        ("experiment=outliers", "'experiment' is not open here"),
+        ("replicate=1", "'replicate' is not open here"),
+        ("n_outliers=[0,1]", "needs trials of outliers with n_outliers 10"),
+        ("trials=0", "'trials': should be greater than or equal to 1, not 0 (experiment="),
+        ("trails=1", "unknown setting 'trails'"),
+        ("trials", "'trials' is not a setting"),
+    ],
+)
+def test_settings_that_leave_claims_undecided_are_refused(override: str, problem: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        load_replicates(CLAIMS, [override])
+    assert problem in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "least"),
+    [
+        ({"level": ["n_cameras"]}, 2),
+        ({"level": ["sigma_t", "n_cameras"]}, 2),
+        ({"where": {"sigma_t": [0.05]}, "level": ["sigma_t"]}, 2),
+        (
+            {
+                "statistic": "initial response",
+                "level": ["sigma_t"],
+                "where": {"n_outliers": [0], "sigma_t": [0.01, 0.1]},
+            },
+            3,
+        ),
+    ],
+)
+def test_a_claim_needs_levels_to_compare(change: dict[str, Any], least: int) -> None:
+    """Else it would have a verdict on nothing, after all trials."""
+    name = "outliers-tas-discerns"
+    with pytest.raises(ConfigError, match=f"'{name}' compares levels of .*, at least {least} of"):
+        needed_cells(replace(CLAIMS.claims[name], **change), load_sweep(["experiment=outliers"]))
+
+
+def test_a_change_takes_the_cells_before_and_after_it_alone() -> None:
+    claim = replace(
+        CLAIMS.claims["outliers-range-maa"],
+        where={"sigma_t": [0.05, 0.1]},
+        before={"n_outliers": [0], "sigma_t": [0.05]},
+        after={"n_outliers": [50]},
+    )
+    found = needed_cells(claim, load_sweep(["experiment=outliers"]))
+    assert [(cell.n_outliers, cell.sigma_t) for cell in found] == [(0, 0.05), (50, 0.05), (50, 0.1)]

@@ -1,0 +1,49 @@
+"""Trials that are made up: what they show is known."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from experiments.config import Sweep
+from experiments.grid import Cell, evaluations
+from experiments.tables import Record, Trials
+
+Value = Callable[[str, Cell, int, np.random.Generator], float]  # metric, cell, trial
+
+
+@pytest.fixture(scope="session")
+def make_up() -> Callable[..., Trials]:
+    """Make up the trials of sweeps: the value of each metric is that of a function."""
+
+    def made_up(*sweeps: Sweep, value: Value, path: str = "made_up.csv", seed: int = 0) -> Trials:
+        rng = np.random.default_rng(seed)
+        rows = [
+            {"experiment": sweep.name}
+            | ({"settings": sweep.differs} if sweeps[1:] else {})
+            | {"geometry": sweep.geometry, **asdict(cell)}
+            | {"replicate": sweep.replicate, "trial": trial}
+            | {metric: value(metric, cell, trial, rng) for metric in metrics}
+            for sweep in sweeps
+            for cell, metrics in evaluations(sweep).items()
+            for trial in range(sweep.trials)
+        ]
+        return Trials(Path(path), pd.DataFrame(rows), Record(sweeps, {}))
+
+    return made_up
+
+
+@pytest.fixture
+def written(tmp_path: Path) -> Callable[[Mapping[str, Trials]], list[str]]:
+    """Write trials under names, and return the paths."""
+    from experiments.tables import write_trials
+
+    def write(trials: Mapping[str, Trials]) -> list[str]:
+        for name, one in trials.items():
+            write_trials(tmp_path / f"{name}.csv", one.table, one.record.sweeps)
+        return [str(tmp_path / f"{name}.csv") for name in trials]
+
+    return write

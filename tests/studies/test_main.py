@@ -1,0 +1,201 @@
+"""The program of the studies: what each writes, and the line in which it ends without."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from experiments.config import load_sweep
+from experiments.grid import Cell
+from experiments.metrics import Column
+from experiments.tables import Record, Trials, read_trials
+from studies.__main__ import main
+from studies.claims.claims import load_claims
+from studies.claims.plan import plan
+from studies.parameters.axes import load_parameters
+from studies.table1 import EXPERIMENTS, compare, to_markdown
+
+MakeUp = Callable[..., Trials]
+Written = Callable[[Mapping[str, Trials]], list[str]]
+
+CLAIMS = load_claims()
+
+
+def worsens(metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
+    """Get worse with all noise and outliers."""
+    sign = -1 if Column.parse(metric).metric.higher_is_better else 1
+    level = 10 * cell.sigma_t + cell.sigma_r_deg + cell.n_outliers / 10
+    return sign * (level + 1e-3 * rng.random())
+
+
+@pytest.fixture
+def line(capsys: pytest.CaptureFixture[str]) -> Callable[[], str]:
+    """Return the one line of what went wrong."""
+
+    def of_stderr() -> str:
+        (only,) = capsys.readouterr().err.splitlines()
+        return only.removeprefix("studies: ")
+
+    return of_stderr
+
+
+def test_table1_is_written_as_csv_and_markdown(
+    make_up: MakeUp,
+    written: Written,
+    tmp_path: Path,
+    line: Callable[[], str],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    small = {"combined": ["sigma_t=[0.05]", "sigma_r_deg=[3]"]}
+    sweeps = {
+        name: load_sweep([f"experiment={name}", "trials=2", *small.get(name, [])])
+        for name in EXPERIMENTS
+    }
+    paths = written({name: make_up(sweep, value=worsens) for name, sweep in sweeps.items()})
+    table, text = tmp_path / "a" / "table1.csv", tmp_path / "b" / "table1.md"
+    assert main(["table1", *paths, "--output", str(table), str(text)]) == 0
+    assert capsys.readouterr().out == f"{table}\n{text}\n"
+    expected = compare(
+        {name: read_trials(Path(path)) for name, path in zip(sweeps, paths, strict=True)}
+    )
+    assert text.read_text() == to_markdown(expected)
+    pd.testing.assert_frame_equal(pd.read_csv(table), expected)
+
+    table.unlink()
+    assert main(["table1", *paths, "--output", str(table)]) == 1
+    assert line() == "table1 writes 2 files, not 1"
+    assert main(["table1", *paths[1:], "--output", str(table), str(text)]) == 1
+    assert line() == f"Table 1 needs the trials of {EXPERIMENTS[0]}, too"
+    Path(paths[0]).unlink()
+    assert main(["table1", *paths, "--output", str(table), str(text)]) == 1
+    assert line() == f"{paths[0]} does not exist; run: snakemake {paths[0]}"
+    assert not table.exists()
+
+
+def test_claims_have_verdicts_and_decisions(
+    make_up: MakeUp, written: Written, tmp_path: Path, line: Callable[[], str]
+) -> None:
+    outputs = [tmp_path / "claims.csv", tmp_path / "decisions.csv"]
+    verdicts: dict[str, list[str]] = {}
+    sweeps = [replace(sweep, trials=2) for sweep in plan(CLAIMS)]
+    for value in (worsens, lambda *cell: abs(worsens(*cell))):
+        paths = written(
+            {
+                str(k): make_up(*(replace(one, replicate=k) for one in sweeps), value=value, seed=k)
+                for k in range(2)
+            }
+        )
+        assert main(["claims", *paths, "--output", *map(str, outputs)]) == 0
+        table = pd.read_csv(outputs[0]).set_index("id")
+        assert list(table.index) == list(CLAIMS.claims)
+        assert (table["replicates"] == 2).all()
+        for name, found in table["verdict"].items():
+            verdicts.setdefault(str(name), []).append(found)
+    # All metrics get worse; all rise, errors for the worse.
+    yes, no = "reproduced", "not reproduced"
+    for name in ("outliers-tas-discerns", "rotations-ras-noise", "combined-pas-both"):
+        assert verdicts[name] == [yes, no]
+    assert verdicts["outliers-ate-discerns"] == [yes, yes]
+    assert verdicts["outliers-ate-blind"] == [no, no]
+    decisions = pd.read_csv(outputs[1])
+    assert set(decisions["decision"]) == {decision.id for decision in CLAIMS.decisions}
+
+    outputs[0].unlink()
+    assert main(["claims", paths[0], "--output", *map(str, outputs)]) == 1
+    assert "at least two replicate studies" in line()
+    assert main(["claims", *paths[::-1], "--output", *map(str, outputs)]) == 1
+    assert line() == (f"{paths[1]} is not replicate 0; delete it and run: snakemake {paths[1]}")
+    assert not outputs[0].exists()
+
+
+def test_a_threshold_study_is_written_the_same_again(
+    parts_of: Callable[[str], dict[str, Trials]],
+    written: Written,
+    tmp_path: Path,
+    line: Callable[[], str],
+) -> None:
+    paths = written(parts_of("threshold"))
+    times = str(tmp_path / "time.csv")
+    assert main(["threshold_time", *paths, "--output", times]) == 0
+    assert len(pd.read_csv(times)) == 18
+    names = ["tas.csv", "ras.csv", "pas.csv", "registration.csv", "study.md"]
+    contents = []
+    for folder in ("a", "b"):
+        outputs = [str(tmp_path / folder / name) for name in names]
+        assert main(["threshold", *paths, "--times", times, "--output", *outputs]) == 0
+        contents.append([Path(path).read_bytes() for path in outputs])
+    assert contents[0] == contents[1]
+    tables = [pd.read_csv(path) for path in outputs[:-1]]
+    for table, name in zip(tables, names[:-1], strict=True):
+        assert table["axis"].str.startswith(name.removesuffix(".csv")).all()
+    assert [len(table) for table in tables] == [6, 4, 2, 6]
+    assert "*Gains:*" in Path(outputs[-1]).read_text()
+
+    assert main(["threshold", *paths, "--output", *outputs]) == 1
+    assert "--times" in line()
+    assert main(["threshold", *paths[:-1], "--times", times, "--output", *outputs]) == 1
+    assert line() == "the threshold study needs the trials of seeds, too"
+
+
+def test_a_registration_study_has_a_table_and_sentences(
+    parts_of: Callable[[str], dict[str, Trials]], written: Written, tmp_path: Path
+) -> None:
+    paths = written(parts_of("registration"))
+    times, table, text = (str(tmp_path / name) for name in ("time.csv", "a.csv", "a.md"))
+    assert main(["registration_time", *paths, "--output", times]) == 0
+    assert main(["registration", *paths, "--times", times, "--output", table, text]) == 0
+    assert set(pd.read_csv(table)["part"]) == {Path(path).stem for path in paths}
+    assert "times as long." in Path(text).read_text()
+
+
+@pytest.fixture(scope="module")
+def parts_of(make_up: MakeUp) -> Callable[[str], dict[str, Trials]]:
+    """Make up the trials of a small parameter study."""
+    axes = {
+        "threshold": [
+            *("tas_max_threshold=[2]", "tas_quantile=[1]", "tas_n_thresholds=[9]"),
+            *("ras_max_threshold_deg=[9]", "ras_n_thresholds=[9]", "pas_weight=[1]"),
+            *("registration_n_hypotheses=[9]", "registration_prescreen=[1]"),
+            "registration_order=[1]",
+        ],
+        "registration": [],
+    }
+    grid = {"n_cameras": [20], "n_outliers": [0, 3], "sigma_t": [0.01, 0.1], "trials": 2}
+
+    def parts(name: str) -> dict[str, Trials]:
+        tables = load_parameters(name, axes[name]).tables
+        return {
+            part: make_up(
+                replace(table.sweeps[0], **grid, sigma_r_deg=[1.0, 5.0], noise="paired"),
+                value=worsens,
+            )
+            for part, table in tables.items()
+        }
+
+    return parts
+
+
+def test_scenarios_have_findings(
+    make_up: MakeUp, written: Written, tmp_path: Path, line: Callable[[], str]
+) -> None:
+    settings = ["experiment=maa_vs_pas_outliers", "metrics=[TAS,ATE]", "trials=4"]
+    sweep = load_sweep(["n_outliers=[0,10]", *settings])
+    trials = make_up(replace(sweep, name="beyond_own/a"), value=worsens)
+    paths = written({"a": trials, "b": trials})
+    output = tmp_path / "own.csv"
+    assert main(["scenarios", *paths, "--output", str(output)]) == 0
+    table = pd.read_csv(output)
+    assert table[["scenario", "metric"]].to_numpy().tolist() == [
+        [name, metric] for name in "ab" for metric in ("TAS", "ATE")
+    ]
+    assert table["finding"].str.startswith("TAS and ATE order noise and outliers.").all()
+
+    record = Record((replace(sweep, metrics=["TAS", "PAS"]),), {})
+    paths = written({"a": replace(trials, record=record)})
+    output.unlink()
+    assert main(["scenarios", *paths, "--output", str(output)]) == 1
+    assert f"{paths[0]} has no column PAS; delete it and run: snakemake {paths[0]}" == line()
+    assert not output.exists()
