@@ -69,9 +69,8 @@ def score(reference: Trajectory, name: str, file: str, arguments: argparse.Names
                 f"reference, and it takes 4 (--missing {arguments.missing}{options})"
             )
         convention = find_convention(matches.gt_poses, matches.est_poses)
-        inverted = (
-            convention.inverted or convention.rotations_inverted
-        )  # B is that of the inverted poses
+        inverted = convention.inverted or convention.rotations_inverted
+        # B of an inverted estimate holds for the inverted poses, not for these.
         automatic = arguments.body_rotation == "auto" and not inverted
         body_rotation = convention.body_rotation if automatic else None
         est_poses = matches.est_poses
