@@ -25,7 +25,7 @@ def test_no_endless_loop(registration, n):
         est[:4] = 2 * gt[:4] + 50
         result = tas(gt, est, registration=registration)
         assert result.score == 0.04
-        assert 0 < result.n_hypotheses < 1000
+        assert 4 <= result.n_hypotheses <= 100  # 24 in the mean: 24 in a million draws
 
 
 @pytest.mark.parametrize("n", [12, 60, 400])

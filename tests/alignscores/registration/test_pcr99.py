@@ -205,13 +205,17 @@ def test_more_hypotheses_cost_less(noisy_scene):
     assert costs[-1] < costs[0] / 2
 
 
-def test_enumeration_ends_at_the_number_of_hypotheses(noisy_scene):
+@pytest.mark.parametrize(
+    ("n", "asked", "enumerated"),
+    [(19, 1000, True), (20, 1000, False), (20, 1139, False), (20, 1140, True)],
+)
+def test_enumeration_ends_at_the_number_of_hypotheses(noisy_scene, n, asked, enumerated):
     """comb(n, 3) <= n_hypotheses: the random generator is not touched; beyond, it is."""
-    for n, enumerated in ((19, True), (20, False)):
-        gt, est = noisy_scene(n, 3, 0.02, 0)
-        generator = rng()
-        pcr99(gt, est, rank=4, n_hypotheses=1000, rng=generator)
-        assert (generator.random() == rng().random()) == enumerated
+    gt, est = noisy_scene(n, 0, 1e-6, 0)
+    generator = rng()
+    _, n_used = pcr99(gt, est, rank=4, n_hypotheses=asked, rng=generator)
+    assert (generator.random() == rng().random()) == enumerated
+    assert n_used == (3 * math.comb(n, 3) if enumerated else asked)
 
 
 def single(gt, est):
