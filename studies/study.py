@@ -1,6 +1,6 @@
 """A study: a name, and the tables of trials that its question is put to."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 
@@ -47,13 +47,31 @@ class Study:
     tables: Mapping[str, Table]
 
 
-def load_experiments(overrides: Sequence[str] = ()) -> Study:
-    """Return the paper's experiments, the same settings for all of them.
+class _Experiments(Mapping[str, Table]):
+    """The paper's experiments, each resolved where it is asked for: settings need not suit all."""
 
-    Raises
-    ------
-    ConfigError
-        In one line that names the setting and the experiment that it does not suit.
+    def __init__(self, overrides: Sequence[str]) -> None:
+        self._overrides = overrides
+
+    def __getitem__(self, name: str) -> Table:
+        settings = [f"experiment={name}", *self._overrides]
+        try:
+            return Table((load_sweep(settings),))
+        except ConfigError as error:
+            raise ConfigError(f"{error} ({' '.join(settings)})") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(experiment_names())
+
+    def __len__(self) -> int:
+        return len(experiment_names())
+
+
+def load_experiments(overrides: Sequence[str] = ()) -> Study:
+    """Return the paper's experiments, with the same overrides for all of them.
+
+    A table is resolved where it is asked for. A `ConfigError` then names the setting, and the
+    experiment that it does not suit.
 
     Examples
     --------
@@ -62,14 +80,7 @@ def load_experiments(overrides: Sequence[str] = ()) -> Study:
     >>> study.folder, study.tables["combined"].sweeps[0].trials
     ('trials', 5)
     """
-    tables = {}
-    for name in experiment_names():
-        settings = [f"experiment={name}", *overrides]
-        try:
-            tables[name] = Table((load_sweep(settings),))
-        except ConfigError as error:
-            raise ConfigError(f"{error} ({' '.join(settings)})") from None
-    return Study("experiments", "trials", tables)
+    return Study("experiments", "trials", _Experiments(overrides))
 
 
 def reject(overrides: Sequence[str], keys: Sequence[str], reason: str) -> None:

@@ -4,8 +4,12 @@ OF_SCENARIOS = {SCENARIO_STUDY: (f"tables/{SCENARIO_STUDY}",)}
 
 
 def drawn_from(wildcards):
-    tables = {**FIGURES, **OF_SCENARIOS}[wildcards.figure]
-    return [RESULTS / f"{table}.csv" for table in tables]
+    return [f"{RESULTS}/{table}.csv" for table in {**FIGURES, **OF_SCENARIOS}[wildcards.figure]]
+
+
+def records(wildcards):
+    of_trials = PAPER_FIGURES.get(wildcards.figure, ())
+    return [f"{RESULTS}/trials/{name}.json" for name in of_trials]
 
 
 wildcard_constraints:
@@ -17,13 +21,14 @@ rule figure:
         TRIAL_CODE,
         STUDY_CODE,
         FIGURE_CODE,
+        records,
         tables=drawn_from,
     output:
         pdf=RESULTS / "figures" / "{figure}.pdf",
         png=RESULTS / "figures" / "{figure}.png",
     params:
         module=lambda wildcards: wildcards.figure if wildcards.figure in FIGURES else "beyond",
-        path=RESULTS / "figures" / "{figure}",
+        path=str(RESULTS / "figures" / "{figure}"),
     log:
         RESULTS / "logs" / "figures" / "{figure}.log",
     benchmark:

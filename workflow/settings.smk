@@ -64,8 +64,8 @@ def trials(folder, *extensions):
 
 def code(*folders):
     """Imported code is invisible to Snakemake's rerun logic unless it is an input."""
-    places = [Path(workflow.basedir, folder) for folder in folders]
-    return [path for place in places for end in ("py", "c") for path in place.glob(f"*.{end}")]
+    files = [f"{folder}/*.{end}" for folder in folders for end in ("py", "c")]
+    return sorted(path for pattern in files for path in Path(workflow.basedir).glob(pattern))
 
 
 # What trials rest on, and what is asked of them: the rest of the library reads people's files.

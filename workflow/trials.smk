@@ -26,7 +26,12 @@ def processes(wildcards):
 
 
 def table(wildcards):
-    return study(wildcards.folder).tables[wildcards.table]
+    return resolved(wildcards.folder, wildcards.table)
+
+
+@cache
+def resolved(folder, name):
+    return or_end(study(folder).tables.__getitem__, name)
 
 
 wildcard_constraints:

@@ -91,8 +91,8 @@ def test_runs_and_reruns(snakemake: Snakemake, tmp_path: Path) -> None:
     trials = tmp_path / "results" / "trials" / "outliers.csv"
     assert len(trials.read_text().splitlines()) == 1 + 2 * 2 * 2
     for kind in ("logs", "benchmarks"):
-        files = {path.relative_to(tmp_path / "results" / kind).with_suffix("")
-                 for path in (tmp_path / "results" / kind).rglob("*.*")}  # fmt: skip
+        folder = tmp_path / "results" / kind
+        files = {path.relative_to(folder).with_suffix("") for path in folder.rglob("*.*")}
         assert files == {Path("trials/outliers"), Path("figures/outliers")}
 
     # Nothing is left to do; how it is run changes nothing; another setting does.
@@ -124,25 +124,21 @@ TARGETS = (
     "results/replicates/0.csv",
     "results/tables/registration_study.md",
 )
-AGAIN = {"figure": 2, "parameters_registration": 1}
-EDITS = {  # of files of the project, with the jobs that they make run again
-    "alignscores/trajectories/files.py": {},
-    "alignscores/cli/plots.py": {"figure": 2},  # which has what the histogram draws
-    "alignscores/registration/pcr99.py": {"trials": 5, "run_times": 1} | AGAIN,
-    "experiments/scenes/errors.py": {"trials": 5, "run_times": 1} | AGAIN,
-    "studies/statistics.py": AGAIN,
-    "studies/parameters/registrations.py": AGAIN,
-    "figures/panels.py": {"figure": 2},
-    "report/page.py": {},
-}
+ANALYSIS = {"figure": 2, "parameters_registration": 1}
+EDITS = [  # files of the project, with the jobs that an edit of them makes run again
+    (("alignscores/trajectories/files.py", "report/page.py"), {}),
+    (("alignscores/cli/plots.py",), {"figure": 2}),  # which has what the histogram draws
+    (("figures/panels.py",), {"figure": 2}),
+    (("studies/statistics.py",), ANALYSIS),
+    (("experiments/scenes/errors.py",), {"trials": 5, "run_times": 1} | ANALYSIS),
+]
 CLAIMS = [  # a text, what takes its place, whether other trials are needed then
     ("A single outlier blinds", "One outlier blinds", False),
-    ("id: outliers-ate-discerns", "id: outliers-ate-sees", False),
     ("n_outliers: [1], sigma_t: [0.01, 0.03,", "n_outliers: [1], sigma_t: [0.01, 0.02,", True),
-    ("metric: DTE\n        versus: ATE", "metric: DTE\n        versus: mAA", True),
 ]
 
 
+@pytest.mark.timeout(300)
 def test_an_edit_reruns_what_depends_on_it_and_nothing_else(
     snakemake: Snakemake, tmp_path: Path
 ) -> None:
@@ -159,11 +155,13 @@ def test_an_edit_reruns_what_depends_on_it_and_nothing_else(
 
     done = snakemake(*TARGETS, "--config", "trials=1", project=copy)
     assert done.returncode == 0, done.text
-    for name, jobs in EDITS.items():
-        code = (copy / name).read_text()
-        (copy / name).write_text(f"{code}# changed\n")
-        assert rerun(*TARGETS) == jobs, name
-        (copy / name).write_text(code)
+    for files, jobs in EDITS:
+        code = {copy / name: (copy / name).read_text() for name in files}
+        for path, text in code.items():
+            path.write_text(f"{text}# changed\n")
+        assert rerun(*TARGETS) == jobs, files
+        for path, text in code.items():
+            path.write_text(text)
 
     claims = copy / "configs" / "claims.yaml"
     for old, new, is_run_again in CLAIMS:
