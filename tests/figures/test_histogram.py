@@ -9,7 +9,8 @@ def test_it_is_that_of_the_trial_in_the_table(run, seed):
     cell = ["sigma_t=[0.03]", "sigma_r_deg=[3.0]"]
     trials = run("combined", *cell, f"seed={seed}")
     figure = histogram.draw(trials)
-    for axes, metric in zip(figure.axes, ("TAS", "RAS"), strict=True):
+    for axes, (metric, largest) in zip(figure.axes, {"TAS": 1, "RAS": 10}.items(), strict=True):
+        assert axes.get_xlim() == pytest.approx((0, largest))  # in units of d, in degrees
         score = trials.table[metric][0]
         assert f"{metric} = {score:.3f}" in [text.get_text() for text in axes.texts]
         values, edges, _ = axes.patches[0].get_data()
