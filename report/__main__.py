@@ -1,66 +1,68 @@
-"""Write the report: ``python -m report [key=value ...]``."""
+"""Write the report: ``python -m report --verdicts FILE.csv ... --output FILE.html``."""
 
 import sys
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
-from experiments.claims import load_claims, split_replicates
 from experiments.command import run_command
-from experiments.config import load
-from experiments.replicate import FIRST
-from experiments.scenarios import BEYOND
-from experiments.scenarios import load_study as load_scenarios
-from experiments.study import STUDIES, axis_names, load_study
 from experiments.tables import write_files
 
-from .inputs import Plan, read_inputs
 from .page import render
 
 __all__ = ["main"]
 
-HELP = """\
-settings are Hydra overrides, the ones that the workflow was run with; axes of the parameter
-studies, such as tas_max_threshold=[0.5,1,1.5]; and replicates=20:
-  results_dir=results   where the tables and figures are, and where the page goes
-
-snakemake report makes all that the page needs, and the page
-"""
+FILES = {  # what the page is made of: one file, or several
+    "verdicts": (None, "CSV", "the verdicts on the claims"),
+    "decisions": (None, "CSV", "the evidence for the decisions"),
+    "table1": (None, "CSV", "Table 1"),
+    "figures": ("+", "PNG", "all figures, in their order on the page"),
+    "experiments": ("+", "JSON", "records of the experiments' trials"),
+    "replicates": ("+", "JSON", "records of the replicate studies"),
+    "thresholds": ("+", "CSV", "the tables of the threshold study"),
+    "threshold-times": (None, "CSV", "its run times"),
+    "threshold-parts": ("+", "JSON", "records of its trials"),
+    "registrations": (None, "CSV", "the table of the registration study"),
+    "registration-times": (None, "CSV", "its run times"),
+    "registration-parts": ("+", "JSON", "records of its trials"),
+    "findings": (None, "CSV", "what the scenarios show"),
+    "scenarios": ("+", "JSON", "records of the scenarios' trials"),
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write ``<results_dir>/report.html``; return the exit code: 1 for files, 2 for settings."""
+    """Write the page; return the exit code."""
     parser = ArgumentParser(
         prog="python -m report",
         description="Write verdicts, figures and evidence on one self-contained page.",
-        epilog=HELP,
-        formatter_class=RawDescriptionHelpFormatter,
+        epilog="snakemake report makes all that the page needs, and the page",
     )
-    parser.add_argument("--scenarios", type=Path, default=BEYOND, metavar="FILE")
+    for name, (number, kind, content) in FILES.items():
+        parser.add_argument(
+            f"--{name}", type=Path, nargs=number, metavar=kind, help=content, required=True
+        )
+    parser.add_argument(
+        "--benchmarks",
+        type=Path,
+        nargs="*",
+        default=[],
+        metavar="TSV",
+        help="what Snakemake measured of jobs; those that are missing are passed over",
+    )
+    parser.add_argument(
+        "--settings",
+        nargs="*",
+        default=[],
+        metavar="key=value",
+        help="what snakemake --config was given, to repeat it",
+    )
+    parser.add_argument("--output", type=Path, required=True, metavar="HTML")
     return run_command(parser, _work, arguments)
 
 
 def _work(options: Namespace) -> list[Path]:
-    plan = _plan(options.overrides, options.scenarios)
-    path = plan.results / "report.html"
-    write_files({path: render(read_inputs(plan)).encode()})
-    return [path]
-
-
-def _plan(overrides: Sequence[str], scenarios: Path) -> Plan:
-    """Tell the settings apart: which concern the claims, the studies' axes, the experiments."""
-    n_replicates, others = split_replicates(overrides)
-    axes = axis_names()
-    settings = [other for other in others if other.partition("=")[0].strip() not in axes]
-    return Plan(
-        results=Path(load([f"experiment={FIRST}", *settings]).results_dir),
-        settings=settings,
-        claims=load_claims(n_replicates),
-        n_replicates=n_replicates,
-        studies={name: load_study(name, others) for name in STUDIES},
-        scenarios=load_scenarios(scenarios, settings),
-        scenario_file=scenarios,
-    )
+    write_files({options.output: render(options).encode()})
+    return [options.output]
 
 
 if __name__ == "__main__":

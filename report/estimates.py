@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from math import isfinite
 
-from experiments.claims import Claim
-from experiments.verdicts import REPRODUCED
+from studies.claims.claims import Claim
+from studies.claims.verdicts import REPRODUCED
 
 __all__ = ["SPACE", "Estimate", "Plot", "write_number"]
 
@@ -28,9 +28,11 @@ class Plot:
 class Estimate:
     """The statistic of a claim over the replicates: its mean, the central 95 % and the verdict.
 
+    `of_means` is what the other meaning of range would give, where the claim has one.
+
     Examples
     --------
-    >>> from experiments.claims import load_claims
+    >>> from studies.claims.claims import load_claims
     >>> claim = load_claims().claims["outliers-range-maa"]
     >>> estimate = Estimate(claim, -74.2, -75.9, -72.5, "reproduced")
     >>> estimate.expected.split(), estimate.value.split(), estimate.interval
@@ -42,6 +44,7 @@ class Estimate:
     low: float
     high: float
     verdict: str
+    of_means: "Estimate | None" = None
 
     @property
     def unit(self) -> str:

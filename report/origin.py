@@ -4,18 +4,19 @@ import json
 import shlex
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import pairwise
-from math import isfinite
+from math import isnan
+from pathlib import Path
 from typing import Any
 
-from experiments.config import HOW, load, to_overrides
-from experiments.scenarios import BEYOND
-from experiments.study import default_axes
+import pandas as pd
 
-from .inputs import Inputs, Job
+from experiments.tables import Record
 
-__all__ = ["Machine", "Runtime", "command", "machines", "runtimes", "write_levels"]
+__all__ = ["NONE", "Machine", "command", "machines", "runtimes", "write_levels"]
+
+NONE = "–"
 
 
 @dataclass(frozen=True)
@@ -23,93 +24,58 @@ class Machine:
     """A source tree and a machine, with the tables, or folders of them, that were made there."""
 
     tables: Sequence[str]
-    record: Mapping[str, Any]
+    origin: Mapping[str, Any]
 
 
-@dataclass(frozen=True)
-class Runtime:
-    """What the jobs of a rule took together."""
-
-    rule: str
-    n_jobs: int
-    seconds: str
-    longest: str
-    cpu_seconds: str
-    megabytes: str
+def machines(records: Mapping[Path, Record]) -> list[Machine]:
+    """Group tables by the code, the packages and the platform that they were made with."""
+    groups: dict[str, list[Path]] = {}
+    for path, record in records.items():
+        groups.setdefault(json.dumps(record.origin, sort_keys=True), []).append(path)
+    sizes = Counter(path.parent for path in records)
+    return [Machine(_shorten(paths, sizes), json.loads(key)) for key, paths in groups.items()]
 
 
-def machines(inputs: Inputs) -> list[Machine]:
-    """Group the tables by the code, the packages and the platform that they were made with."""
-    groups: dict[str, list[str]] = {}
-    tables = {f"trials/{name}": record for name, record in inputs.experiments.items()}
-    tables |= {f"replicates/{name}": record for name, record in inputs.replicates.items()}
-    tables |= {f"trials/{name}": record for name, record in inputs.parts.items()}
-    for name, record in tables.items():
-        machine = {key: record[key] for key in ("git", "python", "platform", "packages")}
-        groups.setdefault(json.dumps(machine, sort_keys=True), []).append(name)
-    folders = Counter(map(_folder, tables))
-    return [
-        Machine(_shorten(names, folders), json.loads(machine)) for machine, names in groups.items()
-    ]
-
-
-def _shorten(names: Sequence[str], folders: Mapping[str, int]) -> list[str]:
+def _shorten(paths: Sequence[Path], sizes: Mapping[Path, int]) -> list[str]:
     """Name a folder in place of all tables in it."""
-    found = Counter(map(_folder, names))
-    whole = {folder for folder in found if found[folder] == folders[folder]}
-    shortened = (
-        f"{_folder(name)}/ ({folders[_folder(name)]})" if _folder(name) in whole else name
-        for name in names
-    )
-    return list(dict.fromkeys(shortened))
+    found = Counter(path.parent for path in paths)
+    names = [
+        f"{path.parent.name}/ ({found[path.parent]})"
+        if found[path.parent] == sizes[path.parent]
+        else f"{path.parent.name}/{path.stem}"
+        for path in paths
+    ]
+    return list(dict.fromkeys(names))
 
 
-def _folder(name: str) -> str:
-    return name.rpartition("/")[0]
+def command(settings: Sequence[str]) -> str:
+    """Return the command that repeats the results.
 
-
-def command(inputs: Inputs) -> str:
-    """Return the command that repeats the results: what differs from ``configs/``, and no places.
-
-    Settings are shared by all experiments, as `snakemake --config` shares them.
+    Examples
+    --------
+    >>> command(["trials=5", "sigma_t=[0.05]"]), command([])
+    ("snakemake report --config trials=5 'sigma_t=[0.05]'", 'snakemake report')
     """
-    changed: dict[str, Any] = {}
-    for name, record in inputs.experiments.items():
-        defaults = asdict(load([f"experiment={name}"]))
-        for key, value in record["config"].items():
-            if key not in HOW and value != defaults.get(key):
-                changed[key] = value
-    plan = inputs.plan
-    if inputs.n_replicates != plan.claims.replicates:
-        changed["replicates"] = inputs.n_replicates
-    axes = {name: axis for study in plan.studies.values() for name, axis in study.axes.items()}
-    for name, default in default_axes().items():
-        if axes[name].values != default.values:
-            changed[name] = list(axes[name].values)
-    if plan.scenario_file.resolve() != BEYOND:
-        changed["scenarios"] = plan.scenario_file.name
-    settings = ["--config", *to_overrides(changed)] if changed else []
-    return shlex.join(["snakemake", "report", *settings])
+    given = ["--config", *settings] if settings else []
+    return shlex.join(["snakemake", "report", *given])
 
 
-def runtimes(jobs: Mapping[str, Sequence[Job]]) -> list[Runtime]:
-    """Sum the jobs of each rule, and of all."""
-    parts = {**jobs, "all": [job for group in jobs.values() for job in group]} if jobs else {}
-    return [_runtime(rule, group) for rule, group in parts.items()]
+def runtimes(jobs: pd.DataFrame) -> dict[str, dict[str, str]]:
+    """Sum the jobs of each folder of results, and of all: numbers by what they are."""
+    groups = {str(folder): group for folder, group in jobs.groupby("folder", sort=False)}
+    whole = {"all": jobs} if groups else {}
+    return {folder: _sum(group) for folder, group in {**groups, **whole}.items()}
 
 
-def _runtime(rule: str, jobs: Sequence[Job]) -> Runtime:
-    seconds = [job.seconds for job in jobs if isfinite(job.seconds)]
-    cpu_seconds = [job.cpu_seconds for job in jobs if isfinite(job.cpu_seconds)]
-    megabytes = [job.megabytes for job in jobs if isfinite(job.megabytes)]
-    return Runtime(
-        rule,
-        len(jobs),
-        seconds=_write_seconds(sum(seconds)) if seconds else "–",
-        longest=_write_seconds(max(seconds)) if seconds else "–",
-        cpu_seconds=_write_seconds(sum(cpu_seconds)) if cpu_seconds else "–",
-        megabytes=f"{max(megabytes):.0f} MB" if megabytes else "–",
-    )
+def _sum(jobs: pd.DataFrame) -> dict[str, str]:
+    memory = jobs["max_rss"].max()
+    return {
+        "Jobs": str(len(jobs)),
+        "Time": _write_seconds(jobs["s"].sum(min_count=1)),
+        "Longest job": _write_seconds(jobs["s"].max()),
+        "Processor time": _write_seconds(jobs["cpu_time"].sum(min_count=1)),
+        "Largest memory": NONE if isnan(memory) else f"{memory:.0f} MB",
+    }
 
 
 def _write_seconds(seconds: float) -> str:
@@ -120,6 +86,8 @@ def _write_seconds(seconds: float) -> str:
     >>> _write_seconds(7.43), _write_seconds(59.97), _write_seconds(3725.4)
     ('7.4 s', '1 min 00 s', '1 h 02 min 05 s')
     """
+    if isnan(seconds):
+        return NONE
     if seconds < 59.95:
         return f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)

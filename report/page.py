@@ -1,10 +1,12 @@
 """The page: what it shows, handed to the template ``page.html.j2``."""
 
 import re
+from argparse import Namespace
 from base64 import b64encode
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -14,40 +16,38 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 from PIL import Image
 
-from experiments.claims import Claim, Decision, Reading
-from experiments.comparison import CRITERIA, PROPERTIES
-from experiments.config import load
-from experiments.verdicts import CENTRAL
-from figures import FIGURES
+from figures import PAPER_FIGURES
+from studies.claims.claims import Claim, Claims, Decision, Reading, load_claims
+from studies.claims.verdicts import CENTRAL, VERDICTS
+from studies.table1 import CRITERIA, PROPERTIES
 
-from . import origin, studies
+from . import inputs, origin
 from .estimates import SPACE, Estimate
-from .inputs import VERDICTS, Inputs
+from .studies import Beyond, Registrations, Thresholds
 
 __all__ = ["render"]
 
-SYMBOLS = (  # names of settings as they are read
-    (re.compile(r"sigma_r_deg ([\d./]+)"), r"<i>σ</i><sub>r</sub> \1°"),
-    (re.compile("sigma_r_deg"), "<i>σ</i><sub>r</sub>"),
-    (re.compile("sigma_t"), "<i>σ</i><sub>t</sub>"),
-    (re.compile("n_outliers"), "outliers"),
-    (re.compile("n_cameras"), "cameras"),
-    (re.compile(r"(?<=[ (])-(?=\d)"), "−"),
-    (re.compile(r"\btau (?=[−\d])"), "τ\u00a0"),
-    (re.compile(r"\btau\b"), "τ"),
-    (re.compile(r"\b\w+-[12]\b"), r'<span class="whole">\g<0></span>'),
-)
+PAPER_TRIALS = 50  # in each cell of the paper's experiments
+REPLACEMENTS = {  # by filter, what is replaced in a text that has been escaped
+    "emphasis": (  # of Markdown
+        (r"\*\*(.+?)\*\*", r"<strong>\1</strong>"),
+        (r"\*(.+?)\*", r"<em>\1</em>"),
+    ),
+    "quantities": ((r"\b([dmn])\b", r"<i>\1</i>"),),  # standing alone
+    "symbols": (  # names of settings as the paper has them
+        (r"sigma_r_deg ([\d./]+)", r"<i>σ</i><sub>r</sub> \1°"),
+        ("sigma_r_deg", "<i>σ</i><sub>r</sub>"),
+        ("sigma_t", "<i>σ</i><sub>t</sub>"),
+        ("n_outliers", "outliers"),
+        ("n_cameras", "cameras"),
+        (r"(?<=[ (])-(?=\d)", "−"),
+        (r"\btau (?=[−\d])", "τ\u00a0"),
+        (r"\btau\b", "τ"),
+        (r"\b\w+-[12]\b", r'<span class="whole">\g<0></span>'),
+    ),
+}
 WIDE = 1500  # pixels: 5 inches
 COLOURS = 256  # in a picture: all that can be seen, at a third of the size
-
-
-@dataclass(frozen=True)
-class Row:
-    """A claim with its estimate, and with what the other meaning of range would give."""
-
-    claim: Claim
-    estimate: Estimate
-    of_means: Estimate | None
 
 
 @dataclass(frozen=True)
@@ -79,14 +79,13 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure as it stands in the page."""
+    """A figure as it stands in the page, with the estimates of its claims."""
 
-    name: str
     number: int
     source: str
     width: int
     height: int
-    rows: Sequence[Row]
+    rows: Sequence[Estimate]
 
     @property
     def is_wide(self) -> bool:
@@ -94,67 +93,90 @@ class Picture:
         return self.width > WIDE
 
 
-def render(inputs: Inputs) -> str:
+def render(files: Namespace) -> str:
     """Write the page.
 
     Parameters
     ----------
-    inputs : Inputs
-        All that it shows.
+    files : Namespace
+        The options of ``python -m report``.
 
     Returns
     -------
     str
         HTML that needs no other file. It has no date: the same inputs give the same page.
+
+    Raises
+    ------
+    CommandError, TableError
+        Where a file is missing, or cannot be what it should be.
     """
-    rows = _rows(inputs)
-    counts = Counter(row.estimate.verdict for row in rows)
-    config = inputs.replicates["0"]["config"]
-    tested = inputs.comparison[inputs.comparison["ours"] != "not tested"]
-    page = _environment().get_template("page.html.j2")
-    return page.render(
-        rows=rows,
-        claims={row.claim.id: row for row in rows},
-        verdicts=VERDICTS,
-        counts={verdict: counts[verdict] for verdict in VERDICTS},
-        sources=list(dict.fromkeys(row.claim.source for row in rows)),
-        n_replicates=inputs.n_replicates,
-        n_trials=config["trials"],
-        paper_trials=load(["experiment=outliers"]).trials,
-        seed=config["seed"],
-        central=CENTRAL[1] - CENTRAL[0],
-        missed=_missed(inputs.n_replicates),
-        n_numbers=sum(row.claim.paper is not None for row in rows),
-        n_outside=sum(row.estimate.is_outside for row in rows if row.claim.paper is not None),
-        exceptions=[
-            row for verdict in VERDICTS[:-1] for row in rows if row.estimate.verdict == verdict
-        ],
-        pictures=_pictures(inputs.figures, rows),
-        figure_numbers={name: number for number, name in enumerate(inputs.figures, start=1)},
-        criteria=dict(zip(PROPERTIES, CRITERIA, strict=True)),
-        statistics=dict(tested.groupby("property", sort=False)["statistic"].first()),
-        comparison=inputs.comparison.groupby("metric", sort=False),
-        n_tested=len(tested),
-        n_agreeing=int((tested["agrees"] == "yes").sum()),
-        figure_of={name: figure for figure, names in FIGURES.items() for name in names},
-        decisions=_decisions(inputs),
-        thresholds=studies.Thresholds(inputs.thresholds, _trials(inputs, "threshold_study/")),
-        registrations=studies.Registrations(
-            inputs.registrations, _trials(inputs, "registration_study/")
-        ),
-        beyond=studies.Beyond(
-            inputs.plan.scenarios.name,
-            inputs.findings,
-            {
-                name: inputs.parts[config.name]["config"]
-                for name, config in inputs.plan.scenarios.scenarios.items()
-            },
-        ),
-        experiments=inputs.experiments,
-        machines=origin.machines(inputs),
-        command=origin.command(inputs),
-        runtimes=origin.runtimes(inputs.jobs),
+    claims = load_claims()
+    replicates = inputs.read_replicates(files.replicates)
+    n = len(replicates)
+    verdicts = inputs.read_verdicts(files.verdicts, claims, n)
+    rows = [
+        _estimate(claim, record, with_means=claim.has_ranges)
+        for claim, record in zip(claims.claims.values(), verdicts.to_dict("records"), strict=True)
+    ]
+    experiments = inputs.read_records(files.experiments)
+    scenarios = inputs.read_records(files.scenarios)
+    thresholds, registrations = inputs.read_thresholds(files), inputs.read_registrations(files)
+    records = {**experiments, **replicates, **thresholds.records, **registrations.records}
+    figures = inputs.read_figures(files.figures, files.findings.stem)
+    return (
+        _environment()
+        .get_template("page.html.j2")
+        .render(
+            **_verdicts(rows, n),
+            **_table1(inputs.read_table1(files.table1)),
+            replicate=next(iter(replicates.values())).sweep,
+            n_replicates=n,
+            paper_trials=PAPER_TRIALS,
+            pictures=_pictures(figures, rows),
+            decisions=_decisions(inputs.read_decisions(files.decisions, claims, n), claims),
+            thresholds=Thresholds(thresholds),
+            registrations=Registrations(registrations),
+            beyond=Beyond(
+                files.findings.stem, inputs.read_findings(files.findings, scenarios), scenarios
+            ),
+            experiments=[record.sweep for record in experiments.values()],
+            machines=origin.machines({**records, **scenarios}),
+            command=origin.command(files.settings),
+            runtimes=origin.runtimes(inputs.read_jobs(files.benchmarks)),
+        )
     )
+
+
+def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
+    """Return what the page shows of the verdicts."""
+    counts = Counter(row.verdict for row in rows)
+    numeric = [row for row in rows if row.claim.paper is not None]
+    return {
+        "rows": rows,
+        "claims": {row.claim.id: row for row in rows},
+        "verdicts": VERDICTS,
+        "counts": {verdict: counts[verdict] for verdict in VERDICTS},
+        "sources": list(dict.fromkeys(row.claim.source for row in rows)),
+        "exceptions": [row for name in VERDICTS[:-1] for row in rows if row.verdict == name],
+        "central": CENTRAL[1] - CENTRAL[0],
+        "missed": _missed(n_replicates),
+        "n_numbers": len(numeric),
+        "n_outside": sum(row.is_outside for row in numeric),
+    }
+
+
+def _table1(table: pd.DataFrame) -> dict[str, Any]:
+    """Return what the page shows of Table 1."""
+    tested = table[table["ours"] != "not tested"]
+    return {
+        "criteria": dict(zip(PROPERTIES, CRITERIA, strict=True)),
+        "statistics": dict(tested.groupby("property", sort=False)["statistic"].first()),
+        "table1": table.groupby("metric", sort=False),
+        "n_tested": len(tested),
+        "n_agreeing": int((tested["agrees"] == "yes").sum()),
+        "figure_of": {name: figure for figure, names in PAPER_FIGURES.items() for name in names},
+    }
 
 
 def _environment() -> Environment:
@@ -166,10 +188,10 @@ def _environment() -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    environment.filters["symbols"] = _symbols
     environment.filters["levels"] = origin.write_levels
-    environment.filters["of_d"] = _of_d
     environment.filters["together"] = _together
+    for name in REPLACEMENTS:
+        environment.filters[name] = partial(_replace, name)
     return environment
 
 
@@ -187,17 +209,20 @@ def _missed(n: int) -> float:
     return 2 * (1 + CENTRAL[0] * (n - 1)) / (n + 1)
 
 
-def _symbols(text: str) -> Markup:
-    """Escape a text and write the names of settings as the paper does."""
+def _replace(name: str, text: str) -> Markup:
+    """Escape a text, and make the replacements of a filter in it.
+
+    Examples
+    --------
+    >>> print(_replace("emphasis", "on **2 of 3 inputs**, *often* < 5"))
+    on <strong>2 of 3 inputs</strong>, <em>often</em> &lt; 5
+    >>> print(_replace("quantities", "units of d"))
+    units of <i>d</i>
+    """
     html = str(escape(text))
-    for name, symbol in SYMBOLS:
-        html = name.sub(symbol, html)
+    for pattern, replacement in REPLACEMENTS[name]:
+        html = re.sub(pattern, replacement, html)
     return Markup(html)
-
-
-def _of_d(text: str) -> Markup:
-    """Escape a text and write quantities in italics: d, m and n, standing alone."""
-    return Markup(re.sub(r"\b([dmn])\b", r"<i>\1</i>", str(escape(text))))
 
 
 def _together(text: str) -> str:
@@ -214,52 +239,31 @@ def _together(text: str) -> str:
     return text.replace(" %", f"{SPACE}%").replace(" at ", "\u00a0at\u00a0")
 
 
-def _trials(inputs: Inputs, study: str) -> int:
-    """Return the number of trials in each cell of a study's first experiment, as it was run."""
-    first = next(name for name in inputs.parts if name.startswith(study))
-    return int(inputs.parts[first]["config"]["trials"])
+def _estimate(
+    claim: Claim, record: Mapping[Any, Any], of_what: str = "", *, with_means: bool = False
+) -> Estimate:
+    mean, low, high, verdict = (record[f"{name}{of_what}"] for name in inputs.ESTIMATE)
+    of_means = _estimate(claim, record, "_of_means") if with_means else None
+    return Estimate(claim, mean, low, high, verdict, of_means)
 
 
-def _rows(inputs: Inputs) -> list[Row]:
-    rows = []
-    for (_, record), claim in zip(
-        inputs.verdicts.iterrows(), inputs.plan.claims.claims.values(), strict=True
-    ):
-        of_means = _estimate(claim, record, "_of_means") if claim.has_ranges else None
-        rows.append(Row(claim, _estimate(claim, record), of_means))
-    return rows
-
-
-def _estimate(claim: Claim, record: "pd.Series[Any]", of_what: str = "") -> Estimate:
-    mean, low, high = (float(record[f"{name}{of_what}"]) for name in ("ours", "low", "high"))
-    return Estimate(claim, mean, low, high, str(record[f"verdict{of_what}"]))
-
-
-def _decisions(inputs: Inputs) -> list[Evidence]:
-    records = {
-        (record["decision"], record["claim"], record["reading"]): record
-        for _, record in inputs.decisions.iterrows()
-    }
+def _decisions(table: pd.DataFrame, claims: Claims) -> list[Evidence]:
+    records = iter(table.to_dict("records"))
     decisions = []
-    for decision in inputs.plan.claims.decisions:
-        rows = []
-        for name in decision.claims:
-            claim = inputs.plan.claims.claims[name]
-            estimates = [
-                _estimate(claim, records[decision.id, name, reading.reading])
-                for reading in decision.readings
-            ]
-            rows.append((claim, estimates))
-        decisions.append(Evidence(decision, rows))
+    for decision in claims.decisions:
+        judged = [claims.claims[name] for name in decision.claims]
+        columns = [[_estimate(claim, next(records)) for claim in judged] for _ in decision.readings]
+        rows = zip(judged, zip(*columns, strict=True), strict=True)
+        decisions.append(Evidence(decision, list(rows)))
     return decisions
 
 
-def _pictures(figures: Mapping[str, Image.Image], rows: Sequence[Row]) -> dict[str, Picture]:
+def _pictures(figures: Mapping[str, Image.Image], rows: Sequence[Estimate]) -> dict[str, Picture]:
     pictures = {}
     for number, (name, image) in enumerate(figures.items(), start=1):
         buffer = BytesIO()
         image.convert("RGB").quantize(COLOURS).save(buffer, "PNG", optimize=True)
         source = f"data:image/png;base64,{b64encode(buffer.getvalue()).decode()}"
         own = [row for row in rows if row.claim.figure == name]
-        pictures[name] = Picture(name, number, source, *image.size, own)
+        pictures[name] = Picture(number, source, *image.size, own)
     return pictures

@@ -2,48 +2,42 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import isfinite
-from typing import Any
+from pathlib import Path
 
 import pandas as pd
 
-from experiments import registration_study
-from experiments.config import HOW
-from experiments.effects import EFFECTS, Effect
-from experiments.findings import DISCERNS, JUDGED, LEVELS
-from experiments.study import Axis, option_title, write_value
-from experiments.threshold_study import CERTAIN, RELEVANT, TOLD, costs_and_gains, differs
+from experiments.config import SETTINGS, Sweep
+from experiments.metrics import Column
+from experiments.tables import Record
 from figures import FIGURES
+from studies.parameters import registrations, thresholds
+from studies.parameters.axes import Axis, value_title
+from studies.parameters.effects import EFFECTS
+from studies.scenarios.findings import LEVELS, SCORES
+from studies.statistics import DISCERNS
 
 from .estimates import write_number
-from .inputs import Tables
-from .origin import write_levels
+from .inputs import Parameters
+from .origin import NONE, write_levels
 
 __all__ = ["Beyond", "Registrations", "Thresholds"]
 
-NONE = "–"
 LABELS = {
     "geometry": "cameras",
     "error": "errors",
-    "outliers": "outliers",
     "outlier_side": "side of the outliers’ cube",
     "n_cameras": "number of cameras",
     "n_outliers": "numbers of outliers",
     "sigma_t": "sigma_t",
     "sigma_r_deg": "sigma_r_deg, degrees",
 }
-FIRST = ("geometry", "error", "outliers", "n_cameras", "n_outliers", "sigma_t", "sigma_r_deg")
-UNTOLD = ("name", "metrics", "replicate", *HOW)
-STATISTICS = {  # of the registrations: what they are called, digits
-    "median standard deviation": ("Standard deviation over the seeds, median of the inputs", 5),
-    "largest standard deviation": ("Standard deviation over the seeds, largest", 4),
-    "scattered inputs": (
-        f"Inputs on which it is above {registration_study.REPEATS:g}",
-        0,
-    ),
-    "mean score": ("Mean score", 3),
-    "dependence on cameras, %": ("Dependence on the number of cameras, in % of the range", 1),
+MAIN = ("geometry", "error", "outliers", "n_cameras", "n_outliers", "sigma_t", "sigma_r_deg")
+DIGITS = {  # of the statistics of the registrations; three of all others
+    "median standard deviation": 5,
+    "largest standard deviation": 4,
+    "scattered inputs": 0,
+    "dependence on cameras, %": 1,
 }
 GEOMETRIES = {"cube": "in a cube", "line": "on a line", "uneven": "in clusters"}
 
@@ -58,64 +52,41 @@ class Cell:
 
 @dataclass(frozen=True)
 class Value:
-    """A value of an option with its effects."""
+    """A value of an option with its effects and run times."""
 
     text: str
     is_paper: bool
-    cells: Sequence[Cell]
-
-
-@dataclass(frozen=True)
-class Choice:
-    """A value that the paper chose, with what it costs and gains against others."""
-
-    name: str
-    title: str
-    name_of_option: str
-    paper: str
-    others: str
-    costs: Sequence[str]
-    gains: Sequence[str]
-    values: Sequence[Value]
+    effects: Sequence[Cell]
+    times: Sequence[str]
 
 
 class Thresholds:
-    """The parameter study."""
+    """What the paper's values cost and gain."""
 
-    def __init__(self, tables: Tables, trials: int) -> None:
-        self._tables, self.trials = tables, trials
-        self.certain, self.relevant = CERTAIN, 100 * RELEVANT
-        self.cameras = sorted(tables.times["n_cameras"].unique())
-        self.effects: list[Effect] = [EFFECTS[name] for name in TOLD]
+    def __init__(self, study: Parameters) -> None:
+        self._table, self._times = study.table, study.times
+        self.choices = thresholds.choices(study.axes, study.table)
+        self.lead = thresholds.lead(self.choices)
+        self.method = thresholds.method(study.trials)
+        self.nothing, self.terms = thresholds.NOTHING, thresholds.TERMS
+        self.effects = [EFFECTS[name] for name in thresholds.SHOWN]
+        self.cameras = sorted(study.times["n_cameras"].unique())
 
-    @cached_property
-    def choices(self) -> list[Choice]:
-        """The paper's values."""
-        return [self._choice(axis) for axis in self._tables.study.axes.values()]
-
-    def _choice(self, axis: Axis) -> Choice:
-        costs, gains = costs_and_gains(axis, self._tables.results)
-        return Choice(
-            name=axis.name,
-            title=f"{axis.metric}: {option_title(axis.option)}",
-            name_of_option=f"{option_title(axis.option)} ({axis.metric})",
-            paper=write_value(axis.option, axis.paper),
-            others=", ".join(write_value(axis.option, v) for v in axis.values if v != axis.paper),
-            costs=costs,
-            gains=gains,
-            values=[self._value(axis, value) for value in axis.values],
-        )
-
-    def _value(self, axis: Axis, value: str) -> Value:
+    def values(self, axis: Axis) -> list[Value]:
+        """Return the values of an axis with their effects and run times."""
         table, times = (
             rows[rows["axis"] == axis.name].set_index("value")
-            for rows in (self._tables.results, self._tables.times)
+            for rows in (self._table, self._times)
         )
-        cells = [_cell(table, name, value, axis.paper) for name in TOLD]
-        for n in self.cameras:
-            milliseconds = times.loc[times["n_cameras"] == n, "milliseconds"]
-            cells.append(Cell(f"{milliseconds[value]:.2f} ms"))
-        return Value(write_value(axis.option, value), value == axis.paper, cells)
+        return [
+            Value(
+                value_title(axis.option, value),
+                value == axis.paper,
+                [_cell(table, name, value, axis.paper) for name in thresholds.SHOWN],
+                [f"{milliseconds:.2f} ms" for milliseconds in times.loc[[value], "milliseconds"]],
+            )
+            for value in axis.values
+        ]
 
 
 def _cell(table: pd.DataFrame, name: str, value: str, paper: str) -> Cell:
@@ -123,9 +94,10 @@ def _cell(table: pd.DataFrame, name: str, value: str, paper: str) -> Cell:
     ours, theirs = (float(table[name][each]) for each in (paper, value))
     if not isfinite(theirs):
         return Cell(NONE)
-    told = value != paper and differs(ours, theirs, float(table[f"{name}_error"][value]))
+    error = float(table[f"{name}_error"][value])
+    marked = value != paper and thresholds.differs(ours, theirs, error)
     mark = "better" if (theirs > ours) == effect.larger_is_better else "worse"
-    return Cell(effect.write(theirs), mark if told else "")
+    return Cell(effect.write(theirs), mark if marked else "")
 
 
 @dataclass(frozen=True)
@@ -140,83 +112,58 @@ class Group:
 class Registrations:
     """The paper's registration and the refined one."""
 
-    def __init__(self, tables: Tables, trials: int) -> None:
-        self._tables, self.trials = tables, trials
-        self._axis = tables.study.axes[registration_study.AXIS]
-        self._summary = registration_study.summarise(self._axis, tables.results)
-        self.values = list(self._axis.values)
-        self.paper = self._axis.paper
-        self.refined = next(value for value in self.values if value != self.paper)
-        self.repeats = registration_study.REPEATS
-        self.gain = registration_study.level(self._axis, tables.results)
-        self.seeds = max(part.seeds for part in tables.study.parts.values())
-
-    @cached_property
-    def scattered(self) -> "pd.Series[float]":
-        """On how many inputs the second digit is uncertain, for each registration."""
-        return self._summary[""]["scattered inputs"]
+    def __init__(self, study: Parameters) -> None:
+        (axis,) = study.axes
+        self._table, self._times = study.table, study.times
+        self.values, self.paper, self.trials = axis.values, axis.paper, study.trials
+        self.spread = registrations.spread(axis, study.table)
+        self.meaning = registrations.meaning(axis, study.table)
+        self.repeatable = registrations.REPEATABLE
+        self._summary = registrations.summarise(axis, study.table)
+        metrics = (metric for record in study.records.values() for metric in record.metrics)
+        seeds = {Column.parse(metric).options.get("seed") for metric in metrics} - {None}
+        n_inputs = len(registrations.gain(axis, study.table))
+        self._inputs_title = f"{n_inputs} inputs, {len(seeds)} seeds each"
 
     @property
-    def gains(self) -> str:
-        """How much higher the refined mean scores are."""
-        median, least, most = (
-            write_number(value, digits, signed=True)
-            for value, digits in (
-                (self.gain.median(), 3),
-                (self.gain.min(), 4),
-                (self.gain.max(), 3),
-            )
-        )
-        return f"{median} in the median, {least} to {most}"
-
-    @cached_property
     def groups(self) -> list[Group]:
         """All statistics of the summary, and the run times."""
         groups = [self._group(part, numbers) for part, numbers in self._summary.items()]
         times = [
-            (f"{n} cameras", [f"{ms[value]:.2f} ms" for value in self.values])
-            for n, ms in self._times.items()
+            (f"{n} cameras", [f"{milliseconds:.2f} ms" for milliseconds in rows["milliseconds"]])
+            for n, rows in self._times.groupby("n_cameras")
         ]
         return [*groups, Group("Processor time of one evaluation", "", times)]
 
     def _group(self, part: str, statistics: Mapping[str, "pd.Series[float]"]) -> Group:
-        written = []
+        rows = []
         for name, numbers in statistics.items():
-            words, digits = STATISTICS.get(name, (f"{name[0].upper()}{name[1:]}", 3))
-            written.append((words, [f"{numbers[value]:.{digits}f}" for value in self.values]))
+            digits = DIGITS.get(name, 3)
+            texts = [f"{numbers[value]:.{digits}f}" for value in self.values]
+            rows.append((f"{name[0].upper()}{name[1:]}", texts))
         if not part:
-            return Group(f"{len(self.gain)} inputs, {self.seeds} seeds each", "", written)
+            return Group(self._inputs_title, "", rows)
         figure = part if part in FIGURES else ""
-        return Group(f"Experiment {part.replace('_', ' ')}", figure, written)
+        return Group(f"Experiment {part.replace('_', ' ')}", figure, rows)
 
-    @cached_property
+    @property
     def inputs(self) -> list[tuple[str, Sequence[str]]]:
         """Each input with the mean and the standard deviation of its scores over the seeds."""
-        keys = ["part", "geometry", "n_cameras", "n_outliers", "sigma_t", "trial"]
-        table = self._tables.results
-        of_seeds = table[table["statistic"].isin(["mean", "standard deviation"])]
-        several = of_seeds["trial"].nunique() > 1
+        scene = ["part", "geometry", "n_cameras", "n_outliers", "sigma_t", "trial"]
+        several = self._table["trial"].nunique() > 1
         rows: list[tuple[str, Sequence[str]]] = []
-        for _, group in of_seeds.groupby(keys, sort=False):
-            of = group.set_index("statistic")
-            scene = group.iloc[0]
-            where = GEOMETRIES.get(scene["geometry"], scene["geometry"])
-            words = f"{scene['n_cameras']:.0f} {where}, {scene['n_outliers']:.0f} outliers, "
-            words += f"sigma_t {scene['sigma_t']:g}"
-            words += f", trial {1 + scene['trial']:.0f}" if several else ""
+        for _, group in self._table.groupby(scene, sort=False):
+            first, of = group.iloc[0], group.set_index("statistic")
+            where = GEOMETRIES.get(first["geometry"], first["geometry"])
+            words = f"{first['n_cameras']:.0f} {where}, {first['n_outliers']:.0f} outliers, "
+            words += f"sigma_t {first['sigma_t']:g}"
+            words += f", trial {1 + first['trial']:.0f}" if several else ""
             texts = [
                 f"{of[value]['mean']:.4f} ± {of[value]['standard deviation']:.4f}"
                 for value in self.values
             ]
             rows.append((words, texts))
         return rows
-
-    @cached_property
-    def _times(self) -> dict[int, "pd.Series[float]"]:
-        return {
-            int(str(n)): rows.set_index("value")["milliseconds"]
-            for n, rows in self._tables.times.groupby("n_cameras")
-        }
 
 
 @dataclass(frozen=True)
@@ -247,7 +194,7 @@ class Scenario:
     """A scenario with what each metric still orders there."""
 
     name: str
-    setting: Sequence[tuple[str, str]]
+    settings: Sequence[tuple[str, str]]
     powers: Mapping[str, Sequence[Power]]
     finding: str
 
@@ -264,18 +211,16 @@ class Scenario:
 class Beyond:
     """What the paper leaves out."""
 
-    def __init__(
-        self, name: str, findings: pd.DataFrame, configs: Mapping[str, Mapping[str, Any]]
-    ) -> None:
+    def __init__(self, name: str, findings: pd.DataFrame, records: Mapping[Path, Record]) -> None:
         self.name = name
         self.discerns = DISCERNS
         self.metrics = list(dict.fromkeys(findings["metric"]))
-        self.judged = [metric for metric in self.metrics if metric in JUDGED]
-        first, *_ = configs.values()
-        self.trials = first["trials"]
+        self.scores = [metric for metric in self.metrics if metric in SCORES]
+        first, *_ = (record.sweep for record in records.values())
+        self.trials = first.trials
         self.scenarios = [
-            _scenario(scenario, config, first, findings[findings["scenario"] == scenario])
-            for scenario, config in configs.items()
+            _scenario(path.stem, record.sweep, first, findings[findings["scenario"] == path.stem])
+            for path, record in records.items()
         ]
 
     def failing(self, metric: str) -> list[Scenario]:
@@ -283,9 +228,7 @@ class Beyond:
         return [scenario for scenario in self.scenarios if scenario.failures(metric)]
 
 
-def _scenario(
-    name: str, config: Mapping[str, Any], first: Mapping[str, Any], rows: pd.DataFrame
-) -> Scenario:
+def _scenario(name: str, sweep: Sweep, first: Sweep, rows: pd.DataFrame) -> Scenario:
     powers = {
         str(row["metric"]): [
             Power(level, float(row[column]))
@@ -293,14 +236,15 @@ def _scenario(
         ]
         for row in rows.to_dict("records")
     }
-    return Scenario(name, _setting(config, first), powers, str(rows["finding"].iloc[0]))
+    return Scenario(name, _settings(sweep, first), powers, str(rows["finding"].iloc[0]))
 
 
-def _setting(config: Mapping[str, Any], first: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Tell the settings of the first scenario, and of another one what differs from them."""
-    differing = [key for key in config if key not in UNTOLD and config[key] != first.get(key)]
-    told = FIRST if config is first else differing
-    return [(LABELS.get(key, key.replace("_", " ")), _write(config[key])) for key in told]
+def _settings(sweep: Sweep, first: Sweep) -> list[tuple[str, str]]:
+    """Return the main settings of the first scenario, and of another what differs from them."""
+    others = (key for key in SETTINGS if key not in ("metrics", "replicate"))
+    differing = [key for key in others if getattr(sweep, key) != getattr(first, key)]
+    keys = MAIN if sweep is first else differing
+    return [(LABELS.get(key, key.replace("_", " ")), _write(getattr(sweep, key))) for key in keys]
 
 
 def _write(value: object) -> str:

@@ -1,6 +1,21 @@
 # Everything on one page.
-ALL_FIGURES = [name for name in FIGURES if name not in ("beyond", "paths")]
-ALL_FIGURES += [SCENARIO_STUDY, "paths"]
+SHOWN = [SCENARIO_STUDY if name == "beyond" else name for name in FIGURES]
+
+
+def measured(wildcards):
+    """Where Snakemake writes what it measured of the jobs that made the inputs."""
+    tables = [rules.table1, rules.verdicts, rules.scenarios]
+    tables += [getattr(rules, f"parameters_{name}") for name in STUDIES]
+    return [
+        *(
+            path
+            for folder in FOLDERS
+            for path in expand(rules.trials.benchmark, folder=folder, table=study(folder).tables)
+        ),
+        *(rule.benchmark for rule in tables),
+        *expand(rules.run_times.benchmark, study=STUDIES),
+        *expand(rules.figure.benchmark, figure=SHOWN),
+    ]
 
 
 rule report:
@@ -11,17 +26,37 @@ rule report:
         verdicts=VERDICTS[0],
         decisions=VERDICTS[1],
         table1=TABLE1[0],
-        figures=expand(RESULTS / "figures" / "{figure}.png", figure=ALL_FIGURES),
-        experiments=lambda wildcards: trials("trials", "csv"),
-        replicates=lambda wildcards: trials("replicates", "csv"),
-        thresholds=lambda wildcards: trials("trials/threshold_study", "csv"),
-        registrations=lambda wildcards: trials("trials/registration_study", "csv"),
-        scenarios=lambda wildcards: trials(f"trials/{SCENARIO_STUDY}", "csv"),
+        figures=expand(RESULTS / "figures" / "{figure}.png", figure=SHOWN),
+        experiments=lambda wildcards: trials("trials", "json"),
+        replicates=lambda wildcards: trials("replicates", "json"),
+        thresholds=study_tables("threshold")[:-1],
+        threshold_times=expand(RUN_TIMES, study="threshold"),
+        threshold_parts=lambda wildcards: trials("trials/threshold_study", "json"),
+        registrations=study_tables("registration")[:-1],
+        registration_times=expand(RUN_TIMES, study="registration"),
+        registration_parts=lambda wildcards: trials("trials/registration_study", "json"),
+        findings=SCENARIO_FINDINGS,
+        scenarios=lambda wildcards: trials(f"trials/{SCENARIO_STUDY}", "json"),
     output:
         RESULTS / "report.html",
+    params:
+        benchmarks=measured,
+        settings=[
+            *chosen(key for key in config if key not in (*EXECUTION, "scenarios")),
+            *(to_overrides({"scenarios": SCENARIO_FILE.name}) if "scenarios" in config else []),
+        ],
     log:
         RESULTS / "logs" / "report.log",
     benchmark:
         RESULTS / "benchmarks" / "report.tsv"
     shell:
-        "echo > {output}"
+        "{sys.executable:q} -m report --verdicts {input.verdicts:q} --decisions {input.decisions:q}"
+        " --table1 {input.table1:q} --figures {input.figures:q}"
+        " --experiments {input.experiments:q} --replicates {input.replicates:q}"
+        " --thresholds {input.thresholds:q} --threshold-times {input.threshold_times:q}"
+        " --threshold-parts {input.threshold_parts:q}"
+        " --registrations {input.registrations:q} --registration-times {input.registration_times:q}"
+        " --registration-parts {input.registration_parts:q}"
+        " --findings {input.findings:q} --scenarios {input.scenarios:q}"
+        " --benchmarks {params.benchmarks:q} --settings {params.settings:q} --output {output:q}"
+        " > {log:q} 2>&1"

@@ -7,13 +7,10 @@ import shutil
 import subprocess
 from collections import Counter
 from html import unescape
-from pathlib import Path
-from typing import Any
 
-import pandas as pd
 import pytest
 
-from experiments.claims import load_claims
+from studies.claims.claims import load_claims
 
 BROWSER = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
@@ -111,7 +108,7 @@ addEventListener("message", (event) => {
 """
 
 
-def browse(path: Path) -> Any:
+def browse(path):
     """Open a file; return what it wrote as JSON."""
     assert BROWSER is not None
     profile = path.parent / "profile"
@@ -130,20 +127,20 @@ def browse(path: Path) -> Any:
     return json.loads(unescape(text.partition("</pre>")[0]))
 
 
-def with_script(page: Any, script: str) -> str:
+def with_script(page, script):
     before, body, after = page.html.rpartition("</body>\n")
     assert body
     return f"{before}{script}{after}"
 
 
 @pytest.fixture(scope="module")
-def outcome(page: Any, tmp_path_factory: pytest.TempPathFactory) -> Any:
+def outcome(page, tmp_path_factory):
     path = tmp_path_factory.mktemp("browser") / "page.html"
     path.write_text(with_script(page, DRIVER), encoding="utf-8")
     return browse(path)
 
 
-def keys(page: Any, column: int) -> dict[str, list[float] | None]:
+def keys(page, column):
     """What a column has to be sorted by, from the cells' texts."""
     found: dict[str, list[float] | None] = {}
     units = ("%", "points", "τ")
@@ -156,7 +153,7 @@ def keys(page: Any, column: int) -> dict[str, list[float] | None]:
     return found
 
 
-def test_every_column_sorts_up_down_and_back(outcome: Any, page: Any, table: pd.DataFrame) -> None:
+def test_every_column_sorts_up_down_and_back(outcome, page, table):
     order = list(table["id"])
     assert outcome["controls"] > 0
     assert len(outcome["sorted"]) == 6
@@ -200,7 +197,7 @@ def test_every_column_sorts_up_down_and_back(outcome: Any, page: Any, table: pd.
         assert all(key[name] is None for name in down[len(there) :])
 
 
-def test_filters_show_what_they_say(outcome: Any, table: pd.DataFrame) -> None:
+def test_filters_show_what_they_say(outcome, table):
     counts = Counter(table["verdict"])
     everything = outcome["filtered"].pop("")
     assert everything["visible"] == list(table["verdict"])
@@ -214,7 +211,7 @@ def test_filters_show_what_they_say(outcome: Any, table: pd.DataFrame) -> None:
     assert outcome["both"]["visible"] == ["inconclusive"] * len(both)
 
 
-def test_a_link_to_a_claim_finds_it_whatever_is_filtered(outcome: Any, table: pd.DataFrame) -> None:
+def test_a_link_to_a_claim_finds_it_whatever_is_filtered(outcome, table):
     linked = outcome["linked"]
     assert linked["before"] is True
     assert linked["after"] is False
@@ -222,7 +219,7 @@ def test_a_link_to_a_claim_finds_it_whatever_is_filtered(outcome: Any, table: pd
     assert linked["said"].startswith(f"{len(table)} of {len(table)} shown")
 
 
-def test_no_page_is_wider_than_its_screen(page: Any, tmp_path: Path) -> None:
+def test_no_page_is_wider_than_its_screen(page, tmp_path):
     widths = (320, 390, 620, 961, 1280)
     (tmp_path / "page.html").write_text(with_script(page, WIDTHS), encoding="utf-8")
     frames = "".join(f'<iframe width="{w}" height="800" src="page.html"></iframe>' for w in widths)
@@ -236,7 +233,7 @@ def test_no_page_is_wider_than_its_screen(page: Any, tmp_path: Path) -> None:
         assert page_there["details"] == 3
 
 
-def test_what_is_closed_on_the_screen_is_printed(page: Any, tmp_path: Path) -> None:
+def test_what_is_closed_on_the_screen_is_printed(page, tmp_path):
     path = tmp_path / "page.html"
     path.write_text(with_script(page, CLOSED), encoding="utf-8")
     assert browse(path) == [False, False, False]

@@ -1,0 +1,34 @@
+"""Statistics of claims: where their intervals lie, and how they are written."""
+
+import pytest
+
+from report.estimates import Estimate
+from studies.claims.claims import load_claims
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high", "outside"),
+    [
+        ("outliers-range-maa", -77.0, -74.4, False),  # the paper's -74 is anything to -74.5
+        ("outliers-range-maa", -77.0, -74.6, True),
+        ("outliers-range-maa", -73.6, -71.0, False),
+        ("outliers-range-maa", -73.4, -71.0, True),
+        ("outliers-tas-discerns", 0.2, 0.5, False),
+        ("outliers-tas-discerns", 0.2, 0.49, True),
+        ("outliers-ate-blind", 0.4, 0.9, False),
+        ("outliers-ate-blind", 0.51, 0.9, True),
+    ],
+)
+def test_an_interval_beside_where_the_claim_holds(name, low, high, outside):
+    estimate = Estimate(load_claims().claims[name], (low + high) / 2, low, high, "inconclusive")
+    assert estimate.is_outside == outside
+    plot = estimate.plot
+    assert plot is not None
+    first, last = plot.holds
+    assert (plot.high < first or plot.low > last) == outside
+    assert first < last
+
+
+def test_a_percentage_of_another_metric_is_no_change():
+    claim = load_claims().claims["length-tas-much-below-dte"]
+    assert Estimate(claim, 50.2, 45, 55.5, "inconclusive").interval == "[45.0, 55.5]"

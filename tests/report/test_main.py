@@ -1,0 +1,59 @@
+"""The command line: files are told, and a page is written whole or not at all."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+import report.__main__
+from report.__main__ import FILES, main
+
+
+def test_every_file_is_told(results, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main([])
+    assert ended.value.code == 2
+    error = capsys.readouterr().err
+    assert all(f"--{option}" in error for option in (*FILES, "output"))
+    assert set(FILES) == set(results.files) - {"benchmarks"}
+
+
+def test_the_page_is_named(results, capsys):
+    results.html.unlink(missing_ok=True)
+    assert main(results.arguments()) == 0
+    assert capsys.readouterr() == (f"{results.html}\n", "")
+    assert results.html.exists()
+
+
+def test_the_old_page_stays_where_rendering_fails(results, monkeypatch):
+    def fail(_):
+        raise RuntimeError("no more ink")
+
+    results.html.write_text("the old page")
+    before = sorted(results.folder.iterdir())
+    monkeypatch.setattr(report.__main__, "render", fail)
+    with pytest.raises(RuntimeError, match="no more ink"):
+        main(results.arguments())
+    assert results.html.read_text() == "the old page"
+    assert sorted(results.folder.iterdir()) == before
+
+
+def test_a_place_that_cannot_be_written_to_is_named(results, capsys):
+    results.html.unlink(missing_ok=True)
+    results.html.mkdir()
+    assert main(results.arguments()) == 1
+    message = f"report: cannot write {results.html}: Is a directory\n"
+    assert capsys.readouterr().err == message
+
+
+def test_the_same_inputs_give_the_same_bytes_in_another_process(results):
+    before = results.page().html
+    results.html.unlink()
+    subprocess.run(
+        [sys.executable, "-m", "report", *results.arguments()],
+        check=True,
+        capture_output=True,
+        env=os.environ | {"PYTHONHASHSEED": "7"},
+    )
+    assert results.html.read_text(encoding="utf-8") == before
