@@ -67,7 +67,7 @@ def run_command(
     -------
     int
         The exit code, 0. Where the work ends in a `CommandError`, that of the error; in an
-        `OSError`, 1; where it is interrupted, 130. Each is told in one line on standard error.
+        `OSError`, 1; where it is interrupted, 130. Each is reported in one line on standard error.
     """
     options = parser.parse_intermixed_args(arguments)
     try:

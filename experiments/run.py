@@ -30,7 +30,7 @@ writes results/trials/NAME.csv, one row a trial, and NAME.json, what it rests on
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one experiment, or the sweeps that are told, and return the exit code."""
+    """Run one experiment, or the sweeps that are given, and return the exit code."""
     parser = ArgumentParser(
         prog="python -m experiments.run",
         description="Run one experiment of the simulation study.",

@@ -40,15 +40,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         epilog=HELP,
         formatter_class=RawDescriptionHelpFormatter,
     )
-    parser.add_argument("name", choices=STUDIES, metavar="NAME")
+    parser.add_argument("name", choices=QUESTIONS, metavar="NAME")
     parser.add_argument("tables", nargs="+", type=Path, metavar="TABLE.csv")
     parser.add_argument("--output", nargs="+", type=Path, required=True, metavar="FILE")
-    parser.add_argument("--times", type=Path, metavar="FILE.csv", help="run times, to be told")
+    parser.add_argument("--times", type=Path, metavar="FILE.csv", help="table of run times")
     return run_command(parser, _work, arguments)
 
 
 def _work(options: Namespace) -> list[Path]:
-    contents = STUDIES[options.name]([read_trials(path) for path in options.tables], options.times)
+    contents = QUESTIONS[options.name](
+        [read_trials(path) for path in options.tables], options.times
+    )
     if len(contents) != len(options.output):
         raise CommandError(
             f"{options.name} writes {len(contents)} files, not {len(options.output)}"
@@ -96,7 +98,7 @@ def _scenarios(trials: Sequence[Trials], _: Path) -> list[bytes]:
     return [to_csv(findings({one.path.stem: one for one in trials}))]
 
 
-STUDIES: Mapping[str, Callable[[Sequence[Trials], Path], list[bytes]]] = {
+QUESTIONS: Mapping[str, Callable[[Sequence[Trials], Path], list[bytes]]] = {
     "table1": _table1,
     "claims": _claims,
     "threshold": _threshold,
@@ -119,7 +121,7 @@ def _axes(name: str, trials: Sequence[Trials]) -> tuple[list[Axis], dict[str, Tr
 
 def _read_times(path: Path | None) -> pd.DataFrame:
     if path is None:
-        raise CommandError("this study tells run times, too: --times FILE.csv")
+        raise CommandError("this study reports run times, too: --times FILE.csv")
     return read_table(path, dtype={"value": str})
 
 

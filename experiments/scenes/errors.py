@@ -34,20 +34,20 @@ def _student_t(
     rng: np.random.Generator, rotations: Floats, positions: Floats, sigma_t: float, sigma_r: float
 ) -> Errors:
     """Give displacements and angles the heavy tails of Student's t; bad cameras are bad in both."""
-    turns, shifts = _gaussian(rng, rotations, positions, sigma_t, sigma_r)
+    rotvecs, displacements = _gaussian(rng, rotations, positions, sigma_t, sigma_r)
     tails = np.sqrt((STUDENT_DOF - 2) / rng.chisquare(STUDENT_DOF, size=(len(positions), 1)))
-    return turns * tails, shifts * tails
+    return rotvecs * tails, displacements * tails
 
 
 def _drift(
     rng: np.random.Generator, _: Floats, positions: Floats, sigma_t: float, sigma_r: float
 ) -> Errors:
     """Walk away randomly from the first camera on, in position and in rotation."""
-    turns, shifts = rng.standard_normal((2, len(positions), 3))
-    turns[0] = shifts[0] = 0
+    rotvecs, displacements = rng.standard_normal((2, len(positions), 3))
+    rotvecs[0] = displacements[0] = 0
     return (
-        _scaled(np.cumsum(turns, axis=0), sigma_r),
-        _scaled(np.cumsum(shifts, axis=0), np.sqrt(3) * sigma_t),
+        _scaled(np.cumsum(rotvecs, axis=0), sigma_r),
+        _scaled(np.cumsum(displacements, axis=0), np.sqrt(3) * sigma_t),
     )
 
 
@@ -55,11 +55,11 @@ def _scale_drift(
     rng: np.random.Generator, rotations: Floats, positions: Floats, sigma_t: float, sigma_r: float
 ) -> Errors:
     """Let the steps along the path grow or shrink, more and more; rotations are Gaussian."""
-    turns, _ = _gaussian(rng, rotations, positions, sigma_t, sigma_r)
+    rotvecs, _ = _gaussian(rng, rotations, positions, sigma_t, sigma_r)
     growth = rng.choice([-1, 1]) * np.linspace(0, 1, len(positions))[1:, None]
-    shifts = np.zeros_like(positions)
-    np.cumsum(growth * np.diff(positions, axis=0), axis=0, out=shifts[1:])
-    return turns, _scaled(shifts, np.sqrt(3) * sigma_t)
+    displacements = np.zeros_like(positions)
+    np.cumsum(growth * np.diff(positions, axis=0), axis=0, out=displacements[1:])
+    return rotvecs, _scaled(displacements, np.sqrt(3) * sigma_t)
 
 
 def _bias(
@@ -77,10 +77,10 @@ def _distance(
     rng: np.random.Generator, rotations: Floats, positions: Floats, sigma_t: float, sigma_r: float
 ) -> Errors:
     """Err in proportion to the distance from the centre of all cameras; otherwise Gaussian."""
-    turns, shifts = _gaussian(rng, rotations, positions, sigma_t, sigma_r)
+    rotvecs, displacements = _gaussian(rng, rotations, positions, sigma_t, sigma_r)
     distances = _scaled(positions - positions.mean(axis=0), 1.0)
     share = np.linalg.norm(distances, axis=1, keepdims=True)
-    return turns * share, shifts * share
+    return rotvecs * share, displacements * share
 
 
 ERRORS: Mapping[str, Callable[[np.random.Generator, Floats, Floats, float, float], Errors]] = {

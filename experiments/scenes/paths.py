@@ -73,11 +73,11 @@ def _survey(_rng: np.random.Generator, n: int, _: float) -> Cameras:
 
 def _car(rng: np.random.Generator, n: int, _: float) -> Cameras:
     """Drive straight stretches and turns to the left or right in a plane, looking ahead."""
-    turns = np.zeros(0)
-    while len(turns) < n:
+    bends = np.zeros(0)
+    while len(bends) < n:
         straight = np.zeros(rng.integers(*STRETCH, endpoint=True))
-        turns = np.append(turns, np.append(straight, rng.choice([-1, 1]) * np.ones(BEND)))
-    headings = _headings(np.cumsum(turns[:n]) * np.pi / 2 / BEND)
+        bends = np.append(bends, np.append(straight, rng.choice([-1, 1]) * np.ones(BEND)))
+    headings = _headings(np.cumsum(bends[:n]) * np.pi / 2 / BEND)
     return _looking(headings, UP), _walk(headings[:-1])
 
 

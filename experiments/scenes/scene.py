@@ -119,11 +119,11 @@ def make_scene(
     array([1., 1., 1., 1.])
     """
     gt_rotations, gt_positions = PATHS[geometry](rng, n_cameras, volume)
-    turns, shifts = ERRORS[error](
+    rotvecs, displacements = ERRORS[error](
         rng, gt_rotations, gt_positions, sigma_t, float(np.radians(sigma_r_deg))
     )
-    rotations = Rotation.from_rotvec(turns).as_matrix() @ gt_rotations
-    positions = gt_positions + shifts
+    rotations = Rotation.from_rotvec(rotvecs).as_matrix() @ gt_rotations
+    positions = gt_positions + displacements
     OUTLIERS[outliers](rng, rotations, positions, n_outliers, outlier_side)
 
     world = Rotation.random(rng=rng).as_matrix()

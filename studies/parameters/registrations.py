@@ -201,14 +201,14 @@ def to_markdown(axis: Axis, table: pd.DataFrame, times: pd.DataFrame) -> str:
 def _powers(axis: Axis, table: pd.DataFrame) -> Iterator[str]:
     """Tell how well the scores of each experiment order its levels."""
     for part, numbers in summarise(axis, table).items():
-        told = []
+        found = []
         for name in (name for name in numbers if name.startswith("mean τ")):
             means, smallest = numbers[name], numbers[name.replace("mean", "smallest", 1)]
             written = " and ".join(f"{means[value]:.3f} ({value})" for value in axis.values)
             lowest = " and ".join(f"{smallest[value]:.3f}" for value in axis.values)
-            told.append(f"{name} {written}, smallest {lowest}")
-        if told:
-            yield f"**Power, {part}.** {'; '.join(told)}."
+            found.append(f"{name} {written}, smallest {lowest}")
+        if found:
+            yield f"**Power, {part}.** {'; '.join(found)}."
         if DEPENDENCE in numbers:
             moved = numbers[DEPENDENCE]
             values = " and ".join(f"{moved[value]:.1f} % ({value})" for value in axis.values)

@@ -20,7 +20,7 @@ __all__ = ["LEVELS", "SCORES", "findings"]
 LEVELS = {"noise": "sigma_t", "outliers": "n_outliers"}
 VERDICTS = ("orders noise and outliers", "orders noise", "orders outliers", "orders nothing")
 GENERATORS = ("geometry", "error", "outliers", "outlier_side")
-SCORES = ("TAS", "RAS", "PAS")  # whose failures are told
+SCORES = ("TAS", "RAS", "PAS")  # whose failures are named
 NEAR_ZERO = 0.1  # a score that has so little left
 
 
