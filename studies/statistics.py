@@ -81,7 +81,7 @@ def power(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) 
 
 
 def improvement(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
-    """The opposite of `powers`: positive where the metric looks better as a level rises."""
+    """Negate `power`: positive where the metric looks better as a level rises."""
     return float(SUMMARIES[take]([-tau for tau in powers(trials, metric, level)]))
 
 
