@@ -19,7 +19,8 @@ def test_series_are_told_apart_by_lightness(name, count):
 def test_the_users_own_settings_change_nothing_and_are_not_changed(run):
     trials = run("collinear")
     default = picture(collinear.draw(trials))
-    with matplotlib.rc_context({"font.size": 30, "lines.linewidth": 9, "axes.grid": False}):
+    own = {"font.size": 30, "lines.linewidth": 9, "axes.grid": False, "axes.facecolor": "red"}
+    with matplotlib.rc_context(own):
         before = dict(matplotlib.rcParams)
         figure = collinear.draw(trials)
         assert dict(matplotlib.rcParams) == before
