@@ -1,7 +1,7 @@
 """A claim that is false in the trials is not reproduced, one that is true is."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,64 +22,41 @@ TRIALS, REPLICATES = 8, 4
 CLAIMS = load_claims(REPLICATES)
 SWEEPS = {(sweep.name, tuple(sweep.differs.split())): sweep for sweep in plan(CLAIMS)}
 
-Values = Callable[[Claim, str, Cell, int, np.random.Generator], float]  # str: the metric
+
+@dataclass
+class At:
+    """Where a value is made up: a metric of a claim in a trial of a cell."""
+
+    claim: Claim
+    metric: str
+    cell: Cell
+    trial: int
+    noise: float
+
+    def shrunken(self, share: float) -> float:
+        """Have a range that is smaller by a share in the cells after the change."""
+        after = self.cell.matches(self.claim.after) and not self.cell.matches(self.claim.before)
+        return (1 - share if after else 1) * (self.trial / (TRIALS - 1) + 1e-3 * self.cell.sigma_t)
+
+    def worse(self) -> float:
+        """Get worse with every level."""
+        sign = -1 if Column.parse(self.metric).metric.higher_is_better else 1
+        levels = sum(getattr(self.cell, level) / 10 for level in self.claim.level)
+        return sign * (levels + 1e-3 * self.noise)
 
 
-def worse(metric: str) -> int:
-    """Return the sign of a change for the worse."""
-    return -1 if Column.parse(metric).metric.higher_is_better else 1
+Values = Callable[[At], float]
 
-
-def blind(claim: Claim, metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
-    return float(rng.random())
-
-
-def worsens(claim: Claim, metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
-    """Gets worse with every level."""
-    levels = sum(getattr(cell, level) / 10 for level in claim.level)
-    return worse(metric) * (levels + 1e-3 * rng.random())
-
-
-def improves(claim: Claim, metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
-    return -worsens(claim, metric, cell, trial, rng)
-
-
-def shrinks(share: float) -> Values:
-    """Has a range that is smaller by a share in the cells after the change."""
-
-    def column(
-        claim: Claim, metric: str, cell: Cell, trial: int, rng: np.random.Generator
-    ) -> float:
-        changed = all(getattr(cell, key) in values for key, values in claim.after.items())
-        fixed = all(getattr(cell, key) in values for key, values in claim.before.items())
-        scale = 1 - share if changed and not fixed else 1.0
-        return scale * (trial / (TRIALS - 1) + 1e-3 * cell.sigma_t)
-
-    return column
-
-
-def wide(claim: Claim, metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
-    return 2 * trial / (TRIALS - 1)
-
-
-def narrow(claim: Claim, metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
-    return trial / (TRIALS - 1)
-
-
-def moves(claim: Claim, metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
-    return cell.n_cameras / 200 + cell.sigma_t
-
-
-def stays(claim: Claim, metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
-    return cell.sigma_t
-
-
-def early(claim: Claim, metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
-    return {0: 0.0, 1: 0.9, 50: 1.0}[cell.n_outliers]
-
-
-def late(claim: Claim, metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
-    return {0: 0.0, 1: 0.1, 50: 1.0}[cell.n_outliers]
+MADE_UP: dict[str, Values] = {
+    "blind": lambda at: at.noise,
+    "improves": lambda at: -at.worse(),
+    "moves": lambda at: at.cell.n_cameras / 200 + at.cell.sigma_t,
+    "stays": lambda at: at.cell.sigma_t,
+    "early": lambda at: {0: 0.0, 1: 0.9, 50: 1.0}[at.cell.n_outliers],
+    "late": lambda at: {0: 0.0, 1: 0.1, 50: 1.0}[at.cell.n_outliers],
+    "narrow": lambda at: at.trial / (TRIALS - 1),
+    "wide": lambda at: 2 * at.trial / (TRIALS - 1),
+}
 
 
 def columns(claim: Claim, *, holds: bool) -> list[Values]:
@@ -87,21 +64,26 @@ def columns(claim: Claim, *, holds: bool) -> list[Values]:
     relation = (claim.criterion or "").rpartition(" ")[0]
     if claim.statistic == "power":
         discerning = holds == (relation == "at least")
-        return [worsens, blind] if discerning else [blind, worsens]
+        return [At.worse, MADE_UP["blind"]] if discerning else [MADE_UP["blind"], At.worse]
     if claim.statistic == "improvement":
-        return [blind if relation == "within" else improves] if holds else [worsens]
+        return (
+            [MADE_UP["blind"] if relation == "within" else MADE_UP["improves"]]
+            if holds
+            else [At.worse]
+        )
     if claim.statistic == "relative dependence":
-        return [stays if holds else moves, moves]
+        return [MADE_UP["stays"] if holds else MADE_UP["moves"], MADE_UP["moves"]]
     if claim.statistic == "relative initial response":
-        return [late if holds else early, early]
+        return [MADE_UP["late"] if holds else MADE_UP["early"], MADE_UP["early"]]
     if claim.statistic == "range change":
         assert claim.paper is not None
-        return [shrinks(-claim.paper / 100 if holds else 0.3)]
+        share = -claim.paper / 100 if holds else 0.3
+        return [lambda at: at.shrunken(share)]
     pairs: dict[str, list[Values]] = {
-        "size of range change": [shrinks(0.1), shrinks(0.6)],
-        "relative range": [narrow, narrow if holds else wide],
-        "dependence": [stays, moves],
-        "initial response": [late, early],
+        "size of range change": [lambda at: at.shrunken(0.1), lambda at: at.shrunken(0.6)],
+        "relative range": [MADE_UP["narrow"], MADE_UP["narrow"] if holds else MADE_UP["wide"]],
+        "dependence": [MADE_UP["stays"], MADE_UP["moves"]],
+        "initial response": [MADE_UP["late"], MADE_UP["early"]],
     }
     pair = pairs[claim.statistic]
     return pair if holds else pair[::-1]
@@ -114,7 +96,10 @@ def fabricate(claim: Claim, makers: Sequence[Values], seed: int) -> pd.DataFrame
     return pd.DataFrame(
         [
             asdict(cell)
-            | {name: make(claim, name, cell, trial, rng) for name, make in metrics.items()}
+            | {
+                name: make(At(claim, name, cell, trial, rng.random()))
+                for name, make in metrics.items()
+            }
             | {"trial": trial}
             for cell in needed_cells(claim, SWEEPS[claim.trials])
             for trial in range(TRIALS)
@@ -143,13 +128,13 @@ DISCERNING = [
 
 @pytest.mark.parametrize("claim", DISCERNING, ids=lambda claim: claim.id)
 def test_a_metric_that_gets_better_with_noise_discerns_nothing(claim: Claim) -> None:
-    assert verdict_on(claim, [improves]) == "not reproduced"
+    assert verdict_on(claim, [MADE_UP["improves"]]) == "not reproduced"
 
 
 NUMBER = CLAIMS.claims["outliers-range-maa"]  # -74
 SMALL = CLAIMS.claims["combined-range-pas-rotation"]  # 13
 POWER = CLAIMS.claims["outliers-tas-discerns"]  # at least 0.5
-BLIND = CLAIMS.claims["outliers-ate-blind"]  # below 0.5
+WEAK = CLAIMS.claims["outliers-ate-blind"]  # below 0.5
 WITHIN = CLAIMS.claims["thresholds-ras-lower"]  # within 20
 
 
@@ -174,19 +159,19 @@ WITHIN = CLAIMS.claims["thresholds-ras-lower"]  # within 20
         # The central 95 % leave out one of 41 on either side, but not one of 21.
         (POWER, [0.4] + [0.55] * 20, "inconclusive"),
         (POWER, [0.4] + [0.55] * 40, "reproduced"),
-        (BLIND, [0.6] + [0.45] * 20, "inconclusive"),
-        (BLIND, [0.6] + [0.45] * 40, "reproduced"),
+        (WEAK, [0.6] + [0.45] * 20, "inconclusive"),
+        (WEAK, [0.6] + [0.45] * 40, "reproduced"),
         (POWER, [0.5, 0.5], "reproduced"),
-        (BLIND, [0.5, 0.5], "not reproduced"),
+        (WEAK, [0.5, 0.5], "not reproduced"),
         (WITHIN, [20, 20], "reproduced"),
         (WITHIN, [-20, -20], "reproduced"),
         (WITHIN, [20.1, 20.1], "not reproduced"),
         (POWER, [0.9, 0.8], "reproduced"),
         (POWER, [0.4, 0.3], "not reproduced"),
         (POWER, [0.6, 0.4], "inconclusive"),
-        (BLIND, [0.1, 0.2], "reproduced"),
-        (BLIND, [0.6, 0.7], "not reproduced"),
-        (BLIND, [0.1, 0.7], "inconclusive"),
+        (WEAK, [0.1, 0.2], "reproduced"),
+        (WEAK, [0.6, 0.7], "not reproduced"),
+        (WEAK, [0.1, 0.7], "inconclusive"),
         (WITHIN, [-19, 19], "reproduced"),
         (WITHIN, [-40, -30], "not reproduced"),
         (WITHIN, [-40, 40], "inconclusive"),

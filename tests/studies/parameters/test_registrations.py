@@ -8,7 +8,7 @@ import pytest
 
 from experiments.tables import Record, Trials
 from studies.parameters.axes import Axis, axes_of, load_parameters
-from studies.parameters.registrations import compare, gain, spread, summarise, to_markdown
+from studies.parameters.registrations import compare, spread, to_markdown
 
 REFINED = "TAS(registration=refined{})"
 DEVIATION = float(np.sqrt(10 / 9) * 0.05)  # of ten scores, five higher than the others by 0.1
@@ -62,37 +62,6 @@ def test_statistics_of_inputs_and_experiments(
     rows = table[table["statistic"] == statistic]
     assert rows["pcr99"].tolist() == pytest.approx(paper, abs=1e-6)
     assert rows["refined"].tolist() == pytest.approx(refined, abs=1e-6)
-
-
-def test_rows_tell_what_they_are_of(table: pd.DataFrame) -> None:
-    keys = ["part", "geometry", "n_cameras", "n_outliers", "sigma_t", "trial"]
-    rows = table[table["statistic"].isin(["mean", "τ with noise", "dependence on cameras, %"])]
-    assert rows[keys].astype(object).where(rows[keys].notna(), None).to_numpy().tolist() == [
-        ["line_37", "line", 37, 0, 0.03, 0],
-        ["line_37", "line", 37, 11, 0.03, 0],
-        ["trajectory_length", "cube", 10, 0, None, None],
-        ["trajectory_length", "cube", 20, 0, None, None],
-        ["trajectory_length", "cube", None, None, None, None],
-    ]
-
-
-def test_summary_and_gain(axis: Axis, table: pd.DataFrame) -> None:
-    summary = summarise(axis, table)
-    assert list(summary) == ["", "trajectory_length"]
-    numbers = {name: values.tolist() for part in summary.values() for name, values in part.items()}
-    expected = {
-        "median standard deviation": [DEVIATION / 2, DEVIATION / 20],
-        "largest standard deviation": [DEVIATION, DEVIATION / 10],
-        "scattered inputs": [1, 1],
-        "mean score": [0.325, 0.4275],
-        "mean τ with noise": [2 / 3, 1],
-        "smallest τ with noise": [1 / 3, 1],
-        "dependence on cameras, %": [40, 0],
-    }
-    assert set(numbers) == set(expected)
-    for name, values in expected.items():
-        assert numbers[name] == pytest.approx(values, abs=1e-6)
-    assert gain(axis, table).tolist() == pytest.approx([0.1, 0.105])
 
 
 def test_sentences(axis: Axis, table: pd.DataFrame) -> None:
