@@ -111,62 +111,54 @@ def test_claims_have_verdicts_and_decisions(
     assert not outputs[0].exists()
 
 
-def test_a_threshold_study_is_written_the_same_again(
-    parts_of: Callable[[str], dict[str, Trials]],
+AXES = [
+    *("tas_max_threshold=[2]", "tas_quantile=[1]", "tas_n_thresholds=[9]"),
+    *("ras_max_threshold_deg=[9]", "ras_n_thresholds=[9]", "pas_weight=[1]"),
+    *("registration_n_hypotheses=[9]", "registration_prescreen=[1]", "registration_order=[1]"),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "axes", "rows", "text"),
+    [("threshold", AXES, [6, 4, 2, 6], "*Gains:*"), ("registration", [], [300], "times as long")],
+)
+def test_a_parameter_study_is_written_the_same_again(
+    make_up: MakeUp,
     written: Written,
     tmp_path: Path,
     line: Callable[[], str],
+    name: str,
+    axes: list[str],
+    rows: list[int],
+    text: str,
 ) -> None:
-    paths = written(parts_of("threshold"))
+    grid = {"n_cameras": [20], "n_outliers": [0, 3], "sigma_t": [0.01, 0.1], "trials": 2}
+    grid |= {"sigma_r_deg": [1.0, 5.0], "noise": "paired"}
+    tables = load_parameters(name, axes).tables.items()
+    sweeps = {part: replace(table.sweeps[0], **grid) for part, table in tables}
+    paths = written({part: make_up(sweep, value=worsens) for part, sweep in sweeps.items()})
     times = str(tmp_path / "time.csv")
-    assert main(["threshold_time", *paths, "--output", times]) == 0
+    assert main([f"{name}_time", *paths, "--output", times]) == 0
     measured = pd.read_csv(times)
-    assert len(measured) == 18
+    assert len(measured) == 2 * max(len(axes), 1)
     assert (measured["milliseconds"] > 0).all()
-    names = ["tas.csv", "ras.csv", "pas.csv", "registration.csv", "study.md"]
+
     contents = []
     for folder in ("a", "b"):
-        outputs = [str(tmp_path / folder / name) for name in names]
-        assert main(["threshold", *paths, "--times", times, "--output", *outputs]) == 0
-        contents.append([Path(path).read_bytes() for path in outputs])
+        outputs = [tmp_path / folder / f"{k}.csv" for k in range(len(rows))]
+        outputs.append(tmp_path / folder / "study.md")
+        assert main([name, *paths, "--times", times, "--output", *map(str, outputs)]) == 0
+        contents.append([path.read_bytes() for path in outputs])
     assert contents[0] == contents[1]
-    tables = [pd.read_csv(path) for path in outputs[:-1]]
-    for table, name in zip(tables, names[:-1], strict=True):
-        assert table["axis"].str.startswith(name.removesuffix(".csv")).all()
-    assert [len(table) for table in tables] == [6, 4, 2, 6]
-    assert "*Gains:*" in Path(outputs[-1]).read_text()
+    assert [len(pd.read_csv(path)) for path in outputs[:-1]] == rows
+    assert text in outputs[-1].read_text()
 
-    assert main(["threshold", *paths, "--output", *outputs]) == 1
+    assert main([name, *paths, "--output", *map(str, outputs)]) == 1
     assert "--times" in line()
-    assert main(["threshold", *paths[:-1], "--times", times, "--output", *outputs]) == 1
-    assert line() == "the threshold study needs the trials of seeds, too"
-
-
-@pytest.fixture(scope="module")
-def parts_of(make_up: MakeUp) -> Callable[[str], dict[str, Trials]]:
-    """Make up the trials of a small parameter study."""
-    axes = {
-        "threshold": [
-            *("tas_max_threshold=[2]", "tas_quantile=[1]", "tas_n_thresholds=[9]"),
-            *("ras_max_threshold_deg=[9]", "ras_n_thresholds=[9]", "pas_weight=[1]"),
-            *("registration_n_hypotheses=[9]", "registration_prescreen=[1]"),
-            "registration_order=[1]",
-        ],
-        "registration": [],
-    }
-    grid = {"n_cameras": [20], "n_outliers": [0, 3], "sigma_t": [0.01, 0.1], "trials": 2}
-
-    def parts(name: str) -> dict[str, Trials]:
-        tables = load_parameters(name, axes[name]).tables
-        return {
-            part: make_up(
-                replace(table.sweeps[0], **grid, sigma_r_deg=[1.0, 5.0], noise="paired"),
-                value=worsens,
-            )
-            for part, table in tables.items()
-        }
-
-    return parts
+    arguments = [name, *paths[:-1], "--times", times, "--output", *map(str, outputs)]
+    assert main(arguments) == 1
+    missing = Path(paths[-1]).stem
+    assert line() == f"the {name} study needs the trials of {missing}, too"
 
 
 def test_scenarios_have_findings(
