@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from experiments.command import CommandError
 from experiments.config import load_sweep
 from experiments.grid import Cell
 from experiments.metrics import METRICS
@@ -151,12 +150,6 @@ def test_trials_that_cannot_tell_are_refused(
     other = make_up(sweep, value=lambda *_: 0.5, path=f"{name}.csv")
     with pytest.raises(TableError, match=f"^{name}.csv {problem}.*; run: snakemake {name}.csv$"):
         compare(trials_of(make_up) | {name: other})
-
-
-def test_an_experiment_that_is_missing_is_named(make_up: MakeUp) -> None:
-    few = {name: trials for name, trials in trials_of(make_up).items() if name != "rotations"}
-    with pytest.raises(CommandError, match=r"^Table 1 needs the trials of rotations, too$"):
-        compare(few)
 
 
 def test_every_metric_is_compared_where_the_paper_shows_it() -> None:

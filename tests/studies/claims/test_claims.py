@@ -101,11 +101,9 @@ def refusal(tmp_path: Path, content: Any) -> str:
 @pytest.mark.parametrize(
     ("change", "problem"),
     [
-        ({"id": None}, "None: id: should be a valid string"),
         ({"statement": None}, "statement: should be a valid string, not None"),
         ({"statistic": "mean"}, "statistic: unknown statistic 'mean'; they are range change, "),
         ({"statistic": "range change"}, "needs 'before' for its statistic"),
-        ({"statistic": "relative range"}, "needs 'versus' for its statistic"),
         ({"level": []}, "needs 'level' for its statistic"),
         ({"level": "sigma"}, "level.0: unknown setting of a cell 'sigma'; they are n_cameras, "),
         ({"experiment": "outlier"}, "experiment: unknown experiment 'outlier'; they are collinear"),
@@ -113,7 +111,6 @@ def refusal(tmp_path: Path, content: Any) -> str:
         ({"metric": []}, "metric: should be a valid string"),
         ({"versus": "APE"}, "versus: unknown metric 'APE'"),
         ({"take": "median"}, "take: unknown 'take' 'median'; they are smallest, largest, mean"),
-        ({"where": 3}, "where: should be a valid dictionary, not 3"),
         (
             {"where": {"outliers": [1]}},
             "where.outliers.[key]: unknown setting of a cell",
@@ -122,7 +119,6 @@ def refusal(tmp_path: Path, content: Any) -> str:
         ({"where": {"n_outliers": []}}, "where.n_outliers: List should have at least 1 item"),
         ({"where": {"n_outliers": ["few"]}}, "where.n_outliers.0: should be a valid number"),
         ({"paper": -74}, "needs either a number of the paper or a criterion"),
-        ({"paper": "less"}, "paper: should be a valid number"),
         ({"criterion": None}, "needs either a number of the paper or a criterion"),
         ({"criterion": "about 0.5"}, "needs a criterion such as at least or below or within 0.5"),
         ({"criterion": "below five"}, "needs a criterion such as"),
@@ -138,7 +134,7 @@ def test_a_broken_claim_is_named_in_one_line(
     content["groups"][0]["claims"][0].update(change)
     error = refusal(tmp_path, content)
     assert problem in error
-    assert error.startswith("None: " if "id" in change else "'outliers-ate-discerns': ")
+    assert error.startswith("'outliers-ate-discerns': ")
 
 
 @pytest.mark.parametrize(
@@ -147,23 +143,17 @@ def test_a_broken_claim_is_named_in_one_line(
         (["groups"], "all", "the file: groups: should be a valid list, not 'all'"),
         (["groups"], ..., "the file: groups: is missing"),
         (["decisions"], None, "the file: decisions: should be a valid list"),
-        (["replicates"], ..., "the file: replicates: is missing"),
-        (["remark"], "-", "the file: remark: is unknown"),
         (["groups", 0], "Figure 2", "the file: groups.0: should be a dictionary"),
         (["groups", 0, "claims"], None, "the file: groups.0.claims: should be a valid list"),
         (["groups", 0, "figure"], ..., "the file: groups.0.figure: is missing"),
-        (["groups", 0, "remark"], "-", "the file: groups.0.remark: is unknown"),
         (CLAIM, "The ATE discerns.", "the file: groups.0.claims.0: should be a valid dictionary"),
         ([*CLAIM, "id"], ..., "a claim of Figure 2: id: is missing"),
         ([*CLAIM, "id"], "outliers-ate-blind", "'outliers-ate-blind' stands there twice"),
         ([*CLAIM, "statement"], ..., "'outliers-ate-discerns': statement: is missing"),
         ([*CLAIM, "statistic"], ..., "'outliers-ate-discerns': statistic: is missing"),
         ([*CLAIM, "metric"], ..., "'outliers-ate-discerns': metric: should be a valid string"),
-        ([*CLAIM, "level"], ..., "'outliers-ate-discerns': needs 'level'"),
-        ([*CLAIM, "criterion"], ..., "'outliers-ate-discerns': needs either a number"),
         (DECISION, "volume", "the file: decisions.0: should be a valid dictionary, not 'volume'"),
         ([*DECISION, "remark"], "-", "'volume': remark: is unknown"),
-        ([*DECISION, "id"], ..., "a decision: id: is missing"),
         ([*DECISION, "readings"], ..., "'volume': readings: is missing"),
         ([*DECISION, "readings"], [], "'volume': readings: List should have at least 1 item"),
         ([*DECISION, "readings", 0], "n/10", "'volume': readings.0: should be a dictionary"),
