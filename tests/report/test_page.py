@@ -174,6 +174,14 @@ def test_decisions_tell_what_each_reading_gives(page):
     assert "The verdict depends on the reading." in page.id("decision-line").text
 
 
+def test_readings_that_change_no_verdict(results):
+    with results.table("tables/decisions.csv") as frame:
+        frame["verdict"] = "reproduced"
+    page = results.page()
+    assert "mean curve”: 14 of 14. No verdict depends on" in page.id("decision-range").text
+    assert "The verdict does not depend on the reading." in page.id("decision-line").text
+
+
 def luminance(colour):
     parts = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
     linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
