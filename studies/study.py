@@ -36,14 +36,11 @@ class Study:
     ----------
     name : str
         What its results are called.
-    folder : str
-        Where its tables of trials are, in the folder of the results.
     tables : mapping of str to Table
         Their settings.
     """
 
     name: str
-    folder: str
     tables: Mapping[str, Table]
 
 
@@ -77,10 +74,10 @@ def load_experiments(overrides: Sequence[str] = ()) -> Study:
     --------
     >>> from studies.study import load_experiments
     >>> study = load_experiments(["trials=5"])
-    >>> study.folder, study.tables["combined"].sweeps[0].trials
-    ('trials', 5)
+    >>> study.name, study.tables["combined"].sweeps[0].trials
+    ('experiments', 5)
     """
-    return Study("experiments", "trials", _Experiments(overrides))
+    return Study("experiments", _Experiments(overrides))
 
 
 def reject(overrides: Sequence[str], keys: Sequence[str], reason: str) -> None:

@@ -38,7 +38,7 @@ def load_replicates(claims: Claims, overrides: Sequence[str] = ()) -> Study:
         str(number): Table(tuple(replace(sweep, replicate=number) for sweep in sweeps))
         for number in range(claims.replicates)
     }
-    return Study("claims", "replicates", tables)
+    return Study("claims", tables)
 
 
 def plan(claims: Claims, overrides: Sequence[str] = ()) -> list[Sweep]:

@@ -117,7 +117,7 @@ def load_parameters(name: str, overrides: Sequence[str] = ()) -> Study:
     axes, given = _override(content["axes"], overrides)
     columns = [Column.parse(text) for text in _metrics(axes)]
     tables = {part: _part(entry, columns, given) for part, entry in content["trials"].items()}
-    return Study(f"{name}_study", f"trials/{name}_study", tables)
+    return Study(f"{name}_study", tables)
 
 
 def axis_names() -> list[str]:

@@ -66,7 +66,7 @@ def load_scenarios(path: Path = BEYOND, overrides: Sequence[str] = ()) -> Study:
         scenario: Table((_resolve(path, scenario, shared | settings | own, overrides),))
         for scenario, own in scenarios.items()
     }
-    return Study(name, f"trials/{name}", tables)
+    return Study(name, tables)
 
 
 def study_name(path: Path) -> str:

@@ -11,7 +11,7 @@ from studies.study import Table, load_experiments
 
 def test_the_experiments_share_their_settings() -> None:
     study = load_experiments(["trials=5", "seed=3"])
-    assert (study.name, study.folder) == ("experiments", "trials")
+    assert study.name == "experiments"
     assert list(study.tables) == experiment_names()
     for name, table in study.tables.items():
         assert table.sweeps == (load_sweep([f"experiment={name}", "trials=5", "seed=3"]),)

@@ -30,7 +30,7 @@ def test_the_scenarios_beyond_the_paper_cover_every_generator_and_all_metrics(
     beyond: Study,
 ) -> None:
     configs = sweeps(beyond).values()
-    assert (beyond.name, beyond.folder) == ("beyond", "trials/beyond")
+    assert beyond.name == "beyond"
     assert [config.name for config in configs] == [f"beyond/{name}" for name in beyond.tables]
     assert {config.geometry for config in configs} == set(PATHS) - {"line", "x_axis"}  # the paper's
     assert {config.error for config in configs} == set(ERRORS)
@@ -64,7 +64,7 @@ def test_a_file_of_ones_own_takes_the_rest_from_beyond(tmp_path: Path, beyond: S
     )
     study = load_scenarios(path, ["seed=4"])
     assert study.name == study_name(path) == "beyond_mine"
-    assert study.folder == "trials/beyond_mine"
+    assert study.name == "beyond_mine"
     circle, pieces = sweeps(study).values()
     assert (circle.name, circle.geometry, circle.trials) == ("beyond_mine/circle", "orbit", 7)
     assert (pieces.name, pieces.outliers, pieces.trials) == ("beyond_mine/pieces", "cluster", 3)
