@@ -1,8 +1,4 @@
-"""What each metric still orders in the scenarios of a study: ``python -m figures.beyond``.
-
-The line above is the title in the files, kept so that their bytes stay as they were: the command is
-``python -m figures beyond TABLE.csv --output PATH``.
-"""
+"""What each metric still orders in the scenarios of a study."""
 
 from collections.abc import Hashable, Mapping
 from typing import Any
