@@ -69,13 +69,13 @@ FORMATS = {
         "reference/sparse/0 mine/sparse/0 --save_results mine.zip",
         read_colmap,
         "fail",
-        unit="ref. unit",
+        unit="units",
     ),
     "nerf": Format(
         "transforms.json, matched by file_path",
         "transforms.json estimate.json --body_rotation auto",
         read_nerf,
         "fail",
-        unit="ref. unit",
+        unit="units",
     ),
 }

@@ -23,12 +23,10 @@ from .output import (
     show_table,
     unique_names,
 )
+from .ranking import comparable
 from .scoring import Scored, score
 
 __all__ = ["main"]
-
-SAME_UNIT = 1.03  # largest ratio of two d whose scores compare: the seed changes the TAS by more
-
 
 EPILOG = f"""\
 examples:
@@ -126,12 +124,18 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
         default="pcr99",
         help="how the TAS aligns; pcr99 is the paper's (default: %(default)s)",
     )
-    add_number(scoring, "--seed", 0, "seed of the registration")
+    add_number(
+        scoring,
+        "--seed",
+        0,
+        "first seed of the registration; errors, plots and saved files are of this one",
+    )
     add_number(
         scoring,
         "--repeat",
         10,
-        "seeds, from --seed on, that the sd of the TAS is over; 1: no sd",
+        "seeds, from --seed on, that TAS, PAS and their sd are over; the refined registration, "
+        "which hardly depends on it, takes one",
         least=1,
     )
     scoring.add_argument(
@@ -220,11 +224,10 @@ def run(arguments: argparse.Namespace) -> int:
             failed.append({"file": file, "error": one_line(error, file)})
             print_error(failed[-1]["error"])
     show_progress("")
-    units = [one.result.tas.unit for one in scored]
-    if scored and max(units) > SAME_UNIT * min(units):
-        notes.append(units_note(scored, reference, form))
+    if comparable(scored):
+        scored.sort(key=lambda one: one.pas, reverse=True)
     else:
-        scored.sort(key=lambda one: one.result.score, reverse=True)
+        notes.append(units_note(scored, reference, form))
     if arguments.json:
         show_json(scored, failed, notes, arguments)
     elif scored:

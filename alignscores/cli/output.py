@@ -13,8 +13,11 @@ import numpy as np
 
 from .. import __version__
 from ..trajectories.extras import require
+from ..validation import finite_rows
 from .formats import FORMATS
-from .scoring import Scored
+from .ranking import comparable, ranks
+from .scoring import Scored, seeds
+from .table import table
 
 __all__ = ["print_error", "save", "show_json", "show_progress", "show_table", "unique_names"]
 
@@ -39,11 +42,11 @@ def show_json(
         "unit": arguments.unit,
         "registration": arguments.registration,
         "seed": arguments.seed,
-        "repeat": arguments.repeat,
+        "repeat": len(seeds(arguments)),
         "inverted": arguments.invert,
         "body_rotation": arguments.body_rotation,
         "notes": notes,
-        "results": [as_json(one) for one in scored],
+        "results": as_json(scored),
         "failed": failed,
     }
     print(json.dumps(printed, indent=2, allow_nan=False), flush=True)
@@ -54,15 +57,23 @@ def show_table(
 ) -> None:
     """Print the table on stdout and the notes on stderr."""
     print_notes(scored, notes)
-    seeds = f"seed {arguments.seed}"
-    if arguments.repeat > 1:
-        seeds += f", sd over the {arguments.repeat} seeds from there"
-    print(table(scored, FORMATS[arguments.format].unit))
-    print(f"registration {arguments.registration}, {seeds}; missing cameras: {arguments.missing}")
-    scatter = max(one.tas_sd or 0.0 for one in scored)
-    if scatter > SCATTER and arguments.registration != "refined":
-        print("the TAS scatters with the seed; --registration refined makes it steadier")
+    results = as_json(scored)
+    print(table(results, " [m]" if FORMATS[arguments.format].unit == "m" else ""))
+    for line in footnotes(results, arguments):
+        print(line)
     sys.stdout.flush()
+
+
+def footnotes(results: Sequence[Mapping[str, Any]], arguments: argparse.Namespace) -> list[str]:
+    """Return what is said below the table."""
+    first, *others = seeds(arguments)
+    over = f"means and sd over the seeds {first} to {others[-1]}" if others else f"seed {first}"
+    lines = [f"registration {arguments.registration}, {over}; missing cameras: {arguments.missing}"]
+    if any(values["rank"] and values["rank"][0] < values["rank"][1] for values in results):
+        lines.append("ranks in common: tied, PAS less than 2 standard errors apart over the seeds")
+    if max(values["TAS_sd"] or 0.0 for values in results) > SCATTER:
+        lines.append("the TAS scatters with the seed; --registration refined makes it steadier")
+    return lines
 
 
 def print_notes(scored: Sequence[Scored], notes: Sequence[str]) -> None:
@@ -83,21 +94,34 @@ def show_progress(text: str) -> None:
         print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
 
 
-def as_json(one: Scored) -> dict[str, Any]:
-    """Return one estimate's part of the JSON output; no number in it is NaN or infinite."""
+def as_json(scored: Sequence[Scored]) -> list[dict[str, Any]]:
+    """Return each estimate's part of the JSON output; no number in it is NaN or infinite."""
+    found = ranks(scored) if comparable(scored) else [None] * len(scored)
+    return [
+        {**_values(one), "rank": rank and list(rank)}
+        for one, rank in zip(scored, found, strict=True)
+    ]
+
+
+def _values(one: Scored) -> dict[str, Any]:
     tas, ras, matches = one.result.tas, one.result.ras, one.matches
     return {
         "name": one.name,
         "file": one.file,
-        "TAS": tas.score,
+        "TAS": one.tas,
         "TAS_sd": one.tas_sd,
         "RAS": ras.score,
-        "PAS": one.result.score,
+        "PAS": one.pas,
+        "PAS_sd": one.pas_sd,
+        "TAS_seeds": one.tas_seeds,
+        "PAS_seeds": one.pas_seeds,
         "ATE": one.ate,
         "n": len(tas.errors),
         "matched": matches.matched,
         "missing": matches.missing,
         "non_finite": matches.non_finite,
+        "no_position": int(np.sum(~finite_rows(matches.est_poses[:, :3, 3]))),
+        "no_rotation": int(np.sum(~finite_rows(matches.est_poses[:, :3, :3]))),
         "duplicate": matches.duplicate,
         "unmatched": matches.unmatched,
         "unit": tas.unit,
@@ -107,60 +131,6 @@ def as_json(one: Scored) -> dict[str, Any]:
         "body_rotation": None if one.body_rotation is None else one.body_rotation.tolist(),
         "notes": one.notes,
     }
-
-
-def table(scored: Sequence[Scored], unit_name: str) -> str:
-    """Return the table of all estimates as text.
-
-    Parameters
-    ----------
-    scored : sequence of Scored
-        In the order of the rows.
-    unit_name : str
-        Name of the reference's unit of length.
-    """
-    header = (
-        "estimate",
-        "TAS",
-        "TAS sd",
-        "RAS",
-        "PAS",
-        f"ATE [{unit_name}]",
-        f"d [{unit_name}]",
-        "< d",
-        "< 10°",
-        "n",
-        "matched",
-        "missing",
-        "non-finite",
-        "duplicate",
-    )
-    rows = [header, *(_row(as_json(one)) for one in scored)]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(header))]
-    lines = []
-    for row in rows:
-        cells = [row[0].ljust(widths[0])]
-        cells += [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
-        lines.append("  ".join(cells))
-    return "\n".join(lines)
-
-
-def _row(values: Mapping[str, Any]) -> tuple[str, ...]:
-    def number(key: str, form: str) -> str:
-        return "-" if values[key] is None else format(values[key], form)
-
-    return (
-        values["name"],
-        number("TAS", ".4f"),
-        number("TAS_sd", ".4f"),
-        number("RAS", ".4f"),
-        number("PAS", ".4f"),
-        number("ATE", ".4g"),
-        number("unit", ".4g"),
-        number("within_unit", ".0%"),
-        number("within_10_deg", ".0%"),
-        *(str(values[key]) for key in ("n", "matched", "missing", "non_finite", "duplicate")),
-    )
 
 
 def unique_names(files: Sequence[str]) -> list[str]:
@@ -252,8 +222,8 @@ def save_evo_results(
                 "seed": seed,
             }
         )
-        values = as_json(one)
-        result.add_stats({key: values[key] for key in ("ATE", "TAS_sd") if values[key] is not None})
+        extra = {"ATE": one.ate, "TAS_sd": one.tas_sd}
+        result.add_stats({key: value for key, value in extra.items() if value is not None})
         if one.matches.keys.dtype.kind == "f":
             result.add_np_array("timestamps", one.matches.keys)
         buffer = BytesIO()

@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import statistics
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,7 @@ from ..validation import finite_rows
 from .formats import FORMATS
 from .notes import collected_warnings, convention_notes, matching_notes, swap_notes
 
-__all__ = ["Scored", "score"]
+__all__ = ["Scored", "score", "seeds"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +32,9 @@ class Scored:
     matches : Matches
         The poses of reference and estimate, as they were scored.
     result : PASResult
-        The scores at the seed.
-    tas_sd : float or None
-        Standard deviation of the TAS over the seeds; None for a single one.
+        The scores at the first seed, and all that belongs to a single alignment.
+    tas_seeds : list of float
+        TAS of each seed.
     ate : float or None
         RMSE of the estimated cameras after the least-squares alignment; None where there is none.
     body_rotation : (3, 3) ndarray or None
@@ -46,10 +47,40 @@ class Scored:
     file: str
     matches: Matches
     result: PASResult
-    tas_sd: float | None
+    tas_seeds: list[float]
     ate: float | None
     body_rotation: NDArray[np.float64] | None
     notes: list[str]
+
+    @property
+    def tas(self) -> float:
+        """Mean of the TAS over the seeds."""
+        return statistics.mean(self.tas_seeds)  # exact: of equal values it is that value
+
+    @property
+    def tas_sd(self) -> float | None:
+        """Standard deviation of the TAS over the seeds; None for a single one."""
+        return _sd(self.tas_seeds)
+
+    @property
+    def pas_seeds(self) -> list[float]:
+        """PAS of each seed."""
+        weight, ras = self.result.weight, self.result.ras.score
+        return [weight * tas + (1 - weight) * ras for tas in self.tas_seeds]
+
+    @property
+    def pas(self) -> float:
+        """Mean of the PAS over the seeds."""
+        return statistics.mean(self.pas_seeds)
+
+    @property
+    def pas_sd(self) -> float | None:
+        """Standard deviation of the PAS over the seeds; None for a single one."""
+        return _sd(self.pas_seeds)
+
+
+def _sd(values: list[float]) -> float | None:
+    return statistics.stdev(values) if len(values) > 1 else None
 
 
 def score(reference: Trajectory, name: str, file: str, arguments: argparse.Namespace) -> Scored:
@@ -83,7 +114,7 @@ def score(reference: Trajectory, name: str, file: str, arguments: argparse.Names
             unit=arguments.unit or derived_unit(matches),
             registration=arguments.registration,
         )
-        tas_sd = tas_spread(matches, result, arguments)
+        tas_seeds = tas_of_seeds(matches, result, arguments)
     notes += matching_notes(matches, reference, estimate, form)
     notes += swap_notes(reference, estimate)
     notes += convention_notes(
@@ -94,7 +125,7 @@ def score(reference: Trajectory, name: str, file: str, arguments: argparse.Names
         file=file,
         matches=matches,
         result=result,
-        tas_sd=tas_sd,
+        tas_seeds=tas_seeds,
         ate=ate(matches),
         body_rotation=body_rotation,
         notes=[*file_notes, *(f"{name}: {note}" for note in notes)],
@@ -115,15 +146,18 @@ def derived_unit(matches: Matches) -> float:
         raise ValueError(f"d cannot be derived: {reason}; --unit sets it") from None
 
 
-def tas_spread(matches: Matches, result: PASResult, arguments: argparse.Namespace) -> float | None:
-    """Return the standard deviation of the TAS over the seeds; None for a single one."""
-    if arguments.repeat < 2:
-        return None
+def tas_of_seeds(matches: Matches, result: PASResult, arguments: argparse.Namespace) -> list[float]:
+    """Return the TAS of each seed, the first of which is that of the result."""
     gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
-    seeds = range(arguments.seed + 1, arguments.seed + arguments.repeat)
     options = {"unit": result.tas.unit, "registration": arguments.registration}
-    others = [tas(gt, est, rng=seed, **options).score for seed in seeds]
-    return float(np.std([result.tas.score, *others], ddof=1))
+    others = [tas(gt, est, rng=seed, **options).score for seed in seeds(arguments)[1:]]
+    return [result.tas.score, *others]
+
+
+def seeds(arguments: argparse.Namespace) -> range:
+    """Return the seeds that are scored: a single one where the score hardly depends on it."""
+    repeat = 1 if arguments.registration == "refined" else arguments.repeat
+    return range(arguments.seed, arguments.seed + repeat)
 
 
 def ate(matches: Matches) -> float | None:

@@ -32,12 +32,21 @@ def test_repeat_and_seed(score, examples):
     matches = match(*(read_tum(examples / path) for path in TUM[1:]))
     gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
     scores = [tas(gt, est, rng=seed).score for seed in range(20)]
-    (default,) = score(*TUM)
-    assert default["TAS"] == scores[0]
-    assert default["TAS_sd"] == pytest.approx(np.std(scores[:10], ddof=1))
-    (other,) = score(*TUM, "--seed", 7, "--repeat", 3)
-    assert other["TAS"] == scores[7]
-    assert other["TAS_sd"] == pytest.approx(np.std(scores[7:10], ddof=1))
+    for options, drawn in (([], scores[:10]), (["--seed", 7, "--repeat", 3], scores[7:10])):
+        (result,) = score(*TUM, *options)
+        assert result["TAS_seeds"] == drawn
+        assert result["TAS"] == pytest.approx(np.mean(drawn))
+        assert result["TAS_sd"] == pytest.approx(np.std(drawn, ddof=1))
+        pas_seeds = [(seed + result["RAS"]) / 2 for seed in drawn]
+        assert result["PAS_seeds"] == pytest.approx(pas_seeds)
+        assert result["PAS"] == pytest.approx(np.mean(pas_seeds))
+        assert result["PAS_sd"] == pytest.approx(np.std(pas_seeds, ddof=1))
+
+
+def test_equal_scores_have_themselves_as_mean(score):
+    """Not something one rounding away."""
+    (result,) = score(*KITTI[:2], KITTI[1])
+    assert (result["TAS"], result["PAS"], result["TAS_sd"], result["PAS_sd"]) == (1, 1, 0, 0)
     assert score(*TUM, "--repeat", 1)[0]["TAS_sd"] is None
 
 

@@ -1,0 +1,84 @@
+"""The table of the estimates, at most 100 columns wide."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+__all__ = ["table"]
+
+WIDTH = 100
+COLUMNS = (  # header, key of the JSON output, format
+    ("rank", "rank", "rank"),
+    ("TAS", "TAS", ".4f"),
+    ("sd", "TAS_sd", ".4f"),
+    ("RAS", "RAS", ".4f"),
+    ("PAS", "PAS", ".4f"),
+    ("sd", "PAS_sd", ".4f"),
+    ("ATE{unit}", "ATE", ".4g"),
+    ("d{unit}", "unit", ".4g"),
+    ("< d", "within_unit", ".0%"),
+    ("< 10 deg", "within_10_deg", ".0%"),
+    ("n", "n", "d"),
+    ("missing", "missing", "d"),
+    ("no pos.", "no_position", "d"),
+    ("no rot.", "no_rotation", "d"),
+    ("dupl.", "duplicate", "d"),
+)
+SELDOM = ("missing", "no_position", "no_rotation", "duplicate")  # shown where not all are 0
+FIRST_DROPPED = ("within_10_deg", "within_unit", "duplicate", "PAS_sd", "TAS_sd")
+
+
+def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
+    """Return the table of all estimates as text.
+
+    Columns that say nothing are left out; then, as far as there is no room, the less important
+    ones and the middle of long names.
+
+    Parameters
+    ----------
+    results : sequence of mappings
+        The rows, with the keys of the JSON output.
+    unit : str
+        The reference's unit of length, in brackets; empty where it has no name.
+    """
+    columns = {
+        key: [header.format(unit=unit), *(_cell(values[key], form) for values in results)]
+        for header, key, form in COLUMNS
+        if (key != "rank" or len(results) > 1)
+        and (key not in SELDOM or any(values[key] for values in results))
+    }
+    names = ["estimate", *(values["name"] for values in results)]
+    for key in FIRST_DROPPED:
+        if max(map(len, names)) <= _room(columns):
+            break
+        columns.pop(key, None)
+    names = _shortened(names, _room(columns))
+    width = max(map(len, names))
+    widths = [max(map(len, cells)) for cells in columns.values()]
+    lines = []
+    for name, *row in zip(names, *columns.values(), strict=True):
+        cells = (cell.rjust(wide) for cell, wide in zip(row, widths, strict=True))
+        lines.append("  ".join([name.ljust(width), *cells]))
+    return "\n".join(lines)
+
+
+def _room(columns: Mapping[str, Sequence[str]]) -> int:
+    """Return the width that the columns leave for the names."""
+    return WIDTH - sum(2 + max(map(len, cells)) for cells in columns.values())
+
+
+def _shortened(names: list[str], width: int) -> list[str]:
+    """Cut the middle out of long names, unless two of them would become the same."""
+    end = (width - 2) // 2
+    short = [
+        name if len(name) <= width else f"{name[: width - 2 - end]}..{name[-end:]}"
+        for name in names
+    ]
+    return short if len(set(short)) == len(set(names)) else names
+
+
+def _cell(value: Any, form: str) -> str:
+    if value is None:
+        return "-"
+    if form == "rank":  # one number, or the two of a tie
+        return "-".join(map(str, dict.fromkeys(value)))
+    return format(value, form)

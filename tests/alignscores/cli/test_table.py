@@ -1,0 +1,47 @@
+"""The table stays narrow, and says what it can."""
+
+import pytest
+
+from alignscores.cli.table import COLUMNS, table
+
+ROW = {key: 0.008191 for _, key, form in COLUMNS if form[-1] in "f%g"}
+ROW |= {"name": "orb.txt", "rank": [1, 1], "n": 4541}
+ROW |= {"missing": 0, "no_position": 0, "no_rotation": 0, "duplicate": 0}
+
+
+def test_columns_that_say_nothing_are_left_out():
+    header = table([ROW], "").splitlines()[0]
+    assert header.split()[-1] == "n"
+    assert "rank" not in header
+    header = table([ROW, ROW | {"name": "dso.txt", "missing": 3}], " [m]").splitlines()[0]
+    assert header.split()[:2] == ["estimate", "rank"]
+    assert header.split()[-2:] == ["n", "missing"]
+
+
+@pytest.mark.parametrize("length", [5, 30, 60, 200])
+@pytest.mark.parametrize("failures", [0, 1000])
+def test_width(length, failures):
+    rows = [
+        ROW
+        | {"name": "ab"[i] + "x" * length + "yz"[i], "rank": [10, 1000]}
+        | dict.fromkeys(("missing", "no_position", "no_rotation", "duplicate"), failures)
+        for i in (0, 1)
+    ]
+    header, *lines = table(rows, " [m]").splitlines()
+    assert max(map(len, [header, *lines])) <= 100
+    for key in ("TAS", "RAS", "PAS", "ATE", "d", "n"):
+        assert key in header.split()
+    assert lines[0].startswith("ax")
+    assert lines[0].split()[0][-1] == "y"
+    assert len({line.split()[0] for line in lines}) == 2
+
+
+def test_long_names_that_differ_in_the_middle_stay_whole():
+    names = ["x" * 80 + i + "x" * 80 for i in "ab"]
+    lines = table([ROW | {"name": name} for name in names], "").splitlines()
+    assert [line.split()[0] for line in lines[1:]] == names
+
+
+def test_numbers_without_a_value():
+    line = table([ROW | {"ATE": None, "TAS_sd": None}], "").splitlines()[1]
+    assert line.split()[2] == "-"
