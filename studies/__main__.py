@@ -73,9 +73,10 @@ def _claims(replicates: Sequence[Trials], _: Path) -> list[bytes]:
 
 def _threshold(trials: Sequence[Trials], times: Path) -> list[bytes]:
     axes, parts = _axes("threshold", trials)
+    milliseconds = _read_times(times)
     table = effects(axes, {name: part.table for name, part in parts.items()})
     kinds = table.groupby(table["axis"].str.partition("_")[0], sort=False)
-    text = thresholds.to_markdown(axes, table, _read_times(times), parts["outliers"].sweep.trials)
+    text = thresholds.to_markdown(axes, table, milliseconds, parts["outliers"].sweep.trials)
     return [*(to_csv(rows) for _, rows in kinds), text.encode()]
 
 
