@@ -12,7 +12,7 @@ from .. import __version__
 from ..registration import REGISTRATIONS
 from ..trajectories.association import MISSING, in_order
 from ..trajectories.extras import require
-from ..trajectories.files import FileError
+from ..trajectories.files import FileError, read_stamps
 from .formats import FORMATS, Format
 from .notes import collected_warnings, units_note
 from .output import (
@@ -97,7 +97,7 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
         "--missing",
         choices=MISSING,
         default=form.missing,
-        help="reference poses without an estimate count as failures, or are left out "
+        help="cameras without an estimate count as failures, or are left out "
         "(default: %(default)s)",
     )
     if form.timed:
@@ -112,6 +112,13 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
 
     scoring = command.add_argument_group("scoring")
     add_number(
+        matching.add_argument(
+            "--frames",
+            metavar="FILE",
+            help="time stamps of the frames that were to be estimated, in the first column of a "
+            "text file, in s or ns, as the estimate has them: those without a pose fail, and "
+            "nothing else (implies --missing fail)",
+        )
         scoring,
         "--unit",
         None,
@@ -216,10 +223,13 @@ def run(arguments: argparse.Namespace) -> int:
     scored: list[Scored] = []
     failed: list[dict[str, str]] = []
     names = unique_names(arguments.estimates)
+    frames = read_stamps(arguments.frames) if form.timed and arguments.frames else None
+    if frames is not None:
+        arguments.missing = "fail"
     for number, (name, file) in enumerate(zip(names, arguments.estimates, strict=True), 1):
         show_progress(f"{number}/{len(names)} {name}" if len(names) > 1 else "")
         try:
-            scored.append(score(reference, name, file, arguments))
+            scored.append(score(reference, name, file, arguments, frames))
         except ValueError as error:
             failed.append({"file": file, "error": one_line(error, file)})
             print_error(failed[-1]["error"])

@@ -5,12 +5,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from ..trajectories.association import Matches, coverage
+from ..trajectories.association import Matches, coverage, is_denser
 from ..trajectories.conventions import Convention, describe_rotation, seem_swapped
 from ..trajectories.files import Trajectory, TrajectoryWarning
-from ..validation import AlignmentWarning, finite_rows
+from ..validation import AlignmentWarning
 from .formats import Format
 
 if TYPE_CHECKING:
@@ -18,14 +16,14 @@ if TYPE_CHECKING:
 
 __all__ = [
     "collected_warnings",
+    "MUCH_LOST",
     "convention_notes",
     "matching_notes",
     "swap_notes",
     "units_note",
 ]
 
-COVERED = 0.9  # share of the reference; if the track covers less, there is a note
-DENSER = 1.5  # ratio of time steps; from it on, the reference has poses no estimate could have
+MUCH_LOST = 0.1  # share of the reference; if more is lost and not scored, there is a note
 
 
 @contextmanager
@@ -58,20 +56,23 @@ def matching_notes(
         notes = []
         if unmatched > n / 10:
             notes.append(f"{unmatched} of {n} poses have no reference pose within --t_max_diff")
-        denser = is_denser(reference, matches)
-        n_failed = len(matches.keys) - matches.matched  # 0 where missing cameras are ignored
-        if denser and n_failed:
+        if matches.frame_step is not None and matches.missing:
             notes.append(
-                f"{n_failed} of {len(matches.keys)} reference poses count as failures, but the "
-                "reference is denser than the estimate: thin it out (evo_traj --downsample)"
+                f"{matches.missing} of {len(matches.keys)} cameras count as failures: the "
+                "reference is denser than the estimate, which must have lost as many frames at its "
+                f"own rate of one in {matches.frame_step:.3g} s; --frames tells it the true ones"
+            )
+        if matches.without_reference:
+            notes.append(
+                f"{matches.without_reference} of the --frames have neither an estimated pose nor a "
+                "reference pose within --t_max_diff; left out"
             )
         covered = coverage(reference, matches)
-        if covered < COVERED:
-            note = f"the track covers only {covered:.0%} of the reference, the rest is not scored; "
-            note += "--missing fail counts it as failures"
-            if denser:
-                note += " once the reference is thinned out to the estimate's rate"
-            notes.append(note)
+        if 1 - covered > MUCH_LOST:
+            notes.append(
+                f"the track covers only {covered:.0%} of the reference, the rest is not scored; "
+                "--missing fail counts it as failures"
+            )
         return notes
     if unmatched > 0:
         note = f"{unmatched} of {n} images are not in the reference; left out"
@@ -79,15 +80,6 @@ def matching_notes(
             note += " (it has all of the reference's, too: the reference comes first)"
         return [note]
     return []
-
-
-def is_denser(reference: Trajectory, matches: Matches) -> bool:
-    """Tell whether a reference has so many more poses that most cannot have an estimated one."""
-    estimated = matches.keys[finite_rows(matches.est_poses)]
-    if reference.keys.dtype.kind != "f" or len(estimated) < 2:
-        return False
-    usual, scored = (np.median(np.diff(keys)) for keys in (reference.keys, estimated))
-    return bool(scored >= DENSER * usual)
 
 
 def units_note(scored: "Sequence[Scored]", reference: Trajectory, form: Format) -> str:
@@ -99,7 +91,7 @@ def units_note(scored: "Sequence[Scored]", reference: Trajectory, form: Format) 
         f"{max(units):.4g} {form.unit}, as the estimates have other cameras; --unit {usual:.4g} "
         "gives all one d"
     )
-    if not any(is_denser(reference, one.matches) for one in scored):
+    if not form.timed or not any(is_denser(reference.keys, one.matches.keys) for one in scored):
         note += ", --missing fail also the same cameras"
     return note
 

@@ -15,6 +15,7 @@ from .. import __version__
 from ..trajectories.extras import require
 from ..validation import finite_rows
 from .formats import FORMATS
+from .notes import MUCH_LOST
 from .ranking import comparable, ranks
 from .scoring import Scored, seeds
 from .table import table
@@ -74,6 +75,8 @@ def footnotes(results: Sequence[Mapping[str, Any]], arguments: argparse.Namespac
     if max(values["TAS_sd"] or 0.0 for values in results) > SCATTER:
         lines.append("the TAS scatters with the seed; --registration refined makes it steadier")
     return lines
+    if any(values["lost"] > MUCH_LOST for values in results):
+        lines.append("* without what the estimate lost; --missing fail counts it")
 
 
 def print_notes(scored: Sequence[Scored], notes: Sequence[str]) -> None:
@@ -120,6 +123,7 @@ def _values(one: Scored) -> dict[str, Any]:
         "matched": matches.matched,
         "missing": matches.missing,
         "non_finite": matches.non_finite,
+        "lost": one.lost,
         "no_position": int(np.sum(~finite_rows(matches.est_poses[:, :3, 3]))),
         "no_rotation": int(np.sum(~finite_rows(matches.est_poses[:, :3, :3]))),
         "duplicate": matches.duplicate,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..pose import PASResult, pas
 from ..similarity import least_squares_rmse
-from ..trajectories.association import Matches, match
+from ..trajectories.association import Matches, coverage, match
 from ..trajectories.conventions import find_convention, rotate_cameras
 from ..trajectories.files import Trajectory, inverse_poses
 from ..translation import closest_pair_quartile, tas
@@ -35,6 +35,8 @@ class Scored:
         The scores at the first seed, and all that belongs to a single alignment.
     tas_seeds : list of float
         TAS of each seed.
+    lost : float
+        Share of the reference that is left out of the scores, since the track was lost there.
     ate : float or None
         RMSE of the estimated cameras after the least-squares alignment; None where there is none.
     body_rotation : (3, 3) ndarray or None
@@ -48,6 +50,7 @@ class Scored:
     matches: Matches
     result: PASResult
     tas_seeds: list[float]
+    lost: float
     ate: float | None
     body_rotation: NDArray[np.float64] | None
     notes: list[str]
@@ -83,8 +86,14 @@ def _sd(values: list[float]) -> float | None:
     return statistics.stdev(values) if len(values) > 1 else None
 
 
-def score(reference: Trajectory, name: str, file: str, arguments: argparse.Namespace) -> Scored:
-    """Read, match, check and score one estimate."""
+def score(
+    reference: Trajectory,
+    name: str,
+    file: str,
+    arguments: argparse.Namespace,
+    frames: NDArray[np.float64] | None = None,
+) -> Scored:
+    """Read, match, check and score one estimate; `frames` are the stamps of those due, if known."""
     form = FORMATS[arguments.format]
     timing = {key: getattr(arguments, key) for key in ("t_max_diff", "t_offset") if form.timed}
     with collected_warnings() as file_notes:  # these name the file already
@@ -92,7 +101,7 @@ def score(reference: Trajectory, name: str, file: str, arguments: argparse.Names
     if arguments.invert:
         estimate = estimate._replace(poses=inverse_poses(estimate.poses))
     with collected_warnings() as notes:
-        matches = match(reference, estimate, missing=arguments.missing, **timing)
+        matches = match(reference, estimate, missing=arguments.missing, frames=frames, **timing)
         if len(matches.keys) < min(4, len(reference.keys)):
             options = "".join(f", --{key} {value:g}" for key, value in timing.items())
             raise ValueError(
@@ -126,6 +135,7 @@ def score(reference: Trajectory, name: str, file: str, arguments: argparse.Names
         matches=matches,
         result=result,
         tas_seeds=tas_seeds,
+        lost=1 - coverage(reference, matches),
         ate=ate(matches),
         body_rotation=body_rotation,
         notes=[*file_notes, *(f"{name}: {note}" for note in notes)],

@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from .notes import MUCH_LOST
+
 __all__ = ["table"]
 
 WIDTH = 100
@@ -46,6 +48,9 @@ def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
         if (key != "rank" or len(results) > 1)
         and (key not in SELDOM or any(values[key] for values in results))
     }
+    if any(values["lost"] > MUCH_LOST for values in results):
+        marks = " ", *("*" if values["lost"] > MUCH_LOST else " " for values in results)
+        columns["PAS"] = [cell + mark for cell, mark in zip(columns["PAS"], marks, strict=True)]
     names = ["estimate", *(values["name"] for values in results)]
     for key in FIRST_DROPPED:
         if max(map(len, names)) <= _room(columns):

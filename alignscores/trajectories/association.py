@@ -13,12 +13,14 @@ from ..validation import finite_rows
 from .extras import require
 from .files import LATEST, Trajectory, TrajectoryWarning
 
-__all__ = ["MISSING", "Matches", "coverage", "in_order", "match"]
+__all__ = ["MISSING", "Matches", "coverage", "in_order", "is_denser", "match"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 MISSING = ("fail", "ignore")
+DENSER = 1.1  # reference poses for each estimated one; from it on, some are no lost frames
+MIN_STEPS = 8  # fewer tell no rate
 LONG_GAP = 10, 1.0  # in median gaps, and in seconds; a gap that exceeds both is a lost track
 NANOSECONDS = 0.5e9, 2e9  # range of the ratio of time stamps where one file is in nanoseconds
 
@@ -34,7 +36,8 @@ class Matches:
     gt_poses, est_poses : (n, 4, 4) ndarray
         Camera-to-world poses; an estimated pose is not finite where the camera was not estimated.
     missing : int
-        Number of reference poses without an estimated pose, whether they are among the n or not.
+        Number of cameras without an estimated pose: those that count as failures, or, where missing
+        cameras are left out, all reference poses without one.
     unmatched : int
         Number of estimated poses without a reference pose; they are left out.
     duplicate : int
@@ -44,6 +47,11 @@ class Matches:
         Number of reference poses with an estimated pose, finite or not.
     non_finite : int
         Number of matched estimated poses that are not finite; each of them is a failure.
+    without_reference : int
+        Number of due frames left out since they have neither an estimated nor a reference pose.
+    frame_step : float or None
+        Time in seconds from one lost frame to the next, where the reference is denser than the
+        estimate and frames were counted at the estimate's rate.
     """
 
     keys: NDArray[Any]
@@ -54,6 +62,8 @@ class Matches:
     unmatched: int
     duplicate: int
     non_finite: int
+    without_reference: int
+    frame_step: float | None
 
 
 def match(
@@ -63,6 +73,7 @@ def match(
     missing: str = "ignore",
     t_max_diff: float = 0.01,
     t_offset: float = 0.0,
+    frames: Floats | None = None,
 ) -> Matches:
     """Find the estimated pose of each reference pose.
 
@@ -75,11 +86,15 @@ def match(
     reference, estimate : Trajectory
         As returned by the readers of `alignscores.trajectories.files`.
     missing : {"ignore", "fail"}
-        Whether reference poses without an estimated pose are left out, or kept as failures.
+        Whether cameras without an estimated pose are left out, or count as failures. These are the
+        reference poses without one; see the notes on a reference that is denser than the estimate.
     t_max_diff : float
         Largest difference of associated time stamps in seconds.
     t_offset : float
-        Added to the estimate's time stamps, in seconds.
+        Added to the time stamps of the estimate, and to those of `frames`, in seconds.
+    frames : (k,) array, optional
+        Time stamps of the frames that were to be estimated; with ``missing="fail"`` these, and no
+        others, count as failures where the estimate has no pose within `t_max_diff`.
 
     Returns
     -------
@@ -99,6 +114,14 @@ def match(
     TrajectoryWarning
         Where the stamps are not in order, or keys of the reference are repeated.
 
+    Notes
+    -----
+    A motion capture system records many poses between two frames of a camera, which no estimate
+    can have. So where the reference's time step is smaller than the estimate's, the cameras that
+    count as failures are those at the estimate's own rate: before its first pose, after its last
+    and in gaps, one each median step, at the nearest reference pose. Who knows the frames, as of
+    keyframes, gives `frames` instead.
+
     Examples
     --------
     >>> import numpy as np
@@ -115,9 +138,19 @@ def match(
     for name, seconds, least in (("t_max_diff", t_max_diff, 0), ("t_offset", t_offset, -inf)):
         if not isinstance(seconds, Real) or not least <= seconds < inf:
             raise ValueError(f"{name} must be a finite number of seconds, not {seconds!r}")
+    without_reference, frame_step = 0, None
     kinds = reference.keys.dtype.kind, estimate.keys.dtype.kind
     if kinds == ("f", "f"):
         pairing = _match_times(reference.keys, estimate.keys, t_max_diff, t_offset)
+        if missing == "fail":
+            ref, est = reference.keys[pairing.ref_kept], np.unique(estimate.keys) + t_offset
+            if frames is not None:
+                due = np.unique(frames) + t_offset
+                lost, without_reference = _due(ref, est, due, t_max_diff)
+                pairing = pairing.with_lost(lost)
+            elif is_denser(ref, est):
+                frame_step = float(np.median(np.diff(est)))
+                pairing = pairing.with_lost(_lost(ref, est, t_max_diff))
     elif kinds == ("U", "U"):
         pairing = _match_names(reference.keys, estimate.keys)
     elif kinds == ("i", "i"):
@@ -138,6 +171,8 @@ def match(
         unmatched=len(estimate.keys) - pairing.duplicate - len(matched),
         duplicate=pairing.duplicate,
         non_finite=int(np.sum(~finite_rows(matched))),
+        without_reference=without_reference,
+        frame_step=frame_step,
     )
 
 
@@ -173,16 +208,16 @@ def in_order(reference: Trajectory) -> Trajectory:
 
 
 def coverage(reference: Trajectory, matches: Matches) -> float:
-    """Return the share of a time-stamped reference over which the track was not lost.
+    """Return the share of a reference over which the track was not lost.
 
-    It was lost in gaps between scored poses, and at the ends of the reference, that are longer than
-    10 times the median gap and longer than 1 s. The share is one of the reference's poses, so that
-    gaps in the reference itself do not count.
+    Of images it is the share that is scored. By time it was lost in gaps between scored poses, and
+    at the ends of the reference, that are longer than 10 times the median gap and longer than 1 s.
+    The share is one of the reference's poses, so that gaps in the reference itself do not count.
 
     Parameters
     ----------
     reference : Trajectory
-        With time stamps as keys, in order.
+        As `in_order` returns it.
     matches : Matches
         The result of `match` for it.
 
@@ -203,6 +238,8 @@ def coverage(reference: Trajectory, matches: Matches) -> float:
     0.6
     """
     stamps, scored = reference.keys, matches.keys
+    if stamps.dtype.kind != "f":
+        return len(scored) / len(stamps)
     gaps = np.diff(scored, prepend=stamps[0], append=stamps[-1])
     times, seconds = LONG_GAP
     long = gaps > max(times * np.median(gaps), seconds)
@@ -210,13 +247,37 @@ def coverage(reference: Trajectory, matches: Matches) -> float:
     return float(np.mean(~lost))
 
 
+def is_denser(ref_stamps: Floats, est_stamps: Floats) -> bool:
+    """Tell whether a reference has so many more poses that most cannot have an estimated one.
+
+    Parameters
+    ----------
+    ref_stamps, est_stamps : (n,), (m,) array
+        Time stamps in order. What counts is the number of reference poses that the estimate usually
+        advances, its median; 10 stamps or so are too few to tell.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.trajectories.association import is_denser
+    >>> is_denser(np.arange(0.0, 10, 0.01), np.arange(0.0, 10, 0.03))
+    True
+    """
+    return _median_step(ref_stamps, est_stamps) >= DENSER
+
+
 class _Pairing(NamedTuple):
     """Rows of corresponding poses, in the reference's order, and what was left out."""
 
     ref_rows: Indices
     est_rows: Indices
-    ref_kept: Indices  # rows of the reference without duplicates
+    ref_kept: Indices  # rows of the reference that were to be estimated, without duplicates
     duplicate: int  # number of estimated poses left out as duplicates
+
+    def with_lost(self, lost: Indices) -> "_Pairing":
+        """Keep of the reference what was matched, and `lost`, which counts in `ref_kept`."""
+        kept = np.isin(self.ref_kept, [*self.ref_rows, *self.ref_kept[lost]])
+        return self._replace(ref_kept=self.ref_kept[kept])
 
 
 def _match_times(
@@ -246,6 +307,77 @@ def _match_times(
         est_rows=est_kept[pairs[1]],
         ref_kept=ref_kept,
         duplicate=len(est_stamps) - len(est_kept) + n_associated - pairs.shape[1],
+    )
+
+
+def _lost(ref_stamps: Floats, est_stamps: Floats, max_diff: float) -> Indices:
+    """Return the rows of a denser reference at which the estimate must have lost a frame.
+
+    A gap is so many frames long, in time and in poses of the reference, of which the lesser counts:
+    the reference has gaps, too, in which nothing can be said to be lost. From the reference's side:
+    each of its poses in such a gap is given to the nearest frame, each frame keeps the nearest one.
+    (From the side of the frames one wrong stamp, years away, would be billions of them.)
+    """
+    n, m = len(ref_stamps), len(est_stamps)
+    step = np.median(np.diff(est_stamps))
+    places = np.r_[0, _places(ref_stamps, est_stamps), n - 1]  # with the reference's ends
+    times = np.maximum(np.diff(np.r_[ref_stamps[0], est_stamps, ref_stamps[-1]]), 0) / step
+    steps = np.minimum(times, np.diff(places) / _median_step(ref_stamps, est_stamps))
+    # A gap between poses ends with an estimated frame; what lacks to a whole step is jitter.
+    most = np.maximum(np.rint(steps) - 1, 0)
+    most[[0, -1]] = np.floor(steps[[0, -1]] + 0.01)
+
+    gap = np.searchsorted(est_stamps, ref_stamps, side="right")
+    start = est_stamps[np.maximum(gap - 1, 0)]
+    n_steps = np.maximum(np.rint(times[gap]), 1)
+    inside = (gap > 0) & (gap < m)
+    length = np.where(inside, times[gap] / n_steps, 1.0) * step
+    frame = np.rint((ref_stamps - start) / length)
+    distance = np.abs(ref_stamps - start - frame * length)
+    lost = (most[gap] > 0) & (frame != 0) & ~(inside & (frame == n_steps))
+    lost &= distance <= max(max_diff, float(np.median(np.diff(ref_stamps))))
+    rows = np.flatnonzero(lost)
+    rows = rows[np.argsort(distance[rows], kind="stable")]
+    _, nearest = np.unique(np.column_stack([gap, frame])[rows], axis=0, return_index=True)
+    rows = np.sort(rows[nearest]).astype(np.intp)
+
+    # Of more than there can be in a gap, that many are kept, evenly spread.
+    _, first, count = np.unique(gap[rows], return_index=True, return_counts=True)
+    number = np.arange(len(rows)) - np.repeat(first, count)
+    share = np.minimum(most[gap[rows]] / np.repeat(count, count), 1)
+    spread = np.floor((number + 1) * share + 1e-9) > np.floor(number * share + 1e-9)
+    return np.asarray(rows[spread])
+
+
+def _median_step(ref_stamps: Floats, est_stamps: Floats) -> float:
+    """Return how many poses of the reference the estimate usually advances; 0 if it has too few."""
+    places = _places(ref_stamps, est_stamps)
+    steps = np.diff(places[(places > 0) & (places < len(ref_stamps) - 1)])
+    return float(np.median(steps)) if len(steps) >= MIN_STEPS else 0.0
+
+
+def _places(ref_stamps: Floats, est_stamps: Floats) -> Floats:
+    """Return where among the rows of the reference, counted in fractions, estimated poses lie."""
+    return np.interp(est_stamps, ref_stamps, np.arange(len(ref_stamps)))
+
+
+def _due(
+    ref_stamps: Floats, est_stamps: Floats, due: Floats, max_diff: float
+) -> tuple[Indices, int]:
+    """Return the reference rows of due frames without an estimated pose, and how many have none."""
+    due = due[np.abs(est_stamps[_nearest(est_stamps, due)] - due) > max_diff]
+    rows = _nearest(ref_stamps, due)
+    near = np.abs(ref_stamps[rows] - due) <= max_diff
+    return np.unique(rows[near]), int(np.sum(~near))
+
+
+def _nearest(stamps: Floats, times: Floats) -> Indices:
+    """Return which of the stamps, in order, is the nearest to each time."""
+    last = len(stamps) - 1
+    after = np.minimum(np.searchsorted(stamps, times), last)
+    before = np.maximum(after - 1, 0)
+    return np.asarray(
+        np.where(times - stamps[before] <= stamps[after] - times, before, after), dtype=np.intp
     )
 
 

@@ -32,6 +32,7 @@ __all__ = [
     "read_euroc",
     "read_kitti",
     "read_nerf",
+    "read_stamps",
     "read_tum",
 ]
 
@@ -126,7 +127,7 @@ def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
     lines = (line for line in _text(path).splitlines() if line.strip() and line.strip()[0] != "#")
     if "," not in next(lines, ","):
         stamps, poses = read_tum(path, complete=complete)
-        return Trajectory(stamps / 1e9 if stamps.max() > LATEST else stamps, poses)
+        return Trajectory(in_seconds(stamps), poses)
     return _read_stamped(path, "read_euroc_csv_trajectory", EUROC_COLUMNS, complete, delimiter=",")
 
 
@@ -213,6 +214,58 @@ def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
     _check_poses(poses, path, lambda row: f"frames[{row}] ({names[row]!r})", complete)
     poses[:, :3, :3] *= OPENGL_TO_OPENCV
     return Trajectory(np.array(names), poses)
+
+
+def read_stamps(path: FilePath) -> Floats:
+    r"""Read the time stamps in the first column of a text file.
+
+    Parameters
+    ----------
+    path : path
+        The file: TUM's ``rgb.txt``, EuRoC's ``cam0/data.csv``, a trajectory. Columns are separated
+        by blanks or commas; a header line, blank lines and those that begin with # are left out.
+
+    Returns
+    -------
+    (n,) ndarray
+        Time stamps in seconds; those of a file in nanoseconds are divided by 1e9.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read, or a line does not begin with a finite number.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> from alignscores.trajectories.files import read_stamps
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "data.csv")
+    ...     _ = path.write_text("time,file\n1500000000500000000,a.png\n")
+    ...     stamps = read_stamps(path)
+    >>> stamps
+    array([1.5e+09])
+    """
+    stamps: list[float] = []
+    header = True
+    for number, line in enumerate(StringIO(_text(path), newline=None), 1):
+        fields = line.replace(",", " ").split()
+        if not fields or fields[0][0] == "#":
+            continue
+        if _is_number(fields[0]) and np.isfinite(float(fields[0])):
+            stamps.append(float(fields[0]))
+        elif not header:
+            reason = f"must begin with a time stamp, not {fields[0][:40]!r}"
+            raise FileError(path, reason, place=f"line {number}")
+        header = False
+    if not stamps:
+        raise FileError(path, "has no time stamps")
+    return in_seconds(np.array(stamps))
+
+
+def in_seconds(stamps: Floats) -> Floats:
+    """Return time stamps in seconds, be they in seconds or in nanoseconds."""
+    return stamps / 1e9 if stamps.max() > LATEST else stamps
 
 
 def inverse_poses(poses: Floats) -> Floats:

@@ -11,7 +11,7 @@ from alignscores import tas
 from alignscores.cli import scoring
 from alignscores.trajectories.association import match
 from alignscores.trajectories.conventions import Convention
-from alignscores.trajectories.files import inverse_poses, read_kitti, read_tum
+from alignscores.trajectories.files import inverse_poses, read_kitti, read_stamps, read_tum
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 KITTI = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
@@ -64,6 +64,42 @@ def test_t_max_diff_and_t_offset(run, score):
     assert "tum/estimate.txt: no time stamps in common" in err
     assert score(*TUM, "--t_max_diff", 0.0001, "--t_offset", -0.002)[0]["matched"] == 38
     assert run(*TUM, "--t_offset", 1000)[0] == 1
+
+
+@pytest.mark.parametrize("rate", [30, 100])
+def test_frames_lost_from_a_denser_reference(run, score, tum, rate):
+    files = "tum", tum(20 * rate, rate, "gt.txt"), tum(200, 10, "perfect.txt")
+    fail = "--missing", "fail"
+    (result,) = score(*files, *fail)
+    assert (result["PAS"], result["n"], result["missing"]) == (1.0, 200, 0)
+    assert run(*files, *fail)[2] == ""
+    (result,) = score(*files[:2], tum(200, 10, "gap.txt", lost=(90, 110)), *fail)
+    assert result["PAS"] == pytest.approx(0.9, abs=0.005)
+    (result,) = score(*files[:2], tum(200, 10, "late.txt", lost=(0, 100)), *fail)
+    assert result["PAS"] == pytest.approx(0.5, abs=0.005)
+
+
+def test_frames_that_were_due(run, score, tum, tmp_path, write):
+    """At whatever rate the estimate seems to be."""
+    times = np.arange(0, 20.5, 0.5)
+    ns = [f"{time * 1e9 + 1.7e18:.0f}" for time in times]
+    for content in (
+        ["# t file", *(f"{time} rgb/{time}.png" for time in times)],
+        ["t,file", *(f"{time:.3f},a.png" for time in times)],
+    ):
+        files = "tum", tum(2000, 100, "gt.txt"), tum(40, 2, "est.txt", lost=(10, 20))
+        (result,) = score(*files, "--frames", write(content, "frames.txt"))
+        assert (result["n"], result["matched"], result["missing"]) == (40, 30, 10)
+        assert "1 of the --frames have neither" in result["notes"][0]
+    assert (read_stamps(write(["#t", *ns], "ns.csv")) - 1.7e9).tolist() == times.tolist()
+    for content, message in (
+        ("", "has no time stamps"),
+        ("t\n0.1\nx", "line 3: must begin with a time stamp, not 'x'"),
+    ):
+        code, out, err = run(*files, "--frames", write(content, "bad.txt"))
+        assert (code, out) == (1, "")
+        assert err.startswith(f"alignscores: error: {tmp_path}/bad.txt")
+        assert message in err
 
 
 def test_invert(score, run, kitti, examples):

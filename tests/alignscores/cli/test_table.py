@@ -6,7 +6,7 @@ from alignscores.cli.table import COLUMNS, table
 
 ROW = {key: 0.008191 for _, key, form in COLUMNS if form[-1] in "f%g"}
 ROW |= {"name": "orb.txt", "rank": [1, 1], "n": 4541}
-ROW |= {"missing": 0, "no_position": 0, "no_rotation": 0, "duplicate": 0}
+ROW |= {"lost": 0.0, "missing": 0, "no_position": 0, "no_rotation": 0, "duplicate": 0}
 
 
 def test_columns_that_say_nothing_are_left_out():
@@ -45,3 +45,9 @@ def test_long_names_that_differ_in_the_middle_stay_whole():
 def test_numbers_without_a_value():
     line = table([ROW | {"ATE": None, "TAS_sd": None}], "").splitlines()[1]
     assert line.split()[2] == "-"
+
+
+def test_the_score_of_a_track_that_lost_much_is_marked():
+    header, *rows = table([ROW, ROW | {"name": "dso.txt", "lost": 0.4}], "").splitlines()
+    assert ["*" in row for row in rows] == [False, True]
+    assert len({len(line) for line in (header, *rows)}) == 1

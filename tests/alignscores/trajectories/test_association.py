@@ -104,13 +104,64 @@ def test_a_reference_in_order_matches_the_same_without_a_warning(reference, esti
     np.testing.assert_array_equal(in_order(ordered).keys, ordered.keys)
 
 
+STAMPS = np.arange(400) / 40  # 10 s
+
+
+@pytest.mark.parametrize("times", [1.2, 3, 10])
+@pytest.mark.parametrize("start", [0.0, 1.7e9])
+def test_a_denser_reference_has_no_more_failures_than_the_estimate_has_gaps(times, start):
+    """Frames at 3 Hz, of which none, or a tenth at the start, in the middle or at the end is lost;
+    with a reference of more poses a second, between which the frames lie anywhere."""
+    rng = np.random.default_rng(5)
+    frames = start + np.arange(200) / 3 + rng.uniform(-0.01, 0.01, 200)
+    reference = trajectory(np.arange(frames[0] - 0.1, frames[-1] + 0.1, 1 / (3 * times)))
+    near = 0.5 / (3 * times)
+    perfect = match(reference, trajectory(frames), missing="fail", t_max_diff=near)
+    assert len(perfect.keys) == perfect.matched == 200 - perfect.unmatched - perfect.duplicate
+    assert perfect.missing == 0
+    for first in (0, 90, 180):
+        gap = trajectory(np.delete(frames, slice(first, first + 20)))
+        matches = match(reference, gap, missing="fail", t_max_diff=near)
+        assert matches.missing == pytest.approx(20, abs=1)
+        assert len(matches.keys) == matches.matched + matches.missing
+        assert np.isnan(matches.est_poses[:, 0, 3]).sum() == matches.missing
+        nearest = np.abs(matches.keys[:, None] - frames).min(axis=1)
+        assert nearest.max() < 1.6 * near  # failures stand where frames were
+        ignored = match(reference, gap, t_max_diff=near)
+        assert ignored.matched == matches.matched
+
+
+@pytest.mark.parametrize("step", [2, 3, 7])
+def test_every_few_poses_of_a_reference_have_no_failure(step):
+    matches = match(trajectory(STAMPS), trajectory(STAMPS[1::step]), missing="fail")
+    assert (matches.missing, matches.matched) == (0, len(STAMPS[1::step]))
+
+
+def test_a_gap_of_a_denser_reference_is_no_failure_and_a_wrong_stamp_no_billions():
+    reference = trajectory(np.r_[STAMPS, 60 + STAMPS])
+    estimate = np.r_[STAMPS, 60 + STAMPS][::4]
+    assert match(reference, trajectory(estimate), missing="fail").missing == 0
+    wrong = match(reference, trajectory(np.r_[-1e9, estimate]), missing="fail")
+    assert (wrong.matched, wrong.unmatched) == (200, 1)
+
+
+def test_frames_say_what_was_to_be_estimated():
+    reference = trajectory(STAMPS)
+    frames = np.arange(0.0, 12, 0.5)  # four after the end of the reference
+    kept = np.delete(frames, [2, 3, 23])
+    options = {"missing": "fail", "t_max_diff": 0.004}
+    matches = match(reference, trajectory(kept + 0.003), frames=frames, **options)
+    lost = matches.keys[np.isnan(matches.est_poses[:, 0, 3])]
+    assert lost.tolist() == [1.0, 1.5]
+    assert (matches.matched, matches.missing, matches.without_reference) == (18, 2, 1)
+    late = match(reference, trajectory(kept - 5), frames=frames - 5, t_offset=5.0, **options)
+    assert (late.matched, late.missing, late.without_reference) == (18, 2, 1)
+
+
 def track(stamps, scored):
     """(stamps of the reference, which of them are scored) -> share that was not lost."""
     reference = trajectory(stamps)
     return coverage(reference, match(reference, trajectory(stamps[scored])))
-
-
-STAMPS = np.arange(400) / 40  # 10 s
 
 
 @pytest.mark.parametrize(
