@@ -109,9 +109,6 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
             "added to the estimate's time stamps, in s",
             least=-math.inf,
         )
-
-    scoring = command.add_argument_group("scoring")
-    add_number(
         matching.add_argument(
             "--frames",
             metavar="FILE",
@@ -119,6 +116,9 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
             "text file, in s or ns, as the estimate has them: those without a pose fail, and "
             "nothing else (implies --missing fail)",
         )
+
+    scoring = command.add_argument_group("scoring")
+    add_number(
         scoring,
         "--unit",
         None,
@@ -220,12 +220,12 @@ def run(arguments: argparse.Namespace) -> int:
     form = FORMATS[arguments.format]
     with collected_warnings() as notes:
         reference = in_order(form.read(arguments.reference, complete=True))
-    scored: list[Scored] = []
-    failed: list[dict[str, str]] = []
-    names = unique_names(arguments.estimates)
     frames = read_stamps(arguments.frames) if form.timed and arguments.frames else None
     if frames is not None:
         arguments.missing = "fail"
+    scored: list[Scored] = []
+    failed: list[dict[str, str]] = []
+    names = unique_names(arguments.estimates)
     for number, (name, file) in enumerate(zip(names, arguments.estimates, strict=True), 1):
         show_progress(f"{number}/{len(names)} {name}" if len(names) > 1 else "")
         try:

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from .scoring import Scored
 
 __all__ = [
-    "collected_warnings",
     "MUCH_LOST",
+    "collected_warnings",
     "convention_notes",
     "matching_notes",
     "swap_notes",

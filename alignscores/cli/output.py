@@ -16,6 +16,7 @@ from ..trajectories.extras import require
 from ..validation import finite_rows
 from .formats import FORMATS
 from .notes import MUCH_LOST
+from .notes import MUCH_LOST
 from .ranking import comparable, ranks
 from .scoring import Scored, seeds
 from .table import table
@@ -72,11 +73,11 @@ def footnotes(results: Sequence[Mapping[str, Any]], arguments: argparse.Namespac
     lines = [f"registration {arguments.registration}, {over}; missing cameras: {arguments.missing}"]
     if any(values["rank"] and values["rank"][0] < values["rank"][1] for values in results):
         lines.append("ranks in common: tied, PAS less than 2 standard errors apart over the seeds")
+    if any(values["lost"] > MUCH_LOST for values in results):
+        lines.append("* without what the estimate lost; --missing fail counts it")
     if max(values["TAS_sd"] or 0.0 for values in results) > SCATTER:
         lines.append("the TAS scatters with the seed; --registration refined makes it steadier")
     return lines
-    if any(values["lost"] > MUCH_LOST for values in results):
-        lines.append("* without what the estimate lost; --missing fail counts it")
 
 
 def print_notes(scored: Sequence[Scored], notes: Sequence[str]) -> None:
@@ -120,10 +121,10 @@ def _values(one: Scored) -> dict[str, Any]:
         "PAS_seeds": one.pas_seeds,
         "ATE": one.ate,
         "n": len(tas.errors),
+        "lost": one.lost,
         "matched": matches.matched,
         "missing": matches.missing,
         "non_finite": matches.non_finite,
-        "lost": one.lost,
         "no_position": int(np.sum(~finite_rows(matches.est_poses[:, :3, 3]))),
         "no_rotation": int(np.sum(~finite_rows(matches.est_poses[:, :3, :3]))),
         "duplicate": matches.duplicate,

@@ -83,8 +83,8 @@ def score_figure(
         for (name, (matches, result)), row in zip(scored.items(), grid, strict=True):
             _histogram(row[0], "TAS", result.tas, result.tas.unit)
             _histogram(row[1], "RAS", result.ras, 1.0)
+            row[0].set_title(f"{name}\nposition errors", parse_math=False)
             row[0].set(
-                title=f"{name}\nposition errors",
                 xlabel=f"threshold in units of d (d = {result.tas.unit:.4g})",
                 ylabel="cameras below the threshold",
             )

@@ -14,7 +14,6 @@ from evo.tools import file_interface
 from matplotlib import pyplot
 
 import alignscores
-from alignscores.cli.output import unique_names
 from alignscores.trajectories.files import read_kitti
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
@@ -70,13 +69,6 @@ def test_best_first_and_short_names(run, score, examples, kitti, tmp_path):
     assert set(names[1:]) == {"kitti/estimate.txt", "worse.txt"}
     _, out, _ = run("kitti", "kitti/reference.txt", *files)
     assert [line.split()[0] for line in out.splitlines()[1:4]] == names
-
-
-def test_names():
-    assert unique_names(["x/a.txt", "x/b.txt"]) == ["a.txt", "b.txt"]
-    assert unique_names(["x/a", "y/a", "z/x/a"]) == ["x/a", "y/a", "z/x/a"]
-    assert unique_names(["a", "a", "x/a"]) == ["a", "a (2)", "x/a"]
-    assert unique_names(["/a", "a"]) == ["/a", "a"]
 
 
 def test_json_names_its_settings(run):

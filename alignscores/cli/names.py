@@ -1,0 +1,55 @@
+"""Names of files as they are printed and saved: short, unique, and printable."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+__all__ = ["numbered", "printable", "unique_names"]
+
+
+def printable(text: str) -> str:
+    r"""Return a text with escapes in place of what no terminal, table or JSON parser should get.
+
+    The names of files may hold bytes that are not UTF-8, which Python keeps as lone surrogates, and
+    control characters.
+
+    Examples
+    --------
+    >>> import os
+    >>> from alignscores.cli.names import printable
+    >>> print(printable(os.fsdecode(b"caf\xc3\xa9 \xff.txt\n")))
+    café \xff.txt\n
+    """
+    return "".join(letter if letter.isprintable() else _escape(letter) for letter in text)
+
+
+def _escape(letter: str) -> str:
+    byte = ord(letter) - 0xDC00  # of a byte that is not UTF-8, in os.fsdecode
+    return f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("unicode_escape").decode()
+
+
+def unique_names(files: Sequence[str]) -> list[str]:
+    """Return short names of files: of each path as many last parts as make it unique.
+
+    Examples
+    --------
+    >>> from alignscores.cli.names import unique_names
+    >>> unique_names(["a/orb.txt", "a/traj.txt", "b/traj.txt"])
+    ['orb.txt', 'a/traj.txt', 'b/traj.txt']
+    """
+    parts = [Path(file).parts for file in files]
+    names = []
+    for own in parts:
+        others = [other for other in parts if other != own]
+        length = 1
+        while length < len(own) and any(other[-length:] == own[-length:] for other in others):
+            length += 1
+        names.append(printable(str(Path(*own[-length:]))))
+    return numbered(names)  # in case the same file is given twice
+
+
+def numbered(names: Sequence[str]) -> list[str]:
+    """Append a number to the second and further of equal names."""
+    return [
+        f"{name} ({names[:index].count(name) + 1})" if name in names[:index] else name
+        for index, name in enumerate(names)
+    ]
