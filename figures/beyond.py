@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.metrics import Column
-from studies.statistics import DISCERNS
+from studies.statistics import LEAST_POWER
 
 from . import style
 
@@ -44,7 +44,7 @@ def draw(table: pd.DataFrame) -> Figure:
     both[0].set_yticks(range(len(labels)), labels)
     both[0].invert_yaxis()
     figure.supxlabel(
-        f"Smallest Kendall τ, positive where the metric gets worse;  × below {DISCERNS:g}: "
+        f"Smallest Kendall τ, positive where the metric gets worse;  × below {LEAST_POWER:g}: "
         "does not order.",
         fontsize=style.SMALL,
         color=style.FAINT,
@@ -55,7 +55,7 @@ def draw(table: pd.DataFrame) -> Figure:
 def _heat_map(axes: Axes, powers: pd.DataFrame) -> None:
     """Draw numbers on colours; what does not discern has a cross and no colour."""
     values = powers.to_numpy(dtype=float)
-    shown = np.where(values >= DISCERNS, values, np.nan)
+    shown = np.where(values >= LEAST_POWER, values, np.nan)
     axes.pcolormesh(
         np.arange(values.shape[1] + 1) - 0.5,
         np.arange(values.shape[0] + 1) - 0.5,
@@ -68,7 +68,7 @@ def _heat_map(axes: Axes, powers: pd.DataFrame) -> None:
     )
     for (row, column), value in np.ndenumerate(values):
         if np.isfinite(value):
-            orders = value >= DISCERNS
+            orders = value >= LEAST_POWER
             number = f"{round(value, 2) + 0:.2f}".replace("-", "−").replace("0.", ".")
             colour = "white" if value > WHITE_ABOVE else style.INK
             axes.text(

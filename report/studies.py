@@ -15,7 +15,7 @@ from studies.parameters import registrations, thresholds
 from studies.parameters.axes import Axis, value_title
 from studies.parameters.effects import EFFECTS
 from studies.scenarios.findings import LEVELS, SCORES
-from studies.statistics import DISCERNS
+from studies.statistics import LEAST_POWER
 
 from .estimates import write_number
 from .inputs import Parameters
@@ -181,7 +181,7 @@ class Power:
     @property
     def fails(self) -> bool:
         """Whether it does not order them."""
-        return self.tau < DISCERNS
+        return self.tau < LEAST_POWER
 
     @property
     def number(self) -> str:
@@ -213,7 +213,7 @@ class Beyond:
 
     def __init__(self, name: str, findings: pd.DataFrame, records: Mapping[Path, Record]) -> None:
         self.name = name
-        self.discerns = DISCERNS
+        self.discerns = LEAST_POWER
         self.metrics = list(dict.fromkeys(findings["metric"]))
         self.scores = [metric for metric in self.metrics if metric in SCORES]
         first, *_ = (record.sweep for record in records.values())

@@ -13,13 +13,21 @@ from experiments.metrics import Column
 if TYPE_CHECKING:  # heavy, and Snakemake only wants to know what the claims need
     import pandas as pd
 
-__all__ = ["DISCERNS", "STATISTICS", "SUMMARIES", "Statistic", "Where", "cell_means", "correlation"]
+__all__ = [
+    "LEAST_POWER",
+    "STATISTICS",
+    "SUMMARIES",
+    "Statistic",
+    "Where",
+    "cell_means",
+    "correlation",
+]
 __all__ += ["dependence", "power", "powers", "select"]
 
 # The discerning power of a metric that discerns a level. Tau-b counts the pairs of trials at one
 # level against it: of those at two levels, 76 % are in the right order then where there are ten
 # levels, 78 % where there are five and 81 % where there are three.
-DISCERNS = 0.5
+LEAST_POWER = 0.5
 SUMMARIES: Mapping[str, Callable[[Any], Any]] = {
     "smallest": np.min,
     "largest": np.max,

@@ -17,7 +17,7 @@ from experiments.metrics import evaluate
 from experiments.sweep import draw_scene, trial_seeds
 from experiments.tables import TableError, Trials
 
-from .statistics import DISCERNS, power, powers
+from .statistics import LEAST_POWER, power, powers
 
 __all__ = ["CRITERIA", "EXPERIMENTS", "PROPERTIES", "compare", "to_markdown"]
 
@@ -42,11 +42,12 @@ PROPERTIES = (
 )
 CRITERIA = (
     f"value unchanged (within {SCALE_TOLERANCE:.0%}) when the ground truth is scaled by {SCALE:g}",
-    f"Kendall tau with the noise level, positive where worse, at least {DISCERNS:g} with up to "
+    f"Kendall tau with the noise level, positive where worse, at least {LEAST_POWER:g} with up to "
     f"{OUTLIER_SHARE:.0%} of the cameras lost",
-    f"Kendall tau with the noise level, positive where worse, at least {DISCERNS:g} on a line, "
+    f"Kendall tau with the noise level, positive where worse, at least {LEAST_POWER:g} on a line, "
     "without outliers",
-    f"|Kendall tau| with the number of cameras at most {DISCERNS:g}, median over the noise levels",
+    f"|Kendall tau| with the number of cameras at most {LEAST_POWER:g}, median over the noise "
+    "levels",
 )
 OUTLIERS = {
     "ATE": "outliers",
@@ -190,20 +191,23 @@ def _outliers(trials: pd.DataFrame, metric: str) -> Finding:
     few = trials[trials["n_outliers"].between(1, OUTLIER_SHARE * n_cameras)]
     weakest = power(few, metric, _noise(trials), "smallest")
     statistic = f"smallest tau with 1 to {OUTLIER_SHARE:.0%} outliers"
-    return Finding(weakest >= DISCERNS, weakest, statistic, _name(trials))
+    return Finding(weakest >= LEAST_POWER, weakest, statistic, _name(trials))
 
 
 def _collinear(trials: pd.DataFrame, metric: str) -> Finding:
     none = trials[trials["n_outliers"] == 0]
     weakest = power(none, metric, _noise(trials), "smallest")
-    return Finding(weakest >= DISCERNS, weakest, "tau without outliers", _name(trials))
+    return Finding(weakest >= LEAST_POWER, weakest, "tau without outliers", _name(trials))
 
 
 def _length(trials: pd.DataFrame, metric: str) -> Finding:
     # Either direction is a dependence.
     dependence = float(np.median(np.abs(powers(trials, metric, ["n_cameras"]))))
     return Finding(
-        dependence <= DISCERNS, dependence, "median |tau| with the number of cameras", _name(trials)
+        dependence <= LEAST_POWER,
+        dependence,
+        "median |tau| with the number of cameras",
+        _name(trials),
     )
 
 

@@ -13,7 +13,7 @@ import pandas as pd
 
 from experiments.tables import Trials
 
-from ..statistics import DISCERNS, power
+from ..statistics import LEAST_POWER, power
 
 __all__ = ["LEVELS", "SCORES", "findings"]
 
@@ -58,7 +58,7 @@ def findings(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
 def _judge(trials: pd.DataFrame, metric: str) -> dict[str, Any]:
     noise, outliers = (_power(trials, metric, column) for column in LEVELS.values())
     powers = dict(zip(LEVELS, (noise, outliers), strict=True))
-    ordered = [level for level, power in powers.items() if power >= DISCERNS]
+    ordered = [level for level, power in powers.items() if power >= LEAST_POWER]
     verdict = f"orders {' and '.join(ordered) or 'nothing'}"
     return {
         "metric": metric,
@@ -92,7 +92,7 @@ def _who_orders_what(judged: Sequence[Mapping[str, Any]]) -> str:
 
 def _failure(row: Mapping[str, Any]) -> str:
     columns = zip(LEVELS, (row["noise_power"], row["outlier_power"]), strict=True)
-    failures = [f"{level} (tau {power:.2f})" for level, power in columns if power < DISCERNS]
+    failures = [f"{level} (tau {power:.2f})" for level, power in columns if power < LEAST_POWER]
     return f"{row['metric']} fails on {_names(failures)}." if failures else ""
 
 

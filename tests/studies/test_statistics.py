@@ -85,7 +85,7 @@ def test_half_a_tau_is_more_than_three_of_four_pairs_in_order() -> None:
         for scale in np.linspace(0.5, 10, 200):
             values = levels + scale * noise
             tau = statistics.correlation(pd.Series(values), pd.Series(levels))
-            found[abs(tau - statistics.DISCERNS)] = (values[:, None] > values)[different].mean()
+            found[abs(tau - statistics.LEAST_POWER)] = (values[:, None] > values)[different].mean()
         assert found[min(found)] == pytest.approx(share, abs=0.01)
 
 
