@@ -1,6 +1,7 @@
 """The parser of the command line, and the run from arguments to output."""
 
 import argparse
+import io
 import math
 import os
 import sys
@@ -14,6 +15,7 @@ from ..trajectories.association import MISSING, in_order
 from ..trajectories.extras import require
 from ..trajectories.files import FileError, read_stamps
 from .formats import FORMATS, Format
+from .names import printable, unique_names
 from .notes import collected_warnings, units_note
 from .output import (
     print_error,
@@ -21,7 +23,6 @@ from .output import (
     show_json,
     show_progress,
     show_table,
-    unique_names,
 )
 from .ranking import comparable
 from .scoring import Scored, score
@@ -52,6 +53,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 if all was scored, 1 if something could not be. Wrong usage ends in ``SystemExit(2)``.
     """
     parser = build_parser()
+    if isinstance(sys.stdout, io.TextIOWrapper):  # names may hold what it cannot encode
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         if "_ARGCOMPLETE" in os.environ:
             require("argcomplete", "files").autocomplete(parser)
@@ -231,7 +234,7 @@ def run(arguments: argparse.Namespace) -> int:
         try:
             scored.append(score(reference, name, file, arguments, frames))
         except ValueError as error:
-            failed.append({"file": file, "error": one_line(error, file)})
+            failed.append({"file": printable(file), "error": one_line(error, file)})
             print_error(failed[-1]["error"])
     show_progress("")
     if comparable(scored):
@@ -264,5 +267,5 @@ def check_outputs_possible(arguments: argparse.Namespace) -> None:
 
 def one_line(error: Exception, file: str = "") -> str:
     """Return the message of an error in one line, with the file unless it names the file itself."""
-    message = " ".join(str(error).split())
-    return f"{file}: {message}" if file and not isinstance(error, FileError) else message
+    message = f"{file}: {error}" if file and not isinstance(error, FileError) else str(error)
+    return printable(" ".join(message.split()))

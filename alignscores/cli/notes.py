@@ -10,6 +10,7 @@ from ..trajectories.conventions import Convention, describe_rotation, seem_swapp
 from ..trajectories.files import Trajectory, TrajectoryWarning
 from ..validation import AlignmentWarning
 from .formats import Format
+from .names import printable
 
 if TYPE_CHECKING:
     from .scoring import Scored
@@ -39,8 +40,9 @@ def collected_warnings() -> Iterator[list[str]]:
             others = []
             for one in caught:
                 if issubclass(one.category, (AlignmentWarning, TrajectoryWarning)):
-                    if str(one.message) not in notes:  # as the TAS warns once for each seed
-                        notes.append(str(one.message))
+                    note = printable(str(one.message))
+                    if note not in notes:  # as the TAS warns once for each seed
+                        notes.append(note)
                 else:
                     others.append(one)
     for one in others:

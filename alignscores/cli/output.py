@@ -4,6 +4,7 @@ import argparse
 import json
 import os
 import sys
+import warnings
 from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
@@ -15,13 +16,13 @@ from .. import __version__
 from ..trajectories.extras import require
 from ..validation import finite_rows
 from .formats import FORMATS
-from .notes import MUCH_LOST
+from .names import numbered, printable, unique_names
 from .notes import MUCH_LOST
 from .ranking import comparable, ranks
 from .scoring import Scored, seeds
 from .table import table
 
-__all__ = ["print_error", "save", "show_json", "show_progress", "show_table", "unique_names"]
+__all__ = ["print_error", "save", "show_json", "show_progress", "show_table"]
 
 SCATTER = 0.005  # standard deviation of the TAS over the seeds from which there is a hint
 
@@ -37,7 +38,7 @@ def show_json(
     printed = {
         "version": __version__,
         "format": arguments.format,
-        "reference": arguments.reference,
+        "reference": printable(arguments.reference),
         "missing_cameras": arguments.missing,
         "t_max_diff": getattr(arguments, "t_max_diff", None),
         "t_offset": getattr(arguments, "t_offset", None),
@@ -111,7 +112,7 @@ def _values(one: Scored) -> dict[str, Any]:
     tas, ras, matches = one.result.tas, one.result.ras, one.matches
     return {
         "name": one.name,
-        "file": one.file,
+        "file": printable(one.file),
         "TAS": one.tas,
         "TAS_sd": one.tas_sd,
         "RAS": ras.score,
@@ -138,34 +139,6 @@ def _values(one: Scored) -> dict[str, Any]:
     }
 
 
-def unique_names(files: Sequence[str]) -> list[str]:
-    """Return short names of files: of each path as many last parts as make it unique.
-
-    Examples
-    --------
-    >>> from alignscores.cli.output import unique_names
-    >>> unique_names(["a/orb.txt", "a/traj.txt", "b/traj.txt"])
-    ['orb.txt', 'a/traj.txt', 'b/traj.txt']
-    """
-    parts = [Path(file).parts for file in files]
-    names = []
-    for own in parts:
-        others = [other for other in parts if other != own]
-        length = 1
-        while length < len(own) and any(other[-length:] == own[-length:] for other in others):
-            length += 1
-        names.append(str(Path(*own[-length:])))
-    return _numbered(names)  # in case the same file is given twice
-
-
-def _numbered(names: Sequence[str]) -> list[str]:
-    """Append a number to the second and further of equal names."""
-    return [
-        f"{name} ({names[:index].count(name) + 1})" if name in names[:index] else name
-        for index, name in enumerate(names)
-    ]
-
-
 def save(scored: Sequence[Scored], arguments: argparse.Namespace) -> None:
     """Write the files that were asked for, and show the figure."""
     if arguments.save_results:
@@ -173,7 +146,7 @@ def save(scored: Sequence[Scored], arguments: argparse.Namespace) -> None:
             scored,
             arguments.save_results,
             names=unique_names(arguments.estimates),
-            reference=arguments.reference,
+            reference=printable(arguments.reference),
             registration=arguments.registration,
             seed=arguments.seed,
         )
@@ -215,7 +188,7 @@ def save_evo_results(
     from ..trajectories.evo import PAS  # needs evo
 
     files: dict[Path, bytes] = {}
-    flat_names = dict(zip(names, _numbered([n.replace("/", "_") for n in names]), strict=True))
+    flat_names = dict(zip(names, numbered([n.replace("/", "_") for n in names]), strict=True))
     for one in scored:
         flat_name = flat_names[one.name]
         result = PAS.of(one.result).get_result(reference, flat_name)
@@ -243,7 +216,9 @@ def save_evo_results(
 def save_figure(figure: Any, path: Path) -> None:
     """Save a figure, whole or not at all."""
     buffer = BytesIO()
-    figure.savefig(buffer, format=path.suffix.removeprefix("."), dpi=200)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font has not
+        figure.savefig(buffer, format=path.suffix.removeprefix("."), dpi=200)
     write_whole(path, buffer.getvalue())
 
 
