@@ -19,6 +19,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 MISSING = ("fail", "ignore")
+KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
 DENSER = 1.1  # reference poses for each estimated one; from it on, some are no lost frames
 MIN_STEPS = 8  # fewer tell no rate
 LONG_GAP = 10, 1.0  # in median gaps, and in seconds; a gap that exceeds both is a lost track
@@ -78,13 +79,15 @@ def match(
     """Find the estimated pose of each reference pose.
 
     Time stamps are associated by evo, which gives each pose of the shorter trajectory the nearest
-    one in time of the longer. No pose is used twice: the closest pair wins. Image names must be
-    equal; rows (KITTI) correspond in order, so their number must be the same.
+    one in time of the longer. No pose is used twice: the closest pair wins. Image names and whole
+    numbers (of frames, or stamps in nanoseconds) must be equal; where both are mere row numbers,
+    0, 1, 2, ... as of KITTI, the number of rows must be the same.
 
     Parameters
     ----------
     reference, estimate : Trajectory
-        As returned by the readers of `alignscores.trajectories.files`.
+        As returned by the readers of `alignscores.trajectories.files`; or any pair of keys and
+        poses, (n, 4, 4) or (n, 3, 4), the keys in an array, a list or a column of pandas.
     missing : {"ignore", "fail"}
         Whether cameras without an estimated pose are left out, or count as failures. These are the
         reference poses without one; see the notes on a reference that is denser than the estimate.
@@ -105,7 +108,7 @@ def match(
     ------
     ValueError
         Where the trajectories have no pose in common, or another kind of keys or, by row, another
-        length; or a setting is impossible.
+        length; or keys, poses or a setting are impossible.
     ModuleNotFoundError
         Where evo is needed and not installed.
 
@@ -138,6 +141,7 @@ def match(
     for name, seconds, least in (("t_max_diff", t_max_diff, 0), ("t_offset", t_offset, -inf)):
         if not isinstance(seconds, Real) or not least <= seconds < inf:
             raise ValueError(f"{name} must be a finite number of seconds, not {seconds!r}")
+    reference, estimate = _checked(reference, "reference"), _checked(estimate, "estimate")
     without_reference, frame_step = 0, None
     kinds = reference.keys.dtype.kind, estimate.keys.dtype.kind
     if kinds == ("f", "f"):
@@ -151,12 +155,15 @@ def match(
             elif is_denser(ref, est):
                 frame_step = float(np.median(np.diff(est)))
                 pairing = pairing.with_lost(_lost(ref, est, t_max_diff))
-    elif kinds == ("U", "U"):
-        pairing = _match_names(reference.keys, estimate.keys)
-    elif kinds == ("i", "i"):
+    elif kinds == ("i", "i") and all(map(_are_rows, (reference.keys, estimate.keys))):
         pairing = _match_rows(reference.keys, estimate.keys)
+    elif kinds[0] == kinds[1]:
+        pairing = _match_equal(reference.keys, estimate.keys)
     else:
-        raise ValueError("the two trajectories are not of the same format")
+        raise ValueError(
+            "the two trajectories are not of the same format: the keys of the reference are "
+            f"{KINDS[kinds[0]]}, those of the estimate {KINDS[kinds[1]]}"
+        )
 
     rows = pairing.ref_kept if missing == "fail" else pairing.ref_rows
     matched = estimate.poses[pairing.est_rows]
@@ -203,6 +210,7 @@ def in_order(reference: Trajectory) -> Trajectory:
     >>> in_order(Trajectory(np.array([0.0, 0.1, 0.2]), np.tile(np.eye(4), (3, 1, 1)))).keys
     array([0. , 0.1, 0.2])
     """
+    reference = _checked(reference, "reference")
     rows = _kept(reference.keys, "reference")
     return Trajectory(reference.keys[rows], reference.poses[rows])
 
@@ -394,16 +402,51 @@ def _nanoseconds_hint(ref_stamp: float, est_stamp: float) -> str:
     return ""
 
 
-def _match_names(ref_names: NDArray[Any], est_names: NDArray[Any]) -> _Pairing:
+def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
+    """Return a trajectory as of a reader, also of keys in a list and of poses (n, 3, 4)."""
+    keys, poses = np.asarray(trajectory.keys), np.asarray(trajectory.poses)
+    if keys.dtype == object and all(isinstance(key, str) for key in keys.flat):  # as of pandas
+        keys = keys.astype(str)
+    keys = keys.astype(np.int64) if keys.dtype.kind == "u" else keys
+    if keys.ndim != 1 or keys.dtype.kind not in KINDS:
+        raise ValueError(
+            f"the keys of the {whose} must be a list of {', '.join(KINDS.values())}, not an array "
+            f"of shape {keys.shape} and type {keys.dtype}"
+        )
+    if poses.shape not in ((len(keys), 4, 4), (len(keys), 3, 4)) or poses.dtype.kind not in "fiu":
+        raise ValueError(
+            f"the poses of the {whose} must be numbers of shape ({len(keys)}, 4, 4) or "
+            f"({len(keys)}, 3, 4), one matrix a key, not of shape {poses.shape} and type "
+            f"{poses.dtype}"
+        )
+    if len(keys) == 0:
+        raise ValueError(f"the {whose} has no poses")
+    if keys.dtype.kind == "f":
+        keys = keys.astype(np.float64)
+        if not np.isfinite(keys).all():
+            row = int(np.argmin(np.isfinite(keys)))
+            raise ValueError(f"the time stamp of pose {row + 1} of the {whose} is not finite")
+    if poses.shape != (len(keys), 4, 4):
+        last = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (len(keys), 1, 4))
+        poses = np.concatenate([poses, last], axis=1)
+    return Trajectory(keys, poses.astype(np.float64, copy=False))
+
+
+def _are_rows(keys: NDArray[Any]) -> bool:
+    return np.array_equal(keys, np.arange(len(keys)))
+
+
+def _match_equal(ref_names: NDArray[Any], est_names: NDArray[Any]) -> _Pairing:
     ref_kept, est_kept = _kept(ref_names, "reference"), _kept(est_names, "estimate")
     row_of = dict(zip(est_names[est_kept].tolist(), est_kept.tolist(), strict=True))
-    ref_rows = [row for row in ref_kept.tolist() if ref_names[row] in row_of]
+    ref_rows = [row for row in ref_kept.tolist() if ref_names[row].item() in row_of]
     if not ref_rows:
+        what = "image names" if ref_names.dtype.kind == "U" else "frame numbers"
         raise ValueError(
-            "no image names in common: the reference has "
-            f"{str(ref_names[0])!r}, the estimate {str(est_names[0])!r}, for example"
+            f"no {what} in common: the reference has "
+            f"{ref_names[0].item()!r}, the estimate {est_names[0].item()!r}, for example"
         )
-    est_rows = [row_of[str(ref_names[row])] for row in ref_rows]
+    est_rows = [row_of[ref_names[row].item()] for row in ref_rows]
     return _Pairing(
         ref_rows=np.array(ref_rows, dtype=np.intp),
         est_rows=np.array(est_rows, dtype=np.intp),

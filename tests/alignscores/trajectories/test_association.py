@@ -1,4 +1,5 @@
 import numpy as np
+import pandas
 import pytest
 from evo.core.sync import associate_trajectories
 from evo.core.trajectory import PoseTrajectory3D
@@ -200,6 +201,43 @@ def test_names():
     counts = matches.matched, matches.missing, matches.unmatched, matches.duplicate
     assert counts == (2, 2, 1, 1)
     assert pairs(match(reference, estimate)) == [(1, 2), (3, 0)]
+
+
+def test_frame_numbers():
+    """Not row by row."""
+    assert pairs(match(trajectory([0, 5, 7]), trajectory([5, 7, 9]))) == [(1, 0), (2, 1)]
+    ns = 1_700_000_000_000_000_000 + 100 * np.arange(5)  # closer than floats tell apart
+    matches = match(trajectory(ns), trajectory(ns[1:].astype(np.uint64)), missing="fail")
+    assert pairs(matches) == [(0, None), (1, 0), (2, 1), (3, 2), (4, 3)]
+    with pytest.raises(ValueError, match="no frame numbers in common: the reference has 3, the es"):
+        match(trajectory([3, 4]), trajectory([5, 6]))
+
+
+@pytest.mark.parametrize("keys", [[0.0, 1.0, 2.0], ["a", "b", "c"], [3, 7, 8]])
+@pytest.mark.parametrize("kind", [list, tuple, pandas.Series, pandas.Index])
+def test_keys_and_poses_of_other_types(keys, kind):
+    poses = trajectory(keys).poses
+    matches = match(Trajectory(kind(keys), poses[:, :3]), Trajectory(kind(keys[1:]), poses[1:]))
+    assert pairs(matches) == [(1, 1), (2, 2)]
+    np.testing.assert_array_equal(matches.gt_poses, poses[1:])
+    assert in_order(Trajectory(kind(keys), poses[:, :3])).poses.shape == (3, 4, 4)
+
+
+@pytest.mark.parametrize(
+    ("keys", "poses", "message"),
+    [
+        ([None, "a"], np.ones((2, 4, 4)), "keys of the estimate must be a list of .* type object"),
+        (np.array([3, 4], "M8[s]"), np.ones((2, 4, 4)), "keys of the estimate must be"),
+        ([0.0, 1.0], np.ones((3, 4, 4)), r"poses of the estimate must .* not of shape \(3, 4, 4\)"),
+        ([0.0, 1.0], np.ones((2, 3)), r"poses of the estimate must .* not of shape \(2, 3\)"),
+        ([0.0, np.nan], np.ones((2, 4, 4)), "time stamp of pose 2 of the estimate is not finite"),
+        ([], np.ones((0, 4, 4)), "the estimate has no poses"),
+        ([0, 1], np.ones((2, 4, 4)), "are time stamps .* those of the estimate frame numbers"),
+    ],
+)
+def test_what_is_no_trajectory(keys, poses, message):
+    with pytest.raises(ValueError, match=message):
+        match(trajectory([0.0, 1.0]), Trajectory(keys, poses))
 
 
 def test_rows():
