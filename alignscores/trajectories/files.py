@@ -190,8 +190,9 @@ def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
     """Read a NeRF ``transforms.json``: camera-to-world matrices with OpenGL camera axes.
 
     Parameters and errors are as for `read_tum`. The keys are the frames' ``file_path`` without a
-    leading ``./``. The camera's axes are changed to x right, y down, z forward, as in all other
-    formats.
+    leading ``./``; the poses are ordered by them, as those of COLMAP, since the TAS hangs on the
+    order of the cameras. The camera's axes are changed to x right, y down, z forward, as in all
+    other formats.
     """
     frames = _nerf_frames(path)
     matrices, names = [], []
@@ -213,7 +214,8 @@ def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
     poses[:, :3] = matrices
     _check_poses(poses, path, lambda row: f"frames[{row}] ({names[row]!r})", complete)
     poses[:, :3, :3] *= OPENGL_TO_OPENCV
-    return Trajectory(np.array(names), poses)
+    order = np.argsort(names, kind="stable")  # of equal names the first in the file stays first
+    return Trajectory(np.array(names)[order], poses[order])
 
 
 def read_stamps(path: FilePath) -> Floats:

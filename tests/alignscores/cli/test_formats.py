@@ -1,5 +1,7 @@
 """The same scene in every format."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,19 @@ def test_missing_cameras_by_default(form, score):
     (ignoring,) = score(form, *FILES[form], "--missing", "ignore")
     assert ignoring["n"] == ignoring["matched"]
     assert ignoring["missing"] == result["missing"]
+
+
+def test_the_order_of_frames_in_the_file_changes_nothing(score, examples, write):
+    (colmap,) = score("colmap", *FILES["colmap"])
+    for seed in range(3):
+        files = []
+        for name in ("reference", "estimate"):
+            content = json.loads((examples / f"nerf/{name}.json").read_text())
+            np.random.default_rng(seed).shuffle(content["frames"])
+            files.append(write(json.dumps(content), f"{name}.json"))
+        (shuffled,) = score("nerf", *files)
+        assert shuffled["TAS_seeds"] == score("nerf", *FILES["nerf"])[0]["TAS_seeds"]
+        assert shuffled["TAS"] == pytest.approx(colmap["TAS"], abs=1e-12)
 
 
 def test_euroc_estimates_in_nanoseconds(score, lines, write):
