@@ -172,7 +172,7 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
         "--save_plot",
         metavar="FILE",
         type=output_file(".png", ".pdf", ".svg"),
-        help="save them as FILE (.png, .pdf or .svg)",
+        help="save them as FILE (.png, .pdf or .svg); more than 4 estimates share axes",
     )
 
 

@@ -3,7 +3,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from alignscores import AlignmentWarning, pas
-from alignscores.cli.plots import score_figure, score_panel, trajectory_panel
+from alignscores.cli.output import save_figure
+from alignscores.cli.plots import NAMED, score_figure, score_panel, trajectory_panel
 from alignscores.histogram import AlignmentScore
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_kitti
@@ -62,6 +63,34 @@ def test_a_row_of_panels_for_each_estimate(scored):
     texts = [axes.texts[0].get_text() for axes in panels[:2]]
     _, result = scored
     assert texts == [f"TAS = {result.tas.score:.3f}", f"RAS = {result.ras.score:.3f}"]
+
+
+@pytest.mark.parametrize("n", [5, 30, 1000])
+def test_many_estimates_share_axes(scored, n, tmp_path):
+    """And take seconds; one with a row each took minutes, and gigabytes."""
+    _, result = scored
+    names = [r"_a$\bad$.txt", "x" * 200, *map(str, range(2, n))]
+    figure = score_figure(dict.fromkeys(names, scored))
+    positions, rotations, paths = figure.axes
+    named = min(n, NAMED)
+    for axes, score in ((positions, result.tas), (rotations, result.ras)):
+        curves = [line.get_ydata() for line in axes.get_lines()]
+        curves += [path.vertices[:, 1] for path in axes.collections[0].get_paths()]
+        assert len(curves) == n
+        for shares in curves:
+            np.testing.assert_array_equal(shares, score.cumulative_frequency / 40)
+    assert len(paths.get_lines()) == 1 + named
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels[0] == names[0]
+    assert len(labels) == named
+    assert max(map(len, labels)) <= 48
+    title = figure.legends[0].get_title().get_text()
+    assert title == (f"the first 8 in the table; in grey {n - 8} others" if n > 8 else "")
+    styles = {(line.get_color(), line.get_linestyle()) for line in positions.get_lines()}
+    assert len(styles) == named
+    for suffix in (".png", ".pdf", ".svg"):
+        save_figure(figure, tmp_path / f"many{suffix}")
+        assert (tmp_path / f"many{suffix}").stat().st_size < 1e6
 
 
 def test_the_trajectory_is_aligned_and_coloured_by_its_errors(scored):
