@@ -8,6 +8,7 @@ Source: S. H. Lee and J. Civera, "Alignment Scores: Robust Metrics for Multiview
 Evaluation".
 """
 
+from .averaging import nearest_rotations
 from .histogram import AlignmentScore
 from .pose import PASResult, pas
 from .registration import Registration
@@ -27,6 +28,7 @@ __all__ = [
     "Similarity",
     "TASResult",
     "closest_pair_quartile",
+    "nearest_rotations",
     "pas",
     "ras",
     "tas",

@@ -4,12 +4,15 @@ from math import ceil, sin, sqrt
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from .validation import finite_rows
 
 __all__ = [
     "angles_and_axes",
     "chordal_mean",
     "geodesic_l1_mean",
+    "nearest_rotations",
     "project_to_rotation",
     "rotation_angles",
     "rotation_from_vector",
@@ -64,6 +67,42 @@ def project_to_rotation(matrix: Floats) -> Floats:
     sign = np.array([1.0, 1.0, np.linalg.det(u @ vt)])
     rotation: Floats = (u * sign) @ vt
     return rotation
+
+
+def nearest_rotations(matrices: ArrayLike) -> Floats:
+    """Return the rotation nearest to each matrix, as of rotations rounded or multiplied in float32.
+
+    Parameters
+    ----------
+    matrices : (n, 3, 3) array_like
+        Matrices that are roughly rotations; a row that is not finite stays as it is.
+
+    Returns
+    -------
+    (n, 3, 3) ndarray
+        Their projections on SO(3), in float64.
+
+    Raises
+    ------
+    ValueError
+        Where the shape is another one.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import nearest_rotations
+    >>> rotations = nearest_rotations(np.array([[[1, 0.01, 0], [0, 1, 0], [0, 0, 1]]]))
+    >>> np.allclose(rotations @ rotations.transpose(0, 2, 1), np.eye(3), atol=1e-14)
+    True
+    """
+    rotations = np.array(matrices, dtype=np.float64)
+    if rotations.ndim != 3 or rotations.shape[1:] != (3, 3):
+        raise ValueError(f"matrices must have shape (n, 3, 3), not {rotations.shape}")
+    finite = finite_rows(rotations)
+    u, _, vt = np.linalg.svd(rotations[finite])
+    u[:, :, 2] *= np.linalg.det(u @ vt)[:, None]
+    rotations[finite] = u @ vt
+    return rotations
 
 
 def chordal_mean(rotations: Floats) -> Floats:

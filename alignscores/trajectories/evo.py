@@ -31,7 +31,7 @@ from ..pose import PASResult, pas
 from ..rotation import ras
 from ..translation import tas
 from .extras import require
-from .files import nearest_rotations
+from .files import orthonormalised
 
 PE: Any = require("evo.core.metrics", "files").PE
 MetricsException: Any = require("evo.core.metrics", "files").MetricsException
@@ -170,7 +170,7 @@ def _missed(result: AlignmentScore) -> Floats:
 def _poses(trajectory: Any) -> Floats:
     """Return the poses (n, 4, 4) of an evo trajectory; matrices with few digits are corrected."""
     poses = np.array(trajectory.poses_se3, dtype=float)
-    rotations, deviation = nearest_rotations(poses[:, :3, :3])
+    rotations, deviation = orthonormalised(poses[:, :3, :3])
     rounded = deviation < 1e-2
     poses[rounded, :3, :3] = rotations[rounded]
     return poses

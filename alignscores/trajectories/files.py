@@ -27,7 +27,7 @@ __all__ = [
     "FileError",
     "Trajectory",
     "TrajectoryWarning",
-    "nearest_rotations",
+    "orthonormalised",
     "read_colmap",
     "read_euroc",
     "read_kitti",
@@ -278,7 +278,7 @@ def inverse_poses(poses: Floats) -> Floats:
     return inverse
 
 
-def nearest_rotations(matrices: Floats) -> tuple[Floats, Floats]:
+def orthonormalised(matrices: Floats) -> tuple[Floats, Floats]:
     """Return the rotations nearest to matrices that are rotations up to rounding.
 
     Parameters
@@ -297,8 +297,8 @@ def nearest_rotations(matrices: Floats) -> tuple[Floats, Floats]:
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.trajectories.files import nearest_rotations
-    >>> rotations, deviation = nearest_rotations(np.array([[[1, 0.01, 0], [0, 1, 0], [0, 0, 1]]]))
+    >>> from alignscores.trajectories.files import orthonormalised
+    >>> rotations, deviation = orthonormalised(np.array([[[1, 0.01, 0], [0, 1, 0], [0, 0, 1]]]))
     >>> np.allclose(rotations @ rotations.transpose(0, 2, 1), np.eye(3), atol=1e-14), deviation
     (True, array([0.01]))
     """
@@ -464,7 +464,7 @@ def _locate_in_images_txt(model: Path) -> None:
 def _check_poses(poses: Floats, path: FilePath, where: Where, complete: bool) -> None:
     """Refuse matrices that are no rotation; replace the others by the nearest one, in place."""
     matrices = poses[:, :3, :3]
-    rotations, deviation = nearest_rotations(matrices)
+    rotations, deviation = orthonormalised(matrices)
     with np.errstate(all="ignore"):
         reflected = (np.linalg.det(matrices) < 0) & (deviation <= NO_ROTATION)
     wrong = (reflected | ~(deviation <= NO_ROTATION)) & finite_rows(matrices)

@@ -13,6 +13,7 @@ from alignscores import averaging
 from alignscores.averaging import (
     chordal_mean,
     geodesic_l1_mean,
+    nearest_rotations,
     project_to_rotation,
     rotation_angles,
     tlud_mean,
@@ -37,6 +38,7 @@ def test_projection_is_the_nearest_rotation(seed):
     rng = np.random.default_rng(seed)
     matrix = rng.normal(size=(3, 3))
     nearest = project_to_rotation(matrix)
+    np.testing.assert_allclose(nearest_rotations([matrix])[0], nearest, atol=1e-12)
     np.testing.assert_allclose(nearest @ nearest.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(nearest) == pytest.approx(1)
     turns = Rotation.from_rotvec(10.0 ** rng.uniform(-3, 0.5, (300, 1)) * rng.normal(size=(300, 3)))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import closest_pair_quartile, pas, ras, tas
+from alignscores import closest_pair_quartile, nearest_rotations, pas, ras, tas
 
 RNG = np.random.default_rng(0)
 POSITIONS = RNG.random((20, 3))
@@ -139,6 +139,35 @@ def test_rounded_rotations_are_rotations(matrix):
     """Rounding to seven digits or so is accepted, in either argument, and does not matter."""
     assert ras(ROTATIONS, ROTATIONS @ matrix).score == 1.0
     assert ras(ROTATIONS @ matrix, ROTATIONS).score == 1.0
+
+
+@pytest.mark.parametrize(("dtype", "products"), [(np.float32, 1000), (np.float64, 20)])
+def test_products_in_single_precision_are_rotations(dtype, products):
+    """As float32 they may be off by more; whoever has passed on six digits is off by 1.6e-6."""
+    rotations = ROTATIONS.astype(np.float32)
+    for _ in range(products):
+        rotations = rotations @ ROTATIONS[::-1].astype(np.float32)
+    rotations = rotations.astype(dtype)
+    deviation = np.abs(rotations.transpose(0, 2, 1) @ rotations - np.eye(3)).max()
+    assert deviation > 1e-6
+    assert ras(rotations, rotations).score == 1.0
+    poses = np.concatenate([rotations, POSITIONS[:, :, None].astype(dtype)], axis=2)
+    assert pas(poses, poses).score == 1.0
+    assert ras(np.round(ROTATIONS, 6), ROTATIONS).score == 1.0
+
+
+def test_what_mends_rotations_is_named():
+    few_digits = np.round(ROTATIONS, 3)
+    few_digits[4] = np.nan
+    for values, tolerance in ((few_digits, "5e-06"), (few_digits.astype(np.float32), "0.0001")):
+        reason = r"\[0\] is not a rotation: R\^T R differs from the identity by \d.\de-\d\d, "
+        reason += f"and {tolerance} is allowed; alignscores.nearest_rotations mends it"
+        refused(ras, "est_rotations", ROTATIONS, values, reason=reason)
+        mended = nearest_rotations(values)
+        assert ras(ROTATIONS, mended).score == 0.95
+        assert np.isnan(mended[4]).all()
+    with pytest.raises(ValueError, match=r"must have shape \(n, 3, 3\), not \(3, 3\)"):
+        nearest_rotations(np.eye(3))
 
 
 BAD_OPTIONS = [

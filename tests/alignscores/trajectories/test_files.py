@@ -10,7 +10,7 @@ from alignscores.trajectories.files import (
     FileError,
     TrajectoryWarning,
     inverse_poses,
-    nearest_rotations,
+    orthonormalised,
     read_colmap,
     read_euroc,
     read_kitti,
@@ -178,11 +178,11 @@ def test_rounded_matrices_become_rotations(write):
         read_kitti(write("1.02 0 0 0 0 1 0 0 0 0 1 0"))
 
 
-def test_nearest_rotations_agree_with_the_singular_value_decomposition():
+def test_orthonormalised_matrices_agree_with_the_singular_value_decomposition():
     rng = np.random.default_rng(1)
     matrices = Rotation.random(100, rng=rng).as_matrix() + rng.uniform(-0.02, 0.02, (100, 3, 3))
     u, _, vt = np.linalg.svd(matrices)
-    rotations, deviation = nearest_rotations(matrices)
+    rotations, deviation = orthonormalised(matrices)
     np.testing.assert_allclose(rotations, u @ vt, atol=1e-12)
     gram = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
     np.testing.assert_array_equal(deviation, np.abs(gram).max(axis=(1, 2)))
