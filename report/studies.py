@@ -213,7 +213,7 @@ class Beyond:
 
     def __init__(self, name: str, findings: pd.DataFrame, records: Mapping[Path, Record]) -> None:
         self.name = name
-        self.discerns = LEAST_POWER
+        self.least_power = LEAST_POWER
         self.metrics = list(dict.fromkeys(findings["metric"]))
         self.scores = [metric for metric in self.metrics if metric in SCORES]
         first, *_ = (record.sweep for record in records.values())

@@ -143,12 +143,14 @@ def write_results(results, studies):
         picture.save(buffer := BytesIO(), "PNG")
         name = studies["scenarios"].name if name == "beyond" else name
         results.write("figures", f"figures/{name}.png", buffer.getvalue())
+    folders = {"experiments": "trials", "replicates": "replicates"}
     for option, study in studies.items():
+        folder = folders.get(option, f"trials/{study.name}")
         for name, table in study.tables.items():
             sweeps = tuple(replace(sweep, trials=TRIALS) for sweep in table.sweeps)
             settings = SWEEPS.dump_python(sweeps, mode="json", exclude_defaults=True)
             record = json.dumps({"sweeps": settings, **ORIGIN})
-            results.write(option, f"{study.folder}/{name}.json", record)
+            results.write(option, f"{folder}/{name}.json", record)
     write_thresholds(results, sweeps_of(studies["threshold-parts"]))
     write_registrations(results, sweeps_of(studies["registration-parts"]))
     write_findings(results, studies["scenarios"])
