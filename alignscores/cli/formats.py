@@ -27,8 +27,8 @@ class Format:
         Arguments of an example, for ``--help``.
     read : callable
         Reader of `alignscores.trajectories.files`.
-    missing : {"ignore", "fail"}
-        Default of ``--missing``.
+    missing : {"ignore", "fail"} or None
+        Default of ``--missing``; None where each line of the reference has one of the estimate.
     unit : str
         Name of the reference's unit of length.
     timed : bool
@@ -38,7 +38,7 @@ class Format:
     help: str
     example: str
     read: Callable[..., Trajectory]
-    missing: str
+    missing: str | None
     unit: str = "m"
     timed: bool = False
 
@@ -52,10 +52,10 @@ FORMATS = {
         timed=True,
     ),
     "kitti": Format(
-        "a 3x4 camera-to-world matrix a line, matched by line",
+        "a 3x4 camera-to-world matrix a line, matched by line; 12 nan for a lost frame",
         "00_gt.txt 00_est.txt --save_plot 00.png",
         read_kitti,
-        "ignore",
+        None,
     ),
     "euroc": Format(
         "EuRoC's data.csv as reference; estimates like it, or in TUM format",

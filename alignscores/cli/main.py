@@ -58,7 +58,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         if "_ARGCOMPLETE" in os.environ:
             require("argcomplete", "files").autocomplete(parser)
-        return run(parser.parse_args(argv))
+        arguments, unknown = parser.parse_known_args(argv)
+        if unknown:  # with the usage of the format, not that of the whole
+            arguments.command.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return run(arguments)
     except BrokenPipeError:  # the reader has closed the pipe, as `| head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
@@ -92,17 +95,19 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
+    command.set_defaults(command=command, missing=None)
     command.add_argument("reference", metavar="REF", help="the reference (ground truth)")
     command.add_argument("estimates", metavar="EST", nargs="+", help="an estimate")
 
     matching = command.add_argument_group("which poses belong together")
-    matching.add_argument(
-        "--missing",
-        choices=MISSING,
-        default=form.missing,
-        help="cameras without an estimate count as failures, or are left out "
-        "(default: %(default)s)",
-    )
+    if form.missing:
+        matching.add_argument(
+            "--missing",
+            choices=MISSING,
+            default=form.missing,
+            help="cameras without an estimate count as failures, or are left out "
+            "(default: %(default)s)",
+        )
     if form.timed:
         add_number(matching, "--t_max_diff", 0.01, "largest difference of associated stamps, in s")
         add_number(
@@ -221,21 +226,33 @@ def run(arguments: argparse.Namespace) -> int:
     """Score all estimates, print and save; one that cannot be scored does not stop the others."""
     check_outputs_possible(arguments)
     form = FORMATS[arguments.format]
-    with collected_warnings() as notes:
-        reference = in_order(form.read(arguments.reference, complete=True))
-    frames = read_stamps(arguments.frames) if form.timed and arguments.frames else None
-    if frames is not None:
-        arguments.missing = "fail"
     scored: list[Scored] = []
     failed: list[dict[str, str]] = []
+
+    def fail(file: str, error: ValueError) -> None:
+        failed.append({"file": printable(file), "error": one_line(error, file)})
+        print_error(failed[-1]["error"])
+
+    file = arguments.reference
+    try:
+        with collected_warnings() as notes:
+            reference = in_order(form.read(file, complete=True))
+        if file := getattr(arguments, "frames", None):
+            arguments.missing, frames = "fail", read_stamps(file)
+        else:
+            frames = None
+    except ValueError as error:
+        fail(file, error)
+        if arguments.json:
+            show_json(scored, failed, [], arguments)
+        return 1
     names = unique_names(arguments.estimates)
     for number, (name, file) in enumerate(zip(names, arguments.estimates, strict=True), 1):
         show_progress(f"{number}/{len(names)} {name}" if len(names) > 1 else "")
         try:
             scored.append(score(reference, name, file, arguments, frames))
         except ValueError as error:
-            failed.append({"file": printable(file), "error": one_line(error, file)})
-            print_error(failed[-1]["error"])
+            fail(file, error)
     show_progress("")
     if comparable(scored):
         scored.sort(key=lambda one: one.pas, reverse=True)

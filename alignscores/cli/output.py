@@ -71,7 +71,9 @@ def footnotes(results: Sequence[Mapping[str, Any]], arguments: argparse.Namespac
     """Return what is said below the table."""
     first, *others = seeds(arguments)
     over = f"means and sd over the seeds {first} to {others[-1]}" if others else f"seed {first}"
-    lines = [f"registration {arguments.registration}, {over}; missing cameras: {arguments.missing}"]
+    lines = [f"registration {arguments.registration}, {over}"]
+    if arguments.missing:
+        lines[0] += f"; missing cameras: {arguments.missing}"
     if any(values["rank"] and values["rank"][0] < values["rank"][1] for values in results):
         lines.append("ranks in common: tied, PAS less than 2 standard errors apart over the seeds")
     if any(values["lost"] > MUCH_LOST for values in results):

@@ -101,12 +101,16 @@ def score(
     if arguments.invert:
         estimate = estimate._replace(poses=inverse_poses(estimate.poses))
     with collected_warnings() as notes:
-        matches = match(reference, estimate, missing=arguments.missing, frames=frames, **timing)
+        missing = arguments.missing or "ignore"
+        matches = match(reference, estimate, missing=missing, frames=frames, **timing)
         if len(matches.keys) < min(4, len(reference.keys)):
-            options = "".join(f", --{key} {value:g}" for key, value in timing.items())
+            options = {"missing": arguments.missing, **timing}
+            given = ", ".join(
+                f"--{key} {value}" for key, value in options.items() if value is not None
+            )
             raise ValueError(
                 f"only {matches.matched} of {len(estimate.keys)} poses could be matched to the "
-                f"reference, and it takes 4 (--missing {arguments.missing}{options})"
+                f"reference, and it takes 4{given and f' ({given})'}"
             )
         convention = find_convention(matches.gt_poses, matches.est_poses)
         inverted = convention.inverted or convention.rotations_inverted

@@ -459,7 +459,8 @@ def _match_rows(ref_rows: NDArray[Any], est_rows: NDArray[Any]) -> _Pairing:
     if len(ref_rows) != len(est_rows):
         raise ValueError(
             f"the reference has {len(ref_rows)} poses, the estimate {len(est_rows)}: without "
-            "stamps or names they correspond row by row, so their number must be the same"
+            "stamps or names they correspond row by row, so their number must be the same (write a "
+            "row of nan for each frame that was lost)"
         )
     rows = np.arange(len(ref_rows))
     return _Pairing(ref_rows=rows, est_rows=rows, ref_kept=rows, duplicate=0)

@@ -43,9 +43,11 @@ Where = Callable[[int], str]  # row -> its place in the file, for an error
 TUM_COLUMNS = "timestamp tx ty tz qx qy qz qw"
 KITTI_COLUMNS = "r11 r12 r13 tx r21 r22 r23 ty r31 r32 r33 tz"
 EUROC_COLUMNS = "timestamp tx ty tz qw qx qy qz ..."
+COLMAP_FILES = "cameras", "images", "points3D"
 FORMAT_OF_COLUMNS = {8: "tum", 12: "kitti"}
 
 LATEST = 1e12  # seconds; later time stamps are in nanoseconds
+SHORTEST_STEP = 1e-4  # seconds; stamps that are closer as nanoseconds are in seconds
 ROUNDED = 1e-2  # largest deviation from a unit quaternion or a rotation that is taken for rounding
 NO_ROTATION = 0.1  # deviation from a rotation beyond which a matrix is refused
 OPENGL_TO_OPENCV = np.array([1.0, -1.0, -1.0])  # the camera's y and z axes point the other way
@@ -123,12 +125,18 @@ def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
 
     Parameters and the rest are as for `read_tum`. A file without commas is read as TUM: estimates
     for EuRoC sequences are commonly stored so, with stamps in seconds or, as by ORB-SLAM3, in ns.
+    Stamps in seconds are known by their steps where there are commas, too.
     """
     lines = (line for line in _text(path).splitlines() if line.strip() and line.strip()[0] != "#")
     if "," not in next(lines, ","):
         stamps, poses = read_tum(path, complete=complete)
         return Trajectory(in_seconds(stamps), poses)
-    return _read_stamped(path, "read_euroc_csv_trajectory", EUROC_COLUMNS, complete, delimiter=",")
+    stamps, poses = _read_stamped(
+        path, "read_euroc_csv_trajectory", EUROC_COLUMNS, complete, delimiter=","
+    )
+    if 0 < np.ptp(stamps) < SHORTEST_STEP * len(stamps):
+        stamps = stamps * 1e9
+    return Trajectory(stamps, poses)
 
 
 def read_kitti(path: FilePath, *, complete: bool = False) -> Trajectory:
@@ -173,7 +181,7 @@ def read_colmap(path: FilePath, *, complete: bool = False) -> Trajectory:
     except (IndexError, OSError, RuntimeError, ValueError) as error:
         _locate_in_images_txt(Path(path))
         reason = re.sub(r"^\[[^]]*\] (Check failed: )?", "", str(error).partition("\n")[0])
-        raise FileError(path, f"is no readable COLMAP model ({reason})") from None
+        raise FileError(path, _why_no_model(Path(path), reason)) from None
     images = sorted(
         (image for image in model.images.values() if image.has_pose), key=lambda image: image.name
     )
@@ -433,6 +441,21 @@ def _nerf_frames(path: FilePath) -> list[Any]:
     if not frames:
         raise FileError(path, "has no frames")
     return frames
+
+
+def _why_no_model(folder: Path, reason: str) -> str:
+    """Say why a folder cannot be read as a model, of which pycolmap says little."""
+    files = {path.name for path in folder.iterdir()}
+    for suffix, empty in (".bin", "8 zero bytes"), (".txt", "an empty file"):
+        missing = [part + suffix for part in COLMAP_FILES if part + suffix not in files]
+        if not missing:
+            return f"is no readable COLMAP model, as if a file were cut off ({reason})"
+        if len(missing) < len(COLMAP_FILES):
+            remedy = f"; {empty} will do for it" if missing == [f"points3D{suffix}"] else ""
+            return f"the COLMAP model lacks {' and '.join(missing)}{remedy}"
+    models = sorted(path.parent.name for path in folder.glob("*/images.*"))
+    hint = f", but {folder / models[0]} is: give that one" if models else ""
+    return f"is no COLMAP model, with {', '.join(COLMAP_FILES)} as .bin or .txt{hint}"
 
 
 def _locate_in_images_txt(model: Path) -> None:

@@ -22,7 +22,6 @@ NERF = "nerf", "nerf/reference.json", "nerf/estimate.json"
         ["bag", "a", "b"],
         ["tum", "a", "b", "--registration", "none"],
         ["tum", "a", "b", "--missing", "skip"],
-        ["kitti", "a", "b", "--t_offset", "1"],
     ],
 )
 def test_wrong_usage(run, arguments):
@@ -54,6 +53,16 @@ def test_wrong_values_are_named_with_the_usage_of_their_format(run, option, valu
     assert (code, out) == (2, "")
     assert err.startswith("usage: alignscores tum ")
     assert f"alignscores tum: error: argument {option}: {reason}" in err
+
+
+@pytest.mark.parametrize("option", ["--missing fail", "--t_max_diff 1"])
+def test_options_that_a_format_has_not(run, option):
+    """Lines of a KITTI file correspond: no pose is missing, but a lost one may be nan."""
+    code, out, err = run("kitti", "a", "b", *option.split())
+    assert (code, out) == (2, "")
+    assert err.startswith("usage: alignscores kitti ")
+    assert err.endswith(f"alignscores kitti: error: unrecognized arguments: {option}\n")
+    assert "12 nan for a lost frame" in run("kitti", "--help")[1].replace("\n", " ")
 
 
 def test_version(run):

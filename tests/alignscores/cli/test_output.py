@@ -115,6 +115,15 @@ def test_a_bad_estimate_does_not_stop_the_others(run, tmp_path, write):
     assert len(printed["failed"]) == 1
 
 
+def test_json_names_a_reference_that_cannot_be_read(run):
+    for files in ("none.txt", TUM[2]), (TUM[1], TUM[2], "--frames", "none.txt"):
+        code, out, err = run("tum", *files, "--json")
+        printed = json.loads(out)
+        (failed,) = printed["failed"]
+        assert (code, printed["results"], failed["file"]) == (1, [], "none.txt")
+        assert err == f"alignscores: error: {failed['error']}\n"
+
+
 def test_json_has_no_numbers_that_json_has_not(score, tmp_path):
     times = np.arange(20.0)
     poses = np.column_stack([times, np.random.default_rng(0).normal(size=(20, 3))])

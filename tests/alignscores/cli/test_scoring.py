@@ -181,6 +181,7 @@ def test_different_lengths(run, write, examples):
     code, _, err = run(*KITTI[:2], short)
     assert code == 1
     assert "est.txt: the reference has 40 poses, the estimate 39" in err
+    assert err.endswith("(write a row of nan for each frame that was lost)\n")
 
 
 @pytest.mark.parametrize("name", ["no", "the", "d"])

@@ -227,16 +227,27 @@ def test_nerf_reference_with_nan(examples, write):
 def test_malformed_colmap(examples, tmp_path):
     with pytest.raises(FileError, match="is no folder"):
         read_colmap(examples / "tum/reference.txt")
-    with pytest.raises(FileError, match=r"is no readable COLMAP model .*do not exist"):
+    with pytest.raises(FileError, match=r"is no COLMAP model, with .* as .bin or .txt$"):
         read_colmap(tmp_path)
     binary, text = tmp_path / "binary", tmp_path / "text"
     shutil.copytree(examples / "colmap/estimate", binary)
+    with pytest.raises(FileError, match=r"is no COLMAP model, .* but .*/binary is: give that one"):
+        read_colmap(tmp_path)
+    (binary / "points3D.bin").unlink()
+    with pytest.raises(FileError, match=r"model lacks points3D.bin; 8 zero bytes will do for it"):
+        read_colmap(binary)
+    (binary / "points3D.bin").write_bytes(bytes(8))
+    assert len(read_colmap(binary).keys) == 37
     images = (binary / "images.bin").read_bytes()
     for content in (images[:300], b"", np.random.default_rng(0).bytes(5000)):
         (binary / "images.bin").write_bytes(content)
-        with pytest.raises(FileError, match="model"):
+        with pytest.raises(FileError, match="no readable COLMAP model, as if a file were cut off"):
             read_colmap(binary)
     shutil.copytree(examples / "colmap/reference", text)
+    points = (text / "points3D.txt").rename(tmp_path / "points")
+    with pytest.raises(FileError, match=r"lacks points3D.txt; an empty file will do for it"):
+        read_colmap(text)
+    points.rename(text / "points3D.txt")
     lines = (text / "images.txt").read_text().splitlines()
     for word in ("abc", "nan"):
         assert lines[6].startswith("2 ")
@@ -251,6 +262,8 @@ def test_euroc(write):
     stamps, poses = read_euroc(write(content))
     np.testing.assert_array_equal(stamps, [1.0, 2.0])
     np.testing.assert_array_equal(poses[1, :3, :3], np.diag([1.0, -1.0, -1.0]))
+    in_seconds = read_euroc(write("1400000000.05,1,2,3,1,0,0,0\n1400000000.1,1,2,3,1,0,0,0\n"))
+    np.testing.assert_allclose(in_seconds.keys, [1400000000.05, 1400000000.1], rtol=0, atol=1e-6)
     with pytest.raises(FileError, match="line 2: has 7 columns"):
         read_euroc(write("#time,...\n1000000000,1,2,3,1,0,0\n"))
     with pytest.raises(FileError, match="line 1: 'a' is not a number"):
