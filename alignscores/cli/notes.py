@@ -145,6 +145,11 @@ def convention_notes(found: Convention, *, invert: bool, applied: bool) -> list[
     elif another_frame:
         option = "taken out" if applied else "--body_rotation auto takes it out"
         notes.append(f"{another_frame} ({gain}); {option}")
+    if found.positions_inverted:
+        notes.append(
+            "the positions seem to be world-to-camera translations t, but the rotations R are "
+            "camera-to-world; write the camera centres -R t into the file"
+        )
     if found.mirrored:
         notes.append(
             "the positions fit the mirror image of the reference: one axis is flipped or two are "

@@ -9,6 +9,11 @@ with accuracy. With R_i, R̂_i the camera-to-world rotations and Q the rotation 
   gives B without Q; with B known, Q is the robust average of R̂_i Bᵀ R_iᵀ as in the RAS.
 - *world-to-camera*: the same for the inverted poses.
 - *quaternions with w at the wrong end* look like both of these, in the rotations alone.
+  Where a camera turns little besides about one axis they also look like mere inaccuracy, but the
+  other order of the components has no parameter to fit: half of what is missing to a RAS of 1 is
+  evidence enough.
+- *world-to-camera translations* beside camera-to-world rotations: the positions fit once they are
+  -R̂_i t̂_i.
 - *mirrored*: the positions fit the reference's mirror image, as after a flip of one axis or a swap
   of two. The rotations of a mirrored world are the true ones up to another camera frame.
 - *swapped*: the scores hardly change when reference and estimate are exchanged, so this can only be
@@ -47,14 +52,17 @@ HYPOTHESES = 300  # camera triplets that propose a rotation B
 NEAR_DEG = 10.0  # the largest threshold of the RAS: a smaller B is inaccuracy
 MIN_CAMERAS = 10  # fewer fit some rotation by chance
 MIN_RAS = 0.35  # smallest RAS under a convention that is reported
+SHIFTED_GAIN = 0.1, 0.5  # least gain in RAS, and share of 1 - RAS, if quaternions are reordered
 MIN_GAIN = 3.0  # smallest ratio of it to the RAS without the convention
 DEFINED_AXIS_DEG = (5.0, 170.0)  # angles of relative rotations whose axis is well defined
 SHIFTED_QUATERNIONS = (  # B where w first is read as w last, and the other way round
     np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
     np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]),
 )
-MIRROR_GAIN = 3.0  # factor by which the mirrored positions must fit better
-MIRROR_MISFIT = 0.15  # largest misfit of the mirrored positions, relative to the reference's extent
+POSITIONS_GAIN = 3.0  # factor by which mirrored or inverted positions must fit better
+POSITIONS_MISFIT = (
+    0.15  # largest misfit of the mirrored positions, relative to the reference's extent
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +75,8 @@ class Convention:
         The estimated poses are world-to-camera.
     rotations_inverted : bool
         Only their rotations are; the positions are camera centres as they should be.
+    positions_inverted : bool
+        Only their positions are; the rotations are camera-to-world as they should be.
     body_rotation : (3, 3) ndarray or None
         B: the estimate's camera axes (columns) in the reference's camera frame; None where it is
         the same frame, or no other one explains the estimate.
@@ -80,6 +90,7 @@ class Convention:
 
     inverted: bool = False
     rotations_inverted: bool = False
+    positions_inverted: bool = False
     body_rotation: Floats | None = None
     mirrored: bool = False
     ras: float = 0.0
@@ -142,7 +153,9 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     found = _find_rotation(gt, est)
     positions = (inverse_poses(est) if found.inverted else est)[:, :3, 3]
     mirrored = _is_mirrored(gt[:, :3, 3], positions)
-    return Convention(**{**vars(found), "mirrored": mirrored})
+    rotated_as_is = not found.inverted and not found.rotations_inverted
+    inverted = rotated_as_is and not mirrored and _positions_inverted(gt, est)
+    return Convention(**{**vars(found), "mirrored": mirrored, "positions_inverted": inverted})
 
 
 def rotate_cameras(est_poses: Floats, body_rotation: Floats) -> Floats:
@@ -198,7 +211,7 @@ def _find_rotation(gt: Floats, est: Floats) -> Convention:
     ras = _ras(_residuals(rotations, est[:, :3, :3]))
     needed = max(MIN_RAS, MIN_GAIN * ras)
     if needed > 1:
-        return Convention(ras=ras, corrected_ras=ras)
+        return _shifted_quaternions(rotations, est[:, :3, :3], ras)
     fits: dict[bool, tuple[Floats | None, float]] = {}
     for inverted in (False, True):
         candidate = inverse_poses(est) if inverted else est
@@ -207,7 +220,7 @@ def _find_rotation(gt: Floats, est: Floats) -> Convention:
         if fit >= needed:
             fits[inverted] = None if near else frame, fit
     if not fits:
-        return Convention(ras=ras, corrected_ras=ras)
+        return _shifted_quaternions(rotations, est[:, :3, :3], ras)
 
     # The positions of inverted poses fit only once the poses are inverted. So the positions also
     # decide where rotations about a single axis fit both ways.
@@ -226,6 +239,19 @@ def _find_rotation(gt: Floats, est: Floats) -> Convention:
         ras=ras,
         corrected_ras=fit,
     )
+
+
+def _shifted_quaternions(gt: Floats, est: Floats, ras: float) -> Convention:
+    """Find quaternions with w at the wrong end where the rotations do not fit badly as they are."""
+    gain, share = SHIFTED_GAIN
+    needed = max(MIN_RAS, ras + gain, 1 - share * (1 - ras))
+    for frame in SHIFTED_QUATERNIONS:
+        fit = _ras(_residuals(gt, est.transpose(0, 2, 1) @ frame.T))
+        if fit >= needed:
+            return Convention(
+                rotations_inverted=True, body_rotation=frame, ras=ras, corrected_ras=fit
+            )
+    return Convention(ras=ras, corrected_ras=ras)
 
 
 def _best_frame(gt: Floats, est: Floats) -> tuple[Floats, float]:
@@ -313,7 +339,14 @@ def _ras(residuals: Floats) -> float:
 
 def _is_mirrored(gt: Floats, est: Floats) -> bool:
     mirrored = _position_misfit(gt, est * [1.0, 1.0, -1.0])
-    return mirrored < min(MIRROR_MISFIT, _position_misfit(gt, est) / MIRROR_GAIN)
+    return mirrored < min(POSITIONS_MISFIT, _position_misfit(gt, est) / POSITIONS_GAIN)
+
+
+def _positions_inverted(gt: Floats, est: Floats) -> bool:
+    """Tell whether the estimate's positions are the translations from world to camera."""
+    centres = -np.einsum("nij,nj->ni", est[:, :3, :3], est[:, :3, 3])
+    inverted = _position_misfit(gt[:, :3, 3], centres)
+    return inverted < min(POSITIONS_MISFIT, _misfit(gt, est) / POSITIONS_GAIN)
 
 
 def _misfit(gt: Floats, est: Floats) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from evo.core import sync
 from evo.tools import file_interface
+from scipy.spatial.transform import Rotation
 
 from alignscores.cli import main
 from alignscores.trajectories.association import match
@@ -109,6 +110,7 @@ def test_conventions(real, pair):
     assert found.body_rotation is None
     assert not found.inverted
     assert not found.rotations_inverted
+    assert not found.positions_inverted
     assert not found.mirrored
     opengl = np.diag([1.0, -1.0, -1.0, 1.0])
     found = find_convention(matches.gt_poses, matches.est_poses @ opengl)
@@ -116,3 +118,10 @@ def test_conventions(real, pair):
     found = find_convention(matches.gt_poses, np.linalg.inv(matches.est_poses))
     assert found.inverted
     assert found.body_rotation is None
+    translations = matches.est_poses.copy()
+    translations[:, :3, 3] = np.linalg.inv(matches.est_poses)[:, :3, 3]
+    assert find_convention(matches.gt_poses, translations).positions_inverted
+    quaternions = Rotation.from_matrix(matches.est_poses[:, :3, :3]).as_quat()
+    shifted = matches.est_poses.copy()
+    shifted[:, :3, :3] = Rotation.from_quat(quaternions[:, [3, 0, 1, 2]]).as_matrix()
+    assert find_convention(matches.gt_poses, shifted).quaternions_shifted

@@ -65,7 +65,8 @@ def in_frame(est, body):
 
 def told(found):
     """What is told besides the camera's frame."""
-    return [what for what in ("inverted", "rotations_inverted", "mirrored") if getattr(found, what)]
+    kinds = "inverted", "rotations_inverted", "positions_inverted", "mirrored"
+    return [what for what in kinds if getattr(found, what)]
 
 
 @pytest.fixture(params=["anywhere", "vehicle", "wandering"])
@@ -115,6 +116,33 @@ def test_transposed_rotations_alone(kind):
     found = find_convention(gt, est)
     assert told(found) == ["rotations_inverted"]
     assert found.body_rotation is None
+
+
+@pytest.mark.parametrize("lost", [0.0, 0.4])
+def test_world_to_camera_translations_alone(kind, lost):
+    rng = np.random.default_rng(5)
+    gt = reference(kind, 120, rng)
+    est = estimate(gt, rng, lost=lost)
+    est[:, :3, 3] = inverse_poses(est)[:, :3, 3]
+    assert told(find_convention(gt, est)) == ["positions_inverted"]
+
+
+def test_quaternions_of_a_vehicle_fit_in_part_with_w_at_the_wrong_end():
+    """It turns about one axis and tilts a little, so that a RAS stays that seems one of drift."""
+    rng = np.random.default_rng(2)
+    gt = reference("vehicle", 300, rng)
+    to_camera = Rotation.from_matrix(BODY)  # y down is the axis
+    tilts = Rotation.from_rotvec(rng.normal(0, [3, 0.2, 3], (300, 3)), degrees=True)
+    rotations = Rotation.from_matrix(gt[:, :3, :3]) * to_camera.inv() * tilts
+    gt[:, :3, :3] = (to_camera * rotations).as_matrix()
+    est = estimate(gt, rng, sigma_deg=0.5)
+    world = Rotation.from_matrix(est[0, :3, :3]).inv()
+    quaternions = (world * Rotation.from_matrix(est[:, :3, :3])).as_quat()
+    est[:, :3, :3] = Rotation.from_quat(quaternions[:, [3, 0, 1, 2]]).as_matrix()
+    found = find_convention(gt, est)
+    assert found.quaternions_shifted
+    assert found.ras > found.corrected_ras / 3
+    assert found.corrected_ras > 0.85
 
 
 @pytest.mark.parametrize("kind", ["anywhere", "wandering"])
