@@ -76,6 +76,10 @@ def footnotes(results: Sequence[Mapping[str, Any]], arguments: argparse.Namespac
         lines[0] += f"; missing cameras: {arguments.missing}"
     if any(values["rank"] and values["rank"][0] < values["rank"][1] for values in results):
         lines.append("ranks in common: tied, PAS less than 2 standard errors apart over the seeds")
+    if any(values["no_position"] or values["no_rotation"] for values in results):
+        lines.append(
+            "a camera without position (no pos.) fails in the TAS, without rotation (no rot.) in the RAS"
+        )
     if any(values["lost"] > MUCH_LOST for values in results):
         lines.append("* without what the estimate lost; --missing fail counts it")
     if max(values["TAS_sd"] or 0.0 for values in results) > SCATTER:

@@ -25,7 +25,8 @@ TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 def test_table(run):
     code, out, err = run(*TUM)
     assert (code, err) == (0, "")
-    header, row, settings, hint = out.splitlines()
+    header, row, settings, failures, hint = out.splitlines()
+    assert failures.startswith("a camera without position (no pos.) fails in the TAS, ")
     expected = "estimate TAS sd RAS PAS sd ATE [m] d [m] n missing no pos. no rot."
     assert header.split() == expected.split()
     assert row.split()[0] == "estimate.txt"
@@ -34,6 +35,22 @@ def test_table(run):
         "missing cameras: ignore"
     )
     assert "--registration refined" in hint
+
+
+def test_what_is_not_finite_fails_where_it_is_not(run, score, lines, write):
+    fields = [line.split() for line in lines]
+    for row in (2, 3):
+        fields[row][1:4] = ["nan"] * 3
+    fields[4][4:] = ["nan"] * 4
+    (whole,) = score(*TUM)
+    files = *TUM[:2], write([" ".join(line) for line in fields])
+    (result,) = score(*files)
+    assert (result["no_position"], result["no_rotation"]) == (3, 2)  # one pose has neither
+    assert (whole["no_position"], whole["no_rotation"]) == (1, 1)
+    assert whole["RAS"] - 1 / 38 <= result["RAS"] < whole["RAS"]
+    header, row, *_ = run(*files)[1].splitlines()
+    assert header.endswith("no pos.  no rot.")
+    assert row.split()[-2:] == ["3", "2"]
 
 
 def test_one_seed_has_no_spread(run):
@@ -144,7 +161,7 @@ def test_the_output_in_the_readme(examples, run, monkeypatch):
     code, out, err = run(*command.split())
     assert code == 0
     assert err.splitlines() + out.splitlines() == expected
-    assert len(expected) == 4
+    assert len(expected) == 5
 
 
 # --- files --------------------------------------------------------------------------------------
