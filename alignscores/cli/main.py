@@ -114,8 +114,9 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
             matching,
             "--t_offset",
             0.0,
-            "added to the estimate's time stamps, in s",
+            "added to the estimate's time stamps, in s; auto: the one at which the positions fit best",
             least=-math.inf,
+            auto=True,
         )
         matching.add_argument(
             "--frames",
@@ -133,6 +134,17 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
         "d in the reference's unit (default: from the reference)",
         positive=True,
     )
+    add_number(
+        scoring, "--max_threshold", 1.0, "largest threshold of the TAS in units of d", positive=True
+    )
+    add_number(
+        scoring,
+        "--max_threshold_deg",
+        10.0,
+        "largest threshold of the RAS in degrees",
+        positive=True,
+    )
+    add_number(scoring, "--weight", 0.5, "share of the TAS in the PAS, from 0 to 1", most=1)
     scoring.add_argument(
         "--registration",
         choices=sorted(REGISTRATIONS),
@@ -188,16 +200,23 @@ def add_number(
     text: str,
     *,
     least: float = 0,
+    most: float = math.inf,
     positive: bool = False,
+    auto: bool = False,
 ) -> None:
     """Add an option that takes a number: a whole one if the default is, else a finite one."""
     convert = int if isinstance(default, int) else float
     bound = " above 0" if positive else "" if least == -math.inf else f" of at least {least}"
+    if most < math.inf:
+        bound = f" from {least} to {most}"
 
-    def number(value: str) -> float:
+    def number(value: str) -> float | str:
+        if auto and value == "auto":
+            return value
         try:
             result = convert(value)
-            if math.isfinite(result) and result >= least and not (positive and result == 0):
+            possible = math.isfinite(result) and least <= result <= most
+            if possible and not (positive and result == 0):
                 return result
         except (OverflowError, ValueError):
             pass

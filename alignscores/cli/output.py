@@ -43,6 +43,9 @@ def show_json(
         "t_max_diff": getattr(arguments, "t_max_diff", None),
         "t_offset": getattr(arguments, "t_offset", None),
         "unit": arguments.unit,
+        "max_threshold": arguments.max_threshold,
+        "max_threshold_deg": arguments.max_threshold_deg,
+        "weight": arguments.weight,
         "registration": arguments.registration,
         "seed": arguments.seed,
         "repeat": len(seeds(arguments)),
@@ -78,7 +81,8 @@ def footnotes(results: Sequence[Mapping[str, Any]], arguments: argparse.Namespac
         lines.append("ranks in common: tied, PAS less than 2 standard errors apart over the seeds")
     if any(values["no_position"] or values["no_rotation"] for values in results):
         lines.append(
-            "a camera without position (no pos.) fails in the TAS, without rotation (no rot.) in the RAS"
+            "a camera without position (no pos.) fails in the TAS, "
+            "without rotation (no rot.) in the RAS"
         )
     if any(values["lost"] > MUCH_LOST for values in results):
         lines.append("* without what the estimate lost; --missing fail counts it")

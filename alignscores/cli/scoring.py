@@ -13,10 +13,11 @@ from ..similarity import least_squares_rmse
 from ..trajectories.association import Matches, coverage, match
 from ..trajectories.conventions import find_convention, rotate_cameras
 from ..trajectories.files import Trajectory, inverse_poses
+from ..trajectories.timing import find_offset
 from ..translation import closest_pair_quartile, tas
 from ..validation import finite_rows
 from .formats import FORMATS
-from .notes import collected_warnings, convention_notes, matching_notes, swap_notes
+from .notes import collected_warnings, convention_notes, matching_notes, offset_notes, swap_notes
 
 __all__ = ["Scored", "score", "seeds"]
 
@@ -101,6 +102,9 @@ def score(
     if arguments.invert:
         estimate = estimate._replace(poses=inverse_poses(estimate.poses))
     with collected_warnings() as notes:
+        if form.timed:
+            timing["t_offset"], more = time_offset(reference, estimate, arguments.t_offset)
+            notes += more
         missing = arguments.missing or "ignore"
         matches = match(reference, estimate, missing=missing, frames=frames, **timing)
         if len(matches.keys) < min(4, len(reference.keys)):
@@ -125,6 +129,9 @@ def score(
             est_poses,
             rng=arguments.seed,
             unit=arguments.unit or derived_unit(matches),
+            weight=arguments.weight,
+            max_threshold=arguments.max_threshold,
+            max_threshold_deg=arguments.max_threshold_deg,
             registration=arguments.registration,
         )
         tas_seeds = tas_of_seeds(matches, result, arguments)
@@ -146,6 +153,20 @@ def score(
     )
 
 
+def time_offset(
+    reference: Trajectory, estimate: Trajectory, option: float | str
+) -> tuple[float, list[str]]:
+    """Return the time offset to be used, and what is said about it."""
+    if option != "auto":
+        return float(option), offset_notes(reference, estimate, float(option))
+    found = find_offset(reference, estimate)
+    if found is None:
+        raise ValueError(
+            "no time offset makes its positions fit those of the reference; --t_offset X sets one"
+        )
+    return found.seconds, [f"time offset of {found.seconds:.4f} s found, and added to its stamps"]
+
+
 def derived_unit(matches: Matches) -> float:
     """Return d of the reference poses; where there is none, the error says what to do."""
     gt = matches.gt_poses[:, :3, 3]
@@ -163,7 +184,11 @@ def derived_unit(matches: Matches) -> float:
 def tas_of_seeds(matches: Matches, result: PASResult, arguments: argparse.Namespace) -> list[float]:
     """Return the TAS of each seed, the first of which is that of the result."""
     gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
-    options = {"unit": result.tas.unit, "registration": arguments.registration}
+    options = {
+        "unit": result.tas.unit,
+        "max_threshold": arguments.max_threshold,
+        "registration": arguments.registration,
+    }
     others = [tas(gt, est, rng=seed, **options).score for seed in seeds(arguments)[1:]]
     return [result.tas.score, *others]
 

@@ -41,6 +41,8 @@ def test_wrong_usage(run, arguments):
         ("--seed", "9" * 400, "must be a whole number of at least 0"),
         ("--unit", "0", "must be a finite number above 0, not '0'"),
         ("--unit", "inf", "must be a finite number above 0, not 'inf'"),
+        ("--weight", "1.1", "must be a finite number from 0 to 1, not '1.1'"),
+        ("--max_threshold", "0", "must be a finite number above 0, not '0'"),
         ("--t_max_diff", "-1", "must be a finite number of at least 0, not '-1'"),
         ("--t_offset", "nan", "must be a finite number, not 'nan'"),
         ("--save_plot", "x.jpg", "x.jpg does not end in .png or .pdf or .svg"),

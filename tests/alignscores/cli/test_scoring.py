@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from evo.core.geometry import umeyama_alignment
 
-from alignscores import tas
+from alignscores import pas, tas
 from alignscores.cli import scoring
 from alignscores.trajectories.association import match
 from alignscores.trajectories.conventions import Convention
@@ -41,6 +41,18 @@ def test_repeat_and_seed(score, examples):
         assert result["PAS_seeds"] == pytest.approx(pas_seeds)
         assert result["PAS"] == pytest.approx(np.mean(pas_seeds))
         assert result["PAS_sd"] == pytest.approx(np.std(pas_seeds, ddof=1))
+
+
+def test_thresholds_and_weight_are_those_of_python(score, examples):
+    settings = {"max_threshold": 0.5, "max_threshold_deg": 5.0, "weight": 0.25}
+    matches = match(*(read_tum(examples / path) for path in TUM[1:]))
+    options = [text for key, value in settings.items() for text in (f"--{key}", value)]
+    (result,) = score(*TUM, *options, "--repeat", 2)
+    for seed in range(2):
+        expected = pas(matches.gt_poses, matches.est_poses, rng=seed, **settings)
+        assert result["TAS_seeds"][seed] == expected.tas.score
+        assert result["PAS_seeds"][seed] == expected.score
+    assert result["RAS"] == expected.ras.score
 
 
 def test_equal_scores_have_themselves_as_mean(score):
