@@ -76,7 +76,9 @@ def run_command(
     except CommandError as error:
         code, problem = error.exit_code, str(error)
     except OSError as error:
-        code, problem = 1, f"cannot write {error.filename}: {error.strerror}"
+        code, problem = 1, str(error)
+        if error.filename:
+            problem = f"cannot write {error.filename}: {error.strerror}"
     except KeyboardInterrupt:
         code, problem = INTERRUPTED, "interrupted"
     print(f"{parser.prog.removeprefix('python -m ')}: {problem}", file=sys.stderr)

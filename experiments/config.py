@@ -112,8 +112,7 @@ class Sweep:
         _require(most <= fewest, f"'n_outliers' has {most}, more than the {fewest} cameras")
         _require(
             self.outliers == "uniform" or most <= fewest - 4,
-            "'n_outliers' must leave at least 4 cameras that are none, where outliers are "
-            f"{self.outliers}",
+            f"'n_outliers' must leave at least 4 inliers with outliers={self.outliers}",
         )
         _require(
             self.noise == "product" or len(self.sigma_t) == len(self.sigma_r_deg),

@@ -54,7 +54,7 @@ def _connect(address: str) -> "Client":
         from distributed import Client
     except ImportError:
         raise ConfigError(
-            "setting 'backend': dask is not installed; pip install 'alignscores[cluster]'"
+            "setting 'backend': dask is not installed; pip install -e '.[cluster]'"
         ) from None
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # no tracebacks: see above
     try:

@@ -1,7 +1,7 @@
 """Run sweeps and write their table: ``python -m experiments.run experiment=outliers [key=value]``.
 
-Every trial of the study is run by this program. Snakemake tells it the settings, resolved, and
-where to write.
+Every table of trials is made by this program. Snakemake passes it the resolved settings, and where
+to write.
 """
 
 import sys
@@ -42,7 +42,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--sweeps",
         metavar="JSON",
-        help="resolved settings to run instead of an experiment's; the overrides then say how",
+        help="resolved settings to run instead; overrides may then set only how: "
+        + ", ".join(EXECUTION),
     )
     return run_command(parser, _work, arguments)
 

@@ -46,7 +46,7 @@ class TableError(CommandError):
     path : Path
         The file.
     problem : str
-        What is wrong with it, to be read behind its path.
+        What is wrong with it: completes a sentence that begins with the path.
     """
 
     def __init__(self, path: Path, problem: str) -> None:

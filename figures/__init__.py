@@ -1,5 +1,7 @@
 """The figures, drawn from tables of results: ``python -m figures NAME TABLE.csv --output PATH``."""
 
+from studies.parameters import KINDS
+
 __all__ = ["FIGURES", "PAPER_FIGURES"]
 
 PAPER_FIGURES: dict[str, tuple[str, ...]] = {
@@ -15,9 +17,7 @@ PAPER_FIGURES: dict[str, tuple[str, ...]] = {
 
 FIGURES: dict[str, tuple[str, ...]] = {
     **{name: tuple(f"trials/{one}" for one in of) for name, of in PAPER_FIGURES.items()},
-    "threshold_study": tuple(
-        f"tables/threshold_study_{kind}" for kind in ("tas", "ras", "pas", "registration")
-    ),
+    "threshold_study": tuple(f"tables/threshold_study_{kind}" for kind in KINDS),
     "registration_study": ("tables/registration_study",),
     "beyond": ("tables/beyond",),
     "paths": (),

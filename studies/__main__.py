@@ -12,7 +12,7 @@ from experiments.tables import Trials, read_table, read_trials, to_csv, write_fi
 
 from .claims.claims import load_claims
 from .claims.verdicts import check_alike, decide, select_trials
-from .parameters import registrations, thresholds
+from .parameters import KINDS, registrations, thresholds
 from .parameters.axes import Axis, axes_of, check_parts, is_seeded
 from .parameters.effects import effects
 from .parameters.times import measure
@@ -75,9 +75,9 @@ def _threshold(trials: Sequence[Trials], times: Path) -> list[bytes]:
     axes, parts = _axes("threshold", trials)
     milliseconds = _read_times(times)
     table = effects(axes, {name: part.table for name, part in parts.items()})
-    kinds = table.groupby(table["axis"].str.partition("_")[0], sort=False)
+    kind_of = table["axis"].str.partition("_")[0]
     text = thresholds.to_markdown(axes, table, milliseconds, parts["outliers"].sweep.trials)
-    return [*(to_csv(rows) for _, rows in kinds), text.encode()]
+    return [*(to_csv(table[kind_of == kind]) for kind in KINDS), text.encode()]
 
 
 def _registration(trials: Sequence[Trials], times: Path) -> list[bytes]:

@@ -85,4 +85,4 @@ def reject(overrides: Sequence[str], keys: Sequence[str], reason: str) -> None:
     for override in overrides:
         key, _ = split_override(override)
         if key in keys:
-            raise ConfigError(f"setting {key!r} is not open here: {reason}")
+            raise ConfigError(f"setting {key!r} cannot be set: {reason}")

@@ -8,8 +8,9 @@ def drawn_from(wildcards):
 
 
 def records(wildcards):
-    of_trials = PAPER_FIGURES.get(wildcards.figure, ())
-    return [f"{RESULTS}/trials/{name}.json" for name in of_trials]
+    """What the tables of trials rest on; other tables have no record."""
+    names = [table for table in FIGURES.get(wildcards.figure, ()) if table.startswith("trials/")]
+    return [f"{RESULTS}/{name}.json" for name in names]
 
 
 wildcard_constraints:
@@ -19,7 +20,6 @@ wildcard_constraints:
 rule figure:
     input:
         TRIAL_CODE,
-        STUDY_CODE,
         FIGURE_CODE,
         records,
         tables=drawn_from,

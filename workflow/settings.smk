@@ -1,4 +1,4 @@
-# What `--config` set, and the studies that come of it: each is resolved once, where it is asked for.
+# What `--config` set, and the studies that come of it, each resolved where it is asked for.
 from functools import cache, partial
 from pathlib import Path
 
@@ -7,7 +7,7 @@ from experiments.config import EXECUTION, load, to_overrides
 from figures import FIGURES, PAPER_FIGURES
 from studies.claims.claims import CLAIMS_FILE, load_claims
 from studies.claims.plan import load_replicates
-from studies.parameters.axes import STUDIES, axis_names, load_parameters
+from studies.parameters.axes import STUDIES, axis_names, load_parameters, study_file
 from studies.scenarios.scenarios import BEYOND, load_scenarios, study_name
 from studies.study import load_experiments
 
@@ -28,9 +28,10 @@ def chosen(keys):
 AXES = axis_names()
 SCENARIO_FILE = Path(config.get("scenarios", BEYOND))
 SCENARIO_STUDY = study_name(SCENARIO_FILE)
-EXECUTED = chosen(EXECUTION)
+EXPERIMENTS = sorted({name for names in PAPER_FIGURES.values() for name in names})
+EXECUTED = chosen(key for key in EXECUTION if key != "n_jobs")
 SETTINGS = chosen(key for key in config if key not in (*EXECUTION, *AXES, "replicates", "scenarios"))
-RESULTS = Path(or_end(load, EXECUTED)[1].results_dir)
+RESULTS = Path(or_end(load, chosen(EXECUTION))[1].results_dir)
 CORES = workflow.cores or 1
 
 
@@ -56,10 +57,11 @@ def study(folder):
     return or_end(FOLDERS[folder])
 
 
-def trials(folder, *extensions):
-    """The tables of trials of a study, and what each rests on."""
-    paths = [RESULTS / folder / name for name in study(folder).tables]
-    return expand("{path}.{ext}", path=paths, ext=extensions or ["csv", "json"])
+def tables(folder):
+    """The tables of trials of a study, and the record beside each."""
+    names = EXPERIMENTS if folder == "trials" else study(folder).tables
+    paths = [f"{RESULTS}/{folder}/{name}" for name in names]
+    return {"trials": expand("{path}.csv", path=paths), "records": expand("{path}.json", path=paths)}
 
 
 def code(*folders):
@@ -73,4 +75,4 @@ TRIAL_CODE = code(
     "alignscores", "alignscores/registration", "baselines", "experiments", "experiments/scenes"
 )
 STUDY_CODE = code("studies", "studies/*")
-FIGURE_CODE = code("alignscores/cli", "figures")
+FIGURE_CODE = code("alignscores/cli", "figures", "studies", "studies/parameters")

@@ -15,8 +15,7 @@ rule table1:
     input:
         TRIAL_CODE,
         STUDY_CODE,
-        records=lambda wildcards: trials("trials", "json"),
-        trials=lambda wildcards: trials("trials", "csv"),
+        unpack(lambda wildcards: tables("trials")),
     output:
         TABLE1,
     log:
@@ -31,8 +30,7 @@ rule verdicts:
     input:
         CLAIMS_FILE,
         STUDY_CODE,
-        records=lambda wildcards: trials("replicates", "json"),
-        trials=lambda wildcards: trials("replicates", "csv"),
+        unpack(lambda wildcards: tables("replicates")),
     output:
         VERDICTS,
     log:
@@ -43,14 +41,12 @@ rule verdicts:
         "{sys.executable:q} -m studies claims {input.trials:q} --output {output:q} > {log:q} 2>&1"
 
 
-def parts(wildcards):
-    return trials(f"trials/{wildcards.study}_study", "csv")
-
-
 rule run_times:
     input:
         TRIAL_CODE,
-        trials=parts,
+        code("studies/parameters"),
+        unpack(lambda wildcards: tables(f"trials/{wildcards.study}_study")),
+        file=lambda wildcards: study_file(wildcards.study),
     output:
         RUN_TIMES,
     threads: CORES # nothing beside it
@@ -73,8 +69,8 @@ for name in STUDIES:
             f"parameters_{name}"
         input:
             STUDY_CODE,
-            trials=lambda wildcards, name=name: trials(f"trials/{name}_study", "csv"),
-            records=lambda wildcards, name=name: trials(f"trials/{name}_study", "json"),
+            unpack(lambda wildcards, name=name: tables(f"trials/{name}_study")),
+            file=study_file(name),
             times=expand(RUN_TIMES, study=name),
         output:
             study_tables(name),
@@ -92,8 +88,7 @@ for name in STUDIES:
 rule scenarios:
     input:
         STUDY_CODE,
-        records=lambda wildcards: trials(f"trials/{SCENARIO_STUDY}", "json"),
-        trials=lambda wildcards: trials(f"trials/{SCENARIO_STUDY}", "csv"),
+        unpack(lambda wildcards: tables(f"trials/{SCENARIO_STUDY}")),
     output:
         SCENARIO_FINDINGS,
     log:

@@ -264,7 +264,7 @@ def load_claims(replicates: int | None = None, path: Path = CLAIMS_FILE) -> Clai
         for entry in group.claims:
             for claim in _expand(group, entry):
                 if claim.id in claims:
-                    raise ConfigError(f"claims.yaml: {claim.id!r} stands there twice")
+                    raise ConfigError(f"claims.yaml: {claim.id!r} is defined twice")
                 claims[claim.id] = claim
     decisions = [_decision(entry, claims) for entry in file.decisions]
     return Claims(replicates, claims, decisions)

@@ -5,6 +5,7 @@ All values of all axes are evaluated on the same cameras, those of some experime
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from experiments.command import CommandError, ConfigError
@@ -20,9 +21,10 @@ from experiments.metrics import Column
 from experiments.tables import TableError, Trials
 
 from ..study import Study, Table
+from . import KINDS
 
 __all__ = ["STUDIES", "Axis", "axes_of", "axis_names", "check_parts", "is_seeded"]
-__all__ += ["load_parameters", "option_title", "seeded", "value_title"]
+__all__ += ["load_parameters", "option_title", "seeded", "study_file", "value_title"]
 
 STUDIES = ("threshold", "registration")
 FIXED = ("experiment", "metrics")  # settings that the study itself decides
@@ -215,10 +217,15 @@ def value_title(option: str, value: str) -> str:
     return INFINITE.get(option, "∞") if value == "inf" else value
 
 
+def study_file(name: str) -> Path:
+    """Return the file of a study."""
+    return CONFIG_DIR / "study" / f"{name}.yaml"
+
+
 def _read(name: str) -> dict[str, Any]:
     if name not in STUDIES:
         raise ConfigError(f"unknown study {name!r}; the studies are {', '.join(STUDIES)}")
-    return read_yaml(CONFIG_DIR / "study" / f"{name}.yaml")
+    return read_yaml(study_file(name))
 
 
 def _override(
@@ -265,6 +272,9 @@ def _axis(name: str, entry: Mapping[str, Any], values: Sequence[object]) -> Axis
 
 
 def _checked(axis: Axis) -> Axis:
+    if axis.name.partition("_")[0] not in KINDS:
+        kinds = ", ".join(f"{kind}_" for kind in KINDS)
+        raise ConfigError(f"axis {axis.name!r} must have a name that starts with {kinds}")
     for value in axis.values:
         try:
             Column.parse(f"{axis.metric}({axis.option}={value})")

@@ -57,7 +57,7 @@ def _measure(sweep: Sweep, columns: dict[str, Column]) -> list[dict[str, float]]
     for cell in cells(sweep):
         camera_seed, registration_seed = trial_seeds(sweep, cell, 0)
         scene = draw_scene(sweep, cell, camera_seed)
-        for _ in range(REPETITIONS):  # one after another, so that all share the machine's moods
+        for _ in range(REPETITIONS):  # in turn, so that a slow spell of the machine hits all values
             row: dict[str, float] = {"n_cameras": cell.n_cameras}
             for name, column in columns.items():
                 Evaluation(scene, registration_seed).value(column)  # warms up

@@ -75,7 +75,7 @@ def test_dask_that_is_not_installed_is_one_line(
 ) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     line = refused("tcp://127.0.0.1:8786")
-    assert "'backend': dask is not installed; pip install 'alignscores[cluster]'" in line
+    assert "'backend': dask is not installed; pip install -e '.[cluster]'" in line
 
 
 @pytest.mark.parametrize("listens", [False, True])

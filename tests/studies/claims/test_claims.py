@@ -148,7 +148,7 @@ def test_a_broken_claim_is_named_in_one_line(
         (["groups", 0, "figure"], ..., "the file: groups.0.figure: is missing"),
         (CLAIM, "The ATE discerns.", "the file: groups.0.claims.0: should be a valid dictionary"),
         ([*CLAIM, "id"], ..., "a claim of Figure 2: id: is missing"),
-        ([*CLAIM, "id"], "outliers-ate-blind", "'outliers-ate-blind' stands there twice"),
+        ([*CLAIM, "id"], "outliers-ate-blind", "'outliers-ate-blind' is defined twice"),
         ([*CLAIM, "statement"], ..., "'outliers-ate-discerns': statement: is missing"),
         ([*CLAIM, "statistic"], ..., "'outliers-ate-discerns': statistic: is missing"),
         ([*CLAIM, "metric"], ..., "'outliers-ate-discerns': metric: should be a valid string"),

@@ -51,9 +51,9 @@ def test_replicates_differ_in_their_number_alone() -> None:
 @pytest.mark.parametrize(
     ("override", "problem"),
     [
-        ("metrics=[TAS]", "'metrics' is not open here: the claims decide"),
-        ("experiment=outliers", "'experiment' is not open here"),
-        ("replicate=1", "'replicate' is not open here"),
+        ("metrics=[TAS]", "'metrics' cannot be set: the claims decide"),
+        ("experiment=outliers", "'experiment' cannot be set"),
+        ("replicate=1", "'replicate' cannot be set"),
         ("n_outliers=[0,1]", "needs trials of outliers with n_outliers 10"),
         ("trials=0", "'trials': should be greater than or equal to 1, not 0 (experiment="),
         ("trails=1", "unknown setting 'trails'"),
