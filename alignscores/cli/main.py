@@ -114,9 +114,8 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
             matching,
             "--t_offset",
             0.0,
-            "added to the estimate's time stamps, in s; auto: the one at which the positions fit best",
+            "added to the estimate's time stamps, in s",
             least=-math.inf,
-            auto=True,
         )
         matching.add_argument(
             "--frames",
@@ -202,7 +201,6 @@ def add_number(
     least: float = 0,
     most: float = math.inf,
     positive: bool = False,
-    auto: bool = False,
 ) -> None:
     """Add an option that takes a number: a whole one if the default is, else a finite one."""
     convert = int if isinstance(default, int) else float
@@ -210,9 +208,7 @@ def add_number(
     if most < math.inf:
         bound = f" from {least} to {most}"
 
-    def number(value: str) -> float | str:
-        if auto and value == "auto":
-            return value
+    def number(value: str) -> float:
         try:
             result = convert(value)
             possible = math.isfinite(result) and least <= result <= most
