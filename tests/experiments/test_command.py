@@ -45,6 +45,7 @@ def test_names_may_stand_around_options_and_results_are_printed(
             f"{HERE} is no table; delete it and run: snakemake {HERE}",
         ),
         (PermissionError(13, "Permission denied", "d"), 1, "cannot write d: Permission denied"),
+        (ConnectionError("nobody answers"), 1, "nobody answers"),
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )

@@ -107,6 +107,14 @@ def test_wrong_settings_are_named_in_one_line(override: str, named: str) -> None
     assert "\n" not in str(caught.value)
 
 
+def test_an_axis_of_no_kind_has_no_table(monkeypatch: pytest.MonkeyPatch) -> None:
+    axis = {"metric": "TAS", "option": "order", "paper": 0.1, "values": [0.2]}
+    content = {"axes": {"rank_order": axis}, "trials": {}}
+    monkeypatch.setattr("studies.parameters.axes.read_yaml", lambda _: content)
+    with pytest.raises(ConfigError, match="'rank_order' must have a name that starts with tas_, "):
+        load_parameters("threshold")
+
+
 def test_studies_and_axes_that_are_none_are_refused() -> None:
     with pytest.raises(ConfigError, match="'tas_registration' needs another value than the"):
         load_parameters("registration", ["tas_registration=[pcr99]"])
