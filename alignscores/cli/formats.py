@@ -33,6 +33,8 @@ class Format:
         Name of the reference's unit of length.
     timed : bool
         Whether poses are matched by time stamps.
+    aligned : str
+        Format of an aligned estimate; empty where there is none.
     """
 
     help: str
@@ -41,6 +43,7 @@ class Format:
     missing: str | None
     unit: str = "m"
     timed: bool = False
+    aligned: str = ""
 
 
 FORMATS = {
@@ -50,12 +53,14 @@ FORMATS = {
         read_tum,
         "ignore",
         timed=True,
+        aligned="TUM",
     ),
     "kitti": Format(
         "a 3x4 camera-to-world matrix a line, matched by line; 12 nan for a lost frame",
         "00_gt.txt 00_est.txt --save_plot 00.png",
         read_kitti,
         None,
+        aligned="KITTI",
     ),
     "euroc": Format(
         "EuRoC's data.csv as reference; estimates like it, or in TUM format",
@@ -63,6 +68,7 @@ FORMATS = {
         read_euroc,
         "ignore",
         timed=True,
+        aligned="TUM",
     ),
     "colmap": Format(
         "folders of COLMAP models, matched by image name",

@@ -19,12 +19,12 @@ from .names import printable, unique_names
 from .notes import collected_warnings, units_note
 from .output import (
     print_error,
-    save,
     show_json,
     show_progress,
     show_table,
 )
 from .ranking import comparable
+from .saving import save
 from .scoring import Scored, score
 
 __all__ = ["main"]
@@ -95,7 +95,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
-    command.set_defaults(command=command, missing=None)
+    command.set_defaults(command=command, missing=None, save_aligned=None)
     command.add_argument("reference", metavar="REF", help="the reference (ground truth)")
     command.add_argument("estimates", metavar="EST", nargs="+", help="an estimate")
 
@@ -177,6 +177,20 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
 
     output = command.add_argument_group("output")
     output.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    output.add_argument(
+        "--save_errors",
+        metavar="FILE.csv",
+        type=output_file(".csv"),
+        help="save the errors of each camera, and why it has none",
+    )
+    if form.aligned:
+        output.add_argument(
+            "--save_aligned",
+            metavar="FILE.txt",
+            type=output_file(".txt"),
+            help=f"save the estimate in the reference's world, in {form.aligned} format, aligned "
+            "as in the TAS; of several estimates each gets FILE_<name>.txt",
+        )
     output.add_argument(
         "--save_results",
         metavar="FILE.zip",
@@ -278,7 +292,7 @@ def run(arguments: argparse.Namespace) -> int:
     elif scored:
         show_table(scored, notes, arguments)
     if scored:
-        save(scored, arguments)
+        save(scored, reference, arguments)
     return int(bool(failed))
 
 

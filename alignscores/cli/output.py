@@ -1,28 +1,24 @@
-"""What is printed and saved: a table, JSON, evo results and pictures."""
+"""What is printed: a table or JSON, notes and errors."""
 
 import argparse
 import json
-import os
 import sys
-import warnings
 from collections.abc import Mapping, Sequence
-from io import BytesIO
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .. import __version__
-from ..trajectories.extras import require
+from ..similarity import Similarity
 from ..validation import finite_rows
 from .formats import FORMATS
-from .names import numbered, printable, unique_names
+from .names import printable
 from .notes import MUCH_LOST
 from .ranking import comparable, ranks
 from .scoring import Scored, seeds
 from .table import table
 
-__all__ = ["print_error", "save", "show_json", "show_progress", "show_table"]
+__all__ = ["print_error", "show_json", "show_progress", "show_table"]
 
 SCATTER = 0.005  # standard deviation of the TAS over the seeds from which there is a hint
 
@@ -144,101 +140,21 @@ def _values(one: Scored) -> dict[str, Any]:
         "within_unit": float(np.mean(tas.errors < tas.unit)),
         "within_10_deg": float(np.mean(ras.errors < 10.0)),
         "n_hypotheses": tas.n_hypotheses,
+        "alignment": _alignment(tas.alignment),
         "body_rotation": None if one.body_rotation is None else one.body_rotation.tolist(),
         "notes": one.notes,
     }
 
 
-def save(scored: Sequence[Scored], arguments: argparse.Namespace) -> None:
-    """Write the files that were asked for, and show the figure."""
-    if arguments.save_results:
-        save_evo_results(
-            scored,
-            arguments.save_results,
-            names=unique_names(arguments.estimates),
-            reference=printable(arguments.reference),
-            registration=arguments.registration,
-            seed=arguments.seed,
-        )
-    if not arguments.plot and not arguments.save_plot:
-        return
-    from .plots import score_figure  # needs Matplotlib
-
-    panels = {one.name: (one.matches, one.result) for one in scored}
-    title = f"registration {arguments.registration}, seed {arguments.seed}"
-    if arguments.save_plot:
-        save_figure(score_figure(panels, title=title), arguments.save_plot)
-    if arguments.plot:
-        pyplot = require("matplotlib.pyplot", "plots")
-        score_figure(panels, title=title, figure=pyplot.figure())
-        pyplot.show()
-
-
-def save_evo_results(
-    scored: Sequence[Scored],
-    path: Path,
-    *,
-    names: Sequence[str],
-    reference: str,
-    registration: str,
-    seed: int,
-) -> list[Path]:
-    """Save results that ``evo_res`` reads, one file an estimate.
-
-    A single estimate goes to `path`. Of several, each goes to the path with its name appended;
-    `names` are those of all estimates, also of those that could not be scored. evo's statistics are
-    of the share of the thresholds that a pose misses, from 0 to 1, whose mean is 1 - PAS.
-
-    Returns
-    -------
-    list of Path
-        The files.
-    """
-    file_interface = require("evo.tools.file_interface", "files")
-    from ..trajectories.evo import PAS  # needs evo
-
-    files: dict[Path, bytes] = {}
-    flat_names = dict(zip(names, numbered([n.replace("/", "_") for n in names]), strict=True))
-    for one in scored:
-        flat_name = flat_names[one.name]
-        result = PAS.of(one.result).get_result(reference, flat_name)
-        result.add_info(
-            {
-                "title": f"PAS: share of the thresholds missed ({registration}, seed {seed})",
-                "label": "share of the thresholds missed",
-                "registration": registration,
-                "seed": seed,
-            }
-        )
-        extra = {"ATE": one.ate, "TAS_sd": one.tas_sd}
-        result.add_stats({key: value for key, value in extra.items() if value is not None})
-        if one.matches.keys.dtype.kind == "f":
-            result.add_np_array("timestamps", one.matches.keys)
-        buffer = BytesIO()
-        file_interface.save_res_file(buffer, result)
-        target = path.with_name(f"{path.stem}_{flat_name}{path.suffix}") if names[1:] else path
-        files[target] = buffer.getvalue()
-    for file, content in files.items():
-        write_whole(file, content)
-    return list(files)
-
-
-def save_figure(figure: Any, path: Path) -> None:
-    """Save a figure, whole or not at all."""
-    buffer = BytesIO()
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font has not
-        figure.savefig(buffer, format=path.suffix.removeprefix("."), dpi=200)
-    write_whole(path, buffer.getvalue())
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file under a temporary name, then rename it: nobody ever sees half of it."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        temporary.write_bytes(content)
-        temporary.replace(path)
-    except OSError as error:  # named after the file, not after the temporary one
-        raise OSError(error.errno, error.strerror, str(path)) from None
-    finally:
-        temporary.unlink(missing_ok=True)
+def _alignment(alignment: Similarity | None) -> dict[str, Any] | None:
+    """Return what takes the estimate to the reference: x -> scale * rotation @ x + translation."""
+    if alignment is None:
+        return None
+    found = alignment.inverse()
+    if not np.isfinite([found.scale, *found.translation]).all():
+        return None
+    return {
+        "scale": found.scale,
+        "rotation": found.rotation.tolist(),
+        "translation": found.translation.tolist(),
+    }

@@ -29,6 +29,8 @@ class Scored:
     ----------
     name, file : str
         Short unique name, and the path as it was given.
+    estimate : Trajectory
+        All its poses, with the reference's time and camera's axes.
     matches : Matches
         The poses of reference and estimate, as they were scored.
     result : PASResult
@@ -47,6 +49,7 @@ class Scored:
 
     name: str
     file: str
+    estimate: Trajectory
     matches: Matches
     result: PASResult
     tas_seeds: list[float]
@@ -136,9 +139,14 @@ def score(
     notes += convention_notes(
         convention, invert=arguments.invert, applied=body_rotation is not None
     )
+    if body_rotation is not None:
+        estimate = estimate._replace(poses=rotate_cameras(estimate.poses, body_rotation))
+    if form.timed:
+        estimate = estimate._replace(keys=estimate.keys + timing["t_offset"])
     return Scored(
         name=name,
         file=file,
+        estimate=estimate,
         matches=matches,
         result=result,
         tas_seeds=tas_seeds,

@@ -1,25 +1,17 @@
-"""The table, the JSON, and the files that are written."""
+"""The table and the JSON."""
 
 import json
-import os
 import re
-import shutil
-import subprocess
-import sys
 
-import matplotlib
 import numpy as np
 import pytest
-from evo.tools import file_interface
-from matplotlib import pyplot
 
 import alignscores
-from alignscores.trajectories.files import read_kitti
+from alignscores import tas
+from alignscores.trajectories.association import match
+from alignscores.trajectories.files import read_kitti, read_tum
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
-
-
-# --- table and JSON -----------------------------------------------------------------------------
 
 
 def test_table(run):
@@ -167,115 +159,13 @@ def test_the_output_in_the_readme(examples, run, monkeypatch):
     assert len(expected) == 5
 
 
-# --- files --------------------------------------------------------------------------------------
-
-
-def test_save_results(run, score, tmp_path):
-    path = tmp_path / "one.zip"
-    assert run(*TUM, "--save_results", path)[0] == 0
-    result = file_interface.load_res_file(path)
-    (expected,) = score(*TUM)
-    for key in ("RAS", "ATE", "TAS_sd"):
-        assert result.stats[key] == expected[key]
-    for key in ("TAS", "PAS"):  # what evo_res plots is one alignment's
-        assert result.stats[key] == expected[f"{key}_seeds"][0]
-    assert result.stats["mean"] == pytest.approx(1 - result.stats["PAS"])
-    assert result.info["est_name"] == "estimate.txt"
-    assert result.info["registration"] == "pcr99"
-    assert "timestamps" in result.np_arrays
-    assert {len(array) for array in result.np_arrays.values()} == {38}
-    assert np.isinf(result.np_arrays["position_error_array"]).sum() == 1
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_saved_names_do_not_depend_on_what_failed(run, tmp_path):
-    code, _, _ = run(*TUM, tmp_path / "none.txt", "--save_results", tmp_path / "r.zip")
-    assert code == 1
-    assert [path.name for path in tmp_path.iterdir()] == ["r_estimate.txt.zip"]
-
-
-def test_saved_names_differ(run, tmp_path, examples, lines, write):
-    """Though a folder's slash becomes an underscore."""
-    for name in ("x", "y"):
-        shutil.copytree(examples / "tum", tmp_path / name)
-    files = [
-        *(tmp_path / f"{name}/estimate.txt" for name in "xy"),
-        write(lines[:29], "x_estimate.txt"),
-    ]
-    assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 0
-    assert {path.name for path in tmp_path.glob("*.zip")} == {
-        "r_x_estimate.txt.zip",
-        "r_y_estimate.txt.zip",
-        "r_x_estimate.txt (2).zip",
-    }
-    second = tmp_path / "r_x_estimate.txt (2).zip"
-    before = file_interface.load_res_file(second).stats
-    files[0].unlink()  # names do not depend on what failed
-    second.unlink()
-    assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 1
-    assert file_interface.load_res_file(second).stats == before
-
-
-def test_evo_res_reads_the_results(run, tmp_path, examples):
-    shutil.copytree(examples / "tum", tmp_path / "other")
-    files = (TUM[2], tmp_path / "other/estimate.txt")
-    assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 0
-    archives = sorted(path.name for path in tmp_path.glob("*.zip"))
-    assert archives == ["r_other_estimate.txt.zip", "r_tum_estimate.txt.zip"]
-    code = "from evo.cli.entry_points import res; res()"  # what the command evo_res runs
-    done = subprocess.run(
-        [sys.executable, "-c", code, *archives, "--save_table", "table.csv", "--no_warnings"],
-        cwd=tmp_path,
-        env={**os.environ, "HOME": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        timeout=100,
-    )
-    assert done.returncode == 0, done.stderr
-    assert "PAS: share of the thresholds missed (pcr99, seed 0)" in done.stdout
-    assert all(key in done.stdout for key in ("TAS", "RAS", "PAS", "ATE"))
-    assert "other_estimate.txt" in (tmp_path / "table.csv").read_text()
-
-
-@pytest.mark.parametrize(
-    ("suffix", "magic"), [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?x")]
-)
-def test_save_plot(run, tmp_path, suffix, magic):
-    path = tmp_path / f"plot.{suffix}"
-    assert run("colmap", "colmap/reference", "colmap/estimate", "--save_plot", path)[0] == 0
-    assert path.read_bytes().startswith(magic)
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_plot(run, monkeypatch):
-    code, out, err = run(*TUM, "--plot")
-    assert (code, out, err.count("\n")) == (1, "", 1)
-    assert "no display" in err
-    shown = []
-    monkeypatch.setattr(pyplot, "get_backend", lambda: "tkagg")
-    monkeypatch.setattr(pyplot, "show", lambda: shown.extend(pyplot.get_fignums()))
-    assert matplotlib.get_backend().lower() == "agg"
-    assert run(*TUM, "--plot")[0] == 0
-    assert len(shown) == 1
-    titles = [axes.get_title(loc="left") for axes in pyplot.figure(shown[0]).axes]
-    pyplot.close("all")
-    assert titles[0] == "estimate.txt\nposition errors"
-
-
-def test_a_folder_where_a_file_should_be_written(run, tmp_path):
-    (tmp_path / "a.png").mkdir()
-    code, _, err = run(*TUM, "--save_plot", tmp_path / "a.png")
-    assert code == 1
-    assert err == f"alignscores: error: [Errno 21] Is a directory: '{tmp_path / 'a.png'}'\n"
-    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
-
-
-def test_nothing_half_written(run, tmp_path, monkeypatch):
-    def full(self, target):
-        raise OSError(28, "No space left on device", str(target))
-
-    monkeypatch.setattr("pathlib.Path.replace", full)
-    code, _, err = run(*TUM, "--save_results", tmp_path / "a.zip")
-    assert (code, err.count("\n")) == (1, 1)
-    assert "No space left" in err
-    assert list(tmp_path.iterdir()) == []
+def test_the_alignment_takes_the_estimate_to_the_reference(score, examples):
+    (result,) = score(*TUM, "--unit", 0.6)
+    matches = match(*(read_tum(examples / path) for path in TUM[1:]))
+    expected = tas(matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3], unit=0.6)
+    scale, rotation, translation = (np.array(part) for part in result["alignment"].values())
+    aligned = scale * matches.est_poses[:, :3, 3] @ rotation.T + translation
+    errors = np.linalg.norm(aligned - matches.gt_poses[:, :3, 3], axis=1)
+    finite = np.isfinite(expected.errors)
+    np.testing.assert_allclose(errors[finite], expected.errors[finite], atol=1e-9)
+    assert list(result["alignment"]) == ["scale", "rotation", "translation"]

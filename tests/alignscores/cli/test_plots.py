@@ -3,8 +3,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from alignscores import AlignmentWarning, pas
-from alignscores.cli.output import save_figure
 from alignscores.cli.plots import NAMED, score_figure, score_panel, trajectory_panel
+from alignscores.cli.saving import save_figure
 from alignscores.histogram import AlignmentScore
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_kitti

@@ -1,0 +1,182 @@
+"""The files that are written."""
+
+import csv
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+import matplotlib
+import numpy as np
+import pytest
+from evo.tools import file_interface
+from matplotlib import pyplot
+
+from alignscores.trajectories.files import read_kitti, read_tum
+
+TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
+KITTI = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
+
+
+def test_save_errors(run, tmp_path):
+    path = tmp_path / "errors.csv"
+    code, out, _ = run(*TUM, TUM[2], "--save_errors", path, "--json")
+    first, second = json.loads(out)["results"]
+    assert code == 0
+    with path.open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["estimate"] for row in rows] == [first["name"]] * 40 + [second["name"]] * 40
+    stamps = [float(row["camera"]) for row in rows[:40]]
+    assert stamps == sorted(stamps)
+    scored = [row for row in rows[:40] if row["status"] != "not estimated"]
+    assert [row["status"] for row in scored if row["status"] != "matched"] == ["no pose"]
+    assert len(scored) == first["n"] == 38
+    errors = np.array([float(row["position_error"]) for row in scored])
+    assert np.mean(errors < first["unit"]) == first["within_unit"]
+    angles = np.array([float(row["rotation_error_deg"]) for row in scored])
+    thresholds = np.arange(1, 101) / 10
+    assert np.mean(angles[:, None] < thresholds) == pytest.approx(first["RAS"])
+
+
+@pytest.mark.parametrize(("files", "read"), [(TUM, read_tum), (KITTI, read_kitti)])
+def test_save_aligned(run, score, tmp_path, examples, files, read):
+    path = tmp_path / "aligned.txt"
+    assert run(*files, "--save_aligned", path, "--save_errors", tmp_path / "e.csv")[0] == 0
+    aligned, estimate = read(path), read(examples / files[2])
+    np.testing.assert_array_equal(aligned.keys, estimate.keys)
+    with (tmp_path / "e.csv").open() as file:
+        errors = {row["camera"]: row["position_error"] for row in csv.DictReader(file)}
+    reference = read(examples / files[1])
+    for key, pose in zip(reference.keys.tolist(), reference.poses, strict=True):
+        row = np.argmin(np.abs(aligned.keys - key))
+        error = np.linalg.norm(aligned.poses[row, :3, 3] - pose[:3, 3])
+        if np.isfinite(error) and errors[str(key)]:
+            assert error == pytest.approx(float(errors[str(key)]), abs=1e-6)
+    (before,), (after,) = score(*files), score(*files[:2], path)
+    assert after["RAS"] == pytest.approx(before["RAS"], abs=1e-9)
+    assert after["TAS"] == pytest.approx(before["TAS"], abs=0.02)
+    assert run(*files, files[2], "--save_aligned", path)[0] == 0
+    assert {file.name for file in tmp_path.glob("aligned_*")} == {
+        "aligned_estimate.txt.txt",
+        "aligned_estimate.txt (2).txt",
+    }
+
+
+def test_what_was_not_aligned_is_not_saved(run, tmp_path, write, lines):
+    standing = [" ".join([line.split()[0], "1 2 3 0 0 0 1"]) for line in lines]
+    path = tmp_path / "aligned.txt"
+    _, _, err = run(*TUM[:2], write(standing), "--save_aligned", path)
+    assert f"est.txt: could not be aligned, so {path} is not written" in err
+    assert not path.exists()
+
+
+def test_save_results(run, score, tmp_path):
+    path = tmp_path / "one.zip"
+    assert run(*TUM, "--save_results", path)[0] == 0
+    result = file_interface.load_res_file(path)
+    (expected,) = score(*TUM)
+    for key in ("RAS", "ATE", "TAS_sd"):
+        assert result.stats[key] == expected[key]
+    for key in ("TAS", "PAS"):  # what evo_res plots is one alignment's
+        assert result.stats[key] == expected[f"{key}_seeds"][0]
+    assert result.stats["mean"] == pytest.approx(1 - result.stats["PAS"])
+    assert result.info["est_name"] == "estimate.txt"
+    assert result.info["registration"] == "pcr99"
+    assert "timestamps" in result.np_arrays
+    assert {len(array) for array in result.np_arrays.values()} == {38}
+    assert np.isinf(result.np_arrays["position_error_array"]).sum() == 1
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_saved_names_do_not_depend_on_what_failed(run, tmp_path):
+    code, _, _ = run(*TUM, tmp_path / "none.txt", "--save_results", tmp_path / "r.zip")
+    assert code == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["r_estimate.txt.zip"]
+
+
+def test_saved_names_differ(run, tmp_path, examples, lines, write):
+    """Though a folder's slash becomes an underscore."""
+    for name in ("x", "y"):
+        shutil.copytree(examples / "tum", tmp_path / name)
+    files = [
+        *(tmp_path / f"{name}/estimate.txt" for name in "xy"),
+        write(lines[:29], "x_estimate.txt"),
+    ]
+    assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 0
+    assert {path.name for path in tmp_path.glob("*.zip")} == {
+        "r_x_estimate.txt.zip",
+        "r_y_estimate.txt.zip",
+        "r_x_estimate.txt (2).zip",
+    }
+    second = tmp_path / "r_x_estimate.txt (2).zip"
+    before = file_interface.load_res_file(second).stats
+    files[0].unlink()  # names do not depend on what failed
+    second.unlink()
+    assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 1
+    assert file_interface.load_res_file(second).stats == before
+
+
+def test_evo_res_reads_the_results(run, tmp_path, examples):
+    shutil.copytree(examples / "tum", tmp_path / "other")
+    files = (TUM[2], tmp_path / "other/estimate.txt")
+    assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 0
+    archives = sorted(path.name for path in tmp_path.glob("*.zip"))
+    assert archives == ["r_other_estimate.txt.zip", "r_tum_estimate.txt.zip"]
+    code = "from evo.cli.entry_points import res; res()"  # what the command evo_res runs
+    done = subprocess.run(
+        [sys.executable, "-c", code, *archives, "--save_table", "table.csv", "--no_warnings"],
+        cwd=tmp_path,
+        env={**os.environ, "HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=100,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "PAS: share of the thresholds missed (pcr99, seed 0)" in done.stdout
+    assert all(key in done.stdout for key in ("TAS", "RAS", "PAS", "ATE"))
+    assert "other_estimate.txt" in (tmp_path / "table.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("suffix", "magic"), [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?x")]
+)
+def test_save_plot(run, tmp_path, suffix, magic):
+    path = tmp_path / f"plot.{suffix}"
+    assert run("colmap", "colmap/reference", "colmap/estimate", "--save_plot", path)[0] == 0
+    assert path.read_bytes().startswith(magic)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_plot(run, monkeypatch):
+    code, out, err = run(*TUM, "--plot")
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert "no display" in err
+    shown = []
+    monkeypatch.setattr(pyplot, "get_backend", lambda: "tkagg")
+    monkeypatch.setattr(pyplot, "show", lambda: shown.extend(pyplot.get_fignums()))
+    assert matplotlib.get_backend().lower() == "agg"
+    assert run(*TUM, "--plot")[0] == 0
+    assert len(shown) == 1
+    titles = [axes.get_title(loc="left") for axes in pyplot.figure(shown[0]).axes]
+    pyplot.close("all")
+    assert titles[0] == "estimate.txt\nposition errors"
+
+
+def test_a_folder_where_a_file_should_be_written(run, tmp_path):
+    (tmp_path / "a.png").mkdir()
+    code, _, err = run(*TUM, "--save_plot", tmp_path / "a.png")
+    assert code == 1
+    assert err == f"alignscores: error: [Errno 21] Is a directory: '{tmp_path / 'a.png'}'\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+
+
+def test_nothing_half_written(run, tmp_path, monkeypatch):
+    def full(self, target):
+        raise OSError(28, "No space left on device", str(target))
+
+    monkeypatch.setattr("pathlib.Path.replace", full)
+    code, _, err = run(*TUM, "--save_results", tmp_path / "a.zip")
+    assert (code, err.count("\n")) == (1, 1)
+    assert "No space left" in err
+    assert list(tmp_path.iterdir()) == []
