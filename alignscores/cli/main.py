@@ -114,8 +114,9 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
             matching,
             "--t_offset",
             0.0,
-            "added to the estimate's time stamps, in s",
+            "added to the estimate's time stamps, in s; auto: that at which positions fit best",
             least=-math.inf,
+            auto=True,
         )
         matching.add_argument(
             "--frames",
@@ -215,6 +216,7 @@ def add_number(
     least: float = 0,
     most: float = math.inf,
     positive: bool = False,
+    auto: bool = False,
 ) -> None:
     """Add an option that takes a number: a whole one if the default is, else a finite one."""
     convert = int if isinstance(default, int) else float
@@ -222,7 +224,9 @@ def add_number(
     if most < math.inf:
         bound = f" from {least} to {most}"
 
-    def number(value: str) -> float:
+    def number(value: str) -> float | str:
+        if auto and value == "auto":
+            return value
         try:
             result = convert(value)
             possible = math.isfinite(result) and least <= result <= most

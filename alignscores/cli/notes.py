@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from ..trajectories.association import Matches, coverage, is_denser
 from ..trajectories.conventions import Convention, describe_rotation, seem_swapped
 from ..trajectories.files import Trajectory, TrajectoryWarning
+from ..trajectories.timing import find_offset
 from ..validation import AlignmentWarning
 from .formats import Format
 from .names import printable
@@ -20,6 +21,7 @@ __all__ = [
     "collected_warnings",
     "convention_notes",
     "matching_notes",
+    "offset_notes",
     "swap_notes",
     "units_note",
 ]
@@ -96,6 +98,17 @@ def units_note(scored: "Sequence[Scored]", reference: Trajectory, form: Format) 
     if not form.timed or not any(is_denser(reference.keys, one.matches.keys) for one in scored):
         note += ", --missing fail also the same cameras"
     return note
+
+
+def offset_notes(reference: Trajectory, estimate: Trajectory, t_offset: float) -> list[str]:
+    """Say that the clocks seem to differ, if they do."""
+    found = find_offset(reference, estimate._replace(keys=estimate.keys + t_offset))
+    if found is None or not found.significant:
+        return []
+    return [
+        f"its time stamps seem to be off: {found.seconds:+.3f} s more and the positions fit "
+        f"{found.gain:.1f} times as well; --t_offset {t_offset + found.seconds:.3f}, or auto"
+    ]
 
 
 def swap_notes(reference: Trajectory, estimate: Trajectory) -> list[str]:

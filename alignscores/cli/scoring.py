@@ -13,10 +13,11 @@ from ..similarity import least_squares_rmse
 from ..trajectories.association import Matches, coverage, match
 from ..trajectories.conventions import find_convention, rotate_cameras
 from ..trajectories.files import Trajectory, inverse_poses
+from ..trajectories.timing import find_offset
 from ..translation import closest_pair_quartile, tas
 from ..validation import finite_rows
 from .formats import FORMATS
-from .notes import collected_warnings, convention_notes, matching_notes, swap_notes
+from .notes import collected_warnings, convention_notes, matching_notes, offset_notes, swap_notes
 
 __all__ = ["Scored", "score", "seeds"]
 
@@ -104,6 +105,9 @@ def score(
     if arguments.invert:
         estimate = estimate._replace(poses=inverse_poses(estimate.poses))
     with collected_warnings() as notes:
+        if form.timed:
+            timing["t_offset"], more = time_offset(reference, estimate, arguments.t_offset)
+            notes += more
         missing = arguments.missing or "ignore"
         matches = match(reference, estimate, missing=missing, frames=frames, **timing)
         if len(matches.keys) < min(4, len(reference.keys)):
@@ -155,6 +159,20 @@ def score(
         body_rotation=body_rotation,
         notes=[*file_notes, *(f"{name}: {note}" for note in notes)],
     )
+
+
+def time_offset(
+    reference: Trajectory, estimate: Trajectory, option: float | str
+) -> tuple[float, list[str]]:
+    """Return the time offset to be used, and what is said about it."""
+    if option != "auto":
+        return float(option), offset_notes(reference, estimate, float(option))
+    found = find_offset(reference, estimate)
+    if found is None:
+        raise ValueError(
+            "no time offset makes its positions fit those of the reference; --t_offset X sets one"
+        )
+    return found.seconds, [f"time offset of {found.seconds:.4f} s found, and added to its stamps"]
 
 
 def derived_unit(matches: Matches) -> float:

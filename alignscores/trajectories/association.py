@@ -23,7 +23,9 @@ KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame 
 DENSER = 1.1  # reference poses for each estimated one; from it on, some are no lost frames
 MIN_STEPS = 8  # fewer tell no rate
 LONG_GAP = 10, 1.0  # in median gaps, and in seconds; a gap that exceeds both is a lost track
-NANOSECONDS = 0.5e9, 2e9  # range of the ratio of time stamps where one file is in nanoseconds
+UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+SAME_UNIT = 0.5, 2.0  # range of the ratio of time stamps once they are in the same unit
+RELATIVE = 1e8  # seconds; stamps since 1970 are later, those since the start of a recording earlier
 
 
 @dataclass(frozen=True, eq=False)
@@ -303,7 +305,7 @@ def _match_times(
         raise ValueError(
             f"no time stamps in common: the reference goes from {ref[0]:.6f} to {ref[-1]:.6f} s, "
             f"the estimate from {est[0]:.6f} to {est[-1]:.6f} s (t_offset {offset:g} s, "
-            f"t_max_diff {max_diff:g} s){_nanoseconds_hint(ref[-1], est[-1])}"
+            f"t_max_diff {max_diff:g} s){_stamps_hint(ref, est)}"
         )
     pairs = np.array([i, j], dtype=np.intp)
     pairs = pairs[:, np.argsort(np.abs(est[pairs[1]] + offset - ref[pairs[0]]), kind="stable")]
@@ -389,16 +391,23 @@ def _nearest(stamps: Floats, times: Floats) -> Indices:
     )
 
 
-def _nanoseconds_hint(ref_stamp: float, est_stamp: float) -> str:
-    if min(ref_stamp, est_stamp) > LATEST:
+def _stamps_hint(ref_stamps: Floats, est_stamps: Floats) -> str:
+    """Say why stamps have nothing in common, if it can be told."""
+    first = {"reference": ref_stamps[0], "estimate": est_stamps[0]}
+    last = {"reference": ref_stamps[-1], "estimate": est_stamps[-1]}
+    if min(last.values()) > LATEST:
         return "; both seem to be in nanoseconds: write them in seconds"
-    low, high = NANOSECONDS
-    for whose, one, other in (
-        ("reference", ref_stamp, est_stamp),
-        ("estimate", est_stamp, ref_stamp),
-    ):
-        if low * other < one < high * other:
-            return f"; those of the {whose} seem to be in nanoseconds: write them in seconds"
+    low, high = SAME_UNIT
+    for whose, other in (("reference", "estimate"), ("estimate", "reference")):
+        for unit, factor in UNITS.items():
+            if low * factor * last[other] < last[whose] < high * factor * last[other]:
+                return f"; those of the {whose} seem to be in {unit}: write them in seconds"
+        if abs(last[whose]) < RELATIVE < first[other]:
+            return (
+                f"; those of the {whose} seem to count from its start: --t_offset auto finds the "
+                f"offset, --t_offset {first['reference'] - first['estimate']:.3f} lets both begin "
+                "together"
+            )
     return ""
 
 

@@ -127,6 +127,32 @@ def test_mix_ups(run, kitti, examples, lines, write):
     assert "the quaternions seem to have w at the wrong end" in err
 
 
+def test_a_time_offset(run, score, tmp_path):
+    def tum(rate, offset, name):
+        times = np.arange(20, 1980 if "est" in name else 2000, 100 / rate) / 100
+        path = [np.sin(times), np.cos(1.7 * times), np.sin(0.3 * times**1.5)]
+        rotations = [np.zeros((3, len(times)))], [np.ones(len(times))]
+        np.savetxt(tmp_path / name, np.vstack([times - offset, path, *map(np.vstack, rotations)]).T)
+        return tmp_path / name
+
+    reference = tum(50, 0, "gt.txt")
+    (honest,) = score("tum", reference, tum(10, 0, "est.txt"))
+    assert honest["notes"] == []
+    for offset, code in ((0.2, 0), (-1.7e9, 1)):
+        files = "tum", reference, tum(10, offset, "est_off.txt")
+        found, _, err = run(*files)
+        assert found == code
+        assert ("count from its start: --t_offset auto" if code else "--t_offset 0.200, or") in err
+        (result,) = score(*files, "--t_offset", "auto")
+        assert f"time offset of {offset:.4f} s found" in result["notes"][0]
+        assert result["PAS"] == pytest.approx(honest["PAS"], abs=0.02)
+    few = tmp_path / "few.txt"
+    few.write_text("".join(files[2].read_text().splitlines(True)[:9]))
+    code, _, err = run("tum", reference, few, "--t_offset", "auto")
+    assert code == 1
+    assert "no time offset makes its positions fit" in err
+
+
 def test_swapped_files(run, tmp_path):
     gt, est = (tmp_path / name for name in ("gt.txt", "est.txt"))
     times = np.arange(400) / 40

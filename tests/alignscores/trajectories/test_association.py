@@ -266,12 +266,16 @@ def test_nothing_in_common(reference, estimate, message):
         match(trajectory(reference), trajectory(estimate))
 
 
-def test_nanoseconds_are_named():
+def test_other_units_and_origins_of_time_are_named():
     seconds = 1.7e9 + np.arange(10)
     for reference, estimate, message in (
         (seconds * 1e9, seconds, "those of the reference seem to be in nanoseconds: write them"),
         (seconds, seconds * 1e9, "those of the estimate seem to be in nanoseconds: write them"),
         (seconds * 1e9, seconds * 1e9 + 1e6, "both seem to be in nanoseconds: write them in sec"),
+        (seconds, seconds * 1e3, "those of the estimate seem to be in milliseconds: write them"),
+        (seconds * 1e6, seconds, "those of the reference seem to be in microseconds: write them"),
+        (seconds, seconds - 1.7e9 + 5, "estimate seem to count from its start: --t_offset auto fi"),
+        (seconds, seconds - 1.7e9 + 5, r"--t_offset 1699999995.000 lets both begin together"),
         (seconds, seconds + 1e6, r"t_max_diff 0.01 s\)$"),
         (seconds - 4e9, seconds, r"t_max_diff 0.01 s\)$"),
     ):

@@ -1,0 +1,52 @@
+"""Offsets of clocks that must be found, and estimates that have none."""
+
+import numpy as np
+import pytest
+
+from alignscores.trajectories.files import Trajectory
+from alignscores.trajectories.timing import find_offset
+
+
+def scene(seed, *, rate=100.0, n=4000):
+    """A reference that moves smoothly and never the same way twice."""
+    rng = np.random.default_rng(seed)
+    times = 1.7e9 + np.arange(n) / rate
+    frequencies, phases = rng.uniform(0.1, 0.7, (5, 3)), rng.uniform(0, 6, (5, 3))
+    poses = np.tile(np.eye(4), (n, 1, 1))
+    waves = np.sin((times - 1.7e9)[:, None, None] * frequencies + phases)
+    poses[:, :3, 3] = waves.sum(axis=1)
+    return Trajectory(times, poses)
+
+
+def estimate(reference, seed, *, offset=0.0, sigma=0.02, lost=0.0, rows=slice(300, 3700, 5)):
+    rng = np.random.default_rng(seed)
+    keys, poses = reference.keys[rows] - offset, reference.poses[rows].copy()
+    poses[:, :3, 3] = 3 * poses[:, :3, 3] + rng.normal(0, 3 * sigma, (len(poses), 3)) + 7
+    bad = rng.random(len(poses)) < lost
+    poses[bad, :3, 3] = rng.uniform(-20, 20, (bad.sum(), 3))
+    return Trajectory(keys, poses)
+
+
+@pytest.mark.parametrize("offset", [-0.8, -0.1, 0.3, 40.0, 1.7e9 + 3])
+@pytest.mark.parametrize("lost", [0.0, 0.3])
+@pytest.mark.parametrize("seed", range(2))
+def test_an_offset_is_found(offset, lost, seed):
+    """Near, or anywhere where the stamps count from a start."""
+    reference = scene(seed)
+    found = find_offset(reference, estimate(reference, seed, offset=offset, lost=lost))
+    assert found.seconds == pytest.approx(offset, abs=0.02)
+    assert found.significant
+
+
+@pytest.mark.parametrize("inaccuracy", [{}, {"sigma": 0.3}, {"lost": 0.4}, {"lost": 1.0}])
+@pytest.mark.parametrize("rows", [slice(None, None, 5), slice(0, 1000, 10), slice(0, 500, 100)])
+def test_inaccuracy_is_no_offset(inaccuracy, rows):
+    for seed in range(2):
+        reference = scene(seed)
+        found = find_offset(reference, estimate(reference, seed, rows=rows, **inaccuracy))
+        assert found is None or not found.significant
+
+
+def test_too_few_poses_tell_nothing():
+    reference = scene(0)
+    assert find_offset(reference, estimate(reference, 0, rows=slice(0, 19))) is None
