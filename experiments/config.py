@@ -1,6 +1,6 @@
 """Settings of a sweep: resolved from the Hydra configs, typed, checked before any trial."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field, fields
 from math import inf
 from pathlib import Path
@@ -19,8 +19,9 @@ from .command import ConfigError, first_problem
 from .metrics import Column
 from .scenes import ERRORS, OUTLIERS, PATHS
 
-__all__ = ["CONFIG_DIR", "EXECUTION", "SETTINGS", "Execution", "Selection", "Sweep"]
-__all__ += ["experiment_names", "load", "load_sweep", "read_yaml", "split_override", "to_overrides"]
+__all__ = ["CONFIG_DIR", "EXECUTION", "SETTINGS", "Execution", "MetricName", "Selection", "Sweep"]
+__all__ += ["experiment_names", "load", "load_sweep", "one_of", "read_yaml", "require"]
+__all__ += ["split_override", "to_overrides"]
 
 CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
 STRICT = ConfigDict(strict=True, extra="forbid")
@@ -28,7 +29,9 @@ STRICT = ConfigDict(strict=True, extra="forbid")
 T = TypeVar("T")
 
 
-def _one_of(choices: Iterable[str]) -> AfterValidator:
+def one_of(choices: Collection[str]) -> AfterValidator:
+    """Validate that a value is one of some names, whichever these are at the time."""
+
     def check(value: str) -> str:
         if value not in choices:
             raise ValueError(f"must be one of {', '.join(choices)}, not {value!r}")
@@ -48,11 +51,10 @@ def _metric(name: str) -> str:
     return name
 
 
+MetricName = Annotated[str, AfterValidator(_metric)]
 Noise = Annotated[float, Field(ge=0, lt=inf)]
 Levels = Annotated[list[Noise], Field(min_length=1), AfterValidator(_distinct)]
-Metrics = Annotated[
-    list[Annotated[str, AfterValidator(_metric)]], Field(min_length=1), AfterValidator(_distinct)
-]
+Metrics = Annotated[list[MetricName], Field(min_length=1), AfterValidator(_distinct)]
 Cameras = Annotated[int, Field(ge=4)]  # with fewer the TAS is undefined
 Outliers = Annotated[int, Field(ge=0)]
 Positive = Annotated[float, Field(gt=0, lt=inf)]
@@ -89,9 +91,9 @@ class Sweep:
     """
 
     name: str
-    geometry: Annotated[str, _one_of(PATHS)]
-    error: Annotated[str, _one_of(ERRORS)]
-    outliers: Annotated[str, _one_of(OUTLIERS)]
+    geometry: Annotated[str, one_of(PATHS)]
+    error: Annotated[str, one_of(ERRORS)]
+    outliers: Annotated[str, one_of(OUTLIERS)]
     outlier_side: Positive
     volume_per_camera: Positive | None
     n_cameras: Annotated[list[Cameras], Field(min_length=1), AfterValidator(_distinct)]
@@ -109,16 +111,16 @@ class Sweep:
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         most, fewest = max(self.n_outliers), min(self.n_cameras)
-        _require(most <= fewest, f"'n_outliers' has {most}, more than the {fewest} cameras")
-        _require(
+        require(most <= fewest, f"'n_outliers' has {most}, more than the {fewest} cameras")
+        require(
             self.outliers == "uniform" or most <= fewest - 4,
             f"'n_outliers' must leave at least 4 inliers with outliers={self.outliers}",
         )
-        _require(
+        require(
             self.noise == "product" or len(self.sigma_t) == len(self.sigma_r_deg),
             "'noise' is paired, so sigma_t and sigma_r_deg need the same number of levels",
         )
-        _require(
+        require(
             self.volume_per_camera is None or self.geometry == "cube",
             "'volume_per_camera' applies to the cube alone",
         )
@@ -136,8 +138,8 @@ class Execution:
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        _require(self.n_jobs != 0, "'n_jobs' must be positive, or -1 for all")
-        _require(
+        require(self.n_jobs != 0, "'n_jobs' must be positive, or -1 for all")
+        require(
             self.backend != "dask" or bool(self.dask_address),
             "'dask_address' must name a scheduler, such as tcp://127.0.0.1:8786, for the backend "
             "dask",
@@ -145,7 +147,8 @@ class Execution:
         return self
 
 
-def _require(condition: bool, problem: str) -> None:
+def require(condition: bool, problem: str) -> None:
+    """Fail a validation that concerns several settings."""
     if not condition:
         raise ValueError(problem)
 

@@ -1,20 +1,19 @@
 """What the paper claims, and which trials can tell: ``configs/claims.yaml``, typed and checked."""
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import field, replace
 from math import inf, isfinite
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import ConfigDict, Field, ValidationError, model_validator
 from pydantic.dataclasses import dataclass
 
 from experiments.command import ConfigError, first_problem
-from experiments.config import CONFIG_DIR, experiment_names, read_yaml
+from experiments.config import CONFIG_DIR, MetricName, experiment_names, one_of, read_yaml, require
 from experiments.grid import CELL_SETTINGS
-from experiments.metrics import Column
 
 from ..statistics import STATISTICS, SUMMARIES, Where
 
@@ -28,22 +27,7 @@ KNOWN_KEYS = ConfigDict(extra="forbid")
 T = TypeVar("T")
 
 
-def _one_of(what: str, choices: Collection[str]) -> AfterValidator:
-    def check(value: str) -> str:
-        if value not in choices:
-            raise ValueError(f"unknown {what} {value!r}; they are {', '.join(choices)}")
-        return value
-
-    return AfterValidator(check)
-
-
-def _metric(name: str) -> str:
-    Column.parse(name)
-    return name
-
-
-Metric = Annotated[str, AfterValidator(_metric)]
-CellSetting = Annotated[str, _one_of("setting of a cell", CELL_SETTINGS)]
+CellSetting = Annotated[str, one_of(CELL_SETTINGS)]
 Filter = dict[CellSetting, Annotated[list[float], Field(min_length=1)]]
 
 
@@ -55,12 +39,12 @@ class Claim:
     statement: str
     source: str
     figure: str
-    experiment: Annotated[str, _one_of("experiment", experiment_names())]
-    statistic: Annotated[str, _one_of("statistic", STATISTICS)]
-    metric: Metric
-    versus: Metric | None = None
+    experiment: Annotated[str, one_of(experiment_names())]
+    statistic: Annotated[str, one_of(STATISTICS)]
+    metric: MetricName
+    versus: MetricName | None = None
     level: list[CellSetting] = field(default_factory=list)
-    take: Annotated[str, _one_of("'take'", SUMMARIES)] = "smallest"
+    take: Annotated[str, one_of(SUMMARIES)] = "smallest"
     where: Filter = field(default_factory=dict)
     before: Filter = field(default_factory=dict)
     after: Filter = field(default_factory=dict)
@@ -72,13 +56,13 @@ class Claim:
     @model_validator(mode="after")
     def _can_be_decided(self) -> Self:
         for key in STATISTICS[self.statistic].needs:
-            _require(bool(getattr(self, key)), f"needs {key!r} for its statistic")
+            require(bool(getattr(self, key)), f"needs {key!r} for its statistic")
         one = (self.paper is None) != (self.criterion is None)
-        _require(one, "needs either a number of the paper or a criterion")
+        require(one, "needs either a number of the paper or a criterion")
         if self.criterion is not None:
             relation, number = self.bound
             known = relation in BOUNDS and isfinite(number)
-            _require(known, f"needs a criterion such as {' or '.join(BOUNDS)} 0.5")
+            require(known, f"needs a criterion such as {' or '.join(BOUNDS)} 0.5")
         return self
 
     @property
@@ -161,7 +145,7 @@ class Reading:
 
     reading: str
     settings: list[str] = field(default_factory=list)
-    metric: Metric | None = None
+    metric: MetricName | None = None
     where: Filter = field(default_factory=dict)
     of_means: bool = False
 
@@ -309,11 +293,6 @@ def _named(name: str) -> Iterator[None]:
     except ValidationError as error:
         key, problem = first_problem(error)
         raise ConfigError(f"claims.yaml: {name}: {f'{key}: ' if key else ''}{problem}") from None
-
-
-def _require(condition: bool, problem: str) -> None:
-    if not condition:
-        raise ValueError(problem)
 
 
 def _list(value: Any) -> list[Any]:

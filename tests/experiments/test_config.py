@@ -117,7 +117,7 @@ def test_wrong_settings_are_named_in_one_line(override: str, problem: str) -> No
 def test_outliers_that_leave_too_few_cameras_are_refused(kind: str) -> None:
     settings = ["experiment=outliers", f"outliers={kind}", "n_cameras=[20]"]
     assert load_sweep([*settings, "n_outliers=[16]"]).outliers == kind
-    with pytest.raises(ConfigError, match=f"'n_outliers' must leave at least 4 .* are {kind}"):
+    with pytest.raises(ConfigError, match=f"'n_outliers' must leave at least 4 .* outliers={kind}"):
         load([*settings, "n_outliers=[17]"])
 
 
