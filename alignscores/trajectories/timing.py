@@ -93,7 +93,9 @@ def find_offset(reference: Trajectory, estimate: Trajectory) -> TimeOffset | Non
         best = fit.best_offset(least, most)
         misfit = fit.misfit(best)
         if misfit <= MISFIT * fit.extent():
-            return TimeOffset(best, fit.misfit(0.0) / misfit if misfit > 0 else np.inf)
+            error = fit.interpolation_error()
+            gain = (fit.misfit(0.0) + error) / (misfit + error) if misfit + error > 0 else 1.0
+            return TimeOffset(best, gain)
     return None
 
 
@@ -130,6 +132,11 @@ class _Fit:
             step /= 4
             candidates = best + step * np.arange(-4, 5)
         return best
+
+    def interpolation_error(self) -> float:
+        """Return by how much interpolated positions are off, as a rule; a better fit is chance."""
+        curvature = np.diff(self.ref_positions, n=2, axis=0)
+        return float(np.median(np.linalg.norm(curvature, axis=1))) / 8
 
     def extent(self) -> float:
         """Return how far the reference reaches from its middle, as a rule."""

@@ -47,6 +47,16 @@ def test_inaccuracy_is_no_offset(inaccuracy, rows):
         assert found is None or not found.significant
 
 
+def test_a_perfect_estimate_has_no_offset():
+    """Not even where all that is left is the error of interpolation, and another fits as well."""
+    times = np.arange(600) / 30
+    poses = np.tile(np.eye(4), (600, 1, 1))
+    poses[:, :3, 3] = np.transpose([np.cos(times), np.sin(times), times])  # fits itself anywhere
+    assert not find_offset(Trajectory(times, poses), Trajectory(times[::3], poses[::3])).significant
+    between = Trajectory((times[1:] + times[:-1]) / 2, (poses[1:] + poses[:-1]) / 2)
+    assert not find_offset(Trajectory(times, poses), between).significant
+
+
 def test_too_few_poses_tell_nothing():
     reference = scene(0)
     assert find_offset(reference, estimate(reference, 0, rows=slice(0, 19))) is None
