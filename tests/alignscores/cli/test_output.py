@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -149,14 +150,23 @@ def test_json_has_no_numbers_that_json_has_not(score, tmp_path):
     assert 0 < result["TAS"] < 1
 
 
-def test_the_output_in_the_readme(examples, run, monkeypatch):
+def test_the_examples_in_the_readme(examples, run, capsys, tmp_path, monkeypatch):
+    """On files: all commands and programs run, and print what stands there."""
     readme = (examples.parents[1] / "README.md").read_text()
-    command, *expected = re.search(r"\$ alignscores (.*?)```", readme, re.DOTALL)[1].splitlines()
-    monkeypatch.chdir(examples.parents[1])
-    code, out, err = run(*command.split())
-    assert code == 0
-    assert err.splitlines() + out.splitlines() == expected
-    assert len(expected) == 5
+    section = re.search(r"## Score trajectory files\n(.*?)\n## ", readme, re.DOTALL)[1]
+    shutil.copytree(examples, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    expected = re.search(r"\$ alignscores .*?\n(.*?)```", section, re.DOTALL)[1]
+    commands = re.findall(r"^(?:\$ )?alignscores (\w+ \w+/.*?)(?: > .*)?$", section, re.MULTILINE)
+    printed = [run(*command.split()) for command in commands]
+    assert [code for code, _, _ in printed] == [0] * 10
+    assert printed[0] == (0, expected, "")
+    saved = {"errors.csv", "scores.png", "aligned.txt", "r.zip"}
+    assert saved <= {path.name for path in tmp_path.iterdir()}
+    for program in re.findall(r"```python\n(.*?)```", section, re.DOTALL):
+        exec(program, {})
+    score, statistics = capsys.readouterr().out.splitlines()
+    assert f"'PAS': {score}" in statistics
 
 
 def test_the_alignment_takes_the_estimate_to_the_reference(score, examples):
