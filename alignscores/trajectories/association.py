@@ -1,9 +1,12 @@
 """Which estimated pose belongs to which reference pose: by time, by image name or by row."""
 
 import warnings
+from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
 from numbers import Real
+from pathlib import PurePosixPath
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +23,10 @@ Indices = NDArray[np.intp]
 
 MISSING = ("fail", "ignore")
 KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
+SHORTENED: dict[str, Callable[[str], str]] = {  # what is equal of names whose paths differ
+    "file name": lambda name: PurePosixPath(name).name,
+    "file name without its ending": lambda name: PurePosixPath(name).stem,
+}
 DENSER = 1.1  # reference poses for each estimated one; from it on, some are no lost frames
 MIN_STEPS = 8  # fewer tell no rate
 LONG_GAP = 10, 1.0  # in median gaps, and in seconds; a gap that exceeds both is a lost track
@@ -81,9 +88,10 @@ def match(
     """Find the estimated pose of each reference pose.
 
     Time stamps are associated by evo, which gives each pose of the shorter trajectory the nearest
-    one in time of the longer. No pose is used twice: the closest pair wins. Image names and whole
-    numbers (of frames, or stamps in nanoseconds) must be equal; where both are mere row numbers,
-    0, 1, 2, ... as of KITTI, the number of rows must be the same.
+    one in time of the longer. No pose is used twice: the closest pair wins. Image names must be
+    equal, or, if none is, their file names, or these without their endings, where they are unique.
+    Whole numbers (of frames, or stamps in nanoseconds) must be equal; where both are mere row
+    numbers, 0, 1, 2, ... as of KITTI, the number of rows must be the same.
 
     Parameters
     ----------
@@ -117,7 +125,8 @@ def match(
     Warns
     -----
     TrajectoryWarning
-        Where the stamps are not in order, or keys of the reference are repeated.
+        Where the stamps are not in order, keys of the reference are repeated, or images are not
+        matched by their paths.
 
     Notes
     -----
@@ -445,23 +454,40 @@ def _are_rows(keys: NDArray[Any]) -> bool:
     return np.array_equal(keys, np.arange(len(keys)))
 
 
-def _match_equal(ref_names: NDArray[Any], est_names: NDArray[Any]) -> _Pairing:
-    ref_kept, est_kept = _kept(ref_names, "reference"), _kept(est_names, "estimate")
-    row_of = dict(zip(est_names[est_kept].tolist(), est_kept.tolist(), strict=True))
-    ref_rows = [row for row in ref_kept.tolist() if ref_names[row].item() in row_of]
-    if not ref_rows:
-        what = "image names" if ref_names.dtype.kind == "U" else "frame numbers"
+def _match_equal(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> _Pairing:
+    ref_kept, est_kept = _kept(ref_keys, "reference"), _kept(est_keys, "estimate")
+    ref, est = ref_keys[ref_kept].tolist(), est_keys[est_kept].tolist()
+    pairs, part = _equal(ref, est), ""
+    names = ref_keys.dtype.kind == "U"
+    for part, shorten in SHORTENED.items() if names and not pairs else ():
+        pairs = _equal(list(map(shorten, ref)), list(map(shorten, est)))
+        if pairs:
+            first, second = ref[pairs[0][0]], est[pairs[0][1]]
+            _warn(f"no path in common, so images are matched by {part}: {first!r} and {second!r}")
+            break
+    if not pairs:
+        what = "image names" if names else "frame numbers"
+        hint = f", not even a {part} that is unique" if part else ""
         raise ValueError(
-            f"no {what} in common: the reference has "
-            f"{ref_names[0].item()!r}, the estimate {est_names[0].item()!r}, for example"
+            f"no {what} in common: the reference has {ref[0]!r}, the estimate {est[0]!r}, for "
+            f"example{hint}"
         )
-    est_rows = [row_of[ref_names[row].item()] for row in ref_rows]
+    ref_rows, est_rows = np.transpose(pairs)
     return _Pairing(
-        ref_rows=np.array(ref_rows, dtype=np.intp),
-        est_rows=np.array(est_rows, dtype=np.intp),
+        ref_rows=ref_kept[ref_rows],
+        est_rows=est_kept[est_rows],
         ref_kept=ref_kept,
-        duplicate=len(est_names) - len(est_kept),
+        duplicate=len(est_keys) - len(est_kept),
     )
+
+
+def _equal(ref_keys: list[Any], est_keys: list[Any]) -> list[tuple[int, int]]:
+    """Return the positions of equal keys, of those that occur once."""
+    once = [
+        {key: row for row, key in enumerate(keys) if count[key] == 1}
+        for keys, count in ((keys, Counter(keys)) for keys in (ref_keys, est_keys))
+    ]
+    return [(row, once[1][key]) for key, row in once[0].items() if key in once[1]]
 
 
 def _match_rows(ref_rows: NDArray[Any], est_rows: NDArray[Any]) -> _Pairing:

@@ -203,6 +203,28 @@ def test_names():
     assert pairs(match(reference, estimate)) == [(1, 2), (3, 0)]
 
 
+@pytest.mark.parametrize(
+    ("reference", "estimate", "part"),
+    [
+        (["images/a.png", "images/b.png", "c.png"], ["b.png", "a.png"], "file name"),
+        (["images/a.png", "b.png", "x/c.png"], ["y/b.jpg", "a"], "file name without its ending"),
+    ],
+)
+def test_names_are_matched_by_file_name_where_paths_differ(reference, estimate, part):
+    with pytest.warns(TrajectoryWarning, match=f"no path .* matched by {part}: 'images/a.png' and"):
+        matches = match(trajectory(reference), trajectory(estimate), missing="fail")
+    assert pairs(matches) == [(0, 1), (1, 0), (2, None)]
+
+
+def test_file_names_that_are_not_unique_are_not_matched(recwarn):
+    left_and_right = [f"{side}/{i}.png" for side in ("left", "right") for i in range(4)]
+    with pytest.raises(ValueError, match=r"no image names in common: .* that is unique"):
+        match(trajectory(left_and_right), trajectory(["0.png", "1.png"]))
+    some = match(trajectory([*left_and_right, "up/9.png"]), trajectory(["left/0.png", "9.png"]))
+    assert pairs(some) == [(0, 0)]
+    assert not recwarn.list
+
+
 def test_frame_numbers():
     """Not row by row."""
     assert pairs(match(trajectory([0, 5, 7]), trajectory([5, 7, 9]))) == [(1, 0), (2, 1)]
