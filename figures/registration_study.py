@@ -6,13 +6,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from studies.parameters.registrations import GEOMETRIES
+
 from . import style
 
 __all__ = ["COLUMNS", "draw"]
 
 COLOURS = {"pcr99": "#d9822b", "refined": "#173f67"}  # far apart in lightness, too
 NAMES = {"pcr99": "the paper's registration (PCR-99)", "refined": "refined"}
-GEOMETRIES = {"cube": "In a cube", "line": "On a line", "uneven": "In clusters"}
 POWER = "τ with noise"
 PARTS = {  # whose power is drawn: title, setting along the x axis and its label
     "outliers": ("Cube", "n_outliers", "outliers"),
@@ -45,7 +46,9 @@ def draw(table: pd.DataFrame) -> Figure:
     for row, geometry in zip(grid, geometries, strict=False):
         for axes, n in zip(row, counts, strict=False):
             chosen = inputs[(inputs["geometry"] == geometry) & (inputs["n_cameras"] == n)]
-            _scores(axes, chosen, f"{GEOMETRIES.get(geometry, geometry)}, {n:g} cameras")
+            _scores(
+                axes, chosen, f"{GEOMETRIES.get(geometry, geometry).capitalize()}, {n:g} cameras"
+            )
     powers = table[table["statistic"] == POWER]
     lowest = 0.98 * float(powers[list(COLOURS)].to_numpy(dtype=float).min(initial=1.0))
     for axes, (part, (title, setting, label)) in zip(grid[-1], PARTS.items(), strict=False):

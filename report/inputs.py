@@ -20,6 +20,7 @@ from studies.claims.claims import Claims
 from studies.claims.verdicts import INCONCLUSIVE, VERDICTS, check_alike
 from studies.parameters.axes import Axis, axes_of, is_seeded
 from studies.parameters.effects import EFFECTS
+from studies.scenarios.findings import POWERS
 from studies.table1 import PAPER, PROPERTIES
 
 __all__ = [
@@ -178,7 +179,7 @@ def read_findings(path: Path, scenarios: Records) -> pd.DataFrame:
         for scenario, record in scenarios.items()
         for metric in record.metrics
     ]
-    return _read_rows(path, rows, ["noise_power", "outlier_power"], ["finding"], ["mean"])
+    return _read_rows(path, rows, list(POWERS.values()), ["finding"], ["mean"])
 
 
 def read_figures(paths: Iterable[Path], scenario_study: str) -> dict[str, Image.Image]:

@@ -14,7 +14,7 @@ from figures import FIGURES
 from studies.parameters import registrations, thresholds
 from studies.parameters.axes import Axis, value_title
 from studies.parameters.effects import EFFECTS
-from studies.scenarios.findings import LEVELS, SCORES
+from studies.scenarios.findings import POWERS, SCORES
 from studies.statistics import LEAST_POWER
 
 from .estimates import write_number
@@ -37,9 +37,8 @@ DIGITS = {  # of the statistics of the registrations; three of all others
     "median standard deviation": 5,
     "largest standard deviation": 4,
     "scattered inputs": 0,
-    "dependence on cameras, %": 1,
+    registrations.DEPENDENCE: 1,
 }
-GEOMETRIES = {"cube": "in a cube", "line": "on a line", "uneven": "in clusters"}
 
 
 @dataclass(frozen=True)
@@ -154,7 +153,7 @@ class Registrations:
         rows: list[tuple[str, Sequence[str]]] = []
         for _, group in self._table.groupby(scene, sort=False):
             first, of = group.iloc[0], group.set_index("statistic")
-            where = GEOMETRIES.get(first["geometry"], first["geometry"])
+            where = registrations.GEOMETRIES.get(first["geometry"], first["geometry"])
             words = f"{first['n_cameras']:.0f} {where}, {first['n_outliers']:.0f} outliers, "
             words += f"sigma_t {first['sigma_t']:g}"
             words += f", trial {1 + first['trial']:.0f}" if several else ""
@@ -230,10 +229,7 @@ class Beyond:
 
 def _scenario(name: str, sweep: Sweep, first: Sweep, rows: pd.DataFrame) -> Scenario:
     powers = {
-        str(row["metric"]): [
-            Power(level, float(row[column]))
-            for level, column in zip(LEVELS, ("noise_power", "outlier_power"), strict=True)
-        ]
+        str(row["metric"]): [Power(level, float(row[column])) for level, column in POWERS.items()]
         for row in rows.to_dict("records")
     }
     return Scenario(name, _settings(sweep, first), powers, str(rows["finding"].iloc[0]))

@@ -13,7 +13,17 @@ from .. import statistics
 from .axes import Axis, is_seeded
 from .effects import over_seeds
 
-__all__ = ["REPEATABLE", "compare", "gain", "meaning", "other", "spread", "summarise"]
+__all__ = [
+    "DEPENDENCE",
+    "GEOMETRIES",
+    "REPEATABLE",
+    "compare",
+    "gain",
+    "meaning",
+    "other",
+    "spread",
+    "summarise",
+]
 __all__ += ["to_markdown"]
 
 CELL = ("n_cameras", "n_outliers", "sigma_t")
@@ -26,6 +36,7 @@ OVER_SEEDS: Mapping[str, Callable[[pd.DataFrame], "pd.Series[float]"]] = {
 }
 Summary = dict[str, dict[str, "pd.Series[float]"]]  # of each part, each statistic
 DEPENDENCE = "dependence on cameras, %"
+GEOMETRIES = {"cube": "in a cube", "line": "on a line", "uneven": "in clusters"}
 REPEATABLE = 0.003  # standard deviation over seeds of a score whose second digit is certain
 
 

@@ -15,9 +15,10 @@ from experiments.tables import Trials
 
 from ..statistics import LEAST_POWER, power
 
-__all__ = ["LEVELS", "SCORES", "findings"]
+__all__ = ["LEVELS", "POWERS", "SCORES", "findings"]
 
 LEVELS = {"noise": "sigma_t", "outliers": "n_outliers"}
+POWERS = {"noise": "noise_power", "outliers": "outlier_power"}  # columns of the findings
 VERDICTS = ("orders noise and outliers", "orders noise", "orders outliers", "orders nothing")
 GENERATORS = ("geometry", "error", "outliers", "outlier_side")
 SCORES = ("TAS", "RAS", "PAS")  # whose failures are named
@@ -56,14 +57,12 @@ def findings(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
 
 
 def _judge(trials: pd.DataFrame, metric: str) -> dict[str, Any]:
-    noise, outliers = (_power(trials, metric, column) for column in LEVELS.values())
-    powers = dict(zip(LEVELS, (noise, outliers), strict=True))
+    powers = {level: _power(trials, metric, setting) for level, setting in LEVELS.items()}
     ordered = [level for level, power in powers.items() if power >= LEAST_POWER]
     verdict = f"orders {' and '.join(ordered) or 'nothing'}"
     return {
         "metric": metric,
-        "noise_power": noise,
-        "outlier_power": outliers,
+        **{column: powers[level] for level, column in POWERS.items()},
         "mean": float(trials[metric].mean()),
         "verdict": verdict,
     }
@@ -91,8 +90,8 @@ def _who_orders_what(judged: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _failure(row: Mapping[str, Any]) -> str:
-    columns = zip(LEVELS, (row["noise_power"], row["outlier_power"]), strict=True)
-    failures = [f"{level} (tau {power:.2f})" for level, power in columns if power < LEAST_POWER]
+    powers = {level: row[column] for level, column in POWERS.items()}
+    failures = [f"{level} (tau {tau:.2f})" for level, tau in powers.items() if tau < LEAST_POWER]
     return f"{row['metric']} fails on {_names(failures)}." if failures else ""
 
 

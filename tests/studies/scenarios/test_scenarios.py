@@ -102,7 +102,7 @@ def test_a_metric_may_have_options(tmp_path: Path) -> None:
             "scenarios: {a: {sigma_t: [0.1], sigma_r_deg: [3], n_outliers: [0]}}",
             "scenario 'a' needs two levels of noise",
         ),
-        ("scenarios: {a: {outliers: cluster, n_outliers: [99]}}", "at least 4 cameras"),
+        ("scenarios: {a: {outliers: cluster, n_outliers: [99]}}", "at least 4 inliers"),
     ],
 )
 def test_a_file_at_fault_is_named_in_one_line(tmp_path: Path, text: Any, named: str) -> None:
