@@ -77,8 +77,7 @@ def footnotes(results: Sequence[Mapping[str, Any]], arguments: argparse.Namespac
         lines.append("ranks in common: tied, PAS less than 2 standard errors apart over the seeds")
     if any(values["no_position"] or values["no_rotation"] for values in results):
         lines.append(
-            "a camera without position (no pos.) fails in the TAS, "
-            "without rotation (no rot.) in the RAS"
+            "no pos/rot: cameras without a position fail in the TAS, without a rotation in the RAS"
         )
     if any(values["lost"] > MUCH_LOST for values in results):
         lines.append("* without what the estimate lost; --missing fail counts it")

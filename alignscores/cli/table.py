@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from .notes import MUCH_LOST
 
 __all__ = ["table"]
@@ -21,11 +23,10 @@ COLUMNS = (  # header, key of the JSON output, format
     ("< 10 deg", "within_10_deg", ".0%"),
     ("n", "n", "d"),
     ("missing", "missing", "d"),
-    ("no pos.", "no_position", "d"),
-    ("no rot.", "no_rotation", "d"),
+    ("no pos/rot", "no_pose", "no_pose"),
     ("dupl.", "duplicate", "d"),
 )
-SELDOM = ("missing", "no_position", "no_rotation", "duplicate")  # shown where not all are 0
+SELDOM = ("missing", "no_pose", "duplicate")  # shown where not all are 0
 FIRST_DROPPED = ("within_10_deg", "within_unit", "duplicate", "PAS_sd", "TAS_sd")
 
 
@@ -42,11 +43,14 @@ def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
     unit : str
         The reference's unit of length, in brackets; empty where it has no name.
     """
+    results = [
+        {**values, "no_pose": (values["no_position"], values["no_rotation"])} for values in results
+    ]
     columns = {
         key: [header.format(unit=unit), *(_cell(values[key], form) for values in results)]
         for header, key, form in COLUMNS
         if (key != "rank" or len(results) > 1)
-        and (key not in SELDOM or any(values[key] for values in results))
+        and (key not in SELDOM or any(np.any(values[key]) for values in results))
     }
     if any(values["lost"] > MUCH_LOST for values in results):
         marks = " ", *("*" if values["lost"] > MUCH_LOST else " " for values in results)
@@ -84,6 +88,8 @@ def _shortened(names: list[str], width: int) -> list[str]:
 def _cell(value: Any, form: str) -> str:
     if value is None:
         return "-"
+    if form == "no_pose":
+        return "{}/{}".format(*value)
     if form == "rank":  # one number, or the two of a tie
         return "-".join(map(str, dict.fromkeys(value)))
     return format(value, form)
