@@ -25,6 +25,7 @@ HYPOTHESES = 100
 REACH, STEP = 1.0, 0.05  # seconds on either side that are tried, and from one trial to the next
 REFINEMENTS = 5  # each divides the step by 4
 MISFIT = 0.1  # largest misfit at the offset, relative to the extent of the reference
+ROUNDING = 1e-4  # misfit, so relative, below which all fit alike
 GAIN = 1.5  # factor by which the positions must fit better for an offset to be told
 FAR_GAIN = 5.0  # the same beyond that reach, where there are more to choose from
 TRIALS = 4000  # most offsets tried where nothing is known of it
@@ -92,10 +93,9 @@ def find_offset(reference: Trajectory, estimate: Trajectory) -> TimeOffset | Non
     for least, most in ((-REACH, REACH), anywhere):
         best = fit.best_offset(least, most)
         misfit = fit.misfit(best)
-        if misfit <= MISFIT * fit.extent():
-            error = fit.interpolation_error()
-            gain = (fit.misfit(0.0) + error) / (misfit + error) if misfit + error > 0 else 1.0
-            return TimeOffset(best, gain)
+        if misfit <= MISFIT * fit.extent() and fit.extent() > 0:
+            floor = fit.interpolation_error() + ROUNDING * fit.extent()
+            return TimeOffset(best, (fit.misfit(0.0) + floor) / (misfit + floor))
     return None
 
 

@@ -55,6 +55,11 @@ def test_a_perfect_estimate_has_no_offset():
     assert not find_offset(Trajectory(times, poses), Trajectory(times[::3], poses[::3])).significant
     between = Trajectory((times[1:] + times[:-1]) / 2, (poses[1:] + poses[:-1]) / 2)
     assert not find_offset(Trajectory(times, poses), between).significant
+    poses[:, :3, 3] = (1.7e9 + times)[:, None] - 1.7e9  # straight on, up to the rounding of stamps
+    line = Trajectory(times, poses)
+    assert not find_offset(line, Trajectory(times[::3] - 0.002, poses[::3])).significant
+    poses[:, :3, 3] = 1.0
+    assert find_offset(line, line) is None
 
 
 def test_too_few_poses_tell_nothing():
