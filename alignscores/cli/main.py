@@ -13,7 +13,7 @@ from .. import __version__
 from ..registration import REGISTRATIONS
 from ..trajectories.association import MISSING, in_order
 from ..trajectories.extras import require
-from ..trajectories.files import FileError, read_stamps
+from ..trajectories.files import STDIN, FileError, read_stamps
 from .formats import FORMATS, Format
 from .names import printable, unique_names
 from .notes import collected_warnings, units_note
@@ -97,7 +97,7 @@ def build_parser() -> argparse.ArgumentParser:
 def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
     command.set_defaults(command=command, missing=None, save_aligned=None)
     command.add_argument("reference", metavar="REF", help="the reference (ground truth)")
-    command.add_argument("estimates", metavar="EST", nargs="+", help="an estimate")
+    command.add_argument("estimates", metavar="EST", nargs="+", help="an estimate; - is stdin")
 
     matching = command.add_argument_group("which poses belong together")
     if form.missing:
@@ -257,6 +257,7 @@ def output_file(*suffixes: str) -> Callable[[str], Path]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Score all estimates, print and save; one that cannot be scored does not stop the others."""
+    check_stdin_read_once(arguments)
     check_outputs_possible(arguments)
     form = FORMATS[arguments.format]
     scored: list[Scored] = []
@@ -298,6 +299,13 @@ def run(arguments: argparse.Namespace) -> int:
     if scored:
         save(scored, reference, arguments)
     return int(bool(failed))
+
+
+def check_stdin_read_once(arguments: argparse.Namespace) -> None:
+    """Refuse to take what stands on stdin for two files."""
+    files = [arguments.reference, *arguments.estimates, getattr(arguments, "frames", None)]
+    if files.count(STDIN) > 1:
+        raise ValueError("stdin (-) can be one file only")
 
 
 def check_outputs_possible(arguments: argparse.Namespace) -> None:

@@ -2,15 +2,20 @@
 
 Every reader returns a `Trajectory`, a pair ``keys, poses`` with camera-to-world poses. An estimate
 may hold poses that are not finite, which are cameras that were not estimated; with
-``complete=True``, for a reference, they are an error. Whatever is wrong with a file is a
+``complete=True``, for a reference, they are an error. Text files may be compressed, with a name
+that ends in ``.gz``, and ``-`` is stdin. Whatever is wrong with a file is a
 `FileError` that names file, line and reason.
 """
 
+import gzip
 import json
 import posixpath
 import re
+import sys
 import warnings
+import zlib
 from collections.abc import Callable, Sequence
+from functools import cache
 from io import StringIO
 from os import PathLike
 from pathlib import Path
@@ -46,6 +51,7 @@ EUROC_COLUMNS = "timestamp tx ty tz qw qx qy qz ..."
 COLMAP_FILES = "cameras", "images", "points3D"
 FORMAT_OF_COLUMNS = {8: "tum", 12: "kitti"}
 
+STDIN = "-"
 LATEST = 1e12  # seconds; later time stamps are in nanoseconds
 SHORTEST_STEP = 1e-4  # seconds; stamps that are closer as nanoseconds are in seconds
 ROUNDED = 1e-2  # largest deviation from a unit quaternion or a rotation that is taken for rounding
@@ -404,10 +410,11 @@ def _wrong_columns(fields: Sequence[str], columns: str) -> str:
 
 
 def _text(path: FilePath) -> str:
-    """Return the text of a file, whatever its line ends."""
+    """Return the text of a file, whatever its line ends, also of one compressed or of stdin."""
     data = b""
     try:
-        data = Path(path).read_bytes()
+        data = _stdin() if str(path) == STDIN else Path(path).read_bytes()
+        data = _decompressed(path, data) if str(path).endswith(".gz") else data
         text = data.decode("utf-8-sig")
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror})") from None
@@ -418,6 +425,19 @@ def _text(path: FilePath) -> str:
         line = text.count("\n", 0, text.index("\0")) + 1
         raise FileError(path, "is not text (a zero byte)", place=f"line {line}")
     return text
+
+
+@cache
+def _stdin() -> bytes:
+    """Return what stands on stdin, which can be read but once."""
+    return sys.stdin.buffer.read()
+
+
+def _decompressed(path: FilePath, data: bytes) -> bytes:
+    try:
+        return gzip.decompress(data)
+    except (EOFError, OSError, zlib.error) as error:
+        raise FileError(path, f"is no whole gzip file ({error})") from None
 
 
 def _is_number(field: str) -> bool:

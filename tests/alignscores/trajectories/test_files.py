@@ -1,3 +1,4 @@
+import gzip
 import json
 import shutil
 
@@ -119,6 +120,18 @@ def test_malformed_tum(write, content, message):
         read_tum(path)
     assert str(error.value).startswith(str(path))
     assert "\n" not in str(error.value)
+
+
+def test_compressed_files(examples, write, tmp_path):
+    content = (examples / "euroc/data.csv").read_bytes()
+    path = write(gzip.compress(content), "data.csv.gz")
+    for read, poses in zip(read_euroc(path), read_euroc(examples / "euroc/data.csv"), strict=True):
+        np.testing.assert_array_equal(read, poses)
+    for broken in (content, gzip.compress(content)[:-20], gzip.compress(content)[:40] + b"x" * 90):
+        with pytest.raises(FileError, match=r"data.csv.gz: is no whole gzip file \("):
+            read_euroc(write(broken, "data.csv.gz"))
+    with pytest.raises(FileError, match=r"cannot be read .No such file"):
+        read_tum(tmp_path / "none.gz")
 
 
 @pytest.mark.parametrize("field", range(1, 8))
