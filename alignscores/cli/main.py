@@ -95,9 +95,19 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
-    command.set_defaults(command=command, missing=None, save_aligned=None)
+    command.set_defaults(command=command, missing=None, save_aligned=None, est_format=None)
     command.add_argument("reference", metavar="REF", help="the reference (ground truth)")
     command.add_argument("estimates", metavar="EST", nargs="+", help="an estimate; - is stdin")
+
+    alike = [
+        name
+        for name, other in FORMATS.items()
+        if (other.timed, other.missing) == (form.timed, form.missing)
+    ]
+    if len(alike) > 1:
+        command.add_argument(
+            "--est_format", choices=alike, help="format of the estimates, if it is another one"
+        )
 
     matching = command.add_argument_group("which poses belong together")
     if form.missing:

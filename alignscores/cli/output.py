@@ -34,6 +34,7 @@ def show_json(
     printed = {
         "version": __version__,
         "format": arguments.format,
+        "est_format": arguments.est_format or arguments.format,
         "reference": printable(arguments.reference),
         "missing_cameras": arguments.missing,
         "t_max_diff": getattr(arguments, "t_max_diff", None),

@@ -101,7 +101,7 @@ def score(
     form = FORMATS[arguments.format]
     timing = {key: getattr(arguments, key) for key in ("t_max_diff", "t_offset") if form.timed}
     with collected_warnings() as file_notes:  # these name the file already
-        estimate = form.read(file)
+        estimate = FORMATS[arguments.est_format or arguments.format].read(file)
     if arguments.invert:
         estimate = estimate._replace(poses=inverse_poses(estimate.poses))
     with collected_warnings() as notes:

@@ -66,6 +66,17 @@ def test_the_order_of_frames_in_the_file_changes_nothing(score, examples, write)
         assert shuffled["TAS"] == pytest.approx(colmap["TAS"], abs=1e-12)
 
 
+@pytest.mark.parametrize(("form", "other"), [("colmap", "nerf"), ("nerf", "colmap")])
+def test_estimates_of_another_format(form, other, score, run):
+    """The images are in a folder in one of them, and not in the other."""
+    (result,) = score(form, FILES[form][0], FILES[other][1], "--est_format", other)
+    assert result["PAS"] == pytest.approx(score(form, *FILES[form])[0]["PAS"], abs=1e-12)
+    assert "matched by file name: " in result["notes"][0]
+    (result,) = score("tum", FILES["tum"][0], FILES["euroc"][0], "--est_format", "euroc")
+    assert result["PAS"] == 1.0
+    assert run("tum", *FILES["tum"], "--est_format", "kitti")[0] == 2
+
+
 def test_euroc_estimates_in_nanoseconds(score, lines, write):
     """As ORB-SLAM3 writes them; in the format tum they are refused with a hint."""
     poses = [line.split() for line in lines]

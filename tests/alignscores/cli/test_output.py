@@ -87,6 +87,7 @@ def test_json_names_its_settings(run):
     assert len(printed.pop("results")) == 1
     assert printed == {
         "format": "tum",
+        "est_format": "tum",
         "reference": "tum/reference.txt",
         "missing_cameras": "fail",
         "registration": "pcr99",
