@@ -31,6 +31,7 @@ def show_json(
 ) -> None:
     """Print settings, results and failures as JSON on stdout, and the notes on stderr, too."""
     print_notes(scored, notes)
+    frames = getattr(arguments, "frames", None)
     printed = {
         "version": __version__,
         "format": arguments.format,
@@ -39,6 +40,7 @@ def show_json(
         "missing_cameras": arguments.missing,
         "t_max_diff": getattr(arguments, "t_max_diff", None),
         "t_offset": getattr(arguments, "t_offset", None),
+        "frames": frames and printable(frames),
         "unit": arguments.unit,
         "max_threshold": arguments.max_threshold,
         "max_threshold_deg": arguments.max_threshold_deg,

@@ -97,6 +97,7 @@ def test_json_names_its_settings(run):
         "body_rotation": "none",
         "t_max_diff": 0.01,
         "t_offset": 0.0,
+        "frames": None,
         "unit": None,
         "max_threshold": 1.0,
         "max_threshold_deg": 10.0,
