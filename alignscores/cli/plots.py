@@ -257,7 +257,7 @@ def _draw_path(axes: Axes, points: Floats, *, ordered: bool, linewidth: float, *
     if ordered:
         line["linewidth"] = linewidth
     else:
-        line |= {"linestyle": "", "marker": "o", "markersize": 3.3 * linewidth}
+        line |= {"linestyle": "", "marker": "o", "markersize": 10 * linewidth / 3}
     axes.plot(*points.T, rasterized=len(points) > 5000, zorder=1, **line)
 
 
