@@ -187,7 +187,7 @@ def machine() -> str:
     if cpuinfo.exists():
         names = [line for line in cpuinfo.read_text().splitlines() if line.startswith("model name")]
         processor = names[0].split(":")[1].strip() if names else processor
-    packages = [f"NumPy {np.__version__}", f"SciPy {scipy.__version__}", f"evo {version('evo')}"]
+    packages = [f"NumPy {np.__version__}", f"SciPy {scipy.__version__}"]
     with contextlib.suppress(PackageNotFoundError):
         packages.append(f"pycolmap {version('pycolmap')}")
     return ", ".join([processor, f"Python {platform.python_version()}", *packages])
