@@ -63,8 +63,9 @@ def matching_notes(
         if matches.frame_step is not None and matches.missing:
             notes.append(
                 f"{matches.missing} of {len(matches.keys)} cameras count as failures: the "
-                "reference is denser than the estimate, which must have lost as many frames at its "
-                f"own rate of one in {matches.frame_step:.3g} s; --frames tells it the true ones"
+                "reference is denser than the estimate, so lost frames are counted at the "
+                f"estimate's own rate, one every {matches.frame_step:.3g} s; --frames FILE names "
+                "the frames that were due"
             )
         if matches.without_reference:
             notes.append(

@@ -42,9 +42,10 @@ def test_missing_cameras_are_no_failures_where_the_reference_is_denser(run, tum)
     assert "the track covers only 48%" in err
     assert err.endswith("; --missing fail counts it as failures\n")
     _, _, err = run(*files, "--missing", "fail")
-    note = "20 of 40 cameras count as failures: the reference is denser than the estimate, which "
-    note += "must have lost as many frames at its own rate of one in 0.1 s"
-    assert err == f"alignscores: note: est.txt: {note}; --frames tells it the true ones\n"
+    note = "20 of 40 cameras count as failures: the reference is denser than the estimate, so lost "
+    note += "frames are counted at the estimate's own rate, one every 0.1 s"
+    frames = "--frames FILE names the frames that were due"
+    assert err == f"alignscores: note: est.txt: {note}; {frames}\n"
     tum(400, 10, "gt.txt")
     assert run(*files, "--missing", "fail")[2] == ""
 
