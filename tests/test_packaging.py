@@ -68,12 +68,16 @@ def checkout(tmp_path):
     return copy
 
 
-def build(checkout, version="standard", **environment):
-    """Build a wheel; return it with what was printed."""
+def hatchling(checkout, version="standard", **environment):
     command = [sys.executable, "-m", "hatchling", "build", "-t", f"wheel:{version}"]
-    done = subprocess.run(
+    return subprocess.run(
         command, cwd=checkout, env=os.environ | environment, capture_output=True, text=True
     )
+
+
+def build(checkout, version="standard", **environment):
+    """Build a wheel; return it with what was printed."""
+    done = hatchling(checkout, version, **environment)
     assert done.returncode == 0, done.stderr
     (wheel,) = (checkout / "dist").iterdir()
     return wheel, done.stdout + done.stderr
@@ -134,6 +138,16 @@ def test_wheel_without_a_compiler(checkout, tmp_path, compiler):
     assert "alignscores is installed without its kernel" in printed
     zipfile.ZipFile(wheel).extractall(tmp_path / "site")
     assert loaded(tmp_path / "site") == ["True", "False"]
+
+
+def test_no_release_without_the_kernel(checkout):
+    """Where cibuildwheel builds, a compiler that fails is an error, told in one line."""
+    done = hatchling(checkout, CC="no-such-compiler", CIBUILDWHEEL="1")
+    assert done.returncode == 1
+    (line,) = done.stderr.strip().splitlines()
+    assert line.startswith("no wheel without its kernel where CIBUILDWHEEL is set: ")
+    assert "no-such-compiler" in line
+    assert not list((checkout / "dist").iterdir())
 
 
 @COMPILES

@@ -25,6 +25,12 @@
 #endif
 #endif
 
+#ifdef _WIN32
+#define EXPORTED __declspec(dllexport)
+#else
+#define EXPORTED
+#endif
+
 typedef struct {
     double x, y, z;
 } vector;
@@ -107,6 +113,7 @@ static void mark_similar(const double *restrict gt, const double *restrict est, 
     }
 }
 
+EXPORTED
 void similar_triplets(const double *gt, const double *est, size_t n, const ptrdiff_t *triplets,
                       size_t n_triplets, double factor, ptrdiff_t *similar)
 {
@@ -155,6 +162,7 @@ static inline vector combined(const triangle *t, double first, double normal, do
     return plus(plus(times(first, t->first), times(normal, t->normal)), times(third, t->third));
 }
 
+EXPORTED
 void three_point_similarities(const double *gt, const double *est, size_t n,
                               const ptrdiff_t *triplets, size_t n_triplets, double flat_sine,
                               double parallel_sine, double *scales, matrix *rotations,
@@ -233,6 +241,7 @@ static double nth_smallest(double *values, size_t n, size_t rank)
 }
 
 /* `below` is room for n numbers. */
+EXPORTED
 size_t cheapest(const double *gt, const double *est, size_t n, const double *scales,
                 const matrix *rotations, const vector *translations, const bool *flat,
                 size_t n_hypotheses, size_t rank, double tie, double *below)

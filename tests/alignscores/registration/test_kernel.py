@@ -1,6 +1,7 @@
 """The compiled kernel gives the bits of its definition in NumPy, whatever it was compiled for."""
 
 import math
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -21,8 +22,8 @@ BUILDS = {  # beside the one installed: what other processors and compilers woul
 
 
 def test_installed_where_there_is_a_compiler():
-    """So no test of the compiled kernel is passed over unseen."""
-    if COMPILER is None:
+    """So no test of the compiled kernel is passed over unseen, least of all for a release."""
+    if COMPILER is None and "CIBUILDWHEEL" not in os.environ:
         pytest.skip("no C compiler")
     assert kernel.LIBRARY is not None
 
