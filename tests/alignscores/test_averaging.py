@@ -205,7 +205,8 @@ def rotation_cloud(kind, n):
     cloud = Rotation.random(rng=rng) * Rotation.from_rotvec(sigma_deg * angles * axes, degrees=True)
     matrices = cloud.as_matrix()
     some = rng.random(n) < outliers
-    matrices[some] = Rotation.random(int(some.sum()), rng=rng).as_matrix()
+    if some.any():  # SciPy 1.15 makes no array of no rotations
+        matrices[some] = Rotation.random(int(some.sum()), rng=rng).as_matrix()
     return matrices
 
 
