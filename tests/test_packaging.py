@@ -57,8 +57,8 @@ COMPILES = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler"
 
 @pytest.fixture
 def checkout(tmp_path):
-    """What is built from, with a kernel left over from an older source."""
-    copy = tmp_path / "checkout"
+    """What is built from, in no plain path, with a kernel left over from an older source."""
+    copy = tmp_path / "größter checkout"
     copy.mkdir()
     for name in (".gitignore", "LICENSE", "README.md", "hatch_build.py", "pyproject.toml"):
         shutil.copy(ROOT / name, copy)
