@@ -243,6 +243,8 @@ def package_versions() -> dict[str, str]:
 def _git_state() -> dict[str, Any] | None:
     """Return the commit of the source tree and whether it has changes; None outside of git."""
     try:
+        if _git("rev-parse", "--show-prefix") != f"{CONFIG_DIR.name}/":
+            return None  # a source archive that was unpacked inside another repository
         commit = _git("rev-parse", "HEAD")
         return {
             "commit": commit,

@@ -105,6 +105,25 @@ def test_the_record_tells_settings_versions_commit_and_platform(
     assert read_record(tmp_path / "t.csv").origin["packages"] == record["packages"]
 
 
+@pytest.mark.parametrize(("folder", "known"), [("configs", True), ("archive/configs", False)])
+def test_the_commit_is_of_this_source_and_of_no_repository_around_it(
+    tmp_path: Path,
+    small: Callable[..., Sweep],
+    trials: pd.DataFrame,
+    folder: str,
+    known: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    git = ["git", "-C", str(tmp_path), "-c", "user.name=A", "-c", "user.email=a@b"]
+    subprocess.run([*git, "init", "-q"], check=True)
+    subprocess.run([*git, "commit", "-q", "--allow-empty", "-m", "first"], check=True)
+    (tmp_path / folder).mkdir(parents=True)
+    monkeypatch.setattr("experiments.tables.CONFIG_DIR", tmp_path / folder)
+    write_trials(tmp_path / "t.csv", trials, [small()])
+    record = json.loads((tmp_path / "t.json").read_text())
+    assert (record["git"] is not None) == known
+
+
 @pytest.fixture
 def table(tmp_path: Path, small: Callable[..., Sweep], trials: pd.DataFrame) -> Path:
     path = tmp_path / "outliers.csv"
