@@ -1,12 +1,11 @@
 """Mean average accuracy, mAA: the share of camera pairs whose relative pose is right."""
 
-from math import ceil
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from alignscores.histogram import equal_steps
+from alignscores.pairs import pair_blocks
 from alignscores.similarity import FARTHEST_SQUARABLE
 from alignscores.validation import check_poses, check_same_length, finite_rows
 
@@ -14,7 +13,6 @@ __all__ = ["maa"]
 
 Floats = NDArray[np.float64]
 
-CHUNK = 1 << 13  # pairs evaluated at once: their temporaries stay in the cache
 FINEST_STEP_DEG = 1e-3  # a cosine tells angles apart down to about 1e-6 degrees
 
 
@@ -120,34 +118,17 @@ def _cumulative_frequency(
     gt: Floats, est: Floats, between: Rotation, thresholds: Floats, fold_sign: bool
 ) -> NDArray[np.int64]:
     """Count the pairs with an error below each of the equally spaced thresholds, in radians."""
-    # Both angles of a pair follow from S_i = between[i] = R^_i R_i^T: the one from S_i^T S_j, the
-    # other from (c_j - c_i)^T S_i^T (c^_j - c^_i). From quaternions, so that the rounding of files
-    # (S is orthonormal to 1e-6 only) does not enter the cosines.
-    quaternions, rotations = between.as_quat(), between.as_matrix()
-    others, gt_others, est_others = (np.ascontiguousarray(a.T) for a in (quaternions, gt, est))
     last_cosine = np.cos(thresholds[-1])
     counts = np.zeros(len(thresholds), dtype=np.int64)
-    n, first = len(gt), 0
-    while first < n - 1:
-        # Cameras i = first, first + 1, ... in rows, j = first + 1, ..., n - 1 in columns.
-        width = n - 1 - first
-        height = ceil(width / ceil(width**2 / CHUNK))  # equal shares: little beyond the diagonal
-        i, j = slice(first, first + height), slice(first + 1, n)
-        gt_steps = gt_others[:, j] - gt[i, :, None]
-        est_steps = est_others[:, j] - est[i, :, None]
-        dots = np.einsum("ikj,ikj->ij", rotations[i] @ gt_steps, est_steps)
-        if fold_sign:
-            np.abs(dots, out=dots)
-        lengths = np.sqrt(np.einsum("ikj,ikj->ij", gt_steps, gt_steps))
-        lengths *= np.sqrt(np.einsum("ikj,ikj->ij", est_steps, est_steps))
+    for block in pair_blocks(gt, est, between):
+        dots = np.abs(block.dots) if fold_sign else block.dots
+        lengths = block.gt_lengths * block.est_lengths
         lengths[lengths == 0] = np.nan  # no direction: above no cosine
         cosines = dots / lengths
-        np.minimum(cosines, 2 * (quaternions[i] @ others[:, j]) ** 2 - 1, out=cosines)
-        upper = np.arange(height)[:, None] <= np.arange(width)  # j > i
-        near = cosines[upper & (cosines > last_cosine)]
+        np.minimum(cosines, 2 * block.half_cosines() ** 2 - 1, out=cosines)
+        near = cosines[block.pairs & (cosines > last_cosine)]
         angles = np.arccos(np.minimum(near, 1.0))  # rounding takes a cosine above 1
         # Below the k-th threshold (k = 1, 2, ...) lie the angles of less than k whole steps.
         steps = (angles / thresholds[0]).astype(np.intp)
         counts += np.bincount(steps, minlength=len(counts))[: len(counts)]
-        first += height
     return np.cumsum(counts)

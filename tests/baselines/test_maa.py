@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-import baselines.pairwise
+import alignscores.pairs
 from baselines import maa
 
 Floats = NDArray[np.float64]
@@ -242,7 +242,7 @@ def test_block_size_does_not_matter(
     est[5, :, 3] = est[6, :, 3]
     score = maa(gt, est, fold_sign=fold_sign)
     for chunk in (1, 2, 149, 150, 151, 1000, 10**9):
-        monkeypatch.setattr(baselines.pairwise, "CHUNK", chunk)
+        monkeypatch.setattr(alignscores.pairs, "CHUNK", chunk)
         assert maa(gt, est, fold_sign=fold_sign) == score
 
 

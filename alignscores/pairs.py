@@ -1,0 +1,107 @@
+"""All pairs of cameras, in blocks: relative rotations and directions in two worlds at once."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+__all__ = ["PairBlock", "pair_blocks"]
+
+Floats = NDArray[np.float64]
+
+CHUNK = 1 << 13  # pairs evaluated at once: their temporaries stay in the cache
+
+
+@dataclass(frozen=True, eq=False)
+class PairBlock:
+    """What the errors of some pairs (i, j) follow from: cameras i in rows, j in columns.
+
+    Parameters
+    ----------
+    i, j : slice
+        The cameras.
+    pairs : (rows, columns) ndarray of bool
+        Where i < j; no other entries count.
+    i_quaternions, j_quaternions : (rows, 4), (4, columns) ndarray
+        Of the rotations between the worlds.
+    dots : (rows, columns) ndarray
+        Scalar products of true and estimated step from i to j, both in the axes of camera i.
+    gt_lengths, est_lengths : (rows, columns) ndarray
+        Lengths of the steps.
+    """
+
+    i: slice
+    j: slice
+    pairs: NDArray[np.bool_]
+    i_quaternions: Floats
+    j_quaternions: Floats
+    dots: Floats
+    gt_lengths: Floats
+    est_lengths: Floats
+
+    def half_cosines(self) -> Floats:
+        """Return the cosine, of either sign, of half the angle between the relative rotations."""
+        return np.asarray(self.i_quaternions @ self.j_quaternions)
+
+    def rotation_angles(self) -> Floats:
+        """Return the angles between the relative rotations in degrees, precise down to 0."""
+        sign = np.where(self.half_cosines() < 0, -1.0, 1.0)
+        chord = np.zeros(self.dots.shape)
+        for a, b in zip(self.i_quaternions.T, self.j_quaternions, strict=True):
+            chord += (a[:, None] - sign * b) ** 2
+        return np.asarray(np.degrees(4 * np.arcsin(np.minimum(np.sqrt(chord) / 2, 1.0))))
+
+
+def pair_blocks(gt: Floats, est: Floats, between: Rotation) -> Iterator[PairBlock]:
+    """Go through all pairs i < j, some thousand at a time.
+
+    Parameters
+    ----------
+    gt, est : (n, 3) array
+        Camera centres of moderate size.
+    between : Rotation
+        For each camera the rotation that takes its true axes to its estimated ones. Both errors of
+        a pair follow from it: the rotation from S_i^T S_j, the direction from
+        (c_j - c_i)^T S_i^T (c^_j - c^_i).
+
+    Yields
+    ------
+    PairBlock
+        The pairs of the next cameras i with all later ones. O(n) memory.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.spatial.transform import Rotation
+    >>> from alignscores.pairs import pair_blocks
+    >>> gt = np.array([[0.0, 0, 0], [1, 0, 0], [0, 2, 0]])
+    >>> (block,) = pair_blocks(gt, 3 * gt, Rotation.identity(3))
+    >>> block.dots[block.pairs], block.rotation_angles()[block.pairs]
+    (array([ 3., 12., 15.]), array([0., 0., 0.]))
+    """
+    # From quaternions, so that the rounding of files (S is orthonormal to 1e-6 only) does not
+    # enter the cosines.
+    quaternions, rotations = between.as_quat(), between.as_matrix()
+    others, gt_others, est_others = (np.ascontiguousarray(a.T) for a in (quaternions, gt, est))
+    n, first = len(gt), 0
+    while first < n - 1:
+        # Cameras i = first, first + 1, ... in rows, j = first + 1, ..., n - 1 in columns.
+        width = n - 1 - first
+        height = ceil(width / ceil(width**2 / CHUNK))  # equal shares: little beyond the diagonal
+        i, j = slice(first, first + height), slice(first + 1, n)
+        gt_steps = gt_others[:, j] - gt[i, :, None]
+        est_steps = est_others[:, j] - est[i, :, None]
+        yield PairBlock(
+            i=i,
+            j=j,
+            pairs=np.arange(height)[:, None] <= np.arange(width),
+            i_quaternions=quaternions[i],
+            j_quaternions=others[:, j],
+            dots=np.einsum("ikj,ikj->ij", rotations[i] @ gt_steps, est_steps),
+            gt_lengths=np.sqrt(np.einsum("ikj,ikj->ij", gt_steps, gt_steps)),
+            est_lengths=np.sqrt(np.einsum("ikj,ikj->ij", est_steps, est_steps)),
+        )
+        first += height
