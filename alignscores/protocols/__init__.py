@@ -1,0 +1,49 @@
+"""Today's metrics of camera poses, each exactly as its origin defines it, under its name.
+
+One function a protocol, named after where it comes from; `protocol` finds them by short names such
+as ``auc@30:vggt``. Where an origin surprises, so does the function: they are there so that numbers
+compare, not because they are good. The table is in docs/protocols.md, the surprises are in
+docs/protocol-surprises.md.
+"""
+
+from .cameras import NoValueError
+from .colmap import (
+    colmap_absolute_auc,
+    colmap_absolute_recall,
+    colmap_relative_auc,
+    colmap_relative_recall,
+)
+from .images import ace0_recall, hloc_median, hloc_recall
+from .imc import IMC_2024, IMC_2025, imc_maa
+from .registry import PROTOCOLS, Family, Protocol, protocol, split_names
+from .relative import vggt_auc, vggt_rra, vggt_rta
+from .segments import kitti_relative_error, rpg_relative_error
+from .trajectory import evo_are, evo_ate, evo_rpe, mapanything_ate
+
+__all__ = [
+    "IMC_2024",
+    "IMC_2025",
+    "PROTOCOLS",
+    "Family",
+    "NoValueError",
+    "Protocol",
+    "ace0_recall",
+    "colmap_absolute_auc",
+    "colmap_absolute_recall",
+    "colmap_relative_auc",
+    "colmap_relative_recall",
+    "evo_are",
+    "evo_ate",
+    "evo_rpe",
+    "hloc_median",
+    "hloc_recall",
+    "imc_maa",
+    "kitti_relative_error",
+    "mapanything_ate",
+    "protocol",
+    "rpg_relative_error",
+    "split_names",
+    "vggt_auc",
+    "vggt_rra",
+    "vggt_rta",
+]

@@ -1,0 +1,175 @@
+"""Closed-form similarities between point sets, many at once, as the protocols fit them."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..similarity import _weighted_sums
+
+__all__ = ["Fit", "Transform", "fit", "random_triplets"]
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class Transform:
+    """Similarities ``target = scale * rotation @ source + translation``, one or many.
+
+    Parameters
+    ----------
+    scale : (...) ndarray
+    rotation : (..., 3, 3) ndarray
+    translation : (..., 3) ndarray
+    """
+
+    scale: Floats
+    rotation: Floats
+    translation: Floats
+
+    def __getitem__(self, index: int) -> "Transform":
+        return Transform(self.scale[index], self.rotation[index], self.translation[index])
+
+    @classmethod
+    def joined(cls, parts: Iterable["Transform"]) -> "Transform":
+        """Put single similarities in one."""
+        parts = list(parts)
+        fields = ("scale", "rotation", "translation")
+        return cls(*(np.stack([getattr(part, name) for part in parts]) for name in fields))
+
+    def squared_distances(self, source: Floats, target: Floats) -> Floats:
+        """Return the squared distances (..., n) between the moved source and the target."""
+        offsets = (self.scale[..., None, None] * self.rotation) @ source.T
+        offsets += self.translation[..., None]
+        offsets -= target.T
+        return np.asarray(np.einsum("...kn,...kn->...n", offsets, offsets))
+
+    def distances(self, source: Floats, target: Floats) -> Floats:
+        """Return the distances (..., n) between the moved source and the target."""
+        return np.asarray(np.sqrt(self.squared_distances(source, target)))
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The best rotation between point sets, and what the scales follow from.
+
+    Parameters
+    ----------
+    rotation : (..., 3, 3) ndarray
+        From source to target.
+    source_mean, target_mean : (..., 3) ndarray
+        Centroids.
+    source_variance, target_variance : (...) ndarray
+        Mean squared distances from them.
+    correlation : (...) ndarray
+        Mean scalar product of the target with the rotated source, both from their centroids.
+    """
+
+    rotation: Floats
+    source_mean: Floats
+    target_mean: Floats
+    source_variance: Floats
+    target_variance: Floats
+    correlation: Floats
+
+    def rigid(self) -> Transform:
+        """Return the motion without a scale."""
+        return self._with(np.ones_like(self.correlation))
+
+    def least_squares(self) -> Transform:
+        """Return the similarity with the smallest squared errors in the target."""
+        return self._with(self.correlation / self.source_variance)
+
+    def inverse_least_squares(self) -> Transform:
+        """Return the inverse of the similarity with the smallest squared errors in the source."""
+        return self._with(self.target_variance / self.correlation)
+
+    def equal_spreads(self) -> Transform:
+        """Return the similarity that gives the source the spread of the target."""
+        return self._with(np.sqrt(self.target_variance / self.source_variance))
+
+    def _with(self, scale: Floats) -> Transform:
+        turned = (self.rotation @ self.source_mean[..., None])[..., 0]
+        return Transform(scale, self.rotation, self.target_mean - scale[..., None] * turned)
+
+
+def fit(source: Floats, target: Floats, weights: Floats | None = None) -> Fit:
+    """Fit rotations between centred point sets by the SVD of their covariance.
+
+    Parameters
+    ----------
+    source, target : (..., k, 3) array
+        Points, row by row the same.
+    weights : (H, k) array, optional
+        Non-negative, for H fits to subsets of one (k, 3) set each.
+
+    Returns
+    -------
+    Fit
+        The fits. Their scales are not finite where points coincide.
+
+    References
+    ----------
+    Umeyama, "Least-squares estimation of transformation parameters between two point patterns",
+    PAMI 1991.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.protocols.alignment import fit
+    >>> source = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> fit(source, 2 * source + 1).least_squares().scale.round(9)
+    np.float64(2.0)
+    """
+    if weights is None:
+        source_mean, target_mean = source.mean(axis=-2), target.mean(axis=-2)
+        x, y = source - source_mean[..., None, :], target - target_mean[..., None, :]
+        number = source.shape[-2]
+        covariance = np.einsum("...ki,...kj->...ij", y, x) / number
+        source_variance = np.einsum("...ki,...ki->...", x, x) / number
+        target_variance = np.einsum("...ki,...ki->...", y, y) / number
+    else:
+        # All moments in one product, about a common centre so that few digits are lost.
+        centres = source.mean(axis=0), target.mean(axis=0)
+        x, y = source - centres[0], target - centres[1]
+        products = (y[:, :, None] * x[:, None, :]).reshape(len(x), 9)
+        squares = np.stack([(x * x).sum(axis=1), (y * y).sum(axis=1)], axis=1)
+        moments = _weighted_sums(weights, np.hstack([x, y, products, squares]).T)
+        moments /= weights.sum(axis=1, keepdims=True)
+        mx, my = moments[:, :3], moments[:, 3:6]
+        covariance = moments[:, 6:15].reshape(-1, 3, 3) - my[:, :, None] * mx[:, None, :]
+        source_variance = moments[:, 15] - (mx * mx).sum(axis=1)
+        target_variance = moments[:, 16] - (my * my).sum(axis=1)
+        source_mean, target_mean = mx + centres[0], my + centres[1]
+    u, values, vt = np.linalg.svd(covariance)
+    sign = np.sign(np.linalg.det(u) * np.linalg.det(vt))
+    u[..., 2] *= sign[..., None]
+    values[..., 2] *= sign
+    return Fit(
+        rotation=u @ vt,
+        source_mean=source_mean,
+        target_mean=target_mean,
+        source_variance=np.asarray(source_variance),
+        target_variance=np.asarray(target_variance),
+        correlation=np.asarray(values.sum(axis=-1)),
+    )
+
+
+def random_triplets(n: int, count: int, rng: np.random.Generator) -> Indices:
+    """Draw three different ones of n, so many times.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.protocols.alignment import random_triplets
+    >>> np.sort(random_triplets(3, 2, np.random.default_rng(0)), axis=1)
+    array([[0, 1, 2],
+           [0, 1, 2]])
+    """
+    first, second, third = (rng.integers(n - k, size=count) for k in range(3))
+    second += second >= first
+    third += third >= np.minimum(first, second)
+    third += third >= np.maximum(first, second)
+    return np.stack([first, second, third], axis=1)

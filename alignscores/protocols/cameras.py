@@ -1,0 +1,95 @@
+"""The cameras that a protocol is given: checked, and those without an estimate marked."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..similarity import FARTHEST_SQUARABLE
+from ..validation import check_poses, check_positions, check_same_length, finite_rows
+
+__all__ = ["Cameras", "NoValueError", "Positions"]
+
+Floats = NDArray[np.float64]
+
+
+class NoValueError(ValueError):
+    """The protocol has no value for this input: its program stops, or writes nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Positions:
+    """Camera centres of both worlds; rows that were not estimated are not finite.
+
+    Parameters
+    ----------
+    gt, est : (n, 3) ndarray
+        The centres.
+    estimated : (n,) ndarray of bool
+        Which of them have an estimate.
+    """
+
+    gt: Floats
+    est: Floats
+    estimated: NDArray[np.bool_]
+
+    @classmethod
+    def check(cls, gt_positions: ArrayLike, est_positions: ArrayLike) -> "Positions":
+        """Check (n, 3) positions."""
+        gt = check_positions(gt_positions, "gt_positions", complete=True)
+        est = check_positions(est_positions, "est_positions", complete=False)
+        check_same_length(gt, est, "gt_positions", "est_positions")
+        return cls(_moderate(gt), _moderate(est), finite_rows(est))
+
+    def matched(self) -> tuple[Floats, Floats]:
+        """Return the centres of the cameras with an estimate."""
+        return self.gt[self.estimated], self.est[self.estimated]
+
+
+@dataclass(frozen=True, eq=False)
+class Cameras:
+    """Camera-to-world poses of both worlds; rows that were not estimated are not finite.
+
+    Parameters
+    ----------
+    gt_rotations, est_rotations : (n, 3, 3) ndarray
+        The rotations.
+    gt, est : (n, 3) ndarray
+        The centres.
+    estimated : (n,) ndarray of bool
+        Which of them have an estimate of both.
+    """
+
+    gt_rotations: Floats
+    gt: Floats
+    est_rotations: Floats
+    est: Floats
+    estimated: NDArray[np.bool_]
+
+    @classmethod
+    def check(cls, gt_poses: ArrayLike, est_poses: ArrayLike) -> "Cameras":
+        """Check (n, 4, 4) or (n, 3, 4) poses."""
+        gt_rotations, gt = check_poses(gt_poses, "gt_poses", complete=True)
+        est_rotations, est = check_poses(est_poses, "est_poses", complete=False)
+        check_same_length(gt, est, "gt_poses", "est_poses")
+        estimated = finite_rows(est_rotations) & finite_rows(est)
+        return cls(gt_rotations, _moderate(gt), est_rotations, _moderate(est), estimated)
+
+    def __len__(self) -> int:
+        return len(self.gt)
+
+    def matched(self) -> "Cameras":
+        """Return the cameras with an estimate."""
+        rows = self.estimated
+        return Cameras(
+            self.gt_rotations[rows],
+            self.gt[rows],
+            self.est_rotations[rows],
+            self.est[rows],
+            rows[rows],
+        )
+
+
+def _moderate(positions: Floats) -> Floats:
+    """Cut coordinates whose squares would overflow."""
+    return np.clip(positions, -FARTHEST_SQUARABLE, FARTHEST_SQUARABLE)

@@ -1,0 +1,224 @@
+"""Accuracy of relative poses between all pairs: RRA, RTA and AUC of VGGT and its followers.
+
+Errors are angles of all unordered pairs; see `vggt_auc`.
+"""
+
+from collections.abc import Iterator
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+from ..pairs import PairBlock, pair_blocks
+from ..validation import check_positive
+from .cameras import Cameras, NoValueError
+
+__all__ = ["Convention", "direction_blocks", "pair_errors", "vggt_auc", "vggt_rra", "vggt_rta"]
+
+Floats = NDArray[np.float64]
+Convention = Literal["vggt", "mapanything", "da3"]
+
+SHORTEST = 1e-15  # added to lengths, smallest squared sine of an error
+SMALLEST_ROTATION = float(np.degrees(np.arccos(1 - 2 * SHORTEST)))
+MAX_DEGREES = 180
+
+
+def vggt_rra(
+    gt_poses: ArrayLike, est_poses: ArrayLike, k: float, *, convention: Convention = "vggt"
+) -> float:
+    """Relative rotation accuracy, RRA@k: share of pairs with a rotation error below k degrees.
+
+    Parameters, errors and costs as for `vggt_auc`, but k may be any positive number.
+
+    Returns
+    -------
+    float
+        Percent.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.protocols import vggt_rra
+    >>> gt = np.tile(np.eye(4), (4, 1, 1))
+    >>> est = gt.copy()
+    >>> est[3] = np.nan
+    >>> vggt_rra(gt, est, 5)
+    50.0
+    """
+    return _rate(gt_poses, est_poses, k, convention, which=0)
+
+
+def vggt_rta(
+    gt_poses: ArrayLike, est_poses: ArrayLike, k: float, *, convention: Convention = "vggt"
+) -> float:
+    """Relative translation accuracy, RTA@k: share of pairs with a direction error below k degrees.
+
+    Parameters, errors and costs as for `vggt_auc`, but k may be any positive number.
+
+    Returns
+    -------
+    float
+        Percent.
+
+    Examples
+    --------
+    A step in the opposite direction counts as right:
+
+    >>> import numpy as np
+    >>> from alignscores.protocols import vggt_rta
+    >>> gt = np.tile(np.eye(4), (2, 1, 1))
+    >>> gt[1, 0, 3] = 1
+    >>> est = gt.copy()
+    >>> est[1, 0, 3] = -1
+    >>> vggt_rta(gt, est, 5)
+    100.0
+    """
+    return _rate(gt_poses, est_poses, k, convention, which=1)
+
+
+def vggt_auc(
+    gt_poses: ArrayLike,
+    est_poses: ArrayLike,
+    k: int,
+    *,
+    convention: Convention = "vggt",
+    bins: Literal["degree", "histogram"] = "degree",
+) -> float:
+    """Area under the accuracy of relative poses up to k degrees, in bins of one degree: AUC@k.
+
+    The error e of a pair i < j is the larger of the angle between the relative rotations and the
+    angle between the directions of the relative translations; the latter is folded, so that
+    opposite directions are equal. AUC@k is the mean over m = 1, ..., k of the share of pairs with
+    e < m (e <= k for m = k): an error of 0.99 degrees costs nothing.
+
+    Parameters
+    ----------
+    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Finite camera-to-world poses, at least 2.
+    est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses in any world, row i for the camera of row i of the ground truth. The
+        programs have no notion of a camera that is not finite; fed with one, all its pairs fail.
+    k : int
+        Whole degrees, at most 180.
+    convention : {"vggt", "mapanything", "da3"}
+        The relative translation is that of camera i seen from camera j (Pi3's copy of VGGT's
+        script), of j seen from i (VGGT's later script, MapAnything), or, in Depth Anything 3,
+        R_0^T [(c_i - c_0) - R_i R_j^T (c_j - c_0)], with the rotation R_0^T R_i R_j^T R_0: no
+        motion between the two cameras, and all of it depends on the first image.
+    bins : {"degree", "histogram"}
+        With "histogram" the older form: k + 1 equal bins on [0, k], the mean over these.
+
+    Returns
+    -------
+    float
+        Percent.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed.
+    NoValueError
+        Where there is no pair.
+
+    Notes
+    -----
+    1e-15 is added to the length of a translation before it is divided by it. Where the true or the
+    estimated centres of a pair coincide the direction error is 90 degrees, and the pair fails
+    whatever its rotation.
+
+    O(n^2) time, O(n) memory beyond a constant.
+
+    References
+    ----------
+    Pi3, relpose/metric.py and eval_angle.py at 9125273 (2025), after facebookresearch/vggt,
+    evaluation/test_co3d.py; facebookresearch/map-anything, mapanything/utils/metrics.py at 5e21566
+    (2025); ByteDance-Seed/Depth-Anything-3, src/depth_anything_3/bench/utils.py at 33c29cc (2025).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.spatial.transform import Rotation
+    >>> from alignscores.protocols import vggt_auc
+    >>> gt = np.tile(np.eye(4), (3, 1, 1))
+    >>> gt[:, :3, 3] = np.eye(3)
+    >>> est = gt.copy()
+    >>> est[2, :3, :3] = Rotation.from_euler("x", 1.5, degrees=True).as_matrix()
+    >>> round(vggt_auc(gt, est, 3), 1)
+    77.8
+    """
+    check_positive(k, "k", integer=True)
+    if k > MAX_DEGREES:
+        raise ValueError(f"k must be at most {MAX_DEGREES}, not {k}")
+    cameras = Cameras.check(gt_poses, est_poses)
+    n_pairs = _n_pairs(cameras)
+    n_bins = k if bins == "degree" else k + 1
+    edges = np.linspace(0, k, n_bins + 1)
+    counts = np.zeros(n_bins, dtype=np.int64)
+    for rotation_errors, direction_errors in pair_errors(cameras, convention):
+        errors = np.maximum(rotation_errors, direction_errors)
+        counts += np.histogram(errors[errors <= k], edges)[0]
+    return 100 * int(np.cumsum(counts).sum()) / (n_bins * n_pairs)
+
+
+def pair_errors(cameras: Cameras, convention: Convention) -> Iterator[tuple[Floats, Floats]]:
+    """Go through the pairs of cameras with an estimate: rotation and direction errors in degrees.
+
+    The order is that of `direction_blocks`.
+    """
+    for block in direction_blocks(cameras, convention):
+        lengths = (block.gt_lengths + SHORTEST) * (block.est_lengths + SHORTEST)
+        cosines = (block.dots / lengths)[block.pairs]
+        squared_sines = np.maximum(1 - cosines * cosines, SHORTEST)
+        rotation_errors = np.maximum(block.rotation_angles()[block.pairs], SMALLEST_ROTATION)
+        yield rotation_errors, np.degrees(np.arccos(np.sqrt(1 - squared_sines)))
+
+
+def direction_blocks(cameras: Cameras, convention: Convention) -> Iterator[PairBlock]:
+    """Go through the pairs with the translations of a convention.
+
+    Of "vggt" the blocks are those of the cameras in reversed order: seen from the second camera.
+    """
+    if convention == "da3":
+        if not cameras.estimated[0]:
+            return iter(())  # its world is that of camera 0
+        cameras = cameras.matched()
+        # As steps g_i - g_j with g_i = R_i^T (c_i - c_0), turned into world axes by R_i; the
+        # rotations between the worlds become those of camera i, seen from camera 0.
+        gt = _in_own_axes(cameras.gt_rotations, cameras.gt)
+        est = _in_own_axes(cameras.est_rotations, cameras.est)
+        world = cameras.est_rotations[0] @ cameras.gt_rotations[0].T
+        aligned = world.T @ cameras.est_rotations
+        between = aligned.transpose(0, 2, 1) @ cameras.gt_rotations
+    elif convention in ("vggt", "mapanything"):
+        cameras = cameras.matched()
+        gt, est = cameras.gt, cameras.est
+        between = cameras.est_rotations @ cameras.gt_rotations.transpose(0, 2, 1)
+        if convention == "vggt":
+            gt, est, between = gt[::-1], est[::-1], between[::-1]
+    else:
+        raise ValueError(f"convention must be vggt, mapanything or da3, not {convention!r}")
+    if len(gt) < 2:
+        return iter(())
+    return pair_blocks(gt, est, Rotation.from_matrix(between))
+
+
+def _in_own_axes(rotations: Floats, positions: Floats) -> Floats:
+    return np.asarray(np.einsum("nki,nk->ni", rotations, positions - positions[0]))
+
+
+def _rate(
+    gt_poses: ArrayLike, est_poses: ArrayLike, k: float, convention: Convention, *, which: int
+) -> float:
+    check_positive(k, "k")
+    cameras = Cameras.check(gt_poses, est_poses)
+    n_pairs = _n_pairs(cameras)
+    errors = pair_errors(cameras, convention)
+    return 100 * sum(int(np.count_nonzero(pair[which] < k)) for pair in errors) / n_pairs
+
+
+def _n_pairs(cameras: Cameras) -> int:
+    n = len(cameras)
+    if n < 2:
+        raise NoValueError("relative accuracies need at least 2 cameras, but gt_poses has 1")
+    return n * (n - 1) // 2

@@ -1,0 +1,234 @@
+"""Relative errors over path lengths: the KITTI devkit and rpg_trajectory_evaluation."""
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..averaging import rotation_angles
+from ..validation import check_positive
+from .alignment import fit
+from .cameras import Cameras, NoValueError
+from .trajectory import STATISTICS, Statistic, nearest_after, path_lengths, relative_poses
+
+__all__ = ["kitti_relative_error", "rpg_relative_error"]
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+KITTI_LENGTHS = range(100, 801, 100)  # metres
+KITTI_STEP = 10  # frames from start to start
+RPG_TOLERANCE = 0.2
+
+
+def kitti_relative_error(
+    gt_poses: ArrayLike,
+    est_poses: ArrayLike,
+    *,
+    error: Literal["translation", "rotation"] = "translation",
+) -> float:
+    """Mean relative error over segments of 100, 200, ..., 800 m, of the KITTI odometry benchmark.
+
+    From every tenth frame a segment goes to the first frame more than its length further along the
+    true path. With Q and P the true and the estimated motion over it, the error is of P^-1 Q,
+    divided by the length. The mean is over all segments of all lengths.
+
+    Parameters
+    ----------
+    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Finite camera-to-world poses of all frames in the order of time, in metres.
+    est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Finite camera-to-world poses in metres, row i for the frame of row i of the ground truth,
+        in any world: the first pose need not be the identity. There is no scale.
+    error : {"translation", "rotation"}
+        Length of the translation in percent, or angle of the rotation in degrees per metre.
+
+    Returns
+    -------
+    float
+        Percent, or degrees per metre.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed.
+    NoValueError
+        Where a frame has no estimate, or the path is not longer than 100 m: the program crashes,
+        or writes nothing.
+
+    Notes
+    -----
+    Divided by the nominal length, not by the true one: a path with few frames has larger errors.
+    Shorter lengths have more segments and weigh more. The program is in single precision, this is
+    not.
+
+    O(n log n) time, O(n) memory.
+
+    References
+    ----------
+    KITTI odometry development kit, cpp/evaluate_odometry.cpp.
+    Geiger et al., "Are we ready for autonomous driving? The KITTI vision benchmark suite",
+    CVPR 2012.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.protocols import kitti_relative_error
+    >>> gt = np.tile(np.eye(4), (500, 1, 1))
+    >>> gt[:, 2, 3] = np.arange(500)
+    >>> est = gt.copy()
+    >>> est[:, 2, 3] *= 1.01
+    >>> round(kitti_relative_error(gt, est), 4)
+    1.0064
+    """
+    if error not in ("translation", "rotation"):
+        raise ValueError(f"error must be translation or rotation, not {error!r}")
+    segments = kitti_segments(Cameras.check(gt_poses, est_poses))
+    _, rotations, translations, _ = segments.T
+    return float(100 * translations.mean() if error == "translation" else rotations.mean())
+
+
+def kitti_segments(cameras: Cameras) -> Floats:
+    """Return start, degrees a metre, share of the length, and length, of each segment."""
+    if not cameras.estimated.all():
+        row = int(np.argmin(cameras.estimated))
+        raise NoValueError(f"the KITTI errors need all poses, but frame {row} has no estimate")
+    path = path_lengths(cameras.gt)
+    starts = np.arange(0, len(path), KITTI_STEP)
+    rows = []
+    for length in KITTI_LENGTHS:
+        ends = np.searchsorted(path, path[starts] + length, side="right")
+        found = ends < len(path)
+        first, second = starts[found], ends[found]
+        distances, angles = _errors(cameras, first, second)
+        lengths = np.full(len(first), float(length))
+        rows.append(np.column_stack([first, angles / length, distances / length, lengths]))
+    segments = np.concatenate(rows)
+    if len(segments) == 0:
+        raise NoValueError(f"the KITTI errors need a path longer than {KITTI_LENGTHS[0]} m")
+    # By start, then length, as the program does.
+    return segments[np.lexsort((segments[:, 3], segments[:, 0]))]
+
+
+def rpg_relative_error(
+    gt_poses: ArrayLike,
+    est_poses: ArrayLike,
+    length: float,
+    *,
+    error: Literal["translation", "percent", "rotation", "rotation/length"] = "translation",
+    alignment: Literal["sim3", "se3"] = "sim3",
+    statistic: Statistic = "rmse",
+) -> float:
+    """Relative error over one path length, of rpg_trajectory_evaluation.
+
+    For each frame the program looks for the one nearest to `length` further along the true path, at
+    most a fifth of it off. Frames without one are dropped from the list of ends, and the k-th end
+    of what is left is paired with frame k: where poses are sparse, not with its own start.
+
+    Parameters
+    ----------
+    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Finite camera-to-world poses in the order of time.
+    est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses, row i for the camera of row i of the ground truth. Those that are not
+        finite are left out first.
+    length : float
+        Path length in ground-truth units.
+    error : {"translation", "percent", "rotation", "rotation/length"}
+        Length of the translation, the same in percent of `length`, angle of the rotation in
+        degrees, or this divided by `length`.
+    alignment : {"sim3", "se3"}
+        Whether translations are multiplied by the scale of the least-squares similarity of all
+        centres.
+    statistic
+        See `evo_ate`.
+
+    Returns
+    -------
+    float
+        In ground-truth units, percent, degrees or degrees a unit.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed.
+    NoValueError
+        Where fewer than two frames have one at that distance (the program's statistics are 0
+        there), or the estimated centres coincide.
+
+    Notes
+    -----
+    O(n log n) time, O(n) memory.
+
+    References
+    ----------
+    uzh-rpg/rpg_trajectory_evaluation at 2d29ae9 (2019), compute_trajectory_errors.py,
+    trajectory.py.
+    Zhang and Scaramuzza, "A tutorial on quantitative trajectory evaluation for visual(-inertial)
+    odometry", IROS 2018.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.protocols import rpg_relative_error
+    >>> gt = np.tile(np.eye(4), (50, 1, 1))
+    >>> gt[:, 2, 3] = np.arange(50)
+    >>> est = gt.copy()
+    >>> est[:, 2, 3] *= 1.01
+    >>> round(rpg_relative_error(gt, est, 10, error="percent", alignment="se3"), 9)
+    1.0
+    """
+    check_positive(length, "length")
+    if error not in ("translation", "percent", "rotation", "rotation/length"):
+        raise ValueError(
+            f"error must be translation, percent, rotation or rotation/length, not {error!r}"
+        )
+    if statistic not in STATISTICS:
+        raise ValueError(f"statistic must be one of {', '.join(STATISTICS)}, not {statistic!r}")
+    cameras = Cameras.check(gt_poses, est_poses).matched()
+    distances, angles = rpg_errors(cameras, length, alignment)
+    values = {
+        "translation": distances,
+        "percent": 100 * distances / length,
+        "rotation": angles,
+        "rotation/length": angles / length,
+    }[error]
+    return float(STATISTICS[statistic](values))
+
+
+def rpg_errors(cameras: Cameras, length: float, alignment: str) -> tuple[Floats, Floats]:
+    """Return lengths of translations and angles of rotations over a path length."""
+    if alignment not in ("sim3", "se3"):
+        raise ValueError(f"alignment must be sim3 or se3, not {alignment!r}")
+    if len(cameras) == 0:
+        raise NoValueError("no camera was estimated")
+    scale = 1.0
+    if alignment == "sim3":
+        with np.errstate(all="ignore"):
+            scale = float(fit(cameras.est, cameras.gt).least_squares().scale)
+        if not np.isfinite(scale):
+            raise NoValueError("the estimate has no scale: its centres coincide")
+    path = path_lengths(cameras.gt)
+    starts = np.arange(len(path))
+    ends = nearest_after(path, starts, starts, length)
+    ends = ends[np.abs(path[ends] - (path + length)) < RPG_TOLERANCE * length]
+    if len(ends) < 2:
+        raise NoValueError(f"fewer than two frames have one {length:g} further along the path")
+    scaled = Cameras(
+        cameras.gt_rotations,
+        cameras.gt,
+        cameras.est_rotations,
+        scale * cameras.est,
+        cameras.estimated,
+    )
+    return _errors(scaled, starts[: len(ends)], ends)
+
+
+def _errors(cameras: Cameras, first: Indices, second: Indices) -> tuple[Floats, Floats]:
+    """Return lengths and angles of the difference between true and estimated motions.
+
+    The length of the translation of P^-1 Q is that of Q^-1 P.
+    """
+    true, estimated = relative_poses(cameras, first, second)
+    distances = np.linalg.norm(estimated[1] - true[1], axis=1)
+    return distances, rotation_angles(true[0].transpose(0, 2, 1) @ estimated[0])

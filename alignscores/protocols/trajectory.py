@@ -1,0 +1,385 @@
+"""Absolute and relative pose errors as evo computes them, and the mean that is called an RMSE."""
+
+from collections.abc import Callable, Mapping
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..averaging import rotation_angles
+from ..similarity import Similarity
+from ..validation import check_positive
+from .alignment import fit
+from .cameras import Cameras, NoValueError, Positions
+
+__all__ = [
+    "STATISTICS",
+    "Alignment",
+    "Statistic",
+    "evo_are",
+    "evo_ate",
+    "evo_rpe",
+    "least_squares_aligned",
+    "mapanything_ate",
+    "relative_poses",
+]
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Alignment = Literal["sim3", "se3", "scale", "none"]
+Statistic = Literal["rmse", "mean", "median", "std", "min", "max", "sse"]
+
+STATISTICS: Mapping[str, Callable[[Floats], np.floating]] = {
+    "rmse": lambda errors: np.sqrt(np.mean(errors * errors)),
+    "mean": np.mean,
+    "median": np.median,
+    "std": np.std,
+    "min": np.min,
+    "max": np.max,
+    "sse": lambda errors: np.sum(errors * errors),
+}
+RANK = float(np.finfo(np.float64).eps)  # a smaller singular value of the covariance is none
+TOLERANCE = 0.1  # of a distance: how far the nearest pair may be from it
+
+
+def evo_ate(
+    gt_positions: ArrayLike,
+    est_positions: ArrayLike,
+    *,
+    alignment: Alignment = "sim3",
+    statistic: Statistic = "rmse",
+) -> float:
+    """Absolute trajectory error: distances after a least-squares alignment, as evo_ape has it.
+
+    Parameters
+    ----------
+    gt_positions : (n, 3) array_like
+        Finite camera centres.
+    est_positions : (n, 3) array_like
+        Camera centres, row i for the camera of row i of the ground truth. One that is not finite is
+        left out: to lose a bad camera improves the value.
+    alignment : {"sim3", "se3", "scale", "none"}
+        What moves the estimate to the ground truth: the least-squares similarity (Umeyama), the
+        same without scale, its scale alone, about the origin, or nothing.
+    statistic : {"rmse", "mean", "median", "std", "min", "max", "sse"}
+        Of the distances; the divisor of the standard deviation is n.
+
+    Returns
+    -------
+    float
+        In ground-truth units; "sse" in their square.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed.
+    NoValueError
+        Where evo refuses to align: fewer than two singular values of the covariance of the centres
+        exceed 2.2e-16, as for collinear or coinciding cameras, and for two; or nothing was
+        estimated.
+
+    Notes
+    -----
+    `baselines.ate` is the RMSE with a similarity, with a value for collinear cameras, too.
+
+    O(n) time and memory.
+
+    References
+    ----------
+    evo 1.38.1 (github.com/MichaelGrupp/evo, 2026), evo_ape.
+    Sturm et al., "A benchmark for the evaluation of RGB-D SLAM systems", IROS 2012.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.protocols import evo_ate
+    >>> gt = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> est = gt + [3, 0, 0]
+    >>> evo_ate(gt, est, alignment="none"), round(evo_ate(gt, est), 9)
+    (3.0, 0.0)
+    """
+    positions = Positions.check(gt_positions, est_positions)
+    gt, est = positions.matched()
+    identity = np.broadcast_to(np.eye(3), (len(gt), 3, 3))
+    cameras = Cameras(identity, gt, identity, est, np.ones(len(gt), dtype=bool))
+    aligned = least_squares_aligned(cameras, alignment)
+    return _statistic(np.linalg.norm(aligned.est - aligned.gt, axis=1), statistic)
+
+
+def evo_are(
+    gt_poses: ArrayLike,
+    est_poses: ArrayLike,
+    *,
+    alignment: Alignment = "sim3",
+    statistic: Statistic = "rmse",
+) -> float:
+    """Absolute rotation error: angles after an alignment of the centres, evo_ape's ``angle_deg``.
+
+    The rotations are turned as the centres are; none of them takes part in the alignment. For
+    parameters and errors see `evo_ate`; the poses are camera-to-world.
+
+    Returns
+    -------
+    float
+        Degrees.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.spatial.transform import Rotation
+    >>> from alignscores.protocols import evo_are
+    >>> gt = np.tile(np.eye(4), (4, 1, 1))
+    >>> gt[1:, :3, 3] = np.eye(3)
+    >>> est = gt.copy()
+    >>> est[0, :3, :3] = Rotation.from_euler("x", 2, degrees=True).as_matrix()
+    >>> round(evo_are(gt, est, statistic="mean"), 9)
+    0.5
+    """
+    cameras = least_squares_aligned(Cameras.check(gt_poses, est_poses).matched(), alignment)
+    angles = rotation_angles(cameras.est_rotations.transpose(0, 2, 1) @ cameras.gt_rotations)
+    return _statistic(angles, statistic)
+
+
+def mapanything_ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
+    """Mean distance after a rigid motion of the ground truth: MapAnything's "ATE RMSE".
+
+    Parameters
+    ----------
+    gt_positions : (n, 3) array_like
+        Finite camera centres.
+    est_positions : (n, 3) array_like
+        Camera centres, row i for the camera of row i of the ground truth. One that is not finite is
+        left out.
+
+    Returns
+    -------
+    float
+        The mean, in *estimated* units. There is no scale: MapAnything normalises both worlds by
+        point maps before.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed.
+    NoValueError
+        Where nothing was estimated.
+
+    Notes
+    -----
+    O(n) time and memory.
+
+    References
+    ----------
+    facebookresearch/map-anything, ``evaluate_ate``, at 5e21566 (2025).
+
+    Examples
+    --------
+    >>> from alignscores.protocols import mapanything_ate
+    >>> mapanything_ate([[0, 0, 0], [0, 0, 0]], [[0, 0, 0], [4, 0, 0]])
+    2.0
+    """
+    gt, est = Positions.check(gt_positions, est_positions).matched()
+    if len(gt) == 0:
+        raise NoValueError("no camera was estimated")
+    return float(fit(gt, est).rigid().distances(gt, est).mean())
+
+
+def evo_rpe(
+    gt_poses: ArrayLike,
+    est_poses: ArrayLike,
+    distance: float | None = None,
+    *,
+    error: Literal["translation", "rotation", "distance"] = "translation",
+    alignment: Alignment = "none",
+    statistic: Statistic = "rmse",
+    pairs: Literal["estimate", "reference", "consecutive"] = "estimate",
+) -> float:
+    """Relative pose error between neighbours, or over a distance along the path, as evo_rpe has it.
+
+    With Q and P the true and the estimated motion from one pose to another, the error is of Q^-1 P.
+
+    Parameters
+    ----------
+    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Finite camera-to-world poses in the order of time.
+    est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses, row i for the camera of row i of the ground truth. Those that are not
+        finite are left out first: the next frame may be many later.
+    distance : float, optional
+        Path length of the pairs; by default each frame and the next.
+    error : {"translation", "rotation", "distance"}
+        Length of the translation, angle of the rotation, or the difference between the lengths of
+        the two motions.
+    alignment, statistic
+        See `evo_ate`. Of the alignment only the scale, and with it the path length, matters. evo
+        aligns nothing by default; CUT3R, MonST3R and Pi3 take "sim3".
+    pairs : {"estimate", "reference", "consecutive"}
+        Whose path length counts. With "estimate" (evo's ``--all_pairs``) it is that of the aligned
+        *estimate*: of each frame, the later one whose path length from it is nearest to `distance`
+        if they differ by at most a tenth of that. "reference" is the same on the reference's path
+        (evo's ``--pairs_from_reference``). "consecutive": pairs one after the other, each of at
+        least `distance` of the estimate's path.
+
+    Returns
+    -------
+    float
+        In ground-truth units, or degrees.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed.
+    NoValueError
+        Where no pair has that distance, or evo refuses to align.
+
+    Notes
+    -----
+    O(n log n) time, O(n) memory.
+
+    References
+    ----------
+    evo 1.38.1 (github.com/MichaelGrupp/evo, 2026), evo_rpe; for "sim3" and frames also Pi3,
+    relpose/evo_utils.py at 9125273 (2025).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.protocols import evo_rpe
+    >>> gt = np.tile(np.eye(4), (5, 1, 1))
+    >>> gt[:, 0, 3] = [0, 1, 2, 3, 4]
+    >>> est = gt.copy()
+    >>> est[:, 0, 3] *= 1.1
+    >>> round(evo_rpe(gt, est), 9), round(evo_rpe(gt, est, 2, pairs="reference"), 9)
+    (0.1, 0.2)
+    """
+    cameras = least_squares_aligned(Cameras.check(gt_poses, est_poses).matched(), alignment)
+    if pairs not in ("estimate", "reference", "consecutive"):
+        raise ValueError(f"pairs must be estimate, reference or consecutive, not {pairs!r}")
+    if error not in ("translation", "rotation", "distance"):
+        raise ValueError(f"error must be translation, rotation or distance, not {error!r}")
+    if distance is None:
+        first, second = np.arange(len(cameras) - 1), np.arange(1, len(cameras))
+    else:
+        check_positive(distance, "distance")
+        path = path_lengths(cameras.gt if pairs == "reference" else cameras.est)
+        find = consecutive_pairs if pairs == "consecutive" else nearest_pairs
+        first, second = find(path, distance)
+    if len(first) == 0:
+        over = "next to each other" if distance is None else f"{distance:g} apart"
+        raise NoValueError(f"no two frames with an estimate are {over} on the path")
+    if error == "distance":
+        lengths = (np.linalg.norm(c[first] - c[second], axis=1) for c in (cameras.gt, cameras.est))
+        return _statistic(np.abs(np.subtract(*lengths)), statistic)
+    true, estimated = relative_poses(cameras, first, second)
+    if error == "translation":
+        return _statistic(np.linalg.norm(estimated[1] - true[1], axis=1), statistic)
+    return _statistic(rotation_angles(true[0].transpose(0, 2, 1) @ estimated[0]), statistic)
+
+
+def relative_poses(
+    cameras: Cameras, first: Indices, second: Indices
+) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+    """Return rotations and translations of the second cameras in the first, true and estimated."""
+
+    def motions(rotations: Floats, positions: Floats) -> tuple[Floats, Floats]:
+        inverse = rotations[first].transpose(0, 2, 1)
+        steps = (positions[second] - positions[first])[:, :, None]
+        return inverse @ rotations[second], (inverse @ steps)[:, :, 0]
+
+    return (
+        motions(cameras.gt_rotations, cameras.gt),
+        motions(cameras.est_rotations, cameras.est),
+    )
+
+
+def path_lengths(positions: Floats) -> Floats:
+    """Return the length of the path up to each camera."""
+    steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def nearest_pairs(path: Floats, distance: float) -> tuple[Indices, Indices]:
+    """Pair each frame with the later one nearest to a distance, within the tolerance.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.protocols.trajectory import nearest_pairs
+    >>> nearest_pairs(np.array([0.0, 0.5, 1.05, 1.05, 1.9]), 1.0)
+    (array([0]), array([2]))
+    """
+    first = np.arange(len(path) - 1)
+    second = nearest_after(path, first, first + 1, distance)
+    near = np.abs(path[second] - path[first] - distance) <= TOLERANCE * distance
+    return first[near], second[near]
+
+
+def nearest_after(path: Floats, first: Indices, earliest: Indices, distance: float) -> Indices:
+    """Return the frames nearest to a path length after others, not before the earliest."""
+    above = np.searchsorted(path, path[first] + distance)
+    above = np.clip(above, earliest, len(path) - 1)
+    below = np.maximum(above - 1, earliest)
+    below = np.maximum(np.searchsorted(path, path[below]), earliest)  # the first of equal ones
+    gaps = (np.abs(path[j] - path[first] - distance) for j in (below, above))
+    nearest = np.where(np.less_equal(*gaps), below, above)
+    return np.maximum(np.searchsorted(path, path[nearest]), earliest)
+
+
+def consecutive_pairs(path: Floats, distance: float) -> tuple[Indices, Indices]:
+    """Cut the path in pieces of at least a distance; return their ends.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.protocols.trajectory import consecutive_pairs
+    >>> consecutive_pairs(np.array([0.0, 0.6, 1.2, 2.0, 3.5]), 1.0)
+    (array([0, 2]), array([2, 4]))
+    """
+    ends, length = [0], 0.0
+    for k, step in enumerate(np.diff(path).tolist(), start=1):
+        length += step
+        if length >= distance:
+            ends.append(k)
+            length = 0.0
+    return np.array(ends[:-1], dtype=np.intp), np.array(ends[1:], dtype=np.intp)
+
+
+def least_squares_aligned(cameras: Cameras, alignment: str) -> Cameras:
+    """Move the estimate by evo's alignment of the centres.
+
+    Parameters
+    ----------
+    cameras : Cameras
+        Those with an estimate.
+    alignment : str
+        See `evo_ate`.
+    """
+    if alignment not in ("sim3", "se3", "scale", "none"):
+        raise ValueError(f"alignment must be sim3, se3, scale or none, not {alignment!r}")
+    if len(cameras) == 0:
+        raise NoValueError("no camera was estimated")
+    if alignment == "none":
+        return cameras
+    gt, est = cameras.gt, cameras.est
+    covariance = (gt - gt.mean(axis=0)).T @ (est - est.mean(axis=0)) / len(gt)
+    if np.count_nonzero(np.linalg.svd(covariance, compute_uv=False) > RANK) < 2:
+        raise NoValueError(
+            "evo does not align these cameras: their centres lie on a line or in a point, in the "
+            "ground truth or in the estimate"
+        )
+    to_gt = Similarity.fit(gt, est).inverse()
+    scale = to_gt.scale if alignment != "se3" else 1.0
+    if alignment == "scale":
+        return Cameras(
+            cameras.gt_rotations, gt, cameras.est_rotations, scale * est, cameras.estimated
+        )
+    turned = scale * (est - est.mean(axis=0)) @ to_gt.rotation.T + gt.mean(axis=0)
+    return Cameras(
+        cameras.gt_rotations, gt, to_gt.rotation @ cameras.est_rotations, turned, cameras.estimated
+    )
+
+
+def _statistic(errors: Floats, statistic: str) -> float:
+    if statistic not in STATISTICS:
+        raise ValueError(f"statistic must be one of {', '.join(STATISTICS)}, not {statistic!r}")
+    return float(STATISTICS[statistic](errors))
