@@ -173,8 +173,10 @@ def ace0_alignment(
 
 
 def _single_precision(cameras: Cameras) -> Cameras:
+    largest = np.finfo(np.float32).max
     rotations, positions = (
-        part.astype(np.float32).astype(np.float64) for part in (cameras.gt_rotations, cameras.gt)
+        np.clip(part, -largest, largest).astype(np.float32).astype(np.float64)
+        for part in (cameras.gt_rotations, cameras.gt)
     )
     return Cameras(rotations, positions, cameras.est_rotations, cameras.est, cameras.estimated)
 

@@ -361,13 +361,17 @@ def least_squares_aligned(cameras: Cameras, alignment: str) -> Cameras:
     if alignment == "none":
         return cameras
     gt, est = cameras.gt, cameras.est
+    refusal = NoValueError(
+        "evo does not align these cameras: their centres lie on a line or in a point, in the "
+        "ground truth or in the estimate"
+    )
     covariance = (gt - gt.mean(axis=0)).T @ (est - est.mean(axis=0)) / len(gt)
     if np.count_nonzero(np.linalg.svd(covariance, compute_uv=False) > RANK) < 2:
-        raise NoValueError(
-            "evo does not align these cameras: their centres lie on a line or in a point, in the "
-            "ground truth or in the estimate"
-        )
-    to_gt = Similarity.fit(gt, est).inverse()
+        raise refusal
+    try:
+        to_gt = Similarity.fit(gt, est).inverse()
+    except ValueError:  # what passed for a rank was rounding
+        raise refusal from None
     scale = to_gt.scale if alignment != "se3" else 1.0
     if alignment == "scale":
         return Cameras(

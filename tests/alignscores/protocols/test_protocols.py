@@ -1,0 +1,354 @@
+"""What holds for the protocols by name: worlds, missing cameras, bounds, hostile input, memory."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from alignscores.protocols import (
+    PROTOCOLS,
+    NoValueError,
+    colmap_relative_auc,
+    imc_maa,
+    protocol,
+    split_names,
+    vggt_auc,
+)
+from alignscores.protocols.alignment import random_triplets
+from alignscores.protocols.colmap import _spans_space, interpolated_auc
+from alignscores.protocols.trajectory import nearest_pairs, path_lengths
+from baselines import ate
+
+EXAMPLES = {family.example: family for family in PROTOCOLS}
+# Whose values do not change when the estimate's world is turned, moved and scaled, or not scaled.
+SIM3 = """
+    rra@5:vggt rta@5:vggt rta@5:mapanything auc@30:vggt auc@30:mapanything auc@30:da3
+    auc@30:vggt-old auc@5:colmap recall@5deg:colmap maa:imc24 recall@50cm,30deg:hloc-sim3
+    median:hloc-sim3 median:hloc-sim3:rotation ate:rmse ate:mean are:rmse rpe@1f rpe@1m
+    rpe@1m:rotation rpe@1m:scale rpe@1m:reference rpe@1m:consecutive rpg@1m rpg@1m:rotation
+""".split()  # noqa: SIM905
+SE3 = "ate:se3 ate:mapanything are:se3 rpe@1f:none rpe@1m:none kitti kitti:rotation rpg@1m:se3"
+# To lose any one camera never helps.
+FAIL = """
+    rra@5:vggt rta@5:vggt auc@30:vggt auc@30:mapanything auc@30:da3 auc@30:vggt-old auc@5:colmap
+    recall@5deg:colmap recall@5cm,5deg:hloc median:hloc median:hloc:rotation
+""".split()  # noqa: SIM905
+
+
+def scene(n=30, sigma=0.03, sigma_deg=2.0, seed=0, outliers=3, step=None):
+    """Ground truth, and an estimate in the same world; positions and rotations of each."""
+    rng = np.random.default_rng([seed, n])
+    positions = rng.random((n, 3)) if step is None else step * rng.random((n, 3)).cumsum(axis=0)
+    rotations = Rotation.random(n, rng=rng)
+    noise = Rotation.from_rotvec(rng.normal(0, sigma_deg, (n, 3)), degrees=True)
+    est_positions = positions + rng.normal(0, sigma, (n, 3))
+    est_positions[:outliers] = 3 * rng.random((outliers, 3))
+    return positions, rotations.as_matrix(), est_positions, (noise * rotations).as_matrix()
+
+
+def moved(cameras, seed, scale):
+    gt, gt_rotations, est, est_rotations = cameras
+    rng = np.random.default_rng(seed)
+    turn = Rotation.random(rng=rng).as_matrix()
+    est = scale * (est @ turn.T + rng.uniform(-10, 10, 3))
+    return gt, gt_rotations, est, turn @ est_rotations
+
+
+def without(cameras, rows):
+    gt, gt_rotations, est, est_rotations = (part.copy() for part in cameras)
+    est[rows], est_rotations[rows] = np.nan, np.nan
+    return gt, gt_rotations, est, est_rotations
+
+
+@pytest.mark.parametrize(("names", "scale"), [(SIM3, 3.7), (SE3.split(), 1.0)])
+def test_the_world_of_the_estimate_does_not_matter(names, scale):
+    cameras = scene(n=60, step=20.0, sigma=0.1)
+    near = scene(n=20)
+    for name in names:
+        metric = protocol(name)
+        chosen = cameras if name.startswith("kitti") else near
+        value = metric(*chosen)
+        assert metric(*moved(chosen, 1, scale)) == pytest.approx(value, rel=1e-9, abs=1e-9), name
+        assert value not in (0, 100), name
+
+
+def test_which_depend_on_the_world():
+    """The other deterministic ones: nothing or too little is aligned."""
+    cameras = scene(n=20)
+    for name in ("recall@5cm,5deg:hloc", "median:hloc", "ate:none", "ate:scale", "rpe@1f:none"):
+        metric = protocol(name)
+        assert metric(*moved(cameras, 1, 3.7)) != pytest.approx(metric(*cameras), rel=0.05), name
+
+
+@given(seed=st.integers(0, 2**32 - 1), name=st.sampled_from(FAIL))
+def test_a_missing_camera_never_helps(seed, name):
+    metric = protocol(name)
+    sign = 1 if metric.family.larger_is_better else -1
+    cameras = scene(n=8, seed=seed, outliers=2)
+    value = metric(*cameras)
+    for row in range(8):
+        assert sign * metric(*without(cameras, row)) <= sign * value + 1e-9
+
+
+@pytest.mark.parametrize("name", ["ate:rmse", "rpe@1f", "ate:mapanything", "rpg@1m", "are:rmse"])
+def test_left_out_cameras_leave_the_value_of_the_others(name):
+    """So that to lose the worst improves most of them."""
+    metric = protocol(name)
+    assert metric.family.missing == "left out"
+    cameras = scene()
+    rest = [part[3:] for part in cameras]
+    assert metric(*without(cameras, slice(3))) == pytest.approx(metric(*rest), rel=1e-12)
+    if name != "are:rmse":
+        assert metric(*rest) < metric(*cameras)
+
+
+def test_kitti_refuses_missing_frames():
+    for family in (f for f in PROTOCOLS if f.missing == "refused"):
+        with pytest.raises(NoValueError, match="frame 2 has no estimate"):
+            protocol(family.example)(*without(scene(n=60, step=20.0), 2))
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_bounds_and_perfect_estimates(name):
+    """Scores from 0 to 100 % (mAA: 1), all of it for a perfect estimate; errors are 0 there."""
+    metric, family = protocol(name), EXAMPLES[name]
+    best = {True: 1.0 if name.startswith("maa") else 100.0, False: 0.0}[family.larger_is_better]
+    metres = 20.0 if family.ordered and not name.startswith("rpe") else 0.5
+    gt, gt_rotations, est, _ = cameras = scene(n=60 if metres > 1 else 25, step=metres)
+    assert metric(gt, gt_rotations, gt, gt_rotations) == pytest.approx(best, abs=2e-6)
+    value = metric(*cameras)
+    assert value >= 0
+    assert type(value) is float
+    if family.larger_is_better:
+        assert value <= best
+    else:
+        assert value > 0
+    if not family.rotations:
+        assert metric(gt, None, est, None) == value
+    else:
+        with pytest.raises(ValueError, match="needs the rotations"):
+            metric(gt, None, est, None)
+
+
+HOSTILE = {
+    "one camera": [part[:1] for part in scene()],
+    "two cameras": [part[:2] for part in scene()],
+    "three cameras": [part[:3] for part in scene()],
+    "nothing estimated": without(scene(), slice(None)),
+    "one estimated": without(scene(), slice(1, None)),
+    "two estimated": without(scene(), slice(2, None)),
+    "coincident ground truth": (np.ones((30, 3)), *scene()[1:]),
+    "coincident estimate": (*scene()[:2], np.ones((30, 3)), scene()[3]),
+    "all coincident": (np.ones((30, 3)), scene()[1], np.ones((30, 3)), scene()[3]),
+    "huge": (1e200 * scene()[0], scene()[1], 1e200 * scene()[2], scene()[3]),
+    "huge estimate": (*scene()[:2], 1e300 * scene()[2], scene()[3]),
+    "tiny": (1e-200 * scene()[0], scene()[1], 1e-200 * scene()[2], scene()[3]),
+    "far off": (1e8 + scene()[0], scene()[1], 1e8 + scene()[2], scene()[3]),
+    "on a line": (scene()[0] * [1, 0, 0], *scene()[1:]),
+}
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_hostile_input(case):
+    """A value within the bounds, or a reason why there is none; never a warning or a crash."""
+    for name, family in EXAMPLES.items():
+        try:
+            value = protocol(name)(*HOSTILE[case])
+        except NoValueError:
+            assert family.missing != "fail" or "sim3" in name or case == "one camera", name
+            continue
+        assert value >= 0, name
+        if family.larger_is_better:
+            assert value <= 100, name
+            if case in ("nothing estimated", "one estimated"):
+                assert value == 0, name
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda c: (c[0][:-1], *c[1:]), "cameras|length"),
+        (lambda c: (np.full_like(c[0], np.nan), *c[1:]), r"gt_positions\[0\] is not finite"),
+        (lambda c: (c[0], 2 * c[1], *c[2:]), r"gt_rotations\[0\] is not a rotation"),
+        (lambda c: (c[0], c[1], c[2][:, :2], c[3]), "est_positions must have shape"),
+    ],
+)
+def test_malformed_input_is_named(change, message):
+    for name in ("auc@30:vggt", "recall@5cm,5deg"):
+        with pytest.raises(ValueError, match=message):
+            protocol(name)(*change(scene()))
+
+
+def test_single_precision_rotations_pass():
+    gt, gt_rotations, est, est_rotations = scene()
+    single = gt_rotations.astype(np.float32), est_rotations.astype(np.float32)
+    metric = protocol("rra@5:vggt")
+    assert metric(gt, single[0], est, single[1]) == metric(gt, gt_rotations, est, est_rotations)
+
+
+@pytest.mark.parametrize("name", [name for name, family in EXAMPLES.items() if family.random])
+def test_seeds(name):
+    """One seed, one value; other seeds, other values."""
+    cameras = moved(scene(n=40, sigma=0.02, sigma_deg=1, outliers=0), 0, 3.7)
+    metric = protocol(name.replace(":colmap", ":colmap-imc"))
+    values = [metric(*cameras, rng=seed) for seed in (0, 1, 2, 3, 4, 5)]
+    assert metric(*cameras, rng=np.random.SeedSequence(0)) == values[0]
+    assert len(set(values)) > 1
+
+
+NAMES = {
+    "auc@30:vggt": {"k": 30, "convention": "vggt"},
+    " AUC@5:COLMAP ": {"max_error_deg": 5.0, "accuracy": 0.001},
+    "auc@.5deg:colmap-imc": {"max_error_deg": 0.5, "accuracy": 0.02},
+    "auc@5cm:colmap": {"max_error": 0.05, "accuracy": 0.001},
+    "maa:imc": {},
+    "recall@5cm,5deg": {"max_error": 0.05, "max_error_deg": 5.0, "true_angles": False},
+    "recall@0.5m,2:hloc-sim3": {"max_error": 0.5, "max_error_deg": 2.0, "alignment": "sim3"},
+    "rpe@1m": {
+        "distance": 1.0,
+        "error": "translation",
+        "alignment": "sim3",
+        "statistic": "rmse",
+        "pairs": "estimate",
+    },
+    "rpe@1f:mean:rotation": {
+        "error": "rotation",
+        "alignment": "sim3",
+        "statistic": "mean",
+        "pairs": "estimate",
+    },
+    "kitti": {},
+    "ate:rmse": {"alignment": "sim3", "statistic": "rmse"},
+    "ate:se3:mean": {"alignment": "se3", "statistic": "mean"},
+    "ate:mapanything": {},
+    "rpg@100m": {"length": 100.0, "alignment": "sim3", "statistic": "mean"},
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names(name):
+    assert dict(protocol(name).arguments) == NAMES[name]
+
+
+def test_each_family_has_its_own_example():
+    assert len(EXAMPLES) == len(PROTOCOLS)
+    for name, family in EXAMPLES.items():
+        assert protocol(name).family is family
+    assert split_names(",".join(EXAMPLES)) == list(EXAMPLES)
+
+
+@pytest.mark.parametrize(
+    ("name", "close"),
+    [
+        ("auc@30", "auc@30:vggt"),
+        ("auc@30:vgt", "auc@30:vggt"),
+        ("auc@0:vggt", "auc@30:vggt"),
+        ("auc@2.5:vggt", "auc@30:vggt"),
+        ("rpe@1", "rpe@1m"),
+        ("rpe@2f", "rpe@1m"),
+        ("ate:mean:rmse", "ate:rmse"),
+        ("ate:rmse:rmse", "ate:rmse"),
+        ("kiti", "kitti"),
+        ("recall@5cm,5deg:acezero", "recall@5cm,5deg"),
+    ],
+)
+def test_unknown_names_are_answered_with_close_ones(name, close):
+    with pytest.raises(ValueError, match=f"unknown metric .*; close to it are .*({close})"):
+        protocol(name)
+
+
+@given(
+    errors=st.lists(st.floats(0, 8), max_size=12),
+    missing=st.integers(0, 3),
+    end=st.sampled_from([0.5, 2.0, 5.0]),
+    least=st.sampled_from([0.0, 0.02, 1.0]),
+)
+def test_the_area_is_that_of_the_polyline(errors, missing, end, least):
+    """Against the corners of the definition and the trapezoid rule."""
+    n = len(errors) + missing + 1
+    x = np.sort([*errors, 8.5])
+    y = np.arange(1, len(x) + 1) / n
+    within = np.searchsorted(x, least, side="right") if least else 0
+    x = np.concatenate([[0.0, least][: 1 + (least > 0)], x[within:]])
+    y = np.concatenate([[within / n] * (1 + (least > 0)), y[within:]])
+    shown = x <= end
+    area = np.trapezoid(np.append(y[shown], y[shown][-1]), np.append(x[shown], end))
+    parts = np.array_split(np.array([*errors, 8.5]), 3)
+    assert interpolated_auc(parts, n, end, least) == pytest.approx(100 * area / end, abs=1e-9)
+
+
+@given(seed=st.integers(0, 2**32 - 1), distance=st.sampled_from([0.5, 1.0, 2.0]))
+def test_nearest_pairs_equal_a_search(seed, distance):
+    rng = np.random.default_rng(seed)
+    steps = rng.integers(0, 4, (12, 3)) / 4  # many ties, and frames that stand still
+    path = path_lengths(steps.cumsum(axis=0))
+    expected = []
+    for i in range(11):
+        gaps = np.abs(path[i + 1 :] - path[i] - distance)
+        if gaps.min() <= 0.1 * distance:
+            expected.append((i, i + 1 + int(gaps.argmin())))
+    assert list(zip(*map(list, nearest_pairs(path, distance)), strict=True)) == expected
+
+
+def test_rank_by_elimination():
+    rng = np.random.default_rng(0)
+    points = rng.normal(size=(40, 5, 3))
+    points[::2] -= points[::2] @ np.full((3, 3), 1 / 3)  # in a plane through the origin
+    np.testing.assert_array_equal(_spans_space(points), np.arange(40) % 2 == 1)
+    assert not _spans_space(points[1:2, :2])[0]
+
+
+def test_imc_equals_a_loop():
+    """Over triplets and thresholds, without any sharing."""
+    gt, _, est, _ = moved(scene(n=9, sigma=0.05, outliers=2), 3, 2.0)
+    thresholds = (0.05, 0.1, 0.2)
+
+    def fitted(rows):
+        x, y = (c - c[rows].mean(axis=0) for c in (est, gt))
+        turn, _ = Rotation.align_vectors(y[rows], x[rows])
+        scale = np.sqrt((y[rows] ** 2).sum() / (x[rows] ** 2).sum())
+        return np.linalg.norm(scale * turn.apply(x) - y, axis=1)
+
+    best = [0, 0, 0]
+    for rows in ([a, b, c] for a in range(9) for b in range(a + 1, 9) for c in range(b + 1, 9)):
+        errors = fitted(rows)
+        for inliers in (np.flatnonzero(errors < t) for t in thresholds):
+            if len(inliers) > 2:
+                again = fitted(inliers)
+                best = [
+                    max(b, int((again < t).sum())) for b, t in zip(best, thresholds, strict=True)
+                ]
+    expected = np.mean([max(0, b - 3) / 6 for b in best])
+    assert 0 < expected < 1
+    assert imc_maa(gt, est, thresholds=thresholds, skip=0) == pytest.approx(expected, abs=1e-12)
+
+
+def test_ate_is_the_baseline():
+    gt, _, est, _ = moved(scene(), 0, 0.3)
+    assert protocol("ate")(gt, None, est, None) == pytest.approx(ate(gt, est), rel=1e-12)
+
+
+def test_triplets_are_uniform():
+    counts = np.bincount(
+        np.sort(random_triplets(5, 20_000, np.random.default_rng(0)), axis=1) @ [25, 5, 1]
+    )
+    counts = counts[counts > 0]
+    assert len(counts) == 10
+    assert np.abs(counts - 2000).max() < 5 * np.sqrt(2000)
+
+
+@pytest.mark.parametrize("function", [vggt_auc, colmap_relative_auc])
+def test_memory_does_not_grow_with_the_pairs(function):
+    gt, gt_rotations, est, est_rotations = scene(n=1500)
+    poses = [
+        np.concatenate([r, p[:, :, None]], axis=2)
+        for r, p in ((gt_rotations, gt), (est_rotations, est))
+    ]
+    tracemalloc.start()
+    function(*poses, 5)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 8e6  # a number a pair takes 9 MB
