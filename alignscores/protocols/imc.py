@@ -15,6 +15,7 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 CHUNK = 1 << 15  # errors evaluated at once: they stay in the cache
+MOST_KNOWN = 1 << 18  # sets of inliers that are remembered
 IMC_2024 = (0.025, 0.05, 0.1, 0.2, 0.5, 1.0)
 IMC_2025 = (0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.1, 0.15, 0.2)
 
@@ -63,9 +64,9 @@ def imc_maa(
     the value 0, as in 2025 (0/0 in 2024).
 
     The program examines n^3 / 6 triplets, with up to one refit for each threshold. So does this,
-    but refits each set of inliers once and stops when all numbers have reached their largest.
-    O(n^4) time in all, seconds for 100 cameras; memory is bounded by a constant and what the
-    distinct sets of inliers take, a bit for a camera.
+    in blocks, but refits each set of inliers once and stops when all numbers are n.
+    O(n^4) time in all: seconds for 100 cameras, out of reach for 1000. O(n) memory beyond a
+    constant.
 
     References
     ----------
@@ -123,6 +124,8 @@ def _new(inliers: Bools, known: set[bytes]) -> Iterator[Bools]:
     packed = np.packbits(inliers, axis=1)
     rows = packed.view(np.dtype((np.void, packed.shape[1]))).ravel()
     keys = {bytes(row) for row in rows.tolist()} - known
+    if len(known) > MOST_KNOWN:
+        known.clear()  # refitting some again is all it costs
     known |= keys
     new = np.frombuffer(b"".join(sorted(keys)), dtype=np.uint8).reshape(-1, packed.shape[1])
     step = max(1, CHUNK // n)
