@@ -9,13 +9,14 @@ from unittest.mock import patch
 import numpy as np
 
 from alignscores import pas, ras, tas
+from alignscores.protocols import NoValueError, protocol
 from alignscores.registration import kernel
 from baselines import ate, dte, maa
 from experiments.scenes import Scene, make_scene
 
 from .floor import counter
 
-__all__ = ["METRICS", "UNCOMPILED", "contenders", "scene"]
+__all__ = ["METRICS", "UNCOMPILED", "contenders", "protocol_value", "scene"]
 
 N_HYPOTHESES = 1000
 SIGMA_T = 0.03
@@ -42,6 +43,15 @@ def scene(n_cameras: int, outliers: float) -> Scene:
         sigma_t=SIGMA_T,
         sigma_r_deg=3.0,
     )
+
+
+def protocol_value(name: str, cameras: Scene) -> float:
+    """Evaluate a protocol on a scene; NaN where it has no value."""
+    gt, est = cameras.gt_positions, cameras.est_positions
+    try:
+        return protocol(name)(gt, cameras.gt_rotations, est, cameras.est_rotations)
+    except NoValueError:
+        return np.nan
 
 
 def contenders(

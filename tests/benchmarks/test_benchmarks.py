@@ -9,6 +9,7 @@ import pytest
 
 from alignscores.registration import kernel
 from benchmarks import __main__ as benchmarks
+from benchmarks import protocols
 from benchmarks.contenders import METRICS, UNCOMPILED, contenders, scene
 from benchmarks.floor import compiled_loop, counter
 from benchmarks.memory import STATUS
@@ -86,3 +87,19 @@ def test_peak_memory_is_that_of_one_metric() -> None:
     assert ballast.all()
     assert 30 < few < 400
     assert few + 20 < many < few + 400
+    assert 30 < benchmarks.peak_memory("ate:rmse", 50) < 400
+
+
+def test_protocols_page(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Each protocol has a value or none on its scene, a row on the page, and its own memory."""
+    for n in (10, 100):
+        for name, call in protocols.calls(n).items():
+            value = float(call())  # type: ignore[arg-type]
+            assert value >= 0 or (np.isnan(value) and name in ("kitti", "rpg@100m", "rpe@1m"))
+    monkeypatch.setattr(protocols, "peak_memory", lambda _name, n: n / 10)
+    monkeypatch.setattr(protocols, "measure", lambda calls: dict.fromkeys(calls, 0.002))
+    monkeypatch.setattr(sys, "argv", ["benchmarks.protocols", "--output", str(tmp_path)])
+    assert protocols.main() == 0
+    page = (tmp_path / "protocol-benchmarks.md").read_text()
+    assert "| `auc@30:vggt` | 2 | 2 | 2 | 2 | 2 | 1000 | 10,000 |" in page
+    assert "| `maa:imc` | 2 | 2 | 2 | – | – | 10 | 100 |" in page
