@@ -144,7 +144,7 @@ def fit(source: Floats, target: Floats, weights: Floats | None = None) -> Fit:
         target_variance = moments[:, 16] - (my * my).sum(axis=1)
         source_mean, target_mean = mx + centres[0], my + centres[1]
     u, values, vt = np.linalg.svd(covariance)
-    sign = np.sign(np.linalg.det(u) * np.linalg.det(vt))
+    sign = np.sign(np.linalg.det(u @ vt))
     u[..., 2] *= sign[..., None]
     values[..., 2] *= sign
     return Fit(

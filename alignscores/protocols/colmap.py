@@ -68,6 +68,8 @@ def colmap_relative_auc(
 
     Notes
     -----
+    The benchmark of one reference model and one estimated model.
+
     No sorting: with K errors up to t, of which those above `accuracy` sum to S and the last is e,
     the trapezoids sum to ``K t - S + (e - accuracy) / 2``, over ``N t``.
 

@@ -150,6 +150,8 @@ def vggt_auc(
     check_positive(k, "k", integer=True)
     if k > MAX_DEGREES:
         raise ValueError(f"k must be at most {MAX_DEGREES}, not {k}")
+    if bins not in ("degree", "histogram"):
+        raise ValueError(f"bins must be degree or histogram, not {bins!r}")
     cameras = Cameras.check(gt_poses, est_poses)
     n_pairs = _n_pairs(cameras)
     n_bins = k if bins == "degree" else k + 1

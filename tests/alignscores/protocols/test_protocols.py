@@ -11,9 +11,16 @@ from scipy.spatial.transform import Rotation
 from alignscores.protocols import (
     PROTOCOLS,
     NoValueError,
+    ace0_recall,
     colmap_relative_auc,
+    evo_are,
+    evo_rpe,
+    hloc_median,
+    hloc_recall,
     imc_maa,
+    kitti_relative_error,
     protocol,
+    rpg_relative_error,
     split_names,
     vggt_auc,
 )
@@ -180,6 +187,39 @@ def test_malformed_input_is_named(change, message):
     for name in ("auc@30:vggt", "recall@5cm,5deg"):
         with pytest.raises(ValueError, match=message):
             protocol(name)(*change(scene()))
+
+
+@pytest.mark.parametrize(
+    ("function", "options", "named"),
+    [
+        (vggt_auc, {"k": 181}, "k"),
+        (vggt_auc, {"k": 2.5}, "k"),
+        (vggt_auc, {"k": 5, "convention": "pi3"}, "convention"),
+        (vggt_auc, {"k": 5, "bins": "tenth"}, "bins"),
+        (colmap_relative_auc, {"max_error_deg": -1}, "max_error_deg"),
+        (colmap_relative_auc, {"max_error_deg": 5, "accuracy": 0}, "accuracy"),
+        (ace0_recall, {"max_error": np.nan}, "max_error"),
+        (hloc_recall, {"alignment": "se3"}, "alignment"),
+        (hloc_median, {"error": "pose"}, "error"),
+        (evo_are, {"alignment": "rigid"}, "alignment"),
+        (evo_are, {"statistic": "mode"}, "statistic"),
+        (evo_rpe, {"distance": 0}, "distance"),
+        (evo_rpe, {"pairs": "all"}, "pairs"),
+        (kitti_relative_error, {"error": "percent"}, "error"),
+        (rpg_relative_error, {"length": 1, "alignment": "none"}, "alignment"),
+        (rpg_relative_error, {"length": 1, "error": "yaw"}, "error"),
+        (imc_maa, {"thresholds": [0.1, -1], "skip": 0}, "thresholds"),
+        (imc_maa, {"skip": 9}, "skip"),
+    ],
+)
+def test_options_are_checked(function, options, named):
+    gt, gt_rotations, est, est_rotations = scene(n=12)
+    cameras = gt, est
+    if function is not imc_maa:
+        rotations = gt_rotations, est_rotations
+        cameras = [np.dstack([r, c]) for r, c in zip(rotations, cameras, strict=True)]
+    with pytest.raises(ValueError, match=f"^{named} "):
+        function(*cameras, **options)
 
 
 def test_single_precision_rotations_pass():
