@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from ..trajectories.association import Matches, coverage, is_denser
+from ..trajectories.association import Matches, coverage, is_denser, unit_hint
 from ..trajectories.conventions import Convention, describe_rotation, seem_swapped
 from ..trajectories.files import Trajectory, TrajectoryWarning
 from ..trajectories.timing import find_offset
@@ -59,7 +59,10 @@ def matching_notes(
     if form.timed:
         notes = []
         if unmatched > n / 10:
-            notes.append(f"{unmatched} of {n} poses have no reference pose within --t_max_diff")
+            notes.append(
+                f"{unmatched} of {n} poses have no reference pose within --t_max_diff"
+                f"{unit_hint(reference.keys, estimate.keys)}"
+            )
         if matches.frame_step is not None and matches.missing:
             notes.append(
                 f"{matches.missing} of {len(matches.keys)} cameras count as failures: the "
@@ -67,9 +70,9 @@ def matching_notes(
                 f"estimate's own rate, one every {matches.frame_step:.3g} s; --frames FILE names "
                 "the frames that were due"
             )
-        if matches.without_reference:
+        if without_reference := len(matches.without_reference):
             notes.append(
-                f"{matches.without_reference} of the --frames have neither an estimated pose nor a "
+                f"{without_reference} of the --frames have neither an estimated pose nor a "
                 "reference pose within --t_max_diff; left out"
             )
         covered = coverage(reference, matches)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..pose import PASResult, pas
 from ..similarity import least_squares_rmse
-from ..trajectories.association import Matches, coverage, match
+from ..trajectories.association import Matches, coverage, match, unit_hint
 from ..trajectories.conventions import find_convention, rotate_cameras
 from ..trajectories.files import Trajectory, inverse_poses
 from ..trajectories.timing import find_offset
@@ -106,8 +106,7 @@ def score(
         estimate = estimate._replace(poses=inverse_poses(estimate.poses))
     with collected_warnings() as notes:
         if form.timed:
-            timing["t_offset"], more = time_offset(reference, estimate, arguments.t_offset)
-            notes += more
+            timing["t_offset"] = time_offset(reference, estimate, arguments.t_offset)
         missing = arguments.missing or "ignore"
         matches = match(reference, estimate, missing=missing, frames=frames, **timing)
         if len(matches.keys) < min(4, len(reference.keys)):
@@ -115,10 +114,15 @@ def score(
             given = ", ".join(
                 f"--{key} {value}" for key, value in options.items() if value is not None
             )
+            hint = unit_hint(reference.keys, estimate.keys) if form.timed else ""
             raise ValueError(
                 f"only {matches.matched} of {len(estimate.keys)} poses could be matched to the "
-                f"reference, and it takes 4{given and f' ({given})'}"
+                f"reference, and it takes 4{given and f' ({given})'}{hint}"
             )
+        if form.timed and arguments.t_offset == "auto":
+            notes += [f"time offset of {timing['t_offset']:.4f} s found, and added to its stamps"]
+        elif form.timed:
+            notes += offset_notes(reference, estimate, timing["t_offset"])
         convention = find_convention(matches.gt_poses, matches.est_poses)
         inverted = convention.inverted or convention.rotations_inverted
         # B of an inverted estimate holds for the inverted poses, not for these.
@@ -161,18 +165,17 @@ def score(
     )
 
 
-def time_offset(
-    reference: Trajectory, estimate: Trajectory, option: float | str
-) -> tuple[float, list[str]]:
-    """Return the time offset to be used, and what is said about it."""
+def time_offset(reference: Trajectory, estimate: Trajectory, option: float | str) -> float:
+    """Return the time offset to be used: the one given, or for "auto" the one found."""
     if option != "auto":
-        return float(option), offset_notes(reference, estimate, float(option))
+        return float(option)
     found = find_offset(reference, estimate)
     if found is None:
         raise ValueError(
             "no time offset makes its positions fit those of the reference; --t_offset X sets one"
+            f"{unit_hint(reference.keys, estimate.keys)}"
         )
-    return found.seconds, [f"time offset of {found.seconds:.4f} s found, and added to its stamps"]
+    return found.seconds
 
 
 def derived_unit(matches: Matches) -> float:

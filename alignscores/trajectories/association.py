@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from ..validation import finite_rows
 from .extras import require
-from .files import LATEST, Trajectory, TrajectoryWarning
+from .files import TIME_UNITS, Trajectory, TrajectoryWarning, time_unit
 
-__all__ = ["MISSING", "Matches", "coverage", "in_order", "is_denser", "match"]
+__all__ = ["MISSING", "Matches", "coverage", "in_order", "is_denser", "match", "unit_hint"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -30,8 +30,7 @@ SHORTENED: dict[str, Callable[[str], str]] = {  # what is equal of names whose p
 DENSER = 1.1  # reference poses for each estimated one; from it on, some are no lost frames
 MIN_STEPS = 8  # fewer tell no rate
 LONG_GAP = 10, 1.0  # in median gaps, and in seconds; a gap that exceeds both is a lost track
-UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
-SAME_UNIT = 0.5, 2.0  # range of the ratio of time stamps once they are in the same unit
+SAME_UNIT = 0.5, 2.0  # range of the ratio of two durations once they are in the same unit
 RELATIVE = 1e8  # seconds; stamps since 1970 are later, those since the start of a recording earlier
 
 
@@ -57,8 +56,9 @@ class Matches:
         Number of reference poses with an estimated pose, finite or not.
     non_finite : int
         Number of matched estimated poses that are not finite; each of them is a failure.
-    without_reference : int
-        Number of due frames left out since they have neither an estimated nor a reference pose.
+    without_reference : (k,) ndarray
+        Time stamps of due frames left out since they have neither an estimated nor a reference
+        pose; with the offset, as the reference would have them.
     frame_step : float or None
         Time in seconds from one lost frame to the next, where the reference is denser than the
         estimate and frames were counted at the estimate's rate.
@@ -72,7 +72,7 @@ class Matches:
     unmatched: int
     duplicate: int
     non_finite: int
-    without_reference: int
+    without_reference: Floats
     frame_step: float | None
 
 
@@ -153,7 +153,7 @@ def match(
         if not isinstance(seconds, Real) or not least <= seconds < inf:
             raise ValueError(f"{name} must be a finite number of seconds, not {seconds!r}")
     reference, estimate = _checked(reference, "reference"), _checked(estimate, "estimate")
-    without_reference, frame_step = 0, None
+    without_reference, frame_step = np.empty(0), None
     kinds = reference.keys.dtype.kind, estimate.keys.dtype.kind
     if kinds == ("f", "f"):
         pairing = _match_times(reference.keys, estimate.keys, t_max_diff, t_offset)
@@ -162,6 +162,13 @@ def match(
             if frames is not None:
                 due = np.unique(frames) + t_offset
                 lost, without_reference = _due(ref, est, due, t_max_diff)
+                if not _near(ref, due, t_max_diff).any():
+                    raise ValueError(
+                        "no due frame has a reference pose: the frames go from "
+                        f"{frames.min():.6f} to {frames.max():.6f} s, the reference from "
+                        f"{ref[0]:.6f} to {ref[-1]:.6f} s (t_offset {t_offset:g} s, t_max_diff "
+                        f"{t_max_diff:g} s){unit_hint(ref, due, 'frames')}"
+                    )
                 pairing = pairing.with_lost(lost)
             elif is_denser(ref, est):
                 frame_step = float(np.median(np.diff(est)))
@@ -382,12 +389,16 @@ def _places(ref_stamps: Floats, est_stamps: Floats) -> Floats:
 
 def _due(
     ref_stamps: Floats, est_stamps: Floats, due: Floats, max_diff: float
-) -> tuple[Indices, int]:
-    """Return the reference rows of due frames without an estimated pose, and how many have none."""
-    due = due[np.abs(est_stamps[_nearest(est_stamps, due)] - due) > max_diff]
-    rows = _nearest(ref_stamps, due)
-    near = np.abs(ref_stamps[rows] - due) <= max_diff
-    return np.unique(rows[near]), int(np.sum(~near))
+) -> tuple[Indices, Floats]:
+    """Return the reference rows of due frames without an estimated pose, and frames without one."""
+    due = due[~_near(est_stamps, due, max_diff)]
+    near = _near(ref_stamps, due, max_diff)
+    return np.unique(_nearest(ref_stamps, due[near])), due[~near]
+
+
+def _near(stamps: Floats, times: Floats, max_diff: float) -> NDArray[np.bool_]:
+    """Tell which times have one of the stamps, in order, within a difference."""
+    return np.asarray(np.abs(stamps[_nearest(stamps, times)] - times) <= max_diff)
 
 
 def _nearest(stamps: Floats, times: Floats) -> Indices:
@@ -400,17 +411,51 @@ def _nearest(stamps: Floats, times: Floats) -> Indices:
     )
 
 
+def unit_hint(ref_stamps: Floats, est_stamps: Floats, whose: str = "estimate") -> str:
+    """Say whose stamps are not in seconds, if it shows in them or in how long both last.
+
+    Parameters
+    ----------
+    ref_stamps, est_stamps : (n,), (m,) array
+        Time stamps of a reference and an estimate, of which too few meet.
+    whose : str
+        What the latter are those of.
+
+    Returns
+    -------
+    str
+        To be appended to a message; empty where both seem to be in seconds.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.trajectories.association import unit_hint
+    >>> unit_hint(np.arange(0.0, 60, 0.1), np.arange(0.0, 50_000, 33))
+    '; those of the estimate seem to be in milliseconds: write them in seconds'
+    """
+    stamps = {"reference": ref_stamps, whose: est_stamps}
+    units = {name: time_unit(values) for name, values in stamps.items()}
+    if "seconds" in units.values():
+        lasting = {name: float(np.ptp(values)) for name, values in stamps.items()}
+        low, high = SAME_UNIT
+        for name, other in (("reference", whose), (whose, "reference")):
+            for unit, factor in TIME_UNITS.items():
+                same = (
+                    low * factor * lasting[other] < lasting[name] < high * factor * lasting[other]
+                )
+                if unit == units[name] != "seconds" or (factor > 1 and same):
+                    return f"; those of the {name} seem to be in {unit}: write them in seconds"
+        return ""
+    return f"; both seem to be in {units[whose]}: write them in seconds"
+
+
 def _stamps_hint(ref_stamps: Floats, est_stamps: Floats) -> str:
     """Say why stamps have nothing in common, if it can be told."""
+    if hint := unit_hint(ref_stamps, est_stamps):
+        return hint
     first = {"reference": ref_stamps[0], "estimate": est_stamps[0]}
     last = {"reference": ref_stamps[-1], "estimate": est_stamps[-1]}
-    if min(last.values()) > LATEST:
-        return "; both seem to be in nanoseconds: write them in seconds"
-    low, high = SAME_UNIT
     for whose, other in (("reference", "estimate"), ("estimate", "reference")):
-        for unit, factor in UNITS.items():
-            if low * factor * last[other] < last[whose] < high * factor * last[other]:
-                return f"; those of the {whose} seem to be in {unit}: write them in seconds"
         if abs(last[whose]) < RELATIVE < first[other]:
             return (
                 f"; those of the {whose} seem to count from its start: --t_offset auto finds the "

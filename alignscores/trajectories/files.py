@@ -39,6 +39,7 @@ __all__ = [
     "read_nerf",
     "read_stamps",
     "read_tum",
+    "time_unit",
 ]
 
 Floats = NDArray[np.float64]
@@ -52,8 +53,10 @@ COLMAP_FILES = "cameras", "images", "points3D"
 FORMAT_OF_COLUMNS = {8: "tum", 12: "kitti"}
 
 STDIN = "-"
-LATEST = 1e12  # seconds; later time stamps are in nanoseconds
-SHORTEST_STEP = 1e-4  # seconds; stamps that are closer as nanoseconds are in seconds
+TIME_UNITS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+LATEST = 1e11  # seconds; larger time stamps, as a rule, are in a smaller unit
+LONGEST = 1e14  # nanoseconds, a day or so; larger time stamps are not counted from a start
+LONGEST_STEP = 5e5  # from one stamp to the next; what counts from a start in larger steps is in ns
 ROUNDED = 1e-2  # largest deviation from a unit quaternion or a rotation that is taken for rounding
 NO_ROTATION = 0.1  # deviation from a rotation beyond which a matrix is refused
 OPENGL_TO_OPENCV = np.array([1.0, -1.0, -1.0])  # the camera's y and z axes point the other way
@@ -103,7 +106,7 @@ def read_tum(path: FilePath, *, complete: bool = False) -> Trajectory:
     Raises
     ------
     FileError
-        Where the file cannot be read, or a line is malformed.
+        Where the file cannot be read, a line is malformed, or stamps are not in seconds.
     ModuleNotFoundError
         Where evo is not installed.
 
@@ -123,7 +126,10 @@ def read_tum(path: FilePath, *, complete: bool = False) -> Trajectory:
     >>> stamps, poses[0, :3, 3]
     (array([0.5]), array([1., 2., 3.]))
     """
-    return _read_stamped(path, "read_tum_trajectory_file", TUM_COLUMNS, complete)
+    stamps, poses = _read_stamped(path, "read_tum_trajectory_file", TUM_COLUMNS, complete)
+    if (unit := time_unit(stamps)) != "seconds":
+        raise _wrong_unit(path, stamps, unit, "seconds")
+    return Trajectory(stamps, poses)
 
 
 def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
@@ -131,18 +137,17 @@ def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
 
     Parameters and the rest are as for `read_tum`. A file without commas is read as TUM: estimates
     for EuRoC sequences are commonly stored so, with stamps in seconds or, as by ORB-SLAM3, in ns.
-    Stamps in seconds are known by their steps where there are commas, too.
+    Which it is shows in the stamps (`time_unit`), with commas and without.
     """
     lines = (line for line in _text(path).splitlines() if line.strip() and line.strip()[0] != "#")
     if "," not in next(lines, ","):
-        stamps, poses = read_tum(path, complete=complete)
-        return Trajectory(in_seconds(stamps), poses)
+        stamps, poses = _read_stamped(path, "read_tum_trajectory_file", TUM_COLUMNS, complete)
+        return Trajectory(_in_seconds(path, stamps), poses)
     stamps, poses = _read_stamped(
         path, "read_euroc_csv_trajectory", EUROC_COLUMNS, complete, delimiter=","
-    )
-    if 0 < np.ptp(stamps) < SHORTEST_STEP * len(stamps):
-        stamps = stamps * 1e9
-    return Trajectory(stamps, poses)
+    )  # evo takes all stamps for nanoseconds
+    unit = time_unit(stamps * 1e9)
+    return Trajectory(stamps if unit == "nanoseconds" else _in_seconds(path, stamps * 1e9), poses)
 
 
 def read_kitti(path: FilePath, *, complete: bool = False) -> Trajectory:
@@ -249,7 +254,8 @@ def read_stamps(path: FilePath) -> Floats:
     Raises
     ------
     FileError
-        Where the file cannot be read, or a line does not begin with a finite number.
+        Where the file cannot be read, a line does not begin with a finite number, or the stamps
+        are in milliseconds or microseconds.
 
     Examples
     --------
@@ -276,12 +282,52 @@ def read_stamps(path: FilePath) -> Floats:
         header = False
     if not stamps:
         raise FileError(path, "has no time stamps")
-    return in_seconds(np.array(stamps))
+    return _in_seconds(path, np.array(stamps))
 
 
-def in_seconds(stamps: Floats) -> Floats:
+def time_unit(stamps: Floats) -> str:
+    """Return the unit of time stamps, as it shows in their size, or else in their steps.
+
+    Parameters
+    ----------
+    stamps : (n,) array
+        Since 1970, or since the start of a recording. Of the latter, milliseconds and microseconds
+        cannot be told from seconds.
+
+    Returns
+    -------
+    str
+        A key of ``TIME_UNITS``.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.trajectories.files import time_unit
+    >>> time_unit(np.array([1.7e12, 1.7e12 + 33])), time_unit(np.array([0.0, 5e7, 1e8]))
+    ('milliseconds', 'nanoseconds')
+    """
+    size = float(np.median(np.abs(stamps)))
+    steps = np.diff(np.unique(stamps))
+    if size < LONGEST and len(steps) > 0 and np.median(steps) >= LONGEST_STEP:
+        return "nanoseconds"
+    units = (unit for unit, factor in TIME_UNITS.items() if size < LATEST * factor)
+    return next(units, "nanoseconds")
+
+
+def _in_seconds(path: FilePath, stamps: Floats) -> Floats:
     """Return time stamps in seconds, be they in seconds or in nanoseconds."""
-    return stamps / 1e9 if stamps.max() > LATEST else stamps
+    unit = time_unit(stamps)
+    if unit not in ("seconds", "nanoseconds"):
+        raise _wrong_unit(path, stamps, unit, "seconds or nanoseconds")
+    return stamps / TIME_UNITS[unit]
+
+
+def _wrong_unit(path: FilePath, stamps: Floats, unit: str, right: str) -> FileError:
+    return FileError(
+        path,
+        f"its time stamps seem to be in {unit} (the first is {stamps[0]:.0f}); write them in "
+        f"{right}",
+    )
 
 
 def inverse_poses(poses: Floats) -> Floats:
