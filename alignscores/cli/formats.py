@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from ..trajectories.files import (
     Trajectory,
     read_colmap,
+    read_colmap_parts,
     read_euroc,
     read_kitti,
     read_nerf,
@@ -27,6 +28,8 @@ class Format:
         Arguments of an example, for ``--help``.
     read : callable
         Reader of `alignscores.trajectories.files`.
+    read_parts : callable or None
+        Reader of an estimate in parts, by their names; None where there are none.
     missing : {"ignore", "fail"} or None
         Default of ``--missing``; None where each line of the reference has one of the estimate.
     unit : str
@@ -44,6 +47,7 @@ class Format:
     unit: str = "m"
     timed: bool = False
     aligned: str = ""
+    read_parts: Callable[..., dict[str, Trajectory]] | None = None
 
 
 FORMATS = {
@@ -71,11 +75,12 @@ FORMATS = {
         aligned="TUM",
     ),
     "colmap": Format(
-        "folders of COLMAP models, matched by image name",
+        "folders of COLMAP models, matched by image name; an estimate may be a folder of several",
         "reference/sparse/0 mine/sparse/0 --save_results mine.zip",
         read_colmap,
         "fail",
         unit="units",
+        read_parts=read_colmap_parts,
     ),
     "nerf": Format(
         "transforms.json, matched by file_path",

@@ -14,7 +14,7 @@ from .formats import Format
 from .names import printable
 
 if TYPE_CHECKING:
-    from .scoring import Scored
+    from .scoring import Part, Scored
 
 __all__ = [
     "MUCH_LOST",
@@ -22,6 +22,7 @@ __all__ = [
     "convention_notes",
     "matching_notes",
     "offset_notes",
+    "parts_notes",
     "swap_notes",
     "units_note",
 ]
@@ -90,8 +91,24 @@ def matching_notes(
     return []
 
 
+def parts_notes(parts: "Sequence[Part]") -> list[str]:
+    """Say what it means that an estimate is in parts, and which of them count for nothing."""
+    notes = [
+        f"in {len(parts)} parts, each aligned on its own: the scores are an upper bound of those "
+        "of one model, and do not compare with those of fewer parts"
+    ]
+    if lost := [part.name for part in parts if part.alignment is None]:
+        notes.append(f"cannot be aligned, so that their cameras fail: the parts {', '.join(lost)}")
+    return notes
+
+
 def units_note(scored: "Sequence[Scored]", reference: Trajectory, form: Format) -> str:
-    """Say that scores at different d do not compare, and which options give scores that do."""
+    """Say why scores do not compare, and which options give scores that do."""
+    if len(parts := {len(one.parts) or 1 for one in scored}) > 1:
+        return (
+            f"the scores do not compare and stand in the order given: from {min(parts)} to "
+            f"{max(parts)} parts are each aligned on their own, and more of them fit better"
+        )
     units = [one.result.tas.unit for one in scored]
     usual = max(scored, key=lambda one: len(one.matches.keys)).result.tas.unit
     note = (

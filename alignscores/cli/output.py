@@ -82,6 +82,8 @@ def footnotes(results: Sequence[Mapping[str, Any]], arguments: argparse.Namespac
         lines.append(
             "no pos/rot: cameras without a position fail in the TAS, without a rotation in the RAS"
         )
+    if any(values["parts"] for values in results):
+        lines.append("parts: worlds that are each aligned on their own, which makes scores higher")
     if any(values["lost"] > MUCH_LOST for values in results):
         lines.append("* without what the estimate lost; --missing fail counts it")
     if max(values["TAS_sd"] or 0.0 for values in results) > SCATTER:
@@ -142,7 +144,11 @@ def _values(one: Scored) -> dict[str, Any]:
         "within_unit": float(np.mean(tas.errors < tas.unit)),
         "within_10_deg": float(np.mean(ras.errors < 10.0)),
         "n_hypotheses": tas.n_hypotheses,
-        "alignment": _alignment(tas.alignment),
+        "alignment": None if one.parts else _alignment(tas.alignment),
+        "parts": [
+            {"name": part.name, "n": part.n, "alignment": _alignment(part.alignment)}
+            for part in one.parts
+        ],
         "body_rotation": None if one.body_rotation is None else one.body_rotation.tolist(),
         "notes": one.notes,
     }

@@ -13,9 +13,10 @@ TIED = 2.0  # standard errors of their difference within which two means are tie
 
 
 def comparable(scored: Sequence[Scored]) -> bool:
-    """Tell whether all d are about the same, as they must be for scores to compare."""
+    """Tell whether d is about the same for all, and so many parts, so that the scores compare."""
     units = [one.result.tas.unit for one in scored]
-    return not units or max(units) <= SAME_UNIT * min(units)
+    same_parts = len({len(one.parts) for one in scored}) <= 1
+    return same_parts and (not units or max(units) <= SAME_UNIT * min(units))
 
 
 def ranks(scored: Sequence[Scored]) -> list[tuple[int, int]]:

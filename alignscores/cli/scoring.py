@@ -3,23 +3,52 @@
 import argparse
 import math
 import statistics
-from dataclasses import dataclass
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..pose import PASResult, pas
-from ..similarity import least_squares_rmse
+from ..similarity import Similarity, least_squares_rmse
 from ..trajectories.association import Matches, coverage, match, unit_hint
 from ..trajectories.conventions import find_convention, rotate_cameras
 from ..trajectories.files import Trajectory, inverse_poses
+from ..trajectories.parts import (
+    combine,
+    combine_tas,
+    holders,
+    in_one_world,
+    joined,
+    poses_of,
+)
 from ..trajectories.timing import find_offset
 from ..translation import closest_pair_quartile, tas
-from ..validation import finite_rows
+from ..validation import AlignmentWarning, finite_rows
 from .formats import FORMATS
-from .notes import collected_warnings, convention_notes, matching_notes, offset_notes, swap_notes
+from .notes import (
+    collected_warnings,
+    convention_notes,
+    matching_notes,
+    offset_notes,
+    parts_notes,
+    swap_notes,
+)
 
-__all__ = ["Scored", "score", "seeds"]
+__all__ = ["Part", "Scored", "score", "seeds"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A part of an estimate: its name, how many cameras it counts for, and its alignment."""
+
+    name: str
+    n: int
+    alignment: Similarity | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +62,8 @@ class Scored:
     estimate : Trajectory
         All its poses, with the reference's time and camera's axes.
     matches : Matches
-        The poses of reference and estimate, as they were scored.
+        The poses of reference and estimate, as they were scored; of an estimate in parts those of
+        the estimate are in the world of the reference.
     result : PASResult
         The scores at the first seed, and all that belongs to a single alignment.
     tas_seeds : list of float
@@ -44,6 +74,8 @@ class Scored:
         RMSE of the estimated cameras after the least-squares alignment; None where there is none.
     body_rotation : (3, 3) ndarray or None
         Rotation of the camera's frame that was taken out.
+    parts : list of Part
+        The parts of an estimate in several ones.
     notes : list of str
         What the user should know about it.
     """
@@ -56,7 +88,8 @@ class Scored:
     tas_seeds: list[float]
     lost: float
     ate: float | None
-    body_rotation: NDArray[np.float64] | None
+    body_rotation: Floats | None
+    parts: list[Part]
     notes: list[str]
 
     @property
@@ -95,53 +128,39 @@ def score(
     name: str,
     file: str,
     arguments: argparse.Namespace,
-    frames: NDArray[np.float64] | None = None,
+    frames: Floats | None = None,
 ) -> Scored:
     """Read, match, check and score one estimate; `frames` are the stamps of those due, if known."""
     form = FORMATS[arguments.format]
-    timing = {key: getattr(arguments, key) for key in ("t_max_diff", "t_offset") if form.timed}
     with collected_warnings() as file_notes:  # these name the file already
-        estimate = FORMATS[arguments.est_format or arguments.format].read(file)
-    if arguments.invert:
-        estimate = estimate._replace(poses=inverse_poses(estimate.poses))
+        parts = read_parts(file, arguments)
+    estimate = joined(list(parts.values()))
     with collected_warnings() as notes:
         if form.timed:
-            timing["t_offset"] = time_offset(reference, estimate, arguments.t_offset)
-        missing = arguments.missing or "ignore"
-        matches = match(reference, estimate, missing=missing, frames=frames, **timing)
-        if len(matches.keys) < min(4, len(reference.keys)):
-            options = {"missing": arguments.missing, **timing}
-            given = ", ".join(
-                f"--{key} {value}" for key, value in options.items() if value is not None
-            )
-            hint = unit_hint(reference.keys, estimate.keys) if form.timed else ""
-            raise ValueError(
-                f"only {matches.matched} of {len(estimate.keys)} poses could be matched to the "
-                f"reference, and it takes 4{given and f' ({given})'}{hint}"
-            )
-        if form.timed and arguments.t_offset == "auto":
-            notes += [f"time offset of {timing['t_offset']:.4f} s found, and added to its stamps"]
-        elif form.timed:
-            notes += offset_notes(reference, estimate, timing["t_offset"])
-        convention = find_convention(matches.gt_poses, matches.est_poses)
+            offset = time_offset(reference, estimate, arguments.t_offset)
+            matches = matched(reference, estimate, arguments, t_offset=offset, frames=frames)
+            if arguments.t_offset == "auto":
+                notes.append(f"time offset of {offset:.4f} s found, and added to its stamps")
+            else:
+                notes += offset_notes(reference, estimate, offset)
+        else:
+            matches = matched(reference, estimate, arguments)
+        poses = poses_of_parts(list(parts.values()), estimate, matches)
+        largest = max(poses, key=lambda part: int(np.sum(finite_rows(part))))
+        convention = find_convention(matches.gt_poses, largest)
         inverted = convention.inverted or convention.rotations_inverted
         # B of an inverted estimate holds for the inverted poses, not for these.
         automatic = arguments.body_rotation == "auto" and not inverted
         body_rotation = convention.body_rotation if automatic else None
-        est_poses = matches.est_poses
         if body_rotation is not None:
-            est_poses = rotate_cameras(est_poses, body_rotation)
-        result = pas(
-            matches.gt_poses,
-            est_poses,
-            rng=arguments.seed,
-            unit=arguments.unit or derived_unit(matches),
-            weight=arguments.weight,
-            max_threshold=arguments.max_threshold,
-            max_threshold_deg=arguments.max_threshold_deg,
-            registration=arguments.registration,
-        )
-        tas_seeds = tas_of_seeds(matches, result, arguments)
+            poses = [rotate_cameras(part, body_rotation) for part in poses]
+        holder = holders(poses)
+        with warnings.catch_warnings():
+            if len(parts) > 1:  # what is said of a part would be taken for the whole
+                warnings.simplefilter("ignore", AlignmentWarning)
+            results = pas_of_parts(matches, poses, arguments)
+            result = combine(results, holder)
+            tas_seeds = tas_of_seeds(matches, poses, holder, result, arguments)
     notes += matching_notes(matches, reference, estimate, form)
     notes += swap_notes(reference, estimate)
     notes += convention_notes(
@@ -150,7 +169,16 @@ def score(
     if body_rotation is not None:
         estimate = estimate._replace(poses=rotate_cameras(estimate.poses, body_rotation))
     if form.timed:
-        estimate = estimate._replace(keys=estimate.keys + timing["t_offset"])
+        estimate = estimate._replace(keys=estimate.keys + offset)
+    one_ate, described = ate(matches), []
+    if len(parts) > 1:
+        described = [
+            Part(part, int(np.sum(holder == index)), one.tas.alignment)
+            for index, (part, one) in enumerate(zip(parts, results, strict=True))
+        ]
+        notes += parts_notes(described)
+        matches = replace(matches, est_poses=in_one_world(poses, results, holder))
+        one_ate = None  # that of a single world
     return Scored(
         name=name,
         file=file,
@@ -159,10 +187,73 @@ def score(
         result=result,
         tas_seeds=tas_seeds,
         lost=1 - coverage(reference, matches),
-        ate=ate(matches),
+        ate=one_ate,
         body_rotation=body_rotation,
+        parts=described,
         notes=[*file_notes, *(f"{name}: {note}" for note in notes)],
     )
+
+
+def read_parts(file: str, arguments: argparse.Namespace) -> dict[str, Trajectory]:
+    """Read the parts of an estimate, of which there is one as a rule, camera-to-world."""
+    form = FORMATS[arguments.est_format or arguments.format]
+    parts = form.read_parts(file) if form.read_parts else {"": form.read(file)}
+    if not arguments.invert:
+        return parts
+    return {name: part._replace(poses=inverse_poses(part.poses)) for name, part in parts.items()}
+
+
+def matched(
+    reference: Trajectory, estimate: Trajectory, arguments: argparse.Namespace, **options: Any
+) -> Matches:
+    """Match an estimate; where too few poses are, the error says by which options it was done."""
+    timed = FORMATS[arguments.format].timed
+    if timed:
+        options["t_max_diff"] = arguments.t_max_diff
+    matches = match(reference, estimate, missing=arguments.missing or "ignore", **options)
+    if len(matches.keys) < min(4, len(reference.keys)):
+        names = ("missing", "t_max_diff", "t_offset")
+        settings = {"missing": arguments.missing, **options}
+        given = ", ".join(
+            f"--{key} {settings[key]}" for key in names if settings.get(key) is not None
+        )
+        hint = unit_hint(reference.keys, estimate.keys) if timed else ""
+        raise ValueError(
+            f"only {matches.matched} of {len(estimate.keys)} poses could be matched to the "
+            f"reference, and it takes 4{given and f' ({given})'}{hint}"
+        )
+    return matches
+
+
+def poses_of_parts(
+    parts: Sequence[Trajectory], estimate: Trajectory, matches: Matches
+) -> list[Floats]:
+    """Return the poses of the matched cameras in each part, of an estimate joined from them."""
+    if len(parts) == 1:
+        return [matches.est_poses]
+    rows = matches.est_rows.tolist()
+    names = [str(estimate.keys[row]) if row >= 0 else None for row in rows]
+    return [poses_of(part, names) for part in parts]
+
+
+def pas_of_parts(
+    matches: Matches, poses: Sequence[Floats], arguments: argparse.Namespace
+) -> list[PASResult]:
+    """Return the scores of each part at the first seed, over all cameras."""
+    unit = arguments.unit or derived_unit(matches)
+    return [
+        pas(
+            matches.gt_poses,
+            part,
+            rng=arguments.seed,
+            unit=unit,
+            weight=arguments.weight,
+            max_threshold=arguments.max_threshold,
+            max_threshold_deg=arguments.max_threshold_deg,
+            registration=arguments.registration,
+        )
+        for part in poses
+    ]
 
 
 def time_offset(reference: Trajectory, estimate: Trajectory, option: float | str) -> float:
@@ -192,16 +283,25 @@ def derived_unit(matches: Matches) -> float:
         raise ValueError(f"d cannot be derived: {reason}; --unit sets it") from None
 
 
-def tas_of_seeds(matches: Matches, result: PASResult, arguments: argparse.Namespace) -> list[float]:
+def tas_of_seeds(
+    matches: Matches,
+    poses: Sequence[Floats],
+    holder: NDArray[np.intp],
+    result: PASResult,
+    arguments: argparse.Namespace,
+) -> list[float]:
     """Return the TAS of each seed, the first of which is that of the result."""
-    gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
+    gt = matches.gt_poses[:, :3, 3]
     options = {
         "unit": result.tas.unit,
         "max_threshold": arguments.max_threshold,
         "registration": arguments.registration,
     }
-    others = [tas(gt, est, rng=seed, **options).score for seed in seeds(arguments)[1:]]
-    return [result.tas.score, *others]
+    scores = [result.tas.score]
+    for seed in seeds(arguments)[1:]:
+        results = [tas(gt, part[:, :3, 3], rng=seed, **options) for part in poses]
+        scores.append(combine_tas(results, holder).score)
+    return scores
 
 
 def seeds(arguments: argparse.Namespace) -> range:

@@ -25,8 +25,9 @@ COLUMNS = (  # header, key of the JSON output, format
     ("missing", "missing", "d"),
     ("no pos/rot", "no_pose", "no_pose"),
     ("dupl.", "duplicate", "d"),
+    ("parts", "n_parts", "d"),
 )
-SELDOM = ("missing", "no_pose", "duplicate")  # shown where not all are 0
+SELDOM = ("missing", "no_pose", "duplicate", "n_parts")  # shown where not all are 0
 FIRST_DROPPED = ("within_10_deg", "within_unit", "duplicate", "PAS_sd", "TAS_sd")
 
 
@@ -44,7 +45,12 @@ def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
         The reference's unit of length, in brackets; empty where it has no name.
     """
     results = [
-        {**values, "no_pose": (values["no_position"], values["no_rotation"])} for values in results
+        {
+            **values,
+            "no_pose": (values["no_position"], values["no_rotation"]),
+            "n_parts": len(values["parts"]),
+        }
+        for values in results
     ]
     columns = {
         key: [header.format(unit=unit), *(_cell(values[key], form) for values in results)]

@@ -44,6 +44,8 @@ class Matches:
         Time stamps, image names or row numbers of the reference.
     gt_poses, est_poses : (n, 4, 4) ndarray
         Camera-to-world poses; an estimated pose is not finite where the camera was not estimated.
+    est_rows : (n,) ndarray of int
+        Row of each estimated pose in the estimate; -1 where the camera has none.
     missing : int
         Number of cameras without an estimated pose: those that count as failures, or, where missing
         cameras are left out, all reference poses without one.
@@ -67,6 +69,7 @@ class Matches:
     keys: NDArray[Any]
     gt_poses: Floats
     est_poses: Floats
+    est_rows: Indices
     matched: int
     missing: int
     unmatched: int
@@ -185,12 +188,15 @@ def match(
 
     rows = pairing.ref_kept if missing == "fail" else pairing.ref_rows
     matched = estimate.poses[pairing.est_rows]
+    est_rows = np.full(len(reference.keys), -1)
+    est_rows[pairing.ref_rows] = pairing.est_rows
     est_poses = np.full((len(reference.keys), 4, 4), np.nan)
     est_poses[pairing.ref_rows] = matched
     return Matches(
         keys=reference.keys[rows],
         gt_poses=reference.poses[rows],
         est_poses=est_poses[rows],
+        est_rows=est_rows[rows],
         matched=len(matched),
         missing=len(pairing.ref_kept) - len(matched),
         unmatched=len(estimate.keys) - pairing.duplicate - len(matched),

@@ -34,6 +34,7 @@ __all__ = [
     "TrajectoryWarning",
     "orthonormalised",
     "read_colmap",
+    "read_colmap_parts",
     "read_euroc",
     "read_kitti",
     "read_nerf",
@@ -203,6 +204,28 @@ def read_colmap(path: FilePath, *, complete: bool = False) -> Trajectory:
     world_to_camera[:, :3] = [image.cam_from_world().matrix() for image in images]
     _check_poses(world_to_camera, path, lambda row: f"image {names[row]!r}", complete)
     return Trajectory(np.array(names), inverse_poses(world_to_camera))
+
+
+def read_colmap_parts(path: FilePath) -> dict[str, Trajectory]:
+    """Read a COLMAP model, or all of a folder that is none but holds some, as ``sparse/`` does.
+
+    Parameters
+    ----------
+    path : path
+        The folder of a model, or of models.
+
+    Returns
+    -------
+    dict
+        Name of each sub-folder with a model, by its number -> its trajectory, as of `read_colmap`.
+        Each has a world of its own. The name of ``path`` itself where it is a model.
+    """
+    folder = Path(path)
+    models = {file.parent for file in folder.glob("*/images.*")}
+    if not models or list(folder.glob("images.*")):
+        return {folder.name: read_colmap(path)}
+    models_in_order = sorted(models, key=lambda model: (len(model.name), model.name))
+    return {model.name: read_colmap(model) for model in models_in_order}
 
 
 def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:

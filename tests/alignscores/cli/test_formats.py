@@ -1,14 +1,17 @@
 """The same scene in every format."""
 
+import csv
 import json
+import shutil
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from alignscores import pas
 from alignscores.cli.formats import FORMATS
 from alignscores.trajectories.association import match
-from alignscores.trajectories.files import read_kitti
+from alignscores.trajectories.files import read_colmap, read_kitti
 
 FILES = {
     "tum": ("tum/reference.txt", "tum/estimate.txt"),
@@ -29,7 +32,7 @@ def test_every_format_scores_the_same_scene_the_same(form, score, examples):
         *("name", "file", "rank", "TAS", "TAS_sd", "RAS", "PAS", "PAS_sd", "TAS_seeds"),
         *("PAS_seeds", "ATE", "n", "lost", "matched", "missing", "non_finite", "no_position"),
         *("no_rotation", "duplicate", "unmatched", "unit", "within_unit", "within_10_deg"),
-        *("n_hypotheses", "alignment", "body_rotation", "notes"),
+        *("n_hypotheses", "alignment", "body_rotation", "parts", "notes"),
     }
     assert result["n"] == 40
     assert result["TAS_seeds"][0] == pytest.approx(expected.tas.score, abs=1e-12)
@@ -86,3 +89,77 @@ def test_euroc_estimates_in_nanoseconds(score, lines, write):
     )
     assert nanoseconds["TAS"] == pytest.approx(seconds["TAS"], abs=1e-9)
     assert nanoseconds["matched"] == seconds["matched"]
+
+
+@pytest.fixture
+def models(examples, tmp_path):
+    """(rows of each part) -> a folder of COLMAP models with these images of the estimate, each in a
+    world of its own, and the names of the images."""
+    names, poses = read_colmap(examples / "colmap/estimate")
+
+    def models(*parts):
+        for number, rows in enumerate(parts):
+            folder = tmp_path / f"sparse/{number}"
+            shutil.copytree(examples / "colmap/reference", folder)
+            world = Rotation.random(rng=number).as_matrix()
+            lines = []
+            for row in rows:
+                rotation = world @ poses[row, :3, :3]
+                quaternion = Rotation.from_matrix(rotation.T).as_quat(scalar_first=True)
+                centre = (number + 1) * world @ poses[row, :3, 3] + number
+                pose = " ".join(map(repr, [*quaternion.tolist(), *(-rotation.T @ centre).tolist()]))
+                lines += [f"{row + 1} {pose} 1 {names[row]}", ""]
+            (folder / "images.txt").write_text("\n".join([*lines, ""]))
+            for file in ("rigs.txt", "frames.txt"):
+                (folder / file).unlink()
+        return tmp_path / "sparse", names
+
+    return models
+
+
+def test_sub_models_are_one_estimate(score, run, models, tmp_path):
+    """Of 37 images 33 are in parts that can be aligned, and 5 of them in two."""
+    folder, names = models(range(18), range(13, 30), range(30, 33), range(33, 35))
+    files = ("colmap", "colmap/reference", folder)
+    (whole,) = score(*files, "--save_errors", tmp_path / "errors.csv")
+    counts = [(part["name"], part["n"]) for part in whole["parts"]]
+    assert counts == [("0", 18), ("1", 12), ("2", 3), ("3", 0)]
+    assert (whole["n"], whole["matched"], whole["missing"]) == (40, 35, 5)
+    assert (whole["ATE"], whole["alignment"], whole["parts"][3]["alignment"]) == (None,) * 3
+    assert "in 4 parts, each aligned on its own: the scores are an upper bound" in whole["notes"][0]
+    assert whole["notes"][1].endswith("cannot be aligned, so that their cameras fail: the parts 3")
+    parts = [score(*files[:2], folder / part)[0] for part in "0123"]
+    with (tmp_path / "errors.csv").open() as file:
+        errors = {row["camera"]: float(row["position_error"]) for row in csv.DictReader(file)}
+    assert sum(np.isfinite(list(errors.values()))) == 33
+    assert set(names[:33]) <= {name for name, error in errors.items() if np.isfinite(error)}
+    for index in range(3):  # each is aligned as it is alone
+        assert whole["parts"][index]["alignment"] == parts[index]["alignment"]
+    assert whole["TAS"] <= sum(part["TAS"] for part in parts) <= whole["TAS"] + 5 / 40
+    # Beside a single model there is no rank; two models are two estimates, as before.
+    code, out, err = run(*files, "colmap/estimate")
+    assert (code, out.splitlines()[0].split()[-1]) == (0, "parts")
+    assert [line.split()[1] for line in out.splitlines()[1:3]] == ["-", "-"]
+    assert "stand in the order given: from 1 to 4 parts are each aligned on their own" in err
+    assert [one["rank"] for one in score(*files[:2], folder / "0", folder / "1")] == [
+        [1, 1],
+        [2, 2],
+    ]
+    assert run(*files, "--save_plot", tmp_path / "a.png")[0] == 0
+
+
+def test_a_folder_of_one_model_is_that_model(score, models):
+    folder, _ = models(range(37))
+    (whole,), (model,) = (
+        score("colmap", "colmap/reference", one) for one in (folder, folder / "0")
+    )
+    assert {**whole, "name": "0", "file": model["file"]} == model
+
+
+def test_options_hold_for_all_parts(score, models):
+    folder, _ = models(range(18), range(18, 37))
+    files = "colmap", "colmap/reference", folder
+    (plain,) = score(*files, "--missing", "ignore")
+    assert (plain["n"], plain["missing"]) == (37, 3)
+    (nerf,) = score("nerf", "nerf/reference.json", folder, "--est_format", "colmap")
+    assert nerf["PAS"] == pytest.approx(score(*files)[0]["PAS"], abs=1e-12)

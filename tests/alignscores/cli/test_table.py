@@ -6,7 +6,7 @@ from alignscores.cli.table import COLUMNS, table
 
 ROW = {key: 0.008191 for _, key, form in COLUMNS if form[-1] in "f%g"}
 ROW |= {"name": "orb.txt", "rank": [1, 1], "n": 4541}
-ROW |= {"lost": 0.0, "missing": 0, "no_position": 0, "no_rotation": 0, "duplicate": 0}
+ROW |= {"parts": [], "lost": 0.0, "missing": 0, "no_position": 0, "no_rotation": 0, "duplicate": 0}
 
 
 def test_columns_that_say_nothing_are_left_out():

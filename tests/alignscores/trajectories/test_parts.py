@@ -1,0 +1,76 @@
+"""Estimates in parts: which part counts a camera, and how the scores of the parts combine."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from alignscores import pas
+from alignscores.trajectories.parts import combine, combine_tas, holders, in_one_world
+
+CAMERAS = [range(20), range(15, 32), range(32, 38), range(38, 40)]  # 5 shared, 2 too few
+
+
+@pytest.fixture
+def scene(noisy_scene, noisy_rotations):
+    """Ground truth, and its estimate in four worlds of their own."""
+    gt, poses = np.tile(np.eye(4), (2, 42, 1, 1))
+    gt[:, :3, 3], poses[:, :3, 3] = noisy_scene(42, 2, 0.02, 0)
+    gt[:, :3, :3], poses[:, :3, :3] = noisy_rotations(42, 0, 3, 0)
+    worlds = Rotation.random(len(CAMERAS), rng=0).as_matrix()
+    parts = np.full((len(CAMERAS), *poses.shape), np.nan)
+    for index, (part, cameras, world) in enumerate(zip(parts, CAMERAS, worlds, strict=True), 1):
+        part[cameras] = poses[cameras]
+        part[:, :3, :3] = world @ part[:, :3, :3]
+        part[:, :3, 3] = index * part[:, :3, 3] @ world.T + index
+    return gt, parts
+
+
+def test_a_camera_is_counted_by_the_largest_part_that_holds_it(scene):
+    assert holders(scene[1]).tolist() == [0] * 20 + [1] * 12 + [2] * 6 + [-1] * 4
+
+
+@pytest.mark.parametrize("registration", ["pcr99", "refined"])
+def test_the_scores_are_those_of_the_errors_camera_by_camera(scene, registration):
+    gt, parts = scene
+    holder = holders(parts)
+    results = [pas(gt, part, weight=0.3, registration=registration) for part in parts[:3]]
+    whole = combine(results, holder)
+    for kind, steps in (("tas", whole.tas.unit), ("ras", 10.0)):
+        errors = [
+            getattr(results[k], kind).errors[i] if k >= 0 else np.inf for i, k in enumerate(holder)
+        ]
+        below = np.less.outer(errors, steps * np.arange(1, 101) / 100)
+        assert getattr(whole, kind).score == pytest.approx(below.mean(), abs=1e-12)
+        np.testing.assert_array_equal(getattr(whole, kind).errors, errors)
+    assert whole.score == pytest.approx(0.3 * whole.tas.score + 0.7 * whole.ras.score)
+    assert combine_tas([one.tas for one in results], holder).score == whole.tas.score
+    assert combine(results[:1], holder) is results[0]
+    # In the world of the ground truth the errors are the distances and angles that are left.
+    poses = in_one_world(parts[:3], results, holder)
+    distances = np.linalg.norm(poses[:38, :3, 3] - gt[:38, :3, 3], axis=1)
+    np.testing.assert_allclose(distances, whole.tas.errors[:38], atol=1e-9)
+    turns = Rotation.from_matrix(poses[:38, :3, :3].transpose(0, 2, 1) @ gt[:38, :3, :3])
+    np.testing.assert_allclose(np.degrees(turns.magnitude()), whole.ras.errors[:38], atol=1e-6)
+    assert np.isnan(poses[38:, :3]).all()
+
+
+def test_parts_without_a_camera_in_common_add_up(scene):
+    gt, parts = scene
+    parts[1, :20] = np.nan
+    results = [pas(gt, part) for part in parts[:3]]
+    whole = combine(results, holders(parts[:3]))
+    assert whole.score == pytest.approx(sum(one.score for one in results))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_parts_bound_every_model_merged_from_them(scene, seed):
+    """Here by random similarities near the true ones; with the alignments of the best score."""
+    gt, parts = scene[0], scene[1][:3]
+    results = [pas(gt, part, registration="refined") for part in parts]
+    holder, rng = holders(parts), np.random.default_rng(seed)
+    merged = in_one_world(parts, results, holder)
+    for index in range(3):
+        merged[holder == index, :3, 3] *= rng.normal(1, 0.01)
+        merged[holder == index, :3, 3] += rng.normal(0, 0.01, 3)
+    one = pas(gt, merged, registration="refined")
+    assert one.tas.score <= combine(results, holder).tas.score + 1e-3
