@@ -24,7 +24,7 @@ from .output import (
     show_table,
 )
 from .ranking import comparable
-from .saving import save
+from .saving import save, show_plot
 from .scoring import Scored, score
 
 __all__ = ["main"]
@@ -266,7 +266,7 @@ def output_file(*suffixes: str) -> Callable[[str], Path]:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Score all estimates, print and save; one that cannot be scored does not stop the others."""
+    """Score all estimates, save and print; one that cannot be scored does not stop the others."""
     check_stdin_read_once(arguments)
     check_outputs_possible(arguments)
     form = FORMATS[arguments.format]
@@ -302,12 +302,14 @@ def run(arguments: argparse.Namespace) -> int:
         scored.sort(key=lambda one: one.pas, reverse=True)
     else:
         notes.append(units_note(scored, reference, form))
-    if arguments.json:
+    for path, unsaved in save(scored, reference, arguments) if scored else ():
+        fail(str(path), unsaved)
+    if arguments.json:  # printed last: whoever reads it may close the pipe, which ends the program
         show_json(scored, failed, notes, arguments)
     elif scored:
         show_table(scored, notes, arguments)
-    if scored:
-        save(scored, reference, arguments)
+    if scored and arguments.plot:
+        show_plot(scored, arguments)
     return int(bool(failed))
 
 

@@ -4,7 +4,7 @@ import argparse
 import csv
 import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Any
@@ -16,10 +16,9 @@ from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
 from ..validation import finite_rows
 from .names import numbered, printable, unique_names
-from .output import print_error
 from .scoring import Scored
 
-__all__ = ["save"]
+__all__ = ["save", "show_plot"]
 
 STATUS = {  # whether there are a position and a rotation -> what is said of the camera
     (True, True): "matched",
@@ -29,34 +28,58 @@ STATUS = {  # whether there are a position and a rotation -> what is said of the
 }
 
 
-def save(scored: Sequence[Scored], reference: Trajectory, arguments: argparse.Namespace) -> None:
-    """Write the files that were asked for, and show the figure."""
+def save(
+    scored: Sequence[Scored], reference: Trajectory, arguments: argparse.Namespace
+) -> list[tuple[Path, ValueError]]:
+    """Write the files that were asked for; return those that could not be written, and why."""
+    unsaved = []
+    for path, content in files(scored, reference, arguments):
+        try:
+            if isinstance(content, ValueError):
+                raise content
+            write_whole(path, content)
+        except ValueError as error:
+            unsaved.append((path, error))
+    return unsaved
+
+
+def files(
+    scored: Sequence[Scored], reference: Trajectory, arguments: argparse.Namespace
+) -> Iterator[tuple[Path, bytes | ValueError]]:
+    """Yield the files that were asked for, each with its content, or why it has none."""
     names = unique_names(arguments.estimates)
-    if arguments.save_errors:
-        write_whole(arguments.save_errors, errors_csv(scored, reference).encode())
-    if arguments.save_aligned:
-        save_aligned(scored, arguments.save_aligned, names=names)
-    if arguments.save_results:
-        save_evo_results(
+    if path := arguments.save_errors:
+        yield path, errors_csv(scored, reference).encode()
+    if path := arguments.save_aligned:
+        yield from aligned_files(scored, targets(path, names))
+    if path := arguments.save_results:
+        yield from evo_files(
             scored,
-            arguments.save_results,
-            names=names,
+            targets(path, names),
             reference=printable(arguments.reference),
             registration=arguments.registration,
             seed=arguments.seed,
         )
-    if not arguments.plot and not arguments.save_plot:
-        return
+    if path := arguments.save_plot:
+        yield path, picture(figure_of(scored, arguments), path)
+
+
+def show_plot(scored: Sequence[Scored], arguments: argparse.Namespace) -> None:
+    """Show the figure in a window."""
+    pyplot = require("matplotlib.pyplot", "plots")
+    figure_of(scored, arguments, figure=pyplot.figure())
+    pyplot.show()
+
+
+def figure_of(
+    scored: Sequence[Scored], arguments: argparse.Namespace, *, figure: Any = None
+) -> Any:
+    """Draw the estimates, into a figure of pyplot's if one is given."""
     from .plots import score_figure  # needs Matplotlib
 
     panels = {one.name: (one.matches, one.result) for one in scored}
     title = f"registration {arguments.registration}, seed {arguments.seed}"
-    if arguments.save_plot:
-        save_figure(score_figure(panels, title=title), arguments.save_plot)
-    if arguments.plot:
-        pyplot = require("matplotlib.pyplot", "plots")
-        score_figure(panels, title=title, figure=pyplot.figure())
-        pyplot.show()
+    return score_figure(panels, title=title, figure=figure)
 
 
 def errors_csv(scored: Sequence[Scored], reference: Trajectory) -> str:
@@ -83,17 +106,19 @@ def errors_csv(scored: Sequence[Scored], reference: Trajectory) -> str:
     return text.getvalue()
 
 
-def save_aligned(scored: Sequence[Scored], path: Path, *, names: Sequence[str]) -> None:
-    """Save estimates in the reference's world, with its time stamps: as TUM, or KITTI without.
+def aligned_files(
+    scored: Sequence[Scored], files: Mapping[str, tuple[Path, str]]
+) -> Iterator[tuple[Path, bytes | ValueError]]:
+    """Yield estimates in the reference's world, with its time stamps: as TUM, or KITTI without.
 
-    All their poses are saved, whether they were matched or not, aligned as in the TAS. See
-    `targets` for the names of the files.
+    They have all their poses, whether they were matched or not, aligned as in the TAS. `files` are
+    as of `targets`.
     """
     for one in scored:
-        target, _ = targets(path, names)[one.name]
+        target, _ = files[one.name]
         alignment = one.result.tas.alignment
         if alignment is None:
-            print_error(f"{one.name}: could not be aligned, so {target} is not written")
+            yield target, ValueError(f"is not written, since {one.name} could not be aligned")
             continue
         to_reference = alignment.inverse()
         keys, poses = one.estimate
@@ -110,7 +135,7 @@ def save_aligned(scored: Sequence[Scored], path: Path, *, names: Sequence[str]) 
             columns = [np.dstack([rotations, positions]).reshape(-1, 12)]
         buffer = BytesIO()
         np.savetxt(buffer, np.column_stack(columns), fmt="%.16g")
-        write_whole(target, buffer.getvalue())
+        yield target, buffer.getvalue()
 
 
 def targets(path: Path, names: Sequence[str]) -> dict[str, tuple[Path, str]]:
@@ -124,31 +149,24 @@ def targets(path: Path, names: Sequence[str]) -> dict[str, tuple[Path, str]]:
     return dict(zip(names, zip(files if names[1:] else [path], flat, strict=True), strict=True))
 
 
-def save_evo_results(
+def evo_files(
     scored: Sequence[Scored],
-    path: Path,
+    files: Mapping[str, tuple[Path, str]],
     *,
-    names: Sequence[str],
     reference: str,
     registration: str,
     seed: int,
-) -> list[Path]:
-    """Save results that ``evo_res`` reads, one file an estimate.
+) -> Iterator[tuple[Path, bytes]]:
+    """Yield results that ``evo_res`` reads, one file an estimate; `files` are as of `targets`.
 
-    See `targets` for the names of the files. evo's statistics are of the share of the thresholds
-    that a pose misses, from 0 to 1, whose mean is 1 - PAS.
-
-    Returns
-    -------
-    list of Path
-        The files.
+    evo's statistics are of the share of the thresholds that a pose misses, from 0 to 1, whose mean
+    is 1 - PAS.
     """
     file_interface = require("evo.tools.file_interface", "files")
     from ..trajectories.evo import PAS  # needs evo
 
-    files: dict[Path, bytes] = {}
     for one in scored:
-        target, flat_name = targets(path, names)[one.name]
+        target, flat_name = files[one.name]
         result = PAS.of(one.result).get_result(reference, flat_name)
         result.add_info(
             {
@@ -164,19 +182,16 @@ def save_evo_results(
             result.add_np_array("timestamps", one.matches.keys)
         buffer = BytesIO()
         file_interface.save_res_file(buffer, result)
-        files[target] = buffer.getvalue()
-    for file, content in files.items():
-        write_whole(file, content)
-    return list(files)
+        yield target, buffer.getvalue()
 
 
-def save_figure(figure: Any, path: Path) -> None:
-    """Save a figure, whole or not at all."""
+def picture(figure: Any, path: Path) -> bytes:
+    """Return a figure in the format that the name of its file tells."""
     buffer = BytesIO()
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font has not
         figure.savefig(buffer, format=path.suffix.removeprefix("."), dpi=200)
-    write_whole(path, buffer.getvalue())
+    return buffer.getvalue()
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -186,6 +201,6 @@ def write_whole(path: Path, content: bytes) -> None:
         temporary.write_bytes(content)
         temporary.replace(path)
     except OSError as error:  # named after the file, not after the temporary one
-        raise OSError(error.errno, error.strerror, str(path)) from None
+        raise ValueError(f"cannot be written ({error.strerror})") from None
     finally:
         temporary.unlink(missing_ok=True)

@@ -88,9 +88,11 @@ def test_as_a_module(examples, tmp_path, monkeypatch):
     assert (done.returncode, done.stderr) == (0, "")
     assert "registration pcr99" in done.stdout
     assert list(tmp_path.iterdir()) == []  # nothing in the home directory
-    closed = ["bash", "-c", f"{' '.join(command)} | true"]  # nobody reads on
+    saved = tmp_path / "errors.csv"
+    closed = ["bash", "-c", f"{' '.join(command)} --save_errors {saved} | true"]  # nobody reads on
     done = subprocess.run(closed, cwd=examples, capture_output=True, text=True, timeout=100)
     assert done.stderr == ""
+    assert saved.stat().st_size > 0
 
 
 @pytest.mark.parametrize(

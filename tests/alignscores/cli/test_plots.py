@@ -4,7 +4,7 @@ from matplotlib.figure import Figure
 
 from alignscores import AlignmentWarning, pas
 from alignscores.cli.plots import NAMED, score_figure, score_panel, trajectory_panel
-from alignscores.cli.saving import save_figure
+from alignscores.cli.saving import picture
 from alignscores.histogram import AlignmentScore
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_kitti
@@ -89,8 +89,7 @@ def test_many_estimates_share_axes(scored, n, tmp_path):
     styles = {(line.get_color(), line.get_linestyle()) for line in positions.get_lines()}
     assert len(styles) == named
     for suffix in (".png", ".pdf", ".svg"):
-        save_figure(figure, tmp_path / f"many{suffix}")
-        assert (tmp_path / f"many{suffix}").stat().st_size < 1e6
+        assert len(picture(figure, tmp_path / f"many{suffix}")) < 1e6
 
 
 def test_the_trajectory_is_aligned_and_coloured_by_its_errors(scored):

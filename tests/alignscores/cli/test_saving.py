@@ -66,8 +66,10 @@ def test_save_aligned(run, score, tmp_path, examples, files, read):
 def test_what_was_not_aligned_is_not_saved(run, tmp_path, write, lines):
     standing = [" ".join([line.split()[0], "1 2 3 0 0 0 1"]) for line in lines]
     path = tmp_path / "aligned.txt"
-    _, _, err = run(*TUM[:2], write(standing), "--save_aligned", path)
-    assert f"est.txt: could not be aligned, so {path} is not written" in err
+    code, out, err = run(*TUM[:2], write(standing), "--save_aligned", path)
+    assert code == 1
+    assert f"error: {path}: is not written, since est.txt could not be aligned\n" in err
+    assert out.startswith("estimate ")
     assert not path.exists()
 
 
@@ -165,10 +167,11 @@ def test_plot(run, monkeypatch):
 
 def test_a_folder_where_a_file_should_be_written(run, tmp_path):
     (tmp_path / "a.png").mkdir()
-    code, _, err = run(*TUM, "--save_plot", tmp_path / "a.png")
-    assert code == 1
-    assert err == f"alignscores: error: [Errno 21] Is a directory: '{tmp_path / 'a.png'}'\n"
-    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+    outputs = "--save_plot", tmp_path / "a.png", "--save_errors", tmp_path / "b.csv"
+    code, out, err = run(*TUM, *outputs)
+    assert (code, out.split()[0]) == (1, "estimate")
+    assert err == f"alignscores: error: {tmp_path}/a.png: cannot be written (Is a directory)\n"
+    assert {path.name for path in tmp_path.iterdir()} == {"a.png", "b.csv"}  # the other is saved
 
 
 def test_nothing_half_written(run, tmp_path, monkeypatch):
