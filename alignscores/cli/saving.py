@@ -26,6 +26,7 @@ STATUS = {  # whether there are a position and a rotation -> what is said of the
     (False, True): "no position",
     (False, False): "no pose",
 }
+LOST, LEFT_OUT, NO_REFERENCE = "lost", "left out", "no reference pose"
 
 
 def save(
@@ -49,7 +50,7 @@ def files(
     """Yield the files that were asked for, each with its content, or why it has none."""
     names = unique_names(arguments.estimates)
     if path := arguments.save_errors:
-        yield path, errors_csv(scored, reference).encode()
+        yield path, errors_csv(scored, reference, missing=arguments.missing).encode()
     if path := arguments.save_aligned:
         yield from aligned_files(scored, targets(path, names))
     if path := arguments.save_results:
@@ -82,28 +83,45 @@ def figure_of(
     return score_figure(panels, title=title, figure=figure)
 
 
-def errors_csv(scored: Sequence[Scored], reference: Trajectory) -> str:
-    """Return a table of each estimate's errors, a line a camera.
+def errors_csv(
+    scored: Sequence[Scored], reference: Trajectory, *, missing: str | None = None
+) -> str:
+    """Return a table of each estimate's errors, a line a camera, with what became of it.
 
-    Reference poses that were left out of the scores have no errors, failures infinite ones.
+    Those that were scored have errors, infinite ones for failures. Besides there are due frames
+    without a reference pose and, where missing cameras are left out, these.
     """
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(("estimate", "camera", "position_error", "rotation_error_deg", "status"))
     for one in scored:
-        left_out = reference.keys[~np.isin(reference.keys, one.matches.keys)]
-        poses, result = one.matches.est_poses, one.result
-        kinds = zip(finite_rows(poses[:, :3, 3]), finite_rows(poses[:, :3, :3]), strict=True)
-        errors = zip(result.tas.errors.tolist(), result.ras.errors.tolist(), strict=True)
+        matches, result = one.matches, one.result
         rows = [
-            (key, *both, STATUS[bool(position), bool(rotation)])
-            for key, both, (position, rotation) in zip(
-                one.matches.keys.tolist(), errors, kinds, strict=True
+            (key, *errors, status)
+            for key, *errors, status in zip(
+                matches.keys.tolist(),
+                result.tas.errors.tolist(),
+                result.ras.errors.tolist(),
+                statuses(one),
+                strict=True,
             )
         ]
-        rows += [(key, "", "", "not estimated") for key in left_out.tolist()]
+        rows += [(key, "", "", NO_REFERENCE) for key in matches.without_reference.tolist()]
+        if missing != "fail":  # else what was not scored was not due
+            left_out = reference.keys[~np.isin(reference.keys, matches.keys)]
+            rows += [(key, "", "", LEFT_OUT) for key in left_out.tolist()]
         writer.writerows((one.name, *row) for row in sorted(rows, key=lambda row: row[0]))
     return text.getvalue()
+
+
+def statuses(one: Scored) -> list[str]:
+    """Say of each scored camera whether it was matched, or why it is a failure."""
+    poses = one.matches.est_poses
+    finite = zip(finite_rows(poses[:, :3, 3]), finite_rows(poses[:, :3, :3]), strict=True)
+    return [
+        LOST if row < 0 else STATUS[bool(position), bool(rotation)]
+        for row, (position, rotation) in zip(one.matches.est_rows, finite, strict=True)
+    ]
 
 
 def aligned_files(

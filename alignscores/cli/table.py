@@ -28,7 +28,9 @@ COLUMNS = (  # header, key of the JSON output, format
     ("parts", "n_parts", "d"),
 )
 SELDOM = ("missing", "no_pose", "duplicate", "n_parts")  # shown where not all are 0
-FIRST_DROPPED = ("within_10_deg", "within_unit", "duplicate", "PAS_sd", "TAS_sd")
+FIRST_DROPPED = ("within_10_deg", "within_unit", "duplicate")  # for long names
+NEXT_DROPPED = ("no_pose", "missing")  # for names shortened to so many characters
+SHORTEST = 12
 
 
 def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
@@ -62,10 +64,10 @@ def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
         marks = " ", *("*" if values["lost"] > MUCH_LOST else " " for values in results)
         columns["PAS"] = [cell + mark for cell, mark in zip(columns["PAS"], marks, strict=True)]
     names = ["estimate", *(values["name"] for values in results)]
-    for key in FIRST_DROPPED:
-        if max(map(len, names)) <= _room(columns):
-            break
-        columns.pop(key, None)
+    longest = max(map(len, names))
+    for key in FIRST_DROPPED + NEXT_DROPPED:
+        if _room(columns) < (longest if key in FIRST_DROPPED else min(longest, SHORTEST)):
+            columns.pop(key, None)
     names = _shortened(names, _room(columns))
     width = max(map(len, names))
     widths = [max(map(len, cells)) for cells in columns.values()]
@@ -82,13 +84,19 @@ def _room(columns: Mapping[str, Sequence[str]]) -> int:
 
 
 def _shortened(names: list[str], width: int) -> list[str]:
-    """Cut the middle out of long names, unless two of them would become the same."""
-    end = (width - 2) // 2
-    short = [
-        name if len(name) <= width else f"{name[: width - 2 - end]}..{name[-end:]}"
-        for name in names
-    ]
-    return short if len(set(short)) == len(set(names)) else names
+    """Cut the middle out of long names; those that become the same are numbered."""
+    for numbers in (False, True):
+        short = [_cut(name, width, f"~{row}" if numbers else "") for row, name in enumerate(names)]
+        if len(set(short)) == len(set(names)):
+            break
+    return short
+
+
+def _cut(name: str, width: int, number: str) -> str:
+    if len(name) <= width:
+        return name
+    end = (width - 2 - len(number)) // 2
+    return f"{name[: width - 2 - end - len(number)]}..{name[-end:]}{number}"
 
 
 def _cell(value: Any, form: str) -> str:

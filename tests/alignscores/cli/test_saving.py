@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections import Counter
 
 import matplotlib
 import numpy as np
@@ -29,7 +30,7 @@ def test_save_errors(run, tmp_path):
     assert [row["estimate"] for row in rows] == [first["name"]] * 40 + [second["name"]] * 40
     stamps = [float(row["camera"]) for row in rows[:40]]
     assert stamps == sorted(stamps)
-    scored = [row for row in rows[:40] if row["status"] != "not estimated"]
+    scored = [row for row in rows[:40] if row["status"] != "left out"]
     assert [row["status"] for row in scored if row["status"] != "matched"] == ["no pose"]
     assert len(scored) == first["n"] == 38
     errors = np.array([float(row["position_error"]) for row in scored])
@@ -37,6 +38,24 @@ def test_save_errors(run, tmp_path):
     angles = np.array([float(row["rotation_error_deg"]) for row in scored])
     thresholds = np.arange(1, 101) / 10
     assert np.mean(angles[:, None] < thresholds) == pytest.approx(first["RAS"])
+
+
+def test_save_errors_has_every_frame_that_was_due(run, tum, tmp_path, write):
+    """But none that was not, of a denser reference; and why it has no error, or an infinite one."""
+    files = "tum", tum(400, 100, "gt.txt"), tum(40, 10, "est.txt", lost=(10, 15))
+    frames = write([str(i / 10) for i in (*range(12), 90)], "frames.txt")
+    for options, expected in (
+        ([], {"matched": 35, "left out": 365}),
+        (["--missing", "fail"], {"matched": 35, "lost": 5}),
+        (["--frames", frames], {"matched": 35, "lost": 2, "no reference pose": 1}),
+    ):
+        assert run(*files, *options, "--save_errors", tmp_path / "e.csv")[0] == 0
+        with (tmp_path / "e.csv").open() as file:
+            rows = list(csv.DictReader(file))
+        assert Counter(row["status"] for row in rows) == expected
+        errors = {row["status"]: row["position_error"] for row in rows}
+        assert errors.get("lost", "inf") == "inf"
+        assert errors.get("left out", "") == errors.get("no reference pose", "") == ""
 
 
 @pytest.mark.parametrize(("files", "read"), [(TUM, read_tum), (KITTI, read_kitti)])
