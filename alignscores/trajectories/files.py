@@ -443,8 +443,9 @@ def _through_evo(
         for row, record in enumerate(records):
             for field in record:
                 if not _is_number(field):
+                    header = "; a header line begins with #" if row == 0 else ""
                     raise FileError(
-                        path, f"{field[:40]!r} is not a number", place=where(row)
+                        path, f"{field[:40]!r} is not a number{header}", place=where(row)
                     ) from None
         raise FileError(path, f"evo cannot read it: {error}") from None
 
@@ -473,6 +474,8 @@ def _wrong_columns(fields: Sequence[str], columns: str) -> str:
     reason = f"has {len(fields)} column{'s'[: len(fields) != 1]}, not {columns!r}"
     if len(fields) in FORMAT_OF_COLUMNS:
         reason += f"; {len(fields)} columns are the {FORMAT_OF_COLUMNS[len(fields)]} format"
+    elif len(fields) == 16:
+        reason += "; the last row, 0 0 0 1, is left out"
     elif "," in fields[0]:
         reason += "; files with commas are the euroc format"
     return reason
