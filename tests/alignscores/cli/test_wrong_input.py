@@ -114,15 +114,13 @@ def parts_cut_off(folder):
 
 
 SECONDS = "write them in seconds"
-TUM, EST = "tum", "estimate"
 NOT_FINITE = "the pose is not finite; a reference must be complete .is this the estimate"
 COLMAP_LINE = "bad/images.txt, line 7: must hold 'IMAGE_ID QW"
 CUT = "bad: is no readable COLMAP model, as if a file were cut off"
 
-CASES = {
-    # clocks
+CASES = {  # "format file what": its edit, the message
     **{
-        f"{form} {whose} in {unit}{of}": (form, whose, clock(factor, start), message)
+        f"{form} {whose} in {unit}{of}": (clock(factor, start), message)
         for form in ("tum", "euroc")
         for whose in ("reference", "estimate", "frames")
         for unit, factor in (("milliseconds", 1e3), ("microseconds", 1e6))
@@ -132,7 +130,7 @@ CASES = {
         )
     },
     **{
-        f"{form} {whose} in s from a start": (form, whose, clock(1, 1.7e9), message)
+        f"{form} {whose} in s from a start": (clock(1, 1.7e9), message)
         for form in ("tum", "euroc")
         for whose, message in (
             ("reference", "the reference seem to count from its start: --t_offset auto finds"),
@@ -141,277 +139,157 @@ CASES = {
         )
     },
     **{
-        f"tum {whose} in ns{of}": (
-            "tum",
-            whose,
-            clock(1e9, start),
-            rf"in nanoseconds .*; {SECONDS}$",
-        )
+        f"tum {whose} in ns{of}": (clock(1e9, start), rf"in nanoseconds .*; {SECONDS}$")
         for whose in ("reference", "estimate")
         for of, start in (("", 0), (" from a start", 1.7e9))
     },
-    "tum clock days away": (TUM, EST, clock(1, 1e6), "bad: no time stamps in common: the ref"),
-    "tum one stamp in common": (
-        *(TUM, EST, always("1700000000 0 0 0 0 0 0 1")),
+    "tum estimate clock days away": (clock(1, 1e6), "bad: no time stamps in common: the ref"),
+    "tum estimate one stamp in common": (
+        always("1700000000 0 0 0 0 0 0 1"),
         r"bad: only 1 of 1 poses could be matched to the reference, and it takes 4 \(--missing ign",
     ),
-    # text
-    "tum no file": (TUM, EST, always(NOTHING), r"bad: cannot be read \(No such file"),
-    "tum a folder": (TUM, "reference", always(FOLDER), r"bad: cannot be read \(Is a directory"),
-    "kitti no file": ("kitti", "reference", always(NOTHING), r"bad: cannot be read \(No such file"),
-    "euroc no file": ("euroc", EST, always(NOTHING), r"bad: cannot be read \(No such file"),
-    "nerf no file": ("nerf", EST, always(NOTHING), r"bad: cannot be read \(No such file"),
-    "frames no file": (TUM, "frames", always(NOTHING), r"bad: cannot be read \(No such file"),
-    "tum empty": (TUM, EST, always(""), "bad: has no poses"),
-    "kitti empty": ("kitti", EST, always(""), "bad: has no poses"),
-    "euroc empty": ("euroc", "reference", always(""), "bad: has no poses"),
-    "tum comments alone": (TUM, "reference", always("# nothing\n\n"), "bad: has no poses"),
-    "frames empty": (TUM, "frames", always(""), "bad: has no time stamps"),
-    "frames no stamps": (
-        TUM,
-        "frames",
-        line(4, "x"),
-        "bad, line 4: must begin with a time stamp, n",
-    ),
-    "tum binary": (TUM, EST, always(b"0 1 2 3 0 0 0 1\n\xff\xfe\x9c"), r"bad, line 2: is not text"),
-    "tum zero bytes": (TUM, EST, field(3, 7, "\0"), r"bad, line 3: is not text \(a zero byte\)"),
-    "tum UTF-16": (TUM, EST, always("0 1 2 3\n".encode("utf-16")), "bad, line 1: is not text"),
-    "tum compressed without .gz": (TUM, EST, always(gzip.compress(b"1 2")), "line 1: is not text"),
-    # columns and numbers
-    "tum too few columns": (
-        TUM,
-        EST,
+    "tum estimate no file": (always(NOTHING), r"bad: cannot be read \(No such file"),
+    "tum reference a folder": (always(FOLDER), r"bad: cannot be read \(Is a directory"),
+    "kitti reference no file": (always(NOTHING), r"bad: cannot be read \(No such file"),
+    "euroc estimate no file": (always(NOTHING), r"bad: cannot be read \(No such file"),
+    "nerf estimate no file": (always(NOTHING), r"bad: cannot be read \(No such file"),
+    "tum frames no file": (always(NOTHING), r"bad: cannot be read \(No such file"),
+    "tum estimate empty": (always(""), "bad: has no poses"),
+    "kitti estimate empty": (always(""), "bad: has no poses"),
+    "euroc reference empty": (always(""), "bad: has no poses"),
+    "tum reference comments alone": (always("# nothing\n\n"), "bad: has no poses"),
+    "tum frames empty": (always(""), "bad: has no time stamps"),
+    "tum frames no stamps": (line(4, "x"), "bad, line 4: must begin with a time stamp, n"),
+    "tum estimate binary": (always(b"0 1 2 3 0 0 0 1\n\xff\xfe\x9c"), r"bad, line 2: is not text"),
+    "tum estimate zero bytes": (field(3, 7, "\0"), r"bad, line 3: is not text \(a zero byte\)"),
+    "tum estimate UTF-16": (always("0 1 2 3\n".encode("utf-16")), "bad, line 1: is not text"),
+    "tum estimate compressed without .gz": (always(gzip.compress(b"1 2")), "line 1: is not text"),
+    "tum estimate too few columns": (
         line(3, "1 2 3"),
         "bad, line 3: has 3 columns, not 'timestamp",
     ),
-    "tum too many columns": (
-        TUM,
-        EST,
-        field(3, 7, "1 9"),
-        "bad, line 3: has 9 columns, not 'times",
-    ),
-    "tum cut off in the last line": (
-        TUM,
-        EST,
-        line(39, "1700000003.9 1"),
-        "line 39: has 2 columns",
-    ),
-    "tum is kitti": (
-        TUM,
-        EST,
-        always("1 0 0 0 0 1 0 0 0 0 1 0"),
-        "12 columns are the kitti format",
-    ),
-    "kitti is tum": ("kitti", EST, always("0 1 2 3 0 0 0 1"), "8 columns are the tum format"),
-    "tum is euroc": (TUM, EST, always("1,0,0,0,0,1,0,0"), "commas are the euroc format"),
-    "tum a word": (TUM, EST, field(5, 3, "x"), "bad, line 5: 'x' is not a number"),
-    "tum a quote": (TUM, EST, field(5, 3, '"5'), "bad, line 5: '\"5' is not a number"),
-    "tum a header": (
-        TUM,
-        EST,
-        line(1, "t x y z a b c d"),
-        "1: 't' is not a .* line begins with #$",
-    ),
-    "euroc a header": (
-        *("euroc", "reference", lambda lines: [lines[0][1:], *lines[1:]]),
+    "tum estimate too many columns": (field(3, 7, "1 9"), "bad, line 3: has 9 columns, not 'times"),
+    "tum estimate cut off in the last line": (line(39, "1700000003.9 1"), "line 39: has 2 columns"),
+    "tum estimate is kitti": (always("1 0 0 0 0 1 0 0 0 0 1 0"), "12 columns are the kitti format"),
+    "kitti estimate is tum": (always("0 1 2 3 0 0 0 1"), "8 columns are the tum format"),
+    "tum estimate is euroc": (always("1,0,0,0,0,1,0,0"), "commas are the euroc format"),
+    "tum estimate a word": (field(5, 3, "x"), "bad, line 5: 'x' is not a number"),
+    "tum estimate a quote": (field(5, 3, '"5'), "bad, line 5: '\"5' is not a number"),
+    "tum estimate a header": (line(1, "t x y z a b c d"), "1: 't' is not a .* line begins with #$"),
+    "euroc reference a header": (
+        lambda lines: [lines[0][1:], *lines[1:]],
         "bad, line 1: 'timestamp' is not a number; a header line begins with #$",
     ),
-    "tum one stamp for all": (
-        *(TUM, EST, lambda lines: [f"1700000000 {i} 2 3 0 0 0 1" for i in range(9)]),
+    "tum estimate one stamp for all": (
+        lambda lines: [f"1700000000 {i} 2 3 0 0 0 1" for i in range(9)],
         "bad: only 1 of 9 poses could be matched to the reference, and it takes 4",
     ),
-    "kitti of 4 x 4": (
-        *("kitti", EST, lambda lines: [f"{one} 0 0 0 1" for one in lines]),
+    "kitti estimate of 4 x 4": (
+        lambda lines: [f"{one} 0 0 0 1" for one in lines],
         "bad, line 1: has 16 columns, not 'r11 .*; the last row, 0 0 0 1, is left out",
     ),
-    "tum decimal commas": (TUM, EST, field(5, 3, "4,6"), "bad, line 5: '4,6' is not a number"),
-    "kitti a word": ("kitti", EST, field(5, 3, "x"), "bad, line 5: 'x' is not a number"),
-    "kitti too few columns": (
-        "kitti",
-        EST,
-        line(3, "1 2 3"),
-        "bad, line 3: has 3 columns, not 'r11",
-    ),
-    "kitti a line less": (
-        *("kitti", EST, lambda lines: lines[:-1]),
+    "tum estimate decimal commas": (field(5, 3, "4,6"), "bad, line 5: '4,6' is not a number"),
+    "kitti estimate a word": (field(5, 3, "x"), "bad, line 5: 'x' is not a number"),
+    "kitti estimate too few columns": (line(3, "1 2 3"), "bad, line 3: has 3 columns, not 'r11"),
+    "kitti estimate a line less": (
+        lambda lines: lines[:-1],
         r"bad: the reference has 40 poses, the estimate 39: .* \(write a row of nan for each frame",
     ),
-    "euroc too few columns": (
-        *("euroc", "reference", line(3, "17000000001,2,3,4,1,0,0")),
+    "euroc reference too few columns": (
+        line(3, "17000000001,2,3,4,1,0,0"),
         "bad, line 3: has 7 columns, not 'timestamp tx ty tz qw",
     ),
-    "euroc a word": ("euroc", "reference", field(3, 2, "x", ","), "line 3: 'x' is not a number"),
-    "euroc semicolons": (
-        "euroc",
-        EST,
-        line(2, "1;2;3;4;5;6;7;8"),
-        "bad, line 2: has 1 column, not",
-    ),
-    # what is no pose
-    "tum quaternion zero": (
-        *(TUM, EST, line(4, "1700000000.2 1 2 3 0 0 0 0")),
+    "euroc reference a word": (field(3, 2, "x", ","), "line 3: 'x' is not a number"),
+    "euroc estimate semicolons": (line(2, "1;2;3;4;5;6;7;8"), "bad, line 2: has 1 column, not"),
+    "tum estimate quaternion zero": (
+        line(4, "1700000000.2 1 2 3 0 0 0 0"),
         "bad, line 4: the quaternion is zero, which is no rotation",
     ),
-    "tum stamp nan": (TUM, EST, field(4, 0, "nan"), "bad, line 4: the time stamp is not finite"),
-    "euroc stamp inf": ("euroc", EST, field(4, 0, "inf"), "line 4: the time stamp is not finite"),
-    "tum reference nan": (TUM, "reference", field(4, 1, "nan"), f"bad, line 4: {NOT_FINITE}"),
-    "euroc reference nan": (
-        *("euroc", "reference", field(4, 5, "nan", ",")),
-        f"bad, line 4: {NOT_FINITE}",
-    ),
-    "kitti reference nan": ("kitti", "reference", field(4, 3, "nan"), f"bad, line 4: {NOT_FINITE}"),
+    "tum estimate stamp nan": (field(4, 0, "nan"), "bad, line 4: the time stamp is not finite"),
+    "euroc estimate stamp inf": (field(4, 0, "inf"), "line 4: the time stamp is not finite"),
+    "tum reference nan": (field(4, 1, "nan"), f"bad, line 4: {NOT_FINITE}"),
+    "euroc reference nan": (field(4, 5, "nan", ","), f"bad, line 4: {NOT_FINITE}"),
+    "kitti reference nan": (field(4, 3, "nan"), f"bad, line 4: {NOT_FINITE}"),
     "nerf reference nan": (
-        *("nerf", "reference", frame(3, transform_matrix=[[float("nan")] * 4] * 3)),
+        frame(3, transform_matrix=[[float("nan")] * 4] * 3),
         rf"bad, frames\[3\] \('images/0003.png'\): {NOT_FINITE}",
     ),
-    "kitti scaled": (
-        *("kitti", EST, line(2, "2 0 0 0 0 2 0 0 0 0 2 0")),
+    "kitti estimate scaled": (
+        line(2, "2 0 0 0 0 2 0 0 0 0 2 0"),
         r"bad, line 2: the matrix is not a rotation: R\^T R differs from the identity by 3",
     ),
-    "kitti mirrored": (
-        *("kitti", EST, line(2, "1 0 0 0 0 1 0 0 0 0 -1 0")),
+    "kitti estimate mirrored": (
+        line(2, "1 0 0 0 0 1 0 0 0 0 -1 0"),
         "bad, line 2: the matrix is not a rotation: its determinant is negative",
     ),
-    "kitti zero": (
-        *("kitti", "reference", line(2, " ".join("0" * 12))),
+    "kitti reference zero": (
+        line(2, " ".join("0" * 12)),
         r"bad, line 2: the matrix is not a rotation: R\^T R differs from the identity by 1",
     ),
-    "kitti huge": (
-        "kitti",
-        EST,
-        line(2, " ".join(["1e200"] * 12)),
-        r"bad, line 2: .* R\^T R differs",
-    ),
-    "nerf scaled": (
-        *("nerf", EST, frame(1, transform_matrix=np.diag([2.0, 2, 2, 1]).tolist())),
+    "kitti estimate huge": (line(2, " ".join(["1e200"] * 12)), r"bad, line 2: .* R\^T R differs"),
+    "nerf estimate scaled": (
+        frame(1, transform_matrix=np.diag([2.0, 2, 2, 1]).tolist()),
         r"bad, frames\[1\] \('images/\d*.png'\): the matrix is not a rotation",
     ),
-    # nerf
-    "nerf no JSON": ("nerf", EST, always('{\n"frames": [1,\n'), "bad, line 3: is no JSON"),
-    "nerf cut off": ("nerf", EST, lambda lines: lines[:9], "bad, line 9: is no JSON"),
-    "nerf is tum": ("nerf", EST, always("0 1 2 3 0 0 0 1"), "bad, line 1: is no JSON"),
-    "nerf a list": ("nerf", EST, always("[1]"), "bad: is no transforms.json: it has no list of fr"),
-    "nerf no frames": (
-        "nerf",
-        EST,
-        always("{}"),
-        "bad: is no transforms.json: it has no list of f",
-    ),
-    "nerf frames empty": ("nerf", EST, always('{"frames": []}'), "bad: has no frames"),
-    "nerf a frame a number": (
-        "nerf",
-        EST,
-        always('{"frames": [3]}'),
-        r"frames\[0\]: needs a file_p",
-    ),
-    "nerf no matrix": (
-        "nerf",
-        EST,
-        frame(2, transform_matrix=None),
-        r"frames\[2\]: needs a file_pa",
-    ),
-    "nerf no path": (
-        "nerf",
-        EST,
-        frame(2, file_path=None),
-        r"bad, frames\[2\]: needs a file_path and",
-    ),
-    "nerf ragged": (
-        "nerf",
-        EST,
-        frame(2, transform_matrix=[[1, 2], [3]]),
-        r"frames\[2\]: needs a f",
-    ),
-    "nerf 1 x 2": (
-        "nerf",
-        EST,
+    "nerf estimate no JSON": (always('{\n"frames": [1,\n'), "bad, line 3: is no JSON"),
+    "nerf estimate cut off": (lambda lines: lines[:9], "bad, line 9: is no JSON"),
+    "nerf estimate is tum": (always("0 1 2 3 0 0 0 1"), "bad, line 1: is no JSON"),
+    "nerf estimate a list": (always("[1]"), "bad: is no transforms.json: it has no list of fr"),
+    "nerf estimate no frames": (always("{}"), "bad: is no transforms.json: it has no list of f"),
+    "nerf estimate frames empty": (always('{"frames": []}'), "bad: has no frames"),
+    "nerf estimate a frame a number": (always('{"frames": [3]}'), r"frames\[0\]: needs a file_p"),
+    "nerf estimate no matrix": (frame(2, transform_matrix=None), r"frames\[2\]: needs a file_pa"),
+    "nerf estimate no path": (frame(2, file_path=None), r"bad, frames\[2\]: needs a file_path and"),
+    "nerf estimate ragged": (frame(2, transform_matrix=[[1, 2], [3]]), r"frames\[2\]: needs a f"),
+    "nerf estimate 1 x 2": (
         frame(2, transform_matrix=[[1, 2]]),
         r"\[2\]: .* transform_matrix 4 x 4",
     ),
-    "nerf path a number": (
-        "nerf",
-        EST,
-        frame(2, file_path=7),
-        r"\[2\]: file_path must be a text and",
-    ),
-    "nerf nested": (
-        "nerf",
-        EST,
-        always("[" * 100_000),
-        "bad: is no transforms.json: it is nested to",
-    ),
-    "nerf other images": (
-        *("nerf", EST, lambda lines: [re.sub(r"(\d{4})\.png", r"x\1.png", one) for one in lines]),
+    "nerf estimate path a number": (frame(2, file_path=7), r"\[2\]: file_path must be a text and"),
+    "nerf estimate nested": (always("[" * 100_000), "bad: is no transforms.json: it is nested to"),
+    "nerf estimate other images": (
+        lambda lines: [re.sub(r"(\d{4})\.png", r"x\1.png", one) for one in lines],
         "bad: no image names in common: the reference has 'images/0000.png', the estimate 'i",
     ),
-    # colmap
-    "colmap no folder": (
-        "colmap",
-        EST,
-        always(NOTHING),
-        "bad: is no folder; a COLMAP model is a folder",
-    ),
-    "colmap a file": (
-        "colmap",
-        EST,
-        always("1 2"),
-        "bad: is no folder; a COLMAP model is a folder w",
-    ),
-    "colmap empty folder": (
-        "colmap",
-        EST,
-        always(FOLDER),
-        "bad: is no COLMAP model, with cameras, im",
-    ),
-    "colmap no points": (
-        "colmap",
-        EST,
-        without("points3D.bin"),
-        "lacks points3D.bin; 8 zero bytes will",
-    ),
-    "colmap no points, text": (
-        *("colmap", "reference", without("points3D.txt")),
+    "colmap estimate no folder": (always(NOTHING), "bad: is no folder; a COLMAP model is a folder"),
+    "colmap estimate a file": (always("1 2"), "bad: is no folder; a COLMAP model is a folder w"),
+    "colmap estimate empty folder": (always(FOLDER), "bad: is no COLMAP model, with cameras, im"),
+    "colmap estimate no points": (without("points3D.bin"), "lacks points3D.bin; 8 zero bytes will"),
+    "colmap reference no points, text": (
+        without("points3D.txt"),
         "bad: the COLMAP model lacks points3D.txt; an empty file will do for it",
     ),
-    "colmap no cameras": (
-        "colmap",
-        EST,
-        without("cameras.bin"),
-        "the COLMAP model lacks cameras.bin$",
-    ),
-    "colmap no images": (
-        "colmap",
-        EST,
-        without("images.bin"),
-        "the COLMAP model lacks images.bin$",
-    ),
-    "colmap images alone": (
-        *("colmap", EST, without("cameras.bin", "points3D.bin")),
+    "colmap estimate no cameras": (without("cameras.bin"), "the COLMAP model lacks cameras.bin$"),
+    "colmap estimate no images": (without("images.bin"), "the COLMAP model lacks images.bin$"),
+    "colmap estimate images alone": (
+        without("cameras.bin", "points3D.bin"),
         "bad: the COLMAP model lacks cameras.bin and points3D.bin$",
     ),
-    "colmap images cut off": ("colmap", EST, part("images.bin", 300), CUT),
-    "colmap images empty": ("colmap", EST, part("images.bin", 0), CUT),
-    "colmap images random": (
-        *("colmap", EST, part("images.bin", np.random.default_rng(0).bytes(5000))),
+    "colmap estimate images cut off": (part("images.bin", 300), CUT),
+    "colmap estimate images empty": (part("images.bin", 0), CUT),
+    "colmap estimate images random": (
+        part("images.bin", np.random.default_rng(0).bytes(5000)),
         CUT,
     ),
-    "colmap a part cut off": ("colmap", EST, parts_cut_off, CUT.replace("bad", "bad/1")),
-    "colmap no registered image": (
-        *("colmap", "reference", part("images.txt", b"# none\n")),
+    "colmap estimate a part cut off": (parts_cut_off, CUT.replace("bad", "bad/1")),
+    "colmap reference no registered image": (
+        part("images.txt", b"# none\n"),
         "bad: (the model has no registered image|is no readable COLMAP model)",
     ),
-    "colmap a word": ("colmap", "reference", image("2 abc "), COLMAP_LINE),
-    "colmap nan": ("colmap", "reference", image("2 nan "), COLMAP_LINE),
-    "colmap a line less": ("colmap", "reference", image(""), COLMAP_LINE),
+    "colmap reference a word": (image("2 abc "), COLMAP_LINE),
+    "colmap reference nan": (image("2 nan "), COLMAP_LINE),
+    "colmap reference a line less": (image(""), COLMAP_LINE),
     "colmap reference is sparse/": (
-        *("colmap", "reference", inside),
+        inside,
         "bad: is no COLMAP model, .* but .*bad/0 is: give that one$",
     ),
 }
 
 
-@pytest.mark.parametrize(("form", "whose", "edit", "message"), CASES.values(), ids=CASES)
-def test_one_line_names_what_is_wrong(run, examples, tmp_path, form, whose, edit, message):
+@pytest.mark.parametrize("case", CASES)
+def test_one_line_names_what_is_wrong(run, examples, tmp_path, case):
+    form, whose, _ = case.split(maxsplit=2)
+    edit, message = CASES[case]
     files = dict(zip(("reference", "estimate"), FILES[form], strict=True))
     good, bad = examples / files.get(whose, files["estimate"]), tmp_path / "bad"
     if good.is_dir():
