@@ -57,16 +57,6 @@ def test_wrong_values_are_named_with_the_usage_of_their_format(run, option, valu
     assert f"alignscores tum: error: argument {option}: {reason}" in err
 
 
-@pytest.mark.parametrize("option", ["--missing fail", "--t_max_diff 1"])
-def test_options_that_a_format_has_not(run, option):
-    """Lines of a KITTI file correspond: no pose is missing, but a lost one may be nan."""
-    code, out, err = run("kitti", "a", "b", *option.split())
-    assert (code, out) == (2, "")
-    assert err.startswith("usage: alignscores kitti ")
-    assert err.endswith(f"alignscores kitti: error: unrecognized arguments: {option}\n")
-    assert "12 nan for a lost frame" in run("kitti", "--help")[1].replace("\n", " ")
-
-
 def test_version(run):
     assert run("--version") == (0, f"alignscores {alignscores.__version__}\n", "")
 
