@@ -3,6 +3,9 @@
 import json
 import re
 import shutil
+import subprocess
+from io import BytesIO, TextIOWrapper
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +13,7 @@ import pytest
 import alignscores
 from alignscores import tas
 from alignscores.trajectories.association import match
-from alignscores.trajectories.files import read_kitti, read_tum
+from alignscores.trajectories.files import _stdin, read_kitti, read_tum
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 
@@ -159,10 +162,26 @@ def test_the_examples_in_the_readme(examples, run, capsys, tmp_path, monkeypatch
     shutil.copytree(examples, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     expected = re.search(r"\$ alignscores .*?\n(.*?)```", section, re.DOTALL)[1]
-    commands = re.findall(r"^(?:\$ )?alignscores (\w+ \w+/.*?)(?: > .*)?$", section, re.MULTILINE)
-    printed = [run(*command.split()) for command in commands]
-    assert [code for code, _, _ in printed] == [0] * 10
+    blocks = re.findall(r"```(?:bash|console)\n(.*?)```", section, re.DOTALL)
+    printed = []
+    for line in re.findall(r"^(?:\$ )?((?:alignscores|gzip) .*)$", "\n".join(blocks), re.MULTILINE):
+        command, *arguments = line.partition(" > ")[0].split()
+        if command == "gzip":
+            subprocess.run([command, *arguments], check=True)
+            continue
+        if "<" in arguments:
+            _stdin.cache_clear()
+            stream = BytesIO(Path(arguments.pop()).read_bytes())
+            monkeypatch.setattr("sys.stdin", TextIOWrapper(stream))
+            arguments.remove("<")
+        printed.append(run(*arguments))
+    assert [code for code, _, _ in printed] == [0] * 15
     assert printed[0] == (0, expected, "")
+    named, compressed, piped, shifted = (printed[index] for index in (5, 6, 7, 10))
+    assert "images are matched by file name: 'images/0000.png' and '0000.png'" in named[2]
+    for _, out, _ in (compressed, piped):
+        assert out.splitlines()[1].split()[1:4] == expected.splitlines()[1].split()[1:4]
+    assert re.search(r"note: estimate.txt: time offset of -?0\.00\d\d s found", shifted[2])
     saved = {"errors.csv", "scores.png", "aligned.txt", "r.zip"}
     assert saved <= {path.name for path in tmp_path.iterdir()}
     for program in re.findall(r"```python\n(.*?)```", section, re.DOTALL):
