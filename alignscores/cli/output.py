@@ -63,13 +63,15 @@ def show_table(
     """Print the table on stdout and the notes on stderr."""
     print_notes(scored, notes)
     results = as_json(scored)
-    print(table(results, " [m]" if FORMATS[arguments.format].unit == "m" else ""))
-    for line in footnotes(results, arguments):
+    lines = table(results, " [m]" if FORMATS[arguments.format].unit == "m" else "").splitlines()
+    for line in [*lines, *footnotes(results, arguments, lines[0])]:
         print(line)
     sys.stdout.flush()
 
 
-def footnotes(results: Sequence[Mapping[str, Any]], arguments: argparse.Namespace) -> list[str]:
+def footnotes(
+    results: Sequence[Mapping[str, Any]], arguments: argparse.Namespace, header: str
+) -> list[str]:
     """Return what is said below the table."""
     first, *others = seeds(arguments)
     over = f"means and sd over the seeds {first} to {others[-1]}" if others else f"seed {first}"
@@ -78,7 +80,7 @@ def footnotes(results: Sequence[Mapping[str, Any]], arguments: argparse.Namespac
         lines[0] += f"; missing cameras: {arguments.missing}"
     if any(values["rank"] and values["rank"][0] < values["rank"][1] for values in results):
         lines.append("ranks in common: tied, PAS less than 2 standard errors apart over the seeds")
-    if any(values["no_position"] or values["no_rotation"] for values in results):
+    if "no pos/rot" in header:
         lines.append(
             "no pos/rot: cameras without a position fail in the TAS, without a rotation in the RAS"
         )

@@ -9,8 +9,10 @@ that ends in ``.gz``, and ``-`` is stdin. Whatever is wrong with a file is a
 
 import gzip
 import json
+import mmap
 import posixpath
 import re
+import struct
 import sys
 import warnings
 import zlib
@@ -51,6 +53,11 @@ TUM_COLUMNS = "timestamp tx ty tz qx qy qz qw"
 KITTI_COLUMNS = "r11 r12 r13 tx r21 r22 r23 ty r31 r32 r33 tz"
 EUROC_COLUMNS = "timestamp tx ty tz qw qx qy qz ..."
 COLMAP_FILES = "cameras", "images", "points3D"
+COLMAP_RECORDS = {  # bytes of a record, whether a name follows, its count of items, bytes of one
+    "images.bin": (64, True, "<Q", 24),
+    "frames.bin": (64, False, "<I", 16),
+    "points3D.bin": (43, False, "<Q", 8),
+}
 FORMAT_OF_COLUMNS = {8: "tum", 12: "kitti"}
 
 STDIN = "-"
@@ -188,9 +195,11 @@ def read_colmap(path: FilePath, *, complete: bool = False) -> Trajectory:
     pycolmap = require("pycolmap", "colmap")
     if not Path(path).is_dir():
         raise FileError(path, "is no folder; a COLMAP model is a folder with cameras and images")
+    for file in COLMAP_RECORDS:
+        _check_whole(Path(path) / file)
     try:
         model = pycolmap.Reconstruction(str(path))
-    except (IndexError, OSError, RuntimeError, ValueError) as error:
+    except (IndexError, MemoryError, OSError, RuntimeError, ValueError) as error:
         _locate_in_images_txt(Path(path))
         reason = re.sub(r"^\[[^]]*\] (Check failed: )?", "", str(error).partition("\n")[0])
         raise FileError(path, _why_no_model(Path(path), reason)) from None
@@ -533,6 +542,30 @@ def _nerf_frames(path: FilePath) -> list[Any]:
     if not frames:
         raise FileError(path, "has no frames")
     return frames
+
+
+def _check_whole(path: Path) -> None:
+    """Refuse a binary file of a model that is cut off, which pycolmap may read without end."""
+    if not path.is_file():
+        return
+    record, named, count, item = COLMAP_RECORDS[path.name]
+    size, end, whole = path.stat().st_size, 8, 0
+    if size < end:
+        raise FileError(path, "is cut off: it has not even the number of its records")
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        (n,) = struct.unpack_from("<Q", data)
+        while whole < n:
+            end += record
+            if named:
+                end = data.find(b"\0", end) + 1 or size
+            if end + struct.calcsize(count) > size:
+                break
+            end += struct.calcsize(count) + item * struct.unpack_from(count, data, end)[0]
+            if end > size:
+                break
+            whole += 1
+    if whole < n:
+        raise FileError(path, f"is cut off: it holds {whole} of its {n} records")
 
 
 def _why_no_model(folder: Path, reason: str) -> str:

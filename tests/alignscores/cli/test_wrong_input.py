@@ -116,7 +116,7 @@ def parts_cut_off(folder):
 SECONDS = "write them in seconds"
 NOT_FINITE = "the pose is not finite; a reference must be complete .is this the estimate"
 COLMAP_LINE = "bad/images.txt, line 7: must hold 'IMAGE_ID QW"
-CUT = "bad: is no readable COLMAP model, as if a file were cut off"
+CUT = "is cut off: it holds"
 
 CASES = {  # "format file what": its edit, the message
     **{
@@ -265,13 +265,32 @@ CASES = {  # "format file what": its edit, the message
         without("cameras.bin", "points3D.bin"),
         "bad: the COLMAP model lacks cameras.bin and points3D.bin$",
     ),
-    "colmap estimate images cut off": (part("images.bin", 300), CUT),
-    "colmap estimate images empty": (part("images.bin", 0), CUT),
+    "colmap estimate images cut off": (
+        part("images.bin", 300),
+        f"bad/images.bin: {CUT} 3 of its 37",
+    ),
+    "colmap estimate images empty": (
+        part("images.bin", 0),
+        "bad/images.bin: is cut off: it has not",
+    ),
+    "colmap estimate images start": (
+        part("images.bin", 12),
+        f"bad/images.bin: {CUT} 0 of its 37 rec",
+    ),
+    "colmap estimate frames cut off": (part("frames.bin", 779), f"frames.bin: {CUT} 9 of its 37"),
+    "colmap estimate points cut off": (
+        part("points3D.bin", 2),
+        "points3D.bin: is cut off: it has no",
+    ),
+    "colmap estimate rigs cut off": (
+        part("rigs.bin", 9),
+        "bad: is no readable COLMAP model, as if a",
+    ),
     "colmap estimate images random": (
         part("images.bin", np.random.default_rng(0).bytes(5000)),
-        CUT,
+        f"bad/images.bin: {CUT} ",
     ),
-    "colmap estimate a part cut off": (parts_cut_off, CUT.replace("bad", "bad/1")),
+    "colmap estimate a part cut off": (parts_cut_off, f"bad/1/images.bin: {CUT} 3 of"),
     "colmap reference no registered image": (
         part("images.txt", b"# none\n"),
         "bad: the model has no registered image$",

@@ -80,6 +80,21 @@ def test_what_a_model_lacks_may_be_empty(examples, tmp_path):
     assert len(read_colmap(text).keys) == 40
 
 
+def test_a_binary_model_is_known_to_be_whole(tmp_path):
+    """With points, tracks and rigs; pycolmap may read on without end where a byte is missing."""
+    options = pycolmap.SyntheticDatasetOptions()
+    options.num_rigs, options.num_cameras_per_rig, options.num_frames_per_rig = 2, 2, 3
+    pycolmap.synthesize_dataset(options).write_binary(str(tmp_path))
+    assert len(read_colmap(tmp_path).keys) == 12
+    for name, n in (("images", 12), ("frames", 6), ("points3D", options.num_points3D)):
+        path = tmp_path / f"{name}.bin"
+        content = path.read_bytes()
+        path.write_bytes(content[:-1])
+        with pytest.raises(FileError, match=f"{name}.bin: .* it holds {n - 1} of its {n} records"):
+            read_colmap(tmp_path)
+        path.write_bytes(content)
+
+
 def test_nerf_camera_axes_are_turned(write):
     matrix = np.eye(4)
     matrix[:3, 3] = [1, 2, 3]
