@@ -462,7 +462,7 @@ def _through_evo(
 def _records(
     path: FilePath, columns: str, delimiter: str | None
 ) -> tuple[list[list[str]], list[int]]:
-    """Split the lines of a text file into fields; return them with their line numbers."""
+    """Return the fields of each line of a text file, no further ones, and the line numbers."""
     least, open_ended = len(columns.removesuffix(" ...").split()), columns.endswith("...")
     records, numbers = [], []
     for number, line in enumerate(StringIO(_text(path), newline=None), 1):
@@ -472,7 +472,7 @@ def _records(
         fields = line.split(delimiter)
         if len(fields) < least or (len(fields) > least and not open_ended):
             raise FileError(path, _wrong_columns(fields, columns), place=f"line {number}")
-        records.append(fields)
+        records.append(fields[:least])
         numbers.append(number)
     if not records:
         raise FileError(path, "has no poses")

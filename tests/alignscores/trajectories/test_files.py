@@ -197,7 +197,7 @@ def test_inverse_poses():
 
 
 def test_euroc(write):
-    content = "#time,...\n1000000000,1,2,3,1,0,0,0,9,9\n\n2000000000, 4, 5, 6, 0, 1, 0, 0, 9, 9\n"
+    content = "#time,...\n1000000000,1,2,3,1,0,0,0,9,9\n\n2000000000, 4, 5, 6, 0, 1, 0, 0, x,\n"
     stamps, poses = read_euroc(write(content))
     np.testing.assert_array_equal(stamps, [1.0, 2.0])
     np.testing.assert_array_equal(poses[1, :3, :3], np.diag([1.0, -1.0, -1.0]))
