@@ -119,9 +119,6 @@ def test_missing_cameras_by_default(form, score):
     """Identity by name: they fail. By time: a reference has poses that nobody could estimate."""
     (result,) = score(form, *FILES[form])
     assert result["n"] == (38 if form in ("tum", "euroc") else 40)
-    (ignoring,) = score(form, *FILES[form], "--missing", "ignore")
-    assert ignoring["n"] == ignoring["matched"]
-    assert ignoring["missing"] == result["missing"]
 
 
 def test_the_order_of_frames_in_the_file_changes_nothing(score, examples, write):
