@@ -15,7 +15,6 @@ __all__ = [
     "cross",
     "dot",
     "least_squares_rmse",
-    "weighted_similarities",
 ]
 
 Floats = NDArray[np.float64]
@@ -114,16 +113,14 @@ class Similarity:
         gt, gt_origin, gt_extent = _unit_extent(gt[counted])
         est, est_origin, est_extent = _unit_extent(est[counted])
         with np.errstate(all="ignore"):  # where nothing fits, the scale is NaN or infinite
-            scales, rotations, translations = weighted_similarities(
-                gt, est, w[None, counted] / w.max()
-            )
-            scale, rotation = float(scales[0] * (est_extent / gt_extent)), rotations[0]
+            scale, rotation, translation = _weighted_fit(gt, est, w[counted] / w.max())
+            scale = float(scale * (est_extent / gt_extent))
         if not 0 < scale < np.inf:
             raise ValueError(
                 "no similarity fits gt_positions to est_positions: the cameras coincide in one of "
                 "the worlds, or their shapes have nothing in common"
             )
-        translation = est_origin + est_extent * translations[0] - scale * rotation @ gt_origin
+        translation = est_origin + est_extent * translation - scale * rotation @ gt_origin
         return cls(scale, rotation, translation)
 
     def apply(self, positions: Floats) -> Floats:
@@ -197,74 +194,42 @@ def least_squares_rmse(gt_positions: Floats, est_positions: Floats) -> float:
         return float(np.sqrt(np.mean(errors**2)))
 
 
-def weighted_similarities(
-    gt: Floats, est: Floats, weights: Floats
-) -> tuple[Floats, Floats, Floats]:
-    """Least-squares similarities from ground truth to estimate, one for each row of weights.
+def _weighted_fit(gt: Floats, est: Floats, weights: Floats) -> tuple[float, Floats, Floats]:
+    """Return scale, rotation and translation of the weighted least-squares similarity.
 
     The best rotation maximises its correlation with the weighted cross-covariance of the two
     centred clouds; scale and translation follow. The squared errors are those in the ground truth,
     so it is Umeyama's fit of the estimate to the ground truth, inverted.
-
-    Parameters
-    ----------
-    gt, est : (n, 3) array
-        Camera centres of moderate size.
-    weights : (H, n) array
-        Non-negative weights.
-
-    Returns
-    -------
-    scale : (H,) ndarray
-        Not finite or not positive where no similarity is the best, as without any weight.
-    rotation : (H, 3, 3) ndarray
-    translation : (H, 3) ndarray
-
-    References
-    ----------
-    Umeyama, "Least-squares estimation of transformation parameters between two point patterns",
-    PAMI 1991.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.similarity import weighted_similarities
-    >>> gt = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    >>> scale, _, translation = weighted_similarities(gt, 4 * gt, np.ones((1, 3)))
-    >>> scale.round(9), translation.round(9) + 0.0
-    (array([4.]), array([[0., 0., 0.]]))
     """
-    weights = weights / np.maximum(weights.sum(axis=1, keepdims=True), SMALLEST)
+    weights = weights / np.maximum(weights.sum(), SMALLEST)
     values = np.empty((24, len(gt)))  # 6 coordinates of both worlds, 18 products with the estimate
     both, products = values[:6], values[6:].reshape(3, 6, -1)
     both[:3], both[3:] = gt.T, est.T
-    # Relative to the mean over all rows of weights, so that the moments lose few digits.
-    origin = np.einsum("n,kn->k", weights.sum(axis=0) / len(weights), both)
+    origin = np.einsum("n,kn->k", weights, both)  # so that the moments lose few digits
     both -= origin[:, None]
     np.multiply(both[3:, None], both, out=products)
     moments = _weighted_sums(weights, values)
-    means = moments[:, :6]
-    covariance = moments[:, 6:].reshape(-1, 3, 6) - means[:, 3:, None] * means[:, None]
-    u, correlation, vt = np.linalg.svd(covariance[:, :, :3])
-    line = correlation[:, 1] <= LINE * correlation[:, 0]
-    if line.any():  # the spin about it is free: take the smallest rotation, not what rounding gives
-        u[line], vt[line] = _line_frames(u[line, :, 0].T, vt[line, 0].T)
+    means = moments[:6]
+    covariance = moments[6:].reshape(3, 6) - means[3:, None] * means
+    u, correlation, vt = np.linalg.svd(covariance[:, :3])
+    if correlation[1] <= LINE * correlation[0]:
+        # The spin about it is free: take the smallest rotation, not what rounding gives.
+        u, vt = _line_frames(u[:, 0], vt[0])
     handedness = np.sign(np.linalg.det(u @ vt))
-    u[:, :, 2] *= handedness[:, None]
-    correlation[:, 2] *= handedness
+    u[:, 2] *= handedness
+    correlation[2] *= handedness
     rotation = u @ vt
-    scale = np.einsum("hii->h", covariance[:, :, 3:]) / correlation.sum(axis=1)
+    scale = np.trace(covariance[:, 3:]) / correlation.sum()
     means += origin
-    rotated = (rotation @ means[:, :3, None])[..., 0]
-    return scale, rotation, means[:, 3:] - scale[:, None] * rotated
+    return scale, rotation, means[3:] - scale * (rotation @ means[:3])
 
 
 def _line_frames(gt: Floats, est: Floats) -> tuple[Floats, Floats]:
-    """Return frames, as columns and as rows, about unit vectors (3, H) with a common normal."""
-    normal = common_normal(gt, est)
+    """Return frames, as columns and as rows, about two unit vectors with a common normal."""
+    normal = common_normal(gt[:, None], est[:, None])[:, 0]
     normal /= np.sqrt(dot(normal, normal))
-    columns, rows = (np.array([first, normal, cross(first, normal)]) for first in (gt, est))
-    return columns.transpose(2, 1, 0), rows.transpose(2, 0, 1)
+    columns, rows = (np.array([first, normal, np.cross(first, normal)]) for first in (gt, est))
+    return columns.T, rows
 
 
 def common_normal(a: Floats, b: Floats) -> Floats:
@@ -327,12 +292,13 @@ def dot(a: Floats, b: Floats) -> Floats:
 
 
 def _weighted_sums(weights: Floats, values: Floats) -> Floats:
-    """Return ``weights @ values.T``, the same bits for every number of BLAS threads.
+    """Return ``values @ weights``, the same bits for every number of BLAS threads.
 
     BLAS splits long sums, and splits them differently with more threads.
     """
     blocks = (slice(i, i + BLOCK) for i in range(0, values.shape[1], BLOCK))
-    return np.asarray(sum(weights[:, block] @ values[:, block].T for block in blocks))
+    sums: Floats = np.asarray(sum(weights[None, b] @ values[:, b].T for b in blocks))[0]
+    return sums
 
 
 def _unit_extent(positions: Floats) -> tuple[Floats, Floats, np.float64]:

@@ -142,10 +142,16 @@ def _frames(edge_1: Floats, edge_2: Floats) -> tuple[Floats, Bools]:
     flat: Bools = np.any(dot(normal, normal) <= FLAT * FLAT * dot(edge_2, edge_2), axis=0)
     if flat.any():
         np.copyto(normal, common_normal(first[:, 0], first[:, 1])[:, None], where=flat)
-    normal -= dot(normal, first) * first  # exactly normal to the first edge, which it was roughly
+    complete_frames(frames)
+    return frames, flat
+
+
+def complete_frames(frames: Floats) -> None:
+    """Complete frames (3 axes, 3, ...) of a unit axis and a second one roughly normal to it."""
+    first, normal, _ = frames
+    normal -= dot(normal, first) * first
     normal /= np.sqrt(dot(normal, normal))
     frames[2] = cross(first, normal)
-    return frames, flat
 
 
 def cheapest(
@@ -202,7 +208,7 @@ def cheapest(
     for group in (np.flatnonzero(~flat), np.flatnonzero(flat)):
         for start in range(0, len(group), size):
             chunk = group[start : start + size]
-            errors = _squared_errors(gt, est, scale[chunk], rotation[chunk], translation[chunk])
+            errors = squared_errors(gt, est, scale[chunk], rotation[chunk], translation[chunk])
             cheaper = np.flatnonzero(np.count_nonzero(errors < best_cost, axis=1) >= rank)
             if cheaper.size:  # few, so the selection is done for these alone
                 costs = np.partition(errors[cheaper], rank - 1, axis=1)[:, rank - 1]
@@ -212,10 +218,10 @@ def cheapest(
     return best
 
 
-def _squared_errors(
+def squared_errors(
     gt: Floats, est: Floats, scale: Floats, rotation: Floats, translation: Floats
 ) -> Floats:
-    """Squared position errors in the ground truth, (H, n)."""
+    """Return the squared position errors in the ground truth, (H, n)."""
     shrink = 1 / scale
     residuals = (
         (est[i] - translation[:, i, None]) * shrink[:, None]

@@ -1,5 +1,6 @@
-/* The functions of hypotheses.py, compiled: same arguments, same results to the last bit. So every
-   sum has the order that it has there, and no product is fused into a sum (-ffp-contract=off).
+/* The functions of hypotheses.py and reweighting.py, compiled: same arguments, same results to the
+   last bit. So every sum has the order that it has there, and no product is fused into a sum
+   (-ffp-contract=off).
 
    Points are stored component first, (3, n). NaN and infinity fail every
    comparison, so triplets and hypotheses with such numbers never win. */
@@ -162,6 +163,16 @@ static inline vector combined(const triangle *t, double first, double normal, do
     return plus(plus(times(first, t->first), times(normal, t->normal)), times(third, t->third));
 }
 
+/* The rotation that takes the axes of a to those of b. */
+static inline matrix rotation_between(const triangle *a, const triangle *b)
+{
+    return (matrix){
+        combined(a, b->first.x, b->normal.x, b->third.x),
+        combined(a, b->first.y, b->normal.y, b->third.y),
+        combined(a, b->first.z, b->normal.z, b->third.z),
+    };
+}
+
 EXPORTED
 void three_point_similarities(const double *gt, const double *est, size_t n,
                               const ptrdiff_t *triplets, size_t n_triplets, double flat_sine,
@@ -178,11 +189,7 @@ void three_point_similarities(const double *gt, const double *est, size_t n,
             a.normal = b.normal = common_normal(a.first, b.first, parallel_sine);
         complete_axes(&a);
         complete_axes(&b);
-        matrix rotation = {
-            combined(&a, b.first.x, b.normal.x, b.third.x),
-            combined(&a, b.first.y, b.normal.y, b.third.y),
-            combined(&a, b.first.z, b.normal.z, b.third.z),
-        };
+        matrix rotation = rotation_between(&a, &b);
 
         double a_1 = dot(a.edge_1, a.first), a_2 = dot(a.edge_2, a.first);
         double b_1 = dot(b.edge_1, b.first), b_2 = dot(b.edge_2, b.first);
@@ -268,4 +275,234 @@ size_t cheapest(const double *gt, const double *est, size_t n, const double *sca
         best_cost -= tie; /* the flat triangles must be cheaper by more */
     }
     return best;
+}
+
+typedef struct {
+    double scale;
+    matrix rotation;
+    vector translation;
+} similarity;
+
+#define LANES 8 /* partial sums, so that a processor can add as many numbers at once */
+
+typedef double lanes[LANES];
+
+/* Fold the lanes in halves. */
+static inline double folded(lanes sums)
+{
+    for (size_t half = LANES / 2; half > 0; half /= 2)
+        for (size_t l = 0; l < half; l++)
+            sums[l] += sums[l + half];
+    return sums[0];
+}
+
+static inline double smoothed_error(const double *gt, const double *est, size_t n, size_t i,
+                                    double shrink, const similarity *s, double resolution)
+{
+    double square = squared_error(gt, est, n, i, shrink, s->rotation, s->translation);
+    return sqrt(square + resolution * resolution);
+}
+
+EVERY_WIDTH
+static double truncated_cost(const double *restrict gt, const double *restrict est, size_t n,
+                             const similarity *restrict s, double threshold, double resolution)
+{
+    const similarity copy = *s;
+    double shrink = 1 / s->scale;
+    lanes sums = {0};
+    size_t whole = n - n % LANES;
+    for (size_t i = 0; i < whole; i += LANES)
+        for (size_t l = 0; l < LANES; l++) {
+            double error = smoothed_error(gt, est, n, i + l, shrink, &copy, resolution);
+            sums[l] += error < threshold ? error : threshold;
+        }
+    for (size_t i = whole; i < n; i++) {
+        double error = smoothed_error(gt, est, n, i, shrink, &copy, resolution);
+        sums[i - whole] += error < threshold ? error : threshold;
+    }
+    return folded(sums);
+}
+
+void truncated_costs(const double *gt, const double *est, size_t n, const similarity *similarities,
+                     size_t n_similarities, double threshold, double resolution, double *costs)
+{
+    for (size_t h = 0; h < n_similarities; h++)
+        costs[h] = truncated_cost(gt, est, n, &similarities[h], threshold, resolution);
+}
+
+EVERY_WIDTH
+static void reweight(const double *restrict gt, const double *restrict est, size_t n,
+                     const similarity *restrict s, double threshold, double resolution,
+                     double *restrict weights)
+{
+    const similarity copy = *s;
+    double shrink = 1 / s->scale;
+    for (size_t i = 0; i < n; i++) {
+        double error = smoothed_error(gt, est, n, i, shrink, &copy, resolution);
+        weights[i] = error < threshold ? 1 / error : 0;
+    }
+}
+
+/* Turn two columns so that they become orthogonal, and their axes with them. */
+static inline void orthogonalise(vector *a, vector *b, vector *axis_a, vector *axis_b)
+{
+    double product = dot(*a, *b);
+    double ratio = (dot(*b, *b) - dot(*a, *a)) / (2 * product);
+    double tangent = copysign(1, ratio) / (fabs(ratio) + sqrt(1 + ratio * ratio));
+    if (product == 0)
+        tangent = 0;
+    double cosine = 1 / sqrt(1 + tangent * tangent), sine = cosine * tangent;
+    vector column = *a, axis = *axis_a;
+    *a = minus(times(cosine, column), times(sine, *b));
+    *b = plus(times(sine, column), times(cosine, *b));
+    *axis_a = minus(times(cosine, axis), times(sine, *axis_b));
+    *axis_b = plus(times(sine, axis), times(cosine, *axis_b));
+}
+
+static inline void swap(vector *a, vector *b)
+{
+    vector other = *a;
+    *a = *b;
+    *b = other;
+}
+
+/* The rotation that correlates best with a matrix, given by its columns. */
+static matrix best_rotation(vector columns[3], int sweeps, double line_ratio, double parallel_sine)
+{
+    vector axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (int sweep = 0; sweep < sweeps; sweep++)
+        for (int i = 0; i < 2; i++)
+            for (int j = i + 1; j < 3; j++)
+                orthogonalise(&columns[i], &columns[j], &axes[i], &axes[j]);
+    for (int pass = 0; pass < 3; pass++) { /* the longest first; equal ones keep their order */
+        int i = pass % 2;
+        if (sqrt(dot(columns[i], columns[i])) < sqrt(dot(columns[i + 1], columns[i + 1]))) {
+            swap(&columns[i], &columns[i + 1]);
+            swap(&axes[i], &axes[i + 1]);
+        }
+    }
+    double largest = sqrt(dot(columns[0], columns[0])), middle = sqrt(dot(columns[1], columns[1]));
+    triangle a = {.first = axes[0], .normal = axes[1]};
+    triangle b = {.first = over(columns[0], largest), .normal = columns[1]};
+    if (middle <= line_ratio * largest)
+        a.normal = b.normal = common_normal(a.first, b.first, parallel_sine);
+    complete_axes(&a);
+    complete_axes(&b);
+    return rotation_between(&a, &b);
+}
+
+typedef struct {
+    lanes weight, a[3], b[3];
+} first_sums;
+
+static inline void add_first(first_sums *sums, size_t l, double weight, vector a, vector b)
+{
+    sums->weight[l] += weight;
+    sums->a[0][l] += weight * a.x;
+    sums->a[1][l] += weight * a.y;
+    sums->a[2][l] += weight * a.z;
+    sums->b[0][l] += weight * b.x;
+    sums->b[1][l] += weight * b.y;
+    sums->b[2][l] += weight * b.z;
+}
+
+/* Weighted means of both worlds. */
+EVERY_WIDTH
+static void weighted_means(const double *restrict gt, const double *restrict est, size_t n,
+                           const double *restrict weights, double smallest, vector *restrict gt_mean,
+                           vector *restrict est_mean)
+{
+    first_sums sums = {{0}};
+    size_t whole = n - n % LANES;
+    for (size_t i = 0; i < whole; i += LANES)
+        for (size_t l = 0; l < LANES; l++)
+            add_first(&sums, l, weights[i + l], point(gt, n, i + l), point(est, n, i + l));
+    for (size_t i = whole; i < n; i++)
+        add_first(&sums, i - whole, weights[i], point(gt, n, i), point(est, n, i));
+    double total = folded(sums.weight);
+    total = total > smallest ? total : smallest;
+    *gt_mean = over((vector){folded(sums.a[0]), folded(sums.a[1]), folded(sums.a[2])}, total);
+    *est_mean = over((vector){folded(sums.b[0]), folded(sums.b[1]), folded(sums.b[2])}, total);
+}
+
+typedef struct {
+    lanes spread, products[3][3];
+} second_sums;
+
+static inline void add_second(second_sums *sums, size_t l, double weight, vector a, vector b)
+{
+    vector weighted = times(weight, b);
+    sums->spread[l] += weight * dot(b, b);
+    sums->products[0][0][l] += weighted.x * a.x;
+    sums->products[0][1][l] += weighted.x * a.y;
+    sums->products[0][2][l] += weighted.x * a.z;
+    sums->products[1][0][l] += weighted.y * a.x;
+    sums->products[1][1][l] += weighted.y * a.y;
+    sums->products[1][2][l] += weighted.y * a.z;
+    sums->products[2][0][l] += weighted.z * a.x;
+    sums->products[2][1][l] += weighted.z * a.y;
+    sums->products[2][2][l] += weighted.z * a.z;
+}
+
+/* Weighted cross-covariance about the means; return the spread of the estimate. */
+EVERY_WIDTH
+static double cross_covariance(const double *restrict gt, const double *restrict est, size_t n,
+                               const double *restrict weights, vector gt_mean, vector est_mean,
+                               double (*restrict covariance)[3])
+{
+    second_sums sums = {{0}};
+    size_t whole = n - n % LANES;
+    for (size_t i = 0; i < whole; i += LANES)
+        for (size_t l = 0; l < LANES; l++)
+            add_second(&sums, l, weights[i + l], minus(point(gt, n, i + l), gt_mean),
+                       minus(point(est, n, i + l), est_mean));
+    for (size_t i = whole; i < n; i++)
+        add_second(&sums, i - whole, weights[i], minus(point(gt, n, i), gt_mean),
+                   minus(point(est, n, i), est_mean));
+    for (size_t row = 0; row < 3; row++)
+        for (size_t column = 0; column < 3; column++)
+            covariance[row][column] = folded(sums.products[row][column]);
+    return folded(sums.spread);
+}
+
+static similarity weighted_fit(const double *gt, const double *est, size_t n, const double *weights,
+                               double smallest, int sweeps, double line_ratio, double parallel_sine)
+{
+    vector gt_mean, est_mean;
+    double c[3][3], largest = 0;
+    weighted_means(gt, est, n, weights, smallest, &gt_mean, &est_mean);
+    double spread = cross_covariance(gt, est, n, weights, gt_mean, est_mean, c);
+    for (size_t row = 0; row < 3; row++)
+        for (size_t column = 0; column < 3; column++)
+            largest = fabs(c[row][column]) > largest ? fabs(c[row][column]) : largest;
+    vector rows[3], columns[3];
+    for (size_t k = 0; k < 3; k++) {
+        rows[k] = over((vector){c[k][0], c[k][1], c[k][2]}, largest);
+        columns[k] = over((vector){c[0][k], c[1][k], c[2][k]}, largest);
+    }
+    matrix r = best_rotation(columns, sweeps, line_ratio, parallel_sine);
+    double correlation = dot(r.x, rows[0]) + dot(r.y, rows[1]) + dot(r.z, rows[2]);
+    double scale = spread / (correlation * largest);
+    return (similarity){scale, r, minus(est_mean, times(scale, rotated(r, gt_mean)))};
+}
+
+void weighted_fits(const double *gt, const double *est, size_t n, const double *weights,
+                   size_t n_fits, double smallest, int sweeps, double line_ratio,
+                   double parallel_sine, similarity *fits)
+{
+    for (size_t h = 0; h < n_fits; h++)
+        fits[h] = weighted_fit(gt, est, n, weights + h * n, smallest, sweeps, line_ratio,
+                               parallel_sine);
+}
+
+/* `weights` is room for n numbers. */
+void reweighted_fits(const double *gt, const double *est, size_t n, const similarity *similarities,
+                     size_t n_similarities, double threshold, double resolution, double smallest,
+                     int sweeps, double line_ratio, double parallel_sine, double *weights,
+                     similarity *fits)
+{
+    for (size_t h = 0; h < n_similarities; h++) {
+        reweight(gt, est, n, &similarities[h], threshold, resolution, weights);
+        fits[h] = weighted_fit(gt, est, n, weights, smallest, sweeps, line_ratio, parallel_sine);
+    }
 }

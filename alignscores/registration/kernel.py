@@ -1,20 +1,29 @@
-"""The functions of `hypotheses`, compiled where the installation found a C compiler.
+"""The functions of `hypotheses` and `reweighting`, compiled where there was a C compiler.
 
 Arguments and results are the same, to the last bit; only the time differs.
 """
 
 import ctypes
-from ctypes import c_double, c_size_t, c_void_p
+from ctypes import c_double, c_int, c_size_t, c_void_p
 from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..similarity import PARALLEL
-from . import hypotheses
+from ..similarity import LINE, PARALLEL, SMALLEST
+from . import hypotheses, reweighting
 
-__all__ = ["LIBRARY", "cheapest", "compiled", "similar_triplets", "three_point_similarities"]
+__all__ = [
+    "LIBRARY",
+    "cheapest",
+    "compiled",
+    "reweighted_fits",
+    "similar_triplets",
+    "three_point_similarities",
+    "truncated_costs",
+    "weighted_fits",
+]
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -35,6 +44,14 @@ def compiled(path: Path) -> ctypes.CDLL | None:
     library.three_point_similarities.argtypes = *points, *triplets, *sines, *similarities
     library.cheapest.argtypes = *points, *similarities, c_size_t, c_size_t, c_double, c_void_p
     library.cheapest.restype = c_size_t
+    rows = c_void_p, c_size_t
+    solver = c_double, c_int, *sines
+    library.truncated_costs.argtypes = *points, *rows, c_double, c_double, c_void_p
+    library.weighted_fits.argtypes = *points, *rows, *solver, c_void_p
+    library.reweighted_fits.argtypes = (
+        *(*points, *rows, c_double, c_double),
+        *(*solver, c_void_p, c_void_p),
+    )
     return library
 
 
@@ -103,6 +120,54 @@ def cheapest(
         *(rank, tie, *_addresses(below)),
     )
     return int(best)
+
+
+def truncated_costs(
+    gt: Floats, est: Floats, similarities: Floats, threshold: float, resolution: float
+) -> Floats:
+    """See `reweighting.truncated_costs`."""
+    if LIBRARY is None:
+        return reweighting.truncated_costs(gt, est, similarities, threshold, resolution)
+    gt, est, similarities = _floats(gt), _floats(est), _floats(similarities)
+    costs = np.empty(len(similarities))
+    LIBRARY.truncated_costs(
+        *(*_addresses(gt, est), gt.shape[1], *_addresses(similarities), len(similarities)),
+        *(threshold, resolution, *_addresses(costs)),
+    )
+    return costs
+
+
+def weighted_fits(gt: Floats, est: Floats, weights: Floats) -> Floats:
+    """See `reweighting.weighted_fits`."""
+    if LIBRARY is None:
+        return reweighting.weighted_fits(gt, est, weights)
+    gt, est, weights = _floats(gt), _floats(est), _floats(weights)
+    fits = np.empty((len(weights), 13))
+    LIBRARY.weighted_fits(
+        *(*_addresses(gt, est), gt.shape[1], *_addresses(weights), len(weights)),
+        *(*_solver(), *_addresses(fits)),
+    )
+    return fits
+
+
+def reweighted_fits(
+    gt: Floats, est: Floats, similarities: Floats, threshold: float, resolution: float
+) -> Floats:
+    """See `reweighting.reweighted_fits`."""
+    if LIBRARY is None:
+        return reweighting.reweighted_fits(gt, est, similarities, threshold, resolution)
+    gt, est, similarities = _floats(gt), _floats(est), _floats(similarities)
+    n = gt.shape[1]
+    weights, fits = np.empty(n), np.empty_like(similarities)
+    LIBRARY.reweighted_fits(
+        *(*_addresses(gt, est), n, *_addresses(similarities), len(similarities)),
+        *(threshold, resolution, *_solver(), *_addresses(weights, fits)),
+    )
+    return fits
+
+
+def _solver() -> tuple[float, int, float, float]:
+    return SMALLEST, reweighting.SWEEPS, LINE, PARALLEL
 
 
 def _floats(array: Floats) -> Floats:

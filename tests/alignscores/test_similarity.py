@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from alignscores import Similarity
-from alignscores.similarity import least_squares_rmse, weighted_similarities
+from alignscores.similarity import least_squares_rmse
 
 SEEDS = st.integers(0, 10_000)
 KINDS = ["cube", "axis", "oblique line", "plane", "oblique plane", "helix", "clusters"]
@@ -119,18 +119,6 @@ def test_weights(cloud, another_world, kind):
         np.testing.assert_allclose(some, errors[0], atol=1e-9)
 
 
-def test_many_rows_of_weights(noisy_scene):
-    """Each row is fitted as if it were alone."""
-    gt, est = noisy_scene(40, 10, 0.05, 0)
-    rows = np.random.default_rng(0).random((7, 40))
-    scale, rotation, translation = weighted_similarities(gt, est, rows)
-    for h, weights in enumerate(rows):
-        alone = Similarity.fit(gt, est, weights)
-        assert scale[h] == pytest.approx(alone.scale, rel=1e-9)
-        np.testing.assert_allclose(rotation[h], alone.rotation, atol=1e-9)
-        np.testing.assert_allclose(translation[h], alone.translation, atol=1e-9)
-
-
 @pytest.mark.parametrize("noise", [0.0, 1e-17, 0.1])
 def test_collinear_ground_truth(cloud, another_world, noise):
     """The spin about the line is free; position errors are the smallest there are."""
@@ -196,8 +184,8 @@ def test_cameras_on_a_line_rotate_no_more_than_they_must(seed, n):
     places, (gt_axis, est_axis) = rng.normal(size=(n, 1)), rng.normal(size=(2, 3))
     for other_axis in (est_axis, -gt_axis):
         gt, est = (places * axis + rng.normal(size=3) for axis in (gt_axis, other_axis))
-        _, rotation, _ = weighted_similarities(gt, est, np.ones((1, n)))
+        rotation = Similarity.fit(gt, est).rotation
         a, b = (axis / np.linalg.norm(axis) for axis in (gt_axis, other_axis))
         angle = math.atan2(np.linalg.norm(np.cross(a, b)), a @ b)
-        assert Rotation.from_matrix(rotation[0]).magnitude() == pytest.approx(angle, abs=1e-7)
-        np.testing.assert_allclose(rotation[0] @ a, b, atol=1e-9)
+        assert Rotation.from_matrix(rotation).magnitude() == pytest.approx(angle, abs=1e-7)
+        np.testing.assert_allclose(rotation @ a, b, atol=1e-9)

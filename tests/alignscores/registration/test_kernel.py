@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from alignscores import similarity
-from alignscores.registration import hypotheses, kernel, pcr99
+from alignscores.registration import hypotheses, kernel, pcr99, refined, reweighting
 
 COMPILER = shutil.which("cc")
 SOURCE = Path(kernel.__file__).with_name("kernel.c")
@@ -120,17 +120,42 @@ def test_same_bits(kind, n):
                 )
 
 
+@pytest.mark.parametrize("n", [3, 7, 8, 64, 301])
+@pytest.mark.parametrize("kind", KINDS)
+def test_same_bits_of_the_refinement(kind, n):
+    """Costs and fits, for any weights and from any hypothesis."""
+    gt, est = clouds(kind, n)
+    rng = np.random.default_rng(2)
+    weights = rng.choice([0.0, 1e-9, 0.3, 1.0], size=(40, n))
+    weights[:3] = np.eye(3, n)
+    with np.errstate(all="ignore"):
+        triplets = rng.integers(n, size=(3, 200), dtype=np.intp)
+        scale, rotation, translation, _ = hypotheses.three_point_similarities(gt, est, triplets)
+        rows = np.hstack([scale[:, None], rotation.reshape(-1, 9), translation])
+        rows[:40] = reweighting.weighted_fits(gt, est, weights)
+        assert_same_bits(kernel.weighted_fits(gt, est, weights), rows[:40])
+        for threshold in (1e-100, 0.05, 1.0, 1e100):
+            for name in ("truncated_costs", "reweighted_fits"):
+                arguments = gt, est, rows, threshold, 0.01 * threshold
+                assert_same_bits(
+                    getattr(kernel, name)(*arguments), getattr(reweighting, name)(*arguments)
+                )
+
+
+@pytest.mark.parametrize("register", [pcr99, refined])
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
 @pytest.mark.parametrize("sigma", [0.0, 1e-9, 0.03, 0.3])
 @pytest.mark.parametrize("n", [19, 100, 300])
-def test_same_alignment(noisy_scene, n, sigma, share, monkeypatch):
+def test_same_alignment(noisy_scene, n, sigma, share, register, monkeypatch):
     """From the draws to the choice."""
     gt, est = noisy_scene(n, int(share * n), sigma, 3)
     results = []
     for library in (kernel.LIBRARY, None):
         monkeypatch.setattr(kernel, "LIBRARY", library)
         rng = np.random.default_rng(5)
-        alignment, n_used = pcr99(gt, est, rank=max(4, n // 10), n_hypotheses=1000, rng=rng)
+        alignment, n_used = register(
+            gt, est, rank=max(4, n // 10), threshold=0.1, n_hypotheses=1000, rng=rng
+        )
         assert alignment is not None
         results.append((alignment.scale, alignment.rotation, alignment.translation, n_used))
     for a, b in zip(*results, strict=True):
@@ -138,11 +163,14 @@ def test_same_alignment(noisy_scene, n, sigma, share, monkeypatch):
 
 
 def test_the_compiled_functions_are_used(noisy_scene, monkeypatch):
-    for name in ("similar_triplets", "three_point_similarities", "cheapest"):
-        monkeypatch.delattr(hypotheses, name)
+    for module in (hypotheses, reweighting):
+        for name in set(module.__all__) & set(kernel.__all__):
+            monkeypatch.delattr(module, name)
     gt, est = noisy_scene(100, 30, 0.03, 0)
-    alignment, _ = pcr99(gt, est, rank=10, n_hypotheses=100, rng=np.random.default_rng(0))
-    assert alignment is not None
+    for register in (pcr99, refined):
+        rng = np.random.default_rng(0)
+        alignment, _ = register(gt, est, rank=10, threshold=0.1, n_hypotheses=100, rng=rng)
+        assert alignment is not None
 
 
 def test_what_counts_as_flat(monkeypatch):

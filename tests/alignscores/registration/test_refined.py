@@ -10,14 +10,7 @@ from scipy.spatial.transform import Rotation
 from alignscores import Similarity, closest_pair_quartile, tas
 from alignscores.registration.kernel import three_point_similarities
 from alignscores.registration.pcr99 import pcr99, prescreened_triplets
-from alignscores.registration.refined import (
-    RESOLUTION,
-    TOLERANCE,
-    _cheapest,
-    _refine,
-    _residual_matrices,
-    refined,
-)
+from alignscores.registration.refined import RESOLUTION, TOLERANCE, Cameras, refined
 
 SEEDS = st.integers(0, 10_000)
 
@@ -26,6 +19,15 @@ def cost(errors, threshold):
     """The cost by its definition: 1 less what the score is up to the resolution of 0.01."""
     smoothed = np.hypot(errors, 0.01 * threshold)
     return float(np.minimum(smoothed / threshold, 1).mean())
+
+
+def row(alignment):
+    """An alignment as the refinement stores it."""
+    return np.r_[alignment.scale, alignment.rotation.ravel(), alignment.translation][None]
+
+
+def similar(rows):
+    return Similarity(rows[0, 0], rows[0, 1:10].reshape(3, 3), rows[0, 10:])
 
 
 def drifting(n, seed):
@@ -163,11 +165,10 @@ def test_cheapest_of_all_hypotheses(noisy_scene, n):
         cost(Similarity(*alignment).position_errors(gt, est), threshold)
         for alignment in zip(scales, rotations, translations, strict=True)
     ]
-    matrices = _residual_matrices(scales, rotations, translations)
-    points = np.vstack([est.T, gt.T, np.ones(n)])
+    rows = np.hstack([scales[:, None], rotations.reshape(-1, 9), translations])
     for n_left in (1, 20, 147):
-        kept = _cheapest(matrices, points, threshold, n_left)
-        np.testing.assert_array_equal(kept, matrices[np.argsort(costs)[:n_left]])
+        kept = Cameras(gt.T, est.T).cheapest(rows, threshold, n_left)
+        np.testing.assert_array_equal(kept, rows[np.argsort(costs)[:n_left]])
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -311,14 +312,10 @@ def test_no_step_raises_the_cost(noisy_scene, n_left):
     truth = Similarity.fit(gt, est)
     rng = np.random.default_rng(0)
     est[n_left:] += rng.uniform(1, 2, (30 - n_left, 3)) * truth.scale
-    start = _residual_matrices(
-        np.array([truth.scale]), truth.rotation[None], truth.translation[None]
-    )
-    points = np.vstack([est.T, gt.T, np.ones(30)])
     with np.errstate(all="ignore"):
-        (found,) = _refine(start.copy(), points, threshold, n_left=1, tolerance=TOLERANCE)
+        found = Cameras(gt.T, est.T).refine(row(truth), threshold, n_left=1, tolerance=TOLERANCE)
     before, after = (
-        cost(np.linalg.norm(matrix @ points, axis=0), threshold) for matrix in (start[0], found)
+        cost(alignment.position_errors(gt, est), threshold) for alignment in (truth, similar(found))
     )
     assert before == pytest.approx(1 - 0.99 * n_left / 30)
     assert after <= before + 1e-12
@@ -399,12 +396,9 @@ def test_an_exact_coincidence_does_not_hold_the_alignment(noisy_scene, seed):
     miss = est - start.apply(gt)
     costs = []
     for shift in (np.zeros(3), *miss[:5]):
-        matrices = _residual_matrices(
-            np.array([start.scale]), start.rotation[None], (start.translation + shift)[None]
-        )
-        points = np.vstack([est.T, gt.T, np.ones(60)])
+        shifted = Similarity(start.scale, start.rotation, start.translation + shift)
         if shift.any():
-            assert np.linalg.norm(matrices[0] @ points, axis=0).min() < 1e-12
-        best = _refine(matrices, points, threshold, n_left=1, tolerance=1e-9)
-        costs.append(cost(np.linalg.norm(best[0] @ points, axis=0), threshold))
+            assert shifted.position_errors(gt, est).min() < 1e-12
+        best = Cameras(gt.T, est.T).refine(row(shifted), threshold, n_left=1, tolerance=1e-9)
+        costs.append(cost(similar(best).position_errors(gt, est), threshold))
     assert np.ptp(costs) < 1e-4

@@ -1,0 +1,224 @@
+"""The steps of the refined registration: truncated costs and reweighted least-squares fits.
+
+The definition in NumPy; ``kernel.c`` computes the same, to the last bit, where it was compiled. So
+every sum has an order of its own, and singular values come from a fixed number of Jacobi rotations
+instead of a library's.
+
+Points are stored component first, ``(3, n)``; similarities as rows ``(H, 13)``: scale, rotation,
+translation.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..similarity import LINE, SMALLEST, common_normal, dot
+from .hypotheses import complete_frames, squared_errors
+
+__all__ = ["reweighted_fits", "truncated_costs", "weighted_fits"]
+
+Floats = NDArray[np.float64]
+
+LANES = 8  # partial sums, so that a processor can add as many numbers at once
+SWEEPS = 4  # of Jacobi rotations; after them the columns of a 3 x 3 matrix are orthogonal
+CHUNK = 1 << 14  # errors evaluated at once: 128 KiB, which fit in the cache
+
+
+def truncated_costs(
+    gt: Floats, est: Floats, similarities: Floats, threshold: float, resolution: float
+) -> Floats:
+    """Return ``sum(min(sqrt(e^2 + r^2), T))`` over the cameras for each similarity.
+
+    Parameters
+    ----------
+    gt, est : (3, n) array
+        Camera centres, component first.
+    similarities : (H, 13) array
+        From ground truth to estimate: scale, rotation by rows, translation.
+    threshold : float
+        T, in ground-truth units. An error that is not a number counts T.
+    resolution : float
+        r: smaller differences between errors do not count.
+
+    Returns
+    -------
+    (H,) ndarray
+        The costs.
+
+    References
+    ----------
+    ``docs/refined-registration.md``.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.registration.reweighting import truncated_costs
+    >>> gt = np.array([[0.0, 1.0, 2.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    >>> identity = np.r_[1.0, np.eye(3).ravel(), np.zeros(3)]
+    >>> truncated_costs(gt, gt + [[0.0, 0.25, 9.0]] * 3, identity[None], 1.0, 0.0).round(3)
+    array([1.433])
+    """
+    errors = (
+        _smoothed_errors(gt, est, chunk, resolution) for chunk in _chunks(similarities, gt.shape[1])
+    )
+    return np.concatenate([_sum(np.where(e < threshold, e, threshold)) for e in errors])
+
+
+def reweighted_fits(
+    gt: Floats, est: Floats, similarities: Floats, threshold: float, resolution: float
+) -> Floats:
+    """Take a step of iteratively reweighted least squares from each similarity.
+
+    The step is the fit with the weights ``1 / sqrt(e^2 + r^2)`` of the errors below the threshold,
+    and 0 beyond.
+
+    Parameters
+    ----------
+    gt, est, similarities, threshold, resolution
+        As in `truncated_costs`.
+
+    Returns
+    -------
+    (H, 13) ndarray
+        The similarities after the step; see `weighted_fits`.
+
+    References
+    ----------
+    ``docs/refined-registration.md``.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.registration.reweighting import reweighted_fits
+    >>> gt = np.array([[0.0, 1.0, 0.0, 5.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
+    >>> est = 4 * gt
+    >>> est[:, 3] = 0
+    >>> start = np.r_[3.9, np.eye(3).ravel(), np.zeros(3)]
+    >>> reweighted_fits(gt, est, start[None], 0.1, 0.001)[0, 0].round(9)
+    np.float64(4.0)
+    """
+
+    def step(chunk: Floats) -> Floats:
+        errors = _smoothed_errors(gt, est, chunk, resolution)
+        return weighted_fits(gt, est, np.where(errors < threshold, 1 / errors, 0.0))
+
+    return np.concatenate([step(chunk) for chunk in _chunks(similarities, gt.shape[1])])
+
+
+def weighted_fits(gt: Floats, est: Floats, weights: Floats) -> Floats:
+    """Least-squares similarities from ground truth to estimate, one for each row of weights.
+
+    The rotation correlates best with the weighted cross-covariance of the two clouds; scale and
+    translation follow, so that the errors in the ground truth are smallest. Where the weighted
+    cameras lie on a line, its spin is that of the smallest rotation.
+
+    Parameters
+    ----------
+    gt, est : (3, n) array
+        Camera centres, component first.
+    weights : (H, n) array
+        Non-negative weights.
+
+    Returns
+    -------
+    (H, 13) ndarray
+        The similarities; not a number, or of no positive scale, where none is the best.
+
+    References
+    ----------
+    Umeyama, "Least-squares estimation of transformation parameters between two point patterns",
+    PAMI 1991.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.registration.reweighting import weighted_fits
+    >>> gt = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
+    >>> weighted_fits(gt, 4 * gt, np.ones((1, 3)))[0, [0, 1, 5]].round(9)
+    array([4., 1., 1.])
+    """
+    total = np.maximum(_sum(weights), SMALLEST)
+    gt_means, est_means = (
+        np.array([_sum(weights * component) for component in points]) / total
+        for points in (gt, est)
+    )
+    gt_local, est_local = (
+        points[:, None] - means[:, :, None] for points, means in ((gt, gt_means), (est, est_means))
+    )
+    covariance = np.array([[_sum(weights * b * a) for a in gt_local] for b in est_local])
+    spread = _sum(weights * dot(est_local, est_local))
+
+    largest = np.fmax.reduce(np.abs(covariance), axis=(0, 1))
+    with np.errstate(all="ignore"):  # where no fit is the best, it is not a number
+        rotation, correlation = _best_rotations(covariance / largest)
+        scale = spread / (correlation * largest)
+        translation = est_means - scale * dot(rotation.swapaxes(0, 1), gt_means[:, None])
+    return np.vstack([scale, rotation.reshape(9, -1), translation]).T
+
+
+def _chunks(similarities: Floats, n: int) -> list[Floats]:
+    size = max(1, CHUNK // n)
+    return [similarities[start : start + size] for start in range(0, len(similarities), size)]
+
+
+def _smoothed_errors(gt: Floats, est: Floats, similarities: Floats, resolution: float) -> Floats:
+    """Return ``sqrt(e^2 + r^2)`` of all cameras under all similarities, (H, n)."""
+    rotation = similarities[:, 1:10].reshape(-1, 3, 3)
+    squares = squared_errors(gt, est, similarities[:, 0], rotation, similarities[:, 10:])
+    smoothed: Floats = np.sqrt(squares + resolution * resolution)
+    return smoothed
+
+
+def _best_rotations(covariance: Floats) -> tuple[Floats, Floats]:
+    """Return the rotations (3, 3, H) that correlate best with matrices, and the correlations."""
+    columns, axes = _orthogonal_columns(covariance)
+    norms = np.sqrt(dot(columns, columns))
+    order = np.argsort(-norms, axis=0, kind="stable")[None]
+    largest, middle, _ = np.take_along_axis(norms, order[0], axis=0)
+    columns, axes = (np.take_along_axis(m, order, axis=1) for m in (columns, axes))
+    frames = np.empty((3, 3, 2, len(largest)))  # axes, components, worlds
+    frames[0] = np.stack([axes[:, 0], columns[:, 0] / largest], axis=1)
+    frames[1] = np.stack([axes[:, 1], columns[:, 1]], axis=1)
+    line = middle <= LINE * largest
+    if line.any():
+        normal = common_normal(frames[0, :, 0], frames[0, :, 1])
+        np.copyto(frames[1], normal[:, None], where=line)
+    complete_frames(frames)
+    rotation = dot(frames[:, :, None, 1], frames[:, None, :, 0])
+    return rotation, dot(*(m.swapaxes(0, 1) for m in (rotation, covariance))).sum(axis=0)
+
+
+def _orthogonal_columns(matrices: Floats) -> tuple[Floats, Floats]:
+    """Return ``matrices @ axes`` with orthogonal columns, and the axes, which are orthonormal.
+
+    One-sided Jacobi rotations: each turns a pair of columns so that they become orthogonal.
+    """
+    columns = matrices.copy()
+    axes = np.zeros_like(columns)
+    for i in range(3):
+        axes[i, i] = 1.0
+    for i, j in SWEEPS * ((0, 1), (0, 2), (1, 2)):
+        product = dot(columns[:, i], columns[:, j])
+        difference = dot(columns[:, j], columns[:, j]) - dot(columns[:, i], columns[:, i])
+        ratio = difference / (2 * product)
+        tangent = np.copysign(1.0, ratio) / (np.abs(ratio) + np.sqrt(1 + ratio * ratio))
+        tangent[product == 0] = 0.0
+        cosine = 1 / np.sqrt(1 + tangent * tangent)
+        sine = cosine * tangent
+        for m in (columns, axes):
+            m[:, i], m[:, j] = (
+                cosine * m[:, i] - sine * m[:, j],
+                sine * m[:, i] + cosine * m[:, j],
+            )
+    return columns, axes
+
+
+def _sum(values: Floats) -> Floats:
+    """Return sums over the cameras, the last axis: in lanes, which are then folded in halves."""
+    padding = [(0, 0)] * (values.ndim - 1) + [(0, -values.shape[-1] % LANES)]
+    rows = np.pad(values, padding).reshape(*values.shape[:-1], -1, LANES)
+    lanes = rows.sum(axis=-2, initial=0.0)
+    while lanes.shape[-1] > 1:
+        half = lanes.shape[-1] // 2
+        lanes = lanes[..., :half] + lanes[..., half:]
+    total: Floats = lanes[..., 0]
+    return total
