@@ -11,6 +11,7 @@ Evaluation".
 from .averaging import nearest_rotations
 from .histogram import AlignmentScore
 from .pose import PASResult, pas
+from .profile import ScoreProfile, ras_profile, tas_profile
 from .registration import Registration
 from .rotation import RASResult, ras
 from .similarity import Similarity
@@ -25,11 +26,14 @@ __all__ = [
     "PASResult",
     "RASResult",
     "Registration",
+    "ScoreProfile",
     "Similarity",
     "TASResult",
     "closest_pair_quartile",
     "nearest_rotations",
     "pas",
     "ras",
+    "ras_profile",
     "tas",
+    "tas_profile",
 ]

@@ -1,0 +1,223 @@
+"""Scores over their thresholds, against the scores at each unit and against closed forms."""
+
+import warnings
+
+import numpy as np
+import pytest
+import scipy
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from alignscores import AlignmentWarning, ScoreProfile, ras, ras_profile, tas, tas_profile
+from alignscores.registration import pcr99
+
+SEEDS = st.integers(0, 10_000)
+
+
+def half_normal_score(ratio):
+    """Score of half-normal errors at the unit ``ratio`` sigma: the mean of max(0, 1 - e / u)."""
+    return scipy.special.erf(ratio / np.sqrt(2)) + np.sqrt(2 / np.pi) * (
+        np.expm1(-(ratio**2) / 2) / ratio
+    )
+
+
+# --- the crossing ---------------------------------------------------------------------------------
+
+
+@given(
+    seed=SEEDS,
+    n=st.integers(1, 30),
+    n_thresholds=st.integers(1, 100),
+    score=st.floats(0.01, 1.0),
+)
+def test_crossing_is_the_smallest_number_that_reaches_the_score(seed, n, n_thresholds, score):
+    rng = np.random.default_rng(seed)
+    errors = np.sort(np.where(rng.random(n) < 0.2, np.inf, rng.exponential(size=n)))
+    errors[: n // 5] = errors[n // 5]  # ties
+    unit = ScoreProfile(np.array([1.0]), errors[None], n_thresholds).at(score)
+
+    def at(u):
+        steps = np.arange(1, n_thresholds + 1) / n_thresholds
+        return (errors[:, None] < u * steps).mean()
+
+    if np.isinf(unit):
+        assert at(1e300) < score
+    else:
+        assert at(unit) >= score
+        assert at(np.nextafter(unit, 0)) < score
+
+
+def test_best_of_several_alignments():
+    """One is better at small units, the other at large ones."""
+    errors = np.array([[0.1, 0.1, 9.0, 9.0], [0.5, 0.5, 0.5, 0.5]])
+    units = np.array([0.2, 0.8, 1.2, 100.0])
+    alone = [ScoreProfile(units, row[None], 1000) for row in errors]
+    both = ScoreProfile(units, errors, 1000)
+    np.testing.assert_array_equal(both.scores, np.maximum(*(p.scores for p in alone)))
+    assert np.argmax([p.scores for p in alone], axis=0).tolist() == [0, 0, 1, 1]
+    for score in (0.25, 0.5, 0.75):
+        assert both.at(score) == min(p.at(score) for p in alone)
+
+
+# --- against known distributions ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("outliers", [0.0, 0.25, 0.45])
+def test_half_normal_angles(outliers):
+    """The half-score angle of half-normal errors, with a share of outliers, in closed form."""
+    rng = np.random.default_rng(0)
+    n, sigma = 4000, 1.5
+    axes = rng.normal(size=(n, 3))
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    angles = np.abs(rng.normal(0, sigma, n))
+    gt = Rotation.random(n, rng=rng)
+    est = Rotation.from_rotvec(np.radians(angles)[:, None] * axes) * gt
+    lost = est.as_matrix()
+    lost[: int(outliers * n)] = np.nan
+    target = 0.5 / (1 - outliers)
+    ratio = scipy.optimize.brentq(lambda a: half_normal_score(a) - target, 0.1, 100)
+    profile = ras_profile(gt, lost, n_thresholds=1000)
+    assert profile.half == pytest.approx(ratio * sigma, rel=0.05)
+
+
+@pytest.mark.parametrize(("lost", "finite"), [(19, True), (20, True), (21, False), (29, False)])
+def test_breakdown(noisy_scene, lost, finite):
+    """Half of the cameras are needed for a half, a quarter of them for a quarter."""
+    gt, est = noisy_scene(40, 0, 0.01, 0)
+    est[:lost] = np.nan
+    profile = tas_profile(gt, est)
+    assert np.isfinite(profile.half) == finite
+    assert np.isfinite(profile.at(0.25))
+    assert profile.at(1) == np.inf
+
+
+@pytest.mark.parametrize("registration", ["pcr99", "refined"])
+def test_perfect_estimate(cloud, another_world, registration):
+    gt = cloud("cube", 60, 0)
+    profile = tas_profile(gt, another_world(gt, 0), registration=registration)
+    assert profile.half < 1e-13
+    np.testing.assert_array_equal(profile.scores, 1)
+    same = ras_profile([np.eye(3)] * 5, [np.eye(3)] * 5)
+    assert same.half == same.at(1) == 0
+
+
+# --- against the scores ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_with_pcr99_the_scores_are_those_of_tas(noisy_scene, seed):
+    """Bit for bit: its alignment does not depend on the unit."""
+    gt, est = noisy_scene(80, 20, 0.03, seed)
+    units = np.geomspace(0.01, 2, 9)
+    profile = tas_profile(gt, est, units, rng=seed, registration="pcr99", n_thresholds=37)
+    expected = [tas(gt, est, rng=seed, unit=u, n_thresholds=37).score for u in units]
+    np.testing.assert_array_equal(profile.scores, expected)
+
+
+@pytest.mark.parametrize(("n", "outliers"), [(40, 0), (100, 40), (600, 200), (1500, 300)])
+def test_refined_scores_are_no_less_than_those_of_tas(noisy_scene, n, outliers):
+    """What was found at one unit counts at the others; beyond that they differ by the scatter."""
+    gt, est = noisy_scene(n, outliers, 0.03, 0)
+    units = np.geomspace(0.02, 0.5, 12)
+    scores = tas_profile(gt, est, units).scores
+    expected = np.array([tas(gt, est, unit=u, registration="refined").score for u in units])
+    assert np.all(scores >= expected - 0.002)
+    assert np.all(scores <= expected + 0.02)
+    assert np.mean(scores - expected) < 0.004
+
+
+def test_scores_of_rotations_are_those_of_ras():
+    rng = np.random.default_rng(0)
+    gt = Rotation.random(30, rng=rng).as_matrix()
+    est = Rotation.from_rotvec(rng.normal(0, 0.05, (30, 3))).as_matrix() @ gt
+    est[3] = np.nan
+    profile = ras_profile(gt, est)
+    expected = [ras(gt, est, max_threshold_deg=u).score for u in profile.units]
+    np.testing.assert_array_equal(profile.scores, expected)
+    assert (profile.units[0], profile.units[-1], len(profile.units)) == (0.01, 180, 64)
+
+
+@given(seed=SEEDS, n=st.integers(3, 60), share=st.floats(0, 0.6), sigma=st.floats(1e-6, 0.3))
+def test_scores_never_fall(noisy_scene, seed, n, share, sigma):
+    gt, est = noisy_scene(n, int(share * n), sigma, seed)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AlignmentWarning)
+        for registration in ("pcr99", "refined"):
+            scores = tas_profile(gt, est, registration=registration).scores
+            assert np.all(np.diff(scores) >= 0)
+            assert 0 <= scores[0] <= scores[-1] <= 1
+
+
+# --- invariances ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("sigma", [1e-7, 0.03])
+def test_any_world_scale_and_grid(noisy_scene, another_world, sigma):
+    gt, est = noisy_scene(150, 30, sigma, 0)
+    half = tas_profile(gt, est).half
+    assert tas_profile(gt, another_world(est, 3, scale=0.01)).half == pytest.approx(half, rel=0.003)
+    assert tas_profile(1000 * gt + 5, est).half == pytest.approx(1000 * half, rel=0.003)
+    for units in ([1e-9], [0.5 * half, 2 * half], [100.0]):
+        assert tas_profile(gt, est, units).half == pytest.approx(half, rel=0.003)
+
+
+def test_it_does_not_depend_on_the_frame_rate():
+    """Errors of the same size at a quarter of the cameras, where TAS changes by half."""
+    rng = np.random.default_rng(0)
+    gt = np.cumsum(rng.normal(size=(2000, 3)), axis=0)
+    est = gt + rng.normal(0, 0.6, gt.shape)
+    halves = [tas_profile(gt[::k], est[::k]).half for k in (1, 4)]
+    assert halves[1] == pytest.approx(halves[0], rel=0.04)
+
+
+def test_a_registration_of_ones_own(noisy_scene):
+    gt, est = noisy_scene(50, 10, 0.02, 0)
+    own = tas_profile(gt, est, registration=lambda *a, **k: pcr99(*a, **k))
+    expected = tas_profile(gt, est, registration="pcr99")
+    np.testing.assert_array_equal(own.scores, expected.scores)
+    assert own.half == expected.half
+
+
+@pytest.mark.parametrize("every", [5, 20])
+def test_real_trajectory(real, every):
+    """KITTI 00, ORB-SLAM: 1.7 m at every frame rate, measured independently."""
+    gt, est = (
+        np.loadtxt(real / f"KITTI_00_{name}.txt").reshape(-1, 3, 4)[::every, :, 3]
+        for name in ("gt", "ORB")
+    )
+    assert 1.69 < tas_profile(gt, est).half < 1.76
+
+
+# --- hostile input --------------------------------------------------------------------------------
+
+
+def test_nothing_can_be_aligned():
+    gt = np.random.default_rng(0).random((10, 3))
+    with pytest.warns(AlignmentWarning, match="cannot be aligned") as caught:
+        profile = tas_profile(gt, np.full((10, 3), np.nan))
+    assert [warning.filename for warning in caught] == [__file__]
+    assert profile.half == np.inf
+    assert not profile.scores.any()
+
+
+@pytest.mark.parametrize(
+    "units", [[], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0], [1.0, np.nan], [np.inf], [[1.0]], "units", 3]
+)
+def test_wrong_units(units):
+    gt = np.random.default_rng(0).random((10, 3))
+    with pytest.raises(ValueError, match="units must be positive, finite and ascending"):
+        tas_profile(gt, gt, units)
+
+
+@pytest.mark.parametrize("score", [0, -0.5, 1.5, np.nan, "half"])
+def test_wrong_scores(score):
+    profile = ras_profile([np.eye(3)], [np.eye(3)])
+    with pytest.raises(ValueError, match="score must be"):
+        profile.at(score)
+
+
+def test_ground_truth_without_extent():
+    gt = np.ones((5, 3))
+    with pytest.raises(ValueError, match="no extent to derive units from"):
+        tas_profile(gt, gt)
