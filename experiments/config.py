@@ -105,6 +105,7 @@ class Sweep:
     trials: Annotated[int, Field(ge=1)]
     seed: Annotated[int, Field(ge=0)]
     replicate: Annotated[int, Field(ge=0)]
+    every: Annotated[int, Field(ge=1)] = 1
     differs: str = ""
     only: list[Selection] = field(default_factory=list)
 
@@ -119,6 +120,10 @@ class Sweep:
         require(
             self.noise == "product" or len(self.sigma_t) == len(self.sigma_r_deg),
             "'noise' is paired, so sigma_t and sigma_r_deg need the same number of levels",
+        )
+        require(
+            fewest >= 4 * self.every,
+            f"'every' leaves fewer than 4 of the {fewest} cameras",
         )
         require(
             self.volume_per_camera is None or self.geometry == "cube",

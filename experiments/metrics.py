@@ -22,7 +22,7 @@ from pydantic import (
     model_validator,
 )
 
-from alignscores import AlignmentScore, Similarity, ras, tas
+from alignscores import AlignmentScore, ScoreProfile, Similarity, ras, ras_profile, tas, tas_profile
 from alignscores.histogram import equal_steps
 from alignscores.registration import Registration, pcr99
 from alignscores.translation import closest_pair_distances
@@ -34,6 +34,9 @@ from .scenes import Scene
 __all__ = ["METRICS", "Column", "Evaluation", "Metric", "evaluate"]
 
 Floats = NDArray[np.float64]
+
+# Units of d that a search for the half-score distance starts from; it finds its way from any.
+HALF_UNITS = np.geomspace(1 / 16, 4, 7)
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 PositiveOrInfinite = Annotated[float, Field(gt=0)]
@@ -102,6 +105,19 @@ class PASOptions(RegistrationOptions):
     """Weight of the TAS in the PAS, and registration."""
 
     weight: Annotated[float, Field(ge=0, le=1)] = 0.5
+
+
+class HalfAngleOptions(Options):
+    """Score whose threshold is looked for; a quarter is reached with half of the cameras lost."""
+
+    score: Share = 0.5
+
+
+class HalfDistanceOptions(HalfAngleOptions):
+    """The same, with the registration."""
+
+    registration: RegistrationName = "refined"
+    seed: Seed | None = None
 
 
 @dataclass(frozen=True)
@@ -248,6 +264,7 @@ class Evaluation:
         self.scene = scene
         self._seed = registration_seed
         self._position_errors: dict[TASOptions, Floats] = {}
+        self._profiles: dict[HalfDistanceOptions, ScoreProfile] = {}
 
     def value(self, column: Column) -> float:
         """Evaluate a metric."""
@@ -268,6 +285,28 @@ class Evaluation:
         translation = TASOptions(registration=options.registration, seed=options.seed)
         weight = options.weight
         return weight * self.tas(translation) + (1 - weight) * self.ras(RASOptions())
+
+    def half_distance(self, options: HalfDistanceOptions) -> float:
+        """Return the unit at which the TAS is one half, or another score."""
+        key = options.model_copy(update={"score": 0.5})
+        if key not in self._profiles:
+            scene = self.scene
+            self._profiles[key] = tas_profile(
+                scene.gt_positions,
+                scene.est_positions,
+                self._unit(0.75) * HALF_UNITS,
+                rng=self._registration_seed(options.seed),
+                registration=options.registration,
+            )
+        return self._profiles[key].at(options.score)
+
+    def half_angle(self, options: HalfAngleOptions) -> float:
+        """Return the largest threshold at which the RAS is one half, or another score."""
+        return self._rotation_profile.at(options.score)
+
+    @cached_property
+    def _rotation_profile(self) -> ScoreProfile:
+        return ras_profile(self.scene.gt_rotations, self.scene.est_rotations, [10.0])
 
     @cached_property
     def rotation_statistics(self) -> dict[str, float]:
@@ -375,6 +414,8 @@ METRICS: Mapping[str, Metric] = {
     "TAS": Metric(Evaluation.tas, higher_is_better=True, options=TASOptions),
     "RAS": Metric(Evaluation.ras, higher_is_better=True, options=RASOptions),
     "PAS": Metric(Evaluation.pas, higher_is_better=True, options=PASOptions),
+    "HalfDistance": Metric(Evaluation.half_distance, unit="units", options=HalfDistanceOptions),
+    "HalfAngle": Metric(Evaluation.half_angle, unit="°", options=HalfAngleOptions),
     "DRE": Metric(_dre, unit="°"),
     "Median-1": _rotation_statistic("Median-1"),
     "Mean-1": _rotation_statistic("Mean-1"),
@@ -383,4 +424,4 @@ METRICS: Mapping[str, Metric] = {
     "Mean-2": _rotation_statistic("Mean-2"),
     "RMS-2": _rotation_statistic("RMS-2"),
 }
-"""Every metric by its name: the paper's, for all but the options. To add one, add its entry."""
+"""Every metric by its name; options are the paper's by default. To add one, add its entry."""

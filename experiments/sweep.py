@@ -35,9 +35,9 @@ def trial_seeds(sweep: Sweep, cell: Cell, trial: int) -> list[np.random.SeedSequ
 
 
 def draw_scene(sweep: Sweep, cell: Cell, seed: np.random.SeedSequence) -> Scene:
-    """Draw the cameras of one trial."""
+    """Draw the cameras of one trial, of which every so many-th is kept."""
     volume = 1.0 if sweep.volume_per_camera is None else sweep.volume_per_camera * cell.n_cameras
-    return make_scene(
+    scene = make_scene(
         np.random.default_rng(seed),
         geometry=sweep.geometry,
         error=sweep.error,
@@ -46,6 +46,7 @@ def draw_scene(sweep: Sweep, cell: Cell, seed: np.random.SeedSequence) -> Scene:
         volume=volume,
         **asdict(cell),
     )
+    return scene if sweep.every == 1 else scene[:: sweep.every]
 
 
 def run_trials(

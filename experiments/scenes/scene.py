@@ -41,10 +41,12 @@ class Scene:
     @cached_property
     def estimated(self) -> "Scene":
         """The cameras that were estimated, without the missing ones."""
-        found = np.isfinite(self.est_positions).all(axis=1)
-        if found.all():
-            return self
-        return Scene(*(getattr(self, field.name)[found] for field in fields(self)))
+        found = np.atleast_1d(np.isfinite(self.est_positions).all(axis=1))
+        return self if found.all() else self[found]
+
+    def __getitem__(self, cameras: slice | NDArray[np.bool_]) -> "Scene":
+        """Return some of the cameras."""
+        return Scene(*(getattr(self, field.name)[cameras] for field in fields(self)))
 
     @cached_property
     def gt_poses(self) -> Floats:

@@ -99,6 +99,8 @@ def test_a_copied_experiment_needs_a_name_of_its_own(
         ("n_outliers=[1.5]", "'n_outliers': should be a valid integer, not 1.5"),
         ("n_cameras=[3]", "'n_cameras': should be greater than or equal to 4, not 3"),
         ("volume_per_camera=0", "'volume_per_camera': should be greater than 0, not 0"),
+        ("every=0", "'every': should be greater than or equal to 1, not 0"),
+        ("every=26", "'every' leaves fewer than 4 of the 100 cameras"),
         ("geometry=line", "'volume_per_camera' applies to the cube alone"),
         ("metrics=[]", "'metrics': List should have at least 1 item"),
         ("metrics=[ATE,APE]", "'metrics': unknown metric 'APE'; known are ATE, DTE, mAA, "),

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.distance import cdist
 
 import experiments.metrics
-from alignscores import pas, ras, tas
+from alignscores import pas, ras, ras_profile, tas, tas_profile
 from alignscores.registration import pcr99
 from baselines import ate, dre, dte, maa, rotation_statistics
 from experiments.command import ConfigError
@@ -122,6 +122,16 @@ def test_metrics_are_those_of_the_library(scene: Scene) -> None:
     assert values["mAA(max_threshold_deg=5, fold_sign=True)"] == folded != values["mAA"]
     for name, value in rotation_statistics(scene.gt_rotations, scene.est_rotations).items():
         assert values[name] == value
+
+
+@pytest.mark.parametrize("score", [0.5, 0.25])
+def test_half_score_units_are_those_of_the_profiles(scene: Scene, score: float) -> None:
+    """Whatever units the search starts from."""
+    metrics = [f"HalfDistance(score={score})", f"HalfAngle(score={score})"]
+    distance, angle = evaluate(scene, metrics, SEED).values()
+    profile = tas_profile(scene.gt_positions, scene.est_positions, rng=SEED)
+    assert distance == pytest.approx(profile.at(score), rel=0.01)
+    assert angle == ras_profile(scene.gt_rotations, scene.est_rotations).at(score)
 
 
 def test_a_seed_of_the_registration_is_another_in_each_trial(scene: Scene) -> None:

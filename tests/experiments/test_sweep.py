@@ -109,6 +109,15 @@ def test_volume_grows_with_the_number_of_cameras(volume_per_camera: str, side: f
     assert np.abs(positions).max() <= side / 2
 
 
+def test_another_frame_rate_has_the_same_cameras() -> None:
+    """Each third of them, beginning with the first."""
+    cell = Cell(40, 0, 0.1, 1.0)
+    sweeps = [load_sweep(["geometry=car", f"every={k}"]) for k in (1, 3)]
+    whole, kept = (draw_scene(sweep, cell, np.random.SeedSequence(0)) for sweep in sweeps)
+    for name in ("gt_rotations", "gt_positions", "est_rotations", "est_positions"):
+        np.testing.assert_array_equal(getattr(kept, name), getattr(whole, name)[::3])
+
+
 def test_every_generator_changes_the_trials(small: Small) -> None:
     choices = [("geometry", name) for name in PATHS if name != "cube"]
     choices += [("error", name) for name in ERRORS] + [("outliers", name) for name in OUTLIERS]
