@@ -8,6 +8,8 @@
 #   snakemake registration_study              the paper's registration and the refined one
 #   snakemake beyond                          what the paper leaves out: paths, errors, outliers
 #   snakemake beyond --config scenarios=my.yaml    a study of your own (docs/studies.md)
+#   snakemake frame_rate                      what the frame rate does to each metric
+#   snakemake frame_rate --config trajectories=my.yaml    to your own trajectories, too
 #   snakemake report                          all of it on one page, results/report.html
 import sys
 
@@ -26,12 +28,15 @@ localrules:  # seconds each: not worth a job
     threshold_study,
     registration_study,
     beyond,
+    frame_rate,
     figure,
     table1,
     verdicts,
     parameters_threshold,
     parameters_registration,
     scenarios,
+    frame_rates,
+    own_frame_rates,
     report,
 
 
@@ -63,6 +68,13 @@ rule beyond:
     input:
         SCENARIO_FINDINGS,
         expand(FIGURE, figure=[SCENARIO_STUDY, "paths"], ext=["pdf", "png"]),
+
+
+rule frame_rate:
+    input:
+        FRAME_RATES,
+        OWN_FRAME_RATES if "trajectories" in config else [],
+        expand(FIGURE, figure="frame_rate", ext=["pdf", "png"]),
 
 
 onsuccess:

@@ -20,6 +20,7 @@ FIGURES: dict[str, tuple[str, ...]] = {
     "threshold_study": tuple(f"tables/threshold_study_{kind}" for kind in KINDS),
     "registration_study": ("tables/registration_study",),
     "beyond": ("tables/beyond",),
+    "frame_rate": ("tables/frame_rate",),
     "paths": (),
 }
 """All figures, each with the tables that it is drawn from; the module of its name draws it.

@@ -12,6 +12,7 @@ from experiments.tables import Trials, read_table, read_trials, to_csv, write_fi
 
 from .claims.claims import load_claims
 from .claims.verdicts import check_alike, decide, select_trials
+from .frame_rate import rates
 from .parameters import KINDS, registrations, thresholds
 from .parameters.axes import Axis, axes_of, check_parts, is_seeded
 from .parameters.effects import effects
@@ -28,6 +29,7 @@ threshold      effects of the thresholds, from the parts of the study: CSV for T
                registration, Markdown
 registration   the two registrations, likewise: CSV, Markdown
 threshold_time, registration_time    run times of the values of a study's axes: CSV
+frame_rate     how much each metric depends on the frame rate: CSV, Markdown
 scenarios      what each metric orders in each scenario: CSV
 """
 
@@ -99,6 +101,11 @@ def _scenarios(trials: Sequence[Trials], _: Path) -> list[bytes]:
     return [to_csv(findings({one.path.stem: one for one in trials}))]
 
 
+def _frame_rate(trials: Sequence[Trials], _: Path) -> list[bytes]:
+    table = rates.compare({one.path.stem: one for one in trials})
+    return [to_csv(table), rates.to_markdown(table).encode()]
+
+
 QUESTIONS: Mapping[str, Callable[[Sequence[Trials], Path], list[bytes]]] = {
     "table1": _table1,
     "claims": _claims,
@@ -106,6 +113,7 @@ QUESTIONS: Mapping[str, Callable[[Sequence[Trials], Path], list[bytes]]] = {
     "threshold_time": _time("threshold"),
     "registration": _registration,
     "registration_time": _time("registration"),
+    "frame_rate": _frame_rate,
     "scenarios": _scenarios,
 }
 """What makes the contents of a study's files, of its trials and a table of run times."""

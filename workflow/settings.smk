@@ -7,6 +7,7 @@ from experiments.config import EXECUTION, load, to_overrides
 from figures import FIGURES, PAPER_FIGURES
 from studies.claims.claims import CLAIMS_FILE, load_claims
 from studies.claims.plan import load_replicates
+from studies.frame_rate.rates import FRAME_RATE, load_frame_rate
 from studies.parameters.axes import STUDIES, axis_names, load_parameters, study_file
 from studies.scenarios.scenarios import BEYOND, load_scenarios, study_name
 from studies.study import load_experiments
@@ -30,7 +31,9 @@ SCENARIO_FILE = Path(config.get("scenarios", BEYOND))
 SCENARIO_STUDY = study_name(SCENARIO_FILE)
 EXPERIMENTS = sorted({name for names in PAPER_FIGURES.values() for name in names})
 EXECUTED = chosen(key for key in EXECUTION if key != "n_jobs")
-SETTINGS = chosen(key for key in config if key not in (*EXECUTION, *AXES, "replicates", "scenarios"))
+OWN_FILES = "scenarios", "trajectories"
+NO_SETTINGS = *EXECUTION, *AXES, *OWN_FILES, "replicates"
+SETTINGS = chosen(key for key in config if key not in NO_SETTINGS)
 RESULTS = Path(or_end(load, chosen(EXECUTION))[1].results_dir)
 CORES = workflow.cores or 1
 
@@ -47,6 +50,7 @@ FOLDERS = {  # of tables of trials: how to load the study that they are of
         f"trials/{name}_study": partial(load_parameters, name, [*chosen(AXES), *SETTINGS])
         for name in STUDIES
     },
+    "trials/frame_rate": partial(load_frame_rate, SETTINGS),
     f"trials/{SCENARIO_STUDY}": partial(load_scenarios, SCENARIO_FILE, SETTINGS),
 }
 

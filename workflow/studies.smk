@@ -2,6 +2,8 @@
 TABLE1 = [RESULTS / "tables" / f"method_comparison.{ext}" for ext in ("csv", "md")]
 VERDICTS = [RESULTS / "claims.csv", RESULTS / "tables" / "decisions.csv"]
 SCENARIO_FINDINGS = RESULTS / "tables" / f"{SCENARIO_STUDY}.csv"
+FRAME_RATES = [RESULTS / "tables" / f"frame_rate.{ext}" for ext in ("csv", "md")]
+OWN_FRAME_RATES = RESULTS / "tables" / "frame_rate_trajectories.csv"
 RUN_TIMES = RESULTS / "tables" / "{study}_study_time.csv"
 
 
@@ -97,3 +99,32 @@ rule scenarios:
         RESULTS / "benchmarks" / "tables" / f"{SCENARIO_STUDY}.tsv"
     shell:
         "{sys.executable:q} -m studies scenarios {input.trials:q} --output {output:q} > {log:q} 2>&1"
+
+
+rule frame_rates:
+    input:
+        STUDY_CODE,
+        unpack(lambda wildcards: tables("trials/frame_rate")),
+        file=FRAME_RATE,
+    output:
+        FRAME_RATES,
+    log:
+        RESULTS / "logs" / "tables" / "frame_rate.log",
+    benchmark:
+        RESULTS / "benchmarks" / "tables" / "frame_rate.tsv"
+    shell:
+        "{sys.executable:q} -m studies frame_rate {input.trials:q} --output {output:q} > {log:q} 2>&1"
+
+
+rule own_frame_rates:
+    input:
+        TRIAL_CODE,
+        STUDY_CODE,
+        code("alignscores/cli", "alignscores/trajectories"),
+        file=config.get("trajectories", []),
+    output:
+        OWN_FRAME_RATES,
+    log:
+        RESULTS / "logs" / "tables" / "frame_rate_trajectories.log",
+    shell:
+        "{sys.executable:q} -m studies.frame_rate {input.file:q} --output {output:q} > {log:q} 2>&1"

@@ -22,6 +22,7 @@ def test_the_names_are_the_ones_that_others_rely_on():
     assert list(PAPER_FIGURES) == [*paper, "maa_vs_pas"]
     assert set(FIGURES) - set(PAPER_FIGURES) == {f"{name}_study" for name in STUDIES} | {
         "beyond",
+        "frame_rate",
         "paths",
     }
 

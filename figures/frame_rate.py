@@ -1,0 +1,92 @@
+"""What the frame rate does to each metric: the same estimates with fewer of their cameras."""
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from experiments.metrics import METRICS, Column
+
+from . import style
+
+__all__ = ["COLUMNS", "draw"]
+
+CURVES = ("TAS", "HalfDistance")  # drawn over the frame rates, of one scenario
+SCENARIO = "car"
+COLUMNS = ("scenario", "metric", "every", "sigma_t", "mean", "dependence", "order", "order_across")
+SHADES = ("#0b2a4a", "#2b5c8a", "#4f8fc0", "#86b8da", "#b9d6ea")  # dark: little noise
+ONE_RATE, ACROSS = "#173f67", "#d9822b"
+NAMES = {"HalfDistance": "half-score distance", "HalfAngle": "half-score angle"}
+
+
+@style.applied()
+def draw(table: pd.DataFrame) -> Figure:
+    """Draw two metrics over the frame rate, and the order of all metrics within and across rates.
+
+    Parameters
+    ----------
+    table : DataFrame
+        What `studies.frame_rate.rates.compare` returns.
+    """
+    figure = Figure(figsize=(style.PAGE, 2.15), layout="constrained")
+    *curves, right = figure.subplots(1, 3, width_ratios=[1, 1, 1.25])
+    scenario = SCENARIO if (table["scenario"] == SCENARIO).any() else table["scenario"].iloc[0]
+    for axes, metric in zip(curves, CURVES, strict=True):
+        _over_rates(axes, table[(table["scenario"] == scenario) & (table["metric"] == metric)])
+        name = NAMES.get(metric, metric)
+        style.remark(axes, axes.set_title(name[0].upper() + name[1:]), f"({scenario})")
+    _orders(right, table.drop_duplicates(["scenario", "metric"]))
+    return figure
+
+
+def _over_rates(axes: Axes, table: pd.DataFrame) -> None:
+    """Draw a line for each noise level."""
+    means = table.pivot(index="every", columns="sigma_t", values="mean")
+    step = max(1, len(SHADES) // max(1, len(means.columns)))
+    for shade, (sigma, values) in zip(SHADES[::step], means.items(), strict=False):
+        axes.plot(range(len(values)), values, color=shade, ms=4)
+        axes.annotate(
+            rf"$\sigma_t$ {sigma:g}",
+            (0, values.iloc[0]),
+            (-5, 0),
+            textcoords="offset points",
+            ha="right",
+            va="center",
+            fontsize=style.SMALL,
+            color=style.FAINT,
+        )
+    axes.set_xticks(range(len(means)), [f"{k}" for k in means.index])
+    axes.set_xlim(-1.4, len(means) - 0.8)
+    axes.set_ylim(bottom=0)
+    axes.set_xlabel("every k-th camera is kept")
+    metric = METRICS[Column.parse(str(table["metric"].iloc[0])).name]
+    if metric.higher_is_better:
+        axes.set_ylim(0, 1)
+
+
+def _orders(axes: Axes, table: pd.DataFrame) -> None:
+    """Draw a row for each metric: how often the better estimate wins, within and across rates."""
+    orders = table.groupby("metric", sort=False)[["order", "order_across"]].mean()
+    rows = range(len(orders))
+    for row, (one, across) in zip(rows, orders.to_numpy(), strict=True):
+        axes.plot([across, one], [row, row], color="0.8", lw=1.6, marker="", zorder=1)
+    for column, colour, marker, label in (
+        ("order", ONE_RATE, "o", "at one frame rate"),
+        ("order_across", ACROSS, "D", "at different ones"),
+    ):
+        axes.plot(orders[column], rows, color=colour, ls="", marker=marker, ms=3.6, label=label)
+    axes.set_yticks(rows, [_name(metric) for metric in orders.index])
+    axes.invert_yaxis()
+    axes.set_xlim(min(50, orders.to_numpy().min() - 2), 101)
+    axes.grid(visible=True, axis="x")
+    axes.grid(visible=False, axis="y")
+    axes.tick_params(axis="y", length=0)
+    axes.spines["left"].set_visible(False)
+    axes.set_xlabel("better of two estimates comes out better, %")
+    axes.set_title("Order of two estimates")
+    axes.legend(loc="upper left", fontsize=style.SMALL, handletextpad=0.2)
+
+
+def _name(metric: str) -> str:
+    column = Column.parse(metric)
+    name = NAMES.get(column.name, column.name)
+    return f"{name}, {', '.join(column.options.values())}" if column.options else name
