@@ -8,7 +8,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from alignscores import pas, ras, tas
+from alignscores import pas, ras, tas, tas_profile
 from alignscores.protocols import NoValueError, protocol
 from alignscores.registration import kernel
 from baselines import ate, dte, maa
@@ -16,11 +16,21 @@ from experiments.scenes import Scene, make_scene
 
 from .floor import counter
 
-__all__ = ["METRICS", "UNCOMPILED", "contenders", "protocol_value", "scene"]
+__all__ = [
+    "METRICS",
+    "PROFILE",
+    "REFINED",
+    "UNCOMPILED",
+    "contenders",
+    "protocol_value",
+    "scene",
+]
 
 N_HYPOTHESES = 1000
 SIGMA_T = 0.03
 UNCOMPILED = "TAS, NumPy"
+REFINED = "TAS, refined"
+PROFILE = "profile"
 
 METRICS: dict[str, Callable[[Scene], object]] = {
     "TAS": lambda s: tas(s.gt_positions, s.est_positions, n_hypotheses=N_HYPOTHESES),
@@ -59,13 +69,16 @@ def contenders(
 ) -> dict[str, Callable[[], object]]:
     """Return what is measured on one scene by its name.
 
-    Metrics, "pycolmap", "floor", and `UNCOMPILED`: the TAS without its compiled kernel.
+    Metrics, "pycolmap", "floor", `REFINED` and `PROFILE` of 64 units by the same registration, and
+    `UNCOMPILED`: the TAS without its compiled kernel.
     """
     cameras = scene(n_cameras, outliers)
     calls: dict[str, Callable[[], object]] = {
         name: partial(metric, cameras) for name, metric in METRICS.items()
     }
     gt, est = cameras.gt_positions, cameras.est_positions
+    calls[REFINED] = partial(tas, gt, est, n_hypotheses=N_HYPOTHESES, registration="refined")
+    calls[PROFILE] = partial(tas_profile, gt, est, n_hypotheses=N_HYPOTHESES)
     if kernel.LIBRARY is not None:
         calls[UNCOMPILED] = patch.object(kernel, "LIBRARY", None)(calls["TAS"])
     alignment = tas(gt, est).alignment

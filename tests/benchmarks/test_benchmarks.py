@@ -10,7 +10,7 @@ import pytest
 from alignscores.registration import kernel
 from benchmarks import __main__ as benchmarks
 from benchmarks import protocols
-from benchmarks.contenders import METRICS, UNCOMPILED, contenders, scene
+from benchmarks.contenders import METRICS, PROFILE, REFINED, UNCOMPILED, contenders, scene
 from benchmarks.floor import compiled_loop, counter
 from benchmarks.memory import STATUS
 
@@ -31,7 +31,9 @@ def test_floor_counts_inliers() -> None:
 def test_contenders_do_their_work() -> None:
     """Every metric gives the value of its scene; the floor's hypotheses are the true alignment."""
     calls = contenders(60, 0.3, compiled_loop())
-    assert set(calls) - {"pycolmap", "floor", UNCOMPILED} == set(METRICS)
+    assert set(calls) - {"pycolmap", "floor", UNCOMPILED} == {*METRICS, REFINED, PROFILE}
+    assert float(calls[REFINED]()) >= float(calls["TAS"]())  # type: ignore[arg-type]
+    assert len(calls[PROFILE]().units) == 64  # type: ignore[attr-defined]
     for name, metric in METRICS.items():
         assert float(calls[name]()) == float(metric(scene(60, 0.3)))  # type: ignore[arg-type]
     if kernel.LIBRARY is not None:
@@ -66,15 +68,15 @@ def test_page_and_plot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     metric_times = dict(zip(METRICS, np.arange(1, 7) / 1000, strict=True))
     monkeypatch.setattr(benchmarks, "compiled_loop", lambda: None)
     monkeypatch.setattr(benchmarks, "contenders", lambda *_: {})
-    monkeypatch.setattr(
-        benchmarks, "measure", lambda _: metric_times | {"pycolmap": 0.004, UNCOMPILED: 0.02}
-    )
+    others = {"pycolmap": 0.004, UNCOMPILED: 0.02, REFINED: 0.0018, PROFILE: 0.07}
+    monkeypatch.setattr(benchmarks, "measure", lambda _: metric_times | others)
     monkeypatch.setattr(benchmarks, "peak_memory", lambda _name, n: n / 100)
     monkeypatch.setattr(sys, "argv", ["benchmarks", "--output", str(tmp_path)])
     assert benchmarks.main() == 0
     page = (tmp_path / "benchmarks.md").read_text()
     assert "| 100 | 1 | 2 | 3 | 4 | 5 | 6 |" in page
     assert "| 100 | 90% | 1 | 4 | 0.25 | – | – | 20 |" in page
+    assert "| 100 | 90% | 1 | 1.8 | 1.80 | 70 |" in page
     assert "| 10,000 | 100 | 100 |" in page
     assert (tmp_path / "images" / "benchmarks.png").stat().st_size > 10_000
 
