@@ -499,10 +499,11 @@ void weighted_fits(const double *gt, const double *est, size_t n, const double *
 void reweighted_fits(const double *gt, const double *est, size_t n, const similarity *similarities,
                      size_t n_similarities, double threshold, double resolution, double smallest,
                      int sweeps, double line_ratio, double parallel_sine, double *weights,
-                     similarity *fits)
+                     similarity *fits, double *costs)
 {
     for (size_t h = 0; h < n_similarities; h++) {
         reweight(gt, est, n, &similarities[h], threshold, resolution, weights);
         fits[h] = weighted_fit(gt, est, n, weights, smallest, sweeps, line_ratio, parallel_sine);
+        costs[h] = truncated_cost(gt, est, n, &fits[h], threshold, resolution);
     }
 }

@@ -50,7 +50,7 @@ def compiled(path: Path) -> ctypes.CDLL | None:
     library.weighted_fits.argtypes = *points, *rows, *solver, c_void_p
     library.reweighted_fits.argtypes = (
         *(*points, *rows, c_double, c_double),
-        *(*solver, c_void_p, c_void_p),
+        *(*solver, c_void_p, c_void_p, c_void_p),
     )
     return library
 
@@ -152,18 +152,18 @@ def weighted_fits(gt: Floats, est: Floats, weights: Floats) -> Floats:
 
 def reweighted_fits(
     gt: Floats, est: Floats, similarities: Floats, threshold: float, resolution: float
-) -> Floats:
+) -> tuple[Floats, Floats]:
     """See `reweighting.reweighted_fits`."""
     if LIBRARY is None:
         return reweighting.reweighted_fits(gt, est, similarities, threshold, resolution)
     gt, est, similarities = _floats(gt), _floats(est), _floats(similarities)
     n = gt.shape[1]
-    weights, fits = np.empty(n), np.empty_like(similarities)
+    weights, fits, costs = np.empty(n), np.empty_like(similarities), np.empty(len(similarities))
     LIBRARY.reweighted_fits(
         *(*_addresses(gt, est), n, *_addresses(similarities), len(similarities)),
-        *(threshold, resolution, *_solver(), *_addresses(weights, fits)),
+        *(threshold, resolution, *_solver(), *_addresses(weights, fits, costs)),
     )
-    return fits
+    return fits, costs
 
 
 def _solver() -> tuple[float, int, float, float]:

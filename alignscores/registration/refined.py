@@ -218,10 +218,9 @@ class Cameras:
         costs = self.costs(similarities, threshold)
         gains = np.full(len(costs), np.inf)
         while len(costs) > n_left or np.any(gains > tolerance * threshold * self.n):
-            steps = reweighted_fits(
+            steps, step_costs = reweighted_fits(
                 self.gt, self.est, similarities, threshold, RESOLUTION * threshold
             )
-            step_costs = self.costs(steps, threshold)
             gains = costs - step_costs
             better = gains > 0
             similarities = np.where(better[:, None], steps, similarities)

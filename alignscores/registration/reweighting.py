@@ -65,7 +65,7 @@ def truncated_costs(
 
 def reweighted_fits(
     gt: Floats, est: Floats, similarities: Floats, threshold: float, resolution: float
-) -> Floats:
+) -> tuple[Floats, Floats]:
     """Take a step of iteratively reweighted least squares from each similarity.
 
     The step is the fit with the weights ``1 / sqrt(e^2 + r^2)`` of the errors below the threshold,
@@ -78,8 +78,10 @@ def reweighted_fits(
 
     Returns
     -------
-    (H, 13) ndarray
+    fits : (H, 13) ndarray
         The similarities after the step; see `weighted_fits`.
+    costs : (H,) ndarray
+        Their costs; see `truncated_costs`.
 
     References
     ----------
@@ -93,15 +95,17 @@ def reweighted_fits(
     >>> est = 4 * gt
     >>> est[:, 3] = 0
     >>> start = np.r_[3.9, np.eye(3).ravel(), np.zeros(3)]
-    >>> reweighted_fits(gt, est, start[None], 0.1, 0.001)[0, 0].round(9)
-    np.float64(4.0)
+    >>> fits, costs = reweighted_fits(gt, est, start[None], 0.1, 0.001)
+    >>> fits[0, 0].round(9), costs.round(3)
+    (np.float64(4.0), array([0.103]))
     """
 
     def step(chunk: Floats) -> Floats:
         errors = _smoothed_errors(gt, est, chunk, resolution)
         return weighted_fits(gt, est, np.where(errors < threshold, 1 / errors, 0.0))
 
-    return np.concatenate([step(chunk) for chunk in _chunks(similarities, gt.shape[1])])
+    fits = np.concatenate([step(chunk) for chunk in _chunks(similarities, gt.shape[1])])
+    return fits, truncated_costs(gt, est, fits, threshold, resolution)
 
 
 def weighted_fits(gt: Floats, est: Floats, weights: Floats) -> Floats:

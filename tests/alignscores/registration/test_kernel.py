@@ -135,11 +135,13 @@ def test_same_bits_of_the_refinement(kind, n):
         rows[:40] = reweighting.weighted_fits(gt, est, weights)
         assert_same_bits(kernel.weighted_fits(gt, est, weights), rows[:40])
         for threshold in (1e-100, 0.05, 1.0, 1e100):
-            for name in ("truncated_costs", "reweighted_fits"):
-                arguments = gt, est, rows, threshold, 0.01 * threshold
-                assert_same_bits(
-                    getattr(kernel, name)(*arguments), getattr(reweighting, name)(*arguments)
-                )
+            arguments = gt, est, rows, threshold, 0.01 * threshold
+            results = [
+                (module.truncated_costs(*arguments), *module.reweighted_fits(*arguments))
+                for module in (kernel, reweighting)
+            ]
+            for a, b in zip(*results, strict=True):
+                assert_same_bits(a, b)
 
 
 @pytest.mark.parametrize("register", [pcr99, refined])

@@ -74,7 +74,9 @@ def test_cost_and_step_by_their_definition(noisy_scene):
     within = errors < 0.04
     assert 5 < np.count_nonzero(within) < 37
     expected = Similarity.fit(gt, est, within / errors)
-    step = similar(reweighted_fits(gt.T, est.T, row, 0.04, 0.001)[0])
+    fits, costs = reweighted_fits(gt.T, est.T, row, 0.04, 0.001)
+    step = similar(fits[0])
+    assert costs == pytest.approx(truncated_costs(gt.T, est.T, fits, 0.04, 0.001))
     np.testing.assert_allclose(step.apply(gt), expected.apply(gt), atol=1e-9)
 
 
