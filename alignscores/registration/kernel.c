@@ -323,6 +323,7 @@ static double truncated_cost(const double *restrict gt, const double *restrict e
     return folded(sums);
 }
 
+EXPORTED
 void truncated_costs(const double *gt, const double *est, size_t n, const similarity *similarities,
                      size_t n_similarities, double threshold, double resolution, double *costs)
 {
@@ -486,6 +487,7 @@ static similarity weighted_fit(const double *gt, const double *est, size_t n, co
     return (similarity){scale, r, minus(est_mean, times(scale, rotated(r, gt_mean)))};
 }
 
+EXPORTED
 void weighted_fits(const double *gt, const double *est, size_t n, const double *weights,
                    size_t n_fits, double smallest, int sweeps, double line_ratio,
                    double parallel_sine, similarity *fits)
@@ -496,6 +498,7 @@ void weighted_fits(const double *gt, const double *est, size_t n, const double *
 }
 
 /* `weights` is room for n numbers. */
+EXPORTED
 void reweighted_fits(const double *gt, const double *est, size_t n, const similarity *similarities,
                      size_t n_similarities, double threshold, double resolution, double smallest,
                      int sweeps, double line_ratio, double parallel_sine, double *weights,
