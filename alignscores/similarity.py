@@ -15,6 +15,7 @@ __all__ = [
     "cross",
     "dot",
     "least_squares_rmse",
+    "weighted_sums",
 ]
 
 Floats = NDArray[np.float64]
@@ -208,7 +209,7 @@ def _weighted_fit(gt: Floats, est: Floats, weights: Floats) -> tuple[float, Floa
     origin = np.einsum("n,kn->k", weights, both)  # so that the moments lose few digits
     both -= origin[:, None]
     np.multiply(both[3:, None], both, out=products)
-    moments = _weighted_sums(weights, values)
+    moments = weighted_sums(weights[None], values)[0]
     means = moments[:6]
     covariance = moments[6:].reshape(3, 6) - means[3:, None] * means
     u, correlation, vt = np.linalg.svd(covariance[:, :3])
@@ -291,14 +292,13 @@ def dot(a: Floats, b: Floats) -> Floats:
     return product
 
 
-def _weighted_sums(weights: Floats, values: Floats) -> Floats:
-    """Return ``values @ weights``, the same bits for every number of BLAS threads.
+def weighted_sums(weights: Floats, values: Floats) -> Floats:
+    """Return ``weights @ values.T``, the same bits for every number of BLAS threads.
 
     BLAS splits long sums, and splits them differently with more threads.
     """
     blocks = (slice(i, i + BLOCK) for i in range(0, values.shape[1], BLOCK))
-    sums: Floats = np.asarray(sum(weights[None, b] @ values[:, b].T for b in blocks))[0]
-    return sums
+    return np.asarray(sum(weights[:, block] @ values[:, block].T for block in blocks))
 
 
 def _unit_extent(positions: Floats) -> tuple[Floats, Floats, np.float64]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..similarity import _weighted_sums
+from ..similarity import weighted_sums
 
 __all__ = ["Fit", "Transform", "fit", "random_triplets"]
 
@@ -136,7 +136,7 @@ def fit(source: Floats, target: Floats, weights: Floats | None = None) -> Fit:
         x, y = source - centres[0], target - centres[1]
         products = (y[:, :, None] * x[:, None, :]).reshape(len(x), 9)
         squares = np.stack([(x * x).sum(axis=1), (y * y).sum(axis=1)], axis=1)
-        moments = _weighted_sums(weights, np.hstack([x, y, products, squares]).T)
+        moments = weighted_sums(weights, np.hstack([x, y, products, squares]).T)
         moments /= weights.sum(axis=1, keepdims=True)
         mx, my = moments[:, :3], moments[:, 3:6]
         covariance = moments[:, 6:15].reshape(-1, 3, 3) - my[:, :, None] * mx[:, None, :]
