@@ -290,6 +290,7 @@ def _absolute_errors(
     return errors
 
 
+@np.errstate(all="ignore")  # what is not finite is never an inlier
 def locally_optimised_ransac(
     source: Floats, target: Floats, threshold: float, rng: np.random.Generator
 ) -> Transform | None:
@@ -356,17 +357,15 @@ def _refitted(
 
 def _models(source: Floats, target: Floats) -> Transform:
     """Fit (H, k, 3) points; where they coincide the scale is not finite, and nothing an inlier."""
-    with np.errstate(all="ignore"):
-        return fit(source, target).least_squares()
+    return fit(source, target).least_squares()
 
 
 def _support(
     transforms: Transform, source: Floats, target: Floats, threshold: float
 ) -> tuple[NDArray[np.intp], Floats]:
-    with np.errstate(all="ignore"):
-        squares = transforms.squared_distances(source, target)
-        inliers = squares <= threshold**2
-        return np.count_nonzero(inliers, axis=-1), np.where(inliers, squares, 0).sum(axis=-1)
+    squares = transforms.squared_distances(source, target)
+    inliers = squares <= threshold**2
+    return np.count_nonzero(inliers, axis=-1), np.where(inliers, squares, 0).sum(axis=-1)
 
 
 def _spans_space(points: Floats) -> Bools:

@@ -113,6 +113,7 @@ def ace0_recall(
     return 100 * int(right) / len(cameras)
 
 
+@np.errstate(all="ignore")  # what is not finite is never an inlier
 def ace0_alignment(
     cameras: Cameras,
     triplets: Indices,
@@ -136,23 +137,21 @@ def ace0_alignment(
 
     def inliers(transforms: Transform) -> Bools:
         """Tell (H, n) which images are within the thresholds, in units of the estimate."""
-        with np.errstate(all="ignore"):
-            near = transforms.distances(cameras.gt, cameras.est) < max_error
-            h, i = np.nonzero(near)
-            matrices = transforms.rotation[h] @ between[i]
-            if true_angles:
-                angles = rotation_angles(matrices)
-            else:
-                angles = _scaled_angles(transforms.scale[h, None, None] * matrices)
-            near[h, i] = angles < max_error_deg
+        near = transforms.distances(cameras.gt, cameras.est) < max_error
+        h, i = np.nonzero(near)
+        matrices = transforms.rotation[h] @ between[i]
+        if true_angles:
+            angles = rotation_angles(matrices)
+        else:
+            angles = _scaled_angles(transforms.scale[h, None, None] * matrices)
+        near[h, i] = angles < max_error_deg
         return near
 
     kept: list[tuple[Transform, Bools]] = []
     step = max(1, CHUNK // n)
     for start in range(0, len(triplets), step):
         samples = triplets[start : start + step]
-        with np.errstate(all="ignore"):
-            hypotheses = fit(cameras.gt[samples], cameras.est[samples]).inverse_least_squares()
+        hypotheses = fit(cameras.gt[samples], cameras.est[samples]).inverse_least_squares()
         near = inliers(hypotheses)
         own = np.take_along_axis(near, samples, axis=1).all(axis=1)
         kept += [(hypotheses[int(k)], near[k]) for k in np.flatnonzero(own)]

@@ -95,21 +95,20 @@ def imc_maa(
     return counted / (len(counts) * (n - 3)) if counted else 0.0
 
 
+@np.errstate(all="ignore")  # what is not finite is never an inlier
 def largest_counts(gt: Floats, est: Floats, thresholds: Floats) -> Indices:
     """Return for each threshold the largest number of centres within it under any refit."""
     bounds = thresholds**2
     best = np.zeros(len(thresholds), dtype=np.intp)
     known: set[bytes] = set()
     for triplets in _triplets(len(gt)):
-        with np.errstate(all="ignore"):
-            first = fit(est[triplets], gt[triplets]).equal_spreads()
-            squares = first.squared_distances(est, gt)
+        first = fit(est[triplets], gt[triplets]).equal_spreads()
+        squares = first.squared_distances(est, gt)
         inliers = (squares < bounds[:, None, None]).reshape(-1, len(gt))
         inliers = inliers[np.count_nonzero(inliers, axis=1) > 2]
         for subsets in _new(inliers, known):
-            with np.errstate(all="ignore"):
-                refits = fit(est, gt, subsets.astype(np.float64)).equal_spreads()
-                squares = refits.squared_distances(est, gt)
+            refits = fit(est, gt, subsets.astype(np.float64)).equal_spreads()
+            squares = refits.squared_distances(est, gt)
             for k, bound in enumerate(bounds):
                 within = np.count_nonzero(squares < bound, axis=1)
                 best[k] = max(best[k], within.max())
