@@ -34,6 +34,7 @@ localrules:  # seconds each: not worth a job
     verdicts,
     parameters_threshold,
     parameters_registration,
+    maps,
     scenarios,
     frame_rates,
     own_frame_rates,
@@ -55,7 +56,8 @@ rule claims:
 rule threshold_study:
     input:
         study_tables("threshold"),
-        expand(FIGURE, figure="threshold_study", ext=["pdf", "png"]),
+        THRESHOLD_MAPS,
+        expand(FIGURE, figure=["threshold_study", "threshold_maps"], ext=["pdf", "png"]),
 
 
 rule registration_study:

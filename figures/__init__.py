@@ -18,6 +18,7 @@ PAPER_FIGURES: dict[str, tuple[str, ...]] = {
 FIGURES: dict[str, tuple[str, ...]] = {
     **{name: tuple(f"trials/{one}" for one in of) for name, of in PAPER_FIGURES.items()},
     "threshold_study": tuple(f"tables/threshold_study_{kind}" for kind in KINDS),
+    "threshold_maps": ("tables/threshold_maps",),
     "registration_study": ("tables/registration_study",),
     "beyond": ("tables/beyond",),
     "frame_rate": ("tables/frame_rate",),

@@ -13,7 +13,7 @@ from experiments.tables import Trials, read_table, read_trials, to_csv, write_fi
 from .claims.claims import load_claims
 from .claims.verdicts import check_alike, decide, select_trials
 from .frame_rate import rates
-from .parameters import KINDS, registrations, thresholds
+from .parameters import KINDS, maps, registrations, thresholds
 from .parameters.axes import Axis, axes_of, check_parts, is_seeded
 from .parameters.effects import effects
 from .parameters.times import measure
@@ -27,6 +27,7 @@ table1         Table 1 of the paper, from the experiments: CSV, Markdown
 claims         verdicts and the evidence for the decisions, from the replicates: CSV, CSV
 threshold      effects of the thresholds, from the parts of the study: CSV for TAS, RAS, PAS and the
                registration, Markdown
+threshold_maps    how the best threshold depends on the noise: CSV, Markdown
 registration   the two registrations, likewise: CSV, Markdown
 threshold_time, registration_time    run times of the values of a study's axes: CSV
 frame_rate     how much each metric depends on the frame rate: CSV, Markdown
@@ -82,6 +83,11 @@ def _threshold(trials: Sequence[Trials], times: Path) -> list[bytes]:
     return [*(to_csv(table[kind_of == kind]) for kind in KINDS), text.encode()]
 
 
+def _threshold_maps(trials: Sequence[Trials], _: Path) -> list[bytes]:
+    table = maps.compare({one.path.stem: one for one in trials})
+    return [to_csv(table), maps.to_markdown(table).encode()]
+
+
 def _registration(trials: Sequence[Trials], times: Path) -> list[bytes]:
     (axis,), parts = _axes("registration", trials)
     table = registrations.compare(axis, parts)
@@ -111,6 +117,7 @@ QUESTIONS: Mapping[str, Callable[[Sequence[Trials], Path], list[bytes]]] = {
     "claims": _claims,
     "threshold": _threshold,
     "threshold_time": _time("threshold"),
+    "threshold_maps": _threshold_maps,
     "registration": _registration,
     "registration_time": _time("registration"),
     "frame_rate": _frame_rate,

@@ -8,6 +8,7 @@ from figures import FIGURES, PAPER_FIGURES
 from studies.claims.claims import CLAIMS_FILE, load_claims
 from studies.claims.plan import load_replicates
 from studies.frame_rate.rates import FRAME_RATE, load_frame_rate
+from studies.parameters.maps import MAPS, load_maps
 from studies.parameters.axes import STUDIES, axis_names, load_parameters, study_file
 from studies.scenarios.scenarios import BEYOND, load_scenarios, study_name
 from studies.study import load_experiments
@@ -50,6 +51,7 @@ FOLDERS = {  # of tables of trials: how to load the study that they are of
         f"trials/{name}_study": partial(load_parameters, name, [*chosen(AXES), *SETTINGS])
         for name in STUDIES
     },
+    "trials/threshold_maps": partial(load_maps, [*chosen(AXES), *SETTINGS]),
     "trials/frame_rate": partial(load_frame_rate, SETTINGS),
     f"trials/{SCENARIO_STUDY}": partial(load_scenarios, SCENARIO_FILE, SETTINGS),
 }

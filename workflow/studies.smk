@@ -3,6 +3,7 @@ TABLE1 = [RESULTS / "tables" / f"method_comparison.{ext}" for ext in ("csv", "md
 VERDICTS = [RESULTS / "claims.csv", RESULTS / "tables" / "decisions.csv"]
 SCENARIO_FINDINGS = RESULTS / "tables" / f"{SCENARIO_STUDY}.csv"
 FRAME_RATES = [RESULTS / "tables" / f"frame_rate.{ext}" for ext in ("csv", "md")]
+THRESHOLD_MAPS = [RESULTS / "tables" / f"threshold_maps.{ext}" for ext in ("csv", "md")]
 OWN_FRAME_RATES = RESULTS / "tables" / "frame_rate_trajectories.csv"
 RUN_TIMES = RESULTS / "tables" / "{study}_study_time.csv"
 
@@ -99,6 +100,22 @@ rule scenarios:
         RESULTS / "benchmarks" / "tables" / f"{SCENARIO_STUDY}.tsv"
     shell:
         "{sys.executable:q} -m studies scenarios {input.trials:q} --output {output:q} > {log:q} 2>&1"
+
+
+rule maps:
+    input:
+        STUDY_CODE,
+        unpack(lambda wildcards: tables("trials/threshold_maps")),
+        file=MAPS,
+    output:
+        THRESHOLD_MAPS,
+    log:
+        RESULTS / "logs" / "tables" / "threshold_maps.log",
+    benchmark:
+        RESULTS / "benchmarks" / "tables" / "threshold_maps.tsv"
+    shell:
+        "{sys.executable:q} -m studies threshold_maps {input.trials:q} --output {output:q}"
+        " > {log:q} 2>&1"
 
 
 rule frame_rates:

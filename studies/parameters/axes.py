@@ -23,7 +23,7 @@ from experiments.tables import TableError, Trials
 from ..study import Study, Table
 from . import KINDS
 
-__all__ = ["STUDIES", "Axis", "axes_of", "axis_names", "check_parts", "is_seeded"]
+__all__ = ["STUDIES", "Axis", "axes_of", "axis_names", "axis_with", "check_parts", "is_seeded"]
 __all__ += ["load_parameters", "option_title", "seeded", "study_file", "value_title"]
 
 STUDIES = ("threshold", "registration")
@@ -125,6 +125,26 @@ def load_parameters(name: str, overrides: Sequence[str] = ()) -> Study:
 def axis_names() -> list[str]:
     """Return the names of the axes of all studies."""
     return [axis for name in STUDIES for axis in _read(name)["axes"]]
+
+
+def axis_with(name: str, values: str | Sequence[object]) -> Axis:
+    """Return an axis of any study with other values: a list, or as it is given on a command line.
+
+    Raises
+    ------
+    ConfigError
+        Where the values are no list, or impossible.
+
+    Examples
+    --------
+    >>> from studies.parameters.axes import axis_with
+    >>> axis_with("tas_max_threshold", "[0.5,2]").values
+    ('0.5', '1', '2')
+    """
+    (entry,) = (axes[name] for axes in (_read(study)["axes"] for study in STUDIES) if name in axes)
+    if isinstance(values, str):
+        values = _list(name, values)
+    return _checked(_axis(name, entry, values))
 
 
 def axes_of(name: str, metrics: Sequence[str]) -> list[Axis]:
@@ -245,11 +265,7 @@ def _override(
                 f"settings are {', '.join(known)}"
             )
         given[key] = value
-    axes = []
-    for name, entry in entries.items():
-        own = given.pop(name, None)
-        values = entry["values"] if own is None else _list(name, own)
-        axes.append(_checked(_axis(name, entry, values)))
+    axes = [axis_with(name, given.pop(name, entry["values"])) for name, entry in entries.items()]
     return axes, given
 
 

@@ -1,0 +1,220 @@
+"""Maps: how well values of options order two close noise levels, at each size of the noise.
+
+The threshold study varies one option at a time, at one scale of noise, and what it finds holds
+there. The maps vary the noise, too, and where choices interact all of these.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import scipy
+
+from experiments.command import CommandError
+from experiments.config import CONFIG_DIR, load_sweep, read_yaml, split_override, to_overrides
+from experiments.metrics import Column
+from experiments.tables import Trials
+
+from ..statistics import by_level, holm, order
+from ..study import Study, Table
+from .axes import Axis, axis_names, axis_with
+
+__all__ = ["MAPS", "compare", "load_maps", "to_markdown"]
+
+MAPS = CONFIG_DIR / "study" / "threshold_maps.yaml"
+SIGNIFICANT = 0.05
+NEARLY_BEST = 1.0  # per cent
+KEYS = ("map", "part", "geometry", "n_cameras", "n_outliers", "noise")
+
+
+def load_maps(overrides: Sequence[str] = ()) -> Study:
+    """Read ``configs/study/threshold_maps.yaml``.
+
+    Parameters
+    ----------
+    overrides : sequence of str
+        Values of axes such as ``"tas_max_threshold=[0.5,2]"``, and settings for all parts such as
+        ``"trials=5"``.
+
+    Returns
+    -------
+    Study
+        A table for each part of each map, called by both.
+
+    Raises
+    ------
+    ConfigError
+        In one line, where something is unknown or impossible.
+
+    Examples
+    --------
+    >>> from studies.parameters.maps import load_maps
+    >>> study = load_maps(["trials=5"])
+    >>> study.tables["ras_cube_100"].sweeps[0].trials
+    5
+    """
+    content = read_yaml(MAPS)
+    given = dict(split_override(override) for override in overrides)
+    chosen = {name: given.pop(name) for name in axis_names() if name in given}
+    tables = {}
+    for name, entry in content["maps"].items():
+        axes = [axis_with(axis, chosen.get(axis, v)) for axis, v in entry["values"].items()]
+        metrics = [*dict.fromkeys(str(column) for column in _columns(axes)), *entry["beside"]]
+        for part, own in entry["parts"].items():
+            settings = to_overrides(content["settings"] | entry["settings"] | own)
+            last = dict(map(split_override, settings)) | given
+            sweep = load_sweep([f"{key}={value}" for key, value in last.items()])
+            tables[f"{name}_{part}"] = Table((replace(sweep, metrics=metrics),))
+    return Study("threshold_maps", tables)
+
+
+def _columns(axes: Sequence[Axis]) -> list[Column]:
+    """Return the metric with all combinations of values; the paper's are not written."""
+    columns = []
+    for values in product(*(axis.values for axis in axes)):
+        column = Column(axes[0].metric)
+        for axis, value in zip(axes, values, strict=True):
+            if value != axis.paper:
+                column = column.with_option(axis.option, value)
+        columns.append(column)
+    return columns
+
+
+def compare(parts: Mapping[str, Trials]) -> pd.DataFrame:
+    """Tell how well each value orders two close noise levels, beside the paper's values.
+
+    Parameters
+    ----------
+    parts : mapping of str to Trials
+        The trials of the parts of all maps.
+
+    Returns
+    -------
+    DataFrame
+        One row for each part, pair of noise levels and metric:
+
+        - `map, part, geometry, n_cameras, n_outliers, noise`: the latter the geometric mean of the
+          two levels
+        - `metric`, and a column for each option that the maps vary, empty for another metric
+        - `right_order`: probability in per cent that a trial at the lower level comes out better
+        - `difference`: from that with the paper's values on the same cameras, `error`: its standard
+          error, `p`: the p-value against no difference, adjusted for all differences in the map by
+          Holm's method
+    """
+    tables = []
+    for name, entry in read_yaml(MAPS)["maps"].items():
+        missing = [part for part in entry["parts"] if f"{name}_{part}" not in parts]
+        if missing:
+            raise CommandError(f"the map {name} needs the trials of {', '.join(missing)}, too")
+        axes = [axis_with(axis, values) for axis, values in entry["values"].items()]
+        rows = [
+            {"map": name, "part": part} | row
+            for part in entry["parts"]
+            for row in _rows(parts[f"{name}_{part}"], entry["noise"], axes)
+        ]
+        table = pd.DataFrame(rows)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            z = np.abs(table["difference"] / table["error"])
+        table["p"] = holm(np.where(table["error"] > 0, 2 * scipy.special.ndtr(-z), np.nan))
+        tables.append(table)
+    return pd.concat(tables, ignore_index=True).round(6)
+
+
+def _rows(trials: Trials, noise: str, axes: Sequence[Axis]) -> list[dict[str, Any]]:
+    sweep, table = trials.sweep, trials.table
+    levels = sorted(table[noise].unique())
+    keys = {"geometry": sweep.geometry, "n_cameras": sweep.n_cameras[0]}
+    keys["n_outliers"] = sweep.n_outliers[0]
+    paper = by_level(table, axes[0].metric, noise)
+    rows = []
+    for metric in sweep.metrics:
+        values = by_level(table, metric, noise)
+        options = _options(Column.parse(metric), axes)
+        for (low, high), own, theirs in zip(*map(_pairs, (levels, values, paper)), strict=True):
+            difference = order(own, theirs)
+            rows.append(
+                {**keys, "noise": float(np.sqrt(low * high)), "metric": metric, **options}
+                | {"right_order": 100 * order(own).probability}
+                | {"difference": 100 * difference.probability, "error": 100 * difference.error}
+            )
+    return rows
+
+
+def _pairs(levels: Sequence[Any]) -> list[tuple[Any, Any]]:
+    """Return first and second level, third and fourth, and so on."""
+    return list(zip(levels[::2], levels[1::2], strict=True))
+
+
+def _options(column: Column, axes: Sequence[Axis]) -> dict[str, float | None]:
+    """Return the values of the options that a map varies; none of another metric."""
+    known = [axis.option for axis in axes]
+    ours = column.name == axes[0].metric and set(column.options) <= set(known)
+    return {
+        axis.option: float(column.options.get(axis.option, axis.paper)) if ours else None
+        for axis in axes
+    }
+
+
+def to_markdown(table: pd.DataFrame) -> str:
+    """Write what the maps say, in sentences."""
+    lines = [
+        "Probability that the better of two estimates, whose noise differs by 15 %, comes out "
+        "better; 50 % is chance. Differences that are named are certain (5 %, Holm, all of a map).",
+        "",
+    ]
+    for name, option, unit in (("tas", "max_threshold", " d"), ("ras", "max_threshold_deg", "°")):
+        lines += _thresholds(table[table["map"] == name], option, unit)
+    lines += _registration(table[table["map"] == "registration"])
+    return "\n".join(lines) + "\n"
+
+
+def _thresholds(table: pd.DataFrame, option: str, unit: str) -> list[str]:
+    """Tell where the paper's threshold is good, which ones are, and what needs none."""
+    values = table.dropna(subset=[option])
+    metric = Column.parse(values["metric"].iloc[0]).name
+    paper = values[values["metric"] == metric]
+    best = values.groupby(["part", "noise"])["right_order"].max()
+    better = values[(values["difference"] > 0) & (values["p"] < SIGNIFICANT)]
+    loss = best.reindex(pd.MultiIndex.from_frame(values[["part", "noise"]])).to_numpy()
+    ratios = (values[option] / values["noise"]).round(6)
+    good = (loss - values["right_order"]).groupby(np.round(np.log2(ratios))).mean() <= NEARLY_BEST
+    range_of = 2.0 ** good[good].index
+    line = (
+        f"- **{metric}.** With the paper's {paper[option].iloc[0]:g}{unit} it is "
+        f"{paper['right_order'].mean():.0f} % in the mean over noise and cameras, with the best of "
+        f"{values[option].nunique()} thresholds at each noise {best.mean():.0f} %. Thresholds of "
+        f"about {range_of.min():g} to {range_of.max():g} times the noise come within "
+        f"{NEARLY_BEST:g} % of the best."
+    )
+    if better.empty:
+        line += " No other threshold is certainly better anywhere."
+    else:
+        noise = better["noise"]
+        line += (
+            f" Another threshold is certainly better at noise of {noise.min():.2g} to "
+            f"{noise.max():.2g}{unit}, at most by {better['difference'].max():.0f} %."
+        )
+    others = table[table[option].isna()].groupby("metric", sort=False)["right_order"].mean()
+    listed = " and ".join(f"{name} {value:.0f} %" for name, value in others.items())
+    return [f"{line} Beside it: {listed}."]
+
+
+def _registration(table: pd.DataFrame) -> list[str]:
+    """Tell, for each value of an option alone, where it is certainly better or worse."""
+    lines = []
+    for metric, group in table.groupby("metric", sort=False):
+        if len(Column.parse(str(metric)).options) != 1:
+            continue
+        by_share = group.groupby("n_outliers").agg(
+            difference=("difference", "mean"), p=("p", "min")
+        )
+        certain = by_share[by_share["p"] < SIGNIFICANT]
+        parts = [
+            f"{row.difference:+.0f} % with {count} of 100 outliers"
+            for count, row in certain.iterrows()
+        ]
+        lines.append(f"- **{metric}**: {', '.join(parts) or 'nothing that is certain'}.")
+    return ["- **The registration**, against the paper's values, all else as there:", *lines]

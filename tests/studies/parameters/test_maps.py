@@ -1,0 +1,87 @@
+"""The maps of thresholds: which trials they are of, and what they say of trials that are known."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from experiments.command import CommandError
+from experiments.grid import Cell
+from experiments.tables import Trials
+from studies.__main__ import main
+from studies.parameters.maps import compare, load_maps
+
+MakeUp = Callable[..., Trials]
+Written = Callable[..., list[str]]
+
+SMALL = ["tas_max_threshold=[0.5,2]", "registration_n_hypotheses=[100]", "trials=6"]
+
+
+def test_values_are_settable_and_combined() -> None:
+    study = load_maps(SMALL)
+    (sweep,) = study.tables["tas_line_30"].sweeps
+    assert sweep.metrics == [
+        *("TAS(max_threshold=0.5)", "TAS", "TAS(max_threshold=2)"),
+        *("TAS(registration=refined)", "HalfDistance"),
+    ]
+    assert (sweep.geometry, sweep.n_cameras, sweep.trials) == ("line", [30], 6)
+    pairs = list(zip(sweep.sigma_t[::2], sweep.sigma_t[1::2], strict=True))
+    assert [high / low for low, high in pairs] == pytest.approx([1.15] * 9, rel=0.01)
+    (sweep,) = study.tables["registration_outliers_50"].sweeps
+    assert len(sweep.metrics) == 5 * 3 * 2 + 1
+    assert "TAS(order=0.2, prescreen=0.03, n_hypotheses=100)" in sweep.metrics
+
+
+@pytest.fixture
+def parts(make_up: MakeUp) -> dict[str, Trials]:
+    """Threshold 2 orders noise, the paper's values do by chance, and m = 0.5 n inverts it."""
+
+    def value(metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
+        noise = cell.sigma_t + cell.sigma_r_deg
+        if "max_threshold=2" in metric or metric == "HalfAngle":
+            return -noise if metric != "HalfAngle" else noise
+        if "order=0.5" in metric:
+            return noise
+        return float(rng.random())
+
+    tables = load_maps([*SMALL, "ras_max_threshold_deg=[2]"]).tables
+    return {
+        name: make_up(replace(table.sweeps[0], trials=6), value=value, seed=number)
+        for number, (name, table) in enumerate(tables.items())
+    }
+
+
+def test_orders_and_differences_from_the_papers_value(parts: dict[str, Trials]) -> None:
+    table = compare(parts)
+    best = table[(table["map"] == "tas") & (table["max_threshold"] == 2)]
+    assert (best["right_order"] == 100).all()
+    paper = table[(table["map"] == "tas") & (table["metric"] == "TAS")]
+    assert len(paper) == 9 * 9
+    assert 30 < paper["right_order"].mean() < 70
+    assert (paper["difference"] == 0).all()
+    assert paper["p"].isna().all()
+    np.testing.assert_allclose(best["difference"], 100 - paper["right_order"].to_numpy(), atol=1e-5)
+    assert best["noise"].unique()[0] == pytest.approx(0.0125 * np.sqrt(1.15), rel=0.01)
+    inverted = table[table["right_order"] == 0]
+    assert set(inverted.loc[inverted["map"] == "registration", "metric"]) >= {"TAS(order=0.5)"}
+
+
+def test_program_writes_table_and_sentences(
+    parts: dict[str, Trials], written: Written, tmp_path: Path
+) -> None:
+    outputs = [tmp_path / "maps.csv", tmp_path / "maps.md"]
+    assert main(["threshold_maps", *written(parts), "--output", *map(str, outputs)]) == 0
+    assert len(pd.read_csv(outputs[0])) == len(compare(parts))
+    text = outputs[1].read_text()
+    assert "with the best of 3 thresholds at each noise" in text
+    assert "**TAS(order=0.5)**" in text
+    assert "HalfAngle 100 %" in text
+
+
+def test_all_parts_are_needed(parts: dict[str, Trials]) -> None:
+    del parts["tas_line_30"]
+    with pytest.raises(CommandError, match="map tas needs the trials of line_30, too"):
+        compare(parts)
