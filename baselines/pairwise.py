@@ -23,6 +23,7 @@ def maa(
     max_threshold_deg: float = 10.0,
     n_thresholds: int = 100,
     fold_sign: bool = False,
+    pooled: bool = False,
 ) -> float:
     """Mean average accuracy of the relative poses between all pairs of cameras.
 
@@ -44,12 +45,14 @@ def maa(
         Number of equally spaced thresholds up to the largest. The original benchmark has 10.
     fold_sign : bool
         Take opposite directions for equal, as the original benchmark does.
+    pooled : bool
+        Count both angles of every pair, each by itself, instead of the larger one of a pair.
 
     Returns
     -------
     float
-        Mean over the thresholds of the share of the n (n - 1) / 2 pairs with an error below (not
-        at) the threshold, from 0 to 1.
+        Mean over the thresholds of the share of the n (n - 1) / 2 pairs (of their angles, if
+        pooled) with an error below (not at) the threshold, from 0 to 1.
 
     Raises
     ------
@@ -59,7 +62,8 @@ def maa(
 
     Notes
     -----
-    A pair whose direction is undefined, since its true or its estimated positions coincide, fails.
+    A pair whose direction is undefined, since its true or its estimated positions coincide, fails;
+    if pooled, its direction alone does.
     The order of the cameras matters, if little: rotation errors enter the direction through the
     first camera of a pair alone.
 
@@ -109,26 +113,35 @@ def maa(
             Rotation.from_matrix(between, assume_valid=True),
             np.radians(thresholds),
             fold_sign,
+            pooled,
         )
     # Whole numbers until the one division: a perfect estimate scores exactly 1.
-    return int(frequency.sum()) / (n_thresholds * n_pairs)
+    return int(frequency.sum()) / (n_thresholds * n_pairs * (2 if pooled else 1))
 
 
 def _cumulative_frequency(
-    gt: Floats, est: Floats, between: Rotation, thresholds: Floats, fold_sign: bool
+    gt: Floats,
+    est: Floats,
+    between: Rotation,
+    thresholds: Floats,
+    fold_sign: bool,
+    pooled: bool,
 ) -> NDArray[np.int64]:
-    """Count the pairs with an error below each of the equally spaced thresholds, in radians."""
+    """Count the pairs with an error below each of the equally spaced thresholds, in radians.
+
+    If pooled, count their angles.
+    """
     last_cosine = np.cos(thresholds[-1])
     counts = np.zeros(len(thresholds), dtype=np.int64)
     for block in pair_blocks(gt, est, between):
         dots = np.abs(block.dots) if fold_sign else block.dots
         lengths = block.gt_lengths * block.est_lengths
         lengths[lengths == 0] = np.nan  # no direction: above no cosine
-        cosines = dots / lengths
-        np.minimum(cosines, 2 * block.half_cosines() ** 2 - 1, out=cosines)
-        near = cosines[block.pairs & (cosines > last_cosine)]
-        angles = np.arccos(np.minimum(near, 1.0))  # rounding takes a cosine above 1
-        # Below the k-th threshold (k = 1, 2, ...) lie the angles of less than k whole steps.
-        steps = (angles / thresholds[0]).astype(np.intp)
-        counts += np.bincount(steps, minlength=len(counts))[: len(counts)]
+        directions, turns = dots / lengths, 2 * block.half_cosines() ** 2 - 1
+        for cosines in (directions, turns) if pooled else (np.minimum(directions, turns),):
+            near = cosines[block.pairs & (cosines > last_cosine)]
+            angles = np.arccos(np.minimum(near, 1.0))  # rounding takes a cosine above 1
+            # Below the k-th threshold (k = 1, 2, ...) lie the angles of less than k whole steps.
+            steps = (angles / thresholds[0]).astype(np.intp)
+            counts += np.bincount(steps, minlength=len(counts))[: len(counts)]
     return np.cumsum(counts)

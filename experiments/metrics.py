@@ -26,7 +26,9 @@ from alignscores import AlignmentScore, ScoreProfile, Similarity, ras, ras_profi
 from alignscores.histogram import equal_steps
 from alignscores.registration import Registration, pcr99
 from alignscores.translation import closest_pair_distances
-from baselines import ate, dre, dte, maa, rotation_statistics
+from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
+from baselines.averages import rotation_l1_mean
+from baselines.rotation import aligned_angles
 
 from .command import ConfigError, first_problem
 from .scenes import Scene
@@ -52,7 +54,7 @@ def _count_or_infinite(value: float) -> float:
 
 # With infinitely many thresholds the staircase is a straight line, and the area under it exact.
 CountOrInfinite = Annotated[float, AfterValidator(_count_or_infinite)]
-RegistrationName = Literal["pcr99", "refined"]
+RegistrationName = Literal["pcr99", "refined", "literal_frames"]
 
 
 class Options(BaseModel):
@@ -62,21 +64,28 @@ class Options(BaseModel):
 
 
 class MAAOptions(Options):
-    """Thresholds of the mAA, and whether the sign of a translation is ignored."""
+    """Thresholds of the mAA, whether the sign of a translation is ignored, and what is counted."""
 
     max_threshold_deg: Positive = 10.0
     n_thresholds: PositiveInt = 100
     fold_sign: bool = False
+    pooled: bool = False
 
 
-class RegistrationOptions(Options):
+class UnitOptions(Options):
+    """How d is read: as one of the closest-pair distances, or interpolated between two."""
+
+    interpolated: bool = False
+
+
+class AlignmentOptions(UnitOptions):
     """How the estimate is registered; `seed` is of the registration, beside that of the trial."""
 
     registration: RegistrationName = "pcr99"
     seed: Seed | None = None
 
 
-class TASOptions(RegistrationOptions):
+class TASOptions(AlignmentOptions):
     """Unit, thresholds and registration of the TAS."""
 
     max_threshold: Positive = 1.0
@@ -87,21 +96,22 @@ class TASOptions(RegistrationOptions):
     order: Share = 0.1  # of the cameras: m
 
     @model_validator(mode="after")
-    def _refined_has_no_options_of_pcr99(self) -> "TASOptions":
+    def _others_have_no_options_of_pcr99(self) -> "TASOptions":
         own = {"prescreen", "order"} & self.model_fields_set
-        if self.registration == "refined" and own:
+        if self.registration != "pcr99" and own:
             raise ValueError(f"{' and '.join(sorted(own))} can be set for pcr99 alone")
         return self
 
 
 class RASOptions(Options):
-    """Thresholds of the RAS."""
+    """Thresholds of the RAS, and the average that the rotations are aligned by."""
 
     max_threshold_deg: Positive = 10.0
     n_thresholds: CountOrInfinite = 100
+    averaging: Literal["paper", "l1"] = "paper"
 
 
-class PASOptions(RegistrationOptions):
+class PASOptions(AlignmentOptions):
     """Weight of the TAS in the PAS, and registration."""
 
     weight: Annotated[float, Field(ge=0, le=1)] = 0.5
@@ -273,16 +283,17 @@ class Evaluation:
     def tas(self, options: TASOptions) -> float:
         """Score the position errors."""
         errors = self._errors(options)
-        unit = self._unit(options.quantile)
+        unit = self._unit(options.quantile, options.interpolated)
         return _score(errors, unit, options.max_threshold, options.n_thresholds)
 
     def ras(self, options: RASOptions) -> float:
         """Score the rotation errors."""
-        return _score(self._rotation_errors, 1.0, options.max_threshold_deg, options.n_thresholds)
+        errors = self._rotation_errors if options.averaging == "paper" else self._l1_errors
+        return _score(errors, 1.0, options.max_threshold_deg, options.n_thresholds)
 
     def pas(self, options: PASOptions) -> float:
         """Weigh TAS and RAS."""
-        translation = TASOptions(registration=options.registration, seed=options.seed)
+        translation = TASOptions(**options.model_dump(exclude={"weight"}))
         weight = options.weight
         return weight * self.tas(translation) + (1 - weight) * self.ras(RASOptions())
 
@@ -294,7 +305,7 @@ class Evaluation:
             self._profiles[key] = tas_profile(
                 scene.gt_positions,
                 scene.est_positions,
-                self._unit(0.75) * HALF_UNITS,
+                self._unit(0.75, interpolated=False) * HALF_UNITS,
                 rng=self._registration_seed(options.seed),
                 registration=options.registration,
             )
@@ -318,8 +329,8 @@ class Evaluation:
         """Position errors under a registration, computed once for each."""
         # PCR-99 knows nothing of unit and thresholds, whatever they are.
         other: dict[str, float] = {"n_thresholds": 100}
-        if options.registration == "pcr99":
-            other |= {"max_threshold": 1.0, "quantile": 0.75}
+        if options.registration != "refined":
+            other |= {"max_threshold": 1.0, "quantile": 0.75, "interpolated": False}
         key = options.model_copy(update=other)
         if key not in self._position_errors:
             scene = self.scene
@@ -327,7 +338,7 @@ class Evaluation:
                 scene.gt_positions,
                 scene.est_positions,
                 rng=self._registration_seed(options.seed),
-                unit=self._unit(options.quantile),
+                unit=self._unit(options.quantile, options.interpolated),
                 n_hypotheses=options.n_hypotheses,
                 max_threshold=options.max_threshold,
                 registration=self._registration(options),
@@ -342,6 +353,8 @@ class Evaluation:
 
     def _registration(self, options: TASOptions) -> str | Registration:
         """Return the registration: the paper's with another prescreening threshold or another m."""
+        if options.registration == "literal_frames":
+            return literal_frames
         if options.model_fields_set.isdisjoint(("prescreen", "order")):
             return options.registration
         m = max(4, floor(_exact(options.order * len(self.scene.gt_positions)) + 0.5))
@@ -354,8 +367,14 @@ class Evaluation:
 
         return register
 
-    def _unit(self, quantile: float) -> float:
-        """Return d of the paper for any quantile, an order statistic."""
+    def d(self, options: UnitOptions) -> float:
+        """Return the unit of the TAS."""
+        return self._unit(0.75, options.interpolated)
+
+    def _unit(self, quantile: float, interpolated: bool) -> float:
+        """Return d of the paper for any quantile, an order statistic or between two."""
+        if interpolated:
+            return float(np.quantile(self._closest_pairs, quantile))
         rank = ceil(_exact(quantile * len(self._closest_pairs)))
         return float(self._closest_pairs[rank - 1])
 
@@ -366,6 +385,15 @@ class Evaluation:
     @cached_property
     def _rotation_errors(self) -> Floats:
         return ras(self.scene.gt_rotations, self.scene.est_rotations).errors
+
+    @cached_property
+    def _l1_errors(self) -> Floats:
+        """Rotation errors after the geodesic L1 mean, as the DRE has them."""
+        scene = self.scene.estimated
+        gt, est = scene.gt_rotations, scene.est_rotations
+        missing = len(self.scene.gt_rotations) - len(gt)
+        errors = aligned_angles(gt, est, rotation_l1_mean(gt @ est.transpose(0, 2, 1)))
+        return np.append(errors, np.full(missing, inf))
 
 
 def _score(errors: Floats, unit: float, largest: float, count: float) -> float:
@@ -423,5 +451,6 @@ METRICS: Mapping[str, Metric] = {
     "Median-2": _rotation_statistic("Median-2"),
     "Mean-2": _rotation_statistic("Mean-2"),
     "RMS-2": _rotation_statistic("RMS-2"),
+    "d": Metric(Evaluation.d, unit="units", options=UnitOptions),
 }
 """Every metric by its name; options are the paper's by default. To add one, add its entry."""

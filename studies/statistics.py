@@ -371,21 +371,6 @@ class Statistic:
 
 
 STATISTICS: Mapping[str, Statistic] = {
-    "size of order change": Statistic(
-        order_change_size,
-        ("level", "take", "before", "after"),
-        "|change of the order| of {metric} by {level}, %",
-    ),
-    "mean change": Statistic(
-        mean_change,
-        ("level", "take"),
-        "change of the mean of {metric} over {level}, %",
-    ),
-    "shift": Statistic(
-        shift,
-        ("versus",),
-        "mean of {metric} minus {versus}, % of the range of {versus}",
-    ),
     "range change": Statistic(
         range_change, ("before", "after"), "change of the range of {metric}, %", has_ranges=True
     ),
@@ -400,6 +385,21 @@ STATISTICS: Mapping[str, Statistic] = {
         ("versus",),
         "width of the range of {metric} relative to {versus}, %",
         has_ranges=True,
+    ),
+    "size of order change": Statistic(
+        order_change_size,
+        ("level", "take", "before", "after"),
+        "|change of the order| of {metric} by {level}, %",
+    ),
+    "mean change": Statistic(
+        mean_change,
+        ("level", "take"),
+        "change of the mean of {metric} over {level}, %",
+    ),
+    "shift": Statistic(
+        shift,
+        ("versus",),
+        "mean of {metric} minus {versus}, % of the range of {versus}",
     ),
     "power": Statistic(
         power,

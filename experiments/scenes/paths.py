@@ -33,6 +33,12 @@ def _line(rng: np.random.Generator, n: int, _: float) -> Cameras:
     return rotations, _straight(n, rng.standard_normal(3))
 
 
+def _ray(rng: np.random.Generator, n: int, volume: float) -> Cameras:
+    """Stand along a line of random direction that starts at the origin; random rotations."""
+    rotations, positions = _line(rng, n, volume)
+    return rotations, positions - positions[0]
+
+
 def _x_axis(rng: np.random.Generator, n: int, _: float) -> Cameras:
     """Stand along the first axis; random rotations."""
     return _random_rotations(rng, n), _straight(n, np.eye(3)[0])
@@ -94,6 +100,7 @@ def _uneven(rng: np.random.Generator, n: int, _: float) -> Cameras:
 PATHS: Mapping[str, Callable[[np.random.Generator, int, float], Cameras]] = {
     "cube": _cube,
     "line": _line,
+    "ray": _ray,
     "x_axis": _x_axis,
     "random_walk": _random_walk,
     "orbit": _orbit,

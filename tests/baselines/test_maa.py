@@ -223,6 +223,20 @@ def test_folded_sign(scene: Scene) -> None:
     assert maa(gt, est, fold_sign=True) == 1
 
 
+@pytest.mark.parametrize("fold_sign", [False, True])
+def test_pooled_angles_count_each_by_itself(scene: Scene, fold_sign: bool) -> None:
+    """A camera that stands where another one does takes the direction from their pair alone."""
+    gt, est = scene(12, 0, 0.05, 3.0, 0)
+    est[1, :3, 3] = est[0, :3, 3]
+    errors = pair_errors(gt, est, fold_sign=fold_sign)
+    assert np.isinf(errors).sum() == 1
+    expected = np.mean([(errors < k / 10).mean() for k in range(1, 101)])
+    pooled = maa(gt, est, pooled=True, fold_sign=fold_sign)
+    assert pooled == pytest.approx(expected, abs=1e-12)
+    assert pooled > maa(gt, est, fold_sign=fold_sign)
+    assert maa(gt, gt, pooled=True) == 1
+
+
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 20), log_scale=st.floats(-6, 6))
 def test_worlds_do_not_matter(
     scene: Scene, another_world: Callable[..., Floats], seed: int, n: int, log_scale: float

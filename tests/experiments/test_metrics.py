@@ -11,7 +11,9 @@ from scipy.spatial.distance import cdist
 import experiments.metrics
 from alignscores import pas, ras, ras_profile, tas, tas_profile
 from alignscores.registration import pcr99
-from baselines import ate, dre, dte, maa, rotation_statistics
+from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
+from baselines.averages import rotation_l1_mean
+from baselines.rotation import aligned_angles
 from experiments.command import ConfigError
 from experiments.config import Sweep
 from experiments.grid import KEY_COLUMNS, Cell
@@ -153,6 +155,31 @@ def test_the_quantile_that_is_d(scene: Scene, quantile: float) -> None:
     assert evaluate(scene, [metric], SEED)[metric] == pytest.approx(area, rel=1e-9)
 
 
+def test_d_between_two_distances(scene: Scene) -> None:
+    interpolated = float(np.quantile(closest(scene), 0.75))
+    values = evaluate(scene, ["d", "d(interpolated=true)"], SEED)
+    assert values["d"] == closest(scene)[ceil(0.75 * 45) - 1]
+    assert values["d(interpolated=true)"] == pytest.approx(interpolated)
+    own = tas(scene.gt_positions, scene.est_positions, rng=SEED, unit=interpolated)
+    found = evaluate(scene, ["TAS(interpolated=true)", "PAS(interpolated=true)", "RAS"], SEED)
+    assert found["TAS(interpolated=true)"] == pytest.approx(own.score)
+    assert found["PAS(interpolated=true)"] == pytest.approx((own.score + found["RAS"]) / 2)
+
+
+def test_other_alignments(scene: Scene) -> None:
+    name = "TAS(registration=literal_frames)"
+    positions = scene.gt_positions, scene.est_positions
+    own = tas(*positions, rng=SEED, registration=literal_frames)
+    assert evaluate(scene, [name], SEED)[name] == own.score
+    # The mean of these angles and their RMS are what the DRE is the mean of.
+    rotations = scene.gt_rotations, scene.est_rotations
+    between = rotation_l1_mean(rotations[0] @ rotations[1].transpose(0, 2, 1))
+    errors = aligned_angles(*rotations, between)
+    assert np.mean([errors.mean(), np.sqrt((errors**2).mean())]) == pytest.approx(dre(*rotations))
+    name = "RAS(averaging=l1)"
+    assert evaluate(scene, [name], SEED)[name] == pytest.approx(staircase(errors, 10, 100))
+
+
 def test_the_papers_values_written_out_change_no_bit(small: Callable[..., Sweep]) -> None:
     written = [
         "TAS(max_threshold=1, quantile=0.75, n_thresholds=100)",
@@ -197,7 +224,10 @@ def test_seeds_differ_and_repeat(scene: Scene) -> None:
     ("metric", "problem"),
     [
         ("APE", "unknown metric 'APE'; known are ATE, DTE, "),
-        ("PAS(order=0.2)", "has no option 'order'; the options are registration, seed, weight"),
+        (
+            "PAS(order=0.2)",
+            "has no option 'order'; the options are interpolated, registration, seed, weight",
+        ),
         ("TAS(order=0.2", "has no option 'order'; the options are "),
         ("TAS(max_threshold=-1)", "max_threshold should be greater than 0, not '-1'"),
         ("TAS(max_threshold=inf)", "max_threshold should be a finite number, not 'inf'"),
@@ -209,7 +239,10 @@ def test_seeds_differ_and_repeat(scene: Scene) -> None:
         ("TAS(n_hypotheses=0)", "n_hypotheses should be greater than 0, not '0'"),
         ("TAS(prescreen=0)", "prescreen should be greater than 0, not '0'"),
         ("TAS(order=1.5)", "order should be less than or equal to 1, not '1.5'"),
-        ("TAS(registration=umeyama)", "registration should be 'pcr99' or 'refined', not 'umeyama'"),
+        (
+            "TAS(registration=umeyama)",
+            "registration should be 'pcr99', 'refined' or 'literal_frames', not 'umeyama'",
+        ),
         ("TAS(registration=refined, order=0.2)", "order can be set for pcr99 alone"),
         ("TAS(seed=-1)", "seed should be greater than or equal to 0, not '-1'"),
         ("PAS(weight=1.1)", "weight should be less than or equal to 1, not '1.1'"),

@@ -11,8 +11,17 @@ from experiments.scenes.paths import BEND, CLUSTER_SPREADS, CLUSTERS, HELIX_CLIM
 
 Floats = NDArray[np.float64]
 
-STEPPED = ("line", "x_axis", "random_walk", "orbit", "helix", "survey", "car")  # by unit steps
-FREE = ("cube", "line", "x_axis", "random_walk", "uneven")  # of random rotation
+STEPPED = (
+    "line",
+    "ray",
+    "x_axis",
+    "random_walk",
+    "orbit",
+    "helix",
+    "survey",
+    "car",
+)  # by unit steps
+FREE = ("cube", "line", "ray", "x_axis", "random_walk", "uneven")  # of random rotation
 
 
 def path(name: str, n: int = 100, seed: int = 0) -> tuple[Floats, Floats, Floats]:
@@ -44,6 +53,12 @@ def test_rotations_are_uniform_where_none_is_natural(name: str) -> None:
     _, view, top = path(name, n=2000)
     for component in np.concatenate([view, top], axis=1).T:
         assert stats.kstest(component, stats.uniform(-1, 2).cdf).pvalue > 1e-3
+
+
+def test_a_ray_is_a_line_that_starts_at_the_origin() -> None:
+    positions, line = path("ray")[0], path("line")[0]
+    np.testing.assert_array_equal(positions[0], 0)
+    np.testing.assert_allclose(np.diff(positions, axis=0), np.diff(line, axis=0), atol=1e-12)
 
 
 def test_steps_of_a_random_walk_have_uniform_directions() -> None:
