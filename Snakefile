@@ -31,6 +31,7 @@ localrules:  # seconds each: not worth a job
     frame_rate,
     figure,
     table1,
+    order,
     verdicts,
     parameters_threshold,
     parameters_registration,
@@ -46,6 +47,7 @@ rule figures:
     input:
         expand(FIGURE, figure=PAPER_FIGURES, ext=["pdf", "png"]),
         TABLE1,
+        ORDER,
 
 
 rule claims:

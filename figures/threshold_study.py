@@ -3,14 +3,15 @@
 from typing import Any
 
 import pandas as pd
+import scipy
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from studies.parameters.axes import option_title, value_title
-from studies.parameters.effects import EFFECTS
-from studies.parameters.thresholds import CERTAIN
+from studies.parameters.effects import COMPARED, EFFECTS
+from studies.parameters.thresholds import SIGNIFICANT
 
 from . import style
 
@@ -26,7 +27,7 @@ PANELS = {  # effect: title, effect of the tick beside it
 }
 COLUMNS = (
     *("axis", "metric", "option", "value", "paper"),
-    *(column for effect in PANELS for column in (effect, f"{effect}_error")),
+    *(column for effect in PANELS for column in (effect, f"{effect}_error", f"{effect}_p")),
     *(beside for _, beside in PANELS.values() if beside is not None),
 )
 ROW = 0.118  # inches
@@ -82,7 +83,7 @@ def _column(
     axes.errorbar(
         table[effect],
         place,
-        xerr=CERTAIN * table[f"{effect}_error"].fillna(0.0),
+        xerr=_reach(table) * table[f"{effect}_error"].fillna(0.0),
         fmt="none",
         ecolor=style.INK,
         elinewidth=0.6,
@@ -103,6 +104,12 @@ def _column(
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
     axes.spines["left"].set_visible(False)
+
+
+def _reach(table: pd.DataFrame) -> float:
+    """Return within how many standard errors all differences at once are in 95 % of studies."""
+    n = int(table[[f"{name}_p" for name in COMPARED]].notna().to_numpy().sum())
+    return float(scipy.special.ndtri(1 - SIGNIFICANT / 2 / max(n, 1)))
 
 
 def _labels(axes: Axes, table: pd.DataFrame, rows: list[int], titles: dict[str, int]) -> None:
@@ -131,9 +138,7 @@ def _key(figure: Figure) -> None:
     handles = {
         "the paper's value": _dot(style.INK),
         "another": _dot("white"),
-        f"{CERTAIN:g} standard errors of the difference": Line2D(
-            [], [], color=style.INK, lw=0.6, marker=""
-        ),
+        "95 % of all differences at once": Line2D([], [], color=style.INK, lw=0.6, marker=""),
         "smallest τ, range of trials": Line2D([], [], ls="", color=style.FAINT, **TICK),
     }
     figure.legend(

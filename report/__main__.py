@@ -14,8 +14,9 @@ __all__ = ["main"]
 
 FILES = {  # what the page is made of: one file, or several
     "verdicts": (None, "CSV", "the verdicts on the claims"),
-    "decisions": (None, "CSV", "the evidence for the decisions"),
+    "readings": (None, "CSV", "the verdicts under other readings"),
     "table1": (None, "CSV", "Table 1"),
+    "order": (None, "CSV", "which metric orders neighbouring levels best"),
     "figures": ("+", "PNG", "all figures, in their order on the page"),
     "experiments": ("+", "JSON", "records of the experiments' trials"),
     "replicates": ("+", "JSON", "records of the replicate studies"),

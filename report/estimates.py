@@ -26,17 +26,20 @@ class Plot:
 
 @dataclass(frozen=True)
 class Estimate:
-    """The statistic of a claim over the replicates: its mean, the central 95 % and the verdict.
+    """The statistic of a claim over the replicates, and both verdicts.
 
-    `of_means` is what the other meaning of range would give, where the claim has one.
+    Its mean, the central 95 % and what one study would show; the 95 % confidence interval of the
+    mean and what is true of all studies.
 
     Examples
     --------
     >>> from studies.claims.claims import load_claims
     >>> claim = load_claims().claims["outliers-range-maa"]
-    >>> estimate = Estimate(claim, -74.2, -75.9, -72.5, "reproduced")
+    >>> estimate = Estimate(claim, -74.2, -75.9, -72.5, "reproduced", -74.4, -74.0, "true")
     >>> estimate.expected.split(), estimate.value.split(), estimate.interval
     (['−74', '%'], ['−74.2', '%'], '[−75.9, −72.5]')
+    >>> estimate.mean_interval
+    '[−74.4, −74.0]'
     """
 
     claim: Claim
@@ -44,7 +47,9 @@ class Estimate:
     low: float
     high: float
     verdict: str
-    of_means: "Estimate | None" = None
+    mean_low: float
+    mean_high: float
+    population: str
 
     @property
     def unit(self) -> str:
@@ -67,6 +72,12 @@ class Estimate:
     def interval(self) -> str:
         """The interval, in the unit of the mean."""
         return f"[{self._write(self.low)}, {self._write(self.high)}]" if self.is_finite else ""
+
+    @property
+    def mean_interval(self) -> str:
+        """The confidence interval of the mean, in its unit."""
+        bounds = (self.mean_low, self.mean_high)
+        return f"[{', '.join(map(self._write, bounds))}]" if self.is_finite else ""
 
     @property
     def expected(self) -> str:

@@ -16,10 +16,17 @@ from PIL import Image
 from experiments.command import CommandError
 from experiments.tables import Record, TableError, read_record, read_table
 from figures import FIGURES
-from studies.claims.claims import Claims
-from studies.claims.verdicts import INCONCLUSIVE, VERDICTS, check_alike
+from studies.claims.claims import Claims, load_claims
+from studies.claims.verdicts import (
+    INCONCLUSIVE,
+    POPULATION,
+    TAKEN,
+    VERDICTS,
+    check_alike,
+    reading_title,
+)
 from studies.parameters.axes import Axis, axes_of, is_seeded
-from studies.parameters.effects import EFFECTS
+from studies.parameters.effects import COMPARED, EFFECTS
 from studies.scenarios.findings import POWERS
 from studies.table1 import PAPER, PROPERTIES
 
@@ -27,16 +34,17 @@ __all__ = [
     "ESTIMATE",
     "Parameters",
     "Records",
-    "read_decisions",
     "read_figures",
     "read_findings",
     "read_jobs",
+    "read_order",
 ]
-__all__ += ["read_records", "read_registrations", "read_replicates", "read_table1"]
+__all__ += ["read_readings", "read_records", "read_registrations", "read_replicates", "read_table1"]
 __all__ += ["read_thresholds", "read_verdicts"]
 
-ESTIMATE = ("ours", "low", "high", "verdict")
-OF_MEANS = tuple(f"{name}_of_means" for name in ESTIMATE)
+ESTIMATE = ("ours", "low", "high", "verdict", "mean_low", "mean_high", "population")
+WORDS = {"verdict": VERDICTS, "population": POPULATION}
+NUMBERS = tuple(name for name in ESTIMATE if name not in WORDS)
 CLAIM = ("id", "source", "figure", "statement", "paper")
 JOB = ["s", "cpu_time", "max_rss"]
 
@@ -64,55 +72,69 @@ def read_records(paths: Iterable[Path]) -> Records:
     return {path: read_record(path) for path in paths}
 
 
-def read_replicates(paths: Iterable[Path]) -> Records:
-    """Read the records of replicate studies, which differ in their number alone."""
+def read_replicates(paths: Iterable[Path]) -> tuple[Records, Claims]:
+    """Read the records of replicate studies, which differ in their number alone.
+
+    Returned with them are the claims that they are made for.
+    """
     records = read_records(paths)
-    check_alike(list(records), list(records.values()))
-    return records
+    claims = load_claims(max(len(records), 2))
+    check_alike(claims, list(records), list(records.values()))
+    return records, claims
 
 
-def read_verdicts(path: Path, claims: Claims, replicates: int) -> pd.DataFrame:
-    """Read the verdicts on the claims, made from so many replicates."""
+def read_verdicts(path: Path, claims: Claims) -> pd.DataFrame:
+    """Read the verdicts on the claims."""
     rows: list[Row] = [
         {key: getattr(claim, key) for key in CLAIM}
         | {"statistic": claim.describe(), "criterion": claim.criterion or "the paper's number"}
-        | {"replicates": replicates}
+        | {"replicates": claims.replicates, "implied_by": " ".join(claim.implied_by) or None}
         for claim in claims.claims.values()
     ]
-    table = _read_rows(path, rows, [*ESTIMATE[:-1], *OF_MEANS[:-1]], [ESTIMATE[-1], OF_MEANS[-1]])
-    _check_estimates(path, table, ESTIMATE)
-    has_ranges = [claim.has_ranges for claim in claims.claims.values()]
-    _check_estimates(path, table[has_ranges], OF_MEANS)
+    titles = [reading_title(decision, reading) for decision, reading, _ in claims.read()]
+    table = _read_rows(path, rows, NUMBERS, [*WORDS, *titles])
+    _check_estimates(path, table)
     return table
 
 
-def read_decisions(path: Path, claims: Claims, replicates: int) -> pd.DataFrame:
-    """Read the evidence for the decisions, made from so many replicates."""
+def read_readings(path: Path, claims: Claims) -> pd.DataFrame:
+    """Read what the claims would say under other readings."""
     rows: list[Row] = [
-        {"decision": decision.id, "reading": reading.reading, "claim": claim}
-        | {"replicates": replicates}
-        for decision in claims.decisions
-        for reading in decision.readings
-        for claim in decision.claims
+        {"decision": decision.id, "reading": reading.reading, "claim": name}
+        | {"replicates": claims.replicates_of_readings}
+        for decision, reading, changed in claims.read()
+        for name in changed
     ]
-    table = _read_rows(path, rows, ESTIMATE[:-1], ESTIMATE[-1:])
-    _check_estimates(path, table, ESTIMATE)
+    taken: Row = {"decision": TAKEN, "reading": TAKEN, "replicates": claims.replicates_of_readings}
+    rows = [*({**taken, "claim": name} for name in claims.claims), *rows]
+    table = _read_rows(path, rows, NUMBERS, list(WORDS))
+    _check_estimates(path, table)
     return table
 
 
-def _check_estimates(path: Path, table: pd.DataFrame, columns: Sequence[str]) -> None:
-    *numbers, verdict = columns
-    unknown = table.loc[~table[verdict].isin(VERDICTS), verdict]
-    if not unknown.empty:
-        raise TableError(path, f"has an unknown verdict {unknown.iloc[0]!r}")
+def _check_estimates(path: Path, table: pd.DataFrame) -> None:
+    for column, words in WORDS.items():
+        unknown = table.loc[~table[column].isin(words), column]
+        if not unknown.empty:
+            raise TableError(path, f"has an unknown {column} {unknown.iloc[0]!r}")
     # A claim may be inconclusive for want of a number.
-    _require_values(path, table.loc[table[verdict] != INCONCLUSIVE, numbers])
+    _require_values(path, table.loc[table["verdict"] != INCONCLUSIVE, list(NUMBERS)])
+
+
+def read_order(path: Path) -> pd.DataFrame:
+    """Read which metric orders neighbouring levels best."""
+    texts = ("experiment", "level", "metric", "versus")
+    numbers = ("order", "low", "high", "p", "trials", "cameras")
+    types = {**dict.fromkeys(texts, str), **dict.fromkeys(numbers, float)}
+    table = read_table(path, list(types), dtype=types)
+    _require_values(path, table[["order", "low", "high"]])
+    return table
 
 
 def read_table1(path: Path) -> pd.DataFrame:
     """Read Table 1."""
     rows: list[Row] = [{"metric": name, "property": each} for name in PAPER for each in PROPERTIES]
-    answers = ("paper", "ours", "agrees", "statistic", "experiment")
+    answers = ("paper", "ours", "agrees", "statistic", "experiment", "sensitivity")
     table = _read_rows(path, rows, ["value"], answers)
     _require_values(path, table.loc[table["ours"] != "not tested", ["value"]])
     return table
@@ -122,7 +144,7 @@ def read_thresholds(files: Namespace) -> Parameters:
     """Read the threshold study; its axes have the values that its trials have."""
     records = read_records(files.threshold_parts)
     axes = axes_of("threshold", _unseeded(records).metrics)
-    effects = [*EFFECTS, *(f"{name}_error" for name in EFFECTS)]
+    effects = [*EFFECTS, *(f"{name}_{what}" for name in COMPARED for what in ("error", "p"))]
     tables = []
     for path in files.thresholds:
         rows: list[Row] = [

@@ -17,9 +17,10 @@ from markupsafe import Markup, escape
 from PIL import Image
 
 from figures import PAPER_FIGURES
-from studies.claims.claims import Claim, Claims, Decision, Reading, load_claims
-from studies.claims.verdicts import CENTRAL, VERDICTS
-from studies.table1 import CRITERIA, PROPERTIES
+from studies.claims.claims import Claim, Claims, Decision, Reading
+from studies.claims.verdicts import CENTRAL, POPULATION, VERDICTS
+from studies.order import METHOD, rankings
+from studies.table1 import CRITERIA, NOTES, PROPERTIES, sensitivity
 
 from . import inputs, origin
 from .estimates import SPACE, Estimate
@@ -52,29 +53,42 @@ COLOURS = 256  # in a picture: all that can be seen, at a third of the size
 
 @dataclass(frozen=True)
 class Evidence:
-    """A decision with the estimates of its claims under each reading."""
+    """A decision with what the claims are as taken, and under each other reading that changes them.
+
+    The estimates are by claim, then by reading; None where a reading does not concern the claim.
+    """
 
     decision: Decision
-    rows: Sequence[tuple[Claim, Sequence[Estimate]]]
+    rows: Mapping[str, Sequence[Estimate | None]]
 
     @property
-    def tallies(self) -> list[tuple[Reading, int]]:
-        """How many claims are reproduced under each reading."""
-        columns = zip(*(estimates for _, estimates in self.rows), strict=True)
-        return [
-            (reading, sum(estimate.holds for estimate in column))
-            for reading, column in zip(self.decision.readings, columns, strict=True)
-        ]
+    def others(self) -> Sequence[Reading]:
+        """The readings other than the one taken."""
+        return self.decision.readings[1:]
 
     @property
-    def is_numeric(self) -> bool:
-        """Whether all claims are percentages of the paper."""
-        return all(claim.paper is not None for claim, _ in self.rows)
+    def tallies(self) -> list[tuple[Reading, int, int]]:
+        """Of how many claims the other readings concern, how many they change the verdict."""
+        tallies = []
+        for place, reading in enumerate(self.others, start=1):
+            pairs = [(row[0], other) for row in self.rows.values() if (other := row[place])]
+            changed = sum(taken is not None and _differ(taken, other) for taken, other in pairs)
+            tallies.append((reading, len(pairs), changed))
+        return tallies
 
     @property
-    def n_dependent(self) -> int:
-        """The number of claims whose verdict depends on the reading."""
-        return sum(len({estimate.verdict for estimate in row}) > 1 for _, row in self.rows)
+    def dependent(self) -> dict[str, Sequence[Estimate | None]]:
+        """The claims whose verdict depends on the reading."""
+        return {
+            name: row
+            for name, row in self.rows.items()
+            if any(row[0] and other and _differ(row[0], other) for other in row[1:])
+        }
+
+
+def _differ(taken: Estimate, other: Estimate) -> bool:
+    """Whether one study would show something else."""
+    return taken.verdict != other.verdict
 
 
 @dataclass(frozen=True)
@@ -111,12 +125,11 @@ def render(files: Namespace) -> str:
     CommandError, TableError
         Where a file is missing, or cannot be what it should be.
     """
-    claims = load_claims()
-    replicates = inputs.read_replicates(files.replicates)
+    replicates, claims = inputs.read_replicates(files.replicates)
     n = len(replicates)
-    verdicts = inputs.read_verdicts(files.verdicts, claims, n)
+    verdicts = inputs.read_verdicts(files.verdicts, claims)
     rows = [
-        _estimate(claim, record, with_means=claim.has_ranges)
+        _estimate(claim, record)
         for claim, record in zip(claims.claims.values(), verdicts.to_dict("records"), strict=True)
     ]
     experiments = inputs.read_records(files.experiments)
@@ -130,11 +143,14 @@ def render(files: Namespace) -> str:
         .render(
             **_verdicts(rows, n),
             **_table1(inputs.read_table1(files.table1)),
+            rankings=rankings(inputs.read_order(files.order)),
+            order_method=METHOD,
             replicate=next(iter(replicates.values())).sweep,
             n_replicates=n,
+            n_readings=claims.replicates_of_readings,
             paper_trials=PAPER_TRIALS,
             pictures=_pictures(figures, rows),
-            decisions=_decisions(inputs.read_decisions(files.decisions, claims, n), claims),
+            decisions=_decisions(inputs.read_readings(files.readings, claims), claims),
             thresholds=Thresholds(thresholds),
             registrations=Registrations(registrations),
             beyond=Beyond(
@@ -150,15 +166,21 @@ def render(files: Namespace) -> str:
 
 def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
     """Return what the page shows of the verdicts."""
-    counts = Counter(row.verdict for row in rows)
+    counted = [row for row in rows if not row.claim.implied_by]
+    counts = Counter(row.verdict for row in counted)
+    populations = Counter(row.population for row in counted)
     numeric = [row for row in rows if row.claim.paper is not None]
     return {
+        "counted": counted,
+        "populations": {word: populations[word] for word in reversed(POPULATION)},
+        "population_words": POPULATION,
+        "shown": Counter(row.verdict for row in rows),
         "rows": rows,
         "claims": {row.claim.id: row for row in rows},
         "verdicts": VERDICTS,
         "counts": {verdict: counts[verdict] for verdict in VERDICTS},
         "sources": list(dict.fromkeys(row.claim.source for row in rows)),
-        "exceptions": [row for name in VERDICTS[:-1] for row in rows if row.verdict == name],
+        "exceptions": [row for name in VERDICTS[:-1] for row in counted if row.verdict == name],
         "central": CENTRAL[1] - CENTRAL[0],
         "missed": _missed(n_replicates),
         "n_numbers": len(numeric),
@@ -171,6 +193,8 @@ def _table1(table: pd.DataFrame) -> dict[str, Any]:
     tested = table[table["ours"] != "not tested"]
     return {
         "criteria": dict(zip(PROPERTIES, CRITERIA, strict=True)),
+        "notes": NOTES,
+        "sensitivity": sensitivity(table),
         "statistics": dict(tested.groupby("property", sort=False)["statistic"].first()),
         "table1": table.groupby("metric", sort=False),
         "n_tested": len(tested),
@@ -239,22 +263,23 @@ def _together(text: str) -> str:
     return text.replace(" %", f"{SPACE}%").replace(" at ", "\u00a0at\u00a0")
 
 
-def _estimate(
-    claim: Claim, record: Mapping[Any, Any], of_what: str = "", *, with_means: bool = False
-) -> Estimate:
-    mean, low, high, verdict = (record[f"{name}{of_what}"] for name in inputs.ESTIMATE)
-    of_means = _estimate(claim, record, "_of_means") if with_means else None
-    return Estimate(claim, mean, low, high, verdict, of_means)
+def _estimate(claim: Claim, record: Mapping[Any, Any]) -> Estimate:
+    return Estimate(claim, *(record[name] for name in inputs.ESTIMATE))
 
 
 def _decisions(table: pd.DataFrame, claims: Claims) -> list[Evidence]:
     records = iter(table.to_dict("records"))
+    taken = {name: _estimate(claim, next(records)) for name, claim in claims.claims.items()}
+    others: dict[str, list[dict[str, Estimate]]] = {one.id: [] for one in claims.decisions}
+    for decision, _, changed in claims.read():
+        estimates = {name: _estimate(claim, next(records)) for name, claim in changed.items()}
+        others[decision.id].append(estimates)
     decisions = []
     for decision in claims.decisions:
-        judged = [claims.claims[name] for name in decision.claims]
-        columns = [[_estimate(claim, next(records)) for claim in judged] for _ in decision.readings]
-        rows = zip(judged, zip(*columns, strict=True), strict=True)
-        decisions.append(Evidence(decision, list(rows)))
+        found = others[decision.id]
+        names = [name for name in taken if any(name in one for one in found)]
+        rows = {name: [taken[name], *(one.get(name) for one in found)] for name in names}
+        decisions.append(Evidence(decision, rows))
     return decisions
 
 

@@ -13,7 +13,7 @@ from experiments.tables import Record
 from figures import FIGURES
 from studies.parameters import registrations, thresholds
 from studies.parameters.axes import Axis, value_title
-from studies.parameters.effects import EFFECTS
+from studies.parameters.effects import COMPARED, EFFECTS
 from studies.scenarios.findings import POWERS, SCORES
 from studies.statistics import LEAST_POWER
 
@@ -68,7 +68,7 @@ class Thresholds:
         self.lead = thresholds.lead(self.choices)
         self.method = thresholds.method(study.trials)
         self.nothing, self.terms = thresholds.NOTHING, thresholds.TERMS
-        self.effects = [EFFECTS[name] for name in thresholds.SHOWN]
+        self.effects = [EFFECTS[name] for name in COMPARED]
         self.cameras = sorted(study.times["n_cameras"].unique())
 
     def values(self, axis: Axis) -> list[Value]:
@@ -81,7 +81,7 @@ class Thresholds:
             Value(
                 value_title(axis.option, value),
                 value == axis.paper,
-                [_cell(table, name, value, axis.paper) for name in thresholds.SHOWN],
+                [_cell(table, name, value, axis.paper) for name in COMPARED],
                 [f"{milliseconds:.2f} ms" for milliseconds in times.loc[[value], "milliseconds"]],
             )
             for value in axis.values
@@ -93,8 +93,7 @@ def _cell(table: pd.DataFrame, name: str, value: str, paper: str) -> Cell:
     ours, theirs = (float(table[name][each]) for each in (paper, value))
     if not isfinite(theirs):
         return Cell(NONE)
-    error = float(table[f"{name}_error"][value])
-    marked = value != paper and thresholds.differs(ours, theirs, error)
+    marked = value != paper and thresholds.differs(ours, theirs, float(table[f"{name}_p"][value]))
     mark = "better" if (theirs > ours) == effect.larger_is_better else "worse"
     return Cell(effect.write(theirs), mark if marked else "")
 

@@ -13,6 +13,8 @@ from experiments.tables import Trials, read_table, read_trials, to_csv, write_fi
 from .claims.claims import load_claims
 from .claims.verdicts import check_alike, decide, select_trials
 from .frame_rate import rates
+from .order import compare_orders
+from .order import to_markdown as orders_to_markdown
 from .parameters import KINDS, maps, registrations, thresholds
 from .parameters.axes import Axis, axes_of, check_parts, is_seeded
 from .parameters.effects import effects
@@ -24,6 +26,7 @@ __all__ = ["main"]
 
 HELP = """\
 table1         Table 1 of the paper, from the experiments: CSV, Markdown
+order          which metric orders neighbouring levels best, from the experiments: CSV, Markdown
 claims         verdicts and the evidence for the decisions, from the replicates: CSV, CSV
 threshold      effects of the thresholds, from the parts of the study: CSV for TAS, RAS, PAS and the
                registration, Markdown
@@ -67,9 +70,14 @@ def _table1(experiments: Sequence[Trials], _: Path) -> list[bytes]:
     return [to_csv(table), to_markdown(table).encode()]
 
 
+def _order(experiments: Sequence[Trials], _: Path) -> list[bytes]:
+    table = compare_orders({trials.sweep.name: trials for trials in experiments})
+    return [to_csv(table), orders_to_markdown(table).encode()]
+
+
 def _claims(replicates: Sequence[Trials], _: Path) -> list[bytes]:
-    check_alike([one.path for one in replicates], [one.record for one in replicates])
-    claims = load_claims()
+    claims = load_claims(max(len(replicates), 2))
+    check_alike(claims, [one.path for one in replicates], [one.record for one in replicates])
     table, decisions = decide(claims, [select_trials(claims, one) for one in replicates])
     return [to_csv(table), to_csv(decisions)]
 
@@ -114,6 +122,7 @@ def _frame_rate(trials: Sequence[Trials], _: Path) -> list[bytes]:
 
 QUESTIONS: Mapping[str, Callable[[Sequence[Trials], Path], list[bytes]]] = {
     "table1": _table1,
+    "order": _order,
     "claims": _claims,
     "threshold": _threshold,
     "threshold_time": _time("threshold"),

@@ -4,7 +4,7 @@ SHOWN = [SCENARIO_STUDY if name == "beyond" else name for name in FIGURES]
 
 def measured(wildcards):
     """Where Snakemake writes what it measured of the jobs that made the inputs."""
-    tables = [rules.table1, rules.verdicts, rules.scenarios]
+    tables = [rules.table1, rules.order, rules.verdicts, rules.scenarios]
     tables += [getattr(rules, f"parameters_{name}") for name in STUDIES]
     return [
         *(
@@ -25,8 +25,9 @@ rule report:
         CLAIMS_FILE,
         [study_file(name) for name in STUDIES],
         verdicts=VERDICTS[0],
-        decisions=VERDICTS[1],
+        readings=VERDICTS[1],
         table1=TABLE1[0],
+        order=ORDER[0],
         figures=expand(RESULTS / "figures" / "{figure}.png", figure=SHOWN),
         experiments=lambda wildcards: tables("trials")["records"],
         replicates=lambda wildcards: tables("replicates")["records"],
@@ -51,8 +52,8 @@ rule report:
     benchmark:
         RESULTS / "benchmarks" / "report.tsv"
     shell:
-        "{sys.executable:q} -m report --verdicts {input.verdicts:q} --decisions {input.decisions:q}"
-        " --table1 {input.table1:q} --figures {input.figures:q}"
+        "{sys.executable:q} -m report --verdicts {input.verdicts:q} --readings {input.readings:q}"
+        " --table1 {input.table1:q} --order {input.order:q} --figures {input.figures:q}"
         " --experiments {input.experiments:q} --replicates {input.replicates:q}"
         " --thresholds {input.thresholds:q} --threshold-times {input.threshold_times:q}"
         " --threshold-parts {input.threshold_parts:q}"

@@ -1,6 +1,7 @@
 # What is asked of the trials: tables of findings.
 TABLE1 = [RESULTS / "tables" / f"method_comparison.{ext}" for ext in ("csv", "md")]
-VERDICTS = [RESULTS / "claims.csv", RESULTS / "tables" / "decisions.csv"]
+ORDER = [RESULTS / "tables" / f"order.{ext}" for ext in ("csv", "md")]
+VERDICTS = [RESULTS / "claims.csv", RESULTS / "tables" / "readings.csv"]
 SCENARIO_FINDINGS = RESULTS / "tables" / f"{SCENARIO_STUDY}.csv"
 FRAME_RATES = [RESULTS / "tables" / f"frame_rate.{ext}" for ext in ("csv", "md")]
 THRESHOLD_MAPS = [RESULTS / "tables" / f"threshold_maps.{ext}" for ext in ("csv", "md")]
@@ -27,6 +28,21 @@ rule table1:
         RESULTS / "benchmarks" / "tables" / "table1.tsv"
     shell:
         "{sys.executable:q} -m studies table1 {input.trials:q} --output {output:q} > {log:q} 2>&1"
+
+
+rule order:
+    input:
+        TRIAL_CODE,
+        STUDY_CODE,
+        unpack(lambda wildcards: tables("trials")),
+    output:
+        ORDER,
+    log:
+        RESULTS / "logs" / "tables" / "order.log",
+    benchmark:
+        RESULTS / "benchmarks" / "tables" / "order.tsv"
+    shell:
+        "{sys.executable:q} -m studies order {input.trials:q} --output {output:q} > {log:q} 2>&1"
 
 
 rule verdicts:

@@ -14,6 +14,7 @@ from pydantic.dataclasses import dataclass
 from experiments.command import ConfigError, first_problem
 from experiments.config import CONFIG_DIR, MetricName, experiment_names, one_of, read_yaml, require
 from experiments.grid import CELL_SETTINGS
+from experiments.metrics import Column
 
 from ..statistics import STATISTICS, SUMMARIES, Where
 
@@ -28,6 +29,8 @@ T = TypeVar("T")
 
 
 CellSetting = Annotated[str, one_of(CELL_SETTINGS)]
+ExperimentName = Annotated[str, one_of(experiment_names())]
+StatisticName = Annotated[str, one_of(STATISTICS)]
 Filter = dict[CellSetting, Annotated[list[float], Field(min_length=1)]]
 
 
@@ -39,8 +42,8 @@ class Claim:
     statement: str
     source: str
     figure: str
-    experiment: Annotated[str, one_of(experiment_names())]
-    statistic: Annotated[str, one_of(STATISTICS)]
+    experiment: ExperimentName
+    statistic: StatisticName
     metric: MetricName
     versus: MetricName | None = None
     level: list[CellSetting] = field(default_factory=list)
@@ -48,15 +51,19 @@ class Claim:
     where: Filter = field(default_factory=dict)
     before: Filter = field(default_factory=dict)
     after: Filter = field(default_factory=dict)
+    at: Filter = field(default_factory=dict)
     paper: float | None = None
     criterion: str | None = None
     settings: list[str] = field(default_factory=list)
+    implied_by: list[str] = field(default_factory=list)
     of_means: bool = False
 
     @model_validator(mode="after")
     def _can_be_decided(self) -> Self:
         for key in STATISTICS[self.statistic].needs:
             require(bool(getattr(self, key)), f"needs {key!r} for its statistic")
+        local = STATISTICS[self.statistic].is_local
+        require(local or not self.at, "has 'at', which its statistic does not take")
         one = (self.paper is None) != (self.criterion is None)
         require(one, "needs either a number of the paper or a criterion")
         if self.criterion is not None:
@@ -134,6 +141,8 @@ class Claim:
         if self.before:
             cells.append(f"{_write(self.before)} → {_write(self.after)}")
         others = {len(values) for key, values in self.where.items() if key not in self.level}
+        if self.at:
+            cells.insert(0, f"at {_write(self.at)} of")
         if self.level and others != {1}:  # there are many groups
             cells.insert(0, self.take)
         return f"{text} ({'; '.join(cells)})" if cells else text
@@ -141,27 +150,48 @@ class Claim:
 
 @dataclass(frozen=True, config=KNOWN_KEYS)
 class Reading:
-    """One way to read what the paper leaves open, and how it changes a claim."""
+    """One way to read what the paper leaves open, and how it changes a claim.
+
+    The keys and their meaning stand in ``configs/claims.yaml``.
+    """
 
     reading: str
+    experiments: list[ExperimentName] = field(default_factory=list)
     settings: list[str] = field(default_factory=list)
-    metric: MetricName | None = None
+    options: dict[str, dict[str, str]] = field(default_factory=dict)
+    statistics: dict[StatisticName, StatisticName] = field(default_factory=dict)
     where: Filter = field(default_factory=dict)
+    everywhere: bool = False
     of_means: bool = False
 
     def of(self, claim: Claim) -> Claim:
-        """Return the claim under this reading, in those of its cells that there are then."""
+        """Return the claim under this reading, in those of its cells that there are then.
+
+        A claim that the reading does not concern stays as it is.
+        """
+        if self.experiments and claim.experiment not in self.experiments:
+            return claim
         left = {
             key: [value for value in values if value in self.where.get(key, values)]
             for key, values in claim.where.items()
         }
         return replace(
             claim,
-            metric=self.metric or claim.metric,
-            settings=self.settings or claim.settings,
+            metric=self._of(claim.metric),
+            versus=claim.versus and self._of(claim.versus),
+            statistic=self.statistics.get(claim.statistic, claim.statistic),
+            settings=[*claim.settings, *self.settings],
             where={**self.where, **left},
-            of_means=self.of_means,
+            at={} if self.everywhere else claim.at,
+            of_means=self.of_means and claim.has_ranges,
         )
+
+    def _of(self, metric: str) -> str:
+        """Return a metric with the options of this reading, where it has no own."""
+        column = Column.parse(metric)
+        for key, value in self.options.get(column.name, {}).items():
+            column = column if key in column.options else column.with_option(key, value)
+        return str(column)
 
 
 @dataclass(frozen=True, config=KNOWN_KEYS)
@@ -172,8 +202,8 @@ class Decision:
     question: str
     paper: str
     choice: str
-    claims: Annotated[list[str], Field(min_length=1)]
-    readings: Annotated[list[Reading], Field(min_length=1)]
+    readings: Annotated[list[Reading], Field(min_length=2)]
+    claims: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True, config=KNOWN_KEYS)
@@ -189,24 +219,41 @@ class _Group:
 @dataclass(frozen=True, config=KNOWN_KEYS)
 class _File:
     replicates: int
+    replicates_of_readings: Annotated[int, Field(ge=2)]
     groups: list[_Group]
     decisions: list[dict[str, Any]]
 
 
 @dataclass(frozen=True)
 class Claims:
-    """All claims by their names, the decisions, and how many studies to decide them by."""
+    """All claims by their names, the decisions, and how many studies to decide them by.
+
+    The first `replicates_of_readings` studies have what every reading needs, the others what the
+    claims need as they are taken.
+    """
 
     replicates: int
+    replicates_of_readings: int
     claims: Mapping[str, Claim]
     decisions: Sequence[Decision]
 
-    def __iter__(self) -> Iterator[Claim]:
-        """All claims, as they are and under the readings of the decisions."""
+    def needed(self, replicate: int) -> Iterator[Claim]:
+        """All claims that a replicate study decides: as they are, and under other readings."""
         yield from self.claims.values()
+        if replicate < self.replicates_of_readings:
+            yield from (claim for *_, claims in self.read() for claim in claims.values())
+
+    def read(self) -> Iterator[tuple[Decision, Reading, dict[str, Claim]]]:
+        """All readings but those taken, with the claims that they change, by their names."""
         for decision in self.decisions:
-            for reading in decision.readings:
-                yield from (reading.of(self.claims[name]) for name in decision.claims)
+            for reading in decision.readings[1:]:
+                yield decision, reading, self.under(decision, reading)
+
+    def under(self, decision: Decision, reading: Reading) -> dict[str, Claim]:
+        """Return the claims that a reading changes, as they are then."""
+        named = decision.claims or self.claims
+        pairs = ((name, self.claims[name], reading.of(self.claims[name])) for name in named)
+        return {name: changed for name, claim, changed in pairs if changed != claim}
 
 
 def load_claims(replicates: int | None = None, path: Path = CLAIMS_FILE) -> Claims:
@@ -250,8 +297,13 @@ def load_claims(replicates: int | None = None, path: Path = CLAIMS_FILE) -> Clai
                 if claim.id in claims:
                     raise ConfigError(f"claims.yaml: {claim.id!r} is defined twice")
                 claims[claim.id] = claim
+    for claim in claims.values():
+        for name in claim.implied_by:
+            if name not in claims or name == claim.id:
+                raise ConfigError(f"claims.yaml: {claim.id!r} is implied by no claim: {name!r}")
     decisions = [_decision(entry, claims) for entry in file.decisions]
-    return Claims(replicates, claims, decisions)
+    of_readings = min(replicates, file.replicates_of_readings)
+    return Claims(replicates, of_readings, claims, decisions)
 
 
 def _expand(group: _Group, entry: Mapping[str, Any]) -> Iterator[Claim]:
@@ -263,6 +315,8 @@ def _expand(group: _Group, entry: Mapping[str, Any]) -> Iterator[Claim]:
         for key, name in (("id", slug), ("statement", str(metric))):
             if isinstance(values.get(key), str):
                 values[key] = values[key].replace("{metric}", name)
+        if isinstance(values.get("implied_by"), list):
+            values["implied_by"] = [str(n).replace("{metric}", slug) for n in values["implied_by"]]
         called = repr(values["id"]) if "id" in values else f"a claim of {group.source}"
         yield _make(Claim, values, called)
 
@@ -273,7 +327,8 @@ def _decision(entry: Mapping[str, Any], claims: Mapping[str, Claim]) -> Decision
     for name in decision.claims:
         if name not in claims:
             raise ConfigError(f"claims.yaml: {decision.id!r} names no claim: {name!r}")
-        for reading in decision.readings:
+    for reading in decision.readings:
+        for name in decision.claims or claims:
             with _named(f"{decision.id!r}, {reading.reading!r}, {name!r}"):
                 reading.of(claims[name])
     return decision

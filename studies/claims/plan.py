@@ -1,6 +1,6 @@
 """What the claims need: the cells of each experiment, and the metrics to evaluate there."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from experiments.command import ConfigError
@@ -33,15 +33,20 @@ def load_replicates(claims: Claims, overrides: Sequence[str] = ()) -> Study:
     (['0', '1', '2'], 2)
     """
     reject(overrides, FIXED, "the claims decide what is run")
-    sweeps = plan(claims, overrides)
+    first, others = (plan(claims.needed(k), overrides) for k in (0, claims.replicates_of_readings))
     tables = {
-        str(number): Table(tuple(replace(sweep, replicate=number) for sweep in sweeps))
+        str(number): Table(
+            tuple(
+                replace(sweep, replicate=number)
+                for sweep in (first if number < claims.replicates_of_readings else others)
+            )
+        )
         for number in range(claims.replicates)
     }
     return Study("claims", tables)
 
 
-def plan(claims: Claims, overrides: Sequence[str] = ()) -> list[Sweep]:
+def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
     """Collect what the claims need: a sweep for each experiment and way to read it.
 
     Raises
@@ -103,7 +108,7 @@ def needed_cells(claim: Claim, sweep: Sweep) -> list[Cell]:
         for cell in cells(sweep)
         if any(cell.matches(selection.where) for selection in _selections(claim))
     ]
-    for part in (claim.where, claim.before, claim.after):
+    for part in (claim.where, claim.at, claim.before, claim.after):
         for key, values in part.items():
             missing = sorted(set(values) - _levels(found, key))
             if missing:

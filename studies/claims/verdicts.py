@@ -2,7 +2,8 @@
 
 Every statistic is computed in each of R replicate studies. `ours` is its mean, `low` and `high`
 enclose the central 95 % of the replicates: the spread that a single study has, of which the paper's
-number is one draw.
+number is one draw. They answer whether one study would show it (`verdict`). `mean_low` and
+`mean_high` enclose what the mean of all studies can be: whether it is true of these (`population`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,17 +20,23 @@ from experiments.config import Sweep
 from experiments.grid import evaluations
 from experiments.tables import Record, TableError, Trials
 
-from ..statistics import STATISTICS, cell_means, select
-from .claims import Claim, Claims
+from ..statistics import STATISTICS, cell_means, holm, select
+from .claims import Claim, Claims, Decision, Reading
 from .plan import needed_cells
 
-__all__ = ["CENTRAL", "INCONCLUSIVE", "NOT_REPRODUCED", "REPRODUCED", "VERDICTS"]
-__all__ += ["check_alike", "decide", "evaluate_claim", "select_trials", "verdict"]
+__all__ = ["CENTRAL", "FALSE", "INCONCLUSIVE", "NOT_REPRODUCED", "OPEN", "POPULATION"]
+__all__ += ["REPRODUCED", "TAKEN", "TRUE", "VERDICTS", "check_alike", "decide", "evaluate_claim"]
+__all__ += ["populations", "reading_title", "select_trials", "verdict"]
 
 CENTRAL = (0.025, 0.975)
 REPRODUCED, NOT_REPRODUCED, INCONCLUSIVE = "reproduced", "not reproduced", "inconclusive"
 VERDICTS = (NOT_REPRODUCED, INCONCLUSIVE, REPRODUCED)
+TRUE, FALSE, OPEN = "true", "false", "open"
+POPULATION = (FALSE, OPEN, TRUE)
+TAKEN = "taken"  # the claims as they stand, among the readings
+SIGNIFICANCE = 1 - (CENTRAL[1] - CENTRAL[0])
 
+Floats = NDArray[np.float64]
 Replicate = Mapping[tuple[str, tuple[str, ...]], pd.DataFrame]  # by `Claim.trials`
 
 
@@ -39,14 +46,15 @@ def evaluate_claim(claim: Claim, trials: pd.DataFrame) -> float:
     if claim.of_means:
         trials = cell_means(trials)
     statistic = STATISTICS[claim.statistic]
-    settings = {key: getattr(claim, key) for key in statistic.needs}
+    keys = (*statistic.needs, "at") if statistic.is_local else statistic.needs
+    settings = {key: getattr(claim, key) for key in keys}
     metrics = claim.metrics if claim.is_difference else (claim.metric,)
     value, *others = [statistic.function(trials, metric, **settings) for metric in metrics]
     return value - sum(others)
 
 
-def verdict(claim: Claim, values: NDArray[np.float64]) -> str:
-    """Tell whether a claim holds, from its statistic in each replicate.
+def verdict(claim: Claim, values: Floats) -> str:
+    """Tell whether one study would show what is claimed, from its statistic in each replicate.
 
     Parameters
     ----------
@@ -96,8 +104,51 @@ def _meets(claim: Claim, value: float) -> bool:
     return value < number if relation == "below" else abs(value) <= number
 
 
+def populations(claims: Sequence[Claim], values: Sequence[Floats]) -> list[str]:
+    """Tell whether claims are true of the mean over all studies that could be made.
+
+    Parameters
+    ----------
+    claims : sequence of Claim
+        What is claimed.
+    values : sequence of (R,) ndarray
+        The statistic of each in each replicate study.
+
+    Returns
+    -------
+    list of str
+        "true" where the mean certainly meets the criterion (for a number of the paper: rounds to
+        it), "false" where it certainly does not, "open" otherwise. Certain is what Student's t-test
+        says with its p-value adjusted for the number of claims: the probability that any of the
+        words is wrong by chance is at most 5 %.
+    """
+    sides, p_values = zip(*map(_test, claims, values), strict=True)
+    certain = holm(p_values) <= SIGNIFICANCE
+    words = {True: TRUE, False: FALSE}
+    return [words[side] if sure else OPEN for side, sure in zip(sides, certain, strict=True)]
+
+
+def _test(claim: Claim, values: Floats) -> tuple[bool, float]:
+    """Return whether the mean meets a claim, and the p-value against the contrary."""
+    if not np.isfinite(values).all():
+        return False, np.nan
+    mean, error = float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
+    lowest, highest = claim.interval
+    meets = lowest <= mean <= highest if claim.paper is not None else _meets(claim, mean)
+    if error == 0:
+        return meets, 0.0
+    inside = min(mean - lowest, highest - mean)  # negative outside: how far
+    return meets, float(2 * students_t.sf(abs(inside) / error, len(values) - 1))
+
+
+def _mean_interval(values: Floats) -> tuple[float, float]:
+    """Return the 95 % confidence interval of the mean over all studies."""
+    reach = students_t.ppf(CENTRAL[1], len(values) - 1) * values.std(ddof=1) / np.sqrt(len(values))
+    return float(values.mean() - reach), float(values.mean() + reach)
+
+
 def decide(claims: Claims, replicates: Sequence[Replicate]) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Give every claim its verdict.
+    """Give every claim its verdicts.
 
     Parameters
     ----------
@@ -109,53 +160,70 @@ def decide(claims: Claims, replicates: Sequence[Replicate]) -> tuple[pd.DataFram
     Returns
     -------
     claims : DataFrame
-        One row a claim: `id, source, figure, statement, statistic, criterion, paper, ours, low,
-        high, replicates, verdict`, and for ranges what the other meaning of range would give:
-        `ours_of_means, low_of_means, high_of_means, verdict_of_means`. Percentages in per cent.
-    decisions : DataFrame
-        One row for each claim under each reading of what the paper leaves open.
+        One row a claim: `id, source, figure, statement, statistic, implied_by` (claims that it
+        follows from), `criterion, paper, ours, low, high, replicates, verdict, mean_low, mean_high,
+        population`, and a column for each reading other than those taken, with both verdicts under
+        it; empty where the reading does not concern the claim. Percentages in per cent.
+    readings : DataFrame
+        One row for each claim as taken, and one for each that such a reading changes: `decision,
+        question, paper_says, choice, reading, claim`, and from `criterion` on as above, all from
+        the replicates that have the readings.
     """
-    rows = [_row(claim, replicates) for claim in claims.claims.values()]
-    evidence = []
-    for decision in claims.decisions:
-        texts = {"question": decision.question, "paper_says": decision.paper}
-        texts |= {"choice": decision.choice}
-        for reading in decision.readings:
-            for name in decision.claims:
-                claim = reading.of(claims.claims[name])
-                row = {"decision": decision.id, **texts, "reading": reading.reading}
-                evidence.append(row | {"claim": name} | _decided(claim, replicates))
-    return pd.DataFrame(rows), pd.DataFrame(evidence)
+    table = _decided(claims.claims, replicates)
+    keys = ("id", "source", "figure", "statement")
+    texts = [
+        {key: getattr(claim, key) for key in keys}
+        | {"statistic": claim.describe(), "implied_by": " ".join(claim.implied_by) or None}
+        for claim in claims.claims.values()
+    ]
+    table = pd.concat([pd.DataFrame(texts, index=table.index), table], axis=1)
+    replicates = replicates[: claims.replicates_of_readings]
+    found = _decided(claims.claims, replicates)
+    tables = [found.assign(decision=TAKEN, reading=TAKEN, claim=found.index)]
+    for decision, reading, changed in claims.read():
+        found = _decided(changed, replicates)
+        table[reading_title(decision, reading)] = found["verdict"] + ", " + found["population"]
+        texts_of = {"question": decision.question, "paper_says": decision.paper}
+        texts_of |= {"choice": decision.choice, "reading": reading.reading}
+        tables.append(found.assign(decision=decision.id, claim=found.index, **texts_of))
+    readings = pd.concat(tables, ignore_index=True)
+    columns = ["decision", "question", "paper_says", "choice", "reading", "claim"]
+    readings = readings.reindex(columns=[*columns, *found.columns])
+    return table.reset_index(drop=True), readings
 
 
-def _row(claim: Claim, replicates: Sequence[Replicate]) -> dict[str, object]:
-    row: dict[str, object] = {
-        "id": claim.id,
-        "source": claim.source,
-        "figure": claim.figure,
-        "statement": claim.statement,
-        "statistic": claim.describe(),
-    }
-    row |= _decided(claim, replicates)
-    if claim.has_ranges:
-        other = _decided(replace(claim, of_means=True), replicates)
-        row |= {f"{key}_of_means": other[key] for key in ("ours", "low", "high", "verdict")}
-    return row
+def reading_title(decision: Decision, reading: Reading) -> str:
+    """Return the column of a reading in the table of claims."""
+    return f"{decision.id}: {reading.reading}"
 
 
-def _decided(claim: Claim, replicates: Sequence[Replicate]) -> dict[str, object]:
-    values = np.array([evaluate_claim(claim, trials[claim.trials]) for trials in replicates])
-    digits = 2 if claim.is_percentage else 3
-    low, high = np.quantile(values, CENTRAL)
-    return {
-        "criterion": claim.criterion or "the paper's number",
-        "paper": claim.paper,
-        "ours": round(float(values.mean()), digits),
-        "low": round(float(low), digits),
-        "high": round(float(high), digits),
-        "replicates": len(values),
-        "verdict": verdict(claim, values),
-    }
+def _decided(claims: Mapping[str, Claim], replicates: Sequence[Replicate]) -> pd.DataFrame:
+    """Return numbers and verdicts of claims, by their names."""
+    values = [
+        np.array([evaluate_claim(claim, trials[claim.trials]) for trials in replicates])
+        for claim in claims.values()
+    ]
+    words = populations(list(claims.values()), values)
+    rows = []
+    for claim, found, population in zip(claims.values(), values, words, strict=True):
+        numbers = dict(zip(("low", "high"), np.quantile(found, CENTRAL), strict=True))
+        numbers |= dict(zip(("mean_low", "mean_high"), _mean_interval(found), strict=True))
+        numbers["ours"] = found.mean()
+        digits = 2 if claim.is_percentage else 3
+        row: dict[str, object] = {
+            "criterion": claim.criterion or "the paper's number",
+            "paper": claim.paper,
+            "ours": None,
+            "low": None,
+            "high": None,
+            "replicates": len(found),
+            "verdict": verdict(claim, found),
+            "mean_low": None,
+            "mean_high": None,
+            "population": population,
+        }
+        rows.append(row | {key: round(float(value), digits) for key, value in numbers.items()})
+    return pd.DataFrame(rows, index=list(claims))
 
 
 def select_trials(claims: Claims, trials: Trials) -> Replicate:
@@ -167,7 +235,7 @@ def select_trials(claims: Claims, trials: Trials) -> Replicate:
         Where the table does not have what the claims need.
     """
     sweeps = {(sweep.name, tuple(sweep.differs.split())): sweep for sweep in trials.record.sweeps}
-    for claim in claims:
+    for claim in claims.needed(trials.record.sweep.replicate):
         if claim.trials not in sweeps:
             raise TableError(trials.path, f"has no trials for the claim {claim.id!r}")
         sweep = sweeps[claim.trials]
@@ -194,11 +262,13 @@ def _lacks_values(trials: pd.DataFrame, sweep: Sweep) -> bool:
     return bool((empty & evaluated.to_numpy()).any())
 
 
-def check_alike(paths: Sequence[Path], records: Sequence[Record]) -> None:
+def check_alike(claims: Claims, paths: Sequence[Path], records: Sequence[Record]) -> None:
     """Make sure that replicate studies differ in their number alone.
 
     Parameters
     ----------
+    claims : Claims
+        What they are made for: the first of them have what the readings need, too.
     paths : sequence of Path
         Their tables.
     records : sequence of Record
@@ -213,9 +283,20 @@ def check_alike(paths: Sequence[Path], records: Sequence[Record]) -> None:
         raise CommandError(
             "verdicts take at least two replicate studies: the spread is between them"
         )
-    first = [replace(sweep, replicate=0) for sweep in records[0].sweeps]
+    first = {(sweep.name, sweep.differs): sweep for sweep in records[0].sweeps}
+    n_read = claims.replicates_of_readings
     for number, (path, record) in enumerate(zip(paths, records, strict=True)):
-        if [replace(sweep, replicate=0) for sweep in record.sweeps] != first:
-            raise TableError(path, f"has other settings than {paths[0]}")
         if {sweep.replicate for sweep in record.sweeps} != {number}:
             raise TableError(path, f"is not replicate {number}")
+        like = 0 if number < n_read else n_read
+        if list(map(_unnumbered, record.sweeps)) != list(map(_unnumbered, records[like].sweeps)):
+            raise TableError(path, f"has other settings than {paths[like]}")
+        for sweep in record.sweeps:  # more or less of the same trials
+            other = first.get((sweep.name, sweep.differs), sweep)
+            other = replace(other, replicate=0, only=sweep.only, metrics=sweep.metrics)
+            if other != _unnumbered(sweep):
+                raise TableError(path, f"has other settings than {paths[0]}")
+
+
+def _unnumbered(sweep: Sweep) -> Sweep:
+    return replace(sweep, replicate=0)

@@ -9,20 +9,12 @@ from dataclasses import dataclass
 import pandas as pd
 
 from .axes import Axis, option_title, value_title
-from .effects import EFFECTS
+from .effects import COMPARED, EFFECTS
 
-__all__ = ["CERTAIN", "NOTHING", "SHOWN", "TERMS", "Choice", "choices", "differs", "lead", "method"]
+__all__ = ["NOTHING", "SIGNIFICANT", "TERMS", "Choice", "choices", "differs", "lead", "method"]
 __all__ += ["to_markdown"]
 
-SHOWN = (  # the effects that sentences are about
-    "noise_power",
-    "outlier_power",
-    "majority_power",
-    "noise_range_of_means",
-    "camera_dependence",
-    "seed_noise",
-)
-CERTAIN = 2.3  # standard errors: 95 % of Student's t, of the jackknife's nine degrees of freedom
+SIGNIFICANT = 0.05  # p-value, adjusted for the number of all differences
 RELEVANT = 0.02  # of the paper's value
 SLOWER = 1.5  # ratio of run times from which they are worth a sentence
 NOTHING = "nothing that these trials can tell"
@@ -81,7 +73,7 @@ def choices(axes: Sequence[Axis], table: pd.DataFrame) -> list[Choice]:
     for axis in axes:
         rows = table[table["axis"] == axis.name].set_index("value")
         costs, gains = [], []
-        for name in SHOWN:
+        for name in COMPARED:
             larger = EFFECTS[name].larger_is_better
             costs += _sentence(rows, axis, name, larger, "instead of")
             gains += _sentence(rows, axis, name, not larger, "against")
@@ -94,8 +86,8 @@ def _sentence(rows: pd.DataFrame, axis: Axis, name: str, larger: bool, words: st
     effect, ours = EFFECTS[name], float(rows[name][axis.paper])
     certain = {
         str(value): theirs
-        for value, theirs, error in zip(rows.index, rows[name], rows[f"{name}_error"], strict=True)
-        if differs(ours, theirs, error) and (theirs > ours) == larger
+        for value, theirs, p in zip(rows.index, rows[name], rows[f"{name}_p"], strict=True)
+        if differs(ours, theirs, p) and (theirs > ours) == larger
     }
     if not certain:
         return []
@@ -106,7 +98,7 @@ def _sentence(rows: pd.DataFrame, axis: Axis, name: str, larger: bool, words: st
     return [f"{effect.words} {effect.write(ours)} {words} {effect.write(theirs)} {at}"]
 
 
-def differs(ours: float, theirs: float, error: float) -> bool:
+def differs(ours: float, theirs: float, p_value: float) -> bool:
     """Return whether another value's effect certainly is another than the paper's, by enough.
 
     Examples
@@ -115,8 +107,7 @@ def differs(ours: float, theirs: float, error: float) -> bool:
     >>> differs(0.5, 0.6, 0.04), differs(0.5, 0.6, 0.06), differs(0.5, 0.509, 0.001)
     (True, False, False)
     """
-    difference = abs(theirs - ours)
-    return difference > CERTAIN * error and difference >= RELEVANT * abs(ours)
+    return p_value < SIGNIFICANT and abs(theirs - ours) >= RELEVANT * abs(ours)
 
 
 def lead(found: Sequence[Choice]) -> str:
@@ -139,8 +130,10 @@ def method(trials: int) -> str:
         "Each value is compared with others of the same option, all other options as in the paper, "
         f"on the same cameras, {cell} in each cell. A cost names the best of the values that "
         "certainly are better, a gain the worst of those that certainly are worse; what is best in "
-        f"one respect is often worse in another. Certain is what differs by more than {CERTAIN:g} "
-        f"standard errors and {100 * RELEVANT:g} %."
+        f"one respect is often worse in another. Certain is what differs by {100 * RELEVANT:g} % "
+        "or more, and with so small a p-value (of a paired bootstrap over trials; of Wilcoxon’s "
+        "signed ranks for the seed noise; both adjusted by Holm’s method) that any difference in "
+        f"the study is told by chance with a probability of at most {100 * SIGNIFICANT:g} %."
     )
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from figures import threshold_study
 from studies.parameters.axes import axes_of, load_parameters
-from studies.parameters.effects import EFFECTS
+from studies.parameters.effects import COMPARED, EFFECTS
 
 SHOWN = (
     "noise_power",
@@ -26,7 +26,8 @@ def effects():
         {"axis": axis.name, "metric": axis.metric, "option": axis.option, "value": value}
         | {"paper": "yes" if value == axis.paper else "no"}
         | {name: rng.uniform(0.3, 0.9) for name in EFFECTS}
-        | {f"{name}_error": np.nan if value == axis.paper else 0.01 for name in EFFECTS}
+        | {f"{name}_error": np.nan if value == axis.paper else 0.01 for name in COMPARED}
+        | {f"{name}_p": np.nan if value == axis.paper else 0.01 for name in COMPARED}
         for axis in AXES
         for value in axis.values
     ]

@@ -15,14 +15,15 @@ import pandas as pd
 import pytest
 from PIL import Image
 
-import report.page
+import report.inputs
 from experiments.tables import SWEEPS
 from figures import FIGURES, PAPER_FIGURES
 from report.__main__ import main
 from studies.claims.claims import load_claims
 from studies.claims.plan import load_replicates
+from studies.claims.verdicts import reading_title
 from studies.parameters.axes import STUDIES, axes_of, is_seeded, load_parameters
-from studies.parameters.effects import EFFECTS
+from studies.parameters.effects import COMPARED, EFFECTS
 from studies.scenarios.scenarios import load_scenarios
 from studies.study import load_experiments
 from studies.table1 import CRITERIA, PAPER, PROPERTIES
@@ -161,43 +162,55 @@ def write_results(results, studies):
 
 
 def write_verdicts(results):
-    claims = load_claims()
+    claims = load_claims(REPLICATES)
     keys = ("id", "source", "figure", "statement", "paper")
     table = pd.DataFrame(
         {key: getattr(claim, key) for key in keys}
         | {"statistic": claim.describe(), "criterion": claim.criterion or "the paper's number"}
+        | {"implied_by": " ".join(claim.implied_by) or None, "replicates": REPLICATES}
         for claim in claims.claims.values()
     )
-    of_means = estimates(claims.claims.values(), ["inconclusive"], -1).add_suffix("_of_means")
-    has_ranges = [claim.has_ranges for claim in claims.claims.values()]
-    table = table.assign(replicates=REPLICATES, **estimates(claims.claims.values(), VERDICTS))
-    results.write("verdicts", "claims.csv", table.join(of_means[has_ranges]))
-    evidence = []
-    for decision in claims.decisions:
-        judged = [claims.claims[name] for name in decision.claims]
-        for place, reading in enumerate(decision.readings):
-            rows = estimates(judged, ["inconclusive" if place else "reproduced"])
-            keys = {"decision": decision.id, "reading": reading.reading, "claim": decision.claims}
-            evidence.append(rows.assign(replicates=REPLICATES, **keys))
-    results.write("decisions", "tables/decisions.csv", pd.concat(evidence))
+    table = table.join(estimates(claims.claims.values(), VERDICTS))
+    rows = estimates(claims.claims.values(), ["reproduced"])
+    evidence = [rows.assign(decision="taken", reading="taken", claim=list(claims.claims))]
+    for decision, reading, changed in claims.read():
+        rows = estimates(changed.values(), ["inconclusive"])
+        keys = {"decision": decision.id, "reading": reading.reading, "claim": list(changed)}
+        evidence.append(rows.assign(**keys))
+        words = dict.fromkeys(changed, "inconclusive, open")
+        table[reading_title(decision, reading)] = table["id"].map(words)
+    results.write("verdicts", "claims.csv", table)
+    readings = pd.concat(evidence).assign(replicates=REPLICATES)
+    results.write("readings", "tables/readings.csv", readings)
     cells = [
         {"metric": metric, "property": name, "paper": "yes" if answer else "no", "ours": "yes"}
         | {"agrees": "yes" if answer else "no", "statistic": "tau", "value": 0.25}
-        | {"criterion": criterion, "experiment": "outliers"}
+        | {"criterion": criterion, "experiment": "outliers", "sensitivity": "tau 0.7: no"}
         for metric, answers in PAPER.items()
         for name, criterion, answer in zip(PROPERTIES, CRITERIA, answers, strict=True)
     ]
-    cells[-1] |= {"ours": "not tested", "agrees": None, "value": None, "experiment": None}
+    cells[-1] |= dict.fromkeys(("agrees", "value", "experiment", "sensitivity"), None)
+    cells[-1] |= {"ours": "not tested"}
     results.write("table1", "tables/method_comparison.csv", pd.DataFrame(cells))
+    orders = pd.DataFrame(
+        {"experiment": "outliers", "level": "noise", "metric": ["mAA", "TAS", "mAA"]}
+        | {"versus": [None, None, "TAS"], "order": [90, 80, 10], "low": [89, 79, 9]}
+        | {"high": [91, 81, 11], "p": [None, None, 0.001], "trials": [9, np.inf, None]}
+        | {"cameras": None}
+    )
+    results.write("order", "tables/order.csv", orders)
 
 
-def estimates(claims, verdicts, sign=1):
-    number = sign * np.arange(len(claims))
+def estimates(claims, verdicts):
+    number = np.arange(len(claims))
     percentage = [claim.is_percentage for claim in claims]
     ours = np.where(percentage, -60.0 + number, np.round(0.3 + 0.01 * number, 3))
     verdict = list(islice(cycle(verdicts), len(claims)))
+    words = {"reproduced": "true", "not reproduced": "false", "inconclusive": "open"}
     return pd.DataFrame(
         {"ours": ours, "low": ours - 0.125, "high": ours + 0.125, "verdict": verdict}
+        | {"mean_low": ours - 0.0625, "mean_high": ours + 0.0625}
+        | {"population": [words[one] for one in verdict]}
     )
 
 
@@ -211,7 +224,8 @@ def write_thresholds(results, sweeps):
     table = pd.DataFrame(
         {"axis": axis.name, "value": value, "paper": "yes" if value == axis.paper else "no"}
         | dict.fromkeys(EFFECTS, 0.5)
-        | {f"{name}_error": np.nan if value == axis.paper else 0.01 for name in EFFECTS}
+        | {f"{name}_error": 0.01 for name in COMPARED}
+        | {f"{name}_p": np.nan if value == axis.paper else 0.01 for name in COMPARED}
         for axis in axes
         for value in axis.values
     )
@@ -276,7 +290,7 @@ def write_findings(results, study):
 @pytest.fixture(scope="session", autouse=True)
 def claims_are_read_once():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(report.page, "load_claims", cache(load_claims))
+        patch.setattr(report.inputs, "load_claims", cache(load_claims))
         yield
 
 

@@ -20,7 +20,9 @@ from studies.claims.claims import load_claims
     ],
 )
 def test_an_interval_beside_where_the_claim_holds(name, low, high, outside):
-    estimate = Estimate(load_claims().claims[name], (low + high) / 2, low, high, "inconclusive")
+    mean = (low + high) / 2
+    claim = load_claims().claims[name]
+    estimate = Estimate(claim, mean, low, high, "inconclusive", low, high, "open")
     assert estimate.is_outside == outside
     plot = estimate.plot
     assert plot is not None
@@ -31,4 +33,5 @@ def test_an_interval_beside_where_the_claim_holds(name, low, high, outside):
 
 def test_a_percentage_of_another_metric_is_no_change():
     claim = load_claims().claims["length-tas-much-below-dte"]
-    assert Estimate(claim, 50.2, 45, 55.5, "inconclusive").interval == "[45.0, 55.5]"
+    estimate = Estimate(claim, 50.2, 45, 55.5, "inconclusive", 49, 51.2, "open")
+    assert (estimate.interval, estimate.mean_interval) == ("[45.0, 55.5]", "[49.0, 51.2]")

@@ -26,7 +26,7 @@ def swap(old, new):
     return change
 
 
-VERDICTS, DECISIONS, TABLE_1 = "claims.csv", "tables/decisions.csv", "tables/method_comparison.csv"
+VERDICTS, READINGS, TABLE_1 = "claims.csv", "tables/readings.csv", "tables/method_comparison.csv"
 THRESHOLDS, TIMES = "tables/threshold_study_{}.csv", "tables/{}_study_time.csv"
 REGISTRATIONS, FINDINGS = "tables/registration_study.csv", "tables/beyond.csv"
 FAULTS = [
@@ -36,13 +36,17 @@ FAULTS = [
     (VERDICTS, swap(",-74.0,", ",-75.0,"), "has the paper -75.0, not -74.0"),
     (VERDICTS, swap("ATE discerns", "ATE shows"), "line 2 has the statement Without outliers the"),
     (VERDICTS, swap(",3,", ",4,"), "line 2 has the replicates 4, not 3"),
-    (VERDICTS, swap(",reproduced", ",true"), "has an unknown verdict 'true'"),
+    (VERDICTS, swap(",reproduced", ",yes"), "has an unknown verdict 'yes'"),
     (VERDICTS, swap(",0.3,", ",x,"), "cannot be read (could not convert string to float: 'x')"),
     (VERDICTS, swap(",0.3,", ",,"), "lacks values of ours"),
     (VERDICTS, swap(",0.3,", ",inf,"), "lacks values of ours"),
-    (DECISIONS, lose, "does not exist"),
-    (DECISIONS, swap("mean curve", "median"), "line 18 has the reading median, not mean curve"),
-    (DECISIONS, swap(",reproduced", ","), "has an unknown verdict nan"),
+    (VERDICTS, swap(",true", ",yes"), "has an unknown population 'yes'"),
+    (VERDICTS, swap("volume 10 n", "volume"), "has no column volume: volume 10 n"),
+    (READINGS, lose, "does not exist"),
+    (READINGS, swap("mean curve", "median"), "has the reading median, not mean curve"),
+    (READINGS, swap(",reproduced", ","), "has an unknown verdict nan"),
+    ("tables/order.csv", lose, "does not exist"),
+    ("tables/order.csv", swap("90", ""), "lacks values of order"),
     (TABLE_1, lose, "does not exist"),
     (TABLE_1, swap("TAS", "XAS"), "line 18 has the metric XAS, not TAS"),
     (TABLE_1, swap("0.25", ""), "lacks values of value"),

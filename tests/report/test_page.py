@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import report.inputs
 import report.page
 from figures import PAPER_FIGURES
 from studies.claims.claims import load_claims
@@ -47,12 +48,17 @@ def test_numbers_are_written_with_sign_and_unit(page, table):
 
 def test_the_answer_counts_verdicts_replicates_and_trials(page, table):
     (answer,) = [p for p in page.all("p") if p.get("class") == "answer"]
-    counts = Counter(table["verdict"])
+    counted = table[table["implied_by"].isna()]
+    counts = Counter(counted["verdict"])
     assert answer.text == (
-        f"Of the {len(table)} claims checked, {counts['reproduced']} are reproduced, "
+        f"Of the {len(counted)} claims checked, {counts['reproduced']} are reproduced, "
         f"{counts['not reproduced']} are not reproduced and {counts['inconclusive']} are "
         "inconclusive, judged from 3 replicate studies of 7 trials in each cell."
     )
+    true = Counter(counted["population"])
+    (second,) = [p for p in page.all("p") if p.text.startswith("Reproduced is what one study")]
+    assert f"{true['true']} are true, {true['false']} false and {true['open']} open" in second.text
+    assert f"{len(table) - len(counted)} more claims follow" in second.text
     assert any("A quick look: the paper has 50 trials" in p.text for p in page.all("p"))
 
 
@@ -76,7 +82,8 @@ def test_statements_are_escaped(results, monkeypatch):
     name, claim = next(iter(claims.claims.items()))
     text = 'a <b>bold</b> & "quoted" claim </script>'
     changed = {**claims.claims, name: replace(claim, statement=text)}
-    monkeypatch.setattr(report.page, "load_claims", lambda: replace(claims, claims=changed))
+    claims = replace(load_claims(3), claims=changed)
+    monkeypatch.setattr(report.inputs, "load_claims", lambda _: claims)
     with results.table("claims.csv") as frame:
         frame.loc[0, "statement"] = text
     page = results.page()
@@ -155,31 +162,54 @@ def test_an_undefined_statistic_is_called_so(results):
 
 def test_cells_that_disagree_with_table_1_are_marked(page):
     section = page.id("comparison")
-    cells = list(page.within(section, "td"))
+    cells = [cell for cell in page.within(section, "td") if cell.get("data-label")]
     marked = [cell for cell in cells if cell.get("class") == "disagrees"]
     assert len(cells) == 28
     assert len(marked) == 6  # those where the paper says no
     assert all("yes paper: no" in cell.text for cell in marked)
     assert [c.text for c in cells if c.get("class") == "untested"] == ["not tested paper: yes"]
-    assert "21 of the 27 cells" in section.text
+    assert "21 of the 27 cells that can be tested" in section.text
 
 
-def test_decisions_tell_what_each_reading_gives(page):
+def test_decisions_tell_what_each_reading_changes(page):
     section = page.id("decision-range")
-    sentence = (
-        "Reproduced under “all single trials”: 14 of 14 percentages; under “mean curve”: 0 of 14. "
-    )
-    assert sentence + "14 verdicts depend on the reading." in section.text
-    assert len(list(page.within(section, "td"))) == 14 * 3
-    assert "The verdict depends on the reading." in page.id("decision-line").text
+    changed = load_claims().under(decision("range"), decision("range").readings[1])
+    n = len(changed)
+    assert f"“mean curve” concerns {n} claims and changes {n} verdicts." in section.text
+    assert len(list(page.within(section, "td"))) == n * 3
+    sentence = "“first axis” concerns 1 claim and changes 1 verdict."
+    assert sentence in page.id("decision-direction").text
+
+
+def decision(name):
+    return next(one for one in load_claims().decisions if one.id == name)
 
 
 def test_readings_that_change_no_verdict(results):
-    with results.table("tables/decisions.csv") as frame:
+    with results.table("tables/readings.csv") as frame:
         frame["verdict"] = "reproduced"
     page = results.page()
-    assert "mean curve”: 14 of 14. No verdict depends on" in page.id("decision-range").text
-    assert "The verdict does not depend on the reading." in page.id("decision-line").text
+    assert "“first axis” concerns 1 claim and changes no verdicts." in page.html
+    assert list(page.within(page.id("decision-direction"), "table")) == []
+
+
+def test_the_matrix_has_both_verdicts_of_every_claim_under_every_reading(page):
+    claims = load_claims()
+    (table,) = [one for one in page.all("table") if "readings" in one.get("class").split()]
+    bodies = [page.cells(row) for row in page.within(table, "tr")][1:]
+    readings = list(claims.read())
+    assert [len(cells) for cells in bodies] == [1 + len(readings)] * len(claims.claims)
+    for name, cells in zip(claims.claims, bodies, strict=True):
+        assert cells[0].split() in (["✓", "T"], ["✗", "F"], ["?", "O"])
+        expected = ["? O" if name in changed else "" for *_, changed in readings]
+        assert cells[1:] == expected
+
+
+def test_metrics_are_ranked_and_criteria_varied(page):
+    section = page.id("order").text
+    assert "mAA 90.0 > TAS 80.0" in section
+    assert "mAA 9, TAS ∞" in section
+    assert "6 of 27" in page.id("comparison").text
 
 
 def luminance(colour):

@@ -43,13 +43,61 @@ def test_a_decision_shows_what_else_its_claims_would_say() -> None:
     claims = load_claims()
     for decision in claims.decisions:
         taken, *others = decision.readings
-        for name in decision.claims:
-            claim = claims.claims[name]
-            assert taken.of(claim) == claim
-            for reading in others:
-                assert reading.of(claim) != claim
-                lax = reading.where and not set(reading.where) & set(claim.level)
+        assert all(taken.of(claim) == claim for claim in claims.claims.values())
+        for reading in others:
+            changed = claims.under(decision, reading)
+            assert changed
+            assert not decision.claims or set(changed) == set(decision.claims)
+            for claim in changed.values():
+                lax = reading.where and not set(reading.where) & {*claim.level, *claim.at}
                 assert not lax or (claim.take, claim.bound[0]) != ("smallest", "at least")
+
+
+def test_a_reading_changes_what_it_names_alone() -> None:
+    claims = load_claims().claims
+    pooled = Reading("pooled", options={"mAA": {"pooled": "true"}})
+    assert pooled.of(claims["outliers-range-maa"]).metric == "mAA(pooled=true)"
+    assert pooled.of(claims["outliers-tas-steadier"]).versus == "mAA(pooled=true)"
+    assert pooled.of(claims["outliers-range-tas"]) == claims["outliers-range-tas"]
+    own = replace(claims["outliers-range-maa"], metric="mAA(pooled=false)")
+    assert pooled.of(own) == own
+    on_lines = Reading("ray", experiments=["collinear"], settings=["geometry=ray"])
+    assert on_lines.of(claims["collinear-maa-weak"]).settings == ["geometry=ray"]
+    assert on_lines.of(claims["line-maa-discerns"]) == claims["line-maa-discerns"]
+    everywhere = Reading("all noise", everywhere=True)
+    assert everywhere.of(claims["length-tas-much-below-dte"]).at == {}
+    ordered = Reading("order", statistics={"size of range change": "size of order change"})
+    assert ordered.of(claims["outliers-tas-steadier"]).statistic == "size of order change"
+    means = Reading("means", of_means=True)
+    assert means.of(claims["outliers-range-maa"]).of_means
+    assert not means.of(claims["outliers-tas-discerns"]).of_means
+
+
+def test_claims_that_follow_from_others_are_so_by_their_criteria() -> None:
+    """By a "much" claim, by two numbers, or since it takes fewer cells."""
+    claims = load_claims().claims
+    implied = [claim for claim in claims.values() if claim.implied_by]
+    assert len(implied) == 22
+    for claim in implied:
+        others = [claims[name] for name in claim.implied_by]
+        assert not any(other.implied_by for other in others)
+        if "steadier" in claim.id and len(others) == 2:
+            maa, ours = (other.paper for other in others)
+            assert [other.metric for other in others] == [claim.versus, claim.metric]
+            assert maa is not None
+            assert ours is not None
+            assert abs(ours) < abs(maa)
+        elif claim.versus:
+            (other,) = others
+            assert (other.metric, other.versus) == (claim.metric, claim.versus)
+            assert (other.criterion, claim.criterion) == ("below 50", "below 0")
+        else:
+            (other,) = others
+            assert (other.metric, other.criterion) == (claim.metric, claim.criterion)
+            for key, values in claim.where.items():
+                wider = other.take != "smallest" or other.bound[0] == "at least"
+                part = set(values) <= set(other.where.get(key, values))
+                assert part if wider else set(values) >= set(other.where.get(key, values))
 
 
 def test_a_reading_leaves_fewer_cells_to_a_claim() -> None:
@@ -124,6 +172,7 @@ def refusal(tmp_path: Path, content: Any) -> str:
         ({"criterion": "below five"}, "needs a criterion such as"),
         ({"criterion": "at least nan"}, "needs a criterion such as"),
         ({"remark": "-"}, "remark: is unknown"),
+        ({"at": {"sigma_t": [0.01]}}, "has 'at', which its statistic does not take"),
         ({"of_means": "often"}, "of_means: should be a valid boolean"),
     ],
     ids=str,
@@ -155,19 +204,20 @@ def test_a_broken_claim_is_named_in_one_line(
         (DECISION, "volume", "the file: decisions.0: should be a valid dictionary, not 'volume'"),
         ([*DECISION, "remark"], "-", "'volume': remark: is unknown"),
         ([*DECISION, "readings"], ..., "'volume': readings: is missing"),
-        ([*DECISION, "readings"], [], "'volume': readings: List should have at least 1 item"),
+        ([*DECISION, "readings"], [], "'volume': readings: List should have at least 2 item"),
         ([*DECISION, "readings", 0], "n/10", "'volume': readings.0: should be a dictionary"),
-        ([*DECISION, "claims"], [], "'volume': claims: List should have at least 1 item"),
+        ([*CLAIM, "implied_by"], ["no"], "'outliers-ate-discerns' is implied by no claim: 'no'"),
+        ([*DECISION, "readings", 0, "settings"], 5, "'volume': readings.0.settings: should be a"),
         ([*DECISION, "claims"], ["no-such"], "'volume' names no claim: 'no-such'"),
         (
             [*DECISION, "readings", 0, "where"],
             {"sigma_t": [0.5]},
-            "'volume', 'volume n/10', 'length-maa-favours-large': where.sigma_t: List should have",
+            "'volume', 'volume n/10', 'outliers-ate-discerns': where.sigma_t: List should have",
         ),
         (
-            [*DECISION, "readings", 0, "metric"],
-            "APE",
-            "'volume': readings.0.metric: unknown",
+            [*DECISION, "readings", 0, "options"],
+            {"mAA": {"steps": "1"}},
+            "'volume', 'volume n/10', 'outliers-maa-beats-dte': metric: metric 'mAA(steps=1)' has",
         ),
     ],
     ids=str,
@@ -205,7 +255,7 @@ def test_a_statistic_is_one_entry_of_the_registry(
     monkeypatch.setitem(statistics.STATISTICS, "largest", entry)
     given = {"id": "{metric}-new", "statistic": "largest", "metric": ["TAS", "PAS(weight=1)"]}
     claim = {**given, "statement": "{metric}.", "criterion": "below 1", "where": {"sigma_t": [1]}}
-    content["groups"][0]["claims"] = [claim]
+    content["groups"] = [{**content["groups"][0], "claims": [claim]}]
     content["decisions"] = []
     assert "needs 'versus' for its statistic" in refusal(tmp_path, content)
     claim["versus"] = "ATE"

@@ -16,11 +16,19 @@ from experiments.metrics import Column
 from experiments.tables import Record, TableError, Trials
 from studies.claims.claims import Claim, load_claims
 from studies.claims.plan import needed_cells, plan
-from studies.claims.verdicts import check_alike, decide, evaluate_claim, select_trials, verdict
+from studies.claims.verdicts import (
+    check_alike,
+    decide,
+    evaluate_claim,
+    populations,
+    reading_title,
+    select_trials,
+    verdict,
+)
 
 TRIALS, REPLICATES = 8, 4
 CLAIMS = load_claims(REPLICATES)
-SWEEPS = {(sweep.name, tuple(sweep.differs.split())): sweep for sweep in plan(CLAIMS)}
+SWEEPS = {(sweep.name, tuple(sweep.differs.split())): sweep for sweep in plan(CLAIMS.needed(0))}
 
 
 @dataclass
@@ -56,21 +64,25 @@ MADE_UP: dict[str, Values] = {
     "late": lambda at: {0: 0.0, 1: 0.1, 50: 1.0}[at.cell.n_outliers],
     "narrow": lambda at: at.trial / (TRIALS - 1),
     "wide": lambda at: 2 * at.trial / (TRIALS - 1),
+    "shifted": lambda at: at.cell.sigma_t + at.cell.sigma_r_deg + 5,
+    "sums": lambda at: at.cell.sigma_t + at.cell.sigma_r_deg,
 }
 
 
 def columns(claim: Claim, *, holds: bool) -> list[Values]:
     """What the metrics of a claim must look like for it to hold, or not to."""
     relation = (claim.criterion or "").rpartition(" ")[0]
+    if claim.statistic == "power" and relation == "within":
+        return [At.worse, At.worse if holds else MADE_UP["blind"]]
     if claim.statistic == "power":
         discerning = holds == (relation == "at least")
         return [At.worse, MADE_UP["blind"]] if discerning else [MADE_UP["blind"], At.worse]
     if claim.statistic == "improvement":
-        return (
-            [MADE_UP["blind"] if relation == "within" else MADE_UP["improves"]]
-            if holds
-            else [At.worse]
-        )
+        return [MADE_UP["improves"] if holds else At.worse]
+    if claim.statistic in ("dependence", "mean change") and claim.versus is None:
+        return [MADE_UP["stays"] if holds == (relation != "at least") else MADE_UP["moves"]]
+    if claim.statistic == "shift":
+        return [MADE_UP["sums" if holds else "shifted"], MADE_UP["sums"]]
     if claim.statistic == "relative dependence":
         return [MADE_UP["stays"] if holds else MADE_UP["moves"], MADE_UP["moves"]]
     if claim.statistic == "relative initial response":
@@ -182,32 +194,78 @@ def test_verdicts(claim: Claim, values: list[float], expected: str) -> None:
     assert verdict(claim, np.array(values, dtype=float)) == expected
 
 
-def test_the_other_meaning_of_range_is_computed_beside() -> None:
+@pytest.mark.parametrize(
+    ("claim", "values", "expected"),
+    [
+        # Means of 0.52 and 0.48 with a standard error of 0.01 each are 2 of these from the bound.
+        (POWER, [0.5, 0.54] * 2, "open"),
+        (POWER, [0.59, 0.6, 0.61] * 2, "true"),
+        (POWER, [0.39, 0.4, 0.41] * 2, "false"),
+        (WEAK, [0.39, 0.4, 0.41] * 2, "true"),
+        (NUMBER, [-74.1, -74, -73.9] * 2, "true"),  # between -74.5 and -73.5
+        (NUMBER, [-74.6, -74.4, -74.5] * 2, "open"),
+        (NUMBER, [-76.1, -76, -75.9] * 2, "false"),  # though one study may well show it
+        (WITHIN, [-30, -31, -32] * 2, "false"),
+        (WITHIN, [0, 1, -1] * 2, "true"),
+        (POWER, [0.5, 0.5], "true"),  # nothing scatters
+        (WEAK, [0.5, 0.5], "false"),
+        (POWER, [np.nan, 0.9], "open"),
+    ],
+)
+def test_populations(claim: Claim, values: list[float], expected: str) -> None:
+    assert populations([claim], [np.array(values, dtype=float)]) == [expected]
+
+
+def test_a_single_study_may_be_open_where_the_population_is_not() -> None:
+    """As of the TAS's response to a first outlier: 29 % in the mean, but from -16 to 94."""
+    values = np.linspace(-16, 74, 20)
+    claim = CLAIMS.claims["gentle-tas-much-than-dte"]
+    assert verdict(claim, values) == "inconclusive"
+    assert populations([claim], [values]) == ["true"]
+
+
+def test_the_more_claims_the_less_is_certain() -> None:
+    """The p-value of five means of 0.6 with a standard error of 0.03, 0.03, stands alone only."""
+    values = np.array([0.52, 0.56, 0.6, 0.64, 0.68])
+    assert populations([POWER], [values]) == ["true"]
+    assert populations([POWER] * 2, [values] * 2) == ["open"] * 2
+    assert populations([POWER] * 2, [values, values + 0.3]) == ["true"] * 2  # Holm steps down
+
+
+def test_movements_count_where_a_claim_says_in_the_range_everywhere() -> None:
+    claim = CLAIMS.claims["table1-tas-length"]
+    table = fabricate(claim, [lambda at: at.cell.sigma_t * (1 + at.cell.n_cameras / 190)], seed=0)
+    local = replace(claim, at={"sigma_t": [0.05]})
+    widest = table["TAS"].max() - table["TAS"].min()
+    assert evaluate_claim(local, table) == pytest.approx(100 * 0.05 / widest)
+    assert evaluate_claim(local, table) < evaluate_claim(claim, table)
+
+
+def test_every_reading_has_both_verdicts_beside_those_taken() -> None:
     """Single trials scatter less under outliers; their means rise with the noise all the same."""
     table = fabricate(NUMBER, columns(NUMBER, holds=True), seed=0)
     scatter = np.where(table["trial"] % 2, 1, -1) * np.where(table["n_outliers"] == 0, 1, 0.26)
     table["mAA"] = scatter + 1e-4 * table["sigma_t"]
-    claims = replace(CLAIMS, claims={NUMBER.id: NUMBER}, decisions=[])
-    (row,) = decide(claims, [{NUMBER.trials: table}] * 2)[0].to_dict("records")
-    assert (row["ours"], row["verdict"], row["replicates"]) == (-74, "reproduced", 2)
-    assert (row["ours_of_means"], row["verdict_of_means"]) == (0, "not reproduced")
-
-
-def test_decisions_show_every_reading_of_their_claims() -> None:
-    decision = next(one for one in CLAIMS.decisions if one.id == "volume")
-    few = {name: CLAIMS.claims[name] for name in decision.claims}
-    claims = replace(CLAIMS, claims=few, decisions=[decision])
-    tables = {
-        reading.of(claim).trials: fabricate(reading.of(claim), columns(claim, holds=True), 0)
-        for claim in few.values()
-        for reading in decision.readings
-    }
-    _, evidence = decide(claims, [tables] * 2)
-    readings = [reading.reading for reading in decision.readings]
-    assert evidence["reading"].tolist() == [one for one in readings for _ in few]
-    assert evidence["claim"].tolist() == [*few] * len(readings)
-    assert set(evidence["decision"]) == {"volume"}
-    assert evidence["paper_says"].tolist() == [decision.paper] * len(evidence)
+    decisions = [one for one in CLAIMS.decisions if one.id in ("range", "volume")]
+    few = {"a": NUMBER, "b": replace(NUMBER, implied_by=["a"])}
+    claims = replace(CLAIMS, claims=few, decisions=decisions, replicates_of_readings=2)
+    verdicts, readings = decide(claims, [{NUMBER.trials: table}] * 3)
+    assert verdicts["ours"].tolist() == [-74, -74]
+    assert verdicts["replicates"].tolist() == [3, 3]
+    assert verdicts["implied_by"].tolist() == [None, "a"]
+    assert verdicts["verdict"].tolist() == ["reproduced"] * 2
+    assert verdicts["population"].tolist() == ["true"] * 2
+    volume, of_range = decisions
+    assert (
+        verdicts[reading_title(of_range, of_range.readings[1])].tolist()
+        == ["not reproduced, false"] * 2
+    )
+    assert verdicts[reading_title(volume, volume.readings[1])].isna().all()
+    assert readings["reading"].tolist() == ["taken"] * 2 + ["mean curve"] * 2
+    assert readings["claim"].tolist() == ["a", "b"] * 2
+    assert readings["ours"].tolist() == [-74, -74, 0, 0]
+    assert readings["replicates"].tolist() == [2] * 4
+    assert readings["paper_says"].tolist()[2:] == [of_range.paper] * 2
 
 
 MakeUp = Callable[..., Trials]
@@ -272,12 +330,17 @@ def test_replicates_differ_in_their_number_alone() -> None:
     first, second = ([replace(one, replicate=k) for one in SWEEPS.values()] for k in (0, 1))
     paths = [Path("0.csv"), Path("1.csv")]
 
-    def check(*sweeps: list[Sweep]) -> None:
-        check_alike(paths[: len(sweeps)], [Record(tuple(own), {}) for own in sweeps])
+    def check(*sweeps: list[Sweep], n_read: int = 2) -> None:
+        claims = replace(CLAIMS, replicates_of_readings=n_read)
+        check_alike(claims, paths[: len(sweeps)], [Record(tuple(own), {}) for own in sweeps])
 
     check(first, second)
     with pytest.raises(CommandError, match="at least two replicate studies"):
         check(first)
+    fewer = [replace(second[0], metrics=["TAS"], only=second[0].only[:1])]
+    check(first, fewer, n_read=1)  # the others are not read otherwise
+    with pytest.raises(TableError, match=r"^1\.csv has other settings than 0\.csv; run: "):
+        check(first, [replace(fewer[0], trials=3)], n_read=1)
     others = [replace(second[0], seed=1), *second[1:]]
     for other in (others, second[:-1]):
         with pytest.raises(TableError, match=r"^1\.csv has other settings than 0\.csv; run: "):

@@ -3,9 +3,10 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import wilcoxon
 
 from studies.parameters.axes import Axis
-from studies.parameters.effects import EFFECTS, _jackknife, effects, over_seeds
+from studies.parameters.effects import COMPARED, EFFECTS, effects, over_seeds
 from studies.statistics import dependence, power
 
 Tables = dict[str, pd.DataFrame]
@@ -43,41 +44,62 @@ def test_effects_are_the_statistics_of_the_trials(axes: list[Axis], tables: Tabl
 def test_the_papers_row_has_no_error_and_the_others_have(
     axes: list[Axis], table: pd.DataFrame, tables: Tables
 ) -> None:
-    errors = table[[f"{name}_error" for name in EFFECTS]]
+    columns = [f"{name}_{what}" for name in COMPARED for what in ("error", "p")]
     paper = table["paper"] == "yes"
     assert paper.sum() == 9
-    assert errors[paper].isna().all(axis=None)
-    assert errors[~paper].notna().all(axis=None)
+    assert table.loc[paper, columns].isna().all(axis=None)
+    assert table.loc[~paper, columns].notna().all(axis=None)
+    assert not {f"{name}_error" for name in set(EFFECTS) - set(COMPARED)} & set(table)
     one = {name: part[part["trial"] == 0] for name, part in tables.items()}
-    assert effects(axes, one)[errors.columns].isna().all(axis=None)
+    assert effects(axes, one)[columns].isna().all(axis=None)
 
 
-def test_errors_are_those_of_the_difference_from_the_papers_value(
-    axes: list[Axis], tables: Tables
-) -> None:
+def test_a_weighted_effect_is_that_of_the_trials_that_count(tables: Tables) -> None:
+    """Weights of 1 give the statistic; a trial twice and another not, that of such a table."""
+    again = {0: 0, 1: 2, 2: 2}
+    for name in COMPARED:
+        effect = EFFECTS[name]
+        if effect.weighted is None:
+            continue
+        table = tables[effect.part]
+        weighted = effect.weighted(table, "TAS")
+        assert weighted(np.ones((1, 3)))[0] == pytest.approx(effect.of(tables, "TAS"))
+        drawn = pd.concat(
+            [table[table["trial"] == other].assign(trial=trial) for trial, other in again.items()]
+        )
+        # The tau of such a table has ties, which are no part of the weighted one's denominator.
+        expected = effect.of({**tables, effect.part: drawn}, "TAS")
+        tolerance = 0.1 if name.endswith("power") else 1e-9
+        assert weighted(np.array([[1.0, 0, 2]]))[0] == pytest.approx(expected, rel=tolerance)
+
+
+def test_errors_are_those_of_the_difference_from_the_papers_value(axes: list[Axis]) -> None:
     """Trials are paired: what scatters alike with either value is no error."""
-    axis = axes[0]
-    outliers = tables["outliers"]
+    axis = next(axis for axis in axes if axis.name == "tas_max_threshold")
+    settings = {"experiment": "a", "geometry": "cube", "replicate": 0, "n_cameras": 20}
+    cells = [(k, level, trial) for k in (0, 1) for level in (1, 2) for trial in range(40)]
+    outliers = pd.DataFrame(cells, columns=["n_outliers", "sigma_t", "trial"]).assign(**settings)
+    outliers["sigma_r_deg"] = outliers["sigma_t"]
     rng = np.random.default_rng(0)
-    assert axis.name == "tas_max_threshold"
+    seeds = outliers[["trial"]].iloc[:40].copy()
+    for k in range(5):
+        seeds[f"TAS(seed={k})"] = rng.normal(size=40)
+        seeds[f"TAS(max_threshold=0.5, seed={k})"] = 0.5 * seeds[f"TAS(seed={k})"]
     for other in (0.0, rng.normal(size=len(outliers))):
         outliers["TAS"] = outliers["sigma_t"] + rng.normal(size=len(outliers))
         outliers[axis.columns["0.5"]] = outliers["TAS"] + 0.1 + other
-        table = effects([axis], tables).set_index(["axis", "value"])
-        differences = [
-            np.subtract(
-                *(
-                    group.groupby("n_outliers")[column].agg(np.ptp).mean()
-                    for column in (axis.columns["0.5"], "TAS")
-                )
-            )
-            for k in range(3)
-            for group in [outliers[outliers["trial"] != k]]
-        ]
-        expected = np.sqrt(2 * np.var(differences))
-        error = table["noise_range_error"]["tas_max_threshold", "0.5"]
-        assert error == pytest.approx(expected, abs=1e-6)
-        assert (error > 0.01) == np.any(other)
+        parts = dict.fromkeys(("outliers", "majority", "length"), outliers) | {"seeds": seeds}
+        row = effects([axis], parts).set_index("value").loc["0.5"]
+        error, p = row[["noise_range_of_means_error", "noise_range_of_means_p"]]
+        # Two groups, each the difference of two means of 40 with a standard deviation of 1.
+        assert error == pytest.approx(
+            np.sqrt(2 / 40 / 2) if np.any(other) else 0, rel=0.25, abs=1e-9
+        )
+        assert (p == 1) == (not np.any(other))
+    ours, theirs = (seeds.filter(regex=name).std(axis=1) for name in (r"^TAS\(s", r"^TAS\(m"))
+    assert row["seed_noise"] == pytest.approx(theirs.median(), abs=1e-6)
+    alone = wilcoxon(theirs, ours).pvalue
+    assert row["seed_noise_p"] == pytest.approx(5 * alone, abs=1e-6)  # the smallest of five
 
 
 def test_a_score_that_rises_with_noise_has_no_power(axes: list[Axis], tables: Tables) -> None:
@@ -94,12 +116,6 @@ def test_what_does_not_vary_has_no_effect(axes: list[Axis], tables: Tables) -> N
     table = effects(axes[:2], tables)
     assert table[["outlier_power", "camera_dependence"]].isna().all(axis=None)
     assert table["noise_power"].notna().all()
-
-
-def test_the_jackknife_of_a_mean_is_its_standard_error() -> None:
-    sample = np.random.default_rng(0).normal(size=10)
-    means = [np.delete(sample, i).mean() for i in range(10)]
-    assert _jackknife(means) == pytest.approx(sample.std(ddof=1) / np.sqrt(10))
 
 
 def test_seeds_of_a_metric() -> None:

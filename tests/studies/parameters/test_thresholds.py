@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from studies.parameters.axes import Axis
-from studies.parameters.effects import EFFECTS
-from studies.parameters.thresholds import SHOWN, choices, to_markdown
+from studies.parameters.effects import COMPARED, EFFECTS
+from studies.parameters.thresholds import choices, to_markdown
 
 TIMES = pd.DataFrame(
     {
@@ -21,7 +21,7 @@ TIMES = pd.DataFrame(
 def same(axes: list[Axis]) -> pd.DataFrame:
     """Make up effects that are the same for all values."""
     rows = [{"axis": axis.name, "value": value} for axis in axes for value in axis.values]
-    numbers = dict.fromkeys(EFFECTS, 0.5) | {f"{name}_error": 0.01 for name in EFFECTS}
+    numbers = dict.fromkeys(EFFECTS, 0.5) | {f"{name}_p": 0.01 for name in COMPARED}
     return pd.DataFrame(rows).assign(**numbers)
 
 
@@ -66,14 +66,14 @@ def test_a_value_without_end_is_in_words(axes: list[Axis]) -> None:
     }
 
 
-@pytest.mark.parametrize("name", SHOWN)
+@pytest.mark.parametrize("name", COMPARED)
 def test_the_best_of_the_certain_values_is_told(name: str) -> None:
     """Not the very best, which may be so by chance, and not nothing because of that."""
     axis = Axis("a", "TAS", "max_threshold", "1", ("0.5", "1", "2", "4"))
     table = same([axis])
     sign = 1 if EFFECTS[name].larger_is_better else -1
     table[name] = 0.5 + sign * np.array([-0.06, 0, 0.08, 0.1])
-    table[f"{name}_error"] = [0.01, np.nan, 0.01, 0.06]
+    table[f"{name}_p"] = [0.01, np.nan, 0.01, 0.06]
     (choice,) = choices([axis], table)
     effect = EFFECTS[name]
     ours, best, worst = (effect.write(0.5 + sign * step) for step in (0, 0.08, -0.06))

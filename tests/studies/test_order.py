@@ -1,0 +1,68 @@
+"""Head to head: metrics that are made up to be better or worse at putting levels in order."""
+
+from collections.abc import Callable
+from math import inf
+
+import numpy as np
+import pytest
+
+from experiments.config import load_sweep
+from experiments.grid import Cell
+from experiments.tables import Trials
+from studies.order import compare_orders, rankings, to_markdown
+
+MakeUp = Callable[..., Trials]
+
+SCATTER = {"ATE": 0.0, "DTE": 1e9, "mAA": 0.5, "TAS": 0.5}  # in steps of the noise
+
+
+def value(metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
+    """Follow the noise with a scatter that is smaller the more cameras there are."""
+    shared = np.random.default_rng([trial, round(1000 * cell.sigma_t), cell.n_cameras]).normal()
+    level = 100 * cell.sigma_t + SCATTER[metric] * 10 / cell.n_cameras * shared
+    return float(-np.exp(level) if metric == "TAS" else -level if metric == "mAA" else level)
+
+
+def test_metrics_are_ranked_by_the_order_of_neighbours(make_up: MakeUp) -> None:
+    """TAS is a rescaled mAA. The ATE has no scatter, the DTE nothing else."""
+    settings = ["experiment=trajectory_length", "sigma_t=[0.01,0.02,0.03]", "n_cameras=[5,10]"]
+    trials = make_up(load_sweep([*settings, "trials=40"]), value=value)
+    table = compare_orders({"trajectory_length": trials})
+    assert set(table["level"]) == {"noise"}
+    alone = table[table["versus"].isna()].set_index("metric")
+    assert alone.loc["ATE", ["order", "trials", "cameras"]].tolist() == [100, 6, 5]
+    assert alone.loc["DTE", "order"] == pytest.approx(50, abs=10)
+    assert alone.loc["DTE", "trials"] > 100
+    assert alone.loc["DTE", "cameras"] == inf
+    # Normal steps of 1 with a scatter of 1 and of 1/2: orders of 76 and 92 %.
+    assert alone.loc["mAA", "order"] == pytest.approx(84, abs=5)
+    assert alone.loc["mAA", "cameras"] == 10
+    assert (alone["low"] <= alone["order"]).all()
+    pairs = table[table["versus"].notna()].set_index(["metric", "versus"])
+    assert len(pairs) == 6
+    same = pairs.loc[("mAA", "TAS")]
+    assert same[["order", "low", "high", "p"]].tolist() == [0, 0, 0, 1]
+    other = pairs.loc[("ATE", "DTE")]
+    assert other["order"] == pytest.approx(100 - alone.loc["DTE", "order"], abs=0.011)
+    assert other["p"] < 0.001
+    (ranking,) = rankings(table)
+    assert [place.metric for place in ranking.places] == ["ATE", "mAA", "TAS", "DTE"]
+    assert [place.is_certain for place in ranking.places] == [True, False, True, None]
+    maa = f"{alone.loc['mAA', 'order']:.1f}"
+    assert f"ATE 100.0 > mAA {maa} = TAS {maa} > DTE" in to_markdown(table)
+
+
+def test_every_level_that_an_experiment_varies_is_ordered(make_up: MakeUp) -> None:
+    def constant(*_: object) -> float:
+        return 0.5
+
+    levels = {
+        "combined": ["noise", "rotation noise"],
+        "rotations": ["noise", "outliers"],
+        "maa_vs_pas_length": ["noise"],
+    }
+    sweeps = {name: load_sweep([f"experiment={name}", "trials=2"]) for name in levels}
+    found = compare_orders({name: make_up(sweeps[name], value=constant) for name in levels})
+    assert (found.loc[found["versus"].isna(), "order"] == 50).all()
+    for name, expected in levels.items():
+        assert list(dict.fromkeys(found.loc[found["experiment"] == name, "level"])) == expected
