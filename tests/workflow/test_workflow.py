@@ -26,7 +26,7 @@ def test_everything_is_made_once(snakemake: Snakemake) -> None:
     assert done.planned == {
         "trials": sum(TRIALS.values()),
         "figure": len(FIGURES),
-        **dict.fromkeys(("table1", "verdicts", "scenarios", "report", "figures"), 1),
+        **dict.fromkeys(("table1", "order", "verdicts", "scenarios", "report", "figures"), 1),
         "run_times": len(STUDIES),
         **{f"parameters_{name}": 1 for name in STUDIES},
     }
@@ -35,7 +35,7 @@ def test_everything_is_made_once(snakemake: Snakemake) -> None:
 @pytest.mark.parametrize(
     ("target", "jobs"),
     [
-        ("figures", {"figure": len(PAPER_FIGURES), "table1": 1}),
+        ("figures", {"figure": len(PAPER_FIGURES), "table1": 1, "order": 1}),
         ("beyond", {"figure": 2, "scenarios": 1}),
         ("threshold_study", {"run_times": 1, "figure": 1, "parameters_threshold": 1}),
         ("registration_study", {"run_times": 1, "figure": 1, "parameters_registration": 1}),
@@ -54,7 +54,7 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
     done = snakemake("report", "figures", "--dry-run", "--config", *settings, profile="slurm")
     needs = {rule: text for rule, text in done.jobs if "runtime=" in text and "mem_mb=" in text}
     assert set(needs) == {"trials", "run_times"}
-    assert "runtime=17" in needs["trials"]
+    assert "runtime=34" in needs["trials"]
     assert "mem_mb=1000" in needs["trials"]
     assert "threads: " not in done.text  # named where more than one
     (block,) = re.findall(r"^localrules:.*\n((?:    \w+,\n)+)", SNAKEFILE.read_text(), re.MULTILINE)
