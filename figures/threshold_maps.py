@@ -20,8 +20,8 @@ THRESHOLDS = {  # map: option, title, label of x, label of y
 }
 REGISTRATION = {  # option: title, the paper's value
     "order": ("m as share of n", 0.1),
-    "prescreen": ("prescreening threshold", 0.1),
-    "n_hypotheses": ("hypotheses", 1000.0),
+    "prescreen": ("Prescreening threshold", 0.1),
+    "n_hypotheses": ("Hypotheses", 1000.0),
 }
 PAPER = {"max_threshold": 1.0, "max_threshold_deg": 10.0}
 OTHERS = {
@@ -68,7 +68,7 @@ def draw(table: pd.DataFrame) -> Figure:
         rows[2].subplots(1, len(REGISTRATION)), REGISTRATION.items(), strict=True
     ):
         _registration(axes, own, option, paper)
-        axes.set_title(title[0].upper() + title[1:])
+        axes.set_title(title)
         axes.set_xlabel("outliers of 100 cameras")
     figure.supxlabel(
         "Probability in % that the better of two estimates, whose noise differs by 15 %, comes out "

@@ -76,8 +76,8 @@ def test_program_writes_table_and_sentences(
     assert main(["threshold_maps", *written(parts), "--output", *map(str, outputs)]) == 0
     assert len(pd.read_csv(outputs[0])) == len(compare(parts))
     text = outputs[1].read_text()
-    assert "with the best of 3 thresholds at each noise" in text
-    assert "**TAS(order=0.5)**" in text
+    assert "with the best of 3 thresholds at each noise, found afterwards" in text
+    assert "  - TAS(order=0.5): -" in text
     assert "HalfAngle 100 %" in text
 
 
