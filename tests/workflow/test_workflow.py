@@ -12,13 +12,17 @@ from pathlib import Path
 import pytest
 
 from figures import FIGURES, PAPER_FIGURES
+from studies.frame_rate.rates import load_frame_rate
 from studies.parameters.axes import STUDIES, load_parameters
+from studies.parameters.maps import load_maps
 from studies.scenarios.scenarios import load_scenarios
 
 from .conftest import ROOT, SNAKEFILE, Snakemake, command
 
 TRIALS = {"figures": 8, "claims": 2, "beyond": len(load_scenarios().tables)}
 TRIALS |= {f"{name}_study": len(load_parameters(name).tables) for name in STUDIES}
+TRIALS["threshold_study"] += len(load_maps().tables)
+TRIALS["frame_rate"] = len(load_frame_rate().tables)
 
 
 def test_everything_is_made_once(snakemake: Snakemake) -> None:
@@ -27,6 +31,7 @@ def test_everything_is_made_once(snakemake: Snakemake) -> None:
         "trials": sum(TRIALS.values()),
         "figure": len(FIGURES),
         **dict.fromkeys(("table1", "order", "verdicts", "scenarios", "report", "figures"), 1),
+        **dict.fromkeys(("maps", "frame_rates"), 1),
         "run_times": len(STUDIES),
         **{f"parameters_{name}": 1 for name in STUDIES},
     }
@@ -37,7 +42,8 @@ def test_everything_is_made_once(snakemake: Snakemake) -> None:
     [
         ("figures", {"figure": len(PAPER_FIGURES), "table1": 1, "order": 1}),
         ("beyond", {"figure": 2, "scenarios": 1}),
-        ("threshold_study", {"run_times": 1, "figure": 1, "parameters_threshold": 1}),
+        ("threshold_study", {"run_times": 1, "figure": 2, "parameters_threshold": 1, "maps": 1}),
+        ("frame_rate", {"frame_rates": 1, "figure": 1}),
         ("registration_study", {"run_times": 1, "figure": 1, "parameters_registration": 1}),
     ],
 )
@@ -70,6 +76,7 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
         ("claims", ["replicates=1"], "'replicates'"),
         ("claims", ["metrics=[TAS]"], "'metrics'"),
         ("threshold_study", ["tas_max_threshold=[-1]"], "max_threshold should be greater than 0"),
+        ("frame_rate", ["every=3"], "'every'"),
         ("beyond", ["scenarios=missing.yaml"], "No such file"),
         ("beyond", ["scenarios=mine.yaml"], "scenario 'a'"),
     ],
