@@ -37,8 +37,10 @@ __all__ = ["METRICS", "Column", "Evaluation", "Metric", "evaluate"]
 
 Floats = NDArray[np.float64]
 
-# Units of d that a search for the half-score distance starts from; it finds its way from any.
-HALF_UNITS = np.geomspace(1 / 16, 4, 7)
+# Units of d where a search for the half-score distance looks first; it finds its way from any. A
+# search for another score has to look at more of them.
+HALF_UNITS = np.array([0.25, 1.0, 4.0])
+OTHER_UNITS = np.geomspace(1 / 16, 4, 7)
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 PositiveOrInfinite = Annotated[float, Field(gt=0)]
@@ -274,7 +276,6 @@ class Evaluation:
         self.scene = scene
         self._seed = registration_seed
         self._position_errors: dict[TASOptions, Floats] = {}
-        self._profiles: dict[HalfDistanceOptions, ScoreProfile] = {}
 
     def value(self, column: Column) -> float:
         """Evaluate a metric."""
@@ -299,17 +300,16 @@ class Evaluation:
 
     def half_distance(self, options: HalfDistanceOptions) -> float:
         """Return the unit at which the TAS is one half, or another score."""
-        key = options.model_copy(update={"score": 0.5})
-        if key not in self._profiles:
-            scene = self.scene
-            self._profiles[key] = tas_profile(
-                scene.gt_positions,
-                scene.est_positions,
-                self._unit(0.75, interpolated=False) * HALF_UNITS,
-                rng=self._registration_seed(options.seed),
-                registration=options.registration,
-            )
-        return self._profiles[key].at(options.score)
+        scene = self.scene
+        units = HALF_UNITS if options.score == 0.5 else OTHER_UNITS
+        profile = tas_profile(
+            scene.gt_positions,
+            scene.est_positions,
+            self._unit(0.75, interpolated=False) * units,
+            rng=self._registration_seed(options.seed),
+            registration=options.registration,
+        )
+        return profile.at(options.score)
 
     def half_angle(self, options: HalfAngleOptions) -> float:
         """Return the largest threshold at which the RAS is one half, or another score."""
