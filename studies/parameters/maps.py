@@ -23,13 +23,18 @@ from ..statistics import by_level, holm, order
 from ..study import Study, Table
 from .axes import Axis, axis_names, axis_with
 
-__all__ = ["MAPS", "compare", "load_maps", "to_markdown"]
+__all__ = ["MAPS", "METHOD", "compare", "load_maps", "sentences", "to_markdown"]
 
 MAPS = CONFIG_DIR / "study" / "threshold_maps.yaml"
 SIGNIFICANT = 0.05
 NEARLY_BEST = 1.0  # per cent
 
 Floats = NDArray[np.float64]
+
+METHOD = (
+    "Numbers are the probability that the better of two estimates, whose noise differs by 15 %, "
+    "comes out better; 50 % is chance. Differences that are named are certain: 5 %, Holm."
+)
 
 
 def load_maps(overrides: Sequence[str] = ()) -> Study:
@@ -158,20 +163,21 @@ def _options(column: Column, axes: Sequence[Axis]) -> dict[str, float | None]:
     }
 
 
-def to_markdown(table: pd.DataFrame) -> str:
-    """Write what the maps say, in sentences."""
-    lines = [
-        "Probability that the better of two estimates, whose noise differs by 15 %, comes out "
-        "better; 50 % is chance. Differences that are named are certain: 5 %, Holm.",
-        "",
+def sentences(table: pd.DataFrame) -> list[str]:
+    """Return what the maps say: of the TAS, of the RAS, of the registration; in Markdown."""
+    return [
+        _thresholds(table[table["map"] == "tas"], "max_threshold", " d"),
+        _thresholds(table[table["map"] == "ras"], "max_threshold_deg", "°"),
+        _registration(table[table["map"] == "registration"]),
     ]
-    for name, option, unit in (("tas", "max_threshold", " d"), ("ras", "max_threshold_deg", "°")):
-        lines += _thresholds(table[table["map"] == name], option, unit)
-    lines += _registration(table[table["map"] == "registration"])
-    return "\n".join(lines) + "\n"
 
 
-def _thresholds(table: pd.DataFrame, option: str, unit: str) -> list[str]:
+def to_markdown(table: pd.DataFrame) -> str:
+    """Write what the maps say."""
+    return "\n".join([METHOD, "", *(f"- {sentence}" for sentence in sentences(table))]) + "\n"
+
+
+def _thresholds(table: pd.DataFrame, option: str, unit: str) -> str:
     """Tell where the paper's threshold is good, which ones are, and what needs none."""
     values = table.dropna(subset=[option])
     metric = Column.parse(values["metric"].iloc[0]).name
@@ -183,7 +189,7 @@ def _thresholds(table: pd.DataFrame, option: str, unit: str) -> list[str]:
     good = (loss - values["right_order"]).groupby(np.round(np.log2(ratios))).mean() <= NEARLY_BEST
     range_of = 2.0 ** good[good].index
     line = (
-        f"- **{metric}.** With the paper's {paper[option].iloc[0]:g}{unit} it is "
+        f"**{metric}.** With the paper's {paper[option].iloc[0]:g}{unit} it is "
         f"{paper['right_order'].mean():.0f} % in the mean over noise and cameras, with the best of "
         f"{values[option].nunique()} thresholds at each noise, found afterwards, "
         f"{best.mean():.0f} %. Thresholds of about {range_of.min():g} to {range_of.max():g} times "
@@ -199,24 +205,27 @@ def _thresholds(table: pd.DataFrame, option: str, unit: str) -> list[str]:
         )
     others = table[table[option].isna()].groupby("metric", sort=False)["right_order"].mean()
     listed = " and ".join(f"{name} {value:.0f} %" for name, value in others.items())
-    return [f"{line} Beside it: {listed}."]
+    return f"{line} Beside it: {listed}."
 
 
-def _registration(table: pd.DataFrame) -> list[str]:
+def _registration(table: pd.DataFrame) -> str:
     """Tell, for each value of an option alone, with how many outliers it is better or worse."""
-    alone = [
-        metric for metric in table["metric"].unique() if len(Column.parse(metric).options) == 1
-    ]
+    metrics = table["metric"].unique()
+    alone = [metric for metric in metrics if len(Column.parse(metric).options) == 1]
     cells = table[table["metric"].isin(alone)].groupby(["metric", "n_outliers"], sort=False)
     means = cells["difference"].mean()
     errors = cells["error"].apply(np.linalg.norm) / cells.size()  # of independent noise levels
     p = pd.Series(_p_values(means, errors), index=means.index)
-    lines = ["- **The registration**, against the paper's values, all else as there:"]
+    parts, open_ones = [], []
     for metric in alone:
         certain = means[metric][p[metric] < SIGNIFICANT]
-        parts = [f"{value:+.0f} % with {count} outliers" for count, value in certain.items()]
-        lines.append(f"  - {metric}: {', '.join(parts) or 'nothing that is certain'}.")
-    return lines
+        changes = [f"{value:+.0f} % with {count} outliers" for count, value in certain.items()]
+        if changes:
+            parts.append(f"{metric} {', '.join(changes)}")
+        else:
+            open_ones.append(metric)
+    parts += [f"nothing that is certain for {', '.join(open_ones)}"] if open_ones else []
+    return f"**The registration**, against the paper's values: {'; '.join(parts)}."
 
 
 def _p_values(differences: "pd.Series[float]", errors: "pd.Series[float]") -> Floats:
