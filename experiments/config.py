@@ -251,7 +251,8 @@ def to_overrides(settings: Mapping[str, Any]) -> list[str]:
 def _hydra_value(value: Any) -> str:
     if isinstance(value, list):
         return f"[{','.join(map(_hydra_value, value))}]"
-    if isinstance(value, str) and value.endswith(")"):  # a metric with options, no Hydra function
+    # A metric with options is no function of Hydra's; the name of a protocol may have a comma.
+    if isinstance(value, str) and (value.endswith(")") or "," in value):
         return f"'{value}'"
     return "null" if value is None else str(value)
 

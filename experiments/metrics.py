@@ -1,13 +1,14 @@
 """The registry of metrics: what each is called, how it is read, and how it is computed.
 
 A column of a table of trials is a metric by its name, possibly with options that differ from the
-paper's values: ``TAS(max_threshold=0.5)``. This module alone reads and writes these names.
+paper's values: ``TAS(max_threshold=0.5)``. This module alone reads and writes these names. Today's
+protocols are metrics, too, by their names in `alignscores.protocols`: ``auc@30:vggt``.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from math import ceil, floor, inf
+from functools import cache, cached_property
+from math import ceil, floor, inf, nan
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -24,6 +25,7 @@ from pydantic import (
 
 from alignscores import AlignmentScore, ScoreProfile, Similarity, ras, ras_profile, tas, tas_profile
 from alignscores.histogram import equal_steps
+from alignscores.protocols import NoValueError, protocol
 from alignscores.registration import Registration, pcr99
 from alignscores.translation import closest_pair_distances
 from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
@@ -134,7 +136,7 @@ class HalfDistanceOptions(HalfAngleOptions):
 
 @dataclass(frozen=True)
 class Metric:
-    """How a metric is computed and read; its name is its key in `METRICS`.
+    """How a metric is computed and read; its name is its key in `METRICS`, or a protocol's.
 
     Parameters
     ----------
@@ -142,16 +144,19 @@ class Metric:
         Computes it from an `Evaluation` and its options.
     higher_is_better : bool
         Whether it is a score; an error otherwise.
-    unit : {"", "units", "°"}
-        None, ground-truth units or degrees.
+    unit : str
+        None, ground-truth "units", "°", or what else a protocol's is.
     options : type of Options
         The options, with the paper's values as defaults.
+    ordered : bool
+        Whether it is one of motion: the cameras have to stand in the order of time.
     """
 
     function: Callable[["Evaluation", Any], float]
     higher_is_better: bool = False
-    unit: Literal["", "units", "°"] = ""
+    unit: str = ""
     options: type[Options] = Options
+    ordered: bool = False
 
 
 @dataclass(frozen=True)
@@ -161,9 +166,9 @@ class Column:
     Parameters
     ----------
     name : str
-        One of `METRICS`.
+        One of `METRICS`, or of a protocol.
     options : mapping of str to str
-        Options that differ from the paper's, with their values as text.
+        Options that differ from the paper's, with their values as text. Protocols have none.
 
     Examples
     --------
@@ -173,6 +178,8 @@ class Column:
     ('TAS', {'order': '0.2'})
     >>> str(column.with_option("seed", 3))
     'TAS(order=0.2, seed=3)'
+    >>> Column.parse("recall@5cm,5deg").metric.unit
+    '%'
     """
 
     name: str
@@ -188,13 +195,18 @@ class Column:
             Where there is no such metric or option, or the option cannot have the value.
         """
         name, bracket, inside = text.partition("(")
-        if name not in METRICS:
-            raise ConfigError(f"unknown metric {text!r}; known are {', '.join(METRICS)}")
+        try:
+            metric = _find(name)
+        except ValueError as error:
+            _, _, close = str(error).rpartition("; ")
+            raise ConfigError(
+                f"unknown metric {text!r}; known are {', '.join(METRICS)}; of protocols, {close}"
+            ) from None
         pairs = inside.removesuffix(")").split(",") if bracket else []
         options = {}
         for pair in pairs:
             key, _, value = (part.strip() for part in pair.partition("="))
-            known = METRICS[name].options.model_fields
+            known = metric.options.model_fields
             if key not in known or not inside.endswith(")"):
                 choice = ", ".join(known) or "none"
                 raise ConfigError(
@@ -220,7 +232,7 @@ class Column:
     @property
     def metric(self) -> Metric:
         """How it is computed and read."""
-        return METRICS[self.name]
+        return _find(self.name)
 
     @cached_property
     def values(self) -> Options:
@@ -238,21 +250,22 @@ def evaluate(
     scene : Scene
         Ground-truth and estimated cameras.
     metrics : sequence of str
-        Names out of `METRICS`, possibly with options: "TAS(max_threshold=0.5)".
+        Names out of `METRICS`, possibly with options: "TAS(max_threshold=0.5)"; or of protocols.
     registration_seed : SeedSequence
-        Seed of the random registration in TAS and PAS, the same for all of them.
+        Seed of the random registration in TAS, PAS and protocols, the same for all of them.
 
     Returns
     -------
     dict of str to float
         The values, in the order of `metrics`. ATE in ground-truth units, rotation errors in
-        degrees, the rest without unit.
+        degrees, those of protocols in their units, the rest without unit. NaN where a protocol
+        has no value: its program stops, or writes nothing.
 
     Notes
     -----
     Cameras that are missing in the estimate count as failures in TAS, RAS, PAS and mAA. ATE, DTE,
     DRE and the rotation statistics have no value for them and are evaluated on the other cameras
-    alone, as is usual: to lose a bad camera improves them.
+    alone, as is usual: to lose a bad camera improves them. For protocols see docs/protocols.md.
     """
     evaluation = Evaluation(scene, registration_seed)
     return {metric: evaluation.value(Column.parse(metric)) for metric in metrics}
@@ -280,6 +293,18 @@ class Evaluation:
     def value(self, column: Column) -> float:
         """Evaluate a metric."""
         return column.metric.function(self, column.values)
+
+    def protocol(self, name: str) -> float:
+        """Evaluate one of today's protocols; NaN where it has no value."""
+        scene = self.scene
+        gt, est = (
+            (scene.gt_positions, scene.gt_rotations),
+            (scene.est_positions, scene.est_rotations),
+        )
+        try:
+            return protocol(name)(*gt, *est, rng=self._seed)
+        except NoValueError:
+            return nan
 
     def tas(self, options: TASOptions) -> float:
         """Score the position errors."""
@@ -454,3 +479,19 @@ METRICS: Mapping[str, Metric] = {
     "d": Metric(Evaluation.d, unit="units", options=UnitOptions),
 }
 """Every metric by its name; options are the paper's by default. To add one, add its entry."""
+
+
+def _find(name: str) -> Metric:
+    """Return a metric by its name; raise a ValueError that names protocols where there is none."""
+    return METRICS[name] if name in METRICS else _protocol(name)
+
+
+@cache
+def _protocol(name: str) -> Metric:
+    family = protocol(name).family
+    return Metric(
+        lambda evaluation, _: evaluation.protocol(name),
+        higher_is_better=family.larger_is_better,
+        unit="°" if family.unit == "deg" else family.unit,
+        ordered=family.ordered,
+    )

@@ -4,7 +4,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.metrics import METRICS, Column
+from experiments.metrics import Column
 
 from . import style
 
@@ -58,8 +58,7 @@ def _over_rates(axes: Axes, table: pd.DataFrame) -> None:
     axes.set_xlim(-1.4, len(means) - 0.8)
     axes.set_ylim(bottom=0)
     axes.set_xlabel("every k-th camera is kept")
-    metric = METRICS[Column.parse(str(table["metric"].iloc[0])).name]
-    if metric.higher_is_better:
+    if Column.parse(str(table["metric"].iloc[0])).metric.higher_is_better:
         axes.set_ylim(0, 1)
 
 

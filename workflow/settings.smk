@@ -78,7 +78,12 @@ def code(*folders):
 
 # What trials rest on, and what is asked of them: the rest of the library reads people's files.
 TRIAL_CODE = code(
-    "alignscores", "alignscores/registration", "baselines", "experiments", "experiments/scenes"
+    "alignscores",
+    "alignscores/protocols",
+    "alignscores/registration",
+    "baselines",
+    "experiments",
+    "experiments/scenes",
 )
 STUDY_CODE = code("studies", "studies/*")
 FIGURE_CODE = code("alignscores/cli", "figures", "studies", "studies/parameters")

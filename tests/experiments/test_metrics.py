@@ -10,16 +10,17 @@ from scipy.spatial.distance import cdist
 
 import experiments.metrics
 from alignscores import pas, ras, ras_profile, tas, tas_profile
+from alignscores.protocols import protocol
 from alignscores.registration import pcr99
 from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
 from baselines.averages import rotation_l1_mean
 from baselines.rotation import aligned_angles
 from experiments.command import ConfigError
-from experiments.config import Sweep
-from experiments.grid import KEY_COLUMNS, Cell
+from experiments.config import Sweep, to_overrides
+from experiments.grid import KEY_COLUMNS, Cell, cells
 from experiments.metrics import METRICS, Column, Evaluation, Metric, Options, evaluate
 from experiments.scenes import Scene
-from experiments.sweep import draw_scene
+from experiments.sweep import draw_scene, trial_seeds
 from studies.statistics import power
 
 SEED = np.random.SeedSequence(7)
@@ -228,6 +229,8 @@ def test_seeds_differ_and_repeat(scene: Scene) -> None:
             "PAS(order=0.2)",
             "has no option 'order'; the options are interpolated, registration, seed, weight",
         ),
+        ("auc@30", "; of protocols, close to it are auc@30:vggt, "),
+        ("auc@30:vggt(k=5)", "has no option 'k'; the options are none"),
         ("TAS(order=0.2", "has no option 'order'; the options are "),
         ("TAS(max_threshold=-1)", "max_threshold should be greater than 0, not '-1'"),
         ("TAS(max_threshold=inf)", "max_threshold should be a finite number, not 'inf'"),
@@ -282,3 +285,30 @@ def test_a_metric_is_one_entry_of_the_registry(
     assert power(table, "Best", ["sigma_r_deg"], "smallest") == -tau
     with pytest.raises(ConfigError, match="has no option 'scale'; the options are none"):
         Column.parse("Best(scale=2)")
+
+
+def test_protocols_are_metrics_by_their_names(
+    small: Callable[..., Sweep], run: Callable[..., pd.DataFrame]
+) -> None:
+    """With commas and colons, in a sweep; what one refuses is no number."""
+    names = ["auc@30:vggt", "recall@5cm,5deg", "auc@20cm:colmap-imc", "ate:rmse", "are:rmse"]
+    metrics = to_overrides({"metrics": ["ATE", *names, "kitti"]})
+    sweep = small("n_outliers=[2]", "sigma_t=[0.02]", "sigma_r_deg=[3]", "trials=2", *metrics)
+    table = run(sweep)
+    assert list(table.columns) == [*KEY_COLUMNS, "ATE", *names, "kitti"]
+    assert table["kitti"].isna().all()  # no path of 100 m
+    assert table["ate:rmse"].to_numpy() == pytest.approx(table["ATE"].to_numpy())
+    (cell,) = cells(sweep)
+    for trial, row in table.iterrows():
+        cameras, seed = trial_seeds(sweep, cell, trial)
+        scene = draw_scene(sweep, cell, cameras)
+        gt, est = (
+            (scene.gt_positions, scene.gt_rotations),
+            (scene.est_positions, scene.est_rotations),
+        )
+        for name in names:
+            assert row[name] == protocol(name)(*gt, *est, rng=seed)
+    kinds = {name: Column.parse(name).metric for name in [*names, "kitti"]}
+    assert [kind.higher_is_better for kind in kinds.values()] == [True] * 3 + [False] * 3
+    assert [kind.unit for kind in kinds.values()] == ["%", "%", "%", "units", "°", "%"]
+    assert [name for name, kind in kinds.items() if kind.ordered] == ["kitti"]
