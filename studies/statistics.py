@@ -26,8 +26,8 @@ __all__ = [
     "Where",
     "cell_means",
 ]
-__all__ += ["by_level", "correlation", "dependence", "groups", "holm", "order", "power"]
-__all__ += ["powers", "select", "trials_needed"]
+__all__ += ["by_level", "correlation", "dependence", "groups", "holm", "order", "order_shares"]
+__all__ += ["power", "powers", "select", "trials_needed"]
 
 # The discerning power of a metric that discerns a level. Tau-b counts the pairs of trials at one
 # level against it: of those at two levels, 76 % are in the right order then where there are ten
@@ -57,7 +57,8 @@ def order(values: Sequence[ArrayLike], versus: Sequence[ArrayLike] | None = None
 
     No monotone rescaling of a metric changes it: a score, its square root and its logarithm are
     equally good. It is P(X < Y) + P(X = Y) / 2 for trials X and Y at a level and at the next one,
-    the mean over the pairs of neighbours; 1/2 is chance, 1 is certain.
+    the mean over the pairs of neighbours; 1/2 is chance, 1 is certain. A metric that has no value
+    (NaN) cannot put two trials in order, so that is a tie.
 
     Parameters
     ----------
@@ -85,24 +86,49 @@ def order(values: Sequence[ArrayLike], versus: Sequence[ArrayLike] | None = None
     >>> order([[1, 2], [2, 3]]).probability, order([[1, 2], [2, 3]], [[1, 1], [1, 1]]).probability
     (0.875, 0.375)
     """
-    shares = _order_shares(values)
+    shares = order_shares(values)
     if versus is not None:
-        pairs = zip(shares, _order_shares(versus), strict=True)
-        shares = [ours - theirs for ours, theirs in pairs]
+        both = zip(shares, order_shares(versus), strict=True)
+        shares = [ours - theirs for ours, theirs in both]
     # Each pair of neighbours is in the shares of the one level and in those of the other.
     probability = sum(float(level.mean()) for level in shares) / 2
     variance = sum(level.var(ddof=1) / len(level) if len(level) > 1 else inf for level in shares)
     return Order(probability, float(np.sqrt(variance)))
 
 
-def _order_shares(values: Sequence[ArrayLike]) -> list[Floats]:
-    """Return each trial's share of the probability: how often it is right among its neighbours."""
+def order_shares(
+    values: Sequence[ArrayLike], pairs: Sequence[tuple[int, int]] | None = None
+) -> list[Floats]:
+    """Return each trial's share of the probability of `order`: how often it is right.
+
+    Parameters
+    ----------
+    values : sequence of (T,) array_like
+        The trials of each level, so that larger is worse.
+    pairs : sequence of (int, int), optional
+        Which levels are compared, the better one first; by default neighbours.
+
+    Returns
+    -------
+    list of (T,) ndarray
+        Each pair of trials is in the shares of both: the means of all levels sum to twice the
+        probability.
+
+    Examples
+    --------
+    >>> from studies.statistics import order_shares
+    >>> order_shares([[1, 2], [2, 3]])
+    [array([1.  , 0.75]), array([0.75, 1.  ])]
+    """
     levels = [np.asarray(level, dtype=np.float64) for level in values]
+    compared = list(pairwise(range(len(levels)))) if pairs is None else pairs
     shares = [np.zeros(len(level)) for level in levels]
-    for k, (lower, upper) in enumerate(pairwise(levels)):
-        right = (lower[:, None] < upper) + (lower[:, None] == upper) / 2
-        shares[k] += right.mean(axis=1) / (len(levels) - 1)
-        shares[k + 1] += right.mean(axis=0) / (len(levels) - 1)
+    for better, worse in compared:
+        lower, upper = levels[better][:, None], levels[worse]
+        right = (lower < upper) + (lower == upper) / 2
+        right[np.isnan(lower) | np.isnan(upper)] = 0.5
+        shares[better] += right.mean(axis=1) / len(compared)
+        shares[worse] += right.mean(axis=0) / len(compared)
     return shares
 
 

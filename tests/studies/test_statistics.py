@@ -221,3 +221,15 @@ def test_a_value_that_is_missing_is_not_taken_for_no_correlation() -> None:
     table = trials(n_outliers=[0, 0, 1, 1], sigma_t=[1, 2, 1, 2], ATE=[1, 2, np.nan, 5])
     for take in statistics.SUMMARIES:
         assert math.isnan(statistics.power(table, "ATE", ["sigma_t"], take))
+
+
+def test_what_has_no_value_cannot_be_put_in_order() -> None:
+    """A tie with everything: neither refusing the better nor refusing the worse is rewarded."""
+    assert statistics.order([[np.nan, 1.0], [2.0, 2.0]]).probability == 0.75
+    assert statistics.order([[1.0, 1.0], [np.nan, 0.0]]).probability == 0.25
+    assert statistics.order([[np.nan] * 2] * 2).probability == 0.5
+
+
+def test_any_pairs_of_levels_can_be_compared() -> None:
+    shares = statistics.order_shares([[1, 2], [2, 3], [0, 0]], [(0, 2), (1, 2), (2, 0), (0, 1)])
+    assert [level.tolist() for level in shares] == [[0.5, 0.4375], [0.1875, 0.25], [0.25, 0.25]]
