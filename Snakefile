@@ -10,6 +10,7 @@
 #   snakemake beyond --config scenarios=my.yaml    a study of your own (docs/studies.md)
 #   snakemake frame_rate                      what the frame rate does to each metric
 #   snakemake frame_rate --config trajectories=my.yaml    to your own trajectories, too
+#   snakemake today                           today's protocols beside the new scores
 #   snakemake report                          all of it on one page, results/report.html
 import sys
 
@@ -29,6 +30,7 @@ localrules:  # seconds each: not worth a job
     registration_study,
     beyond,
     frame_rate,
+    today,
     figure,
     table1,
     order,
@@ -38,6 +40,7 @@ localrules:  # seconds each: not worth a job
     maps,
     scenarios,
     frame_rates,
+    orders_today,
     own_frame_rates,
     report,
 
@@ -79,6 +82,12 @@ rule frame_rate:
         FRAME_RATES,
         OWN_FRAME_RATES if "trajectories" in config else [],
         expand(FIGURE, figure="frame_rate", ext=["pdf", "png"]),
+
+
+rule today:
+    input:
+        ORDERS_TODAY,
+        expand(FIGURE, figure="today", ext=["pdf", "png"]),
 
 
 onsuccess:

@@ -22,6 +22,7 @@ FIGURES: dict[str, tuple[str, ...]] = {
     "registration_study": ("tables/registration_study",),
     "beyond": ("tables/beyond",),
     "frame_rate": ("tables/frame_rate",),
+    "today": ("tables/today",),
     "paths": (),
 }
 """All figures, each with the tables that it is drawn from; the module of its name draws it.

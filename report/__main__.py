@@ -28,6 +28,8 @@ FILES = {  # what the page is made of: one file, or several
     "registration-parts": ("+", "JSON", "records of its trials"),
     "findings": (None, "CSV", "what the scenarios show"),
     "scenarios": ("+", "JSON", "records of the scenarios' trials"),
+    "today": (None, "CSV", "what today's protocols order"),
+    "today-parts": ("+", "JSON", "records of its trials"),
 }
 
 

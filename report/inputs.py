@@ -29,6 +29,7 @@ from studies.parameters.axes import Axis, axes_of, is_seeded
 from studies.parameters.effects import COMPARED, EFFECTS
 from studies.scenarios.findings import POWERS
 from studies.table1 import PAPER, PROPERTIES
+from studies.today.orders import FOUND, KEYS
 
 __all__ = [
     "ESTIMATE",
@@ -40,7 +41,7 @@ __all__ = [
     "read_order",
 ]
 __all__ += ["read_readings", "read_records", "read_registrations", "read_replicates", "read_table1"]
-__all__ += ["read_thresholds", "read_verdicts"]
+__all__ += ["read_thresholds", "read_today", "read_verdicts"]
 
 ESTIMATE = ("ours", "low", "high", "verdict", "mean_low", "mean_high", "population")
 WORDS = {"verdict": VERDICTS, "population": POPULATION}
@@ -202,6 +203,19 @@ def read_findings(path: Path, scenarios: Records) -> pd.DataFrame:
         for metric in record.metrics
     ]
     return _read_rows(path, rows, list(POWERS.values()), ["finding"], ["mean"])
+
+
+def read_today(path: Path, questions: Records) -> pd.DataFrame:
+    """Read what today's protocols and the new scores order in each question."""
+    table = read_table(path, [*KEYS, *FOUND])
+    expected = {
+        (one.stem, metric) for one, record in questions.items() for metric in record.metrics
+    }
+    found = set(zip(table["question"], table["metric"], strict=True))
+    if others := expected ^ found:
+        raise TableError(path, f"was made for something else: see {' '.join(min(others))}")
+    _require_values(path, table[["order"]])
+    return table
 
 
 def read_figures(paths: Iterable[Path], scenario_study: str) -> dict[str, Image.Image]:

@@ -21,6 +21,7 @@ from studies.claims.claims import Claim, Claims, Decision, Reading
 from studies.claims.verdicts import CENTRAL, POPULATION, VERDICTS
 from studies.order import METHOD, rankings
 from studies.table1 import CRITERIA, NOTES, PROPERTIES, sensitivity
+from studies.today import findings
 
 from . import inputs, origin
 from .estimates import SPACE, Estimate
@@ -136,6 +137,8 @@ def render(files: Namespace) -> str:
     scenarios = inputs.read_records(files.scenarios)
     thresholds, registrations = inputs.read_thresholds(files), inputs.read_registrations(files)
     records = {**experiments, **replicates, **thresholds.records, **registrations.records}
+    questions = inputs.read_records(files.today_parts)
+    today = inputs.read_today(files.today, questions)
     figures = inputs.read_figures(files.figures, files.findings.stem)
     return (
         _environment()
@@ -156,8 +159,10 @@ def render(files: Namespace) -> str:
             beyond=Beyond(
                 files.findings.stem, inputs.read_findings(files.findings, scenarios), scenarios
             ),
+            today=findings.sentences(today),
+            duels=findings.duels(today),
             experiments=[record.sweep for record in experiments.values()],
-            machines=origin.machines({**records, **scenarios}),
+            machines=origin.machines({**records, **scenarios, **questions}),
             command=origin.command(files.settings),
             runtimes=origin.runtimes(inputs.read_jobs(files.benchmarks)),
         )

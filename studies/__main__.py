@@ -21,6 +21,8 @@ from .parameters.effects import effects
 from .parameters.times import measure
 from .scenarios.findings import findings
 from .table1 import compare, to_markdown
+from .today import findings as today
+from .today import orders
 
 __all__ = ["main"]
 
@@ -35,6 +37,7 @@ registration   the two registrations, likewise: CSV, Markdown
 threshold_time, registration_time    run times of the values of a study's axes: CSV
 frame_rate     how much each metric depends on the frame rate: CSV, Markdown
 scenarios      what each metric orders in each scenario: CSV
+today          today's protocols beside the new scores: CSV, Markdown
 """
 
 
@@ -120,6 +123,11 @@ def _frame_rate(trials: Sequence[Trials], _: Path) -> list[bytes]:
     return [to_csv(table), rates.to_markdown(table).encode()]
 
 
+def _today(trials: Sequence[Trials], _: Path) -> list[bytes]:
+    table = orders.compare({one.path.stem: one for one in trials})
+    return [to_csv(table), today.to_markdown(table).encode()]
+
+
 QUESTIONS: Mapping[str, Callable[[Sequence[Trials], Path], list[bytes]]] = {
     "table1": _table1,
     "order": _order,
@@ -131,6 +139,7 @@ QUESTIONS: Mapping[str, Callable[[Sequence[Trials], Path], list[bytes]]] = {
     "registration_time": _time("registration"),
     "frame_rate": _frame_rate,
     "scenarios": _scenarios,
+    "today": _today,
 }
 """What makes the contents of a study's files, of its trials and a table of run times."""
 

@@ -4,7 +4,8 @@ SHOWN = [SCENARIO_STUDY if name == "beyond" else name for name in FIGURES]
 
 def measured(wildcards):
     """Where Snakemake writes what it measured of the jobs that made the inputs."""
-    tables = [rules.table1, rules.order, rules.verdicts, rules.scenarios]
+    tables = [rules.table1, rules.order, rules.verdicts, rules.scenarios, rules.maps]
+    tables += [rules.frame_rates, rules.orders_today]
     tables += [getattr(rules, f"parameters_{name}") for name in STUDIES]
     return [
         *(
@@ -39,6 +40,8 @@ rule report:
         registration_parts=lambda wildcards: tables("trials/registration_study")["records"],
         findings=SCENARIO_FINDINGS,
         scenarios=lambda wildcards: tables(f"trials/{SCENARIO_STUDY}")["records"],
+        today=ORDERS_TODAY[0],
+        today_parts=lambda wildcards: tables("trials/today")["records"],
     output:
         RESULTS / "report.html",
     params:
@@ -60,5 +63,6 @@ rule report:
         " --registrations {input.registrations:q} --registration-times {input.registration_times:q}"
         " --registration-parts {input.registration_parts:q}"
         " --findings {input.findings:q} --scenarios {input.scenarios:q}"
+        " --today {input.today:q} --today-parts {input.today_parts:q}"
         " --benchmarks {params.benchmarks:q} --settings {params.settings:q} --output {output:q}"
         " > {log:q} 2>&1"

@@ -12,6 +12,7 @@ from studies.parameters.maps import MAPS, load_maps
 from studies.parameters.axes import STUDIES, axis_names, load_parameters, study_file
 from studies.scenarios.scenarios import BEYOND, load_scenarios, study_name
 from studies.study import load_experiments
+from studies.today.questions import TODAY, load_today
 
 
 def or_end(resolve, *arguments):
@@ -53,6 +54,7 @@ FOLDERS = {  # of tables of trials: how to load the study that they are of
     },
     "trials/threshold_maps": partial(load_maps, [*chosen(AXES), *SETTINGS]),
     "trials/frame_rate": partial(load_frame_rate, SETTINGS),
+    "trials/today": partial(load_today, SETTINGS),
     f"trials/{SCENARIO_STUDY}": partial(load_scenarios, SCENARIO_FILE, SETTINGS),
 }
 
@@ -86,4 +88,4 @@ TRIAL_CODE = code(
     "experiments/scenes",
 )
 STUDY_CODE = code("studies", "studies/*")
-FIGURE_CODE = code("alignscores/cli", "figures", "studies", "studies/parameters")
+FIGURE_CODE = code("alignscores/cli", "figures", "studies", "studies/parameters", "studies/today")

@@ -6,6 +6,7 @@ SCENARIO_FINDINGS = RESULTS / "tables" / f"{SCENARIO_STUDY}.csv"
 FRAME_RATES = [RESULTS / "tables" / f"frame_rate.{ext}" for ext in ("csv", "md")]
 THRESHOLD_MAPS = [RESULTS / "tables" / f"threshold_maps.{ext}" for ext in ("csv", "md")]
 OWN_FRAME_RATES = RESULTS / "tables" / "frame_rate_trajectories.csv"
+ORDERS_TODAY = [RESULTS / "tables" / f"today.{ext}" for ext in ("csv", "md")]
 RUN_TIMES = RESULTS / "tables" / "{study}_study_time.csv"
 
 
@@ -147,6 +148,21 @@ rule frame_rates:
         RESULTS / "benchmarks" / "tables" / "frame_rate.tsv"
     shell:
         "{sys.executable:q} -m studies frame_rate {input.trials:q} --output {output:q} > {log:q} 2>&1"
+
+
+rule orders_today:
+    input:
+        STUDY_CODE,
+        unpack(lambda wildcards: tables("trials/today")),
+        file=TODAY,
+    output:
+        ORDERS_TODAY,
+    log:
+        RESULTS / "logs" / "tables" / "today.log",
+    benchmark:
+        RESULTS / "benchmarks" / "tables" / "today.tsv"
+    shell:
+        "{sys.executable:q} -m studies today {input.trials:q} --output {output:q} > {log:q} 2>&1"
 
 
 rule own_frame_rates:

@@ -201,4 +201,15 @@ def test_pictures_are_the_figures(results):
     shown = np.asarray(Image.open(BytesIO(content)).convert("RGB"), dtype=float)
     difference = np.abs(shown - picture)
     assert difference.mean() < 8  # 4096 colours shown in 256
-    assert len(re.findall("data:image/png", page.html)) == 11
+    assert len(re.findall("data:image/png", page.html)) == 12
+
+
+def test_today_says_what_is_won_and_lost(page):
+    section = page.id("today")
+    assert (
+        "The new scores win on 7 of 8: outliers: noise (TAS +5.0 ± 2.0 against ATE)" in section.text
+    )
+    assert "lose on 0 of 8: nowhere." in section.text
+    cells = page.cells(row_of(page, "today", "merged: noise"))
+    assert cells == ["TAS", "80.0", "ATE", "70.0", "+5.0 ± 2.0", "even"]
+    assert [image.get("alt")[:8] for image in page.within(section, "img")] == ["A matrix"]

@@ -16,13 +16,14 @@ from studies.frame_rate.rates import load_frame_rate
 from studies.parameters.axes import STUDIES, load_parameters
 from studies.parameters.maps import load_maps
 from studies.scenarios.scenarios import load_scenarios
+from studies.today.questions import load_today
 
 from .conftest import ROOT, SNAKEFILE, Snakemake, command
 
 TRIALS = {"figures": 8, "claims": 2, "beyond": len(load_scenarios().tables)}
+TRIALS |= {"frame_rate": len(load_frame_rate().tables), "today": len(load_today().tables)}
 TRIALS |= {f"{name}_study": len(load_parameters(name).tables) for name in STUDIES}
 TRIALS["threshold_study"] += len(load_maps().tables)
-TRIALS["frame_rate"] = len(load_frame_rate().tables)
 
 
 def test_everything_is_made_once(snakemake: Snakemake) -> None:
@@ -31,7 +32,7 @@ def test_everything_is_made_once(snakemake: Snakemake) -> None:
         "trials": sum(TRIALS.values()),
         "figure": len(FIGURES),
         **dict.fromkeys(("table1", "order", "verdicts", "scenarios", "report", "figures"), 1),
-        **dict.fromkeys(("maps", "frame_rates"), 1),
+        **dict.fromkeys(("maps", "frame_rates", "orders_today"), 1),
         "run_times": len(STUDIES),
         **{f"parameters_{name}": 1 for name in STUDIES},
     }
@@ -44,6 +45,7 @@ def test_everything_is_made_once(snakemake: Snakemake) -> None:
         ("beyond", {"figure": 2, "scenarios": 1}),
         ("threshold_study", {"run_times": 1, "figure": 2, "parameters_threshold": 1, "maps": 1}),
         ("frame_rate", {"frame_rates": 1, "figure": 1}),
+        ("today", {"figure": 1, "orders_today": 1}),
         ("registration_study", {"run_times": 1, "figure": 1, "parameters_registration": 1}),
     ],
 )
@@ -190,7 +192,8 @@ import sys
 from experiments.config import load
 from experiments.metrics import METRICS
 from experiments.sweep import run_sweeps
-settings = [f"metrics=[{','.join(METRICS)}]", "trials=1", "n_jobs=1", "backend=sequential"]
+settings = ["trials=1", "n_jobs=1", "backend=sequential"]
+settings += [f"metrics=[auc@30:vggt,{','.join(METRICS)}]"]
 sweep, execution = load([*settings, "n_cameras=[20]", "n_outliers=[2]", "sigma_t=[0.1]"])
 run_sweeps([sweep], execution)
 files = [getattr(module, "__file__", None) for module in list(sys.modules.values())]

@@ -1,0 +1,1 @@
+"""Today's protocols and the new scores, put to the same eight questions."""
