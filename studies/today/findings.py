@@ -93,24 +93,17 @@ def sentences(table: pd.DataFrame) -> list[str]:
         parts = [f"{duel.title} ({duel.new} {duel.interval} against {duel.other})" for duel in some]
         where = "; ".join(parts) or "nowhere"
         texts.append(f"The new scores {words} on {len(some)} of {len(found)}: {where}.")
-    return [*texts, _blind(table)]
-
-
-def _blind(table: pd.DataFrame) -> str:
-    """Say which metrics are better than chance on everything, of those that were asked all."""
     n_asked = table.groupby("metric", sort=False).size()
     seeing = table[table["p_chance"] < SIGNIFICANCE].groupby("metric", sort=False).size()
-    everything = [
-        metric for metric, n in n_asked.items() if n == n_asked.max() and seeing.get(metric, 0) == n
-    ]
+    everything = [metric for metric, n in seeing.items() if n == n_asked.max()]
     names = ", ".join(map(str, everything)) or "none"
-    return f"Better than chance on all {n_asked.max()}: {names}."
+    return [*texts, f"Better than chance on all {n_asked.max()}: {names}."]
 
 
 def to_markdown(table: pd.DataFrame) -> str:
     """Write what `orders.compare` found: sentences, the best of both sides, and all numbers."""
     lines = [f"- {sentence}" for sentence in sentences(table)]
-    lines += ["", *_duels(duels(table)), "", *_matrix(table), "", LEGEND]
+    lines += ["", *_duels(duels(table)), "", *_matrix(table), "", *_totals(table), "", LEGEND]
     return "\n".join(lines) + "\n"
 
 
@@ -143,6 +136,19 @@ def _matrix(table: pd.DataFrame) -> list[str]:
     for metric, rows in table.assign(title=titles).groupby("metric", sort=False):
         cells = {row["title"]: _cell(row) for row in rows.to_dict("records")}
         lines.append(f"| {metric} | {' | '.join(cells.get(title, '–') for title in columns)} |")
+    return lines
+
+
+def _totals(table: pd.DataFrame) -> list[str]:
+    """Sum up new scores against the others, and the others against them, over all questions."""
+    lines = ["| metric | certainly ahead of the other side | behind | of | weakest, % | where |"]
+    lines.append("|---|--:|--:|--:|--:|---|")
+    for metric, rows in table.groupby("metric", sort=False):
+        counts = [f"{rows[name].sum():.0f}" for name in ("beats", "beaten", "rivals")]
+        weakest = rows.iloc[int(rows["order"].argmin())]
+        where = f"{weakest['question'].replace('_', ' ')}: {weakest['asked']}"
+        cells = [str(metric), *counts, f"{weakest['order']:.0f}", where]
+        lines.append(f"| {' | '.join(cells)} |")
     return lines
 
 

@@ -28,7 +28,7 @@ NEW = ("TAS", "RAS", "PAS", "HalfDistance", "HalfAngle")
 
 KEYS = ["question", "asked", "level", "across", "metric"]
 FOUND = ["order", "order_error", "trials", "p_chance", "best", "behind", "behind_error", "p_behind"]
-FOUND += ["rival", "ahead", "ahead_error", "p_ahead"]
+FOUND += ["rival", "ahead", "ahead_error", "p_ahead", "beats", "beaten", "rivals"]
 
 ROUNDING = 12  # decimals, so that certainty is 1 and chance 1/2
 
@@ -94,6 +94,8 @@ def compare(questions: Mapping[str, Trials]) -> pd.DataFrame:
           the paired difference, two-sided
         - `rival`: of a new score the best of the other metrics, and the other way round
         - `ahead, ahead_error, p_ahead`: likewise how far ahead of it
+        - `beats, beaten, rivals`: how many of the other side it is certainly ahead of and behind,
+          and how many there are
 
         p-values are adjusted by Holm's method: `p_chance` for all rows, the others for all pairs of
         metrics in all questions, for the best one is chosen by the same trials.
@@ -211,11 +213,18 @@ def _versus(table: pd.DataFrame, pairs: pd.DataFrame) -> pd.DataFrame:
             best, rival = (str(some.idxmax()) if len(some) else "" for some in (orders, others))
             behind = _test(tests, row, best)
             ahead = _test(tests, row, rival)
+            sure = [
+                difference
+                for difference, _, p in (_test(tests, row, other) for other in others.index)
+                if p < SIGNIFICANCE
+            ]
             rows.append(
                 row
                 | {"best": best, "behind": 0 - behind[0]}
                 | {"behind_error": behind[1], "p_behind": behind[2], "rival": rival}
                 | {"ahead": ahead[0], "ahead_error": ahead[1], "p_ahead": ahead[2]}
+                | {"beats": sum(difference > 0 for difference in sure)}
+                | {"beaten": sum(difference < 0 for difference in sure), "rivals": len(others)}
             )
     return pd.DataFrame(rows)[[*KEYS, *FOUND]]
 

@@ -63,7 +63,9 @@ def test_orders_by_hand(questions: dict[str, Trials]) -> None:
     assert (blind["p_chance"] > 0.05).all()
     assert blind["best"].map(lambda best: best in METRICS[:2]).all()
     assert (blind["p_behind"] < 1e-9).all()
-    assert table.loc[("outliers", "outliers", "TAS"), "order"] == 100
+    seeing = table.loc[("outliers", "outliers", "TAS")]
+    assert seeing[["order", "beats", "beaten", "rivals"]].tolist() == [100, 2, 0, 2]
+    assert table.loc[("outliers", "outliers", "ate:rmse"), "beaten"] == 1
     assert table.loc[("outliers", "outliers", "ate:rmse"), "p_chance"] > 0.05
 
 
@@ -120,6 +122,7 @@ def test_wins_and_losses_are_told(
     text = outputs[1].read_text()
     assert "| TAS | " in text
     assert "| rpe@1f | × | × | × |" in text
+    assert "| TAS | 3 | 1 | 6 | 50 | frame rate: noise |" in text
 
 
 def test_what_is_of_motion_is_asked_where_there_is_some() -> None:
@@ -130,6 +133,6 @@ def test_what_is_of_motion_is_asked_where_there_is_some() -> None:
             assert sweep.name == f"today/{name}"
             asked = {Column.parse(metric).metric.ordered for metric in sweep.metrics}
             assert asked == ({False} if sweep.geometry == "cube" else {False, True})
-            assert ("maa:imc" in sweep.metrics) == (max(sweep.n_cameras) <= 40)
+            assert ("maa:imc" in sweep.metrics) == (max(sweep.n_cameras) <= 30)
     with pytest.raises(ConfigError, match="'every' cannot be set: the frame rates stand in"):
         load_today(["every=3"])
