@@ -29,6 +29,7 @@ def swap(old, new):
 VERDICTS, READINGS, TABLE_1 = "claims.csv", "tables/readings.csv", "tables/method_comparison.csv"
 THRESHOLDS, TIMES = "tables/threshold_study_{}.csv", "tables/{}_study_time.csv"
 REGISTRATIONS, FINDINGS = "tables/registration_study.csv", "tables/beyond.csv"
+TODAY = "tables/today.csv"
 FAULTS = [
     (VERDICTS, lose, "does not exist"),
     (VERDICTS, put(""), "cannot be read (No columns"),
@@ -68,6 +69,8 @@ FAULTS = [
     (FINDINGS, lose, "does not exist"),
     (FINDINGS, swap("orbit,RAS", "orbit,SAR"), "has the metric SAR, not RAS"),
     (FINDINGS, put("scenario,metric,noise_power,outlier_power,finding,mean\n"), "has 0 rows, not"),
+    (TODAY, swap("outliers,noise,,,TAS,", "outliers,noise,,,ATE,"), "see outliers TAS"),
+    (TODAY, swap("80,", ","), "lacks values of order"),
     ("trials/threshold_study/length.json", lose, "does not exist"),
     ("trials/beyond/bias.json", put("{"), "is no record"),
     ("trials/rotations.json", lose, "does not exist"),
