@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 
 N_UNITS = 64
 SMALLEST_UNIT = 1e-5  # of the reference's extent, where the default units begin
-SMALLEST_DEG = 0.01  # where they begin for rotations
+DEGREES = np.geomspace(0.01, 180, N_UNITS)  # the default ones for rotations
 GAIN = 1e-3  # relative; the search for the half-score unit ends with the first step that gains less
 NORMAL = float(np.finfo(np.float64).tiny)  # a smaller unit is rounded to 0
 
@@ -152,21 +152,15 @@ def tas_profile(
     (0.24, 0.5)
     """
     gt = check_positions(gt_positions, "gt_positions", complete=True)
-    register = _remembering(registration)
-    grid = _extent_units(gt) if units is None else _checked_units(units)
-
-    def errors_at(unit: float) -> Floats | None:
-        result = tas(
-            gt,
-            est_positions,
-            rng=rng,
-            unit=unit,
-            n_hypotheses=n_hypotheses,
-            n_thresholds=n_thresholds,
-            registration=register,
-        )
-        return None if result.alignment is None else result.errors
-
+    grid = extent_units(gt) if units is None else _checked_units(units)
+    errors_at = _errors_at(
+        gt,
+        est_positions,
+        registration,
+        rng=rng,
+        n_hypotheses=n_hypotheses,
+        n_thresholds=n_thresholds,
+    )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AlignmentWarning)
         first = errors_at(grid[0])
@@ -229,9 +223,22 @@ def ras_profile(
     >>> profile.scores, round(profile.at(0.75), 2)
     (array([0.588, 0.762]), 7.6)
     """
-    grid = np.geomspace(SMALLEST_DEG, 180, N_UNITS) if units is None else _checked_units(units)
+    grid = DEGREES if units is None else _checked_units(units)
     result = ras(gt_rotations, est_rotations, n_thresholds=n_thresholds)
     return _profile(grid, [result.errors], n_thresholds)
+
+
+def _errors_at(
+    gt: Floats, est: ArrayLike, registration: str | Registration, **options: Any
+) -> Callable[[float], Floats | None]:
+    """Return what aligns at a unit and returns the errors; None where there is no alignment."""
+    register = _remembering(registration)
+
+    def errors_at(unit: float) -> Floats | None:
+        result = tas(gt, est, unit=unit, registration=register, **options)
+        return None if result.alignment is None else result.errors
+
+    return errors_at
 
 
 def _remembering(registration: str | Registration) -> str | Registration:
@@ -273,8 +280,8 @@ def _profile(units: Floats, errors: Iterable[Floats], n_thresholds: int) -> Scor
     return ScoreProfile(units, np.sort(np.array(list(errors)), axis=1), n_thresholds)
 
 
-def _extent_units(gt: Floats) -> Floats:
-    """Return the default units of positions."""
+def extent_units(gt: Floats) -> Floats:
+    """Return the default units of positions; ValueError where they have no extent."""
     with np.errstate(over="ignore"):
         extent = 2 * float(np.linalg.norm(gt - gt.mean(axis=0), axis=1).max())
     if not 0 < extent < np.inf:

@@ -16,14 +16,14 @@ from ..trajectories.extras import require
 from ..trajectories.files import STDIN, FileError, read_stamps
 from .formats import FORMATS, Format
 from .names import printable, unique_names
-from .notes import collected_warnings, units_note
+from .notes import collected_warnings, units_notes
 from .output import (
     print_error,
     show_json,
     show_progress,
     show_table,
 )
-from .ranking import comparable
+from .ranking import in_rank_order
 from .saving import save, show_plot
 from .scoring import Scored, score
 
@@ -194,6 +194,13 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
         type=output_file(".csv"),
         help="save the errors of each camera, and why it has none",
     )
+    output.add_argument(
+        "--profile",
+        metavar="FILE.csv",
+        type=output_file(".csv"),
+        help="save TAS and RAS of all estimates over all units of their thresholds; as for the "
+        "half-score distance, the TAS is of the refined registration",
+    )
     if form.aligned:
         output.add_argument(
             "--save_aligned",
@@ -208,7 +215,9 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
         type=output_file(".zip"),
         help="save for evo_res; of several estimates each gets FILE_<name>.zip",
     )
-    output.add_argument("--plot", action="store_true", help="show histograms and trajectories")
+    output.add_argument(
+        "--plot", action="store_true", help="show histograms, trajectories and score profiles"
+    )
     output.add_argument(
         "--save_plot",
         metavar="FILE",
@@ -298,10 +307,8 @@ def run(arguments: argparse.Namespace) -> int:
         except ValueError as error:
             fail(file, error)
     show_progress("")
-    if comparable(scored):
-        scored.sort(key=lambda one: one.pas, reverse=True)
-    else:
-        notes.append(units_note(scored, reference, form))
+    scored = in_rank_order(scored)
+    notes += units_notes(scored, reference, form)
     for path, unsaved in save(scored, reference, arguments) if scored else ():
         fail(str(path), unsaved)
     if arguments.json:  # printed last: whoever reads it may close the pipe, which ends the program

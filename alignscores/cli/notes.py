@@ -12,6 +12,7 @@ from ..trajectories.timing import find_offset
 from ..validation import AlignmentWarning
 from .formats import Format
 from .names import printable
+from .ranking import ranked_by
 
 if TYPE_CHECKING:
     from .scoring import Part, Scored
@@ -24,7 +25,7 @@ __all__ = [
     "offset_notes",
     "parts_notes",
     "swap_notes",
-    "units_note",
+    "units_notes",
 ]
 
 MUCH_LOST = 0.1  # share of the reference; if more is lost and not scored, there is a note
@@ -102,23 +103,27 @@ def parts_notes(parts: "Sequence[Part]") -> list[str]:
     return notes
 
 
-def units_note(scored: "Sequence[Scored]", reference: Trajectory, form: Format) -> str:
-    """Say why scores do not compare, and which options give scores that do."""
-    if len(parts := {len(one.parts) or 1 for one in scored}) > 1:
-        return (
+def units_notes(scored: "Sequence[Scored]", reference: Trajectory, form: Format) -> list[str]:
+    """Say why scores do not compare, if they do not, and which options give scores that do."""
+    by = ranked_by(scored)
+    if by == "PAS" or not scored:
+        return []
+    if by is None:
+        parts = {len(one.parts) or 1 for one in scored}
+        return [
             f"the scores do not compare and stand in the order given: from {min(parts)} to "
             f"{max(parts)} parts are each aligned on their own, and more of them fit better"
-        )
+        ]
     units = [one.result.tas.unit for one in scored]
     usual = max(scored, key=lambda one: len(one.matches.keys)).result.tas.unit
     note = (
-        f"the scores do not compare and stand in the order given: d is from {min(units):.4g} to "
-        f"{max(units):.4g} {form.unit}, as the estimates have other cameras; --unit {usual:.4g} "
-        "gives all one d"
+        "ranked by the half-score distance, as TAS and PAS do not compare: d is from "
+        f"{min(units):.4g} to {max(units):.4g} {form.unit}, since the estimates have other "
+        f"cameras; --unit {usual:.4g} gives all one d"
     )
     if not form.timed or not any(is_denser(reference.keys, one.matches.keys) for one in scored):
         note += ", --missing fail also the same cameras"
-    return note
+    return [note]
 
 
 def offset_notes(reference: Trajectory, estimate: Trajectory, t_offset: float) -> list[str]:

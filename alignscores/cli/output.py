@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import math
 import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -14,12 +15,17 @@ from ..validation import finite_rows
 from .formats import FORMATS
 from .names import printable
 from .notes import MUCH_LOST
-from .ranking import comparable, ranks
+from .ranking import TIED_HALF, RankedBy, ranked_by, ranks
 from .scoring import Scored, seeds
 from .table import table
 
 __all__ = ["print_error", "show_json", "show_progress", "show_table"]
 
+TIES: dict[RankedBy | None, str] = {
+    "PAS": "PAS less than 2 standard errors apart over the seeds",
+    "half_distance": f"half-score distances less than {TIED_HALF:.1%} apart",
+}
+HALF = "half: largest threshold at which TAS (refined registration) or RAS is one half; -: never"
 SCATTER = 0.005  # standard deviation of the TAS over the seeds from which there is a hint
 
 
@@ -50,6 +56,7 @@ def show_json(
         "repeat": len(seeds(arguments)),
         "inverted": arguments.invert,
         "body_rotation": arguments.body_rotation,
+        "ranked_by": ranked_by(scored),
         "notes": notes,
         "results": as_json(scored),
         "failed": failed,
@@ -64,13 +71,17 @@ def show_table(
     print_notes(scored, notes)
     results = as_json(scored)
     lines = table(results, " [m]" if FORMATS[arguments.format].unit == "m" else "").splitlines()
-    for line in [*lines, *footnotes(results, arguments, lines[0])]:
+    by = ranked_by(scored)
+    for line in [*lines, *footnotes(results, arguments, lines[0], by)]:
         print(line)
     sys.stdout.flush()
 
 
 def footnotes(
-    results: Sequence[Mapping[str, Any]], arguments: argparse.Namespace, header: str
+    results: Sequence[Mapping[str, Any]],
+    arguments: argparse.Namespace,
+    header: str,
+    ranked: RankedBy | None,
 ) -> list[str]:
     """Return what is said below the table."""
     first, *others = seeds(arguments)
@@ -79,7 +90,8 @@ def footnotes(
     if arguments.missing:
         lines[0] += f"; missing cameras: {arguments.missing}"
     if any(values["rank"] and values["rank"][0] < values["rank"][1] for values in results):
-        lines.append("ranks in common: tied, PAS less than 2 standard errors apart over the seeds")
+        lines.append(f"ranks in common: tied, {TIES[ranked]}")
+    lines.append(HALF)
     if "no pos/rot" in header:
         lines.append(
             "no pos/rot: cameras without a position fail in the TAS, without a rotation in the RAS"
@@ -113,10 +125,9 @@ def show_progress(text: str) -> None:
 
 def as_json(scored: Sequence[Scored]) -> list[dict[str, Any]]:
     """Return each estimate's part of the JSON output; no number in it is NaN or infinite."""
-    found = ranks(scored) if comparable(scored) else [None] * len(scored)
     return [
         {**_values(one), "rank": rank and list(rank)}
-        for one, rank in zip(scored, found, strict=True)
+        for one, rank in zip(scored, ranks(scored), strict=True)
     ]
 
 
@@ -132,6 +143,8 @@ def _values(one: Scored) -> dict[str, Any]:
         "PAS_sd": one.pas_sd,
         "TAS_seeds": one.tas_seeds,
         "PAS_seeds": one.pas_seeds,
+        "half_distance": _finite(one.half_distance),
+        "half_angle": _finite(one.half_angle),
         "ATE": one.ate,
         "n": len(tas.errors),
         "lost": one.lost,
@@ -154,6 +167,10 @@ def _values(one: Scored) -> dict[str, Any]:
         "body_rotation": None if one.body_rotation is None else one.body_rotation.tolist(),
         "notes": one.notes,
     }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
 
 
 def _alignment(alignment: Similarity | None) -> dict[str, Any] | None:

@@ -2,6 +2,7 @@
 
 import argparse
 import csv
+import math
 import os
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
@@ -51,6 +52,8 @@ def files(
     names = unique_names(arguments.estimates)
     if path := arguments.save_errors:
         yield path, errors_csv(scored, reference, missing=arguments.missing).encode()
+    if path := arguments.profile:
+        yield path, profiles_csv(scored).encode()
     if path := arguments.save_aligned:
         yield from aligned_files(scored, targets(path, names))
     if path := arguments.save_results:
@@ -111,6 +114,22 @@ def errors_csv(
             left_out = reference.keys[~np.isin(reference.keys, matches.keys)]
             rows += [(key, "", "", LEFT_OUT) for key in left_out.tolist()]
         writer.writerows((one.name, *row) for row in sorted(rows, key=lambda row: row[0]))
+    return text.getvalue()
+
+
+def profiles_csv(scored: Sequence[Scored]) -> str:
+    """Return a table of each estimate's scores over all units, a line a score and unit."""
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("estimate", "score", "unit", "value"))
+    for one in scored:
+        assert one.profiles is not None
+        for name, units, values in (
+            ("TAS", one.profiles.units, one.profiles.tas),
+            ("RAS", one.profiles.degrees, one.profiles.ras),
+        ):
+            pairs = zip(units.tolist(), values.tolist(), strict=True)
+            writer.writerows((one.name, name, *pair) for pair in pairs)
     return text.getvalue()
 
 
@@ -194,8 +213,14 @@ def evo_files(
                 "seed": seed,
             }
         )
-        extra = {"ATE": one.ate, "TAS_sd": one.tas_sd}
-        result.add_stats({key: value for key, value in extra.items() if value is not None})
+        extra = {
+            "ATE": one.ate,
+            "TAS_sd": one.tas_sd,
+            "half_distance": one.half_distance,
+            "half_angle": one.half_angle,
+        }
+        known = {key: value for key, value in extra.items() if value not in (None, math.inf)}
+        result.add_stats(known)
         if one.matches.keys.dtype.kind == "f":
             result.add_np_array("timestamps", one.matches.keys)
         buffer = BytesIO()

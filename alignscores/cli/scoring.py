@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..pose import PASResult, pas
+from ..profile import DEGREES, ScoreProfile, extent_units
 from ..similarity import Similarity, least_squares_rmse
 from ..trajectories.association import Matches, coverage, match, unit_hint
 from ..trajectories.conventions import find_convention, rotate_cameras
@@ -23,6 +24,7 @@ from ..trajectories.parts import (
     in_one_world,
     joined,
     poses_of,
+    profile_of_parts,
 )
 from ..trajectories.timing import find_offset
 from ..translation import closest_pair_quartile, tas
@@ -37,9 +39,12 @@ from .notes import (
     swap_notes,
 )
 
-__all__ = ["Part", "Scored", "score", "seeds"]
+__all__ = ["Part", "Profiles", "Scored", "score", "seeds"]
 
 Floats = NDArray[np.float64]
+
+# In units of d: where the search for the half-score distance starts; it finds its way from any.
+HALF_UNITS = np.geomspace(1 / 16, 4, 7)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +54,19 @@ class Part:
     name: str
     n: int
     alignment: Similarity | None
+
+
+@dataclass(frozen=True, eq=False)
+class Profiles:
+    """The scores of an estimate over all units, which are the same for all estimates.
+
+    Units of the TAS, by the refined registration, are in the reference's unit.
+    """
+
+    units: Floats
+    tas: Floats
+    degrees: Floats
+    ras: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +86,11 @@ class Scored:
         The scores at the first seed, and all that belongs to a single alignment.
     tas_seeds : list of float
         TAS of each seed.
+    half_distance, half_angle : float
+        Units at which TAS (by the refined registration) and RAS are one half; infinite where they
+        never are.
+    profiles : Profiles or None
+        The scores over all units, where they were asked for.
     lost : float
         Share of the reference that is left out of the scores, since the track was lost there.
     ate : float or None
@@ -86,6 +109,9 @@ class Scored:
     matches: Matches
     result: PASResult
     tas_seeds: list[float]
+    half_distance: float
+    half_angle: float
+    profiles: Profiles | None
     lost: float
     ate: float | None
     body_rotation: Floats | None
@@ -161,6 +187,7 @@ def score(
             results = pas_of_parts(matches, poses, arguments)
             result = combine(results, holder)
             tas_seeds = tas_of_seeds(matches, poses, holder, result, arguments)
+        half, profiles = half_and_profiles(reference, matches, poses, holder, result, arguments)
     notes += matching_notes(matches, reference, estimate, form)
     notes += swap_notes(reference, estimate)
     notes += convention_notes(
@@ -186,6 +213,9 @@ def score(
         matches=matches,
         result=result,
         tas_seeds=tas_seeds,
+        half_distance=half,
+        half_angle=rotation_profile(result, DEGREES).half,
+        profiles=profiles,
         lost=1 - coverage(reference, matches),
         ate=one_ate,
         body_rotation=body_rotation,
@@ -302,6 +332,38 @@ def tas_of_seeds(
         results = [tas(gt, part[:, :3, 3], rng=seed, **options) for part in poses]
         scores.append(combine_tas(results, holder).score)
     return scores
+
+
+def half_and_profiles(
+    reference: Trajectory,
+    matches: Matches,
+    poses: Sequence[Floats],
+    holder: NDArray[np.intp],
+    result: PASResult,
+    arguments: argparse.Namespace,
+) -> tuple[float, Profiles | None]:
+    """Return the half-score distance, and the scores over all units where they are asked for.
+
+    The distance needs a few units alone. It is the same whether there are profiles or not.
+    """
+    gt, parts = matches.gt_poses[:, :3, 3], [part[:, :3, 3] for part in poses]
+    unit = result.tas.unit
+    half = profile_of_parts(gt, parts, holder, unit * HALF_UNITS, rng=arguments.seed).half
+    if not (arguments.profile or arguments.plot or arguments.save_plot):
+        return half, None
+    try:
+        units = extent_units(reference.poses[:, :3, 3])
+    except ValueError:  # all cameras in one place, so that --unit alone has a size
+        units = unit * HALF_UNITS
+    tas_profile = profile_of_parts(gt, parts, holder, units, rng=arguments.seed)
+    ras_profile = rotation_profile(result, DEGREES)
+    return half, Profiles(units, tas_profile.scores, DEGREES, ras_profile.scores)
+
+
+def rotation_profile(result: PASResult, degrees: Floats) -> ScoreProfile:
+    """Return the profile of the RAS."""
+    errors = np.sort(result.ras.errors)[None]
+    return ScoreProfile(degrees, errors, len(result.ras.thresholds))
 
 
 def seeds(arguments: argparse.Namespace) -> range:

@@ -14,7 +14,9 @@ COLUMNS = (  # header, key of the JSON output, format
     ("rank", "rank", "rank"),
     ("TAS", "TAS", ".4f"),
     ("sd", "TAS_sd", ".4f"),
+    ("half{unit}", "half_distance", ".4g"),
     ("RAS", "RAS", ".4f"),
+    ("half deg", "half_angle", ".4g"),
     ("PAS", "PAS", ".4f"),
     ("sd", "PAS_sd", ".4f"),
     ("ATE{unit}", "ATE", ".4g"),
@@ -28,7 +30,8 @@ COLUMNS = (  # header, key of the JSON output, format
     ("parts", "n_parts", "d"),
 )
 SELDOM = ("missing", "no_pose", "duplicate", "n_parts")  # shown where not all are 0
-FIRST_DROPPED = ("within_10_deg", "within_unit", "duplicate")  # for long names
+# For long names. (The sd of the PAS is that of the TAS times its weight.)
+FIRST_DROPPED = ("within_10_deg", "within_unit", "duplicate", "PAS_sd")
 NEXT_DROPPED = ("no_pose", "missing")  # for names shortened to so many characters
 SHORTEST = 12
 

@@ -12,6 +12,7 @@ different numbers of parts do not compare. A part of fewer than 3 cameras has no
 single camera fits any rotation: such cameras fail.
 """
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -19,13 +20,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..pose import PASResult
+from ..profile import ScoreProfile, _errors_at, _searched, tas_profile
 from ..rotation import RASResult
 from ..similarity import Similarity
 from ..translation import TASResult
-from ..validation import finite_rows
+from ..validation import AlignmentWarning, finite_rows
 from .files import Trajectory
 
-__all__ = ["LEAST", "combine", "combine_tas", "holders", "in_one_world", "joined", "poses_of"]
+__all__ = [
+    "LEAST",
+    "combine",
+    "combine_tas",
+    "holders",
+    "in_one_world",
+    "joined",
+    "poses_of",
+    "profile_of_parts",
+]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -161,8 +172,67 @@ def combine(results: Sequence[PASResult], holder: Indices) -> PASResult:
     return PASResult(score=score, tas=tas, ras=ras, weight=weight)
 
 
+def profile_of_parts(
+    gt_positions: Floats,
+    parts_positions: Sequence[Floats],
+    holder: Indices,
+    units: Floats,
+    *,
+    rng: int,
+) -> ScoreProfile:
+    """Return the TAS of the whole over all units, by the refined registration.
+
+    Parameters
+    ----------
+    gt_positions : (n, 3) ndarray
+        Camera centres.
+    parts_positions : sequence of (n, 3) ndarray
+        Centres of the same cameras in each part; not finite where the part does not hold it.
+    holder : (n,) ndarray of int
+        As of `holders`.
+    units : (U,) ndarray
+        See `tas_profile`.
+    rng : int
+        Seed.
+
+    Returns
+    -------
+    ScoreProfile
+        At each unit each part is aligned so that its own score there is the largest. Of a single
+        part it is its `tas_profile`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.trajectories.parts import profile_of_parts
+    >>> gt = np.random.default_rng(0).random((20, 3))
+    >>> parts = np.array([gt, 2 * gt])
+    >>> parts[0, 8:] = parts[1, :8] = np.nan
+    >>> holder = np.repeat([0, 1], [8, 12])
+    >>> profile_of_parts(gt, parts, holder, np.array([0.1, 1.0]), rng=0).scores
+    array([1., 1.])
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AlignmentWarning)
+        if len(parts_positions) == 1:
+            return tas_profile(gt_positions, parts_positions[0], units, rng=rng)
+        searches = [_errors_at(gt_positions, part, "refined", rng=rng) for part in parts_positions]
+        lost = np.full(len(holder), np.inf)
+
+        def errors_at(unit: float) -> Floats:
+            found = [search(unit) for search in searches]
+            return _counted([lost if errors is None else errors for errors in found], holder)
+
+        return _searched(units, errors_at(units[0]), errors_at, n_thresholds=100)
+
+
 def _errors(results: Sequence[TASResult] | Sequence[RASResult], holder: Indices) -> Floats:
-    errors = np.array([one.errors for one in results])[holder, np.arange(len(holder))]
+    return _counted([one.errors for one in results], holder)
+
+
+def _counted(parts_errors: Sequence[Floats], holder: Indices) -> Floats:
+    """Return the error of each camera in the part that counts it; infinite where none does."""
+    errors = np.array(parts_errors)[holder, np.arange(len(holder))]
     return np.where(holder < 0, np.inf, errors)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import pas
+from alignscores import pas, ras_profile, tas_profile
 from alignscores.cli.formats import FORMATS
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_colmap, read_kitti
@@ -34,12 +34,26 @@ def test_every_format_scores_the_same_scene_the_same(form, score, examples):
         *("name", "file", "rank", "TAS", "TAS_sd", "RAS", "PAS", "PAS_sd", "TAS_seeds"),
         *("PAS_seeds", "ATE", "n", "lost", "matched", "missing", "non_finite", "no_position"),
         *("no_rotation", "duplicate", "unmatched", "unit", "within_unit", "within_10_deg"),
-        *("n_hypotheses", "alignment", "body_rotation", "parts", "notes"),
+        *(
+            "half_distance",
+            "half_angle",
+            "n_hypotheses",
+            "alignment",
+            "body_rotation",
+            "parts",
+            "notes",
+        ),
     }
     assert result["n"] == 40
     assert result["TAS_seeds"][0] == pytest.approx(expected.tas.score, abs=1e-12)
     assert result["RAS"] == pytest.approx(expected.ras.score, abs=1e-12)
     assert result["PAS_seeds"][0] == pytest.approx(expected.score, abs=1e-12)
+    halves = (
+        tas_profile(matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]).half,
+        ras_profile(matches.gt_poses[:, :3, :3], matches.est_poses[:, :3, :3]).half,
+    )
+    assert result["half_distance"] == pytest.approx(halves[0], rel=1e-3)
+    assert result["half_angle"] == pytest.approx(halves[1], rel=1e-9)
     assert result["unit"] == pytest.approx(expected.tas.unit)
     assert result["within_unit"] == np.mean(expected.tas.errors < expected.tas.unit)
     assert result["within_10_deg"] == np.mean(expected.ras.errors < 10)
@@ -199,6 +213,9 @@ def test_sub_models_are_one_estimate(score, run, models, tmp_path):
     assert set(names[:33]) <= {name for name, error in errors.items() if np.isfinite(error)}
     for index in range(3):  # each is aligned as it is alone
         assert whole["parts"][index]["alignment"] == parts[index]["alignment"]
+    halves = [part["half_distance"] for part in (whole, *parts)]
+    assert 0 < halves[0] < 0.2
+    assert halves[1:] == [None] * 4  # no part has half of the cameras
     assert whole["TAS"] <= sum(part["TAS"] for part in parts) <= whole["TAS"] + 5 / 40
     # Beside a single model there is no rank; two models are two estimates, as before.
     code, out, err = run(*files, "colmap/estimate")

@@ -64,20 +64,25 @@ def test_what_is_wrong_with_the_reference_is_noted_once(run, write, examples):
     assert json.loads(out)["results"] == printed["results"]
 
 
-def test_estimates_of_different_d_are_not_ranked(run, tum):
+def test_estimates_of_different_d_are_ranked_by_their_half_score_distance(run, tum):
     """Keyframes are farther apart, so that a larger error counts as none."""
     reference = tum(400, 10, "gt.txt")
     both = tum(400, 10, "est.txt"), tum(40, 1, "est_keyframes.txt")
     code, out, err = run("tum", reference, *both, "--json", "--repeat", 1)
     assert code == 0
     printed = json.loads(out)
-    scores = [result["PAS"] for result in printed["results"]]
-    assert scores[0] < scores[1]
-    assert [result["name"] for result in printed["results"]] == ["est.txt", "est_keyframes.txt"]
-    units = [result["unit"] for result in printed["results"]]
+    assert printed["ranked_by"] == "half_distance"
+    keyframes, frames = results = printed["results"]
+    assert keyframes["PAS"] > frames["PAS"]
+    halves = [result["half_distance"] for result in results]
+    assert halves[0] < halves[1] < 1.2 * halves[0]  # of the same noise
+    assert [result["rank"] for result in results] == [[1, 1], [2, 2]]
+    assert [result["name"] for result in results] == ["est_keyframes.txt", "est.txt"]
+    units = sorted(result["unit"] for result in results)
     (note,) = printed["notes"]
     assert err == f"alignscores: note: {note}\n"
-    assert f"do not compare and stand in the order given: d is from {units[0]:.4g} to" in note
+    assert "note: ranked by the half-score distance, as TAS and PAS do not compare: " in err
+    assert f": d is from {units[0]:.4g} to" in note
     assert f"{units[1]:.4g} m" in note
     assert "--missing fail" not in note  # all frames of the reference are not the keyframes'
     # What the note says makes them compare.
@@ -105,7 +110,9 @@ def test_missing_fail_makes_estimates_compare(run, score, examples, write):
 def test_real_keyframes_are_not_ranked_above_all_frames(run, real):
     files = [real / f"fr2_desk_{name}.txt" for name in ("groundtruth", "ORB", "ORB_kf_mono")]
     _, out, err = run("tum", *files, "--repeat", 1)
-    assert [line.split()[0] for line in out.splitlines()[1:3]] == [file.name for file in files[1:]]
+    rows = [line.split() for line in out.splitlines()[1:3]]
+    assert [row[1] for row in rows] == ["1", "2"]
+    assert [row[0][-6:] for row in rows] == [file.name[-6:] for file in files[1:]]
     assert "d is from 0.008191 to 0.06742 m" in err
     assert "--unit 0.008191 gives all one d\n" in err
     assert err.count("duplicates in the reference") == 1

@@ -21,12 +21,12 @@ TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 def test_table(run):
     code, out, err = run(*TUM)
     assert (code, err) == (0, "")
-    header, row, settings, failures, hint = out.splitlines()
-    assert failures.startswith("no pos/rot: cameras without a position fail in the TAS, ")
-    expected = "estimate TAS sd RAS PAS sd ATE [m] d [m] < d n missing no pos/rot"
+    header, row, settings, half, hint = out.splitlines()
+    assert half.startswith("half: largest threshold at which TAS (refined registration) or RAS ")
+    expected = "estimate TAS sd half [m] RAS half deg PAS ATE [m] d [m] n missing"
     assert header.split() == expected.split()
     assert row.split()[0] == "estimate.txt"
-    assert row.split()[-3:] == ["38", "2", "1/1"]
+    assert row.split()[-2:] == ["38", "2"]
     assert settings == "registration pcr99, means and sd over the seeds 0 to 9; " + (
         "missing cameras: ignore"
     )
@@ -44,9 +44,11 @@ def test_what_is_not_finite_fails_where_it_is_not(run, score, lines, write):
     assert (result["no_position"], result["no_rotation"]) == (3, 2)  # one pose has neither
     assert (whole["no_position"], whole["no_rotation"]) == (1, 1)
     assert whole["RAS"] - 1 / 38 <= result["RAS"] < whole["RAS"]
-    header, row, *_ = run(*files)[1].splitlines()
+    _, out, _ = run("colmap", "colmap/reference", "colmap/estimate")
+    header, row, _, _, failures, *_ = out.splitlines()
     assert header.endswith("no pos/rot")
-    assert row.split()[-1] == "3/2"
+    assert row.split()[-1] == "3/3"
+    assert failures.startswith("no pos/rot: cameras without a position fail in the TAS, ")
 
 
 def test_one_seed_has_no_spread(run):
@@ -106,6 +108,7 @@ def test_json_names_its_settings(run):
         "max_threshold_deg": 10.0,
         "weight": 0.5,
         "version": alignscores.__version__,
+        "ranked_by": "PAS",
         "notes": [],
         "failed": [],
     }
@@ -175,14 +178,14 @@ def test_the_examples_in_the_readme(examples, run, capsys, tmp_path, monkeypatch
             monkeypatch.setattr("sys.stdin", TextIOWrapper(stream))
             arguments.remove("<")
         printed.append(run(*arguments))
-    assert [code for code, _, _ in printed] == [0] * 15
+    assert [code for code, _, _ in printed] == [0] * 16
     assert printed[0] == (0, expected, "")
     named, compressed, piped, shifted = (printed[index] for index in (5, 6, 7, 10))
     assert "images are matched by file name: 'images/0000.png' and '0000.png'" in named[2]
     for _, out, _ in (compressed, piped):
         assert out.splitlines()[1].split()[1:4] == expected.splitlines()[1].split()[1:4]
     assert re.search(r"note: estimate.txt: time offset of -?0\.00\d\d s found", shifted[2])
-    saved = {"errors.csv", "scores.png", "aligned.txt", "r.zip"}
+    saved = {"errors.csv", "scores.png", "aligned.txt", "r.zip", "profiles.csv"}
     assert saved <= {path.name for path in tmp_path.iterdir()}
     for program in re.findall(r"```python\n(.*?)```", section, re.DOTALL):
         exec(program, {})

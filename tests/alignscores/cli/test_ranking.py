@@ -1,12 +1,22 @@
 """The order of the estimates, and which of them are tied."""
 
+from math import inf
 from types import SimpleNamespace
 
-from alignscores.cli.ranking import ranks
+import pytest
+
+from alignscores.cli.ranking import in_rank_order, ranked_by, ranks
 
 
-def estimate(mean, sd, repeat=4):
-    return SimpleNamespace(pas=mean, pas_sd=sd, tas_seeds=[mean] * repeat)
+def estimate(mean, sd, repeat=4, *, unit=1.0, half=1.0, parts=()):
+    return SimpleNamespace(
+        pas=mean,
+        pas_sd=sd,
+        tas_seeds=[mean] * repeat,
+        result=SimpleNamespace(tas=SimpleNamespace(unit=unit)),
+        half_distance=half,
+        parts=parts,
+    )
 
 
 def test_means_within_two_standard_errors_are_tied():
@@ -26,6 +36,33 @@ def test_a_single_seed_ties_equal_scores_alone():
         (1, 2),
         (3, 3),
     ]
+
+
+@pytest.mark.parametrize(
+    ("largest_unit", "parts", "by", "order", "expected"),
+    [
+        (1.03, (), "PAS", [0, 1, 2, 3], [(1, 1), (2, 2), (3, 3), (4, 4)]),
+        (1.04, (), "half_distance", [3, 1, 2, 0], [(1, 1), (2, 3), (2, 3), (4, 4)]),
+        (1.0, (1, 2), None, [0, 1, 2, 3], [None] * 4),
+    ],
+)
+def test_what_estimates_are_ranked_by(largest_unit, parts, by, order, expected):
+    """Half-score distances where d differs: infinite ones last, equal ones tied."""
+    scored = [
+        estimate(0.9, None, half=inf),
+        estimate(0.8, None, half=2.0, parts=parts),
+        estimate(0.7, None, half=2.001),
+        estimate(0.6, None, half=1.0, unit=largest_unit),
+    ]
+    assert ranked_by(scored) == by
+    assert in_rank_order(scored) == [scored[index] for index in order]
+    assert ranks(in_rank_order(scored)) == expected
+
+
+def test_nothing_ranks_estimates_that_never_reach_one_half():
+    scored = [estimate(0.1, None, half=inf, unit=unit) for unit in (1.0, 2.0)]
+    assert ranks(scored) == [(1, 2), (1, 2)]
+    assert (ranked_by([]), in_rank_order([]), ranks([])) == (None, [], [])
 
 
 def test_real_ties(run, score):

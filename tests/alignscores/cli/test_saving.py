@@ -40,6 +40,30 @@ def test_save_errors(run, tmp_path):
     assert np.mean(angles[:, None] < thresholds) == pytest.approx(first["RAS"])
 
 
+def test_save_profiles(run, tmp_path):
+    """The crossing of one half is that of the table; estimates share their units."""
+    path = tmp_path / "profiles.csv"
+    code, out, _ = run(*TUM, TUM[1], "--missing", "fail", "--profile", path, "--json")
+    assert code == 0
+    results = {result["name"]: result for result in json.loads(out)["results"]}
+    curves = {}
+    with path.open() as file:
+        for row in csv.DictReader(file):
+            pair = float(row["unit"]), float(row["value"])
+            curves.setdefault((row["estimate"], row["score"]), []).append(pair)
+    assert set(curves) == {(name, score) for name in results for score in ("TAS", "RAS")}
+    for (name, score), curve in curves.items():
+        units, values = np.array(curve).T
+        assert np.all(np.diff(units) > 0)
+        assert np.all(np.diff(values) >= 0)
+        np.testing.assert_array_equal(units, np.array(curves["reference.txt", score])[:, 0])
+        half = results[name]["half_distance" if score == "TAS" else "half_angle"]
+        row = np.searchsorted(units, half)
+        assert values[row] >= 0.5 > (values[row - 1] if row else 0)
+    (result,) = json.loads(run(*TUM, "--missing", "fail", "--json")[1])["results"]
+    assert result["half_distance"] == results["estimate.txt"]["half_distance"]
+
+
 def test_save_errors_has_every_frame_that_was_due(run, tum, tmp_path, write):
     """But none that was not, of a denser reference; and why it has no error, or an infinite one."""
     files = "tum", tum(400, 100, "gt.txt"), tum(40, 10, "est.txt", lost=(10, 15))
@@ -97,7 +121,7 @@ def test_save_results(run, score, tmp_path):
     assert run(*TUM, "--save_results", path)[0] == 0
     result = file_interface.load_res_file(path)
     (expected,) = score(*TUM)
-    for key in ("RAS", "ATE", "TAS_sd"):
+    for key in ("RAS", "ATE", "TAS_sd", "half_distance", "half_angle"):
         assert result.stats[key] == expected[key]
     for key in ("TAS", "PAS"):  # what evo_res plots is one alignment's
         assert result.stats[key] == expected[f"{key}_seeds"][0]

@@ -64,7 +64,11 @@ def test_equal_scores_have_themselves_as_mean(score):
 def test_unit(score):
     (result,) = score(*TUM, "--unit", 2.5)
     assert result["unit"] == 2.5
-    assert result["TAS"] > score(*TUM)[0]["TAS"]
+    (plain,) = score(*TUM)
+    assert result["TAS"] > plain["TAS"]
+    for unit in (1e-4, 2.5, 1e4):  # the half-score distance knows nothing of it
+        (result,) = score(*TUM, "--unit", unit, "--repeat", 1)
+        assert result["half_distance"] == pytest.approx(plain["half_distance"], rel=2e-3)
 
 
 def test_t_max_diff_and_t_offset(run, score):
@@ -216,7 +220,7 @@ def test_what_cannot_be_aligned(score, examples, kitti):
     poses[:, :3, 3] = 1
     (result,) = score(*KITTI[:2], kitti(poses))
     assert result["TAS"] == 0
-    assert result["ATE"] is None
+    assert result["ATE"] is result["half_distance"] is None
     assert len(result["notes"]) == 1  # once, not for every seed
     assert "TAS is 0" in result["notes"][0]
 

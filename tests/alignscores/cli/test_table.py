@@ -13,7 +13,8 @@ def test_columns_that_say_nothing_are_left_out():
     header = table([ROW], "").splitlines()[0]
     assert header.split()[-1] == "n"
     assert "rank" not in header
-    header = table([ROW, ROW | {"name": "dso.txt", "missing": 3}], " [m]").splitlines()[0]
+    rows = [ROW | {"name": name, "unit": 0.1, "missing": 3} for name in ("orb.txt", "dso.txt")]
+    header = table(rows, " [m]").splitlines()[0]
     assert header.split()[:2] == ["estimate", "rank"]
     assert header.split()[-2:] == ["n", "missing"]
 
@@ -31,7 +32,8 @@ def test_width(length, failures):
     assert max(map(len, [header, *lines])) <= 100
     for key in ("TAS", "RAS", "PAS", "ATE", "d", "n"):
         assert key in header.split()
-    assert header.split().count("sd") == 2
+    assert header.split().count("half") == 2
+    assert header.split().count("sd") == 1  # that of the PAS is the first that is no more
     assert lines[0].startswith("ax")
     assert lines[0].split()[0][-1] == "y"
     assert len({line.split()[0] for line in lines}) == 2
@@ -45,8 +47,9 @@ def test_long_names_that_differ_in_the_middle_are_numbered():
 
 
 def test_numbers_without_a_value():
-    line = table([ROW | {"ATE": None, "TAS_sd": None}], "").splitlines()[1]
-    assert line.split()[2] == "-"
+    none = dict.fromkeys(("ATE", "TAS_sd", "half_distance", "half_angle"))
+    line = table([ROW | none], "").splitlines()[1]
+    assert [line.split()[column] for column in (2, 3, 5, 8)] == ["-"] * 4
 
 
 def test_the_score_of_a_track_that_lost_much_is_marked():

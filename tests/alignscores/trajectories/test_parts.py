@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import pas
-from alignscores.trajectories.parts import combine, combine_tas, holders, in_one_world
+from alignscores import pas, tas_profile
+from alignscores.trajectories.parts import (
+    combine,
+    combine_tas,
+    holders,
+    in_one_world,
+    profile_of_parts,
+)
 
 CAMERAS = [range(20), range(15, 32), range(32, 38), range(38, 40)]  # 5 shared, 2 too few
 
@@ -60,6 +66,20 @@ def test_parts_without_a_camera_in_common_add_up(scene):
     results = [pas(gt, part) for part in parts[:3]]
     whole = combine(results, holders(parts[:3]))
     assert whole.score == pytest.approx(sum(one.score for one in results))
+
+
+def test_the_profile_of_the_whole_is_that_of_its_parts(scene):
+    """At each unit no less than that of the parts aligned there, of 38 of 42 cameras."""
+    gt, positions = scene[0], scene[1][:3, :, :3, 3]
+    units, holder = np.array([0.02, 0.05, 0.1, 0.5]), holders(scene[1])
+    profile = profile_of_parts(gt[:, :3, 3], positions, holder, units, rng=0)
+    for unit, score in zip(units, profile.scores, strict=True):
+        results = [pas(gt, part, unit=unit, registration="refined") for part in scene[1][:3]]
+        assert score >= combine(results, holder).tas.score - 2e-3
+    assert profile.at(0.9) < np.inf == profile.at(0.95)
+    assert 0.02 < profile.half < 0.1
+    one = profile_of_parts(gt[:, :3, 3], positions[:1], holders(scene[1][:1]), units, rng=0)
+    assert one.half == tas_profile(gt[:, :3, 3], positions[0], units).half
 
 
 @pytest.mark.parametrize("seed", range(3))
