@@ -1,9 +1,9 @@
-"""Pictures of scored estimates: cumulative frequency histograms and aligned trajectories.
+"""Pictures of scored estimates: cumulative histograms, aligned trajectories, score profiles.
 
 Needs Matplotlib, which the extra ``plots`` brings.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -18,8 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..histogram import AlignmentScore
 from ..pose import PASResult
 from ..trajectories.association import Matches
+from .scoring import Scored
 
-__all__ = ["score_figure", "score_panel", "trajectory_panel"]
+__all__ = ["profile_panel", "score_figure", "score_panel", "trajectory_panel"]
 
 Floats = NDArray[np.float64]
 
@@ -31,8 +32,10 @@ OTHERS = "0.4"  # curves of the estimates that are not named
 # which cannot be seen on white.
 ERRORS = ListedColormap(colormaps["inferno"](np.linspace(0.0, 0.82, 256)))
 ROWS = 4  # up to so many estimates have a row each, more share their axes
+FLAT = 0.1  # a score this close to 0 or 1 tells nothing of an estimate
 NAMED = 8  # estimates that share axes: the first so many can be told apart
-LONGEST = 48  # characters of a name in the legend
+HALVES = "half_distance", "half_angle"
+LONGEST = 36  # characters of a name in the legend
 # Neighbours differ in their dashes, too, for greyscale and colour blindness.
 LINES: list[dict[str, Any]] = [
     {"color": ERRORS(rank / (NAMED - 1)), "linestyle": ("-", "--", "-.", ":")[rank % 4]}
@@ -49,17 +52,20 @@ STYLE: dict[Any, Any] = {
 
 
 def score_figure(
-    scored: Mapping[str, tuple[Matches, PASResult]],
+    scored: Sequence[Scored],
     *,
+    unit: str = "m",
     title: str = "",
     figure: Figure | None = None,
 ) -> Figure:
-    r"""Draw the histograms of TAS and RAS and the aligned trajectories of the estimates.
+    """Draw histograms of TAS and RAS, the aligned trajectories and the profiles of the estimates.
 
     Parameters
     ----------
-    scored : mapping
-        Name of each estimate -> its poses and its result.
+    scored : sequence of Scored
+        The estimates, with their profiles.
+    unit : str
+        The reference's unit of length.
     title : str
         Title of the whole.
     figure : Figure, optional
@@ -68,41 +74,31 @@ def score_figure(
     Returns
     -------
     Figure
-        Up to four estimates have a row each. More share their axes: the first eight in colour and
-        in the legend, the others in grey, without a trajectory.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores import pas
-    >>> from alignscores.trajectories.association import match
-    >>> from alignscores.trajectories.files import Trajectory
-    >>> from alignscores.cli.plots import score_figure
-    >>> poses = np.tile(np.eye(4), (20, 1, 1))
-    >>> poses[:, :3, 3] = np.random.default_rng(0).random((20, 3))
-    >>> trajectory = Trajectory(np.arange(20), poses)
-    >>> matches = match(trajectory, trajectory)
-    >>> figure = score_figure({"itself": (matches, pas(poses, poses))})
-    >>> [axes.get_title(loc="left") for axes in figure.axes[:2]]
-    ['itself\nposition errors', 'rotation errors']
+        Up to four estimates have a row each, and a row with the profiles of all. More share their
+        axes: the first eight in colour and in the legend, the others in grey, without a trajectory.
     """
     with rc_context(STYLE):
         figure = Figure() if figure is None else figure
         figure.set_layout_engine("constrained")
         figure.suptitle(title, fontsize=8)
-        draw = _draw_rows if len(scored) <= ROWS else _draw_together
-        draw(figure, scored)
+        rows = len(scored) if len(scored) <= ROWS else 1
+        figure.set_size_inches(10.5, 0.3 + 2.9 * (rows + 1))
+        grid = figure.subplots(rows + 1, 3, width_ratios=(1, 1, 1.2))
+        if len(scored) <= ROWS:
+            _draw_rows(grid[:-1], scored)
+        else:
+            _draw_together(grid[0], scored)
+        _draw_profiles(grid[-1], scored, unit)
     return figure
 
 
-def _draw_rows(figure: Figure, scored: Mapping[str, tuple[Matches, PASResult]]) -> None:
+def _draw_rows(grid: NDArray[np.object_], scored: Sequence[Scored]) -> None:
     """Draw a row of panels for each estimate."""
-    figure.set_size_inches(10.5, 0.3 + 2.9 * len(scored))
-    grid = figure.subplots(len(scored), 3, squeeze=False, width_ratios=(1, 1, 1.2))
-    for (name, (matches, result)), row in zip(scored.items(), grid, strict=True):
+    for one, row in zip(scored, grid, strict=True):
+        matches, result = one.matches, one.result
         _histogram(row[0], "TAS", result.tas, result.tas.unit)
         _histogram(row[1], "RAS", result.ras, 1.0)
-        row[0].set_title(f"{name}\nposition errors", parse_math=False)
+        row[0].set_title(f"{one.name}\nposition errors", parse_math=False)
         row[0].set(
             xlabel=f"threshold in units of d (d = {result.tas.unit:.4g})",
             ylabel="cameras below the threshold",
@@ -111,12 +107,14 @@ def _draw_rows(figure: Figure, scored: Mapping[str, tuple[Matches, PASResult]]) 
         trajectory_panel(row[2], matches, result)
 
 
-def _draw_together(figure: Figure, scored: Mapping[str, tuple[Matches, PASResult]]) -> None:
+def _draw_together(panels: NDArray[np.object_], scored: Sequence[Scored]) -> None:
     """Draw all estimates into one row of panels."""
-    panels = figure.subplots(1, 3, width_ratios=(1, 1, 1.2))
-    results = [result for _, result in scored.values()]
-    _curves(panels[0], [(one.tas, one.tas.unit) for one in results])
-    _curves(panels[1], [(one.ras, 1.0) for one in results])
+    for axes, curves in (
+        (panels[0], [_frequency(one.result.tas, one.result.tas.unit) for one in scored]),
+        (panels[1], [_frequency(one.result.ras, 1.0) for one in scored]),
+    ):
+        axes.set(xlim=(0, max(curve[-1, 0] for curve in curves)), ylim=(0, 1))
+        _curves(axes, curves)
     panels[0].set(
         title="position errors",
         xlabel="threshold in units of d",
@@ -124,40 +122,91 @@ def _draw_together(figure: Figure, scored: Mapping[str, tuple[Matches, PASResult
     )
     panels[1].set(title="rotation errors", xlabel="threshold in degrees")
 
-    widest, _ = max(scored.values(), key=lambda pair: len(pair[0].keys))
-    view = _draw_reference(panels[2], widest)
-    for line, (matches, result) in zip(LINES, scored.values(), strict=False):
-        if result.tas.alignment is not None:
-            points = result.tas.alignment.inverse().apply(matches.est_poses[:, :3, 3])[:, view]
+    view = _draw_reference(panels[2], max(scored, key=lambda one: len(one.matches.keys)).matches)
+    for line, one in zip(LINES, scored, strict=False):
+        matches, alignment = one.matches, one.result.tas.alignment
+        if alignment is not None:
+            points = alignment.inverse().apply(matches.est_poses[:, :3, 3])[:, view]
             _draw_path(panels[2], points, ordered=_is_ordered(matches), linewidth=0.9, **line)
     shown = "" if len(scored) <= NAMED else f", the first {NAMED}"
-    panels[2].set_title(f"aligned trajectories{shown}; grey: reference")
+    panels[2].set_title(f"aligned trajectories{shown};\ngrey: reference")
 
-    handles = panels[0].get_lines()
-    labels = [name if len(name) <= LONGEST else f"..{name[2 - LONGEST :]}" for name in scored]
-    columns = 4 if max(map(len, labels[:NAMED])) < 28 else 2
-    figure.set_size_inches(10.5, 3.5 + 0.16 * -(-len(handles) // columns))
-    legend = figure.legend(
+
+def _draw_profiles(panels: NDArray[np.object_], scored: Sequence[Scored], unit: str) -> None:
+    """Draw the profiles of all estimates, and what their lines are."""
+    profiles = [one.profiles for one in scored if one.profiles is not None]
+    distances, angles = ([getattr(one, key) for one in scored] for key in HALVES)
+    profile_panel(panels[0], profiles[0].units, [one.tas for one in profiles], distances)
+    profile_panel(panels[1], profiles[0].degrees, [one.ras for one in profiles], angles)
+    panels[0].set(
+        title="TAS over its threshold",
+        xlabel=f"largest threshold in {unit} (refined registration)",
+        ylabel="score; dots: half-score distances",
+    )
+    panels[1].set(
+        title="RAS over its threshold",
+        xlabel="largest threshold in degrees",
+        ylabel="score; dots: half-score angles",
+    )
+    panels[2].axis("off")
+    handles = panels[0].get_lines()[: len(scored[:NAMED])]
+    legend = panels[2].legend(
         handles,
         map(str, range(len(handles))),  # a label may begin with _, which would hide it
-        loc="outside lower center",
-        ncols=columns,
+        loc="center left",
         handlelength=3.5,
+        labelspacing=0.8,
         frameon=False,
+        alignment="left",
     )
-    for text, label in zip(legend.get_texts(), labels, strict=False):
-        text.set(text=label, parse_math=False)
+    for text, one in zip(legend.get_texts(), scored, strict=False):
+        name = one.name if len(one.name) <= LONGEST else f"..{one.name[2 - LONGEST :]}"
+        halves = f"half: {one.half_distance:.4g} {unit}, {one.half_angle:.4g} deg"
+        text.set(text=f"{name}\n{halves.replace('inf', '-')}", parse_math=False)
     if len(scored) > NAMED:
         legend.set_title(f"the first {NAMED} in the table; in grey {len(scored) - NAMED} others")
 
 
-def _curves(axes: Axes, scores: Sequence[tuple[AlignmentScore, float]]) -> None:
-    """Draw cumulative frequencies of all estimates, whose cameras may differ in number."""
-    curves = []
-    for score, unit in scores:
-        shares = score.cumulative_frequency / len(score.errors)
-        curves.append(np.column_stack([score.thresholds / unit, shares]))
-    axes.set(xlim=(0, max(curve[-1, 0] for curve in curves)), ylim=(0, 1))
+def profile_panel(
+    axes: Axes, units: Floats, scores: Sequence[Floats], halves: Sequence[float]
+) -> None:
+    """Draw scores over their largest threshold; dots are where they are one half.
+
+    Units at which all scores are about 0, or all about 1, are left out.
+
+    Parameters
+    ----------
+    axes : Axes
+        Where to draw; its labels and title are left to the caller.
+    units : (U,) ndarray
+        Largest thresholds.
+    scores : sequence of (U,) ndarray
+        Scores of each estimate.
+    halves : sequence of float
+        Half-score unit of each estimate.
+    """
+    low, high = np.min(scores, axis=0), np.max(scores, axis=0)
+    telling = np.flatnonzero((high > FLAT) & (low < 1 - FLAT))
+    if len(telling):
+        shown = slice(max(telling[0] - 1, 0), telling[-1] + 2)
+        units, scores = units[shown], [one[shown] for one in scores]
+    _curves(axes, [np.column_stack([units, one]) for one in scores])
+    axes.axhline(0.5, color="0.5", linewidth=0.8, zorder=0.5)
+    for line, half in zip(LINES, halves, strict=False):
+        if units[0] <= half <= units[-1]:
+            axes.plot(half, 0.5, "o", color=line["color"], markersize=4)
+    axes.set(xscale="log", xlim=(units[0], units[-1]), ylim=(0, 1))
+    axes.xaxis.set_major_formatter("{x:g}")
+
+
+def _frequency(score: AlignmentScore, unit: float) -> Floats:
+    """Return the share of the cameras below each threshold; estimates may differ in cameras."""
+    shares = score.cumulative_frequency / len(score.errors)
+    return np.column_stack([score.thresholds / unit, shares])
+
+
+def _curves(axes: Axes, curves: Sequence[Floats]) -> None:
+    """Draw the curves of all estimates, the first ones so that they can be told apart."""
     others = curves[NAMED:]
     alpha = min(0.35, max(0.06, 20 / len(curves)))  # so that very many show where they are dense
     axes.add_collection(

@@ -16,6 +16,7 @@ import scipy
 from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
 from ..validation import finite_rows
+from .formats import FORMATS
 from .names import numbered, printable, unique_names
 from .scoring import Scored
 
@@ -81,9 +82,9 @@ def figure_of(
     """Draw the estimates, into a figure of pyplot's if one is given."""
     from .plots import score_figure  # needs Matplotlib
 
-    panels = {one.name: (one.matches, one.result) for one in scored}
+    unit = FORMATS[arguments.format].unit
     title = f"registration {arguments.registration}, seed {arguments.seed}"
-    return score_figure(panels, title=title, figure=figure)
+    return score_figure(scored, unit=unit, title=title, figure=figure)
 
 
 def errors_csv(

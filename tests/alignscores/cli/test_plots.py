@@ -1,10 +1,20 @@
+import dataclasses
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from alignscores import AlignmentWarning, pas
-from alignscores.cli.plots import NAMED, score_figure, score_panel, trajectory_panel
+from alignscores.cli.plots import (
+    LONGEST,
+    NAMED,
+    profile_panel,
+    score_figure,
+    score_panel,
+    trajectory_panel,
+)
 from alignscores.cli.saving import picture
+from alignscores.cli.scoring import Profiles, Scored
 from alignscores.histogram import AlignmentScore
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_kitti
@@ -46,6 +56,22 @@ def test_the_value_stands_clear_of_the_curve(power):
 
 
 @pytest.fixture
+def named(scored):
+    """(names) -> that many estimates, all of which are the same."""
+    matches, result = scored
+    units = np.geomspace(0.01, 10, 20)
+    curves = Profiles(units, units / 10, 10 * units, units / 10)
+    values = dict.fromkeys(field.name for field in dataclasses.fields(Scored))
+    values |= {"matches": matches, "result": result, "profiles": curves}
+    values |= {"half_distance": 5.0, "half_angle": np.inf}
+
+    def named(*names):
+        return [Scored(**{**values, "name": name}) for name in names]
+
+    return named
+
+
+@pytest.fixture
 def scored(examples):
     matches = match(
         read_kitti(examples / "kitti/reference.txt"), read_kitti(examples / "kitti/estimate.txt")
@@ -53,12 +79,15 @@ def scored(examples):
     return matches, pas(matches.gt_poses, matches.est_poses)
 
 
-def test_a_row_of_panels_for_each_estimate(scored):
-    figure = score_figure({"one": scored, "two": scored}, title="registration pcr99")
+def test_a_row_of_panels_for_each_estimate(scored, named):
+    figure = score_figure(named("one", "_two"), title="registration pcr99")
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
     titles = [axes.get_title(loc="left") for axes in panels]
     assert titles[0] == "one\nposition errors"
-    assert titles[3] == "two\nposition errors"
+    assert titles[3] == "_two\nposition errors"
+    assert titles[6:] == ["TAS over its threshold", "RAS over its threshold", ""]
+    labels = [text.get_text() for text in panels[-1].get_legend().get_texts()]
+    assert labels == [f"{name}\nhalf: 5 m, - deg" for name in ("one", "_two")]
     assert figure.get_suptitle() == "registration pcr99"
     texts = [axes.texts[0].get_text() for axes in panels[:2]]
     _, result = scored
@@ -66,30 +95,46 @@ def test_a_row_of_panels_for_each_estimate(scored):
 
 
 @pytest.mark.parametrize("n", [5, 30, 1000])
-def test_many_estimates_share_axes(scored, n, tmp_path):
+def test_many_estimates_share_axes(scored, named, n, tmp_path):
     """And take seconds; one with a row each took minutes, and gigabytes."""
     _, result = scored
     names = [r"_a$\bad$.txt", "x" * 200, *map(str, range(2, n))]
-    figure = score_figure(dict.fromkeys(names, scored))
-    positions, rotations, paths = figure.axes
-    named = min(n, NAMED)
+    figure = score_figure(named(*names))
+    positions, rotations, paths, *_, last = figure.axes
+    shown = min(n, NAMED)
     for axes, score in ((positions, result.tas), (rotations, result.ras)):
         curves = [line.get_ydata() for line in axes.get_lines()]
         curves += [path.vertices[:, 1] for path in axes.collections[0].get_paths()]
         assert len(curves) == n
         for shares in curves:
             np.testing.assert_array_equal(shares, score.cumulative_frequency / 40)
-    assert len(paths.get_lines()) == 1 + named
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert len(paths.get_lines()) == 1 + shown
+    labels = [text.get_text().split("\n")[0] for text in last.get_legend().get_texts()]
     assert labels[0] == names[0]
-    assert len(labels) == named
-    assert max(map(len, labels)) <= 48
-    title = figure.legends[0].get_title().get_text()
+    assert len(labels) == shown
+    assert max(map(len, labels)) == LONGEST
+    title = last.get_legend().get_title().get_text()
     assert title == (f"the first 8 in the table; in grey {n - 8} others" if n > 8 else "")
     styles = {(line.get_color(), line.get_linestyle()) for line in positions.get_lines()}
-    assert len(styles) == named
+    assert len(styles) == shown
     for suffix in (".png", ".pdf", ".svg"):
         assert len(picture(figure, tmp_path / f"many{suffix}")) < 1e6
+
+
+def test_profiles():
+    """A dot where each is one half, and no units at which there is nothing to see."""
+    units = np.geomspace(1e-6, 1e6, 121)
+    scores = [units / (units + half) for half in (1.0, 10.0)]
+    axes = Figure().subplots()
+    profile_panel(axes, units, scores, [1.0, np.inf])
+    *curves, line, dot = axes.get_lines()
+    for curve, score in zip(curves, scores, strict=True):
+        x, y = curve.get_data()
+        np.testing.assert_array_equal(y, score[np.isin(units, x)])
+    assert axes.get_xlim() == pytest.approx((0.1, 100), rel=0.5)
+    assert dot.get_xydata().tolist() == [[1.0, 0.5]]
+    assert line.get_ydata() == [0.5, 0.5]
+    profile_panel(Figure().subplots(), units, [np.ones(121)], [0.0])  # warns of nothing
 
 
 def test_the_trajectory_is_aligned_and_coloured_by_its_errors(scored):
