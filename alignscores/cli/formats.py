@@ -36,6 +36,8 @@ class Format:
         Name of the reference's unit of length.
     timed : bool
         Whether poses are matched by time stamps.
+    ordered : bool
+        Whether poses come in the order of time, in which images that are matched by name do not.
     aligned : str
         Format of an aligned estimate; empty where there is none.
     """
@@ -46,6 +48,7 @@ class Format:
     missing: str | None
     unit: str = "m"
     timed: bool = False
+    ordered: bool = True
     aligned: str = ""
     read_parts: Callable[..., dict[str, Trajectory]] | None = None
 
@@ -80,6 +83,7 @@ FORMATS = {
         read_colmap,
         "fail",
         unit="units",
+        ordered=False,
         read_parts=read_colmap_parts,
     ),
     "nerf": Format(
@@ -88,5 +92,6 @@ FORMATS = {
         read_nerf,
         "fail",
         unit="units",
+        ordered=False,
     ),
 }

@@ -15,6 +15,7 @@ from ..trajectories.association import MISSING, in_order
 from ..trajectories.extras import require
 from ..trajectories.files import STDIN, FileError, read_stamps
 from .formats import FORMATS, Format
+from .metrics import Metrics, metre_notes
 from .names import printable, unique_names
 from .notes import collected_warnings, units_notes
 from .output import (
@@ -187,12 +188,27 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
     )
 
     output = command.add_argument_group("output")
+    output.add_argument(
+        "--metrics",
+        metavar="NAMES",
+        action=Metrics,
+        form=form,
+        default=[],
+        help="show these instead: tas, ras, pas, half, half:rotation, ate, and other projects' "
+        "metrics, such as auc@30:vggt,maa:imc,recall@5cm,5deg,rpe@1m; help lists all",
+    )
     output.add_argument("--json", action="store_true", help="print JSON instead of a table")
     output.add_argument(
         "--save_errors",
         metavar="FILE.csv",
         type=output_file(".csv"),
         help="save the errors of each camera, and why it has none",
+    )
+    output.add_argument(
+        "--save_metrics",
+        metavar="FILE.csv",
+        type=output_file(".csv"),
+        help="save the --metrics, a line an estimate; without --metrics, those of this package",
     )
     output.add_argument(
         "--profile",
@@ -309,6 +325,7 @@ def run(arguments: argparse.Namespace) -> int:
     show_progress("")
     scored = in_rank_order(scored)
     notes += units_notes(scored, reference, form)
+    notes += metre_notes(arguments.metrics, form)
     for path, unsaved in save(scored, reference, arguments) if scored else ():
         fail(str(path), unsaved)
     if arguments.json:  # printed last: whoever reads it may close the pipe, which ends the program

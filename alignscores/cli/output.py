@@ -13,6 +13,7 @@ from .. import __version__
 from ..similarity import Similarity
 from ..validation import finite_rows
 from .formats import FORMATS
+from .metrics import metric_table, metric_values
 from .names import printable
 from .notes import MUCH_LOST
 from .ranking import TIED_HALF, RankedBy, ranked_by, ranks
@@ -58,7 +59,7 @@ def show_json(
         "body_rotation": arguments.body_rotation,
         "ranked_by": ranked_by(scored),
         "notes": notes,
-        "results": as_json(scored),
+        "results": as_json(scored, arguments.metrics),
         "failed": failed,
     }
     print(json.dumps(printed, indent=2, allow_nan=False), flush=True)
@@ -69,8 +70,13 @@ def show_table(
 ) -> None:
     """Print the table on stdout and the notes on stderr."""
     print_notes(scored, notes)
-    results = as_json(scored)
-    lines = table(results, " [m]" if FORMATS[arguments.format].unit == "m" else "").splitlines()
+    results = as_json(scored, arguments.metrics)
+    form = FORMATS[arguments.format]
+    if arguments.metrics:
+        rows = {one["name"]: one["metrics"] for one in results}
+        lines = metric_table(rows, arguments.metrics, form).splitlines()
+    else:
+        lines = table(results, " [m]" if form.unit == "m" else "").splitlines()
     by = ranked_by(scored)
     for line in [*lines, *footnotes(results, arguments, lines[0], by)]:
         print(line)
@@ -83,24 +89,28 @@ def footnotes(
     header: str,
     ranked: RankedBy | None,
 ) -> list[str]:
-    """Return what is said below the table."""
+    """Return what is said below the table, of what stands in it."""
+    chosen = set(arguments.metrics)
+    drawn = not chosen or bool(chosen & {"tas", "pas"})
     first, *others = seeds(arguments)
     over = f"means and sd over the seeds {first} to {others[-1]}" if others else f"seed {first}"
-    lines = [f"registration {arguments.registration}, {over}"]
+    lines = [f"registration {arguments.registration}, {over}" if drawn else f"seed {first}"]
     if arguments.missing:
         lines[0] += f"; missing cameras: {arguments.missing}"
-    if any(values["rank"] and values["rank"][0] < values["rank"][1] for values in results):
+    tied = any(values["rank"] and values["rank"][0] < values["rank"][1] for values in results)
+    if tied and not chosen:
         lines.append(f"ranks in common: tied, {TIES[ranked]}")
-    lines.append(HALF)
+    if not chosen or chosen & {"half", "half:rotation"}:
+        lines.append(HALF)
     if "no pos/rot" in header:
         lines.append(
             "no pos/rot: cameras without a position fail in the TAS, without a rotation in the RAS"
         )
-    if any(values["parts"] for values in results):
+    if any(values["parts"] for values in results) and not chosen:
         lines.append("parts: worlds that are each aligned on their own, which makes scores higher")
-    if any(values["lost"] > MUCH_LOST for values in results):
+    if any(values["lost"] > MUCH_LOST for values in results) and not chosen:
         lines.append("* without what the estimate lost; --missing fail counts it")
-    if max(values["TAS_sd"] or 0.0 for values in results) > SCATTER:
+    if drawn and max(values["TAS_sd"] or 0.0 for values in results) > SCATTER:
         lines.append("the TAS scatters with the seed; --registration refined makes it steadier")
     return lines
 
@@ -123,10 +133,10 @@ def show_progress(text: str) -> None:
         print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
 
 
-def as_json(scored: Sequence[Scored]) -> list[dict[str, Any]]:
+def as_json(scored: Sequence[Scored], metrics: Sequence[str]) -> list[dict[str, Any]]:
     """Return each estimate's part of the JSON output; no number in it is NaN or infinite."""
     return [
-        {**_values(one), "rank": rank and list(rank)}
+        {**_values(one), "metrics": metric_values(one, metrics), "rank": rank and list(rank)}
         for one, rank in zip(scored, ranks(scored), strict=True)
     ]
 

@@ -17,6 +17,7 @@ from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
 from ..validation import finite_rows
 from .formats import FORMATS
+from .metrics import OWN, metric_values
 from .names import numbered, printable, unique_names
 from .scoring import Scored
 
@@ -53,6 +54,8 @@ def files(
     names = unique_names(arguments.estimates)
     if path := arguments.save_errors:
         yield path, errors_csv(scored, reference, missing=arguments.missing).encode()
+    if path := arguments.save_metrics:
+        yield path, metrics_csv(scored, arguments.metrics or list(OWN)).encode()
     if path := arguments.profile:
         yield path, profiles_csv(scored).encode()
     if path := arguments.save_aligned:
@@ -115,6 +118,15 @@ def errors_csv(
             left_out = reference.keys[~np.isin(reference.keys, matches.keys)]
             rows += [(key, "", "", LEFT_OUT) for key in left_out.tolist()]
         writer.writerows((one.name, *row) for row in sorted(rows, key=lambda row: row[0]))
+    return text.getvalue()
+
+
+def metrics_csv(scored: Sequence[Scored], names: Sequence[str]) -> str:
+    """Return a table of metrics, a line an estimate; empty where there is no value."""
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("estimate", *names))
+    writer.writerows((one.name, *metric_values(one, names).values()) for one in scored)
     return text.getvalue()
 
 

@@ -4,7 +4,7 @@ import argparse
 import math
 import statistics
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -30,6 +30,7 @@ from ..trajectories.timing import find_offset
 from ..translation import closest_pair_quartile, tas
 from ..validation import AlignmentWarning, finite_rows
 from .formats import FORMATS
+from .metrics import protocol_values
 from .notes import (
     collected_warnings,
     convention_notes,
@@ -91,6 +92,8 @@ class Scored:
         never are.
     profiles : Profiles or None
         The scores over all units, where they were asked for.
+    protocols : mapping of str to float
+        Values of other projects' metrics by their names, where they have one.
     lost : float
         Share of the reference that is left out of the scores, since the track was lost there.
     ate : float or None
@@ -112,6 +115,7 @@ class Scored:
     half_distance: float
     half_angle: float
     profiles: Profiles | None
+    protocols: Mapping[str, float]
     lost: float
     ate: float | None
     body_rotation: Floats | None
@@ -197,6 +201,10 @@ def score(
         estimate = estimate._replace(poses=rotate_cameras(estimate.poses, body_rotation))
     if form.timed:
         estimate = estimate._replace(keys=estimate.keys + offset)
+    protocols, unvalued = protocol_values(
+        matches, arguments.metrics, seed=arguments.seed, n_parts=len(parts)
+    )
+    notes += unvalued
     one_ate, described = ate(matches), []
     if len(parts) > 1:
         described = [
@@ -216,6 +224,7 @@ def score(
         half_distance=half,
         half_angle=rotation_profile(result, DEGREES).half,
         profiles=profiles,
+        protocols=protocols,
         lost=1 - coverage(reference, matches),
         ate=one_ate,
         body_rotation=body_rotation,

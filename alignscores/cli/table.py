@@ -7,7 +7,7 @@ import numpy as np
 
 from .notes import MUCH_LOST
 
-__all__ = ["table"]
+__all__ = ["WIDTH", "shortened", "table"]
 
 WIDTH = 100
 COLUMNS = (  # header, key of the JSON output, format
@@ -71,7 +71,7 @@ def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
     for key in FIRST_DROPPED + NEXT_DROPPED:
         if _room(columns) < (longest if key in FIRST_DROPPED else min(longest, SHORTEST)):
             columns.pop(key, None)
-    names = _shortened(names, _room(columns))
+    names = shortened(names, _room(columns))
     width = max(map(len, names))
     widths = [max(map(len, cells)) for cells in columns.values()]
     lines = []
@@ -86,7 +86,7 @@ def _room(columns: Mapping[str, Sequence[str]]) -> int:
     return WIDTH - sum(2 + max(map(len, cells)) for cells in columns.values())
 
 
-def _shortened(names: list[str], width: int) -> list[str]:
+def shortened(names: list[str], width: int) -> list[str]:
     """Cut the middle out of long names; those that become the same are numbered."""
     for numbers in (False, True):
         short = [_cut(name, width, f"~{row}" if numbers else "") for row, name in enumerate(names)]

@@ -178,14 +178,14 @@ def test_the_examples_in_the_readme(examples, run, capsys, tmp_path, monkeypatch
             monkeypatch.setattr("sys.stdin", TextIOWrapper(stream))
             arguments.remove("<")
         printed.append(run(*arguments))
-    assert [code for code, _, _ in printed] == [0] * 16
+    assert [code for code, _, _ in printed] == [0] * 18
     assert printed[0] == (0, expected, "")
-    named, compressed, piped, shifted = (printed[index] for index in (5, 6, 7, 10))
+    named, compressed, piped, shifted = (printed[index] for index in (5, 6, 7, 12))
     assert "images are matched by file name: 'images/0000.png' and '0000.png'" in named[2]
     for _, out, _ in (compressed, piped):
         assert out.splitlines()[1].split()[1:4] == expected.splitlines()[1].split()[1:4]
     assert re.search(r"note: estimate.txt: time offset of -?0\.00\d\d s found", shifted[2])
-    saved = {"errors.csv", "scores.png", "aligned.txt", "r.zip", "profiles.csv"}
+    saved = {"errors.csv", "scores.png", "aligned.txt", "r.zip", "profiles.csv", "m.csv"}
     assert saved <= {path.name for path in tmp_path.iterdir()}
     for program in re.findall(r"```python\n(.*?)```", section, re.DOTALL):
         exec(program, {})
