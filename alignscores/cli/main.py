@@ -62,7 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         arguments, unknown = parser.parse_known_args(argv)
         if unknown:  # with the usage of the format, not that of the whole
             arguments.command.error(f"unrecognized arguments: {' '.join(unknown)}")
-        return run(arguments)
+        return int(arguments.run(arguments))
     except BrokenPipeError:  # the reader has closed the pipe, as `| head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
@@ -92,11 +92,14 @@ def build_parser() -> argparse.ArgumentParser:
             epilog=f"example: alignscores {name} {form.example}",
         )
         _add_arguments(command, form)
+    from ..compare.command import add_parser  # it imports this module in turn
+
+    add_parser(formats)
     return parser
 
 
 def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
-    command.set_defaults(command=command, missing=None, save_aligned=None, est_format=None)
+    command.set_defaults(command=command, run=run, missing=None, save_aligned=None, est_format=None)
     command.add_argument("reference", metavar="REF", help="the reference (ground truth)")
     command.add_argument("estimates", metavar="EST", nargs="+", help="an estimate; - is stdin")
 

@@ -1,0 +1,159 @@
+"""Intervals for differences of two systems, all pairs of systems at once.
+
+A difference comes with its standard error and the degrees of freedom of that error:
+
+- over runs, of two systems with several runs each: Welch's;
+- over stretches of the trajectory, where there are fewer runs, with the alignments fixed: the
+  moving-block bootstrap, whose variance of a mean needs no drawing; over cameras where they have no
+  order;
+- over sequences, paired: of the differences of the sequences' means.
+
+Its interval is ``difference +- q / sqrt(2) * error``, with the quantile q of the studentized range
+of so many systems: the intervals of all pairs hold together (Tukey; for unequal variances Games and
+Howell). Of two systems it is Student's interval.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "BLOCKS",
+    "LEVEL",
+    "Difference",
+    "margin",
+    "over_runs",
+    "over_sequences",
+    "over_stretches",
+    "series",
+]
+
+Floats = NDArray[np.float64]
+
+LEVEL = 0.95
+BLOCKS = 10  # stretches of a trajectory that are taken for independent
+EFFICIENCY = 1.5  # degrees of freedom of overlapping blocks, for each of those side by side
+MOST_DOF = 120  # from here on the quantiles hardly change
+
+
+class Difference(NamedTuple):
+    """A difference with its standard error, and the degrees of freedom of the error."""
+
+    value: float
+    error: float
+    dof: float
+
+
+def margin(difference: Difference, n_systems: int) -> float:
+    """Return half the length of the interval of a difference, for all pairs of so many systems.
+
+    Examples
+    --------
+    >>> from alignscores.compare.intervals import Difference, margin
+    >>> margin(Difference(0.0, 1.0, 10), 2), margin(Difference(0.0, 1.0, 10), 5)
+    (2.23, 3.29)
+    """
+    return _quantile(n_systems, int(min(max(difference.dof, 1), MOST_DOF))) * difference.error
+
+
+@lru_cache
+def _quantile(n_systems: int, dof: int) -> float:
+    from scipy import stats  # takes a second, which no other command should
+
+    if n_systems == 2:
+        return float(stats.t.ppf((1 + LEVEL) / 2, dof))
+    return float(stats.studentized_range.ppf(LEVEL, n_systems, dof) / np.sqrt(2))
+
+
+def over_runs(a: ArrayLike, b: ArrayLike) -> Difference:
+    """Compare two systems by their runs, two or more each.
+
+    Parameters
+    ----------
+    a, b : (r,), (s,) array_like
+        Values of the runs, which are independent of each other.
+
+    Examples
+    --------
+    >>> from alignscores.compare.intervals import over_runs
+    >>> over_runs([0.8, 0.9], [0.5, 0.6, 0.7])
+    Difference(value=0.25, error=0.076, dof=2.88)
+    """
+    one, two = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+    shares = np.array([np.var(values, ddof=1) / len(values) for values in (one, two)])
+    total = shares.sum()
+    dof = total**2 / (shares**2 / [len(one) - 1, len(two) - 1]).sum() if total > 0 else MOST_DOF
+    return Difference(float(one.mean() - two.mean()), float(np.sqrt(total)), float(dof))
+
+
+def over_sequences(differences: ArrayLike) -> Difference:
+    """Compare two systems by the differences of their means on two or more sequences.
+
+    Examples
+    --------
+    >>> from alignscores.compare.intervals import over_sequences
+    >>> over_sequences([0.1, 0.2, 0.3])
+    Difference(value=0.2, error=0.058, dof=2)
+    """
+    values = np.asarray(differences, dtype=np.float64)
+    error = values.std(ddof=1) / np.sqrt(len(values))
+    return Difference(float(values.mean()), float(error), len(values) - 1)
+
+
+def series(places: Floats, scores: Floats, n_cells: int) -> Floats:
+    """Return by how much the cameras in each part of a trajectory lift the mean score.
+
+    Parameters
+    ----------
+    places : (n,) array
+        Where on the trajectory each camera is, from 0 to 1.
+    scores : (n,) array
+        Score of each camera.
+    n_cells : int
+        Number of equal parts of the trajectory.
+
+    Returns
+    -------
+    (n_cells,) ndarray
+        The linearised ratio of the sums of scores and of cameras: their mean is 0, and the mean of
+        those in a new draw of parts is the change of the mean score.
+    """
+    cell = np.minimum((places * n_cells).astype(int), n_cells - 1)
+    centred = np.bincount(cell, weights=scores - scores.mean(), minlength=n_cells)
+    return np.asarray(centred * (n_cells / len(scores)), dtype=np.float64)
+
+
+def over_stretches(value: float, differences: Floats, *, ordered: bool) -> Difference | None:
+    """Compare two systems by the parts of a trajectory.
+
+    Parameters
+    ----------
+    value : float
+        The difference of their scores.
+    differences : (m,) array
+        Differences of their `series`, paired.
+    ordered : bool
+        Whether neighbouring parts may depend on each other. A tenth of the trajectory should
+        be longer than errors are correlated.
+
+    Returns
+    -------
+    Difference or None
+        None where there are fewer than two parts for each of 10 stretches.
+
+    Notes
+    -----
+    The variance of the mean of circular blocks, drawn with replacement, is that of the blocks'
+    means over their number. It is too small by 1 - length / m, where the parts are independent.
+    """
+    m = len(differences)
+    if m < 2 * BLOCKS:
+        return None
+    length = m // BLOCKS if ordered else 1
+    wrapped = np.concatenate([differences, differences[: length - 1]])
+    means = np.convolve(wrapped, np.full(length, 1 / length), mode="valid")
+    variance = np.mean((means - differences.mean()) ** 2) * length / (m - length)
+    dof = EFFICIENCY * (m / length - 1) if ordered else m - 1
+    return Difference(value, float(np.sqrt(variance)), float(dof))

@@ -1,0 +1,370 @@
+"""One run: read, matched and scored, or taken from the cache by the content of its files."""
+
+import argparse
+import hashlib
+import json
+import warnings
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import __version__
+from ..cli.formats import FORMATS
+from ..cli.notes import collected_warnings, convention_notes, offset_notes, parts_notes, swap_notes
+from ..cli.saving import write_whole
+from ..cli.scoring import (
+    Part,
+    matched,
+    pas_of_parts,
+    poses_of_parts,
+    read_parts,
+    tas_of_seeds,
+    time_offset,
+)
+from ..pose import PASResult
+from ..profile import ScoreProfile, tas_profile
+from ..protocols import NoValueError, protocol
+from ..trajectories.association import Matches, in_order
+from ..trajectories.conventions import find_convention, rotate_cameras
+from ..trajectories.files import Trajectory, read_stamps
+from ..trajectories.parts import combine, holders, in_one_world, joined
+from ..translation import closest_pair_quartile
+from ..validation import AlignmentWarning
+
+__all__ = ["Due", "Outcome", "Task", "due", "evaluate", "read_reference"]
+
+Floats = NDArray[np.float64]
+
+HALF_UNITS = np.geomspace(1 / 16, 4, 7)  # of d, where the search for the half-score distance begins
+LARGE = "points3D"  # of a COLMAP model: its size stands for its content, no score depends on it
+
+
+@dataclass(frozen=True)
+class Task:
+    """An estimate to be scored: its files, the options, and the metrics besides the scores."""
+
+    reference: str
+    estimate: str
+    options: argparse.Namespace
+    metrics: tuple[str, ...] = ()
+    cache: str | None = None
+    check_clocks: bool = False  # which takes longer than all else
+
+
+@dataclass(frozen=True)
+class Due:
+    """How many cameras were due, and their d; None where it does not exist."""
+
+    n: int
+    unit: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What became of one estimate.
+
+    Parameters
+    ----------
+    scores : dict of str to float
+        TAS, RAS, PAS, half_distance, half_angle and the metrics; an error without a value is
+        infinite.
+    n : int
+        Number of cameras that were scored.
+    failures : int
+        Number of those without a position or without a rotation.
+    unit : float
+        d.
+    places : (n,) ndarray
+        Row of each camera in the reference, as a share of its number of rows, from 0 to 1.
+    position_errors, rotation_errors : (n,) ndarray
+        In units of the ground truth and in degrees; infinite for a failure.
+    position_scores, rotation_scores : (n,) ndarray
+        Share of the thresholds that each camera is within: their means are the scores.
+    notes : list of str
+        What the user should know about it.
+    error : str
+        Why it could not be scored; empty if it could.
+    """
+
+    scores: dict[str, float]
+    n: int = 0
+    failures: int = 0
+    unit: float = np.nan
+    places: Floats = field(default_factory=lambda: np.empty(0))
+    position_errors: Floats = field(default_factory=lambda: np.empty(0))
+    rotation_errors: Floats = field(default_factory=lambda: np.empty(0))
+    position_scores: Floats = field(default_factory=lambda: np.empty(0))
+    rotation_scores: Floats = field(default_factory=lambda: np.empty(0))
+    notes: list[str] = field(default_factory=list)
+    error: str = ""
+
+
+ARRAYS = "places", "position_errors", "rotation_errors", "position_scores", "rotation_scores"
+
+
+def evaluate(task: Task) -> Outcome:
+    """Score an estimate, or take the result of the same files and options from the cache."""
+    try:
+        file = _cached_file(task, "run")
+        if file and (outcome := _loaded(file, task.estimate)):
+            return outcome
+        outcome = _scored(task)
+    except ValueError as error:
+        return Outcome({}, error=_named(error, task.estimate))
+    if file:
+        _store(file, outcome, task.estimate)
+    return outcome
+
+
+def due(task: Task) -> Due | str:
+    """Return how many cameras an estimate should have, with their d; or why that is unknown."""
+    try:
+        file = _cached_file(task, "due")
+        if file and file.is_file():
+            try:
+                return Due(**json.loads(file.read_text()))
+            except (TypeError, ValueError):
+                pass
+        with collected_warnings():
+            reference, frames = _read(task)
+            estimate = joined(list(read_parts(task.estimate, task.options).values()))
+            matches, _ = _matched(reference, estimate, frames, task.options)
+        found = Due(len(matches.keys), _quartile(matches.gt_poses[:, :3, 3]))
+    except ValueError as error:
+        return _named(error, task.estimate)
+    if file:
+        write_whole(file, json.dumps(found.__dict__).encode())
+    return found
+
+
+@lru_cache(maxsize=2)
+def read_reference(path: str, format: str) -> Trajectory:
+    """Read a reference; each is read once for the runs that follow each other."""
+    return in_order(FORMATS[format].read(path, complete=True))
+
+
+def _named(error: ValueError, file: str) -> str:
+    message = " ".join(str(error).split())
+    return message if message.startswith(file) else f"{file}: {message}"
+
+
+def _quartile(gt: Floats) -> float | None:
+    try:
+        return closest_pair_quartile(gt)
+    except ValueError:
+        return None
+
+
+def _read(task: Task) -> tuple[Trajectory, Floats | None]:
+    frames = getattr(task.options, "frames", None)
+    return (
+        read_reference(task.reference, task.options.format),
+        None if frames is None else read_stamps(frames),
+    )
+
+
+def _matched(
+    reference: Trajectory,
+    estimate: Trajectory,
+    frames: Floats | None,
+    options: argparse.Namespace,
+) -> tuple[Matches, float]:
+    if not FORMATS[options.format].timed:
+        return matched(reference, estimate, options), 0.0
+    offset = time_offset(reference, estimate, options.t_offset)
+    return matched(reference, estimate, options, t_offset=offset, frames=frames), offset
+
+
+def _scored(task: Task) -> Outcome:
+    options = task.options
+    with collected_warnings() as notes:
+        reference, frames = _read(task)
+        parts = read_parts(task.estimate, options)
+        estimate = joined(list(parts.values()))
+        matches, offset = _matched(reference, estimate, frames, options)
+        if task.check_clocks and FORMATS[options.format].timed and options.t_offset != "auto":
+            notes += offset_notes(reference, estimate, offset)
+        poses, more = _converted(
+            matches, poses_of_parts(list(parts.values()), estimate, matches), options
+        )
+        notes += more + swap_notes(reference, estimate)
+        holder = holders(poses)
+        with warnings.catch_warnings():
+            if len(parts) > 1:  # what is said of a part would be taken for the whole
+                warnings.simplefilter("ignore", AlignmentWarning)
+            results = pas_of_parts(matches, poses, options)
+            result = combine(results, holder)
+            tas_seeds = tas_of_seeds(matches, poses, holder, result, options)
+        if len(parts) > 1:
+            matches = replace(matches, est_poses=in_one_world(poses, results, holder))
+            notes += parts_notes(
+                [
+                    Part(name, int(np.sum(holder == index)), one.tas.alignment)
+                    for index, (name, one) in enumerate(zip(parts, results, strict=True))
+                ]
+            )
+        else:
+            matches = replace(matches, est_poses=poses[0])
+        scores = _scores(matches, result, tas_seeds, task.metrics, options, whole=len(parts) == 1)
+    failed = ~(np.isfinite(result.tas.errors) & np.isfinite(matches.est_poses).all(axis=(1, 2)))
+    return Outcome(
+        scores=scores,
+        n=len(matches.keys),
+        failures=int(failed.sum()),
+        unit=result.tas.unit,
+        places=_places(reference.keys, matches.keys),
+        position_errors=result.tas.errors,
+        rotation_errors=result.ras.errors,
+        position_scores=_shares(result.tas.errors, result.tas.thresholds),
+        rotation_scores=_shares(result.ras.errors, result.ras.thresholds),
+        notes=notes,
+    )
+
+
+def _converted(
+    matches: Matches, poses: Sequence[Floats], options: argparse.Namespace
+) -> tuple[list[Floats], list[str]]:
+    """Take a rotation of the camera's frame out if asked to; say what seems to be mixed up."""
+    largest = max(poses, key=lambda part: int(np.isfinite(part).all(axis=(1, 2)).sum()))
+    convention = find_convention(matches.gt_poses, largest)
+    inverted = convention.inverted or convention.rotations_inverted
+    rotation = convention.body_rotation
+    applied = options.body_rotation == "auto" and not inverted and rotation is not None
+    if applied and rotation is not None:
+        poses = [rotate_cameras(part, rotation) for part in poses]
+    return list(poses), convention_notes(convention, invert=options.invert, applied=applied)
+
+
+def _scores(
+    matches: Matches,
+    result: PASResult,
+    tas_seeds: Sequence[float],
+    metrics: Sequence[str],
+    options: argparse.Namespace,
+    *,
+    whole: bool,
+) -> dict[str, float]:
+    """Return the scores, means over the seeds, and the metrics."""
+    tas, ras = float(np.mean(tas_seeds)), result.ras.score
+    gt, est = matches.gt_poses, matches.est_poses
+    if whole:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AlignmentWarning)  # the TAS has told it
+            distance = tas_profile(
+                gt[:, :3, 3],
+                est[:, :3, 3],
+                result.tas.unit * HALF_UNITS,
+                rng=options.seed,
+                registration=options.registration,
+            ).half
+    else:
+        distance = _half(result.tas.errors, result.tas.unit)
+    scores = {
+        "TAS": tas,
+        "RAS": ras,
+        "PAS": result.weight * tas + (1 - result.weight) * ras,
+        "half_distance": distance,
+        "half_angle": _half(result.ras.errors, 10.0),
+    }
+    for name in metrics:
+        metric = protocol(name)
+        try:
+            value = metric(
+                gt[:, :3, 3], gt[:, :3, :3], est[:, :3, 3], est[:, :3, :3], rng=options.seed
+            )
+        except NoValueError:
+            value = np.nan
+        scores[name] = value if np.isfinite(value) else worst(name)
+    return scores
+
+
+def worst(metric: str) -> float:
+    """Return the value of a metric for a run that failed: 0 for a score, else infinite."""
+    return 0.0 if larger_is_better(metric) else np.inf
+
+
+def larger_is_better(metric: str) -> bool:
+    """Tell whether a metric is a score, not an error."""
+    if metric in ("half_distance", "half_angle"):
+        return False
+    return metric in ("TAS", "RAS", "PAS") or protocol(metric).family.larger_is_better
+
+
+def _half(errors: Floats, unit: float) -> float:
+    """Return the unit at which the score of errors under a fixed alignment is one half."""
+    return ScoreProfile(np.array([unit]), np.sort(errors)[None], 100).half
+
+
+def _shares(errors: Floats, thresholds: Floats) -> Floats:
+    """Return the share of the thresholds that each error is below; the mean is the score."""
+    return 1 - np.searchsorted(thresholds, errors, side="right") / len(thresholds)
+
+
+def _places(reference: NDArray[Any], keys: NDArray[Any]) -> Floats:
+    order = np.argsort(reference, kind="stable")
+    rows = order[np.searchsorted(reference, keys, sorter=order)]
+    return np.asarray((rows + 0.5) / len(reference))
+
+
+def _cached_file(task: Task, kind: str) -> Path | None:
+    """Return the file of the cache for the content of a task's files and its options."""
+    if task.cache is None:
+        return None
+    options = {key: value for key, value in vars(task.options).items() if key != "frames"}
+    settings: list[Any] = [__version__, kind, sorted(options.items())]
+    if kind == "run":
+        settings += [task.metrics, task.check_clocks]
+    digest = hashlib.sha256(json.dumps(settings).encode())
+    for path in (task.reference, task.estimate, getattr(task.options, "frames", None)):
+        digest.update(_content_hash(path) if path else b"-")
+    return Path(task.cache) / f"{digest.hexdigest()}.{'npz' if kind == 'run' else 'json'}"
+
+
+def _content_hash(path: str) -> bytes:
+    """Return the hash of a file, or of those of a COLMAP model or a folder of some."""
+    root = Path(path)
+    files = sorted(file for file in root.rglob("*") if file.is_file()) if root.is_dir() else [root]
+    digest = hashlib.sha256()
+    for file in files:
+        try:
+            content = str(file.stat().st_size).encode() if file.stem == LARGE else file.read_bytes()
+        except OSError:  # whoever reads it says why
+            content = b""
+        name = str(file.relative_to(root)) if root.is_dir() else file.suffix
+        digest.update(f"{name}\0{len(content)}\0".encode() + content)
+    return digest.digest()
+
+
+def _store(file: Path, outcome: Outcome, path: str) -> None:
+    described = {
+        "scores": outcome.scores,
+        "n": outcome.n,
+        "failures": outcome.failures,
+        "unit": outcome.unit,
+        "notes": outcome.notes,
+        "path": path,
+    }
+    buffer = BytesIO()
+    arrays = {name: getattr(outcome, name) for name in ARRAYS}
+    np.savez(buffer, described=np.array(json.dumps(described)), **arrays)
+    write_whole(file, buffer.getvalue())
+
+
+def _loaded(file: Path, path: str) -> Outcome | None:
+    """Return a stored outcome, None where there is none that can be read."""
+    try:
+        with np.load(BytesIO(file.read_bytes())) as stored:
+            described = json.loads(str(stored["described"]))
+            arrays = {name: stored[name] for name in ARRAYS}
+    except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+        return None
+    written = described.pop("path")
+    described["notes"] = [note.replace(written, path) for note in described["notes"]]
+    return Outcome(**described, **arrays)

@@ -1,0 +1,219 @@
+"""The comparison as text: for a terminal, CSV, Markdown, LaTeX and JSON."""
+
+import csv
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from io import StringIO
+from typing import Any
+
+from .runs import larger_is_better
+from .summary import Summary
+
+__all__ = ["as_csv", "as_json", "as_latex", "as_markdown", "as_text"]
+
+WIDTH = 100
+Row = list[str]
+HEADERS = {"half_distance": "half d", "half_angle": "half angle"}
+
+
+def as_text(summary: Summary, by: str, names: dict[str, str]) -> str:
+    """Return the tables for a terminal: over all, then sequence by sequence as far as they fit."""
+    blocks = []
+    for header, *rows in (
+        _overall_rows(summary, by, names, _text_cell),
+        _sequence_rows(summary, by, names, _text_cell),
+    ):
+        start = 1
+        while start < len(header):
+            end = len(header)
+            while end > start + 1 and len(_block([header, *rows], start, end)[0]) > WIDTH:
+                end -= 1
+            blocks.append(_block([header, *rows], start, end))
+            start = end
+    return "\n\n".join("\n".join(line.rstrip() for line in lines) for lines in blocks)
+
+
+def as_markdown(summary: Summary, by: str, names: dict[str, str]) -> str:
+    """Return both tables in Markdown, the best in bold where it is certain."""
+    escaped = {key: name.replace("|", "\\|") for key, name in names.items()}
+
+    def table(header: Row, *rows: Row) -> str:
+        rule = ["---", *["---:"] * (len(header) - 1)]
+        return "\n".join(f"| {' | '.join(row)} |" for row in (header, rule, *rows))
+
+    return "\n\n".join(
+        table(*rows(summary, by, escaped, _markdown_cell))
+        for rows in (_overall_rows, _sequence_rows)
+    )
+
+
+def as_latex(summary: Summary, by: str, names: dict[str, str]) -> str:
+    """Return one table for the package booktabs, the best in bold where it is certain."""
+    escaped = {key: _tex(name) for key, name in names.items()}
+    header, *rows = _sequence_rows(summary, by, escaped, _tex_cell, overall=True)
+    n_systems = len(summary.systems)
+    lines = [
+        f"% {by}: mean over runs; bold: better than every other system, all pairs at once at 95 %",
+        f"\\begin{{tabular}}{{l{'r' * (len(header) - 1)}}}",
+        "\\toprule",
+        " & ".join(header) + r" \\",
+        "\\midrule",
+        *(" & ".join(row) + r" \\" for row in rows),
+        "\\bottomrule",
+        "\\end{tabular}",
+    ]
+    return "\n".join(lines if n_systems > 1 else lines[1:])
+
+
+def as_csv(summary: Summary) -> str:
+    """Return one line a system and sequence, and one over all with an empty sequence."""
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    columns = [column for name in summary.metrics for column in (name, f"{name}_sd")]
+    counts = ["runs", "failed_runs", "n", "failures"]
+    writer.writerow(["system", "sequence", *columns, "rank_best", "rank_worst", *counts])
+    for entry in _entries(summary):
+        writer.writerow(
+            [
+                entry["system"],
+                entry["sequence"] or "",
+                *("" if entry[column] is None else entry[column] for column in columns),
+                *entry["rank"]["PAS"],
+                *(entry[count] for count in counts),
+            ]
+        )
+    return text.getvalue()
+
+
+def as_json(summary: Summary, settings: dict[str, Any]) -> str:
+    """Return all of it; infinite numbers, and those that are unknown, are null."""
+    printed = {
+        **settings,
+        "results": summary.results,
+        "systems": _entries(summary),
+        "comparisons": summary.comparisons,
+    }
+    return json.dumps(_finite(printed), indent=2, allow_nan=False)
+
+
+def number(value: float) -> str:
+    """Return a value with four digits; a dash for one that is unknown."""
+    if not math.isfinite(value):
+        return "∞" if value > 0 else "-"
+    return f"{value:.4f}" if abs(value) < 10 else f"{value:.4g}"
+
+
+def rank_text(rank: Sequence[int]) -> str:
+    """Return a rank, or the first and the last of those that systems share.
+
+    Examples
+    --------
+    >>> from alignscores.compare.tables import rank_text
+    >>> rank_text((1, 1)), rank_text((2, 4))
+    ('1', '2-4')
+    """
+    return "-".join(map(str, dict.fromkeys(rank)))
+
+
+def _entries(summary: Summary) -> list[dict[str, Any]]:
+    return [
+        summary.entries[system, sequence]
+        for sequence in [*summary.sequences, None]
+        for system in summary.systems
+    ]
+
+
+def _text_cell(entry: Mapping[str, Any], name: str) -> str:
+    """Return a value with its rank, and the number of runs that failed."""
+    failed = f" †{entry['failed_runs']}" if entry["failed_runs"] and entry["sequence"] else ""
+    return f"{number(entry[name])} ({rank_text(entry['rank'][name])}){failed}"
+
+
+def _markdown_cell(entry: Mapping[str, Any], name: str) -> str:
+    text = _text_cell(entry, name)
+    if is_best(entry, name):
+        value, _, rest = text.partition(" ")
+        text = f"**{value}** {rest}"
+    return text
+
+
+def _tex_cell(entry: Mapping[str, Any], name: str) -> str:
+    value = "$\\infty$" if entry[name] == math.inf else number(entry[name])
+    failed = f"\\textsuperscript{{\\dag{entry['failed_runs']}}}" if entry["failed_runs"] else ""
+    return (f"\\textbf{{{value}}}" if is_best(entry, name) else value) + failed
+
+
+def is_best(entry: Mapping[str, Any], name: str) -> bool:
+    """Tell whether a system is better than every other one, beyond doubt."""
+    return tuple(entry["rank"][name]) == (1, 1)
+
+
+Cell = Callable[[Mapping[str, Any], str], str]
+
+
+def _overall_rows(summary: Summary, by: str, names: dict[str, str], cell: Cell) -> list[Row]:
+    """Return a header and the values of each system over all sequences."""
+    header = ["system", f"rank ({by})", *(HEADERS.get(name, name) for name in summary.metrics)]
+    rows = []
+    for system in _by(summary, by):
+        entry = summary.entries[system, None]
+        rows.append(
+            [
+                names[system],
+                rank_text(entry["rank"][by]),
+                *(cell(entry, name) for name in summary.metrics),
+                f"{entry['failed_runs']}/{entry['runs']}",
+                f"{entry['failures'] / max(entry['n'], 1):.1%}",
+            ]
+        )
+    return [[*header, "failed runs", "lost frames"], *rows]
+
+
+def _sequence_rows(
+    summary: Summary, by: str, names: dict[str, str], cell: Cell, *, overall: bool = False
+) -> list[Row]:
+    """Return a header and the values of each system on each sequence."""
+    columns = [*summary.sequences, *([None] if overall else [])]
+    rows = [[by, *(names[one] if one else "overall" for one in columns)]]
+    for system in _by(summary, by):
+        cells = []
+        for sequence in columns:
+            entry = summary.entries[system, sequence]
+            cells.append(cell(entry, by))
+        rows.append([names[system], *cells])
+    return rows
+
+
+def _by(summary: Summary, by: str) -> list[str]:
+    """Return the systems from the best to the worst by a metric, over all."""
+    sign = -1 if larger_is_better(by) else 1
+    return sorted(summary.systems, key=lambda system: sign * summary.entries[system, None][by])
+
+
+def _block(table: Sequence[Row], start: int, end: int) -> list[str]:
+    """Return some columns beside the first, with their cells below each other."""
+    rows = [[row[0], *row[start:end]] for row in table]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(
+            [row[0].ljust(widths[0])]
+            + [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
+        )
+        for row in rows
+    ]
+
+
+def _tex(text: str) -> str:
+    special = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+    return "".join(
+        special.get(letter, f"\\{letter}" if letter in "&%$#_{}" else letter) for letter in text
+    )
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,161 @@
+"""The whole command on made benchmarks whose truth is known."""
+
+import json
+
+import numpy as np
+import pytest
+
+from alignscores import pas, ras_profile, tas_profile
+from alignscores.trajectories.files import read_tum
+
+SYSTEMS = {  # sigma_t, sigma_r in degrees, every so many frames, share lost at the end
+    "best": (0.1, 1.0, 1, 0.0),
+    "twin": (0.1, 1.0, 1, 0.0),
+    "sparse": (0.25, 2.5, 3, 0.0),
+    "loses_track": (0.1, 1.0, 1, 0.6),
+}
+
+
+def test_the_table_tells_the_truth_that_was_put_in(benchmark_of, compare, tmp_path):
+    patterns = benchmark_of(SYSTEMS, sequences=("car", "helix", "cube"), runs=3, n=100)
+    (tmp_path / "car/twin/2.txt").unlink()
+    found = compare(*patterns)
+    results = {(one["sequence"], one["system"], one["run"]): one for one in found["results"]}
+    assert len(results) == 4 * 3 * 3
+    gone = results["car", "twin", "2"]
+    assert (gone["status"], gone["TAS"], gone["RAS"], gone["PAS"]) == ("missing", 0, 0, 0)
+    assert (gone["half_distance"], gone["half_angle"], gone["failures"]) == (None, None, 100)
+    assert results["car", "loses_track", "0"]["failures"] == 60
+    assert len({one["unit"] for key, one in results.items() if key[0] == "car"} - {None}) == 1
+
+    def entry(system, sequence=None):
+        (one,) = (
+            one
+            for one in found["systems"]
+            if (one["system"], one["sequence"]) == (system, sequence)
+        )
+        return one
+
+    car = [results["car", "twin", str(number)]["PAS"] for number in range(3)]
+    assert entry("twin", "car")["PAS"] == pytest.approx(np.mean(car))
+    assert entry("twin", "car")["PAS_sd"] == pytest.approx(np.std(car, ddof=1))
+    assert (entry("twin")["runs"], entry("twin")["failed_runs"]) == (9, 1)
+    assert entry("sparse")["PAS"] == pytest.approx(
+        np.mean([entry("sparse", name)["PAS"] for name in ("car", "helix", "cube")])
+    )
+    ranks = {name: tuple(entry(name, "helix")["rank"]["PAS"]) for name in SYSTEMS}
+    assert ranks["best"] == ranks["twin"] == (1, 2)  # two draws of one system cannot be told apart
+    assert ranks["sparse"][0] == 3
+    assert ranks["loses_track"][0] >= 3
+    one = next(
+        one
+        for one in found["comparisons"]
+        if {one["a"], one["b"]} == {"best", "sparse"}
+        and (one["sequence"], one["metric"]) == ("helix", "TAS")
+    )
+    assert one["difference"] == pytest.approx(
+        entry(one["a"], "helix")["TAS"] - entry(one["b"], "helix")["TAS"]
+    )
+    assert one["low"] < one["difference"] < one["high"]
+    assert one["distinguishable"]
+
+
+def test_a_run_is_scored_as_the_library_does(benchmark_of, compare, tmp_path):
+    name = "ate:rmse"
+    patterns = benchmark_of({"only": (0.2, 2.0, 1, 0.0)}, sequences=["car"], runs=1)
+    (one,) = compare(*patterns, "--metrics", name)["results"]
+    gt, est = (read_tum(tmp_path / path).poses for path in ("car/gt.txt", "car/only/0.txt"))
+    expected = pas(gt, est, registration="refined")
+    assert (one["TAS"], one["RAS"]) == (expected.tas.score, expected.ras.score)
+    assert one["unit"] == expected.tas.unit
+    distance = tas_profile(gt[:, :3, 3], est[:, :3, 3]).half
+    assert one["half_distance"] == pytest.approx(distance, rel=5e-3)
+    assert one["half_angle"] == ras_profile(gt[:, :3, :3], est[:, :3, :3]).half
+    assert 0.2 < one["metrics"][name] < 0.5
+
+
+def test_a_run_that_is_added_is_computed_alone(benchmark_of, compare, tmp_path, monkeypatch):
+    import alignscores.compare.runs as module
+
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0), "b": (0.3, 1.0, 1, 0.0)}, ["car"])
+    whole = compare(*patterns)
+    scored = []
+    score = module._scored
+    monkeypatch.setattr(
+        module, "_scored", lambda task: (scored.append(task.estimate), score(task))[1]
+    )
+    assert compare(*patterns) == whole
+    assert scored == []
+    (tmp_path / "car/b/3.txt").write_bytes((tmp_path / "car/a/0.txt").read_bytes() + b"\n")
+    compare(*patterns)
+    assert scored == ["car/b/3.txt"]
+    for file in (tmp_path / "cache").rglob("*.npz"):  # half-written by something else
+        file.write_bytes(file.read_bytes()[:100])
+    compare(*patterns)
+    assert len(scored) == 8
+    compare(*patterns, "--weight", "0.4")
+    assert len(scored) == 15
+
+
+def test_processes_do_not_matter(benchmark_of, run):
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], runs=2)
+    options = "--no_cache", "--json", "--jobs"
+    assert run(*patterns, *options, 1) == run(*patterns, *options, 2)
+
+
+def test_wrong_files_are_a_line_each_and_the_rest_is_compared(benchmark_of, run, tmp_path):
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0), "b": (0.3, 1.0, 1, 0.0)}, runs=2)
+    (tmp_path / "car/a/0.txt").write_text("")
+    (tmp_path / "car/b/1.txt").write_text("this is no trajectory\n")
+    (tmp_path / "helix/a/1.txt").unlink()
+    (tmp_path / "new/c").mkdir(parents=True)
+    (tmp_path / "new/c/0.txt").write_text("0 0 0 0 0 0 0 1\n")
+    (tmp_path / "lonely").mkdir()
+    (tmp_path / "lonely/gt.txt").write_text("0 0 0 0 0 0 0 1\n")
+    code, out, err = run(*patterns, "--json", "--jobs", 1)
+    assert code == 1
+    lines = err.splitlines()
+    assert lines[:3] == [
+        "alignscores: error: sequence lonely: no system has a run on it; left out",
+        "alignscores: error: sequence new: has no reference; left out",
+        "alignscores: error: system c: has no run on a sequence with a reference; left out",
+    ]
+    assert lines[3].startswith("alignscores: error: car/a/0.txt: ")
+    assert lines[4].startswith("alignscores: error: car/b/1.txt")
+    assert lines[5] == ("alignscores: error: a: has no run 1 on helix; it counts as a failure")
+    assert len(lines) == 6
+    status = [one["status"] for one in json.loads(out)["results"]]
+    assert (status.count("scored"), status.count("failed"), status.count("missing")) == (5, 2, 1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "reason"),
+    [
+        (["tum", "x/{sequence}.txt", "{sequence}/{system}.txt"], 1, "no reference matches the"),
+        (["tum", "car/gt.txt", "no/{system}.txt"], 1, "no estimate matches the pattern no/"),
+        (["tum", "car/gt.txt", "{sequence}/{system}.txt"], 1, "both patterns need {sequence}, or"),
+        (["tum", "car/gt.txt", "car/{run}.txt"], 1, "the pattern of the estimates needs {system}"),
+        (["tum", "car/gt.txt"], 2, "give one of tum, kitti, euroc, colmap, nerf and two patterns"),
+        (["bag", "a", "b"], 2, "give one of tum"),
+        (["none.yaml"], 1, "none.yaml: cannot be read: No such file or directory"),
+        (["tum", "a", "b", "--metrics", "auc"], 2, "argument --metrics: unknown metric 'auc'"),
+        (["tum", "a", "b", "--by", "ate"], 2, "argument --by: must be one of TAS, RAS, PAS, "),
+    ],
+)
+def test_wrong_usage(benchmark_of, run, arguments, code, reason):
+    benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], runs=1, n=5)
+    found, out, err = run(*arguments)
+    assert (found, out) == (code, "")
+    assert reason in err.splitlines()[-1]
+
+
+def test_dry_run(benchmark_of, run, tmp_path):
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, runs=2, n=5)
+    (tmp_path / "helix/a/1.txt").unlink()
+    assert run(*patterns, "--dry-run") == (
+        0,
+        "car: car/gt.txt\n  a, run 0: car/a/0.txt\n  a, run 1: car/a/1.txt\n"
+        "helix: helix/gt.txt\n  a, run 0: helix/a/0.txt\n  a, run 1: missing\n"
+        "2 sequences, 1 systems, 4 runs, 1 of them missing\n",
+        "",
+    )

@@ -1,0 +1,57 @@
+"""Patterns with named fields."""
+
+import pytest
+
+from alignscores.compare.patterns import Pattern
+
+FIELDS = "sequence", "system", "run"
+
+
+@pytest.mark.parametrize(
+    ("pattern", "path", "values"),
+    [
+        (
+            "{sequence}/{system}/{run}.txt",
+            "a/b/1.txt",
+            {"sequence": "a", "system": "b", "run": "1"},
+        ),
+        (
+            "{sequence}/{system}_{run}.txt",
+            "a/b_1.txt",
+            {"sequence": "a", "system": "b", "run": "1"},
+        ),
+        ("{sequence}/x_{sequence}_{system}.txt", "a/x_a_b.txt", {"sequence": "a", "system": "b"}),
+        ("./[0]*/{system}.txt", "./[0]x/b.txt", {"system": "b"}),
+        ("{sequence}/x_{sequence}_{system}.txt", "a/x_c_b.txt", None),
+        ("{sequence}/{system}.txt", "a/b/c.txt", None),
+    ],
+)
+def test_fields(tmp_path, monkeypatch, pattern, path, values):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / path).parent.mkdir(parents=True)
+    (tmp_path / path).touch()
+    assert Pattern(pattern, FIELDS).find() == ({path: values} if values else {}, [])
+
+
+def test_several_ways_to_match_are_a_problem(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "orb_slam_1.txt").touch()
+    found, (problem,) = Pattern("{system}_{run}.txt", FIELDS).find()
+    assert found == {}
+    assert problem == (
+        "orb_slam_1.txt: matches {system}_{run}.txt in more than one way (system 'orb_slam', "
+        "run '1'; or system 'orb', run 'slam_1'); left out"
+    )
+
+
+@pytest.mark.parametrize(
+    ("pattern", "reason"),
+    [
+        ("{scene}/gt.txt", r"has a field \{scene\}; it may have \{sequence\}"),
+        ("{}/gt.txt", r"has a field \{\}; it may have"),
+        ("{sequence/gt.txt", "has a brace without its partner"),
+    ],
+)
+def test_wrong_patterns(pattern, reason):
+    with pytest.raises(ValueError, match=reason):
+        Pattern(pattern, ["sequence"])
