@@ -1,5 +1,6 @@
 """What is compared: sequences with their references, systems, and runs, found or expected."""
 
+import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,6 +13,7 @@ from .patterns import Pattern
 
 __all__ = ["Benchmark", "Run", "from_patterns", "read_yaml"]
 
+DIGITS = re.compile(r"(\d+)")
 FIELDS = ("sequence", "system", "run")
 ONLY_RUN = "1"  # name of the run where the pattern has no {run}
 # Keys of a YAML file, and those of an entry of `sequences` and of `systems`.
@@ -137,7 +139,7 @@ def _unique(
             problems.append(
                 f"{', '.join(several)}: all of them match {'/'.join(key)}; none of them is taken"
             )
-    return {key: several[0] for key, several in sorted(paths.items()) if not several[1:]}
+    return {key: several[0] for key, several in paths.items() if not several[1:]}
 
 
 def _complete(
@@ -155,8 +157,8 @@ def _complete(
             problems.append(f"sequence {sequence}: has no reference; left out")
         elif sequence not in tried:
             problems.append(f"sequence {sequence}: no system has a run on it; left out")
-    names = sorted({key[1] for key in estimates} | set(systems))
-    kept = {name: path for name, path in references.items() if name in tried}
+    names = sorted({key[1] for key in estimates} | set(systems), key=_natural)
+    kept = {name: references[name] for name in sorted(references, key=_natural) if name in tried}
     runs = []
     for system in names:
         own = {key: path for key, path in estimates.items() if key[1] == system}
@@ -169,11 +171,17 @@ def _complete(
             lacking = [name for name in wanted if name not in there]
             lacking = lacking[: max(len(wanted) - len(there), 0)]
             runs += [
-                Run(sequence, system, name, there.get(name)) for name in sorted([*there, *lacking])
+                Run(sequence, system, name, there.get(name))
+                for name in sorted([*there, *lacking], key=_natural)
             ]
     order = list(kept)
-    runs.sort(key=lambda one: (order.index(one.sequence), one.system))
+    runs.sort(key=lambda one: order.index(one.sequence))  # of equals the order stays
     return kept, runs, problems
+
+
+def _natural(name: str) -> list[tuple[int, str]]:
+    """Return what names are sorted by: the numbers in them count as such."""
+    return [(int(part), part) if part.isdecimal() else (-1, part) for part in DIGITS.split(name)]
 
 
 def _expected_names(own: Mapping[tuple[str, ...], str], expected: Expected | None) -> Sequence[str]:
@@ -184,7 +192,7 @@ def _expected_names(own: Mapping[tuple[str, ...], str], expected: Expected | Non
     for sequence, _, run in own:
         by_sequence[sequence].append(run)
     most: list[str] = max(by_sequence.values(), key=len)
-    longest = sorted(most)
+    longest = sorted(most, key=_natural)
     if expected is None:
         return longest
     numbers = (str(number) for number in range(1, expected + len(longest) + 1))

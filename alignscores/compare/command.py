@@ -14,11 +14,13 @@ from .. import __version__
 from ..cli.formats import FORMATS
 from ..cli.names import printable
 from ..cli.output import print_error, show_progress
+from ..cli.saving import write_whole
 from ..cli.scoring import seeds
 from ..protocols import protocol, split_names
 from ..registration import REGISTRATIONS
 from ..trajectories.association import MISSING
 from .benchmark import Benchmark, Run, from_patterns, read_yaml
+from .page import page
 from .runs import Due, Outcome, Task, due, evaluate, read_reference
 from .summary import SCORES, Summary, summarise
 from .tables import as_csv, as_json, as_latex, as_markdown, as_text
@@ -36,7 +38,7 @@ Result = TypeVar("Result")
 
 def add_parser(commands: Any) -> None:
     """Add the command to those of the parser."""
-    from ..cli.main import add_number  # it imports this module in turn
+    from ..cli.main import add_number, output_file  # it imports this module in turn
 
     command = commands.add_parser(
         "compare",
@@ -122,6 +124,9 @@ def add_parser(commands: Any) -> None:
     output = command.add_argument_group("output")
     output.add_argument(
         "--by", default="PAS", metavar="NAME", help="metric of the tables (default: %(default)s)"
+    )
+    output.add_argument(
+        "--html", metavar="FILE.html", type=output_file(".html"), help="save one page with drawings"
     )
     shown = output.add_mutually_exclusive_group()
     for name in ("json", "csv", "markdown", "latex"):
@@ -350,6 +355,9 @@ def _show(summary: Summary, benchmark: Benchmark, arguments: argparse.Namespace)
         key: printable(str(named.get(key, {}).get("name", key)))
         for key in (*summary.sequences, *summary.systems)
     }
+    if arguments.html:
+        content = page(summary, arguments.by, names, _footnotes(summary, arguments))
+        write_whole(arguments.html, content.encode())
     match arguments.show:
         case "json":
             print(as_json(summary, _settings(benchmark, arguments)))

@@ -35,7 +35,22 @@ Floats = NDArray[np.float64]
 LEVEL = 0.95
 BLOCKS = 10  # stretches of a trajectory that are taken for independent
 EFFICIENCY = 1.5  # degrees of freedom of overlapping blocks, for each of those side by side
-MOST_DOF = 120  # from here on the quantiles hardly change
+DOFS = (
+    1,
+    1.25,
+    1.6,
+    2,
+    2.5,
+    3,
+    4,
+    5,
+    7,
+    10,
+    14,
+    20,
+    40,
+    120,
+)  # with quantiles, others between them
 
 
 class Difference(NamedTuple):
@@ -55,16 +70,21 @@ def margin(difference: Difference, n_systems: int) -> float:
     >>> margin(Difference(0.0, 1.0, 10), 2), margin(Difference(0.0, 1.0, 10), 5)
     (2.23, 3.29)
     """
-    return _quantile(n_systems, int(min(max(difference.dof, 1), MOST_DOF))) * difference.error
+    inverse = 1 / min(max(difference.dof, 1), DOFS[-1])
+    return float(np.exp(np.interp(inverse, *_log_quantiles(n_systems)))) * difference.error
 
 
 @lru_cache
-def _quantile(n_systems: int, dof: int) -> float:
+def _log_quantiles(n_systems: int) -> tuple[Floats, Floats]:
+    """Return 1 / dof, ascending, and the logarithms of the quantiles, smooth in it and slow."""
     from scipy import stats  # takes a second, which no other command should
 
-    if n_systems == 2:
-        return float(stats.t.ppf((1 + LEVEL) / 2, dof))
-    return float(stats.studentized_range.ppf(LEVEL, n_systems, dof) / np.sqrt(2))
+    dofs = np.array(DOFS[::-1])
+    if n_systems <= 2:
+        quantiles = stats.t.ppf((1 + LEVEL) / 2, dofs)
+    else:
+        quantiles = stats.studentized_range.ppf(LEVEL, n_systems, dofs) / np.sqrt(2)
+    return 1 / dofs, np.log(quantiles)
 
 
 def over_runs(a: ArrayLike, b: ArrayLike) -> Difference:
@@ -84,7 +104,7 @@ def over_runs(a: ArrayLike, b: ArrayLike) -> Difference:
     one, two = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
     shares = np.array([np.var(values, ddof=1) / len(values) for values in (one, two)])
     total = shares.sum()
-    dof = total**2 / (shares**2 / [len(one) - 1, len(two) - 1]).sum() if total > 0 else MOST_DOF
+    dof = total**2 / (shares**2 / [len(one) - 1, len(two) - 1]).sum() if total > 0 else DOFS[-1]
     return Difference(float(one.mean() - two.mean()), float(np.sqrt(total)), float(dof))
 
 

@@ -43,6 +43,7 @@ __all__ = ["Due", "Outcome", "Task", "due", "evaluate", "read_reference"]
 Floats = NDArray[np.float64]
 
 HALF_UNITS = np.geomspace(1 / 16, 4, 7)  # of d, where the search for the half-score distance begins
+POOR = 0.5  # TAS below which it may be that the clocks differ
 LARGE = "points3D"  # of a COLMAP model: its size stands for its content, no score depends on it
 
 
@@ -189,8 +190,6 @@ def _scored(task: Task) -> Outcome:
         parts = read_parts(task.estimate, options)
         estimate = joined(list(parts.values()))
         matches, offset = _matched(reference, estimate, frames, options)
-        if task.check_clocks and FORMATS[options.format].timed and options.t_offset != "auto":
-            notes += offset_notes(reference, estimate, offset)
         poses, more = _converted(
             matches, poses_of_parts(list(parts.values()), estimate, matches), options
         )
@@ -202,6 +201,9 @@ def _scored(task: Task) -> Outcome:
             results = pas_of_parts(matches, poses, options)
             result = combine(results, holder)
             tas_seeds = tas_of_seeds(matches, poses, holder, result, options)
+        poor = result.tas.score < POOR and FORMATS[options.format].timed
+        if task.check_clocks and poor and options.t_offset != "auto":
+            notes += offset_notes(reference, estimate, offset)
         if len(parts) > 1:
             matches = replace(matches, est_poses=in_one_world(poses, results, holder))
             notes += parts_notes(

@@ -1,0 +1,154 @@
+"""Intervals: closed forms against drawing and against SciPy, and how often they hold."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from alignscores import pas
+from alignscores.compare.benchmark import Run
+from alignscores.compare.intervals import (
+    margin,
+    over_runs,
+    over_sequences,
+    over_stretches,
+    series,
+)
+from alignscores.compare.runs import Outcome, _shares
+from alignscores.compare.summary import summarise
+from experiments.scenes import make_scene
+
+RNG = np.random.default_rng(0)
+
+
+def test_over_runs_is_welch():
+    a, b = RNG.normal(0.7, 0.1, 4), RNG.normal(0.5, 0.2, 7)
+    found = over_runs(a, b)
+    low, high = stats.ttest_ind(a, b, equal_var=False).confidence_interval()
+    half = stats.t.ppf(0.975, found.dof) * found.error
+    assert (found.value - half, found.value + half) == pytest.approx((low, high))
+    assert margin(found, 2) == pytest.approx(half, rel=0.004)
+    assert margin(over_runs([0.5, 0.5], [0.7, 0.7]), 2) == 0
+
+
+def test_over_sequences_is_paired():
+    a, b = RNG.normal(size=(2, 6))
+    low, high = stats.ttest_rel(a, b).confidence_interval()
+    found = over_sequences(a - b)
+    half = margin(found, 2)
+    assert (found.value - half, found.value + half) == pytest.approx((low, high))
+    wide = margin(found._replace(dof=2.7), 5)  # between the quantiles that are computed
+    quantile = stats.studentized_range.ppf(0.95, 5, 2.7) / np.sqrt(2)
+    assert wide == pytest.approx(quantile * found.error, rel=0.004)
+
+
+def test_all_pairs_are_tukeys():
+    groups = RNG.normal(size=(4, 30))
+    found = over_runs(groups[0], groups[1])._replace(dof=116)
+    half = stats.tukey_hsd(*groups).confidence_interval().high[0, 1] - found.value
+    pooled = np.sqrt(2 * groups.var(axis=1, ddof=1).mean() / 30)
+    assert margin(found._replace(error=pooled), 4) == pytest.approx(half, rel=1e-3)
+
+
+def test_the_variance_of_blocks_is_that_of_drawing_them():
+    values = np.cumsum(RNG.normal(size=100))
+    starts = RNG.integers(100, size=(20_000, 10))
+    drawn = values[(starts[..., None] + np.arange(10)) % 100].mean(axis=(1, 2))
+    error = over_stretches(0.0, values - values.mean(), ordered=True).error
+    assert error * np.sqrt(1 - 10 / 100) == pytest.approx(drawn.std(), rel=0.02)
+    unordered = over_stretches(0.0, values, ordered=False)
+    assert unordered.error == pytest.approx(stats.sem(values))
+    assert over_stretches(0.0, values[:19], ordered=True) is None
+
+
+def test_a_series_tells_how_a_mean_changes():
+    places, scores = RNG.random((2, 500))
+    found = series(places, scores, 10)
+    assert found.sum() == pytest.approx(0)
+    kept = places >= 0.1  # without the first of ten parts
+    assert scores[kept].mean() - scores.mean() == pytest.approx(-found[0] / 10, rel=0.2)
+
+
+def outcome(seed, sigma, *, error="gaussian", n=60):
+    """Return a run of a system on a tower; each camera is lost one time in twenty."""
+    rng = np.random.default_rng([*seed, int(100 * sigma)])
+    scene = make_scene(
+        rng,
+        geometry="helix",
+        error=error,
+        n_cameras=n,
+        n_outliers=int(rng.binomial(n, 0.05)),
+        sigma_t=sigma,
+        sigma_r_deg=10 * sigma,
+    )
+    result = pas(scene.gt_poses, scene.est_poses, unit=1.0, registration="refined")
+    return Outcome(
+        {"TAS": result.tas.score, "RAS": result.ras.score, "PAS": result.score},
+        n=n,
+        places=(np.arange(n) + 0.5) / n,
+        position_scores=_shares(result.tas.errors, result.tas.thresholds),
+        rotation_scores=_shares(result.ras.errors, result.ras.thresholds),
+    )
+
+
+def coverage(draws, truth, sequence):
+    """Return how often the intervals of the PAS hold, of all pairs at once."""
+    held = []
+    for runs in draws:
+        comparisons = [
+            one
+            for one in summarise(runs, [], weight=0.5, ordered=True).comparisons
+            if (one["sequence"], one["metric"]) == (sequence, "PAS")
+        ]
+        differences = [truth[one["a"]] - truth[one["b"]] for one in comparisons]
+        held.append(
+            all(
+                one["low"] <= difference <= one["high"]
+                for one, difference in zip(comparisons, differences, strict=True)
+            )
+        )
+    return np.mean(held)
+
+
+def means(outcomes):
+    return {name: np.mean([one.scores["PAS"] for one in own]) for name, own in outcomes.items()}
+
+
+def test_one_run_each_nominal_95_percent_holds():
+    outcomes = {
+        name: [outcome([1, index], sigma) for index in range(300)]
+        for name, sigma in (("a", 0.2), ("b", 0.3))
+    }
+    draws = (
+        [(Run("q", name, "1", "file"), own[index]) for name, own in outcomes.items()]
+        for index in range(300)
+    )
+    assert 0.93 <= coverage(draws, means(outcomes), "q") <= 0.97
+
+
+@pytest.mark.parametrize(
+    ("systems", "n_sequences", "n_runs"),
+    [("ab", 1, 3), ("ab", 1, 10), ("abcd", 1, 5), ("ab", 5, 1), ("abcd", 5, 1)],
+)
+def test_several_runs_or_sequences_nominal_95_percent_holds(systems, n_sequences, n_runs, pool):
+    outcomes = {name: pool[name] for name in systems}
+    rng = np.random.default_rng(2)
+    draws = (
+        [
+            (Run(f"q{sequence}", name, str(run), "file"), own[rng.integers(len(own))])
+            for name, own in outcomes.items()
+            for sequence in range(n_sequences)
+            for run in range(n_runs)
+        ]
+        for _ in range(500)
+    )
+    at = "q0" if n_sequences == 1 else None
+    assert 0.93 <= coverage(draws, means(outcomes), at) <= 0.97
+
+
+@pytest.fixture(scope="module")
+def pool():
+    """Runs with drift, which are drawn from: their mean is the truth."""
+    return {
+        name: [outcome([3, index], sigma, error="drift") for index in range(60)]
+        for name, sigma in (("a", 0.2), ("b", 0.3), ("c", 0.4), ("d", 0.6))
+    }
