@@ -387,8 +387,8 @@ def _settings(benchmark: Benchmark, arguments: argparse.Namespace) -> dict[str, 
 def _footnotes(summary: Summary, arguments: argparse.Namespace) -> list[str]:
     """Return what is said below the tables."""
     lines = [
-        f"means over runs, overall over sequences; registration {arguments.registration}; lost "
-        "frames and failed runs count as failures"
+        f"means over runs, overall over sequences; registration {arguments.registration}",
+        f"missing cameras: {arguments.missing}; failed and missing runs count as failures",
     ]
     if len(summary.systems) > 1:
         lines.append(

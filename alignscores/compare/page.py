@@ -43,7 +43,11 @@ def page(summary: Summary, by: str, names: Mapping[str, str], footnotes: Sequenc
         ("overall", "Over all sequences", _table(summary, names, footnotes)),
         ("sequences", f"{by} by sequence", _heat_map(summary, by, names)),
         ("differences", f"Differences in {by}, over all", _differences(summary, by, names)),
-        ("runs", f"{by} of each run", _each(summary, lambda one: _runs(summary, by, one), names)),
+        (
+            "runs",
+            f"{by} of each run",
+            _each(summary, lambda one: _runs(summary, by, one, names), names),
+        ),
         (
             "profiles",
             "Share of the cameras within an error",
@@ -202,7 +206,7 @@ def _outcomes(summary: Summary, system: str, sequence: str) -> list[Outcome]:
     ]
 
 
-def _runs(summary: Summary, by: str, sequence: str) -> str:
+def _runs(summary: Summary, by: str, sequence: str, names: Mapping[str, str]) -> str:
     """Draw each run as a dot on the line of its system."""
     width, row = CURVE[0], 26
     label = 130
@@ -219,8 +223,9 @@ def _runs(summary: Summary, by: str, sequence: str) -> str:
     marks = []
     for index, (system, own) in enumerate(results.items()):
         y = row * index + row / 2
+        name = escape(names[system][:18])
         marks.append(
-            f'<text x="{label - 8}" y="{y + 4:g}" text-anchor="end">{escape(system[:18])}</text>'
+            f'<text x="{label - 8}" y="{y + 4:g}" text-anchor="end">{name}</text>'
             f'<path class="axis" d="M{label} {y:g}H{width}"/>'
         )
         for value in own:

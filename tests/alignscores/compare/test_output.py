@@ -1,0 +1,166 @@
+"""What is printed and saved: table, CSV, Markdown, LaTeX, YAML as input, and the page."""
+
+import csv
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+
+import pytest
+
+SYSTEMS = {"a_b": (0.1, 1.0, 1, 0.0), "c": (0.3, 3.0, 1, 0.0)}
+BROWSER = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
+
+
+@pytest.fixture
+def patterns(benchmark_of, tmp_path):
+    found = benchmark_of(SYSTEMS, n=60)
+    (tmp_path / "car/c/2.txt").unlink()
+    return found
+
+
+def test_text(patterns, run):
+    code, out, err = run(*patterns)
+    assert code == 1
+    assert err == "alignscores: error: c: has no run 2 on car; it counts as a failure\n"
+    overall, lost, by_sequence, notes = out.strip().split("\n\n")
+    assert re.match(r"system  rank \(PAS\) +TAS +RAS +PAS +half d +half angle", overall)
+    assert lost.splitlines()[0].split() == ["system", "failed", "runs", "lost", "frames"]
+    header, first, second = by_sequence.splitlines()
+    assert header.split() == ["PAS", "car", "helix"]
+    assert re.fullmatch(r"a_b +0\.\d{4} \([12-]+\) +0\.\d{4} \(1\)", first)
+    assert re.fullmatch(r"c +0\.\d{4} \([12-]+\) †1 +0\.\d{4} \(2\)", second)
+    assert "†1: so many runs failed or are missing" in notes
+    assert max(map(len, out.splitlines())) <= 100
+
+
+def test_csv_and_markdown(patterns, run):
+    rows = list(csv.DictReader(run(*patterns, "--csv")[1].splitlines()))
+    assert [(row["sequence"], row["system"]) for row in rows] == [
+        (sequence, system) for sequence in ("car", "helix", "") for system in ("a_b", "c")
+    ]
+    assert rows[1]["failed_runs"] == "1"
+    text = run(*patterns, "--markdown", "--by", "TAS")[1]
+    value = f"{float(rows[2]['TAS']):.4f}"
+    assert re.search(rf"^\| a_b \| [^|]+ \| \*\*{value}\*\* \(1\) \|$", text, re.MULTILINE)
+    tables = [re.findall(r"\|", line) for line in text.split("\n\n")[1].splitlines()]
+    assert len(set(map(len, tables))) == 1
+
+
+def test_latex(patterns, run, tmp_path):
+    text = run(*patterns, "--latex")[1]
+    for part in (r"\toprule", r"\midrule", r"\bottomrule", r"a\_b & ", r"\textsuperscript{\dag1}"):
+        assert part in text
+    lines = [line for line in text.splitlines() if line.endswith(r"\\")]
+    assert {line.count(" & ") for line in lines} == {3}
+    assert re.search(r"a\\_b & .* & \\textbf\{0\.\d{4}\} & ", text)  # certain on the helix alone
+    assert text.count("textbf") == 1
+    depths = [text[:end].count("{") - text[:end].count("}") for end in range(len(text) + 1)]
+    assert min(depths) == depths[-1] == 0
+    if latex := shutil.which("pdflatex"):
+        document = rf"\documentclass{{article}}\usepackage{{booktabs}}\begin{{document}}{text}"
+        (tmp_path / "t.tex").write_text(document + r"\end{document}")
+        command = [latex, "-halt-on-error", "t.tex"]
+        subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, timeout=60)
+
+
+YAML = """\
+format: tum
+reference: "{sequence}/gt.txt"
+estimate: "{sequence}/{system}/{run}.txt"
+runs: 3
+sequences:
+  car: {name: Car & co, unit: 0.5, t_offset: 0.0}
+systems:
+  a_b: {name: <A>, runs: 4}
+"""
+
+
+def test_yaml(patterns, run, compare, tmp_path):
+    (tmp_path / "b.yaml").write_text(YAML)
+    results = compare("b.yaml")["results"]
+    missing = [(one["system"], one["run"]) for one in results if one["status"] == "missing"]
+    assert missing == [("a_b", "3"), ("c", "2"), ("a_b", "3")]
+    units = {one["unit"] for one in results if one["sequence"] == "car"}
+    assert units == {0.5, None}
+    assert "Car & co" in run("b.yaml")[1]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("format: tum", "format: bag", "format must be one of tum, "),
+        ("runs: 3", "runs: 0", "runs must be a positive whole number or a list of names"),
+        ("runs: 4", "speed: 4", "systems: a_b: unknown key 'speed'; known are name, "),
+        ("unit: 0.5", "unit: small", "sequences: car: unit must be a positive number, not 'small'"),
+        ("runs: 3", "runs: [", "cannot be read: "),
+        ("reference:", "# reference:", "needs reference, a text"),
+    ],
+)
+def test_wrong_yaml(run, tmp_path, old, new, reason):
+    (tmp_path / "b.yaml").write_text(YAML.replace(old, new))
+    code, out, err = run("b.yaml")
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert "b.yaml" in err
+    assert reason in err
+
+
+class Structure(HTMLParser):
+    """Tags that were opened and have to be closed; ids; and links."""
+
+    VOID = "meta", "br"
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.ids, self.links, self.texts = [], set(), [], []
+
+    def handle_starttag(self, tag, attributes):
+        found = dict(attributes)
+        self.ids.add(found.get("id"))
+        self.links += [found[key] for key in ("href", "src") if key in found]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.texts.append(data)
+
+
+DRIVER = """
+<script>
+const buttons = [...document.querySelectorAll("thead button")];
+const first = () => document.querySelector(".sortable tbody th").textContent;
+const found = [first()];
+for (let press = 0; press < 2; press++) { buttons[3].click(); found.push(first()); }
+found.push(buttons[3].parentElement.getAttribute("aria-sort"));
+found.push(document.documentElement.scrollWidth <= innerWidth);
+document.title = JSON.stringify(found);
+</script>
+"""
+
+
+def test_page(patterns, run, tmp_path):
+    (tmp_path / "b.yaml").write_text(YAML)
+    run("b.yaml", "--html", "page.html")
+    text = (tmp_path / "page.html").read_text()
+    structure = Structure()
+    structure.feed(text)
+    assert structure.open == []
+    assert structure.links
+    assert all(link[0] == "#" and link[1:] in structure.ids for link in structure.links)
+    assert "<A>" in structure.texts
+    assert text.count("<svg") == 3 * 2 + 2 * 2  # drawings, and keys of two systems
+    run("b.yaml", "--html", "again.html", "--no_cache", "--jobs", 1)
+    assert (tmp_path / "again.html").read_text() == text
+    if BROWSER:
+        driven = tmp_path / "driven.html"
+        driven.write_text(text.replace("</body>", f"{DRIVER}</body>"))
+        options = ["--headless", "--no-sandbox", "--disable-gpu", "--window-size=390,800"]
+        command = [BROWSER, *options, "--dump-dom", driven.as_uri()]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=100)
+        title = re.search("<title>(.*)</title>", done.stdout)[1]
+        assert title == '["&lt;A&gt;","&lt;A&gt;","c","ascending",true]'
