@@ -222,7 +222,7 @@ def _scored(
             benchmark.problems.append(f"sequence {sequence}: left out: {error}")
             print_error(printable(benchmark.problems[-1]))
             continue
-        checked = set()  # a clock is off in all runs of a system, so the first one tells
+        checked = set()  # what is mixed up is so in all runs of a system: the first one tells
         for one in runs:
             first = one.file is not None and one.system not in checked
             if first:

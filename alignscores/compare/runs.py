@@ -56,7 +56,7 @@ class Task:
     options: argparse.Namespace
     metrics: tuple[str, ...] = ()
     cache: str | None = None
-    check_clocks: bool = False  # which takes longer than all else
+    check: bool = False  # conventions and clocks, which takes longer than all else
 
 
 @dataclass(frozen=True)
@@ -190,10 +190,10 @@ def _scored(task: Task) -> Outcome:
         parts = read_parts(task.estimate, options)
         estimate = joined(list(parts.values()))
         matches, offset = _matched(reference, estimate, frames, options)
-        poses, more = _converted(
-            matches, poses_of_parts(list(parts.values()), estimate, matches), options
-        )
-        notes += more + swap_notes(reference, estimate)
+        poses = poses_of_parts(list(parts.values()), estimate, matches)
+        if task.check or options.body_rotation == "auto":
+            poses, more = _converted(matches, poses, options)
+            notes += more + swap_notes(reference, estimate)
         holder = holders(poses)
         with warnings.catch_warnings():
             if len(parts) > 1:  # what is said of a part would be taken for the whole
@@ -202,7 +202,7 @@ def _scored(task: Task) -> Outcome:
             result = combine(results, holder)
             tas_seeds = tas_of_seeds(matches, poses, holder, result, options)
         poor = result.tas.score < POOR and FORMATS[options.format].timed
-        if task.check_clocks and poor and options.t_offset != "auto":
+        if task.check and poor and options.t_offset != "auto":
             notes += offset_notes(reference, estimate, offset)
         if len(parts) > 1:
             matches = replace(matches, est_poses=in_one_world(poses, results, holder))
@@ -322,7 +322,7 @@ def _cached_file(task: Task, kind: str) -> Path | None:
     options = {key: value for key, value in vars(task.options).items() if key != "frames"}
     settings: list[Any] = [__version__, kind, sorted(options.items())]
     if kind == "run":
-        settings += [task.metrics, task.check_clocks]
+        settings += [task.metrics, task.check]
     digest = hashlib.sha256(json.dumps(settings).encode())
     for path in (task.reference, task.estimate, getattr(task.options, "frames", None)):
         digest.update(_content_hash(path) if path else b"-")

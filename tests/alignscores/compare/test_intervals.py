@@ -7,6 +7,7 @@ from scipy import stats
 from alignscores import pas
 from alignscores.compare.benchmark import Run
 from alignscores.compare.intervals import (
+    Difference,
     margin,
     over_runs,
     over_sequences,
@@ -26,7 +27,7 @@ def test_over_runs_is_welch():
     low, high = stats.ttest_ind(a, b, equal_var=False).confidence_interval()
     half = stats.t.ppf(0.975, found.dof) * found.error
     assert (found.value - half, found.value + half) == pytest.approx((low, high))
-    assert margin(found, 2) == pytest.approx(half, rel=0.004)
+    assert margin(found, 2) == pytest.approx(half)
     assert margin(over_runs([0.5, 0.5], [0.7, 0.7]), 2) == 0
 
 
@@ -36,17 +37,12 @@ def test_over_sequences_is_paired():
     found = over_sequences(a - b)
     half = margin(found, 2)
     assert (found.value - half, found.value + half) == pytest.approx((low, high))
-    wide = margin(found._replace(dof=2.7), 5)  # between the quantiles that are computed
-    quantile = stats.studentized_range.ppf(0.95, 5, 2.7) / np.sqrt(2)
-    assert wide == pytest.approx(quantile * found.error, rel=0.004)
 
 
-def test_all_pairs_are_tukeys():
-    groups = RNG.normal(size=(4, 30))
-    found = over_runs(groups[0], groups[1])._replace(dof=116)
-    half = stats.tukey_hsd(*groups).confidence_interval().high[0, 1] - found.value
-    pooled = np.sqrt(2 * groups.var(axis=1, ddof=1).mean() / 30)
-    assert margin(found._replace(error=pooled), 4) == pytest.approx(half, rel=1e-3)
+def test_all_pairs_hold_together():
+    errors = stats.t.rvs(4, size=(100_000, 6), random_state=RNG)  # of the pairs of 4 systems
+    held = np.abs(errors).max(axis=1) <= margin(Difference(0.0, 1.0, 4), 4)
+    assert held.mean() == pytest.approx(0.95, abs=0.003)
 
 
 def test_the_variance_of_blocks_is_that_of_drawing_them():
@@ -113,16 +109,21 @@ def means(outcomes):
     return {name: np.mean([one.scores["PAS"] for one in own]) for name, own in outcomes.items()}
 
 
-def test_one_run_each_nominal_95_percent_holds():
+@pytest.mark.parametrize(
+    ("error", "count", "low", "high"),
+    # Where all cameras err together there is one draw of the error: nothing tells how it varies.
+    [("gaussian", 300, 0.93, 0.97), ("student_t", 300, 0.93, 0.97), ("bias", 100, 0, 0.8)],
+)
+def test_one_run_each_nominal_95_percent_holds(error, count, low, high):
     outcomes = {
-        name: [outcome([1, index], sigma) for index in range(300)]
+        name: [outcome([1, index], sigma, error=error) for index in range(count)]
         for name, sigma in (("a", 0.2), ("b", 0.3))
     }
     draws = (
         [(Run("q", name, "1", "file"), own[index]) for name, own in outcomes.items()]
-        for index in range(300)
+        for index in range(count)
     )
-    assert 0.93 <= coverage(draws, means(outcomes), "q") <= 0.97
+    assert low <= coverage(draws, means(outcomes), "q") <= high
 
 
 @pytest.mark.parametrize(
@@ -139,7 +140,7 @@ def test_several_runs_or_sequences_nominal_95_percent_holds(systems, n_sequences
             for sequence in range(n_sequences)
             for run in range(n_runs)
         ]
-        for _ in range(500)
+        for _ in range(400)
     )
     at = "q0" if n_sequences == 1 else None
     assert 0.93 <= coverage(draws, means(outcomes), at) <= 0.97

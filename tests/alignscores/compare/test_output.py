@@ -25,9 +25,9 @@ def test_text(patterns, run):
     code, out, err = run(*patterns)
     assert code == 1
     assert err == "alignscores: error: c: has no run 2 on car; it counts as a failure\n"
-    overall, lost, by_sequence, notes = out.strip().split("\n\n")
-    assert re.match(r"system  rank \(PAS\) +TAS +RAS +PAS +half d +half angle", overall)
-    assert lost.splitlines()[0].split() == ["system", "failed", "runs", "lost", "frames"]
+    *overall, by_sequence, notes = out.strip().split("\n\n")  # in as many pieces as it takes
+    assert re.match(r"system  rank \(PAS\) +TAS +RAS +PAS +half d +half angle", overall[0])
+    assert overall[-1].splitlines()[0].endswith("lost frames")
     header, first, second = by_sequence.splitlines()
     assert header.split() == ["PAS", "car", "helix"]
     assert re.fullmatch(r"a_b +0\.\d{4} \([12-]+\) +0\.\d{4} \(1\)", first)
