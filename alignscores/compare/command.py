@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 from .. import __version__
 from ..cli.formats import FORMATS
 from ..cli.names import printable
+from ..cli.notes import collected_warnings
 from ..cli.output import print_error, show_progress
 from ..cli.saving import write_whole
 from ..cli.scoring import seeds
@@ -212,16 +213,20 @@ def _scored(
 ) -> Iterator[tuple[Run, Outcome]]:
     """Score all runs; sequences whose reference or frames cannot be read are left out."""
     cache = _cache(arguments)
+    read_reference.cache_clear()  # of another run in this process: the files may have changed
     tasks: dict[Run, Task] = {}
     for sequence, reference in benchmark.references.items():
         runs = [one for one in benchmark.runs if one.sequence == sequence]
         options = {one: _options(benchmark, one, arguments) for one in runs}
         try:
-            read_reference(reference, options[runs[0]].format)
+            with collected_warnings() as notes:
+                read_reference(reference, options[runs[0]].format)
         except ValueError as error:
             benchmark.problems.append(f"sequence {sequence}: left out: {error}")
             print_error(printable(benchmark.problems[-1]))
             continue
+        for note in notes:
+            print(f"alignscores: note: {sequence}: {note}", file=sys.stderr)
         checked = set()  # what is mixed up is so in all runs of a system: the first one tells
         for one in runs:
             first = one.file is not None and one.system not in checked

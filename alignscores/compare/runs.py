@@ -165,10 +165,9 @@ def _quartile(gt: Floats) -> float | None:
 
 def _read(task: Task) -> tuple[Trajectory, Floats | None]:
     frames = getattr(task.options, "frames", None)
-    return (
-        read_reference(task.reference, task.options.format),
-        None if frames is None else read_stamps(frames),
-    )
+    with collected_warnings():  # the command tells them, once for each sequence
+        reference = read_reference(task.reference, task.options.format)
+    return reference, None if frames is None else read_stamps(frames)
 
 
 def _matched(

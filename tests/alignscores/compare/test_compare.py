@@ -97,10 +97,16 @@ def test_a_run_that_is_added_is_computed_alone(benchmark_of, compare, tmp_path, 
     assert len(scored) == 15
 
 
-def test_processes_do_not_matter(benchmark_of, run):
+def test_processes_do_not_matter(benchmark_of, run, tmp_path):
     patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], runs=2)
+    reference = tmp_path / "car/gt.txt"
+    reference.write_text(reference.read_text() + reference.read_text().splitlines()[-1])
     options = "--no_cache", "--json", "--jobs"
-    assert run(*patterns, *options, 1) == run(*patterns, *options, 2)
+    found = run(*patterns, *options, 1)
+    assert found == run(*patterns, *options, 2)
+    assert found[2] == (
+        "alignscores: note: car: duplicates in the reference (of stamp or name), left out: 1\n"
+    )
 
 
 def test_wrong_files_are_a_line_each_and_the_rest_is_compared(benchmark_of, run, tmp_path):
