@@ -25,7 +25,8 @@ COLOURS = "Blues"  # light to dark, so that it reads in greyscale
 LARGEST = 1.15  # value of the darkest colour: tau stays below 0.9, since levels repeat
 WHITE_ABOVE = 0.68  # the text
 ROW = 0.155  # inches
-TIGHT = 5.5  # size of the type in narrow columns, in points
+TIGHT = 4.8  # size of the type in narrow columns, in points
+NAMES = {"HalfDistance": "half\ndist.", "HalfAngle": "half\nangle", "Median-1": "Median\n-1"}
 
 
 @style.applied()
@@ -91,7 +92,7 @@ def _heat_map(axes: Axes, powers: pd.DataFrame) -> None:
 def _metric(metric: str) -> str:
     """Write a metric, the values of its options below it."""
     column = Column.parse(metric)
-    return "\n".join([column.name, *column.options.values()])
+    return "\n".join([NAMES.get(column.name, column.name), *column.options.values()])
 
 
 def _label(row: Mapping[Hashable, Any]) -> str:
