@@ -32,12 +32,14 @@ def test_the_scenarios_beyond_the_paper_cover_every_generator_and_all_metrics(
     configs = sweeps(beyond).values()
     assert beyond.name == "beyond"
     assert [config.name for config in configs] == [f"beyond/{name}" for name in beyond.tables]
-    assert {config.geometry for config in configs} == set(PATHS) - {"line", "x_axis"}  # the paper's
+    lines = {"line", "x_axis", "ray"}  # the paper's, and its other reading
+    assert {config.geometry for config in configs} == set(PATHS) - lines
     assert {config.error for config in configs} == set(ERRORS)
     assert {config.outliers for config in configs} == set(OUTLIERS)
     assert len({config.outlier_side for config in configs}) == 3
     for config in configs:
         assert {"ATE", "DTE", "mAA", "TAS", "RAS", "PAS", "DRE"} <= set(config.metrics)
+        assert {"HalfDistance", "HalfAngle"} <= set(config.metrics)
         assert len(config.sigma_t) == len(config.n_outliers) == 5
         assert (config.n_cameras, config.trials) == ([100], 50)
 
