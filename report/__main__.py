@@ -28,6 +28,10 @@ FILES = {  # what the page is made of: one file, or several
     "registration-parts": ("+", "JSON", "records of its trials"),
     "findings": (None, "CSV", "what the scenarios show"),
     "scenarios": ("+", "JSON", "records of the scenarios' trials"),
+    "maps": (None, "CSV", "the maps of the threshold study"),
+    "maps-parts": ("+", "JSON", "records of its trials"),
+    "frame-rates": (None, "CSV", "what the frame rate does"),
+    "frame-rates-parts": ("+", "JSON", "records of its trials"),
     "today": (None, "CSV", "what today's protocols order"),
     "today-parts": ("+", "JSON", "records of its trials"),
 }

@@ -25,6 +25,8 @@ from studies.claims.verdicts import (
     check_alike,
     reading_title,
 )
+from studies.frame_rate import rates
+from studies.parameters import maps
 from studies.parameters.axes import Axis, axes_of, is_seeded
 from studies.parameters.effects import COMPARED, EFFECTS
 from studies.scenarios.findings import POWERS
@@ -37,7 +39,9 @@ __all__ = [
     "Records",
     "read_figures",
     "read_findings",
+    "read_frame_rates",
     "read_jobs",
+    "read_maps",
     "read_order",
 ]
 __all__ += ["read_readings", "read_records", "read_registrations", "read_replicates", "read_table1"]
@@ -203,6 +207,16 @@ def read_findings(path: Path, scenarios: Records) -> pd.DataFrame:
         for metric in record.metrics
     ]
     return _read_rows(path, rows, list(POWERS.values()), ["finding"], ["mean"])
+
+
+def read_frame_rates(path: Path) -> list[rates.Summary]:
+    """Read what the frame rate does to each metric."""
+    return rates.summaries(read_table(path, [*rates.KEYS, *rates.FOUND]))
+
+
+def read_maps(path: Path) -> list[str]:
+    """Read what the maps of thresholds say."""
+    return maps.sentences(read_table(path, maps.COLUMNS))
 
 
 def read_today(path: Path, questions: Records) -> pd.DataFrame:

@@ -20,6 +20,7 @@ from figures import PAPER_FIGURES
 from studies.claims.claims import Claim, Claims, Decision, Reading
 from studies.claims.verdicts import CENTRAL, POPULATION, VERDICTS
 from studies.order import METHOD, rankings
+from studies.parameters import maps
 from studies.table1 import CRITERIA, NOTES, PROPERTIES, sensitivity
 from studies.today import findings
 
@@ -139,6 +140,7 @@ def render(files: Namespace) -> str:
     records = {**experiments, **replicates, **thresholds.records, **registrations.records}
     questions = inputs.read_records(files.today_parts)
     today = inputs.read_today(files.today, questions)
+    others = inputs.read_records([*files.maps_parts, *files.frame_rates_parts])
     figures = inputs.read_figures(files.figures, files.findings.stem)
     return (
         _environment()
@@ -159,10 +161,13 @@ def render(files: Namespace) -> str:
             beyond=Beyond(
                 files.findings.stem, inputs.read_findings(files.findings, scenarios), scenarios
             ),
+            maps=inputs.read_maps(files.maps),
+            maps_method=maps.METHOD,
+            frame_rates=inputs.read_frame_rates(files.frame_rates),
             today=findings.sentences(today),
             duels=findings.duels(today),
             experiments=[record.sweep for record in experiments.values()],
-            machines=origin.machines({**records, **scenarios, **questions}),
+            machines=origin.machines({**records, **scenarios, **questions, **others}),
             command=origin.command(files.settings),
             runtimes=origin.runtimes(inputs.read_jobs(files.benchmarks)),
         )

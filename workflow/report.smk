@@ -40,6 +40,10 @@ rule report:
         registration_parts=lambda wildcards: tables("trials/registration_study")["records"],
         findings=SCENARIO_FINDINGS,
         scenarios=lambda wildcards: tables(f"trials/{SCENARIO_STUDY}")["records"],
+        maps=THRESHOLD_MAPS[0],
+        maps_parts=lambda wildcards: tables("trials/threshold_maps")["records"],
+        frame_rates=FRAME_RATES[0],
+        frame_rates_parts=lambda wildcards: tables("trials/frame_rate")["records"],
         today=ORDERS_TODAY[0],
         today_parts=lambda wildcards: tables("trials/today")["records"],
     output:
@@ -63,6 +67,8 @@ rule report:
         " --registrations {input.registrations:q} --registration-times {input.registration_times:q}"
         " --registration-parts {input.registration_parts:q}"
         " --findings {input.findings:q} --scenarios {input.scenarios:q}"
+        " --maps {input.maps:q} --maps-parts {input.maps_parts:q}"
+        " --frame-rates {input.frame_rates:q} --frame-rates-parts {input.frame_rates_parts:q}"
         " --today {input.today:q} --today-parts {input.today_parts:q}"
         " --benchmarks {params.benchmarks:q} --settings {params.settings:q} --output {output:q}"
         " > {log:q} 2>&1"

@@ -122,10 +122,10 @@ def populations(claims: Sequence[Claim], values: Sequence[Floats]) -> list[str]:
         says with its p-value adjusted for the number of claims: the probability that any of the
         words is wrong by chance is at most 5 %.
     """
-    sides, p_values = zip(*map(_test, claims, values), strict=True)
-    certain = holm(p_values) <= SIGNIFICANCE
+    tests = list(map(_test, claims, values))
+    certain = holm([p for _, p in tests]) <= SIGNIFICANCE
     words = {True: TRUE, False: FALSE}
-    return [words[side] if sure else OPEN for side, sure in zip(sides, certain, strict=True)]
+    return [words[meets] if sure else OPEN for (meets, _), sure in zip(tests, certain, strict=True)]
 
 
 def _test(claim: Claim, values: Floats) -> tuple[bool, float]:
@@ -181,8 +181,12 @@ def decide(claims: Claims, replicates: Sequence[Replicate]) -> tuple[pd.DataFram
     found = _decided(claims.claims, replicates)
     tables = [found.assign(decision=TAKEN, reading=TAKEN, claim=found.index)]
     for decision, reading, changed in claims.read():
+        title = reading_title(decision, reading)
+        table[title] = None
+        if not changed:
+            continue
         found = _decided(changed, replicates)
-        table[reading_title(decision, reading)] = found["verdict"] + ", " + found["population"]
+        table[title] = found["verdict"] + ", " + found["population"]
         texts_of = {"question": decision.question, "paper_says": decision.paper}
         texts_of |= {"choice": decision.choice, "reading": reading.reading}
         tables.append(found.assign(decision=decision.id, claim=found.index, **texts_of))

@@ -1,7 +1,7 @@
 """Synthetic trajectories of which each camera, each second, each fifth ... is kept."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import permutations
 from statistics import fmean
 
@@ -14,7 +14,7 @@ from experiments.tables import Trials
 from ..statistics import by_level, order
 from ..study import Study, Table, reject
 
-__all__ = ["FRAME_RATE", "compare", "load_frame_rate", "to_markdown"]
+__all__ = ["FOUND", "FRAME_RATE", "KEYS", "compare", "load_frame_rate", "summaries", "to_markdown"]
 
 FRAME_RATE = CONFIG_DIR / "study" / "frame_rate.yaml"
 DIFFERS = "every="
@@ -112,6 +112,32 @@ def _compare(trials: Trials, metric: str) -> pd.DataFrame:
     )
 
 
+@dataclass(frozen=True)
+class Summary:
+    """A metric over all scenarios: its movements, and the mean probabilities in per cent."""
+
+    metric: str
+    smallest_move: float
+    largest_move: float
+    order: float
+    order_across: float
+
+
+def summaries(table: pd.DataFrame) -> list[Summary]:
+    """Sum up what `compare` found, metric by metric."""
+    found = table.drop_duplicates(["scenario", "metric"]).groupby("metric", sort=False)
+    return [
+        Summary(
+            str(metric),
+            group["dependence"].min(),
+            group["dependence"].max(),
+            group["order"].mean(),
+            group["order_across"].mean(),
+        )
+        for metric, group in found
+    ]
+
+
 def to_markdown(table: pd.DataFrame) -> str:
     """Write what `compare` found, a line for each metric."""
     lines = [
@@ -119,13 +145,9 @@ def to_markdown(table: pd.DataFrame) -> str:
         "| across rates, % |",
         "|---|--:|--:|--:|",
     ]
-    for metric, group in table.drop_duplicates(["scenario", "metric"]).groupby(
-        "metric", sort=False
-    ):
-        moves = group["dependence"]
-        span = f"{moves.min():.0f} to {moves.max():.0f}"
-        one, across = group["order"].mean(), group["order_across"].mean()
-        lines.append(f"| {metric} | {span} | {one:.0f} | {across:.0f} |")
+    for one in summaries(table):
+        span = f"{one.smallest_move:.0f} to {one.largest_move:.0f}"
+        lines.append(f"| {one.metric} | {span} | {one.order:.0f} | {one.order_across:.0f} |")
     count = table["scenario"].nunique()
     lines += ["", f"Over {count} scenarios: smallest to largest movement, mean probabilities."]
     return "\n".join(lines) + "\n"

@@ -23,9 +23,14 @@ from ..statistics import by_level, holm, order
 from ..study import Study, Table
 from .axes import Axis, axis_names, axis_with
 
-__all__ = ["MAPS", "METHOD", "compare", "load_maps", "sentences", "to_markdown"]
+__all__ = ["COLUMNS", "MAPS", "METHOD", "compare", "load_maps", "sentences", "to_markdown"]
 
 MAPS = CONFIG_DIR / "study" / "threshold_maps.yaml"
+OPTIONS = ("max_threshold", "max_threshold_deg", "order", "prescreen", "n_hypotheses")
+COLUMNS = (
+    *("map", "part", "geometry", "n_cameras", "n_outliers", "noise", "metric", *OPTIONS),
+    *("right_order", "difference", "error", "p"),
+)
 SIGNIFICANT = 0.05
 NEARLY_BEST = 1.0  # per cent
 
@@ -219,7 +224,10 @@ def _registration(table: pd.DataFrame) -> str:
     parts, open_ones = [], []
     for metric in alone:
         certain = means[metric][p[metric] < SIGNIFICANT]
-        changes = [f"{value:+.0f} % with {count} outliers" for count, value in certain.items()]
+        changes = [
+            f"{value:+.0f} % with {count:g} outliers".replace("-", "−")
+            for count, value in certain.items()
+        ]
         if changes:
             parts.append(f"{metric} {', '.join(changes)}")
         else:

@@ -81,7 +81,7 @@ def test_a_copied_experiment_needs_a_name_of_its_own(
         ("n_jobs=0", "'n_jobs' must be positive, or -1 for all"),
         ("backend=mpi", "'backend': should be 'loky', 'threading', 'sequential' or 'dask', not"),
         ("backend=dask", "'dask_address' must name a scheduler, such as tcp://127.0.0.1:8786"),
-        ("geometry=sphere", "'geometry': must be one of cube, line, x_axis, random_walk, "),
+        ("geometry=sphere", "'geometry': must be one of cube, line, ray, x_axis, random_walk, "),
         ("error=none", "'error': must be one of gaussian, student_t, drift, "),
         ("outliers=many", "'outliers': must be one of uniform, cluster, frozen, "),
         ("outlier_side=0", "'outlier_side': should be greater than 0, not 0"),

@@ -24,6 +24,7 @@ def test_the_names_are_the_ones_that_others_rely_on():
         "beyond",
         "frame_rate",
         "paths",
+        "threshold_maps",
         "today",
     }
 

@@ -8,6 +8,7 @@ from io import BytesIO
 import numpy as np
 from PIL import Image
 
+from figures import FIGURES
 from studies.parameters import thresholds
 from studies.parameters.axes import axes_of, load_parameters
 from studies.scenarios.scenarios import load_scenarios
@@ -187,7 +188,7 @@ def test_own_values_and_scenarios_are_shown(make_results, tmp_path):
     assert "cameras: orbit" in page.id("scenario-circle").text
     assert "outliers: cluster" in page.id("scenario-wrong_merge").text
     assert "the TAS fails in 0." in page.id("beyond").text
-    assert page.id("figure-beyond_mine").text.startswith("Figure 10 ")
+    assert page.id("figure-beyond_mine").text.startswith("Figure 11 ")
 
 
 def test_pictures_are_the_figures(results):
@@ -201,7 +202,17 @@ def test_pictures_are_the_figures(results):
     shown = np.asarray(Image.open(BytesIO(content)).convert("RGB"), dtype=float)
     difference = np.abs(shown - picture)
     assert difference.mean() < 8  # 4096 colours shown in 256
-    assert len(re.findall("data:image/png", page.html)) == 12
+    assert len(re.findall("data:image/png", page.html)) == len(FIGURES)
+
+
+def test_thresholds_at_every_size_of_the_noise(page):
+    text = page.id("thresholds").text
+    assert "TAS. With the paper's 1 d it is 80 %" in text
+    assert "TAS(order=0.5) −31 % with 80 outliers; nothing that is certain for TAS(pre" in text
+
+
+def test_frame_rates_have_a_line_for_each_metric(page):
+    assert page.cells(row_of(page, "frame-rates", "TAS")) == ["40 to 60", "91", "57"]
 
 
 def test_today_says_what_is_won_and_lost(page):

@@ -228,8 +228,8 @@ def test_a_study_of_ones_own_runs_and_reruns_what_changed(
     assert done.returncode == 0, done.text
     results = tmp_path / "results"
     table = (results / "tables" / "beyond_mine.csv").read_text()
-    assert table.count("\ncircle,orbit,gaussian,uniform,10.0,") == 9  # metrics
-    assert table.count("\nwrong_merge,orbit,gaussian,cluster,10.0,") == 9
+    assert table.count("\ncircle,orbit,gaussian,uniform,10.0,") == 11  # metrics
+    assert table.count("\nwrong_merge,orbit,gaussian,cluster,10.0,") == 11
     figures = {path.name for path in (results / "figures").iterdir()}
     assert figures == {"beyond_mine.pdf", "beyond_mine.png", "paths.pdf", "paths.png"}
     for extension in ("csv", "json"):

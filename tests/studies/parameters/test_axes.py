@@ -19,6 +19,7 @@ from studies.parameters.axes import (
     check_parts,
     is_seeded,
     load_parameters,
+    study_file,
 )
 from studies.study import Study
 
@@ -109,8 +110,11 @@ def test_wrong_settings_are_named_in_one_line(override: str, named: str) -> None
 
 def test_an_axis_of_no_kind_has_no_table(monkeypatch: pytest.MonkeyPatch) -> None:
     axis = {"metric": "TAS", "option": "order", "paper": 0.1, "values": [0.2]}
-    content = {"axes": {"rank_order": axis}, "trials": {}}
-    monkeypatch.setattr("studies.parameters.axes.read_yaml", lambda _: content)
+    threshold = study_file("threshold")
+    monkeypatch.setattr(
+        "studies.parameters.axes.read_yaml",
+        lambda path: {"axes": {"rank_order": axis} if path == threshold else {}, "trials": {}},
+    )
     with pytest.raises(ConfigError, match="'rank_order' must have a name that starts with tas_, "):
         load_parameters("threshold")
 

@@ -77,7 +77,7 @@ def test_program_writes_table_and_sentences(
     assert len(pd.read_csv(outputs[0])) == len(compare(parts))
     text = outputs[1].read_text()
     assert "with the best of 3 thresholds at each noise, found afterwards" in text
-    assert "TAS(order=0.5) -" in text
+    assert "TAS(order=0.5) −" in text
     assert "HalfAngle 100 %" in text
 
 
