@@ -252,7 +252,7 @@ def test_every_reading_has_both_verdicts_beside_those_taken() -> None:
     verdicts, readings = decide(claims, [{NUMBER.trials: table}] * 3)
     assert verdicts["ours"].tolist() == [-74, -74]
     assert verdicts["replicates"].tolist() == [3, 3]
-    assert verdicts["implied_by"].tolist() == [None, "a"]
+    assert verdicts["implied_by"].fillna("").tolist() == ["", "a"]
     assert verdicts["verdict"].tolist() == ["reproduced"] * 2
     assert verdicts["population"].tolist() == ["true"] * 2
     volume, of_range = decisions
