@@ -20,7 +20,15 @@ from .metrics import Column
 from .scenes import ERRORS, OUTLIERS, PATHS
 
 __all__ = ["CONFIG_DIR", "EXECUTION", "SETTINGS", "Execution", "MetricName", "Selection", "Sweep"]
-__all__ += ["experiment_names", "load", "load_sweep", "one_of", "read_yaml", "require"]
+__all__ += [
+    "experiment_names",
+    "load",
+    "load_changed",
+    "load_sweep",
+    "one_of",
+    "read_yaml",
+    "require",
+]
 __all__ += ["split_override", "to_overrides"]
 
 CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
@@ -216,6 +224,20 @@ def load(overrides: Sequence[str] = ()) -> tuple[Sweep, Execution]:
 def load_sweep(overrides: Sequence[str] = ()) -> Sweep:
     """Resolve the settings of one experiment that results depend on; see `load`."""
     return load(overrides)[0]
+
+
+def load_changed(settings: Mapping[str, Any], overrides: Sequence[str]) -> Sweep:
+    """Resolve settings of a study, over which the overrides of the command line win; see `load`.
+
+    Examples
+    --------
+    >>> from experiments.config import load_changed
+    >>> load_changed({"experiment": "outliers", "trials": 9}, ["trials=5"]).trials
+    5
+    """
+    choices = [*to_overrides(settings), *overrides]
+    last = {split_override(choice)[0]: choice for choice in choices}
+    return load_sweep(list(last.values()))
 
 
 def make(kind: type[T], settings: Mapping[str, Any]) -> T:

@@ -8,7 +8,7 @@ from statistics import fmean
 import numpy as np
 import pandas as pd
 
-from experiments.config import CONFIG_DIR, load_sweep, read_yaml, split_override, to_overrides
+from experiments.config import CONFIG_DIR, load_changed, read_yaml
 from experiments.tables import Trials
 
 from ..statistics import by_level, order
@@ -51,9 +51,8 @@ def load_frame_rate(overrides: Sequence[str] = ()) -> Study:
     content = read_yaml(FRAME_RATE)
     tables = {}
     for name, own in content["scenarios"].items():
-        choices = [*to_overrides(content["settings"] | own), *overrides]
-        last = {split_override(choice)[0]: choice for choice in choices}
-        sweep = replace(load_sweep(list(last.values())), name=f"frame_rate/{name}")
+        sweep = load_changed(content["settings"] | own, overrides)
+        sweep = replace(sweep, name=f"frame_rate/{name}")
         tables[name] = Table(
             tuple(replace(sweep, every=k, differs=f"{DIFFERS}{k}") for k in content["every"])
         )

@@ -14,10 +14,8 @@ from experiments.config import (
     CONFIG_DIR,
     EXECUTION,
     Sweep,
-    load_sweep,
+    load_changed,
     read_yaml,
-    split_override,
-    to_overrides,
 )
 
 from ..study import Study, Table
@@ -75,10 +73,8 @@ def study_name(path: Path) -> str:
 
 
 def _resolve(path: Path, name: str, settings: Settings, overrides: Sequence[str]) -> Sweep:
-    choices = [*to_overrides(settings), *overrides]
-    last = {split_override(choice)[0]: choice for choice in choices}
     try:
-        sweep = load_sweep(list(last.values()))
+        sweep = load_changed(settings, overrides)
     except ConfigError as error:
         raise ConfigError(f"{path}: scenario {name!r}: {error}") from None
     paired = sweep.noise == "paired"

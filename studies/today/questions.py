@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from experiments.config import CONFIG_DIR, load_sweep, read_yaml, split_override, to_overrides
+from experiments.config import CONFIG_DIR, load_changed, read_yaml
 from experiments.metrics import Column
 
 from ..study import Study, Table, reject
@@ -58,9 +58,7 @@ def _table(
 ) -> Table:
     settings = {**shared, **own}
     rates, without = settings.pop("every", [1]), settings.pop("without", [])
-    choices = [*to_overrides(settings), *overrides]
-    last = {split_override(choice)[0]: choice for choice in choices}
-    sweep = load_sweep(list(last.values()))
+    sweep = load_changed(settings, overrides)
     metrics = [
         metric
         for metric in sweep.metrics
