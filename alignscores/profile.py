@@ -23,6 +23,8 @@ __all__ = ["ScoreProfile", "ras_profile", "tas_profile"]
 
 Floats = NDArray[np.float64]
 
+# Units of d where a search for the half-score distance looks first; it finds its way from any.
+HALF_UNITS = np.geomspace(1 / 16, 4, 7)
 N_UNITS = 64
 SMALLEST_UNIT = 1e-5  # of the reference's extent, where the default units begin
 DEGREES = np.geomspace(0.01, 180, N_UNITS)  # the default ones for rotations

@@ -25,6 +25,7 @@ from pydantic import (
 
 from alignscores import AlignmentScore, ScoreProfile, Similarity, ras, ras_profile, tas, tas_profile
 from alignscores.histogram import equal_steps
+from alignscores.profile import HALF_UNITS
 from alignscores.protocols import NoValueError, protocol
 from alignscores.registration import Registration, pcr99
 from alignscores.translation import closest_pair_distances
@@ -39,10 +40,7 @@ __all__ = ["METRICS", "Column", "Evaluation", "Metric", "evaluate"]
 
 Floats = NDArray[np.float64]
 
-# Units of d where a search for the half-score distance looks first; it finds its way from any. A
-# search for another score has to look at more of them.
-HALF_UNITS = np.array([0.25, 1.0, 4.0])
-OTHER_UNITS = np.geomspace(1 / 16, 4, 7)
+FEW_UNITS = np.array([0.25, 1.0, 4.0])  # of d: they suffice to find one half, not another score
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 PositiveOrInfinite = Annotated[float, Field(gt=0)]
@@ -326,7 +324,7 @@ class Evaluation:
     def half_distance(self, options: HalfDistanceOptions) -> float:
         """Return the unit at which the TAS is one half, or another score."""
         scene = self.scene
-        units = HALF_UNITS if options.score == 0.5 else OTHER_UNITS
+        units = FEW_UNITS if options.score == 0.5 else HALF_UNITS
         profile = tas_profile(
             scene.gt_positions,
             scene.est_positions,

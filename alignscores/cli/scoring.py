@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..pose import PASResult, pas
-from ..profile import DEGREES, ScoreProfile, extent_units
+from ..profile import DEGREES, HALF_UNITS, ScoreProfile, extent_units
 from ..similarity import Similarity, least_squares_rmse
 from ..trajectories.association import Matches, coverage, match, unit_hint
 from ..trajectories.conventions import find_convention, rotate_cameras
@@ -43,9 +43,6 @@ from .notes import (
 __all__ = ["Part", "Profiles", "Scored", "score", "seeds"]
 
 Floats = NDArray[np.float64]
-
-# In units of d: where the search for the half-score distance starts; it finds its way from any.
-HALF_UNITS = np.geomspace(1 / 16, 4, 7)
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,7 +29,7 @@ from ..cli.scoring import (
     time_offset,
 )
 from ..pose import PASResult
-from ..profile import ScoreProfile, tas_profile
+from ..profile import HALF_UNITS, ScoreProfile, tas_profile
 from ..protocols import NoValueError, protocol
 from ..trajectories.association import Matches, in_order
 from ..trajectories.conventions import find_convention, rotate_cameras
@@ -42,7 +42,6 @@ __all__ = ["Due", "Outcome", "Task", "due", "evaluate", "read_reference"]
 
 Floats = NDArray[np.float64]
 
-HALF_UNITS = np.geomspace(1 / 16, 4, 7)  # of d, where the search for the half-score distance begins
 POOR = 0.5  # TAS below which it may be that the clocks differ
 LARGE = "points3D"  # of a COLMAP model: its size stands for its content, no score depends on it
 
