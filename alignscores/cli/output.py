@@ -76,7 +76,7 @@ def show_table(
         rows = {one["name"]: one["metrics"] for one in results}
         lines = metric_table(rows, arguments.metrics, form).splitlines()
     else:
-        lines = table(results, " [m]" if form.unit == "m" else "").splitlines()
+        lines = table(results, " m" if form.unit == "m" else "").splitlines()
     by = ranked_by(scored)
     for line in [*lines, *footnotes(results, arguments, lines[0], by)]:
         print(line)
@@ -102,9 +102,9 @@ def footnotes(
         lines.append(f"ranks in common: tied, {TIES[ranked]}")
     if not chosen or chosen & {"half", "half:rotation"}:
         lines.append(HALF)
-    if "no pos/rot" in header:
+    if "nan" in header.split():
         lines.append(
-            "no pos/rot: cameras without a position fail in the TAS, without a rotation in the RAS"
+            "nan: cameras without a position fail in the TAS, without a rotation in the RAS"
         )
     if any(values["parts"] for values in results) and not chosen:
         lines.append("parts: worlds that are each aligned on their own, which makes scores higher")

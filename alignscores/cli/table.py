@@ -13,26 +13,26 @@ WIDTH = 100
 COLUMNS = (  # header, key of the JSON output, format
     ("rank", "rank", "rank"),
     ("TAS", "TAS", ".4f"),
-    ("sd", "TAS_sd", ".4f"),
+    ("sd", "TAS_sd", ".2g"),
     ("half{unit}", "half_distance", ".4g"),
     ("RAS", "RAS", ".4f"),
     ("half deg", "half_angle", ".4g"),
     ("PAS", "PAS", ".4f"),
-    ("sd", "PAS_sd", ".4f"),
+    ("sd", "PAS_sd", ".2g"),
     ("ATE{unit}", "ATE", ".4g"),
     ("d{unit}", "unit", ".4g"),
     ("< d", "within_unit", ".0%"),
     ("< 10 deg", "within_10_deg", ".0%"),
     ("n", "n", "d"),
     ("missing", "missing", "d"),
-    ("no pos/rot", "no_pose", "no_pose"),
+    ("nan", "no_pose", "no_pose"),
     ("dupl.", "duplicate", "d"),
     ("parts", "n_parts", "d"),
 )
 SELDOM = ("missing", "no_pose", "duplicate", "n_parts")  # shown where not all are 0
 # For long names. (The sd of the PAS is that of the TAS times its weight.)
-FIRST_DROPPED = ("within_10_deg", "within_unit", "duplicate", "PAS_sd")
-NEXT_DROPPED = ("no_pose", "missing")  # for names shortened to so many characters
+FIRST_DROPPED = ("within_10_deg", "within_unit", "duplicate", "PAS_sd", "no_pose")
+NEXT_DROPPED = ("missing",)  # for names shortened to so many characters
 SHORTEST = 12
 
 
@@ -47,7 +47,7 @@ def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
     results : sequence of mappings
         The rows, with the keys of the JSON output.
     unit : str
-        The reference's unit of length, in brackets; empty where it has no name.
+        The reference's unit of length, after a blank; empty where it has no name.
     """
     results = [
         {
@@ -73,17 +73,23 @@ def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
             columns.pop(key, None)
     names = shortened(names, _room(columns))
     width = max(map(len, names))
+    gaps = list(map(_gap, columns))
     widths = [max(map(len, cells)) for cells in columns.values()]
     lines = []
     for name, *row in zip(names, *columns.values(), strict=True):
-        cells = (cell.rjust(wide) for cell, wide in zip(row, widths, strict=True))
-        lines.append("  ".join([name.ljust(width), *cells]))
+        cells = (gap + cell.rjust(wide) for gap, cell, wide in zip(gaps, row, widths, strict=True))
+        lines.append("".join([name.ljust(width), *cells]))
     return "\n".join(lines)
 
 
 def _room(columns: Mapping[str, Sequence[str]]) -> int:
     """Return the width that the columns leave for the names."""
-    return WIDTH - sum(2 + max(map(len, cells)) for cells in columns.values())
+    return WIDTH - sum(len(_gap(key)) + max(map(len, cells)) for key, cells in columns.items())
+
+
+def _gap(key: str) -> str:
+    """Return what stands before a column: a standard deviation belongs to the score before it."""
+    return " " if key in ("TAS_sd", "PAS_sd") else "  "
 
 
 def shortened(names: list[str], width: int) -> list[str]:

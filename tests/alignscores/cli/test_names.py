@@ -31,7 +31,7 @@ def test_a_name_that_cannot_be_printed_loses_no_result(process, examples, tmp_pa
     assert (done.returncode, done.stderr) == (0, "")
     assert len(done.stdout.splitlines()) == 1 + len(NAMES) + 4
     assert done.stdout.replace("\n", "").isprintable()
-    assert "\n" + r"n\xff..9.txt" in done.stdout  # cut, so that there is room for all columns
+    assert "\n" + r"n\xff\xe9.txt " in done.stdout
     assert len(list(tmp_path.glob("r_*.zip"))) == len(NAMES)
     files.append(str(tmp_path / NAMES[0] / NAMES[1]))
     done = run("--json")

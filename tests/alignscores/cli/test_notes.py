@@ -112,7 +112,8 @@ def test_real_keyframes_are_not_ranked_above_all_frames(run, real):
     _, out, err = run("tum", *files, "--repeat", 1)
     rows = [line.split() for line in out.splitlines()[1:3]]
     assert [row[1] for row in rows] == ["1", "2"]
-    assert [row[0][-6:] for row in rows] == [file.name[-6:] for file in files[1:]]
+    assert [row[0] for row in rows] == ["fr2_d..B.txt", "fr2_d..o.txt"]
+    assert out.splitlines()[0].split()[-1] == "missing"
     assert "d is from 0.008191 to 0.06742 m" in err
     assert "--unit 0.008191 gives all one d\n" in err
     assert err.count("duplicates in the reference") == 1

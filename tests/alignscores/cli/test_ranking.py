@@ -71,5 +71,5 @@ def test_real_ties(run, score):
     results = score("tum", "tum/reference.txt", *estimates, "--unit", 0.6)
     assert [result["rank"] for result in results] == [[1, 1], [2, 3], [2, 3]]
     _, out, _ = run("tum", "tum/reference.txt", *estimates, "--unit", 0.6)
-    assert [line.split()[-10] for line in out.splitlines()[1:4]] == ["1", "2-3", "2-3"]
+    assert [line[16:].split()[0] for line in out.splitlines()[1:4]] == ["1", "2-3", "2-3"]
     assert "ranks in common: tied, PAS less than 2 standard errors apart over the seeds\n" in out

@@ -14,7 +14,7 @@ def test_columns_that_say_nothing_are_left_out():
     assert header.split()[-1] == "n"
     assert "rank" not in header
     rows = [ROW | {"name": name, "unit": 0.1, "missing": 3} for name in ("orb.txt", "dso.txt")]
-    header = table(rows, " [m]").splitlines()[0]
+    header = table(rows, " m").splitlines()[0]
     assert header.split()[:2] == ["estimate", "rank"]
     assert header.split()[-2:] == ["n", "missing"]
 
@@ -28,7 +28,7 @@ def test_width(length, failures):
         | dict.fromkeys(("missing", "no_position", "no_rotation", "duplicate"), failures)
         for i in (0, 1)
     ]
-    header, *lines = table(rows, " [m]").splitlines()
+    header, *lines = table(rows, " m").splitlines()
     assert max(map(len, [header, *lines])) <= 100
     for key in ("TAS", "RAS", "PAS", "ATE", "d", "n"):
         assert key in header.split()
@@ -44,6 +44,14 @@ def test_long_names_that_differ_in_the_middle_are_numbered():
     lines = table([ROW | {"name": name} for name in names], "").splitlines()
     assert [line.split()[0][-4:] for line in lines[1:]] == ["xx~1", "xx~2"]
     assert max(map(len, lines)) <= 100
+
+
+def test_one_estimate_with_missing_cameras_has_both_standard_deviations():
+    row = ROW | {"name": "estimate.txt", "missing": 20, "ATE": 1.03, "unit": 0.6463}
+    header, line = table([row], " m").splitlines()
+    expected = "estimate TAS sd half m RAS half deg PAS sd ATE m d m n missing"
+    assert header.split() == expected.split()
+    assert line.split()[2] == line.split()[7] == "0.0082"  # two digits say how far to trust a mean
 
 
 def test_numbers_without_a_value():
