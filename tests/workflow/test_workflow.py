@@ -130,7 +130,7 @@ trials:
 TARGETS = (
     "results/figures/outliers.png",
     "results/figures/histogram.png",
-    "results/replicates/0.csv",
+    "results/replicates/7.csv",  # the first five are also judged under other readings: longer
     "results/tables/registration_study.md",
 )
 ANALYSIS = {"figure": 2, "parameters_registration": 1}
@@ -177,7 +177,7 @@ def test_an_edit_reruns_what_depends_on_it_and_nothing_else(
         text = claims.read_text()
         assert old in text
         claims.write_text(text.replace(old, new))
-        assert rerun("results/replicates/0.csv") == ({"trials": 1} if is_run_again else {})
+        assert rerun("results/replicates/7.csv") == ({"trials": 1} if is_run_again else {})
         claims.write_text(text)
 
     config = copy / "configs" / "experiment" / "outliers.yaml"
