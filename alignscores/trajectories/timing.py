@@ -24,7 +24,7 @@ MIN_POSES = 20  # fewer fit at some offset by chance
 HYPOTHESES = 100
 REACH, STEP = 1.0, 0.05  # seconds on either side that are tried, and from one trial to the next
 REFINEMENTS = 5  # each divides the step by 4
-MISFIT = 0.1  # largest misfit at the offset, relative to the extent of the reference
+MISFIT = 0.1  # largest misfit at the offset, relative to the extent of the reference there
 ROUNDING = 1e-4  # misfit, so relative, below which all fit alike
 GAIN = 1.5  # factor by which the positions must fit better for an offset to be told
 FAR_GAIN = 5.0  # the same beyond that reach, where there are more to choose from
@@ -93,8 +93,9 @@ def find_offset(reference: Trajectory, estimate: Trajectory) -> TimeOffset | Non
     for least, most in ((-REACH, REACH), anywhere):
         best = fit.best_offset(least, most)
         misfit = fit.misfit(best)
-        if misfit <= MISFIT * fit.extent() and fit.extent() > 0:
-            floor = fit.interpolation_error() + ROUNDING * fit.extent()
+        extent = fit.extent(best) if misfit < np.inf else 0.0
+        if misfit <= MISFIT * extent and extent > 0:
+            floor = fit.interpolation_error() + ROUNDING * extent
             return TimeOffset(best, (fit.misfit(0.0) + floor) / (misfit + floor))
     return None
 
@@ -110,12 +111,9 @@ class _Fit:
 
     def misfit(self, offset: float) -> float:
         """Return the median position error at an offset, after a robust alignment."""
-        times = self.est_stamps + offset
-        inside = (times >= self.ref_stamps[0]) & (times <= self.ref_stamps[-1])
-        if inside.sum() < max(MIN_POSES, len(times) / 2):
+        inside, gt = self._reference(offset)
+        if len(gt) < max(MIN_POSES, len(inside) / 2):
             return np.inf
-        axes = (np.interp(times[inside], self.ref_stamps, axis) for axis in self.ref_positions.T)
-        gt = np.stack(list(axes), axis=1)
         est, rank, rng = self.est_positions[inside], len(gt) // 2 + 1, np.random.default_rng(0)
         alignment, _ = pcr99(gt, est, rank=rank, n_hypotheses=HYPOTHESES, rng=rng)
         if alignment is None:
@@ -138,7 +136,14 @@ class _Fit:
         curvature = np.diff(self.ref_positions, n=2, axis=0)
         return float(np.median(np.linalg.norm(curvature, axis=1))) / 8
 
-    def extent(self) -> float:
-        """Return how far the reference reaches from its middle, as a rule."""
-        centred = self.ref_positions - np.median(self.ref_positions, axis=0)
-        return float(np.median(np.linalg.norm(centred, axis=1)))
+    def extent(self, offset: float) -> float:
+        """Return how far the reference reaches from its middle at an offset, as a rule."""
+        _, gt = self._reference(offset)
+        return float(np.median(np.linalg.norm(gt - np.median(gt, axis=0), axis=1)))
+
+    def _reference(self, offset: float) -> tuple[NDArray[np.bool_], Floats]:
+        """Tell which poses lie within the reference at an offset, and its positions there."""
+        times = self.est_stamps + offset
+        inside = (times >= self.ref_stamps[0]) & (times <= self.ref_stamps[-1])
+        axes = (np.interp(times[inside], self.ref_stamps, axis) for axis in self.ref_positions.T)
+        return inside, np.stack(list(axes), axis=1)

@@ -47,6 +47,15 @@ def test_inaccuracy_is_no_offset(inaccuracy, rows):
         assert found is None or not found.significant
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_where_the_reference_hardly_moves_nothing_fits_better(seed):
+    reference = scene(seed)
+    reference.poses[:1900, :3, 3] *= 0.001
+    inaccurate = estimate(reference, seed, sigma=0.5, rows=slice(None, None, 5))
+    found = find_offset(reference, inaccurate)
+    assert found is None or not found.significant
+
+
 def test_a_perfect_estimate_has_no_offset():
     """Not even where all that is left is the error of interpolation, and another fits as well."""
     times = np.arange(600) / 30
