@@ -99,6 +99,7 @@ def from_patterns(
     found, more = est_pattern.find()
     problems += more
     only = Path(reference).stem if "sequence" not in est_pattern.fields else ""
+    refs = set(map(Path, found_refs))
     references = _unique(
         {path: (values.get("sequence", only),) for path, values in found_refs.items()}, problems
     )
@@ -106,7 +107,8 @@ def from_patterns(
         {
             path: (values.get("sequence", only), values["system"], values.get("run", ONLY_RUN))
             for path, values in found.items()
-            if path not in found_refs  # data/{sequence}/{system}.txt matches the reference, too
+            # data/{sequence}/{system}.txt matches the reference, too, or a file of its folder
+            if refs.isdisjoint({Path(path), *Path(path).parents})
         },
         problems,
     )

@@ -1,11 +1,14 @@
 """The whole command on made benchmarks whose truth is known."""
 
 import json
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from alignscores import pas, ras_profile, tas_profile
+from alignscores.cli import main
 from alignscores.trajectories.files import read_tum
 
 SYSTEMS = {  # sigma_t, sigma_r in degrees, every so many frames, share lost at the end
@@ -165,3 +168,27 @@ def test_dry_run(benchmark_of, run, tmp_path):
         "2 sequences, 1 systems, 4 runs, 1 of them missing\n",
         "",
     )
+
+
+@pytest.mark.parametrize("form", ["colmap", "nerf"])
+def test_images(compare, capsys, tmp_path, form):
+    """Cameras pair by name, and files of a reference's folder are no runs."""
+    data = Path(__file__).parents[2] / "data" / form
+    ending = "" if form == "colmap" else ".json"
+    for sequence in ("hall", "yard"):
+        for target in ("reference", "mapper/0", "mapper/1", "other/0"):
+            source = data / f"{'reference' if target == 'reference' else 'estimate'}{ending}"
+            path = tmp_path / sequence / f"{target}{ending}"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            (shutil.copytree if source.is_dir() else shutil.copy)(source, path)
+    patterns = form, f"{{sequence}}/reference{ending}", f"{{sequence}}/{{system}}/{{run}}{ending}"
+    found = compare(*patterns)
+    assert {one["system"] for one in found["results"]} == {"mapper", "other"}
+    assert len(found["results"]) == 6
+    files = tmp_path / f"hall/reference{ending}", tmp_path / f"hall/mapper/0{ending}"
+    assert main([form, *map(str, files), "--registration", "refined", "--json"]) == 0
+    (alone,) = json.loads(capsys.readouterr().out)["results"]
+    for one in found["results"]:
+        assert one["status"] == "scored"
+        assert (one["TAS"], one["RAS"]) == (alone["TAS"], alone["RAS"])
+        assert one["failures"] == alone["missing"] + alone["non_finite"]
