@@ -12,6 +12,7 @@
 #   snakemake frame_rate --config trajectories=my.yaml    to your own trajectories, too
 #   snakemake today                           today's protocols beside the new scores
 #   snakemake report                          all of it on one page, results/report.html
+#   snakemake crate                           and a description of the results for archives (RO-Crate)
 import sys
 
 sys.path.insert(0, workflow.basedir)
@@ -43,6 +44,7 @@ localrules:  # seconds each: not worth a job
     orders_today,
     own_frame_rates,
     report,
+    crate,
 
 
 rule figures:

@@ -72,3 +72,13 @@ rule report:
         " --today {input.today:q} --today-parts {input.today_parts:q}"
         " --benchmarks {params.benchmarks:q} --settings {params.settings:q} --output {output:q}"
         " > {log:q} 2>&1"
+
+
+rule crate:
+    input:
+        rules.report.output,
+        expand(FIGURE, figure=SHOWN, ext=["pdf", "png"]),
+    output:
+        RESULTS / "ro-crate-metadata.json",
+    shell:
+        "{sys.executable:q} -m report.crate {RESULTS:q}"

@@ -1,0 +1,213 @@
+"""Describe a folder of results as an RO-Crate: ``python -m report.crate RESULTS``.
+
+What was made, of what, by which code: the settings and versions beside the tables of trials, in the
+form that archives read (RO-Crate 1.1, profile Process Run Crate 0.5).
+"""
+
+import json
+import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from experiments.command import CommandError, run_command
+from experiments.tables import read_record, write_files
+
+__all__ = ["FILE", "crate", "main"]
+
+FILE = "ro-crate-metadata.json"
+PROFILE = "https://w3id.org/ro/wfrun/process/0.5"
+LICENSE = "https://spdx.org/licenses/BSD-3-Clause"
+TRIALS = ("trials", "replicates")  # folders of tables with records
+FINDINGS = ("tables", "figures")
+MEDIA_TYPES = {
+    ".csv": "text/csv",
+    ".html": "text/html",
+    ".json": "application/json",
+    ".md": "text/markdown",
+    ".pdf": "application/pdf",
+    ".png": "image/png",
+}
+
+Entity = dict[str, Any]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write the description into the folder; return the exit code."""
+    parser = ArgumentParser(
+        prog="python -m report.crate",
+        description="Describe a folder of results as an RO-Crate, for archives.",
+        epilog="snakemake crate makes the report and the description of all results",
+    )
+    parser.add_argument("results", type=Path, metavar="RESULTS", help="the folder")
+    return run_command(parser, _work, arguments)
+
+
+def _work(options: Namespace) -> list[Path]:
+    text = json.dumps(crate(options.results), indent=2, ensure_ascii=False) + "\n"
+    write_files({options.results / FILE: text.encode()})
+    return [options.results / FILE]
+
+
+def crate(results: Path) -> dict[str, Any]:
+    """Return the description of a folder of results.
+
+    Parameters
+    ----------
+    results : Path
+        The folder, with tables of trials.
+
+    Returns
+    -------
+    dict
+        JSON-LD: the files with their digests; the runs that made the trials, each with the settings
+        and the software; and the evaluation that made the tables and figures of them. The times are
+        those of the files, so that the same folder has the same description.
+
+    Raises
+    ------
+    CommandError
+        Where there are no tables of trials, or a table has no record.
+    """
+    tables = _files(results, TRIALS, {".csv"})
+    if not tables:
+        raise CommandError(f"{results} has no tables of trials; run: snakemake report")
+    softwares: dict[str, list[Entity]] = {}
+    made: dict[str, list[Path]] = {}
+    for table in tables:
+        entities = _software(read_record(table).origin)
+        softwares.setdefault(entities[0]["@id"], entities)
+        made.setdefault(entities[0]["@id"], []).append(table)
+    findings = [
+        *_files(results, FINDINGS, set(MEDIA_TYPES)),
+        *sorted(path for path in results.iterdir() if path.suffix in (".csv", ".html")),
+    ]
+    records = [table.with_suffix(".json") for table in tables]
+    actions = [
+        _action(
+            results,
+            f"#trials-{number}",
+            "Trials",
+            software,
+            [t.with_suffix(".json") for t in own],
+            own,
+        )
+        for number, (software, own) in enumerate(made.items(), start=1)
+    ]
+    if findings:
+        last = list(softwares)[-1]
+        actions.append(_action(results, "#evaluation", "Evaluation", last, tables, findings))
+    files = [*tables, *records, *findings]
+    graph = [
+        {
+            "@id": FILE,
+            "@type": "CreativeWork",
+            "about": {"@id": "./"},
+            "conformsTo": {"@id": "https://w3id.org/ro/crate/1.1"},
+        },
+        {
+            "@id": "./",
+            "@type": "Dataset",
+            "name": "Results of the simulation study of alignment scores",
+            "description": "Trials, tables and figures of the replication of Alignment Scores: "
+            "Robust Metrics for Multiview Pose Accuracy Evaluation (Lee and Civera).",
+            "conformsTo": {"@id": PROFILE},
+            "license": {"@id": LICENSE},
+            "datePublished": _time(files)[:10],
+            "hasPart": _references(_id(results, path) for path in files),
+            "mentions": _references(action["@id"] for action in actions),
+        },
+        {"@id": PROFILE, "@type": "CreativeWork", "name": "Process Run Crate", "version": "0.5"},
+        {"@id": LICENSE, "@type": "CreativeWork", "name": "BSD 3-Clause License"},
+        *actions,
+        *{entity["@id"]: entity for group in softwares.values() for entity in group}.values(),
+        *(_file(results, path) for path in files),
+    ]
+    return {"@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph}
+
+
+def _files(results: Path, folders: Iterable[str], endings: set[str]) -> list[Path]:
+    """Return the files of some folders with some endings, in order; temporary ones are hidden."""
+    found = (path for folder in folders for path in sorted((results / folder).rglob("*")))
+    return [path for path in found if path.suffix in endings and not path.name.startswith(".")]
+
+
+def _software(origin: Mapping[str, Any]) -> list[Entity]:
+    """Return the source tree that made tables, and after it the packages that it used."""
+    packages: Entity = {"python": origin["python"], **origin["packages"]}
+    version = packages.pop("alignscores", "unknown")
+    requirements = [
+        {
+            "@id": f"#{name}-{number}",
+            "@type": "SoftwareApplication",
+            "name": name,
+            "version": number,
+        }
+        for name, number in packages.items()
+    ]
+    text = json.dumps(origin, sort_keys=True).encode()
+    tree: Entity = {
+        "@id": f"#alignscores-{sha256(text).hexdigest()[:12]}",
+        "@type": "SoftwareApplication",
+        "name": "alignscores",
+        "version": version,
+        "operatingSystem": origin["platform"],
+        "softwareRequirements": _references(entity["@id"] for entity in requirements),
+    }
+    if origin["git"]:
+        changed = ", with changes" if origin["git"]["dirty"] else ""
+        tree["identifier"] = f"commit {origin['git']['commit']}{changed}"
+    return [tree, *requirements]
+
+
+def _action(
+    results: Path,
+    name: str,
+    title: str,
+    software: str,
+    inputs: Sequence[Path],
+    outputs: Sequence[Path],
+) -> Entity:
+    return {
+        "@id": name,
+        "@type": "CreateAction",
+        "name": title,
+        "instrument": {"@id": software},
+        "object": _references(_id(results, path) for path in inputs),
+        "result": _references(_id(results, path) for path in outputs),
+        "endTime": _time(outputs),
+    }
+
+
+def _file(results: Path, path: Path) -> Entity:
+    content = path.read_bytes()
+    return {
+        "@id": _id(results, path),
+        "@type": "File",
+        "name": path.name,
+        "encodingFormat": MEDIA_TYPES[path.suffix],
+        "contentSize": str(len(content)),
+        "sha256": sha256(content).hexdigest(),
+    }
+
+
+def _id(results: Path, path: Path) -> str:
+    return quote(path.relative_to(results).as_posix())
+
+
+def _references(names: Iterable[str]) -> list[dict[str, str]]:
+    return [{"@id": name} for name in names]
+
+
+def _time(paths: Iterable[Path]) -> str:
+    """Return when the last of some files was written."""
+    last = max(path.stat().st_mtime for path in paths)
+    return datetime.fromtimestamp(last, UTC).isoformat(timespec="seconds")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

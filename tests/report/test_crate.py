@@ -1,0 +1,77 @@
+"""The description of a folder of results."""
+
+import json
+import os
+from hashlib import sha256
+
+import pytest
+
+from experiments.config import load
+from experiments.sweep import run_sweeps
+from experiments.tables import write_trials
+from report.crate import FILE, main
+
+
+@pytest.fixture
+def results(tmp_path):
+    small = "experiment=rotations", "trials=1", "n_outliers=[0]", "sigma_r_deg=[2]"
+    sweep, execution = load([*small, "backend=sequential"])
+    folder = tmp_path / "my results"
+    for name in ("a", "b"):
+        write_trials(folder / "trials" / f"{name}.csv", run_sweeps([sweep], execution), [sweep])
+    for name in ("tables/order.md", "figures/outliers.png", "claims.csv", "figures/.hidden.png"):
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("made up")
+    for path in folder.rglob("*"):
+        os.utime(path, (1e9, 1e9))
+    return folder
+
+
+def test_every_file_with_its_digest_and_what_made_it(results, capsys):
+    assert main([str(results)]) == 0
+    assert capsys.readouterr().out == f"{results / FILE}\n"
+    text = (results / FILE).read_text()
+    entities = {entity["@id"]: entity for entity in json.loads(text)["@graph"]}
+    files = {name: one for name, one in entities.items() if one["@type"] == "File"}
+    tables, records = ([f"trials/{name}.{end}" for name in "ab"] for end in ("csv", "json"))
+    findings = ["tables/order.md", "figures/outliers.png", "claims.csv"]
+    assert sorted(files) == sorted([*tables, *records, *findings])
+    for name, one in files.items():
+        content = (results / name).read_bytes()
+        assert (one["contentSize"], one["sha256"]) == (
+            str(len(content)),
+            sha256(content).hexdigest(),
+        )
+
+    def named(references):
+        return sorted(reference["@id"] for reference in references)
+
+    root = entities["./"]
+    assert named(root["hasPart"]) == sorted(files)
+    assert root["datePublished"] == "2001-09-09"
+    trials, evaluation = (entities[name] for name in named(root["mentions"])[::-1])
+    assert (named(trials["object"]), named(trials["result"])) == (records, tables)
+    assert (named(evaluation["object"]), named(evaluation["result"])) == (tables, sorted(findings))
+    software = entities[trials["instrument"]["@id"]]
+    packages = json.loads((results / records[0]).read_text())["packages"]
+    for reference in software["softwareRequirements"]:
+        one = entities[reference["@id"]]
+        assert one["name"] == "python" or one["version"] == packages[one["name"]]
+    # Whatever is referred to is described, and the same folder has the same description.
+    for entity in entities.values():
+        for value in entity.values():
+            for reference in value if isinstance(value, list) else [value]:
+                if isinstance(reference, dict):
+                    assert reference["@id"] in entities | {"https://w3id.org/ro/crate/1.1": 0}
+    assert main([str(results)]) == 0
+    assert (results / FILE).read_text() == text
+
+
+def test_without_trials_or_a_record_there_is_nothing_to_describe(results, tmp_path, capsys):
+    assert main([str(tmp_path / "none")]) == 1
+    assert "has no tables of trials; run: snakemake report" in capsys.readouterr().err
+    (results / "trials/b.json").unlink()
+    assert main([str(results)]) == 1
+    assert "does not exist; run: snakemake" in capsys.readouterr().err
+    assert not (results / FILE).exists()
