@@ -1,8 +1,12 @@
-"""What all test modules share: the published reference values and Hypothesis' settings."""
+"""What all test modules share: reference values, Hypothesis' settings, and a browser."""
 
 import json
-from collections.abc import Mapping
+import os
+import shutil
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +18,36 @@ from numpy.typing import NDArray
 REFERENCE = (
     Path(__file__).resolve().parents[2] / "shared" / "reference" / "alignment_scores_octave.npz"
 )
+
+BROWSERS = (
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "C:/Program Files/Google/Chrome/Application/chrome.exe",
+)
+# Root, and most containers, cannot have the sandbox; the pages are the project's own.
+FLAGS = "--headless=new --no-sandbox --disable-gpu --disable-dev-shm-usage --no-first-run"
+FLAGS += " --enable-logging=stderr --virtual-time-budget=10000 --window-size=1280,900 --dump-dom"
+# What a script has found out takes the place of the page.
+TELL = """
+const tell = (outcome) => {
+  document.body.innerHTML = "<pre></pre>";
+  document.body.firstChild.textContent = JSON.stringify(outcome);
+};
+"""
+# A window has a least width, a frame has not; each tells the page around it.
+FRAMES = """<!DOCTYPE html><html><body>{frames}<script>
+{tell}
+const told = {{}};
+addEventListener("message", (event) => {{
+  const frames = [...document.querySelectorAll("iframe")];
+  const frame = frames.find((each) => each.contentWindow === event.source);
+  told[frame.width] = event.data;
+  if (Object.keys(told).length === frames.length) tell(told);
+}});
+</script></body></html>
+"""
 
 # Same examples in every run, and no time limit for each: the machine may be busy.
 settings.register_profile("alignscores", derandomize=True, deadline=None, max_examples=50)
@@ -53,3 +87,60 @@ def reference_case(
 ) -> ReferenceCase:
     """One case, named by ``@pytest.mark.parametrize("reference_case", [...], indirect=True)``."""
     return reference_cases[request.param]
+
+
+class Browser:
+    """Chromium or Chrome without a window; every page is opened in a profile of its own."""
+
+    def __init__(self, program: str, new_folder: Callable[[str], Path]) -> None:
+        self.program, self.new_folder = program, new_folder
+
+    def run(self, html: str, script: str, fragment: str = "") -> Any:
+        """Open a page, run a script at its end, and return what it passes to ``tell``."""
+        folder = self.new_folder("browser")
+        return self._open(_write(folder / "page.html", html, TELL + script), fragment)
+
+    def run_at_widths(self, html: str, script: str, widths: Sequence[int]) -> dict[int, Any]:
+        """Do so on screens of some widths, down to a phone's."""
+        folder = self.new_folder("browser")
+        tell = 'const tell = (outcome) => parent.postMessage(outcome, "*");'
+        _write(folder / "page.html", html, tell + script)
+        frames = "".join(
+            f'<iframe width="{w}" height="800" src="page.html"></iframe>' for w in widths
+        )
+        (folder / "frames.html").write_text(FRAMES.format(frames=frames, tell=TELL))
+        return {int(width): told for width, told in self._open(folder / "frames.html").items()}
+
+    def _open(self, path: Path, fragment: str = "") -> Any:
+        profile = f"--user-data-dir={path.parent / 'profile'}"
+        address = path.as_uri() + fragment
+        done = subprocess.run(
+            [self.program, *FLAGS.split(), profile, address],
+            capture_output=True,
+            encoding="utf-8",
+            timeout=100,
+            env=os.environ | {"HOME": str(path.parent)},
+        )
+        assert "CONSOLE" not in done.stderr, done.stderr
+        _, found, text = done.stdout.rpartition("<pre>")
+        assert found, done.stdout[-2000:] + done.stderr[-2000:]
+        return json.loads(unescape(text.partition("</pre>")[0]))
+
+
+def _write(path: Path, html: str, script: str) -> Path:
+    before, body, after = html.rpartition("</body>")
+    assert body
+    path.write_text(f"{before}<script>{script}</script>{body}{after}", encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Browser:
+    """The browser; without one the test is skipped, but where CI is true it fails."""
+    program = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if program is None:
+        reason = "no Chromium or Chrome on this machine"
+        if os.environ.get("CI") == "true":
+            pytest.fail(f"{reason}, and with CI=true no browser test may be skipped")
+        pytest.skip(reason)
+    return Browser(program, tmp_path_factory.mktemp)

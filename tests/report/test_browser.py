@@ -1,26 +1,15 @@
 """The page in a browser: sorting, filtering, links, and nothing wider than a phone."""
 
-import json
-import os
 import re
-import shutil
-import subprocess
 from collections import Counter
-from html import unescape
 
 import pytest
 
 from studies.claims.claims import load_claims
 from studies.claims.verdicts import POPULATION
 
-BROWSER = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
-pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium or Chrome on the PATH")
-
 # Presses what a reader would press, and tells what then stands there.
 DRIVER = """
-<script>
 const rows = () => [...document.querySelectorAll("#claims-table tbody tr")];
 const ids = () => rows().map((row) => row.id.slice("claim-".length));
 const visible = () =>
@@ -60,85 +49,30 @@ setTimeout(() => {
   outcome.linked.after = row.hidden;
   outcome.linked.top = row.getBoundingClientRect().top;
   outcome.linked.said = said();
-  document.body.innerHTML = "<pre></pre>";
-  document.body.firstChild.textContent = JSON.stringify(outcome);
+  tell(outcome);
 }, 100);
-</script>
-</body>
 """
-# Tells the page around it how wide it is; that one shows it as a phone would.
 WIDTHS = """
-<script>
 const root = document.documentElement;
 const details = [...document.querySelectorAll("details")];
 details.forEach((each) => { each.open = true; });
-parent.postMessage(JSON.stringify({
+tell({
   scroll: root.scrollWidth,
   inner: innerWidth,
   controls: document.getElementById("controls").offsetHeight,
   details: details.length,
-}), "*");
-</script>
-</body>
+});
 """
 # Tells which of the details can be seen; all of them are closed.
 CLOSED = """
-<script>
 const tables = [...document.querySelectorAll("details:not([open]) table")];
-const seen = tables.map((table) => table.checkVisibility());
-document.body.innerHTML = "<pre></pre>";
-document.body.firstChild.textContent = JSON.stringify(seen);
-</script>
-</body>
+tell(tables.map((table) => table.checkVisibility()));
 """
-PHONES = """<!DOCTYPE html>
-<title>phones</title>
-<script>
-const told = {};
-addEventListener("message", (event) => {
-  const frames = [...document.querySelectorAll("iframe")];
-  const frame = frames.find((each) => each.contentWindow === event.source);
-  told[frame.width] = JSON.parse(event.data);
-  if (Object.keys(told).length === frames.length) {
-    document.body.innerHTML = "<pre></pre>";
-    document.body.firstChild.textContent = JSON.stringify(told);
-  }
-});
-</script>
-<body>
-"""
-
-
-def browse(path):
-    """Open a file; return what it wrote as JSON."""
-    assert BROWSER is not None
-    profile = path.parent / "profile"
-    flags = ["--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--dump-dom"]
-    flags += ["--enable-logging=stderr", "--virtual-time-budget=10000", "--window-size=1280,900"]
-    done = subprocess.run(
-        [BROWSER, *flags, f"--user-data-dir={profile}", path.as_uri()],
-        capture_output=True,
-        text=True,
-        timeout=100,
-        env=os.environ | {"HOME": str(path.parent)},
-    )
-    assert "CONSOLE" not in done.stderr, done.stderr
-    _, found, text = done.stdout.rpartition("<pre>")
-    assert found, done.stdout[-2000:] + done.stderr[-2000:]
-    return json.loads(unescape(text.partition("</pre>")[0]))
-
-
-def with_script(page, script):
-    before, body, after = page.html.rpartition("</body>\n")
-    assert body
-    return f"{before}{script}{after}"
 
 
 @pytest.fixture(scope="module")
-def outcome(page, tmp_path_factory):
-    path = tmp_path_factory.mktemp("browser") / "page.html"
-    path.write_text(with_script(page, DRIVER), encoding="utf-8")
-    return browse(path)
+def outcome(page, browser):
+    return browser.run(page.html, DRIVER)
 
 
 def keys(page, column):
@@ -223,24 +157,15 @@ def test_a_link_to_a_claim_finds_it_whatever_is_filtered(outcome, table):
     assert linked["said"].startswith(f"{len(table)} of {len(table)} shown")
 
 
-def test_no_page_is_wider_than_its_screen(page, tmp_path):
-    widths = (320, 390, 620, 961, 1280)
-    (tmp_path / "page.html").write_text(with_script(page, WIDTHS), encoding="utf-8")
-    frames = "".join(f'<iframe width="{w}" height="800" src="page.html"></iframe>' for w in widths)
-    (tmp_path / "phones.html").write_text(PHONES + frames, encoding="utf-8")
-    told = browse(tmp_path / "phones.html")
-    assert set(told) == set(map(str, widths))
-    for width, page_there in told.items():
-        assert page_there["inner"] >= int(width) - 20  # but for a scroll bar
-        assert page_there["scroll"] <= page_there["inner"], width
-        assert page_there["controls"] > 0
-        assert page_there["details"] == 5
+def test_no_page_is_wider_than_its_screen(page, browser):
+    for width, told in browser.run_at_widths(page.html, WIDTHS, (320, 390, 620, 961, 1280)).items():
+        assert told["inner"] >= width - 20  # but for a scroll bar
+        assert told["scroll"] <= told["inner"], width
+        assert told["controls"] > 0
+        assert told["details"] == 5
 
 
-def test_what_is_closed_on_the_screen_is_printed(page, tmp_path):
-    path = tmp_path / "page.html"
-    path.write_text(with_script(page, CLOSED), encoding="utf-8")
-    assert browse(path) == [False] * 5
-    as_printed = with_script(page, CLOSED).replace("@media print", "@media screen")
-    path.write_text(as_printed, encoding="utf-8")
-    assert browse(path) == [True] * 5
+def test_what_is_closed_on_the_screen_is_printed(page, browser):
+    assert browser.run(page.html, CLOSED) == [False] * 5
+    as_printed = page.html.replace("@media print", "@media screen")
+    assert browser.run(as_printed, CLOSED) == [True] * 5
