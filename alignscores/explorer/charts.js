@@ -1,0 +1,194 @@
+// Drawing for the interactive pages: axes, lines, direct labels, and a cursor for pointer and keyboard.
+const AlignmentCharts = (() => {
+  "use strict";
+  const NAMESPACE = "http://www.w3.org/2000/svg";
+  const LINE = 14; // pixels from one line of text to the next
+
+  // An SVG element; children may be elements or text.
+  function element(name, attributes = {}, ...children) {
+    const made = document.createElementNS(NAMESPACE, name);
+    for (const [key, value] of Object.entries(attributes)) {
+      if (value !== undefined && value !== null) made.setAttribute(key, value);
+    }
+    made.append(...children);
+    return made;
+  }
+
+  // A map from numbers to pixels, linear or logarithmic, that also knows its ticks.
+  function scale([low, high], [start, end], { log = false } = {}) {
+    const place = log ? Math.log : Number;
+    const [first, last] = [place(low), place(high)];
+    const map = (value) => start + (end - start) * (place(value) - first) / (last - first);
+    map.invert = (pixel) => {
+      const found = first + (last - first) * (pixel - start) / (end - start);
+      return log ? Math.exp(found) : found;
+    };
+    map.ticks = (count = 5) => (log ? logTicks(low, high) : linearTicks(low, high, count));
+    return Object.assign(map, { domain: [low, high], range: [start, end] });
+  }
+
+  function linearTicks(low, high, count) {
+    const rough = (high - low) / count;
+    const power = 10 ** Math.floor(Math.log10(rough));
+    const step = power * ([1, 2, 5].find((factor) => factor * power >= rough * 0.999) ?? 10);
+    const ticks = [];
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) ticks.push(k * step);
+    return ticks;
+  }
+
+  function logTicks(low, high) {
+    const factors = high / low > 300 ? [1] : [1, 2, 5];
+    const ticks = [];
+    for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high); power++) {
+      for (const factor of factors) {
+        const tick = factor * 10 ** power;
+        if (tick >= low * (1 - 1e-9) && tick <= high * (1 + 1e-9)) ticks.push(tick);
+      }
+    }
+    return ticks;
+  }
+
+  // A number with so many significant digits, without trailing zeros and with a real minus.
+  function number(value, digits = 3) {
+    if (!Number.isFinite(value)) return value > 0 ? "∞" : "–";
+    return String(Number(value.toPrecision(digits))).replace("-", "−");
+  }
+
+  // An empty chart in place of what the host holds: grid, axes, and the scales to draw with. An axis
+  // is { domain, log, ticks, format, label }; a margin of the paper's edge is in pixels.
+  function frame(host, { label, x, y, height = 220, top = 12, right = 16, bottom = 40, left = 44 }) {
+    const width = Math.max(host.clientWidth, 200);
+    const svg = element("svg", {
+      class: "chart", viewBox: `0 0 ${width} ${height}`, width, height, role: "group", "aria-label": label,
+    });
+    const across = scale(x.domain, [left, width - right], x);
+    const up = scale(y.domain, [height - bottom, top], y);
+    const axes = element("g", { "aria-hidden": "true" });
+    for (const tick of y.ticks ?? up.ticks()) {
+      axes.append(
+        element("path", { class: "grid", d: `M${left} ${up(tick)}H${width - right}` }),
+        element("text", { x: left - 6, y: up(tick) + 4, "text-anchor": "end" }, (y.format ?? number)(tick)),
+      );
+    }
+    for (const tick of x.ticks ?? across.ticks(Math.min(6, width / 80))) {
+      axes.append(
+        element("path", { class: "axis", d: `M${across(tick)} ${height - bottom}v4` }),
+        element("text", { x: across(tick), y: height - bottom + 16, "text-anchor": "middle" }, (x.format ?? number)(tick)),
+      );
+    }
+    axes.append(element("path", { class: "axis", d: `M${left} ${height - bottom}H${width - right}` }));
+    if (x.label) {
+      axes.append(element("text", { class: "name", x: (left + width - right) / 2, y: height - bottom + 33, "text-anchor": "middle" }, x.label));
+    }
+    if (y.label) axes.append(element("text", { class: "name", x: left, y: top - 2 }, y.label));
+    const plot = element("g", { "aria-hidden": "true" });
+    svg.append(axes, plot);
+    host.replaceChildren(svg);
+    return { host, svg, plot, x: across, y: up, width, height, left, right, top, bottom };
+  }
+
+  // A line through points [x, y]; one that is not finite breaks it. A ghost is drawn faintly.
+  function line(chart, points, { colour = "currentColor", dash, width = 1.8, ghost = false, dots = false } = {}) {
+    let path = "";
+    let pen = "M";
+    for (const [a, b] of points) {
+      if (Number.isFinite(a) && Number.isFinite(b)) {
+        path += `${pen}${chart.x(a).toFixed(1)} ${chart.y(b).toFixed(1)}`;
+        pen = "L";
+        if (dots) chart.plot.append(element("circle", { cx: chart.x(a).toFixed(1), cy: chart.y(b).toFixed(1), r: 2.2, fill: colour }));
+      } else pen = "M";
+    }
+    const drawn = element("path", {
+      class: ghost ? "line ghost" : "line", d: path, stroke: colour, "stroke-dasharray": dash, "stroke-width": width,
+    });
+    chart.plot.append(drawn);
+    return drawn;
+  }
+
+  // The names of lines beside their ends, moved apart where they would overlap: { text, colour, y }.
+  function endLabels(chart, labels) {
+    const placed = labels.map((label) => ({ ...label, at: chart.y(label.y) })).sort((a, b) => a.at - b.at);
+    for (let k = 1; k < placed.length; k++) placed[k].at = Math.max(placed[k].at, placed[k - 1].at + LINE - 2);
+    let limit = chart.height - chart.bottom + 4;
+    for (const label of placed.reverse()) {
+      label.at = Math.min(label.at, limit);
+      limit = label.at - LINE + 2;
+    }
+    for (const { text, colour, at } of placed) {
+      chart.plot.append(element("text", { class: "end", x: chart.width - chart.right + 5, y: at + 4, fill: colour }, text));
+    }
+  }
+
+  // An upright rule with a word beside it, at the side where there is room.
+  function rule(chart, at, text) {
+    const x = chart.x(at);
+    const late = x > (chart.x.range[0] + chart.x.range[1]) / 2;
+    chart.plot.append(
+      element("path", { class: "rule", d: `M${x} ${chart.top}V${chart.height - chart.bottom}` }),
+      element("text", { class: "name", x: x + (late ? -5 : 5), y: chart.top + 9, "text-anchor": late ? "end" : "start" }, text),
+    );
+  }
+
+  // A cursor over places on the x axis, moved by pointer or arrow keys. What `describe(index)` says of
+  // a place stands beneath the chart and is spoken; `pick(index)`, if given, hears of each move.
+  function cursor(chart, { places, describe, name, pick, at = -1 }) {
+    const rule = element("path", { class: "cursor" });
+    const area = element("rect", {
+      class: "reader", x: chart.left, y: chart.top, width: chart.width - chart.left - chart.right,
+      height: chart.height - chart.top - chart.bottom, tabindex: 0, role: "slider", "aria-label": name,
+      "aria-valuemin": 0, "aria-valuemax": places.length - 1,
+    });
+    const readout = document.createElement("p");
+    readout.className = "readout";
+    readout.setAttribute("aria-hidden", "true"); // the slider's value says it
+    chart.svg.append(rule, area);
+    chart.host.append(readout);
+
+    function show(index) {
+      const x = chart.x(places[index]);
+      rule.setAttribute("d", `M${x} ${chart.top}V${chart.height - chart.bottom}`);
+      const text = describe(index);
+      readout.textContent = text;
+      area.setAttribute("aria-valuenow", index);
+      area.setAttribute("aria-valuetext", text);
+    }
+    function move(index) {
+      at = Math.min(Math.max(index, 0), places.length - 1);
+      show(at);
+      pick?.(at);
+    }
+    area.setAttribute("aria-valuenow", Math.max(at, 0));
+    area.setAttribute("aria-valuetext", describe(Math.max(at, 0)));
+    if (at >= 0) show(at);
+    area.addEventListener("pointermove", (event) => {
+      const box = chart.svg.getBoundingClientRect();
+      const pixel = (event.clientX - box.left) * chart.width / box.width;
+      let nearest = 0;
+      for (let k = 1; k < places.length; k++) {
+        if (Math.abs(chart.x(places[k]) - pixel) < Math.abs(chart.x(places[nearest]) - pixel)) nearest = k;
+      }
+      if (nearest !== at) move(nearest);
+    });
+    area.addEventListener("keydown", (event) => {
+      const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -10, PageUp: 10, Home: -Infinity, End: Infinity };
+      if (!(event.key in steps)) return;
+      event.preventDefault();
+      move(at < 0 ? 0 : at + steps[event.key]);
+    });
+    return { move };
+  }
+
+  // Calls `draw` now, and whenever the width of the host changes.
+  function responsive(host, draw) {
+    let width = 0;
+    const observer = new ResizeObserver(() => {
+      if (host.clientWidth && host.clientWidth !== width) {
+        width = host.clientWidth;
+        draw();
+      }
+    });
+    observer.observe(host);
+  }
+
+  return Object.freeze({ cursor, element, endLabels, frame, line, number, responsive, rule, scale });
+})();
