@@ -145,6 +145,12 @@ const AlignmentCharts = (() => {
     chart.host.append(readout);
 
     function show(index) {
+      at = index;
+      if (index < 0) { // nothing is picked
+        rule.removeAttribute("d");
+        readout.textContent = "";
+        return;
+      }
       const x = chart.x(places[index]);
       rule.setAttribute("d", `M${x} ${chart.top}V${chart.height - chart.bottom}`);
       const text = describe(index);
@@ -153,8 +159,7 @@ const AlignmentCharts = (() => {
       area.setAttribute("aria-valuetext", text);
     }
     function move(index) {
-      at = Math.min(Math.max(index, 0), places.length - 1);
-      show(at);
+      show(Math.min(Math.max(index, 0), places.length - 1));
       pick?.(at);
     }
     area.setAttribute("aria-valuenow", Math.max(at, 0));
@@ -175,7 +180,7 @@ const AlignmentCharts = (() => {
       event.preventDefault();
       move(at < 0 ? 0 : at + steps[event.key]);
     });
-    return { move };
+    return { move, show };
   }
 
   // Calls `draw` now, and whenever the width of the host changes.
