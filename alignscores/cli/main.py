@@ -243,6 +243,13 @@ def _add_arguments(command: argparse.ArgumentParser, form: Format) -> None:
         type=output_file(".png", ".pdf", ".svg"),
         help="save them as FILE (.png, .pdf or .svg); more than 4 estimates share axes",
     )
+    output.add_argument(
+        "--save_page",
+        metavar="FILE.html",
+        type=output_file(".html"),
+        help="save one page, which needs no network: trajectories to turn, errors, and sliders for "
+        "thresholds, weight and missing cameras",
+    )
 
 
 def add_number(

@@ -1,4 +1,4 @@
-"""What is saved: errors, aligned estimates, evo results and pictures."""
+"""What is saved: errors, aligned estimates, evo results, pictures and the page."""
 
 import argparse
 import csv
@@ -70,6 +70,10 @@ def files(
         )
     if path := arguments.save_plot:
         yield path, picture(figure_of(scored, arguments), path)
+    if path := arguments.save_page:
+        from .page import page  # it imports this module in turn
+
+        yield path, page(scored, reference, arguments).encode()
 
 
 def show_plot(scored: Sequence[Scored], arguments: argparse.Namespace) -> None:

@@ -1,8 +1,8 @@
 """What the interactive pages are made of, in JavaScript and CSS: arithmetic, drawing, look.
 
 The arithmetic of ``scores.js`` is that of `alignscores.histogram` and `alignscores.profile`, and
-tested against them in a browser. ``charts.js`` draws, ``controls.js`` has the sliders and the state in
-the address; ``style.css`` is the look. ``own.*`` is the page of people's own files.
+tested against them in a browser. ``charts.js`` draws, ``controls.js`` has the sliders and the state
+in the address; ``style.css`` is the look. ``own.*`` is the page of people's own files.
 """
 
 from importlib.resources import files
