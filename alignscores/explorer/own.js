@@ -155,7 +155,7 @@
     const d = run.unit === null ? `, d the ${number(state.quantile)} quantile` : ", d as given";
     text("setting", `Up to ${number(state.threshold)} d and ${number(state.degrees)} degrees${d}, ${state.steps} thresholds, `
       + `weight ${number(state.weight)}, cameras without an estimate ${state.missing === "fail" ? "fail" : "are left out"}: `
-      + `${isRun() ? "as in the run" : "not as in the run"}. Scores are of seed ${run.seeds[0]}.`);
+      + `${isRun() ? "as in the run" : "not as in the run"}.`);
     at("reset").disabled = isRun();
     const { parts, notes } = shown();
     at("notes").replaceChildren(...[
@@ -241,7 +241,7 @@
       const made = frame(host, {
         label: `Error of each camera, ${kind}s`,
         x: { domain: [first, Math.max(last, first + 1)], label: stamps ? "seconds from the reference's start" : data.ordered ? "frame" : "image" },
-        y: { domain: [low, high], log: true, label: `${word}, logarithmic` },
+        y: { domain: [low, high], log: true, label: `${word}, log` },
         left: 52,
       });
       const spot = (camera) => [
@@ -260,7 +260,7 @@
           element("text", { class: "name", x: made.width - made.right, y: made.y(limit) - 4, "text-anchor": "end" }, "largest threshold"),
         ] : []),
         element("text", { class: "name", x: made.width - made.right, y: made.top - 2, "text-anchor": "end" },
-          `${beyond.length} beyond, of these ${beyond.filter((camera) => values[camera] === Infinity).length} failed`),
+          `${beyond.length} beyond, ${beyond.filter((camera) => values[camera] === Infinity).length} of them failed`),
       );
       const cursor = cameras.length ? AlignmentCharts.cursor(made, {
         places: cameras.map((camera) => placeOf(one.rows[camera])),
@@ -306,7 +306,7 @@
       for (const other of estimates) {
         if (other === one) continue;
         const { cameras: all, sorted: errors } = due(other);
-        line(made, cumulative(errors[kind], all.length, limit, state.steps), { colour, ghost: true, width: 1 });
+        line(made, cumulative(errors[kind], all.length, limit, state.steps), { colour, ghost: true, width: 1.4 });
       }
       line(made, points, { colour });
       const value = scoreOf(kind);
@@ -358,7 +358,7 @@
         y: { domain: [0, 1], label: "score" },
       });
       for (const other of estimates) {
-        if (other !== shown()) line(made, profileOf(other, kind, units).map((value, k) => [units[k], value]), { colour, ghost: true, width: 1 });
+        if (other !== shown()) line(made, profileOf(other, kind, units).map((value, k) => [units[k], value]), { colour, ghost: true, width: 1.4 });
       }
       const values = profileOf(shown(), kind, units);
       line(made, values.map((value, k) => [units[k], value]), { colour });
@@ -433,6 +433,7 @@
     scene.height = scene.clientHeight * ratio;
     const pen = scene.getContext("2d");
     pen.scale(ratio, ratio);
+    at("marks").setAttribute("viewBox", `0 0 ${scene.clientWidth} ${scene.clientHeight}`);
     const project = camera3d();
     const one = shown();
     const { cameras } = due();
@@ -570,17 +571,16 @@
   for (const button of document.querySelectorAll("[data-key]")) button.addEventListener("click", () => press(button.dataset.key));
 
   // What does not change.
-  const seeds = run.seeds[0] === run.seeds[1] ? "" : `; those of the run are means over the seeds ${run.seeds[0]} to ${run.seeds[1]}`;
   text("title", document.title);
   text("kicker", `${data.format}, ${estimates.length} ${estimates.length === 1 ? "estimate" : "estimates"}, registration ${run.registration}`);
   text("unit-head", `d [${data.unit}]`);
   text("half-head", `half [${data.unit}]`);
-  text("alignment", `All scores here are under the alignment of the run with seed ${run.seeds[0]}${seeds}. ${run.registration === "refined"
-    ? "The refined registration fits its alignment to d and the largest threshold: with others the command aligns anew, and its TAS is as a rule a little higher than here."
-    : "It depends neither on d nor on the thresholds; whether missing cameras fail may change it, which is not shown here."} `
+  const others = run.seeds[0] === run.seeds[1] ? "" : ` The run’s are means over the seeds ${run.seeds[0]} to ${run.seeds[1]}.`;
+  text("alignment", `Scores here are under the run’s alignment, with seed ${run.seeds[0]}.${others} ${run.registration === "refined"
+    ? "The refined registration fits its alignment to the largest threshold: at another one the command aligns anew, and its TAS is as a rule a little higher than here."
+    : "The paper’s registration depends neither on d nor on the thresholds, so that these are the command’s numbers for all of them. Whether missing cameras fail may change it, which is not shown here."} `
     + "half: half-score distance and angle of the run, by the refined registration.");
   text("origin", `alignscores ${data.version}, from ${data.reference} and ${estimates.map((one) => one.file).join(", ")}`);
-  at("origin").parentElement.hidden = false;
   document.querySelector(".ramp").style.background = `linear-gradient(90deg, ${RAMP.map((colour) => `rgb(${colour.join(" ")})`).join(", ")})`;
 
   for (const kind of Object.keys(KINDS)) {
