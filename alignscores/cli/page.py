@@ -1,7 +1,6 @@
 """The page of one's own files: all errors in one HTML file, whose scripts compute the scores."""
 
 import argparse
-import warnings
 from base64 import b64encode
 from collections.abc import Sequence
 from typing import Any
@@ -137,6 +136,5 @@ def _units(gt_positions: Floats) -> list[float]:
 
 def _packed(values: NDArray[Any], kind: str) -> str:
     """Return numbers as base64 of their bytes, the last ones first."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # beyond single precision: infinite
+    with np.errstate(over="ignore"):  # beyond single precision: infinite
         return b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode()

@@ -361,7 +361,12 @@ def _show(summary: Summary, benchmark: Benchmark, arguments: argparse.Namespace)
         for key in (*summary.sequences, *summary.systems)
     }
     if arguments.html:
-        content = page(summary, arguments.by, names, _footnotes(summary, arguments))
+        setting = {
+            "threshold": arguments.max_threshold,
+            "degrees": arguments.max_threshold_deg,
+            "weight": arguments.weight,
+        }
+        content = page(summary, arguments.by, names, _footnotes(summary, arguments), setting)
         write_whole(arguments.html, content.encode())
     match arguments.show:
         case "json":

@@ -27,3 +27,116 @@
     });
   });
 })();
+
+// The scores of all systems at any thresholds, from errors that stand for those of all runs.
+(() => {
+  "use strict";
+  const { cursor, frame, line, number, responsive, rule } = AlignmentCharts;
+  const { address, roundNumbers, slider } = AlignmentControls;
+  const { score, pas } = AlignmentScores;
+  const at = (id) => document.getElementById(id);
+  const data = JSON.parse(at("data").textContent);
+  const KINDS = { position: { name: "TAS", unit: "d" }, rotation: { name: "RAS", unit: "degrees" } };
+  const UNITS = { position: geometric(0.02, 100), rotation: geometric(0.05, 180) };
+  const unpacked = (text) => new Float32Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
+  const errors = data.errors.map((systems) => systems.map((one) => ({ position: unpacked(one.position), rotation: unpacked(one.rotation) })));
+  const everything = data.sequences.map((_, index) => index);
+
+  function geometric(low, high) {
+    return Array.from({ length: 40 }, (_, k) => low * (high / low) ** (k / 39));
+  }
+
+  const positive = (value) => value > 0 && value < Infinity;
+  const kept = address({
+    sequence: [-1, (value) => value in data.sequences],
+    threshold: [data.setting.threshold, positive],
+    degrees: [data.setting.degrees, positive],
+    steps: [100, (value) => Number.isInteger(value) && value > 0 && value <= 10000],
+    weight: [data.setting.weight, (value) => value >= 0 && value <= 1],
+  });
+  const SETTING = ["threshold", "degrees", "steps", "weight"];
+  let state = kept.read();
+  const largest = (kind) => (kind === "position" ? state.threshold : state.degrees);
+  const chosen = () => (state.sequence < 0 ? everything : [state.sequence]);
+  const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
+
+  function scoreOf(system, kind, unit) {
+    return mean(chosen().map((sequence) => score(errors[sequence][system][kind], unit, { thresholds: state.steps })));
+  }
+  const remembered = new Map(); // profiles depend on two of the settings alone
+  function profileOf(system, kind) {
+    const key = [system, kind, state.sequence, state.steps].join();
+    if (!remembered.has(key)) remembered.set(key, UNITS[kind].map((unit) => scoreOf(system, kind, unit)));
+    return remembered.get(key);
+  }
+
+  function change(changes) {
+    Object.assign(state, changes);
+    kept.write(state);
+    render();
+  }
+  const show = {};
+  function control(key, values, describe) {
+    const more = [kept.defaults[key]];
+    show[key] = slider(at(key), at(`${key}-text`), { values, more, describe, change: (value) => change({ [key]: value }) });
+  }
+  control("threshold", roundNumbers(0.02, 100), (value) => `${number(value)} d`);
+  control("degrees", roundNumbers(0.1, 180), (value) => `${number(value)} degrees`);
+  control("steps", [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000], (value) => number(value, 5));
+  control("weight", Array.from({ length: 21 }, (_, k) => k / 20), (value) => `${number(value)} TAS + ${number(1 - value)} RAS`);
+  data.sequences.forEach((name, index) => at("sequence").add(new Option(name, index)));
+  at("sequence").addEventListener("change", (event) => change({ sequence: Number(event.target.value) }));
+  at("reset").addEventListener("click", () => change(Object.fromEntries(SETTING.map((key) => [key, kept.defaults[key]]))));
+  addEventListener("hashchange", () => {
+    if (!location.hash.includes("=")) return; // a link to a section
+    state = kept.read();
+    render();
+  });
+
+  const rows = data.systems.map((name) => {
+    const row = at("scores").insertRow();
+    const head = Object.assign(document.createElement("th"), { scope: "row", textContent: name });
+    row.append(head);
+    return [0, 1, 2].map(() => row.insertCell());
+  });
+
+  const draws = Object.entries(KINDS).map(([kind, { name, unit }]) => {
+    const host = at(`${kind}-profile`);
+    const draw = () => {
+      const made = frame(host, {
+        label: `${name} of all systems over its largest threshold`,
+        x: { domain: [UNITS[kind][0], UNITS[kind].at(-1)], log: true, label: `largest threshold, ${unit}` },
+        y: { domain: [0, 1], label: name },
+      });
+      const profiles = data.systems.map((_, system) => profileOf(system, kind));
+      profiles.forEach((values, system) => {
+        const [colour, dash] = data.lines[system];
+        line(made, values.map((value, k) => [UNITS[kind][k], value]), { colour, dash });
+      });
+      const limit = largest(kind);
+      if (limit >= UNITS[kind][0] && limit <= UNITS[kind].at(-1)) rule(made, limit, "here");
+      cursor(made, {
+        places: UNITS[kind],
+        describe: (index) => `${number(UNITS[kind][index])} ${unit}: ${data.systems.map((system, k) => `${system} ${profiles[k][index].toFixed(3)}`).join(", ")}`,
+        name: `${name} over its largest threshold`,
+      });
+    };
+    responsive(host, draw);
+    return draw;
+  });
+
+  function render() {
+    rows.forEach((cells, system) => {
+      const [tas, ras] = Object.keys(KINDS).map((kind) => scoreOf(system, kind, largest(kind)));
+      [tas, ras, pas(tas, ras, state.weight)].forEach((value, column) => { cells[column].textContent = value.toFixed(3); });
+    });
+    for (const [key, update] of Object.entries(show)) update(state[key]);
+    at("sequence").value = state.sequence;
+    const isRun = SETTING.every((key) => state[key] === kept.defaults[key]);
+    at("setting").textContent = `${state.sequence < 0 ? "Over all sequences" : data.sequences[state.sequence]}, up to ${number(state.threshold)} d and `
+      + `${number(state.degrees)} degrees, ${state.steps} thresholds, weight ${number(state.weight)}: ${isRun ? "as in the run" : "not as in the run"}.`;
+    at("reset").disabled = isRun;
+    for (const draw of draws) draw();
+  }
+  render();
+})();

@@ -1,6 +1,7 @@
-"""One self-contained page: table, heat map, profiles, errors along the way, and scattered runs."""
+"""One self-contained page: table, heat map, sliders, errors along the way, and scattered runs."""
 
 import math
+from base64 import b64encode
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
@@ -8,6 +9,8 @@ from importlib.resources import files
 import numpy as np
 from numpy.typing import NDArray
 
+from ..explorer import source
+from ..explorer.document import document
 from .runs import Outcome, larger_is_better
 from .summary import Summary
 from .tables import HEADERS, number, rank_text
@@ -21,10 +24,19 @@ N_COLOURS = 8
 CURVE = 640, 260  # width and height of the drawings, without their margins
 LEFT, TOP, BOTTOM = 52, 12, 40
 STRETCHES = 120  # parts of a trajectory whose median error is drawn
-FRACTIONS = np.linspace(0.005, 1, 60)
+STANDING = (
+    400  # errors that stand for all of a system on a sequence; scores are off by 0.00125 at most
+)
+SCRIPTS = "scores.js", "charts.js", "controls.js"
 
 
-def page(summary: Summary, by: str, names: Mapping[str, str], footnotes: Sequence[str]) -> str:
+def page(
+    summary: Summary,
+    by: str,
+    names: Mapping[str, str],
+    footnotes: Sequence[str],
+    setting: Mapping[str, float],
+) -> str:
     """Return the page; the same input gives the same bytes.
 
     Parameters
@@ -37,7 +49,10 @@ def page(summary: Summary, by: str, names: Mapping[str, str], footnotes: Sequenc
         Names of systems and sequences as they are shown.
     footnotes : sequence of str
         What is said below the table.
+    setting : mapping of str to float
+        Largest thresholds of TAS (``threshold``, in d) and RAS (``degrees``), and the ``weight``.
     """
+    own, key = files(__package__), _in_key(summary)
     title = f"{len(summary.systems)} systems on {len(summary.sequences)} sequences"
     sections = [
         ("overall", "Over all sequences", _table(summary, names, footnotes)),
@@ -49,9 +64,9 @@ def page(summary: Summary, by: str, names: Mapping[str, str], footnotes: Sequenc
             _each(summary, lambda one: _runs(summary, by, one, names), names),
         ),
         (
-            "profiles",
-            "Share of the cameras within an error",
-            _key(summary, names) + _each(summary, lambda one: _profiles(summary, one), names),
+            "thresholds",
+            "Scores at other thresholds",
+            own.joinpath("thresholds.html").read_text("utf-8") + _key(summary, names),
         ),
         (
             "errors",
@@ -59,25 +74,30 @@ def page(summary: Summary, by: str, names: Mapping[str, str], footnotes: Sequenc
             _key(summary, names) + _each(summary, lambda one: _errors(summary, one), names),
         ),
     ]
-    own = files(__package__)
     links = "".join(
-        f'<li><a href="#{key}">{escape(heading)}</a></li>' for key, heading, _ in sections
+        f'<li><a href="#{name}">{escape(heading)}</a></li>' for name, heading, _ in sections
     )
     body = "".join(
-        f'<section id="{key}" aria-labelledby="{key}-title"><h2 id="{key}-title">'
+        f'<section id="{name}" aria-labelledby="{name}-title"><h2 id="{name}-title">'
         f"{escape(heading)}</h2>{content}</section>"
-        for key, heading, content in sections
+        for name, heading, content in sections
     )
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        '<meta http-equiv="Content-Security-Policy" content="default-src \'none\'; '
-        "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n"
-        '<meta name="color-scheme" content="light dark">\n'
-        f"<title>{escape(title)}</title>\n<style>\n{own.joinpath('page.css').read_text('utf-8')}"
-        f"</style>\n</head>\n<body>\n<header><h1>{escape(title)}</h1>"
-        f'<nav aria-label="Sections"><ul>{links}</ul></nav></header>\n<main>{body}</main>\n'
-        f"<script>\n{own.joinpath('page.js').read_text('utf-8')}</script>\n</body>\n</html>\n"
+    return document(
+        title,
+        f"<header><h1>{escape(title)}</h1>"
+        f'<nav aria-label="Sections"><ul>{links}</ul></nav></header>\n<main>{body}</main>',
+        styles=[source("style.css"), own.joinpath("page.css").read_text("utf-8")],
+        scripts=[*map(source, SCRIPTS), own.joinpath("page.js").read_text("utf-8")],
+        data={
+            "systems": [names[system] for system in summary.systems],
+            "lines": [_colour_and_dash(key.index(system)) for system in summary.systems],
+            "sequences": [names[sequence] for sequence in summary.sequences],
+            "setting": dict(setting),
+            "errors": [
+                [_standing(summary, system, sequence) for system in summary.systems]
+                for sequence in summary.sequences
+            ],
+        },
     )
 
 
@@ -193,8 +213,13 @@ def _in_key(summary: Summary) -> list[str]:
 
 
 def _style(index: int) -> str:
+    colour, dash = _colour_and_dash(index)
+    return f'class="curve" stroke="{colour}" stroke-dasharray="{dash}"'
+
+
+def _colour_and_dash(index: int) -> tuple[str, str]:
     dash = DASHES[index // N_COLOURS % len(DASHES)] or DASHES[index % 2]
-    return f'class="curve c{index % N_COLOURS}" stroke-dasharray="{dash or "none"}"'
+    return f"var(--c{index % N_COLOURS})", dash or "none"
 
 
 def _outcomes(summary: Summary, system: str, sequence: str) -> list[Outcome]:
@@ -243,28 +268,29 @@ def _runs(summary: Summary, by: str, sequence: str, names: Mapping[str, str]) ->
     return _svg(width, height, marks, f"{by} of each run. {spoken}")
 
 
-def _profiles(summary: Summary, sequence: str) -> str:
-    """Draw the cumulative share of the position errors up to 4 d, means over the runs."""
-    units = [one.unit for system in summary.systems for one in _outcomes(summary, system, sequence)]
-    if not units:
-        return "<p>No run was scored.</p>"
-    limit = 4 * max(units)
-    curves = {}
-    for system in _in_key(summary):
-        runs = _outcomes(summary, system, sequence)
-        n_runs = summary.entries[system, sequence]["runs"]
-        total = sum(
-            (np.mean(one.position_errors[:, None] < FRACTIONS * limit, axis=0) for one in runs),
-            np.zeros(len(FRACTIONS)),
-        )
-        curves[system] = (FRACTIONS, total / n_runs)
-    spoken = "; ".join(
-        f"{system}: {values[len(values) // 4 - 1]:.0%} within d"
-        for system, (_, values) in curves.items()
-    )
-    return _plot(
-        curves, ("0", f"error {limit:.3g} (4 d)"), ("0", "100 %"), f"Share of cameras. {spoken}"
-    )
+def _standing(summary: Summary, system: str, sequence: str) -> dict[str, str]:
+    """Return errors of positions, in d, and of rotations that stand for those of all runs."""
+    runs = _outcomes(summary, system, sequence)
+    n_runs = summary.entries[system, sequence]["runs"]
+    return {
+        "position": _quantiles([one.position_errors / one.unit for one in runs], n_runs),
+        "rotation": _quantiles([one.rotation_errors for one in runs], n_runs),
+    }
+
+
+def _quantiles(errors: Sequence[Floats], n_runs: int) -> str:
+    """Return equally spaced quantiles of errors, packed; each run counts the same.
+
+    Runs that failed, or are missing, have infinite errors.
+    """
+    together = np.concatenate([*errors, [np.inf]])
+    share = np.concatenate([*(np.full(len(one), 1 / len(one)) for one in errors), [np.inf]])
+    order = np.argsort(together, kind="stable")
+    reached = np.cumsum(share[order]) / n_runs
+    wanted = (np.arange(STANDING) + 0.5) / STANDING
+    values = together[order][np.searchsorted(reached, wanted, side="left")]
+    with np.errstate(over="ignore"):  # beyond single precision: infinite
+        return b64encode(values.astype("<f4").tobytes()).decode()
 
 
 def _errors(summary: Summary, sequence: str) -> str:
@@ -301,7 +327,7 @@ def _plot(
     across: tuple[str, str],
     up: tuple[str, str],
     spoken: str,
-    order: Sequence[str] = (),
+    order: Sequence[str],
 ) -> str:
     """Draw curves in a unit square."""
     width, height = CURVE
@@ -312,13 +338,12 @@ def _plot(
         f'<text x="{LEFT - 6}" y="{TOP + height}" text-anchor="end">{up[0]}</text>',
         f'<text x="{LEFT + 6}" y="{TOP + 10}">{up[1]}</text>',
     ]
-    places = list(order or curves)
     for system, (x, y) in curves.items():
         points = " ".join(
             f"{LEFT + width * one:.1f},{TOP + height * (1 - other):.1f}"
             for one, other in zip(x, y, strict=True)
         )
-        marks.append(f'<polyline {_style(places.index(system))} points="{points}"/>')
+        marks.append(f'<polyline {_style(order.index(system))} points="{points}"/>')
     return _svg(LEFT + width + 8, TOP + height + BOTTOM, marks, spoken)
 
 

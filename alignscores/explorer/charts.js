@@ -140,6 +140,7 @@ const AlignmentCharts = (() => {
     });
     const readout = document.createElement("p");
     readout.className = "readout";
+    readout.textContent = "Point at the chart, or press the arrow keys in it, to read values.";
     readout.setAttribute("aria-hidden", "true"); // the slider's value says it
     chart.svg.append(rule, area);
     chart.host.append(readout);

@@ -107,7 +107,7 @@ def test_wrong_yaml(run, tmp_path, old, new, reason):
 class Structure(HTMLParser):
     """Tags that were opened and have to be closed; ids; and links."""
 
-    VOID = "meta", "br"
+    VOID = "meta", "br", "input"
 
     def __init__(self):
         super().__init__()
@@ -148,7 +148,7 @@ def test_page(patterns, run, tmp_path):
     assert structure.links
     assert all(link[0] == "#" and link[1:] in structure.ids for link in structure.links)
     assert "<A>" in structure.texts
-    assert text.count("<svg") == 3 * 2 + 2 * 2  # drawings, and keys of two systems
+    assert text.count("<svg") == 2 * 2 + 2 * 2  # drawings, and keys of two systems
     run("b.yaml", "--html", "again.html", "--no_cache", "--jobs", 1)
     assert (tmp_path / "again.html").read_text() == text
 
@@ -159,3 +159,34 @@ def test_page_sorts_and_fits_a_phone(patterns, run, tmp_path, browser):
     html = (tmp_path / "page.html").read_text()
     (told,) = browser.run_at_widths(html, DRIVER, (390,)).values()
     assert told == ["<A>", "<A>", "c", "ascending", True]
+
+
+SLIDERS = """
+const text = (cell) => cell.textContent;
+const rows = [...document.querySelectorAll("#scores tr")];
+const scores = rows.map((row) => [...row.cells].slice(1).map((cell) => Number(text(cell))));
+const names = rows.map((row) => text(row.cells[0]));
+tell({ names, scores, setting: text(document.getElementById("setting")) });
+"""
+
+
+@pytest.mark.parametrize("options", [{}, {"threshold": 0.35, "degrees": 2.5, "weight": 0.2}])
+def test_scores_at_other_thresholds(patterns, run, compare, tmp_path, browser, options):
+    """They are those of the command with these, as the paper's registration depends on none."""
+    settings = "--registration", "pcr99", "--repeat", 1
+    run(*patterns, *settings, "--html", "page.html")
+    html = (tmp_path / "page.html").read_text()
+    names = {"threshold": "--max_threshold", "degrees": "--max_threshold_deg", "weight": "--weight"}
+    given = [argument for key, value in options.items() for argument in (names[key], value)]
+    systems = compare(*patterns, *settings, *given)["systems"]
+    chosen = "&".join(f"{key}={value}" for key, value in options.items())
+    for index, sequence in ((-1, None), (1, "helix"), (0, "car")):
+        told = browser.run(html, SLIDERS, f"#sequence={index}&{chosen}")
+        entries = [one for one in systems if one["sequence"] == sequence]
+        assert set(told["names"]) == {one["system"] for one in entries}
+        for one in entries:
+            found = told["scores"][told["names"].index(one["system"])]
+            expected = [one[name] for name in ("TAS", "RAS", "PAS")]
+            assert 0 < min(expected) < max(expected) < 1
+            assert found == pytest.approx(expected, abs=0.0018)  # and three digits
+        assert told["setting"].endswith("not as in the run." if options else ": as in the run.")
