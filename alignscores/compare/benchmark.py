@@ -99,16 +99,16 @@ def from_patterns(
     found, more = est_pattern.find()
     problems += more
     only = Path(reference).stem if "sequence" not in est_pattern.fields else ""
-    refs = set(map(Path, found_refs))
     references = _unique(
         {path: (values.get("sequence", only),) for path, values in found_refs.items()}, problems
     )
+    taken = set(map(Path, found_refs))
     estimates = _unique(
         {
             path: (values.get("sequence", only), values["system"], values.get("run", ONLY_RUN))
             for path, values in found.items()
-            # data/{sequence}/{system}.txt matches the reference, too, or a file of its folder
-            if refs.isdisjoint({Path(path), *Path(path).parents})
+            # data/{sequence}/{system}.txt matches the reference, too, and so may a model's files
+            if taken.isdisjoint([Path(path), *Path(path).parents])
         },
         problems,
     )

@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -170,25 +169,55 @@ def test_dry_run(benchmark_of, run, tmp_path):
     )
 
 
-@pytest.mark.parametrize("form", ["colmap", "nerf"])
-def test_images(compare, capsys, tmp_path, form):
-    """Cameras pair by name, and files of a reference's folder are no runs."""
-    data = Path(__file__).parents[2] / "data" / form
-    ending = "" if form == "colmap" else ".json"
-    for sequence in ("hall", "yard"):
-        for target in ("reference", "mapper/0", "mapper/1", "other/0"):
-            source = data / f"{'reference' if target == 'reference' else 'estimate'}{ending}"
-            path = tmp_path / sequence / f"{target}{ending}"
-            path.parent.mkdir(parents=True, exist_ok=True)
-            (shutil.copytree if source.is_dir() else shutil.copy)(source, path)
-    patterns = form, f"{{sequence}}/reference{ending}", f"{{sequence}}/{{system}}/{{run}}{ending}"
-    found = compare(*patterns)
-    assert {one["system"] for one in found["results"]} == {"mapper", "other"}
-    assert len(found["results"]) == 6
-    files = tmp_path / f"hall/reference{ending}", tmp_path / f"hall/mapper/0{ending}"
-    assert main([form, *map(str, files), "--registration", "refined", "--json"]) == 0
-    (alone,) = json.loads(capsys.readouterr().out)["results"]
-    for one in found["results"]:
-        assert one["status"] == "scored"
-        assert (one["TAS"], one["RAS"]) == (alone["TAS"], alone["RAS"])
-        assert one["failures"] == alone["missing"] + alone["non_finite"]
+IMAGES = """\
+format: {format}
+reference: "{{sequence}}/gt{ending}"
+estimate: "{{sequence}}/{{system}}/0*"
+systems: {{other: {{est_format: {other}}}}}
+"""
+
+
+@pytest.mark.parametrize(("format", "other"), [("colmap", "nerf"), ("nerf", "colmap")])
+def test_images_are_scored_as_on_their_own(compare, examples, tmp_path, capsys, format, other):
+    endings = {"colmap": "", "nerf": ".json"}
+
+    def put(name, target):
+        source = examples / name
+        (tmp_path / target).parent.mkdir(parents=True, exist_ok=True)
+        (shutil.copytree if source.is_dir() else shutil.copy)(source, tmp_path / target)
+
+    ending = endings[format]
+    for sequence in ("desk", "room & co"):
+        put(f"{format}/reference{ending}", f"{sequence}/gt{ending}")
+        put(f"{format}/reference{ending}", f"{sequence}/perfect/0{ending}")
+        put(f"{format}/estimate{ending}", f"{sequence}/noisy/0{ending}")
+        put(f"{other}/estimate{endings[other]}", f"{sequence}/other/0{endings[other]}")
+    if format == "colmap":
+        put("colmap/estimate", "desk/parts/0/0")
+        put("colmap/estimate", "desk/parts/0/1")
+    text = IMAGES.format(format=format, ending=ending, other=other)
+    (tmp_path / "b.yaml").write_text(text)
+    results = compare("b.yaml")["results"]
+    assert sum(one["status"] == "scored" for one in results) == (7 if format == "colmap" else 6)
+    for one in results:
+        if one["status"] == "scored":
+            (estimate,) = (tmp_path / one["sequence"] / one["system"]).glob("0*")
+            options = ["--registration", "refined", "--missing", "fail", "--json"]
+            if one["system"] == "other":
+                options += ["--est_format", other]
+            files = [str(tmp_path / one["sequence"] / f"gt{ending}"), str(estimate)]
+            assert main([format, *files, *options]) == 0
+            (alone,) = json.loads(capsys.readouterr().out)["results"]
+            scores = "TAS", "RAS", "PAS"
+            assert [one[name] for name in scores] == pytest.approx([alone[name] for name in scores])
+            assert (one["PAS"] == 1) == (one["system"] == "perfect")
+
+
+@pytest.mark.parametrize("start", ["", "./"])
+def test_files_of_a_reference_that_is_a_folder_are_no_runs(run, examples, tmp_path, start):
+    for name in ("gt", "orb/0"):
+        shutil.copytree(examples / "colmap/reference", tmp_path / "desk" / name)
+    patterns = f"{start}{{sequence}}/gt", f"{start}{{sequence}}/{{system}}/{{run}}"
+    code, out, err = run("colmap", *patterns, "--dry-run")
+    assert (code, err) == (0, "")
+    assert [line.split(":")[0] for line in out.splitlines()[:-1]] == ["desk", "  orb, run 0"]
