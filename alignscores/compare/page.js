@@ -1,7 +1,7 @@
 // Sorting of the first table by any column. Without it the table stands there complete.
 (() => {
   "use strict";
-  const table = document.querySelector("table.sortable");
+  const table = document.querySelector("#overall table");
   const body = table.tBodies[0];
   const headers = [...table.tHead.rows[0].cells];
   const names = new Intl.Collator("en", { numeric: true });

@@ -105,7 +105,6 @@ def _table(summary: Summary, names: Mapping[str, str], footnotes: Sequence[str])
     """Return the sortable table of the systems over all sequences."""
     headers = ["system", *(HEADERS.get(name, name) for name in summary.metrics)]
     headers += ["failed runs", "lost frames"]
-    head = "".join(f'<th scope="col">{escape(header)}</th>' for header in headers)
     rows = []
     for system in summary.systems:
         entry = summary.entries[system, None]
@@ -118,11 +117,8 @@ def _table(summary: Summary, names: Mapping[str, str], footnotes: Sequence[str])
         cells.append(_cell(lost, f"{lost:.1%}"))
         rows.append(f'<tr><th scope="row">{escape(names[system])}</th>{"".join(cells)}</tr>')
     notes = "".join(f"<li>{escape(note)}</li>" for note in footnotes)
-    return (
-        '<div class="scroll" tabindex="0" role="group" aria-labelledby="overall-title">'
-        f'<table class="sortable"><thead><tr>{head}</tr></thead>'
-        f'<tbody>{"".join(rows)}</tbody></table></div><ul class="small">{notes}</ul>'
-    )
+    caption = "Means over all sequences; bold: better than every other system, beyond doubt."
+    return _scrolling("overall", caption, headers, rows) + f'<ul class="small">{notes}</ul>'
 
 
 def _cell(value: float, text: str, rank: Sequence[int] = ()) -> str:
@@ -143,7 +139,6 @@ def _heat_map(summary: Summary, by: str, names: Mapping[str, str]) -> str:
     low, high = min(finite), max(finite)
     if larger_is_better(by):
         low, high = 0.0, max(1.0, high) if high <= 1 else high
-    head = "".join(f'<th scope="col">{escape(names[one])}</th>' for one in summary.sequences)
     rows = []
     for system in summary.systems:
         cells = []
@@ -160,11 +155,9 @@ def _heat_map(summary: Summary, by: str, names: Mapping[str, str]) -> str:
                 f'<span class="rank">({rank_text(entry["rank"][by])})</span>{lost}</td>'
             )
         rows.append(f'<tr><th scope="row">{escape(names[system])}</th>{"".join(cells)}</tr>')
-    return (
-        '<div class="scroll" tabindex="0" role="group" aria-labelledby="sequences-title">'
-        f'<table><thead><tr><th scope="col">system</th>{head}</tr></thead>'
-        f"<tbody>{''.join(rows)}</tbody></table></div>"
-    )
+    caption = "Means over the runs, the darker the better; bold as above."
+    headers = ["system", *(names[one] for one in summary.sequences)]
+    return _scrolling("sequences", caption, headers, rows)
 
 
 def _differences(summary: Summary, by: str, names: Mapping[str, str]) -> str:
@@ -177,10 +170,17 @@ def _differences(summary: Summary, by: str, names: Mapping[str, str]) -> str:
     ]
     if not rows:
         return "<p>There is one system.</p>"
+    caption = "Systems are told apart where the interval does not hold 0."
+    headers = "systems", "difference", "95 %, all pairs at once", "told apart"
+    return _scrolling("differences", caption, headers, rows)
+
+
+def _scrolling(section: str, caption: str, headers: Iterable[str], rows: Iterable[str]) -> str:
+    """Return the table of a section, which scrolls where the screen is too narrow."""
+    head = "".join(f'<th scope="col">{escape(header)}</th>' for header in headers)
     return (
-        '<div class="scroll" tabindex="0" role="group" aria-labelledby="differences-title"><table>'
-        '<thead><tr><th scope="col">systems</th><th scope="col">difference</th>'
-        '<th scope="col">95 %, all pairs at once</th><th scope="col">told apart</th></tr></thead>'
+        f'<div class="scroll" tabindex="0" role="group" aria-labelledby="{section}-title"><table>'
+        f"<caption>{caption}</caption><thead><tr>{head}</tr></thead>"
         f"<tbody>{''.join(rows)}</tbody></table></div>"
     )
 

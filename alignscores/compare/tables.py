@@ -51,13 +51,13 @@ def as_markdown(summary: Summary, by: str, names: dict[str, str]) -> str:
 def as_latex(summary: Summary, by: str, names: dict[str, str]) -> str:
     """Return one table for the package booktabs, the best in bold where it is certain."""
     escaped = {key: _tex(name) for key, name in names.items()}
-    header, *rows = _sequence_rows(summary, by, escaped, _tex_cell, overall=True)
+    (_, *header), *rows = _sequence_rows(summary, by, escaped, _tex_cell, overall=True)
     n_systems = len(summary.systems)
     lines = [
         f"% {by}: mean over runs; bold: better than every other system, all pairs at once at 95 %",
-        f"\\begin{{tabular}}{{l{'r' * (len(header) - 1)}}}",
+        f"\\begin{{tabular}}{{l{'r' * len(header)}}}",
         "\\toprule",
-        " & ".join(header) + r" \\",
+        " & ".join([_tex(by), *header]) + r" \\",
         "\\midrule",
         *(" & ".join(row) + r" \\" for row in rows),
         "\\bottomrule",
@@ -204,11 +204,20 @@ def _block(table: Sequence[Row], start: int, end: int) -> list[str]:
     ]
 
 
+TEX = {letter: f"\\{letter}" for letter in "&%$#_{}"} | {
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+    "[": "{[}",  # the end of a row looks for one, and for a star
+    "*": "{*}",
+}
+
+
 def _tex(text: str) -> str:
-    special = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
-    return "".join(
-        special.get(letter, f"\\{letter}" if letter in "&%$#_{}" else letter) for letter in text
-    )
+    return text.translate(str.maketrans(TEX))
 
 
 def _finite(value: Any) -> Any:

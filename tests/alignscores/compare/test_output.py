@@ -1,6 +1,7 @@
 """What is printed and saved: table, CSV, Markdown, LaTeX, YAML as input, and the page."""
 
 import csv
+import json
 import re
 import shutil
 import subprocess
@@ -54,13 +55,44 @@ def test_latex(patterns, run, tmp_path):
     assert {line.count(" & ") for line in lines} == {3}
     assert re.search(r"a\\_b & .* & \\textbf\{0\.\d{4}\} & ", text)  # certain on the helix alone
     assert text.count("textbf") == 1
-    depths = [text[:end].count("{") - text[:end].count("}") for end in range(len(text) + 1)]
+
+
+NAMES = r"[1] a&b%c_d#e$f~g^h\i{j}|<k>", "*{2} é"
+
+
+def test_latex_of_any_names(patterns, run, tmp_path):
+    """Whatever a name or a metric holds, it is text."""
+    sequences = {"car": {"name": NAMES[0]}}
+    systems = {"a_b": {"name": NAMES[0]}, "c": {"name": NAMES[1]}}
+    described = {"format": "tum", "reference": patterns[1], "estimate": patterns[2]}
+    described |= {"sequences": sequences, "systems": systems}
+    (tmp_path / "b.yaml").write_text(json.dumps(described))
+    text = run("b.yaml", "--latex", "--by", "half_distance")[1]
+    comment, *lines = text.splitlines()
+    assert comment.startswith("% half_distance: ")
+    escaped = (
+        r"{[}1] a\&b\%c\_d\#e\$f\textasciitilde{}g\textasciicircum{}h\textbackslash{}i\{j\}"
+        r"\textbar{}\textless{}k\textgreater{}"
+    )
+    assert lines[2] == rf"half\_distance & {escaped} & helix & overall \\"
+    assert lines[4].startswith(f"{escaped} & ")
+    assert lines[5].startswith(r"{*}\{2\} é & ")
+    plain = re.sub(r"\\[&%$#_{}]|\$\\infty\$", "", "\n".join(lines))  # without what is escaped
+    assert not set("%$#_~^<>|") & set(plain)
+    assert {row.count("&") for row in plain.splitlines() if row.endswith(r"\\")} == {3}
+    depths = [plain[:end].count("{") - plain[:end].count("}") for end in range(len(plain) + 1)]
     assert min(depths) == depths[-1] == 0
-    if latex := shutil.which("pdflatex"):
-        document = rf"\documentclass{{article}}\usepackage{{booktabs}}\begin{{document}}{text}"
-        (tmp_path / "t.tex").write_text(document + r"\end{document}")
-        command = [latex, "-halt-on-error", "t.tex"]
-        subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, timeout=60)
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no pdflatex")
+def test_latex_compiles(patterns, run, tmp_path):
+    (tmp_path / "car" / "c").rename(tmp_path / "car" / "[1] c&%_#$~^ {x}")
+    (tmp_path / "helix" / "c").rename(tmp_path / "helix" / "[1] c&%_#$~^ {x}")
+    text = run(*patterns, "--latex", "--by", "half_distance")[1]
+    document = rf"\documentclass{{article}}\usepackage{{booktabs}}\begin{{document}}{text}"
+    (tmp_path / "t.tex").write_text(document + r"\end{document}", encoding="utf-8")
+    command = ["pdflatex", "-halt-on-error", "t.tex"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, timeout=60)
 
 
 YAML = """\
@@ -129,7 +161,7 @@ class Structure(HTMLParser):
 
 DRIVER = """
 const buttons = [...document.querySelectorAll("thead button")];
-const first = () => document.querySelector(".sortable tbody th").textContent;
+const first = () => document.querySelector("#overall tbody th").textContent;
 const found = [first()];
 for (let press = 0; press < 2; press++) { buttons[3].click(); found.push(first()); }
 found.push(buttons[3].parentElement.getAttribute("aria-sort"));
