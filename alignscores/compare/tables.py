@@ -204,20 +204,23 @@ def _block(table: Sequence[Row], start: int, end: int) -> list[str]:
     ]
 
 
-TEX = {letter: f"\\{letter}" for letter in "&%$#_{}"} | {
-    "\\": r"\textbackslash{}",
-    "~": r"\textasciitilde{}",
-    "^": r"\textasciicircum{}",
-    "<": r"\textless{}",
-    ">": r"\textgreater{}",
-    "|": r"\textbar{}",
-    "[": "{[}",  # the end of a row looks for one, and for a star
-    "*": "{*}",
-}
+TEX = str.maketrans(
+    {
+        **{letter: f"\\{letter}" for letter in "&%$#_{}"},
+        "\\": r"\textbackslash{}",
+        "~": r"\textasciitilde{}",
+        "^": r"\textasciicircum{}",
+        "<": r"\textless{}",
+        ">": r"\textgreater{}",
+        "|": r"\textbar{}",
+        "[": "{[}",  # the end of a row looks for one, and for a star
+        "*": "{*}",
+    }
+)
 
 
 def _tex(text: str) -> str:
-    return text.translate(str.maketrans(TEX))
+    return text.translate(TEX)
 
 
 def _finite(value: Any) -> Any:
