@@ -155,7 +155,7 @@ def _heat_map(summary: Summary, by: str, names: Mapping[str, str]) -> str:
                 f'<span class="rank">({rank_text(entry["rank"][by])})</span>{lost}</td>'
             )
         rows.append(f'<tr><th scope="row">{escape(names[system])}</th>{"".join(cells)}</tr>')
-    caption = "Means over the runs, the darker the better; bold as above."
+    caption = "Means over the runs, the stronger the colour, the better; bold as above."
     headers = ["system", *(names[one] for one in summary.sequences)]
     return _scrolling("sequences", caption, headers, rows)
 

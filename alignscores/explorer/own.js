@@ -578,7 +578,7 @@
   const others = run.seeds[0] === run.seeds[1] ? "" : ` The run’s are means over the seeds ${run.seeds[0]} to ${run.seeds[1]}.`;
   text("alignment", `Scores here are under the run’s alignment, with seed ${run.seeds[0]}.${others} ${run.registration === "refined"
     ? "The refined registration fits its alignment to the largest threshold: at another one the command aligns anew, and its TAS is as a rule a little higher than here."
-    : "The paper’s registration depends neither on d nor on the thresholds, so that these are the command’s numbers for all of them. Whether missing cameras fail may change it, which is not shown here."} `
+    : "The paper’s registration depends neither on d nor on the thresholds, so that these are the command’s numbers for this seed at any of them. Whether missing cameras fail may change the alignment; here it stays."} `
     + "half: half-score distance and angle of the run, by the refined registration.");
   text("origin", `alignscores ${data.version}, from ${data.reference} and ${estimates.map((one) => one.file).join(", ")}`);
   document.querySelector(".ramp").style.background = `linear-gradient(90deg, ${RAMP.map((colour) => `rgb(${colour.join(" ")})`).join(", ")})`;
