@@ -45,9 +45,11 @@ def page(scored: Sequence[Scored], reference: Trajectory, arguments: argparse.Na
         "reference": name,
         "cameras": _cameras(reference.keys),
         "positions": _packed(positions - centre, "<f4"),
+        "quantiles": QUANTILES,
         "settings": {
             "threshold": arguments.max_threshold,
             "degrees": arguments.max_threshold_deg,
+            "steps": len(scored[0].result.tas.thresholds),
             "weight": arguments.weight,
             "missing": arguments.missing or "fail",
             "unit": arguments.unit,

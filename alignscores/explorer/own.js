@@ -7,8 +7,7 @@
   const at = (id) => document.getElementById(id);
   const data = JSON.parse(at("data").textContent);
   const run = data.settings;
-  const QUANTILES = 20;
-  const STEPS = 100; // number of thresholds of a run
+  const QUANTILES = data.quantiles;
   const KINDS = {
     position: { name: "TAS", colour: "#1d4f91", unit: data.unit },
     rotation: { name: "RAS", colour: "#8a3b12", unit: "deg" },
@@ -63,7 +62,7 @@
     threshold: [run.threshold, positive],
     degrees: [run.degrees, positive],
     quantile: [0.75, (value) => run.unit === null && twentieths.indexOf(value) > 0],
-    steps: [STEPS, (value) => Number.isInteger(value) && value > 0 && value <= 10000],
+    steps: [run.steps, (value) => Number.isInteger(value) && value > 0 && value <= 10000],
     weight: [run.weight, (value) => value >= 0 && value <= 1],
     missing: [run.missing, (value) => value === "fail" || value === "ignore"],
     colour: ["position", (value) => Object.hasOwn(KINDS, value)],
@@ -193,7 +192,6 @@
   }
 
   // Charts. Each has a host, and is drawn anew when its width or the state changes.
-  const hidden = { "aria-hidden": "true" };
   const draws = [];
   function chart(id, draw) {
     const host = at(id);
@@ -211,7 +209,7 @@
 
   // Marks the picked camera at the place on a chart that `place(camera)` tells, where it has one.
   function marker(made, id, cursor, indexOf, place) {
-    const ring = element("circle", { class: "picked", r: 5, ...hidden });
+    const ring = element("circle", { class: "picked", r: 5, "aria-hidden": "true" });
     made.svg.append(ring);
     marks.set(id, () => {
       const camera = picked();
@@ -332,7 +330,8 @@
   // The units of the profiles, the same for all settings but the policy.
   function profileUnits(kind) {
     if (kind === "rotation") return geometric(0.05, 180);
-    const middle = run.unit ?? Math.max(...estimates.map((one) => one.units.fail[14] ?? 0), ...estimates.map((one) => one.units.ignore[14] ?? 0));
+    const usual = estimates.map((one) => one.units[run.missing][0.75 * QUANTILES - 1]).filter(positive);
+    const middle = run.unit ?? Math.max(...usual);
     return geometric(middle / 30, middle * 100);
   }
   const geometric = (low, high) => Array.from({ length: UNITS }, (_, k) => low * (high / low) ** (k / (UNITS - 1)));
