@@ -554,6 +554,7 @@
     const views = {
       ArrowLeft: { turn: turn - 5 }, ArrowRight: { turn: turn + 5 }, ArrowUp: { tilt: tilt - 5 }, ArrowDown: { tilt: tilt + 5 },
       "+": { near: near * 1.5 }, "=": { near: near * 1.5 }, "-": { near: near / 1.5 }, Home: { turn: 0, tilt: 0, near: 1 },
+      tilt: { tilt: tilt >= 90 ? 0 : tilt + 30 }, // no key: where a finger's up and down scrolls the page
     };
     const steps = { PageDown: 1, PageUp: -1 };
     if (key in views) view(views[key]);
