@@ -36,7 +36,7 @@ from baselines.rotation import aligned_angles
 from .command import ConfigError, first_problem
 from .scenes import Scene
 
-__all__ = ["METRICS", "Column", "Evaluation", "Metric", "evaluate"]
+__all__ = ["METRICS", "Column", "Evaluation", "Metric", "evaluate", "order_statistic"]
 
 Floats = NDArray[np.float64]
 
@@ -398,8 +398,7 @@ class Evaluation:
         """Return d of the paper for any quantile, an order statistic or between two."""
         if interpolated:
             return float(np.quantile(self._closest_pairs, quantile))
-        rank = ceil(_exact(quantile * len(self._closest_pairs)))
-        return float(self._closest_pairs[rank - 1])
+        return order_statistic(self._closest_pairs, quantile)
 
     @cached_property
     def _closest_pairs(self) -> Floats:
@@ -424,6 +423,19 @@ def _score(errors: Floats, unit: float, largest: float, count: float) -> float:
     if count == inf:
         return float(np.clip(1 - errors / (unit * largest), 0, None).mean())
     return AlignmentScore(errors, unit * equal_steps(largest, int(count), "largest")).score
+
+
+def order_statistic(ascending: Floats, quantile: float) -> float:
+    """Return the ceil(q n)-th smallest of n values in ascending order.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from experiments.metrics import order_statistic
+    >>> order_statistic(np.array([10.0, 20.0, 30.0, 40.0]), 0.75)
+    30.0
+    """
+    return float(ascending[ceil(_exact(quantile * len(ascending))) - 1])
 
 
 def _exact(product: float) -> float:

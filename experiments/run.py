@@ -15,7 +15,7 @@ from .command import ConfigError, first_problem, run_command
 from .config import EXECUTION, Sweep, experiment_names, load, split_override
 from .tables import SWEEPS, write_trials
 
-__all__ = ["main"]
+__all__ = ["main", "read_sweeps"]
 
 HELP = """\
 settings are Hydra overrides:
@@ -56,17 +56,22 @@ def _work(options: Namespace) -> list[Path]:
     if options.sweeps is not None:
         if options.table is None:
             raise ConfigError("--sweeps needs --table: where to write")
-        for override in options.overrides:
-            if split_override(override)[0] not in EXECUTION:
-                raise ConfigError(f"{override} cannot be set beside --sweeps, which has it")
-        try:
-            sweeps = SWEEPS.validate_json(options.sweeps)
-        except ValidationError as error:
-            raise ConfigError(f"--sweeps: {' '.join(first_problem(error)).strip()}") from None
+        sweeps = read_sweeps(options.sweeps, options.overrides)
     path = options.table or Path(execution.results_dir) / "trials" / f"{sweep.name}.csv"
     path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials than after
     write_trials(path, run_sweeps(sweeps, execution), sweeps)
     return [path]
+
+
+def read_sweeps(text: str, overrides: Sequence[str]) -> tuple[Sweep, ...]:
+    """Read resolved settings, beside which overrides may only set how they are run."""
+    for override in overrides:
+        if split_override(override)[0] not in EXECUTION:
+            raise ConfigError(f"{override} cannot be set beside --sweeps, which has it")
+    try:
+        return SWEEPS.validate_json(text)
+    except ValidationError as error:
+        raise ConfigError(f"--sweeps: {' '.join(first_problem(error)).strip()}") from None
 
 
 if __name__ == "__main__":

@@ -19,7 +19,8 @@ from .config import CONFIG_DIR, Sweep
 from .grid import evaluations
 
 __all__ = ["SWEEPS", "Record", "TableError", "Trials", "package_versions", "read_record"]
-__all__ += ["read_table", "read_trials", "to_csv", "write_files", "write_trials"]
+__all__ += ["read_table", "read_trials", "to_csv", "write_files", "write_recorded"]
+__all__ += ["write_trials"]
 
 SWEEPS = TypeAdapter[tuple[Sweep, ...]](Annotated[tuple[Sweep, ...], Field(min_length=1)])
 """Reads and writes the sweeps of a table as JSON."""
@@ -137,9 +138,14 @@ def to_csv(table: pd.DataFrame) -> bytes:
 
 def write_trials(path: Path, table: pd.DataFrame, sweeps: Sequence[Sweep]) -> None:
     """Write a table of trials as CSV, and its record beside it as JSON."""
+    write_recorded(path, to_csv(table), sweeps)
+
+
+def write_recorded(path: Path, content: bytes, sweeps: Sequence[Sweep]) -> None:
+    """Write what sweeps gave, and the record of what it rests on beside it as JSON."""
     settings = SWEEPS.dump_python(tuple(sweeps), mode="json", exclude_defaults=True)
     text = json.dumps({"sweeps": settings, **_origin()}, indent=2) + "\n"
-    write_files({path.with_suffix(".json"): text.encode(), path: to_csv(table)})
+    write_files({path.with_suffix(".json"): text.encode(), path: content})
 
 
 def read_table(path: Path, columns: Sequence[str] = (), **options: Any) -> pd.DataFrame:

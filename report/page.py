@@ -28,7 +28,7 @@ from . import inputs, origin
 from .estimates import SPACE, Estimate
 from .studies import Beyond, Registrations, Thresholds
 
-__all__ = ["render"]
+__all__ = ["environment", "render"]
 
 PAPER_TRIALS = 50  # in each cell of the paper's experiments
 REPLACEMENTS = {  # by filter, what is replaced in a text that has been escaped
@@ -143,7 +143,7 @@ def render(files: Namespace) -> str:
     others = inputs.read_records([*files.maps_parts, *files.frame_rates_parts])
     figures = inputs.read_figures(files.figures, files.findings.stem)
     return (
-        _environment()
+        environment()
         .get_template("page.html.j2")
         .render(
             **_verdicts(rows, n),
@@ -213,8 +213,9 @@ def _table1(table: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def _environment() -> Environment:
-    environment = Environment(
+def environment() -> Environment:
+    """Return how the templates of this folder are read, with filters for the paper's terms."""
+    made = Environment(
         loader=FileSystemLoader(Path(__file__).parent),
         autoescape=True,
         undefined=StrictUndefined,
@@ -222,11 +223,11 @@ def _environment() -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    environment.filters["levels"] = origin.write_levels
-    environment.filters["together"] = _together
+    made.filters["levels"] = origin.write_levels
+    made.filters["together"] = _together
     for name in REPLACEMENTS:
-        environment.filters[name] = partial(_replace, name)
-    return environment
+        made.filters[name] = partial(_replace, name)
+    return made
 
 
 def _missed(n: int) -> float:

@@ -9,25 +9,27 @@ from scipy.spatial.transform import Rotation
 __all__ = ["OUTLIERS"]
 
 Floats = NDArray[np.float64]
+Cameras = NDArray[np.int64] | slice
 
 CLUSTER_SCALES = (0.5, 2.0)  # of a wrongly merged component, log-uniform
 
 
 def _uniform(
     rng: np.random.Generator, rotations: Floats, positions: Floats, count: int, side: float
-) -> None:
+) -> Cameras:
     """Put random cameras anywhere in the cube, with random rotations."""
     outliers = rng.choice(len(positions), size=count, replace=False)
     positions[outliers] = rng.uniform(-side / 2, side / 2, size=(count, 3))
     rotations[outliers] = Rotation.random(count, rng=rng).as_matrix()
+    return outliers
 
 
 def _cluster(
     rng: np.random.Generator, rotations: Floats, positions: Floats, count: int, side: float
-) -> None:
+) -> Cameras:
     """Move consecutive cameras by one similarity, to a place in the cube: a wrong merge."""
     if count == 0:
-        return
+        return slice(0)
     first = rng.integers(len(positions) - count, endpoint=True)
     part = slice(first, first + count)
     rotation = Rotation.random(rng=rng).as_matrix()
@@ -36,20 +38,22 @@ def _cluster(
     local = positions[part] - positions[part].mean(axis=0)
     positions[part] = scale * local @ rotation.T + centre
     rotations[part] = rotation @ rotations[part]
+    return part
 
 
 def _frozen(
     _rng: np.random.Generator, rotations: Floats, positions: Floats, count: int, _: float
-) -> None:
+) -> Cameras:
     """Lose track before the last cameras, and stay with the last pose."""
     last = len(positions) - count - 1
     positions[last:] = positions[last]
     rotations[last:] = rotations[last]
+    return slice(last + 1, None)
 
 
 def _diverging(
     _rng: np.random.Generator, rotations: Floats, positions: Floats, count: int, _: float
-) -> None:
+) -> Cameras:
     """Lose track before the last cameras, and repeat the last motion (constant velocity)."""
     last = len(positions) - count - 1
     back = rotations[last - 1].T
@@ -57,22 +61,27 @@ def _diverging(
     for i in range(last + 1, len(positions)):
         positions[i] = positions[i - 1] + rotations[i - 1] @ step
         rotations[i] = rotations[i - 1] @ turn
+    return slice(last + 1, None)
 
 
 def _missing(
     rng: np.random.Generator, rotations: Floats, positions: Floats, count: int, _: float
-) -> None:
+) -> Cameras:
     """Estimate no pose for random cameras: their rows are not finite."""
     missing = rng.choice(len(positions), size=count, replace=False)
     positions[missing] = np.nan
     rotations[missing] = np.nan
+    return missing
 
 
-OUTLIERS: Mapping[str, Callable[[np.random.Generator, Floats, Floats, int, float], None]] = {
+OUTLIERS: Mapping[str, Callable[[np.random.Generator, Floats, Floats, int, float], Cameras]] = {
     "uniform": _uniform,
     "cluster": _cluster,
     "frozen": _frozen,
     "diverging": _diverging,
     "missing": _missing,
 }
-"""Each kind with the function that makes so many of the estimate's cameras outliers, in place."""
+"""Each kind with the function that makes so many of the estimate's cameras outliers, in place.
+
+It returns which ones.
+"""

@@ -31,12 +31,15 @@ class Scene:
         Camera-to-world rotations.
     gt_positions, est_positions : (n, 3) ndarray
         Camera centres in their world.
+    is_outlier : (n,) ndarray of bool
+        Which of the estimated cameras are outliers.
     """
 
     gt_rotations: Floats
     gt_positions: Floats
     est_rotations: Floats
     est_positions: Floats
+    is_outlier: NDArray[np.bool_]
 
     @cached_property
     def estimated(self) -> "Scene":
@@ -126,7 +129,8 @@ def make_scene(
     )
     rotations = Rotation.from_rotvec(rotvecs).as_matrix() @ gt_rotations
     positions = gt_positions + displacements
-    OUTLIERS[outliers](rng, rotations, positions, n_outliers, outlier_side)
+    is_outlier = np.zeros(n_cameras, dtype=np.bool_)
+    is_outlier[OUTLIERS[outliers](rng, rotations, positions, n_outliers, outlier_side)] = True
 
     world = Rotation.random(rng=rng).as_matrix()
     scale = np.exp(rng.uniform(*np.log(SCALE_RANGE)))
@@ -136,4 +140,5 @@ def make_scene(
         gt_positions=gt_positions,
         est_rotations=world @ rotations,
         est_positions=scale * positions @ world.T + origin,
+        is_outlier=is_outlier,
     )

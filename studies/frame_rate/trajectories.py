@@ -108,4 +108,5 @@ def _scene(recording: Recording, estimate: Path) -> Scene:
     except (OSError, ValueError) as error:
         raise ConfigError(str(error)) from None
     gt, est = matches.gt_poses, matches.est_poses
-    return Scene(gt[:, :3, :3], gt[:, :3, 3], est[:, :3, :3], est[:, :3, 3])
+    unknown = np.zeros(len(gt), dtype=np.bool_)
+    return Scene(gt[:, :3, :3], gt[:, :3, 3], est[:, :3, :3], est[:, :3, 3], unknown)

@@ -1,0 +1,195 @@
+"""Errors of each camera in the first trials: ``python -m experiments.camera_errors --sweeps JSON``.
+
+A table of trials has scores, which are of one threshold. These are what any other threshold needs.
+"""
+
+import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from io import BytesIO
+from itertools import islice
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+from joblib import delayed
+from numpy.typing import NDArray
+
+from alignscores import ras, tas
+from alignscores.translation import closest_pair_distances
+
+from .command import ConfigError, run_command
+from .config import Execution, Sweep, load
+from .grid import Cell, cells
+from .metrics import Column
+from .parallel import executor
+from .run import read_sweeps
+from .sweep import draw_scene, one_blas_thread, trial_seeds
+from .tables import TableError, read_record, write_recorded
+
+__all__ = ["FIRST", "CameraErrors", "main", "measure", "read_camera_errors"]
+
+Floats = NDArray[np.float64]
+Arrays = list[NDArray[Any]]
+
+FIRST = 10  # trials of each cell, so that a page can hold all of them
+ARRAYS = "positions", "rotations", "closest", "outliers"
+POSITIONS, ROTATIONS = {"TAS", "PAS"}, {"RAS", "PAS"}  # the scores of these errors
+
+
+@dataclass(frozen=True, eq=False)
+class CameraErrors:
+    """What the scores of a sweep's first trials are computed from.
+
+    Cameras come cell by cell, trial by trial, and in a trial the outliers first.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        The settings, with the number of trials that there are.
+    positions, rotations : (cameras,) ndarray
+        Errors in ground-truth units and in degrees, infinite for a failure; empty where the sweep
+        has no score of them.
+    closest : (cameras,) ndarray
+        Distance of each camera to the closest other one, ascending in each trial; empty where there
+        are no position errors.
+    outliers : (trials,) ndarray of int
+        The number of outliers in each trial of each cell.
+    """
+
+    sweep: Sweep
+    positions: Floats
+    rotations: Floats
+    closest: Floats
+    outliers: NDArray[np.int64]
+
+    @property
+    def scores(self) -> list[str]:
+        """The scores that there are errors for."""
+        found = {"TAS": self.positions.size > 0, "RAS": self.rotations.size > 0}
+        return [*(name for name in found if found[name]), *(["PAS"] if all(found.values()) else [])]
+
+    @cached_property
+    def counts(self) -> list[int]:
+        """The number of cameras of a trial in each cell."""
+        return [len(range(0, cell.n_cameras, self.sweep.every)) for cell in cells(self.sweep)]
+
+
+def measure(sweeps: Sequence[Sweep], execution: Execution) -> list[CameraErrors]:
+    """Run the first trials of each cell, with the seeds that they have in a table of trials.
+
+    Parameters
+    ----------
+    sweeps : sequence of Sweep
+        The settings.
+    execution : Execution
+        Where to run them.
+
+    Raises
+    ------
+    ConfigError
+        Where no metric of a sweep is a score, or the backend cannot be reached.
+    """
+    firsts = [replace(sweep, trials=min(sweep.trials, FIRST)) for sweep in sweeps]
+    tasks = [(sweep, cell, *_wanted(sweep)) for sweep in firsts for cell in cells(sweep)]
+    with one_blas_thread(), executor(execution) as parallel:
+        found: Iterator[Arrays] = parallel(delayed(_measure_cell)(*task) for task in tasks)
+        errors = []
+        for sweep in firsts:
+            own = islice(found, len(cells(sweep)))
+            errors.append(CameraErrors(sweep, *map(np.concatenate, zip(*own, strict=True))))
+        return errors
+
+
+def _wanted(sweep: Sweep) -> tuple[bool, bool]:
+    """Tell whether position errors and rotation errors are those of a score of the sweep."""
+    names = {Column.parse(metric).name for metric in sweep.metrics}
+    wanted = bool(names & POSITIONS), bool(names & ROTATIONS)
+    if not any(wanted):
+        raise ConfigError("setting 'metrics' has none of TAS, RAS and PAS, whose errors are wanted")
+    return wanted
+
+
+def _measure_cell(sweep: Sweep, cell: Cell, positions: bool, rotations: bool) -> Arrays:
+    """Return the arrays of one cell."""
+    one_blas_thread()  # stays: see `run_cell`
+    found: dict[str, list[Floats]] = {name: [np.empty(0)] for name in ARRAYS[:-1]}
+    outliers = []
+    for trial in range(sweep.trials):
+        camera_seed, registration_seed = trial_seeds(sweep, cell, trial)
+        scene = draw_scene(sweep, cell, camera_seed)
+        outliers.append(np.count_nonzero(scene.is_outlier))
+        outliers_first = np.argsort(~scene.is_outlier, kind="stable")
+        if positions:
+            result = tas(scene.gt_positions, scene.est_positions, rng=registration_seed)
+            found["positions"].append(result.errors[outliers_first])
+            found["closest"].append(np.sort(closest_pair_distances(scene.gt_positions)))
+        if rotations:
+            errors = ras(scene.gt_rotations, scene.est_rotations).errors
+            found["rotations"].append(errors[outliers_first])
+    return [*map(np.concatenate, found.values()), np.array(outliers)]
+
+
+def write_camera_errors(path: Path, errors: Sequence[CameraErrors]) -> None:
+    """Write the errors of sweeps as ``.npz``, and their record beside them as JSON."""
+    arrays: dict[str, Any] = {
+        f"{one.sweep.name}.{name}": getattr(one, name) for one in errors for name in ARRAYS
+    }
+    buffer = BytesIO()
+    np.savez(buffer, **arrays)
+    write_recorded(path, buffer.getvalue(), [one.sweep for one in errors])
+
+
+def read_camera_errors(path: Path) -> list[CameraErrors]:
+    """Read errors, bit for bit as they were computed.
+
+    Raises
+    ------
+    TableError
+        Where they or their record are missing or damaged, or the one is not of the other.
+    """
+    sweeps = read_record(path).sweeps
+    try:
+        with np.load(path) as arrays:
+            parts = [[arrays[f"{sweep.name}.{name}"] for name in ARRAYS] for sweep in sweeps]
+    except FileNotFoundError:
+        raise TableError(path, "does not exist") from None
+    except (OSError, BadZipFile, EOFError, KeyError, TypeError, ValueError) as error:
+        raise TableError(path, f"cannot be read ({' '.join(str(error).split())})") from None
+    errors = [CameraErrors(sweep, *own) for sweep, own in zip(sweeps, parts, strict=True)]
+    for one in errors:
+        size = one.sweep.trials * sum(one.counts)
+        shapes = {array.shape for array in (one.positions, one.rotations, one.closest)}
+        cells_fit = one.outliers.shape == (one.sweep.trials * len(one.counts),)
+        if not shapes <= {(size,), (0,)} or not one.scores or not cells_fit:
+            raise TableError(path, f"has other cameras of {one.sweep.name} than the record says")
+    return errors
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write the errors of sweeps; return the exit code."""
+    parser = ArgumentParser(
+        prog="python -m experiments.camera_errors",
+        description=f"Run the first {FIRST} trials of each cell; write the errors of each camera.",
+        epilog="snakemake explorer writes those of all experiments, and the page that shows them",
+    )
+    parser.add_argument("overrides", nargs="*", default=[], metavar="key=value")
+    parser.add_argument("--sweeps", metavar="JSON", help="resolved settings, as of experiments.run")
+    parser.add_argument("--output", type=Path, required=True, metavar="FILE.npz")
+    return run_command(parser, _work, arguments)
+
+
+def _work(options: Namespace) -> list[Path]:
+    sweep, execution = load(options.overrides)
+    sweeps: Sequence[Sweep] = [sweep]
+    if options.sweeps is not None:
+        sweeps = read_sweeps(options.sweeps, options.overrides)
+    write_camera_errors(options.output, measure(sweeps, execution))
+    return [options.output]
+
+
+if __name__ == "__main__":
+    sys.exit(main())

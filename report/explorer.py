@@ -1,0 +1,200 @@
+"""The page to play with: ``python -m report.explorer CAMERA_ERRORS.npz --output FILE.html``.
+
+It holds the errors of each camera, so that a browser can score them with any threshold.
+"""
+
+import json
+import sys
+from argparse import ArgumentParser, Namespace
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+from matplotlib.colors import to_hex
+from numpy.typing import NDArray
+
+from alignscores.explorer import source
+from experiments.camera_errors import CameraErrors, read_camera_errors
+from experiments.command import CommandError, run_command
+from experiments.config import Sweep
+from experiments.grid import CELL_SETTINGS, cells
+from experiments.metrics import PASOptions, RASOptions, TASOptions, order_statistic
+from experiments.tables import write_files
+from figures.curves import write_value
+from figures.style import colours
+
+from .page import environment
+
+__all__ = ["main", "pack", "render"]
+
+TITLES = {  # of the paper's experiments: its figure, a name, and what varies
+    "outliers": ("Figure 2", "Outliers", "cameras in a cube, position noise, outliers"),
+    "collinear": ("Figure 3", "Collinear", "cameras on a line, position noise, outliers"),
+    "trajectory_length": ("Figure 4", "Number of cameras", "cameras in a cube, position noise"),
+    "rotations": ("Figure 5", "Rotations", "rotation noise, outliers"),
+    "combined": ("Figure 6", "Both noises", "position and rotation noise, 10 outliers"),
+    "maa_vs_pas_outliers": ("Figure 7a", "Poses, outliers", "both noises rise together"),
+    "maa_vs_pas_length": ("Figure 7b", "Poses, cameras", "both noises rise together"),
+    "maa_vs_pas_collinear": ("Figure 7c", "Poses, collinear", "cameras on a line, both noises"),
+}
+NAMES = {"n_cameras": "cameras", "n_outliers": "outliers", "sigma_t": "σₜ", "sigma_r_deg": "σᵣ"}
+WORSE = {"n_outliers": "outliers", "sigma_r_deg": "rotation noise"}  # the more of it
+QUANTILES = [k / 20 for k in range(1, 21)]  # of the closest-pair distances, that d can be
+FAILURE = 2**16 - 1  # its code; 0 is that of no error at all
+
+
+def render(experiments: Sequence[CameraErrors]) -> str:
+    """Write the page.
+
+    Parameters
+    ----------
+    experiments : sequence of CameraErrors
+        The errors of the trials, by experiment.
+
+    Returns
+    -------
+    str
+        HTML that needs no other file. It has no date: the same errors give the same page.
+
+    Raises
+    ------
+    CommandError
+        Where an experiment varies more than a panel can show.
+    """
+    paper = {
+        "tas": TASOptions().max_threshold,
+        "ras": RASOptions().max_threshold_deg,
+        "quantile": TASOptions().quantile,
+        "thresholds": TASOptions().n_thresholds,
+        "weight": PASOptions().weight,
+    }
+    places = {name: place for place, name in enumerate(TITLES)}
+    ordered = sorted(experiments, key=lambda one: places.get(one.sweep.name, len(places)))
+    shown = [_experiment(one) for one in ordered]
+    data = {"paper": paper, "quantiles": QUANTILES, "experiments": shown}
+    text = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", r"\u003c")
+    return (
+        environment()
+        .get_template("explorer.html.j2")
+        .render(
+            experiments=shown,
+            trials=max(one.sweep.trials for one in experiments),
+            cameras=sum(one.sweep.trials * sum(one.counts) for one in experiments),
+            data=Markup(text),
+            shared={name: Markup(source(name)) for name in ("scores.js", "charts.js", "style.css")},
+        )
+    )
+
+
+def _experiment(errors: CameraErrors) -> dict[str, Any]:
+    """Return what the page needs of an experiment."""
+    sweep = errors.sweep
+    levels, series = _layout(sweep)
+    grid = cells(sweep)
+    noise = sorted({tuple(getattr(cell, key) for key in levels) for cell in grid})
+    values = sorted({getattr(cell, series) for cell in grid})
+    figure, name, about = TITLES.get(sweep.name, ("", sweep.name, ""))
+    units = [
+        order_statistic(trial, quantile)
+        for trial in _trials(errors.closest, errors)
+        for quantile in QUANTILES
+    ]
+    return {
+        "name": sweep.name,
+        "figure": figure,
+        "title": name,
+        "about": about,
+        "scores": errors.scores,
+        "trials": sweep.trials,
+        "cameras": errors.counts,
+        "outliers": errors.outliers.tolist(),
+        "levels": {
+            "name": " and ".join(NAMES[key] for key in levels),
+            "labels": [", ".join(map(write_value, levels, level)) for level in noise],
+        },
+        "series": {
+            "name": NAMES[series],
+            "labels": [write_value(series, value) for value in values],
+            "colours": [to_hex(colour) for colour in colours(series, len(values))],
+            "worsens": WORSE.get(series, ""),
+        },
+        "cells": [
+            [
+                values.index(getattr(cell, series)),
+                noise.index(tuple(getattr(cell, key) for key in levels)),
+            ]
+            for cell in grid
+        ],
+        "positions": pack(errors.positions),
+        "rotations": pack(errors.rotations),
+        "units": pack(np.array(units)),
+    }
+
+
+def _layout(sweep: Sweep) -> tuple[tuple[str, ...], str]:
+    """Return the settings along the x axis, and the one that curves differ in."""
+    varied = [key for key in CELL_SETTINGS if len(getattr(sweep, key)) > 1]
+    if sweep.noise == "paired":
+        levels: tuple[str, ...] = ("sigma_t", "sigma_r_deg")
+    else:
+        levels = (next((key for key in ("sigma_t", "sigma_r_deg") if key in varied), "sigma_t"),)
+    others = [key for key in varied if key not in levels]
+    if len(others) > 1:
+        settings = " and ".join(others)
+        raise CommandError(f"{sweep.name} varies {settings}; beside the noise a panel shows one")
+    return levels, next(iter(others), "n_outliers")
+
+
+def _trials(values: NDArray[np.float64], errors: CameraErrors) -> list[NDArray[np.float64]]:
+    """Split the values of all cameras into those of each trial."""
+    if not values.size:
+        return []
+    sizes = np.repeat(errors.counts, errors.sweep.trials)
+    return np.split(values, np.cumsum(sizes)[:-1])
+
+
+def pack(values: NDArray[np.float64]) -> Mapping[str, Any]:
+    """Round positive numbers to two bytes each, on a logarithmic scale.
+
+    Parameters
+    ----------
+    values : (n,) ndarray
+        Numbers from 0; an infinite one is a failure.
+
+    Returns
+    -------
+    mapping
+        ``codes`` in base64: 0 is zero, 65535 is infinite, and those between divide the range from
+        ``low`` to ``high`` in equal ratios.
+    """
+    finite = values[np.isfinite(values) & (values > 0)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (1.0, 1.0)
+    step = np.log(high / low) / (FAILURE - 2) or 1.0
+    codes = np.where(values > 0, FAILURE, 0)
+    inside = np.isfinite(values) & (values > 0)
+    codes[inside] = 1 + np.round(np.log(values[inside] / low) / step)
+    return {"low": low, "high": high, "codes": b64encode(codes.astype("<u2").tobytes()).decode()}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write the page; return the exit code."""
+    parser = ArgumentParser(
+        prog="python -m report.explorer",
+        description="Write the page that scores the errors of trials with any threshold.",
+        epilog="snakemake explorer makes the errors, and the page",
+    )
+    parser.add_argument("errors", type=Path, metavar="CAMERA_ERRORS.npz", help="errors of cameras")
+    parser.add_argument("--output", type=Path, required=True, metavar="HTML")
+    return run_command(parser, _work, arguments)
+
+
+def _work(options: Namespace) -> list[Path]:
+    write_files({options.output: render(read_camera_errors(options.errors)).encode()})
+    return [options.output]
+
+
+if __name__ == "__main__":
+    sys.exit(main())
