@@ -13,6 +13,7 @@
 #   snakemake today                           today's protocols beside the new scores
 #   snakemake report                          all of it on one page, results/report.html
 #   snakemake crate                           and a description of the results for archives (RO-Crate)
+#   snakemake explorer                        a page to play with: the scores at any threshold
 import sys
 
 sys.path.insert(0, workflow.basedir)
@@ -43,6 +44,8 @@ localrules:  # seconds each: not worth a job
     frame_rates,
     orders_today,
     own_frame_rates,
+    camera_errors,
+    explorer,
     report,
     crate,
 

@@ -2,19 +2,18 @@
 (() => {
   "use strict";
   const { cursor, element, endLabels, frame, line, number, responsive, rule } = AlignmentCharts;
+  const { address, roundNumbers, slider } = AlignmentControls;
   const { half, order, pas, quantile, score } = AlignmentScores;
   const data = JSON.parse(document.getElementById("data").textContent);
   const byId = (id) => document.getElementById(id);
-  const range = (first, last, step) =>
-    Array.from({ length: Math.round((last - first) / step) + 1 }, (_, k) => Number((first + k * step).toFixed(3)));
 
-  // Where the sliders stop; the addresses of the page name these values.
+  // Where the sliders stop.
   const STOPS = {
-    tas: [...range(0.05, 0.09, 0.01), ...range(0.1, 0.48, 0.02), ...range(0.5, 0.95, 0.05), ...range(1, 1.9, 0.1), ...range(2, 3.8, 0.2), ...range(4, 10, 0.5)],
-    ras: [...range(0.5, 1.9, 0.1), ...range(2, 4.8, 0.2), ...range(5, 9.5, 0.5), ...range(10, 29, 1), ...range(30, 90, 5)],
+    tas: roundNumbers(0.05, 10),
+    ras: roundNumbers(0.5, 90),
     quantile: data.quantiles,
     thresholds: [1, 2, 3, 5, 10, 20, 50, 100, 200, 500, 1000, Infinity],
-    weight: range(0, 1, 0.05),
+    weight: Array.from({ length: 21 }, (_, k) => k / 20),
   };
   const OUTLIERS = ["counted", "failures", "ignored"];
   const UNIT = { TAS: "d", RAS: "°" };
@@ -26,9 +25,20 @@
     thresholds: (value) => number(value, 4),
     weight: (value) => number(value),
   };
+  const positive = (value) => value > 0 && value < Infinity;
+  const whole = (value) => Number.isInteger(value) && value > 0;
   const PAPER = { ...data.paper, outliers: "counted" };
-  const sliders = Object.fromEntries(Object.keys(STOPS).map((name) => [name, byId(name)]));
-  const state = { ...PAPER, experiment: data.experiments[0].name, level: -1 };
+  const setting = address({
+    experiment: [data.experiments[0].name, (name) => data.experiments.some((one) => one.name === name)],
+    tas: [PAPER.tas, positive],
+    ras: [PAPER.ras, positive],
+    quantile: [PAPER.quantile, (value) => data.quantiles.includes(value)],
+    thresholds: [PAPER.thresholds, (value) => whole(value) || value === Infinity],
+    weight: [PAPER.weight, (value) => value >= 0 && value <= 1],
+    outliers: [PAPER.outliers, (value) => OUTLIERS.includes(value)],
+    level: [0, whole], // of the profiles: the first is 1, and 0 stands for the one in the middle
+  });
+  const state = setting.read();
 
   // ---- The trials -------------------------------------------------------------------------------
 
@@ -69,24 +79,24 @@
   // ---- Their scores -----------------------------------------------------------------------------
 
   // The errors of a trial that count, in which unit, and under which options.
-  function scored(trial, name, setting) {
-    const { thresholds, outliers } = setting;
+  function scored(trial, name, chosen) {
+    const { thresholds, outliers } = chosen;
     const errors = outliers === "counted" ? trial[name] : trial[name].subarray(trial.outliers);
     const total = outliers === "ignored" ? errors.length : trial[name].length;
-    const unit = name === "TAS" ? trial.units[data.quantiles.indexOf(setting.quantile)] : 1;
+    const unit = name === "TAS" ? trial.units[data.quantiles.indexOf(chosen.quantile)] : 1;
     return [errors, unit, { thresholds, total }];
   }
 
-  function scoreOf(trial, name, setting, maxThreshold = setting[THRESHOLD[name]]) {
-    if (name === "PAS") return pas(scoreOf(trial, "TAS", setting), scoreOf(trial, "RAS", setting), setting.weight);
-    const [errors, unit, options] = scored(trial, name, setting);
+  function scoreOf(trial, name, chosen, maxThreshold = chosen[THRESHOLD[name]]) {
+    if (name === "PAS") return pas(scoreOf(trial, "TAS", chosen), scoreOf(trial, "RAS", chosen), chosen.weight);
+    const [errors, unit, options] = scored(trial, name, chosen);
     return score(errors, unit, { ...options, maxThreshold });
   }
 
   // The scores of all trials, by curve and level.
-  function scoresOf(experiment, name, setting, maxThreshold) {
+  function scoresOf(experiment, name, chosen, maxThreshold) {
     return trialsOf(experiment).map((curve) =>
-      curve.map((trials) => trials.map((trial) => scoreOf(trial, name, setting, maxThreshold))));
+      curve.map((trials) => trials.map((trial) => scoreOf(trial, name, chosen, maxThreshold))));
   }
 
   const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
@@ -117,64 +127,37 @@
     return remembered.get(key);
   }
 
-  // ---- The setting, and the address -------------------------------------------------------------
+  // ---- The controls -----------------------------------------------------------------------------
 
   const current = () => data.experiments.find((one) => one.name === state.experiment);
   const isPaper = () => Object.keys(PAPER).every((name) => state[name] === PAPER[name]);
-  const middle = (experiment) => Math.floor((experiment.levels.labels.length - 1) / 2);
 
-  function nearest(stops, value) {
-    const distance = (stop) => (stop === value ? 0 : Math.abs(stop - value));
-    return stops.reduce((one, other) => (distance(other) < distance(one) ? other : one));
+  // The noise level of the profiles, from 0.
+  function levelOf(experiment) {
+    const count = experiment.levels.labels.length;
+    return state.level >= 1 && state.level <= count ? state.level - 1 : Math.floor((count - 1) / 2);
   }
 
-  function address() {
-    const parts = new URLSearchParams({ experiment: state.experiment });
-    for (const name of Object.keys(PAPER)) {
-      if (state[name] !== PAPER[name]) parts.set(name, state[name]);
-    }
-    if (state.level !== middle(current())) parts.set("level", state.level + 1);
-    return `#${parts}`;
-  }
-
-  // What an address does not say, or says wrongly, is as in the paper.
-  function readAddress() {
-    const parts = new URLSearchParams(location.hash.slice(1));
-    const named = data.experiments.find((one) => one.name === parts.get("experiment"));
-    if (location.hash && !named) return false; // a link within the page
-    Object.assign(state, PAPER, { experiment: (named ?? data.experiments[0]).name });
-    for (const name of Object.keys(STOPS)) {
-      const value = Number(parts.get(name));
-      if (parts.has(name) && !Number.isNaN(value)) state[name] = nearest(STOPS[name], value);
-    }
-    if (OUTLIERS.includes(parts.get("outliers"))) state.outliers = parts.get("outliers");
-    const level = Number(parts.get("level")) - 1;
-    state.level = current().levels.labels[level] === undefined ? middle(current()) : level;
-    return true;
-  }
+  const show = Object.fromEntries(Object.entries(STOPS).map(([name, values]) => [name,
+    slider(byId(name), byId(`${name}-value`), { values, describe: SHOWN[name], change: (value) => change({ [name]: value }) })]));
 
   function showControls() {
     const experiment = current();
     const has = (name) => experiment.scores.includes(name);
     const used = { tas: has("TAS"), ras: has("RAS"), quantile: has("TAS"), thresholds: true, weight: has("PAS") };
-    for (const [name, slider] of Object.entries(sliders)) {
-      const text = SHOWN[name](state[name]);
-      slider.max = STOPS[name].length - 1;
-      slider.value = STOPS[name].indexOf(state[name]);
-      slider.setAttribute("aria-valuetext", text);
-      byId(`${name}-value`).textContent = text;
-      slider.parentNode.hidden = !used[name];
-      slider.parentNode.classList.toggle("changed", state[name] !== PAPER[name]);
+    for (const name of Object.keys(STOPS)) {
+      show[name](state[name]);
+      byId(name).parentNode.hidden = !used[name];
+      byId(name).parentNode.classList.toggle("changed", state[name] !== PAPER[name]);
     }
     byId("outliers").hidden = experiment.outliers.every((count) => count === 0);
     for (const radio of document.querySelectorAll('input[type="radio"]')) {
       radio.checked = radio.value === state[radio.name];
     }
     const labels = experiment.levels.labels;
-    byId("level").max = labels.length - 1;
-    byId("level").value = state.level;
-    byId("level").setAttribute("aria-valuetext", labels[state.level]);
-    byId("level-value").textContent = `${experiment.levels.name} = ${labels[state.level]}`;
+    Object.assign(byId("level"), { min: 1, max: labels.length, value: levelOf(experiment) + 1 });
+    byId("level-value").textContent = `${experiment.levels.name} = ${labels[levelOf(experiment)]}`;
+    byId("level").setAttribute("aria-valuetext", byId("level-value").textContent);
   }
 
   // ---- Drawing ----------------------------------------------------------------------------------
@@ -219,7 +202,7 @@
     const count = levels.labels.length;
     const strip = 13 * series.labels.length;
     const chart = frame(host, {
-      label: `${name} against ${levels.name}, a curve for each number of ${series.name}; tables below`,
+      label: `${name} against ${levels.name}, a curve for each of ${series.name} ${series.labels.join(", ")}; tables below`,
       x: {
         domain: [-0.5, count - 0.5], label: levels.name, format: (k) => levels.labels[k],
         ticks: [...new Set([0, Math.floor((count - 1) / 2), count - 1])],
@@ -302,8 +285,8 @@
     const tables = [];
     for (const name of bases) {
       const stops = every(STOPS[THRESHOLD[name]], 2);
-      const cells = trialsOf(experiment).map((curve) => curve[state.level]);
-      const [means, halves] = once(`profile ${name} ${key("quantile", "thresholds", "outliers", "level")}`, () => [
+      const cells = trialsOf(experiment).map((curve) => curve[levelOf(experiment)]);
+      const [means, halves] = once(`profile ${name} ${key("quantile", "thresholds", "outliers")} ${levelOf(experiment)}`, () => [
         cells.map((trials) => stops.map((stop) => mean(trials.map((trial) => scoreOf(trial, name, state, stop))))),
         cells.map((trials) => quantile(trials.map((trial) => {
           const [errors, unit, options] = scored(trial, name, state);
@@ -312,7 +295,7 @@
       ]);
       const curves = means.map((values, k) => ({ text: series.labels[k], colour: series.colours[k], points: stops.map((stop, i) => [stop, values[i]]) }));
       const chart = drawOver(charts[`${experiment.name} ${name}`], name, {
-        label: `Mean ${name} over the largest threshold at ${levels.name} ${levels.labels[state.level]}; a table below`,
+        label: `Mean ${name} over the largest threshold at ${levels.name} ${levels.labels[levelOf(experiment)]}; a table below`,
         curves, y: { domain: [0, 1], ticks: [0, 0.25, 0.5, 0.75, 1] },
         reading: ({ text }, value) => `${text}: ${value.toFixed(3)}`,
       });
@@ -321,7 +304,7 @@
         chart.plot.append(element("circle", { cx: chart.x(value).toFixed(1), cy: chart.y(0.5), r: 3.5, fill: "#fff", stroke: series.colours[k], "stroke-width": 1.8 }));
       });
       const few = every(stops, 4);
-      tables.push(table(`${name} at ${levels.name} ${levels.labels[state.level]} over its largest threshold; one half: where it is reached, the median trial`,
+      tables.push(table(`${name} at ${levels.name} ${levels.labels[levelOf(experiment)]} over its largest threshold; one half: where it is reached, the median trial`,
         [series.name, "one half at", ...few.map((stop) => `${number(stop)} ${UNIT[name]}`)],
         series.labels.map((label, k) => [label, `${number(halves[k])} ${UNIT[name]}`, ...few.map((stop) => means[k][stops.indexOf(stop)].toFixed(3))])));
     }
@@ -355,11 +338,12 @@
   }
 
   // Seen at once, and spoken when the slider rests.
+  const [said, spoken] = [byId("said"), byId("spoken")];
   let resting;
   function say(text) {
-    byId("said").textContent = text;
+    said.textContent = text;
     clearTimeout(resting);
-    resting = setTimeout(() => { byId("spoken").textContent = text; }, 700);
+    resting = setTimeout(() => { spoken.textContent = text; }, 700);
   }
 
   function draw() {
@@ -385,6 +369,7 @@
 
   // ---- Events -----------------------------------------------------------------------------------
 
+  // Drawn once a frame, however often the setting changes in between.
   let waiting = false;
   function update() {
     showControls();
@@ -393,38 +378,28 @@
     requestAnimationFrame(() => {
       waiting = false;
       draw();
-      history.replaceState(null, "", address());
     });
   }
 
-  byId("controls").addEventListener("submit", (event) => event.preventDefault());
-  for (const [name, slider] of Object.entries(sliders)) {
-    slider.addEventListener("input", () => {
-      state[name] = STOPS[name][slider.value];
-      update();
-    });
+  function change(changes) {
+    Object.assign(state, changes);
+    setting.write(state);
+    update();
   }
-  byId("level").addEventListener("input", () => {
-    state.level = Number(byId("level").value);
-    update();
-  });
+
+  byId("level").addEventListener("input", () => change({ level: Number(byId("level").value) }));
   byId("controls").addEventListener("change", ({ target }) => {
-    if (target.type !== "radio") return;
-    state[target.name] = target.value;
-    if (target.name === "experiment") state.level = middle(current());
-    update();
+    if (target.type === "radio") change({ [target.name]: target.value });
   });
-  byId("reset").addEventListener("click", () => {
-    Object.assign(state, PAPER, { level: middle(current()) });
-    update();
-  });
+  byId("reset").addEventListener("click", () => change(PAPER));
   window.addEventListener("hashchange", () => {
-    if (readAddress()) update();
+    if (document.getElementById(location.hash.slice(1))) return; // a link within the page
+    Object.assign(state, setting.read());
+    update();
   });
-  responsive(byId("panels"), () => update());
 
   byId("more").open = matchMedia("(min-width: 64.0625rem)").matches;
-  readAddress();
   showControls();
   draw();
+  responsive(byId("panels"), update);
 })();

@@ -3,7 +3,6 @@
 It holds the errors of each camera, so that a browser can score them with any threshold.
 """
 
-import json
 import sys
 from argparse import ArgumentParser, Namespace
 from base64 import b64encode
@@ -12,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from alignscores.explorer import source
+from alignscores.explorer.document import document
 from experiments.camera_errors import CameraErrors, read_camera_errors
 from experiments.command import CommandError, run_command
 from experiments.config import Sweep
@@ -42,6 +41,7 @@ TITLES = {  # of the paper's experiments: its figure, a name, and what varies
 }
 NAMES = {"n_cameras": "cameras", "n_outliers": "outliers", "sigma_t": "σₜ", "sigma_r_deg": "σᵣ"}
 WORSE = {"n_outliers": "outliers", "sigma_r_deg": "rotation noise"}  # the more of it
+SCRIPTS = "scores.js", "charts.js", "controls.js"
 QUANTILES = [k / 20 for k in range(1, 21)]  # of the closest-pair distances, that d can be
 FAILURE = 2**16 - 1  # its code; 0 is that of no error at all
 
@@ -74,19 +74,27 @@ def render(experiments: Sequence[CameraErrors]) -> str:
     places = {name: place for place, name in enumerate(TITLES)}
     ordered = sorted(experiments, key=lambda one: places.get(one.sweep.name, len(places)))
     shown = [_experiment(one) for one in ordered]
-    data = {"paper": paper, "quantiles": QUANTILES, "experiments": shown}
-    text = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", r"\u003c")
-    return (
+    body = (
         environment()
         .get_template("explorer.html.j2")
         .render(
             experiments=shown,
             trials=max(one.sweep.trials for one in experiments),
             cameras=sum(one.sweep.trials * sum(one.counts) for one in experiments),
-            data=Markup(text),
-            shared={name: Markup(source(name)) for name in ("scores.js", "charts.js", "style.css")},
         )
     )
+    styles, scripts = (source("style.css"), _own("explorer.css")), map(source, SCRIPTS)
+    return document(
+        "What if the threshold were another one? Alignment scores to play with",
+        body,
+        styles=styles,
+        scripts=(*scripts, _own("explorer.js")),
+        data={"paper": paper, "quantiles": QUANTILES, "experiments": shown},
+    )
+
+
+def _own(name: str) -> str:
+    return Path(__file__).with_name(name).read_text("utf-8")
 
 
 def _experiment(errors: CameraErrors) -> dict[str, Any]:

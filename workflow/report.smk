@@ -1,4 +1,12 @@
-# Everything on one page.
+# Everything on one page, and one to play with.
+CAMERA_ERRORS = [RESULTS / "tables" / f"camera_errors.{ext}" for ext in ("npz", "json")]
+EXPLORER = RESULTS / "explorer.html"
+PAGE_CODE = [
+    path
+    for folder in ("report", "alignscores/explorer")
+    for path in sorted(Path(workflow.basedir, folder).iterdir())
+    if path.is_file()
+]
 SHOWN = [SCENARIO_STUDY if name == "beyond" else name for name in FIGURES]
 
 
@@ -19,9 +27,49 @@ def measured(wildcards):
     ]
 
 
+@cache
+def all_experiments():
+    """The settings of the paper's experiments as those of one table."""
+    return Table(tuple(sweep for name in EXPERIMENTS for sweep in resolved("trials", name).sweeps))
+
+
+rule camera_errors:
+    input:
+        TRIAL_CODE,
+    output:
+        CAMERA_ERRORS,
+    params:
+        digest=lambda wildcards: all_experiments().digest,
+        table=lambda wildcards: all_experiments(),
+    threads: lambda wildcards: share_of(1)
+    log:
+        RESULTS / "logs" / "tables" / "camera_errors.log",
+    benchmark:
+        RESULTS / "benchmarks" / "tables" / "camera_errors.tsv"
+    shell:
+        "{sys.executable:q} -m experiments.camera_errors --sweeps {params.table.json:q}"
+        " --output {output[0]:q} {EXECUTED:q} n_jobs={threads} > {log:q} 2>&1"
+
+
+rule explorer:
+    input:
+        PAGE_CODE,
+        TRIAL_CODE,
+        FIGURE_CODE,
+        CAMERA_ERRORS[1],
+        errors=CAMERA_ERRORS[0],
+    output:
+        EXPLORER,
+    log:
+        RESULTS / "logs" / "explorer.log",
+    shell:
+        "{sys.executable:q} -m report.explorer {input.errors:q} --output {output:q} > {log:q} 2>&1"
+
+
 rule report:
     input:
-        [path for path in Path(workflow.basedir, "report").iterdir() if path.is_file()],
+        EXPLORER,
+        PAGE_CODE,
         STUDY_CODE,
         CLAIMS_FILE,
         [study_file(name) for name in STUDIES],

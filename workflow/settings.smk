@@ -11,7 +11,7 @@ from studies.frame_rate.rates import FRAME_RATE, load_frame_rate
 from studies.parameters.maps import MAPS, load_maps
 from studies.parameters.axes import STUDIES, axis_names, load_parameters, study_file
 from studies.scenarios.scenarios import BEYOND, load_scenarios, study_name
-from studies.study import load_experiments
+from studies.study import Table, load_experiments
 from studies.today.questions import TODAY, load_today
 
 

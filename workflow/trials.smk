@@ -20,9 +20,13 @@ def most_trials(wildcards):
 
 
 def processes(wildcards):
-    """So many that, as the tables of the study are made side by side, no core is idle at the end."""
+    return share_of(len(study(wildcards.folder).tables))
+
+
+def share_of(tables):
+    """So many that, as so many tables are made side by side, no core is idle at the end."""
     if "n_jobs" not in config:
-        return CORES // gcd(CORES, len(study(wildcards.folder).tables))
+        return CORES // gcd(CORES, tables)
     return CORES if config["n_jobs"] == -1 else config["n_jobs"]
 
 

@@ -23,8 +23,8 @@ const AlignmentControls = (() => {
     Object.assign(input, { min: 0, max: all.length - 1, step: 1 });
     input.addEventListener("input", () => change(all[Number(input.value)]));
     return (value) => {
-      const nearest = all.reduce((best, one) => (Math.abs(one - value) < Math.abs(best - value) ? one : best));
-      input.value = all.indexOf(nearest);
+      const distances = all.map((one) => (one === value ? 0 : Math.abs(one - value))); // of infinities, too
+      input.value = distances.indexOf(Math.min(...distances));
       output.textContent = describe(value);
       input.setAttribute("aria-valuetext", output.textContent);
     };
