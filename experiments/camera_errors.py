@@ -153,7 +153,7 @@ def read_camera_errors(path: Path) -> list[CameraErrors]:
     """
     sweeps = read_record(path).sweeps
     try:
-        with np.load(path) as arrays:
+        with path.open("rb") as stream, np.load(stream) as arrays:
             parts = [[arrays[f"{sweep.name}.{name}"] for name in ARRAYS] for sweep in sweeps]
     except FileNotFoundError:
         raise TableError(path, "does not exist") from None

@@ -47,6 +47,18 @@ def test_so_many_cameras_are_outliers_and_the_others_are_untouched(kind: str, co
     np.testing.assert_array_equal(again[1], positions)
 
 
+@pytest.mark.parametrize("kind", OUTLIERS)
+@pytest.mark.parametrize("count", [0, 1, 17])
+def test_a_scene_knows_its_outliers(kind: str, count: int) -> None:
+    settings: dict[str, Any] = {"geometry": "random_walk", "n_cameras": 60}
+    settings |= {"sigma_t": 0.0, "sigma_r_deg": 0.0, "outliers": kind, "n_outliers": count}
+    scene = make_scene(np.random.default_rng(0), **settings)
+    assert np.count_nonzero(scene.is_outlier) == count
+    far = tas(scene.gt_positions, scene.est_positions, unit=1.0).errors > 1e-6
+    np.testing.assert_array_equal(scene.is_outlier, far)
+    np.testing.assert_array_equal(scene[::3].is_outlier, far[::3])
+
+
 @pytest.mark.parametrize("side", [1.0, 10.0, 1000.0])
 def test_uniform_outliers_fill_a_cube_of_the_side_asked_for(side: float) -> None:
     _, positions, _, gt = outliers("uniform", 1500, n=2000, side=side)
