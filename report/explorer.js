@@ -25,16 +25,16 @@
     thresholds: (value) => number(value, 4),
     weight: (value) => number(value),
   };
-  const positive = (value) => value > 0 && value < Infinity;
+  const within = (stops) => (value) => value >= stops[0] && value <= stops[stops.length - 1];
   const whole = (value) => Number.isInteger(value) && value > 0;
   const PAPER = { ...data.paper, outliers: "counted" };
   const setting = address({
     experiment: [data.experiments[0].name, (name) => data.experiments.some((one) => one.name === name)],
-    tas: [PAPER.tas, positive],
-    ras: [PAPER.ras, positive],
+    tas: [PAPER.tas, within(STOPS.tas)],
+    ras: [PAPER.ras, within(STOPS.ras)],
     quantile: [PAPER.quantile, (value) => data.quantiles.includes(value)],
     thresholds: [PAPER.thresholds, (value) => whole(value) || value === Infinity],
-    weight: [PAPER.weight, (value) => value >= 0 && value <= 1],
+    weight: [PAPER.weight, within(STOPS.weight)],
     outliers: [PAPER.outliers, (value) => OUTLIERS.includes(value)],
     level: [0, whole], // of the profiles: the first is 1, and 0 stands for the one in the middle
   });
@@ -258,8 +258,7 @@
   const every = (stops, step) => stops.filter((_, k) => k % step === 0 || k === stops.length - 1);
   const key = (...names) => [state.experiment, ...names.map((name) => state[name])].join();
 
-  function drawOrders(experiment, bases) {
-    const kinds = ordersOf(experiment, scoresOf(experiment, experiment.scores[0], PAPER)).map(([kind]) => kind);
+  function drawOrders(experiment, bases, kinds) {
     const charts = hosts(byId("order-charts"), bases.map((name) => `${experiment.name} ${name}`), (name) => [`Order by the ${name.split(" ")[1]}`]);
     const tables = [];
     for (const name of bases) {
@@ -267,12 +266,11 @@
       const found = once(`order ${name} ${key("quantile", "thresholds", "outliers")}`, () =>
         stops.map((stop) => ordersOf(experiment, scoresOf(experiment, name, state, stop)).map(([, value]) => value)));
       const curves = kinds.map((kind, k) => ({ text: kind, ...[{ colour: "#1d4f91" }, { colour: "#b3411c", dash: "7 3" }][k], points: stops.map((stop, i) => [stop, found[i][k]]) }));
-      const chart = () => drawOver(charts[`${experiment.name} ${name}`], name, {
+      drawOver(charts[`${experiment.name} ${name}`], name, {
         label: `Probability of the right order by the ${name}, over the largest threshold; a table below`,
         curves, y: { domain: [0.4, 1], format: (value) => `${Math.round(100 * value)} %` },
         reading: ({ text }, value) => `${text} ${percent(value)}`,
       });
-      if (curves.length) chart();
       tables.push(table(`Order by the ${name} over its largest threshold`, [UNIT[name] === "d" ? "d" : "degrees", ...kinds],
         stops.map((stop, i) => [number(stop), ...found[i].map(percent)])));
     }
@@ -363,19 +361,21 @@
     byId("scores-tables").replaceChildren(...tables);
     orderTable(rows);
     const bases = experiment.scores.filter((name) => name !== "PAS");
-    drawOrders(experiment, bases);
+    const kinds = [...new Set(rows.map(({ kind }) => kind))];
+    byId("orders").parentNode.hidden = kinds.length === 0; // one level has no neighbours
+    if (kinds.length) drawOrders(experiment, bases, kinds);
     drawProfiles(experiment, bases);
   }
 
   // ---- Events -----------------------------------------------------------------------------------
 
-  // Drawn once a frame, however often the setting changes in between.
+  // Drawn once for all changes that come together.
   let waiting = false;
   function update() {
     showControls();
     if (waiting) return;
     waiting = true;
-    requestAnimationFrame(() => {
+    setTimeout(() => {
       waiting = false;
       draw();
     });

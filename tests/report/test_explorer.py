@@ -1,0 +1,504 @@
+"""The page to play with: what it holds, and in a browser what it computes, shows and remembers."""
+
+import json
+import re
+from base64 import b64decode
+from dataclasses import replace
+from urllib.parse import parse_qs
+
+import numpy as np
+import pytest
+
+from alignscores import AlignmentScore
+from alignscores.histogram import equal_steps
+from experiments.camera_errors import FIRST, CameraErrors, measure, write_camera_errors
+from experiments.config import Execution, experiment_names, load_sweep
+from experiments.grid import cells
+from experiments.metrics import order_statistic
+from experiments.sweep import run_sweeps
+from report.explorer import TITLES, main, pack, render
+from studies.order import compare_orders
+from studies.statistics import order
+
+HERE = Execution(n_jobs=1, backend="sequential", dask_address=None, results_dir="-")
+TWO_BYTES = 0.002  # how far a rounded trial's score may be from that of the study
+SMALL = {
+    "outliers": ["n_cameras=[25]", "n_outliers=[0,5]", "sigma_t=[0.02,0.05,0.1]"],
+    "trajectory_length": ["n_cameras=[10,20]", "sigma_t=[0.02,0.1]"],
+    "rotations": ["n_cameras=[25]", "n_outliers=[0,3]", "sigma_r_deg=[1,5,9]"],
+    "combined": ["n_cameras=[25]", "n_outliers=[4]", "sigma_t=[0.02,0.1]", "sigma_r_deg=[1,9]"],
+    "maa_vs_pas_collinear": ["n_cameras=[25]", "n_outliers=[0,5]", "sigma_t=[0.05,0.02]"],
+}
+SMALL["maa_vs_pas_collinear"].append("sigma_r_deg=[5,1]")
+
+
+def unpacked(packed):
+    """Return the numbers behind the codes, as the page reads them."""
+    codes = np.frombuffer(b64decode(packed["codes"]), dtype="<u2")
+    low, high = packed["low"], packed["high"]
+    values = low * (high / low) ** ((codes - 1.0) / 65533)
+    return np.where(codes == 0, 0.0, np.where(codes == 65535, np.inf, values))
+
+
+@pytest.fixture(scope="module")
+def sweeps():
+    named = ([f"experiment={name}", "trials=4", *own] for name, own in SMALL.items())
+    return [load_sweep(overrides) for overrides in named]
+
+
+@pytest.fixture(scope="module")
+def errors(sweeps):
+    return measure(sweeps, HERE)
+
+
+@pytest.fixture(scope="module")
+def html(errors):
+    return render(errors)
+
+
+def data_of(html):
+    (text,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', html)
+    return json.loads(text)
+
+
+# ---- What it holds ------------------------------------------------------------------------------
+
+
+def test_numbers_are_rounded_to_two_bytes_on_a_logarithmic_scale():
+    rng = np.random.default_rng(0)
+    values = np.concatenate([[0.0, np.inf], rng.lognormal(0, 3, size=5000)])
+    read = unpacked(pack(values))
+    np.testing.assert_array_equal(read[:2], values[:2])
+    step = np.log(values[2:].max() / values[2:].min()) / 65533
+    assert np.abs(np.log(read[2:] / values[2:])).max() <= 0.5001 * step
+    np.testing.assert_allclose(np.sort(read)[1], np.sort(values)[1], rtol=1e-12)
+
+
+@pytest.mark.parametrize("values", [[], [0.0], [np.inf], [0.7, 0.7], [0.0, 0.7, np.inf]])
+def test_few_numbers_are_kept(values):
+    values = np.array(values)
+    np.testing.assert_allclose(unpacked(pack(values)), values, rtol=1e-12)
+
+
+def test_a_trial_scores_in_the_paper_s_setting_as_in_the_study(sweeps, html):
+    """From the rounded errors as the page holds them, for every trial of every experiment."""
+    data = data_of(html)
+    place = data["quantiles"].index(data["paper"]["quantile"])
+    for shown in data["experiments"]:
+        (sweep,) = [one for one in sweeps if one.name == shown["name"]]
+        metrics = [name for name in ("TAS", "RAS", "PAS") if name in shown["scores"]]
+        table = run_sweeps([replace(sweep, metrics=metrics)], HERE)
+        positions, rotations = (unpacked(shown[key]) for key in ("positions", "rotations"))
+        d = unpacked(shown["units"]).reshape(-1, len(data["quantiles"]))[:, place : place + 1]
+        sizes = np.repeat(shown["cameras"], shown["trials"])
+        starts = np.cumsum(sizes) - sizes
+        assert len(table) == len(sizes)
+        for k, row in enumerate(table.itertuples()):
+            own = slice(starts[k], starts[k] + sizes[k])
+            scores = {}
+            if "TAS" in metrics:
+                thresholds = d[k, 0] * equal_steps(1.0, 100, "_")
+                scores["TAS"] = AlignmentScore(positions[own], thresholds).score
+            if "RAS" in metrics:
+                scores["RAS"] = AlignmentScore(rotations[own], equal_steps(10.0, 100, "_")).score
+            if "PAS" in metrics:
+                scores["PAS"] = (scores["TAS"] + scores["RAS"]) / 2
+            for name in metrics:
+                assert scores[name] == pytest.approx(getattr(row, name), abs=TWO_BYTES)
+
+
+def test_curves_and_levels_rise_and_have_the_trials_of_their_cells(errors, html):
+    for shown in data_of(html)["experiments"]:
+        (own,) = [one for one in errors if one.sweep.name == shown["name"]]
+        for (curve, level), cell in zip(shown["cells"], cells(own.sweep), strict=True):
+            number = {"cameras": cell.n_cameras, "outliers": cell.n_outliers}
+            number["σᵣ"] = f"{cell.sigma_r_deg:g}°"
+            assert shown["series"]["labels"][curve] == str(number[shown["series"]["name"]])
+            assert shown["levels"]["labels"][level] in (
+                f"{cell.sigma_t:g}",
+                f"{cell.sigma_r_deg:g}°",
+                f"{cell.sigma_t:g}, {cell.sigma_r_deg:g}°",
+            )
+    (paired,) = [one for one in data_of(html)["experiments"] if "collinear" in one["name"]]
+    assert paired["levels"]["labels"] == ["0.02, 1°", "0.05, 5°"]  # given the other way round
+
+
+def test_experiments_stand_in_the_paper_s_order(html):
+    assert [one["name"] for one in data_of(html)["experiments"]] == list(SMALL)
+    assert sorted(TITLES) == experiment_names()
+
+
+def test_the_same_errors_give_the_same_bytes_and_no_network_is_needed(errors, html):
+    assert render(list(reversed(errors))) == html
+    assert set(re.findall(r"\w+://[^\"'\s<]+", html)) == {"http://www.w3.org/2000/svg"}
+    assert "default-src 'none'" in html
+    assert not re.search(r"<(link|img|iframe|script src)|@import|fetch\(|XMLHttp", html)
+
+
+def test_the_paper_s_experiments_fit_in_three_megabytes():
+    rng = np.random.default_rng(0)
+    experiments = []
+    for name in experiment_names():
+        sweep = load_sweep([f"experiment={name}", f"trials={FIRST}"])
+        empty = CameraErrors(sweep, *[np.empty(0)] * 3, np.empty(0, dtype=np.int64))
+        size = FIRST * sum(empty.counts)
+        wanted = set(sweep.metrics)
+        positions = rng.random(size if wanted & {"TAS", "PAS"} else 0)
+        rotations = rng.random(size if wanted & {"RAS", "PAS"} else 0)
+        outliers = np.repeat([cell.n_outliers for cell in cells(sweep)], FIRST)
+        experiments.append(CameraErrors(sweep, positions, rotations, positions, outliers))
+    assert 2e6 < len(render(experiments).encode()) < 3e6
+
+
+# ---- The program --------------------------------------------------------------------------------
+
+
+def test_the_program_writes_the_page(errors, html, tmp_path, capsys):
+    write_camera_errors(tmp_path / "errors.npz", errors)
+    page = tmp_path / "new" / "explorer.html"
+    assert main([str(tmp_path / "errors.npz"), "--output", str(page)]) == 0
+    assert page.read_text(encoding="utf-8") == html
+    assert capsys.readouterr().out == f"{page}\n"
+
+
+def test_missing_errors_are_said_in_one_line(tmp_path, capsys):
+    page = tmp_path / "explorer.html"
+    assert main([str(tmp_path / "errors.npz"), "--output", str(page)]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("report.explorer: ")
+    assert "errors.json does not exist; run: snakemake" in line
+    assert not page.exists()
+
+
+def test_more_than_a_panel_can_show_is_refused(tmp_path, capsys):
+    overrides = ["experiment=outliers", "trials=1", "n_cameras=[20,30]", "n_outliers=[0,2]"]
+    write_camera_errors(tmp_path / "errors.npz", measure([load_sweep(overrides)], HERE))
+    arguments = [str(tmp_path / "errors.npz"), "--output", str(tmp_path / "explorer.html")]
+    assert main(arguments) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "outliers varies n_cameras and n_outliers; beside the noise a panel shows one" in line
+
+
+# ---- In a browser -------------------------------------------------------------------------------
+
+# What stands on the page, and what a reader does.
+VIEW = """
+const all = (selector) => [...document.querySelectorAll(selector)];
+const each = (selector, value) =>
+  Object.fromEntries(all(selector).map((one) => [one.id, value(one)]));
+const texts = (row) => [...row.cells].map((cell) => cell.textContent);
+const tables = (id) => all(`#${id} table`).map((one) => ({
+  caption: one.caption.textContent,
+  head: texts(one.tHead.rows[0]),
+  rows: [...one.tBodies[0].rows].map(texts),
+}));
+const view = () => ({
+  hash: location.hash,
+  said: document.getElementById("said").textContent,
+  scores: tables("scores-tables"),
+  orders: tables("orders"),
+  over: tables("order-tables"),
+  profiles: tables("profile-tables"),
+  outputs: each("output", (one) => one.textContent),
+  sliders: each('input[type="range"]', (one) => one.value),
+  checked: all(":checked").map((one) => one.value),
+  shown: all(".sliders input, #outliers").filter((one) => one.offsetHeight).map((one) => one.id),
+  lines: all(".line:not(.ghost)").length,
+  ghosts: all(".ghost").length,
+});
+const later = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
+const move = (id, steps) => {
+  const input = document.getElementById(id);
+  input.value = Number(input.value) + steps;
+  input.dispatchEvent(new Event("input", { bubbles: true }));
+};
+const choose = (value) => document.querySelector(`input[value="${value}"]`).click();
+"""
+LOOK = VIEW + "later(300).then(() => tell(view()));"
+
+
+def scores_of(errors, name, *, unit, largest, thresholds, outliers="counted"):
+    """Return the scores of all trials of an experiment: (curve cells in order, trials)."""
+    values = errors.positions if name == "TAS" else errors.rotations
+    sizes = np.repeat(errors.counts, errors.sweep.trials)
+    trials = np.split(values, np.cumsum(sizes)[:-1])
+    closest = np.split(errors.closest, np.cumsum(sizes)[:-1]) if unit else [None] * len(trials)
+    found = []
+    for own, near, k in zip(trials, closest, errors.outliers, strict=True):
+        kept = own if outliers == "counted" else own[k:]
+        failures = k if outliers == "failures" else 0
+        counted = np.concatenate([kept, np.full(failures, np.inf)])
+        d = order_statistic(near, unit) if unit else 1.0
+        steps = d * equal_steps(largest, thresholds, "_")
+        found.append(AlignmentScore(counted, steps).score)
+    return np.reshape(found, (-1, errors.sweep.trials))
+
+
+def by_name(errors, name):
+    (own,) = [one for one in errors if one.sweep.name == name]
+    return own
+
+
+def numbers(table):
+    """Return what a table says, without its row headers."""
+    return np.array([[float(cell) for cell in row[1:]] for row in table["rows"]])
+
+
+def assert_shows(table, expected):
+    """A table of scores has the means of these trials, and their range."""
+    curves = len(table["rows"])
+    trials = expected.reshape(curves, len(table["head"]) - 3, -1)
+    shown = numbers(table)
+    np.testing.assert_allclose(shown[:, :-2], trials.mean(axis=2), atol=TWO_BYTES)
+    np.testing.assert_allclose(shown[:, -2], trials.min(axis=(1, 2)), atol=TWO_BYTES)
+    np.testing.assert_allclose(shown[:, -1], trials.max(axis=(1, 2)), atol=TWO_BYTES)
+
+
+def test_it_opens_in_the_paper_s_setting(browser, html, errors):
+    seen = browser.run(html, LOOK)
+    (table,) = seen["scores"]
+    paper = {"unit": 0.75, "largest": 1.0, "thresholds": 100}
+    expected = scores_of(by_name(errors, "outliers"), "TAS", **paper)
+    assert table["caption"].startswith("TAS")
+    assert table["head"] == ["outliers", "0.02", "0.05", "0.1", "smallest", "largest"]
+    assert_shows(table, expected)
+    assert seen["ghosts"] == 0
+    assert [name for name in seen["shown"] if name] == ["tas", "quantile", "thresholds", "outliers"]
+    assert seen["checked"] == ["outliers", "counted"]
+    assert seen["outputs"]["tas-value"] == "1 d"
+    assert "in the paper’s setting" in seen["said"]
+    assert f"mean {expected.mean():.2f}" in seen["said"]
+    assert seen["hash"] == ""
+
+
+@pytest.mark.parametrize("outliers", ["counted", "failures", "ignored"])
+def test_another_setting_gives_the_scores_that_python_computes(browser, html, errors, outliers):
+    fragment = "#experiment=combined&tas=2.5&ras=4&quantile=0.3&thresholds=20&weight=0.2"
+    seen = browser.run(html, LOOK, f"{fragment}&outliers={outliers}")
+    own = by_name(errors, "combined")
+    chosen = {"thresholds": 20, "outliers": outliers}
+    tas = scores_of(own, "TAS", unit=0.3, largest=2.5, **chosen)
+    ras = scores_of(own, "RAS", unit=0, largest=4.0, **chosen)
+    order_of_cells = np.array([[0, 2], [1, 3]]).ravel()  # curves are those of the rotation noise
+    for table, expected in zip(seen["scores"], (tas, ras, 0.2 * tas + 0.8 * ras), strict=True):
+        assert_shows(table, expected[order_of_cells])
+    assert seen["ghosts"] == 3 * 2
+    said = "PAS up to 2.5 d (d the 30 % quantile) and 4°, 20 thresholds, weight 0.2"
+    more = {"failures": ", outliers as failures", "ignored": ", without the outliers"}
+    assert seen["said"].startswith(f"{said}{more.get(outliers, '')}: mean ")
+
+
+def test_the_orders_are_those_of_the_study(browser, html, sweeps):
+    """By the program that makes the study's table, of the same trials."""
+    for name in ("outliers", "combined", "rotations"):
+        seen = browser.run(html, LOOK, f"#experiment={name}")
+        (sweep,) = [one for one in sweeps if one.name == name]
+        scores = [one["caption"][:3] for one in seen["scores"]]
+        sweep = replace(sweep, metrics=scores)
+        trials = Trial(run_sweeps([sweep], HERE), sweep)
+        table = compare_orders({name: trials})
+        alone = table[table["versus"].isna()].set_index(["metric", "level"])["order"]
+        (shown,) = seen["orders"]
+        found = {}
+        for score, level, now, paper, _ in shown["rows"]:
+            assert now == paper
+            found[score, level] = float(now.removesuffix(" %"))
+        if name != "combined":  # `compare_orders` asks for the order of outliers wherever they vary
+            assert set(found) == set(alone.index)
+        for key, value in found.items():
+            assert value == pytest.approx(alone[key], abs=1.0), key  # ties may be rounded away
+
+
+class Trial:
+    """What `compare_orders` takes of trials."""
+
+    def __init__(self, table, sweep):
+        self.table, self.sweep = table, sweep
+
+
+def test_the_order_over_thresholds_passes_through_that_of_the_setting(browser, html, errors):
+    seen = browser.run(html, LOOK, "#experiment=outliers&thresholds=50")
+    (table,) = seen["over"]
+    own = by_name(errors, "outliers")
+    assert table["head"] == ["d", "noise", "outliers"]
+    for text, *orders in table["rows"]:
+        tas = scores_of(own, "TAS", unit=0.75, largest=float(text), thresholds=50).reshape(2, 3, 4)
+        noise = np.mean([order(list(-curve)).probability for curve in tas])
+        outliers = np.mean([order(list(-level)).probability for level in tas.swapaxes(0, 1)])
+        for shown, expected in zip(orders, (noise, outliers), strict=True):
+            assert float(shown.removesuffix(" %")) == pytest.approx(100 * expected, abs=2.0)
+
+
+def test_profiles_are_the_scores_over_thresholds_and_cross_one_half_where_they_say(
+    browser, html, errors
+):
+    seen = browser.run(html, LOOK, "#experiment=rotations&level=2")
+    (table,) = seen["profiles"]
+    own = by_name(errors, "rotations")
+    thresholds = [float(text.removesuffix(" °")) for text in table["head"][2:]]
+    assert "σᵣ 5°" in table["caption"]
+    for k, threshold in enumerate(thresholds):
+        ras = scores_of(own, "RAS", unit=0, largest=threshold, thresholds=100).reshape(2, 3, 4)
+        shown = [float(row[2 + k]) for row in table["rows"]]
+        np.testing.assert_allclose(shown, ras[:, 1].mean(axis=1), atol=TWO_BYTES)
+    for curve, row in enumerate(table["rows"]):
+        half = float(row[1].removesuffix(" °"))
+        around = [
+            np.sort(
+                scores_of(own, "RAS", unit=0, largest=factor * half, thresholds=100).reshape(
+                    2, 3, 4
+                )[curve, 1]
+            )
+            for factor in (0.99, 1.01)
+        ]
+        # The second smallest of four thresholds: two trials have reached one half there.
+        assert (around[0] >= 0.5).sum() < 2 <= (around[1] >= 0.5).sum()
+
+
+def test_a_moved_slider_stands_in_the_address_and_the_address_gives_the_same_view(browser, html):
+    moves = """
+    choose("combined"); move("tas", 7); move("ras", -9); move("quantile", -5);
+    move("thresholds", 9); move("weight", 3); choose("failures"); move("level", 1);
+    later(600).then(() => tell(view()));
+    """
+    moved = browser.run(html, VIEW + moves)
+    parts = {key: one for key, (one,) in parse_qs(moved["hash"].removeprefix("#")).items()}
+    assert parts["experiment"] == "combined"
+    assert parts["thresholds"] == "Infinity"
+    assert parts["outliers"] == "failures"
+    assert set(parts) == {"experiment", "tas", "ras", "quantile", "thresholds", "weight"} | {
+        "outliers",
+        "level",
+    }
+    assert moved["outputs"]["thresholds-value"] == "∞"
+    assert browser.run(html, LOOK, moved["hash"]) == moved
+
+    followed = "location.hash = HASH; later(600).then(() => tell(view()));"
+    followed = followed.replace("HASH", json.dumps(moved["hash"]))
+    assert browser.run(html, VIEW + followed, "#experiment=rotations&ras=3") == moved
+
+
+def test_one_click_leads_back_to_the_paper(browser, html):
+    back = """
+    move("tas", 5); move("thresholds", -1); choose("ignored");
+    later(300).then(() => document.getElementById("reset").click());
+    later(900).then(() => tell(view()));
+    """
+    seen = browser.run(html, VIEW + back)
+    assert seen == browser.run(html, LOOK) | {"hash": seen["hash"]}
+    assert seen["hash"] in ("", "#")
+
+
+@pytest.mark.parametrize(
+    "fragment",
+    [
+        "#experiment=nothing&tas=-1&ras=x&quantile=0.33&thresholds=2.5&weight=7&outliers=no",
+        "#tas=&level=-3&__proto__=1&quantile=Infinity",
+        "#scores",
+        "#level=99",
+    ],
+)
+def test_a_wrong_address_is_the_paper_s_setting(browser, html, fragment):
+    wrong, right = browser.run(html, LOOK, fragment), browser.run(html, LOOK)
+    assert wrong | {"hash": ""} == right
+
+
+def test_a_link_within_the_page_changes_no_setting(browser, html):
+    script = """
+    move("tas", 5);
+    document.querySelector(".skip").click();
+    later(600).then(() => tell(view()));
+    """
+    seen = browser.run(html, VIEW + script)
+    assert seen["outputs"]["tas-value"] != "1 d"
+    assert seen["ghosts"] == 2
+
+
+def test_charts_are_read_with_the_arrow_keys(browser, html):
+    script = """
+    later(300).then(() => {
+      const reader = document.querySelector("#panels .reader");
+      const value = (name) => reader.getAttribute(name);
+      const read = (key) => {
+        reader.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+        return [value("aria-valuenow"), value("aria-valuetext")];
+      };
+      tell({
+        found: ["ArrowRight", "ArrowRight", "End", "ArrowRight", "Home"].map(read),
+        role: value("role"), tab: reader.tabIndex, name: value("aria-label"),
+        shown: document.querySelector("#panels .readout").textContent, view: view(),
+      });
+    });
+    """
+    seen = browser.run(html, VIEW + script)
+    assert (seen["role"], seen["tab"], seen["name"]) == ("slider", 0, "Read the TAS")
+    assert [place for place, _ in seen["found"]] == ["0", "1", "2", "2", "0"]
+    assert seen["shown"] == seen["found"][-1][1]
+    rows = seen["view"]["scores"][0]["rows"]
+    text = f"σₜ 0.05: 0: {rows[0][2]}, 5: {rows[1][2]} (by outliers)"
+    assert seen["found"][1][1] == text
+
+
+def test_everything_has_a_name_and_rest_is_spoken(browser, html):
+    script = """
+    const inputs = all("input, button, select");
+    const named = (one) => one.labels?.[0]?.textContent.trim() || one.textContent.trim();
+    const spoken = document.getElementById("spoken");
+    const values = (selector, name) => all(selector).map((one) => one.getAttribute(name));
+    const ids = values("[id]", "id");
+    let early;
+    later(300).then(() => { move("tas", 1); });
+    later(500).then(() => { early = spoken.textContent; });
+    later(2000).then(() => tell({
+      inputs: inputs.length, nameless: inputs.filter((one) => !named(one)).length,
+      charts: values("svg.chart", "aria-label"), twice: ids.length - new Set(ids).size,
+      role: spoken.getAttribute("role"), early, late: spoken.textContent, said: view().said,
+      links: values("a", "href"), texts: values('input[type="range"]', "aria-valuetext"),
+    }));
+    """
+    seen = browser.run(html, VIEW + script)
+    assert seen["inputs"] == 5 + 3 + 6 + 1  # experiments, outliers, sliders, a button
+    assert seen["nameless"] == seen["twice"] == 0
+    assert len(seen["charts"]) == 3
+    assert all(seen["charts"])
+    assert all(seen["texts"])
+    assert seen["role"] == "status"
+    assert seen["early"] != seen["late"] == seen["said"]
+    assert seen["links"] == ["#scores", "report.html"]
+
+
+WIDTHS = """
+document.querySelectorAll("details").forEach((each) => { each.open = true; });
+setTimeout(() => {
+  const charts = [...document.querySelectorAll("svg.chart")];
+  tell({
+    scroll: document.documentElement.scrollWidth,
+    inner: innerWidth,
+    charts: charts.map((one) => one.getBoundingClientRect().width),
+  });
+}, 300);
+"""
+
+
+@pytest.mark.parametrize("experiment", ["maa_vs_pas_collinear", "outliers"])
+def test_it_is_no_wider_than_its_screen(browser, html, experiment):
+    shown = html.replace(
+        "const state = setting.read();",
+        f"""const state = setting.read();
+  state.experiment = "{experiment}";""",
+    )
+    assert shown != html
+    for width, page in browser.run_at_widths(shown, WIDTHS, (320, 390, 620, 1030, 1300)).items():
+        assert page["inner"] >= width - 20  # but for a scroll bar
+        assert page["scroll"] <= page["inner"], width
+        assert page["charts"]
+        assert all(200 <= one <= width for one in page["charts"])
+
+
+def test_a_single_curve_or_level_is_shown_without_an_order(browser):
+    overrides = ["experiment=outliers", "trials=1", "n_cameras=[20]", "n_outliers=[0]"]
+    sweep = load_sweep([*overrides, "sigma_t=[0.05]"])
+    seen = browser.run(render(measure([sweep], HERE)), LOOK)
+    assert seen["orders"][0]["rows"] == []
+    assert seen["lines"] == 2  # score and profile
+    assert "right order" not in seen["said"]
