@@ -44,7 +44,6 @@ localrules:  # seconds each: not worth a job
     frame_rates,
     orders_today,
     own_frame_rates,
-    camera_errors,
     explorer,
     report,
     crate,

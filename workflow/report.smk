@@ -42,6 +42,9 @@ rule camera_errors:
         digest=lambda wildcards: all_experiments().digest,
         table=lambda wildcards: all_experiments(),
     threads: lambda wildcards: share_of(1)
+    resources:
+        mem_mb=900,
+        runtime=20,
     log:
         RESULTS / "logs" / "tables" / "camera_errors.log",
     benchmark:

@@ -33,6 +33,7 @@ def test_everything_is_made_once(snakemake: Snakemake) -> None:
         "figure": len(FIGURES),
         **dict.fromkeys(("table1", "order", "verdicts", "scenarios", "report", "figures"), 1),
         **dict.fromkeys(("maps", "frame_rates", "orders_today"), 1),
+        **dict.fromkeys(("camera_errors", "explorer"), 1),
         "run_times": len(STUDIES),
         **{f"parameters_{name}": 1 for name in STUDIES},
     }
@@ -61,7 +62,7 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
     settings = ("replicates=2", "trials=100")
     done = snakemake("report", "figures", "--dry-run", "--config", *settings, profile="slurm")
     needs = {rule: text for rule, text in done.jobs if "runtime=" in text and "mem_mb=" in text}
-    assert set(needs) == {"trials", "run_times"}
+    assert set(needs) == {"trials", "run_times", "camera_errors"}
     assert "runtime=34" in needs["trials"]
     assert "mem_mb=1000" in needs["trials"]
     assert "threads: " not in done.text  # named where more than one
@@ -118,6 +119,22 @@ def test_runs_and_reruns(snakemake: Snakemake, tmp_path: Path) -> None:
     trials.unlink()
     assert snakemake("results/trials/outliers.csv", "--config", *small).returncode == 0
     assert trials.read_bytes() == before
+
+
+def test_the_explorer_needs_no_table_of_trials(snakemake: Snakemake, tmp_path: Path) -> None:
+    jobs = {"camera_errors": 1, "explorer": 1}
+    done = snakemake("explorer", "--config", "trials=1")
+    assert done.returncode == 0, done.text
+    assert not (tmp_path / "results" / "trials").exists()
+    page = tmp_path / "results" / "explorer.html"
+    before = page.read_bytes()
+
+    same = ["trials=1", "backend=threading", "n_jobs=1"]
+    assert snakemake("explorer", "--dry-run", "--config", *same).planned == {}
+    assert snakemake("explorer", "--dry-run", "--config", "trials=2").planned == jobs
+    (tmp_path / "results" / "tables" / "camera_errors.json").unlink()
+    assert snakemake("explorer", "--config", *same, "--forcerun", "camera_errors").returncode == 0
+    assert page.read_bytes() == before
 
 
 REGISTRATIONS = """\
