@@ -329,10 +329,10 @@
     if (state.outliers !== "counted") others.push(state.outliers === "failures" ? "outliers as failures" : "without the outliers");
     const [ours, theirs] = [grid, paper].map((one) => one.flat(2));
     const [orders, before] = [grid, paper].map((one) => ordersOf(experiment, one));
-    const ordered = orders.map(([kind, value], k) => `${kind} in the right order ${percent(value)}${isPaper() ? "" : ` (${percent(before[k][1])})`}`);
-    return `${name} up to ${parts.join(" and ")}${others.length ? `, ${others.join(", ")}` : ""}: mean ${mean(ours).toFixed(3)}`
-      + `${isPaper() ? " in the paper’s setting" : ` (in the paper’s setting ${mean(theirs).toFixed(3)})`}, from ${least(ours).toFixed(2)} to ${most(ours).toFixed(2)}`
-      + `${ordered.length ? `; ${ordered.join(", ")}` : ""}.`;
+    const ordered = orders.map(([kind, value], k) => `${kind} ${percent(value)}${isPaper() ? "" : ` (${percent(before[k][1])})`}`);
+    return `${name} up to ${parts.join(" and ")}${others.length ? `, ${others.join(", ")}` : ""}${isPaper() ? ", the paper’s setting" : ""}: mean ${mean(ours).toFixed(3)}`
+      + `${isPaper() ? "" : ` (in the paper’s setting ${mean(theirs).toFixed(3)})`}, from ${least(ours).toFixed(2)} to ${most(ours).toFixed(2)}`
+      + `${ordered.length ? `; neighbours in the right order: ${ordered.join(", ")}` : ""}.`;
   }
 
   // Seen at once, and spoken when the slider rests.

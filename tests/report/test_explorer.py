@@ -266,7 +266,7 @@ def test_it_opens_in_the_paper_s_setting(browser, html, errors):
     assert [name for name in seen["shown"] if name] == ["tas", "quantile", "thresholds", "outliers"]
     assert seen["checked"] == ["outliers", "counted"]
     assert seen["outputs"]["tas-value"] == "1 d"
-    assert "in the paper’s setting" in seen["said"]
+    assert seen["said"].startswith("TAS up to 1 d, the paper’s setting: mean ")
     assert f"mean {expected.mean():.2f}" in seen["said"]
     assert seen["hash"] == ""
 
