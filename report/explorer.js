@@ -130,7 +130,18 @@
   // ---- The controls -----------------------------------------------------------------------------
 
   const current = () => data.experiments.find((one) => one.name === state.experiment);
-  const isPaper = () => Object.keys(PAPER).every((name) => state[name] === PAPER[name]);
+
+  // Which settings change anything in an experiment, by their names.
+  function usedBy(experiment) {
+    const has = (name) => experiment.scores.includes(name);
+    const outliers = experiment.outliers.some((count) => count > 0);
+    return { tas: has("TAS"), ras: has("RAS"), quantile: has("TAS"), thresholds: true, weight: has("PAS"), outliers };
+  }
+
+  function isPaper() {
+    const used = usedBy(current());
+    return Object.keys(PAPER).every((name) => !used[name] || state[name] === PAPER[name]);
+  }
 
   // The noise level of the profiles, from 0.
   function levelOf(experiment) {
@@ -143,14 +154,13 @@
 
   function showControls() {
     const experiment = current();
-    const has = (name) => experiment.scores.includes(name);
-    const used = { tas: has("TAS"), ras: has("RAS"), quantile: has("TAS"), thresholds: true, weight: has("PAS") };
+    const used = usedBy(experiment);
     for (const name of Object.keys(STOPS)) {
       show[name](state[name]);
       byId(name).parentNode.hidden = !used[name];
       byId(name).parentNode.classList.toggle("changed", state[name] !== PAPER[name]);
     }
-    byId("outliers").hidden = experiment.outliers.every((count) => count === 0);
+    byId("outliers").hidden = !used.outliers;
     for (const radio of document.querySelectorAll('input[type="radio"]')) {
       radio.checked = radio.value === state[radio.name];
     }
@@ -223,6 +233,9 @@
       const [top, bottom] = [chart.y(most(all)), chart.y(least(all))];
       chart.plot.append(element("rect", { x: start + 13 * k + 1, y: top, width: 10, height: Math.max(bottom - top, 1), fill: colour }));
     });
+    for (const k of new Set([0, series.labels.length - 1])) {
+      chart.plot.append(element("text", { x: start + 13 * k + 6, y: chart.height - chart.bottom + 16, "text-anchor": "middle" }, series.labels[k]));
+    }
     chart.plot.append(element("text", { class: "name", x: start + strip / 2, y: chart.height - chart.bottom + 33, "text-anchor": "middle" }, "ranges"));
     chart.plot.append(element("path", { class: "axis", d: `M${start} ${chart.height - chart.bottom}H${chart.width}` }));
     endLabels(chart, ends(experiment, grid.map((curve) => mean(curve[count - 1]))));
@@ -326,7 +339,7 @@
     const others = [];
     if (state.thresholds !== PAPER.thresholds) others.push(`${SHOWN.thresholds(state.thresholds)} ${state.thresholds === 1 ? "threshold" : "thresholds"}`);
     if (name === "PAS" && state.weight !== PAPER.weight) others.push(`weight ${number(state.weight)}`);
-    if (state.outliers !== "counted") others.push(state.outliers === "failures" ? "outliers as failures" : "without the outliers");
+    if (usedBy(experiment).outliers && state.outliers !== "counted") others.push(state.outliers === "failures" ? "outliers as failures" : "without the outliers");
     const [ours, theirs] = [grid, paper].map((one) => one.flat(2));
     const [orders, before] = [grid, paper].map((one) => ordersOf(experiment, one));
     const ordered = orders.map(([kind, value], k) => `${kind} ${percent(value)}${isPaper() ? "" : ` (${percent(before[k][1])})`}`);
@@ -346,6 +359,7 @@
 
   function draw() {
     const experiment = current();
+    byId("which").textContent = [experiment.figure, experiment.title, ...experiment.about].filter(Boolean).join(" · ");
     const charts = hosts(byId("panels"), ["PAS", "TAS", "RAS"].filter((name) => experiment.scores.includes(name)).map((name) => `${experiment.name} ${name}`),
       (name) => [name.split(" ")[1], made("span", { class: "small" }, `by ${experiment.series.name} · ↑ higher is better`)]);
     const [tables, rows] = [[], []];
@@ -400,6 +414,8 @@
 
   byId("more").open = matchMedia("(min-width: 64.0625rem)").matches;
   showControls();
+  const chosen = document.querySelector('[name="experiment"]:checked').parentNode;
+  chosen.parentNode.scrollLeft = chosen.offsetLeft - chosen.parentNode.offsetLeft - 16; // on a phone
   draw();
   responsive(byId("panels"), update);
 })();

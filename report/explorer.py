@@ -29,15 +29,15 @@ from .page import environment
 
 __all__ = ["main", "pack", "render"]
 
-TITLES = {  # of the paper's experiments: its figure, a name, and what varies
-    "outliers": ("Figure 2", "Outliers", "cameras in a cube, position noise, outliers"),
-    "collinear": ("Figure 3", "Collinear", "cameras on a line, position noise, outliers"),
-    "trajectory_length": ("Figure 4", "Number of cameras", "cameras in a cube, position noise"),
-    "rotations": ("Figure 5", "Rotations", "rotation noise, outliers"),
-    "combined": ("Figure 6", "Both noises", "position and rotation noise, 10 outliers"),
-    "maa_vs_pas_outliers": ("Figure 7a", "Poses, outliers", "both noises rise together"),
-    "maa_vs_pas_length": ("Figure 7b", "Poses, cameras", "both noises rise together"),
-    "maa_vs_pas_collinear": ("Figure 7c", "Poses, collinear", "cameras on a line, both noises"),
+TITLES = {  # of the paper's experiments: its figure, and a name
+    "outliers": ("Figure 2", "Outliers"),
+    "collinear": ("Figure 3", "Collinear"),
+    "trajectory_length": ("Figure 4", "Number of cameras"),
+    "rotations": ("Figure 5", "Rotations"),
+    "combined": ("Figure 6", "Both noises"),
+    "maa_vs_pas_outliers": ("Figure 7a", "Poses, outliers"),
+    "maa_vs_pas_length": ("Figure 7b", "Poses, cameras"),
+    "maa_vs_pas_collinear": ("Figure 7c", "Poses, collinear"),
 }
 NAMES = {"n_cameras": "cameras", "n_outliers": "outliers", "sigma_t": "σₜ", "sigma_r_deg": "σᵣ"}
 WORSE = {"n_outliers": "outliers", "sigma_r_deg": "rotation noise"}  # the more of it
@@ -104,7 +104,8 @@ def _experiment(errors: CameraErrors) -> dict[str, Any]:
     grid = cells(sweep)
     noise = sorted({tuple(getattr(cell, key) for key in levels) for cell in grid})
     values = sorted({getattr(cell, series) for cell in grid})
-    figure, name, about = TITLES.get(sweep.name, ("", sweep.name, ""))
+    figure, name = TITLES.get(sweep.name, ("", sweep.name))
+    fixed = [(key, *getattr(sweep, key)) for key in CELL_SETTINGS if key not in (*levels, series)]
     units = [
         order_statistic(trial, quantile)
         for trial in _trials(errors.closest, errors)
@@ -114,7 +115,7 @@ def _experiment(errors: CameraErrors) -> dict[str, Any]:
         "name": sweep.name,
         "figure": figure,
         "title": name,
-        "about": about,
+        "about": [sweep.geometry, *(f"{NAMES[key]}: {write_value(key, v)}" for key, v in fixed)],
         "scores": errors.scores,
         "trials": sweep.trials,
         "cameras": errors.counts,

@@ -105,17 +105,29 @@ const AlignmentCharts = (() => {
     return drawn;
   }
 
-  // The names of lines beside their ends, moved apart where they would overlap: { text, colour, y }.
+  // The names of lines beside their ends, those that would overlap apart about their middle:
+  // { text, colour, y }. Light colours are darkened, to be read on white.
   function endLabels(chart, labels) {
-    const placed = labels.map((label) => ({ ...label, at: chart.y(label.y) })).sort((a, b) => a.at - b.at);
-    for (let k = 1; k < placed.length; k++) placed[k].at = Math.max(placed[k].at, placed[k - 1].at + LINE - 2);
-    let limit = chart.height - chart.bottom + 4;
-    for (const label of placed.reverse()) {
-      label.at = Math.min(label.at, limit);
-      limit = label.at - LINE + 2;
+    const apart = LINE - 2;
+    const groups = [];
+    for (const label of [...labels].sort((a, b) => b.y - a.y)) {
+      let group = { members: [label], middle: chart.y(label.y) };
+      while (groups.length) {
+        const before = groups[groups.length - 1];
+        const [n, m] = [before.members.length, group.members.length];
+        if (group.middle - before.middle >= apart * (n + m) / 2) break;
+        groups.pop();
+        group = { members: [...before.members, ...group.members], middle: (n * before.middle + m * group.middle) / (n + m) };
+      }
+      groups.push(group);
     }
-    for (const { text, colour, at } of placed) {
-      chart.plot.append(element("text", { class: "end", x: chart.width - chart.right + 5, y: at + 4, fill: colour }, text));
+    for (const { members, middle } of groups) {
+      const half = apart * (members.length - 1) / 2;
+      const first = Math.min(middle, chart.height - chart.bottom - half) - half;
+      members.forEach(({ text, colour }, k) => chart.plot.append(element("text", {
+        class: "end", x: chart.width - chart.right + 5, y: (first + apart * k + 4).toFixed(1), fill: colour,
+        style: `fill: color-mix(in srgb, ${colour} 60%, #1d2024)`,
+      }, text)));
     }
   }
 

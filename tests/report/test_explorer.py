@@ -403,6 +403,13 @@ def test_a_wrong_address_is_the_paper_s_setting(browser, html, fragment):
     assert wrong | {"hash": ""} == right
 
 
+def test_what_an_experiment_has_not_cannot_depart_from_the_paper(browser, html):
+    seen = browser.run(html, LOOK, "#experiment=trajectory_length&ras=3&weight=1&outliers=ignored")
+    assert seen["ghosts"] == 0
+    assert seen["said"].startswith("TAS up to 1 d, the paper’s setting: mean ")
+    assert "outliers" not in seen["shown"]
+
+
 def test_a_link_within_the_page_changes_no_setting(browser, html):
     script = """
     move("tas", 5);
