@@ -13,7 +13,7 @@ SHOWN = [SCENARIO_STUDY if name == "beyond" else name for name in FIGURES]
 def measured(wildcards):
     """Where Snakemake writes what it measured of the jobs that made the inputs."""
     tables = [rules.table1, rules.order, rules.verdicts, rules.scenarios, rules.maps]
-    tables += [rules.frame_rates, rules.orders_today]
+    tables += [rules.frame_rates, rules.orders_today, rules.camera_errors]
     tables += [getattr(rules, f"parameters_{name}") for name in STUDIES]
     return [
         *(
