@@ -112,10 +112,12 @@ def from_patterns(
         },
         problems,
     )
-    if not references:
-        raise ValueError(f"no reference matches the pattern {reference}")
-    if not estimates:
-        raise ValueError(f"no estimate matches the pattern {estimate}")
+    for kind, pattern, taken in (
+        ("reference", reference, references),
+        ("estimate", estimate, estimates),
+    ):
+        if not taken:
+            raise ValueError("; ".join([f"no {kind} matches the pattern {pattern}", *problems[:1]]))
     return Benchmark(
         format,
         *_complete(

@@ -1,12 +1,15 @@
 """The command: from its arguments to what is printed and saved."""
 
 import argparse
+import multiprocessing
 import os
 import re
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,8 +23,10 @@ from ..cli.scoring import seeds
 from ..protocols import protocol, split_names
 from ..registration import REGISTRATIONS
 from ..trajectories.association import MISSING
+from ..trajectories.files import read_stamps
 from .benchmark import Benchmark, Run, from_patterns, read_yaml
 from .page import page
+from .patterns import Pattern
 from .runs import Due, Outcome, Task, due, evaluate, read_reference
 from .summary import SCORES, Summary, summarise
 from .tables import as_csv, as_json, as_latex, as_markdown, as_text
@@ -221,6 +226,8 @@ def _scored(
         try:
             with collected_warnings() as notes:
                 read_reference(reference, options[runs[0]].format)
+                if frames := options[runs[0]].frames:
+                    read_stamps(frames)
         except ValueError as error:
             benchmark.problems.append(f"sequence {sequence}: left out: {error}")
             print_error(printable(benchmark.problems[-1]))
@@ -276,7 +283,7 @@ def _options(benchmark: Benchmark, one: Run, arguments: argparse.Namespace) -> a
     options = {key: of_sequence.get(key, getattr(arguments, key)) for key in keys.split()}
     frames = of_sequence.get("frames")
     if frames is None and arguments.frames:
-        frames = arguments.frames.replace("{sequence}", one.sequence)
+        frames = Pattern(arguments.frames, ["sequence"]).fill({"sequence": one.sequence})
     return argparse.Namespace(
         **options,
         format=form,
@@ -334,11 +341,26 @@ class _Pool:
             return
         futures = {self._executor.submit(function, task): one for one, task in tasks.items()}
         for future in as_completed(futures):
-            yield futures[future], future.result()
+            try:
+                yield futures[future], future.result()
+            except BrokenProcessPool:
+                raise ValueError(
+                    "a process was ended before its work was done, as when memory is short; what "
+                    "is done is in the cache: start again, with fewer --jobs"
+                ) from None
 
 
 def _in_worker() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends the work
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """End this process where the parent was ended by a signal; it would wait for work forever."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _print_notes(done: Sequence[tuple[Run, Outcome]]) -> None:
@@ -367,7 +389,8 @@ def _show(summary: Summary, benchmark: Benchmark, arguments: argparse.Namespace)
             "weight": arguments.weight,
         }
         content = page(summary, arguments.by, names, _footnotes(summary, arguments), setting)
-        write_whole(arguments.html, content.encode())
+        # names of files that are not UTF-8 are in it as data, too
+        write_whole(arguments.html, content.encode(errors="backslashreplace"))
     match arguments.show:
         case "json":
             print(as_json(summary, _settings(benchmark, arguments)))
@@ -402,7 +425,7 @@ def _footnotes(summary: Summary, arguments: argparse.Namespace) -> list[str]:
     ]
     if len(summary.systems) > 1:
         lines.append(
-            "(1-2): ranks, shared where systems cannot be told apart (95 %, all pairs at once)"
+            "(1-2): ranks, shared where they cannot be told apart (95 % for all pairs of a column)"
         )
     if any(entry["failed_runs"] for entry in summary.entries.values()):
         lines.append("†1: so many runs failed or are missing")

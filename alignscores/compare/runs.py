@@ -7,7 +7,7 @@ import warnings
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import __version__
 from ..cli.formats import FORMATS
 from ..cli.notes import collected_warnings, convention_notes, offset_notes, parts_notes, swap_notes
 from ..cli.saving import write_whole
@@ -212,7 +211,10 @@ def _scored(task: Task) -> Outcome:
             )
         else:
             matches = replace(matches, est_poses=poses[0])
-        scores = _scores(matches, result, tas_seeds, task.metrics, options, whole=len(parts) == 1)
+        scores, reasons = _scores(
+            matches, result, tas_seeds, task.metrics, options, whole=len(parts) == 1
+        )
+        notes += reasons
     failed = ~(np.isfinite(result.tas.errors) & np.isfinite(matches.est_poses).all(axis=(1, 2)))
     return Outcome(
         scores=scores,
@@ -250,8 +252,8 @@ def _scores(
     options: argparse.Namespace,
     *,
     whole: bool,
-) -> dict[str, float]:
-    """Return the scores, means over the seeds, and the metrics."""
+) -> tuple[dict[str, float], list[str]]:
+    """Return the scores, means over the seeds, and the metrics; and why some have no value."""
     tas, ras = float(np.mean(tas_seeds)), result.ras.score
     gt, est = matches.gt_poses, matches.est_poses
     if whole:
@@ -273,16 +275,18 @@ def _scores(
         "half_distance": distance,
         "half_angle": _half(result.ras.errors, 10.0),
     }
+    reasons = []
     for name in metrics:
         metric = protocol(name)
         try:
             value = metric(
                 gt[:, :3, 3], gt[:, :3, :3], est[:, :3, 3], est[:, :3, :3], rng=options.seed
             )
-        except NoValueError:
+        except NoValueError as error:
             value = np.nan
+            reasons.append(f"no value of {name}, which counts as a failure: {error}")
         scores[name] = value if np.isfinite(value) else worst(name)
-    return scores
+    return scores, reasons
 
 
 def worst(metric: str) -> float:
@@ -318,13 +322,22 @@ def _cached_file(task: Task, kind: str) -> Path | None:
     if task.cache is None:
         return None
     options = {key: value for key, value in vars(task.options).items() if key != "frames"}
-    settings: list[Any] = [__version__, kind, sorted(options.items())]
+    settings: list[Any] = [_content_of_code(), kind, sorted(options.items())]
     if kind == "run":
         settings += [task.metrics, task.check]
     digest = hashlib.sha256(json.dumps(settings).encode())
     for path in (task.reference, task.estimate, getattr(task.options, "frames", None)):
         digest.update(_content_hash(path) if path else b"-")
     return Path(task.cache) / f"{digest.hexdigest()}.{'npz' if kind == 'run' else 'json'}"
+
+
+@cache
+def _content_of_code() -> str:
+    """Return the hash of this package: a clone changes more often than its version."""
+    digest = hashlib.sha256()
+    for file in sorted(Path(__file__).parents[1].rglob("*.py")):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
 
 
 def _content_hash(path: str) -> bytes:

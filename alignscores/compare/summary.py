@@ -119,19 +119,15 @@ def summarise(
     ranks: dict[tuple[str | None, str], dict[str, tuple[int, int]]] = {}
     for name in names:
         for at in [*sequences, None]:
-            family = [
-                _comparison(
-                    a,
-                    b,
-                    at,
-                    name,
-                    _difference(groups, a, b, [at] if at else sequences, name, ordered),
-                    len(systems),
-                )
-                for a, b in combinations(systems, 2)
-            ]
-            comparisons += family
-            ranks[at, name] = _ranks(systems, family, name)
+            apart = {}
+            for a, b in combinations(systems, 2):
+                difference = _difference(groups, a, b, [at] if at else sequences, name, ordered)
+                means = entries[a, at][name], entries[b, at][name]
+                comparison = _comparison(a, b, at, name, means, difference, len(systems))
+                comparisons.append(comparison)
+                if comparison["distinguishable"]:
+                    apart[a, b] = difference.value
+            ranks[at, name] = _ranks(systems, apart, name)
     for (system, place), entry in entries.items():
         entry["rank"] = {name: list(ranks[place, name][system]) for name in names}
     return Summary(names, sequences, systems, list(runs), results, entries, comparisons, ranks)
@@ -223,12 +219,15 @@ def _difference(
     sequences: Sequence[str],
     name: str,
     ordered: bool,
-) -> Difference | None:
-    """Return the difference of two systems on a sequence, or over several; None where unknown."""
+) -> Difference:
+    """Return the difference of two systems on a sequence, or over several.
+
+    Where errors are infinite it is of `_bounded` ones: its sign and its error tell the two apart.
+    """
     pairs = [(groups[a, sequence], groups[b, sequence]) for sequence in sequences]
     values = [(one.values(name), two.values(name)) for one, two in pairs]
     if not all(np.isfinite([*first, *second]).all() for first, second in values):
-        return None
+        values = [_bounded(first, second) for first, second in values]
     if len(sequences) > 1:
         return over_sequences([np.mean(first) - np.mean(second) for first, second in values])
     (first, second), (one, two) = values[0], pairs[0]
@@ -248,16 +247,32 @@ def _difference(
     return found or Difference(value, math.nan, 1)
 
 
+def _bounded(a: Sequence[float], b: Sequence[float]) -> tuple[list[float], list[float]]:
+    """Map errors to [0, 1] in their order: the median of the finite ones to a half, inf to 1."""
+    finite = [value for value in (*a, *b) if 0 < value < math.inf]
+    scale = float(np.median(finite)) if finite else 1.0
+
+    def share(value: float) -> float:
+        return value / (value + scale) if value < math.inf else 1.0
+
+    return [share(value) for value in a], [share(value) for value in b]
+
+
 def _comparison(
     a: str,
     b: str,
     sequence: str | None,
     name: str,
-    difference: Difference | None,
+    means: tuple[float, float],
+    difference: Difference,
     n_systems: int,
 ) -> dict[str, Any]:
-    value = math.nan if difference is None else difference.value
-    half = math.nan if difference is None else margin(difference, n_systems)
+    value, half = difference.value, margin(difference, n_systems)
+    distinguishable = abs(value) > half
+    if not np.isfinite(means).all():
+        gap = -math.inf if means[0] < means[1] else math.inf if means[1] < means[0] else math.nan
+        distinguishable = distinguishable and not gap * value < 0  # the table shows the means
+        value = half = math.nan
     low, high = value - half, value + half
     return {
         "a": a,
@@ -267,21 +282,21 @@ def _comparison(
         "difference": value,
         "low": low,
         "high": high,
-        "distinguishable": low > 0 or high < 0,
+        "distinguishable": distinguishable,
     }
 
 
 def _ranks(
-    systems: Sequence[str], family: Sequence[Mapping[str, Any]], name: str
+    systems: Sequence[str], apart: Mapping[tuple[str, str], float], name: str
 ) -> dict[str, tuple[int, int]]:
-    """Return one more than the number of systems ahead, and the number of those not behind."""
+    """Return one more than the number of systems ahead, and the number of those not behind.
+
+    `apart` has the differences of those that can be told apart.
+    """
     sign = 1 if larger_is_better(name) else -1
     ahead, behind = dict.fromkeys(systems, 0), dict.fromkeys(systems, 0)
-    for one in family:
-        if one["distinguishable"]:
-            better, lesser = (
-                (one["a"], one["b"]) if sign * one["difference"] > 0 else (one["b"], one["a"])
-            )
-            ahead[lesser] += 1
-            behind[better] += 1
+    for (a, b), difference in apart.items():
+        better, lesser = (a, b) if sign * difference > 0 else (b, a)
+        ahead[lesser] += 1
+        behind[better] += 1
     return {system: (1 + ahead[system], len(systems) - behind[system]) for system in systems}

@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from io import StringIO
 from typing import Any
@@ -36,7 +37,7 @@ def as_text(summary: Summary, by: str, names: dict[str, str]) -> str:
 
 def as_markdown(summary: Summary, by: str, names: dict[str, str]) -> str:
     """Return both tables in Markdown, the best in bold where it is certain."""
-    escaped = {key: name.replace("|", "\\|") for key, name in names.items()}
+    escaped = {key: _markdown(name) for key, name in names.items()}
 
     def table(header: Row, *rows: Row) -> str:
         rule = ["---", *["---:"] * (len(header) - 1)]
@@ -51,13 +52,13 @@ def as_markdown(summary: Summary, by: str, names: dict[str, str]) -> str:
 def as_latex(summary: Summary, by: str, names: dict[str, str]) -> str:
     """Return one table for the package booktabs, the best in bold where it is certain."""
     escaped = {key: _tex(name) for key, name in names.items()}
-    (_, *header), *rows = _sequence_rows(summary, by, escaped, _tex_cell, overall=True)
+    (_, *columns), *rows = _sequence_rows(summary, by, escaped, _tex_cell, overall=True)
     n_systems = len(summary.systems)
     lines = [
-        f"% {by}: mean over runs; bold: better than every other system, all pairs at once at 95 %",
-        f"\\begin{{tabular}}{{l{'r' * len(header)}}}",
+        f"% {by}: mean over runs; bold: better than all others (95 % for all pairs of a column)",
+        f"\\begin{{tabular}}{{l{'r' * len(columns)}}}",
         "\\toprule",
-        " & ".join([_tex(by), *header]) + r" \\",
+        " & ".join([_tex(HEADERS.get(by, by)), *columns]) + r" \\",
         "\\midrule",
         *(" & ".join(row) + r" \\" for row in rows),
         "\\bottomrule",
@@ -213,7 +214,7 @@ TEX = str.maketrans(
         "<": r"\textless{}",
         ">": r"\textgreater{}",
         "|": r"\textbar{}",
-        "[": "{[}",  # the end of a row looks for one, and for a star
+        "[": "{[}",  # at the start of a row it, or a star, would be an option
         "*": "{*}",
     }
 )
@@ -221,6 +222,10 @@ TEX = str.maketrans(
 
 def _tex(text: str) -> str:
     return text.translate(TEX)
+
+
+def _markdown(text: str) -> str:
+    return re.sub(r"([\\`*\[\]<>|~&]|\b_|_\b)", r"\\\1", text)
 
 
 def _finite(value: Any) -> Any:

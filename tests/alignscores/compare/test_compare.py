@@ -1,7 +1,13 @@
 """The whole command on made benchmarks whose truth is known."""
 
 import json
+import multiprocessing
+import os
 import shutil
+import signal
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -136,22 +142,121 @@ def test_wrong_files_are_a_line_each_and_the_rest_is_compared(benchmark_of, run,
     assert (status.count("scored"), status.count("failed"), status.count("missing")) == (5, 2, 1)
 
 
+def test_a_sequence_without_its_frames_is_left_out(benchmark_of, run, tmp_path):
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0), "b": (0.3, 1.0, 1, 0.0)}, runs=2, n=40)
+    (tmp_path / "car/rgb.txt").write_text("0.0\n0.1\n0.2\n0.3\n")
+    code, out, err = run(*patterns, "--frames", "{sequence}/rgb.txt", "--json")
+    assert code == 1
+    assert err == (
+        "alignscores: error: sequence helix: left out: helix/rgb.txt: cannot be read "
+        "(No such file or directory)\n"
+    )
+    assert {one["sequence"] for one in json.loads(out)["results"]} == {"car"}
+
+
+def test_infinite_errors_have_ranks_but_no_difference(benchmark_of, compare, tmp_path):
+    """A system whose every run fails is last; one with a failed run is not certainly ahead."""
+    systems = {
+        "good": (0.05, 1.0, 1, 0.0),
+        "poor": (0.3, 1.0, 1, 0.0),
+        "lost": (0.05, 1.0, 1, 0.6),
+        "once": (0.01, 1.0, 1, 0.0),
+    }
+    patterns = benchmark_of(systems, ["car"], runs=5, n=100)
+    (tmp_path / "car/once/3.txt").write_text("")
+    found = compare(*patterns)
+    pairs = {
+        frozenset((one["a"], one["b"])): one
+        for one in found["comparisons"]
+        if (one["sequence"], one["metric"]) == ("car", "half_distance")
+    }
+    assert pairs[frozenset(("good", "poor"))]["difference"] is not None
+    for a, b, told in (
+        ("good", "lost", True),
+        ("poor", "lost", True),
+        ("poor", "once", False),  # four times better, and infinitely worse once
+        ("lost", "once", False),
+    ):
+        one = pairs[frozenset((a, b))]
+        assert (one["difference"], one["low"], one["high"]) == (None, None, None)
+        assert one["distinguishable"] == told, (a, b)
+    ranks = {
+        one["system"]: one["rank"]["half_distance"]
+        for one in found["systems"]
+        if one["sequence"] == "car"
+    }
+    assert ranks == {"good": [1, 2], "poor": [2, 3], "lost": [3, 4], "once": [1, 4]}
+
+
+def test_a_metric_without_a_value_is_told(benchmark_of, run):
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.5)}, ["car"], runs=2, n=60)
+    code, out, err = run(*patterns, "--metrics", "kitti", "--json", "--jobs", 1)
+    assert code == 0
+    assert [one["metrics"] for one in json.loads(out)["results"]] == [{"kitti": None}] * 2
+    assert err.startswith("alignscores: note: car, a, run 0: no value of kitti, which counts as")
+    assert err.endswith("(and alike for 1 more of a)\n")
+
+
+WAITING = """\
+import os, sys, time
+from alignscores.cli import main
+from alignscores.compare import command
+
+def due(task):
+    open(f"worker{os.getpid()}", "w").close()
+    time.sleep(100)
+
+command.due = due
+sys.exit(main(["compare", *sys.argv[1:]]))
+"""
+
+
+@pytest.mark.skipif(
+    multiprocessing.get_start_method() != "fork", reason="the workers must know what is put in"
+)
+@pytest.mark.parametrize("ended", ["worker", "command"])
+def test_processes_that_are_killed(benchmark_of, tmp_path, ended):
+    """One line where a worker was; where the command itself was, no worker outlives it."""
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], runs=2, n=20)
+    command = [sys.executable, "-c", WAITING, *patterns, "--jobs", "2", "--no_cache"]
+    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
+        while len(workers := list(tmp_path.glob("worker*"))) < 2:
+            assert process.poll() is None
+            time.sleep(0.05)
+        killed = int(workers[0].name[6:]) if ended == "worker" else process.pid
+        os.kill(killed, signal.SIGKILL)
+        # the pipe is closed when the last of the processes is gone
+        _, err = process.communicate(timeout=60)
+    if ended == "worker":
+        assert process.returncode == 1
+        (line,) = err.strip().splitlines()
+        assert line.startswith("alignscores: error: a process was ended before its work was done")
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "reason"),
     [
         (["tum", "x/{sequence}.txt", "{sequence}/{system}.txt"], 1, "no reference matches the"),
+        (["tum", "*/{sequence}.txt", "{sequence}/{system}/*"], 1, "car/gt.txt, old/gt.txt: all"),
+        (["tum", "car/gt.txt", "car/{system}{run}/0.txt"], 1, "in more than one way (system 'lon"),
         (["tum", "car/gt.txt", "no/{system}.txt"], 1, "no estimate matches the pattern no/"),
         (["tum", "car/gt.txt", "{sequence}/{system}.txt"], 1, "both patterns need {sequence}, or"),
         (["tum", "car/gt.txt", "car/{run}.txt"], 1, "the pattern of the estimates needs {system}"),
         (["tum", "car/gt.txt"], 2, "give one of tum, kitti, euroc, colmap, nerf and two patterns"),
         (["bag", "a", "b"], 2, "give one of tum"),
+        (
+            ["tum", "car/gt.txt", "car/{system}/{run}.txt", "--frames", "{run}.txt"],
+            1,
+            "it may have {",
+        ),
         (["none.yaml"], 1, "none.yaml: cannot be read: No such file or directory"),
         (["tum", "a", "b", "--metrics", "auc"], 2, "argument --metrics: unknown metric 'auc'"),
         (["tum", "a", "b", "--by", "ate"], 2, "argument --by: must be one of TAS, RAS, PAS, "),
     ],
 )
 def test_wrong_usage(benchmark_of, run, arguments, code, reason):
-    benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], runs=1, n=5)
+    benchmark_of({"long": (0.1, 1.0, 1, 0.0)}, ["car"], runs=1, n=5)
+    shutil.copytree("car", "old")
     found, out, err = run(*arguments)
     assert (found, out) == (code, "")
     assert reason in err.splitlines()[-1]

@@ -2,10 +2,12 @@
 
 import csv
 import json
+import os
 import re
 import shutil
 import subprocess
 from html.parser import HTMLParser
+from io import StringIO
 
 import pytest
 
@@ -74,7 +76,7 @@ def test_latex_of_any_names(patterns, run, tmp_path):
         r"{[}1] a\&b\%c\_d\#e\$f\textasciitilde{}g\textasciicircum{}h\textbackslash{}i\{j\}"
         r"\textbar{}\textless{}k\textgreater{}"
     )
-    assert lines[2] == rf"half\_distance & {escaped} & helix & overall \\"
+    assert lines[2] == rf"half d & {escaped} & helix & overall \\"
     assert lines[4].startswith(f"{escaped} & ")
     assert lines[5].startswith(r"{*}\{2\} é & ")
     plain = re.sub(r"\\[&%$#_{}]|\$\\infty\$", "", "\n".join(lines))  # without what is escaped
@@ -84,15 +86,45 @@ def test_latex_of_any_names(patterns, run, tmp_path):
     assert min(depths) == depths[-1] == 0
 
 
-@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no pdflatex")
-def test_latex_compiles(patterns, run, tmp_path):
-    (tmp_path / "car" / "c").rename(tmp_path / "car" / "[1] c&%_#$~^ {x}")
-    (tmp_path / "helix" / "c").rename(tmp_path / "helix" / "[1] c&%_#$~^ {x}")
-    text = run(*patterns, "--latex", "--by", "half_distance")[1]
+HOSTILE = "a_b & 50% #1 $x ~^\\{}", '[x] *y* |z|, "q" <i>', "*new\nline--é`_u_"
+
+
+@pytest.fixture
+def hostile(benchmark_of, tmp_path):
+    """Patterns of a benchmark whose systems have such names, one of them no UTF-8."""
+    systems = {str(number): (0.1 * number + 0.05, 1.0, 1, 0.0) for number in range(4)}
+    found = benchmark_of(systems, ["car"], runs=2, n=40)
+    for number, name in enumerate([*HOSTILE, os.fsdecode(b"n\xff")]):
+        (tmp_path / "car" / str(number)).rename(tmp_path / "car" / name)
+    (tmp_path / "car").rename(tmp_path / "[c]%_1|2")
+    return found
+
+
+@pytest.mark.skipif(not shutil.which("pdflatex"), reason="needs pdflatex")
+@pytest.mark.parametrize("by", ["PAS", "half_distance", "recall@5cm,5deg"])
+def test_latex_of_any_names_compiles(hostile, run, tmp_path, by):
+    metrics = ["--metrics", by] if "@" in by else []
+    text = run(*hostile, "--latex", "--by", by, *metrics)[1]
     document = rf"\documentclass{{article}}\usepackage{{booktabs}}\begin{{document}}{text}"
-    (tmp_path / "t.tex").write_text(document + r"\end{document}", encoding="utf-8")
+    (tmp_path / "t.tex").write_text(document + r"\end{document}")
     command = ["pdflatex", "-halt-on-error", "t.tex"]
-    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, timeout=60)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stdout.decode(errors="replace")[-500:]
+
+
+def test_any_names_in_other_tables(hostile, run, tmp_path):
+    rows = list(csv.DictReader(StringIO(run(*hostile, "--csv")[1], newline="")))
+    assert {row["system"] for row in rows} == {*HOSTILE, r"n\udcff"}
+    assert len(rows) == 2 * 4
+    lines = run(*hostile, "--markdown")[1].split("\n\n")[1].splitlines()
+    assert lines[0] == r"| PAS | \[c\]%\_1\|2 |"
+    assert {len(re.findall(r"(?<!\\)\|", line)) for line in lines} == {3}
+    assert any(line.startswith(r"| \*new\\nline--é\`\_u\_ |") for line in lines)
+    found = json.loads(run(*hostile, "--json")[1])
+    assert {one["system"] for one in found["systems"]} == {*HOSTILE, "n\udcff"}
+    code, _, err = run(*hostile, "--html", "page.html")
+    assert (code, err) == (0, "")
+    assert (tmp_path / "page.html").read_text().count("</html>") == 1
 
 
 YAML = """\
