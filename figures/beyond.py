@@ -75,7 +75,7 @@ def _heat_map(axes: Axes, powers: pd.DataFrame) -> None:
             axes.text(
                 column,
                 row,
-                number if orders else f"×\N{THIN SPACE}{number}",
+                number if orders else f"×{number}",
                 color=colour,
                 size=TIGHT,
                 ha="center",

@@ -13,7 +13,7 @@ __all__ = ["COLUMNS", "draw"]
 CURVES = ("TAS", "HalfDistance")  # drawn over the frame rates, of one scenario
 SCENARIO = "car"
 COLUMNS = ("scenario", "metric", "every", "sigma_t", "mean", "dependence", "order", "order_across")
-SHADES = ("#0b2a4a", "#2b5c8a", "#4f8fc0", "#86b8da", "#b9d6ea")  # dark: little noise
+SHADES = ("#0b2a4a", "#1f4e79", "#3a78ae", "#5f9fd0", "#8cc0e4")  # dark: little noise
 ONE_RATE, ACROSS = "#173f67", "#d9822b"
 NAMES = {"HalfDistance": "half-score distance", "HalfAngle": "half-score angle"}
 
