@@ -105,10 +105,11 @@ def run_sweeps(sweeps: Sequence[Sweep], execution: Execution) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        One row a trial: `KEY_COLUMNS`, then one column a metric, empty where it was not asked for.
-        Where there are several sweeps, a column ``settings`` tells what differs from the
-        experiment's own. The same for any number of processes and any backend, bit for bit.
-        Progress goes to standard error.
+        One row a trial: `experiment, geometry, n_cameras, n_outliers, sigma_t, sigma_r_deg,
+        replicate, trial`, then one column a metric, empty where it was not asked for. Where there
+        are several sweeps, a column `settings` tells what differs from the experiment's own. The
+        same for any number of processes and any backend, bit for bit. Progress goes to standard
+        error.
 
     Raises
     ------

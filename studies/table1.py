@@ -114,9 +114,10 @@ def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        One row for each metric and property: the paper's answer, ours, whether they agree, the
-        statistic with its value, the criterion, the experiment and `sensitivity`: our answers by
-        other thresholds. Where nothing could tell, `ours` is "not tested".
+        One row for each `metric` and `property`: the answers of the `paper` and `ours`, whether it
+        `agrees`, the `statistic` with its `value`, the `criterion`, the `experiment` and
+        `sensitivity`: our answers by other thresholds. Where nothing could tell, `ours` is "not
+        tested".
 
     Raises
     ------

@@ -210,15 +210,7 @@ EFFECTS: Mapping[str, Effect] = {
     ),
     "seed_noise": Effect("seed noise", False, 4, _seed_noise, part="seeds"),
 }
-"""Effects by their columns in the tables of the threshold study.
-
-Discerning power is Kendall's tau, positive where the score gets worse, its mean and its smallest
-value over the outlier counts (noise levels); `majority_power` is that with noise where four of five
-cameras are outliers. The range is the largest minus the smallest trial (mean of trials) over the
-noise levels, averaged over the outlier counts. The dependence is how far the mean moves over the
-numbers of cameras in per cent of the range of all means. Seed noise is the standard deviation over
-the seeds of the registration, the median over scenes.
-"""
+"""Effects by their columns in the tables of the threshold study; see `effects`."""
 
 COMPARED = tuple(
     name for name, effect in EFFECTS.items() if effect.weighted or name == "seed_noise"
@@ -233,10 +225,22 @@ def effects(axes: Sequence[Axis], parts: Parts) -> pd.DataFrame:
     -------
     DataFrame
         One row for each value: `axis, metric, option, value, paper` (yes or no), then each of
-        `EFFECTS`. Behind each of `COMPARED` stand, as `..._error`, the standard error of its
-        difference from that of the paper's value, and as `..._p` the p-value against no difference,
-        adjusted for the number of all differences in the table by Holm's method. Empty for the
-        paper's value, and where there is one trial.
+        `EFFECTS`:
+
+        - `noise_power, outlier_power`: Kendall's tau with noise and with outliers, the mean over
+          the other's levels; `noise_power_smallest, outlier_power_smallest`: the smallest
+        - `majority_power`: tau with noise where four of five cameras are outliers
+        - `noise_range, noise_range_of_means`: largest minus smallest trial (mean of trials) over the
+          noise levels, averaged over the outlier counts
+        - `camera_dependence`: how far the mean moves over the numbers of cameras, in per cent of the
+          range of all means
+        - `seed_noise`: standard deviation over the seeds of the registration, the median over
+          scenes
+
+        Behind each of `COMPARED` stand, as `..._error`, the standard error of its difference from
+        that of the paper's value, and as `..._p` the p-value against no difference, adjusted for the
+        number of all differences in the table by Holm's method. Empty for the paper's value, and
+        where there is one trial.
 
     Notes
     -----

@@ -1,0 +1,80 @@
+"""The site: ``sphinx-build -W docs docs/_build``. It needs no network."""
+
+import sys
+from pathlib import Path
+
+import alignscores
+
+sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
+
+project = "alignscores"
+author = "The alignscores contributors"
+version = release = alignscores.__version__
+
+extensions = [
+    "myst_parser",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx_copybutton",
+    "sphinx_design",
+    "sphinxarg.ext",
+    # Of this folder's _extensions:
+    "columns",
+    "external",
+    "notebooks",
+    "sources",
+]
+exclude_patterns = ["_build"]
+nitpicky = True  # a name that leads nowhere is an error
+
+# Pages are read in the repository, too: pictures and anchors are as they are there.
+myst_enable_extensions = ["colon_fence", "html_image"]
+myst_heading_anchors = 4
+
+autodoc_typehints = "none"  # the sections of the docstrings have the types
+numpydoc_show_class_members = False
+numpydoc_xref_param_type = True
+numpydoc_xref_ignore = "all"  # words of a type that are no names
+numpydoc_xref_aliases = {
+    "array_like": "array_like",
+    "Generator": "numpy.random.Generator",
+    "ndarray": "numpy.ndarray",
+    "Path": "pathlib.Path",
+    "Rotation": "scipy.spatial.transform.Rotation",
+    "SeedSequence": "numpy.random.SeedSequence",
+}
+numpydoc_validation_checks = {
+    "EX01",  # an example
+    "GL08",  # a docstring at all
+    "PR01",  # all parameters, and no others, in their order, with types and descriptions
+    "PR02",
+    "PR03",
+    "PR04",
+    "PR07",
+    "RT01",  # what is returned, with a description
+    "RT03",
+    "SS01",  # a summary
+}
+
+html_theme = "pydata_sphinx_theme"
+html_title = "alignscores"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_sourcelink_suffix = ""
+html_show_sourcelink = False
+html_copy_source = False
+html_theme_options = {
+    "navbar_align": "left",
+    "navbar_end": ["theme-switcher"],
+    "navigation_with_keys": False,
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "secondary_sidebar_items": ["page-toc"],
+    "show_toc_level": 2,
+    "pygments_light_style": "a11y-high-contrast-light",
+    "pygments_dark_style": "a11y-high-contrast-dark",
+}
+html_sidebars = {"index": [], "start": []}
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
