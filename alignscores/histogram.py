@@ -21,8 +21,21 @@ class AlignmentScore:
         nothing could be aligned.
     thresholds : (K,) ndarray
         Error thresholds in ascending order, in the unit of the errors.
+
+    Attributes
+    ----------
+    score : float
+        From 0 to 1; also ``float(result)``.
     cumulative_frequency : (K,) ndarray of int
         Number of errors below (not at) each threshold, ``f_k`` in the paper.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import AlignmentScore
+    >>> result = AlignmentScore(np.array([0.1, 0.3, np.inf]), np.array([0.2, 0.4]))
+    >>> result.score, result.cumulative_frequency
+    (0.5, array([1, 2]))
     """
 
     score: float = field(init=False)

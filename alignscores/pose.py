@@ -27,6 +27,16 @@ class PASResult:
         The rotation score with all it was computed from.
     weight : float
         Share of the TAS.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import pas
+    >>> poses = np.tile(np.eye(4), (5, 1, 1))
+    >>> poses[:, :3, 3] = np.random.default_rng(0).random((5, 3))
+    >>> result = pas(poses, poses, weight=0.7)
+    >>> float(result), result.tas.score, result.ras.score, result.weight
+    (1.0, 1.0, 1.0, 0.7)
     """
 
     score: float
@@ -63,14 +73,22 @@ def pas(
     est_poses : (n, 4, 4) or (n, 3, 4) array_like
         Camera-to-world poses in the estimated world, row i for the camera of row i of the ground
         truth. A camera whose centre (rotation) is not finite fails in the TAS (RAS).
-    rng, unit, n_hypotheses, max_threshold, registration
-        See `tas`.
+    rng : int, SeedSequence, Generator or None
+        Seed of the registration; see `tas`.
     weight : float
         Share of the TAS, from 0 to 1.
-    max_threshold_deg
-        See `ras`.
+    unit : float, optional
+        d in ground-truth units; see `tas`.
+    n_hypotheses : int
+        Number of hypotheses of the registration.
+    max_threshold : float
+        Largest threshold of position errors in units of d.
+    max_threshold_deg : float
+        Largest threshold of rotation errors in degrees.
     n_thresholds : int
         Number of thresholds of each of the two scores.
+    registration : {"pcr99", "refined"} or Registration
+        See `tas`.
 
     Returns
     -------

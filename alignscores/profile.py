@@ -53,6 +53,15 @@ class ScoreProfile:
     half : float
         Unit at which the score reaches one half: the half-score distance or angle. Infinite where
         it is never reached.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import ScoreProfile
+    >>> errors = np.array([[0.0, 1.0, 2.0]])
+    >>> profile = ScoreProfile(np.array([1.0, 10.0]), errors, n_thresholds=100)
+    >>> profile.scores.round(2), round(profile.half, 2)
+    (array([0.33, 0.9 ]), 1.98)
     """
 
     units: Floats
@@ -75,10 +84,23 @@ class ScoreProfile:
         score : float
             From 0 to 1, without 0.
 
+        Returns
+        -------
+        float
+            The unit.
+
         Raises
         ------
         ValueError
             Where the score is not in that range.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from alignscores import ScoreProfile
+        >>> profile = ScoreProfile(np.array([1.0]), np.array([[0.0, 1.0, 2.0]]), n_thresholds=100)
+        >>> round(profile.at(0.9), 1), profile.at(1)
+        (9.9, 200.0)
         """
         check_positive(score, "score")
         if score > 1:
@@ -114,8 +136,12 @@ def tas_profile(
         Units at which to score, positive and ascending; by default 64 from a hundred-thousandth of
         the extent of the ground truth to the whole, in equal ratios. The half-score distance does
         not depend on them.
-    rng, n_hypotheses, n_thresholds
-        See `tas`.
+    rng : int, SeedSequence, Generator or None
+        Seed of the registration; see `tas`.
+    n_hypotheses : int
+        Number of hypotheses of the registration.
+    n_thresholds : int
+        Number of equally spaced thresholds up to each unit.
     registration : {"refined", "pcr99"} or Registration
         See `tas`. The alignment of "pcr99" is the same at every unit. Any other aligns anew at each
         unit; an alignment that was found at one unit counts at all of them.

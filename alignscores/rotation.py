@@ -44,6 +44,17 @@ class RASResult(AlignmentScore):
         RAS, from 0 to 1; also ``float(result)``.
     cumulative_frequency : (K,) ndarray of int
         Number of errors below each threshold.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import ras
+    >>> gt = np.tile(np.eye(3), (4, 1, 1))
+    >>> est = gt.copy()
+    >>> est[3] = np.nan
+    >>> result = ras(gt, est)
+    >>> result.score, result.errors
+    (0.75, array([ 0.,  0.,  0., inf]))
     """
 
     alignment: Floats | None

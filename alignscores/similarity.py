@@ -136,11 +136,32 @@ class Similarity:
         -------
         (n, 3) ndarray
             The positions in the estimated world.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from alignscores import Similarity
+        >>> Similarity(2.0, np.eye(3), np.ones(3)).apply(np.array([[0.0, 1.0, 2.0]]))
+        array([[1., 3., 5.]])
         """
         return self.scale * positions @ self.rotation.T + self.translation
 
     def inverse(self) -> "Similarity":
-        """Return the alignment from the estimated to the ground-truth world."""
+        """Return the alignment from the estimated to the ground-truth world.
+
+        Returns
+        -------
+        Similarity
+            It takes estimated positions to ground-truth positions.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from alignscores import Similarity
+        >>> back = Similarity(2.0, np.eye(3), np.ones(3)).inverse()
+        >>> back.apply(np.array([[1.0, 3.0, 5.0]]))
+        array([[0., 1., 2.]])
+        """
         rotation = self.rotation.T
         return Similarity(1 / self.scale, rotation, -rotation @ self.translation / self.scale)
 
@@ -156,6 +177,14 @@ class Similarity:
         -------
         (n,) ndarray
             ``|| (est - translation) / scale - rotation @ gt ||`` in ground-truth units.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from alignscores import Similarity
+        >>> twice = Similarity(2.0, np.eye(3), np.zeros(3))
+        >>> twice.position_errors(np.zeros((1, 3)), np.array([[0.0, 0.0, 4.0]]))
+        array([2.])
         """
         with np.errstate(over="ignore"):  # beyond the largest number: infinitely far
             aligned = (est_positions - self.translation) / self.scale

@@ -54,6 +54,15 @@ class TASResult(AlignmentScore):
         TAS, from 0 to 1; also ``float(result)``.
     cumulative_frequency : (K,) ndarray of int
         Number of errors below each threshold.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import tas
+    >>> gt = np.random.default_rng(0).random((30, 3))
+    >>> result = tas(gt, 2 * gt)
+    >>> round(result.unit, 3), round(result.alignment.scale, 6), result.registration
+    (0.288, 2.0, 'pcr99')
     """
 
     alignment: Similarity | None

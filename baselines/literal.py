@@ -37,8 +37,14 @@ def literal_frames(
     ----------
     gt_positions, est_positions : (n, 3) array
         Finite camera centres in the ground-truth and in the estimated world.
-    rank, n_hypotheses, rng
-        As in `alignscores.registration.pcr99`.
+    rank : int
+        m of the paper: the hypothesis with the smallest rank-th smallest error wins.
+    n_hypotheses : int
+        Number of triplets that are drawn.
+    rng : Generator
+        Draws them.
+    **_ : object
+        What else a registration is told; not used.
 
     Returns
     -------

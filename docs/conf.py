@@ -6,6 +6,7 @@ from pathlib import Path
 import alignscores
 
 sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
+from external import ALIASES  # noqa: E402
 
 project = "alignscores"
 author = "The alignscores contributors"
@@ -26,7 +27,12 @@ extensions = [
     "sources",
 ]
 exclude_patterns = ["_build"]
+templates_path = ["_templates"]
 nitpicky = True  # a name that leads nowhere is an error
+nitpick_ignore_regex = [  # what docstrings name and no page shows
+    ("py:obj", r"(alignscores\.(registration|trajectories)|studies)\..*|IMC_2024|PROTOCOLS")
+]
+default_role = "autolink"  # `name` in a docstring
 
 # Pages are read in the repository, too: pictures and anchors are as they are there.
 myst_enable_extensions = ["colon_fence", "html_image"]
@@ -37,12 +43,12 @@ numpydoc_show_class_members = False
 numpydoc_xref_param_type = True
 numpydoc_xref_ignore = "all"  # words of a type that are no names
 numpydoc_xref_aliases = {
-    "array_like": "array_like",
-    "Generator": "numpy.random.Generator",
-    "ndarray": "numpy.ndarray",
-    "Path": "pathlib.Path",
-    "Rotation": "scipy.spatial.transform.Rotation",
-    "SeedSequence": "numpy.random.SeedSequence",
+    **ALIASES,
+    **{name: f"alignscores.{name}" for name in alignscores.__all__},
+    **{name: f"alignscores.protocols.{name}" for name in ("Family", "Protocol", "NoValueError")},
+    **{f"{name}": f"alignscores.trajectories.files.{name}" for name in ("FileError", "Trajectory")},
+    "TrajectoryWarning": "alignscores.trajectories.files.TrajectoryWarning",
+    "Matches": "alignscores.trajectories.association.Matches",
 }
 numpydoc_validation_checks = {
     "EX01",  # an example
@@ -55,6 +61,12 @@ numpydoc_validation_checks = {
     "RT01",  # what is returned, with a description
     "RT03",
     "SS01",  # a summary
+}
+
+numpydoc_validation_exclude = {
+    r"\.evo\.[A-Z]+\.",  # methods of evo
+    r"\.Registration$",  # a signature
+    r"(NoValueError|Warning)$",
 }
 
 html_theme = "pydata_sphinx_theme"

@@ -101,6 +101,18 @@ def colmap_relative_recall(
 ) -> float:
     """Share of ordered pairs with an error up to `max_error_deg`; see `colmap_relative_auc`.
 
+    Parameters
+    ----------
+    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Finite camera-to-world poses.
+    est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses, row i for the camera of row i of the ground truth.
+        Those that are not finite fail.
+    max_error_deg : float
+        Largest error in degrees.
+    accuracy : float
+        Baseline in ground-truth units below which a direction is not looked at.
+
     Returns
     -------
     float
@@ -254,6 +266,20 @@ def colmap_absolute_recall(
     rng: Seed = 0,
 ) -> float:
     """Share of cameras with a centre within `max_error`; see `colmap_absolute_auc`.
+
+    Parameters
+    ----------
+    gt_positions : (n, 3) array_like
+        Finite camera centres.
+    est_positions : (n, 3) array_like
+        Camera centres, row i for the camera of row i of the ground truth. Those that are not finite
+        fail.
+    max_error : float
+        Largest error in ground-truth units.
+    accuracy : float
+        Largest error of an inlier of the alignment, in ground-truth units.
+    rng : int, SeedSequence, Generator or None
+        Seed of the alignment.
 
     Returns
     -------

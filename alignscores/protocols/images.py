@@ -273,6 +273,17 @@ def hloc_median(
 
     An image without an estimate is infinitely far off, and 180 degrees.
 
+    Parameters
+    ----------
+    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Finite camera-to-world poses.
+    est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses, row i for the camera of row i of the ground truth.
+    error : {"translation", "rotation"}
+        Distances or angles.
+    alignment : {"none", "sim3"}
+        See `hloc_recall`.
+
     Returns
     -------
     float

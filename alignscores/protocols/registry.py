@@ -73,6 +73,8 @@ class Family:
         Of poses, or of positions where no rotations are needed, and of what the name sets.
     head : str
         Regular expression of what stands before the first colon. Its groups set the arguments.
+    missing : {"fail", "left out", "refused"}
+        What happens to cameras without an estimate.
     origin : str
         A word that the names have to have, if any.
     required : mapping of str to mapping
@@ -89,8 +91,13 @@ class Family:
         Whether the cameras have to stand in the order of time.
     random : bool
         Whether the value depends on the seed.
-    missing : str
-        What happens to cameras without an estimate.
+
+    Examples
+    --------
+    >>> from alignscores.protocols import protocol
+    >>> family = protocol("recall@5cm,5deg").family
+    >>> family.unit, family.larger_is_better, family.missing, family.random
+    ('%', True, 'fail', True)
     """
 
     syntax: str
@@ -109,7 +116,25 @@ class Family:
     random: bool = False
 
     def arguments(self, name: str) -> dict[str, Any] | None:
-        """Return what a name sets; None where it is no name of the family."""
+        """Return what a name sets.
+
+        Parameters
+        ----------
+        name : str
+            As users write it, in lower case.
+
+        Returns
+        -------
+        dict or None
+            Arguments of the family's function; None where it is no name of the family.
+
+        Examples
+        --------
+        >>> from alignscores.protocols import protocol
+        >>> family = protocol("rpe@1m").family
+        >>> family.arguments("rpe@2m:mean")["distance"], family.arguments("ate")
+        (2.0, None)
+        """
         head, *words = name.split(":")
         match = re.fullmatch(self.head, head)
         if match is None or (self.origin and self.origin not in words):
@@ -142,6 +167,13 @@ class Protocol:
         What is known about it: unit, direction, what it needs, what missing cameras do.
     arguments : mapping of str to object
         What the name says, as arguments of the family's function.
+
+    Examples
+    --------
+    >>> from alignscores.protocols import protocol
+    >>> metric = protocol("AUC@30:vggt")
+    >>> metric.name, metric.family.unit
+    ('auc@30:vggt', '%')
     """
 
     name: str
@@ -241,6 +273,16 @@ def protocol(name: str) -> Protocol:
 
 def split_names(text: str) -> list[str]:
     """Split a list of names at its commas, but for those inside a name.
+
+    Parameters
+    ----------
+    text : str
+        As after ``--metrics``.
+
+    Returns
+    -------
+    list of str
+        The names.
 
     Examples
     --------

@@ -29,7 +29,19 @@ def vggt_rra(
 ) -> float:
     """Relative rotation accuracy, RRA@k: share of pairs with a rotation error below k degrees.
 
-    Parameters, errors and costs as for `vggt_auc`, but k may be any positive number.
+    Errors and costs are those of `vggt_auc`.
+
+    Parameters
+    ----------
+    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Finite camera-to-world poses.
+    est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses, row i for the camera of row i of the ground truth.
+        Those that are not finite fail.
+    k : float
+        Threshold in degrees.
+    convention : {"vggt", "mapanything", "da3"}
+        See `vggt_auc`.
 
     Returns
     -------
@@ -54,7 +66,19 @@ def vggt_rta(
 ) -> float:
     """Relative translation accuracy, RTA@k: share of pairs with a direction error below k degrees.
 
-    Parameters, errors and costs as for `vggt_auc`, but k may be any positive number.
+    Errors and costs are those of `vggt_auc`.
+
+    Parameters
+    ----------
+    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Finite camera-to-world poses.
+    est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses, row i for the camera of row i of the ground truth.
+        Those that are not finite fail.
+    k : float
+        Threshold in degrees.
+    convention : {"vggt", "mapanything", "da3"}
+        See `vggt_auc`.
 
     Returns
     -------

@@ -140,8 +140,8 @@ def rpg_relative_error(
     alignment : {"sim3", "se3"}
         Whether translations are multiplied by the scale of the least-squares similarity of all
         centres.
-    statistic
-        See `evo_ate`.
+    statistic : {"rmse", "mean", "median", "std", "min", "max", "sse"}
+        What is returned of the errors.
 
     Returns
     -------

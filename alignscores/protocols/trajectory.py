@@ -116,7 +116,19 @@ def evo_are(
     """Absolute rotation error: angles after an alignment of the centres, evo_ape's ``angle_deg``.
 
     The rotations are turned as the centres are; none of them takes part in the alignment. For
-    parameters and errors see `evo_ate`; the poses are camera-to-world.
+    errors see `evo_ate`.
+
+    Parameters
+    ----------
+    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Finite camera-to-world poses.
+    est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses, row i for the camera of row i of the ground truth.
+        Those that are not finite are left out first.
+    alignment : {"sim3", "se3", "scale", "none"}
+        What is fitted to the centres by least squares.
+    statistic : {"rmse", "mean", "median", "std", "min", "max", "sse"}
+        What is returned of the angles.
 
     Returns
     -------
@@ -210,9 +222,11 @@ def evo_rpe(
     error : {"translation", "rotation", "distance"}
         Length of the translation, angle of the rotation, or the difference between the lengths of
         the two motions.
-    alignment, statistic
-        See `evo_ate`. Of the alignment only the scale, and with it the path length, matters. evo
-        aligns nothing by default; CUT3R, MonST3R and Pi3 take "sim3".
+    alignment : {"sim3", "se3", "scale", "none"}
+        See `evo_ate`. Only the scale, and with it the path length, matters. evo aligns nothing by
+        default; CUT3R, MonST3R and Pi3 take "sim3".
+    statistic : {"rmse", "mean", "median", "std", "min", "max", "sse"}
+        What is returned of the errors.
     pairs : {"estimate", "reference", "consecutive"}
         Whose path length counts. With "estimate" (evo's ``--all_pairs``) it is that of the aligned
         *estimate*: of each frame, the later one whose path length from it is nearest to `distance`

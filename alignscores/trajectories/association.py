@@ -46,6 +46,8 @@ class Matches:
         Camera-to-world poses; an estimated pose is not finite where the camera was not estimated.
     est_rows : (n,) ndarray of int
         Row of each estimated pose in the estimate; -1 where the camera has none.
+    matched : int
+        Number of reference poses with an estimated pose, finite or not.
     missing : int
         Number of cameras without an estimated pose: those that count as failures, or, where missing
         cameras are left out, all reference poses without one.
@@ -54,8 +56,6 @@ class Matches:
     duplicate : int
         Number of estimated poses left out since another one with the same time stamp or name comes
         first, or is closer to their reference pose in time.
-    matched : int
-        Number of reference poses with an estimated pose, finite or not.
     non_finite : int
         Number of matched estimated poses that are not finite; each of them is a failure.
     without_reference : (k,) ndarray
@@ -64,6 +64,15 @@ class Matches:
     frame_step : float or None
         Time in seconds from one lost frame to the next, where the reference is denser than the
         estimate and frames were counted at the estimate's rate.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.trajectories.association import match
+    >>> poses = np.tile(np.eye(4), (3, 1, 1))
+    >>> matches = match((["a", "b", "c"], poses), (["c", "a"], poses[:2]), missing="fail")
+    >>> matches.keys, matches.est_rows, matches.missing
+    (array(['a', 'b', 'c'], dtype='<U1'), array([ 1, -1,  0]), 1)
     """
 
     keys: NDArray[Any]

@@ -103,7 +103,25 @@ class _Score(PE):  # type: ignore[misc]  # evo has no types
 
 
 class TAS(_Score):
-    """Translation Alignment Score; the errors are position errors in the reference's unit."""
+    """Translation Alignment Score; the errors are position errors in the reference's unit.
+
+    Parameters
+    ----------
+    **options : object
+        Keyword arguments of `alignscores.tas`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from evo.core.trajectory import PosePath3D
+    >>> from alignscores.trajectories.evo import TAS
+    >>> poses = np.tile(np.eye(4), (5, 1, 1))
+    >>> poses[:, :3, 3] = np.random.default_rng(0).random((5, 3))
+    >>> metric = TAS(registration="refined")
+    >>> metric.process_data((PosePath3D(poses_se3=poses), PosePath3D(poses_se3=poses)))
+    >>> metric.result.score
+    1.0
+    """
 
     unit = Unit.meters
     result: AlignmentScore
@@ -114,7 +132,24 @@ class TAS(_Score):
 
 
 class RAS(_Score):
-    """Rotation Alignment Score; the errors are angles in degrees."""
+    """Rotation Alignment Score; the errors are angles in degrees.
+
+    Parameters
+    ----------
+    **options : object
+        Keyword arguments of `alignscores.ras`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from evo.core.trajectory import PosePath3D
+    >>> from alignscores.trajectories.evo import RAS
+    >>> path = PosePath3D(poses_se3=np.tile(np.eye(4), (5, 1, 1)))
+    >>> metric = RAS(max_threshold_deg=5)
+    >>> metric.process_data((path, path))
+    >>> metric.result.score
+    1.0
+    """
 
     unit = Unit.degrees
     result: AlignmentScore
@@ -129,6 +164,23 @@ class PAS(_Score):
 
     A pose has no single error: ``error`` is the weighted share of the thresholds that the pose
     misses, from 0 to 1. Its mean is 1 - PAS.
+
+    Parameters
+    ----------
+    **options : object
+        Keyword arguments of `alignscores.pas`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from evo.core.trajectory import PosePath3D
+    >>> from alignscores.trajectories.evo import PAS
+    >>> poses = np.tile(np.eye(4), (5, 1, 1))
+    >>> poses[:, :3, 3] = np.random.default_rng(0).random((5, 3))
+    >>> metric = PAS()
+    >>> metric.process_data((PosePath3D(poses_se3=poses), PosePath3D(poses_se3=poses)))
+    >>> metric.get_all_statistics()["PAS"]
+    1.0
     """
 
     result: PASResult

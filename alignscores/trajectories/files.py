@@ -71,7 +71,23 @@ OPENGL_TO_OPENCV = np.array([1.0, -1.0, -1.0])  # the camera's y and z axes poin
 
 
 class FileError(ValueError):
-    """A trajectory file that cannot be read, with its name, the line and the reason."""
+    """A trajectory file that cannot be read, with its name, the line and the reason.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    reason : str
+        What is wrong with it.
+    place : str
+        Where in the file, if anywhere.
+
+    Examples
+    --------
+    >>> from alignscores.trajectories.files import FileError
+    >>> print(FileError("estimate.txt", "has 2 columns", place="line 1"))
+    estimate.txt, line 1: has 2 columns
+    """
 
     def __init__(self, path: FilePath, reason: str, *, place: str = "") -> None:
         super().__init__(f"{path}{place and ', '}{place}: {reason}")
@@ -90,6 +106,14 @@ class Trajectory(NamedTuple):
         Time stamps in seconds (float), image names (str) or row numbers (int).
     poses : (n, 4, 4) ndarray
         Camera-to-world poses.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.trajectories.files import Trajectory
+    >>> keys, poses = Trajectory(np.array([0.5]), np.eye(4)[None])
+    >>> keys
+    array([0.5])
     """
 
     keys: NDArray[Any]
@@ -141,11 +165,46 @@ def read_tum(path: FilePath, *, complete: bool = False) -> Trajectory:
 
 
 def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
-    """Read a EuRoC ``data.csv``: ``timestamp, tx, ty, tz, qw, qx, qy, qz, ...``, stamps in ns.
+    r"""Read a EuRoC ``data.csv``: ``timestamp, tx, ty, tz, qw, qx, qy, qz, ...``, stamps in ns.
 
-    Parameters and the rest are as for `read_tum`. A file without commas is read as TUM: estimates
-    for EuRoC sequences are commonly stored so, with stamps in seconds or, as by ORB-SLAM3, in ns.
-    Which it is shows in the stamps (`time_unit`), with commas and without.
+    A file without commas is read as TUM: estimates for EuRoC sequences are commonly stored so, with
+    stamps in seconds or, as by ORB-SLAM3, in ns. Which it is shows in the stamps, with commas and
+    without.
+
+    Parameters
+    ----------
+    path : path
+        The file. Blank lines and those that begin with # are left out.
+    complete : bool
+        Refuse poses that are not finite, as in a reference.
+
+    Returns
+    -------
+    Trajectory
+        Time stamps in seconds and poses, in the order of the file.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read, a line is malformed, or stamps are in another unit.
+    ModuleNotFoundError
+        Where evo is not installed.
+
+    Warns
+    -----
+    TrajectoryWarning
+        Where quaternions are far from unit length; they are normalised.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> from alignscores.trajectories.files import read_euroc
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "data.csv")
+    ...     _ = path.write_text("#time, position, w first\n1500000000500000000,1,2,3,1,0,0,0\n")
+    ...     stamps, poses = read_euroc(path)
+    >>> float(stamps[0]), poses[0, :3, 3]
+    (1500000000.5, array([1., 2., 3.]))
     """
     lines = (line for line in _text(path).splitlines() if line.strip() and line.strip()[0] != "#")
     if "," not in next(lines, ","):
@@ -159,10 +218,43 @@ def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
 
 
 def read_kitti(path: FilePath, *, complete: bool = False) -> Trajectory:
-    """Read a KITTI file: in each line the upper three rows of a camera-to-world matrix.
+    r"""Read a KITTI file: in each line the upper three rows of a camera-to-world matrix.
 
-    Parameters, errors and warnings are as for `read_tum`; the keys are row numbers. Matrices that
-    are rotations up to rounding are replaced by the nearest rotation.
+    Parameters
+    ----------
+    path : path
+        The file.
+    complete : bool
+        Refuse poses that are not finite, as in a reference.
+
+    Returns
+    -------
+    Trajectory
+        Row numbers and poses. Matrices that are rotations up to rounding are replaced by the
+        nearest rotation.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read, or a line is malformed or holds no rotation.
+    ModuleNotFoundError
+        Where evo is not installed.
+
+    Warns
+    -----
+    TrajectoryWarning
+        Where matrices are far from rotations; they are replaced, too.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> from alignscores.trajectories.files import read_kitti
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "00.txt")
+    ...     _ = path.write_text("1 0 0 4 0 1 0 5 0 0 1 6\n")
+    ...     rows, poses = read_kitti(path)
+    >>> rows, poses[0, :3, 3]
+    (array([0]), array([4., 5., 6.]))
     """
     trajectory, where = _through_evo(path, "read_kitti_poses_file", KITTI_COLUMNS)
     poses = np.array(trajectory.poses_se3)
@@ -191,6 +283,13 @@ def read_colmap(path: FilePath, *, complete: bool = False) -> Trajectory:
         Where the model cannot be read, or holds no registered image.
     ModuleNotFoundError
         Where pycolmap is not installed.
+
+    Examples
+    --------
+    >>> from alignscores.trajectories.files import read_colmap
+    >>> trajectory = read_colmap("sparse/0")  # doctest: +SKIP
+    >>> trajectory.keys[:2]  # doctest: +SKIP
+    array(['0000.png', '0001.png'], dtype='<U8')
     """
     pycolmap = require("pycolmap", "colmap")
     if not Path(path).is_dir():
@@ -228,6 +327,19 @@ def read_colmap_parts(path: FilePath) -> dict[str, Trajectory]:
     dict
         Name of each sub-folder with a model, by its number -> its trajectory, as of `read_colmap`.
         Each has a world of its own. The name of ``path`` itself where it is a model.
+
+    Raises
+    ------
+    FileError
+        Where a model cannot be read, or holds no registered image.
+    ModuleNotFoundError
+        Where pycolmap is not installed.
+
+    Examples
+    --------
+    >>> from alignscores.trajectories.files import read_colmap_parts
+    >>> list(read_colmap_parts("sparse"))  # doctest: +SKIP
+    ['0', '1']
     """
     folder = Path(path)
     models = {file.parent for file in folder.glob("*/images.*")}
@@ -240,10 +352,43 @@ def read_colmap_parts(path: FilePath) -> dict[str, Trajectory]:
 def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
     """Read a NeRF ``transforms.json``: camera-to-world matrices with OpenGL camera axes.
 
-    Parameters and errors are as for `read_tum`. The keys are the frames' ``file_path`` without a
-    leading ``./``; the poses are ordered by them, as those of COLMAP, since the TAS hangs on the
-    order of the cameras. The camera's axes are changed to x right, y down, z forward, as in all
-    other formats.
+    The camera's axes are changed to x right, y down, z forward, as in all other formats.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    complete : bool
+        Refuse poses that are not finite, as in a reference.
+
+    Returns
+    -------
+    Trajectory
+        The frames' ``file_path`` without a leading ``./``, and poses; ordered by them, as those of
+        COLMAP, since the TAS hangs on the order of the cameras.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read, or a frame is malformed or holds no rotation.
+
+    Warns
+    -----
+    TrajectoryWarning
+        Where matrices are far from rotations; the nearest ones take their places.
+
+    Examples
+    --------
+    >>> import json, pathlib, tempfile
+    >>> import numpy as np
+    >>> from alignscores.trajectories.files import read_nerf
+    >>> frame = {"file_path": "./a.png", "transform_matrix": np.eye(4).tolist()}
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "transforms.json")
+    ...     _ = path.write_text(json.dumps({"frames": [frame]}))
+    ...     names, poses = read_nerf(path)
+    >>> str(names[0]), poses[0, :3, :3].diagonal()
+    ('a.png', array([ 1., -1., -1.]))
     """
     frames = _nerf_frames(path)
     matrices, names = [], []

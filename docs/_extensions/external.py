@@ -10,28 +10,42 @@ NUMPY = "https://numpy.org/doc/stable"
 SCIPY = "https://docs.scipy.org/doc/scipy"
 PYTHON = "https://docs.python.org/3/library"
 
-BUILT_IN = "bool bytes dict float int list set str tuple".split()
-ERRORS = "DeprecationWarning OSError TypeError UserWarning ValueError".split()
 PAGES = {
-    "array_like": f"{NUMPY}/glossary.html#term-array_like",
+    "numpy.array_like": f"{NUMPY}/glossary.html#term-array_like",
     "numpy.ndarray": f"{NUMPY}/reference/generated/numpy.ndarray.html",
     "numpy.random.Generator": f"{NUMPY}/reference/random/generator.html",
     "numpy.random.SeedSequence": (
         f"{NUMPY}/reference/random/bit_generators/generated/numpy.random.SeedSequence.html"
     ),
-    "pathlib.Path": f"{PYTHON}/pathlib.html#pathlib.Path",
     "scipy.spatial.transform.Rotation": (
         f"{SCIPY}/reference/generated/scipy.spatial.transform.Rotation.html"
     ),
-    **{name: f"{PYTHON}/stdtypes.html#{name}" for name in BUILT_IN},
-    **{name: f"{PYTHON}/exceptions.html#{name}" for name in ERRORS},
+    "builtins.None": f"{PYTHON}/constants.html#None",
+    "builtins.callable": f"{PYTHON}/functions.html#callable",
+    "builtins.sequence": f"{PYTHON}/stdtypes.html#sequence-types-list-tuple-range",
+    **{
+        f"builtins.{name}": f"{PYTHON}/functions.html#{name}"
+        for name in ("bool", "float", "int", "object")
+    },
+    **{
+        f"builtins.{name}": f"{PYTHON}/stdtypes.html#{name}"
+        for name in ("bytes", "dict", "list", "set", "str", "tuple")
+    },
+    **{
+        f"builtins.{name}": f"{PYTHON}/exceptions.html#{name}"
+        for name in ("ModuleNotFoundError", "TypeError", "UserWarning", "ValueError")
+    },
 }
-"""What the docstrings name; the build fails for a name that is neither here nor in the project."""
+"""What the docstrings name."""
+
+ALIASES = {name.rpartition(".")[2]: name for name in PAGES}
+"""The names as they stand there."""
 
 
 def link(app: Sphinx, env: object, node: pending_xref, text: nodes.Element) -> Any:
     """Return the link to what is documented elsewhere."""
-    page = PAGES.get(node["reftarget"])
+    target = node["reftarget"]
+    page = PAGES.get(target) or PAGES.get(f"builtins.{target}")
     return page and nodes.reference("", "", text, internal=False, refuri=page)
 
 

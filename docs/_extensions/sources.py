@@ -10,7 +10,7 @@ from typing import Any
 from docutils import nodes
 from pygments.lexers import get_lexer_for_filename
 from pygments.util import ClassNotFound
-from sphinx.addnodes import download_reference
+from sphinx.addnodes import download_reference, pending_xref
 from sphinx.application import Sphinx
 from sphinx.builders.html import StandaloneHTMLBuilder
 from sphinx.transforms import SphinxTransform
@@ -22,13 +22,21 @@ LINKED: set[Path] = set()
 class SourceLinks(SphinxTransform):
     """Links of one page."""
 
-    default_priority = 880  # all links are there, and no file has been copied yet
+    default_priority = 870  # all links are there, and no file has been copied yet
 
     def apply(self, **options: Any) -> None:
         """Replace the links to files that are not part of the site."""
-        for link in list(self.document.findall(download_reference)):
-            _, path = self.env.relfn2path(link["reftarget"], self.env.docname)
-            file = Path(path).resolve().relative_to(ROOT)
+        documents = Path(self.env.srcdir)
+        for link in list(self.document.findall(nodes.Element)):
+            if isinstance(link, download_reference):
+                path = Path(self.env.relfn2path(link["reftarget"], self.env.docname)[1])
+            elif isinstance(link, pending_xref) and link["refdomain"] == "doc":
+                path = Path(documents, link["reftarget"] + ".md")
+            else:
+                continue
+            if path.resolve().is_relative_to(documents):
+                continue  # a page, or a picture
+            file = path.resolve().relative_to(ROOT)
             LINKED.add(file)
             page = self.app.builder.get_relative_uri(self.env.docname, page_of(file))
             link.replace_self(nodes.reference("", "", *link.children, refuri=page))
