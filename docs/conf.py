@@ -1,5 +1,6 @@
 """The site: ``sphinx-build -W docs docs/_build``. It needs no network."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -7,6 +8,8 @@ import alignscores
 
 sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
 from external import ALIASES  # noqa: E402
+
+os.environ["COLUMNS"] = "88"  # argparse breaks its lines there, whatever the terminal
 
 project = "alignscores"
 author = "The alignscores contributors"
