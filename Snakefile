@@ -7,7 +7,7 @@
 #   snakemake threshold_study --config tas_max_threshold=[0.5,1,1.5]    your own values
 #   snakemake registration_study              the paper's registration and the refined one
 #   snakemake beyond                          what the paper leaves out: paths, errors, outliers
-#   snakemake beyond --config scenarios=my.yaml    a study of your own (docs/studies.md)
+#   snakemake beyond --config scenarios=my.yaml    a study of your own (docs/how-to/parameter-study.md)
 #   snakemake frame_rate                      what the frame rate does to each metric
 #   snakemake frame_rate --config trajectories=my.yaml    to your own trajectories, too
 #   snakemake today                           today's protocols beside the new scores

@@ -164,7 +164,7 @@ def tas_profile(
 
     References
     ----------
-    ``docs/profiles.md``. Not in the paper.
+    ``docs/explanation/profiles.md``. Not in the paper.
 
     Examples
     --------
@@ -238,7 +238,7 @@ def ras_profile(
 
     References
     ----------
-    ``docs/profiles.md``. Not in the paper.
+    ``docs/explanation/profiles.md``. Not in the paper.
 
     Examples
     --------

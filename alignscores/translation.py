@@ -139,7 +139,7 @@ def tas(
     The published registration is random: the score scatters from seed to seed (standard deviation
     about 0.02 for 100 cameras). It is deterministic where no more than `n_hypotheses` triplets of
     cameras exist, up to 19 cameras by default. The refined one hardly scatters (``snakemake
-    registration_study``: by at most 0.0006); ``docs/refined-registration.md`` derives it.
+    registration_study``: by at most 0.0006); ``docs/explanation/registration.md`` derives it.
 
     O(n log n + n_hypotheses * n) time, O(n) memory.
 

@@ -57,7 +57,7 @@ def main() -> int:
             results[n, outliers] = measure(contenders(n, outliers, floor))
     sizes = [n for n in MEMORY_SIZES if n <= options.largest and STATUS.exists()]
     memory = {n: {name: peak_memory(name, n) for name in METRICS} for n in sizes}
-    table = options.output / "benchmarks.md"
+    table = options.output / "reference" / "benchmarks.md"
     picture = options.output / "images" / "benchmarks.png"
     write_files({table: report(results, memory).encode(), picture: plot(results)})
     print(table)
@@ -149,14 +149,15 @@ def report(results: dict[tuple[int, float], Times], memory: dict[int, Times]) ->
             "",
             *markdown(["cameras", *METRICS], metrics),
             "",
-            "![Time against the number of cameras](images/benchmarks.png)",
+            "![Time against the number of cameras](../images/benchmarks.png)",
             "",
             "## Registration",
             "",
             "TAS (validation, d, 1000 hypotheses, score; milliseconds) beside pycolmap's",
             "`estimate_sim3d_robust` with 1000 trials, and beside the floor: a compiled loop that",
-            "counts the inliers of 1000 given hypotheses ([floor.c](../benchmarks/floor.c)). Last,",
-            "the TAS as it is where the installation found no C compiler: NumPy alone, same bits.",
+            "counts the inliers of 1000 given hypotheses",
+            "([floor.c](../../benchmarks/floor.c)). Last, the TAS as it is where the installation",
+            "found no C compiler: NumPy alone, same bits.",
             "A dash: pycolmap (extra `bench`) or a C compiler was not there.",
             "",
             *markdown(heads, registration),

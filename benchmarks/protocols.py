@@ -54,7 +54,7 @@ def main() -> int:
     memory: Times = {}
     if STATUS.exists():
         memory = {name: peak_memory(name, min(sizes[-1], most)) for name, most in LARGEST.items()}
-    page = options.output / "protocol-benchmarks.md"
+    page = options.output / "reference" / "protocol-benchmarks.md"
     write_files({page: report(times, memory).encode()})
     print(page)
     return 0

@@ -7,7 +7,7 @@ from pathlib import Path
 import alignscores
 
 sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
-from external import ALIASES  # noqa: E402
+from external import ALIASES
 
 os.environ["COLUMNS"] = "88"  # argparse breaks its lines there, whatever the terminal
 

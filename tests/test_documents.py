@@ -11,18 +11,39 @@ import yaml
 import alignscores
 
 ROOT = Path(__file__).parents[1]
-DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob(".github/*.md")])
-LINK = re.compile(r"(?:\]\(|src=\")(?!https?:|#)([^)#\"\s]+)")
+FOLDERS = ("*.md", "docs/[!_]*.md", "docs/[!_]*/*.md", ".github/*.md")
+DOCUMENTS = sorted(path for pattern in FOLDERS for path in ROOT.glob(pattern))
+LINK = re.compile(r"(?:\]\(|src=\")([^)\"\s]+)")
+ADDRESS = re.compile(r"https://[\w.-]+(/[\w./%-]*)?(#[\w-]+)?")
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
-def test_links_lead_to_files(document):
-    links = LINK.findall(document.read_text(encoding="utf-8"))
-    assert [link for link in links if not (document.parent / link).exists()] == []
+def text_of(document):
+    """A document without its code."""
+    return re.sub(r"^```.*?^```", "", document.read_text(encoding="utf-8"), flags=re.M | re.DOTALL)
+
+
+def anchors(document):
+    """The names of the headings of a document, as GitHub and MyST make them."""
+    headings = re.findall(r"^#+ (.*)$", text_of(document), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_links_lead_somewhere(document):
+    """To files, and headings in these; other sites are not asked."""
+    for link in LINK.findall(text_of(document)):
+        if ":" in link:
+            assert ADDRESS.fullmatch(link), link
+            continue
+        path, _, anchor = link.partition("#")
+        target = document.parent / path if path else document
+        assert target.is_file(), link
+        assert not anchor or anchor in anchors(target), link
 
 
 def test_links_are_found():
-    assert LINK.findall((ROOT / "README.md").read_text(encoding="utf-8")).count("CITATION.cff") == 1
+    assert LINK.findall(text_of(ROOT / "README.md")).count("CITATION.cff") == 1
+    assert "at-other-frame-rates" in anchors(ROOT / "docs" / "explanation" / "profiles.md")
 
 
 def test_one_version_and_one_licence():

@@ -1,65 +1,347 @@
-"""The code on the pages runs as it stands, and they name every protocol."""
+"""The code on all pages runs as it stands and prints what they show; the pages name every option.
+
+The blocks of a page run one after the other, in a folder with the files of ``tests/data``:
+
+- ``bash``: every command; see `COMMANDS` for those that would take long or install something
+- ``console``: likewise, and what stands below is what it prints
+- ``python``: as a program or as a doctest; a ``text`` block behind it is what it prints, and where
+  there is none, every line that it prints stands somewhere on the page
+- a block that begins with ``# NAME`` is a file: it is written under this name
+"""
 
 import doctest
 import json
+import os
 import re
-from contextlib import redirect_stdout
-from io import StringIO
+import shlex
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable, Iterator
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from io import BytesIO, StringIO, TextIOWrapper
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import matplotlib
 import pytest
+import yaml
 
+from alignscores.cli import main as alignscores
 from alignscores.protocols import PROTOCOLS
+from alignscores.trajectories.files import _stdin
+from experiments.config import EXECUTION, SETTINGS, load
+from experiments.metrics import METRICS
+from experiments.run import main as experiments_run
+from experiments.scenes import ERRORS, OUTLIERS, PATHS
 
-DOCS = Path(__file__).parents[1] / "docs"
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = sorted([*ROOT.glob("*.md"), *DOCS.glob("[!_]*.md"), *DOCS.glob("[!_]*/*.md")])
+BLOCK = re.compile(r"^( *)```(\w[\w-]*|\{[\w-]+\})[^\n]*\n(.*?)^\1```$", re.MULTILINE | re.DOTALL)
+FILE = re.compile(r"# ([\w-]+\.(?:yaml|txt)|Snakefile)\n")
+RUNS = {"bash", "console", "python", "text", "yaml"}
+SHOWN = {"{argparse}", "{columns}", "{eval-rst}", "{literalinclude}", "{toctree}"}  # by Sphinx
 
 
-@pytest.mark.parametrize("page", ["protocols", "protocol-surprises"])
-def test_examples_on_pages(page):
-    """All blocks of a page, one after the other."""
-    text = (DOCS / f"{page}.md").read_text()
-    code = "\n".join(re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL))
-    test = doctest.DocTestParser().get_doctest(code, {}, page, None, None)
-    assert len(test.examples) > 5
-    failures: list[str] = []
-    doctest.DocTestRunner().run(test, out=failures.append)
-    assert not failures, "".join(failures)
+@dataclass(frozen=True)
+class Block:
+    """A block of code on a page."""
+
+    language: str
+    code: str
 
 
-def run(code: str, names: dict[str, Any]) -> str:
-    """Run code and return what it prints."""
+def blocks(page: Path) -> list[Block]:
+    found = BLOCK.findall(page.read_text(encoding="utf-8"))
+    return [Block(language, code) for _, language, code in found]
+
+
+def test_blocks_are_found() -> None:
+    assert [one.language for one in blocks(DOCS / "how-to" / "conventions.md")] == [
+        *("bash", "python", "console")
+    ]
+
+
+WITH_CODE = [page for page in PAGES if {one.language for one in blocks(page)} & RUNS]
+
+
+@pytest.mark.parametrize("page", WITH_CODE, ids=lambda page: str(page.relative_to(ROOT)))
+def test_the_code_on_a_page(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, snakemake: Callable[..., None]
+) -> None:
+    for place in (tmp_path, tmp_path / "tests" / "data"):
+        shutil.copytree(ROOT / "tests" / "data", place, dirs_exist_ok=True)
+    (tmp_path / "profiles").symlink_to(ROOT / "profiles")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    text = page.read_text(encoding="utf-8")
+    names: dict[str, Any] = {"__name__": "__main__"}
+    found = blocks(page)
+    assert {one.language for one in found} <= RUNS | SHOWN
+    for block, following in zip(found, [*found[1:], Block("", "")], strict=True):
+        if file := FILE.match(block.code):
+            Path(file[1]).write_text(block.code)
+        if block.language == "yaml":
+            assert yaml.safe_load(block.code)
+        elif block.language == "python" and block.code.startswith(">>>"):
+            run_doctest(block.code, names)
+        elif block.language == "python":
+            printed = run_python(block.code, names)
+            if following.language == "text":
+                assert printed == following.code
+            else:
+                assert [line for line in printed.splitlines() if line not in text] == []
+        elif block.language == "console":
+            for command, output in sessions(block.code):
+                assert run_command(command, snakemake) == output
+        elif block.language == "bash":
+            run_bash(block.code, snakemake)
+
+
+def run_python(code: str, names: dict[str, Any]) -> str:
+    """Run a program and return what it prints."""
     printed = StringIO()
-    with redirect_stdout(printed):
+    with redirect_stdout(printed), matplotlib.rc_context({"backend": "agg"}):
         exec(code, names)
     return printed.getvalue()
 
 
-def test_half_score_distances_of_known_errors_are_those_of_the_page():
-    page = (DOCS / "profiles.md").read_text()
-    (code,) = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
-    for name, *numbers in map(str.split, run(code, {}).splitlines()):
-        (row,) = re.findall(rf"^\| {name}.*$", page, flags=re.MULTILINE)
-        assert [cell.strip() for cell in row.split("|")[2:-1]] == numbers
+def run_doctest(code: str, names: dict[str, Any]) -> None:
+    test = doctest.DocTestParser().get_doctest(code, names, "page", None, None)
+    assert test.examples
+    failures: list[str] = []
+    doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(
+        test, out=failures.append, clear_globs=False
+    )
+    assert not failures, "".join(failures)
+    names.update(test.globs)
 
 
-def test_the_notebook_prints_what_it_shows():
-    cells = json.loads((DOCS / "notebooks" / "own_poses.ipynb").read_text())["cells"]
+def sessions(code: str) -> Iterator[tuple[str, str]]:
+    """Go through the commands behind a dollar, each with what it prints."""
+    for part in re.split(r"^\$ ", code, flags=re.MULTILINE)[1:]:
+        command, _, output = part.partition("\n")
+        yield command, output
+
+
+def run_bash(code: str, snakemake: Callable[..., None]) -> None:
+    """Run the commands of a block; all of it at once where it is a loop."""
+    if code.startswith("for "):
+        subprocess.run(["bash", "-euo", "pipefail", "-c", code], check=True)
+        return
+    code = re.sub(r"<< '(\w+)'\n.*?^\1$", "", code.replace("\\\n", " "), flags=re.DOTALL | re.M)
+    for line in code.splitlines():
+        for command in re.split(r" && | &$", line):
+            if shlex.split(command, comments=True):
+                run_command(command, snakemake)
+
+
+def run_command(command: str, snakemake: Callable[..., None]) -> str:
+    """Run a command, or check what can be checked of it; return what it prints, errors first."""
+    program, *arguments = shlex.split(command, comments=True)
+    if "snakemake" in [Path(program).name, *(Path(one).name for one in arguments[:1])]:
+        snakemake(*arguments[arguments[:1] == [".venv/bin/snakemake"] :])
+        return ""
+    if program == "alignscores":
+        return run_alignscores(arguments)
+    check = COMMANDS.get(program, run_other)
+    return check([program, *arguments]) or ""
+
+
+def run_alignscores(arguments: list[str]) -> str:
+    """Run the command in this process, with its redirections."""
+    out, err, stdin, target = StringIO(), StringIO(), sys.stdin, None
+    if ">" in arguments:
+        *arguments, _, target = arguments
+    if "<" in arguments:
+        *arguments, _, source = arguments
+        _stdin.cache_clear()
+        sys.stdin = TextIOWrapper(BytesIO(Path(source).read_bytes()))
+    try:
+        with redirect_stdout(out), redirect_stderr(err), matplotlib.rc_context({"backend": "agg"}):
+            assert alignscores(arguments) == 0, err.getvalue()
+    finally:
+        sys.stdin = stdin
+    if target:
+        Path(target).write_text(out.getvalue())
+    return err.getvalue() + out.getvalue()
+
+
+def run_python_program(command: list[str]) -> None:
+    """Resolve the settings of an experiment; of other programs check that they are there."""
+    _, *arguments = command
+    match arguments:
+        case ["-m", "venv", ".venv"] | ["-"]:
+            pass
+        case ["-m", "experiments.run", "--help"]:
+            with redirect_stdout(StringIO()), pytest.raises(SystemExit, match="0"):
+                experiments_run(["--help"])
+        case ["-m", "experiments.run", *overrides]:
+            load(overrides)
+        case ["-m", module]:
+            assert list(ROOT.glob(f"{module.replace('.', '/')}.py")) or (ROOT / module).is_dir()
+        case _:
+            raise AssertionError(f"not known to the tests: {command}")
+
+
+def check_pip(command: list[str]) -> None:
+    """Check that an installation names extras and files that there are."""
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"][
+        "optional-dependencies"
+    ]
+    assert command[1] == "install"
+    for argument in command[2:]:
+        if named := re.search(r"\[(.*)\]", argument):
+            assert set(named[1].split(",")) <= set(extras)
+        elif argument.endswith(".lock"):
+            assert (ROOT / argument).exists()
+
+
+def check_pytest(command: list[str]) -> None:
+    """Check that tests and marks are there: the tests run by themselves."""
+    options = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["pytest"]["ini_options"]
+    if "-m" in command:
+        marks = [mark.partition(":")[0] for mark in options["markers"]]
+        assert command[command.index("-m") + 1] in marks
+    assert all((ROOT / one).exists() for one in command if one.startswith("tests/"))
+
+
+def check_tool(command: list[str]) -> None:
+    """Check that a program is there, and the folders that it is told."""
+    assert Path(sys.executable).with_name(Path(command[0]).name).exists()
+    assert all((ROOT / one).exists() for one in command[1:] if one in ("docs", "tests"))
+
+
+def change_folder(command: list[str]) -> None:
+    os.chdir(command[1])
+
+
+def no_check(command: list[str]) -> None:
+    """Leave out what changes the machine."""
+
+
+def run_other(command: list[str]) -> None:
+    subprocess.run(command, check=True)
+
+
+COMMANDS: dict[str, Callable[[list[str]], None]] = {
+    **dict.fromkeys(("python3", ".venv/bin/python"), run_python_program),
+    **dict.fromkeys(("pip", ".venv/bin/pip"), check_pip),
+    **dict.fromkeys(
+        (f".venv/bin/{name}" for name in ["dask", "mypy", "ruff", "sphinx-build"]), check_tool
+    ),
+    ".venv/bin/pytest": check_pytest,
+    "cd": change_folder,
+    "source": no_check,
+    "apt-get": no_check,
+}
+"""What is done instead of running a command; whatever is not named here runs."""
+
+
+@pytest.fixture
+def snakemake() -> Callable[..., None]:
+    """Plan what a command would do, as Snakemake's ``--dry-run``, each command once."""
+
+    def plan(*arguments: str) -> None:
+        own = ["--snakefile", str(ROOT / "Snakefile")]
+        if Path("Snakefile").exists():
+            own = []
+        elif rule_of(arguments):  # tests/workflow plans all of them
+            return
+        # From a server that has imported what takes long. More replicates are planned alike.
+        settings = [one for one in arguments if not one.startswith("replicates=")]
+        if "claims" in settings:
+            settings += [] if "--config" in settings else ["--config"]
+            settings.insert(settings.index("--config") + 1, "replicates=2")
+        if tuple(settings) in PLANNED:
+            return
+        PLANNED.add(tuple(settings))
+        process = FORKS.Process(target=dry_run, args=([*settings, *own], "planned.txt"))
+        process.start()
+        process.join()
+        assert process.exitcode == 0, Path("planned.txt").read_text()
+
+    return plan
+
+
+PLANNED: set[tuple[str, ...]] = set()
+FORKS = get_context("forkserver")
+FORKS.set_forkserver_preload(["snakemake.cli", "experiments.config", "studies.__main__"])
+
+
+def rule_of(arguments: tuple[str, ...]) -> bool:
+    """Tell whether a command names a rule of the Snakefile and nothing else."""
+    files = [ROOT / "Snakefile", *(ROOT / "workflow").glob("*.smk")]
+    code = "\n".join(file.read_text() for file in files)
+    return len(arguments) == 1 and f"\nrule {arguments[0]}:\n" in code
+
+
+def dry_run(arguments: list[str], log: str) -> None:
+    """Run Snakemake, which exits."""
+    from snakemake.cli import main
+
+    with Path(log).open("w") as stream, redirect_stdout(stream), redirect_stderr(stream):
+        main([*arguments, "--dry-run", "--quiet"])
+
+
+def test_the_notebook_prints_what_it_shows() -> None:
+    cells = json.loads((DOCS / "how-to" / "own_poses.ipynb").read_text())["cells"]
     names: dict[str, Any] = {}
     shown = 0
-    with matplotlib.rc_context({"backend": "agg"}):
-        for cell in cells:
-            if cell["cell_type"] != "code":
-                continue
-            texts = ["".join(o["text"]) for o in cell["outputs"] if o["output_type"] == "stream"]
-            code = "".join(cell["source"]).replace("plt.show()", "plt.close()")
-            assert run(code, names) == "".join(texts)
-            shown += bool(texts)
+    for cell in cells:
+        if cell["cell_type"] != "code":
+            continue
+        texts = ["".join(o["text"]) for o in cell["outputs"] if o["output_type"] == "stream"]
+        code = "".join(cell["source"]).replace("plt.show()", "plt.close()")
+        assert run_python(code, names) == "".join(texts)
+        shown += bool(texts)
     assert shown == 2
 
 
-def test_the_table_has_every_name():
-    page = (DOCS / "protocols.md").read_text()
+def test_the_table_of_protocols_has_every_name() -> None:
+    page = (DOCS / "reference" / "protocols.md").read_text()
     for family in PROTOCOLS:
         assert f"| `{family.syntax}` | {family.description}" in page
+
+
+def test_the_settings_have_every_name() -> None:
+    page = (DOCS / "reference" / "settings.md").read_text()
+    options = {option for metric in METRICS.values() for option in metric.options.model_fields}
+    for name in {*SETTINGS, *EXECUTION, *METRICS, *options, *PATHS, *ERRORS, *OUTLIERS}:
+        assert f"`{name}`" in page, name
+
+
+def test_the_result_files_have_every_column(tmp_path: Path, monkeypatch: Any) -> None:
+    """Of one's own trajectories; those of the study are shown from the docstrings."""
+    monkeypatch.chdir(ROOT / "tests" / "data")
+    page = (DOCS / "reference" / "results.md").read_text()
+    files = [str(tmp_path / name) for name in ("errors.csv", "profile.csv", "metrics.csv")]
+    options = [f"--{kind}={file}" for kind, file in zip(SAVED, files, strict=True)]
+    pair = ["tum/reference.txt", "tum/estimate.txt"]
+    printed = json.loads(run_alignscores(["tum", *pair, "--json", "--repeat=2", *options]))
+    tables = [Path(file).read_text().splitlines()[0] for file in files[:2]]
+    names = {column for header in tables for column in header.split(",")}
+    names |= {*printed["results"][0], *printed["results"][0]["alignment"], "estimate"}
+
+    copies = tmp_path / "data" / "a"
+    copies.mkdir(parents=True)
+    for system in ("x", "y"):
+        shutil.copy(pair[1], copies / f"{system}.txt")
+    patterns = ["tum/reference.txt", f"{tmp_path}/data/{{sequence}}/{{system}}.txt"]
+    shutil.copy(pair[0], copies.parent / "a.txt")
+    patterns[0] = f"{tmp_path}/data/{{sequence}}.txt"
+    compare = ["compare", "tum", *patterns, "--no_cache", "--jobs=1"]
+    compared = json.loads(run_alignscores([*compare, "--json"]))
+    for entries in ("results", "systems", "comparisons"):
+        names |= {*compared[entries][0], entries}
+    names |= {*run_alignscores([*compare, "--csv"]).splitlines()[0].split(",")}
+    metrics = {"TAS", "RAS", "PAS", "half_distance", "half_angle"}
+    names -= {f"{metric}_sd" for metric in metrics} - {"TAS_sd", "PAS_sd"}
+    assert {name for name in names if f"`{name}`" not in page} == set()
+
+
+SAVED = ("save_errors", "profile", "save_metrics")

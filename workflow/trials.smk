@@ -2,7 +2,7 @@
 from math import ceil, gcd
 
 
-# What a cluster is asked for. Measured (docs/cluster.md): a process takes 140 MB, as does each of the
+# What a cluster is asked for. Measured (docs/how-to/cluster.md): a process takes 140 MB, as does each of the
 # two Snakemakes beside it; a replicate of all claims takes 0.8 s for each trial of a cell, one of those
 # with all readings 2.4 s.
 def memory(wildcards, threads):

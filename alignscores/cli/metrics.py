@@ -42,8 +42,8 @@ LEGEND = """\
 K is a whole number of degrees, ANGLE is in degrees (5deg or 5), DISTANCE in mm, cm or m, as in
 auc@30:vggt and recall@5cm,5deg. What is in [brackets] may be left out; the first choice then holds.
 STATISTIC: rmse, mean, median, std, min, max. ALIGNMENT: sim3, se3, scale, none. PATH: estimate,
-reference, consecutive. All are of the cameras that are scored, see --missing. docs/protocols.md has
-the definitions."""
+reference, consecutive. All are of the cameras that are scored, see --missing. The
+definitions are in docs/reference/protocols.md."""
 
 
 class Metrics(argparse.Action):

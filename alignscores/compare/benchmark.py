@@ -207,7 +207,7 @@ def _expected_names(own: Mapping[tuple[str, ...], str], expected: Expected | Non
 def read_yaml(path: str) -> Benchmark:
     """Read a benchmark that is described in a YAML file.
 
-    Paths in it are relative to its folder. ``docs/compare.md`` shows one.
+    Paths in it are relative to its folder. ``docs/how-to/compare.md`` shows one.
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 TAS is, up to the step between its thresholds, the mean of ``max(0, 1 - e / T)`` over the cameras,
 T being the largest threshold. So the alignment that maximises it minimises the truncated L1 cost
-``sum(min(e, T))``. The derivation is in ``docs/refined-registration.md``.
+``sum(min(e, T))``. The derivation is in ``docs/explanation/registration.md``.
 """
 
 from dataclasses import dataclass
@@ -75,7 +75,7 @@ def refined(
 
     References
     ----------
-    ``docs/refined-registration.md``. Not in the paper.
+    ``docs/explanation/registration.md``. Not in the paper.
 
     Examples
     --------

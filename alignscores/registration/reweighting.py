@@ -46,7 +46,7 @@ def truncated_costs(
 
     References
     ----------
-    ``docs/refined-registration.md``.
+    ``docs/explanation/registration.md``.
 
     Examples
     --------
@@ -85,7 +85,7 @@ def reweighted_fits(
 
     References
     ----------
-    ``docs/refined-registration.md``.
+    ``docs/explanation/registration.md``.
 
     Examples
     --------

@@ -230,17 +230,17 @@ def effects(axes: Sequence[Axis], parts: Parts) -> pd.DataFrame:
         - `noise_power, outlier_power`: Kendall's tau with noise and with outliers, the mean over
           the other's levels; `noise_power_smallest, outlier_power_smallest`: the smallest
         - `majority_power`: tau with noise where four of five cameras are outliers
-        - `noise_range, noise_range_of_means`: largest minus smallest trial (mean of trials) over the
-          noise levels, averaged over the outlier counts
-        - `camera_dependence`: how far the mean moves over the numbers of cameras, in per cent of the
-          range of all means
+        - `noise_range, noise_range_of_means`: largest minus smallest trial (mean of trials) over
+          the noise levels, averaged over the outlier counts
+        - `camera_dependence`: how far the mean moves over the numbers of cameras, in per cent of
+          the range of all means
         - `seed_noise`: standard deviation over the seeds of the registration, the median over
           scenes
 
         Behind each of `COMPARED` stand, as `..._error`, the standard error of its difference from
-        that of the paper's value, and as `..._p` the p-value against no difference, adjusted for the
-        number of all differences in the table by Holm's method. Empty for the paper's value, and
-        where there is one trial.
+        that of the paper's value, and as `..._p` the p-value against no difference, adjusted for
+        the number of all differences in the table by Holm's method. Empty for the paper's value,
+        and where there is one trial.
 
     Notes
     -----

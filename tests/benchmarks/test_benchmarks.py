@@ -73,7 +73,7 @@ def test_page_and_plot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(benchmarks, "peak_memory", lambda _name, n: n / 100)
     monkeypatch.setattr(sys, "argv", ["benchmarks", "--output", str(tmp_path)])
     assert benchmarks.main() == 0
-    page = (tmp_path / "benchmarks.md").read_text()
+    page = (tmp_path / "reference" / "benchmarks.md").read_text()
     assert "| 100 | 1 | 2 | 3 | 4 | 5 | 6 |" in page
     assert "| 100 | 90% | 1 | 4 | 0.25 | – | – | 20 |" in page
     assert "| 100 | 90% | 1 | 1.8 | 1.80 | 70 |" in page
@@ -102,6 +102,6 @@ def test_protocols_page(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None
     monkeypatch.setattr(protocols, "measure", lambda calls: dict.fromkeys(calls, 0.002))
     monkeypatch.setattr(sys, "argv", ["benchmarks.protocols", "--output", str(tmp_path)])
     assert protocols.main() == 0
-    page = (tmp_path / "protocol-benchmarks.md").read_text()
+    page = (tmp_path / "reference" / "protocol-benchmarks.md").read_text()
     assert "| `auc@30:vggt` | 2 | 2 | 2 | 2 | 2 | 1000 | 10,000 |" in page
     assert "| `maa:imc` | 2 | 2 | 2 | – | – | 10 | 100 |" in page

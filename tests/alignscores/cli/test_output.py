@@ -1,18 +1,19 @@
 """The table and the JSON."""
 
+import gzip
 import json
 import re
-import shutil
-import subprocess
 from io import BytesIO, TextIOWrapper
-from pathlib import Path
 
 import numpy as np
 import pytest
+from evo.core import sync
+from evo.tools import file_interface
 
 import alignscores
-from alignscores import tas
+from alignscores import pas, tas
 from alignscores.trajectories.association import match
+from alignscores.trajectories.evo import PAS
 from alignscores.trajectories.files import _stdin, read_kitti, read_tum
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
@@ -159,39 +160,41 @@ def test_json_has_no_numbers_that_json_has_not(score, tmp_path):
     assert 0 < result["TAS"] < 1
 
 
-def test_the_examples_in_the_readme(examples, run, capsys, tmp_path, monkeypatch):
-    """On files: all commands and programs run, and print what stands there."""
-    readme = (examples.parents[1] / "README.md").read_text()
-    section = re.search(r"## Score trajectory files\n(.*?)\n## ", readme, re.DOTALL)[1]
-    shutil.copytree(examples, tmp_path, dirs_exist_ok=True)
-    monkeypatch.chdir(tmp_path)
-    expected = re.search(r"\$ alignscores .*?\n(.*?)```", section, re.DOTALL)[1]
-    blocks = re.findall(r"```(?:bash|console)\n(.*?)```", section, re.DOTALL)
-    printed = []
-    for line in re.findall(r"^(?:\$ )?((?:alignscores|gzip) .*)$", "\n".join(blocks), re.MULTILINE):
-        command, *arguments = line.partition(" > ")[0].split()
-        if command == "gzip":
-            subprocess.run([command, *arguments], check=True)
-            continue
-        if "<" in arguments:
-            _stdin.cache_clear()
-            stream = BytesIO(Path(arguments.pop()).read_bytes())
-            monkeypatch.setattr("sys.stdin", TextIOWrapper(stream))
-            arguments.remove("<")
-        printed.append(run(*arguments))
-    assert [code for code, _, _ in printed] == [0] * 18
-    assert printed[0] == (0, expected, "")
-    named, compressed, piped, shifted = (printed[index] for index in (5, 6, 7, 12))
-    assert "images are matched by file name: 'images/0000.png' and '0000.png'" in named[2]
-    for _, out, _ in (compressed, piped):
-        assert out.splitlines()[1].split()[1:4] == expected.splitlines()[1].split()[1:4]
-    assert re.search(r"note: estimate.txt: time offset of -?0\.00\d\d s found", shifted[2])
-    saved = {"errors.csv", "scores.png", "aligned.txt", "r.zip", "profiles.csv", "m.csv"}
-    assert saved <= {path.name for path in tmp_path.iterdir()}
-    for program in re.findall(r"```python\n(.*?)```", section, re.DOTALL):
-        exec(program, {})
-    score, statistics = capsys.readouterr().out.splitlines()
-    assert f"'PAS': {score}" in statistics
+def test_what_comes_compressed_or_through_a_pipe_scores_alike(run, examples, tmp_path, monkeypatch):
+    plain = (examples / TUM[2]).read_bytes()
+    compressed = tmp_path / "estimate.txt.gz"
+    compressed.write_bytes(gzip.compress(plain))
+    _stdin.cache_clear()
+    monkeypatch.setattr("sys.stdin", TextIOWrapper(BytesIO(plain)))
+    outputs = [run(*TUM[:2], estimate)[1] for estimate in (TUM[2], compressed, "-")]
+    assert len({tuple(out.splitlines()[1].split()[1:]) for out in outputs}) == 1
+
+
+def test_what_had_to_be_guessed_is_noted(run):
+    files = ("nerf/reference.json", "colmap/estimate", "--est_format", "colmap")
+    code, _, notes = run("nerf", *files)
+    assert code == 0
+    assert "images are matched by file name: 'images/0000.png' and '0000.png'" in notes
+    code, _, notes = run(*TUM, "--t_offset", "auto")
+    assert code == 0
+    assert re.search(r"note: estimate.txt: time offset of -?0\.00\d\d s found", notes)
+
+
+def test_all_files_are_saved_and_say_what_python_says(run, examples, tmp_path):
+    names = ["errors.csv", "scores.png", "aligned.txt", "r.zip", "profiles.csv", "m.csv"]
+    kinds = ["errors", "plot", "aligned", "results", "profile", "metrics"]
+    options = [f"--{'' if kind == 'profile' else 'save_'}{kind}" for kind in kinds]
+    saved = [part for pair in zip(options, names, strict=True) for part in pair]
+    paths = [str(tmp_path / part) if part in names else part for part in saved]
+    assert run(*TUM, *paths)[0] == 0
+    assert {path.name for path in tmp_path.iterdir()} >= set(names)
+    matches = match(*(read_tum(examples / path) for path in TUM[1:]))
+    files = [str(examples / path) for path in TUM[1:]]
+    metric = PAS()
+    metric.process_data(
+        sync.associate_trajectories(*map(file_interface.read_tum_trajectory_file, files))
+    )
+    assert metric.get_all_statistics()["PAS"] == pas(matches.gt_poses, matches.est_poses).score
 
 
 def test_the_alignment_takes_the_estimate_to_the_reference(score, examples):
