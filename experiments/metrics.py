@@ -263,7 +263,8 @@ def evaluate(
     -----
     Cameras that are missing in the estimate count as failures in TAS, RAS, PAS and mAA. ATE, DTE,
     DRE and the rotation statistics have no value for them and are evaluated on the other cameras
-    alone, as is usual: to lose a bad camera improves them. For protocols see docs/reference/protocols.md.
+    alone, as is usual: to lose a bad camera improves them. For protocols see
+    docs/reference/protocols.md.
     """
     evaluation = Evaluation(scene, registration_seed)
     return {metric: evaluation.value(Column.parse(metric)) for metric in metrics}
