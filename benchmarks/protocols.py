@@ -84,7 +84,7 @@ def report(times: dict[int, Times], memory: Times) -> str:
     ]
     return "\n".join(
         [
-            "# What today's protocols cost",
+            "# Benchmarks of the protocols",
             "",
             "Written by `python -m benchmarks.protocols`: milliseconds against the number of",
             "cameras (a cube, 30 % outliers, 3 cm and 3 degrees of noise), and the largest",

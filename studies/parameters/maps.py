@@ -110,7 +110,8 @@ def compare(parts: Mapping[str, Trials]) -> pd.DataFrame:
 
         - `map, part, geometry, n_cameras, n_outliers, noise`: the latter the geometric mean of the
           two levels
-        - `metric`, and a column for each option that the maps vary, empty for another metric
+        - `metric`, and its options that the maps vary: `max_threshold, max_threshold_deg, order,
+          prescreen, n_hypotheses`; empty for another metric
         - `right_order`: probability in per cent that a trial at the lower level comes out better
         - `difference`: from that with the paper's values on the same cameras, `error`: its standard
           error, `p`: the p-value against no difference, adjusted for all differences in the map by

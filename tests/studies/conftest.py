@@ -1,5 +1,7 @@
 """Trials that are made up: what they show is known."""
 
+import inspect
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -11,6 +13,14 @@ import pytest
 from experiments.config import Sweep
 from experiments.grid import Cell, evaluations
 from experiments.tables import Record, Trials
+
+
+def undescribed(function: Callable[..., object], table: pd.DataFrame) -> list[str]:
+    """Return the columns that a docstring does not name: the documentation shows it."""
+    described = set(re.findall(r"\w+", inspect.getdoc(function) or ""))
+    names = [re.sub("_(error|p)$", "", str(column)) for column in table.columns]
+    return [name for name in names if name not in described]
+
 
 Value = Callable[[str, Cell, int, np.random.Generator], float]  # metric, cell, trial
 

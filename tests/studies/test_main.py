@@ -15,8 +15,15 @@ from experiments.tables import Record, Trials, read_trials
 from studies.__main__ import main
 from studies.claims.claims import load_claims
 from studies.claims.plan import plan
+from studies.claims.verdicts import decide
+from studies.parameters import registrations
 from studies.parameters.axes import axes_of, load_parameters
+from studies.parameters.effects import effects
+from studies.parameters.times import measure
+from studies.scenarios.findings import findings
 from studies.table1 import EXPERIMENTS, compare, to_markdown
+
+from .conftest import undescribed
 
 MakeUp = Callable[..., Trials]
 Written = Callable[[Mapping[str, Trials]], list[str]]
@@ -63,6 +70,7 @@ def test_table1_is_written_as_csv_and_markdown(
     )
     assert text.read_text() == to_markdown(expected)
     pd.testing.assert_frame_equal(pd.read_csv(table), expected)
+    assert undescribed(compare, expected) == []
 
     table.unlink()
     assert main(["table1", *paths, "--output", str(table)]) == 1
@@ -92,6 +100,7 @@ def test_claims_have_verdicts_and_decisions(
         table = pd.read_csv(outputs[0]).set_index("id")
         assert list(table.index) == list(CLAIMS.claims)
         assert (table["replicates"] == 2).all()
+        assert all(": " in column for column in undescribed(decide, table))  # a reading each
         for name, found in table["verdict"].items():
             verdicts.setdefault(str(name), []).append(found)
     # All metrics get worse; all rise, errors for the worse.
@@ -101,6 +110,7 @@ def test_claims_have_verdicts_and_decisions(
     assert verdicts["outliers-ate-discerns"] == [yes, yes]
     assert verdicts["outliers-ate-blind"] == [no, no]
     readings = pd.read_csv(outputs[1])
+    assert undescribed(decide, readings) == []
     assert set(readings["decision"]) == {"taken", *(decision.id for decision in CLAIMS.decisions)}
 
     outputs[0].unlink()
@@ -143,6 +153,7 @@ def test_a_parameter_study_is_written_the_same_again(
     measured = pd.read_csv(times)
     assert len(measured) == 2 * max(len(axes), 1)
     assert (measured["milliseconds"] > 0).all()
+    assert undescribed(measure, measured) == []
 
     contents = []
     for folder in ("a", "b"):
@@ -153,6 +164,8 @@ def test_a_parameter_study_is_written_the_same_again(
     assert contents[0] == contents[1]
     assert [len(pd.read_csv(path)) for path in outputs[:-1]] == rows
     assert text in outputs[-1].read_text()
+    describing = effects if name == "threshold" else registrations.compare
+    assert set(undescribed(describing, pd.read_csv(outputs[0]))) <= {"pcr99", "refined"}
 
     # Each table has its own kind of axes, in whatever order the file has them.
     monkeypatch.setattr("studies.__main__.axes_of", lambda *of: axes_of(*of)[::-1])
@@ -177,6 +190,7 @@ def test_scenarios_have_findings(
     output = tmp_path / "own.csv"
     assert main(["scenarios", *paths, "--output", str(output)]) == 0
     table = pd.read_csv(output)
+    assert undescribed(findings, table) == []
     assert table[["scenario", "metric"]].to_numpy().tolist() == [
         [name, metric] for name in "ab" for metric in ("TAS", "ATE")
     ]

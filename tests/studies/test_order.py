@@ -11,6 +11,8 @@ from experiments.grid import Cell
 from experiments.tables import Trials
 from studies.order import compare_orders, rankings, to_markdown
 
+from .conftest import undescribed
+
 MakeUp = Callable[..., Trials]
 
 SCATTER = {"ATE": 0.0, "DTE": 1e9, "mAA": 0.5, "TAS": 0.5}  # in steps of the noise
@@ -28,6 +30,7 @@ def test_metrics_are_ranked_by_the_order_of_neighbours(make_up: MakeUp) -> None:
     settings = ["experiment=trajectory_length", "sigma_t=[0.01,0.02,0.03]", "n_cameras=[5,10]"]
     trials = make_up(load_sweep([*settings, "trials=40"]), value=value)
     table = compare_orders({"trajectory_length": trials})
+    assert undescribed(compare_orders, table) == []
     assert set(table["level"]) == {"noise"}
     alone = table[table["versus"].isna()].set_index("metric")
     assert alone.loc["ATE", ["order", "trials", "cameras"]].tolist() == [100, 6, 5]

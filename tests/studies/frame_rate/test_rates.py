@@ -13,6 +13,8 @@ from experiments.tables import Trials, read_trials
 from studies.__main__ import main
 from studies.frame_rate.rates import compare, load_frame_rate
 
+from ..conftest import undescribed
+
 MakeUp = Callable[..., Trials]
 
 
@@ -66,4 +68,5 @@ def test_program_writes_table_and_sentences(
     pd.testing.assert_frame_equal(
         pd.read_csv(outputs[0]), compare({"s": read_trials(Path(paths[0]))})
     )
+    assert undescribed(compare, pd.read_csv(outputs[0])) == []
     assert "| TAS | 56 to 56 | 100 | 50 |" in outputs[1].read_text()

@@ -14,6 +14,8 @@ from experiments.tables import Trials
 from studies.__main__ import main
 from studies.parameters.maps import compare, load_maps
 
+from ..conftest import undescribed
+
 MakeUp = Callable[..., Trials]
 Written = Callable[..., list[str]]
 
@@ -74,7 +76,9 @@ def test_program_writes_table_and_sentences(
 ) -> None:
     outputs = [tmp_path / "maps.csv", tmp_path / "maps.md"]
     assert main(["threshold_maps", *written(parts), "--output", *map(str, outputs)]) == 0
-    assert len(pd.read_csv(outputs[0])) == len(compare(parts))
+    table = pd.read_csv(outputs[0])
+    assert len(table) == len(compare(parts))
+    assert undescribed(compare, table) == []
     text = outputs[1].read_text()
     assert "with the best of 3 thresholds at each noise, found afterwards" in text
     assert "TAS(order=0.5) −" in text

@@ -18,6 +18,8 @@ from studies.today.findings import duels, sentences
 from studies.today.orders import compare
 from studies.today.questions import load_today
 
+from ..conftest import undescribed
+
 MakeUp = Callable[..., Trials]
 SETTINGS = ["noise=paired", "sigma_t=[1,2,3]", "sigma_r_deg=[1,2,3]", "trials=20"]
 METRICS = ("TAS", "ate:rmse", "rpe@1f")
@@ -109,6 +111,7 @@ def test_wins_and_losses_are_told(
     questions: dict[str, Trials], written: Callable[..., list[str]], tmp_path: Path
 ) -> None:
     table = compare(questions)
+    assert undescribed(compare, table) == []
     assert [duel.verdict for duel in duels(table)] == ["even", "wins", "loses"]
     win, lose, _, seeing = sentences(table)
     assert win.startswith("The new scores win on 1 of 3: outliers: outliers (TAS +")
