@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
 from ..histogram import AlignmentScore
@@ -196,7 +196,10 @@ def profile_panel(
         if units[0] <= half <= units[-1]:
             axes.plot(half, 0.5, "o", color=line["color"], markersize=4)
     axes.set(xscale="log", xlim=(units[0], units[-1]), ylim=(0, 1))
+    # By default, over little more than a decade, the ticks between have labels that overlap.
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _frequency(score: AlignmentScore, unit: float) -> Floats:
