@@ -61,7 +61,7 @@ class ScoreProfile:
     >>> errors = np.array([[0.0, 1.0, 2.0]])
     >>> profile = ScoreProfile(np.array([1.0, 10.0]), errors, n_thresholds=100)
     >>> profile.scores.round(2), round(profile.half, 2)
-    (array([0.33, 0.9 ]), 1.98)
+    (array([0.33, 0.9 ]), 1.96)
     """
 
     units: Floats
@@ -99,8 +99,8 @@ class ScoreProfile:
         >>> import numpy as np
         >>> from alignscores import ScoreProfile
         >>> profile = ScoreProfile(np.array([1.0]), np.array([[0.0, 1.0, 2.0]]), n_thresholds=100)
-        >>> round(profile.at(0.9), 1), profile.at(1)
-        (9.9, 200.0)
+        >>> round(profile.at(0.9), 2), round(profile.at(1), 2)
+        (9.52, 200.0)
         """
         check_positive(score, "score")
         if score > 1:

@@ -69,10 +69,12 @@ class Matches:
     --------
     >>> import numpy as np
     >>> from alignscores.trajectories.association import match
+    >>> from alignscores.trajectories.files import Trajectory
     >>> poses = np.tile(np.eye(4), (3, 1, 1))
-    >>> matches = match((["a", "b", "c"], poses), (["c", "a"], poses[:2]), missing="fail")
-    >>> matches.keys, matches.est_rows, matches.missing
-    (array(['a', 'b', 'c'], dtype='<U1'), array([ 1, -1,  0]), 1)
+    >>> reference = Trajectory(["a", "b", "c"], poses)
+    >>> matches = match(reference, Trajectory(["c", "a"], poses[:2]), missing="fail")
+    >>> matches.est_rows, matches.matched, matches.missing
+    (array([ 1, -1,  0]), 2, 1)
     """
 
     keys: NDArray[Any]
