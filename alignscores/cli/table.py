@@ -30,6 +30,7 @@ COLUMNS = (  # header, key of the JSON output, format
     ("parts", "n_parts", "d"),
 )
 SELDOM = ("missing", "no_pose", "duplicate", "n_parts")  # shown where not all are 0
+SPREADS = ("TAS_sd", "PAS_sd")  # shown where a score has one, close to it
 # For long names. (The sd of the PAS is that of the TAS times its weight.)
 FIRST_DROPPED = ("within_10_deg", "within_unit", "duplicate", "PAS_sd", "no_pose")
 NEXT_DROPPED = ("missing",)  # for names shortened to so many characters
@@ -62,6 +63,7 @@ def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
         for header, key, form in COLUMNS
         if (key != "rank" or len(results) > 1)
         and (key not in SELDOM or any(np.any(values[key]) for values in results))
+        and (key not in SPREADS or any(values[key] is not None for values in results))
     }
     if any(values["lost"] > MUCH_LOST for values in results):
         marks = " ", *("*" if values["lost"] > MUCH_LOST else " " for values in results)
@@ -89,7 +91,7 @@ def _room(columns: Mapping[str, Sequence[str]]) -> int:
 
 def _gap(key: str) -> str:
     """Return what stands before a column: a standard deviation belongs to the score before it."""
-    return " " if key in ("TAS_sd", "PAS_sd") else "  "
+    return " " if key in SPREADS else "  "
 
 
 def shortened(names: list[str], width: int) -> list[str]:

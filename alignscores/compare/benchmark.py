@@ -112,11 +112,11 @@ def from_patterns(
         },
         problems,
     )
-    for kind, pattern, taken in (
+    for kind, pattern, matching in (
         ("reference", reference, references),
         ("estimate", estimate, estimates),
     ):
-        if not taken:
+        if not matching:
             raise ValueError("; ".join([f"no {kind} matches the pattern {pattern}", *problems[:1]]))
     return Benchmark(
         format,

@@ -55,9 +55,12 @@ def test_one_estimate_with_missing_cameras_has_both_standard_deviations():
 
 
 def test_numbers_without_a_value():
-    none = dict.fromkeys(("ATE", "TAS_sd", "half_distance", "half_angle"))
-    line = table([ROW | none], "").splitlines()[1]
-    assert [line.split()[column] for column in (2, 3, 5, 8)] == ["-"] * 4
+    none = dict.fromkeys(("ATE", "TAS_sd", "PAS_sd", "half_distance", "half_angle"))
+    header, line = table([ROW | none], "").splitlines()
+    assert "sd" not in header.split()  # where no score has one
+    assert [line.split()[column] for column in (2, 4, 6)] == ["-"] * 3
+    line = table([ROW, ROW | none], "").splitlines()[2]
+    assert [line.split()[column] for column in (3, 4, 6, 8)] == ["-"] * 4
 
 
 def test_the_score_of_a_track_that_lost_much_is_marked():
