@@ -53,7 +53,8 @@ def page(
         Largest thresholds of TAS (``threshold``, in d) and RAS (``degrees``), and the ``weight``.
     """
     own, key = files(__package__), _in_key(summary)
-    title = f"{len(summary.systems)} systems on {len(summary.sequences)} sequences"
+    counts = {"system": len(summary.systems), "sequence": len(summary.sequences)}
+    title = " on ".join(f"{count} {what}{'s' * (count > 1)}" for what, count in counts.items())
     sections = [
         ("overall", "Over all sequences", _table(summary, names, footnotes)),
         ("sequences", f"{by} by sequence", _heat_map(summary, by, names)),
