@@ -15,8 +15,8 @@ __all__ = ["compiled_loop", "counter"]
 Floats = NDArray[np.float64]
 
 SOURCE = Path(__file__).with_name("floor.c")
-# What -ffast-math stands for, but for its start-up code: that would round the smallest numbers to 0 in
-# the whole process.
+# What -ffast-math stands for, but for its start-up code: that would flush the smallest numbers to 0
+# in the whole process.
 FAST = "-fno-math-errno -ffinite-math-only -fno-signed-zeros -fno-trapping-math -fassociative-math"
 FLAGS = ["-O3", "-march=native", *FAST.split(), "-freciprocal-math", "-shared", "-fPIC"]
 
