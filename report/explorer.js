@@ -57,7 +57,8 @@
   const unpacked = new Map();
   function trialsOf(experiment) {
     if (!unpacked.has(experiment)) {
-      const [positions, rotations, units] = [experiment.positions, experiment.rotations, experiment.units].map(unpack);
+      const [positions, rotations, units] =
+        [experiment.positions, experiment.rotations, experiment.units].map(unpack);
       const grid = experiment.series.labels.map(() => experiment.levels.labels.map(() => []));
       let [camera, trial] = [0, 0];
       experiment.cells.forEach(([curve, level], cell) => {
@@ -88,7 +89,9 @@
   }
 
   function scoreOf(trial, name, chosen, maxThreshold = chosen[THRESHOLD[name]]) {
-    if (name === "PAS") return pas(scoreOf(trial, "TAS", chosen), scoreOf(trial, "RAS", chosen), chosen.weight);
+    if (name === "PAS") {
+      return pas(scoreOf(trial, "TAS", chosen), scoreOf(trial, "RAS", chosen), chosen.weight);
+    }
     const [errors, unit, options] = scored(trial, name, chosen);
     return score(errors, unit, { ...options, maxThreshold });
   }
@@ -110,10 +113,10 @@
 
   // What the order is asked of: the noise along the x axis, and what curves differ in where more of it
   // is worse.
-  function ordersOf(experiment, grid) {
+  function ordersOf({ levels, series }, grid) {
     const found = [];
-    if (grid[0].length > 1) found.push(["noise", orderOf(grid)]);
-    if (grid.length > 1 && experiment.series.worsens) found.push([experiment.series.worsens, orderOf(transposed(grid))]);
+    if (grid[0].length > 1) found.push([levels.worsens, orderOf(grid)]);
+    if (grid.length > 1 && series.worsens) found.push([series.worsens, orderOf(transposed(grid))]);
     return found;
   }
 
@@ -135,7 +138,8 @@
   function usedBy(experiment) {
     const has = (name) => experiment.scores.includes(name);
     const outliers = experiment.outliers.some((count) => count > 0);
-    return { tas: has("TAS"), ras: has("RAS"), quantile: has("TAS"), thresholds: true, weight: has("PAS"), outliers };
+    const [tas, ras] = [has("TAS"), has("RAS")];
+    return { tas, ras, quantile: tas, thresholds: true, weight: has("PAS"), outliers };
   }
 
   function isPaper() {
@@ -149,8 +153,10 @@
     return state.level >= 1 && state.level <= count ? state.level - 1 : Math.floor((count - 1) / 2);
   }
 
-  const show = Object.fromEntries(Object.entries(STOPS).map(([name, values]) => [name,
-    slider(byId(name), byId(`${name}-value`), { values, describe: SHOWN[name], change: (value) => change({ [name]: value }) })]));
+  const show = Object.fromEntries(Object.entries(STOPS).map(([name, values]) => {
+    const options = { values, describe: SHOWN[name], change: (value) => change({ [name]: value }) };
+    return [name, slider(byId(name), byId(`${name}-value`), options)];
+  }));
 
   function showControls() {
     const experiment = current();
@@ -183,169 +189,217 @@
   // A table with a name for each row.
   function table(caption, head, rows) {
     const cells = (kind, scope, texts) => texts.map((text) => made(kind, scope ? { scope } : {}, text));
-    const box = made("div", { class: "scroll", role: "group", tabindex: 0, "aria-label": caption });
-    box.append(made("table", {}, made("caption", {}, caption), made("thead", {}, made("tr", {}, ...cells("th", "col", head))),
-      made("tbody", {}, ...rows.map(([name, ...rest]) => made("tr", {}, ...cells("th", "row", [name]), ...cells("td", "", rest))))));
-    return box;
+    const row = ([name, ...rest]) => made("tr", {}, ...cells("th", "row", [name]), ...cells("td", "", rest));
+    return made("div", { class: "scroll", role: "group", tabindex: 0, "aria-label": caption },
+      made("table", {}, made("caption", {}, caption),
+        made("thead", {}, made("tr", {}, ...cells("th", "col", head))),
+        made("tbody", {}, ...rows.map(row))));
   }
 
-  // Hosts of charts, which stay while what they show changes.
-  function hosts(parent, names, title) {
-    if (parent.dataset.names !== names.join()) {
-      parent.dataset.names = names.join();
-      parent.replaceChildren(...names.map((name) => {
-        const host = made("div", { class: "drawing" });
-        parent.hosts = { ...parent.hosts, [name]: host };
-        return made("div", { class: "sheet" }, made("h3", {}, ...title(name)), host);
-      }));
+  // Where charts are drawn, by name; they stay while the experiment does.
+  function hosts(parent, experiment, names, title) {
+    if (parent.dataset.experiment !== experiment.name) {
+      parent.dataset.experiment = experiment.name;
+      parent.hosts = Object.fromEntries(names.map((name) => [name, made("div")]));
+      parent.replaceChildren(...names.map((name) =>
+        made("div", { class: "sheet" }, made("h3", {}, ...title(name)), parent.hosts[name])));
     }
     return parent.hosts;
   }
 
-  const named = (experiment, curve) => `${experiment.series.name} ${experiment.series.labels[curve]}`;
-  const ends = (experiment, values) => experiment.series.labels.map((text, k) =>
-    ({ text, colour: experiment.series.colours[k], y: values[k] })).filter(({ y }) => Number.isFinite(y));
+  const BAR = 13; // width of a range, with the gap beside it
+  const meansOf = (grid) => grid.map((curve) => curve.map(mean));
 
   // The scores of all trials against the noise, as the figures of the study have them.
   function drawScores(experiment, name, host, grid, paper) {
     const { levels, series } = experiment;
     const count = levels.labels.length;
-    const strip = 13 * series.labels.length;
+    const strip = BAR * series.labels.length;
     const chart = frame(host, {
       label: `${name} against ${levels.name}, a curve for each of ${series.name} ${series.labels.join(", ")}; tables below`,
       x: {
         domain: [-0.5, count - 0.5], label: levels.name, format: (k) => levels.labels[k],
         ticks: [...new Set([0, Math.floor((count - 1) / 2), count - 1])],
       },
-      y: { domain: [0, 1], ticks: [0, 0.2, 0.4, 0.6, 0.8, 1] }, height: 250, left: 32, right: strip + 44,
+      y: { domain: [0, 1], ticks: [0, 0.2, 0.4, 0.6, 0.8, 1] },
+      height: 250, left: 32, right: strip + 44,
     });
-    const pixel = (chart.x(1) - chart.x(0)) * 0.7 / series.labels.length;
-    const start = chart.width - strip;
+    const [means, before] = [grid, paper].map(meansOf);
     series.colours.forEach((colour, k) => {
-      const hairs = grid[k].map((trials, level) => {
-        const x = chart.x(level) + (k + 0.5 - series.labels.length / 2) * pixel;
-        return `M${x.toFixed(1)} ${chart.y(least(trials)).toFixed(1)}V${chart.y(most(trials)).toFixed(1)}`;
-      });
-      chart.plot.append(element("path", { class: "hair", d: hairs.join(""), stroke: colour, opacity: 0.45 }));
-      if (!isPaper()) line(chart, paper[k].map((trials, level) => [level, mean(trials)]), { colour, ghost: true });
-      line(chart, grid[k].map((trials, level) => [level, mean(trials)]), { colour, dots: true });
-      const all = grid[k].flat();
-      const [top, bottom] = [chart.y(most(all)), chart.y(least(all))];
-      chart.plot.append(element("rect", { x: start + 13 * k + 1, y: top, width: 10, height: Math.max(bottom - top, 1), fill: colour }));
+      drawRanges(chart, grid[k], k, series);
+      if (!isPaper()) line(chart, [...before[k].entries()], { colour, ghost: true });
+      line(chart, [...means[k].entries()], { colour, dots: true });
     });
-    for (const k of new Set([0, series.labels.length - 1])) {
-      chart.plot.append(element("text", { x: start + 13 * k + 6, y: chart.height - chart.bottom + 16, "text-anchor": "middle" }, series.labels[k]));
-    }
-    chart.plot.append(element("text", { class: "name", x: start + strip / 2, y: chart.height - chart.bottom + 33, "text-anchor": "middle" }, "ranges"));
-    chart.plot.append(element("path", { class: "axis", d: `M${start} ${chart.height - chart.bottom}H${chart.width}` }));
-    endLabels(chart, ends(experiment, grid.map((curve) => mean(curve[count - 1]))));
+    const base = chart.height - chart.bottom;
+    const start = chart.width - strip;
+    const text = (x, y, words) => chart.plot.append(element("text", { x, y: base + y, "text-anchor": "middle" }, words));
+    for (const k of new Set([0, series.labels.length - 1])) text(start + BAR * (k + 0.5), 16, series.labels[k]);
+    text(start + strip / 2, 33, "ranges");
+    chart.plot.append(element("path", { class: "axis", d: `M${start} ${base}H${chart.width}` }));
+    endLabels(chart, series.labels.map((label, k) => ({ text: label, colour: series.colours[k], y: means[k][count - 1] })));
+    const values = (level) => series.labels.map((label, k) => `${label}: ${means[k][level].toFixed(3)}`).join(", ");
     cursor(chart, {
-      places: levels.labels.map((_, level) => level), name: `Read the ${name}`,
-      describe: (level) => `${levels.name} ${levels.labels[level]}: ${series.labels.map((label, k) => `${label}: ${mean(grid[k][level]).toFixed(3)}`).join(", ")} (by ${series.name})`,
+      places: [...levels.labels.keys()], name: `Read the ${name}`,
+      describe: (level) => `${levels.name} ${levels.labels[level]}: ${values(level)} (by ${series.name})`,
     });
   }
 
-  const scoreTable = (experiment, name, grid) => table(
-    `${name}, means by ${experiment.series.name} and ${experiment.levels.name}; range of all trials`,
-    [experiment.series.name, ...experiment.levels.labels, "smallest", "largest"],
-    grid.map((curve, k) => [experiment.series.labels[k], ...curve.map((trials) => mean(trials).toFixed(3)), least(curve.flat()).toFixed(3), most(curve.flat()).toFixed(3)]));
+  // A hairline from the smallest to the largest trial at each level, and a bar at the right for all.
+  function drawRanges(chart, curve, k, { labels, colours }) {
+    const apart = (chart.x(1) - chart.x(0)) * 0.7 / labels.length;
+    const hairs = curve.map((trials, level) => {
+      const x = chart.x(level) + (k + 0.5 - labels.length / 2) * apart;
+      return `M${x.toFixed(1)} ${chart.y(least(trials)).toFixed(1)}V${chart.y(most(trials)).toFixed(1)}`;
+    });
+    const all = curve.flat();
+    const [top, bottom] = [chart.y(most(all)), chart.y(least(all))];
+    const x = chart.width - BAR * (labels.length - k) + 1.5;
+    const height = Math.max(bottom - top, 1);
+    chart.plot.append(
+      element("path", { class: "hair", d: hairs.join(""), stroke: colours[k], opacity: 0.45 }),
+      element("rect", { x, y: top.toFixed(1), width: BAR - 3, height: height.toFixed(1), fill: colours[k] }),
+    );
+  }
+
+  const three = (value) => value.toFixed(3);
+
+  function scoreTable({ levels, series }, name, grid) {
+    const rows = grid.map((curve, k) => {
+      const all = curve.flat();
+      return [series.labels[k], ...[...curve.map(mean), least(all), most(all)].map(three)];
+    });
+    const caption = `${name}, means by ${series.name} and ${levels.name}; range of all trials`;
+    return table(caption, [series.name, ...levels.labels, "smallest", "largest"], rows);
+  }
 
   // Curves over the largest threshold, with a rule at the one that is set.
   function drawOver(host, name, { label, curves, y, reading }) {
     const stops = curves[0].points.map(([x]) => x);
+    const widest = Math.max(...curves.map(({ text }) => text.length));
     const chart = frame(host, {
-      label, x: { domain: [stops[0], stops[stops.length - 1]], log: true, label: name === "TAS" ? "largest threshold, units of d" : "largest threshold, degrees" },
-      y, height: 250, left: 40, right: 14 + 7 * Math.max(...curves.map(({ text }) => text.length)),
+      label: `${label}, over the largest threshold; a table below`,
+      x: {
+        domain: [stops[0], stops[stops.length - 1]], log: true,
+        label: `largest threshold, ${name === "TAS" ? "units of d" : "degrees"}`,
+      },
+      y, height: 250, left: 40, right: 14 + 7 * widest,
     });
-    const threshold = state[THRESHOLD[name]];
-    rule(chart, threshold, `${number(threshold)}${name === "TAS" ? " d" : "°"}`);
+    const shown = SHOWN[THRESHOLD[name]];
+    rule(chart, state[THRESHOLD[name]], shown(state[THRESHOLD[name]]));
     curves.forEach(({ points, colour, dash }) => line(chart, points, { colour, dash }));
     endLabels(chart, curves.map(({ text, colour, points }) => ({ text, colour, y: points[points.length - 1][1] })));
+    const values = (k) => curves.map(({ text, points }) => reading(text, points[k][1])).join(", ");
     cursor(chart, {
       places: stops, name: `Read the curves of the ${name}`,
-      describe: (k) => `up to ${SHOWN[THRESHOLD[name]](stops[k])}: ${curves.map((curve) => reading(curve, curve.points[k][1])).join(", ")}`,
+      describe: (k) => `up to ${shown(stops[k])}: ${values(k)}`,
     });
     return chart;
   }
 
   const every = (stops, step) => stops.filter((_, k) => k % step === 0 || k === stops.length - 1);
-  const key = (...names) => [state.experiment, ...names.map((name) => state[name])].join();
+  // What scores depend on besides their largest threshold.
+  const basis = (name) => [state.experiment, name, state.quantile, state.thresholds, state.outliers].join();
 
-  function drawOrders(experiment, bases, kinds) {
-    const charts = hosts(byId("order-charts"), bases.map((name) => `${experiment.name} ${name}`), (name) => [`Order by the ${name.split(" ")[1]}`]);
-    const tables = [];
-    for (const name of bases) {
+  function drawOrders(experiment, names, kinds) {
+    const charts = hosts(byId("order-charts"), experiment, names, (name) => [`Order by the ${name}`]);
+    const look = [{ colour: "#1d4f91" }, { colour: "#b3411c", dash: "7 3" }];
+    byId("order-tables").replaceChildren(...names.map((name) => {
       const stops = every(STOPS[THRESHOLD[name]], 3);
-      const found = once(`order ${name} ${key("quantile", "thresholds", "outliers")}`, () =>
-        stops.map((stop) => ordersOf(experiment, scoresOf(experiment, name, state, stop)).map(([, value]) => value)));
-      const curves = kinds.map((kind, k) => ({ text: kind, ...[{ colour: "#1d4f91" }, { colour: "#b3411c", dash: "7 3" }][k], points: stops.map((stop, i) => [stop, found[i][k]]) }));
-      drawOver(charts[`${experiment.name} ${name}`], name, {
-        label: `Probability of the right order by the ${name}, over the largest threshold; a table below`,
-        curves, y: { domain: [0.4, 1], format: (value) => `${Math.round(100 * value)} %` },
-        reading: ({ text }, value) => `${text} ${percent(value)}`,
+      const found = once(`order ${basis(name)}`, () => stops.map((stop) =>
+        ordersOf(experiment, scoresOf(experiment, name, state, stop)).map(([, value]) => value)));
+      drawOver(charts[name], name, {
+        label: `Probability of the right order by the ${name}`,
+        curves: kinds.map((text, k) => ({ text, ...look[k], points: stops.map((stop, i) => [stop, found[i][k]]) })),
+        y: { domain: [0.4, 1], format: (value) => `${Math.round(100 * value)} %` },
+        reading: (text, value) => `${text} ${percent(value)}`,
       });
-      tables.push(table(`Order by the ${name} over its largest threshold`, [UNIT[name] === "d" ? "d" : "degrees", ...kinds],
-        stops.map((stop, i) => [number(stop), ...found[i].map(percent)])));
-    }
-    byId("order-tables").replaceChildren(...tables);
+      return table(`Order by the ${name} over its largest threshold`, [UNIT[name], ...kinds],
+        stops.map((stop, i) => [number(stop), ...found[i].map(percent)]));
+    }));
   }
 
-  function drawProfiles(experiment, bases) {
-    const charts = hosts(byId("profile-charts"), bases.map((name) => `${experiment.name} ${name}`), (name) => [`${name.split(" ")[1]} over its largest threshold`]);
+  function drawProfiles(experiment, names) {
+    const charts = hosts(byId("profile-charts"), experiment, names, (name) => [`${name} over its largest threshold`]);
     const { series, levels } = experiment;
-    const tables = [];
-    for (const name of bases) {
+    const level = levelOf(experiment);
+    const at = `at ${levels.name} ${levels.labels[level]}`;
+    byId("profile-tables").replaceChildren(...names.map((name) => {
       const stops = every(STOPS[THRESHOLD[name]], 2);
-      const cells = trialsOf(experiment).map((curve) => curve[levelOf(experiment)]);
-      const [means, halves] = once(`profile ${name} ${key("quantile", "thresholds", "outliers")} ${levelOf(experiment)}`, () => [
-        cells.map((trials) => stops.map((stop) => mean(trials.map((trial) => scoreOf(trial, name, state, stop))))),
-        cells.map((trials) => quantile(trials.map((trial) => {
-          const [errors, unit, options] = scored(trial, name, state);
-          return half(errors, options) / unit;
-        }).sort((a, b) => a - b), 0.5)),
-      ]);
-      const curves = means.map((values, k) => ({ text: series.labels[k], colour: series.colours[k], points: stops.map((stop, i) => [stop, values[i]]) }));
-      const chart = drawOver(charts[`${experiment.name} ${name}`], name, {
-        label: `Mean ${name} over the largest threshold at ${levels.name} ${levels.labels[levelOf(experiment)]}; a table below`,
-        curves, y: { domain: [0, 1], ticks: [0, 0.25, 0.5, 0.75, 1] },
-        reading: ({ text }, value) => `${text}: ${value.toFixed(3)}`,
+      const [means, halves] = once(`profile ${basis(name)} ${level}`, () => profilesOf(experiment, name, level, stops));
+      const chart = drawOver(charts[name], name, {
+        label: `Mean ${name} ${at}`,
+        curves: series.labels.map((text, k) => ({
+          text, colour: series.colours[k], points: stops.map((stop, i) => [stop, means[k][i]]),
+        })),
+        y: { domain: [0, 1], ticks: [0, 0.25, 0.5, 0.75, 1] },
+        reading: (text, value) => `${text}: ${three(value)}`,
       });
       halves.forEach((value, k) => {
-        if (value < stops[0] || value > stops[stops.length - 1]) return;
-        chart.plot.append(element("circle", { cx: chart.x(value).toFixed(1), cy: chart.y(0.5), r: 3.5, fill: "#fff", stroke: series.colours[k], "stroke-width": 1.8 }));
+        if (!within(stops)(value)) return;
+        const circle = { cx: chart.x(value).toFixed(1), cy: chart.y(0.5), r: 3.5, fill: "#fff" };
+        chart.plot.append(element("circle", { ...circle, stroke: series.colours[k], "stroke-width": 1.8 }));
       });
-      const few = every(stops, 4);
-      tables.push(table(`${name} at ${levels.name} ${levels.labels[levelOf(experiment)]} over its largest threshold; one half: where it is reached, the median trial`,
-        [series.name, "one half at", ...few.map((stop) => `${number(stop)} ${UNIT[name]}`)],
-        series.labels.map((label, k) => [label, `${number(halves[k])} ${UNIT[name]}`, ...few.map((stop) => means[k][stops.indexOf(stop)].toFixed(3))])));
-    }
-    byId("profile-tables").replaceChildren(...tables);
+      const few = [...stops.keys()].filter((k) => k % 4 === 0);
+      return table(`${name} ${at} over its largest threshold; one half: where it is reached, the median trial`,
+        [series.name, "one half at", ...few.map((k) => `${number(stops[k])} ${UNIT[name]}`)],
+        series.labels.map((label, k) =>
+          [label, `${number(halves[k])} ${UNIT[name]}`, ...few.map((i) => three(means[k][i]))]));
+    }));
+  }
+
+  // The mean score of each curve at each largest threshold, and where the median trial reaches one half.
+  function profilesOf(experiment, name, level, stops) {
+    const cells = trialsOf(experiment).map((curve) => curve[level]);
+    const halfOf = (trial) => {
+      const [errors, unit, options] = scored(trial, name, state);
+      return half(errors, options) / unit;
+    };
+    return [
+      cells.map((trials) => stops.map((stop) => mean(trials.map((trial) => scoreOf(trial, name, state, stop))))),
+      cells.map((trials) => quantile(trials.map(halfOf).sort((a, b) => a - b), 0.5)),
+    ];
   }
 
   function orderTable(rows) {
+    const share = (value) => `${Math.max(200 * (value - 0.5), 0).toFixed(1)}%`;
     const bar = (now, paper) => made("span", { class: "bar", "aria-hidden": "true" },
-      made("i", { style: `width: ${Math.max(200 * (now - 0.5), 0).toFixed(1)}%` }), made("b", { style: `left: ${Math.max(200 * (paper - 0.5), 0).toFixed(1)}%` }));
-    const box = table("From 50 to 100 %: the bar is now, the stroke the paper’s setting", ["Score", "neighbours in", "now", "paper", ""],
+      made("i", { style: `width: ${share(now)}` }), made("b", { style: `left: ${share(paper)}` }));
+    const box = table("From 50 to 100 %: the bar is now, the stroke the paper’s setting",
+      ["Score", "neighbours in", "now", "paper", ""],
       rows.map(({ name, kind, now, paper }) => [name, kind, percent(now), percent(paper), bar(now, paper)]));
     byId("orders").replaceChildren(box.firstChild);
   }
 
   // ---- What it says -----------------------------------------------------------------------------
 
+  // The setting as far as it concerns a score, in words.
+  function inWords(experiment, name) {
+    const words = [];
+    const quantileSaid = state.quantile === PAPER.quantile ? "" : ` (d the ${SHOWN.quantile(state.quantile)} quantile)`;
+    if (name !== "RAS") words.push(`${SHOWN.tas(state.tas)}${quantileSaid}`);
+    if (name !== "TAS") words.push(SHOWN.ras(state.ras));
+    const parts = [`${name} up to ${words.join(" and ")}`];
+    if (isPaper()) parts.push("the paper’s setting");
+    if (state.thresholds !== PAPER.thresholds) {
+      parts.push(`${SHOWN.thresholds(state.thresholds)} ${state.thresholds === 1 ? "threshold" : "thresholds"}`);
+    }
+    if (name === "PAS" && state.weight !== PAPER.weight) parts.push(`weight ${SHOWN.weight(state.weight)}`);
+    if (usedBy(experiment).outliers && state.outliers !== "counted") {
+      parts.push(state.outliers === "failures" ? "outliers as failures" : "without the outliers");
+    }
+    return parts.join(", ");
+  }
+
+  // What came out, with the paper's setting in brackets where it is another.
   function sentence(experiment, name, grid, paper) {
-    const parts = [];
-    if (name !== "RAS") parts.push(`${number(state.tas)} d${state.quantile === PAPER.quantile ? "" : ` (d the ${SHOWN.quantile(state.quantile)} quantile)`}`);
-    if (name !== "TAS") parts.push(`${number(state.ras)}°`);
-    const others = [];
-    if (state.thresholds !== PAPER.thresholds) others.push(`${SHOWN.thresholds(state.thresholds)} ${state.thresholds === 1 ? "threshold" : "thresholds"}`);
-    if (name === "PAS" && state.weight !== PAPER.weight) others.push(`weight ${number(state.weight)}`);
-    if (usedBy(experiment).outliers && state.outliers !== "counted") others.push(state.outliers === "failures" ? "outliers as failures" : "without the outliers");
-    const [ours, theirs] = [grid, paper].map((one) => one.flat(2));
-    const [orders, before] = [grid, paper].map((one) => ordersOf(experiment, one));
-    const ordered = orders.map(([kind, value], k) => `${kind} ${percent(value)}${isPaper() ? "" : ` (${percent(before[k][1])})`}`);
-    return `${name} up to ${parts.join(" and ")}${others.length ? `, ${others.join(", ")}` : ""}${isPaper() ? ", the paper’s setting" : ""}: mean ${mean(ours).toFixed(3)}`
-      + `${isPaper() ? "" : ` (in the paper’s setting ${mean(theirs).toFixed(3)})`}, from ${least(ours).toFixed(2)} to ${most(ours).toFixed(2)}`
-      + `${ordered.length ? `; neighbours in the right order: ${ordered.join(", ")}` : ""}.`;
+    const beside = (text) => (isPaper() ? "" : ` (${text})`);
+    const all = grid.flat(2);
+    const before = ordersOf(experiment, paper);
+    const orders = ordersOf(experiment, grid).map(([kind, value], k) =>
+      `${kind} ${percent(value)}${beside(percent(before[k][1]))}`);
+    const average = `mean ${three(mean(all))}${beside(`in the paper’s setting ${three(mean(paper.flat(2)))}`)}`;
+    const ordered = orders.length ? `; neighbours in the right order: ${orders.join(", ")}` : "";
+    return `${inWords(experiment, name)}: ${average}, from ${least(all).toFixed(2)} to ${most(all).toFixed(2)}${ordered}.`;
   }
 
   // Seen at once, and spoken when the slider rests.
@@ -359,26 +413,28 @@
 
   function draw() {
     const experiment = current();
-    byId("which").textContent = [experiment.figure, experiment.title, ...experiment.about].filter(Boolean).join(" · ");
-    const charts = hosts(byId("panels"), ["PAS", "TAS", "RAS"].filter((name) => experiment.scores.includes(name)).map((name) => `${experiment.name} ${name}`),
-      (name) => [name.split(" ")[1], made("span", { class: "small" }, `by ${experiment.series.name} · ↑ higher is better`)]);
+    const { figure, title, about, scores, series } = experiment;
+    byId("which").textContent = [figure, title, ...about].filter(Boolean).join(" · ");
+    const remark = `by ${series.name} · ↑ higher is better`;
+    const charts = hosts(byId("panels"), experiment, ["PAS", "TAS", "RAS"].filter((name) => scores.includes(name)),
+      (name) => [name, made("span", { class: "small" }, remark)]);
     const [tables, rows] = [[], []];
-    for (const name of experiment.scores) {
+    for (const name of scores) {
       const grid = scoresOf(experiment, name, state);
       const paper = once(`paper ${experiment.name} ${name}`, () => scoresOf(experiment, name, PAPER));
-      drawScores(experiment, name, charts[`${experiment.name} ${name}`], grid, paper);
+      drawScores(experiment, name, charts[name], grid, paper);
       tables.push(scoreTable(experiment, name, grid));
       const before = ordersOf(experiment, paper);
       ordersOf(experiment, grid).forEach(([kind, now], k) => rows.push({ name, kind, now, paper: before[k][1] }));
-      if (name === experiment.scores[experiment.scores.length - 1]) say(sentence(experiment, name, grid, paper));
+      if (name === scores[scores.length - 1]) say(sentence(experiment, name, grid, paper));
     }
     byId("scores-tables").replaceChildren(...tables);
     orderTable(rows);
-    const bases = experiment.scores.filter((name) => name !== "PAS");
     const kinds = [...new Set(rows.map(({ kind }) => kind))];
     byId("orders").parentNode.hidden = kinds.length === 0; // one level has no neighbours
-    if (kinds.length) drawOrders(experiment, bases, kinds);
-    drawProfiles(experiment, bases);
+    const names = scores.filter((name) => name !== "PAS");
+    if (kinds.length) drawOrders(experiment, names, kinds);
+    drawProfiles(experiment, names);
   }
 
   // ---- Events -----------------------------------------------------------------------------------

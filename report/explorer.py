@@ -123,6 +123,7 @@ def _experiment(errors: CameraErrors) -> dict[str, Any]:
         "levels": {
             "name": " and ".join(NAMES[key] for key in levels),
             "labels": [", ".join(map(write_value, levels, level)) for level in noise],
+            "worsens": "position noise" if series == "sigma_r_deg" else "noise",
         },
         "series": {
             "name": NAMES[series],

@@ -302,9 +302,8 @@ def test_the_orders_are_those_of_the_study(browser, html, sweeps):
         found = {}
         for score, level, now, paper, _ in shown["rows"]:
             assert now == paper
-            found[score, level] = float(now.removesuffix(" %"))
-        if name != "combined":  # `compare_orders` asks for the order of outliers wherever they vary
-            assert set(found) == set(alone.index)
+            found[score, level.removeprefix("position ")] = float(now.removesuffix(" %"))
+        assert set(found) == set(alone.index)
         for key, value in found.items():
             assert value == pytest.approx(alone[key], abs=1.0), key  # ties may be rounded away
 
@@ -329,30 +328,29 @@ def test_the_order_over_thresholds_passes_through_that_of_the_setting(browser, h
             assert float(shown.removesuffix(" %")) == pytest.approx(100 * expected, abs=2.0)
 
 
+@pytest.mark.parametrize(("experiment", "score"), [("rotations", "RAS"), ("outliers", "TAS")])
 def test_profiles_are_the_scores_over_thresholds_and_cross_one_half_where_they_say(
-    browser, html, errors
+    browser, html, errors, experiment, score
 ):
-    seen = browser.run(html, LOOK, "#experiment=rotations&level=2")
+    seen = browser.run(html, LOOK, f"#experiment={experiment}&level=2")
     (table,) = seen["profiles"]
-    own = by_name(errors, "rotations")
-    thresholds = [float(text.removesuffix(" °")) for text in table["head"][2:]]
-    assert "σᵣ 5°" in table["caption"]
-    for k, threshold in enumerate(thresholds):
-        ras = scores_of(own, "RAS", unit=0, largest=threshold, thresholds=100).reshape(2, 3, 4)
+    own = by_name(errors, experiment)
+
+    def at(largest):
+        quantile = 0.75 if score == "TAS" else 0
+        found = scores_of(own, score, unit=quantile, largest=largest, thresholds=100)
+        return found.reshape(2, 3, 4)[:, 1]  # curves at the second of three levels
+
+    assert ("σᵣ 5°" if score == "RAS" else "σₜ 0.05") in table["caption"]
+    unit = " °" if score == "RAS" else " d"
+    for k, text in enumerate(table["head"][2:]):
         shown = [float(row[2 + k]) for row in table["rows"]]
-        np.testing.assert_allclose(shown, ras[:, 1].mean(axis=1), atol=TWO_BYTES)
+        expected = at(float(text.removesuffix(unit))).mean(axis=1)
+        np.testing.assert_allclose(shown, expected, atol=TWO_BYTES)
     for curve, row in enumerate(table["rows"]):
-        half = float(row[1].removesuffix(" °"))
-        around = [
-            np.sort(
-                scores_of(own, "RAS", unit=0, largest=factor * half, thresholds=100).reshape(
-                    2, 3, 4
-                )[curve, 1]
-            )
-            for factor in (0.99, 1.01)
-        ]
-        # The second smallest of four thresholds: two trials have reached one half there.
-        assert (around[0] >= 0.5).sum() < 2 <= (around[1] >= 0.5).sum()
+        half = float(row[1].removesuffix(unit))
+        before, after = ((at(factor * half)[curve] >= 0.5).sum() for factor in (0.99, 1.01))
+        assert before < 2 <= after  # of four trials the second reaches one half there
 
 
 def test_a_moved_slider_stands_in_the_address_and_the_address_gives_the_same_view(browser, html):
