@@ -259,7 +259,7 @@ def test_a_study_of_ones_own_runs_and_reruns_what_changed(
 
     more = ["replicates=2", "tas_quantile=[0.5]"]
     done = snakemake("report", "--dry-run", "--printshellcmds", *arguments, *more)
-    (written,) = [line for line in done.text.splitlines() if "-m report" in line]
+    (written,) = [line for line in done.text.splitlines() if "-m report " in line]
     assert "results/figures/beyond_mine.png" in written
     for setting in ("replicates=2", "scenarios=mine.yaml", "tas_quantile=[0.5]"):
         assert setting in written
