@@ -87,6 +87,7 @@ def kernels(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     assert {name.split("/")[0].split("-")[0] for name in names} == {"alignscores"}
     assert f"{KERNEL}/kernel.c" in names
+    assert "alignscores/explorer/scores.js" in names
     return [name for name in names if name.endswith(".so")]
 
 
