@@ -37,8 +37,8 @@ nitpick_ignore_regex = [  # what docstrings name and no page shows
 ]
 default_role = "autolink"  # `name` in a docstring
 
-# Pages are read in the repository, too: pictures and anchors are as they are there.
-myst_enable_extensions = ["colon_fence", "html_image"]
+# Pages are read in the repository, too: headings have the anchors that they have there.
+myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 4
 
 autodoc_typehints = "none"  # the sections of the docstrings have the types

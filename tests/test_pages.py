@@ -30,8 +30,12 @@ import matplotlib
 import pytest
 import yaml
 
+import alignscores as library
+import baselines
+from alignscores import protocols
 from alignscores.cli import main as alignscores
 from alignscores.protocols import PROTOCOLS
+from alignscores.trajectories import evo, files
 from alignscores.trajectories.files import _stdin
 from experiments.config import EXECUTION, SETTINGS, load
 from experiments.metrics import METRICS
@@ -313,6 +317,20 @@ def test_the_settings_have_every_name() -> None:
     options = {option for metric in METRICS.values() for option in metric.options.model_fields}
     for name in {*SETTINGS, *EXECUTION, *METRICS, *options, *PATHS, *ERRORS, *OUTLIERS}:
         assert f"`{name}`" in page, name
+
+
+def test_all_that_is_public_is_shown() -> None:
+    """What docs/reference/stability.md calls public, other projects' metrics and the paper's."""
+    page = (DOCS / "reference" / "api.md").read_text()
+    shown = set(re.findall(r"^   ([\w.]+)$", page, re.MULTILINE))
+    for prefix, names in {
+        "protocols.": [one for one in protocols.__all__ if callable(getattr(protocols, one))],
+        "trajectories.files.": [one for one in files.__all__ if one.startswith("read_")],
+        "trajectories.association.": ["match"],
+        "trajectories.evo.": evo.__all__,
+        "": [*library.__all__, *baselines.__all__],
+    }.items():
+        assert {prefix + name for name in names} <= shown
 
 
 def test_the_result_files_have_every_column(tmp_path: Path, monkeypatch: Any) -> None:
