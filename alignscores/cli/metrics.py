@@ -15,7 +15,8 @@ from .table import WIDTH, shortened
 if TYPE_CHECKING:
     from .scoring import Scored
 
-__all__ = ["OWN", "Metrics", "metre_notes", "metric_table", "metric_values", "protocol_values"]
+__all__ = ["OWN", "Metrics", "metre_notes", "metric_table", "metric_values"]
+__all__ += ["order_problem", "protocol_values"]
 
 
 @dataclass(frozen=True)
@@ -47,9 +48,12 @@ definitions are in docs/reference/protocols.md."""
 
 
 class Metrics(argparse.Action):
-    """Take a list of metrics that a format has all for; of ``help`` list all instead, and end."""
+    """Take a list of metrics; of ``help`` list all instead, and end.
 
-    def __init__(self, form: Format, **options: Any) -> None:
+    Those for which the format lacks something are refused, where it is known.
+    """
+
+    def __init__(self, form: Format | None = None, **options: Any) -> None:
         super().__init__(**options)
         self.form = form
 
@@ -80,9 +84,15 @@ class Metrics(argparse.Action):
             own = get_close_matches(name, OWN, n=2)
             message = f"unknown metric {name!r}; close to it are {', '.join(own)}" if own else error
             return f"{message}; --metrics help lists all"
-        if found.family.ordered and not self.form.ordered:
+        return order_problem([found.name], self.form) if self.form else ""
+
+
+def order_problem(names: Sequence[str], form: Format) -> str:
+    """Say which metric needs an order of the cameras that the format lacks, if one does."""
+    for name in names:
+        if name not in OWN and protocol(name).family.ordered and not form.ordered:
             return f"{name} needs cameras in the order of time, but images are matched by name"
-        return ""
+    return ""
 
 
 def listing() -> str:

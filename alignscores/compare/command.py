@@ -15,12 +15,12 @@ from typing import Any, TypeVar
 
 from .. import __version__
 from ..cli.formats import FORMATS
+from ..cli.metrics import OWN, Metrics, order_problem
 from ..cli.names import printable
 from ..cli.notes import collected_warnings
 from ..cli.output import print_error, show_progress
 from ..cli.saving import write_whole
 from ..cli.scoring import seeds
-from ..protocols import protocol, split_names
 from ..registration import REGISTRATIONS
 from ..trajectories.association import MISSING
 from ..trajectories.files import read_stamps
@@ -102,7 +102,11 @@ def add_parser(commands: Any) -> None:
 
     scoring = command.add_argument_group("scoring")
     scoring.add_argument(
-        "--metrics", default="", metavar="NAMES", help="more metrics: auc@30:vggt,ate:rmse"
+        "--metrics",
+        action=Metrics,
+        default=[],
+        metavar="NAMES",
+        help="more metrics: auc@30:vggt,ate:rmse; --metrics help lists them",
     )
     add_number(scoring, "--unit", None, "d of all sequences (default: of each)", positive=True)
     add_number(scoring, "--max_threshold", 1.0, "largest threshold of the TAS, in d", positive=True)
@@ -149,6 +153,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Find, score and compare all runs; what is wrong with one does not stop the others."""
     metrics = _metrics(arguments)
     benchmark = _benchmark(arguments)
+    form = FORMATS[benchmark.format]
+    if wrong := order_problem(metrics, form):
+        arguments.command.error(f"argument --metrics: {wrong}")
     for problem in benchmark.problems:
         print_error(printable(problem))
     if arguments.dry_run:
@@ -164,23 +171,16 @@ def run(arguments: argparse.Namespace) -> int:
         done,
         metrics,
         weight=arguments.weight,
-        ordered=benchmark.format not in UNORDERED,
+        ordered=form.ordered,
     )
     _print_notes(done)
     _show(summary, benchmark, arguments)
     return int(bool(benchmark.problems or failed))
 
 
-UNORDERED = "colmap", "nerf"  # formats of images, not of a trajectory
-
-
 def _metrics(arguments: argparse.Namespace) -> tuple[str, ...]:
-    """Return the names of the metrics besides the scores; those that do not exist are refused."""
-    asked = split_names(arguments.metrics) if arguments.metrics else []
-    try:
-        names = tuple(dict.fromkeys(protocol(name).name for name in asked))
-    except ValueError as error:
-        arguments.command.error(f"argument --metrics: {error}")
+    """Return the names of the metrics besides the scores, which have their columns anyway."""
+    names = tuple(name for name in arguments.metrics if name == "ate" or name not in OWN)
     if arguments.by not in (*SCORES, *names):
         arguments.command.error(
             f"argument --by: must be one of {', '.join((*SCORES, *names))}, not {arguments.by!r}"

@@ -251,6 +251,11 @@ def test_processes_that_are_killed(benchmark_of, tmp_path, ended):
         ),
         (["none.yaml"], 1, "none.yaml: cannot be read: No such file or directory"),
         (["tum", "a", "b", "--metrics", "auc"], 2, "argument --metrics: unknown metric 'auc'"),
+        (
+            ["colmap", "car/gt.txt", "old/{system}", "--metrics", "rpe@1m"],
+            2,
+            "rpe@1m needs cameras",
+        ),
         (["tum", "a", "b", "--by", "ate"], 2, "argument --by: must be one of TAS, RAS, PAS, "),
     ],
 )
@@ -260,6 +265,15 @@ def test_wrong_usage(benchmark_of, run, arguments, code, reason):
     found, out, err = run(*arguments)
     assert (found, out) == (code, "")
     assert reason in err.splitlines()[-1]
+
+
+def test_names_of_metrics(benchmark_of, compare, run):
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], runs=1, n=20)
+    (one,) = compare(*patterns, "--metrics", "tas,half,ate,AUC@30:vggt,half:rotation")["results"]
+    assert list(one["metrics"]) == ["ate", "auc@30:vggt"]
+    code, out, _ = run("--metrics", "help")
+    assert code == 0
+    assert "auc@K:{vggt," in out
 
 
 def test_dry_run(benchmark_of, run, tmp_path):
