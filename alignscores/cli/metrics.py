@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..protocols import PROTOCOLS, protocol, split_names
 from ..trajectories.association import Matches
 from .formats import Format
+from .names import columns, padded
 from .table import WIDTH, shortened
 
 if TYPE_CHECKING:
@@ -161,7 +162,7 @@ def metric_table(
 ) -> str:
     """Return the table of the metrics of estimates, in blocks of at most 100 columns."""
     lines = []
-    longest = min(max(map(len, [FIRST, *rows])), MOST)
+    longest = min(max(map(columns, [FIRST, *rows])), MOST)
     labels = shortened([FIRST, *rows], longest)
     block: list[list[str]] = []
     for name in names:
@@ -174,9 +175,9 @@ def metric_table(
 
 
 def _lines(labels: Sequence[str], block: Sequence[Sequence[str]]) -> list[str]:
-    width = max(map(len, labels))
+    width = max(map(columns, labels))
     return [
-        "  ".join([label.ljust(width), *cells])
+        "  ".join([padded(label, width), *cells])
         for label, *cells in zip(labels, *block, strict=True)
     ]
 

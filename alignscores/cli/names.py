@@ -1,9 +1,10 @@
 """Names of files as they are printed and saved: short, unique, and printable."""
 
+import unicodedata
 from collections.abc import Sequence
 from pathlib import Path
 
-__all__ = ["numbered", "printable", "unique_names"]
+__all__ = ["columns", "numbered", "padded", "printable", "unique_names"]
 
 
 def printable(text: str) -> str:
@@ -25,6 +26,18 @@ def printable(text: str) -> str:
 def _escape(letter: str) -> str:
     byte = ord(letter) - 0xDC00  # of a byte that is not UTF-8, in os.fsdecode
     return f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("unicode_escape").decode()
+
+
+def columns(text: str) -> int:
+    """Return the width of a text on a terminal, where Chinese and its like take two columns."""
+    marks = sum(unicodedata.combining(letter) > 0 for letter in text)
+    return len(text) - marks + sum(unicodedata.east_asian_width(one) in "WF" for one in text)
+
+
+def padded(text: str, width: int) -> str:
+    """Fill a text with blanks at its end; of a negative width, at its start."""
+    blanks = " " * (abs(width) - columns(text))
+    return text + blanks if width > 0 else blanks + text
 
 
 def unique_names(files: Sequence[str]) -> list[str]:

@@ -5,11 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from .names import columns, padded
 from .notes import MUCH_LOST
 
 __all__ = ["WIDTH", "shortened", "table"]
 
 WIDTH = 100
+LONG = 8  # characters of a number
 COLUMNS = (  # header, key of the JSON output, format
     ("rank", "rank", "rank"),
     ("TAS", "TAS", ".4f"),
@@ -33,7 +35,7 @@ SELDOM = ("missing", "no_pose", "duplicate", "n_parts")  # shown where not all a
 SPREADS = ("TAS_sd", "PAS_sd")  # shown where a score has one, close to it
 # For long names. (The sd of the PAS is that of the TAS times its weight.)
 FIRST_DROPPED = ("within_10_deg", "within_unit", "duplicate", "PAS_sd", "no_pose")
-NEXT_DROPPED = ("missing",)  # for names shortened to so many characters
+NEXT_DROPPED = ("missing", "TAS_sd", "ATE")  # for names shortened to so many characters
 SHORTEST = 12
 
 
@@ -58,7 +60,7 @@ def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
         }
         for values in results
     ]
-    columns = {
+    shown = {
         key: [header.format(unit=unit), *(_cell(values[key], form) for values in results)]
         for header, key, form in COLUMNS
         if (key != "rank" or len(results) > 1)
@@ -67,26 +69,26 @@ def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
     }
     if any(values["lost"] > MUCH_LOST for values in results):
         marks = " ", *("*" if values["lost"] > MUCH_LOST else " " for values in results)
-        columns["PAS"] = [cell + mark for cell, mark in zip(columns["PAS"], marks, strict=True)]
+        shown["PAS"] = [cell + mark for cell, mark in zip(shown["PAS"], marks, strict=True)]
     names = ["estimate", *(values["name"] for values in results)]
-    longest = max(map(len, names))
+    longest = max(map(columns, names))
     for key in FIRST_DROPPED + NEXT_DROPPED:
-        if _room(columns) < (longest if key in FIRST_DROPPED else min(longest, SHORTEST)):
-            columns.pop(key, None)
-    names = shortened(names, _room(columns))
-    width = max(map(len, names))
-    gaps = list(map(_gap, columns))
-    widths = [max(map(len, cells)) for cells in columns.values()]
+        if _room(shown) < (longest if key in FIRST_DROPPED else min(longest, SHORTEST)):
+            shown.pop(key, None)
+    names = shortened(names, _room(shown))
+    width = max(map(columns, names))
+    gaps = list(map(_gap, shown))
+    widths = [max(map(len, cells)) for cells in shown.values()]
     lines = []
-    for name, *row in zip(names, *columns.values(), strict=True):
+    for name, *row in zip(names, *shown.values(), strict=True):
         cells = (gap + cell.rjust(wide) for gap, cell, wide in zip(gaps, row, widths, strict=True))
-        lines.append("".join([name.ljust(width), *cells]))
+        lines.append("".join([padded(name, width), *cells]))
     return "\n".join(lines)
 
 
-def _room(columns: Mapping[str, Sequence[str]]) -> int:
+def _room(shown: Mapping[str, Sequence[str]]) -> int:
     """Return the width that the columns leave for the names."""
-    return WIDTH - sum(len(_gap(key)) + max(map(len, cells)) for key, cells in columns.items())
+    return WIDTH - sum(len(_gap(key)) + max(map(len, cells)) for key, cells in shown.items())
 
 
 def _gap(key: str) -> str:
@@ -104,10 +106,16 @@ def shortened(names: list[str], width: int) -> list[str]:
 
 
 def _cut(name: str, width: int, number: str) -> str:
-    if len(name) <= width:
+    if columns(name) <= width:
         return name
-    end = (width - 2 - len(number)) // 2
-    return f"{name[: width - 2 - end - len(number)]}..{name[-end:]}{number}"
+    room = width - 2 - len(number)
+    end = _fitting(name[::-1], room // 2)[::-1]
+    return f"{_fitting(name, room - columns(end))}..{end}{number}"
+
+
+def _fitting(text: str, width: int) -> str:
+    """Return as much of the beginning of a text as fits in."""
+    return next(text[:n] for n in range(len(text), -1, -1) if columns(text[:n]) <= max(width, 0))
 
 
 def _cell(value: Any, form: str) -> str:
@@ -117,4 +125,5 @@ def _cell(value: Any, form: str) -> str:
         return "{}/{}".format(*value)
     if form == "rank":  # one number, or the two of a tie
         return "-".join(map(str, dict.fromkeys(value)))
-    return format(value, form)
+    text = format(value, form)
+    return text if len(text) <= LONG else format(value, ".2e")

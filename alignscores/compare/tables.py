@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from io import StringIO
 from typing import Any
 
+from ..cli.names import columns, padded
 from .runs import larger_is_better
 from .summary import Summary
 
@@ -28,7 +29,7 @@ def as_text(summary: Summary, by: str, names: dict[str, str]) -> str:
         start = 1
         while start < len(header):
             end = len(header)
-            while end > start + 1 and len(_block([header, *rows], start, end)[0]) > WIDTH:
+            while end > start + 1 and columns(_block([header, *rows], start, end)[0]) > WIDTH:
                 end -= 1
             blocks.append(_block([header, *rows], start, end))
             start = end
@@ -195,11 +196,11 @@ def _by(summary: Summary, by: str) -> list[str]:
 def _block(table: Sequence[Row], start: int, end: int) -> list[str]:
     """Return some columns beside the first, with their cells below each other."""
     rows = [[row[0], *row[start:end]] for row in table]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    widths = [max(map(columns, column)) for column in zip(*rows, strict=True)]
     return [
         "  ".join(
-            [row[0].ljust(widths[0])]
-            + [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
+            [padded(row[0], widths[0])]
+            + [padded(cell, -width) for cell, width in zip(row[1:], widths[1:], strict=True)]
         )
         for row in rows
     ]

@@ -1,5 +1,6 @@
 """The table stays narrow, and says what it can."""
 
+import numpy as np
 import pytest
 
 from alignscores.cli.table import COLUMNS, table
@@ -52,6 +53,28 @@ def test_one_estimate_with_missing_cameras_has_both_standard_deviations():
     expected = "estimate TAS sd half m RAS half deg PAS sd ATE m d m n missing"
     assert header.split() == expected.split()
     assert line.split()[2] == line.split()[7] == "0.0082"  # two digits say how far to trust a mean
+
+
+def test_width_of_any_numbers_and_names():
+    numbers = np.random.default_rng(0)
+    for _ in range(300):
+        exponents = numbers.uniform(-12, 9, size=(2, 5))
+        rows = [
+            ROW
+            | dict(
+                zip(
+                    ("half_distance", "half_angle", "ATE", "unit", "TAS_sd"), 10.0**own, strict=True
+                )
+            )
+            | {"name": name * 20, "rank": [997, 1000], "n": 123456, "missing": 12345, "lost": 0.5}
+            | {"parts": [None] * 12, "no_position": 3, "duplicate": 7}
+            for name, own in zip(("ab", "軌跡"), exponents, strict=True)
+        ]
+        lines = table(rows, " m").splitlines()
+        widths = {len(line) + sum(ord(letter) > 0x3000 for letter in line) for line in lines}
+        assert len(widths) == 1
+        assert widths.pop() <= 100
+        assert all(".." in line.split()[0] for line in lines[1:])
 
 
 def test_numbers_without_a_value():
