@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import asdict
 from functools import cache
 from typing import Any
 from zlib import crc32
@@ -44,7 +43,7 @@ def draw_scene(sweep: Sweep, cell: Cell, seed: np.random.SeedSequence) -> Scene:
         outliers=sweep.outliers,
         outlier_side=sweep.outlier_side,
         volume=volume,
-        **asdict(cell),
+        **vars(cell),
     )
     return scene if sweep.every == 1 else scene[:: sweep.every]
 
@@ -56,13 +55,13 @@ def run_trials(
 
     They run side by side, one metric on scene after scene: its code stays in the caches.
     """
+    columns = {metric: Column.parse(metric) for metric in metrics}
     scenes = [
-        Evaluation(draw_scene(sweep, cell, camera_seed), registration_seed)
+        Evaluation(draw_scene(sweep, cell, camera_seed), registration_seed, columns.values())
         for camera_seed, registration_seed in (trial_seeds(sweep, cell, t) for t in trials)
     ]
-    columns = {metric: Column.parse(metric) for metric in metrics}
     values = {metric: [scene.value(columns[metric]) for scene in scenes] for metric in metrics}
-    keys = {"experiment": sweep.name, "geometry": sweep.geometry, **asdict(cell)}
+    keys = {"experiment": sweep.name, "geometry": sweep.geometry, **vars(cell)}
     keys["replicate"] = sweep.replicate
     return [
         {**keys, "trial": trial, **dict(zip(values, row, strict=True))}

@@ -5,7 +5,7 @@ import os
 import platform
 import subprocess
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
@@ -222,7 +222,7 @@ def _expected_keys(sweeps: Sequence[Sweep]) -> pd.DataFrame:
     """Return the key columns of the table that sweeps make."""
     rows = [
         {"experiment": sweep.name, "settings": sweep.differs, "geometry": sweep.geometry}
-        | asdict(cell)
+        | vars(cell)
         | {"replicate": sweep.replicate, "trial": trial}
         for sweep in sweeps
         for cell in evaluations(sweep)

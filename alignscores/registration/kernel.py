@@ -176,4 +176,5 @@ def _floats(array: Floats) -> Floats:
 
 def _addresses(*arrays: NDArray[np.generic]) -> list[int]:
     """Return addresses of arrays, which the caller must keep alive while they are used."""
-    return [array.ctypes.data for array in arrays]
+    # `array.ctypes.data` takes several times as long.
+    return [array.__array_interface__["data"][0] for array in arrays]

@@ -18,6 +18,8 @@ def _uniform(
     rng: np.random.Generator, rotations: Floats, positions: Floats, count: int, side: float
 ) -> Cameras:
     """Put random cameras anywhere in the cube, with random rotations."""
+    if count == 0:
+        return
     outliers = rng.choice(len(positions), size=count, replace=False)
     positions[outliers] = rng.uniform(-side / 2, side / 2, size=(count, 3))
     rotations[outliers] = Rotation.random(count, rng=rng).as_matrix()

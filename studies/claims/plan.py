@@ -103,11 +103,8 @@ def needed_cells(claim: Claim, sweep: Sweep) -> list[Cell]:
     ConfigError
         Where a value is missing that the claim names, or levels to be compared.
     """
-    found = [
-        cell
-        for cell in cells(sweep)
-        if any(cell.matches(selection.where) for selection in _selections(claim))
-    ]
+    wheres = [selection.where for selection in _selections(claim)]
+    found = [cell for cell in cells(sweep) if any(cell.matches(where) for where in wheres)]
     for part in (claim.where, claim.at, claim.before, claim.after):
         for key, values in part.items():
             missing = sorted(set(values) - _levels(found, key))

@@ -17,7 +17,7 @@ from scipy.stats import t as students_t
 
 from experiments.command import CommandError, ConfigError
 from experiments.config import Sweep
-from experiments.grid import evaluations
+from experiments.grid import CELL_SETTINGS, evaluations
 from experiments.tables import Record, TableError, Trials
 
 from ..statistics import STATISTICS, cell_means, holm, select
@@ -42,7 +42,8 @@ Replicate = Mapping[tuple[str, tuple[str, ...]], pd.DataFrame]  # by `Claim.tria
 
 def evaluate_claim(claim: Claim, trials: pd.DataFrame) -> float:
     """Compute the statistic of a claim from trials of its experiment."""
-    trials = select(trials, claim.where)
+    needed = trials.filter([*CELL_SETTINGS, *claim.metrics])  # whole tables take twice the time
+    trials = select(needed, claim.where)
     if claim.of_means:
         trials = cell_means(trials)
     statistic = STATISTICS[claim.statistic]
@@ -239,6 +240,7 @@ def select_trials(claims: Claims, trials: Trials) -> Replicate:
         Where the table does not have what the claims need.
     """
     sweeps = {(sweep.name, tuple(sweep.differs.split())): sweep for sweep in trials.record.sweeps}
+    evaluated = {key: evaluations(sweep) for key, sweep in sweeps.items()}
     for claim in claims.needed(trials.record.sweep.replicate):
         if claim.trials not in sweeps:
             raise TableError(trials.path, f"has no trials for the claim {claim.id!r}")
@@ -247,8 +249,8 @@ def select_trials(claims: Claims, trials: Trials) -> Replicate:
             needed = needed_cells(claim, sweep)
         except ConfigError as error:
             raise TableError(trials.path, f"cannot decide the claims: {error}") from None
-        evaluated = evaluations(sweep)
-        if any(set(claim.metrics) - set(evaluated.get(cell, ())) for cell in needed):
+        metrics = evaluated[claim.trials]
+        if any(set(claim.metrics) - set(metrics.get(cell, ())) for cell in needed):
             raise TableError(trials.path, f"lacks trials for the claim {claim.id!r}")
     groups = trials.table.groupby(["experiment", "settings"], sort=False)
     tables = {(str(name), tuple(str(differs).split())): rows for (name, differs), rows in groups}

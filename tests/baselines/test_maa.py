@@ -2,7 +2,8 @@
 
 import tracemalloc
 from collections.abc import Callable
-from itertools import combinations
+from dataclasses import asdict
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 import alignscores.pairs
 from baselines import maa
+from baselines.pairwise import Count, maa_by_counts
 
 Floats = NDArray[np.float64]
 Poses = Callable[..., Floats]
@@ -235,6 +237,21 @@ def test_pooled_angles_count_each_by_itself(scene: Scene, fold_sign: bool) -> No
     assert pooled == pytest.approx(expected, abs=1e-12)
     assert pooled > maa(gt, est, fold_sign=fold_sign)
     assert maa(gt, gt, pooled=True) == 1
+
+
+def test_several_counts_at_once_are_those_one_by_one(scene: Scene) -> None:
+    gt, est = scene(150, 20, 0.05, 3.0, 1)  # several blocks of pairs
+    est[1, :3, 3], est[7] = est[0, :3, 3], np.nan
+    est[80:, :3, 3] *= -1  # the directions between these are opposite
+    counts = [
+        Count(fold_sign=fold_sign, pooled=pooled, n_thresholds=n, max_threshold_deg=largest)
+        for fold_sign, pooled in product([False, True], repeat=2)
+        for n, largest in [(100, 10.0), (10, 10.0), (7, 120.0)]
+    ]
+    together = maa_by_counts(gt, est, counts)
+    assert together == [maa(gt, est, **asdict(count)) for count in counts]
+    assert len(set(together)) == len(counts)
+    assert maa_by_counts(gt, est, []) == []
 
 
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 20), log_scale=st.floats(-6, 6))

@@ -14,6 +14,7 @@ from alignscores.protocols import protocol
 from alignscores.registration import pcr99
 from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
 from baselines.averages import rotation_l1_mean
+from baselines.pairwise import maa_by_counts
 from baselines.rotation import aligned_angles
 from experiments.command import ConfigError
 from experiments.config import Sweep, to_overrides
@@ -86,6 +87,24 @@ def test_all_thresholds_share_one_alignment(scene: Scene, monkeypatch: pytest.Mo
     for metric in ("TAS(n_hypotheses=30)", "TAS(n_hypotheses=30, max_threshold=2)", "TAS(seed=1)"):
         evaluation.value(Column.parse(metric))
     assert len(calls) == 2
+
+
+def test_counts_of_pairs_share_their_angles(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = []
+    monkeypatch.setattr(
+        experiments.metrics,
+        "maa_by_counts",
+        lambda *args: calls.append(args) or maa_by_counts(*args),
+    )
+    options = ["", "(pooled=true)", "(max_threshold_deg=90)", "(n_thresholds=10)"]
+    metrics = [f"mAA{option}" for option in options]
+    together = evaluate(scene, metrics, SEED)
+    assert len(calls) == 1
+    evaluation = Evaluation(scene, SEED)
+    apart = {metric: evaluation.value(Column.parse(metric)) for metric in metrics}
+    assert len(calls) == 1 + len(metrics)
+    assert together == apart
+    assert len(set(apart.values())) == len(metrics)
 
 
 def test_the_refined_registration_knows_the_threshold(scene: Scene) -> None:
