@@ -1,4 +1,4 @@
-"""Write the report: ``python -m report --verdicts FILE.csv ... --output FILE.html``."""
+"""Write the report or the article: ``python -m report --verdicts FILE.csv ... --output HTML``."""
 
 import sys
 from argparse import ArgumentParser, Namespace
@@ -8,6 +8,7 @@ from pathlib import Path
 from experiments.command import run_command
 from experiments.tables import write_files
 
+from . import article
 from .page import render
 
 __all__ = ["main"]
@@ -63,12 +64,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         metavar="key=value",
         help="what snakemake --config was given, to repeat it",
     )
+    parser.add_argument(
+        "--article", action="store_true", help="write the article of docs/article instead"
+    )
     parser.add_argument("--output", type=Path, required=True, metavar="HTML")
     return run_command(parser, _work, arguments)
 
 
 def _work(options: Namespace) -> list[Path]:
-    write_files({options.output: render(options).encode()})
+    page = article.render(options) if options.article else render(options)
+    write_files({options.output: page.encode()})
     return [options.output]
 
 

@@ -28,7 +28,7 @@ from . import inputs, origin
 from .estimates import SPACE, Estimate
 from .studies import Beyond, Registrations, Thresholds
 
-__all__ = ["environment", "render"]
+__all__ = ["PAPER_TRIALS", "contents", "environment", "render"]
 
 PAPER_TRIALS = 50  # in each cell of the paper's experiments
 REPLACEMENTS = {  # by filter, what is replaced in a text that has been escaped
@@ -127,6 +127,14 @@ def render(files: Namespace) -> str:
     CommandError, TableError
         Where a file is missing, or cannot be what it should be.
     """
+    return environment().get_template("page.html.j2").render(contents(files))
+
+
+def contents(files: Namespace) -> dict[str, Any]:
+    """Return all that pages show, by the names that their templates have for it.
+
+    The parameter and the errors are those of `render`.
+    """
     replicates, claims = inputs.read_replicates(files.replicates)
     n = len(replicates)
     verdicts = inputs.read_verdicts(files.verdicts, claims)
@@ -142,36 +150,32 @@ def render(files: Namespace) -> str:
     today = inputs.read_today(files.today, questions)
     others = inputs.read_records([*files.maps_parts, *files.frame_rates_parts])
     figures = inputs.read_figures(files.figures, files.findings.stem)
-    return (
-        environment()
-        .get_template("page.html.j2")
-        .render(
-            **_verdicts(rows, n),
-            **_table1(inputs.read_table1(files.table1)),
-            rankings=rankings(inputs.read_order(files.order)),
-            order_method=METHOD,
-            replicate=next(iter(replicates.values())).sweep,
-            n_replicates=n,
-            n_readings=claims.replicates_of_readings,
-            paper_trials=PAPER_TRIALS,
-            pictures=_pictures(figures, rows),
-            decisions=_decisions(inputs.read_readings(files.readings, claims), claims),
-            thresholds=Thresholds(thresholds),
-            registrations=Registrations(registrations),
-            beyond=Beyond(
-                files.findings.stem, inputs.read_findings(files.findings, scenarios), scenarios
-            ),
-            maps=inputs.read_maps(files.maps),
-            maps_method=maps.METHOD,
-            frame_rates=inputs.read_frame_rates(files.frame_rates),
-            today=findings.sentences(today),
-            duels=findings.duels(today),
-            experiments=[record.sweep for record in experiments.values()],
-            machines=origin.machines({**records, **scenarios, **questions, **others}),
-            command=origin.command(files.settings),
-            runtimes=origin.runtimes(inputs.read_jobs(files.benchmarks)),
-        )
-    )
+    return {
+        **_verdicts(rows, n),
+        **_table1(inputs.read_table1(files.table1)),
+        "rankings": rankings(inputs.read_order(files.order)),
+        "order_method": METHOD,
+        "replicate": next(iter(replicates.values())).sweep,
+        "n_replicates": n,
+        "n_readings": claims.replicates_of_readings,
+        "paper_trials": PAPER_TRIALS,
+        "pictures": _pictures(figures, rows),
+        "decisions": _decisions(inputs.read_readings(files.readings, claims), claims),
+        "thresholds": Thresholds(thresholds),
+        "registrations": Registrations(registrations),
+        "beyond": Beyond(
+            files.findings.stem, inputs.read_findings(files.findings, scenarios), scenarios
+        ),
+        "maps": inputs.read_maps(files.maps),
+        "maps_method": maps.METHOD,
+        "frame_rates": inputs.read_frame_rates(files.frame_rates),
+        "today": findings.sentences(today),
+        "duels": findings.duels(today),
+        "experiments": [record.sweep for record in experiments.values()],
+        "machines": origin.machines({**records, **scenarios, **questions, **others}),
+        "command": origin.command(files.settings),
+        "runtimes": origin.runtimes(inputs.read_jobs(files.benchmarks)),
+    }
 
 
 def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
@@ -213,10 +217,10 @@ def _table1(table: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def environment() -> Environment:
-    """Return how the templates of this folder are read, with filters for the paper's terms."""
+def environment(folder: Path = Path(__file__).parent) -> Environment:
+    """Return how the templates of a folder are read, with filters for the paper's terms."""
     made = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
+        loader=FileSystemLoader(folder),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

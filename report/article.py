@@ -1,0 +1,188 @@
+"""The article: its text stands in ``docs/article``, its numbers come from the results.
+
+No result is typed. A sentence that rests on results stands in a block ``says(condition)``: where
+the condition does not hold any more, the article is refused, and an author has to look at it. In a
+quick look, of fewer trials than the paper's, such a sentence is left out, and the article says so.
+"""
+
+import re
+from argparse import Namespace
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from html import unescape
+from typing import Any
+
+import pandas as pd
+from jinja2 import TemplateError
+from markupsafe import Markup
+
+from experiments.command import CommandError
+from experiments.config import CONFIG_DIR
+from studies.claims.claims import load_claims
+from studies.claims.verdicts import POPULATION, VERDICTS
+from studies.order import SIGNIFICANT
+
+from . import inputs
+from .estimates import Estimate, write_number
+from .page import contents, environment
+
+__all__ = ["FOLDER", "TEMPLATE", "render"]
+
+FOLDER = CONFIG_DIR.parent / "docs" / "article"
+TEMPLATE = "article.html.j2"
+LEFT_OUT = Markup('<span class="left-out">[left out: not so in this quick look]</span>')
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How much better one metric orders the levels of an experiment than another, in points."""
+
+    order: float
+    low: float
+    high: float
+    p: float
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether it certainly is better."""
+        return self.order > 0 and self.p < SIGNIFICANT
+
+
+@dataclass(frozen=True)
+class Tally:
+    """The claims of one source that are counted, and how many have each verdict."""
+
+    source: str
+    counted: int
+    verdicts: Mapping[str, int]
+    populations: Mapping[str, int]
+
+
+def render(files: Namespace) -> str:
+    """Write the article.
+
+    Parameters
+    ----------
+    files : Namespace
+        The options of ``python -m report``.
+
+    Returns
+    -------
+    str
+        HTML that needs no other file. It has no date: the same inputs give the same article.
+
+    Raises
+    ------
+    CommandError, TableError
+        Where a file is missing or cannot be what it should be, the text asks for something that
+        there is not, or says what the results do not bear out.
+    """
+    found = contents(files)
+    is_quick = bool(
+        files.settings
+        or found["replicate"].trials < found["paper_trials"]
+        or found["n_replicates"] < load_claims().replicates
+    )
+    order = inputs.read_order(files.order)
+    text = environment(FOLDER)
+    text.filters["number"] = lambda value, digits=0: write_number(value, digits, signed=False)
+    text.filters["listed"] = _listed
+    names: dict[str, Any] = {
+        "is_quick": is_quick,
+        "claim": _finder("claim", found["claims"]),
+        "picture": _finder("figure", found["pictures"]),
+        "frame_rate": _finder("frame rate of", {one.metric: one for one in found["frame_rates"]}),
+        "place": _finder("order", _places(found["rankings"])),
+        "ahead": lambda *key: _comparison(order, *key),
+        "tallies": _tallies(found["counted"]),
+        "fixed": lambda text: text,
+        "says": _guard(is_quick),
+    }
+    try:
+        return text.get_template(TEMPLATE).render(found | names)
+    except TemplateError as error:
+        raise CommandError(f"{FOLDER / TEMPLATE}: {error}") from None
+
+
+def _finder(kind: str, found: Mapping[Any, Any]) -> Callable[..., Any]:
+    """Return a function of a name, or of its parts, that refuses those that there are not."""
+
+    def find(*parts: str) -> Any:
+        key = parts[0] if len(parts) == 1 else parts
+        if key not in found:
+            raise CommandError(f"{FOLDER / TEMPLATE} asks for no {kind}: {' '.join(parts)}")
+        return found[key]
+
+    return find
+
+
+def _guard(is_quick: bool) -> Callable[..., Markup]:
+    """Return the block of a sentence that holds under a condition."""
+
+    def says(*conditions: bool, caller: Callable[[], str]) -> Markup:
+        text = Markup(caller())
+        if all(conditions):
+            return text
+        if is_quick:
+            return LEFT_OUT
+        sentence = " ".join(unescape(re.sub(r"<[^>]*>", "", text)).split())
+        raise CommandError(
+            f"{FOLDER / TEMPLATE} says what the results do not: {sentence!r}; write what they do"
+        )
+
+    return says
+
+
+def _places(rankings: Sequence[Any]) -> dict[tuple[str, str, str], Any]:
+    return {
+        (ranking.experiment, ranking.level, place.metric): place
+        for ranking in rankings
+        for place in ranking.places
+    }
+
+
+def _comparison(
+    order: pd.DataFrame, experiment: str, level: str, metric: str, versus: str
+) -> Comparison:
+    """Return by how much a metric orders levels better than another."""
+    rows = order[(order["experiment"] == experiment) & (order["level"] == level)]
+    for first, second, sign in ((metric, versus, 1), (versus, metric, -1)):
+        row = rows[(rows["metric"] == first) & (rows["versus"] == second)]
+        if len(row) == 1:
+            better, low, high, p = row[["order", "low", "high", "p"]].to_numpy()[0]
+            lowest, highest = sorted((sign * low, sign * high))
+            return Comparison(sign * better, lowest, highest, p)
+    words = f"{experiment} {level} {metric} {versus}"
+    raise CommandError(f"{FOLDER / TEMPLATE} asks for no comparison: {words}")
+
+
+def _tallies(counted: Sequence[Estimate]) -> list[Tally]:
+    """Count the verdicts on the claims of each source."""
+    sources = dict.fromkeys(row.claim.source for row in counted)
+    tallies = []
+    for source in sources:
+        rows = [row for row in counted if row.claim.source == source]
+        verdicts = Counter(row.verdict for row in rows)
+        populations = Counter(row.population for row in rows)
+        tallies.append(
+            Tally(
+                source,
+                len(rows),
+                {word: verdicts[word] for word in reversed(VERDICTS)},
+                {word: populations[word] for word in reversed(POPULATION)},
+            )
+        )
+    return tallies
+
+
+def _listed(words: Sequence[object]) -> str:
+    """Write words as a sentence lists them.
+
+    Examples
+    --------
+    >>> _listed(["ATE", "DTE", "mAA"]), _listed(["ATE"]), _listed([])
+    ('ATE, DTE and mAA', 'ATE', 'none')
+    """
+    *others, last = map(str, words) if words else ["none"]
+    return f"{', '.join(others)} and {last}" if others else last
