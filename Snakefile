@@ -14,6 +14,7 @@
 #   snakemake report                          all of it on one page, results/report.html
 #   snakemake crate                           and a description of the results for archives (RO-Crate)
 #   snakemake explorer                        a page to play with: the scores at any threshold
+#   snakemake article                         the replication as an article, results/article.html
 import sys
 
 sys.path.insert(0, workflow.basedir)
@@ -47,6 +48,9 @@ localrules:  # seconds each: not worth a job
     explorer,
     report,
     crate,
+    article,
+    article_page,
+    article_pdf,
 
 
 rule figures:
@@ -92,6 +96,11 @@ rule today:
     input:
         ORDERS_TODAY,
         expand(FIGURE, figure="today", ext=["pdf", "png"]),
+
+
+rule article:
+    input:
+        ARTICLE,
 
 
 onsuccess:

@@ -1,4 +1,4 @@
-# Everything on one page, and one to play with.
+# Everything on one page, one to play with, and the article, which is made of the same.
 CAMERA_ERRORS = [RESULTS / "tables" / f"camera_errors.{ext}" for ext in ("npz", "json")]
 EXPLORER = RESULTS / "explorer.html"
 PAGE_CODE = [
@@ -6,6 +6,11 @@ PAGE_CODE = [
     for folder in ("report", "alignscores/explorer")
     for path in sorted(Path(workflow.basedir, folder).iterdir())
     if path.is_file()
+]
+ARTICLE = [RESULTS / "article.html", *([RESULTS / "article.pdf"] if browser() else [])]
+GIVEN = [  # to repeat it
+    *chosen(key for key in config if key not in (*EXECUTION, "scenarios")),
+    *(to_overrides({"scenarios": SCENARIO_FILE.name}) if "scenarios" in config else []),
 ]
 SHOWN = [SCENARIO_STUDY if name == "beyond" else name for name in FIGURES]
 
@@ -73,6 +78,7 @@ rule report:
     input:
         EXPLORER,
         PAGE_CODE,
+        sorted(Path(workflow.basedir, "docs", "article").glob("article.*")),
         STUDY_CODE,
         CLAIMS_FILE,
         [study_file(name) for name in STUDIES],
@@ -100,18 +106,16 @@ rule report:
     output:
         RESULTS / "report.html",
     params:
+        flags="",
         benchmarks=measured,
-        settings=[
-            *chosen(key for key in config if key not in (*EXECUTION, "scenarios")),
-            *(to_overrides({"scenarios": SCENARIO_FILE.name}) if "scenarios" in config else []),
-        ],
+        settings=GIVEN,
     log:
         RESULTS / "logs" / "report.log",
     benchmark:
         RESULTS / "benchmarks" / "report.tsv"
     shell:
-        "{sys.executable:q} -m report --verdicts {input.verdicts:q} --readings {input.readings:q}"
-        " --table1 {input.table1:q} --order {input.order:q} --figures {input.figures:q}"
+        "{sys.executable:q} -m report {params.flags}"
+        " --verdicts {input.verdicts:q} --readings {input.readings:q} --table1 {input.table1:q} --order {input.order:q} --figures {input.figures:q}"
         " --experiments {input.experiments:q} --replicates {input.replicates:q}"
         " --thresholds {input.thresholds:q} --threshold-times {input.threshold_times:q}"
         " --threshold-parts {input.threshold_parts:q}"
@@ -133,3 +137,27 @@ rule crate:
         RESULTS / "ro-crate-metadata.json",
     shell:
         "{sys.executable:q} -m report.crate {RESULTS:q}"
+
+
+use rule report as article_page with:
+    output:
+        ARTICLE[0],
+    params:
+        flags="--article",
+        benchmarks=measured,
+        settings=GIVEN,
+    log:
+        RESULTS / "logs" / "article.log",
+    benchmark:
+        RESULTS / "benchmarks" / "article.tsv"
+
+
+rule article_pdf:
+    input:
+        ARTICLE[0],
+    output:
+        RESULTS / "article.pdf",
+    log:
+        RESULTS / "logs" / "article_pdf.log",
+    shell:
+        "{sys.executable:q} -m report.pdf {input:q} --output {output:q} > {log:q} 2>&1"

@@ -5,6 +5,7 @@ from pathlib import Path
 from experiments.command import ConfigError
 from experiments.config import EXECUTION, load, to_overrides
 from figures import FIGURES, PAPER_FIGURES
+from report.pdf import browser
 from studies.claims.claims import CLAIMS_FILE, load_claims
 from studies.claims.plan import load_replicates
 from studies.frame_rate.rates import FRAME_RATE, load_frame_rate

@@ -1,0 +1,344 @@
+"""The article: its numbers are those of the results, and it says nothing that these do not."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import report.article
+import report.page
+import report.pdf
+from report.__main__ import main
+from report.article import FOLDER, TEMPLATE
+from studies.claims.claims import load_claims
+
+from .conftest import REPLICATES, TRIALS, Page, Results
+
+# What is no result, and why it may be typed.
+SETTINGS = {
+    "10°": "largest threshold of RAS and mAA",
+    "100": "thresholds of a score",
+    "1000": "hypotheses of the registration",
+    "4": "least m",
+    "99": "in the name PCR-99",
+    "1": "in the names Table 1, L1 and Median-1",
+    "2": "in the names L2 and RMS-2",
+    "50": "outliers of the captions",
+    "40": "cameras up to which m is 4",
+}
+# In what is printed or set: a name, a setting, how many digits are shown, a place in a list, a
+# share as a percentage, a plural.
+HARMLESS = (
+    r"fixed\(\"[^\"]*\"\)",
+    r"\"%\.3g\"",
+    r"[\"'][A-Za-z][\w-]*[\"']|[\"'][^\"'\d]*[\"']",
+    r"number\(\d\)|(?<=order), \d\)",
+    r"\[:?\d+\]|\) \+ 1$",
+    r"100 \* \(?(1 - missed|central)",
+    r"== 1\b",
+)
+
+
+def typed_numbers(template):
+    """Numbers of a template that are neither of the results nor marked as settings."""
+    references = template.partition("{% set references")[2].partition("%}")[0]
+    text = re.sub(r"\{#.*?#\}", "", template.replace(references, ""), flags=re.DOTALL)
+    code = re.findall(r"\{\{(.*?)\}\}|\{% set (.*?)%\}", text, flags=re.DOTALL)
+    text = re.sub(r"\{[{%].*?[}%]\}", "", text, flags=re.DOTALL)
+    found = re.findall(r"\w*\d[\w.,]*", re.sub(r"<[^>]*>|&\w+;", " ", text))
+    for part in ("".join(parts).strip() for parts in code):
+        found += re.findall(r"(?<!\w)\d[\d.]*", re.sub("|".join(HARMLESS), "", part))
+    return found
+
+
+@pytest.fixture(scope="module")
+def made(original, tmp_path_factory):
+    """The made-up results with all that the article names, and a number of its own."""
+    folder = shutil.copytree(original.folder, tmp_path_factory.mktemp("article") / "results")
+    made = Results(folder, original.files)
+    orders = pd.read_csv(folder / "tables/order.csv")
+    ate = orders.head(1).assign(metric="ATE", order=60, low=59, high=61, trials=np.inf)
+    others = [
+        orders.assign(experiment=experiment, level=level)
+        for experiment, level in (
+            ("outliers", "outliers"),
+            ("collinear", "noise"),
+            ("collinear", "outliers"),
+        )
+    ]
+    pair = orders.tail(1)
+    pairs = pair.assign(versus="ATE"), pair.assign(metric="TAS", versus="ATE")
+    pd.concat([orders, ate, *pairs, *others]).to_csv(folder / "tables/order.csv", index=False)
+    rates = pd.read_csv(folder / "tables/frame_rate.csv")
+    half = rates.assign(metric="HalfDistance", dependence=[2, 9], order=95, order_across=[88, 92])
+    pd.concat([rates, half]).to_csv(folder / "tables/frame_rate.csv", index=False)
+    with made.table("claims.csv") as table:
+        row = table["id"] == "outliers-range-tas"
+        table.loc[row, ["ours", "low", "high"]] = -51.5, -53.1, -49.2
+    return made
+
+
+@pytest.fixture(scope="module")
+def article(made):
+    """The article of these results."""
+    path = made.folder / "article.html"
+    assert main([*made.arguments(), "--article", "--output", str(path)]) == 0
+    return Page(path.read_text(encoding="utf-8"))
+
+
+@pytest.fixture
+def write(made, capsys, tmp_path):
+    """Write the article; return the exit code, what was said, and the page."""
+
+    def run(*settings):
+        path = tmp_path / "article.html"
+        code = main([*made.arguments(*settings), "--article", "--output", str(path)])
+        page = Page(path.read_text(encoding="utf-8")) if code == 0 else None
+        return code, capsys.readouterr().err, page
+
+    return run
+
+
+@pytest.fixture
+def whole_study(monkeypatch):
+    """Take the made-up results for those of as many trials and replicates as there should be."""
+    claims = replace(load_claims(), replicates=REPLICATES)
+    monkeypatch.setattr(report.article, "load_claims", lambda: claims)
+    monkeypatch.setattr(report.page, "PAPER_TRIALS", TRIALS)
+
+
+@pytest.fixture
+def template(monkeypatch, tmp_path):
+    """Write another template."""
+    folder = shutil.copytree(FOLDER, tmp_path / "article")
+    monkeypatch.setattr(report.article, "FOLDER", folder)
+    return folder / TEMPLATE
+
+
+def rows_of(page, name):
+    (caption,) = [one for one in page.all("caption") if one.get("id") == f"table-{name}"]
+    table = next(one for one in reversed(caption.parents) if one.tag == "table")
+    return [
+        [cell.text for cell in page.within(row, "th", "td")]
+        for row in page.within(table, "tr")
+        if not any(parent.tag == "thead" for parent in row.parents)
+    ]
+
+
+def number(text):
+    return float(text.replace("−", "-").replace("+", "").split("\u202f")[0].split()[0])
+
+
+def test_no_result_is_typed():
+    text = (FOLDER / TEMPLATE).read_text(encoding="utf-8")
+    assert typed_numbers(text) == []
+    assert set(re.findall(r"fixed\(\"([^\"]*)\"\)", text)) == set(SETTINGS)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "<p>The TAS has 87.3 %.</p>",
+        "<p>{{ trials }} and 20 replicates</p>",
+        '<p>{{ "87.3 %" }}</p>',
+        '<p>{{ "about 87.3 %" }}</p>',
+        "<p>{{ 0.75 | number(2) }}</p>",
+        '<p>{{ claim("a").mean if x else 12.5 }}</p>',
+        "{% set share = 12.5 %}",
+        "<p>Median-1</p>",
+    ],
+)
+def test_a_result_that_is_typed_is_found(text):
+    assert typed_numbers(text) != []
+
+
+def test_the_numbers_are_those_of_the_results(article, made):
+    table = pd.read_csv(made.folder / "claims.csv").set_index("id")
+    claims = load_claims().claims
+    numeric = [name for name, claim in claims.items() if claim.paper is not None]
+    shown = rows_of(article, "numbers")
+    assert len(shown) == len(numeric) == 14
+    for name, (source, _, paper, ours, interval, mean, verdict, truth) in zip(
+        numeric, shown, strict=True
+    ):
+        row = table.loc[name]
+        assert source == claims[name].source
+        assert number(paper) == claims[name].paper
+        assert number(ours) == pytest.approx(row["ours"], abs=0.051)
+        for text, bounds in ((interval, ("low", "high")), (mean, ("mean_low", "mean_high"))):
+            found = [number(part) for part in text.strip("[]").split(", ")]
+            assert found == pytest.approx(list(row[[*bounds]]), abs=0.051)
+        assert (verdict, truth) == (row["verdict"], row["population"])
+    assert "−51.5" in article.html
+
+
+def test_verdicts_are_counted(article, made):
+    table = pd.read_csv(made.folder / "claims.csv")
+    counted = table[table["implied_by"].isna()]
+    *rows, (_, *total) = rows_of(article, "verdicts")
+    verdicts = counted["verdict"].value_counts()
+    truths = counted["population"].value_counts()
+    words = ("reproduced", "inconclusive", "not reproduced")
+    expected = [len(counted), *(verdicts[word] for word in words)]
+    expected += [truths[word] for word in ("true", "open", "false")]
+    assert [int(cell) for cell in total] == expected
+    assert [row[0] for row in rows] == list(counted["source"].unique())
+    columns = zip(*(map(int, row[1:]) for row in rows), strict=True)
+    assert [sum(column) for column in columns] == expected
+    exceptions = rows_of(article, "exceptions")
+    assert len(exceptions) == len(counted) - verdicts["reproduced"]
+    statements = set(counted.loc[counted["verdict"] != "reproduced", "statement"])
+    assert {row[0] for row in exceptions} == statements
+
+
+def test_other_tables_are_shown_as_they_are(article, made):
+    rates = rows_of(article, "rates")
+    assert rates == [["TAS", "40 to 60", "91", "57"], ["HalfDistance", "2 to 9", "95", "90"]]
+    first, *others = rows_of(article, "order")
+    assert first == ["outliers", "noise", "mAA 90.0 > TAS 80.0 > ATE 60.0"]
+    assert [row[2] for row in others] == 3 * ["mAA 90.0 > TAS 80.0"]
+    table = pd.read_csv(made.folder / "tables/method_comparison.csv")
+    brackets = sum(cell.count("[") for row in rows_of(article, "properties") for cell in row)
+    assert brackets == (table["agrees"] == "no").sum()
+
+
+def test_a_quick_look_says_so_and_leaves_out_what_does_not_hold(write):
+    code, error, page = write("trials=7")
+    assert (code, error) == (0, "")
+    (note,) = [one.text for one in page.all("p") if one.get("class") == "quick"]
+    assert f"{TRIALS} trials in each cell and {REPLICATES} replicates" in note
+    assert "snakemake report --config trials=7" in note
+    left_out = [one for one in page.all("span") if one.get("class") == "left-out"]
+    assert left_out
+    assert "The TAS cannot be compared between frame rates" in page.html
+    assert "On a line it is the other way round" not in page.html
+
+
+@pytest.mark.usefixtures("whole_study")
+def test_a_whole_study_is_refused_where_the_text_says_what_it_does_not(write):
+    code, error, _ = write()
+    assert code == 1
+    assert re.fullmatch(r"report: .*article\.html\.j2 says what the results do not: .*\n", error)
+
+
+@pytest.mark.usefixtures("whole_study")
+@pytest.mark.parametrize(("condition", "expected"), [("", 0), ("not ", 1)])
+def test_a_sentence_stands_where_its_condition_holds(write, template, condition, expected):
+    holds = f'{condition}frame_rate("TAS").order_across == 57'
+    template.write_text(f"<p>{{% call says({holds}) %}}It is so.{{% endcall %}}</p>")
+    code, error, page = write()
+    assert code == expected
+    if expected:
+        assert error.endswith("says what the results do not: 'It is so.'; write what they do\n")
+    else:
+        assert page.html == "<p>It is so.</p>"
+
+
+@pytest.mark.usefixtures("whole_study")
+def test_a_changed_setting_makes_no_whole_study(write, template):
+    template.write_text("{% call says(False) %}It is so.{% endcall %}")
+    assert write("sigma_t=[0.05]")[0] == 0
+    assert write()[0] == 1
+
+
+def test_a_metric_is_compared_from_either_side(write, template):
+    pairs = ('"mAA", "TAS"', '"TAS", "mAA"')
+    parts = [f'{{% set one = ahead("outliers", "noise", {pair}) %}}' for pair in pairs]
+    line = "<p>{{ one.order }} {{ one.low }} {{ one.high }} {{ one.is_certain }}</p>"
+    template.write_text(line.join([*parts, ""]))
+    _, _, page = write()
+    texts = [one.text for one in page.all("p")]
+    assert texts == ["10.0 9.0 11.0 True", "-10.0 -11.0 -9.0 False"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('{{ claim("outliers-nothing") }}', "asks for no claim: outliers-nothing"),
+        ('{{ picture("nothing") }}', "asks for no figure: nothing"),
+        ('{{ place("outliers", "noise", "XYZ") }}', "asks for no order: outliers noise XYZ"),
+        (
+            '{{ ahead("outliers", "noise", "a", "b") }}',
+            "asks for no comparison: outliers noise a b",
+        ),
+        ("{{ nothing }}", "'nothing' is undefined"),
+        ("{{ replicate.nothing }}", "has no attribute 'nothing'"),
+        ("{% if %}", "Expected an expression"),
+    ],
+)
+def test_what_there_is_not_is_named(write, template, text, message):
+    template.write_text(text)
+    code, error, _ = write()
+    assert code == 1
+    assert message in error
+    assert error.count("\n") == 1
+
+
+def test_a_table_that_is_missing_is_named(made, capsys, tmp_path):
+    arguments = [*made.arguments(), "--article", "--order", str(tmp_path / "order.csv")]
+    assert main(arguments) == 1
+    error = capsys.readouterr().err
+    assert re.fullmatch(r"report: .*/order\.csv does not exist; run: snakemake .*\n", error)
+
+
+def test_the_same_results_give_the_same_bytes_and_no_network(article, made, tmp_path):
+    path = tmp_path / "other.html"
+    arguments = [*made.arguments(), "--article", "--output", str(path)]
+    subprocess.run(
+        [sys.executable, "-m", "report", *arguments],
+        check=True,
+        capture_output=True,
+        env=os.environ | {"PYTHONHASHSEED": "7"},
+    )
+    assert path.read_text(encoding="utf-8") == article.html
+    assert all(one.get("src").startswith("data:image/png;") for one in article.all("img"))
+    assert not article.all("script", "link", "iframe")
+    assert "url(" not in article.html
+    (policy,) = [one.get("content") for one in article.all("meta") if one.get("http-equiv")]
+    assert policy.startswith("default-src 'none'")
+
+
+def test_what_is_referred_to_is_there_and_what_is_there_is_referred_to(article):
+    links = [one.get("href") for one in article.all("a")]
+    targets = {link[1:] for link in links if link.startswith("#")}
+    shown = {one.get("id") for one in article.elements if one.get("id")}
+    assert targets <= shown
+    assert {name for name in shown if name.startswith(("ref-", "table-", "figure-"))} <= targets
+    assert all(one.get("alt") for one in article.all("img"))
+
+
+@pytest.mark.skipif(report.pdf.browser() is None, reason="no Chromium to print with")
+def test_the_article_is_printed_to_the_same_bytes(article, capsys, tmp_path):
+    page = tmp_path / "article.html"
+    page.write_text(article.html, encoding="utf-8")
+    printed = []
+    for path in (tmp_path / "one.pdf", tmp_path / "two.pdf"):
+        assert report.pdf.main([str(page), "--output", str(path)]) == 0
+        printed.append(path.read_bytes())
+    assert printed[0].startswith(b"%PDF")
+    assert len(re.findall(rb"/Type\s*/Page\b", printed[0])) > 3
+    assert printed[0] == printed[1]
+    assert capsys.readouterr().err == ""
+
+
+def test_what_cannot_be_printed_is_named(tmp_path, monkeypatch, capsys):
+    page = tmp_path / "page.html"
+    arguments = [str(page), "--output", str(tmp_path / "page.pdf")]
+    monkeypatch.setattr(report.pdf, "browser", lambda: "false")
+    assert report.pdf.main(arguments) == 1
+    assert capsys.readouterr().err == f"report.pdf: {page} does not exist\n"
+    page.write_text("<p>")
+    assert report.pdf.main(arguments) == 1
+    error = capsys.readouterr().err
+    assert error.startswith(f"report.pdf: false cannot print {page}: ")
+    assert error.count("\n") == 1
+    monkeypatch.setattr(report.pdf, "browser", lambda: None)
+    assert report.pdf.main(arguments) == 1
+    assert "takes one of these programs: chromium" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [page]
