@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from figures import FIGURES, PAPER_FIGURES
+from report.pdf import browser
 from studies.frame_rate.rates import load_frame_rate
 from studies.parameters.axes import STUDIES, load_parameters
 from studies.parameters.maps import load_maps
@@ -27,13 +28,14 @@ TRIALS["threshold_study"] += len(load_maps().tables)
 
 
 def test_everything_is_made_once(snakemake: Snakemake) -> None:
-    done = snakemake("report", "figures", "--dry-run", "--config", "replicates=2")
+    done = snakemake("report", "article", "figures", "--dry-run", "--config", "replicates=2")
     assert done.planned == {
         "trials": sum(TRIALS.values()),
         "figure": len(FIGURES),
         **dict.fromkeys(("table1", "order", "verdicts", "scenarios", "report", "figures"), 1),
         **dict.fromkeys(("maps", "frame_rates", "orders_today"), 1),
         **dict.fromkeys(("camera_errors", "explorer"), 1),
+        **dict.fromkeys(("article", "article_page", *(["article_pdf"] if browser() else [])), 1),
         "run_times": len(STUDIES),
         **{f"parameters_{name}": 1 for name in STUDIES},
     }
@@ -60,7 +62,8 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
     snakemake: Snakemake,
 ) -> None:
     settings = ("replicates=2", "trials=100")
-    done = snakemake("report", "figures", "--dry-run", "--config", *settings, profile="slurm")
+    targets = ("report", "article", "figures")
+    done = snakemake(*targets, "--dry-run", "--config", *settings, profile="slurm")
     needs = {rule: text for rule, text in done.jobs if "runtime=" in text and "mem_mb=" in text}
     assert set(needs) == {"trials", "run_times", "camera_errors"}
     assert "runtime=34" in needs["trials"]
