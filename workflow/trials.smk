@@ -3,15 +3,15 @@ from math import ceil, gcd
 
 
 # What a cluster is asked for. Measured (docs/how-to/cluster.md): a process takes 140 MB, as does each of the
-# two Snakemakes beside it; a replicate of all claims takes 0.8 s for each trial of a cell, one of those
-# with all readings 2.4 s.
+# two Snakemakes beside it; a replicate of all claims takes 0.7 s for each trial of a cell, one of those
+# with all readings 1.5 s.
 def memory(wildcards, threads):
     """Twice that, and a megabyte for each trial of a cell: rows are held until they are written."""
     return 600 + 300 * threads + most_trials(wildcards)
 
 
 def minutes(wildcards, threads):
-    """Six times that, and ten minutes for nodes and file systems that are slow to start."""
+    """Nine times that, and ten minutes for nodes and file systems that are slow to start."""
     return 10 + ceil(14 * most_trials(wildcards) / 60 / threads)
 
 
