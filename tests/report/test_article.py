@@ -51,7 +51,7 @@ def typed_numbers(template):
     text = re.sub(r"\{#.*?#\}", "", template.replace(references, ""), flags=re.DOTALL)
     code = re.findall(r"\{\{(.*?)\}\}|\{% set (.*?)%\}", text, flags=re.DOTALL)
     text = re.sub(r"\{[{%].*?[}%]\}", "", text, flags=re.DOTALL)
-    found = re.findall(r"\w*\d[\w.,]*", re.sub(r"<[^>]*>|&\w+;", " ", text))
+    found = re.findall(r"\w*\d[\w.,]*", re.sub(r"<[^>]*>|&#?\w+;", " ", text))
     for part in ("".join(parts).strip() for parts in code):
         found += re.findall(r"(?<!\w)\d[\d.]*", re.sub("|".join(HARMLESS), "", part))
     return found
