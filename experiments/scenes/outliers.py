@@ -19,7 +19,7 @@ def _uniform(
 ) -> Cameras:
     """Put random cameras anywhere in the cube, with random rotations."""
     if count == 0:
-        return
+        return slice(0)
     outliers = rng.choice(len(positions), size=count, replace=False)
     positions[outliers] = rng.uniform(-side / 2, side / 2, size=(count, 3))
     rotations[outliers] = Rotation.random(count, rng=rng).as_matrix()
