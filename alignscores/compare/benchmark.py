@@ -169,11 +169,13 @@ def _complete(
         if not any(key[0] in kept for key in own):
             problems.append(f"system {system}: has no run on a sequence with a reference; left out")
             continue
-        wanted = _expected_names(own, expected.get(system, expected.get("")))
+        due = expected.get(system, expected.get(""))
+        wanted = _expected_names(own, due)
         for sequence in kept:
             there = {key[2]: path for key, path in own.items() if key[0] == sequence}
             lacking = [name for name in wanted if name not in there]
-            lacking = lacking[: max(len(wanted) - len(there), 0)]
+            if due is None or isinstance(due, int):  # so many, whatever their names
+                lacking = lacking[: max(len(wanted) - len(there), 0)]
             runs += [
                 Run(sequence, system, name, there.get(name))
                 for name in sorted([*there, *lacking], key=_natural)
