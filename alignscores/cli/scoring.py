@@ -42,6 +42,8 @@ from .notes import (
 
 __all__ = ["Part", "Profiles", "Scored", "score", "seeds"]
 
+LEAST_GAIN = 1.2  # of the fit, by a time offset that is looked for; less is noise
+
 Floats = NDArray[np.float64]
 
 
@@ -167,7 +169,11 @@ def score(
             offset = time_offset(reference, estimate, arguments.t_offset)
             matches = matched(reference, estimate, arguments, t_offset=offset, frames=frames)
             if arguments.t_offset == "auto":
-                notes.append(f"time offset of {offset:.4f} s found, and added to its stamps")
+                notes.append(
+                    f"time offset of {offset:.4f} s found, and added to its stamps"
+                    if offset
+                    else f"no time offset at which its positions fit {LEAST_GAIN:g} times as well"
+                )
             else:
                 notes += offset_notes(reference, estimate, offset)
         else:
@@ -293,7 +299,10 @@ def pas_of_parts(
 
 
 def time_offset(reference: Trajectory, estimate: Trajectory, option: float | str) -> float:
-    """Return the time offset to be used: the one given, or for "auto" the one found."""
+    """Return the time offset to be used: the one given, or for "auto" the one found.
+
+    On an orbit, a helix or a straight road all offsets fit alike, and noise chooses: none is used.
+    """
     if option != "auto":
         return float(option)
     found = find_offset(reference, estimate)
@@ -302,7 +311,7 @@ def time_offset(reference: Trajectory, estimate: Trajectory, option: float | str
             "no time offset makes its positions fit those of the reference; --t_offset X sets one"
             f"{unit_hint(reference.keys, estimate.keys)}"
         )
-    return found.seconds
+    return found.seconds if found.gain >= LEAST_GAIN else 0.0
 
 
 def derived_unit(matches: Matches) -> float:

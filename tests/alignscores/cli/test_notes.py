@@ -162,6 +162,21 @@ def test_a_time_offset(run, score, tmp_path):
     assert "no time offset makes its positions fit" in err
 
 
+def test_no_time_offset_is_made_up_on_an_orbit(run, score, tmp_path):
+    """A circle, turned about its middle, fits at any offset."""
+    times = np.arange(120) / 10
+    path = np.transpose([np.cos(times / 2), np.sin(times / 2), np.zeros(120), *np.zeros((3, 120))])
+    for name, noise in (("gt.txt", 0), ("est.txt", 0.01)):
+        errors = np.random.default_rng(0).normal(scale=noise, size=(120, 3))
+        poses = path + np.pad(errors, ((0, 0), (0, 3)))
+        np.savetxt(tmp_path / name, np.column_stack([times, poses, np.ones(120)]))
+    files = "tum", tmp_path / "gt.txt", tmp_path / "est.txt"
+    (plain,) = score(*files)
+    (found,) = score(*files, "--t_offset", "auto")
+    assert found["TAS"] == plain["TAS"]
+    assert "no time offset at which its positions fit 1.2 times" in found["notes"][0]
+
+
 def test_swapped_files(run, tmp_path):
     gt, est = (tmp_path / name for name in ("gt.txt", "est.txt"))
     times = np.arange(400) / 40
