@@ -42,7 +42,8 @@ from .notes import (
 
 __all__ = ["Part", "Profiles", "Scored", "score", "seeds"]
 
-LEAST_GAIN = 1.2  # of the fit, by a time offset that is looked for; less is noise
+SMALL = 0.03  # seconds: with a larger time offset the positions must fit
+LEAST_GAIN = 1.2  # times as well, as noise alone gains less
 
 Floats = NDArray[np.float64]
 
@@ -301,7 +302,7 @@ def pas_of_parts(
 def time_offset(reference: Trajectory, estimate: Trajectory, option: float | str) -> float:
     """Return the time offset to be used: the one given, or for "auto" the one found.
 
-    On an orbit, a helix or a straight road all offsets fit alike, and noise chooses: none is used.
+    On an orbit, a helix or a straight road all offsets fit alike, and noise chooses: it is 0 then.
     """
     if option != "auto":
         return float(option)
@@ -311,7 +312,8 @@ def time_offset(reference: Trajectory, estimate: Trajectory, option: float | str
             "no time offset makes its positions fit those of the reference; --t_offset X sets one"
             f"{unit_hint(reference.keys, estimate.keys)}"
         )
-    return found.seconds if found.gain >= LEAST_GAIN else 0.0
+    sure = abs(found.seconds) <= SMALL or found.gain >= LEAST_GAIN
+    return found.seconds if sure else 0.0
 
 
 def derived_unit(matches: Matches) -> float:
