@@ -54,6 +54,11 @@ settings.register_profile("alignscores", derandomize=True, deadline=None, max_ex
 settings.load_profile("alignscores")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the longest tests, so that no process waits for another at the end."""
+    items.sort(key=lambda item: "workflow" not in item.path.parts)
+
+
 @dataclass(frozen=True)
 class ReferenceCase:
     """One trajectory with the outputs of the published implementation; ``case["d_threshold"]``."""

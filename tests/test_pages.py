@@ -49,6 +49,7 @@ BLOCK = re.compile(r"^( *)```(\w[\w-]*|\{[\w-]+\})[^\n]*\n(.*?)^\1```$", re.MULT
 FILE = re.compile(r"# ([\w-]+\.(?:yaml|txt)|Snakefile)\n")
 RUNS = {"bash", "console", "python", "text", "yaml"}
 SHOWN = {"{argparse}", "{columns}", "{eval-rst}", "{literalinclude}", "{toctree}"}  # by Sphinx
+SHOWN |= {"jinja"}  # of the article
 
 
 @dataclass(frozen=True)

@@ -172,7 +172,7 @@ def _differences(summary: Summary, by: str, names: Mapping[str, str]) -> str:
     if not rows:
         return "<p>There is one system.</p>"
     caption = "Systems are told apart where the interval does not hold 0."
-    headers = "systems", "difference", "95 %, all pairs at once", "told apart"
+    headers = "systems", "difference", "95 %, all pairs of this table", "told apart"
     return _scrolling("differences", caption, headers, rows)
 
 
