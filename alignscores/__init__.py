@@ -18,7 +18,7 @@ from .similarity import Similarity
 from .translation import TASResult, closest_pair_quartile, tas
 from .validation import AlignmentWarning
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 __all__ = [
     "AlignmentScore",
