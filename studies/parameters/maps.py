@@ -198,8 +198,13 @@ def _thresholds(table: pd.DataFrame, option: str, unit: str) -> str:
         f"**{metric}.** With the paper's {paper[option].iloc[0]:g}{unit} it is "
         f"{paper['right_order'].mean():.0f} % in the mean over noise and cameras, with the best of "
         f"{values[option].nunique()} thresholds at each noise, found afterwards, "
-        f"{best.mean():.0f} %. Thresholds of about {range_of.min():g} to {range_of.max():g} times "
-        f"the noise come within {NEARLY_BEST:g} % of the best."
+        f"{best.mean():.0f} %. "
+    )
+    line += (
+        f"Thresholds of about {range_of.min():g} to {range_of.max():g} times the noise come within "
+        f"{NEARLY_BEST:g} % of the best."
+        if good.any()
+        else f"None comes within {NEARLY_BEST:g} % of the best at every noise."
     )
     if better.empty:
         line += " No other threshold is certainly better anywhere."

@@ -12,7 +12,7 @@ from experiments.command import CommandError
 from experiments.grid import Cell
 from experiments.tables import Trials
 from studies.__main__ import main
-from studies.parameters.maps import compare, load_maps
+from studies.parameters.maps import compare, load_maps, sentences
 
 from ..conftest import undescribed
 
@@ -69,6 +69,16 @@ def test_orders_and_differences_from_the_papers_value(parts: dict[str, Trials]) 
     assert best["noise"].unique()[0] == pytest.approx(0.0125 * np.sqrt(1.15), rel=0.01)
     inverted = table[table["right_order"] == 0]
     assert set(inverted.loc[inverted["map"] == "registration", "metric"]) >= {"TAS(order=0.5)"}
+
+
+def test_where_no_threshold_is_good_everywhere_none_is_named(
+    parts: dict[str, Trials], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("studies.parameters.maps.NEARLY_BEST", -1.0)  # better than the best
+    tas, ras, _ = sentences(compare(parts))
+    for sentence in (tas, ras):
+        assert "None comes within -1 % of the best at every noise." in sentence
+        assert "nan" not in sentence
 
 
 def test_program_writes_table_and_sentences(
