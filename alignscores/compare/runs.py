@@ -34,7 +34,7 @@ from ..trajectories.association import Matches, in_order
 from ..trajectories.conventions import find_convention, rotate_cameras
 from ..trajectories.files import Trajectory, read_stamps
 from ..trajectories.parts import combine, holders, in_one_world, joined
-from ..translation import closest_pair_quartile
+from ..translation import closest_pair_quartile, tas
 from ..validation import AlignmentWarning
 
 __all__ = ["Due", "Outcome", "Task", "due", "evaluate", "read_reference"]
@@ -86,6 +86,9 @@ class Outcome:
         In units of the ground truth and in degrees; infinite for a failure.
     position_scores, rotation_scores : (n,) ndarray
         Share of the thresholds that each camera is within: their means are the scores.
+    distance_terms, angle_terms : (n,) ndarray
+        By how much each camera lifts half_distance and half_angle, to first order: their means are
+        0. Zeros where these are 0 or infinite.
     notes : list of str
         What the user should know about it.
     error : str
@@ -101,11 +104,17 @@ class Outcome:
     rotation_errors: Floats = field(default_factory=lambda: np.empty(0))
     position_scores: Floats = field(default_factory=lambda: np.empty(0))
     rotation_scores: Floats = field(default_factory=lambda: np.empty(0))
+    distance_terms: Floats = field(default_factory=lambda: np.empty(0))
+    angle_terms: Floats = field(default_factory=lambda: np.empty(0))
     notes: list[str] = field(default_factory=list)
     error: str = ""
 
 
-ARRAYS = "places", "position_errors", "rotation_errors", "position_scores", "rotation_scores"
+ARRAYS = (
+    "places",
+    *("position_errors", "rotation_errors", "position_scores", "rotation_scores"),
+    *("distance_terms", "angle_terms"),
+)
 
 
 def evaluate(task: Task) -> Outcome:
@@ -226,6 +235,11 @@ def _scored(task: Task) -> Outcome:
         rotation_errors=result.ras.errors,
         position_scores=_shares(result.tas.errors, result.tas.thresholds),
         rotation_scores=_shares(result.ras.errors, result.ras.thresholds),
+        distance_terms=half_terms(
+            _errors_at(scores["half_distance"], matches, result, options, whole=len(parts) == 1),
+            scores["half_distance"],
+        ),
+        angle_terms=half_terms(result.ras.errors, scores["half_angle"]),
         notes=notes,
     )
 
@@ -304,6 +318,32 @@ def larger_is_better(metric: str) -> bool:
 def _half(errors: Floats, unit: float) -> float:
     """Return the unit at which the score of errors under a fixed alignment is one half."""
     return ScoreProfile(np.array([unit]), np.sort(errors)[None], 100).half
+
+
+def _errors_at(
+    unit: float, matches: Matches, result: PASResult, options: argparse.Namespace, *, whole: bool
+) -> Floats:
+    """Return the position errors of the alignment at a unit; of one in parts, those it has."""
+    if not (whole and 0 < unit < np.inf):
+        return result.tas.errors
+    gt, est = (poses[:, :3, 3] for poses in (matches.gt_poses, matches.est_poses))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AlignmentWarning)  # the TAS has told it
+        return tas(gt, est, unit=unit, rng=options.seed, registration=options.registration).errors
+
+
+def half_terms(errors: Floats, half: float) -> Floats:
+    """Return by how much each camera lifts the unit of half a score, to first order.
+
+    At that unit h the mean of the cameras' scores s is 1/2. Where it is S(h) for other weights of
+    the cameras, h moves by (1/2 - s) / S'(h) for each, with S'(h) the mean of e / h² over the
+    errors e < h.
+    """
+    inside = errors < half
+    if not 0 < half < np.inf or not errors[inside].any():
+        return np.zeros(len(errors))
+    slope = errors[inside].sum() / (len(errors) * half**2)
+    return np.asarray((0.5 - _shares(errors, half * np.arange(1, 101) / 100)) / slope)
 
 
 def _shares(errors: Floats, thresholds: Floats) -> Floats:

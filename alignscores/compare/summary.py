@@ -154,10 +154,16 @@ class _Group:
         total = np.zeros(n_cells)
         for outcome in self.outcomes:
             if outcome.n:
-                weight = {"TAS": 1.0, "RAS": 0.0, "PAS": self.weight}[name]
-                scores = weight * outcome.position_scores + (1 - weight) * outcome.rotation_scores
-                total += series(outcome.places, scores, n_cells)
+                total += series(outcome.places, self._of_cameras(outcome, name), n_cells)
         return total / len(self.outcomes)
+
+    def _of_cameras(self, outcome: Outcome, name: str) -> Floats:
+        if name == "half_distance":
+            return outcome.distance_terms
+        if name == "half_angle":
+            return outcome.angle_terms
+        weight = {"TAS": 1.0, "RAS": 0.0, "PAS": self.weight}[name]
+        return weight * outcome.position_scores + (1 - weight) * outcome.rotation_scores
 
 
 def _result(run: Run, outcome: Outcome, due: int, metrics: Sequence[str]) -> dict[str, Any]:
@@ -226,7 +232,8 @@ def _difference(
     """
     pairs = [(groups[a, sequence], groups[b, sequence]) for sequence in sequences]
     values = [(one.values(name), two.values(name)) for one, two in pairs]
-    if not all(np.isfinite([*first, *second]).all() for first, second in values):
+    finite = all(np.isfinite([*first, *second]).all() for first, second in values)
+    if not finite:
         values = [_bounded(first, second) for first, second in values]
     if len(sequences) > 1:
         return over_sequences([np.mean(first) - np.mean(second) for first, second in values])
@@ -234,7 +241,7 @@ def _difference(
     if min(len(first), len(second)) > 1:
         return over_runs(first, second)
     value = float(np.mean(first) - np.mean(second))
-    if name not in SCORES[:3]:
+    if name not in SCORES or not finite:
         return Difference(value, math.nan, 1)
     n_cells = (
         min(n for n in (one.fewest, two.fewest, MOST_CELLS) if n) if one.fewest or two.fewest else 0

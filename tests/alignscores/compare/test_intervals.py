@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from alignscores import pas
+from alignscores import ScoreProfile, pas, tas, tas_profile
 from alignscores.compare.benchmark import Run
 from alignscores.compare.intervals import (
     Difference,
@@ -14,8 +14,9 @@ from alignscores.compare.intervals import (
     over_stretches,
     series,
 )
-from alignscores.compare.runs import Outcome, _shares
+from alignscores.compare.runs import Outcome, _shares, half_terms
 from alignscores.compare.summary import summarise
+from alignscores.profile import HALF_UNITS
 from experiments.scenes import make_scene
 
 RNG = np.random.default_rng(0)
@@ -77,23 +78,28 @@ def outcome(seed, sigma, *, error="gaussian", n=60):
         sigma_r_deg=10 * sigma,
     )
     result = pas(scene.gt_poses, scene.est_poses, unit=1.0, registration="refined")
+    positions = scene.gt_poses[:, :3, 3], scene.est_poses[:, :3, 3]
+    half = tas_profile(*positions, result.tas.unit * HALF_UNITS).half
+    at_half = tas(*positions, unit=half, registration="refined").errors
+    scores = {"TAS": result.tas.score, "RAS": result.ras.score, "PAS": result.score}
     return Outcome(
-        {"TAS": result.tas.score, "RAS": result.ras.score, "PAS": result.score},
+        scores | {"half_distance": half},
         n=n,
+        distance_terms=half_terms(at_half, half),
         places=(np.arange(n) + 0.5) / n,
         position_scores=_shares(result.tas.errors, result.tas.thresholds),
         rotation_scores=_shares(result.ras.errors, result.ras.thresholds),
     )
 
 
-def coverage(draws, truth, sequence):
-    """Return how often the intervals of the PAS hold, of all pairs at once."""
+def coverage(draws, truth, sequence, metric="PAS"):
+    """Return how often the intervals of a metric hold, of all pairs at once."""
     held = []
     for runs in draws:
         comparisons = [
             one
             for one in summarise(runs, [], weight=0.5, ordered=True).comparisons
-            if (one["sequence"], one["metric"]) == (sequence, "PAS")
+            if (one["sequence"], one["metric"]) == (sequence, metric)
         ]
         differences = [truth[one["a"]] - truth[one["b"]] for one in comparisons]
         held.append(
@@ -105,8 +111,8 @@ def coverage(draws, truth, sequence):
     return np.mean(held)
 
 
-def means(outcomes):
-    return {name: np.mean([one.scores["PAS"] for one in own]) for name, own in outcomes.items()}
+def means(outcomes, metric="PAS"):
+    return {name: np.mean([one.scores[metric] for one in own]) for name, own in outcomes.items()}
 
 
 @pytest.mark.parametrize(
@@ -123,7 +129,11 @@ def test_one_run_each_nominal_95_percent_holds(error, count, low, high):
         [(Run("q", name, "1", "file"), own[index]) for name, own in outcomes.items()]
         for index in range(count)
     )
+    draws = list(draws)
     assert low <= coverage(draws, means(outcomes), "q") <= high
+    if error != "bias":
+        truth = means(outcomes, "half_distance")
+        assert low <= coverage(draws, truth, "q", "half_distance") <= high
 
 
 @pytest.mark.parametrize(
@@ -153,3 +163,19 @@ def pool():
         name: [outcome([3, index], sigma, error="drift") for index in range(60)]
         for name, sigma in (("a", 0.2), ("b", 0.3), ("c", 0.4), ("d", 0.6))
     }
+
+
+def test_half_terms_tell_how_the_half_score_unit_changes():
+    errors = RNG.exponential(size=2000)
+    half = half_of(errors)
+    terms = half_terms(errors, half)
+    assert terms.mean() == pytest.approx(0, abs=0.02 * half)
+    kept = np.arange(2000) >= 100
+    change = half_of(errors[kept]) - half
+    assert change == pytest.approx(terms[kept].mean() - terms.mean(), abs=2e-3)
+    assert not half_terms(errors, np.inf).any()
+    assert not half_terms(np.zeros(5), 1e-300).any()
+
+
+def half_of(errors):
+    return ScoreProfile(np.array([1.0]), np.sort(errors)[None], 100).half
