@@ -13,9 +13,9 @@ from experiments.grid import Cell
 from experiments.metrics import Column
 from experiments.tables import Record, Trials, read_trials
 from studies.__main__ import main
-from studies.claims.claims import load_claims
+from studies.claims.claims import Claims, load_claims
 from studies.claims.plan import plan
-from studies.claims.verdicts import decide
+from studies.claims.verdicts import decide, select_trials
 from studies.parameters import registrations
 from studies.parameters.axes import axes_of, load_parameters
 from studies.parameters.effects import effects
@@ -87,22 +87,27 @@ def test_claims_have_verdicts_and_decisions(
     make_up: MakeUp, written: Written, tmp_path: Path, line: Callable[[], str]
 ) -> None:
     outputs = [tmp_path / "claims.csv", tmp_path / "readings.csv"]
-    verdicts: dict[str, list[str]] = {}
-    sweeps = [replace(sweep, trials=2) for sweep in plan(CLAIMS.needed(0))]
-    for value in (worsens, lambda *cell: abs(worsens(*cell))):
-        paths = written(
-            {
-                str(k): make_up(*(replace(one, replicate=k) for one in sweeps), value=value, seed=k)
-                for k in range(2)
-            }
-        )
-        assert main(["claims", *paths, "--output", *map(str, outputs)]) == 0
-        table = pd.read_csv(outputs[0]).set_index("id")
-        assert list(table.index) == list(CLAIMS.claims)
-        assert (table["replicates"] == 2).all()
-        assert all(": " in column for column in undescribed(decide, table))  # a reading each
-        for name, found in table["verdict"].items():
-            verdicts.setdefault(str(name), []).append(found)
+    taken = replace(CLAIMS, decisions=())
+
+    def replicates(claims: Claims, value: Callable[..., float]) -> dict[str, Trials]:
+        sweeps = [replace(sweep, trials=2) for sweep in plan(claims.needed(0))]
+        return {
+            str(k): make_up(*(replace(one, replicate=k) for one in sweeps), value=value, seed=k)
+            for k in range(2)
+        }
+
+    paths = written(replicates(CLAIMS, worsens))
+    assert main(["claims", *paths, "--output", *map(str, outputs)]) == 0
+    table = pd.read_csv(outputs[0]).set_index("id")
+    assert list(table.index) == list(CLAIMS.claims)
+    assert (table["replicates"] == 2).all()
+    assert all(": " in column for column in undescribed(decide, table))  # a reading each
+    rising = replicates(taken, lambda *cell: abs(worsens(*cell))).values()
+    other, _ = decide(taken, [select_trials(taken, one) for one in rising])
+    verdicts = {
+        name: [str(one["verdict"][name]) for one in (table, other.set_index("id"))]
+        for name in CLAIMS.claims
+    }
     # All metrics get worse; all rise, errors for the worse.
     yes, no = "reproduced", "not reproduced"
     for name in ("outliers-tas-discerns", "rotations-ras-noise", "combined-pas-both"):

@@ -54,6 +54,7 @@ Snakemake = Callable[..., Done]
 def command(*arguments: str, project: Path = ROOT, profile: str = "default") -> list[str]:
     options = ["--snakefile", str(project / "Snakefile")]
     options += ["--profile", str(ROOT / "profiles" / profile)]
+    options += ["--max-jobs-per-timespan", "100/1s"]  # so long it waits before it exits
     return [sys.executable, "-m", "snakemake", *options, *arguments]
 
 
