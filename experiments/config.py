@@ -1,9 +1,11 @@
 """Settings of a sweep: resolved from the Hydra configs, typed, checked before any trial."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import field, fields
+from functools import lru_cache
 from math import inf
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Literal, Self, TypeVar
 
 from hydra import compose, initialize_config_dir
@@ -23,7 +25,6 @@ __all__ = ["CONFIG_DIR", "EXECUTION", "SETTINGS", "Execution", "MetricName", "Se
 __all__ += [
     "experiment_names",
     "load",
-    "load_changed",
     "load_sweep",
     "one_of",
     "read_yaml",
@@ -176,13 +177,17 @@ def experiment_names() -> list[str]:
     return sorted(path.stem for path in (CONFIG_DIR / "experiment").glob("*.yaml"))
 
 
-def load(overrides: Sequence[str] = ()) -> tuple[Sweep, Execution]:
+def load(
+    overrides: Sequence[str] = (), settings: Mapping[str, Any] = MappingProxyType({})
+) -> tuple[Sweep, Execution]:
     """Resolve the configuration of one experiment.
 
     Parameters
     ----------
     overrides : sequence of str
         Hydra overrides such as ``"experiment=collinear"``, ``"trials=5"``, ``"sigma_t=[0.05]"``.
+    settings : mapping
+        Those of a study: they win over the experiment's own, and the overrides win over them.
 
     Returns
     -------
@@ -202,42 +207,49 @@ def load(overrides: Sequence[str] = ()) -> tuple[Sweep, Execution]:
     >>> sweep, execution = load(["experiment=outliers", "trials=5"])
     >>> sweep.name, sweep.trials, sweep.n_cameras, execution.backend
     ('outliers', 5, [100], 'loky')
+    >>> sweep, _ = load(["trials=5"], {"experiment": "outliers", "trials": 9, "n_cameras": [80]})
+    >>> sweep.trials, sweep.n_cameras
+    (5, [80])
     """
-    experiment = _check_overrides(overrides)
-    try:
-        GlobalHydra.instance().clear()
-        with initialize_config_dir(config_dir=str(CONFIG_DIR), version_base="1.3"):
-            composed = compose(config_name="config", overrides=list(overrides))
-        settings = OmegaConf.to_container(composed, resolve=True)
-    except (HydraException, OmegaConfBaseException, ValueError) as error:
-        reason = " ".join(str(error).partition("See https")[0].split())
-        raise ConfigError(f"cannot read {' '.join(overrides)}: {reason}") from None
-    assert isinstance(settings, dict)
-    execution = {str(key): settings.pop(key) for key in EXECUTION if key in settings}
-    sweep = make(Sweep, {str(key): value for key, value in settings.items()})
+    given = [split_override(override)[0] for override in overrides]
+    own = {key: value for key, value in settings.items() if key not in given}
+    if "experiment" in own:
+        overrides = [f"experiment={own.pop('experiment')}", *overrides]
+    experiment = _check_keys(overrides, own)
+    resolved = {**_compose(overrides), **own}
+    execution = {key: resolved.pop(key) for key in EXECUTION if key in resolved}
+    sweep = make(Sweep, resolved)
     if experiment not in (None, sweep.name):
         problem = f"must be {experiment!r} as the file: its results are called so"
         raise ConfigError(f"setting 'name' {problem}")
     return sweep, make(Execution, execution)
 
 
-def load_sweep(overrides: Sequence[str] = ()) -> Sweep:
+def load_sweep(
+    overrides: Sequence[str] = (), settings: Mapping[str, Any] = MappingProxyType({})
+) -> Sweep:
     """Resolve the settings of one experiment that results depend on; see `load`."""
-    return load(overrides)[0]
+    return load(overrides, settings)[0]
 
 
-def load_changed(settings: Mapping[str, Any], overrides: Sequence[str]) -> Sweep:
-    """Resolve settings of a study, over which the overrides of the command line win; see `load`.
+def _compose(overrides: Sequence[str]) -> Mapping[str, Any]:
+    """Compose the files with Hydra, again only where one has changed: it takes long."""
+    written = [(str(file), file.stat().st_mtime_ns) for file in CONFIG_DIR.rglob("*.yaml")]
+    return _composed(tuple(overrides), str(CONFIG_DIR), tuple(written))
 
-    Examples
-    --------
-    >>> from experiments.config import load_changed
-    >>> load_changed({"experiment": "outliers", "trials": 9}, ["trials=5"]).trials
-    5
-    """
-    choices = [*to_overrides(settings), *overrides]
-    last = {split_override(choice)[0]: choice for choice in choices}
-    return load_sweep(list(last.values()))
+
+@lru_cache
+def _composed(overrides: tuple[str, ...], folder: str, _: object) -> Mapping[str, Any]:
+    try:
+        GlobalHydra.instance().clear()
+        with initialize_config_dir(config_dir=folder, version_base="1.3"):
+            composed = compose(config_name="config", overrides=list(overrides))
+        settings = OmegaConf.to_container(composed, resolve=True)
+    except (HydraException, OmegaConfBaseException, ValueError) as error:
+        reason = " ".join(str(error).partition("See https")[0].split())
+        raise ConfigError(f"cannot read {' '.join(overrides)}: {reason}") from None
+    assert isinstance(settings, dict)
+    return {str(key): value for key, value in settings.items()}
 
 
 def make(kind: type[T], settings: Mapping[str, Any]) -> T:
@@ -310,21 +322,21 @@ def read_yaml(path: Path) -> dict[str, Any]:
     return {str(key): value for key, value in content.items()}
 
 
-def _check_overrides(overrides: Sequence[str]) -> str | None:
+def _check_keys(overrides: Sequence[str], settings: Iterable[str]) -> str | None:
     """Refuse unknown keys and experiments here, where the choice can be named in one line.
 
     Returns the experiment that is chosen.
     """
     known = ["experiment", *SETTINGS, *EXECUTION]
-    experiments = []
-    for override in overrides:
-        key, value = split_override(override)
+    choices = [split_override(override) for override in overrides]
+    for key in [*(key for key, _ in choices), *settings]:
         if key not in known:
             raise ConfigError(f"unknown setting {key!r}; the settings are {', '.join(known)}")
-        if key == "experiment" and value not in experiment_names():
+    experiments = [value for key, value in choices if key == "experiment"]
+    for experiment in experiments:
+        if experiment not in experiment_names():
             names = ", ".join(experiment_names())
-            raise ConfigError(f"unknown experiment {value!r}; the experiments are {names}")
-        experiments += [value] if key == "experiment" else []
+            raise ConfigError(f"unknown experiment {experiment!r}; the experiments are {names}")
     if len(experiments) > 1:
         raise ConfigError(f"setting 'experiment' is given twice: {' and '.join(experiments)}")
     return experiments[0] if experiments else None

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from experiments.command import ConfigError
 from experiments.config import EXECUTION, load, to_overrides
+from experiments.grid import cells
 from figures import FIGURES, PAPER_FIGURES
 from report.pdf import browser
 from studies.claims.claims import CLAIMS_FILE, load_claims

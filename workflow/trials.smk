@@ -19,6 +19,11 @@ def most_trials(wildcards):
     return max(sweep.trials for sweep in table(wildcards).sweeps)
 
 
+def effort(wildcards):
+    """Longest first, so that no core is idle at the end; and all before figures."""
+    return sum(sweep.trials * len(cells(sweep)) * len(sweep.metrics) for sweep in table(wildcards).sweeps)
+
+
 def processes(wildcards):
     return share_of(len(study(wildcards.folder).tables))
 
@@ -54,7 +59,7 @@ rule trials:
         # Snakemake compares the digest; the settings themselves would fill the screen.
         digest=lambda wildcards: table(wildcards).digest,
         table=lambda wildcards: table(wildcards),
-    priority: 1 # figures meanwhile would leave a core idle at the end
+    priority: effort
     threads: processes
     resources:
         mem_mb=memory,

@@ -170,7 +170,8 @@ def decide(claims: Claims, replicates: Sequence[Replicate]) -> tuple[pd.DataFram
         question, paper_says, choice, reading, claim`, and from `criterion` on as above, all from
         the replicates that have the readings.
     """
-    table = _decided(claims.claims, replicates)
+    values = _values(claims.claims, replicates)
+    table = _decided(claims.claims, values)
     keys = ("id", "source", "figure", "statement")
     texts = [
         {key: getattr(claim, key) for key in keys}
@@ -179,14 +180,14 @@ def decide(claims: Claims, replicates: Sequence[Replicate]) -> tuple[pd.DataFram
     ]
     table = pd.concat([pd.DataFrame(texts, index=table.index), table], axis=1)
     replicates = replicates[: claims.replicates_of_readings]
-    found = _decided(claims.claims, replicates)
+    found = _decided(claims.claims, [each[: len(replicates)] for each in values])
     tables = [found.assign(decision=TAKEN, reading=TAKEN, claim=found.index)]
     for decision, reading, changed in claims.read():
         title = reading_title(decision, reading)
         table[title] = None
         if not changed:
             continue
-        found = _decided(changed, replicates)
+        found = _decided(changed, _values(changed, replicates))
         table[title] = found["verdict"] + ", " + found["population"]
         texts_of = {"question": decision.question, "paper_says": decision.paper}
         texts_of |= {"choice": decision.choice, "reading": reading.reading}
@@ -202,12 +203,16 @@ def reading_title(decision: Decision, reading: Reading) -> str:
     return f"{decision.id}: {reading.reading}"
 
 
-def _decided(claims: Mapping[str, Claim], replicates: Sequence[Replicate]) -> pd.DataFrame:
-    """Return numbers and verdicts of claims, by their names."""
-    values = [
+def _values(claims: Mapping[str, Claim], replicates: Sequence[Replicate]) -> list[Floats]:
+    """Return the statistic of each claim in each replicate study."""
+    return [
         np.array([evaluate_claim(claim, trials[claim.trials]) for trials in replicates])
         for claim in claims.values()
     ]
+
+
+def _decided(claims: Mapping[str, Claim], values: Sequence[Floats]) -> pd.DataFrame:
+    """Return numbers and verdicts of claims, by their names."""
     words = populations(list(claims.values()), values)
     rows = []
     for claim, found, population in zip(claims.values(), values, words, strict=True):

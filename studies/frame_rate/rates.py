@@ -8,7 +8,7 @@ from statistics import fmean
 import numpy as np
 import pandas as pd
 
-from experiments.config import CONFIG_DIR, load_changed, read_yaml
+from experiments.config import CONFIG_DIR, load_sweep, read_yaml
 from experiments.tables import Trials
 
 from ..statistics import by_level, order
@@ -51,7 +51,7 @@ def load_frame_rate(overrides: Sequence[str] = ()) -> Study:
     content = read_yaml(FRAME_RATE)
     tables = {}
     for name, own in content["scenarios"].items():
-        sweep = load_changed(content["settings"] | own, overrides)
+        sweep = load_sweep(overrides, content["settings"] | own)
         sweep = replace(sweep, name=f"frame_rate/{name}")
         tables[name] = Table(
             tuple(replace(sweep, every=k, differs=f"{DIFFERS}{k}") for k in content["every"])

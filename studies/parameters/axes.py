@@ -9,14 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.command import CommandError, ConfigError
-from experiments.config import (
-    CONFIG_DIR,
-    SETTINGS,
-    load_sweep,
-    read_yaml,
-    split_override,
-    to_overrides,
-)
+from experiments.config import CONFIG_DIR, SETTINGS, load_sweep, read_yaml, split_override
 from experiments.metrics import Column
 from experiments.tables import TableError, Trials
 
@@ -116,9 +109,9 @@ def load_parameters(name: str, overrides: Sequence[str] = ()) -> Study:
     ('threshold_study', 5)
     """
     content = _read(name)
-    axes, given = _override(content["axes"], overrides)
+    axes, settings = _override(content["axes"], overrides)
     columns = [Column.parse(text) for text in _metrics(axes)]
-    tables = {part: _part(entry, columns, given) for part, entry in content["trials"].items()}
+    tables = {part: _part(entry, columns, settings) for part, entry in content["trials"].items()}
     return Study(f"{name}_study", tables)
 
 
@@ -250,23 +243,24 @@ def _read(name: str) -> dict[str, Any]:
 
 def _override(
     entries: Mapping[str, Any], overrides: Sequence[str]
-) -> tuple[list[Axis], dict[str, str]]:
+) -> tuple[list[Axis], list[str]]:
     """Return the axes, and the settings among the overrides."""
     others = set(axis_names()) - set(entries)
     known = [key for key in SETTINGS if key not in FIXED]
-    given: dict[str, str] = {}
+    values, settings = {}, []
     for override in overrides:
         key, value = split_override(override)
-        if key in others:
-            continue
-        if key not in (*known, *entries):
+        if key in entries:
+            values[key] = value
+        elif key in known:
+            settings.append(override)
+        elif key not in others:
             raise ConfigError(
                 f"unknown setting {key!r}; the axes of this study are {', '.join(entries)}; the "
                 f"settings are {', '.join(known)}"
             )
-        given[key] = value
-    axes = [axis_with(name, given.pop(name, entry["values"])) for name, entry in entries.items()]
-    return axes, given
+    axes = [axis_with(name, values.get(name, entry["values"])) for name, entry in entries.items()]
+    return axes, settings
 
 
 def _list(name: str, text: str) -> list[str]:
@@ -308,13 +302,11 @@ def _metrics(axes: Sequence[Axis]) -> list[str]:
     return list(dict.fromkeys(metric for axis in axes for metric in axis.columns.values()))
 
 
-def _part(entry: Mapping[str, Any], columns: Sequence[Column], given: Mapping[str, str]) -> Table:
-    own = {key: value for key, value in entry.items() if key != "seeds"}
-    settings = dict(override.split("=", 1) for override in to_overrides(own))
-    sweep = load_sweep([f"{key}={value}" for key, value in (settings | dict(given)).items()])
-    seeds = entry.get("seeds", 0)
+def _part(entry: Mapping[str, Any], columns: Sequence[Column], overrides: Sequence[str]) -> Table:
+    own = dict(entry)
+    seeds = own.pop("seeds", 0)
     metrics = _seeded(columns, seeds) if seeds else [str(column) for column in columns]
-    return Table((replace(sweep, metrics=metrics),))
+    return Table((replace(load_sweep(overrides, own), metrics=metrics),))
 
 
 def _seeded(columns: Sequence[Column], seeds: int) -> list[str]:

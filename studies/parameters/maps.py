@@ -15,7 +15,7 @@ import scipy
 from numpy.typing import NDArray
 
 from experiments.command import CommandError
-from experiments.config import CONFIG_DIR, load_sweep, read_yaml, split_override, to_overrides
+from experiments.config import CONFIG_DIR, load_sweep, read_yaml, split_override
 from experiments.metrics import Column
 from experiments.tables import Trials
 
@@ -69,16 +69,14 @@ def load_maps(overrides: Sequence[str] = ()) -> Study:
     5
     """
     content = read_yaml(MAPS)
-    given = dict(split_override(override) for override in overrides)
-    chosen = {name: given.pop(name) for name in axis_names() if name in given}
+    chosen = dict(split_override(override) for override in overrides)
+    others = [override for override in overrides if split_override(override)[0] not in axis_names()]
     tables = {}
     for name, entry in content["maps"].items():
         axes = [axis_with(axis, chosen.get(axis, v)) for axis, v in entry["values"].items()]
         metrics = [*dict.fromkeys(str(column) for column in _columns(axes)), *entry["beside"]]
         for part, own in entry["parts"].items():
-            settings = to_overrides(content["settings"] | entry["settings"] | own)
-            last = dict(map(split_override, settings)) | given
-            sweep = load_sweep([f"{key}={value}" for key, value in last.items()])
+            sweep = load_sweep(others, content["settings"] | entry["settings"] | own)
             tables[f"{name}_{part}"] = Table((replace(sweep, metrics=metrics),))
     return Study("threshold_maps", tables)
 

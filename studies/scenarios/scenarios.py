@@ -10,13 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.command import ConfigError
-from experiments.config import (
-    CONFIG_DIR,
-    EXECUTION,
-    Sweep,
-    load_changed,
-    read_yaml,
-)
+from experiments.config import CONFIG_DIR, EXECUTION, Sweep, load_sweep, read_yaml
 
 from ..study import Study, Table
 
@@ -74,7 +68,7 @@ def study_name(path: Path) -> str:
 
 def _resolve(path: Path, name: str, settings: Settings, overrides: Sequence[str]) -> Sweep:
     try:
-        sweep = load_changed(settings, overrides)
+        sweep = load_sweep(overrides, settings)
     except ConfigError as error:
         raise ConfigError(f"{path}: scenario {name!r}: {error}") from None
     paired = sweep.noise == "paired"

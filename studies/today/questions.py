@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from experiments.config import CONFIG_DIR, load_changed, read_yaml
+from experiments.config import CONFIG_DIR, load_sweep, read_yaml
 from experiments.metrics import Column
 
 from ..study import Study, Table, reject
@@ -58,7 +58,7 @@ def _table(
 ) -> Table:
     settings = {**shared, **own}
     rates, without = settings.pop("every", [1]), settings.pop("without", [])
-    sweep = load_changed(settings, overrides)
+    sweep = load_sweep(overrides, settings)
     metrics = [
         metric
         for metric in sweep.metrics
