@@ -92,7 +92,7 @@ def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float:
         errors = np.linalg.norm(gt_spread / est_spread * est @ rotation.T - gt, axis=1)
     else:
         errors = np.where(est.any(axis=1), np.inf, np.linalg.norm(gt, axis=1))
-    return _mean_of_mean_and_rms(np.minimum(errors, cut) / cut)
+    return mean_of_mean_and_rms(np.minimum(errors, cut) / cut)
 
 
 def dre(gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation) -> float:
@@ -136,7 +136,7 @@ def dre(gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation)
     gt = check_rotations(gt_rotations, "gt_rotations", complete=True)
     est = check_rotations(est_rotations, "est_rotations", complete=True)
     check_same_length(gt, est, "gt_rotations", "est_rotations")
-    return _mean_of_mean_and_rms(
+    return mean_of_mean_and_rms(
         aligned_angles(gt, est, rotation_l1_mean(gt @ est.transpose(0, 2, 1)))
     )
 
@@ -148,5 +148,14 @@ def _centre(positions: Floats) -> tuple[Floats, float]:
     return centred, float(median(np.linalg.norm(centred, axis=1)))
 
 
-def _mean_of_mean_and_rms(errors: Floats) -> float:
+def mean_of_mean_and_rms(errors: Floats) -> float:
+    """Return what DTE and DRE make of the errors.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from baselines.discernible import mean_of_mean_and_rms
+    >>> mean_of_mean_and_rms(np.array([0.0, 0, 0, 4]))
+    1.5
+    """
     return float(errors.mean() + np.sqrt((errors**2).mean())) / 2

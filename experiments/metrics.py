@@ -29,8 +29,9 @@ from alignscores.profile import HALF_UNITS
 from alignscores.protocols import NoValueError, protocol
 from alignscores.registration import Registration, pcr99
 from alignscores.translation import closest_pair_distances
-from baselines import ate, dre, dte, literal_frames, rotation_statistics
+from baselines import ate, dte, literal_frames, rotation_statistics
 from baselines.averages import rotation_l1_mean
+from baselines.discernible import mean_of_mean_and_rms
 from baselines.pairwise import Count, maa_by_counts
 from baselines.rotation import aligned_angles
 
@@ -431,13 +432,21 @@ class Evaluation:
         return ras(self.scene.gt_rotations, self.scene.est_rotations).errors
 
     @cached_property
-    def _l1_errors(self) -> Floats:
-        """Rotation errors after the geodesic L1 mean, as the DRE has them."""
+    def _l1_angles(self) -> Floats:
+        """Rotation errors of the estimated cameras after the geodesic L1 mean."""
         scene = self.scene.estimated
         gt, est = scene.gt_rotations, scene.est_rotations
-        missing = len(self.scene.gt_rotations) - len(gt)
-        errors = aligned_angles(gt, est, rotation_l1_mean(gt @ est.transpose(0, 2, 1)))
-        return np.append(errors, np.full(missing, inf))
+        return aligned_angles(gt, est, rotation_l1_mean(gt @ est.transpose(0, 2, 1)))
+
+    @cached_property
+    def _l1_errors(self) -> Floats:
+        """The same of all cameras."""
+        missing = len(self.scene.gt_rotations) - len(self._l1_angles)
+        return np.append(self._l1_angles, np.full(missing, inf))
+
+    def dre(self, _: Options) -> float:
+        """Return the DRE, which has the RAS's errors where this takes the same average."""
+        return mean_of_mean_and_rms(self._l1_angles)
 
 
 def _score(errors: Floats, unit: float, largest: float, count: float) -> float:
@@ -478,11 +487,6 @@ def _dte(evaluation: Evaluation, _: Options) -> float:
     return dte(scene.gt_poses, scene.est_poses)
 
 
-def _dre(evaluation: Evaluation, _: Options) -> float:
-    scene = evaluation.scene.estimated
-    return dre(scene.gt_rotations, scene.est_rotations)
-
-
 def _rotation_statistic(name: str) -> Metric:
     return Metric(lambda evaluation, _: evaluation.rotation_statistics[name], unit="°")
 
@@ -496,7 +500,7 @@ METRICS: Mapping[str, Metric] = {
     "PAS": Metric(Evaluation.pas, higher_is_better=True, options=PASOptions),
     "HalfDistance": Metric(Evaluation.half_distance, unit="units", options=HalfDistanceOptions),
     "HalfAngle": Metric(Evaluation.half_angle, unit="°", options=HalfAngleOptions),
-    "DRE": Metric(_dre, unit="°"),
+    "DRE": Metric(Evaluation.dre, unit="°"),
     "Median-1": _rotation_statistic("Median-1"),
     "Mean-1": _rotation_statistic("Mean-1"),
     "RMS-1": _rotation_statistic("RMS-1"),

@@ -53,13 +53,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("tables", nargs="+", type=Path, metavar="TABLE.csv")
     parser.add_argument("--output", nargs="+", type=Path, required=True, metavar="FILE")
     parser.add_argument("--times", type=Path, metavar="FILE.csv", help="table of run times")
+    parser.add_argument("--n_jobs", type=int, default=1, help="processes that decide the claims")
     return run_command(parser, _work, arguments)
 
 
 def _work(options: Namespace) -> list[Path]:
-    contents = QUESTIONS[options.name](
-        [read_trials(path) for path in options.tables], options.times
-    )
+    contents = QUESTIONS[options.name]([read_trials(path) for path in options.tables], options)
     if len(contents) != len(options.output):
         raise CommandError(
             f"{options.name} writes {len(contents)} files, not {len(options.output)}"
@@ -68,45 +67,49 @@ def _work(options: Namespace) -> list[Path]:
     return list(options.output)
 
 
-def _table1(experiments: Sequence[Trials], _: Path) -> list[bytes]:
+def _table1(experiments: Sequence[Trials], _: Namespace) -> list[bytes]:
     table = compare({trials.sweep.name: trials for trials in experiments})
     return [to_csv(table), to_markdown(table).encode()]
 
 
-def _order(experiments: Sequence[Trials], _: Path) -> list[bytes]:
+def _order(experiments: Sequence[Trials], _: Namespace) -> list[bytes]:
     table = compare_orders({trials.sweep.name: trials for trials in experiments})
     return [to_csv(table), orders_to_markdown(table).encode()]
 
 
-def _claims(replicates: Sequence[Trials], _: Path) -> list[bytes]:
+def _claims(replicates: Sequence[Trials], options: Namespace) -> list[bytes]:
     claims = load_claims(max(len(replicates), 2))
     check_alike(claims, [one.path for one in replicates], [one.record for one in replicates])
-    table, decisions = decide(claims, [select_trials(claims, one) for one in replicates])
+    tables = [select_trials(claims, one) for one in replicates]
+    table, decisions = decide(claims, tables, n_jobs=options.n_jobs)
     return [to_csv(table), to_csv(decisions)]
 
 
-def _threshold(trials: Sequence[Trials], times: Path) -> list[bytes]:
+def _threshold(trials: Sequence[Trials], options: Namespace) -> list[bytes]:
     axes, parts = _axes("threshold", trials)
-    milliseconds = _read_times(times)
+    milliseconds = _read_times(options.times)
     table = effects(axes, {name: part.table for name, part in parts.items()})
     kind_of = table["axis"].str.partition("_")[0]
     text = thresholds.to_markdown(axes, table, milliseconds, parts["outliers"].sweep.trials)
     return [*(to_csv(table[kind_of == kind]) for kind in KINDS), text.encode()]
 
 
-def _threshold_maps(trials: Sequence[Trials], _: Path) -> list[bytes]:
+def _threshold_maps(trials: Sequence[Trials], _: Namespace) -> list[bytes]:
     table = maps.compare({one.path.stem: one for one in trials})
     return [to_csv(table), maps.to_markdown(table).encode()]
 
 
-def _registration(trials: Sequence[Trials], times: Path) -> list[bytes]:
+def _registration(trials: Sequence[Trials], options: Namespace) -> list[bytes]:
     (axis,), parts = _axes("registration", trials)
     table = registrations.compare(axis, parts)
-    return [to_csv(table), registrations.to_markdown(axis, table, _read_times(times)).encode()]
+    return [
+        to_csv(table),
+        registrations.to_markdown(axis, table, _read_times(options.times)).encode(),
+    ]
 
 
-def _time(name: str) -> Callable[[Sequence[Trials], Path], list[bytes]]:
-    def study(trials: Sequence[Trials], _: Path) -> list[bytes]:
+def _time(name: str) -> Callable[[Sequence[Trials], Namespace], list[bytes]]:
+    def study(trials: Sequence[Trials], _: Namespace) -> list[bytes]:
         axes, parts = _axes(name, trials)
         seeded = [part.sweep for part in parts.values() if is_seeded(part.record.metrics)]
         return [to_csv(measure(axes, seeded))]
@@ -114,21 +117,21 @@ def _time(name: str) -> Callable[[Sequence[Trials], Path], list[bytes]]:
     return study
 
 
-def _scenarios(trials: Sequence[Trials], _: Path) -> list[bytes]:
+def _scenarios(trials: Sequence[Trials], _: Namespace) -> list[bytes]:
     return [to_csv(findings({one.path.stem: one for one in trials}))]
 
 
-def _frame_rate(trials: Sequence[Trials], _: Path) -> list[bytes]:
+def _frame_rate(trials: Sequence[Trials], _: Namespace) -> list[bytes]:
     table = rates.compare({one.path.stem: one for one in trials})
     return [to_csv(table), rates.to_markdown(table).encode()]
 
 
-def _today(trials: Sequence[Trials], _: Path) -> list[bytes]:
+def _today(trials: Sequence[Trials], _: Namespace) -> list[bytes]:
     table = orders.compare({one.path.stem: one for one in trials})
     return [to_csv(table), today.to_markdown(table).encode()]
 
 
-QUESTIONS: Mapping[str, Callable[[Sequence[Trials], Path], list[bytes]]] = {
+QUESTIONS: Mapping[str, Callable[[Sequence[Trials], Namespace], list[bytes]]] = {
     "table1": _table1,
     "order": _order,
     "claims": _claims,
@@ -141,7 +144,7 @@ QUESTIONS: Mapping[str, Callable[[Sequence[Trials], Path], list[bytes]]] = {
     "scenarios": _scenarios,
     "today": _today,
 }
-"""What makes the contents of a study's files, of its trials and a table of run times."""
+"""What makes the contents of a study's files, of its trials and the options."""
 
 
 def _axes(name: str, trials: Sequence[Trials]) -> tuple[list[Axis], dict[str, Trials]]:

@@ -53,12 +53,14 @@ rule verdicts:
         unpack(lambda wildcards: tables("replicates")),
     output:
         VERDICTS,
+    threads: CORES
     log:
         RESULTS / "logs" / "tables" / "verdicts.log",
     benchmark:
         RESULTS / "benchmarks" / "tables" / "verdicts.tsv"
     shell:
-        "{sys.executable:q} -m studies claims {input.trials:q} --output {output:q} > {log:q} 2>&1"
+        "{sys.executable:q} -m studies claims {input.trials:q} --output {output:q}"
+        " --n_jobs {threads} > {log:q} 2>&1"
 
 
 rule run_times:

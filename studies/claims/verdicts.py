@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from joblib import Parallel, delayed
 from numpy.typing import NDArray
 from scipy.stats import t as students_t
 
@@ -148,7 +149,9 @@ def _mean_interval(values: Floats) -> tuple[float, float]:
     return float(values.mean() - reach), float(values.mean() + reach)
 
 
-def decide(claims: Claims, replicates: Sequence[Replicate]) -> tuple[pd.DataFrame, pd.DataFrame]:
+def decide(
+    claims: Claims, replicates: Sequence[Replicate], *, n_jobs: int = 1
+) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Give every claim its verdicts.
 
     Parameters
@@ -157,6 +160,8 @@ def decide(claims: Claims, replicates: Sequence[Replicate]) -> tuple[pd.DataFram
         What is claimed.
     replicates : sequence of mappings
         The tables of trials of each replicate study.
+    n_jobs : int
+        Number of processes, over the replicates.
 
     Returns
     -------
@@ -170,32 +175,39 @@ def decide(claims: Claims, replicates: Sequence[Replicate]) -> tuple[pd.DataFram
         question, paper_says, choice, reading, claim`, and from `criterion` on as above, all from
         the replicates that have the readings.
     """
-    values = _values(claims.claims, replicates)
-    table = _decided(claims.claims, values)
+    taken, readings = list(claims.claims.values()), list(claims.read())
+    read = [claim for _, _, changed in readings for claim in changed.values()]
+    n_read = claims.replicates_of_readings
+    evaluated = Parallel(n_jobs=n_jobs)(
+        delayed(_evaluate)([*taken, *(read if number < n_read else [])], trials)
+        for number, trials in enumerate(replicates)
+    )
+    values = np.array([found[: len(taken)] for found in evaluated]).T
+    values_read = iter(np.array([found[len(taken) :] for found in evaluated[:n_read]]).T)
+
+    table = _decided(claims.claims, list(values))
     keys = ("id", "source", "figure", "statement")
     texts = [
         {key: getattr(claim, key) for key in keys}
         | {"statistic": claim.describe(), "implied_by": " ".join(claim.implied_by) or None}
-        for claim in claims.claims.values()
+        for claim in taken
     ]
     table = pd.concat([pd.DataFrame(texts, index=table.index), table], axis=1)
-    replicates = replicates[: claims.replicates_of_readings]
-    found = _decided(claims.claims, [each[: len(replicates)] for each in values])
+    found = _decided(claims.claims, list(values[:, :n_read]))
     tables = [found.assign(decision=TAKEN, reading=TAKEN, claim=found.index)]
-    for decision, reading, changed in claims.read():
+    for decision, reading, changed in readings:
         title = reading_title(decision, reading)
         table[title] = None
         if not changed:
             continue
-        found = _decided(changed, _values(changed, replicates))
+        found = _decided(changed, [next(values_read) for _ in changed])
         table[title] = found["verdict"] + ", " + found["population"]
         texts_of = {"question": decision.question, "paper_says": decision.paper}
         texts_of |= {"choice": decision.choice, "reading": reading.reading}
         tables.append(found.assign(decision=decision.id, claim=found.index, **texts_of))
-    readings = pd.concat(tables, ignore_index=True)
     columns = ["decision", "question", "paper_says", "choice", "reading", "claim"]
-    readings = readings.reindex(columns=[*columns, *found.columns])
-    return table.reset_index(drop=True), readings
+    joined = pd.concat(tables, ignore_index=True).reindex(columns=[*columns, *found.columns])
+    return table.reset_index(drop=True), joined
 
 
 def reading_title(decision: Decision, reading: Reading) -> str:
@@ -203,12 +215,9 @@ def reading_title(decision: Decision, reading: Reading) -> str:
     return f"{decision.id}: {reading.reading}"
 
 
-def _values(claims: Mapping[str, Claim], replicates: Sequence[Replicate]) -> list[Floats]:
-    """Return the statistic of each claim in each replicate study."""
-    return [
-        np.array([evaluate_claim(claim, trials[claim.trials]) for trials in replicates])
-        for claim in claims.values()
-    ]
+def _evaluate(claims: Sequence[Claim], trials: Replicate) -> list[float]:
+    """Return the statistic of each claim in a replicate study."""
+    return [evaluate_claim(claim, trials[claim.trials]) for claim in claims]
 
 
 def _decided(claims: Mapping[str, Claim], values: Sequence[Floats]) -> pd.DataFrame:

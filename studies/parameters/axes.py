@@ -241,9 +241,7 @@ def _read(name: str) -> dict[str, Any]:
     return read_yaml(study_file(name))
 
 
-def _override(
-    entries: Mapping[str, Any], overrides: Sequence[str]
-) -> tuple[list[Axis], list[str]]:
+def _override(entries: Mapping[str, Any], overrides: Sequence[str]) -> tuple[list[Axis], list[str]]:
     """Return the axes, and the settings among the overrides."""
     others = set(axis_names()) - set(entries)
     known = [key for key in SETTINGS if key not in FIXED]

@@ -56,7 +56,7 @@ def test_the_first_replicates_alone_have_what_other_readings_need() -> None:
     tables = load_replicates(load_claims(7)).tables
     sizes = [len(table.sweeps) for table in tables.values()]
     assert CLAIMS.replicates_of_readings == 4
-    assert sizes == [sizes[0]] * 5 + [len({claim.trials for claim in CLAIMS.needed(5)})] * 2
+    assert sizes == [sizes[0]] * 4 + [len({claim.trials for claim in CLAIMS.needed(4)})] * 3
     first, last = ({(one.name, one.differs): one for one in tables[k].sweeps} for k in "06")
     assert set(last) < set(first)
     for key, sweep in last.items():
