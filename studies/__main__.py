@@ -13,7 +13,7 @@ from experiments.tables import Trials, read_table, read_trials, to_csv, write_fi
 from .claims.claims import load_claims
 from .claims.verdicts import check_alike, decide, select_trials
 from .frame_rate import rates
-from .order import compare_orders
+from .order import compare_orders, side_by_side
 from .order import to_markdown as orders_to_markdown
 from .parameters import KINDS, maps, registrations, thresholds
 from .parameters.axes import Axis, axes_of, check_parts, is_seeded
@@ -28,7 +28,8 @@ __all__ = ["main"]
 
 HELP = """\
 table1         Table 1 of the paper, from the experiments: CSV, Markdown
-order          which metric orders neighbouring levels best, from the experiments: CSV, Markdown
+order          which metric orders neighbouring levels best, from the experiments and those of
+               trials/halves: CSV, Markdown
 claims         verdicts and the evidence for the decisions, from the replicates: CSV, CSV
 threshold      effects of the thresholds, from the parts of the study: CSV for TAS, RAS, PAS and the
                registration, Markdown
@@ -73,7 +74,7 @@ def _table1(experiments: Sequence[Trials], _: Namespace) -> list[bytes]:
 
 
 def _order(experiments: Sequence[Trials], _: Namespace) -> list[bytes]:
-    table = compare_orders({trials.sweep.name: trials for trials in experiments})
+    table = compare_orders(side_by_side(experiments))
     return [to_csv(table), orders_to_markdown(table).encode()]
 
 

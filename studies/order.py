@@ -1,7 +1,7 @@
 """Head to head: which metric puts two neighbouring levels in the right order, and what it takes."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 from math import inf
 
@@ -9,12 +9,15 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from experiments.tables import Trials
+from experiments.tables import Record, TableError, Trials
 
 from .statistics import Order, by_level, groups, holm, order, trials_needed
+from .study import Study, Table, load_experiments
 
-__all__ = ["LEVELS", "METHOD", "SURE", "Place", "Ranking", "compare_orders", "rankings"]
-__all__ += ["to_markdown"]
+__all__ = ["LEVELS", "METHOD", "SURE", "Place", "Ranking", "compare_orders", "load_halves"]
+__all__ += ["rankings", "side_by_side", "to_markdown"]
+
+HALVES = {"TAS": "HalfDistance", "RAS": "HalfAngle"}  # what needs no threshold, beside each score
 
 LEVELS = {  # what is put in order, by what it is called: the settings that may stand for it
     "noise": ("sigma_t", "sigma_r_deg"),
@@ -32,6 +35,68 @@ METHOD = (
     f"probability of {100 * SURE:g} %; inf: more than any."
 )
 """How the rankings are made, and read."""
+
+
+def load_halves(overrides: Sequence[str] = ()) -> Study:
+    """Return the paper's experiments once more, for the half-score distance and angle alone.
+
+    They are not in the tables of the experiments, which have the paper's metrics.
+
+    Parameters
+    ----------
+    overrides : sequence of str
+        Those of the experiments.
+
+    Returns
+    -------
+    Study
+        A table for each experiment with TAS or RAS: of the same trials.
+
+    Examples
+    --------
+    >>> from studies.order import load_halves
+    >>> {name: table.sweeps[0].metrics for name, table in load_halves().tables.items()}["combined"]
+    ['HalfDistance', 'HalfAngle']
+    """
+    tables = {}
+    for name, table in load_experiments(overrides).tables.items():
+        (sweep,) = table.sweeps
+        if metrics := [HALVES[metric] for metric in sweep.metrics if metric in HALVES]:
+            tables[name] = Table((replace(sweep, metrics=metrics),))
+    return Study("halves", tables)
+
+
+def side_by_side(tables: Sequence[Trials]) -> dict[str, Trials]:
+    """Join the metrics of tables of the same trials.
+
+    Parameters
+    ----------
+    tables : sequence of Trials
+        Several of an experiment may be of the same trials.
+
+    Returns
+    -------
+    dict of str to Trials
+        One table for each experiment, by its name, as the first of its tables with more metrics.
+
+    Raises
+    ------
+    TableError
+        Where two tables of an experiment are of other trials.
+    """
+    joined: dict[str, Trials] = {}
+    for one in tables:
+        name, metrics = one.sweep.name, one.sweep.metrics
+        if name not in joined:
+            joined[name] = one
+            continue
+        first = joined[name]
+        if replace(one.sweep, metrics=first.sweep.metrics) != first.sweep:
+            raise TableError(one.path, f"has other settings than {first.path}")
+        sweep = replace(first.sweep, metrics=[*first.sweep.metrics, *metrics])
+        table = pd.concat([first.table, one.table[metrics]], axis=1)
+        joined[name] = Trials(first.path, table, Record((sweep,), first.record.origin))
+    return joined
 
 
 def compare_orders(experiments: Mapping[str, Trials]) -> pd.DataFrame:

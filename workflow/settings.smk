@@ -10,6 +10,7 @@ from report.pdf import browser
 from studies.claims.claims import CLAIMS_FILE, load_claims
 from studies.claims.plan import load_replicates
 from studies.frame_rate.rates import FRAME_RATE, load_frame_rate
+from studies.order import load_halves
 from studies.parameters.maps import MAPS, load_maps
 from studies.parameters.axes import STUDIES, axis_names, load_parameters, study_file
 from studies.scenarios.scenarios import BEYOND, load_scenarios, study_name
@@ -49,6 +50,7 @@ def claims():
 
 FOLDERS = {  # of tables of trials: how to load the study that they are of
     "trials": partial(load_experiments, SETTINGS),
+    "trials/halves": partial(load_halves, SETTINGS),
     "replicates": lambda: load_replicates(claims(), SETTINGS),
     **{
         f"trials/{name}_study": partial(load_parameters, name, [*chosen(AXES), *SETTINGS])
@@ -67,10 +69,10 @@ def study(folder):
     return or_end(FOLDERS[folder])
 
 
-def tables(folder):
-    """The tables of trials of a study, and the record beside each."""
-    names = EXPERIMENTS if folder == "trials" else study(folder).tables
-    paths = [f"{RESULTS}/{folder}/{name}" for name in names]
+def tables(*folders):
+    """The tables of trials of some studies, and the record beside each."""
+    names = {folder: EXPERIMENTS if folder == "trials" else study(folder).tables for folder in folders}
+    paths = [f"{RESULTS}/{folder}/{name}" for folder in folders for name in names[folder]]
     return {"trials": expand("{path}.csv", path=paths), "records": expand("{path}.json", path=paths)}
 
 

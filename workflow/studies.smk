@@ -35,7 +35,7 @@ rule order:
     input:
         TRIAL_CODE,
         STUDY_CODE,
-        unpack(lambda wildcards: tables("trials")),
+        unpack(lambda wildcards: tables("trials", "trials/halves")),
     output:
         ORDER,
     log:

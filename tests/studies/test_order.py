@@ -1,6 +1,7 @@
 """Head to head: metrics that are made up to be better or worse at putting levels in order."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -8,8 +9,8 @@ import pytest
 
 from experiments.config import load_sweep
 from experiments.grid import Cell
-from experiments.tables import Trials
-from studies.order import compare_orders, rankings, to_markdown
+from experiments.tables import TableError, Trials
+from studies.order import compare_orders, load_halves, rankings, side_by_side, to_markdown
 
 from .conftest import undescribed
 
@@ -69,3 +70,36 @@ def test_every_level_that_an_experiment_varies_is_ordered(make_up: MakeUp) -> No
     assert (found.loc[found["versus"].isna(), "order"] == 50).all()
     for name, expected in levels.items():
         assert list(dict.fromkeys(found.loc[found["experiment"] == name, "level"])) == expected
+
+
+def test_halves_are_of_the_same_trials_and_stand_beside_the_scores(make_up: MakeUp) -> None:
+    given = ["trials=2", "n_outliers=[0,10]"]
+    halves = load_halves(given)
+    assert set(halves.tables) == {
+        *("outliers", "collinear", "trajectory_length"),
+        *("rotations", "combined"),
+    }
+    (half,) = halves.tables["combined"].sweeps
+    sweep = load_sweep(["experiment=combined", *given])
+    assert replace(half, metrics=sweep.metrics) == sweep
+    joined = side_by_side([make_up(one, value=fraction) for one in (sweep, half)])
+    trials = joined["combined"]
+    assert list(joined) == ["combined"]
+    assert trials.sweep.metrics == [*sweep.metrics, "HalfDistance", "HalfAngle"]
+    assert len(trials.table) == len(make_up(sweep, value=fraction).table)
+    assert (
+        trials.table["HalfAngle"].tolist()
+        == make_up(half, value=fraction).table["HalfAngle"].tolist()
+    )
+    table = compare_orders(joined)
+    assert {"HalfDistance", "HalfAngle"} <= set(table["metric"])
+
+
+def fraction(metric: str, cell: Cell, trial: int, _: np.random.Generator) -> float:
+    return len(metric) + trial / 7 + cell.sigma_r_deg
+
+
+def test_tables_of_other_trials_are_not_joined(make_up: MakeUp) -> None:
+    one, other = (load_sweep(["experiment=combined", f"trials={n}"]) for n in (2, 3))
+    with pytest.raises(TableError, match="has other settings than"):
+        side_by_side([make_up(sweep, value=fraction) for sweep in (one, other)])

@@ -14,6 +14,7 @@ import pytest
 from figures import FIGURES, PAPER_FIGURES
 from report.pdf import browser
 from studies.frame_rate.rates import load_frame_rate
+from studies.order import load_halves
 from studies.parameters.axes import STUDIES, load_parameters
 from studies.parameters.maps import load_maps
 from studies.scenarios.scenarios import load_scenarios
@@ -21,7 +22,11 @@ from studies.today.questions import load_today
 
 from .conftest import ROOT, SNAKEFILE, Snakemake, command
 
-TRIALS = {"figures": 8, "claims": 2, "beyond": len(load_scenarios().tables)}
+TRIALS = {
+    "figures": 8 + len(load_halves().tables),
+    "claims": 2,
+    "beyond": len(load_scenarios().tables),
+}
 TRIALS |= {"frame_rate": len(load_frame_rate().tables), "today": len(load_today().tables)}
 TRIALS |= {f"{name}_study": len(load_parameters(name).tables) for name in STUDIES}
 TRIALS["threshold_study"] += len(load_maps().tables)
