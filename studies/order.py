@@ -32,7 +32,8 @@ METHOD = (
     f"better, at a level of {100 * SIGNIFICANT:g} % for all pairs together (paired trials, Holm); "
     "= may be equal. Trials: how many at each level tell the two apart (rank-sum test at 5 %, "
     "power 80 %). Cameras: from how many on one trial each is in the right order with a "
-    f"probability of {100 * SURE:g} %; inf: more than any."
+    f"probability of {100 * SURE:g} %; inf: more than any. HalfDistance, HalfAngle: the units at "
+    "which TAS (refined registration) and RAS are one half."
 )
 """How the rankings are made, and read."""
 
