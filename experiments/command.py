@@ -5,8 +5,9 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Sequence
 
 from pydantic import ValidationError
+from pydantic_core import ErrorDetails
 
-__all__ = ["CommandError", "ConfigError", "first_problem", "run_command"]
+__all__ = ["CommandError", "ConfigError", "problems", "run_command"]
 
 INTERRUPTED = 130  # exit code by custom: 128 + SIGINT
 
@@ -23,28 +24,39 @@ class ConfigError(CommandError):
     exit_code = 2
 
 
-def first_problem(error: ValidationError) -> tuple[str, str]:
-    """Return the key that a validation failed at first, and what is wrong with its value.
+def problems(error: ValidationError) -> list[tuple[str, str]]:
+    """Return the keys that a validation failed at, and what is wrong with their values.
 
     Examples
     --------
     >>> from pydantic import TypeAdapter, ValidationError
-    >>> from experiments.command import first_problem
+    >>> from experiments.command import problems
     >>> try:
     ...     TypeAdapter(dict[str, int]).validate_python({"trials": "many"})
     ... except ValidationError as error:
-    ...     print(first_problem(error))
-    ('trials', "should be a valid integer, unable to parse string as an integer, not 'many'")
+    ...     print(problems(error))
+    [('trials', "should be a valid integer, unable to parse string as an integer, not 'many'")]
     """
-    problem = error.errors(include_url=False)[0]
-    key = ".".join(str(part) for part in problem["loc"])
-    if problem["type"] == "missing":
-        return key, "is missing"
-    if problem["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
-        return key, "is unknown"
-    if problem["type"] == "value_error":  # raised by our own checks, which name the value
-        return key, str(problem["ctx"]["error"])
-    return key, f"{problem['msg'].removeprefix('Input ')}, not {problem['input']!r}"
+    return [_problem(details) for details in error.errors(include_url=False)]
+
+
+def _problem(details: ErrorDetails) -> tuple[str, str]:
+    location = details["loc"]
+    # Where a key is at fault, pydantic names it and adds a mark.
+    key = ".".join(map(str, location[:-2] if location[-1:] == ("[key]",) else location))
+    match details["type"]:
+        case "missing":
+            return key, "is missing"
+        case "extra_forbidden" | "unexpected_keyword_argument":
+            return key, "is unknown"
+        case "dict_type" | "model_type" | "dataclass_type":
+            return key, f"needs key: value, not {details['input']!r}"
+        case "too_short":
+            fewest = details["ctx"]["min_length"]
+            return key, f"needs {fewest} or more entries, not {details['input']!r}"
+        case "value_error":  # raised by our own checks, which name the value
+            return key, str(details["ctx"]["error"])
+    return key, f"{details['msg'].removeprefix('Input ')}, not {details['input']!r}"
 
 
 def run_command(

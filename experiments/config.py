@@ -13,11 +13,18 @@ from hydra.core.global_hydra import GlobalHydra
 from hydra.errors import HydraException
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
-from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    ConfigDict,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    model_validator,
+)
 from pydantic.dataclasses import dataclass
 from yaml import YAMLError
 
-from .command import ConfigError, first_problem
+from .command import ConfigError, problems
 from .metrics import Column
 from .scenes import ERRORS, OUTLIERS, PATHS
 
@@ -34,6 +41,8 @@ __all__ += ["split_override", "to_overrides"]
 
 CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
 STRICT = ConfigDict(strict=True, extra="forbid")
+KNOWN_KEYS = ConfigDict(extra="forbid")  # of files: their sections are read as dictionaries
+SHOWN = 3  # problems of a file: a key that is missing is often one that is misspelt
 
 T = TypeVar("T")
 
@@ -263,7 +272,7 @@ def make(kind: type[T], settings: Mapping[str, Any]) -> T:
     try:
         return kind(**settings)
     except ValidationError as error:
-        key, problem = first_problem(error)
+        key, problem = problems(error)[0]
         if "valid list" in problem:
             problem = "must be a list in brackets, for example [1, 2]"
         name = f"{key.partition('.')[0]!r}: " if key else ""
@@ -305,21 +314,36 @@ def split_override(override: str) -> tuple[str, str]:
     return key, value
 
 
-def read_yaml(path: Path) -> dict[str, Any]:
-    """Read a file of settings.
+def read_yaml(path: Path, kind: type[T]) -> T:
+    """Read a file of YAML as what its type says.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : type
+        What pydantic makes of its content: all keys, no others, of their types.
 
     Raises
     ------
     ConfigError
-        Where it cannot be read, or has no keys.
+        In one line that names the file, and the keys that are missing, unknown or mistyped.
+
+    Examples
+    --------
+    >>> from experiments.config import CONFIG_DIR, read_yaml
+    >>> read_yaml(CONFIG_DIR / "experiment" / "combined.yaml", dict[str, object])["geometry"]
+    'cube'
     """
     try:
         content = OmegaConf.to_container(OmegaConf.load(path), resolve=True)
     except (OSError, ValueError, YAMLError, OmegaConfBaseException) as error:
         raise ConfigError(f"cannot read {path}: {' '.join(str(error).split())}") from None
-    if not isinstance(content, dict):
-        raise ConfigError(f"{path} has no keys")
-    return {str(key): value for key, value in content.items()}
+    try:
+        return TypeAdapter(kind).validate_python(content)
+    except ValidationError as error:
+        found = "; ".join(" ".join(problem).strip() for problem in problems(error)[:SHOWN])
+        raise ConfigError(f"{path}: {found}") from None
 
 
 def _check_keys(overrides: Sequence[str], settings: Iterable[str]) -> str | None:

@@ -35,7 +35,7 @@ from baselines.discernible import mean_of_mean_and_rms
 from baselines.pairwise import Count, maa_by_counts
 from baselines.rotation import aligned_angles
 
-from .command import ConfigError, first_problem
+from .command import ConfigError, problems
 from .scenes import Scene
 
 __all__ = ["METRICS", "Column", "Evaluation", "Metric", "evaluate", "order_statistic"]
@@ -217,7 +217,7 @@ class Column:
         try:
             _ = column.values
         except ValidationError as error:
-            key, problem = first_problem(error)
+            key, problem = problems(error)[0]
             raise ConfigError(f"metric {text!r}: {f'{key} ' if key else ''}{problem}") from None
         return column
 

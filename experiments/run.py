@@ -11,7 +11,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from .command import ConfigError, first_problem, run_command
+from .command import ConfigError, problems, run_command
 from .config import EXECUTION, Sweep, experiment_names, load, split_override
 from .tables import SWEEPS, write_trials
 
@@ -71,7 +71,7 @@ def read_sweeps(text: str, overrides: Sequence[str]) -> tuple[Sweep, ...]:
     try:
         return SWEEPS.validate_json(text)
     except ValidationError as error:
-        raise ConfigError(f"--sweeps: {' '.join(first_problem(error)).strip()}") from None
+        raise ConfigError(f"--sweeps: {' '.join(problems(error)[0]).strip()}") from None
 
 
 if __name__ == "__main__":

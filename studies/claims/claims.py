@@ -8,11 +8,19 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 from pydantic.dataclasses import dataclass
 
-from experiments.command import ConfigError, first_problem
-from experiments.config import CONFIG_DIR, MetricName, experiment_names, one_of, read_yaml, require
+from experiments.command import ConfigError, problems
+from experiments.config import (
+    CONFIG_DIR,
+    KNOWN_KEYS,
+    MetricName,
+    experiment_names,
+    one_of,
+    read_yaml,
+    require,
+)
 from experiments.grid import CELL_SETTINGS
 from experiments.metrics import Column
 
@@ -23,7 +31,6 @@ __all__ = ["CLAIMS_FILE", "Claim", "Claims", "Decision", "Reading", "load_claims
 CLAIMS_FILE = CONFIG_DIR / "claims.yaml"
 BOUNDS = ("at least", "below", "within")
 HALF = 0.5  # of the last digit of the paper's numbers
-KNOWN_KEYS = ConfigDict(extra="forbid")
 
 T = TypeVar("T")
 
@@ -283,7 +290,7 @@ def load_claims(replicates: int | None = None, path: Path = CLAIMS_FILE) -> Clai
     >>> claim.paper, claim.metric
     (-74.0, 'mAA')
     """
-    file = _make(_File, read_yaml(path), "the file")
+    file = read_yaml(path, _File)
     replicates = file.replicates if replicates is None else replicates
     if type(replicates) is not int or replicates < 2:
         raise ConfigError(
@@ -346,7 +353,7 @@ def _named(name: str) -> Iterator[None]:
     try:
         yield
     except ValidationError as error:
-        key, problem = first_problem(error)
+        key, problem = problems(error)[0]
         raise ConfigError(f"claims.yaml: {name}: {f'{key}: ' if key else ''}{problem}") from None
 
 

@@ -4,11 +4,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from experiments.command import ConfigError
-from experiments.config import Selection, Sweep, load_sweep
+from experiments.config import Selection, Sweep
 from experiments.grid import Cell, cells
 
 from ..statistics import STATISTICS
-from ..study import Study, Table, reject
+from ..study import Study, Table, load_experiment, reject
 from .claims import Claim, Claims
 
 __all__ = ["load_replicates", "needed_cells", "plan"]
@@ -59,7 +59,7 @@ def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
     for claim in claims:
         if claim.trials not in sweeps:
             experiment, settings = claim.trials
-            sweeps[claim.trials] = _load([f"experiment={experiment}", *overrides, *settings])
+            sweeps[claim.trials] = load_experiment(experiment, [*overrides, *settings])
         needed_cells(claim, sweeps[claim.trials])
         wanted = selections.setdefault(claim.trials, [])
         wanted += [one for one in _selections(claim) if one not in wanted]
@@ -73,14 +73,6 @@ def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
         for key, sweep in sweeps.items()
         for _, settings in [key]
     ]
-
-
-def _load(overrides: Sequence[str]) -> Sweep:
-    """Say which experiment a setting does not suit."""
-    try:
-        return load_sweep(overrides)
-    except ConfigError as error:
-        raise ConfigError(f"{error} ({' '.join(overrides)})") from None
 
 
 def _selections(claim: Claim) -> list[Selection]:

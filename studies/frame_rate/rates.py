@@ -7,19 +7,26 @@ from statistics import fmean
 
 import numpy as np
 import pandas as pd
+from pydantic.dataclasses import dataclass as checked
 
-from experiments.config import CONFIG_DIR, load_sweep, read_yaml
+from experiments.config import CONFIG_DIR, KNOWN_KEYS, read_yaml
 from experiments.tables import Trials
 
 from ..statistics import by_level, order
-from ..study import Study, Table, reject
+from ..study import Rates, Settings, Study, TableName, at_rates, rates_of, reject, resolve
 
 __all__ = ["FOUND", "FRAME_RATE", "KEYS", "compare", "load_frame_rate", "summaries", "to_markdown"]
 
 FRAME_RATE = CONFIG_DIR / "study" / "frame_rate.yaml"
-DIFFERS = "every="
 FOUND = ["mean", "dependence", "order", "order_across"]
 KEYS = ["scenario", "geometry", "error", "metric", "every", "sigma_t"]
+
+
+@checked(frozen=True, config=KNOWN_KEYS)
+class _File:
+    settings: Settings
+    every: Rates
+    scenarios: dict[TableName, Settings]
 
 
 def load_frame_rate(overrides: Sequence[str] = ()) -> Study:
@@ -48,14 +55,11 @@ def load_frame_rate(overrides: Sequence[str] = ()) -> Study:
     [1, 2, 5, 10, 20]
     """
     reject(overrides, ["every"], f"the frame rates stand in {FRAME_RATE.name}")
-    content = read_yaml(FRAME_RATE)
+    file = read_yaml(FRAME_RATE, _File)
     tables = {}
-    for name, own in content["scenarios"].items():
-        sweep = load_sweep(overrides, content["settings"] | own)
-        sweep = replace(sweep, name=f"frame_rate/{name}")
-        tables[name] = Table(
-            tuple(replace(sweep, every=k, differs=f"{DIFFERS}{k}") for k in content["every"])
-        )
+    for name, own in file.scenarios.items():
+        sweep = resolve(FRAME_RATE, f"scenarios.{name}", overrides, file.settings, own)
+        tables[name] = at_rates(replace(sweep, name=f"frame_rate/{name}"), file.every)
     return Study("frame_rate", tables)
 
 
@@ -95,8 +99,7 @@ def compare(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
 
 
 def _compare(trials: Trials, metric: str) -> pd.DataFrame:
-    rates = trials.table["settings"].str.removeprefix(DIFFERS).astype(int)
-    table = trials.table.assign(every=rates)
+    table = trials.table.assign(every=rates_of(trials.table))
     means = table.groupby(["every", "sigma_t"])[metric].mean()
     levels = [by_level(group, metric, "sigma_t") for _, group in table.groupby("every")]
     across = [

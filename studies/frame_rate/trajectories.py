@@ -7,13 +7,13 @@ from typing import Annotated
 
 import numpy as np
 import pandas as pd
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, RootModel
 
 from alignscores import AlignmentWarning
 from alignscores.cli.formats import FORMATS
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import TrajectoryWarning
-from experiments.command import ConfigError, first_problem
+from experiments.command import ConfigError
 from experiments.config import one_of, read_yaml
 from experiments.metrics import evaluate
 from experiments.scenes import Scene
@@ -45,7 +45,8 @@ class Recording(BaseModel):
     estimates: Annotated[dict[str, Path], Field(min_length=1)]
 
 
-RECORDINGS = TypeAdapter(Annotated[dict[str, Recording], Field(min_length=1)])
+class _File(RootModel[dict[str, Recording]]):
+    root: Annotated[dict[str, Recording], Field(min_length=1)]
 
 
 def read_recordings(path: Path) -> dict[str, Recording]:
@@ -56,10 +57,6 @@ def read_recordings(path: Path) -> dict[str, Recording]:
     ConfigError
         In one line that names the file and the key, where something is missing or unknown.
     """
-    try:
-        recordings = RECORDINGS.validate_python(read_yaml(path))
-    except ValidationError as error:
-        raise ConfigError(f"{path}: {' '.join(first_problem(error))}") from None
     return {
         name: recording.model_copy(
             update={
@@ -67,7 +64,7 @@ def read_recordings(path: Path) -> dict[str, Recording]:
                 "estimates": {s: path.parent / file for s, file in recording.estimates.items()},
             }
         )
-        for name, recording in recordings.items()
+        for name, recording in read_yaml(path, _File).root.items()
     }
 
 

@@ -6,17 +6,27 @@ All values of all axes are evaluated on the same cameras, those of some experime
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+
+from pydantic.dataclasses import dataclass as checked
 
 from experiments.command import CommandError, ConfigError
-from experiments.config import CONFIG_DIR, SETTINGS, load_sweep, read_yaml, split_override
+from experiments.config import CONFIG_DIR, KNOWN_KEYS, SETTINGS, read_yaml, split_override
 from experiments.metrics import Column
 from experiments.tables import TableError, Trials
 
-from ..study import Study, Table
+from ..study import Settings, Study, Table, TableName, resolve
 from . import KINDS
 
-__all__ = ["STUDIES", "Axis", "axes_of", "axis_names", "axis_with", "check_parts", "is_seeded"]
+__all__ = [
+    "STUDIES",
+    "Axis",
+    "AxisValue",
+    "axes_of",
+    "axis_names",
+    "axis_with",
+    "check_parts",
+    "is_seeded",
+]
 __all__ += ["load_parameters", "option_title", "seeded", "study_file", "value_title"]
 
 STUDIES = ("threshold", "registration")
@@ -32,6 +42,28 @@ TITLES = {
     "order": "m as share of n",
 }
 INFINITE = {"n_thresholds": "exact area", "prescreen": "off"}
+
+AxisValue = float | str
+
+
+class Part(Settings):
+    """The settings of a part; with `seeds`, each trial is registered with so many."""
+
+    seeds: int = 0
+
+
+@checked(frozen=True, config=KNOWN_KEYS)
+class _Axis:
+    metric: str
+    option: str
+    paper: AxisValue
+    values: list[AxisValue]
+
+
+@checked(frozen=True, config=KNOWN_KEYS)
+class _File:
+    axes: dict[str, _Axis]
+    trials: dict[TableName, Part]
 
 
 @dataclass(frozen=True)
@@ -108,16 +140,20 @@ def load_parameters(name: str, overrides: Sequence[str] = ()) -> Study:
     >>> study.name, study.tables["length"].sweeps[0].trials
     ('threshold_study', 5)
     """
-    content = _read(name)
-    axes, settings = _override(content["axes"], overrides)
+    file = _read(name)
+    axes, settings = _override(file.axes, overrides)
     columns = [Column.parse(text) for text in _metrics(axes)]
-    tables = {part: _part(entry, columns, settings) for part, entry in content["trials"].items()}
+    tables = {}
+    for key, part in file.trials.items():
+        sweep = resolve(study_file(name), f"trials.{key}", settings, part)
+        metrics = _seeded(columns, part.seeds) if part.seeds else list(map(str, columns))
+        tables[key] = Table((replace(sweep, metrics=metrics),))
     return Study(f"{name}_study", tables)
 
 
 def axis_names() -> list[str]:
     """Return the names of the axes of all studies."""
-    return [axis for name in STUDIES for axis in _read(name)["axes"]]
+    return [axis for name in STUDIES for axis in _read(name).axes]
 
 
 def axis_with(name: str, values: str | Sequence[object]) -> Axis:
@@ -126,7 +162,7 @@ def axis_with(name: str, values: str | Sequence[object]) -> Axis:
     Raises
     ------
     ConfigError
-        Where the values are no list, or impossible.
+        Where there is no such axis, or the values are no list, or impossible.
 
     Examples
     --------
@@ -134,10 +170,12 @@ def axis_with(name: str, values: str | Sequence[object]) -> Axis:
     >>> axis_with("tas_max_threshold", "[0.5,2]").values
     ('0.5', '1', '2')
     """
-    (entry,) = (axes[name] for axes in (_read(study)["axes"] for study in STUDIES) if name in axes)
+    known = {key: entry for study in STUDIES for key, entry in _read(study).axes.items()}
+    if name not in known:
+        raise ConfigError(f"unknown axis {name!r}; the axes are {', '.join(known)}")
     if isinstance(values, str):
         values = _list(name, values)
-    return _checked(_axis(name, entry, values))
+    return _checked(_axis(name, known[name], values))
 
 
 def axes_of(name: str, metrics: Sequence[str]) -> list[Axis]:
@@ -159,11 +197,11 @@ def axes_of(name: str, metrics: Sequence[str]) -> list[Axis]:
     """
     columns = [Column.parse(metric) for metric in metrics]
     axes = []
-    for axis, entry in _read(name)["axes"].items():
+    for axis, entry in _read(name).axes.items():
         values = [
-            column.options[entry["option"]]
+            column.options[entry.option]
             for column in columns
-            if column.name == entry["metric"] and list(column.options) == [entry["option"]]
+            if column.name == entry.metric and list(column.options) == [entry.option]
         ]
         axes.append(_axis(axis, entry, values))
     return axes
@@ -177,7 +215,7 @@ def check_parts(name: str, axes: Sequence[Axis], parts: Mapping[str, Trials]) ->
     CommandError, TableError
         Where they are not, or have not.
     """
-    missing = [part for part in _read(name)["trials"] if part not in parts]
+    missing = [part for part in _read(name).trials if part not in parts]
     if missing:
         raise CommandError(f"the {name} study needs the trials of {', '.join(missing)}, too")
     columns = [Column.parse(metric) for metric in _metrics(axes)]
@@ -235,13 +273,15 @@ def study_file(name: str) -> Path:
     return CONFIG_DIR / "study" / f"{name}.yaml"
 
 
-def _read(name: str) -> dict[str, Any]:
+def _read(name: str) -> _File:
     if name not in STUDIES:
         raise ConfigError(f"unknown study {name!r}; the studies are {', '.join(STUDIES)}")
-    return read_yaml(study_file(name))
+    return read_yaml(study_file(name), _File)
 
 
-def _override(entries: Mapping[str, Any], overrides: Sequence[str]) -> tuple[list[Axis], list[str]]:
+def _override(
+    entries: Mapping[str, _Axis], overrides: Sequence[str]
+) -> tuple[list[Axis], list[str]]:
     """Return the axes, and the settings among the overrides."""
     others = set(axis_names()) - set(entries)
     known = [key for key in SETTINGS if key not in FIXED]
@@ -257,7 +297,7 @@ def _override(entries: Mapping[str, Any], overrides: Sequence[str]) -> tuple[lis
                 f"unknown setting {key!r}; the axes of this study are {', '.join(entries)}; the "
                 f"settings are {', '.join(known)}"
             )
-    axes = [axis_with(name, values.get(name, entry["values"])) for name, entry in entries.items()]
+    axes = [axis_with(name, values.get(name, entry.values)) for name, entry in entries.items()]
     return axes, settings
 
 
@@ -268,11 +308,11 @@ def _list(name: str, text: str) -> list[str]:
     return values
 
 
-def _axis(name: str, entry: Mapping[str, Any], values: Sequence[object]) -> Axis:
+def _axis(name: str, entry: _Axis, values: Sequence[object]) -> Axis:
     """Make an axis of what the file has for it and of its values; numbers are sorted."""
-    paper = _write(entry["paper"])
+    paper = _write(entry.paper)
     written = list(dict.fromkeys([*map(_write, values), paper]))
-    axis = Axis(name, entry["metric"], entry["option"], paper, tuple(written))
+    axis = Axis(name, entry.metric, entry.option, paper, tuple(written))
     try:
         return replace(axis, values=tuple(sorted(written, key=float)))
     except ValueError:  # words, the paper's first
@@ -298,13 +338,6 @@ def _checked(axis: Axis) -> Axis:
 def _metrics(axes: Sequence[Axis]) -> list[str]:
     """Return the metrics of all values of all axes, each once."""
     return list(dict.fromkeys(metric for axis in axes for metric in axis.columns.values()))
-
-
-def _part(entry: Mapping[str, Any], columns: Sequence[Column], overrides: Sequence[str]) -> Table:
-    own = dict(entry)
-    seeds = own.pop("seeds", 0)
-    metrics = _seeded(columns, seeds) if seeds else [str(column) for column in columns]
-    return Table((replace(load_sweep(overrides, own), metrics=metrics),))
 
 
 def _seeded(columns: Sequence[Column], seeds: int) -> list[str]:

@@ -7,21 +7,22 @@ there. The maps vary the noise, too, and where choices interact all of these.
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
 import scipy
 from numpy.typing import NDArray
+from pydantic.dataclasses import dataclass
 
 from experiments.command import CommandError
-from experiments.config import CONFIG_DIR, load_sweep, read_yaml, split_override
+from experiments.config import CONFIG_DIR, KNOWN_KEYS, MetricName, read_yaml, split_override
 from experiments.metrics import Column
 from experiments.tables import Trials
 
 from ..statistics import by_level, holm, order
-from ..study import Study, Table
-from .axes import Axis, axis_names, axis_with
+from ..study import Settings, Study, Table, TableName, resolve
+from .axes import Axis, AxisValue, axis_names, axis_with
 
 __all__ = ["COLUMNS", "MAPS", "METHOD", "compare", "load_maps", "sentences", "to_markdown"]
 
@@ -40,6 +41,21 @@ METHOD = (
     "Numbers are the probability that the better of two estimates, whose noise differs by 15 %, "
     "comes out better; 50 % is chance. Differences that are named are certain: 5 %, Holm."
 )
+
+
+@dataclass(frozen=True, config=KNOWN_KEYS)
+class _Map:
+    noise: Literal["sigma_t", "sigma_r_deg"]
+    values: dict[str, list[AxisValue]]
+    beside: list[MetricName]
+    settings: Settings
+    parts: dict[TableName, Settings]
+
+
+@dataclass(frozen=True, config=KNOWN_KEYS)
+class _File:
+    settings: Settings
+    maps: dict[TableName, _Map]
 
 
 def load_maps(overrides: Sequence[str] = ()) -> Study:
@@ -68,15 +84,16 @@ def load_maps(overrides: Sequence[str] = ()) -> Study:
     >>> study.tables["ras_cube_100"].sweeps[0].trials
     5
     """
-    content = read_yaml(MAPS)
+    file = read_yaml(MAPS, _File)
     chosen = dict(split_override(override) for override in overrides)
     others = [override for override in overrides if split_override(override)[0] not in axis_names()]
     tables = {}
-    for name, entry in content["maps"].items():
-        axes = [axis_with(axis, chosen.get(axis, v)) for axis, v in entry["values"].items()]
-        metrics = [*dict.fromkeys(str(column) for column in _columns(axes)), *entry["beside"]]
-        for part, own in entry["parts"].items():
-            sweep = load_sweep(others, content["settings"] | entry["settings"] | own)
+    for name, one in file.maps.items():
+        axes = [axis_with(axis, chosen.get(axis, v)) for axis, v in one.values.items()]
+        metrics = [*dict.fromkeys(str(column) for column in _columns(axes)), *one.beside]
+        for part, own in one.parts.items():
+            key = f"maps.{name}.parts.{part}"
+            sweep = resolve(MAPS, key, others, file.settings, one.settings, own)
             tables[f"{name}_{part}"] = Table((replace(sweep, metrics=metrics),))
     return Study("threshold_maps", tables)
 
@@ -116,15 +133,15 @@ def compare(parts: Mapping[str, Trials]) -> pd.DataFrame:
           Holm's method
     """
     tables = []
-    for name, entry in read_yaml(MAPS)["maps"].items():
-        missing = [part for part in entry["parts"] if f"{name}_{part}" not in parts]
+    for name, one in read_yaml(MAPS, _File).maps.items():
+        missing = [part for part in one.parts if f"{name}_{part}" not in parts]
         if missing:
             raise CommandError(f"the map {name} needs the trials of {', '.join(missing)}, too")
-        axes = [axis_with(axis, values) for axis, values in entry["values"].items()]
+        axes = [axis_with(axis, values) for axis, values in one.values.items()]
         rows = [
             {"map": name, "part": part} | row
-            for part in entry["parts"]
-            for row in _rows(parts[f"{name}_{part}"], entry["noise"], axes)
+            for part in one.parts
+            for row in _rows(parts[f"{name}_{part}"], one.noise, axes)
         ]
         table = pd.DataFrame(rows)
         table["p"] = _p_values(table["difference"], table["error"])

@@ -15,7 +15,7 @@ from experiments.metrics import Column
 from experiments.tables import Trials
 
 from ..statistics import groups, holm, order_shares, trials_needed
-from .questions import DIFFERS
+from ..study import rates_of
 
 __all__ = ["FOUND", "KEYS", "SIGNIFICANCE", "compare", "is_new"]
 
@@ -123,7 +123,7 @@ def _tasks(trials: Trials) -> Iterator[Task]:
     """Return what has to be ordered: all that varies, but for what must not matter."""
     table = trials.table.assign(every=1)
     if "settings" in table:
-        table["every"] = table["settings"].str.removeprefix(DIFFERS).astype(int)
+        table["every"] = rates_of(table)
     paired = trials.sweep.noise == "paired"
     levels = [level for level in LEVELS if table[level].nunique() > 1]
     levels = [level for level in levels if not (paired and level == "sigma_r_deg")]

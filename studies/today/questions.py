@@ -1,19 +1,33 @@
 """The questions: settings of trials, and the metrics that are evaluated on them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
-from experiments.config import CONFIG_DIR, load_sweep, read_yaml
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from experiments.config import CONFIG_DIR, KNOWN_KEYS, Sweep, read_yaml
 from experiments.metrics import Column
 
-from ..study import Study, Table, reject
+from ..study import Rates, Settings, Study, Table, TableName, at_rates, reject, resolve
 
-__all__ = ["DIFFERS", "TODAY", "load_today"]
+__all__ = ["TODAY", "load_today"]
 
 TODAY = CONFIG_DIR / "study" / "today.yaml"
-DIFFERS = "every="
 NO_PATH = ("cube", "uneven")  # where the cameras stand in no order
+
+
+class Question(Settings):
+    """The settings of a question, its frame rates, and the metrics that would take too long."""
+
+    every: Rates = Field([1])
+    without: list[str] = Field([])
+
+
+@dataclass(frozen=True, config=KNOWN_KEYS)
+class _File:
+    settings: Settings
+    questions: dict[TableName, Question]
 
 
 def load_today(overrides: Sequence[str] = ()) -> Study:
@@ -43,29 +57,22 @@ def load_today(overrides: Sequence[str] = ()) -> Study:
     (['outliers', 'collinear', 'cameras'], 4)
     """
     reject(overrides, ["every"], f"the frame rates stand in {TODAY.name}")
-    content = read_yaml(TODAY)
-    return Study(
-        "today",
-        {
-            name: _table(name, content["settings"], own, overrides)
-            for name, own in content["questions"].items()
-        },
-    )
+    file = read_yaml(TODAY, _File)
+    tables = {
+        name: _table(
+            name, question, resolve(TODAY, f"questions.{name}", overrides, file.settings, question)
+        )
+        for name, question in file.questions.items()
+    }
+    return Study("today", tables)
 
 
-def _table(
-    name: str, shared: Mapping[str, Any], own: Mapping[str, Any], overrides: Sequence[str]
-) -> Table:
-    settings = {**shared, **own}
-    rates, without = settings.pop("every", [1]), settings.pop("without", [])
-    sweep = load_sweep(overrides, settings)
+def _table(name: str, question: Question, sweep: Sweep) -> Table:
     metrics = [
         metric
         for metric in sweep.metrics
-        if metric not in without
+        if metric not in question.without
         and not (sweep.geometry in NO_PATH and Column.parse(metric).metric.ordered)
     ]
     sweep = replace(sweep, name=f"today/{name}", metrics=metrics)
-    if len(rates) == 1:
-        return Table((sweep,))
-    return Table(tuple(replace(sweep, every=k, differs=f"{DIFFERS}{k}") for k in rates))
+    return at_rates(sweep, question.every) if question.every[1:] else Table((sweep,))

@@ -191,7 +191,7 @@ def test_the_program_runs_an_experiment_or_the_sweeps_that_are_given(
     [
         (["trials=0"], 2, "setting 'trials'"),
         (["trials=1", "metrics=[ATE]"], 2, "setting 'metrics' has none of TAS, RAS and PAS"),
-        (["--sweeps", "[]"], 2, "should have at least 1 item"),
+        (["--sweeps", "[]"], 2, "needs 1 or more entries"),
         (["trials=1", "--sweeps", "[]"], 2, "trials=1 cannot be set beside --sweeps"),
     ],
 )

@@ -3,6 +3,7 @@
 import shutil
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -89,7 +90,7 @@ def test_a_copied_experiment_needs_a_name_of_its_own(
         ("noise=both", "'noise': should be 'product' or 'paired', not 'both'"),
         ("noise=paired", "'noise' is paired, so sigma_t and sigma_r_deg need the same number"),
         ("sigma_t=0.1", "'sigma_t': must be a list in brackets, for example [1, 2]"),
-        ("sigma_t=[]", "'sigma_t': List should have at least 1 item after validation, not 0"),
+        ("sigma_t=[]", "'sigma_t': needs 1 or more entries, not []"),
         ("sigma_t=[0.1", "cannot read experiment=outliers sigma_t=[0.1: "),
         ("sigma_t=[-0.1]", "'sigma_t': should be greater than or equal to 0, not -0.1"),
         ("sigma_t=[nan]", "'sigma_t': should be less than inf, not nan"),
@@ -102,7 +103,7 @@ def test_a_copied_experiment_needs_a_name_of_its_own(
         ("every=0", "'every': should be greater than or equal to 1, not 0"),
         ("every=26", "'every' leaves fewer than 4 of the 100 cameras"),
         ("geometry=line", "'volume_per_camera' applies to the cube alone"),
-        ("metrics=[]", "'metrics': List should have at least 1 item"),
+        ("metrics=[]", "'metrics': needs 1 or more entries, not []"),
         ("metrics=[ATE,APE]", "'metrics': unknown metric 'APE'; known are ATE, DTE, mAA, "),
         ("metrics=[TAS,TAS]", "'metrics': has a value twice: ['TAS', 'TAS']"),
     ],
@@ -142,7 +143,7 @@ def test_a_file_of_settings_that_is_none_is_named_in_one_line(
     if text is not None:
         path.write_text(text)
     with pytest.raises(
-        ConfigError, match=rf"(cannot read {path}: .)|({path} has no keys)"
+        ConfigError, match=rf"(cannot read {path}: .)|({path}: needs key: value)"
     ) as caught:
-        read_yaml(path)
+        read_yaml(path, dict[str, Any])
     assert "\n" not in str(caught.value)

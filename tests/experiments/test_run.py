@@ -56,7 +56,7 @@ def test_sweeps_are_run_as_they_are_told(tmp_path: Path, small: Callable[..., Sw
         (["trails=5"], "unknown setting 'trails'"),
         (["experiment=rotations"], "'experiment' is given twice"),
         (["n_outliers=[26]"], "'n_outliers' has 26, more than the 25 cameras"),
-        (["--table", "t.csv", "--sweeps", "[]"], "--sweeps: Tuple should have at least 1 item"),
+        (["--table", "t.csv", "--sweeps", "[]"], "--sweeps: needs 1 or more entries"),
         (["--table", "t.csv", "--sweeps", "[{}]"], "--sweeps: 0.name is missing"),
         (["--table", "t.csv", "--sweeps", "["], "--sweeps: Invalid JSON"),
     ],

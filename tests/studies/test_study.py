@@ -1,12 +1,18 @@
 """The paper's experiments as a study, and the settings of a table as they are handed on."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from experiments.config import ConfigError, Selection, experiment_names, load_sweep
 from experiments.tables import SWEEPS
-from studies.study import Table, load_experiments
+from studies.frame_rate.rates import FRAME_RATE, load_frame_rate
+from studies.parameters.axes import load_parameters, study_file
+from studies.parameters.maps import MAPS, load_maps
+from studies.study import Study, Table, load_experiments
+from studies.today.questions import TODAY, load_today
 
 
 def test_the_experiments_share_their_settings() -> None:
@@ -36,3 +42,47 @@ def test_settings_of_a_table_are_handed_on_whole_and_have_a_digest_of_their_own(
         assert SWEEPS.validate_json(table.json) == table.sweeps
         assert table.digest == Table(SWEEPS.validate_json(table.json)).digest
     assert len({table.digest for table in tables}) == len(tables)
+
+
+@pytest.mark.parametrize(
+    ("name", "file", "load", "section", "first"),
+    [
+        ("frame_rate.rates.FRAME_RATE", FRAME_RATE, load_frame_rate, "scenarios", "car"),
+        ("today.questions.TODAY", TODAY, load_today, "questions", "outliers"),
+        ("parameters.maps.MAPS", MAPS, load_maps, "maps", "tas.parts.cube_30"),
+        (
+            "parameters.axes.study_file",
+            study_file("threshold"),
+            lambda: load_parameters("threshold"),
+            "trials",
+            "outliers",
+        ),
+    ],
+)
+def test_the_file_of_a_study_is_named_with_the_key_at_fault(
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    name: str,
+    file: Path,
+    load: Callable[[], Study],
+    section: str,
+    first: str,
+) -> None:
+    path = tmp_path / "own.yaml"
+    monkeypatch.setattr(f"studies.{name}", (lambda _: path) if "study_file" in name else path)
+    text = file.read_text()
+    for old, new, problem in (
+        (f"\n{section}:", f"\n{section}s:", f"{section} is missing; {section}s is unknown"),
+        (f"\n{section}:", f"\nown: 5\n{section}:", "own is unknown"),
+        ("maa_vs_pas_outliers", "[a]", f"{section}.{first}: "),
+        ("experiment: maa", "n_jobs: 1, experiment: maa", "may not set n_jobs"),
+        ("experiment: maa", "seed: many, experiment: maa", "'seed': should be a valid integer"),
+    ):
+        if "\n  experiment" in text and old.startswith("experiment"):
+            new = new.replace(", ", "\n  ")
+        path.write_text(text.replace(old, new, 1))
+        with pytest.raises(ConfigError) as caught:
+            load()
+        assert str(caught.value).startswith(f"{path}: ")
+        assert problem in str(caught.value)
+        assert "\n" not in str(caught.value)

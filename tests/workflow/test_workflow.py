@@ -89,7 +89,7 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
         ("threshold_study", ["tas_max_threshold=[-1]"], "max_threshold should be greater than 0"),
         ("frame_rate", ["every=3"], "'every'"),
         ("beyond", ["scenarios=missing.yaml"], "No such file"),
-        ("beyond", ["scenarios=mine.yaml"], "scenario 'a'"),
+        ("beyond", ["scenarios=mine.yaml"], "scenarios.a"),
     ],
 )
 def test_wrong_settings_end_in_one_line_before_any_trial(

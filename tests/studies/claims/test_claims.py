@@ -141,9 +141,11 @@ def refusal(tmp_path: Path, content: Any) -> str:
     with pytest.raises(ConfigError) as caught:
         load_claims(path=path)
     error = str(caught.value)
-    assert error.startswith("claims.yaml: ")
     assert "\n" not in error
-    return error.removeprefix("claims.yaml: ")
+    before, found, problem = error.partition("claims.yaml: ")
+    assert found
+    assert before in ("", f"{tmp_path}/")
+    return problem
 
 
 @pytest.mark.parametrize(
@@ -161,10 +163,10 @@ def refusal(tmp_path: Path, content: Any) -> str:
         ({"take": "median"}, "take: must be one of smallest, largest, mean, not 'median'"),
         (
             {"where": {"outliers": [1]}},
-            "where.outliers.[key]: must be one of n_cameras",
+            "where: must be one of n_cameras",
         ),
         ({"where": {"n_outliers": 1}}, "where.n_outliers: should be a valid list, not 1"),
-        ({"where": {"n_outliers": []}}, "where.n_outliers: List should have at least 1 item"),
+        ({"where": {"n_outliers": []}}, "where.n_outliers: needs 1 or more entries, not []"),
         ({"where": {"n_outliers": ["few"]}}, "where.n_outliers.0: should be a valid number"),
         ({"paper": -74}, "needs either a number of the paper or a criterion"),
         ({"criterion": None}, "needs either a number of the paper or a criterion"),
@@ -189,30 +191,30 @@ def test_a_broken_claim_is_named_in_one_line(
 @pytest.mark.parametrize(
     ("place", "value", "problem"),
     [
-        (["groups"], "all", "the file: groups: should be a valid list, not 'all'"),
-        (["groups"], ..., "the file: groups: is missing"),
-        (["decisions"], None, "the file: decisions: should be a valid list"),
-        (["groups", 0], "Figure 2", "the file: groups.0: should be a dictionary"),
-        (["groups", 0, "claims"], None, "the file: groups.0.claims: should be a valid list"),
-        (["groups", 0, "figure"], ..., "the file: groups.0.figure: is missing"),
-        (CLAIM, "The ATE discerns.", "the file: groups.0.claims.0: should be a valid dictionary"),
+        (["groups"], "all", "groups should be a valid list, not 'all'"),
+        (["groups"], ..., "groups is missing"),
+        (["decisions"], None, "decisions should be a valid list"),
+        (["groups", 0], "Figure 2", "groups.0 needs key: value"),
+        (["groups", 0, "claims"], None, "groups.0.claims should be a valid list"),
+        (["groups", 0, "figure"], ..., "groups.0.figure is missing"),
+        (CLAIM, "The ATE discerns.", "groups.0.claims.0 needs key: value"),
         ([*CLAIM, "id"], ..., "a claim of Figure 2: id: is missing"),
         ([*CLAIM, "id"], "outliers-ate-blind", "'outliers-ate-blind' is defined twice"),
         ([*CLAIM, "statement"], ..., "'outliers-ate-discerns': statement: is missing"),
         ([*CLAIM, "statistic"], ..., "'outliers-ate-discerns': statistic: is missing"),
         ([*CLAIM, "metric"], ..., "'outliers-ate-discerns': metric: should be a valid string"),
-        (DECISION, "volume", "the file: decisions.0: should be a valid dictionary, not 'volume'"),
+        (DECISION, "volume", "decisions.0 needs key: value, not 'volume'"),
         ([*DECISION, "remark"], "-", "'volume': remark: is unknown"),
         ([*DECISION, "readings"], ..., "'volume': readings: is missing"),
-        ([*DECISION, "readings"], [], "'volume': readings: List should have at least 2 item"),
-        ([*DECISION, "readings", 0], "n/10", "'volume': readings.0: should be a dictionary"),
+        ([*DECISION, "readings"], [], "'volume': readings: needs 2 or more entries, not []"),
+        ([*DECISION, "readings", 0], "n/10", "'volume': readings.0: needs key: value"),
         ([*CLAIM, "implied_by"], ["no"], "'outliers-ate-discerns' is implied by no claim: 'no'"),
         ([*DECISION, "readings", 0, "settings"], 5, "'volume': readings.0.settings: should be a"),
         ([*DECISION, "claims"], ["no-such"], "'volume' names no claim: 'no-such'"),
         (
             [*DECISION, "readings", 0, "where"],
             {"sigma_t": [0.5]},
-            "'volume', 'volume n/10', 'outliers-ate-discerns': where.sigma_t: List should have",
+            "'volume', 'volume n/10', 'outliers-ate-discerns': where.sigma_t: needs 1 or more",
         ),
         (
             [*DECISION, "readings", 0, "options"],

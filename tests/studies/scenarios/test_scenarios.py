@@ -87,22 +87,26 @@ def test_a_metric_may_have_options(tmp_path: Path) -> None:
     ("text", "named"),
     [
         (None, "cannot read"),
-        ("", "has no scenarios"),
-        ("scenarios: [a, b]", "has no scenarios"),
-        ("- a", "has no keys"),
+        ("", "scenarios is missing"),
+        ("scenarios: [a, b]", "scenarios needs key: value, not ['a', 'b']"),
+        ("scenarios: {}", "scenarios needs 1 or more entries, not {}"),
+        ("- a", "mine.yaml: needs key: value"),
         ("scenarios: {a: {}", "cannot read"),
-        ("scenario: {a: {}}", "unknown key 'scenario'"),
-        ("settings: 5\nscenarios: {a: {}}", "needs key: value"),
-        ("scenarios: {a b: {}}", "'a b' may have"),
-        ("scenarios: {a: orbit}", "'a' needs {key: value"),
-        ("scenarios: {a: {geometry: sphere}}", "scenario 'a': setting 'geometry': must be one of"),
-        ("scenarios: {a: {geometri: orbit}}", "scenario 'a': unknown setting 'geometri'"),
-        ("scenarios: {a: {noise: product}}", "scenario 'a' needs noise=paired"),
-        ("scenarios: {a: {results_dir: x}}", "may not set results_dir, which is one for all"),
-        ("settings: {n_jobs: 1}\nscenarios: {a: {}}", "may not set n_jobs"),
+        ("scenario: {a: {}}", "scenarios is missing; scenario is unknown"),
+        ("settings: 5\nscenarios: {a: {}}", "settings needs key: value, not 5"),
+        ("scenarios: {a b: {}}", "scenarios 'a b' may have letters, digits and underscores"),
+        ("scenarios: {a: orbit}", "scenarios.a needs key: value, not 'orbit'"),
+        ("scenarios: {a: {geometry: sphere}}", "scenarios.a: setting 'geometry': must be one of"),
+        ("scenarios: {a: {geometri: orbit}}", "scenarios.a: unknown setting 'geometri'"),
+        ("scenarios: {a: {noise: product}}", "scenarios.a needs noise=paired"),
+        (
+            "scenarios: {a: {results_dir: x}}",
+            "scenarios.a may not set results_dir, which is one for all",
+        ),
+        ("settings: {n_jobs: 1}\nscenarios: {a: {}}", "settings may not set n_jobs"),
         (
             "scenarios: {a: {sigma_t: [0.1], sigma_r_deg: [3], n_outliers: [0]}}",
-            "scenario 'a' needs two levels of noise",
+            "scenarios.a needs two levels of noise",
         ),
         ("scenarios: {a: {outliers: cluster, n_outliers: [99]}}", "at least 4 inliers"),
     ],
@@ -118,7 +122,7 @@ def test_a_file_at_fault_is_named_in_one_line(tmp_path: Path, text: Any, named: 
 
 def test_a_file_whose_name_would_not_do_for_results_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path, "scenarios: {a: {}}", "my study.yaml")
-    with pytest.raises(ConfigError, match="needs a name of letters"):
+    with pytest.raises(ConfigError, match="the name 'beyond_my study' may have letters"):
         load_scenarios(path)
 
 
