@@ -41,7 +41,6 @@ __all__ += ["split_override", "to_overrides"]
 
 CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
 STRICT = ConfigDict(strict=True, extra="forbid")
-KNOWN_KEYS = ConfigDict(extra="forbid")  # of files: their sections are read as dictionaries
 SHOWN = 3  # problems of a file: a key that is missing is often one that is misspelt
 
 T = TypeVar("T")

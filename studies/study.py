@@ -23,8 +23,8 @@ from experiments.config import (
 )
 from experiments.tables import SWEEPS
 
-__all__ = ["Rates", "Settings", "Study", "Table", "TableName", "at_rates", "load_experiment"]
-__all__ += ["load_experiments", "rates_of", "reject", "resolve", "table_name"]
+__all__ = ["Rates", "Section", "Settings", "Study", "Table", "TableName", "at_rates"]
+__all__ += ["load_experiment", "load_experiments", "rates_of", "reject", "resolve", "table_name"]
 
 EVERY = "every="  # in the column `settings` of tables with several frame rates
 
@@ -40,13 +40,19 @@ TableName = Annotated[str, AfterValidator(table_name)]
 Rates = Annotated[list[int], Field(min_length=1)]
 
 
-class Settings(BaseModel):
+class Section(BaseModel):
+    """A section of the file of a study: all its keys, and no others."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Settings(Section):
     """Settings of a sweep as the file of a study has them; keys of subclasses are the study's own.
 
     They are checked where a sweep is resolved, with all that is set elsewhere.
     """
 
-    model_config = ConfigDict(extra="allow", frozen=True)
+    model_config = ConfigDict(extra="allow")
 
     @model_validator(mode="after")
     def _results_depend_on_them(self) -> Self:

@@ -8,19 +8,11 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import ConfigDict, Field, ValidationError, model_validator
 from pydantic.dataclasses import dataclass
 
 from experiments.command import ConfigError, problems
-from experiments.config import (
-    CONFIG_DIR,
-    KNOWN_KEYS,
-    MetricName,
-    experiment_names,
-    one_of,
-    read_yaml,
-    require,
-)
+from experiments.config import CONFIG_DIR, MetricName, experiment_names, one_of, read_yaml, require
 from experiments.grid import CELL_SETTINGS
 from experiments.metrics import Column
 
@@ -31,6 +23,7 @@ __all__ = ["CLAIMS_FILE", "Claim", "Claims", "Decision", "Reading", "load_claims
 CLAIMS_FILE = CONFIG_DIR / "claims.yaml"
 BOUNDS = ("at least", "below", "within")
 HALF = 0.5  # of the last digit of the paper's numbers
+KNOWN_KEYS = ConfigDict(extra="forbid")
 
 T = TypeVar("T")
 

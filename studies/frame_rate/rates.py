@@ -7,13 +7,12 @@ from statistics import fmean
 
 import numpy as np
 import pandas as pd
-from pydantic.dataclasses import dataclass as checked
 
-from experiments.config import CONFIG_DIR, KNOWN_KEYS, read_yaml
+from experiments.config import CONFIG_DIR, read_yaml
 from experiments.tables import Trials
 
 from ..statistics import by_level, order
-from ..study import Rates, Settings, Study, TableName, at_rates, rates_of, reject, resolve
+from ..study import Rates, Section, Settings, Study, TableName, at_rates, rates_of, reject, resolve
 
 __all__ = ["FOUND", "FRAME_RATE", "KEYS", "compare", "load_frame_rate", "summaries", "to_markdown"]
 
@@ -22,8 +21,7 @@ FOUND = ["mean", "dependence", "order", "order_across"]
 KEYS = ["scenario", "geometry", "error", "metric", "every", "sigma_t"]
 
 
-@checked(frozen=True, config=KNOWN_KEYS)
-class _File:
+class _File(Section):
     settings: Settings
     every: Rates
     scenarios: dict[TableName, Settings]

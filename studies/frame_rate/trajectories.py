@@ -7,7 +7,7 @@ from typing import Annotated
 
 import numpy as np
 import pandas as pd
-from pydantic import BaseModel, ConfigDict, Field, RootModel
+from pydantic import Field, RootModel
 
 from alignscores import AlignmentWarning
 from alignscores.cli.formats import FORMATS
@@ -18,6 +18,8 @@ from experiments.config import one_of, read_yaml
 from experiments.metrics import evaluate
 from experiments.scenes import Scene
 
+from ..study import Section
+
 __all__ = ["Recording", "read_recordings", "score_rates"]
 
 RATES = (1, 2, 5, 10, 20, 50, 100)
@@ -25,7 +27,7 @@ METRICS = ("TAS", "TAS(registration=refined)", "HalfDistance", "ATE", "RAS", "Ha
 FEWEST = 10  # cameras that are worth scoring
 
 
-class Recording(BaseModel):
+class Recording(Section):
     """A reference trajectory with estimates of it.
 
     Parameters
@@ -37,8 +39,6 @@ class Recording(BaseModel):
     estimates : dict
         The files of the estimates, by the names of the systems.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     format: Annotated[str, one_of(FORMATS)]
     reference: Path

@@ -7,27 +7,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from pydantic.dataclasses import dataclass as checked
-
 from experiments.command import CommandError, ConfigError
-from experiments.config import CONFIG_DIR, KNOWN_KEYS, SETTINGS, read_yaml, split_override
+from experiments.config import CONFIG_DIR, SETTINGS, read_yaml, split_override
 from experiments.metrics import Column
 from experiments.tables import TableError, Trials
 
-from ..study import Settings, Study, Table, TableName, resolve
+from ..study import Section, Settings, Study, Table, TableName, resolve
 from . import KINDS
 
-__all__ = [
-    "STUDIES",
-    "Axis",
-    "AxisValue",
-    "axes_of",
-    "axis_names",
-    "axis_with",
-    "check_parts",
-    "is_seeded",
-]
-__all__ += ["load_parameters", "option_title", "seeded", "study_file", "value_title"]
+__all__ = ["STUDIES", "Axis", "AxisValue", "axes_of", "axis_names", "axis_with", "check_parts"]
+__all__ += ["is_seeded", "load_parameters", "option_title", "seeded", "study_file", "value_title"]
 
 STUDIES = ("threshold", "registration")
 FIXED = ("experiment", "metrics")  # settings that the study itself decides
@@ -52,16 +41,14 @@ class Part(Settings):
     seeds: int = 0
 
 
-@checked(frozen=True, config=KNOWN_KEYS)
-class _Axis:
+class _Axis(Section):
     metric: str
     option: str
     paper: AxisValue
     values: list[AxisValue]
 
 
-@checked(frozen=True, config=KNOWN_KEYS)
-class _File:
+class _File(Section):
     axes: dict[str, _Axis]
     trials: dict[TableName, Part]
 

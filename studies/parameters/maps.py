@@ -13,15 +13,14 @@ import numpy as np
 import pandas as pd
 import scipy
 from numpy.typing import NDArray
-from pydantic.dataclasses import dataclass
 
 from experiments.command import CommandError
-from experiments.config import CONFIG_DIR, KNOWN_KEYS, MetricName, read_yaml, split_override
+from experiments.config import CONFIG_DIR, MetricName, read_yaml, split_override
 from experiments.metrics import Column
 from experiments.tables import Trials
 
 from ..statistics import by_level, holm, order
-from ..study import Settings, Study, Table, TableName, resolve
+from ..study import Section, Settings, Study, Table, TableName, resolve
 from .axes import Axis, AxisValue, axis_names, axis_with
 
 __all__ = ["COLUMNS", "MAPS", "METHOD", "compare", "load_maps", "sentences", "to_markdown"]
@@ -43,8 +42,7 @@ METHOD = (
 )
 
 
-@dataclass(frozen=True, config=KNOWN_KEYS)
-class _Map:
+class _Map(Section):
     noise: Literal["sigma_t", "sigma_r_deg"]
     values: dict[str, list[AxisValue]]
     beside: list[MetricName]
@@ -52,8 +50,7 @@ class _Map:
     parts: dict[TableName, Settings]
 
 
-@dataclass(frozen=True, config=KNOWN_KEYS)
-class _File:
+class _File(Section):
     settings: Settings
     maps: dict[TableName, _Map]
 

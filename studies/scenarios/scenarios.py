@@ -9,22 +9,20 @@ from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field
-from pydantic.dataclasses import dataclass
 
 from experiments.command import ConfigError
-from experiments.config import CONFIG_DIR, KNOWN_KEYS, Sweep, read_yaml
+from experiments.config import CONFIG_DIR, Sweep, read_yaml
 
-from ..study import Settings, Study, Table, TableName, resolve, table_name
+from ..study import Section, Settings, Study, Table, TableName, resolve, table_name
 
 __all__ = ["BEYOND", "load_scenarios", "study_name"]
 
 BEYOND = CONFIG_DIR / "study" / "beyond.yaml"
 
 
-@dataclass(frozen=True, config=KNOWN_KEYS)
-class _File:
+class _File(Section):
     scenarios: Annotated[dict[TableName, Settings], Field(min_length=1)]
-    settings: Settings = Field(default_factory=Settings)
+    settings: Settings = Settings()
 
 
 def load_scenarios(path: Path = BEYOND, overrides: Sequence[str] = ()) -> Study:

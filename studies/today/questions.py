@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from pydantic import Field
-from pydantic.dataclasses import dataclass
 
-from experiments.config import CONFIG_DIR, KNOWN_KEYS, Sweep, read_yaml
+from experiments.config import CONFIG_DIR, Sweep, read_yaml
 from experiments.metrics import Column
 
-from ..study import Rates, Settings, Study, Table, TableName, at_rates, reject, resolve
+from ..study import Rates, Section, Settings, Study, Table, TableName, at_rates, reject, resolve
 
 __all__ = ["TODAY", "load_today"]
 
@@ -24,8 +23,7 @@ class Question(Settings):
     without: list[str] = Field([])
 
 
-@dataclass(frozen=True, config=KNOWN_KEYS)
-class _File:
+class _File(Section):
     settings: Settings
     questions: dict[TableName, Question]
 

@@ -113,7 +113,7 @@ def test_an_axis_of_no_kind_has_no_table(monkeypatch: pytest.MonkeyPatch) -> Non
     threshold = study_file("threshold")
     monkeypatch.setattr(
         "studies.parameters.axes.read_yaml",
-        lambda path, kind: kind({"rank_order": axis} if path == threshold else {}, {}),
+        lambda path, kind: kind(axes={"rank_order": axis} if path == threshold else {}, trials={}),
     )
     with pytest.raises(ConfigError, match="'rank_order' must have a name that starts with tas_, "):
         load_parameters("threshold")
