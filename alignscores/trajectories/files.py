@@ -138,7 +138,8 @@ def read_tum(path: FilePath, *, complete: bool = False) -> Trajectory:
     Raises
     ------
     FileError
-        Where the file cannot be read, a line is malformed, or stamps are not in seconds.
+        Where the file cannot be read, a line is malformed or holds no rotation, or stamps are in
+        another unit.
     ModuleNotFoundError
         Where evo is not installed.
 
@@ -173,27 +174,13 @@ def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
 
     Parameters
     ----------
-    path : path
-        The file. Blank lines and those that begin with # are left out.
-    complete : bool
-        Refuse poses that are not finite, as in a reference.
+    path, complete : path and bool
+        As in `read_tum`, with the same errors and the same warning.
 
     Returns
     -------
     Trajectory
         Time stamps in seconds and poses, in the order of the file.
-
-    Raises
-    ------
-    FileError
-        Where the file cannot be read, a line is malformed, or stamps are in another unit.
-    ModuleNotFoundError
-        Where evo is not installed.
-
-    Warns
-    -----
-    TrajectoryWarning
-        Where quaternions are far from unit length; they are normalised.
 
     Examples
     --------
@@ -222,23 +209,14 @@ def read_kitti(path: FilePath, *, complete: bool = False) -> Trajectory:
 
     Parameters
     ----------
-    path : path
-        The file.
-    complete : bool
-        Refuse poses that are not finite, as in a reference.
+    path, complete : path and bool
+        As in `read_tum`, with the same errors.
 
     Returns
     -------
     Trajectory
         Row numbers and poses. Matrices that are rotations up to rounding are replaced by the
         nearest rotation.
-
-    Raises
-    ------
-    FileError
-        Where the file cannot be read, or a line is malformed or holds no rotation.
-    ModuleNotFoundError
-        Where evo is not installed.
 
     Warns
     -----
@@ -270,7 +248,7 @@ def read_colmap(path: FilePath, *, complete: bool = False) -> Trajectory:
     path : path
         The model's folder, with text or binary files.
     complete : bool
-        Refuse poses that are not finite, as in a reference.
+        As in `read_tum`.
 
     Returns
     -------
@@ -330,10 +308,8 @@ def read_colmap_parts(path: FilePath) -> dict[str, Trajectory]:
 
     Raises
     ------
-    FileError
-        Where a model cannot be read, or holds no registered image.
-    ModuleNotFoundError
-        Where pycolmap is not installed.
+    FileError, ModuleNotFoundError
+        As in `read_colmap`.
 
     Examples
     --------
@@ -356,10 +332,8 @@ def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
 
     Parameters
     ----------
-    path : path
-        The file.
-    complete : bool
-        Refuse poses that are not finite, as in a reference.
+    path, complete : path and bool
+        As in `read_tum`.
 
     Returns
     -------
@@ -375,7 +349,7 @@ def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
     Warns
     -----
     TrajectoryWarning
-        Where matrices are far from rotations; the nearest ones take their places.
+        As in `read_kitti`.
 
     Examples
     --------
