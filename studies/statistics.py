@@ -132,16 +132,15 @@ def order_shares(
     return shares
 
 
-def trials_needed(probability: float, *, significance: float = 0.05, power: float = 0.8) -> float:
+def trials_needed(probability: float) -> float:
     """Return how many trials at each of two levels tell them apart, by their ranks alone.
+
+    They are those of a two-sided rank-sum test that errs at 5 % and finds the difference at 80 %.
 
     Parameters
     ----------
     probability : float
         That one trial of each comes in the right order; see `order`.
-    significance, power : float
-        Of the two-sided rank-sum test: how often it may err, and how often it must find the
-        difference.
 
     Returns
     -------
@@ -160,7 +159,7 @@ def trials_needed(probability: float, *, significance: float = 0.05, power: floa
     """
     if not probability > 0.5:
         return inf
-    reach = scipy.special.ndtri(1 - significance / 2) + scipy.special.ndtri(power)
+    reach = scipy.special.ndtri(1 - 0.05 / 2) + scipy.special.ndtri(0.8)
     return float(ceil(reach**2 / (6 * (probability - 0.5) ** 2)))
 
 

@@ -50,6 +50,7 @@ Floats = NDArray[np.float64]
 SAMPLE = 500  # cameras looked at, evenly spread
 HYPOTHESES = 300  # camera triplets that propose a rotation B
 NEAR_DEG = 10.0  # the largest threshold of the RAS: a smaller B is inaccuracy
+FRAME_STEPS = 10  # in which B and Q are fitted
 MIN_CAMERAS = 10  # fewer fit some rotation by chance
 MIN_RAS = 0.35  # smallest RAS under a convention that is reported
 SHIFTED_GAIN = 0.1, 0.5  # least gain in RAS, and share of 1 - RAS, if quaternions are reordered
@@ -60,9 +61,7 @@ SHIFTED_QUATERNIONS = (  # B where w first is read as w last, and the other way 
     np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]),
 )
 POSITIONS_GAIN = 3.0  # factor by which mirrored or inverted positions must fit better
-POSITIONS_MISFIT = (
-    0.15  # largest misfit of the mirrored positions, relative to the reference's extent
-)
+POSITIONS_MISFIT = 0.15  # largest one of the mirrored positions, relative to the reference's extent
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,9 +311,9 @@ def _frame_hypothesis(gt: Floats, est: Floats) -> Floats:
     return best
 
 
-def _refined_frame(gt: Floats, est: Floats, body: Floats, *, steps: int = 10) -> Floats:
+def _refined_frame(gt: Floats, est: Floats, body: Floats) -> Floats:
     """Fit B and Q in turn to the cameras that agree with them."""
-    for _ in range(steps):
+    for _ in range(FRAME_STEPS):
         world = tlud_mean(est @ body.T @ gt.transpose(0, 2, 1))
         frames = (world @ gt).transpose(0, 2, 1) @ est
         agree = rotation_angles(frames @ body.T) < NEAR_DEG

@@ -160,9 +160,7 @@ def axis_with(name: str, values: str | Sequence[object]) -> Axis:
     known = {key: entry for study in STUDIES for key, entry in _read(study).axes.items()}
     if name not in known:
         raise ConfigError(f"unknown axis {name!r}; the axes are {', '.join(known)}")
-    if isinstance(values, str):
-        values = _list(name, values)
-    return _checked(_axis(name, known[name], values))
+    return _with(name, known[name], values)
 
 
 def axes_of(name: str, metrics: Sequence[str]) -> list[Axis]:
@@ -284,8 +282,14 @@ def _override(
                 f"unknown setting {key!r}; the axes of this study are {', '.join(entries)}; the "
                 f"settings are {', '.join(known)}"
             )
-    axes = [axis_with(name, values.get(name, entry.values)) for name, entry in entries.items()]
+    axes = [_with(name, entry, values.get(name, entry.values)) for name, entry in entries.items()]
     return axes, settings
+
+
+def _with(name: str, entry: _Axis, values: str | Sequence[object]) -> Axis:
+    if isinstance(values, str):
+        values = _list(name, values)
+    return _checked(_axis(name, entry, values))
 
 
 def _list(name: str, text: str) -> list[str]:
