@@ -35,15 +35,7 @@ localrules:  # seconds each: not worth a job
     frame_rate,
     today,
     figure,
-    table1,
-    order,
     verdicts,
-    parameters_threshold,
-    parameters_registration,
-    maps,
-    scenarios,
-    frame_rates,
-    orders_today,
     own_frame_rates,
     explorer,
     report,
@@ -57,8 +49,8 @@ rule figures:
     default_target: True
     input:
         expand(FIGURE, figure=PAPER_FIGURES, ext=["pdf", "png"]),
-        TABLE1,
-        ORDER,
+        made("table1"),
+        made("order"),
 
 
 rule claims:
@@ -68,33 +60,33 @@ rule claims:
 
 rule threshold_study:
     input:
-        study_tables("threshold"),
-        THRESHOLD_MAPS,
+        made("threshold"),
+        made("threshold_maps"),
         expand(FIGURE, figure=["threshold_study", "threshold_maps"], ext=["pdf", "png"]),
 
 
 rule registration_study:
     input:
-        study_tables("registration"),
+        made("registration"),
         expand(FIGURE, figure="registration_study", ext=["pdf", "png"]),
 
 
 rule beyond:
     input:
-        SCENARIO_FINDINGS,
+        made("scenarios"),
         expand(FIGURE, figure=[SCENARIO_STUDY, "paths"], ext=["pdf", "png"]),
 
 
 rule frame_rate:
     input:
-        FRAME_RATES,
+        made("frame_rate"),
         OWN_FRAME_RATES if "trajectories" in config else [],
         expand(FIGURE, figure="frame_rate", ext=["pdf", "png"]),
 
 
 rule today:
     input:
-        ORDERS_TODAY,
+        made("today"),
         expand(FIGURE, figure="today", ext=["pdf", "png"]),
 
 

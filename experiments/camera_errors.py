@@ -30,7 +30,7 @@ from .run import read_sweeps
 from .sweep import draw_scene, one_blas_thread, trial_seeds
 from .tables import TableError, read_record, write_recorded
 
-__all__ = ["FIRST", "CameraErrors", "main", "measure", "read_camera_errors"]
+__all__ = ["FIRST", "CameraErrors", "errors_of_scores", "main", "measure", "read_camera_errors"]
 
 Floats = NDArray[np.float64]
 Arrays = list[NDArray[Any]]
@@ -94,7 +94,7 @@ def measure(sweeps: Sequence[Sweep], execution: Execution) -> list[CameraErrors]
         Where no metric of a sweep is a score, or the backend cannot be reached.
     """
     firsts = [replace(sweep, trials=min(sweep.trials, FIRST)) for sweep in sweeps]
-    tasks = [(sweep, cell, *_wanted(sweep)) for sweep in firsts for cell in cells(sweep)]
+    tasks = [(sweep, cell, *errors_of_scores(sweep)) for sweep in firsts for cell in cells(sweep)]
     with one_blas_thread(), executor(execution) as parallel:
         found: Iterator[Arrays] = parallel(delayed(_measure_cell)(*task) for task in tasks)
         errors = []
@@ -104,8 +104,21 @@ def measure(sweeps: Sequence[Sweep], execution: Execution) -> list[CameraErrors]
         return errors
 
 
-def _wanted(sweep: Sweep) -> tuple[bool, bool]:
-    """Tell whether position errors and rotation errors are those of a score of the sweep."""
+def errors_of_scores(sweep: Sweep) -> tuple[bool, bool]:
+    """Tell whether position errors and rotation errors are those of a score of the sweep.
+
+    Raises
+    ------
+    ConfigError
+        Where no metric is a score.
+
+    Examples
+    --------
+    >>> from experiments.camera_errors import errors_of_scores
+    >>> from experiments.config import load_sweep
+    >>> errors_of_scores(load_sweep(["metrics=[ATE,RAS]"]))
+    (False, True)
+    """
     names = {Column.parse(metric).name for metric in sweep.metrics}
     wanted = bool(names & POSITIONS), bool(names & ROTATIONS)
     if not any(wanted):

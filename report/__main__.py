@@ -13,7 +13,7 @@ from .page import render
 
 __all__ = ["main"]
 
-FILES = {  # what the page is made of: one file, or several
+FILES = {  # what the page is made of, by the names that the inputs have in the workflow
     "verdicts": (None, "CSV", "the verdicts on the claims"),
     "readings": (None, "CSV", "the verdicts under other readings"),
     "table1": (None, "CSV", "Table 1"),
@@ -22,19 +22,19 @@ FILES = {  # what the page is made of: one file, or several
     "experiments": ("+", "JSON", "records of the experiments' trials"),
     "replicates": ("+", "JSON", "records of the replicate studies"),
     "thresholds": ("+", "CSV", "the tables of the threshold study"),
-    "threshold-times": (None, "CSV", "its run times"),
-    "threshold-parts": ("+", "JSON", "records of its trials"),
+    "threshold_times": (None, "CSV", "its run times"),
+    "threshold_parts": ("+", "JSON", "records of its trials"),
     "registrations": (None, "CSV", "the table of the registration study"),
-    "registration-times": (None, "CSV", "its run times"),
-    "registration-parts": ("+", "JSON", "records of its trials"),
+    "registration_times": (None, "CSV", "its run times"),
+    "registration_parts": ("+", "JSON", "records of its trials"),
     "findings": (None, "CSV", "what the scenarios show"),
     "scenarios": ("+", "JSON", "records of the scenarios' trials"),
     "maps": (None, "CSV", "the maps of the threshold study"),
-    "maps-parts": ("+", "JSON", "records of its trials"),
-    "frame-rates": (None, "CSV", "what the frame rate does"),
-    "frame-rates-parts": ("+", "JSON", "records of its trials"),
+    "maps_parts": ("+", "JSON", "records of its trials"),
+    "frame_rates": (None, "CSV", "what the frame rate does"),
+    "frame_rates_parts": ("+", "JSON", "records of its trials"),
     "today": (None, "CSV", "what today's protocols order"),
-    "today-parts": ("+", "JSON", "records of its trials"),
+    "today_parts": ("+", "JSON", "records of its trials"),
 }
 
 

@@ -17,25 +17,32 @@ SHOWN = [SCENARIO_STUDY if name == "beyond" else name for name in FIGURES]
 
 def measured(wildcards):
     """Where Snakemake writes what it measured of the jobs that made the inputs."""
-    tables = [rules.table1, rules.order, rules.verdicts, rules.scenarios, rules.maps]
-    tables += [rules.frame_rates, rules.orders_today, rules.camera_errors]
-    tables += [getattr(rules, f"parameters_{name}") for name in STUDIES]
     return [
         *(
             path
             for folder in FOLDERS
             for path in expand(rules.trials.benchmark, folder=folder, table=study(folder).tables)
         ),
-        *(rule.benchmark for rule in tables),
+        *(rule.benchmark for rule in (rules.verdicts, rules.camera_errors)),
+        *(RESULTS / "benchmarks" / "tables" / f"{made(name)[-1].stem}.tsv" for name in FINDINGS),
         *expand(rules.run_times.benchmark, study=STUDIES),
         *expand(rules.figure.benchmark, figure=SHOWN),
     ]
 
 
+def as_options(wildcards, input):
+    """The inputs that have a name, as options of `python -m report`."""
+    named = {name: [files] if isinstance(files, str) else files for name, files in input.items()}
+    return [word for name, files in named.items() for word in (f"--{name}", *files)]
+
+
 @cache
 def all_experiments():
-    """The settings of the paper's experiments as those of one table."""
-    return Table(tuple(sweep for name in EXPERIMENTS for sweep in resolved("trials", name).sweeps))
+    """The settings of the paper's experiments as those of one table; each has scores."""
+    sweeps = [sweep for name in EXPERIMENTS for sweep in resolved("trials", name).sweeps]
+    for sweep in sweeps:
+        or_end(errors_of_scores, sweep)
+    return Table(tuple(sweeps))
 
 
 rule camera_errors:
@@ -84,29 +91,30 @@ rule report:
         [study_file(name) for name in STUDIES],
         verdicts=VERDICTS[0],
         readings=VERDICTS[1],
-        table1=TABLE1[0],
-        order=ORDER[0],
+        table1=made("table1")[0],
+        order=made("order")[0],
         figures=expand(RESULTS / "figures" / "{figure}.png", figure=SHOWN),
         experiments=lambda wildcards: tables("trials")["records"],
         replicates=lambda wildcards: tables("replicates")["records"],
-        thresholds=study_tables("threshold")[:-1],
+        thresholds=made("threshold")[:-1],
         threshold_times=expand(RUN_TIMES, study="threshold"),
         threshold_parts=lambda wildcards: tables("trials/threshold_study")["records"],
-        registrations=study_tables("registration")[:-1],
+        registrations=made("registration")[:-1],
         registration_times=expand(RUN_TIMES, study="registration"),
         registration_parts=lambda wildcards: tables("trials/registration_study")["records"],
-        findings=SCENARIO_FINDINGS,
+        findings=made("scenarios"),
         scenarios=lambda wildcards: tables(f"trials/{SCENARIO_STUDY}")["records"],
-        maps=THRESHOLD_MAPS[0],
+        maps=made("threshold_maps")[0],
         maps_parts=lambda wildcards: tables("trials/threshold_maps")["records"],
-        frame_rates=FRAME_RATES[0],
+        frame_rates=made("frame_rate")[0],
         frame_rates_parts=lambda wildcards: tables("trials/frame_rate")["records"],
-        today=ORDERS_TODAY[0],
+        today=made("today")[0],
         today_parts=lambda wildcards: tables("trials/today")["records"],
     output:
         RESULTS / "report.html",
     params:
         flags="",
+        files=as_options,
         benchmarks=measured,
         settings=GIVEN,
     log:
@@ -114,17 +122,7 @@ rule report:
     benchmark:
         RESULTS / "benchmarks" / "report.tsv"
     shell:
-        "{sys.executable:q} -m report {params.flags}"
-        " --verdicts {input.verdicts:q} --readings {input.readings:q} --table1 {input.table1:q} --order {input.order:q} --figures {input.figures:q}"
-        " --experiments {input.experiments:q} --replicates {input.replicates:q}"
-        " --thresholds {input.thresholds:q} --threshold-times {input.threshold_times:q}"
-        " --threshold-parts {input.threshold_parts:q}"
-        " --registrations {input.registrations:q} --registration-times {input.registration_times:q}"
-        " --registration-parts {input.registration_parts:q}"
-        " --findings {input.findings:q} --scenarios {input.scenarios:q}"
-        " --maps {input.maps:q} --maps-parts {input.maps_parts:q}"
-        " --frame-rates {input.frame_rates:q} --frame-rates-parts {input.frame_rates_parts:q}"
-        " --today {input.today:q} --today-parts {input.today_parts:q}"
+        "{sys.executable:q} -m report {params.flags} {params.files:q}"
         " --benchmarks {params.benchmarks:q} --settings {params.settings:q} --output {output:q}"
         " > {log:q} 2>&1"
 
@@ -144,6 +142,7 @@ use rule report as article_page with:
         ARTICLE[0],
     params:
         flags="--article",
+        files=as_options,
         benchmarks=measured,
         settings=GIVEN,
     log:

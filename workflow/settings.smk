@@ -2,6 +2,7 @@
 from functools import cache, partial
 from pathlib import Path
 
+from experiments.camera_errors import errors_of_scores
 from experiments.command import ConfigError
 from experiments.config import EXECUTION, load, to_overrides
 from experiments.grid import cells
@@ -9,13 +10,13 @@ from figures import FIGURES, PAPER_FIGURES
 from report.pdf import browser
 from studies.claims.claims import CLAIMS_FILE, load_claims
 from studies.claims.plan import load_replicates
-from studies.frame_rate.rates import FRAME_RATE, load_frame_rate
+from studies.frame_rate.rates import load_frame_rate
 from studies.order import load_halves
 from studies.parameters.maps import MAPS, load_maps
 from studies.parameters.axes import STUDIES, axis_names, load_parameters, study_file
 from studies.scenarios.scenarios import BEYOND, load_scenarios, study_name
 from studies.study import Table, load_experiments
-from studies.today.questions import TODAY, load_today
+from studies.today.questions import load_today
 
 
 def or_end(resolve, *arguments):

@@ -1,49 +1,58 @@
 # What is asked of the trials: tables of findings.
-TABLE1 = [RESULTS / "tables" / f"method_comparison.{ext}" for ext in ("csv", "md")]
-ORDER = [RESULTS / "tables" / f"order.{ext}" for ext in ("csv", "md")]
 VERDICTS = [RESULTS / "claims.csv", RESULTS / "tables" / "readings.csv"]
-SCENARIO_FINDINGS = RESULTS / "tables" / f"{SCENARIO_STUDY}.csv"
-FRAME_RATES = [RESULTS / "tables" / f"frame_rate.{ext}" for ext in ("csv", "md")]
-THRESHOLD_MAPS = [RESULTS / "tables" / f"threshold_maps.{ext}" for ext in ("csv", "md")]
 OWN_FRAME_RATES = RESULTS / "tables" / "frame_rate_trajectories.csv"
-ORDERS_TODAY = [RESULTS / "tables" / f"today.{ext}" for ext in ("csv", "md")]
 RUN_TIMES = RESULTS / "tables" / "{study}_study_time.csv"
 
 
-def study_tables(name):
-    """The tables of a parameter study, and what they say in sentences."""
-    tables = [RESULTS / f"{table}.csv" for table in FIGURES[f"{name}_study"]]
-    return [*tables, RESULTS / "tables" / f"{name}_study.md"]
+def with_sentences(name):
+    """The tables of a study, as its figure names them if it has one; and what they say in words."""
+    tables = FIGURES.get(name, [f"tables/{name}"])
+    return [*(RESULTS / f"{table}.csv" for table in tables), RESULTS / "tables" / f"{name}.md"]
 
 
-rule table1:
-    input:
-        TRIAL_CODE,
-        STUDY_CODE,
-        unpack(lambda wildcards: tables("trials")),
-    output:
-        TABLE1,
-    log:
-        RESULTS / "logs" / "tables" / "table1.log",
-    benchmark:
-        RESULTS / "benchmarks" / "tables" / "table1.tsv"
-    shell:
-        "{sys.executable:q} -m studies table1 {input.trials:q} --output {output:q} > {log:q} 2>&1"
+# By the names of `python -m studies`: the folders of the trials, what is made, the file that says how.
+FINDINGS = {
+    "table1": (["trials"], with_sentences("method_comparison"), []),
+    "order": (["trials", "trials/halves"], with_sentences("order"), []),
+    **{
+        name: ([f"trials/{name}_study"], with_sentences(f"{name}_study"), study_file(name))
+        for name in STUDIES
+    },
+    "threshold_maps": (["trials/threshold_maps"], with_sentences("threshold_maps"), MAPS),
+    "scenarios": ([f"trials/{SCENARIO_STUDY}"], [RESULTS / "tables" / f"{SCENARIO_STUDY}.csv"], []),
+    "frame_rate": (["trials/frame_rate"], with_sentences("frame_rate"), []),
+    "today": (["trials/today"], with_sentences("today"), []),
+}
 
 
-rule order:
-    input:
-        TRIAL_CODE,
-        STUDY_CODE,
-        unpack(lambda wildcards: tables("trials", "trials/halves")),
-    output:
-        ORDER,
-    log:
-        RESULTS / "logs" / "tables" / "order.log",
-    benchmark:
-        RESULTS / "benchmarks" / "tables" / "order.tsv"
-    shell:
-        "{sys.executable:q} -m studies order {input.trials:q} --output {output:q} > {log:q} 2>&1"
+def made(name):
+    """The files with the findings of a study."""
+    return FINDINGS[name][1]
+
+
+for name, (folders, files, how) in FINDINGS.items():
+
+    rule:
+        name:
+            f"findings_{name}"
+        input:
+            STUDY_CODE,
+            how,
+            unpack(lambda wildcards, folders=folders: tables(*folders)),
+            times=expand(RUN_TIMES, study=name) if name in STUDIES else [],
+        output:
+            files,
+        localrule: True
+        params:
+            name=name,
+            times=lambda wildcards, input: ["--times", *input.times] if input.times else [],
+        log:
+            RESULTS / "logs" / "tables" / f"{files[-1].stem}.log",
+        benchmark:
+            RESULTS / "benchmarks" / "tables" / f"{files[-1].stem}.tsv"
+        shell:
+            "{sys.executable:q} -m studies {params.name} {input.trials:q} {params.times:q}"
+            " --output {output:q} > {log:q} 2>&1"
 
 
 rule verdicts:
@@ -82,89 +91,6 @@ rule run_times:
     shell:
         "{sys.executable:q} -m studies {wildcards.study}_time {input.trials:q} --output {output:q}"
         " > {log:q} 2>&1"
-
-
-for name in STUDIES:
-
-    rule:
-        name:
-            f"parameters_{name}"
-        input:
-            STUDY_CODE,
-            unpack(lambda wildcards, name=name: tables(f"trials/{name}_study")),
-            file=study_file(name),
-            times=expand(RUN_TIMES, study=name),
-        output:
-            study_tables(name),
-        params:
-            study=name,
-        log:
-            RESULTS / "logs" / "tables" / f"{name}_study.log",
-        benchmark:
-            RESULTS / "benchmarks" / "tables" / f"{name}_study.tsv"
-        shell:
-            "{sys.executable:q} -m studies {params.study} {input.trials:q}"
-            " --times {input.times:q} --output {output:q} > {log:q} 2>&1"
-
-
-rule scenarios:
-    input:
-        STUDY_CODE,
-        unpack(lambda wildcards: tables(f"trials/{SCENARIO_STUDY}")),
-    output:
-        SCENARIO_FINDINGS,
-    log:
-        RESULTS / "logs" / "tables" / f"{SCENARIO_STUDY}.log",
-    benchmark:
-        RESULTS / "benchmarks" / "tables" / f"{SCENARIO_STUDY}.tsv"
-    shell:
-        "{sys.executable:q} -m studies scenarios {input.trials:q} --output {output:q} > {log:q} 2>&1"
-
-
-rule maps:
-    input:
-        STUDY_CODE,
-        unpack(lambda wildcards: tables("trials/threshold_maps")),
-        file=MAPS,
-    output:
-        THRESHOLD_MAPS,
-    log:
-        RESULTS / "logs" / "tables" / "threshold_maps.log",
-    benchmark:
-        RESULTS / "benchmarks" / "tables" / "threshold_maps.tsv"
-    shell:
-        "{sys.executable:q} -m studies threshold_maps {input.trials:q} --output {output:q}"
-        " > {log:q} 2>&1"
-
-
-rule frame_rates:
-    input:
-        STUDY_CODE,
-        unpack(lambda wildcards: tables("trials/frame_rate")),
-        file=FRAME_RATE,
-    output:
-        FRAME_RATES,
-    log:
-        RESULTS / "logs" / "tables" / "frame_rate.log",
-    benchmark:
-        RESULTS / "benchmarks" / "tables" / "frame_rate.tsv"
-    shell:
-        "{sys.executable:q} -m studies frame_rate {input.trials:q} --output {output:q} > {log:q} 2>&1"
-
-
-rule orders_today:
-    input:
-        STUDY_CODE,
-        unpack(lambda wildcards: tables("trials/today")),
-        file=TODAY,
-    output:
-        ORDERS_TODAY,
-    log:
-        RESULTS / "logs" / "tables" / "today.log",
-    benchmark:
-        RESULTS / "benchmarks" / "tables" / "today.tsv"
-    shell:
-        "{sys.executable:q} -m studies today {input.trials:q} --output {output:q} > {log:q} 2>&1"
 
 
 rule own_frame_rates:

@@ -158,12 +158,12 @@ def write_results(results, studies):
             settings = SWEEPS.dump_python(sweeps, mode="json", exclude_defaults=True)
             record = json.dumps({"sweeps": settings, **ORIGIN})
             results.write(option, f"{folder}/{name}.json", record)
-    write_thresholds(results, sweeps_of(studies["threshold-parts"]))
-    write_registrations(results, sweeps_of(studies["registration-parts"]))
+    write_thresholds(results, sweeps_of(studies["threshold_parts"]))
+    write_registrations(results, sweeps_of(studies["registration_parts"]))
     write_findings(results, studies["scenarios"])
     write_maps(results)
     write_frame_rates(results)
-    write_today(results, studies["today-parts"])
+    write_today(results, studies["today_parts"])
     for number in range(REPLICATES):
         benchmark = f"s\th:m:s\tcpu_time\tmax_rss\n{50 + number}.0\t0:00\t-\t100.4\n"
         results.write("benchmarks", f"benchmarks/replicates/{number}.tsv", benchmark)
@@ -280,7 +280,7 @@ def write_times(results, name, axes, cameras):
         for rank, value in enumerate(axis.values)
     ]
     times = pd.DataFrame(rows, columns=columns)
-    results.write(f"{name}-times", f"tables/{name}_study_time.csv", times)
+    results.write(f"{name}_times", f"tables/{name}_study_time.csv", times)
 
 
 def write_findings(results, study):
@@ -326,7 +326,7 @@ def write_maps(results):
 def write_frame_rates(results):
     values = {"dependence": [40, 60], "order": [90, 92], "order_across": [56, 58]}
     table = pd.DataFrame({"scenario": ["car", "orbit"], "metric": "TAS", **values})
-    results.write("frame-rates", "tables/frame_rate.csv", table.reindex(columns=[*RATES, *ORDERS]))
+    results.write("frame_rates", "tables/frame_rate.csv", table.reindex(columns=[*RATES, *ORDERS]))
 
 
 def write_today(results, study):
@@ -360,11 +360,11 @@ def studies():
     return {
         "experiments": load_experiments(),
         "replicates": load_replicates(load_claims(REPLICATES)),
-        **{f"{name}-parts": load_parameters(name) for name in STUDIES},
+        **{f"{name}_parts": load_parameters(name) for name in STUDIES},
         "scenarios": load_scenarios(),
-        "maps-parts": load_maps(),
-        "frame-rates-parts": load_frame_rate(),
-        "today-parts": load_today(),
+        "maps_parts": load_maps(),
+        "frame_rates_parts": load_frame_rate(),
+        "today_parts": load_today(),
     }
 
 

@@ -31,7 +31,7 @@ def test_every_value_of_every_choice_stands_there_and_the_papers_is_marked(page,
     section = page.id("thresholds")
     (table,) = [t for t in page.within(section, "table") if "values" in t.get("class")]
     rows = [row for row in page.within(table, "tr") if list(page.within(row, "td"))]
-    axes = axes_of("threshold", studies["threshold-parts"].tables["length"].sweeps[0].metrics)
+    axes = axes_of("threshold", studies["threshold_parts"].tables["length"].sweeps[0].metrics)
     values = [(value == axis.paper, value) for axis in axes for value in axis.values]
     assert len(rows) == len(values) == 45
     for row, (is_paper, value) in zip(rows, values, strict=True):
@@ -81,7 +81,7 @@ def test_costs_and_gains_are_told(page):
 
 
 def test_registrations_are_compared_and_their_meanings_told_apart(page, studies):
-    parts = [table.sweeps[0] for table in studies["registration-parts"].tables.values()]
+    parts = [table.sweeps[0] for table in studies["registration_parts"].tables.values()]
     seeded = [sweep for sweep in parts if "TAS(seed=9)" in sweep.metrics]
     n = sum(len(sweep.n_outliers) * len(sweep.sigma_t) for sweep in seeded)
     without = sum(len(sweep.sigma_t) for sweep in seeded)
@@ -121,7 +121,7 @@ def test_a_score_that_is_lower_is_told_with_a_true_minus(results):
 def test_registrations_without_inputs_of_several_seeds(make_results):
     study = load_parameters("registration")
     unseeded = {name: study.tables[name] for name in ("outliers", "collinear")}
-    results = make_results({"registration-parts": replace(study, tables=unseeded)})
+    results = make_results({"registration_parts": replace(study, tables=unseeded)})
     section = results.page().id("registrations").text
     assert "The score is higher and does not compare" in section
     assert "scatters" not in section
@@ -181,7 +181,7 @@ def test_own_values_and_scenarios_are_shown(make_results, tmp_path):
     (tmp_path / "mine.yaml").write_text(OWN)
     parts = load_parameters("threshold", ["tas_quantile=[0.5,0.9]"])
     mine = load_scenarios(tmp_path / "mine.yaml")
-    page = make_results({"threshold-parts": parts, "scenarios": mine}).page()
+    page = make_results({"threshold_parts": parts, "scenarios": mine}).page()
     row = row_of(page, "thresholds", "TAS: quantile that is d", "trades")
     assert page.cells(row)[0] == "0.75 against 0.5, 0.9"
     assert "geometry" not in page.id("beyond").text

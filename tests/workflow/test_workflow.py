@@ -13,6 +13,7 @@ import pytest
 
 from figures import FIGURES, PAPER_FIGURES
 from report.pdf import browser
+from studies.__main__ import QUESTIONS
 from studies.frame_rate.rates import load_frame_rate
 from studies.order import load_halves
 from studies.parameters.axes import STUDIES, load_parameters
@@ -32,29 +33,32 @@ TRIALS |= {f"{name}_study": len(load_parameters(name).tables) for name in STUDIE
 TRIALS["threshold_study"] += len(load_maps().tables)
 
 
+def found(*names: str) -> dict[str, int]:
+    return {f"findings_{name}": 1 for name in names}
+
+
 def test_everything_is_made_once(snakemake: Snakemake) -> None:
     done = snakemake("report", "article", "figures", "--dry-run", "--config", "replicates=2")
     assert done.planned == {
         "trials": sum(TRIALS.values()),
         "figure": len(FIGURES),
-        **dict.fromkeys(("table1", "order", "verdicts", "scenarios", "report", "figures"), 1),
-        **dict.fromkeys(("maps", "frame_rates", "orders_today"), 1),
+        **dict.fromkeys(("verdicts", "report", "figures"), 1),
+        **found(*(name for name in QUESTIONS if name != "claims" and "_time" not in name)),
         **dict.fromkeys(("camera_errors", "explorer"), 1),
         **dict.fromkeys(("article", "article_page", *(["article_pdf"] if browser() else [])), 1),
         "run_times": len(STUDIES),
-        **{f"parameters_{name}": 1 for name in STUDIES},
     }
 
 
 @pytest.mark.parametrize(
     ("target", "jobs"),
     [
-        ("figures", {"figure": len(PAPER_FIGURES), "table1": 1, "order": 1}),
-        ("beyond", {"figure": 2, "scenarios": 1}),
-        ("threshold_study", {"run_times": 1, "figure": 2, "parameters_threshold": 1, "maps": 1}),
-        ("frame_rate", {"frame_rates": 1, "figure": 1}),
-        ("today", {"figure": 1, "orders_today": 1}),
-        ("registration_study", {"run_times": 1, "figure": 1, "parameters_registration": 1}),
+        ("figures", {"figure": len(PAPER_FIGURES), **found("table1", "order")}),
+        ("beyond", {"figure": 2, **found("scenarios")}),
+        ("threshold_study", {"run_times": 1, "figure": 2, **found("threshold", "threshold_maps")}),
+        ("frame_rate", {"figure": 1, **found("frame_rate")}),
+        ("today", {"figure": 1, **found("today")}),
+        ("registration_study", {"run_times": 1, "figure": 1, **found("registration")}),
     ],
 )
 def test_a_target_needs_its_own_trials_and_no_others(
@@ -75,7 +79,10 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
     assert "mem_mb=1000" in needs["trials"]
     assert "threads: " not in done.text  # named where more than one
     (block,) = re.findall(r"^localrules:.*\n((?:    \w+,\n)+)", SNAKEFILE.read_text(), re.MULTILINE)
-    assert {rule for rule, _ in done.jobs} - set(re.findall(r"\w+", block)) == set(needs)
+    others = {rule for rule, _ in done.jobs} - set(re.findall(r"\w+", block))
+    assert {rule for rule in others if not rule.startswith("findings_")} == set(needs)
+    findings = (ROOT / "workflow" / "studies.smk").read_text().partition('f"findings_{name}"')[2]
+    assert "localrule: True" in findings.partition("shell:")[0]
 
 
 @pytest.mark.parametrize(
@@ -86,6 +93,7 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
         ("figures", ["n_outliers=[11]"], "'n_outliers'"),
         ("claims", ["replicates=1"], "'replicates'"),
         ("claims", ["metrics=[TAS]"], "'metrics'"),
+        ("explorer", ["metrics=[ATE]"], "'metrics' has none of TAS, RAS and PAS"),
         ("threshold_study", ["tas_max_threshold=[-1]"], "max_threshold should be greater than 0"),
         ("frame_rate", ["every=3"], "'every'"),
         ("beyond", ["scenarios=missing.yaml"], "No such file"),
@@ -158,7 +166,7 @@ TARGETS = (
     "results/replicates/7.csv",  # the first four are also judged under other readings: longer
     "results/tables/registration_study.md",
 )
-ANALYSIS = {"figure": 2, "parameters_registration": 1}
+ANALYSIS = {"figure": 2, **found("registration")}
 EDITS = [  # files of the project, with the jobs that an edit of them makes run again
     (("alignscores/trajectories/files.py", "report/page.py"), {}),
     (("alignscores/cli/plots.py",), {"figure": 2}),  # which has what the histogram draws
@@ -262,7 +270,7 @@ def test_a_study_of_ones_own_runs_and_reruns_what_changed(
 
     file.write_text(OWN.replace("outliers: cluster", "outliers: frozen"))
     done = snakemake("beyond", "--dry-run", *arguments)
-    assert done.planned == {"trials": 1, "scenarios": 1, "figure": 1, "beyond": 1}
+    assert done.planned == {"trials": 1, "figure": 1, "beyond": 1, **found("scenarios")}
     assert "output: results/trials/beyond_mine/wrong_merge.csv" in done.text
 
     more = ["replicates=2", "tas_quantile=[0.5]"]
