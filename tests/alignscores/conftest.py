@@ -104,6 +104,22 @@ def noisy_rotations():
 
 
 @pytest.fixture
+def command(capsys):
+    """(arguments) -> exit code, stdout, stderr of the command line."""
+    from alignscores.cli import main  # not where the kernel of a wheel is tested
+
+    def command(*arguments):
+        try:
+            code = main(list(map(str, arguments)))
+        except SystemExit as stop:
+            code = stop.code
+        printed = capsys.readouterr()
+        return code, printed.out, printed.err
+
+    return command
+
+
+@pytest.fixture
 def write(tmp_path):
     """(lines or content, name) -> path of a file with them."""
 

@@ -1,4 +1,4 @@
-"""DTE and DRE: reference values, invariances, winsorising, degenerate and malformed input."""
+"""DTE and DRE: reference values, invariances, winsorising, degenerate input."""
 
 from collections.abc import Callable
 from typing import Any
@@ -200,56 +200,7 @@ def test_cameras_absurdly_far_away(scene: Scene, value: float) -> None:
     assert dte(gt, est) == pytest.approx(dte(gt, nearer), rel=1e-6)
 
 
-def test_homogeneous_poses(scene: Scene) -> None:
-    gt, est = scene(10, 1, 0.1, 5, 0)
-    last = np.tile([[[0.0, 0, 0, 1]]], (10, 1, 1))
-    full = [np.concatenate([p, last], axis=1) for p in (gt, est)]
-    assert dte(*full) == dte(gt, est)
-
-
-GOOD = np.concatenate([np.tile(np.eye(3), (4, 1, 1)), np.arange(12.0).reshape(4, 3, 1)], axis=2)
-
-
-def bad_entry(row: int, column: int, value: float) -> Floats:
-    broken = GOOD.copy()
-    broken[row, 1, column] = value
-    return broken
-
-
-@pytest.mark.parametrize(
-    ("gt", "est", "message"),
-    [
-        (bad_entry(2, 3, np.nan), GOOD, r"gt_poses\[2\] is not finite"),
-        (bad_entry(1, 0, np.inf), GOOD, r"gt_poses\[1\] is not finite"),
-        (GOOD, bad_entry(3, 3, np.inf), r"est_poses\[3\] is not finite"),
-        (GOOD, bad_entry(3, 1, -1.0), r"est_poses\[3\] is not a rotation: its determinant"),
-        (bad_entry(0, 1, 1.1), GOOD, r"gt_poses\[0\] is not a rotation: R\^T R"),
-        (GOOD, GOOD[:3], "gt_poses has 4 cameras but est_poses has 3"),
-        (GOOD[:, :, :3], GOOD, r"gt_poses must have shape \(n, 4, 4\) or \(n, 3, 4\)"),
-        (GOOD[:0], GOOD[:0], "gt_poses has no cameras"),
-    ],
-)
-def test_malformed_poses(gt: Floats, est: Floats, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        dte(gt, est)
-
-
 @pytest.mark.parametrize("k", [0, -1.0, np.nan, np.inf, True, "5"])
 def test_malformed_k(k: Any) -> None:
     with pytest.raises(ValueError, match="k must be a positive finite number"):
-        dte(GOOD, GOOD, k=k)
-
-
-@pytest.mark.parametrize(
-    ("gt", "est", "message"),
-    [
-        (bad_entry(2, 0, np.nan), GOOD, r"gt_rotations\[2\] is not finite"),
-        (GOOD, bad_entry(3, 0, np.nan), r"est_rotations\[3\] is not finite"),
-        (GOOD, bad_entry(1, 1, -1.0), r"est_rotations\[1\] is not a rotation: its determinant"),
-        (GOOD, GOOD[:2], "gt_rotations has 4 cameras but est_rotations has 2"),
-        (GOOD[0], GOOD[0], r"gt_rotations must have shape \(n, 3, 3\)"),
-    ],
-)
-def test_malformed_rotations(gt: Floats, est: Floats, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        dre(gt[..., :3], est[..., :3])
+        dte(np.tile(np.eye(4), (4, 1, 1)), np.tile(np.eye(4), (4, 1, 1)), k=k)

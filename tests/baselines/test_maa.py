@@ -1,4 +1,4 @@
-"""mAA: against a loop over pairs with atan2, options, undefined pairs, malformed input."""
+"""mAA: against a loop over pairs with atan2, options, undefined pairs."""
 
 import tracemalloc
 from collections.abc import Callable
@@ -297,13 +297,6 @@ def test_cameras_absurdly_far_away(scene: Scene, value: float) -> None:
     assert maa(gt, est, max_threshold_deg=90) == pytest.approx(slow_maa(gt, nearer, 90), abs=1e-12)
 
 
-def test_homogeneous_poses(scene: Scene) -> None:
-    gt, est = scene(10, 1, 0.1, 5, 0)
-    last = np.tile([[[0.0, 0, 0, 1]]], (10, 1, 1))
-    full = [np.concatenate([p, last], axis=1) for p in (gt, est)]
-    assert maa(*full) == maa(gt, est)
-
-
 def test_camera_that_was_not_estimated_hides_no_malformed_one() -> None:
     """The last row of a pose is checked also where another pose is not finite."""
     gt = np.tile(np.eye(4), (4, 1, 1))
@@ -311,33 +304,6 @@ def test_camera_that_was_not_estimated_hides_no_malformed_one() -> None:
     est[0] = np.nan
     est[2, 3] = [0, 0, 5, 1]
     with pytest.raises(ValueError, match=r"est_poses\[2\] has the last row"):
-        maa(gt, est)
-
-
-GOOD = np.concatenate([np.tile(np.eye(3), (4, 1, 1)), np.arange(12.0).reshape(4, 3, 1)], axis=2)
-
-
-def bad_entry(row: int, column: int, value: float) -> Floats:
-    broken = GOOD.copy()
-    broken[row, 1, column] = value
-    return broken
-
-
-@pytest.mark.parametrize(
-    ("gt", "est", "message"),
-    [
-        (bad_entry(2, 3, np.nan), GOOD, r"gt_poses\[2\] is not finite"),
-        (bad_entry(1, 0, np.inf), GOOD, r"gt_poses\[1\] is not finite"),
-        (GOOD, bad_entry(3, 1, -1.0), r"est_poses\[3\] is not a rotation: its determinant"),
-        (bad_entry(0, 1, 1.1), GOOD, r"gt_poses\[0\] is not a rotation: R\^T R"),
-        (GOOD, GOOD[:3], "gt_poses has 4 cameras but est_poses has 3"),
-        (GOOD, GOOD[:, :, :3], r"est_poses must have shape \(n, 4, 4\) or \(n, 3, 4\)"),
-        (GOOD[:0], GOOD[:0], "gt_poses has no cameras"),
-        (GOOD[:1], GOOD[:1], "mAA needs at least 2 cameras, but gt_poses has 1"),
-    ],
-)
-def test_malformed_poses(gt: Floats, est: Floats, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
         maa(gt, est)
 
 
@@ -354,7 +320,7 @@ def test_malformed_poses(gt: Floats, est: Floats, message: str) -> None:
 )
 def test_malformed_options(options: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        maa(GOOD, GOOD, **options)
+        maa(np.tile(np.eye(4), (2, 1, 1)), np.tile(np.eye(4), (2, 1, 1)), **options)
 
 
 def test_finest_thresholds(scene: Scene) -> None:

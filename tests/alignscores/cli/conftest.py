@@ -8,23 +8,20 @@ import sys
 import numpy as np
 import pytest
 
-from alignscores.cli import main
+FILES = {
+    "tum": ("tum/reference.txt", "tum/estimate.txt"),
+    "kitti": ("kitti/reference.txt", "kitti/estimate.txt"),
+    "euroc": ("euroc/data.csv", "euroc/estimate.txt"),
+    "colmap": ("colmap/reference", "colmap/estimate"),
+    "nerf": ("nerf/reference.json", "nerf/estimate.json"),
+}
 
 
 @pytest.fixture
-def run(examples, capsys, monkeypatch):
+def run(examples, command, monkeypatch):
     """(arguments) -> exit code, stdout, stderr; in the folder of the examples."""
     monkeypatch.chdir(examples)
-
-    def run(*arguments):
-        try:
-            code = main(list(map(str, arguments)))
-        except SystemExit as stop:
-            code = stop.code
-        printed = capsys.readouterr()
-        return code, printed.out, printed.err
-
-    return run
+    return command
 
 
 @pytest.fixture

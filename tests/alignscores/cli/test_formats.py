@@ -15,13 +15,7 @@ from alignscores.cli.formats import FORMATS
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_colmap, read_kitti
 
-FILES = {
-    "tum": ("tum/reference.txt", "tum/estimate.txt"),
-    "kitti": ("kitti/reference.txt", "kitti/estimate.txt"),
-    "euroc": ("euroc/data.csv", "euroc/estimate.txt"),
-    "colmap": ("colmap/reference", "colmap/estimate"),
-    "nerf": ("nerf/reference.json", "nerf/estimate.json"),
-}
+from .conftest import FILES
 
 
 @pytest.mark.parametrize("form", FILES)

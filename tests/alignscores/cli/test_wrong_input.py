@@ -13,13 +13,8 @@ import shutil
 import numpy as np
 import pytest
 
-FILES = {
-    "tum": ("tum/reference.txt", "tum/estimate.txt"),
-    "kitti": ("kitti/reference.txt", "kitti/estimate.txt"),
-    "euroc": ("euroc/data.csv", "euroc/estimate.txt"),
-    "colmap": ("colmap/reference", "colmap/estimate"),
-    "nerf": ("nerf/reference.json", "nerf/estimate.json"),
-}
+from .conftest import FILES
+
 NOTHING, FOLDER = object(), object()  # instead of a file
 
 

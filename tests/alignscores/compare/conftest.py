@@ -1,30 +1,21 @@
 """Made benchmarks: systems of known quality over sequences and runs, in TUM format."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores.cli import main
 from experiments.scenes import make_scene
 
 
 @pytest.fixture
-def run(tmp_path, capsys, monkeypatch):
+def run(tmp_path, command, monkeypatch):
     """(arguments) -> exit code, stdout, stderr; in a folder and with a cache of its own."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-
-    def run(*arguments):
-        try:
-            code = main(["compare", *map(str, arguments)])
-        except SystemExit as stop:
-            code = stop.code
-        printed = capsys.readouterr()
-        return code, printed.out, printed.err
-
-    return run
+    return partial(command, "compare")
 
 
 @pytest.fixture
