@@ -82,11 +82,7 @@ def _heat_map(axes: Axes, powers: pd.DataFrame) -> None:
                 va="center_baseline",
             )
     axes.set_xticks(range(values.shape[1]), list(map(_metric, powers.columns)))
-    axes.tick_params(length=0, top=False, labeltop=True, labelbottom=False)
-    axes.tick_params(axis="x", labelsize=TIGHT)
-    axes.grid(visible=False)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
+    style.as_table(axes, TIGHT)
 
 
 def _metric(metric: str) -> str:

@@ -15,7 +15,6 @@ SCENARIO = "car"
 COLUMNS = ("scenario", "metric", "every", "sigma_t", "mean", "dependence", "order", "order_across")
 SHADES = ("#0b2a4a", "#1f4e79", "#3a78ae", "#5f9fd0", "#8cc0e4")  # dark: little noise
 ONE_RATE, ACROSS = "#173f67", "#d9822b"
-NAMES = {"HalfDistance": "half-score distance", "HalfAngle": "half-score angle"}
 
 
 @style.applied()
@@ -32,7 +31,7 @@ def draw(table: pd.DataFrame) -> Figure:
     scenario = SCENARIO if (table["scenario"] == SCENARIO).any() else table["scenario"].iloc[0]
     for axes, metric in zip(curves, CURVES, strict=True):
         _over_rates(axes, table[(table["scenario"] == scenario) & (table["metric"] == metric)])
-        name = NAMES.get(metric, metric)
+        name = style.NAMES.get(metric, metric)
         style.remark(axes, axes.set_title(name[0].upper() + name[1:]), f"({scenario})")
     _orders(right, table.drop_duplicates(["scenario", "metric"]))
     return figure
@@ -87,5 +86,5 @@ def _orders(axes: Axes, table: pd.DataFrame) -> None:
 
 def _name(metric: str) -> str:
     column = Column.parse(metric)
-    name = NAMES.get(column.name, column.name)
+    name = style.NAMES.get(column.name, column.name)
     return f"{name}, {', '.join(column.options.values())}" if column.options else name

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.text import Annotation, Text
 
 __all__ = ["COLUMN", "FAINT", "GREY_BAND", "INK", "PAGE", "SMALL", "TEXT", "TITLE"]
-__all__ += ["applied", "colours", "direction", "remark", "tint"]
+__all__ += ["NAMES", "applied", "as_table", "colours", "direction", "remark", "tint"]
 
 Colour = tuple[float, float, float]
 
@@ -22,6 +22,8 @@ SMALL, TEXT, TITLE = 6.0, 6.5, 7.5  # sizes of the type in points
 INK = "0.15"  # text and axes
 FAINT = "0.38"  # remarks
 GREY_BAND = "0.935"  # what all series together span
+
+NAMES = {"HalfDistance": "half-score distance", "HalfAngle": "half-score angle"}  # of metrics
 
 # Dark to light in even steps of lightness, so that the order survives greyscale and colour
 # blindness; another hue for each quantity. First, second and last position in the colour map: no
@@ -121,6 +123,15 @@ def direction(axes: Axes, *, higher_is_better: bool) -> None:
         fontsize=SMALL,
         color=FAINT,
     )
+
+
+def as_table(axes: Axes, size: float) -> None:
+    """Draw no lines around coloured cells, and name their columns above them, in small type."""
+    axes.tick_params(length=0, top=False, labeltop=True, labelbottom=False)
+    axes.tick_params(axis="x", labelsize=size)
+    axes.grid(visible=False)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
 
 
 def remark(axes: Axes, title: Text, text: str) -> Annotation:

@@ -24,11 +24,7 @@ REGISTRATION = {  # option: title, the paper's value
     "n_hypotheses": ("Hypotheses", 1000.0),
 }
 PAPER = {"max_threshold": 1.0, "max_threshold_deg": 10.0}
-OTHERS = {
-    "TAS(registration=refined)": "refined, 1 d",
-    "HalfDistance": "half-score distance",
-    "HalfAngle": "half-score angle",
-}
+OTHERS = {"TAS(registration=refined)": "refined, 1 d", **style.NAMES}
 COLUMNS = (
     *("map", "geometry", "n_cameras", "n_outliers", "noise", "metric", "right_order"),
     *(*PAPER, *REGISTRATION),

@@ -27,7 +27,6 @@ KINDS = {"new": "New scores", "paper": "The paper’s baselines", "today": "Toda
 GAP = 0.35  # between questions and between kinds of metrics, in cells
 CELL = (0.33, 0.152)  # inches
 TIGHT = 5.5  # size of the type above narrow columns, in points
-NAMES = {"HalfDistance": "half-score distance", "HalfAngle": "half-score angle"}
 
 
 @style.applied()
@@ -128,11 +127,7 @@ def _titles(
                 fontweight="bold",
                 fontsize=style.SMALL,
             )
-    axes.tick_params(length=0, top=False, labeltop=True, labelbottom=False)
-    axes.tick_params(axis="x", labelsize=TIGHT)
-    axes.grid(visible=False)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
+    style.as_table(axes, TIGHT)
 
 
 def _kind(metric: str) -> str:
@@ -143,5 +138,5 @@ def _kind(metric: str) -> str:
 
 def _name(metric: str) -> str:
     column = Column.parse(metric)
-    name = NAMES.get(column.name, column.name)
+    name = style.NAMES.get(column.name, column.name)
     return f"{name}, {', '.join(column.options.values())}" if column.options else name
