@@ -18,6 +18,7 @@ FILES = {  # what the page is made of, by the names that the inputs have in the 
     "readings": (None, "CSV", "the verdicts under other readings"),
     "table1": (None, "CSV", "Table 1"),
     "order": (None, "CSV", "which metric orders neighbouring levels best"),
+    "order_parts": ("+", "JSON", "records of the trials that it has beside the experiments'"),
     "figures": ("+", "PNG", "all figures, in their order on the page"),
     "experiments": ("+", "JSON", "records of the experiments' trials"),
     "replicates": ("+", "JSON", "records of the replicate studies"),

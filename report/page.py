@@ -148,7 +148,7 @@ def contents(files: Namespace) -> dict[str, Any]:
     records = {**experiments, **replicates, **thresholds.records, **registrations.records}
     questions = inputs.read_records(files.today_parts)
     today = inputs.read_today(files.today, questions)
-    others = inputs.read_records([*files.maps_parts, *files.frame_rates_parts])
+    others = inputs.read_records([*files.order_parts, *files.maps_parts, *files.frame_rates_parts])
     figures = inputs.read_figures(files.figures, files.findings.stem)
     return {
         **_verdicts(rows, n),

@@ -93,6 +93,7 @@ rule report:
         readings=VERDICTS[1],
         table1=made("table1")[0],
         order=made("order")[0],
+        order_parts=lambda wildcards: tables("trials/halves")["records"],
         figures=expand(RESULTS / "figures" / "{figure}.png", figure=SHOWN),
         experiments=lambda wildcards: tables("trials")["records"],
         replicates=lambda wildcards: tables("replicates")["records"],

@@ -25,6 +25,7 @@ from studies.claims.verdicts import reading_title
 from studies.frame_rate.rates import FOUND as ORDERS
 from studies.frame_rate.rates import KEYS as RATES
 from studies.frame_rate.rates import load_frame_rate
+from studies.order import load_halves
 from studies.parameters.axes import STUDIES, axes_of, is_seeded, load_parameters
 from studies.parameters.effects import COMPARED, EFFECTS
 from studies.parameters.maps import COLUMNS, load_maps
@@ -362,6 +363,7 @@ def studies():
         "replicates": load_replicates(load_claims(REPLICATES)),
         **{f"{name}_parts": load_parameters(name) for name in STUDIES},
         "scenarios": load_scenarios(),
+        "order_parts": load_halves(),
         "maps_parts": load_maps(),
         "frame_rates_parts": load_frame_rate(),
         "today_parts": load_today(),
