@@ -2,7 +2,7 @@
 (() => {
   "use strict";
   const { cursor, element, endLabels, frame, line, number, responsive, rule } = AlignmentCharts;
-  const { address, roundNumbers, slider } = AlignmentControls;
+  const { address, roundNumbers, sliders } = AlignmentControls;
   const { half, order, pas, quantile, score } = AlignmentScores;
   const data = JSON.parse(document.getElementById("data").textContent);
   const byId = (id) => document.getElementById(id);
@@ -153,16 +153,13 @@
     return state.level >= 1 && state.level <= count ? state.level - 1 : Math.floor((count - 1) / 2);
   }
 
-  const show = Object.fromEntries(Object.entries(STOPS).map(([name, values]) => {
-    const options = { values, describe: SHOWN[name], change: (value) => change({ [name]: value }) };
-    return [name, slider(byId(name), byId(`${name}-value`), options)];
-  }));
+  const showSliders = sliders(Object.fromEntries(Object.entries(STOPS).map(([name, values]) => [name, [values, SHOWN[name]]])), PAPER, change);
 
   function showControls() {
     const experiment = current();
     const used = usedBy(experiment);
+    showSliders(state);
     for (const name of Object.keys(STOPS)) {
-      show[name](state[name]);
       byId(name).parentNode.hidden = !used[name];
       byId(name).parentNode.classList.toggle("changed", state[name] !== PAPER[name]);
     }

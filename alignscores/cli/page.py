@@ -3,6 +3,7 @@
 import argparse
 from base64 import b64encode
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,21 +12,60 @@ from numpy.typing import NDArray
 from .. import __version__
 from ..explorer import source
 from ..explorer.document import document
-from ..trajectories.association import match
+from ..pose import PASResult
+from ..trajectories.association import Matches, match
 from ..trajectories.files import Trajectory
 from ..translation import closest_pair_distances
 from .formats import FORMATS
 from .names import printable
 from .notes import collected_warnings
-from .saving import LOST, statuses
+from .saving import LOST, STATUSES, statuses
 from .scoring import Scored, seeds
 
-__all__ = ["page"]
+__all__ = ["Estimate", "aligned_positions", "around", "page", "page_data"]
 
 Floats = NDArray[np.float64]
 
 QUANTILES = 20  # of the closest-pair distances, equally spaced, that d can be on the page
+STEPS = 100  # thresholds of a score
 SCRIPTS = "scores.js", "charts.js", "controls.js", "own.js"
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """What the page shows of an estimate; `rows` and arrays are of its cameras.
+
+    Parameters
+    ----------
+    name, file : str
+        As they are shown.
+    rows : (n,) ndarray of int
+        Row of each camera in the reference, ascending.
+    statuses : (n,) ndarray of uint8
+        As of `alignscores.cli.saving.statuses`.
+    position_errors, rotation_errors : (n,) ndarray
+        Infinite for failures.
+    positions : (n, 3) ndarray
+        Aligned; not finite where there are none.
+    tas, pas : (float, float or None)
+        Means over the seeds of the run, and standard deviations.
+    half : (float, float)
+        Half-score distance and angle.
+    notes : list of str
+        What the user should know about it.
+    """
+
+    name: str
+    file: str
+    rows: NDArray[np.intp]
+    statuses: NDArray[np.uint8]
+    position_errors: Floats
+    rotation_errors: Floats
+    positions: Floats
+    tas: tuple[float, float | None]
+    pas: tuple[float, float | None]
+    half: tuple[float, float]
+    notes: list[str]
 
 
 def page(scored: Sequence[Scored], reference: Trajectory, arguments: argparse.Namespace) -> str:
@@ -33,38 +73,98 @@ def page(scored: Sequence[Scored], reference: Trajectory, arguments: argparse.Na
 
     The errors are those of the first seed, exactly; positions are rounded to single precision.
     """
-    positions = reference.poses[:, :3, 3]
-    centre = (positions.min(axis=0) + positions.max(axis=0)) / 2
-    form = FORMATS[arguments.format]
-    name = printable(arguments.reference)
-    data = {
-        "version": __version__,
-        "format": arguments.format,
-        "unit": form.unit,
-        "ordered": form.ordered,
-        "reference": name,
-        "cameras": _cameras(reference.keys),
-        "positions": _packed(positions - centre, "<f4"),
-        "quantiles": QUANTILES,
-        "settings": {
-            "threshold": arguments.max_threshold,
-            "degrees": arguments.max_threshold_deg,
-            "steps": len(scored[0].result.tas.thresholds),
-            "weight": arguments.weight,
-            "missing": arguments.missing or "fail",
-            "unit": arguments.unit,
-            "registration": arguments.registration,
-            "seeds": [seeds(arguments)[0], seeds(arguments)[-1]],
-        },
-        "estimates": [_estimate(one, reference, centre, arguments) for one in scored],
-    }
+    file = printable(arguments.reference)
+    estimates = [_estimate(one, reference, arguments) for one in scored]
+    return _document(page_data(f"Scores against {file}", reference, file, estimates, arguments))
+
+
+def around() -> list[str]:
+    """Return what stands before and after the data in a page: the text of `page_data` as JSON."""
+    return _document({"title": "Scores"}).split('{"title":"Scores"}')
+
+
+def _document(data: dict[str, Any]) -> str:
     return document(
-        f"Scores against {name}",
+        data["title"],
         source("own.html"),
         styles=map(source, ("style.css", "own.css")),
         scripts=map(source, SCRIPTS),
         data=data,
     )
+
+
+def page_data(
+    title: str,
+    reference: Trajectory,
+    file: str,
+    estimates: Sequence[Estimate],
+    options: argparse.Namespace,
+) -> dict[str, Any]:
+    """Return what the scripts read.
+
+    Parameters
+    ----------
+    title : str
+        Title of the page.
+    reference : Trajectory
+        As of `alignscores.trajectories.association.in_order`.
+    file : str
+        Its file, as it is shown.
+    estimates : sequence of Estimate
+        In the order in which they are shown.
+    options : Namespace
+        Those of the run; where its unit is None the page derives d.
+    """
+    positions = reference.poses[:, :3, 3]
+    centre = (positions.min(axis=0) + positions.max(axis=0)) / 2
+    form = FORMATS[options.format]
+    return {
+        "title": title,
+        "version": __version__,
+        "format": options.format,
+        "unit": form.unit,
+        "ordered": form.ordered,
+        "reference": file,
+        "cameras": _cameras(reference.keys),
+        "positions": _packed(positions - centre, "<f4"),
+        "quantiles": QUANTILES,
+        "statuses": STATUSES,
+        "settings": {
+            "threshold": options.max_threshold,
+            "degrees": options.max_threshold_deg,
+            "steps": STEPS,
+            "weight": options.weight,
+            "missing": options.missing or "fail",
+            "unit": options.unit,
+            "registration": options.registration,
+            "seeds": [seeds(options)[0], seeds(options)[-1]],
+        },
+        "estimates": [
+            {
+                "name": one.name,
+                "file": one.file,
+                "rows": _packed(one.rows, "<u4"),
+                "codes": _packed(one.statuses, "u1"),
+                "position": _packed(one.position_errors, "<f8"),
+                "rotation": _packed(one.rotation_errors, "<f8"),
+                "positions": _packed(one.positions - centre, "<f4"),
+                "units": None if options.unit else _units(positions, one),
+                "TAS": one.tas,
+                "PAS": one.pas,
+                "half": [value if np.isfinite(value) else None for value in one.half],
+                "notes": one.notes,
+            }
+            for one in estimates
+        ],
+    }
+
+
+def aligned_positions(matches: Matches, result: PASResult) -> Floats:
+    """Return the estimated camera centres, (n, 3), in the world of the reference; NaN for none."""
+    positions = matches.est_poses[:, :3, 3]
+    if result.tas.alignment is None:
+        return np.full_like(positions, np.nan)
+    return result.tas.alignment.inverse().apply(positions)
 
 
 def _cameras(keys: NDArray[Any]) -> dict[str, Any]:
@@ -74,64 +174,53 @@ def _cameras(keys: NDArray[Any]) -> dict[str, Any]:
     return {"names": [printable(str(key)) for key in keys.tolist()]}
 
 
-def _estimate(
-    one: Scored, reference: Trajectory, centre: Floats, arguments: argparse.Namespace
-) -> dict[str, Any]:
+def _estimate(one: Scored, reference: Trajectory, arguments: argparse.Namespace) -> Estimate:
     """Return an estimate with all cameras that are scored, or would be if missing ones failed."""
-    row_of = {key: row for row, key in enumerate(reference.keys.tolist())}
-    scored_rows = [row_of[key] for key in one.matches.keys.tolist()]
-    lost_rows = sorted(
-        {row_of[key] for key in _lost(one, reference, arguments)}.difference(scored_rows)
+    rows = np.union1d(one.matches.gt_rows, _lost(one, reference, arguments))
+    scored = np.isin(rows, one.matches.gt_rows)
+
+    def of_all(values: NDArray[Any], of_lost: float) -> NDArray[Any]:
+        found = np.full((len(rows), *values.shape[1:]), of_lost, values.dtype)
+        found[scored] = values
+        return found
+
+    return Estimate(
+        name=one.name,
+        file=printable(one.file),
+        rows=rows,
+        statuses=of_all(statuses(one.matches), LOST),
+        position_errors=of_all(one.result.tas.errors, np.inf),
+        rotation_errors=of_all(one.result.ras.errors, np.inf),
+        positions=of_all(aligned_positions(one.matches, one.result), np.nan),
+        tas=(one.tas, one.tas_sd),
+        pas=(one.pas, one.pas_sd),
+        half=(one.half_distance, one.half_angle),
+        notes=one.notes,
     )
-    rows = np.array([*scored_rows, *lost_rows])
-    order = np.argsort(rows)
-    status = np.array([*statuses(one), *[LOST] * len(lost_rows)])[order]
-    errors, filler = one.result, np.full(len(lost_rows), np.inf)
-    alignment = errors.tas.alignment
-    aligned = np.full((len(rows), 3), np.nan)
-    if alignment is not None:
-        est = one.matches.est_poses[:, :3, 3]
-        aligned[: len(est)] = alignment.inverse().apply(est) - centre
-    words, codes = np.unique(status, return_inverse=True)
-    there = status != LOST
-    gt = reference.poses[rows[order], :3, 3]
-    return {
-        "name": one.name,
-        "file": printable(one.file),
-        "rows": _packed(rows[order], "<u4"),
-        "status": words.tolist(),
-        "codes": _packed(codes, "u1"),
-        "position": _packed(np.r_[errors.tas.errors, filler][order], "<f8"),
-        "rotation": _packed(np.r_[errors.ras.errors, filler][order], "<f8"),
-        "positions": _packed(aligned[order], "<f4"),
-        "units": {"fail": _units(gt), "ignore": _units(gt[there])},
-        "TAS": [one.tas, one.tas_sd],
-        "RAS": [errors.ras.score, None],
-        "PAS": [one.pas, one.pas_sd],
-        "half": [
-            value if np.isfinite(value) else None for value in (one.half_distance, one.half_angle)
-        ],
-        "parts": len(one.parts),
-        "notes": one.notes,
-    }
 
 
-def _lost(one: Scored, reference: Trajectory, arguments: argparse.Namespace) -> list[Any]:
+def _lost(one: Scored, reference: Trajectory, arguments: argparse.Namespace) -> NDArray[np.intp]:
     """Return the cameras that would fail, where those without an estimate are left out."""
     if arguments.missing != "ignore":
-        return []
+        return np.empty(0, np.intp)
     settings = {"t_max_diff": arguments.t_max_diff} if FORMATS[arguments.format].timed else {}
     with collected_warnings():  # the run has told them
         due = match(reference, one.estimate, missing="fail", **settings)
-    return list(due.keys[due.est_rows < 0].tolist())
+    return due.gt_rows[due.est_rows < 0]
 
 
-def _units(gt_positions: Floats) -> list[float]:
-    """Return d at each quantile of the closest-pair distances; none of fewer than 2 cameras."""
-    n = len(gt_positions)
+def _units(positions: Floats, one: Estimate) -> dict[str, list[float]]:
+    """Return d at each quantile, where cameras without an estimate fail, and where they do not."""
+    there = one.rows[one.statuses != LOST]
+    return {"fail": _quantiles(positions[one.rows]), "ignore": _quantiles(positions[there])}
+
+
+def _quantiles(positions: Floats) -> list[float]:
+    """Return quantiles of the closest-pair distances; none of fewer than 2 cameras."""
+    n = len(positions)
     if n < 2:
         return []
-    distances = np.sort(closest_pair_distances(gt_positions))
+    distances = np.sort(closest_pair_distances(positions))
     ranks = -(-n * np.arange(1, QUANTILES + 1) // QUANTILES)
     return list(np.minimum(distances[ranks - 1], np.finfo(float).max).tolist())
 

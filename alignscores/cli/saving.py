@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
+from ..trajectories.association import Matches
 from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
 from ..validation import finite_rows
@@ -21,15 +23,11 @@ from .metrics import OWN, metric_values
 from .names import numbered, printable, unique_names
 from .scoring import Scored
 
-__all__ = ["save", "show_plot"]
+__all__ = ["LOST", "STATUSES", "save", "show_plot", "statuses", "write_whole"]
 
-STATUS = {  # whether there are a position and a rotation -> what is said of the camera
-    (True, True): "matched",
-    (True, False): "no rotation",
-    (False, True): "no position",
-    (False, False): "no pose",
-}
-LOST, LEFT_OUT, NO_REFERENCE = "lost", "left out", "no reference pose"
+STATUSES = "matched", "no rotation", "no position", "no pose", "lost"  # of scored cameras
+LOST = STATUSES.index("lost")
+LEFT_OUT, NO_REFERENCE = "left out", "no reference pose"
 
 
 def save(
@@ -108,12 +106,12 @@ def errors_csv(
     for one in scored:
         matches, result = one.matches, one.result
         rows = [
-            (key, *errors, status)
+            (key, *errors, STATUSES[status])
             for key, *errors, status in zip(
                 matches.keys.tolist(),
                 result.tas.errors.tolist(),
                 result.ras.errors.tolist(),
-                statuses(one),
+                statuses(matches).tolist(),
                 strict=True,
             )
         ]
@@ -150,14 +148,12 @@ def profiles_csv(scored: Sequence[Scored]) -> str:
     return text.getvalue()
 
 
-def statuses(one: Scored) -> list[str]:
-    """Say of each scored camera whether it was matched, or why it is a failure."""
-    poses = one.matches.est_poses
-    finite = zip(finite_rows(poses[:, :3, 3]), finite_rows(poses[:, :3, :3]), strict=True)
-    return [
-        LOST if row < 0 else STATUS[bool(position), bool(rotation)]
-        for row, (position, rotation) in zip(one.matches.est_rows, finite, strict=True)
-    ]
+def statuses(matches: Matches) -> NDArray[np.uint8]:
+    """Tell of each scored camera whether it was matched, or why it is a failure: in `STATUSES`."""
+    poses = matches.est_poses
+    no_position, no_rotation = ~finite_rows(poses[:, :3, 3]), ~finite_rows(poses[:, :3, :3])
+    codes = np.where(matches.est_rows < 0, LOST, 2 * no_position + no_rotation)
+    return codes.astype(np.uint8)
 
 
 def aligned_files(

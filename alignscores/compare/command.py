@@ -30,6 +30,7 @@ from .patterns import Pattern
 from .runs import Due, Outcome, Task, due, evaluate, read_reference
 from .summary import SCORES, Summary, summarise
 from .tables import as_csv, as_json, as_latex, as_markdown, as_text
+from .trajectories import trajectories
 
 __all__ = ["add_parser"]
 
@@ -388,7 +389,18 @@ def _show(summary: Summary, benchmark: Benchmark, arguments: argparse.Namespace)
             "degrees": arguments.max_threshold_deg,
             "weight": arguments.weight,
         }
-        content = page(summary, arguments.by, names, _footnotes(summary, arguments), setting)
+        references = {
+            run.sequence: (benchmark.references[run.sequence], _options(benchmark, run, arguments))
+            for run in benchmark.runs
+        }
+        content = page(
+            summary,
+            arguments.by,
+            names,
+            _footnotes(summary, arguments),
+            setting,
+            trajectories(summary, arguments.by, names, references),
+        )
         # names of files that are not UTF-8 are in it as data, too
         write_whole(arguments.html, content.encode(errors="backslashreplace"))
     match arguments.show:

@@ -32,7 +32,7 @@
 (() => {
   "use strict";
   const { cursor, frame, line, number, responsive, rule } = AlignmentCharts;
-  const { address, roundNumbers, slider } = AlignmentControls;
+  const { address, roundNumbers, sliders } = AlignmentControls;
   const { score, pas } = AlignmentScores;
   const at = (id) => document.getElementById(id);
   const data = JSON.parse(at("data").textContent);
@@ -49,6 +49,7 @@
   const positive = (value) => value > 0 && value < Infinity;
   const kept = address({
     sequence: [-1, (value) => value in data.sequences],
+    trajectory: [0, (value) => at(`own-${value}`) !== null],
     threshold: [data.setting.threshold, positive],
     degrees: [data.setting.degrees, positive],
     steps: [100, (value) => Number.isInteger(value) && value > 0 && value <= 10000],
@@ -75,15 +76,12 @@
     kept.write(state);
     render();
   }
-  const show = {};
-  function control(key, values, describe) {
-    const more = [kept.defaults[key]];
-    show[key] = slider(at(key), at(`${key}-text`), { values, more, describe, change: (value) => change({ [key]: value }) });
-  }
-  control("threshold", roundNumbers(0.02, 100), (value) => `${number(value)} d`);
-  control("degrees", roundNumbers(0.1, 180), (value) => `${number(value)} degrees`);
-  control("steps", [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000], (value) => number(value, 5));
-  control("weight", Array.from({ length: 21 }, (_, k) => k / 20), (value) => `${number(value)} TAS + ${number(1 - value)} RAS`);
+  const showSliders = sliders({
+    threshold: [roundNumbers(0.02, 100), (value) => `${number(value)} d`],
+    degrees: [roundNumbers(0.1, 180), (value) => `${number(value)} degrees`],
+    steps: [[1, 2, 5, 10, 20, 50, 100, 200, 500, 1000], (value) => number(value, 5)],
+    weight: [Array.from({ length: 21 }, (_, k) => k / 20), (value) => `${number(value)} TAS + ${number(1 - value)} RAS`],
+  }, kept.defaults, change);
   data.sequences.forEach((name, index) => at("sequence").add(new Option(name, index)));
   at("sequence").addEventListener("change", (event) => change({ sequence: Number(event.target.value) }));
   at("reset").addEventListener("click", () => change(Object.fromEntries(SETTING.map((key) => [key, kept.defaults[key]]))));
@@ -92,6 +90,28 @@
     state = kept.read();
     render();
   });
+
+  // The page of one's own files on a sequence, in a frame. It is made once: of what is around the data
+  // in all of them, and the data.
+  const pages = new Map();
+  let framed;
+  function pageOf(sequence) {
+    if (!pages.has(sequence)) {
+      const [before, after] = data.own;
+      pages.set(sequence, URL.createObjectURL(new Blob([before, at(`own-${sequence}`).textContent, after], { type: "text/html" })));
+    }
+    return pages.get(sequence);
+  }
+  function showTrajectory() {
+    if (!at("trajectory") || framed === state.trajectory) return;
+    framed = state.trajectory;
+    at("trajectory").value = framed;
+    const name = at("trajectory").selectedOptions[0].text;
+    // Each is a new frame: another page in the same one would be a step of the browser's history.
+    at("own").replaceChildren(Object.assign(document.createElement("iframe"), { src: pageOf(framed), title: `Trajectories on ${name}` }));
+    at("own-tab").href = pageOf(framed);
+  }
+  at("trajectory")?.addEventListener("change", (event) => change({ trajectory: Number(event.target.value) }));
 
   const rows = data.systems.map((name) => {
     const row = at("scores").insertRow();
@@ -130,13 +150,14 @@
       const [tas, ras] = Object.keys(KINDS).map((kind) => scoreOf(system, kind, largest(kind)));
       [tas, ras, pas(tas, ras, state.weight)].forEach((value, column) => { cells[column].textContent = value.toFixed(3); });
     });
-    for (const [key, update] of Object.entries(show)) update(state[key]);
+    showSliders(state);
     at("sequence").value = state.sequence;
     const isRun = SETTING.every((key) => state[key] === kept.defaults[key]);
     at("setting").textContent = `${state.sequence < 0 ? "Over all sequences" : data.sequences[state.sequence]}, up to ${number(state.threshold)} d and `
       + `${number(state.degrees)} degrees, ${state.steps} thresholds, weight ${number(state.weight)}: ${isRun ? "as in the run" : "not as in the run"}.`;
     at("reset").disabled = isRun;
     for (const draw of draws) draw();
+    showTrajectory();
   }
   render();
 })();

@@ -1,16 +1,18 @@
-"""One self-contained page: table, heat map, sliders, errors along the way, and scattered runs."""
+"""One self-contained page: table, heat map, sliders, trajectories, and scattered runs."""
 
 import math
 from base64 import b64encode
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cli.page import around
 from ..explorer import source
-from ..explorer.document import document
+from ..explorer.document import data_element, document
 from .runs import Outcome, larger_is_better
 from .summary import Summary
 from .tables import HEADERS, number, rank_text
@@ -28,6 +30,7 @@ STANDING = (
     400  # errors that stand for all of a system on a sequence; scores are off by 0.00125 at most
 )
 SCRIPTS = "scores.js", "charts.js", "controls.js"
+MOST = 15  # megabytes of trajectories
 
 
 def page(
@@ -36,6 +39,7 @@ def page(
     names: Mapping[str, str],
     footnotes: Sequence[str],
     setting: Mapping[str, float],
+    trajectories: Mapping[str, Mapping[str, Any]],
 ) -> str:
     """Return the page; the same input gives the same bytes.
 
@@ -51,6 +55,8 @@ def page(
         What is said below the table.
     setting : mapping of str to float
         Largest thresholds of TAS (``threshold``, in d) and RAS (``degrees``), and the ``weight``.
+    trajectories : mapping of str to mapping
+        Data of the page of one's own files, of the sequences that have any.
     """
     own, key = files(__package__), _in_key(summary)
     counts = {"system": len(summary.systems), "sequence": len(summary.sequences)}
@@ -74,6 +80,7 @@ def page(
             "Position error along the way",
             _key(summary, names) + _each(summary, lambda one: _errors(summary, one), names),
         ),
+        ("trajectories", "Trajectories, camera by camera", _trajectories(trajectories, by, names)),
     ]
     links = "".join(
         f'<li><a href="#{name}">{escape(heading)}</a></li>' for name, heading, _ in sections
@@ -98,7 +105,9 @@ def page(
                 [_standing(summary, system, sequence) for system in summary.systems]
                 for sequence in summary.sequences
             ],
+            "own": around(),
         },
+        frames=True,
     )
 
 
@@ -321,6 +330,27 @@ def _errors(summary: Summary, sequence: str) -> str:
         f"Median position error along the way, up to 4 d. Typical: {spoken}",
         _in_key(summary),
     )
+
+
+def _trajectories(
+    trajectories: Mapping[str, Mapping[str, Any]], by: str, names: Mapping[str, str]
+) -> str:
+    """Return the data of each sequence, of which a script makes the page of one's own files."""
+    if not trajectories:
+        return "<p>No run was scored.</p>"
+    data = [data_element(f"own-{index}", one) for index, one in enumerate(trajectories.values())]
+    if (size := sum(map(len, data)) / 1e6) > MOST:
+        return (
+            f"<p>They would take {size:.3g} MB, more than {MOST}, and are left out. Of one "
+            "sequence they are on a page that "
+            "<code>alignscores FORMAT REFERENCE ESTIMATE... --save_page FILE.html</code> saves.</p>"
+        )
+    options = "".join(
+        f'<option value="{index}">{escape(names[sequence])}</option>'
+        for index, sequence in enumerate(trajectories)
+    )
+    html = files(__package__).joinpath("trajectories.html").read_text("utf-8")
+    return html.format(options=options, by=escape(by)) + "".join(data)
 
 
 def _plot(

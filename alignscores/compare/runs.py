@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from ..cli.formats import FORMATS
 from ..cli.notes import collected_warnings, convention_notes, offset_notes, parts_notes, swap_notes
-from ..cli.saving import write_whole
+from ..cli.page import aligned_positions
+from ..cli.saving import statuses, write_whole
 from ..cli.scoring import (
     Part,
     matched,
@@ -80,8 +81,14 @@ class Outcome:
         Number of those without a position or without a rotation.
     unit : float
         d.
-    places : (n,) ndarray
-        Row of each camera in the reference, as a share of its number of rows, from 0 to 1.
+    n_rows : int
+        Number of rows of the reference.
+    rows : (n,) ndarray of int
+        Row of each camera in the reference, ascending.
+    statuses : (n,) ndarray of uint8
+        Whether each camera was matched, or why it is a failure: `alignscores.cli.saving.statuses`.
+    positions : (n, 3) ndarray
+        Estimated camera centres in the world of the reference; NaN where there are none.
     position_errors, rotation_errors : (n,) ndarray
         In units of the ground truth and in degrees; infinite for a failure.
     position_scores, rotation_scores : (n,) ndarray
@@ -99,7 +106,10 @@ class Outcome:
     n: int = 0
     failures: int = 0
     unit: float = np.nan
-    places: Floats = field(default_factory=lambda: np.empty(0))
+    n_rows: int = 0
+    rows: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, np.intp))
+    statuses: NDArray[np.uint8] = field(default_factory=lambda: np.empty(0, np.uint8))
+    positions: Floats = field(default_factory=lambda: np.empty((0, 3)))
     position_errors: Floats = field(default_factory=lambda: np.empty(0))
     rotation_errors: Floats = field(default_factory=lambda: np.empty(0))
     position_scores: Floats = field(default_factory=lambda: np.empty(0))
@@ -109,9 +119,14 @@ class Outcome:
     notes: list[str] = field(default_factory=list)
     error: str = ""
 
+    @property
+    def places(self) -> Floats:
+        """Row of each camera, as a share of the number of rows, from 0 to 1."""
+        return np.asarray((self.rows + 0.5) / self.n_rows)
+
 
 ARRAYS = (
-    "places",
+    *("rows", "statuses", "positions"),
     *("position_errors", "rotation_errors", "position_scores", "rotation_scores"),
     *("distance_terms", "angle_terms"),
 )
@@ -230,7 +245,10 @@ def _scored(task: Task) -> Outcome:
         n=len(matches.keys),
         failures=int(failed.sum()),
         unit=result.tas.unit,
-        places=_places(reference.keys, matches.keys),
+        n_rows=len(reference.keys),
+        rows=matches.gt_rows,
+        statuses=statuses(matches),
+        positions=aligned_positions(matches, result),
         position_errors=result.tas.errors,
         rotation_errors=result.ras.errors,
         position_scores=_shares(result.tas.errors, result.tas.thresholds),
@@ -351,12 +369,6 @@ def _shares(errors: Floats, thresholds: Floats) -> Floats:
     return 1 - np.searchsorted(thresholds, errors, side="right") / len(thresholds)
 
 
-def _places(reference: NDArray[Any], keys: NDArray[Any]) -> Floats:
-    order = np.argsort(reference, kind="stable")
-    rows = order[np.searchsorted(reference, keys, sorter=order)]
-    return np.asarray((rows + 0.5) / len(reference))
-
-
 def _cached_file(task: Task, kind: str) -> Path | None:
     """Return the file of the cache for the content of a task's files and its options."""
     if task.cache is None:
@@ -401,6 +413,7 @@ def _store(file: Path, outcome: Outcome, path: str) -> None:
         "n": outcome.n,
         "failures": outcome.failures,
         "unit": outcome.unit,
+        "n_rows": outcome.n_rows,
         "notes": outcome.notes,
         "path": path,
     }

@@ -202,7 +202,7 @@ const AlignmentCharts = (() => {
     const observer = new ResizeObserver(() => {
       if (host.clientWidth && host.clientWidth !== width) {
         width = host.clientWidth;
-        draw();
+        requestAnimationFrame(() => { if (host.isConnected) draw(); }); // it changes what is observed now
       }
     });
     observer.observe(host);

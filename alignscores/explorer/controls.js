@@ -15,11 +15,19 @@ const AlignmentControls = (() => {
     return found;
   }
 
-  // Makes a slider of a range input: over `values` in ascending order, and those of `more`, which a
-  // run may have. What `describe(value)` says stands in `output` and is spoken; `change(value)` hears
-  // of moves. The returned function shows another value.
-  function slider(input, output, { values, more = [], describe, change }) {
-    const all = [...new Set([...values, ...more])].sort((a, b) => a - b);
+  // Makes sliders of the range inputs with the keys of `fields` as ids: { key: [values, describe] }.
+  // What `describe(value)` says stands in the input's output and is spoken. `defaults` has values that
+  // a run may have besides; `change({ key: value })` hears of moves. The returned function shows a state.
+  function sliders(fields, defaults, change) {
+    const shows = Object.entries(fields).map(([key, [values, describe]]) => {
+      const all = [...new Set([...values, defaults[key]])].sort((a, b) => a - b);
+      return [key, slider(document.getElementById(key), all, describe, (value) => change({ [key]: value }))];
+    });
+    return (state) => { for (const [key, show] of shows) show(state[key]); };
+  }
+
+  function slider(input, all, describe, change) {
+    const output = document.querySelector(`output[for="${input.id}"]`);
     Object.assign(input, { min: 0, max: all.length - 1, step: 1 });
     input.addEventListener("input", () => change(all[Number(input.value)]));
     return (value) => {
@@ -55,5 +63,5 @@ const AlignmentControls = (() => {
     return { defaults, read, write };
   }
 
-  return Object.freeze({ address, roundNumbers, slider });
+  return Object.freeze({ address, roundNumbers, sliders });
 })();

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from html import escape
 from typing import Any
 
-__all__ = ["document"]
+__all__ = ["data_element", "document"]
 
 HEAD = """\
 <!DOCTYPE html>
@@ -14,13 +14,19 @@ HEAD = """\
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; \
-style-src 'unsafe-inline'; script-src 'unsafe-inline'">
+style-src 'unsafe-inline'; script-src 'unsafe-inline'{more}">
 <meta name="color-scheme" content="light dark">
 """
 
 
 def document(
-    title: str, body: str, *, styles: Iterable[str], scripts: Iterable[str], data: Any = None
+    title: str,
+    body: str,
+    *,
+    styles: Iterable[str],
+    scripts: Iterable[str],
+    data: Any = None,
+    frames: bool = False,
 ) -> str:
     r"""Return a page; the same input gives the same bytes.
 
@@ -34,6 +40,8 @@ def document(
         CSS and JavaScript, in their order.
     data : object, optional
         What the scripts read from the element ``data``; anything that JSON can hold.
+    frames : bool
+        Whether the scripts may show pages of their own making in it.
 
     Returns
     -------
@@ -47,11 +55,31 @@ def document(
     >>> "<title>a &lt; b</title>" in html, r'"\u003c/script>"' in html
     (True, True)
     """
-    text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", r"\u003c")
-    parts = [HEAD, f"<title>{escape(title)}</title>\n"]
+    head = HEAD.format(more="; frame-src blob:" if frames else "")
+    parts = [head, f"<title>{escape(title)}</title>\n"]
     parts += [f"<style>\n{style}</style>\n" for style in styles]
     parts.append(f"</head>\n<body>\n{body}\n")
     if data is not None:
-        parts.append(f'<script type="application/json" id="data">{text}</script>\n')
+        parts.append(data_element("data", data))
     parts += [f"<script>\n{script}</script>\n" for script in scripts]
     return "".join([*parts, "</body>\n</html>\n"])
+
+
+def data_element(name: str, data: Any) -> str:
+    r"""Return the element of a page that holds data as JSON, for its scripts.
+
+    Parameters
+    ----------
+    name : str
+        Its id.
+    data : object
+        Anything that JSON can hold; its text has no ``<``.
+
+    Examples
+    --------
+    >>> from alignscores.explorer.document import data_element
+    >>> print(data_element("a", ["<b>", 1]), end="")
+    <script type="application/json" id="a">["\u003cb>",1]</script>
+    """
+    text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", r"\u003c")
+    return f'<script type="application/json" id="{name}">{text}</script>\n'

@@ -2,7 +2,7 @@
 (() => {
   "use strict";
   const { element, frame, line, number, responsive, rule } = AlignmentCharts;
-  const { address, roundNumbers, slider } = AlignmentControls;
+  const { address, roundNumbers, sliders } = AlignmentControls;
   const { score, pas, profile } = AlignmentScores;
   const at = (id) => document.getElementById(id);
   const data = JSON.parse(at("data").textContent);
@@ -29,7 +29,7 @@
   const names = data.cameras.names;
   const nameOf = (row) => (stamps ? String(stamps[row]) : names[row]);
   const placeOf = (row) => (stamps ? stamps[row] - stamps[0] : row);
-  const isLost = (one, camera) => one.status[one.codes[camera]] === "lost";
+  const isLost = (one, camera) => data.statuses[one.codes[camera]] === "lost";
   const estimates = data.estimates.map((packed) => {
     const one = {
       ...packed,
@@ -94,17 +94,14 @@
   }
 
   // Controls.
-  const show = {};
-  function control(key, values, describe) {
-    const more = [kept.defaults[key]];
-    show[key] = slider(at(key), at(`${key}-text`), { values, more, describe, change: (value) => change({ [key]: value }) });
-  }
-  control("threshold", roundNumbers(0.01, 100), (value) => `${number(value)} d = ${number(value * unitOf(shown()), 4)} ${data.unit}`);
-  control("degrees", roundNumbers(0.1, 180), (value) => `${number(value)} degrees`);
-  control("quantile", twentieths.slice(1), (value) => (run.unit === null
-    ? `${number(value)}: d = ${number(unitOf(shown()), 4)} ${data.unit}` : `d = ${number(run.unit, 4)} ${data.unit} was given (--unit)`));
-  control("steps", [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000], (value) => `${number(value, 5)}`);
-  control("weight", twentieths, (value) => `${number(value)} TAS + ${number(1 - value)} RAS`);
+  const showSliders = sliders({
+    threshold: [roundNumbers(0.01, 100), (value) => `${number(value)} d = ${number(value * unitOf(shown()), 4)} ${data.unit}`],
+    degrees: [roundNumbers(0.1, 180), (value) => `${number(value)} degrees`],
+    quantile: [twentieths.slice(1), (value) => `${run.unit === null ? `${number(value)}: ` : ""}d = ${number(unitOf(shown()), 4)} `
+      + `${data.unit}${run.unit === null ? "" : ", fixed by the run"}`],
+    steps: [[1, 2, 5, 10, 20, 50, 100, 200, 500, 1000], (value) => number(value, 5)],
+    weight: [twentieths, (value) => `${number(value)} TAS + ${number(1 - value)} RAS`],
+  }, kept.defaults, change);
   at("quantile").disabled = run.unit !== null;
   at("missing").disabled = !estimates.some((one) => one.due.fail.cameras.length > one.due.ignore.cameras.length);
   for (const input of document.querySelectorAll("[name=missing], [name=colour]")) {
@@ -151,16 +148,13 @@
   function fillTexts() {
     const found = scores(shown());
     text("now", `${isRun() ? "As in the run" : "Not as in the run"}: TAS ${digits(found.TAS)}, RAS ${digits(found.RAS)}, PAS ${digits(found.PAS)}`);
-    const d = run.unit === null ? `, d the ${number(state.quantile)} quantile` : ", d as given";
+    const d = run.unit === null ? `, d the ${number(state.quantile)} quantile` : ", d fixed by the run";
     text("setting", `Up to ${number(state.threshold)} d and ${number(state.degrees)} degrees${d}, ${state.steps} thresholds, `
       + `weight ${number(state.weight)}, cameras without an estimate ${state.missing === "fail" ? "fail" : "are left out"}: `
       + `${isRun() ? "as in the run" : "not as in the run"}.`);
     at("reset").disabled = isRun();
-    const { parts, notes } = shown();
-    at("notes").replaceChildren(...[
-      ...(parts ? [`${shown().name}: it has ${parts} parts, each of which is aligned on its own`] : []), ...notes,
-    ].map((note) => Object.assign(document.createElement("li"), { textContent: note })));
-    for (const [key, update] of Object.entries(show)) update(state[key]);
+    at("notes").replaceChildren(...shown().notes.map((note) => Object.assign(document.createElement("li"), { textContent: note })));
+    showSliders(state);
     for (const input of document.querySelectorAll("[name=missing], [name=colour]")) input.checked = state[input.name] === input.value;
   }
 
@@ -186,7 +180,7 @@
     const errors = Object.entries(KINDS).map(([kind, { unit }]) => (one[kind][camera] === Infinity
       ? `no ${kind} error` : `${kind} error ${number(one[kind][camera])} ${unit}`));
     const d = one.position[camera] / unitOf(one);
-    const status = one.status[one.codes[camera]];
+    const status = data.statuses[one.codes[camera]];
     return `Camera ${nameOf(one.rows[camera])}: ${errors[0]}${Number.isFinite(d) ? ` (${number(d)} d)` : ""}, ${errors[1]}`
       + `${status === "matched" ? "" : `; ${status}`}${isLost(one, camera) && state.missing === "ignore" ? ", left out" : ""}`;
   }
@@ -330,8 +324,7 @@
   // The units of the profiles, the same for all settings but the policy.
   function profileUnits(kind) {
     if (kind === "rotation") return geometric(0.05, 180);
-    const usual = estimates.map((one) => one.units[run.missing][0.75 * QUANTILES - 1]).filter(positive);
-    const middle = run.unit ?? Math.max(...usual);
+    const middle = run.unit ?? Math.max(...estimates.map((one) => one.units[run.missing][0.75 * QUANTILES - 1]).filter(positive));
     return geometric(middle / 30, middle * 100);
   }
   const geometric = (low, high) => Array.from({ length: UNITS }, (_, k) => low * (high / low) ** (k / (UNITS - 1)));
@@ -571,10 +564,12 @@
   for (const button of document.querySelectorAll("[data-key]")) button.addEventListener("click", () => press(button.dataset.key));
 
   // What does not change.
-  text("title", document.title);
+  document.title = data.title;
+  text("title", data.title);
   text("kicker", `${data.format}, ${estimates.length} ${estimates.length === 1 ? "estimate" : "estimates"}, registration ${run.registration}`);
-  text("unit-head", `d [${data.unit}]`);
-  text("half-head", `half [${data.unit}]`);
+  const metres = data.unit === "m" ? " m" : ""; // of other units the name says nothing
+  text("unit-head", `d${metres}`);
+  text("half-head", `half${metres}`);
   const others = run.seeds[0] === run.seeds[1] ? "" : ` The run’s are means over the seeds ${run.seeds[0]} to ${run.seeds[1]}.`;
   text("alignment", `Scores here are under the run’s alignment, with seed ${run.seeds[0]}.${others} ${run.registration === "refined"
     ? "The refined registration fits its alignment to the largest threshold: at another one the command aligns anew, and its TAS is as a rule a little higher than here."

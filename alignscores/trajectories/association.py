@@ -44,8 +44,9 @@ class Matches:
         Time stamps, image names or row numbers of the reference.
     gt_poses, est_poses : (n, 4, 4) ndarray
         Camera-to-world poses; an estimated pose is not finite where the camera was not estimated.
-    est_rows : (n,) ndarray of int
-        Row of each estimated pose in the estimate; -1 where the camera has none.
+    gt_rows, est_rows : (n,) ndarray of int
+        Row of each camera in the reference, in ascending order if this is as of `in_order`; and
+        of its estimated pose in the estimate, -1 where it has none.
     matched : int
         Number of reference poses with an estimated pose, finite or not.
     missing : int
@@ -80,6 +81,7 @@ class Matches:
     keys: NDArray[Any]
     gt_poses: Floats
     est_poses: Floats
+    gt_rows: Indices
     est_rows: Indices
     matched: int
     missing: int
@@ -207,6 +209,7 @@ def match(
         keys=reference.keys[rows],
         gt_poses=reference.poses[rows],
         est_poses=est_poses[rows],
+        gt_rows=rows,
         est_rows=est_rows[rows],
         matched=len(matched),
         missing=len(pairing.ref_kept) - len(matched),

@@ -299,7 +299,7 @@ def test_parts_are_told_and_names_of_runs_differ(saved, browser, examples, tmp_p
         shutil.copytree(examples / "colmap/estimate", tmp_path / "sparse" / part)
     html, _ = saved("colmap", "colmap/reference", tmp_path / "sparse", "colmap/estimate")
     told = browser.run(html, READ + "tell(read());")
-    assert "it has 2 parts, each of which is aligned on its own" in told["notes"]
+    assert "in 2 parts, each aligned on its own" in told["notes"]
 
 
 def test_the_page_stays_in_one_file_and_is_the_same_each_time(saved, run, tmp_path):

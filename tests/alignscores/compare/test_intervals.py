@@ -86,7 +86,8 @@ def outcome(seed, sigma, *, error="gaussian", n=60):
         scores | {"half_distance": half},
         n=n,
         distance_terms=half_terms(at_half, half),
-        places=(np.arange(n) + 0.5) / n,
+        n_rows=n,
+        rows=np.arange(n),
         position_scores=_shares(result.tas.errors, result.tas.thresholds),
         rotation_scores=_shares(result.ras.errors, result.ras.thresholds),
     )

@@ -11,6 +11,8 @@ from io import StringIO
 
 import pytest
 
+from alignscores.cli import main
+
 SYSTEMS = {"a_b": (0.1, 1.0, 1, 0.0), "c": (0.3, 3.0, 1, 0.0)}
 
 
@@ -259,3 +261,75 @@ def test_scores_at_other_thresholds(patterns, run, compare, tmp_path, browser, o
             assert 0 < min(expected) < max(expected) < 1
             assert found == pytest.approx(expected, abs=0.0018)  # and three digits
         assert told["setting"].endswith("not as in the run." if options else ": as in the run.")
+
+
+def own_pages(text):
+    """Return the data of the pages of one's own files in a page, by the sequences in the menu."""
+    data = re.findall(r'<script type="application/json" id="own-\d+">(.*?)</script>', text)
+    options = re.findall(r'<option value="\d+">(.*?)</option>', text)
+    return dict(zip(options, map(json.loads, data), strict=True))
+
+
+@pytest.mark.parametrize(
+    ("format", "reference", "estimates"),
+    [
+        ("tum", "tum/reference.txt", "tum/{system}mate.txt"),
+        ("kitti", "kitti/reference.txt", "kitti/{system}mate.txt"),
+        ("colmap", "colmap/reference", "colmap/{system}mate"),
+        ("nerf", "nerf/reference.json", "nerf/{system}mate.json"),
+    ],
+)
+def test_the_page_has_the_cameras_of_the_command(
+    run, examples, tmp_path, monkeypatch, format, reference, estimates
+):
+    monkeypatch.chdir(examples)
+    run(format, reference, estimates, "--html", tmp_path / "page.html", "--jobs", 1)
+    (one,) = own_pages((tmp_path / "page.html").read_text()).values()
+    settings = ["--registration", "refined", "--unit", str(one["settings"]["unit"])]
+    settings += [] if format == "kitti" else ["--missing", "fail"]
+    files = [reference, estimates.replace("{system}", "esti")]
+    assert main([format, *files, *settings, "--save_page", str(tmp_path / "own.html")]) == 0
+    own = (tmp_path / "own.html").read_text()
+    alone = json.loads(re.search(r'id="data">(.*?)</script>', own)[1])
+    for data in (one, alone):
+        assert data.pop("title")
+        assert data["estimates"][0].pop("name").startswith("esti")
+        data["estimates"][0].pop("notes")
+    assert one == alone
+
+
+FRAMED = """<script>
+const rows = [...document.querySelectorAll("#rows tr")];
+const table = rows.map((row) => [...row.cells].map((cell) => cell.textContent.trim()));
+parent.postMessage([document.title, document.getElementById("reset").disabled, table], "*");
+</script></body>"""
+
+
+def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, browser):
+    """The one in the middle, of two the lesser one; of sequences of which any was scored."""
+    for system in SYSTEMS:
+        for file in (tmp_path / "helix" / system).iterdir():
+            file.write_text("")
+    run(*patterns, "--html", "page.html")
+    text = (tmp_path / "page.html").read_text()
+    assert list(own_pages(text)) == ["car"]
+    end, script = (json.dumps(one)[1:-1].replace("<", r"\u003c") for one in ("</body>", FRAMED))
+    assert text.count(end) == 1
+    tell = 'addEventListener("message", (event) => tell(event.data));'
+    title, is_run, table = browser.run(text.replace(end, script), tell)
+    assert (title, is_run) == ("car: one run of each system", True)
+    results = [one for one in compare(*patterns)["results"] if one["sequence"] == "car"]
+    for row, (system, index) in zip(table, (("a_b", 1), ("c", 0)), strict=True):
+        scored = [one for one in results if (one["system"], one["status"]) == (system, "scored")]
+        chosen = sorted(scored, key=lambda one: one["PAS"])[index]
+        assert row[0] == f"{system}, run {chosen['run']}"
+        assert row[1:4] == [f"{chosen[name]:.4f}" for name in ("TAS", "RAS", "PAS")]
+        assert row[5:7] == ["60", "0"]
+
+
+def test_trajectories_that_are_too_large_are_left_out(patterns, run, tmp_path, monkeypatch):
+    monkeypatch.setattr("alignscores.compare.page.MOST", 0.01)
+    run(*patterns, "--html", "page.html")
+    text = (tmp_path / "page.html").read_text()
+    assert own_pages(text) == {}
+    assert " MB, more than 0.01, and are left out" in text
