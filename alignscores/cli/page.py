@@ -12,17 +12,16 @@ from numpy.typing import NDArray
 from .. import __version__
 from ..explorer import source
 from ..explorer.document import document
-from ..pose import PASResult
-from ..trajectories.association import Matches, match
+from ..trajectories.association import match
 from ..trajectories.files import Trajectory
 from ..translation import closest_pair_distances
 from .formats import FORMATS
 from .names import printable
 from .notes import collected_warnings
 from .saving import LOST, STATUSES, statuses
-from .scoring import Scored, seeds
+from .scoring import Scored, aligned_positions, seeds
 
-__all__ = ["Estimate", "aligned_positions", "around", "page", "page_data"]
+__all__ = ["Estimate", "around", "page", "page_data"]
 
 Floats = NDArray[np.float64]
 
@@ -157,14 +156,6 @@ def page_data(
             for one in estimates
         ],
     }
-
-
-def aligned_positions(matches: Matches, result: PASResult) -> Floats:
-    """Return the estimated camera centres, (n, 3), in the world of the reference; NaN for none."""
-    positions = matches.est_poses[:, :3, 3]
-    if result.tas.alignment is None:
-        return np.full_like(positions, np.nan)
-    return result.tas.alignment.inverse().apply(positions)
 
 
 def _cameras(keys: NDArray[Any]) -> dict[str, Any]:

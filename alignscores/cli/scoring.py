@@ -40,7 +40,7 @@ from .notes import (
     swap_notes,
 )
 
-__all__ = ["Part", "Profiles", "Scored", "score", "seeds"]
+__all__ = ["Part", "Profiles", "Scored", "aligned_positions", "score", "seeds"]
 
 SMALL = 0.03  # seconds: with a larger time offset the positions must fit
 LEAST_GAIN = 1.2  # times as well, as noise alone gains less
@@ -381,6 +381,14 @@ def rotation_profile(result: PASResult, degrees: Floats) -> ScoreProfile:
     """Return the profile of the RAS."""
     errors = np.sort(result.ras.errors)[None]
     return ScoreProfile(degrees, errors, len(result.ras.thresholds))
+
+
+def aligned_positions(matches: Matches, result: PASResult) -> Floats:
+    """Return the estimated camera centres, (n, 3), in the world of the reference; NaN for none."""
+    positions = matches.est_poses[:, :3, 3]
+    if result.tas.alignment is None:
+        return np.full_like(positions, np.nan)
+    return result.tas.alignment.inverse().apply(positions)
 
 
 def seeds(arguments: argparse.Namespace) -> range:

@@ -97,7 +97,7 @@
   let framed;
   function pageOf(sequence) {
     if (!pages.has(sequence)) {
-      const [before, after] = data.own;
+      const [before, after] = JSON.parse(at("own-page").textContent);
       pages.set(sequence, URL.createObjectURL(new Blob([before, at(`own-${sequence}`).textContent, after], { type: "text/html" })));
     }
     return pages.get(sequence);

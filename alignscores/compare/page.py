@@ -105,7 +105,6 @@ def page(
                 [_standing(summary, system, sequence) for system in summary.systems]
                 for sequence in summary.sequences
             ],
-            "own": around(),
         },
         frames=True,
     )
@@ -341,16 +340,18 @@ def _trajectories(
     data = [data_element(f"own-{index}", one) for index, one in enumerate(trajectories.values())]
     if (size := sum(map(len, data)) / 1e6) > MOST:
         return (
-            f"<p>They would take {size:.3g} MB, more than {MOST}, and are left out. Of one "
-            "sequence they are on a page that "
-            "<code>alignscores FORMAT REFERENCE ESTIMATE... --save_page FILE.html</code> saves.</p>"
+            f"<p>The trajectories would take {size:.3g} MB, more than {MOST} MB, and are left out. "
+            "<code>alignscores FORMAT REFERENCE ESTIMATE... --save_page FILE.html</code> makes a "
+            "page of one sequence.</p>"
         )
     options = "".join(
         f'<option value="{index}">{escape(names[sequence])}</option>'
         for index, sequence in enumerate(trajectories)
     )
     html = files(__package__).joinpath("trajectories.html").read_text("utf-8")
-    return html.format(options=options, by=escape(by)) + "".join(data)
+    return html.format(options=options, by=escape(by)) + "".join(
+        [data_element("own-page", around()), *data]
+    )
 
 
 def _plot(

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from ..cli.formats import FORMATS
 from ..cli.notes import collected_warnings, convention_notes, offset_notes, parts_notes, swap_notes
-from ..cli.page import aligned_positions
 from ..cli.saving import statuses, write_whole
 from ..cli.scoring import (
     Part,
+    aligned_positions,
     matched,
     pas_of_parts,
     poses_of_parts,

@@ -332,4 +332,4 @@ def test_trajectories_that_are_too_large_are_left_out(patterns, run, tmp_path, m
     run(*patterns, "--html", "page.html")
     text = (tmp_path / "page.html").read_text()
     assert own_pages(text) == {}
-    assert " MB, more than 0.01, and are left out" in text
+    assert " MB, more than 0.01 MB, and are left out. <code>alignscores FORMAT " in text
