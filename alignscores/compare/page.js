@@ -50,6 +50,7 @@
   const kept = address({
     sequence: [-1, (value) => value in data.sequences],
     trajectory: [0, (value) => at(`own-${value}`) !== null],
+    view: ["", () => true],
     threshold: [data.setting.threshold, positive],
     degrees: [data.setting.degrees, positive],
     steps: [100, (value) => Number.isInteger(value) && value > 0 && value <= 10000],
@@ -91,8 +92,8 @@
     render();
   });
 
-  // The page of one's own files on a sequence, in a frame. It is made once: of what is around the data
-  // in all of them, and the data.
+  // The page of one's own files on a sequence, in a frame; it is made of its data and what is around
+  // the data in all of them. `view` is what stands after the # of its address.
   const pages = new Map();
   let framed;
   function pageOf(sequence) {
@@ -102,16 +103,27 @@
     }
     return pages.get(sequence);
   }
+  // Tells whether that is another address than before.
+  function addressFrame() {
+    const before = framed;
+    framed = `${pageOf(state.trajectory)}#${state.view}`;
+    at("own-tab").href = framed;
+    return framed !== before;
+  }
   function showTrajectory() {
-    if (!at("trajectory") || framed === state.trajectory) return;
-    framed = state.trajectory;
-    at("trajectory").value = framed;
+    if (!at("trajectory") || !addressFrame()) return;
+    at("trajectory").value = state.trajectory;
     const name = at("trajectory").selectedOptions[0].text;
     // Each is a new frame: another page in the same one would be a step of the browser's history.
-    at("own").replaceChildren(Object.assign(document.createElement("iframe"), { src: pageOf(framed), title: `Trajectories on ${name}` }));
-    at("own-tab").href = pageOf(framed);
+    at("own").replaceChildren(Object.assign(document.createElement("iframe"), { src: framed, title: `Trajectories on ${name}` }));
   }
-  at("trajectory")?.addEventListener("change", (event) => change({ trajectory: Number(event.target.value) }));
+  at("trajectory")?.addEventListener("change", (event) => change({ trajectory: Number(event.target.value), view: "" }));
+  addEventListener("message", (event) => {
+    if (event.source !== document.querySelector("#own iframe")?.contentWindow || typeof event.data !== "string") return;
+    state.view = event.data;
+    addressFrame();
+    kept.write(state);
+  });
 
   const rows = data.systems.map((name) => {
     const row = at("scores").insertRow();

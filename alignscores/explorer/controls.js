@@ -58,6 +58,7 @@ const AlignmentControls = (() => {
       waiting = setTimeout(() => {
         const changed = Object.entries(state).filter(([key, value]) => value !== defaults[key]);
         history.replaceState(null, "", `#${new URLSearchParams(changed)}`);
+        if (parent !== window) parent.postMessage(location.hash.slice(1), "*"); // whose address can be shared
       }, 200);
     }
     return { defaults, read, write };

@@ -45,8 +45,7 @@ class Matches:
     gt_poses, est_poses : (n, 4, 4) ndarray
         Camera-to-world poses; an estimated pose is not finite where the camera was not estimated.
     gt_rows, est_rows : (n,) ndarray of int
-        Row of each camera in the reference, in ascending order if this is as of `in_order`; and
-        of its estimated pose in the estimate, -1 where it has none.
+        Row of each camera in the reference, and of its pose in the estimate: -1 where it has none.
     matched : int
         Number of reference poses with an estimated pose, finite or not.
     missing : int

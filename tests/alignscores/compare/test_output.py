@@ -301,8 +301,20 @@ def test_the_page_has_the_cameras_of_the_command(
 FRAMED = """<script>
 const rows = [...document.querySelectorAll("#rows tr")];
 const table = rows.map((row) => [...row.cells].map((cell) => cell.textContent.trim()));
-parent.postMessage([document.title, document.getElementById("reset").disabled, table], "*");
+const isRun = document.getElementById("reset").disabled;
+const picked = document.getElementById("picked").textContent;
+parent.postMessage([document.title, isRun, table, picked], "*");
+window.setTimeout = (call) => call(); // the browser does not wait for a frame's clock
+document.getElementById("scene").dispatchEvent(new KeyboardEvent("keydown", { key: "PageDown" }));
 </script></body>"""
+
+AROUND = """
+let told;
+addEventListener("message", ({ data }) => {
+  if (Array.isArray(data)) told = data;
+  else setTimeout(() => tell([...told, location.hash]), 300);
+});
+"""
 
 
 def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, browser):
@@ -315,8 +327,10 @@ def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, 
     assert list(own_pages(text)) == ["car"]
     end, script = (json.dumps(one)[1:-1].replace("<", r"\u003c") for one in ("</body>", FRAMED))
     assert text.count(end) == 1
-    tell = 'addEventListener("message", (event) => tell(event.data));'
-    title, is_run, table = browser.run(text.replace(end, script), tell)
+    told = browser.run(text.replace(end, script), AROUND, "#view=camera%3D3")
+    title, is_run, table, picked, address = told
+    assert picked.startswith("Camera 0.3: position error ")
+    assert address == "#view=camera%3D4"  # as the frame's own cannot be shared
     assert (title, is_run) == ("car: one run of each system", True)
     results = [one for one in compare(*patterns)["results"] if one["sequence"] == "car"]
     for row, (system, index) in zip(table, (("a_b", 1), ("c", 0)), strict=True):
