@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 DASHES = "", "6 3", "2 3", "8 3 2 3", "1 2"  # tell curves apart without colours
 N_COLOURS = 8
 CURVE = 640, 260  # width and height of the drawings, without their margins
-LEFT, TOP, BOTTOM = 52, 12, 40
+LEFT, TOP, BOTTOM = 52, 20, 40
 STRETCHES = 120  # parts of a trajectory whose median error is drawn
 STANDING = (
     400  # errors that stand for all of a system on a sequence; scores are off by 0.00125 at most
@@ -368,7 +368,7 @@ def _plot(
         f'<text x="{LEFT}" y="{TOP + height + 18}">{across[0]}</text>',
         f'<text x="{LEFT + width}" y="{TOP + height + 18}" text-anchor="end">{across[1]}</text>',
         f'<text x="{LEFT - 6}" y="{TOP + height}" text-anchor="end">{up[0]}</text>',
-        f'<text x="{LEFT + 6}" y="{TOP + 10}">{up[1]}</text>',
+        f'<text x="{LEFT + 6}" y="{TOP - 6}">{up[1]}</text>',
     ]
     for system, (x, y) in curves.items():
         points = " ".join(
