@@ -41,22 +41,26 @@ def problems(error: ValidationError) -> list[tuple[str, str]]:
 
 
 def _problem(details: ErrorDetails) -> tuple[str, str]:
-    location = details["loc"]
-    # Where a key is at fault, pydantic names it and adds a mark.
-    key = ".".join(map(str, location[:-2] if location[-1:] == ("[key]",) else location))
+    place, wrong = list(details["loc"]), _wrong(details)
+    if place[-1:] == ["[key]"]:  # so pydantic marks a key that is at fault itself
+        *place, key, _ = place
+        wrong = f"has the key {key!r}, which {wrong}"
+    return ".".join(map(str, place)), wrong
+
+
+def _wrong(details: ErrorDetails) -> str:
     match details["type"]:
         case "missing":
-            return key, "is missing"
+            return "is missing"
         case "extra_forbidden" | "unexpected_keyword_argument":
-            return key, "is unknown"
+            return "is unknown"
         case "dict_type" | "model_type" | "dataclass_type":
-            return key, f"needs key: value, not {details['input']!r}"
+            return f"needs key: value, not {details['input']!r}"
         case "too_short":
-            fewest = details["ctx"]["min_length"]
-            return key, f"needs {fewest} or more entries, not {details['input']!r}"
+            return f"needs {details['ctx']['min_length']} or more entries, not {details['input']!r}"
         case "value_error":  # raised by our own checks, which name the value
-            return key, str(details["ctx"]["error"])
-    return key, f"{details['msg'].removeprefix('Input ')}, not {details['input']!r}"
+            return str(details["ctx"]["error"])
+    return f"{details['msg'].removeprefix('Input ')}, not {details['input']!r}"
 
 
 def run_command(

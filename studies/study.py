@@ -32,7 +32,7 @@ EVERY = "every="  # in the column `settings` of tables with several frame rates
 def table_name(name: str) -> str:
     """Return a name that results may be called by; a `ValueError` says why this one is none."""
     fits = re.fullmatch(r"[A-Za-z0-9_]+", name) is not None
-    require(fits, f"{name!r} may have letters, digits and underscores alone")
+    require(fits, "may have letters, digits and underscores alone")
     return name
 
 

@@ -55,10 +55,11 @@ def load_scenarios(path: Path = BEYOND, overrides: Sequence[str] = ()) -> Study:
     >>> study.name, drift.name, drift.geometry, drift.error
     ('beyond', 'beyond/drift', 'car', 'drift')
     """
+    study = study_name(path)
     try:
-        study = table_name(study_name(path))
+        table_name(study)
     except ValueError as error:
-        raise ConfigError(f"{path}: the name {error}") from None
+        raise ConfigError(f"{path}: the name {study!r} {error}") from None
     shared, file = read_yaml(BEYOND, _File), read_yaml(path, _File)
     tables = {}
     for name, own in file.scenarios.items():

@@ -163,7 +163,7 @@ def refusal(tmp_path: Path, content: Any) -> str:
         ({"take": "median"}, "take: must be one of smallest, largest, mean, not 'median'"),
         (
             {"where": {"outliers": [1]}},
-            "where: must be one of n_cameras",
+            "where: has the key 'outliers', which must be one of n_cameras",
         ),
         ({"where": {"n_outliers": 1}}, "where.n_outliers: should be a valid list, not 1"),
         ({"where": {"n_outliers": []}}, "where.n_outliers: needs 1 or more entries, not []"),
