@@ -14,7 +14,7 @@ import pandas as pd
 import scipy
 from numpy.typing import NDArray
 
-from experiments.command import CommandError
+from experiments.command import CommandError, ConfigError
 from experiments.config import CONFIG_DIR, MetricName, read_yaml, split_override
 from experiments.metrics import Column
 from experiments.tables import Trials
@@ -86,13 +86,21 @@ def load_maps(overrides: Sequence[str] = ()) -> Study:
     others = [override for override in overrides if split_override(override)[0] not in axis_names()]
     tables = {}
     for name, one in file.maps.items():
-        axes = [axis_with(axis, chosen.get(axis, v)) for axis, v in one.values.items()]
+        axes = _axes(name, one, chosen)
         metrics = [*dict.fromkeys(str(column) for column in _columns(axes)), *one.beside]
         for part, own in one.parts.items():
             key = f"maps.{name}.parts.{part}"
             sweep = resolve(MAPS, key, others, file.settings, one.settings, own)
             tables[f"{name}_{part}"] = Table((replace(sweep, metrics=metrics),))
     return Study("threshold_maps", tables)
+
+
+def _axes(name: str, one: _Map, chosen: Mapping[str, str]) -> list[Axis]:
+    """Return the axes of a map, with the values that are chosen instead of its own."""
+    try:
+        return [axis_with(axis, chosen.get(axis, own)) for axis, own in one.values.items()]
+    except ConfigError as error:
+        raise ConfigError(f"{MAPS}: maps.{name}: {error}") from None
 
 
 def _columns(axes: Sequence[Axis]) -> list[Column]:
@@ -134,7 +142,7 @@ def compare(parts: Mapping[str, Trials]) -> pd.DataFrame:
         missing = [part for part in one.parts if f"{name}_{part}" not in parts]
         if missing:
             raise CommandError(f"the map {name} needs the trials of {', '.join(missing)}, too")
-        axes = [axis_with(axis, values) for axis, values in one.values.items()]
+        axes = _axes(name, one, {})
         rows = [
             {"map": name, "part": part} | row
             for part in one.parts

@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from experiments.command import CommandError
+from experiments.command import CommandError, ConfigError
 from experiments.grid import Cell
 from experiments.tables import Trials
 from studies.__main__ import main
-from studies.parameters.maps import compare, load_maps, sentences
+from studies.parameters.maps import MAPS, compare, load_maps, sentences
 
 from ..conftest import undescribed
 
@@ -93,6 +93,16 @@ def test_program_writes_table_and_sentences(
     assert "with the best of 3 thresholds at each noise, found afterwards" in text
     assert "TAS(order=0.5) −" in text
     assert "HalfAngle 100 %" in text
+
+
+def test_an_axis_of_no_study_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "maps.yaml"
+    path.write_text(MAPS.read_text().replace("tas_max_threshold: [", "tas_max_treshold: ["))
+    monkeypatch.setattr("studies.parameters.maps.MAPS", path)
+    with pytest.raises(
+        ConfigError, match=r"maps\.yaml: maps\.tas: unknown axis 'tas_max_treshold'"
+    ):
+        load_maps()
 
 
 def test_all_parts_are_needed(parts: dict[str, Trials]) -> None:
