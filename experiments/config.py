@@ -1,6 +1,7 @@
 """Settings of a sweep: resolved from the Hydra configs, typed, checked before any trial."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import field, fields
 from functools import lru_cache
 from math import inf
@@ -10,8 +11,9 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 
 from hydra import compose, initialize_config_dir
 from hydra.core.global_hydra import GlobalHydra
+from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
-from omegaconf import OmegaConf
+from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from pydantic import (
     AfterValidator,
@@ -241,23 +243,30 @@ def load_sweep(
 
 
 def _compose(overrides: Sequence[str]) -> Mapping[str, Any]:
-    """Compose the files with Hydra, again only where one has changed: it takes long."""
+    """Compose the files with Hydra, an experiment once while no file changes: it takes long."""
     written = [(str(file), file.stat().st_mtime_ns) for file in CONFIG_DIR.rglob("*.yaml")]
-    return _composed(tuple(overrides), str(CONFIG_DIR), tuple(written))
-
-
-@lru_cache
-def _composed(overrides: tuple[str, ...], folder: str, _: object) -> Mapping[str, Any]:
+    experiment = tuple(one for one in overrides if split_override(one)[0] == "experiment")
     try:
-        GlobalHydra.instance().clear()
-        with initialize_config_dir(config_dir=folder, version_base="1.3"):
-            composed = compose(config_name="config", overrides=list(overrides))
+        composed = deepcopy(_composed(experiment, str(CONFIG_DIR), tuple(written)))
+        others = [override for override in overrides if override not in experiment]
+        for override in OverridesParser.create().parse_overrides(others):
+            if override.is_sweep_override():
+                example = f"{override.key_or_group}=[1,2], or quote it"
+                raise ValueError(f"that is several values: write a list as {example}")
+            composed[override.key_or_group] = override.value()
         settings = OmegaConf.to_container(composed, resolve=True)
     except (HydraException, OmegaConfBaseException, ValueError) as error:
         reason = " ".join(str(error).partition("See https")[0].split())
         raise ConfigError(f"cannot read {' '.join(overrides)}: {reason}") from None
     assert isinstance(settings, dict)
     return {str(key): value for key, value in settings.items()}
+
+
+@lru_cache
+def _composed(experiment: tuple[str, ...], folder: str, _: object) -> DictConfig:
+    GlobalHydra.instance().clear()
+    with initialize_config_dir(config_dir=folder, version_base="1.3"):
+        return compose(config_name="config", overrides=list(experiment))
 
 
 def make(kind: type[T], settings: Mapping[str, Any]) -> T:

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import scipy
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
-from scipy.stats import t as students_t
 
 from experiments.command import CommandError, ConfigError
 from experiments.config import Sweep
@@ -94,7 +94,7 @@ def verdict(claim: Claim, values: Floats) -> str:
     if lowest <= high and low <= highest:
         return INCONCLUSIVE if low <= 0 <= high else REPRODUCED
     n = len(values)
-    reach = students_t.ppf(CENTRAL[1], n - 1) * values.std(ddof=1) * np.sqrt(1 + 1 / n)
+    reach = scipy.stats.t.ppf(CENTRAL[1], n - 1) * values.std(ddof=1) * np.sqrt(1 + 1 / n)
     predicted = lowest <= values.mean() + reach and values.mean() - reach <= highest
     return INCONCLUSIVE if predicted else NOT_REPRODUCED
 
@@ -140,12 +140,12 @@ def _test(claim: Claim, values: Floats) -> tuple[bool, float]:
     if error == 0:
         return meets, 0.0
     inside = min(mean - lowest, highest - mean)  # negative outside: how far
-    return meets, float(2 * students_t.sf(abs(inside) / error, len(values) - 1))
+    return meets, float(2 * scipy.stats.t.sf(abs(inside) / error, len(values) - 1))
 
 
 def _mean_interval(values: Floats) -> tuple[float, float]:
     """Return the 95 % confidence interval of the mean over all studies."""
-    reach = students_t.ppf(CENTRAL[1], len(values) - 1) * values.std(ddof=1) / np.sqrt(len(values))
+    reach = scipy.stats.t.ppf(CENTRAL[1], len(values) - 1) * values.std(ddof=1) / np.sqrt(len(values))
     return float(values.mean() - reach), float(values.mean() + reach)
 
 
