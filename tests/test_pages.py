@@ -22,7 +22,6 @@ from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from io import BytesIO, StringIO, TextIOWrapper
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +40,8 @@ from experiments.config import EXECUTION, SETTINGS, load
 from experiments.metrics import METRICS
 from experiments.run import main as experiments_run
 from experiments.scenes import ERRORS, OUTLIERS, PATHS
+
+from .snakemake_server import run_snakemake
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -257,7 +258,7 @@ def snakemake() -> Callable[..., None]:
             own = []
         elif rule_of(arguments):  # tests/workflow plans all of them
             return
-        # From a server that has imported what takes long. More replicates are planned alike.
+        # More replicates are planned alike.
         settings = [one for one in arguments if not one.startswith("replicates=")]
         if "claims" in settings:
             settings += [] if "--config" in settings else ["--config"]
@@ -265,17 +266,14 @@ def snakemake() -> Callable[..., None]:
         if tuple(settings) in PLANNED:
             return
         PLANNED.add(tuple(settings))
-        process = FORKS.Process(target=dry_run, args=([*settings, *own], "planned.txt"))
-        process.start()
-        process.join()
-        assert process.exitcode == 0, Path("planned.txt").read_text()
+        log = Path("planned.txt")
+        code = run_snakemake([*settings, *own, "--dry-run", "--quiet"], Path.cwd(), log)
+        assert code == 0, log.read_text()
 
     return plan
 
 
 PLANNED: set[tuple[str, ...]] = set()
-FORKS = get_context("forkserver")
-FORKS.set_forkserver_preload(["snakemake.cli", "experiments.config", "studies.__main__"])
 
 
 def rule_of(arguments: tuple[str, ...]) -> bool:
@@ -283,14 +281,6 @@ def rule_of(arguments: tuple[str, ...]) -> bool:
     files = [ROOT / "Snakefile", *(ROOT / "workflow").glob("*.smk")]
     code = "\n".join(file.read_text() for file in files)
     return len(arguments) == 1 and f"\nrule {arguments[0]}:\n" in code
-
-
-def dry_run(arguments: list[str], log: str) -> None:
-    """Run Snakemake, which exits."""
-    from snakemake.cli import main
-
-    with Path(log).open("w") as stream, redirect_stdout(stream), redirect_stderr(stream):
-        main([*arguments, "--dry-run", "--quiet"])
 
 
 def test_the_notebook_prints_what_it_shows() -> None:

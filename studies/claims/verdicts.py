@@ -145,7 +145,9 @@ def _test(claim: Claim, values: Floats) -> tuple[bool, float]:
 
 def _mean_interval(values: Floats) -> tuple[float, float]:
     """Return the 95 % confidence interval of the mean over all studies."""
-    reach = scipy.stats.t.ppf(CENTRAL[1], len(values) - 1) * values.std(ddof=1) / np.sqrt(len(values))
+    reach = (
+        scipy.stats.t.ppf(CENTRAL[1], len(values) - 1) * values.std(ddof=1) / np.sqrt(len(values))
+    )
     return float(values.mean() - reach), float(values.mean() + reach)
 
 

@@ -1,14 +1,14 @@
 """Snakemake with the project's workflow, in an empty working directory."""
 
 import re
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
 
 import pytest
+
+from ..snakemake_server import run_snakemake
 
 ROOT = Path(__file__).resolve().parents[2]
 SNAKEFILE = ROOT / "Snakefile"
@@ -18,7 +18,7 @@ SNAKEFILE = ROOT / "Snakefile"
 class Done:
     """What a call of Snakemake has said and, where it was a dry run, what it would do."""
 
-    returncode: int
+    returncode: int | None
     text: str
 
     @property
@@ -51,23 +51,18 @@ class Done:
 Snakemake = Callable[..., Done]
 
 
-def command(*arguments: str, project: Path = ROOT, profile: str = "default") -> list[str]:
-    options = ["--snakefile", str(project / "Snakefile")]
-    options += ["--profile", str(ROOT / "profiles" / profile)]
-    options += ["--max-jobs-per-timespan", "100/1s"]  # so long it waits before it exits
-    return [sys.executable, "-m", "snakemake", *options, *arguments]
+def options(project: Path = ROOT, profile: str = "default") -> list[str]:
+    chosen = ["--snakefile", str(project / "Snakefile")]
+    chosen += ["--profile", str(ROOT / "profiles" / profile)]
+    return [*chosen, "--max-jobs-per-timespan", "100/1s"]  # so long it waits before it exits
 
 
 @pytest.fixture
 def snakemake(tmp_path: Path) -> Snakemake:
-    def run(*arguments: str, **options: Path | str) -> Done:
-        done = subprocess.run(
-            command(*arguments, **options),
-            cwd=options.get("project", tmp_path),
-            capture_output=True,
-            text=True,
-            timeout=110,
-        )
-        return Done(done.returncode, done.stdout + done.stderr)
+    def run(*arguments: str, project: Path = ROOT, profile: str = "default") -> Done:
+        folder = tmp_path if project == ROOT else project
+        log = tmp_path / "snakemake.log"
+        code = run_snakemake([*options(project, profile), *arguments], folder, log)
+        return Done(code, log.read_text())
 
     return run

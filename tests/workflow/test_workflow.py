@@ -21,7 +21,7 @@ from studies.parameters.maps import load_maps
 from studies.scenarios.scenarios import load_scenarios
 from studies.today.questions import load_today
 
-from .conftest import ROOT, SNAKEFILE, Snakemake, command
+from .conftest import ROOT, SNAKEFILE, Snakemake, options
 
 TRIALS = {
     "figures": 8 + len(load_halves().tables),
@@ -308,7 +308,7 @@ def test_a_killed_run_goes_on_to_the_same_bytes(snakemake: Snakemake, tmp_path: 
 
     assert snakemake(*arguments("whole")).returncode == 0
     with subprocess.Popen(
-        command(*arguments("killed")),
+        [sys.executable, "-m", "snakemake", *options(), *arguments("killed")],
         cwd=tmp_path,
         start_new_session=True,
         stdout=subprocess.DEVNULL,
