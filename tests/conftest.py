@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from html import unescape
 from pathlib import Path
@@ -99,9 +100,19 @@ class Browser:
 
     def __init__(self, program: str, new_folder: Callable[[str], Path]) -> None:
         self.program, self.new_folder = program, new_folder
+        self.told: dict[tuple[str, str, str], Any] = {}
 
     def run(self, html: str, script: str, fragment: str = "") -> Any:
-        """Open a page, run a script at its end, and return what it passes to ``tell``."""
+        """Open a page, run a script at its end, and return what it passes to ``tell``.
+
+        The same page with the same script is opened once.
+        """
+        key = html, script, fragment
+        if key not in self.told:
+            self.told[key] = self._run(html, script, fragment)
+        return deepcopy(self.told[key])
+
+    def _run(self, html: str, script: str, fragment: str) -> Any:
         folder = self.new_folder("browser")
         return self._open(_write(folder / "page.html", html, TELL + script), fragment)
 

@@ -91,6 +91,11 @@ def test_a_copied_experiment_needs_a_name_of_its_own(
         ("noise=paired", "'noise' is paired, so sigma_t and sigma_r_deg need the same number"),
         ("sigma_t=0.1", "'sigma_t': must be a list in brackets, for example [1, 2]"),
         ("sigma_t=[]", "'sigma_t': needs 1 or more entries, not []"),
+        (
+            "n_cameras=9,10",
+            "n_cameras=9,10: that is several values: write a list as n_cameras=[1,2]",
+        ),
+        ("trials=range(1,3)", "that is several values"),
         ("sigma_t=[0.1", "cannot read experiment=outliers sigma_t=[0.1: "),
         ("sigma_t=[-0.1]", "'sigma_t': should be greater than or equal to 0, not -0.1"),
         ("sigma_t=[nan]", "'sigma_t': should be less than inf, not nan"),

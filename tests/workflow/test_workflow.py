@@ -193,9 +193,10 @@ def test_an_edit_reruns_what_depends_on_it_and_nothing_else(
     (copy / "configs" / "study" / "registration.yaml").write_text(REGISTRATIONS)
 
     def rerun(*targets: str) -> dict[str, int]:
-        return snakemake(*targets, "--dry-run", "--config", "trials=1", project=copy).planned
+        return snakemake(*targets, "--dry-run", "--config", *few, project=copy).planned
 
-    done = snakemake(*TARGETS, "--config", "trials=1", project=copy)
+    few = ["trials=1", "n_jobs=1"]
+    done = snakemake(*TARGETS, "--config", *few, project=copy)
     assert done.returncode == 0, done.text
     for files, jobs in EDITS:
         code = {copy / name: (copy / name).read_text() for name in files}
@@ -256,7 +257,7 @@ def test_a_study_of_ones_own_runs_and_reruns_what_changed(
 ) -> None:
     file = tmp_path / "mine.yaml"
     file.write_text(OWN)
-    arguments = ["--config", "scenarios=mine.yaml"]
+    arguments = ["--config", "scenarios=mine.yaml", "n_jobs=1"]
     done = snakemake("beyond", *arguments)
     assert done.returncode == 0, done.text
     results = tmp_path / "results"
@@ -284,6 +285,7 @@ def test_a_study_of_ones_own_runs_and_reruns_what_changed(
 def test_another_value_of_an_axis_runs_its_trials_again(snakemake: Snakemake) -> None:
     target = "results/trials/threshold_study/seeds.csv"
     settings = ["trials=1", "registration_prescreen=[inf]", "registration_n_hypotheses=[10]"]
+    settings += ["n_jobs=1"]
     assert snakemake(target, "--config", *settings).returncode == 0
     same = [*settings, "backend=threading", "tas_registration=[pcr99]"]
     assert snakemake(target, "--dry-run", "--config", *same).planned == {}
