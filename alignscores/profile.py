@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .histogram import cumulative_frequency, equal_steps
+from .histogram import equal_steps
 from .registration import Registration
 from .registration.refined import Search
 from .rotation import ras
@@ -333,9 +333,8 @@ def _checked_units(units: ArrayLike) -> Floats:
 
 def _scores(sorted_errors: Floats, units: Floats, steps: Floats) -> Floats:
     """Return the score at each unit: the area of the cumulative histogram (eq. 4)."""
-    thresholds = units[:, None] * steps
-    frequency = cumulative_frequency(sorted_errors, thresholds.ravel()).reshape(thresholds.shape)
-    scores: Floats = frequency.sum(axis=1) / (len(steps) * len(sorted_errors))
+    frequency = np.searchsorted(sorted_errors, units[..., None] * steps)
+    scores: Floats = frequency.sum(axis=-1) / (len(steps) * len(sorted_errors))
     return scores
 
 
@@ -346,8 +345,8 @@ def _smallest_unit(sorted_errors: Floats, steps: Floats, score: float, bound: fl
     """
 
     def reached(bits: int) -> bool:
-        unit = np.array([bits], dtype=np.int64).view(np.float64)
-        return bool(_scores(sorted_errors, unit, steps)[0] >= score)
+        unit = np.array(bits, dtype=np.int64).view(np.float64)
+        return bool(_scores(sorted_errors, unit, steps) >= score)
 
     low, high = 0, int(np.array(min(bound, np.finfo(np.float64).max)).view(np.int64))
     if not reached(high):
