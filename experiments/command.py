@@ -2,10 +2,10 @@
 
 import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 from pydantic import ValidationError
-from pydantic_core import ErrorDetails
 
 __all__ = ["CommandError", "ConfigError", "problems", "run_command"]
 
@@ -37,10 +37,11 @@ def problems(error: ValidationError) -> list[tuple[str, str]]:
     ...     print(problems(error))
     [('trials', "should be a valid integer, unable to parse string as an integer, not 'many'")]
     """
-    return [_problem(details) for details in error.errors(include_url=False)]
+    found: list[Any] = error.errors(include_url=False)
+    return [_problem(details) for details in found]
 
 
-def _problem(details: ErrorDetails) -> tuple[str, str]:
+def _problem(details: Mapping[str, Any]) -> tuple[str, str]:
     place, wrong = list(details["loc"]), _wrong(details)
     if place[-1:] == ["[key]"]:  # so pydantic marks a key that is at fault itself
         *place, key, _ = place
@@ -48,7 +49,7 @@ def _problem(details: ErrorDetails) -> tuple[str, str]:
     return ".".join(map(str, place)), wrong
 
 
-def _wrong(details: ErrorDetails) -> str:
+def _wrong(details: Mapping[str, Any]) -> str:
     match details["type"]:
         case "missing":
             return "is missing"

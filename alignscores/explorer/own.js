@@ -397,8 +397,8 @@
   function camera3d() {
     const [turn, tilt] = [state.turn, state.tilt].map((degrees) => degrees * Math.PI / 180);
     const [ct, st, cf, sf] = [Math.cos(turn), Math.sin(turn), Math.cos(tilt), Math.sin(tilt)];
-    const sides = [[scene.clientWidth, across], [scene.clientHeight, up]].map(([pixels, { axis }]) => pixels / size[axis]);
-    const zoom = 0.92 * state.near * Math.min(...sides.filter(positive), 1e300);
+    const fits = [[scene.clientWidth, across], [scene.clientHeight, up]].map(([pixels, { axis }]) => pixels / size[axis]).filter(positive);
+    const zoom = 0.92 * state.near * (fits.length ? Math.min(...fits) : 1); // none: one place, or nothing to draw on yet
     const [width, height] = [scene.clientWidth / 2, scene.clientHeight / 2];
     const project = (points, start) => {
       const [a, b, c] = [across, up, toward].map(({ axis, sign }) => sign * points[start + axis]);
