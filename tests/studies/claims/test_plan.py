@@ -55,8 +55,8 @@ def test_replicates_differ_in_their_number_alone() -> None:
 def test_the_first_replicates_alone_have_what_other_readings_need() -> None:
     tables = load_replicates(load_claims(7)).tables
     sizes = [len(table.sweeps) for table in tables.values()]
-    assert CLAIMS.replicates_of_readings == 4
-    assert sizes == [sizes[0]] * 4 + [len({claim.trials for claim in CLAIMS.needed(4)})] * 3
+    assert CLAIMS.replicates_of_readings == 3
+    assert sizes == [sizes[0]] * 3 + [len({claim.trials for claim in CLAIMS.needed(3)})] * 4
     first, last = ({(one.name, one.differs): one for one in tables[k].sweeps} for k in "06")
     assert set(last) < set(first)
     for key, sweep in last.items():
