@@ -69,7 +69,8 @@ def checkout(tmp_path):
 
 
 def hatchling(checkout, version="standard", **environment):
-    command = [sys.executable, "-m", "hatchling", "build", "-t", f"wheel:{version}"]
+    # -B: Python compiles the build hook into the checkout otherwise.
+    command = [sys.executable, "-B", "-m", "hatchling", "build", "-t", f"wheel:{version}"]
     return subprocess.run(
         command, cwd=checkout, env=os.environ | environment, capture_output=True, text=True
     )
