@@ -15,7 +15,7 @@ from alignscores.validation import (
 from .averages import geometric_median, median, rotation_l1_mean
 from .rotation import aligned_angles
 
-__all__ = ["dre", "dte"]
+__all__ = ["dre", "dte", "mean_of_mean_and_rms"]
 
 Floats = NDArray[np.float64]
 

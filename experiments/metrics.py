@@ -445,7 +445,7 @@ class Evaluation:
         return np.append(self._l1_angles, np.full(missing, inf))
 
     def dre(self, _: Options) -> float:
-        """Return the DRE, which has the RAS's errors where this takes the same average."""
+        """Return the DRE: that of `baselines.dre`, whose alignment RAS(averaging=l1) shares."""
         return mean_of_mean_and_rms(self._l1_angles)
 
 
