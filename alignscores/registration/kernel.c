@@ -497,16 +497,51 @@ void weighted_fits(const double *gt, const double *est, size_t n, const double *
                                parallel_sine);
 }
 
-/* `weights` is room for n numbers. */
-EXPORTED
-void reweighted_fits(const double *gt, const double *est, size_t n, const similarity *similarities,
-                     size_t n_similarities, double threshold, double resolution, double smallest,
-                     int sweeps, double line_ratio, double parallel_sine, double *weights,
-                     similarity *fits, double *costs)
+/* Put the last of some similarities in its place; the others are in order, the cheapest first. */
+static void insert_last(similarity *similarities, double *costs, double *gains, size_t last)
 {
-    for (size_t h = 0; h < n_similarities; h++) {
-        reweight(gt, est, n, &similarities[h], threshold, resolution, weights);
-        fits[h] = weighted_fit(gt, est, n, weights, smallest, sweeps, line_ratio, parallel_sine);
-        costs[h] = truncated_cost(gt, est, n, &fits[h], threshold, resolution);
+    similarity moved = similarities[last];
+    double cost = costs[last], gain = gains[last];
+    size_t place = last;
+    for (; place > 0 && costs[place - 1] > cost; place--) {
+        similarities[place] = similarities[place - 1];
+        costs[place] = costs[place - 1];
+        gains[place] = gains[place - 1];
     }
+    similarities[place] = moved;
+    costs[place] = cost;
+    gains[place] = gain;
+}
+
+/* Refine similarities in place; return how many are left. `weights` is room for n numbers, `costs`
+   and `gains` for as many as there are similarities. */
+EXPORTED
+size_t refine(const double *gt, const double *est, size_t n, similarity *similarities,
+              size_t n_similarities, double threshold, double resolution, size_t n_left,
+              double least_gain, double smallest, int sweeps, double line_ratio,
+              double parallel_sine, double *weights, double *costs, double *gains)
+{
+    size_t count = n_similarities;
+    double largest_gain = INFINITY;
+    truncated_costs(gt, est, n, similarities, count, threshold, resolution, costs);
+    while (count > n_left || largest_gain > least_gain) {
+        for (size_t h = 0; h < count; h++) {
+            reweight(gt, est, n, &similarities[h], threshold, resolution, weights);
+            similarity step = weighted_fit(gt, est, n, weights, smallest, sweeps, line_ratio,
+                                           parallel_sine);
+            double cost = truncated_cost(gt, est, n, &step, threshold, resolution);
+            gains[h] = costs[h] - cost;
+            if (gains[h] > 0) {
+                similarities[h] = step;
+                costs[h] = cost;
+            }
+            insert_last(similarities, costs, gains, h);
+        }
+        size_t half = count / 2, most = half > n_left ? half : n_left;
+        count = most < count ? most : count;
+        largest_gain = 0;
+        for (size_t h = 0; h < count; h++)
+            largest_gain = gains[h] > largest_gain ? gains[h] : largest_gain;
+    }
+    return count;
 }

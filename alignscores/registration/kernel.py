@@ -18,7 +18,7 @@ __all__ = [
     "LIBRARY",
     "cheapest",
     "compiled",
-    "reweighted_fits",
+    "refine",
     "similar_triplets",
     "three_point_similarities",
     "truncated_costs",
@@ -48,10 +48,11 @@ def compiled(path: Path) -> ctypes.CDLL | None:
     solver = c_double, c_int, *sines
     library.truncated_costs.argtypes = *points, *rows, c_double, c_double, c_void_p
     library.weighted_fits.argtypes = *points, *rows, *solver, c_void_p
-    library.reweighted_fits.argtypes = (
-        *(*points, *rows, c_double, c_double),
+    library.refine.argtypes = (
+        *(*points, *rows, c_double, c_double, c_size_t, c_double),
         *(*solver, c_void_p, c_void_p, c_void_p),
     )
+    library.refine.restype = c_size_t
     return library
 
 
@@ -150,20 +151,28 @@ def weighted_fits(gt: Floats, est: Floats, weights: Floats) -> Floats:
     return fits
 
 
-def reweighted_fits(
-    gt: Floats, est: Floats, similarities: Floats, threshold: float, resolution: float
-) -> tuple[Floats, Floats]:
-    """See `reweighting.reweighted_fits`."""
+def refine(
+    gt: Floats,
+    est: Floats,
+    similarities: Floats,
+    threshold: float,
+    resolution: float,
+    n_left: int,
+    least_gain: float,
+) -> Floats:
+    """See `reweighting.refine`."""
     if LIBRARY is None:
-        return reweighting.reweighted_fits(gt, est, similarities, threshold, resolution)
-    gt, est, similarities = _floats(gt), _floats(est), _floats(similarities)
-    n = gt.shape[1]
-    weights, fits, costs = np.empty(n), np.empty_like(similarities), np.empty(len(similarities))
-    LIBRARY.reweighted_fits(
-        *(*_addresses(gt, est), n, *_addresses(similarities), len(similarities)),
-        *(threshold, resolution, *_solver(), *_addresses(weights, fits, costs)),
+        return reweighting.refine(gt, est, similarities, threshold, resolution, n_left, least_gain)
+    gt, est = _floats(gt), _floats(est)
+    refined = np.array(similarities, dtype=np.float64, order="C")
+    n, n_similarities = gt.shape[1], len(refined)
+    weights, costs, gains = np.empty(n), np.empty(n_similarities), np.empty(n_similarities)
+    n_kept = LIBRARY.refine(
+        *(*_addresses(gt, est), n, *_addresses(refined), n_similarities),
+        *(threshold, resolution, n_left, least_gain),
+        *(*_solver(), *_addresses(weights, costs, gains)),
     )
-    return fits, costs
+    return refined[:n_kept]
 
 
 def _solver() -> tuple[float, int, float, float]:

@@ -12,7 +12,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..similarity import FARTHEST_SQUARABLE, Similarity
-from .kernel import reweighted_fits, three_point_similarities, truncated_costs, weighted_fits
+from .kernel import refine, three_point_similarities, truncated_costs, weighted_fits
 from .pcr99 import component_first, prescreened_triplets
 
 __all__ = ["refined"]
@@ -212,22 +212,10 @@ class Cameras:
         """Refine by iteratively reweighted least squares; return the best, the cheapest first.
 
         The worse half is dropped in each step, until ``n_left`` are left and none of them gains
-        more than the tolerance. In exact arithmetic no step raises a cost where the cameras within
-        the threshold determine the fit; a step that does is not taken.
+        more than the tolerance.
         """
-        costs = self.costs(similarities, threshold)
-        gains = np.full(len(costs), np.inf)
-        while len(costs) > n_left or np.any(gains > tolerance * threshold * self.n):
-            steps, step_costs = reweighted_fits(
-                self.gt, self.est, similarities, threshold, RESOLUTION * threshold
-            )
-            gains = costs - step_costs
-            better = gains > 0
-            similarities = np.where(better[:, None], steps, similarities)
-            costs = np.where(better, step_costs, costs)
-            kept = np.argsort(costs, kind="stable")[: max(n_left, len(costs) // 2)]
-            similarities, costs, gains = similarities[kept], costs[kept], gains[kept]
-        return similarities
+        resolution, least_gain = RESOLUTION * threshold, tolerance * threshold * self.n
+        return refine(self.gt, self.est, similarities, threshold, resolution, n_left, least_gain)
 
 
 def _rows(scale: Floats, rotation: Floats, translation: Floats) -> Floats:

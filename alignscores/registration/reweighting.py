@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..similarity import LINE, SMALLEST, common_normal, dot
 from .hypotheses import complete_frames, squared_errors
 
-__all__ = ["reweighted_fits", "truncated_costs", "weighted_fits"]
+__all__ = ["refine", "reweighted_fits", "truncated_costs", "weighted_fits"]
 
 Floats = NDArray[np.float64]
 
@@ -61,6 +61,62 @@ def truncated_costs(
         _smoothed_errors(gt, est, chunk, resolution) for chunk in _chunks(similarities, gt.shape[1])
     )
     return np.concatenate([_sum(np.where(e < threshold, e, threshold)) for e in errors])
+
+
+def refine(
+    gt: Floats,
+    est: Floats,
+    similarities: Floats,
+    threshold: float,
+    resolution: float,
+    n_left: int,
+    least_gain: float,
+) -> Floats:
+    """Take steps from all similarities; after each, drop the more expensive half of them.
+
+    In exact arithmetic no step raises a cost where the cameras within the threshold determine the
+    fit; a step that does is not taken.
+
+    Parameters
+    ----------
+    gt, est, similarities, threshold, resolution
+        As in `truncated_costs`.
+    n_left : int
+        How many are never dropped.
+    least_gain : float
+        Where so many are left, the steps end when none of them has gained more.
+
+    Returns
+    -------
+    (H', 13) ndarray
+        Those that are left, the cheapest first.
+
+    References
+    ----------
+    ``docs/explanation/registration.md``.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.registration.reweighting import refine
+    >>> gt = np.array([[0.0, 1.0, 0.0, 5.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
+    >>> est = 4 * gt
+    >>> est[:, 3] = 0
+    >>> starts = np.array([np.r_[scale, np.eye(3).ravel(), np.zeros(3)] for scale in (3.9, 7.0)])
+    >>> refine(gt, est, starts, 0.1, 0.001, n_left=1, least_gain=1e-6)[:, 0].round(6)
+    array([4.])
+    """
+    costs = truncated_costs(gt, est, similarities, threshold, resolution)
+    gains = np.full(len(costs), np.inf)
+    while len(costs) > n_left or np.any(gains > least_gain):
+        steps, step_costs = reweighted_fits(gt, est, similarities, threshold, resolution)
+        gains = costs - step_costs
+        better = gains > 0
+        similarities = np.where(better[:, None], steps, similarities)
+        costs = np.where(better, step_costs, costs)
+        kept = np.argsort(costs, kind="stable")[: max(n_left, len(costs) // 2)]
+        similarities, costs, gains = similarities[kept], costs[kept], gains[kept]
+    return similarities
 
 
 def reweighted_fits(

@@ -135,13 +135,14 @@ def test_same_bits_of_the_refinement(kind, n):
         rows[:40] = reweighting.weighted_fits(gt, est, weights)
         assert_same_bits(kernel.weighted_fits(gt, est, weights), rows[:40])
         for threshold in (1e-100, 0.05, 1.0, 1e100):
-            arguments = gt, est, rows, threshold, 0.01 * threshold
-            results = [
-                (module.truncated_costs(*arguments), *module.reweighted_fits(*arguments))
-                for module in (kernel, reweighting)
-            ]
-            for a, b in zip(*results, strict=True):
-                assert_same_bits(a, b)
+            resolution = 0.01 * threshold
+            arguments = gt, est, rows, threshold, resolution
+            costs = kernel.truncated_costs(*arguments)
+            assert_same_bits(costs, reweighting.truncated_costs(*arguments))
+            for n_left, tolerance in ((1, 0.01), (50, 0.1)):
+                starts = gt, est, rows[20:60], threshold, resolution
+                ends = n_left, tolerance * threshold * n
+                assert_same_bits(kernel.refine(*starts, *ends), reweighting.refine(*starts, *ends))
 
 
 @pytest.mark.parametrize("register", [pcr99, refined])
