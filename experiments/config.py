@@ -1,5 +1,6 @@
 """Settings of a sweep: resolved from the Hydra configs, typed, checked before any trial."""
 
+import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import field, fields
@@ -24,7 +25,9 @@ from pydantic import (
     model_validator,
 )
 from pydantic.dataclasses import dataclass
-from yaml import YAMLError
+from yaml import CSafeLoader, MappingNode, YAMLError
+from yaml import load as load_yaml
+from yaml.constructor import ConstructorError
 
 from .command import ConfigError, problems
 from .metrics import Column
@@ -322,6 +325,25 @@ def split_override(override: str) -> tuple[str, str]:
     return key, value
 
 
+class _Loader(CSafeLoader):  # type: ignore[misc]
+    """YAML in which 1e-3 is a number, as in Hydra's files, and no key stands twice."""
+
+    def construct_mapping(self, node: MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen = set()
+        for key, _ in node.value:
+            if key.value in seen:
+                raise ConstructorError(
+                    problem=f"{key.value!r} stands twice", problem_mark=key.start_mark
+                )
+            seen.add(key.value)
+        return dict(super().construct_mapping(node, deep))
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+$"), list("-+0123456789")
+)
+
+
 def read_yaml(path: Path, kind: type[T]) -> T:
     """Read a file of YAML as what its type says.
 
@@ -344,11 +366,12 @@ def read_yaml(path: Path, kind: type[T]) -> T:
     'cube'
     """
     try:
-        content = OmegaConf.to_container(OmegaConf.load(path), resolve=True)
-    except (OSError, ValueError, YAMLError, OmegaConfBaseException) as error:
+        with path.open(encoding="utf-8") as file:
+            content = load_yaml(file, _Loader)
+    except (OSError, ValueError, YAMLError) as error:
         raise ConfigError(f"cannot read {path}: {' '.join(str(error).split())}") from None
     try:
-        return TypeAdapter(kind).validate_python(content)
+        return TypeAdapter(kind).validate_python({} if content is None else content)
     except ValidationError as error:
         found = "; ".join(" ".join(problem).strip() for problem in problems(error)[:SHOWN])
         raise ConfigError(f"{path}: {found}") from None

@@ -175,19 +175,23 @@ class Reading:
             key: [value for value in values if value in self.where.get(key, values)]
             for key, values in claim.where.items()
         }
-        return replace(
-            claim,
-            metric=self._of(claim.metric),
-            versus=claim.versus and self._of(claim.versus),
-            statistic=self.statistics.get(claim.statistic, claim.statistic),
-            settings=[*claim.settings, *self.settings],
-            where={**self.where, **left},
-            at={} if self.everywhere else claim.at,
-            of_means=self.of_means and claim.has_ranges,
-        )
+        values: dict[str, Any] = {
+            "metric": self._of(claim.metric),
+            "versus": claim.versus and self._of(claim.versus),
+            "statistic": self.statistics.get(claim.statistic, claim.statistic),
+            "settings": [*claim.settings, *self.settings],
+            "where": {**self.where, **left},
+            "at": {} if self.everywhere else claim.at,
+            "of_means": self.of_means and claim.has_ranges,
+        }
+        if all(value == getattr(claim, key) for key, value in values.items()):
+            return claim  # as most are: without checking them again
+        return replace(claim, **values)
 
     def _of(self, metric: str) -> str:
         """Return a metric with the options of this reading, where it has no own."""
+        if not self.options:
+            return metric
         column = Column.parse(metric)
         for key, value in self.options.get(column.name, {}).items():
             column = column if key in column.options else column.with_option(key, value)

@@ -140,7 +140,7 @@ def test_snakemake_settings_reach_hydra() -> None:
     assert sweep.metrics == ["ATE", fine]
 
 
-@pytest.mark.parametrize("text", [None, "[", "a: ${b}", "5", "- {}\n- []"])
+@pytest.mark.parametrize("text", [None, "[", "a: 1\na: 2", "5", "- {}\n- []"])
 def test_a_file_of_settings_that_is_none_is_named_in_one_line(
     tmp_path: Path, text: str | None
 ) -> None:
