@@ -6,7 +6,7 @@ from base64 import b64encode
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -127,7 +127,8 @@ def render(files: Namespace) -> str:
     CommandError, TableError
         Where a file is missing, or cannot be what it should be.
     """
-    return environment().get_template("page.html.j2").render(contents(files))
+    found = contents(files)
+    return environment().get_template("page.html.j2").render(found)
 
 
 def contents(files: Namespace) -> dict[str, Any]:
@@ -217,6 +218,7 @@ def _table1(table: pd.DataFrame) -> dict[str, Any]:
     }
 
 
+@cache
 def environment(folder: Path = Path(__file__).parent) -> Environment:
     """Return how the templates of a folder are read, with filters for the paper's terms."""
     made = Environment(
