@@ -50,6 +50,9 @@ addEventListener("message", (event) => {{
 </script></body></html>
 """
 
+# Without it each of the many programs that tests start would compile the project anew.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 # Same examples in every run, and no time limit for each: the machine may be busy.
 settings.register_profile("alignscores", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("alignscores")
