@@ -14,7 +14,7 @@ import pytest
 from packaging.tags import platform_tags
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("alignscores", "baselines", "benchmarks", "experiments", "figures", "report")
+PACKAGES = ("alignscores", "baselines", "experiments", "studies", "figures", "report", "benchmarks")
 IMPORT = re.compile(r'^\s*(?:import|from) (\w+)|require\("(\w+)', re.MULTILINE)
 
 
@@ -30,17 +30,22 @@ def declared():
     return {normalised(re.match(r"[\w.-]+", one)[0]): one for one in required}
 
 
+@pytest.fixture(scope="module")
+def distributions():
+    """Names of distributions by the modules that they bring."""
+    return packages_distributions()
+
+
 @pytest.mark.parametrize("package", [*PACKAGES, "tests"])
-def test_all_that_is_imported_is_declared(package, declared):
+def test_all_that_is_imported_is_declared(package, declared, distributions):
     """Not left to what some other requirement happens to bring along."""
     imported = set()
     for path in (ROOT / package).rglob("*.py"):
         imported |= {one or other for one, other in IMPORT.findall(path.read_text())}
-    known = packages_distributions()
     foreign = {
         normalised(distribution)
         for module in imported - set(sys.stdlib_module_names) - set(PACKAGES)
-        for distribution in known.get(module, [])
+        for distribution in distributions.get(module, [])
     }
     assert foreign - set(declared) == set()
     assert foreign  # something was looked at

@@ -3,7 +3,6 @@
 import inspect
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +33,7 @@ def make_up() -> Callable[..., Trials]:
         rows = [
             {"experiment": sweep.name}
             | ({"settings": sweep.differs} if sweeps[1:] else {})
-            | {"geometry": sweep.geometry, **asdict(cell)}
+            | {"geometry": sweep.geometry, **vars(cell)}
             | {"replicate": sweep.replicate, "trial": trial}
             | {metric: value(metric, cell, trial, rng) for metric in metrics}
             for sweep in sweeps

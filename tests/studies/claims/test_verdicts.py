@@ -1,7 +1,7 @@
 """A claim that is false in the trials is not reproduced, one that is true is."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -107,7 +107,7 @@ def fabricate(claim: Claim, makers: Sequence[Values], seed: int) -> pd.DataFrame
     metrics = dict(zip(claim.metrics, makers, strict=False))
     return pd.DataFrame(
         [
-            asdict(cell)
+            vars(cell)
             | {
                 name: make(At(claim, name, cell, trial, rng.random()))
                 for name, make in metrics.items()
