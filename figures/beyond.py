@@ -45,8 +45,8 @@ def draw(table: pd.DataFrame) -> Figure:
     both[0].set_yticks(range(len(labels)), labels)
     both[0].invert_yaxis()
     figure.supxlabel(
-        f"Smallest Kendall τ, positive where the metric gets worse;  × below {LEAST_POWER:g}: "
-        "does not order.",
+        "Smallest Kendall τ, positive where the metric gets worse. White, below "
+        f"{LEAST_POWER:g}: does not order.",
         fontsize=style.SMALL,
         color=style.FAINT,
     )
@@ -54,7 +54,7 @@ def draw(table: pd.DataFrame) -> Figure:
 
 
 def _heat_map(axes: Axes, powers: pd.DataFrame) -> None:
-    """Draw numbers on colours; what does not discern has a cross and no colour."""
+    """Draw numbers on colours; what does not discern has no colour."""
     values = powers.to_numpy(dtype=float)
     shown = np.where(values >= LEAST_POWER, values, np.nan)
     axes.pcolormesh(
@@ -69,13 +69,13 @@ def _heat_map(axes: Axes, powers: pd.DataFrame) -> None:
     )
     for (row, column), value in np.ndenumerate(values):
         if np.isfinite(value):
-            orders = value >= LEAST_POWER
             number = f"{round(value, 2) + 0:.2f}".replace("-", "−").replace("0.", ".")
-            colour = "white" if value > WHITE_ABOVE else style.INK
+            dark = style.INK if value >= LEAST_POWER else style.FAINT
+            colour = "white" if value > WHITE_ABOVE else dark
             axes.text(
                 column,
                 row,
-                number if orders else f"×{number}",
+                number,
                 color=colour,
                 size=TIGHT,
                 ha="center",
