@@ -95,5 +95,10 @@ rule article:
         ARTICLE,
 
 
+onstart:
+    if LIBRARY is None:
+        print(NOT_COMPILED, file=sys.stderr)
+
+
 onsuccess:
     print(f"results in {RESULTS}/")

@@ -2,6 +2,7 @@
 from functools import cache, partial
 from pathlib import Path
 
+from alignscores.registration.kernel import LIBRARY
 from experiments.camera_errors import errors_of_scores
 from experiments.command import ConfigError
 from experiments.config import EXECUTION, load, to_overrides
@@ -17,6 +18,12 @@ from studies.parameters.axes import STUDIES, axis_names, load_parameters, study_
 from studies.scenarios.scenarios import BEYOND, load_scenarios, study_name
 from studies.study import Table, load_experiments
 from studies.today.questions import load_today
+
+
+NOT_COMPILED = (
+    "snakemake: note: the kernel of this version is not compiled, so trials take twice as long "
+    "(to the same results); with a C compiler, run: pip install --no-build-isolation --no-deps -e ."
+)
 
 
 def or_end(resolve, *arguments):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from alignscores.registration.kernel import LIBRARY
 from figures import FIGURES, PAPER_FIGURES
 from report.pdf import browser
 from studies.__main__ import QUESTIONS
@@ -23,6 +24,7 @@ from studies.today.questions import load_today
 
 from .conftest import ROOT, SNAKEFILE, Snakemake, options
 
+NOT_COMPILED = "the kernel of this version is not compiled"
 TRIALS = {
     "figures": 8 + len(load_halves().tables),
     "claims": 2,
@@ -114,6 +116,7 @@ def test_runs_and_reruns(snakemake: Snakemake, tmp_path: Path) -> None:
     done = snakemake(target, "--config", *small)
     assert done.returncode == 0, done.text
     assert "results in results/" in done.text
+    assert (NOT_COMPILED in done.text) == (LIBRARY is None)
     trials = tmp_path / "results" / "trials" / "outliers.csv"
     assert len(trials.read_text().splitlines()) == 1 + 2 * 2 * 2
     for kind in ("logs", "benchmarks"):
@@ -184,11 +187,15 @@ CLAIMS = [  # a text, what takes its place, whether other trials are needed then
 def test_an_edit_reruns_what_depends_on_it_and_nothing_else(
     snakemake: Snakemake, tmp_path: Path
 ) -> None:
-    """Analysis reruns no trial and redraws what uses it; a generator of scenes reruns them all."""
+    """Analysis reruns no trial and redraws what uses it; a generator of scenes reruns them all.
+
+    In a checkout that was not installed, whose trials take longer: it says so.
+    """
     copy = tmp_path / "copy"
     folders = ("alignscores", "baselines", "experiments", "studies", "figures", "report")
+    leave = shutil.ignore_patterns("__pycache__", "kernel-*.so")
     for name in (*folders, "configs", "workflow"):
-        shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(ROOT / name, copy / name, ignore=leave)
     shutil.copy(SNAKEFILE, copy)
     (copy / "configs" / "study" / "registration.yaml").write_text(REGISTRATIONS)
 
@@ -198,6 +205,7 @@ def test_an_edit_reruns_what_depends_on_it_and_nothing_else(
     few = ["trials=1", "n_jobs=1"]
     done = snakemake(*TARGETS, "--config", *few, project=copy)
     assert done.returncode == 0, done.text
+    assert NOT_COMPILED in done.text
     for files, jobs in EDITS:
         code = {copy / name: (copy / name).read_text() for name in files}
         for path, text in code.items():
