@@ -1,5 +1,6 @@
 """Shares of images within a distance and an angle: ACE0 and hloc."""
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -177,7 +178,7 @@ def _single_precision(cameras: Cameras) -> Cameras:
         np.clip(part, -largest, largest).astype(np.float32).astype(np.float64)
         for part in (cameras.gt_rotations, cameras.gt)
     )
-    return Cameras(rotations, positions, cameras.est_rotations, cameras.est, cameras.estimated)
+    return replace(cameras, gt_rotations=rotations, gt=positions)
 
 
 def _scaled_angles(matrices: Floats) -> Floats:

@@ -1,5 +1,6 @@
 """Relative errors over path lengths: the KITTI devkit and rpg_trajectory_evaluation."""
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -9,7 +10,7 @@ from ..averaging import rotation_angles
 from ..validation import check_positive
 from .alignment import fit
 from .cameras import Cameras, NoValueError
-from .trajectory import STATISTICS, Statistic, nearest_after, path_lengths, relative_poses
+from .trajectory import Statistic, nearest_after, path_lengths, relative_poses, statistic_of
 
 __all__ = ["kitti_relative_error", "rpg_relative_error"]
 
@@ -183,8 +184,6 @@ def rpg_relative_error(
         raise ValueError(
             f"error must be translation, percent, rotation or rotation/length, not {error!r}"
         )
-    if statistic not in STATISTICS:
-        raise ValueError(f"statistic must be one of {', '.join(STATISTICS)}, not {statistic!r}")
     cameras = Cameras.check(gt_poses, est_poses).matched()
     distances, angles = rpg_errors(cameras, length, alignment)
     values = {
@@ -193,7 +192,7 @@ def rpg_relative_error(
         "rotation": angles,
         "rotation/length": angles / length,
     }[error]
-    return float(STATISTICS[statistic](values))
+    return statistic_of(values, statistic)
 
 
 def rpg_errors(cameras: Cameras, length: float, alignment: str) -> tuple[Floats, Floats]:
@@ -214,13 +213,7 @@ def rpg_errors(cameras: Cameras, length: float, alignment: str) -> tuple[Floats,
     ends = ends[np.abs(path[ends] - (path + length)) < RPG_TOLERANCE * length]
     if len(ends) < 2:
         raise NoValueError(f"fewer than two frames have one {length:g} further along the path")
-    scaled = Cameras(
-        cameras.gt_rotations,
-        cameras.gt,
-        cameras.est_rotations,
-        scale * cameras.est,
-        cameras.estimated,
-    )
+    scaled = replace(cameras, est=scale * cameras.est)
     return _errors(scaled, starts[: len(ends)], ends)
 
 

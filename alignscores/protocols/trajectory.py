@@ -1,6 +1,7 @@
 """Absolute and relative pose errors as evo computes them, and the mean that is called an RMSE."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -22,6 +23,7 @@ __all__ = [
     "least_squares_aligned",
     "mapanything_ate",
     "relative_poses",
+    "statistic_of",
 ]
 
 Floats = NDArray[np.float64]
@@ -103,7 +105,7 @@ def evo_ate(
     identity = np.broadcast_to(np.eye(3), (len(gt), 3, 3))
     cameras = Cameras(identity, gt, identity, est, np.ones(len(gt), dtype=bool))
     aligned = least_squares_aligned(cameras, alignment)
-    return _statistic(np.linalg.norm(aligned.est - aligned.gt, axis=1), statistic)
+    return statistic_of(np.linalg.norm(aligned.est - aligned.gt, axis=1), statistic)
 
 
 def evo_are(
@@ -149,7 +151,7 @@ def evo_are(
     """
     cameras = least_squares_aligned(Cameras.check(gt_poses, est_poses).matched(), alignment)
     angles = rotation_angles(cameras.est_rotations.transpose(0, 2, 1) @ cameras.gt_rotations)
-    return _statistic(angles, statistic)
+    return statistic_of(angles, statistic)
 
 
 def mapanything_ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
@@ -283,11 +285,11 @@ def evo_rpe(
         raise NoValueError(f"no two frames with an estimate are {over} on the path")
     if error == "distance":
         lengths = (np.linalg.norm(c[first] - c[second], axis=1) for c in (cameras.gt, cameras.est))
-        return _statistic(np.abs(np.subtract(*lengths)), statistic)
+        return statistic_of(np.abs(np.subtract(*lengths)), statistic)
     true, estimated = relative_poses(cameras, first, second)
     if error == "translation":
-        return _statistic(np.linalg.norm(estimated[1] - true[1], axis=1), statistic)
-    return _statistic(rotation_angles(true[0].transpose(0, 2, 1) @ estimated[0]), statistic)
+        return statistic_of(np.linalg.norm(estimated[1] - true[1], axis=1), statistic)
+    return statistic_of(rotation_angles(true[0].transpose(0, 2, 1) @ estimated[0]), statistic)
 
 
 def relative_poses(
@@ -388,16 +390,13 @@ def least_squares_aligned(cameras: Cameras, alignment: str) -> Cameras:
         raise refusal from None
     scale = to_gt.scale if alignment != "se3" else 1.0
     if alignment == "scale":
-        return Cameras(
-            cameras.gt_rotations, gt, cameras.est_rotations, scale * est, cameras.estimated
-        )
+        return replace(cameras, est=scale * est)
     turned = scale * (est - est.mean(axis=0)) @ to_gt.rotation.T + gt.mean(axis=0)
-    return Cameras(
-        cameras.gt_rotations, gt, to_gt.rotation @ cameras.est_rotations, turned, cameras.estimated
-    )
+    return replace(cameras, est_rotations=to_gt.rotation @ cameras.est_rotations, est=turned)
 
 
-def _statistic(errors: Floats, statistic: str) -> float:
+def statistic_of(errors: Floats, statistic: str) -> float:
+    """Return a statistic of errors by its name."""
     if statistic not in STATISTICS:
         raise ValueError(f"statistic must be one of {', '.join(STATISTICS)}, not {statistic!r}")
     return float(STATISTICS[statistic](errors))
