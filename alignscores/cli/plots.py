@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..histogram import AlignmentScore
 from ..pose import PASResult
 from ..trajectories.association import Matches
-from .scoring import Scored
+from .scoring import Scored, aligned_positions
 
 __all__ = ["profile_panel", "score_figure", "score_panel", "trajectory_panel"]
 
@@ -124,10 +124,9 @@ def _draw_together(panels: NDArray[np.object_], scored: Sequence[Scored]) -> Non
 
     view = _draw_reference(panels[2], max(scored, key=lambda one: len(one.matches.keys)).matches)
     for line, one in zip(LINES, scored, strict=False):
-        matches, alignment = one.matches, one.result.tas.alignment
-        if alignment is not None:
-            points = alignment.inverse().apply(matches.est_poses[:, :3, 3])[:, view]
-            _draw_path(panels[2], points, ordered=_is_ordered(matches), linewidth=0.9, **line)
+        if one.result.tas.alignment is not None:
+            points = aligned_positions(one.matches, one.result)[:, view]
+            _draw_path(panels[2], points, ordered=_is_ordered(one.matches), linewidth=0.9, **line)
     shown = "" if len(scored) <= NAMED else f", the first {NAMED}"
     panels[2].set_title(f"aligned trajectories{shown};\ngrey: reference")
 
@@ -284,8 +283,8 @@ def trajectory_panel(axes: Axes, matches: Matches, result: PASResult) -> None:
     if result.tas.alignment is None:
         axes.text(0.5, 0.5, "could not be aligned", transform=axes.transAxes, ha="center")
         return
-    aligned = result.tas.alignment.inverse().apply(matches.est_poses[:, :3, 3])
-    _draw_errors(axes, aligned[:, view], result.tas.errors, result.tas.unit)
+    aligned = aligned_positions(matches, result)[:, view]
+    _draw_errors(axes, aligned, result.tas.errors, result.tas.unit)
 
 
 def _draw_reference(axes: Axes, matches: Matches) -> list[int]:
