@@ -92,9 +92,7 @@ def figure_of(
     return score_figure(scored, unit=unit, title=title, figure=figure)
 
 
-def errors_csv(
-    scored: Sequence[Scored], reference: Trajectory, *, missing: str | None = None
-) -> str:
+def errors_csv(scored: Sequence[Scored], reference: Trajectory, *, missing: str | None) -> str:
     """Return a table of each estimate's errors, a line a camera, with what became of it.
 
     Those that were scored have errors, infinite ones for failures. Besides there are due frames

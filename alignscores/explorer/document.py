@@ -25,7 +25,7 @@ def document(
     *,
     styles: Iterable[str],
     scripts: Iterable[str],
-    data: Any = None,
+    data: Any,
     frames: bool = False,
 ) -> str:
     r"""Return a page; the same input gives the same bytes.
@@ -38,7 +38,7 @@ def document(
         HTML.
     styles, scripts : iterable of str
         CSS and JavaScript, in their order.
-    data : object, optional
+    data : object
         What the scripts read from the element ``data``; anything that JSON can hold.
     frames : bool
         Whether the scripts may show pages of their own making in it.
@@ -59,8 +59,7 @@ def document(
     parts = [head, f"<title>{escape(title)}</title>\n"]
     parts += [f"<style>\n{style}</style>\n" for style in styles]
     parts.append(f"</head>\n<body>\n{body}\n")
-    if data is not None:
-        parts.append(data_element("data", data))
+    parts.append(data_element("data", data))
     parts += [f"<script>\n{script}</script>\n" for script in scripts]
     return "".join([*parts, "</body>\n</html>\n"])
 
