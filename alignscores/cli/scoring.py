@@ -4,7 +4,7 @@ import argparse
 import math
 import statistics
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from ..pose import PASResult, pas
 from ..profile import DEGREES, HALF_UNITS, ScoreProfile, extent_units
 from ..similarity import Similarity, least_squares_rmse
 from ..trajectories.association import Matches, coverage, match, unit_hint
-from ..trajectories.conventions import find_convention, rotate_cameras
+from ..trajectories.conventions import Convention, find_convention, rotate_cameras
 from ..trajectories.files import Trajectory, inverse_poses
 from ..trajectories.parts import (
     combine,
@@ -180,14 +180,7 @@ def score(
         else:
             matches = matched(reference, estimate, arguments)
         poses = poses_of_parts(list(parts.values()), estimate, matches)
-        largest = max(poses, key=lambda part: int(np.sum(finite_rows(part))))
-        convention = find_convention(matches.gt_poses, largest)
-        inverted = convention.inverted or convention.rotations_inverted
-        # B of an inverted estimate holds for the inverted poses, not for these.
-        automatic = arguments.body_rotation == "auto" and not inverted
-        body_rotation = convention.body_rotation if automatic else None
-        if body_rotation is not None:
-            poses = [rotate_cameras(part, body_rotation) for part in poses]
+        poses, convention, body_rotation = converted(matches, poses, arguments)
         holder = holders(poses)
         with warnings.catch_warnings():
             if len(parts) > 1:  # what is said of a part would be taken for the whole
@@ -211,10 +204,7 @@ def score(
     notes += unvalued
     one_ate, described = ate(matches), []
     if len(parts) > 1:
-        described = [
-            Part(part, int(np.sum(holder == index)), one.tas.alignment)
-            for index, (part, one) in enumerate(zip(parts, results, strict=True))
-        ]
+        described = described_parts(parts, results, holder)
         notes += parts_notes(described)
         matches = replace(matches, est_poses=in_one_world(poses, results, holder))
         one_ate = None  # that of a single world
@@ -226,7 +216,7 @@ def score(
         result=result,
         tas_seeds=tas_seeds,
         half_distance=half,
-        half_angle=rotation_profile(result, DEGREES).half,
+        half_angle=rotation_profile(result).half,
         profiles=profiles,
         protocols=protocols,
         lost=1 - coverage(reference, matches),
@@ -277,6 +267,34 @@ def poses_of_parts(
     rows = matches.est_rows.tolist()
     names = [str(estimate.keys[row]) if row >= 0 else None for row in rows]
     return [poses_of(part, names) for part in parts]
+
+
+def converted(
+    matches: Matches, poses: Sequence[Floats], arguments: argparse.Namespace
+) -> tuple[list[Floats], Convention, Floats | None]:
+    """Find the convention of the largest part, and take a rotation of the camera's frame out.
+
+    Returns the poses of the parts, the convention, and the rotation if one was asked for and found.
+    """
+    largest = max(poses, key=lambda part: int(np.sum(finite_rows(part))))
+    convention = find_convention(matches.gt_poses, largest)
+    inverted = convention.inverted or convention.rotations_inverted
+    # B of an inverted estimate holds for the inverted poses, not for these.
+    automatic = arguments.body_rotation == "auto" and not inverted
+    body_rotation = convention.body_rotation if automatic else None
+    if body_rotation is not None:
+        poses = [rotate_cameras(part, body_rotation) for part in poses]
+    return list(poses), convention, body_rotation
+
+
+def described_parts(
+    names: Iterable[str], results: Sequence[PASResult], holder: NDArray[np.intp]
+) -> list[Part]:
+    """Return what is told of the parts of an estimate."""
+    return [
+        Part(name, int(np.sum(holder == index)), one.tas.alignment)
+        for index, (name, one) in enumerate(zip(names, results, strict=True))
+    ]
 
 
 def pas_of_parts(
@@ -373,14 +391,14 @@ def half_and_profiles(
     except ValueError:  # all cameras in one place, so that --unit alone has a size
         units = unit * HALF_UNITS
     tas_profile = profile_of_parts(gt, parts, holder, units, rng=arguments.seed)
-    ras_profile = rotation_profile(result, DEGREES)
+    ras_profile = rotation_profile(result)
     return half, Profiles(units, tas_profile.scores, DEGREES, ras_profile.scores)
 
 
-def rotation_profile(result: PASResult, degrees: Floats) -> ScoreProfile:
+def rotation_profile(result: PASResult) -> ScoreProfile:
     """Return the profile of the RAS."""
     errors = np.sort(result.ras.errors)[None]
-    return ScoreProfile(degrees, errors, len(result.ras.thresholds))
+    return ScoreProfile(DEGREES, errors, len(result.ras.thresholds))
 
 
 def aligned_positions(matches: Matches, result: PASResult) -> Floats:

@@ -19,8 +19,9 @@ from ..cli.formats import FORMATS
 from ..cli.notes import collected_warnings, convention_notes, offset_notes, parts_notes, swap_notes
 from ..cli.saving import statuses, write_whole
 from ..cli.scoring import (
-    Part,
     aligned_positions,
+    converted,
+    described_parts,
     matched,
     pas_of_parts,
     poses_of_parts,
@@ -32,11 +33,10 @@ from ..pose import PASResult
 from ..profile import HALF_UNITS, ScoreProfile, tas_profile
 from ..protocols import NoValueError, protocol
 from ..trajectories.association import Matches, in_order
-from ..trajectories.conventions import find_convention, rotate_cameras
 from ..trajectories.files import Trajectory, read_stamps
 from ..trajectories.parts import combine, holders, in_one_world, joined
 from ..translation import closest_pair_quartile, tas
-from ..validation import AlignmentWarning
+from ..validation import AlignmentWarning, finite_rows
 
 __all__ = ["Due", "Outcome", "Task", "due", "evaluate", "read_reference"]
 
@@ -213,8 +213,11 @@ def _scored(task: Task) -> Outcome:
         matches, offset = _matched(reference, estimate, frames, options)
         poses = poses_of_parts(list(parts.values()), estimate, matches)
         if task.check or options.body_rotation == "auto":
-            poses, more = _converted(matches, poses, options)
-            notes += more + swap_notes(reference, estimate)
+            poses, convention, rotation = converted(matches, poses, options)
+            notes += convention_notes(
+                convention, invert=options.invert, applied=rotation is not None
+            )
+            notes += swap_notes(reference, estimate)
         holder = holders(poses)
         with warnings.catch_warnings():
             if len(parts) > 1:  # what is said of a part would be taken for the whole
@@ -227,19 +230,14 @@ def _scored(task: Task) -> Outcome:
             notes += offset_notes(reference, estimate, offset)
         if len(parts) > 1:
             matches = replace(matches, est_poses=in_one_world(poses, results, holder))
-            notes += parts_notes(
-                [
-                    Part(name, int(np.sum(holder == index)), one.tas.alignment)
-                    for index, (name, one) in enumerate(zip(parts, results, strict=True))
-                ]
-            )
+            notes += parts_notes(described_parts(parts, results, holder))
         else:
             matches = replace(matches, est_poses=poses[0])
         scores, reasons = _scores(
             matches, result, tas_seeds, task.metrics, options, whole=len(parts) == 1
         )
         notes += reasons
-    failed = ~(np.isfinite(result.tas.errors) & np.isfinite(matches.est_poses).all(axis=(1, 2)))
+    failed = ~(np.isfinite(result.tas.errors) & finite_rows(matches.est_poses))
     return Outcome(
         scores=scores,
         n=len(matches.keys),
@@ -260,20 +258,6 @@ def _scored(task: Task) -> Outcome:
         angle_terms=half_terms(result.ras.errors, scores["half_angle"]),
         notes=notes,
     )
-
-
-def _converted(
-    matches: Matches, poses: Sequence[Floats], options: argparse.Namespace
-) -> tuple[list[Floats], list[str]]:
-    """Take a rotation of the camera's frame out if asked to; say what seems to be mixed up."""
-    largest = max(poses, key=lambda part: int(np.isfinite(part).all(axis=(1, 2)).sum()))
-    convention = find_convention(matches.gt_poses, largest)
-    inverted = convention.inverted or convention.rotations_inverted
-    rotation = convention.body_rotation
-    applied = options.body_rotation == "auto" and not inverted and rotation is not None
-    if applied and rotation is not None:
-        poses = [rotate_cameras(part, rotation) for part in poses]
-    return list(poses), convention_notes(convention, invert=options.invert, applied=applied)
 
 
 def _scores(
