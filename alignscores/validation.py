@@ -113,9 +113,8 @@ def _real_array(values: Any, name: str) -> Floats:
         raise ValueError(f"{name} is not a regular array: {error}") from None
     if array.dtype.kind not in "fiu":
         raise ValueError(f"{name} must hold real numbers, not {array.dtype}")
-    if isinstance(
-        values, np.ma.MaskedArray
-    ):  # masked rows were not estimated, whatever values the mask hides
+    if isinstance(values, np.ma.MaskedArray):
+        # Masked rows were not estimated, whatever values the mask hides.
         array = np.ma.filled(values.astype(np.float64), np.nan)
     return np.asarray(array, dtype=np.float64)
 
@@ -138,9 +137,8 @@ def _check_orthonormal(rotations: Floats, name: str, tolerance: float) -> None:
     with np.errstate(all="ignore"):
         gram = np.einsum("ikn,jkn->ijn", columns, columns).reshape(9, -1)
         gram[::4] -= 1
-        deviation = np.fmax.reduce(
-            np.abs(gram, out=gram)
-        )  # fmax ignores NaN, so infinite entries count
+        # fmax ignores NaN, so infinite entries count.
+        deviation = np.fmax.reduce(np.abs(gram, out=gram))
         a, b, c = columns
         minors = b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]
         determinant = a[0] * minors[0] + a[1] * minors[1] + a[2] * minors[2]

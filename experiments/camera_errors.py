@@ -200,9 +200,8 @@ def _work(options: Namespace) -> list[Path]:
     sweeps: Sequence[Sweep] = [sweep]
     if options.sweeps is not None:
         sweeps = read_sweeps(options.sweeps, options.overrides)
-    options.output.parent.mkdir(
-        parents=True, exist_ok=True
-    )  # rather fail now than after the trials
+    # Rather fail now than after the trials.
+    options.output.parent.mkdir(parents=True, exist_ok=True)
     write_camera_errors(options.output, measure(sweeps, execution))
     return [options.output]
 

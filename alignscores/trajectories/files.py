@@ -197,9 +197,10 @@ def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
     if "," not in next(lines, ","):
         stamps, poses = _read_stamped(path, "read_tum_trajectory_file", TUM_COLUMNS, complete)
         return Trajectory(_in_seconds(path, stamps), poses)
+    # evo takes all stamps for nanoseconds.
     stamps, poses = _read_stamped(
         path, "read_euroc_csv_trajectory", EUROC_COLUMNS, complete, delimiter=","
-    )  # evo takes all stamps for nanoseconds
+    )
     unit = time_unit(stamps * 1e9)
     return Trajectory(stamps if unit == "nanoseconds" else _in_seconds(path, stamps * 1e9), poses)
 
