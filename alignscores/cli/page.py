@@ -21,7 +21,7 @@ from .notes import collected_warnings
 from .saving import LOST, STATUSES, statuses
 from .scoring import Scored, aligned_positions, seeds
 
-__all__ = ["Estimate", "around", "page", "page_data"]
+__all__ = ["Estimate", "around", "packed", "page", "page_data"]
 
 Floats = NDArray[np.float64]
 
@@ -125,7 +125,7 @@ def page_data(
         "ordered": form.ordered,
         "reference": file,
         "cameras": _cameras(reference.keys),
-        "positions": _packed(positions - centre, "<f4"),
+        "positions": packed(positions - centre, "<f4"),
         "quantiles": QUANTILES,
         "statuses": STATUSES,
         "settings": {
@@ -142,11 +142,11 @@ def page_data(
             {
                 "name": one.name,
                 "file": one.file,
-                "rows": _packed(one.rows, "<u4"),
-                "codes": _packed(one.statuses, "u1"),
-                "position": _packed(one.position_errors, "<f8"),
-                "rotation": _packed(one.rotation_errors, "<f8"),
-                "positions": _packed(one.positions - centre, "<f4"),
+                "rows": packed(one.rows, "<u4"),
+                "codes": packed(one.statuses, "u1"),
+                "position": packed(one.position_errors, "<f8"),
+                "rotation": packed(one.rotation_errors, "<f8"),
+                "positions": packed(one.positions - centre, "<f4"),
                 "units": None if options.unit else _units(positions, one),
                 "TAS": one.tas,
                 "PAS": one.pas,
@@ -161,7 +161,7 @@ def page_data(
 def _cameras(keys: NDArray[Any]) -> dict[str, Any]:
     """Return the stamps or names of the reference, by their kind."""
     if keys.dtype.kind == "f":
-        return {"stamps": _packed(keys, "<f8")}
+        return {"stamps": packed(keys, "<f8")}
     return {"names": [printable(str(key)) for key in keys.tolist()]}
 
 
@@ -216,7 +216,7 @@ def _quantiles(positions: Floats) -> list[float]:
     return list(np.minimum(distances[ranks - 1], np.finfo(float).max).tolist())
 
 
-def _packed(values: NDArray[Any], kind: str) -> str:
-    """Return numbers as base64 of their bytes, the last ones first."""
+def packed(values: NDArray[Any], kind: str) -> str:
+    """Return numbers as base64 of their bytes, of a type such as ``<f4``."""
     with np.errstate(over="ignore"):  # beyond single precision: infinite
         return b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode()

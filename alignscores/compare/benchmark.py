@@ -3,7 +3,7 @@
 import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -237,10 +237,9 @@ def read_yaml(path: str) -> Benchmark:
             str(name): _mapping(values, keys, f"{path}: {key}: {name}")
             for name, values in given.items()
         }
-    for where, values in entries["sequences"].items():
-        _check_options(values, f"{path}: sequences: {where}")
-    for where, values in entries["systems"].items():
-        _check_options(values, f"{path}: systems: {where}")
+    for key, named in entries.items():
+        for name, values in named.items():
+            _check_options(values, f"{path}: {key}: {name}")
     folder = Path(path).parent
     for values in entries["sequences"].values():
         if "frames" in values:
@@ -259,25 +258,18 @@ def read_yaml(path: str) -> Benchmark:
         systems=list(entries["systems"]),
         sequences=list(entries["sequences"]),
     )
-    return Benchmark(
-        found.format,
-        found.references,
-        found.runs,
-        found.problems,
-        sequence_options=entries["sequences"],
-        system_options=entries["systems"],
-    )
+    return replace(found, sequence_options=entries["sequences"], system_options=entries["systems"])
 
 
 def _mapping(value: Any, keys: Sequence[str] | None, where: str) -> dict[Any, Any]:
-    """Return a mapping with known keys, an empty one for None."""
+    """Return a mapping, an empty one for None; refuse other keys than these, if they are given."""
     if value is None:
         return {}
     if not isinstance(value, dict):
         raise ValueError(f"{where}: must be a mapping, not {value!r:.60}")
-    for key in value if keys else ():
-        if key not in (keys or ()):
-            raise ValueError(f"{where}: unknown key {key!r}; known are {', '.join(keys or ())}")
+    for key in value:
+        if keys is not None and key not in keys:
+            raise ValueError(f"{where}: unknown key {key!r}; known are {', '.join(keys)}")
     return value
 
 

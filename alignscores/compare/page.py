@@ -1,7 +1,6 @@
 """One self-contained page: table, heat map, sliders, trajectories, and scattered runs."""
 
 import math
-from base64 import b64encode
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
@@ -10,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cli.page import around
+from ..cli.page import around, packed
 from ..explorer import source
 from ..explorer.document import data_element, document
 from .runs import Outcome, larger_is_better
 from .summary import Summary
-from .tables import HEADERS, number, rank_text
+from .tables import HEADERS, is_best, number, rank_text
 
 __all__ = ["page"]
 
@@ -26,9 +25,8 @@ N_COLOURS = 8
 CURVE = 640, 260  # width and height of the drawings, without their margins
 LEFT, TOP, BOTTOM = 52, 20, 40
 STRETCHES = 120  # parts of a trajectory whose median error is drawn
-STANDING = (
-    400  # errors that stand for all of a system on a sequence; scores are off by 0.00125 at most
-)
+# Errors that stand for all of a system on a sequence; scores are off by 0.00125 at most.
+STANDING = 400
 SCRIPTS = "scores.js", "charts.js", "controls.js"
 MOST = 15  # megabytes of trajectories
 
@@ -118,8 +116,7 @@ def _table(summary: Summary, names: Mapping[str, str], footnotes: Sequence[str])
     for system in summary.systems:
         entry = summary.entries[system, None]
         cells = [
-            _cell(entry[name], f"{number(entry[name])}", entry["rank"][name])
-            for name in summary.metrics
+            _cell(entry[name], number(entry[name]), entry["rank"][name]) for name in summary.metrics
         ]
         cells.append(_cell(entry["failed_runs"], f"{entry['failed_runs']}/{entry['runs']}"))
         lost = entry["failures"] / max(entry["n"], 1)
@@ -158,7 +155,7 @@ def _heat_map(summary: Summary, by: str, names: Mapping[str, str]) -> str:
             share = share if larger_is_better(by) else 1 - share
             failed = entry["failed_runs"]
             lost = f'<span class="small">{failed} failed</span>' if failed else ""
-            best = " best" if tuple(entry["rank"][by]) == (1, 1) else ""
+            best = " best" if is_best(entry, by) else ""
             cells.append(
                 f'<td class="heat{best}" style="--share:{round(100 * share)}%">{number(entry[by])} '
                 f'<span class="rank">({rank_text(entry["rank"][by])})</span>{lost}</td>'
@@ -298,8 +295,7 @@ def _quantiles(errors: Sequence[Floats], n_runs: int) -> str:
     reached = np.cumsum(share[order]) / n_runs
     wanted = (np.arange(STANDING) + 0.5) / STANDING
     values = together[order][np.searchsorted(reached, wanted, side="left")]
-    with np.errstate(over="ignore"):  # beyond single precision: infinite
-        return b64encode(values.astype("<f4").tobytes()).decode()
+    return packed(values, "<f4")
 
 
 def _errors(summary: Summary, sequence: str) -> str:

@@ -9,12 +9,12 @@ from io import StringIO
 from typing import Any
 
 from ..cli.names import columns, padded
+from ..cli.table import WIDTH
 from .runs import larger_is_better
 from .summary import Summary
 
 __all__ = ["as_csv", "as_json", "as_latex", "as_markdown", "as_text"]
 
-WIDTH = 100
 Row = list[str]
 HEADERS = {"half_distance": "half d", "half_angle": "half angle"}
 
@@ -179,10 +179,7 @@ def _sequence_rows(
     columns = [*summary.sequences, *([None] if overall else [])]
     rows = [[by, *(names[one] if one else "overall" for one in columns)]]
     for system in _by(summary, by):
-        cells = []
-        for sequence in columns:
-            entry = summary.entries[system, sequence]
-            cells.append(cell(entry, by))
+        cells = [cell(summary.entries[system, sequence], by) for sequence in columns]
         rows.append([names[system], *cells])
     return rows
 
