@@ -31,7 +31,7 @@ def draw(table: pd.DataFrame) -> Figure:
     scenario = SCENARIO if (table["scenario"] == SCENARIO).any() else table["scenario"].iloc[0]
     for axes, metric in zip(curves, CURVES, strict=True):
         _over_rates(axes, table[(table["scenario"] == scenario) & (table["metric"] == metric)])
-        name = style.NAMES.get(metric, metric)
+        name = style.metric_name(metric)
         style.remark(axes, axes.set_title(name[0].upper() + name[1:]), f"({scenario})")
     _orders(right, table.drop_duplicates(["scenario", "metric"]))
     return figure
@@ -72,19 +72,10 @@ def _orders(axes: Axes, table: pd.DataFrame) -> None:
         ("order_across", ACROSS, "D", "at different ones"),
     ):
         axes.plot(orders[column], rows, color=colour, ls="", marker=marker, ms=3.6, label=label)
-    axes.set_yticks(rows, [_name(metric) for metric in orders.index])
+    axes.set_yticks(rows, [style.metric_name(metric) for metric in orders.index])
     axes.invert_yaxis()
     axes.set_xlim(min(50, orders.to_numpy().min() - 2), 101)
-    axes.grid(visible=True, axis="x")
-    axes.grid(visible=False, axis="y")
-    axes.tick_params(axis="y", length=0)
-    axes.spines["left"].set_visible(False)
+    style.as_rows(axes)
     axes.set_xlabel("better of two estimates comes out better, %")
     axes.set_title("Order of two estimates")
     axes.legend(loc="upper left", fontsize=style.SMALL, handletextpad=0.2)
-
-
-def _name(metric: str) -> str:
-    column = Column.parse(metric)
-    name = style.NAMES.get(column.name, column.name)
-    return f"{name}, {', '.join(column.options.values())}" if column.options else name

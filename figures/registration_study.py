@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from studies.parameters.registrations import GEOMETRIES
+from studies.parameters.registrations import GEOMETRIES, SCENE
 
 from . import style
 
@@ -22,7 +22,6 @@ PARTS = {  # whose power is drawn: title, setting along the x axis and its label
 }
 APART = 0.16  # of the registrations, in inputs
 SPREAD = ["mean", "smallest", "largest"]
-SCENE = ("n_cameras", "n_outliers", "sigma_t", "trial")
 COLUMNS = ("part", "geometry", *SCENE, "statistic", *COLOURS)
 
 

@@ -9,8 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.text import Annotation, Text
 
+from experiments.metrics import Column
+
 __all__ = ["COLUMN", "FAINT", "GREY_BAND", "INK", "PAGE", "SMALL", "TEXT", "TITLE"]
-__all__ += ["NAMES", "applied", "as_table", "colours", "direction", "remark", "tint"]
+__all__ += ["NAMES", "applied", "as_rows", "as_table", "colours", "direction", "metric_name"]
+__all__ += ["remark", "tint"]
 
 Colour = tuple[float, float, float]
 
@@ -132,6 +135,20 @@ def as_table(axes: Axes, size: float) -> None:
     axes.grid(visible=False)
     for spine in axes.spines.values():
         spine.set_visible(False)
+
+
+def as_rows(axes: Axes) -> None:
+    """Guide the eye up and down, where each row is a thing of its own with a name at the left."""
+    axes.grid(visible=True, axis="x")
+    axes.grid(visible=False, axis="y")
+    axes.tick_params(axis="y", length=0)
+    axes.spines["left"].set_visible(False)
+
+
+def metric_name(metric: str) -> str:
+    """Return what a metric with options is called beside a row."""
+    column = Column.parse(metric)
+    return ", ".join([NAMES.get(column.name, column.name), *column.options.values()])
 
 
 def remark(axes: Axes, title: Text, text: str) -> Annotation:

@@ -100,7 +100,7 @@ def _titles(
 ) -> None:
     """Name questions and what is asked in each, and metrics with their kinds."""
     axes.set_xticks(list(columns.values()), [asked.replace(" ", "\n", 1) for _, asked in columns])
-    axes.set_yticks([y for _, y in rows.values()], [_name(metric) for metric in rows])
+    axes.set_yticks([y for _, y in rows.values()], [style.metric_name(metric) for metric in rows])
     for question, group in groupby(columns.items(), key=lambda item: item[0][0]):
         places = [x for _, x in group]
         axes.annotate(
@@ -134,9 +134,3 @@ def _kind(metric: str) -> str:
     if is_new(metric):
         return "new"
     return "paper" if Column.parse(metric).name in METRICS else "today"
-
-
-def _name(metric: str) -> str:
-    column = Column.parse(metric)
-    name = style.NAMES.get(column.name, column.name)
-    return f"{name}, {', '.join(column.options.values())}" if column.options else name

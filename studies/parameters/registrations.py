@@ -17,6 +17,7 @@ __all__ = [
     "DEPENDENCE",
     "GEOMETRIES",
     "REPEATABLE",
+    "SCENE",
     "compare",
     "gain",
     "meaning",
