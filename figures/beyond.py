@@ -72,15 +72,7 @@ def _heat_map(axes: Axes, powers: pd.DataFrame) -> None:
             number = f"{round(value, 2) + 0:.2f}".replace("-", "−").replace("0.", ".")
             dark = style.INK if value >= LEAST_POWER else style.FAINT
             colour = "white" if value > WHITE_ABOVE else dark
-            axes.text(
-                column,
-                row,
-                number,
-                color=colour,
-                size=TIGHT,
-                ha="center",
-                va="center_baseline",
-            )
+            style.write(axes, column, row, number, colour, TIGHT)
     axes.set_xticks(range(values.shape[1]), list(map(_metric, powers.columns)))
     style.as_table(axes, TIGHT)
 

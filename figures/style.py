@@ -13,7 +13,7 @@ from experiments.metrics import Column
 
 __all__ = ["COLUMN", "FAINT", "GREY_BAND", "INK", "PAGE", "SMALL", "TEXT", "TITLE"]
 __all__ += ["NAMES", "applied", "as_rows", "as_table", "colours", "direction", "metric_name"]
-__all__ += ["remark", "tint"]
+__all__ += ["remark", "tint", "without_lines", "write"]
 
 Colour = tuple[float, float, float]
 
@@ -130,11 +130,22 @@ def direction(axes: Axes, *, higher_is_better: bool) -> None:
 
 def as_table(axes: Axes, size: float) -> None:
     """Draw no lines around coloured cells, and name their columns above them, in small type."""
-    axes.tick_params(length=0, top=False, labeltop=True, labelbottom=False)
+    without_lines(axes)
+    axes.tick_params(top=False, labeltop=True, labelbottom=False)
     axes.tick_params(axis="x", labelsize=size)
+
+
+def without_lines(axes: Axes) -> None:
+    """Draw no lines around coloured cells."""
+    axes.tick_params(length=0)
     axes.grid(visible=False)
     for spine in axes.spines.values():
         spine.set_visible(False)
+
+
+def write(axes: Axes, x: float, y: float, text: str, colour: str, size: float = SMALL) -> None:
+    """Write a text in the middle of a cell."""
+    axes.text(x, y, text, color=colour, size=size, ha="center", va="center_baseline")
 
 
 def as_rows(axes: Axes) -> None:

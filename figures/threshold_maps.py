@@ -126,21 +126,10 @@ def _heat_map(
     )
     for (row, column), value in np.ndenumerate(values) if numbers else ():
         colour = "white" if value > WHITE_ABOVE else style.INK
-        axes.text(
-            column,
-            row,
-            f"{value:.0f}",
-            color=colour,
-            size=TIGHT,
-            ha="center",
-            va="center_baseline",
-        )
+        style.write(axes, column, row, f"{value:.0f}", colour, TIGHT)
     axes.set_yticks(range(len(labels)), labels)
     axes.set_xticks(range(len(columns)), columns)
-    axes.tick_params(length=0)
-    axes.grid(visible=False)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
+    style.without_lines(axes)
 
 
 def _frame(axes: Axes, row: int, width: int) -> None:

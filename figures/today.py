@@ -53,7 +53,7 @@ def draw(table: pd.DataFrame) -> Figure:
     for key, x in columns.items():
         for metric, y in rows.items():
             if (*key, metric) not in asked:
-                _write(axes, x, y, "–", style.FAINT)
+                style.write(axes, x, y, "–", style.FAINT)
     _titles(axes, columns, {metric: (kind, rows[metric]) for kind, metric in metrics})
     figure.supxlabel(
         "The better of two estimates comes out better, % (50: chance).  × no better than chance   "
@@ -86,13 +86,9 @@ def _cell(axes: Axes, x: float, y: float, row: Mapping[Hashable, Any]) -> None:
         box = Rectangle((x - 0.43, y - 0.4), 0.86, 0.8, fill=False, edgecolor=FRAME, linewidth=1.1)
         axes.add_patch(box)
     if blind:
-        _write(axes, x, y, "×", style.INK)
+        style.write(axes, x, y, "×", style.INK)
     else:
-        _write(axes, x, y, f"{value:.0f}", "white" if value > WHITE_ABOVE else style.INK)
-
-
-def _write(axes: Axes, x: float, y: float, text: str, colour: str) -> None:
-    axes.text(x, y, text, color=colour, size=style.SMALL, ha="center", va="center_baseline")
+        style.write(axes, x, y, f"{value:.0f}", "white" if value > WHITE_ABOVE else style.INK)
 
 
 def _titles(
