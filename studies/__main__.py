@@ -26,6 +26,8 @@ from .today import orders
 
 __all__ = ["main"]
 
+Question = Callable[[Sequence[Trials], Namespace], list[bytes]]
+
 HELP = """\
 table1         Table 1 of the paper, from the experiments: CSV, Markdown
 order          which metric orders neighbouring levels best, from the experiments and those of
@@ -95,11 +97,6 @@ def _threshold(trials: Sequence[Trials], options: Namespace) -> list[bytes]:
     return [*(to_csv(table[kind_of == kind]) for kind in KINDS), text.encode()]
 
 
-def _threshold_maps(trials: Sequence[Trials], _: Namespace) -> list[bytes]:
-    table = maps.compare({one.path.stem: one for one in trials})
-    return [to_csv(table), maps.to_markdown(table).encode()]
-
-
 def _registration(trials: Sequence[Trials], options: Namespace) -> list[bytes]:
     (axis,), parts = _axes("registration", trials)
     table = registrations.compare(axis, parts)
@@ -109,7 +106,7 @@ def _registration(trials: Sequence[Trials], options: Namespace) -> list[bytes]:
     ]
 
 
-def _time(name: str) -> Callable[[Sequence[Trials], Namespace], list[bytes]]:
+def _time(name: str) -> Question:
     def study(trials: Sequence[Trials], _: Namespace) -> list[bytes]:
         axes, parts = _axes(name, trials)
         seeded = [part.sweep for part in parts.values() if is_seeded(part.record.metrics)]
@@ -119,42 +116,46 @@ def _time(name: str) -> Callable[[Sequence[Trials], Namespace], list[bytes]]:
 
 
 def _scenarios(trials: Sequence[Trials], _: Namespace) -> list[bytes]:
-    return [to_csv(findings({one.path.stem: one for one in trials}))]
+    return [to_csv(findings(_by_name(trials)))]
 
 
-def _frame_rate(trials: Sequence[Trials], _: Namespace) -> list[bytes]:
-    table = rates.compare({one.path.stem: one for one in trials})
-    return [to_csv(table), rates.to_markdown(table).encode()]
+def _compared(
+    comparison: Callable[[Mapping[str, Trials]], pd.DataFrame], words: Callable[[pd.DataFrame], str]
+) -> Question:
+    def study(trials: Sequence[Trials], _: Namespace) -> list[bytes]:
+        table = comparison(_by_name(trials))
+        return [to_csv(table), words(table).encode()]
+
+    return study
 
 
-def _today(trials: Sequence[Trials], _: Namespace) -> list[bytes]:
-    table = orders.compare({one.path.stem: one for one in trials})
-    return [to_csv(table), today.to_markdown(table).encode()]
-
-
-QUESTIONS: Mapping[str, Callable[[Sequence[Trials], Namespace], list[bytes]]] = {
+QUESTIONS: Mapping[str, Question] = {
     "table1": _table1,
     "order": _order,
     "claims": _claims,
     "threshold": _threshold,
     "threshold_time": _time("threshold"),
-    "threshold_maps": _threshold_maps,
+    "threshold_maps": _compared(maps.compare, maps.to_markdown),
     "registration": _registration,
     "registration_time": _time("registration"),
-    "frame_rate": _frame_rate,
+    "frame_rate": _compared(rates.compare, rates.to_markdown),
     "scenarios": _scenarios,
-    "today": _today,
+    "today": _compared(orders.compare, today.to_markdown),
 }
 """What makes the contents of a study's files, of its trials and the options."""
 
 
 def _axes(name: str, trials: Sequence[Trials]) -> tuple[list[Axis], dict[str, Trials]]:
     """Return the axes of a parameter study, and its parts by their names."""
-    parts = {part.path.stem: part for part in trials}
+    parts = _by_name(trials)
     metrics = [part.record.metrics for part in trials]
     axes = axes_of(name, next((one for one in metrics if not is_seeded(one)), []))
     check_parts(name, axes, parts)
     return axes, parts
+
+
+def _by_name(trials: Sequence[Trials]) -> dict[str, Trials]:
+    return {one.path.stem: one for one in trials}
 
 
 def _read_times(path: Path | None) -> pd.DataFrame:
