@@ -20,7 +20,7 @@ from .ranking import TIED_HALF, RankedBy, ranked_by, ranks
 from .scoring import Scored, seeds
 from .table import table
 
-__all__ = ["print_error", "show_json", "show_progress", "show_table"]
+__all__ = ["print_error", "print_note", "show_json", "show_progress", "show_table"]
 
 TIES: dict[RankedBy | None, str] = {
     "PAS": "PAS less than 2 standard errors apart over the seeds",
@@ -118,7 +118,12 @@ def footnotes(
 def print_notes(scored: Sequence[Scored], notes: Sequence[str]) -> None:
     """Print the notes on all and on each estimate on stderr, a line each."""
     for note in [*notes, *(note for one in scored for note in one.notes)]:
-        print(f"alignscores: note: {note}", file=sys.stderr)
+        print_note(note)
+
+
+def print_note(message: str) -> None:
+    """Print a note on stderr."""
+    print(f"alignscores: note: {message}", file=sys.stderr)
 
 
 def print_error(message: str) -> None:

@@ -18,7 +18,7 @@ from ..cli.formats import FORMATS
 from ..cli.metrics import OWN, Metrics, order_problem
 from ..cli.names import printable
 from ..cli.notes import collected_warnings
-from ..cli.output import print_error, show_progress
+from ..cli.output import print_error, print_note, show_progress
 from ..cli.saving import write_whole
 from ..cli.scoring import seeds
 from ..registration import REGISTRATIONS
@@ -234,7 +234,7 @@ def _scored(
             print_error(printable(benchmark.problems[-1]))
             continue
         for note in notes:
-            print(f"alignscores: note: {sequence}: {note}", file=sys.stderr)
+            print_note(f"{sequence}: {note}")
         checked = set()  # what is mixed up is so in all runs of a system: the first one tells
         for one in runs:
             first = one.file is not None and one.system not in checked
@@ -373,7 +373,7 @@ def _print_notes(done: Sequence[tuple[Run, Outcome]]) -> None:
             alike.setdefault((one.system, re.sub(r"[\d.]+", "", note)), []).append(text)
     for (system, _), (first, *others) in alike.items():
         more = f" (and alike for {len(others)} more of {system})" if others else ""
-        print(printable(f"alignscores: note: {first}{more}"), file=sys.stderr)
+        print_note(printable(f"{first}{more}"))
 
 
 def _show(summary: Summary, benchmark: Benchmark, arguments: argparse.Namespace) -> None:
