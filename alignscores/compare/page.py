@@ -301,13 +301,13 @@ def _quantiles(errors: Sequence[Floats], n_runs: int) -> str:
 def _errors(summary: Summary, sequence: str) -> str:
     """Draw the median position error in each part of the trajectory, over the runs, up to 4 d."""
     curves = {}
-    units = [1.0]
+    unit = 1.0
     for system in _in_key(summary):
         runs = _outcomes(summary, system, sequence)
         if runs:
             places = np.concatenate([one.places for one in runs])
-            errors = np.concatenate([one.position_errors for one in runs]) / runs[0].unit
-            units = [runs[0].unit]
+            unit = runs[0].unit
+            errors = np.concatenate([one.position_errors for one in runs]) / unit
             part = np.minimum((places * STRETCHES).astype(int), STRETCHES - 1)
             order = np.argsort(part, kind="stable")
             found, starts = np.unique(part[order], return_index=True)
@@ -321,7 +321,7 @@ def _errors(summary: Summary, sequence: str) -> str:
     return _plot(
         curves,
         ("start", "end of the trajectory"),
-        ("0", f"≥ {4 * units[0]:.3g} (4 d)"),
+        ("0", f"≥ {4 * unit:.3g} (4 d)"),
         f"Median position error along the way, up to 4 d. Typical: {spoken}",
         _in_key(summary),
     )

@@ -283,13 +283,13 @@ def _scores(
                 registration=options.registration,
             ).half
     else:
-        distance = _half(result.tas.errors, result.tas.unit)
+        distance = _half(result.tas.errors)
     scores = {
         "TAS": tas,
         "RAS": ras,
         "PAS": result.weight * tas + (1 - result.weight) * ras,
         "half_distance": distance,
-        "half_angle": _half(result.ras.errors, 10.0),
+        "half_angle": _half(result.ras.errors),
     }
     reasons = []
     for name in metrics:
@@ -317,9 +317,9 @@ def larger_is_better(metric: str) -> bool:
     return metric in ("TAS", "RAS", "PAS") or protocol(metric).family.larger_is_better
 
 
-def _half(errors: Floats, unit: float) -> float:
+def _half(errors: Floats) -> float:
     """Return the unit at which the score of errors under a fixed alignment is one half."""
-    return ScoreProfile(np.array([unit]), np.sort(errors)[None], 100).half
+    return ScoreProfile(np.ones(1), np.sort(errors)[None], 100).half
 
 
 def _errors_at(
