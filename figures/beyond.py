@@ -21,7 +21,6 @@ PANELS = {  # column of the table, title, remark
 }
 PAPER = {"geometry": "cube", "error": "gaussian", "outliers": "uniform", "outlier_side": 10.0}
 COLUMNS = ("scenario", *PAPER, "metric", *PANELS)
-COLOURS = "Blues"  # light to dark, so that it reads in greyscale
 LARGEST = 1.15  # value of the darkest colour: tau stays below 0.9, since levels repeat
 WHITE_ABOVE = 0.68  # the text
 ROW = 0.155  # inches
@@ -57,16 +56,7 @@ def _heat_map(axes: Axes, powers: pd.DataFrame) -> None:
     """Draw numbers on colours; what does not discern has no colour."""
     values = powers.to_numpy(dtype=float)
     shown = np.where(values >= LEAST_POWER, values, np.nan)
-    axes.pcolormesh(
-        np.arange(values.shape[1] + 1) - 0.5,
-        np.arange(values.shape[0] + 1) - 0.5,
-        shown,
-        cmap=COLOURS,
-        vmin=0,
-        vmax=LARGEST,
-        edgecolor="white",
-        linewidth=0.8,
-    )
+    style.draw_cells(axes, shown, 0.0, LARGEST, gap=0.8)
     for (row, column), value in np.ndenumerate(values):
         if np.isfinite(value):
             number = f"{round(value, 2) + 0:.2f}".replace("-", "−").replace("0.", ".")

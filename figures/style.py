@@ -8,14 +8,16 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.text import Annotation, Text
+from numpy.typing import NDArray
 
 from experiments.metrics import Column
 
-__all__ = ["COLUMN", "FAINT", "GREY_BAND", "INK", "PAGE", "SMALL", "TEXT", "TITLE"]
-__all__ += ["NAMES", "applied", "as_rows", "as_table", "colours", "direction", "metric_name"]
-__all__ += ["remark", "tint", "without_lines", "write"]
+__all__ = ["CELLS", "COLUMN", "FAINT", "GREY_BAND", "INK", "PAGE", "SMALL", "TEXT", "TITLE"]
+__all__ += ["NAMES", "applied", "as_rows", "as_table", "colours", "direction", "draw_cells"]
+__all__ += ["metric_name", "remark", "tint", "without_lines", "write"]
 
 Colour = tuple[float, float, float]
+Floats = NDArray[np.float64]
 
 COLUMN = 3.3  # width of a column of the paper in inches
 PAGE = 6.9  # width of its text
@@ -27,6 +29,8 @@ FAINT = "0.38"  # remarks
 GREY_BAND = "0.935"  # what all series together span
 
 NAMES = {"HalfDistance": "half-score distance", "HalfAngle": "half-score angle"}  # of metrics
+
+CELLS = "Blues"  # colours of cells, light to dark, so that they read in greyscale
 
 # Dark to light in even steps of lightness, so that the order survives greyscale and colour
 # blindness; another hue for each quantity. First, second and last position in the colour map: no
@@ -133,6 +137,20 @@ def as_table(axes: Axes, size: float) -> None:
     without_lines(axes)
     axes.tick_params(top=False, labeltop=True, labelbottom=False)
     axes.tick_params(axis="x", labelsize=size)
+
+
+def draw_cells(axes: Axes, values: Floats, lightest: float, darkest: float, gap: float) -> None:
+    """Draw a coloured cell for each number, a row for each of the first axis; none for NaN."""
+    axes.pcolormesh(
+        np.arange(values.shape[1] + 1) - 0.5,
+        np.arange(values.shape[0] + 1) - 0.5,
+        values,
+        cmap=CELLS,
+        vmin=lightest,
+        vmax=darkest,
+        edgecolor="white",
+        linewidth=gap,
+    )
 
 
 def without_lines(axes: Axes) -> None:

@@ -29,7 +29,6 @@ COLUMNS = (
     *("map", "geometry", "n_cameras", "n_outliers", "noise", "metric", "right_order"),
     *(*PAPER, *REGISTRATION),
 )
-COLOURS = "Blues"
 CHANCE, LARGEST = 50.0, 112.0  # values of the lightest and the darkest colour
 WHITE_ABOVE = 88  # the text
 TIGHT = 5.0  # points
@@ -114,16 +113,7 @@ def _heat_map(
     numbers: bool = False,
 ) -> None:
     values = orders.to_numpy(dtype=float)
-    axes.pcolormesh(
-        np.arange(values.shape[1] + 1) - 0.5,
-        np.arange(values.shape[0] + 1) - 0.5,
-        values,
-        cmap=COLOURS,
-        vmin=CHANCE,
-        vmax=LARGEST,
-        edgecolor="white",
-        linewidth=0.6,
-    )
+    style.draw_cells(axes, values, CHANCE, LARGEST, gap=0.6)
     for (row, column), value in np.ndenumerate(values) if numbers else ():
         colour = "white" if value > WHITE_ABOVE else style.INK
         style.write(axes, column, row, f"{value:.0f}", colour, TIGHT)

@@ -18,7 +18,6 @@ from . import style
 __all__ = ["COLUMNS", "draw"]
 
 COLUMNS = ("question", "asked", "metric", "order", "p_chance", "p_behind")
-COLOURS = "Blues"  # light to dark, so that it reads in greyscale
 CHANCE, CERTAIN = 50, 100
 DARKEST = 0.93  # of the colours: the frame has to stand out
 WHITE_ABOVE = 80  # the text
@@ -80,7 +79,8 @@ def _cell(axes: Axes, x: float, y: float, row: Mapping[Hashable, Any]) -> None:
     value = float(row["order"])
     blind = row["p_chance"] >= SIGNIFICANCE
     share = max(0.0, (value - CHANCE) / (CERTAIN - CHANCE))
-    colour = "0.965" if blind else matplotlib.colormaps[COLOURS](0.08 + (DARKEST - 0.08) * share)
+    shade = matplotlib.colormaps[style.CELLS](0.08 + (DARKEST - 0.08) * share)
+    colour = "0.965" if blind else shade
     axes.add_patch(Rectangle((x - 0.48, y - 0.47), 0.96, 0.94, facecolor=colour))
     if row["p_behind"] >= SIGNIFICANCE and not blind:
         box = Rectangle((x - 0.43, y - 0.4), 0.86, 0.8, fill=False, edgecolor=FRAME, linewidth=1.1)
