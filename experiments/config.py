@@ -233,7 +233,7 @@ def load(
     execution = {key: resolved.pop(key) for key in EXECUTION if key in resolved}
     sweep = make(Sweep, resolved)
     if experiment not in (None, sweep.name):
-        problem = f"must be {experiment!r} as the file: its results are called so"
+        problem = f"must be {experiment!r} like the file: its results have that name"
         raise ConfigError(f"setting 'name' {problem}")
     return sweep, make(Execution, execution)
 
@@ -326,14 +326,14 @@ def split_override(override: str) -> tuple[str, str]:
 
 
 class _Loader(CSafeLoader):  # type: ignore[misc]
-    """YAML in which 1e-3 is a number, as in Hydra's files, and no key stands twice."""
+    """YAML in which 1e-3 is a number, as in Hydra's files, and no key is given twice."""
 
     def construct_mapping(self, node: MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen = set()
         for key, _ in node.value:
             if key.value in seen:
                 raise ConstructorError(
-                    problem=f"{key.value!r} stands twice", problem_mark=key.start_mark
+                    problem=f"{key.value!r} is given twice", problem_mark=key.start_mark
                 )
             seen.add(key.value)
         return dict(super().construct_mapping(node, deep))

@@ -192,7 +192,7 @@ def read_record(path: Path) -> Record:
     except OSError as error:
         raise TableError(place, f"cannot be read ({error.strerror})") from None
     except (AttributeError, KeyError, TypeError, ValidationError, ValueError):
-        raise TableError(place, "is no record of a table of trials") from None
+        raise TableError(place, "is not the record of a table of trials") from None
 
 
 def read_trials(path: Path) -> Trials:

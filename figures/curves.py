@@ -45,7 +45,7 @@ class Curves:
         for metric in self.metrics:
             self._require(metric in table, f"has no column {metric}")
             finite = np.isfinite(pd.to_numeric(table[metric], errors="coerce")).all()
-            self._require(finite, f"has values of {metric} that are no finite numbers")
+            self._require(finite, f"has values of {metric} that are not finite")
         for setting in CELL_SETTINGS:
             count = 1 if setting in (self.series, *self.levels) else table[setting].nunique()
             self._require(

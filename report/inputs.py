@@ -248,7 +248,7 @@ def _read_figure(path: Path) -> Image.Image:
     except FileNotFoundError:
         raise TableError(path, "does not exist") from None
     except (OSError, SyntaxError, ValueError):
-        raise TableError(path, "is no PNG") from None
+        raise TableError(path, "is not a PNG") from None
 
 
 def read_jobs(paths: Iterable[Path]) -> pd.DataFrame:

@@ -57,7 +57,7 @@ class Settings(Section):
     @model_validator(mode="after")
     def _results_depend_on_them(self) -> Self:
         for key in EXECUTION:
-            problem = f"may not set {key}, which is one for all: --config"
+            problem = f"may not set {key}, which holds for all studies; set it with --config"
             require(key not in self.settings, problem)
         return self
 

@@ -60,7 +60,7 @@ settings.load_profile("alignscores")
 
 
 def pytest_collection_finish() -> None:
-    """Look for no garbage among the thousands of tests: a thirtieth of the time."""
+    """Spare the garbage collector the thousands of tests: it would visit them again and again."""
     gc.freeze()
 
 

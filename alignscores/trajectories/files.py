@@ -272,7 +272,7 @@ def read_colmap(path: FilePath, *, complete: bool = False) -> Trajectory:
     """
     pycolmap = require("pycolmap", "colmap")
     if not Path(path).is_dir():
-        raise FileError(path, "is no folder; a COLMAP model is a folder with cameras and images")
+        raise FileError(path, "is not a folder; a COLMAP model is a folder with cameras and images")
     for file in COLMAP_RECORDS:
         _check_whole(Path(path) / file)
     try:
@@ -537,7 +537,7 @@ def _read_stamped(
         lengths = np.linalg.norm(quaternions, axis=1)
     if (lengths == 0).any():
         row = int(np.argmax(lengths == 0))
-        raise FileError(path, "the quaternion is zero, which is no rotation", place=where(row))
+        raise FileError(path, "the quaternion is zero, which is not a rotation", place=where(row))
     _warn_of(np.abs(lengths - 1), path, where, "has a quaternion that is not of unit length")
 
     poses = np.tile(np.eye(4), (len(stamps), 1, 1))
@@ -638,7 +638,7 @@ def _decompressed(path: FilePath, data: bytes) -> bytes:
     try:
         return gzip.decompress(data)
     except (EOFError, OSError, zlib.error) as error:
-        raise FileError(path, f"is no whole gzip file ({error})") from None
+        raise FileError(path, f"is not a complete gzip file ({error})") from None
 
 
 def _is_number(field: str) -> bool:
@@ -653,12 +653,12 @@ def _nerf_frames(path: FilePath) -> list[Any]:
     try:
         content = json.loads(_text(path))
     except json.JSONDecodeError as error:
-        raise FileError(path, f"is no JSON ({error.msg})", place=f"line {error.lineno}") from None
+        raise FileError(path, f"is not JSON ({error.msg})", place=f"line {error.lineno}") from None
     except RecursionError:
-        raise FileError(path, "is no transforms.json: it is nested too deeply") from None
+        raise FileError(path, "is not a transforms.json: it is nested too deeply") from None
     frames = content.get("frames") if isinstance(content, dict) else None
     if not isinstance(frames, list):
-        raise FileError(path, "is no transforms.json: it has no list of frames")
+        raise FileError(path, "is not a transforms.json: it has no list of frames")
     if not frames:
         raise FileError(path, "has no frames")
     return frames
@@ -694,13 +694,13 @@ def _why_no_model(folder: Path, reason: str) -> str:
     for suffix, empty in (".bin", "8 zero bytes"), (".txt", "an empty file"):
         missing = [part + suffix for part in COLMAP_FILES if part + suffix not in files]
         if not missing:
-            return f"is no readable COLMAP model, as if a file were cut off ({reason})"
+            return f"is not a readable COLMAP model, as if a file were cut off ({reason})"
         if len(missing) < len(COLMAP_FILES):
             remedy = f"; {empty} will do for it" if missing == [f"points3D{suffix}"] else ""
             return f"the COLMAP model lacks {' and '.join(missing)}{remedy}"
     models = sorted(path.parent.name for path in folder.glob("*/images.*"))
     hint = f", but {folder / models[0]} is: give that one" if models else ""
-    return f"is no COLMAP model, with {', '.join(COLMAP_FILES)} as .bin or .txt{hint}"
+    return f"is not a COLMAP model, with {', '.join(COLMAP_FILES)} as .bin or .txt{hint}"
 
 
 def _locate_in_images_txt(model: Path) -> None:

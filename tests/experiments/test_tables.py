@@ -213,7 +213,7 @@ def test_what_is_no_record_is_refused(table: Path, change: str | dict[str, Any])
             content | change if value is not None else {k: content[k] for k in content if k != key}
         )
         record.write_text(json.dumps(content))
-    assert refusal(table, record).startswith("is no record of a table of trials")
+    assert refusal(table, record).startswith("is not the record of a table of trials")
     record.unlink()
     assert refusal(table, record).startswith("does not exist")
     record.mkdir()

@@ -34,5 +34,5 @@ def test_values_that_are_no_numbers_are_refused(run, value):
     trials = run("outliers")
     table = trials.table.astype({"TAS": object})
     table.loc[7, "TAS"] = value
-    with pytest.raises(TableError, match="values of TAS that are no finite numbers"):
+    with pytest.raises(TableError, match="values of TAS that are not finite"):
         outliers.draw(replace(trials, table=table))

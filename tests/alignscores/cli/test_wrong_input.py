@@ -198,7 +198,7 @@ CASES = {  # "format file what": its edit, the message
     "euroc estimate semicolons": (line(2, "1;2;3;4;5;6;7;8"), "bad, line 2: has 1 column, not"),
     "tum estimate quaternion zero": (
         line(4, "1700000000.2 1 2 3 0 0 0 0"),
-        "bad, line 4: the quaternion is zero, which is no rotation",
+        "bad, line 4: the quaternion is zero, which is not a rotation",
     ),
     "tum estimate stamp nan": (field(4, 0, "nan"), "bad, line 4: the time stamp is not finite"),
     "euroc estimate stamp inf": (field(4, 0, "inf"), "line 4: the time stamp is not finite"),
@@ -226,11 +226,11 @@ CASES = {  # "format file what": its edit, the message
         frame(1, transform_matrix=np.diag([2.0, 2, 2, 1]).tolist()),
         r"bad, frames\[1\] \('images/\d*.png'\): the matrix is not a rotation",
     ),
-    "nerf estimate no JSON": (always('{\n"frames": [1,\n'), "bad, line 3: is no JSON"),
-    "nerf estimate cut off": (lambda lines: lines[:9], "bad, line 9: is no JSON"),
-    "nerf estimate is tum": (always("0 1 2 3 0 0 0 1"), "bad, line 1: is no JSON"),
-    "nerf estimate a list": (always("[1]"), "bad: is no transforms.json: it has no list of fr"),
-    "nerf estimate no frames": (always("{}"), "bad: is no transforms.json: it has no list of f"),
+    "nerf estimate no JSON": (always('{\n"frames": [1,\n'), "bad, line 3: is not JSON"),
+    "nerf estimate cut off": (lambda lines: lines[:9], "bad, line 9: is not JSON"),
+    "nerf estimate is tum": (always("0 1 2 3 0 0 0 1"), "bad, line 1: is not JSON"),
+    "nerf estimate a list": (always("[1]"), "bad: is not a transforms.json: it has no list of fr"),
+    "nerf estimate no frames": (always("{}"), "bad: is not a transforms.json: it has no list of f"),
     "nerf estimate frames empty": (always('{"frames": []}'), "bad: has no frames"),
     "nerf estimate a frame a number": (always('{"frames": [3]}'), r"frames\[0\]: needs a file_p"),
     "nerf estimate no matrix": (frame(2, transform_matrix=None), r"frames\[2\]: needs a file_pa"),
@@ -241,14 +241,23 @@ CASES = {  # "format file what": its edit, the message
         r"\[2\]: .* transform_matrix 4 x 4",
     ),
     "nerf estimate path a number": (frame(2, file_path=7), r"\[2\]: file_path must be a text and"),
-    "nerf estimate nested": (always("[" * 100_000), "bad: is no transforms.json: it is nested to"),
+    "nerf estimate nested": (
+        always("[" * 100_000),
+        "bad: is not a transforms.json: it is nested to",
+    ),
     "nerf estimate other images": (
         lambda lines: [re.sub(r"(\d{4})\.png", r"x\1.png", one) for one in lines],
         "bad: no image names in common: the reference has 'images/0000.png', the estimate 'i",
     ),
-    "colmap estimate no folder": (always(NOTHING), "bad: is no folder; a COLMAP model is a folder"),
-    "colmap estimate a file": (always("1 2"), "bad: is no folder; a COLMAP model is a folder w"),
-    "colmap estimate empty folder": (always(FOLDER), "bad: is no COLMAP model, with cameras, im"),
+    "colmap estimate no folder": (
+        always(NOTHING),
+        "bad: is not a folder; a COLMAP model is a folder",
+    ),
+    "colmap estimate a file": (always("1 2"), "bad: is not a folder; a COLMAP model is a folder w"),
+    "colmap estimate empty folder": (
+        always(FOLDER),
+        "bad: is not a COLMAP model, with cameras, im",
+    ),
     "colmap estimate no points": (without("points3D.bin"), "lacks points3D.bin; 8 zero bytes will"),
     "colmap reference no points, text": (
         without("points3D.txt"),
@@ -279,7 +288,7 @@ CASES = {  # "format file what": its edit, the message
     ),
     "colmap estimate rigs cut off": (
         part("rigs.bin", 9),
-        "bad: is no readable COLMAP model, as if a",
+        "bad: is not a readable COLMAP model, as if a",
     ),
     "colmap estimate images random": (
         part("images.bin", np.random.default_rng(0).bytes(5000)),
@@ -295,7 +304,7 @@ CASES = {  # "format file what": its edit, the message
     "colmap reference a line less": (image(""), COLMAP_LINE),
     "colmap reference is sparse/": (
         inside,
-        "bad: is no COLMAP model, .* but .*bad/0 is: give that one$",
+        "bad: is not a COLMAP model, .* but .*bad/0 is: give that one$",
     ),
 }
 

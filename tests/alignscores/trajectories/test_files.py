@@ -132,7 +132,7 @@ def test_compressed_files(examples, write, tmp_path):
     for read, poses in zip(read_euroc(path), read_euroc(examples / "euroc/data.csv"), strict=True):
         np.testing.assert_array_equal(read, poses)
     for broken in (content, gzip.compress(content)[:-20], gzip.compress(content)[:40] + b"x" * 90):
-        with pytest.raises(FileError, match=r"data.csv.gz: is no whole gzip file \("):
+        with pytest.raises(FileError, match=r"data.csv.gz: is not a complete gzip file \("):
             read_euroc(write(broken, "data.csv.gz"))
     with pytest.raises(FileError, match=r"cannot be read .No such file"):
         read_tum(tmp_path / "none.gz")

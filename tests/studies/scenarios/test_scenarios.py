@@ -102,7 +102,7 @@ def test_a_metric_may_have_options(tmp_path: Path) -> None:
         ("scenarios: {a: {noise: product}}", "scenarios.a needs noise=paired"),
         (
             "scenarios: {a: {results_dir: x}}",
-            "scenarios.a may not set results_dir, which is one for all",
+            "scenarios.a may not set results_dir, which holds for all studies",
         ),
         ("settings: {n_jobs: 1}\nscenarios: {a: {}}", "settings may not set n_jobs"),
         (
