@@ -52,4 +52,11 @@ def test_effects_of_what_does_not_vary_are_left_out(effects):
     effects[["outlier_power", "outlier_power_smallest", "outlier_power_error"]] = np.nan
     few = effects[effects["axis"] == "pas_weight"].reset_index(drop=True)
     for table in (effects, few):
-        threshold_study.draw(table).draw_without_rendering()
+        figure = threshold_study.draw(table)
+        figure.draw_without_rendering()
+        panels = dict(zip(SHOWN, figure.axes, strict=True))
+        for effect, panel in panels.items():
+            drawn = np.hstack(
+                [line.get_xdata() for line in panel.lines if line.get_marker() == "o"]
+            )
+            assert np.isfinite(drawn).sum() == (0 if effect == "outlier_power" else len(table))
