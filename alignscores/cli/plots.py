@@ -36,11 +36,8 @@ FLAT = 0.1  # a score this close to 0 or 1 tells nothing of an estimate
 NAMED = 8  # estimates that share axes: the first so many can be told apart
 HALVES = "half_distance", "half_angle"
 LONGEST = 36  # characters of a name in the legend
-# Neighbours differ in their dashes, too, for greyscale and colour blindness.
-LINES: list[dict[str, Any]] = [
-    {"color": ERRORS(rank / (NAMED - 1)), "linestyle": ("-", "--", "-.", ":")[rank % 4]}
-    for rank in range(NAMED)
-]
+DASHES = "-", "--", "-.", ":"
+DECADES = 2  # on a wider axis labels at 2 and 5 would overlap
 STYLE: dict[Any, Any] = {
     "font.size": 8,
     "axes.titlesize": 9,
@@ -123,7 +120,7 @@ def _draw_together(panels: NDArray[np.object_], scored: Sequence[Scored]) -> Non
     panels[1].set(title="rotation errors", xlabel="threshold in degrees")
 
     view = _draw_reference(panels[2], max(scored, key=lambda one: len(one.matches.keys)).matches)
-    for line, one in zip(LINES, scored, strict=False):
+    for line, one in zip(_lines(len(scored)), scored, strict=False):
         if one.result.tas.alignment is not None:
             points = aligned_positions(one.matches, one.result)[:, view]
             _draw_path(panels[2], points, ordered=_is_ordered(one.matches), linewidth=0.9, **line)
@@ -191,14 +188,29 @@ def profile_panel(
         units, scores = units[shown], [one[shown] for one in scores]
     _curves(axes, [np.column_stack([units, one]) for one in scores])
     axes.axhline(0.5, color="0.5", linewidth=0.8, zorder=0.5)
-    for line, half in zip(LINES, halves, strict=False):
+    for line, half in zip(_lines(len(halves)), halves, strict=False):
         if units[0] <= half <= units[-1]:
             axes.plot(half, 0.5, "o", color=line["color"], markersize=4)
     axes.set(xscale="log", xlim=(units[0], units[-1]), ylim=(0, 1))
     # By default, over little more than a decade, the ticks between have labels that overlap.
-    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    wide = units[-1] > 10**DECADES * units[0]
+    axes.xaxis.set_major_locator(LogLocator(subs=(1,) if wide else (1, 2, 5)))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _lines(n: int) -> list[dict[str, Any]]:
+    """Return the lines of the estimates that are named.
+
+    They share the colours evenly. Neighbours differ in their dashes, too, for greyscale and colour
+    blindness.
+    """
+    named = min(n, NAMED)
+    shares = np.linspace(0, 1, named)
+    return [
+        {"color": ERRORS(share), "linestyle": DASHES[rank % len(DASHES)]}
+        for rank, share in enumerate(shares.tolist())
+    ]
 
 
 def _frequency(score: AlignmentScore, unit: float) -> Floats:
@@ -221,7 +233,7 @@ def _curves(axes: Axes, curves: Sequence[Floats]) -> None:
             zorder=1,
         )
     )
-    for line, curve in zip(LINES, curves, strict=False):
+    for line, curve in zip(_lines(len(curves)), curves, strict=False):
         axes.plot(*curve.T, linewidth=1.3, clip_on=False, **line)
 
 

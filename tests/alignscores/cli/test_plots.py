@@ -1,13 +1,16 @@
 import dataclasses
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from alignscores import AlignmentWarning, pas
 from alignscores.cli.plots import (
     LONGEST,
     NAMED,
+    STYLE,
     profile_panel,
     score_figure,
     score_panel,
@@ -135,6 +138,28 @@ def test_profiles():
     assert dot.get_xydata().tolist() == [[1.0, 0.5]]
     assert line.get_ydata() == [0.5, 0.5]
     profile_panel(Figure().subplots(), units, [np.ones(121)], [0.0])  # warns of nothing
+
+
+def test_two_curves_are_dark_and_light(scored, named):
+    figure = score_figure(named("one", "two"))
+    first, second = figure.axes[6].get_lines()[:2]
+    assert np.mean(first.get_color()[:3]) < 0.1
+    assert np.mean(second.get_color()[:3]) > 0.4
+
+
+@pytest.mark.parametrize("decades", [1, 2, 3, 5])
+def test_labels_of_thresholds_do_not_overlap(decades):
+    units = np.geomspace(1e-3, 10.0 ** (decades - 3), 64)
+    with rc_context(STYLE):
+        figure = Figure(figsize=(3.5, 3))
+        axes = figure.subplots()
+        profile_panel(axes, units, [np.linspace(0.2, 0.8, 64)], [np.inf])
+        figure.draw_without_rendering()
+    boxes = [label.get_window_extent() for label in axes.get_xticklabels() if label.get_text()]
+    boxes = [one for one in boxes if axes.bbox.x0 <= (one.x0 + one.x1) / 2 <= axes.bbox.x1]
+    assert len(boxes) >= decades
+    boxes.sort(key=lambda one: one.x0)
+    assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
 
 
 def test_the_trajectory_is_aligned_and_coloured_by_its_errors(scored):
