@@ -134,8 +134,8 @@ def tas_profile(
         Camera centres; see `tas`. Three cameras suffice.
     units : (U,) array_like, optional
         Units at which to score, positive and ascending; by default 64 from a hundred-thousandth of
-        the extent of the ground truth to the whole, in equal ratios. The half-score distance does
-        not depend on them.
+        the extent of the ground truth to the whole, in equal ratios. The half-score distance
+        hardly depends on them.
     rng : int, SeedSequence, Generator or None
         Seed of the registration; see `tas`.
     n_hypotheses : int

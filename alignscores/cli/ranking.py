@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 SAME_UNIT = 1.03  # largest ratio of two d whose scores compare: the seed changes the TAS by more
 TIED = 2.0  # standard errors of their difference within which two means are tied
-TIED_HALF = 1e-3  # relative difference of two half-score distances that the search may leave
+TIED_HALF = 1e-2  # relative difference of half-score distances that the search may leave
 
 RankedBy = Literal["PAS", "half_distance"]
 

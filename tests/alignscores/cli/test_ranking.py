@@ -3,9 +3,12 @@
 from math import inf
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from alignscores.cli.ranking import in_rank_order, ranked_by, ranks
+from alignscores import tas_profile
+from alignscores.cli.ranking import TIED_HALF, in_rank_order, ranked_by, ranks
+from alignscores.profile import HALF_UNITS
 
 
 def estimate(mean, sd, repeat=4, *, unit=1.0, half=1.0, parts=()):
@@ -57,6 +60,20 @@ def test_what_estimates_are_ranked_by(largest_unit, parts, by, order, expected):
     assert ranked_by(scored) == by
     assert in_rank_order(scored) == [scored[index] for index in order]
     assert ranks(in_rank_order(scored)) == expected
+
+
+def test_one_estimate_is_tied_with_itself_from_any_unit():
+    """The search for its half-score distance starts from d, which depends on the frame rate."""
+    rng = np.random.default_rng(0)
+    differences = []
+    for _ in range(6):
+        truth = np.cumsum(rng.normal(size=(20, 3)), axis=0)
+        estimate = truth + 0.05 * rng.standard_t(4, size=truth.shape)
+        estimate[:4] = rng.random((4, 3))
+        starts = np.geomspace(0.02, 2, 8)
+        halves = [tas_profile(truth, estimate, start * HALF_UNITS).half for start in starts]
+        differences.append(max(halves) / min(halves) - 1)
+    assert 1e-3 < max(differences) < TIED_HALF
 
 
 def test_nothing_ranks_estimates_that_never_reach_one_half():
