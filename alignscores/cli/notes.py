@@ -118,7 +118,7 @@ def units_notes(scored: "Sequence[Scored]", reference: Trajectory, form: Format)
     usual = max(scored, key=lambda one: len(one.matches.keys)).result.tas.unit
     note = (
         "ranked by the half-score distance, as TAS and PAS do not compare: d is from "
-        f"{min(units):.4g} to {max(units):.4g} {form.unit}, since the estimates have other "
+        f"{min(units):.4g} to {max(units):.4g} {form.unit}, since the estimates differ in their "
         f"cameras; --unit {usual:.4g} gives all one d"
     )
     if not form.timed or not any(is_denser(reference.keys, one.matches.keys) for one in scored):

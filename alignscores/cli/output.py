@@ -24,7 +24,7 @@ __all__ = ["print_error", "print_note", "show_json", "show_progress", "show_tabl
 
 TIES: dict[RankedBy | None, str] = {
     "PAS": "PAS less than 2 standard errors apart over the seeds",
-    "half_distance": f"half-score distances less than {TIED_HALF:.1%} apart",
+    "half_distance": f"half-score distances less than {TIED_HALF:.0%} apart",
 }
 HALF = "half: largest threshold at which TAS (refined registration) or RAS is one half; -: never"
 SCATTER = 0.005  # standard deviation of the TAS over the seeds from which there is a hint

@@ -69,7 +69,8 @@ def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
     }
     if any(values["lost"] > MUCH_LOST for values in results):
         marks = " ", *("*" if values["lost"] > MUCH_LOST else " " for values in results)
-        shown["PAS"] = [cell + mark for cell, mark in zip(shown["PAS"], marks, strict=True)]
+        for key in ("half_distance", "PAS"):  # by which estimates are ranked
+            shown[key] = [cell + mark for cell, mark in zip(shown[key], marks, strict=True)]
     names = ["estimate", *(values["name"] for values in results)]
     longest = max(map(columns, names))
     for key in FIRST_DROPPED + NEXT_DROPPED:

@@ -112,7 +112,7 @@ def test_real_keyframes_are_not_ranked_above_all_frames(run, real):
     _, out, err = run("tum", *files, "--repeat", 1)
     rows = [line.split() for line in out.splitlines()[1:3]]
     assert [row[1] for row in rows] == ["1", "2"]
-    assert [row[0] for row in rows] == ["fr2_des..RB.txt", "fr2_des..no.txt"]
+    assert [row[0] for row in rows] == ["fr2_de..RB.txt", "fr2_de..no.txt"]
     assert out.splitlines()[0].split()[-1] == "missing"
     assert "d is from 0.008191 to 0.06742 m" in err
     assert "--unit 0.008191 gives all one d\n" in err
