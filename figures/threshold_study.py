@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from studies.parameters.axes import option_title, value_title
 from studies.parameters.effects import COMPARED, EFFECTS
-from studies.parameters.thresholds import SIGNIFICANT
+from studies.statistics import SIGNIFICANCE
 
 from . import style
 
@@ -106,7 +106,7 @@ def _column(
 def _reach(table: pd.DataFrame) -> float:
     """Return within how many standard errors all differences at once are in 95 % of studies."""
     n = int(table[[f"{name}_p" for name in COMPARED]].notna().to_numpy().sum())
-    return float(scipy.special.ndtri(1 - SIGNIFICANT / 2 / max(n, 1)))
+    return float(scipy.special.ndtri(1 - SIGNIFICANCE / 2 / max(n, 1)))
 
 
 def _labels(axes: Axes, table: pd.DataFrame, rows: list[int], titles: dict[str, int]) -> None:

@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from experiments.metrics import METRICS, Column
-from studies.today.orders import SIGNIFICANCE, is_new
+from studies.statistics import SIGNIFICANCE
+from studies.today.orders import is_new
 
 from . import style
 

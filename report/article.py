@@ -21,7 +21,7 @@ from experiments.command import CommandError
 from experiments.config import CONFIG_DIR
 from studies.claims.claims import load_claims
 from studies.claims.verdicts import POPULATION, VERDICTS
-from studies.order import SIGNIFICANT
+from studies.statistics import SIGNIFICANCE
 
 from . import inputs
 from .estimates import Estimate, write_number
@@ -46,7 +46,7 @@ class Comparison:
     @property
     def is_certain(self) -> bool:
         """Whether it certainly is better."""
-        return self.order > 0 and self.p < SIGNIFICANT
+        return self.order > 0 and self.p < SIGNIFICANCE
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import scipy
 
 from experiments.tables import Record, TableError, Trials
 
-from .statistics import Order, by_level, groups, holm, order, trials_needed
+from .statistics import SIGNIFICANCE, Order, by_level, groups, holm, order, trials_needed
 from .study import Study, Table, load_experiments
 
 __all__ = ["LEVELS", "METHOD", "SURE", "Place", "Ranking", "compare_orders", "load_halves"]
@@ -25,11 +25,10 @@ LEVELS = {  # what is put in order, by what it is called: the settings that may 
     "outliers": ("n_outliers",),
 }
 SURE = 0.9  # probability of the right order from which one trial is enough
-SIGNIFICANT = 0.05
 METHOD = (
     "The order is the probability that one trial at each of two neighbouring levels come in the "
     "right order: 50 % is chance, and no monotone rescaling of a metric changes it. > is certainly "
-    f"better, at a level of {100 * SIGNIFICANT:g} % for all pairs together (paired trials, Holm); "
+    f"better, at a level of {100 * SIGNIFICANCE:g} % for all pairs together (paired trials, Holm); "
     "= may be equal. Trials: how many at each level tell the two apart (rank-sum test at 5 %, "
     "power 80 %). Cameras: from how many on one trial each is in the right order with a "
     f"probability of {100 * SURE:g} %; inf: more than any. HalfDistance, HalfAngle: the units at "
@@ -174,7 +173,7 @@ def _trials(found: Order) -> float:
 
 
 def _reach(found: Order) -> float:
-    return float(scipy.special.ndtri(1 - SIGNIFICANT / 2)) * found.error
+    return float(scipy.special.ndtri(1 - SIGNIFICANCE / 2)) * found.error
 
 
 def _row(found: Order) -> dict[str, float]:
@@ -254,7 +253,7 @@ def rankings(table: pd.DataFrame) -> list[Ranking]:
         columns = (pairs[column] for column in ("metric", "versus", "p"))
         p = {frozenset(pair): p for *pair, p in zip(*columns, strict=True)}
         names = [str(metric) for metric in alone["metric"]]
-        certain = [p[frozenset(pair)] < SIGNIFICANT for pair in pairwise(names)]
+        certain = [p[frozenset(pair)] < SIGNIFICANCE for pair in pairwise(names)]
         numbers = alone[["order", "trials", "cameras"]].to_numpy()
         places = [
             Place(name, order=own[0], trials=own[1], cameras=own[2], is_certain=sure)

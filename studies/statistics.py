@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # heavy, and Snakemake only wants to know what the claims nee
 
 __all__ = [
     "LEAST_POWER",
+    "SIGNIFICANCE",
     "STATISTICS",
     "SUMMARIES",
     "Order",
@@ -33,6 +34,7 @@ __all__ += ["power", "powers", "select", "trials_needed"]
 # level against it: of those at two levels, 76 % are in the right order then where there are ten
 # levels, 78 % where there are five and 81 % where there are three.
 LEAST_POWER = 0.5
+SIGNIFICANCE = 0.05  # level of p-values, which are adjusted where several are asked at once
 SUMMARIES: Mapping[str, Callable[[Any], Any]] = {
     "smallest": np.min,
     "largest": np.max,
@@ -159,7 +161,7 @@ def trials_needed(probability: float) -> float:
     """
     if not probability > 0.5:
         return inf
-    reach = scipy.special.ndtri(1 - 0.05 / 2) + scipy.special.ndtri(0.8)
+    reach = scipy.special.ndtri(1 - SIGNIFICANCE / 2) + scipy.special.ndtri(0.8)
     return float(ceil(reach**2 / (6 * (probability - 0.5) ** 2)))
 
 

@@ -21,7 +21,7 @@ from experiments.config import Sweep
 from experiments.grid import CELL_SETTINGS, evaluations
 from experiments.tables import Record, TableError, Trials
 
-from ..statistics import STATISTICS, cell_means, holm, select
+from ..statistics import SIGNIFICANCE, STATISTICS, cell_means, holm, select
 from .claims import Claim, Claims, Decision, Reading
 from .plan import needed_cells
 
@@ -29,13 +29,12 @@ __all__ = ["CENTRAL", "FALSE", "INCONCLUSIVE", "NOT_REPRODUCED", "OPEN", "POPULA
 __all__ += ["REPRODUCED", "TAKEN", "TRUE", "VERDICTS", "check_alike", "decide", "evaluate_claim"]
 __all__ += ["populations", "reading_title", "select_trials", "verdict"]
 
-CENTRAL = (0.025, 0.975)
+CENTRAL = (SIGNIFICANCE / 2, 1 - SIGNIFICANCE / 2)
 REPRODUCED, NOT_REPRODUCED, INCONCLUSIVE = "reproduced", "not reproduced", "inconclusive"
 VERDICTS = (NOT_REPRODUCED, INCONCLUSIVE, REPRODUCED)
 TRUE, FALSE, OPEN = "true", "false", "open"
 POPULATION = (FALSE, OPEN, TRUE)
 TAKEN = "taken"  # the claims as they stand, among the readings
-SIGNIFICANCE = 1 - (CENTRAL[1] - CENTRAL[0])
 
 Floats = NDArray[np.float64]
 Replicate = Mapping[tuple[str, tuple[str, ...]], pd.DataFrame]  # by `Claim.trials`

@@ -19,7 +19,7 @@ from experiments.config import CONFIG_DIR, MetricName, read_yaml, split_override
 from experiments.metrics import Column
 from experiments.tables import Trials
 
-from ..statistics import by_level, holm, order
+from ..statistics import SIGNIFICANCE, by_level, holm, order
 from ..study import Section, Settings, Study, Table, TableName, resolve
 from .axes import Axis, AxisValue, axis_names, axis_with
 
@@ -31,7 +31,6 @@ COLUMNS = (
     *("map", "part", "geometry", "n_cameras", "n_outliers", "noise", "metric", *OPTIONS),
     *("right_order", "difference", "error", "p"),
 )
-SIGNIFICANT = 0.05
 NEARLY_BEST = 1.0  # per cent
 
 Floats = NDArray[np.float64]
@@ -209,7 +208,7 @@ def _thresholds(table: pd.DataFrame, option: str, unit: str) -> str:
     metric = Column.parse(values["metric"].iloc[0]).name
     paper = values[values["metric"] == metric]
     best = values.groupby(["part", "noise"])["right_order"].max()
-    better = values[(values["difference"] > 0) & (values["p"] < SIGNIFICANT)]
+    better = values[(values["difference"] > 0) & (values["p"] < SIGNIFICANCE)]
     loss = best.reindex(pd.MultiIndex.from_frame(values[["part", "noise"]])).to_numpy()
     ratios = (values[option] / values["noise"]).round(6)
     good = (loss - values["right_order"]).groupby(np.round(np.log2(ratios))).mean() <= NEARLY_BEST
@@ -249,7 +248,7 @@ def _registration(table: pd.DataFrame) -> str:
     p = pd.Series(_p_values(means, errors), index=means.index)
     parts, open_ones = [], []
     for metric in alone:
-        certain = means[metric][p[metric] < SIGNIFICANT]
+        certain = means[metric][p[metric] < SIGNIFICANCE]
         changes = [
             f"{value:+.0f} % with {count:g} outliers".replace("-", "−")
             for count, value in certain.items()

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from ..statistics import SIGNIFICANCE
 from .axes import Axis, option_title, value_title
 from .effects import COMPARED, EFFECTS
 
-__all__ = ["NOTHING", "SIGNIFICANT", "TERMS", "Choice", "choices", "differs", "lead", "method"]
+__all__ = ["NOTHING", "TERMS", "Choice", "choices", "differs", "lead", "method"]
 __all__ += ["to_markdown"]
 
-SIGNIFICANT = 0.05  # p-value, adjusted for the number of all differences
 RELEVANT = 0.02  # of the paper's value
 SLOWER = 1.5  # ratio of run times from which they are worth a sentence
 NOTHING = "nothing that these trials can tell"
@@ -107,7 +107,7 @@ def differs(ours: float, theirs: float, p_value: float) -> bool:
     >>> differs(0.5, 0.6, 0.04), differs(0.5, 0.6, 0.06), differs(0.5, 0.509, 0.001)
     (True, False, False)
     """
-    return p_value < SIGNIFICANT and abs(theirs - ours) >= RELEVANT * abs(ours)
+    return p_value < SIGNIFICANCE and abs(theirs - ours) >= RELEVANT * abs(ours)
 
 
 def lead(found: Sequence[Choice]) -> str:
@@ -133,7 +133,7 @@ def method(trials: int) -> str:
         f"one respect is often worse in another. Certain is what differs by {100 * RELEVANT:g} % "
         "or more, and with so small a p-value (of a paired bootstrap over trials; of Wilcoxon’s "
         "signed ranks for the seed noise; both adjusted by Holm’s method) that any difference in "
-        f"the study is told by chance with a probability of at most {100 * SIGNIFICANT:g} %."
+        f"the study is told by chance with a probability of at most {100 * SIGNIFICANCE:g} %."
     )
 
 

@@ -7,11 +7,13 @@ from typing import Any
 import pandas as pd
 import scipy
 
-from .orders import SIGNIFICANCE, is_new
+from ..statistics import SIGNIFICANCE
+from .orders import is_new
 
 __all__ = ["Duel", "duels", "sentences", "to_markdown"]
 
-WIDTH = float(scipy.special.ndtri(0.975))  # of half a 95 % interval, in standard errors
+# Of half a 95 % interval, in standard errors.
+WIDTH = float(scipy.special.ndtri(1 - SIGNIFICANCE / 2))
 VERDICTS = {"wins": "win", "loses": "lose", "even": "are not certainly ahead or behind"}
 
 

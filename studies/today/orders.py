@@ -14,12 +14,11 @@ from experiments.config import Sweep
 from experiments.metrics import Column
 from experiments.tables import Trials
 
-from ..statistics import groups, holm, order_shares, trials_needed
+from ..statistics import SIGNIFICANCE, groups, holm, order_shares, trials_needed
 from ..study import rates_of
 
-__all__ = ["FOUND", "KEYS", "SIGNIFICANCE", "compare", "is_new"]
+__all__ = ["FOUND", "KEYS", "compare", "is_new"]
 
-SIGNIFICANCE = 0.05
 LEVELS = ("sigma_t", "sigma_r_deg", "n_outliers")
 ACROSS = ("n_cameras", "every")  # what must not matter
 NOISE = {"sigma_t": "position noise", "sigma_r_deg": "rotation noise"}  # where each is on its own
