@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..similarity import LINE, SMALLEST, common_normal, dot
 from .hypotheses import complete_frames, squared_errors
 
-__all__ = ["refine", "reweighted_fits", "truncated_costs", "weighted_fits"]
+__all__ = ["refine", "truncated_costs", "weighted_fits"]
 
 Floats = NDArray[np.float64]
 
@@ -72,7 +72,7 @@ def refine(
     n_left: int,
     least_gain: float,
 ) -> Floats:
-    """Take steps from all similarities; after each, drop the more expensive half of them.
+    """Refine by iteratively reweighted least squares; after each step drop the more expensive half.
 
     In exact arithmetic no step raises a cost where the cameras within the threshold determine the
     fit; a step that does is not taken.
@@ -109,7 +109,7 @@ def refine(
     costs = truncated_costs(gt, est, similarities, threshold, resolution)
     gains = np.full(len(costs), np.inf)
     while len(costs) > n_left or np.any(gains > least_gain):
-        steps, step_costs = reweighted_fits(gt, est, similarities, threshold, resolution)
+        steps, step_costs = _reweighted_fits(gt, est, similarities, threshold, resolution)
         gains = costs - step_costs
         better = gains > 0
         similarities = np.where(better[:, None], steps, similarities)
@@ -117,51 +117,6 @@ def refine(
         kept = np.argsort(costs, kind="stable")[: max(n_left, len(costs) // 2)]
         similarities, costs, gains = similarities[kept], costs[kept], gains[kept]
     return similarities
-
-
-def reweighted_fits(
-    gt: Floats, est: Floats, similarities: Floats, threshold: float, resolution: float
-) -> tuple[Floats, Floats]:
-    """Take a step of iteratively reweighted least squares from each similarity.
-
-    The step is the fit with the weights ``1 / sqrt(e^2 + r^2)`` of the errors below the threshold,
-    and 0 beyond.
-
-    Parameters
-    ----------
-    gt, est, similarities, threshold, resolution
-        As in `truncated_costs`.
-
-    Returns
-    -------
-    fits : (H, 13) ndarray
-        The similarities after the step; see `weighted_fits`.
-    costs : (H,) ndarray
-        Their costs; see `truncated_costs`.
-
-    References
-    ----------
-    ``docs/explanation/registration.md``.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.registration.reweighting import reweighted_fits
-    >>> gt = np.array([[0.0, 1.0, 0.0, 5.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
-    >>> est = 4 * gt
-    >>> est[:, 3] = 0
-    >>> start = np.r_[3.9, np.eye(3).ravel(), np.zeros(3)]
-    >>> fits, costs = reweighted_fits(gt, est, start[None], 0.1, 0.001)
-    >>> fits[0, 0].round(9), costs.round(3)
-    (np.float64(4.0), array([0.103]))
-    """
-
-    def step(chunk: Floats) -> Floats:
-        errors = _smoothed_errors(gt, est, chunk, resolution)
-        return weighted_fits(gt, est, np.where(errors < threshold, 1 / errors, 0.0))
-
-    fits = np.concatenate([step(chunk) for chunk in _chunks(similarities, gt.shape[1])])
-    return fits, truncated_costs(gt, est, fits, threshold, resolution)
 
 
 def weighted_fits(gt: Floats, est: Floats, weights: Floats) -> Floats:
@@ -213,6 +168,23 @@ def weighted_fits(gt: Floats, est: Floats, weights: Floats) -> Floats:
         scale = spread / (correlation * largest)
         translation = est_means - scale * dot(rotation.swapaxes(0, 1), gt_means[:, None])
     return np.vstack([scale, rotation.reshape(9, -1), translation]).T
+
+
+def _reweighted_fits(
+    gt: Floats, est: Floats, similarities: Floats, threshold: float, resolution: float
+) -> tuple[Floats, Floats]:
+    """Take a step from each similarity; return the fits and their costs.
+
+    The step is the fit with the weights ``1 / sqrt(e^2 + r^2)`` of the errors below the threshold,
+    and 0 beyond.
+    """
+
+    def step(chunk: Floats) -> Floats:
+        errors = _smoothed_errors(gt, est, chunk, resolution)
+        return weighted_fits(gt, est, np.where(errors < threshold, 1 / errors, 0.0))
+
+    fits = np.concatenate([step(chunk) for chunk in _chunks(similarities, gt.shape[1])])
+    return fits, truncated_costs(gt, est, fits, threshold, resolution)
 
 
 def _chunks(similarities: Floats, n: int) -> list[Floats]:

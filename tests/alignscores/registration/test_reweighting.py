@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from alignscores import Similarity
 from alignscores.registration.reweighting import (
     _best_rotations,
-    reweighted_fits,
+    _reweighted_fits,
     truncated_costs,
     weighted_fits,
 )
@@ -74,7 +74,7 @@ def test_cost_and_step_by_their_definition(noisy_scene):
     within = errors < 0.04
     assert 5 < np.count_nonzero(within) < 37
     expected = Similarity.fit(gt, est, within / errors)
-    fits, costs = reweighted_fits(gt.T, est.T, row, 0.04, 0.001)
+    fits, costs = _reweighted_fits(gt.T, est.T, row, 0.04, 0.001)
     step = similar(fits[0])
     assert costs == pytest.approx(truncated_costs(gt.T, est.T, fits, 0.04, 0.001))
     np.testing.assert_allclose(step.apply(gt), expected.apply(gt), atol=1e-9)
