@@ -84,7 +84,7 @@ def refine(
     n_left : int
         How many are never dropped.
     least_gain : float
-        Where so many are left, the steps end when none of them has gained more.
+        Once no more are left, the steps end when none of them has gained more.
 
     Returns
     -------
