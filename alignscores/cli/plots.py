@@ -37,7 +37,7 @@ NAMED = 8  # estimates that share axes: the first so many can be told apart
 HALVES = "half_distance", "half_angle"
 LONGEST = 36  # characters of a name in the legend
 DASHES = "-", "--", "-.", ":"
-DECADES = 2  # on a wider axis labels at 2 and 5 would overlap
+DECADES = 2.5  # on a wider axis labels at 2 and 5 would overlap
 STYLE: dict[Any, Any] = {
     "font.size": 8,
     "axes.titlesize": 9,
