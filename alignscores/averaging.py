@@ -4,8 +4,9 @@ from math import ceil, sin, sqrt
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .arrays import Floats
 from .validation import finite_rows
 
 __all__ = [
@@ -19,7 +20,6 @@ __all__ = [
     "tlud_mean",
 ]
 
-Floats = NDArray[np.float64]
 
 TLUD_THRESHOLD = 0.5  # chordal distance at which a deviation is truncated, about 20 degrees
 TLUD_TOLERANCE = 1e-3  # radians; the refinement stops after a smaller step

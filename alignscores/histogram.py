@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from .arrays import Floats
 from .validation import check_positive
 
 __all__ = ["AlignmentScore", "cumulative_frequency", "equal_steps"]
@@ -39,8 +40,8 @@ class AlignmentScore:
     """
 
     score: float = field(init=False)
-    errors: NDArray[np.float64] = field(repr=False)
-    thresholds: NDArray[np.float64] = field(repr=False)
+    errors: Floats = field(repr=False)
+    thresholds: Floats = field(repr=False)
     cumulative_frequency: NDArray[np.int64] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -54,9 +55,7 @@ class AlignmentScore:
         return self.score
 
 
-def cumulative_frequency(
-    errors: NDArray[np.float64], thresholds: NDArray[np.float64]
-) -> NDArray[np.int64]:
+def cumulative_frequency(errors: Floats, thresholds: Floats) -> NDArray[np.int64]:
     """Count the errors that lie strictly below each threshold.
 
     Parameters
@@ -85,7 +84,7 @@ def cumulative_frequency(
     return np.searchsorted(np.sort(errors), thresholds, side="left").astype(np.int64)
 
 
-def equal_steps(largest: float, count: int, name: str) -> NDArray[np.float64]:
+def equal_steps(largest: float, count: int, name: str) -> Floats:
     """Return ``count`` equally spaced thresholds up to the largest; `name` is for the error."""
     check_positive(largest, name)
     check_positive(count, "n_thresholds", integer=True)

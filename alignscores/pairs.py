@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+
+from .arrays import Booleans, Floats
 
 __all__ = ["PairBlock", "pair_blocks"]
 
-Floats = NDArray[np.float64]
 
 CHUNK = 1 << 13  # pairs evaluated at once: their temporaries stay in the cache
 
@@ -35,7 +35,7 @@ class PairBlock:
 
     i: slice
     j: slice
-    pairs: NDArray[np.bool_]
+    pairs: Booleans
     i_quaternions: Floats
     j_quaternions: Floats
     dots: Floats

@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .arrays import Floats
 from .histogram import equal_steps
 from .registration import Registration
 from .registration.refined import Search
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 
 __all__ = ["ScoreProfile", "ras_profile", "tas_profile"]
 
-Floats = NDArray[np.float64]
 
 # Units of d where a search for the half-score distance looks first; it finds its way from any.
 HALF_UNITS = np.geomspace(1 / 16, 4, 7)

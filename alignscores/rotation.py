@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .arrays import Floats
 from .averaging import rotation_angles, tlud_mean
 from .histogram import AlignmentScore, equal_steps
 from .validation import (
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 __all__ = ["RASResult", "ras"]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .arrays import Floats
 from .validation import check_positions, check_same_length, check_weights
 
 __all__ = [
@@ -18,7 +19,6 @@ __all__ = [
     "weighted_sums",
 ]
 
-Floats = NDArray[np.float64]
 
 FARTHEST_SUMMABLE = 1e300  # sums and differences of coordinates beyond may overflow
 FARTHEST_SQUARABLE = 1e100  # squares of coordinates beyond, and their sums, may overflow

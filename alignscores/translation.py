@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .arrays import Floats
 from .histogram import AlignmentScore, equal_steps
 from .registration import REGISTRATIONS, Registration
 from .similarity import FARTHEST_SUMMABLE, Similarity
@@ -21,7 +22,6 @@ from .validation import (
 
 __all__ = ["TASResult", "closest_pair_distances", "closest_pair_quartile", "normalise", "tas"]
 
-Floats = NDArray[np.float64]
 Normalised = tuple[Floats, Floats, float]  # positions, their origin and unit; see `normalise`
 Seed = int | np.random.SeedSequence | np.random.Generator | None
 

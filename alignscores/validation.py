@@ -4,7 +4,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from .arrays import Booleans, Floats
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -20,7 +22,6 @@ __all__ = [
     "finite_rows",
 ]
 
-Floats = NDArray[np.float64]
 
 # Largest entry of R^T R - I that still counts as a rotation. Six digits are off by 1.6e-6, hundred
 # products in single precision by 2.5e-6, and who passes these on in float64 has not less; an array
@@ -101,7 +102,7 @@ def check_positive(value: float, name: str, *, integer: bool = False) -> None:
         raise ValueError(f"{name} must be a positive {kind}, not {value!r}")
 
 
-def finite_rows(array: Floats) -> NDArray[np.bool_]:
+def finite_rows(array: Floats) -> Booleans:
     """Return which cameras were estimated: those whose values are all finite."""
     return np.asarray(np.isfinite(array).reshape(len(array), -1).all(axis=1))
 

@@ -1,14 +1,13 @@
 """Absolute trajectory error, ATE."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from alignscores.arrays import Floats
 from alignscores.similarity import FARTHEST_SUMMABLE, least_squares_rmse
 from alignscores.validation import check_positions, check_same_length
 
 __all__ = ["ate"]
-
-Floats = NDArray[np.float64]
 
 
 def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:

@@ -4,8 +4,8 @@ from math import sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from alignscores.arrays import Floats
 from alignscores.averaging import (
     WEISZFELD_STEPS,
     angles_and_axes,
@@ -17,7 +17,6 @@ from alignscores.averaging import (
 
 __all__ = ["geometric_median", "median", "rotation_l1_mean", "rotation_l2_mean"]
 
-Floats = NDArray[np.float64]
 
 L2_STEPS = 100  # bound; 4 steps do without outliers, some 20 with half of them
 L2_TOLERANCE = 1e-12  # radians; a smaller step is rounding

@@ -1,9 +1,10 @@
 """Discernible trajectory error, DTE, and discernible rotation error, DRE."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from alignscores.arrays import Floats
 from alignscores.similarity import FARTHEST_SQUARABLE
 from alignscores.validation import (
     check_poses,
@@ -16,8 +17,6 @@ from .averages import geometric_median, median, rotation_l1_mean
 from .rotation import aligned_angles
 
 __all__ = ["dre", "dte", "mean_of_mean_and_rms"]
-
-Floats = NDArray[np.float64]
 
 
 def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float:

@@ -7,16 +7,13 @@ length: it need not be normal to the line, and the "rotation" between two such f
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from alignscores.arrays import Floats, Indices
 from alignscores.registration.kernel import cheapest
 from alignscores.registration.pcr99 import component_first, prescreened_triplets
 from alignscores.similarity import Similarity, cross, dot
 
 __all__ = ["literal_frames"]
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 
 def literal_frames(

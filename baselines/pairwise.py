@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from alignscores.arrays import Floats
 from alignscores.histogram import equal_steps
 from alignscores.pairs import PairBlock, pair_blocks
 from alignscores.similarity import FARTHEST_SQUARABLE
@@ -15,7 +16,6 @@ from alignscores.validation import check_poses, check_same_length, finite_rows
 
 __all__ = ["Count", "maa", "maa_by_counts"]
 
-Floats = NDArray[np.float64]
 
 FINEST_STEP_DEG = 1e-3  # a cosine tells angles apart down to about 1e-6 degrees
 

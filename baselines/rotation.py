@@ -1,17 +1,16 @@
 """Statistics of the rotation errors after a least-squares or a least-deviations alignment."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from alignscores.arrays import Floats
 from alignscores.averaging import rotation_angles
 from alignscores.validation import check_rotations, check_same_length
 
 from .averages import median, rotation_l1_mean, rotation_l2_mean
 
 __all__ = ["aligned_angles", "rotation_statistics"]
-
-Floats = NDArray[np.float64]
 
 
 def rotation_statistics(

@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from alignscores.arrays import Floats
+
 __all__ = ["compiled_loop", "counter"]
 
-Floats = NDArray[np.float64]
 
 SOURCE = Path(__file__).with_name("floor.c")
 # What -ffast-math stands for, but for its start-up code: that would flush the smallest numbers to 0

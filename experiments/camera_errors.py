@@ -19,6 +19,7 @@ from joblib import delayed
 from numpy.typing import NDArray
 
 from alignscores import ras, tas
+from alignscores.arrays import Floats
 from alignscores.translation import closest_pair_distances
 
 from .command import ConfigError, run_command
@@ -32,7 +33,6 @@ from .tables import TableError, read_record, write_recorded
 
 __all__ = ["FIRST", "CameraErrors", "errors_of_scores", "main", "measure", "read_camera_errors"]
 
-Floats = NDArray[np.float64]
 Arrays = list[NDArray[Any]]
 
 FIRST = 10  # trials of each cell, so that a page can hold all of them

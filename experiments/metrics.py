@@ -12,7 +12,6 @@ from math import ceil, floor, inf, nan
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -24,6 +23,7 @@ from pydantic import (
 )
 
 from alignscores import AlignmentScore, ScoreProfile, Similarity, ras, ras_profile, tas, tas_profile
+from alignscores.arrays import Floats
 from alignscores.histogram import equal_steps
 from alignscores.profile import HALF_UNITS
 from alignscores.protocols import NoValueError, protocol
@@ -40,7 +40,6 @@ from .scenes import Scene
 
 __all__ = ["METRICS", "Column", "Evaluation", "Metric", "evaluate", "order_statistic"]
 
-Floats = NDArray[np.float64]
 
 FEW_UNITS = np.array([0.25, 1.0, 4.0])  # of d: they suffice to find one half, not another score
 

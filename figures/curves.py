@@ -6,8 +6,8 @@ from functools import cached_property
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from alignscores.arrays import Floats
 from experiments.grid import CELL_SETTINGS
 from experiments.tables import TableError, Trials
 
@@ -84,7 +84,7 @@ class Curves:
         steps = np.diff(self._noise.to_numpy(dtype=float), axis=0)
         return bool(np.allclose(steps, steps[:1]))
 
-    def spread(self, metric: str) -> NDArray[np.float64]:
+    def spread(self, metric: str) -> Floats:
         """Return smallest, lower quartile, mean, upper quartile, largest: (5, series, levels)."""
         groups = self.trials.table.groupby([self.series, self.levels[0]])[metric]
         lower, upper = groups.quantile(0.25), groups.quantile(0.75)

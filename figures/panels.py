@@ -18,8 +18,8 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullFormatter
-from numpy.typing import NDArray
 
+from alignscores.arrays import Floats
 from experiments.metrics import Column, Metric
 
 from . import style
@@ -86,7 +86,7 @@ def panel(axes: Axes, curves: Curves, metric: str, *, log: bool = False) -> None
     _title(axes, metric, kind, log)
 
 
-def _x_axis(axes: Axes, curves: Curves, strip: NDArray[np.float64]) -> None:
+def _x_axis(axes: Axes, curves: Curves, strip: Floats) -> None:
     """Two axes in one: the noise levels, and beyond a gap the series."""
     last = len(curves.ticks) - 1
     step = STRIP * (last + 1) / (1 - GAP - STRIP) / len(strip)

@@ -8,8 +8,8 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.text import Annotation, Text
-from numpy.typing import NDArray
 
+from alignscores.arrays import Floats
 from experiments.metrics import Column
 
 __all__ = ["CELLS", "COLUMN", "FAINT", "GREY_BAND", "INK", "PAGE", "SMALL", "TEXT", "TITLE"]
@@ -17,7 +17,6 @@ __all__ += ["NAMES", "applied", "as_rows", "as_table", "colours", "direction", "
 __all__ += ["metric_name", "remark", "tint", "without_lines", "write"]
 
 Colour = tuple[float, float, float]
-Floats = NDArray[np.float64]
 
 COLUMN = 3.3  # width of a column of the paper in inches
 PAGE = 6.9  # width of its text

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 from matplotlib.colors import to_hex
-from numpy.typing import NDArray
 
+from alignscores.arrays import Floats
 from alignscores.explorer import source
 from alignscores.explorer.document import document
 from experiments.camera_errors import CameraErrors, read_camera_errors
@@ -158,7 +158,7 @@ def _layout(sweep: Sweep) -> tuple[tuple[str, ...], str]:
     return levels, next(iter(others), "n_outliers")
 
 
-def _trials(values: NDArray[np.float64], errors: CameraErrors) -> list[NDArray[np.float64]]:
+def _trials(values: Floats, errors: CameraErrors) -> list[Floats]:
     """Split the values of all cameras into those of each trial."""
     if not values.size:
         return []
@@ -166,7 +166,7 @@ def _trials(values: NDArray[np.float64], errors: CameraErrors) -> list[NDArray[n
     return np.split(values, np.cumsum(sizes)[:-1])
 
 
-def pack(values: NDArray[np.float64]) -> Mapping[str, Any]:
+def pack(values: Floats) -> Mapping[str, Any]:
     """Round positive numbers to two bytes each, on a logarithmic scale.
 
     Parameters

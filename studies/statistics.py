@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from alignscores.arrays import Floats
 from experiments.grid import CELL_SETTINGS
 from experiments.metrics import Column
 
@@ -41,7 +42,6 @@ SUMMARIES: Mapping[str, Callable[[Any], Any]] = {
     "mean": np.mean,
 }
 
-Floats = NDArray[np.float64]
 Where = Mapping[str, Sequence[float]]  # for some settings of a cell, the values that it may have
 EVERYWHERE: Where = MappingProxyType({})
 

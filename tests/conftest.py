@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import settings
-from numpy.typing import NDArray
+
+from alignscores.arrays import Floats
 
 REFERENCE = (
     Path(__file__).resolve().parents[2] / "shared" / "reference" / "alignment_scores_octave.npz"
@@ -75,9 +76,9 @@ class ReferenceCase:
 
     name: str
     meta: Mapping[str, Any]
-    arrays: Mapping[str, NDArray[np.float64]]
+    arrays: Mapping[str, Floats]
 
-    def __getitem__(self, array: str) -> NDArray[np.float64]:
+    def __getitem__(self, array: str) -> Floats:
         return self.arrays[array]
 
 

@@ -14,7 +14,7 @@ from ..registration import REGISTRATIONS
 from ..trajectories.association import MISSING, in_order
 from ..trajectories.extras import require
 from ..trajectories.files import STDIN, FileError, read_stamps
-from .formats import FORMATS, Format
+from ..trajectories.formats import FORMATS, Format
 from .metrics import Metrics, metre_notes
 from .names import printable, unique_names
 from .notes import collected_warnings, units_notes

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..protocols import PROTOCOLS, protocol, split_names
 from ..trajectories.association import Matches
-from .formats import Format
+from ..trajectories.formats import Format
 from .names import columns, padded
 from .table import WIDTH, shortened
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from ..trajectories.association import Matches, coverage, is_denser, unit_hint
 from ..trajectories.conventions import Convention, describe_rotation, seem_swapped
 from ..trajectories.files import Trajectory, TrajectoryWarning
+from ..trajectories.formats import Format
 from ..trajectories.timing import find_offset
 from ..validation import AlignmentWarning
-from .formats import Format
 from .names import printable
 from .ranking import ranked_by
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from .. import __version__
 from ..similarity import Similarity
+from ..trajectories.formats import FORMATS
 from ..validation import finite_rows
-from .formats import FORMATS
 from .metrics import metric_table, metric_values
 from .names import printable
 from .notes import MUCH_LOST

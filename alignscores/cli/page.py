@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import __version__
+from ..arrays import Floats, Indices
 from ..explorer import source
 from ..explorer.document import document
 from ..trajectories.association import match
 from ..trajectories.files import Trajectory
+from ..trajectories.formats import FORMATS
 from ..translation import closest_pair_distances
-from .formats import FORMATS
 from .names import printable
 from .notes import collected_warnings
 from .saving import LOST, STATUSES, statuses
@@ -23,7 +24,6 @@ from .scoring import Scored, aligned_positions, seeds
 
 __all__ = ["Estimate", "around", "packed", "page", "page_data"]
 
-Floats = NDArray[np.float64]
 
 QUANTILES = 20  # of the closest-pair distances, equally spaced, that d can be on the page
 STEPS = 100  # thresholds of a score
@@ -56,7 +56,7 @@ class Estimate:
 
     name: str
     file: str
-    rows: NDArray[np.intp]
+    rows: Indices
     statuses: NDArray[np.uint8]
     position_errors: Floats
     rotation_errors: Floats
@@ -190,7 +190,7 @@ def _estimate(one: Scored, reference: Trajectory, arguments: argparse.Namespace)
     )
 
 
-def _lost(one: Scored, reference: Trajectory, arguments: argparse.Namespace) -> NDArray[np.intp]:
+def _lost(one: Scored, reference: Trajectory, arguments: argparse.Namespace) -> Indices:
     """Return the cameras that would fail, where those without an estimate are left out."""
     if arguments.missing != "ignore":
         return np.empty(0, np.intp)

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Floats
 from ..histogram import AlignmentScore
 from ..pose import PASResult
 from ..trajectories.association import Matches
@@ -22,7 +23,6 @@ from .scoring import Scored, aligned_positions
 
 __all__ = ["profile_panel", "score_figure", "score_panel", "trajectory_panel"]
 
-Floats = NDArray[np.float64]
 
 SHADE = "#a8c4dc"
 EDGE = "#1f4e79"

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+
+from ..arrays import Booleans
 
 if TYPE_CHECKING:
     from .scoring import Scored
 
 __all__ = ["in_rank_order", "ranked_by", "ranks"]
 
-Floats = NDArray[np.float64]
 
 SAME_UNIT = 1.03  # largest ratio of two d whose scores compare: the seed changes the TAS by more
 TIED = 2.0  # standard errors of their difference within which two means are tied
@@ -68,16 +68,16 @@ def ranks(scored: "Sequence[Scored]") -> list[tuple[int, int] | None]:
     return list(zip(best.tolist(), worst.tolist(), strict=True))
 
 
-def _ahead_by_pas(scored: "Sequence[Scored]") -> NDArray[np.bool_]:
+def _ahead_by_pas(scored: "Sequence[Scored]") -> Booleans:
     """Tell which estimate, of the row, is ahead of which, of the column."""
     means = np.array([one.pas for one in scored])
     variances = np.array([(one.pas_sd or 0.0) ** 2 / len(one.tas_seeds) for one in scored])
-    ahead: NDArray[np.bool_] = np.subtract.outer(means, means) > TIED * np.sqrt(
+    ahead: Booleans = np.subtract.outer(means, means) > TIED * np.sqrt(
         np.add.outer(variances, variances)
     )
     return ahead
 
 
-def _ahead_by_half(scored: "Sequence[Scored]") -> NDArray[np.bool_]:
+def _ahead_by_half(scored: "Sequence[Scored]") -> Booleans:
     halves = np.array([one.half_distance for one in scored])
     return (1 + TIED_HALF) * halves[:, None] < halves

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from ..trajectories.association import Matches
 from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
+from ..trajectories.formats import FORMATS
 from ..validation import finite_rows
-from .formats import FORMATS
 from .metrics import OWN, metric_values
 from .names import numbered, printable, unique_names
 from .scoring import Scored

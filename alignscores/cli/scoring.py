@@ -9,14 +9,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Indices
 from ..pose import PASResult, pas
 from ..profile import DEGREES, HALF_UNITS, ScoreProfile, extent_units
 from ..similarity import Similarity, least_squares_rmse
 from ..trajectories.association import Matches, coverage, match, unit_hint
 from ..trajectories.conventions import Convention, find_convention, rotate_cameras
 from ..trajectories.files import Trajectory, inverse_poses
+from ..trajectories.formats import FORMATS
 from ..trajectories.parts import (
     combine,
     combine_tas,
@@ -29,7 +30,6 @@ from ..trajectories.parts import (
 from ..trajectories.timing import find_offset
 from ..translation import closest_pair_quartile, tas
 from ..validation import AlignmentWarning, finite_rows
-from .formats import FORMATS
 from .metrics import protocol_values
 from .notes import (
     collected_warnings,
@@ -44,8 +44,6 @@ __all__ = ["Part", "Profiles", "Scored", "aligned_positions", "score", "seeds"]
 
 SMALL = 0.03  # seconds: with a larger time offset the positions must fit
 LEAST_GAIN = 1.2  # times as well, as noise alone gains less
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -288,7 +286,7 @@ def converted(
 
 
 def described_parts(
-    names: Iterable[str], results: Sequence[PASResult], holder: NDArray[np.intp]
+    names: Iterable[str], results: Sequence[PASResult], holder: Indices
 ) -> list[Part]:
     """Return what is told of the parts of an estimate."""
     return [
@@ -351,7 +349,7 @@ def derived_unit(matches: Matches) -> float:
 def tas_of_seeds(
     matches: Matches,
     poses: Sequence[Floats],
-    holder: NDArray[np.intp],
+    holder: Indices,
     result: PASResult,
     arguments: argparse.Namespace,
 ) -> list[float]:
@@ -373,7 +371,7 @@ def half_and_profiles(
     reference: Trajectory,
     matches: Matches,
     poses: Sequence[Floats],
-    holder: NDArray[np.intp],
+    holder: Indices,
     result: PASResult,
     arguments: argparse.Namespace,
 ) -> tuple[float, Profiles | None]:

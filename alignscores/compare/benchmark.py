@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from ..cli.formats import FORMATS
 from ..trajectories.extras import require
+from ..trajectories.formats import FORMATS
 from .patterns import Pattern
 
 __all__ = ["Benchmark", "Run", "from_patterns", "read_yaml"]
@@ -41,7 +41,7 @@ class Benchmark:
     Parameters
     ----------
     format : str
-        Key of `alignscores.cli.formats.FORMATS`.
+        Key of `alignscores.trajectories.formats.FORMATS`.
     references : dict of str to str
         The reference of each sequence that some system was run on, by its name.
     runs : list of Run
@@ -74,7 +74,7 @@ def from_patterns(
     Parameters
     ----------
     format : str
-        Key of `alignscores.cli.formats.FORMATS`.
+        Key of `alignscores.trajectories.formats.FORMATS`.
     reference, estimate : str
         Patterns with the fields ``{sequence}``, and in the second ``{system}`` and ``{run}``.
     expected : mapping of str to int or sequence of str, optional

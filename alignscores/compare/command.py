@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from .. import __version__
-from ..cli.formats import FORMATS
 from ..cli.metrics import OWN, Metrics, order_problem
 from ..cli.names import printable
 from ..cli.notes import collected_warnings
@@ -24,6 +23,7 @@ from ..cli.scoring import seeds
 from ..registration import REGISTRATIONS
 from ..trajectories.association import MISSING
 from ..trajectories.files import read_stamps
+from ..trajectories.formats import FORMATS
 from .benchmark import Benchmark, Run, from_patterns, read_yaml
 from .page import page
 from .patterns import Pattern

@@ -17,8 +17,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import special
+
+from ..arrays import Floats
 
 __all__ = [
     "BLOCKS",
@@ -31,7 +33,6 @@ __all__ = [
     "series",
 ]
 
-Floats = NDArray[np.float64]
 
 LEVEL = 0.95
 BLOCKS = 10  # stretches of a trajectory that are taken for independent

@@ -7,8 +7,8 @@ from importlib.resources import files
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..cli.page import around, packed
 from ..explorer import source
 from ..explorer.document import data_element, document
@@ -18,7 +18,6 @@ from .tables import HEADERS, is_best, number, rank_text
 
 __all__ = ["page"]
 
-Floats = NDArray[np.float64]
 
 DASHES = "", "6 3", "2 3", "8 3 2 3", "1 2"  # tell curves apart without colours
 N_COLOURS = 8

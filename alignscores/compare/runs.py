@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cli.formats import FORMATS
+from ..arrays import Floats, Indices
 from ..cli.notes import collected_warnings, convention_notes, offset_notes, parts_notes, swap_notes
 from ..cli.saving import statuses, write_whole
 from ..cli.scoring import (
@@ -34,13 +34,13 @@ from ..profile import HALF_UNITS, ScoreProfile, tas_profile
 from ..protocols import NoValueError, protocol
 from ..trajectories.association import Matches, in_order
 from ..trajectories.files import Trajectory, read_stamps
+from ..trajectories.formats import FORMATS
 from ..trajectories.parts import combine, holders, in_one_world, joined
 from ..translation import closest_pair_quartile, tas
 from ..validation import AlignmentWarning, finite_rows
 
 __all__ = ["Due", "Outcome", "Task", "due", "evaluate", "read_reference"]
 
-Floats = NDArray[np.float64]
 
 POOR = 0.5  # TAS below which it may be that the clocks differ
 LARGE = "points3D"  # of a COLMAP model: its size stands for its content, no score depends on it
@@ -107,7 +107,7 @@ class Outcome:
     failures: int = 0
     unit: float = np.nan
     n_rows: int = 0
-    rows: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, np.intp))
+    rows: Indices = field(default_factory=lambda: np.empty(0, np.intp))
     statuses: NDArray[np.uint8] = field(default_factory=lambda: np.empty(0, np.uint8))
     positions: Floats = field(default_factory=lambda: np.empty((0, 3)))
     position_errors: Floats = field(default_factory=lambda: np.empty(0))

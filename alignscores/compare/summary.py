@@ -7,8 +7,8 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from .benchmark import Run
 from .intervals import (
     BLOCKS,
@@ -23,7 +23,6 @@ from .runs import Outcome, larger_is_better, worst
 
 __all__ = ["SCORES", "Summary", "summarise"]
 
-Floats = NDArray[np.float64]
 
 SCORES = "TAS", "RAS", "PAS", "half_distance", "half_angle"
 MOST_CELLS = 1000  # parts of a trajectory that are told apart

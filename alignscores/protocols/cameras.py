@@ -3,14 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Booleans, Floats
 from ..similarity import FARTHEST_SQUARABLE
 from ..validation import check_poses, check_positions, check_same_length, finite_rows
 
 __all__ = ["Cameras", "NoValueError", "Positions"]
-
-Floats = NDArray[np.float64]
 
 
 class NoValueError(ValueError):
@@ -31,7 +30,7 @@ class Positions:
 
     gt: Floats
     est: Floats
-    estimated: NDArray[np.bool_]
+    estimated: Booleans
 
     @classmethod
     def check(cls, gt_positions: ArrayLike, est_positions: ArrayLike) -> "Positions":
@@ -64,7 +63,7 @@ class Cameras:
     gt: Floats
     est_rotations: Floats
     est: Floats
-    estimated: NDArray[np.bool_]
+    estimated: Booleans
 
     @classmethod
     def check(cls, gt_poses: ArrayLike, est_poses: ArrayLike) -> "Cameras":

@@ -4,8 +4,9 @@ from collections.abc import Iterable, Iterator
 from math import ceil, inf, log
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Booleans, Floats, Indices
 from ..translation import Seed
 from ..validation import check_positive
 from .alignment import Transform, fit, random_triplets
@@ -19,8 +20,6 @@ __all__ = [
     "colmap_relative_recall",
 ]
 
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 SHORTEST = 1e-10  # a shorter step is divided by this
 FAILED = 180.0  # degrees
@@ -388,13 +387,13 @@ def _models(source: Floats, target: Floats) -> Transform:
 
 def _support(
     transforms: Transform, source: Floats, target: Floats, threshold: float
-) -> tuple[NDArray[np.intp], Floats]:
+) -> tuple[Indices, Floats]:
     squares = transforms.squared_distances(source, target)
     inliers = squares <= threshold**2
     return np.count_nonzero(inliers, axis=-1), np.where(inliers, squares, 0).sum(axis=-1)
 
 
-def _spans_space(points: Floats) -> Bools:
+def _spans_space(points: Floats) -> Booleans:
     """Tell whether (H, k, 3) matrices of points have rank 3, by elimination with full pivoting."""
     matrices = points.copy()
     rows = np.arange(len(matrices))

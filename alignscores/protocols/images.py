@@ -4,8 +4,9 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Booleans, Floats, Indices
 from ..averaging import rotation_angles
 from ..translation import Seed
 from ..validation import check_positive
@@ -15,9 +16,6 @@ from .trajectory import least_squares_aligned
 
 __all__ = ["ace0_recall", "hloc_median", "hloc_recall"]
 
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 
 FEWEST = 10  # cameras that an alignment needs
 HYPOTHESES = 10_000
@@ -136,7 +134,7 @@ def ace0_alignment(
     n = len(cameras)
     between = cameras.gt_rotations @ cameras.est_rotations.transpose(0, 2, 1)
 
-    def inliers(transforms: Transform) -> Bools:
+    def inliers(transforms: Transform) -> Booleans:
         """Tell (H, n) which images are within the thresholds, in units of the estimate."""
         near = transforms.distances(cameras.gt, cameras.est) < max_error
         h, i = np.nonzero(near)
@@ -148,7 +146,7 @@ def ace0_alignment(
         near[h, i] = angles < max_error_deg
         return near
 
-    kept: list[tuple[Transform, Bools]] = []
+    kept: list[tuple[Transform, Booleans]] = []
     step = max(1, CHUNK // n)
     for start in range(0, len(triplets), step):
         samples = triplets[start : start + step]

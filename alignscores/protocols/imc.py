@@ -3,16 +3,14 @@
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Booleans, Floats, Indices
 from .alignment import fit
 from .cameras import Positions
 
 __all__ = ["IMC_2024", "IMC_2025", "imc_maa"]
 
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 
 CHUNK = 1 << 15  # errors evaluated at once: they stay in the cache
 MOST_KNOWN = 1 << 18  # sets of inliers that are remembered
@@ -117,7 +115,7 @@ def largest_counts(gt: Floats, est: Floats, thresholds: Floats) -> Indices:
     return best
 
 
-def _new(inliers: Bools, known: set[bytes]) -> Iterator[Bools]:
+def _new(inliers: Booleans, known: set[bytes]) -> Iterator[Booleans]:
     """Go through the sets of inliers that are not known yet, and know them from then on."""
     n = inliers.shape[1]
     packed = np.packbits(inliers, axis=1)

@@ -12,8 +12,9 @@ from functools import partial
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Floats
 from ..averaging import nearest_rotations
 from ..translation import Seed
 from ..validation import check_positions, check_rotations, check_same_length
@@ -303,9 +304,7 @@ def _numbers(match: re.Match[str]) -> dict[str, float]:
     }
 
 
-def _poses(
-    rotations: ArrayLike, positions: ArrayLike, world: str, *, complete: bool
-) -> NDArray[np.float64]:
+def _poses(rotations: ArrayLike, positions: ArrayLike, world: str, *, complete: bool) -> Floats:
     """Join rotations and positions."""
     names = f"{world}_rotations", f"{world}_positions"
     turned = check_rotations(rotations, names[0], complete=complete)

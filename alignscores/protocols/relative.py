@@ -7,16 +7,16 @@ from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from ..arrays import Floats
 from ..pairs import PairBlock, pair_blocks
 from ..validation import check_positive
 from .cameras import Cameras, NoValueError
 
 __all__ = ["Convention", "direction_blocks", "pair_errors", "vggt_auc", "vggt_rra", "vggt_rta"]
 
-Floats = NDArray[np.float64]
 Convention = Literal["vggt", "mapanything", "da3"]
 
 SHORTEST = 1e-15  # added to lengths, smallest squared sine of an error

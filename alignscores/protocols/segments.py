@@ -4,8 +4,9 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Floats, Indices
 from ..averaging import rotation_angles
 from ..validation import check_positive
 from .alignment import fit
@@ -14,8 +15,6 @@ from .trajectory import Statistic, nearest_after, path_lengths, relative_poses, 
 
 __all__ = ["kitti_relative_error", "rpg_relative_error"]
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 KITTI_LENGTHS = range(100, 801, 100)  # metres
 KITTI_STEP = 10  # frames from start to start

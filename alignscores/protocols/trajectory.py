@@ -5,8 +5,9 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Floats, Indices
 from ..averaging import rotation_angles
 from ..similarity import Similarity
 from ..validation import check_positive
@@ -26,8 +27,6 @@ __all__ = [
     "statistic_of",
 ]
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 Alignment = Literal["sim3", "se3", "scale", "none"]
 Statistic = Literal["rmse", "mean", "median", "std", "min", "max", "sse"]
 

@@ -7,15 +7,13 @@ A registration is any function of the signature of `Registration`; `REGISTRATION
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..similarity import Similarity
 from .pcr99 import pcr99
 from .refined import refined
 
 __all__ = ["REGISTRATIONS", "Registration", "pcr99", "refined"]
-
-Floats = NDArray[np.float64]
 
 
 class Registration(Protocol):

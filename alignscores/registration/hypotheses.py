@@ -10,15 +10,12 @@ NaN and infinity fail every comparison, so triplets and hypotheses with such num
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Booleans, Floats, Indices
 from ..similarity import common_normal, cross, dot
 
 __all__ = ["cheapest", "similar_triplets", "three_point_similarities"]
 
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 
 FLAT = 1e-6  # sine of the angle at the first corner, below which a triangle has no usable normal
 CHUNK = 1 << 14  # errors evaluated at once: 128 KiB, which fit in the cache
@@ -63,7 +60,7 @@ def similar_triplets(gt: Floats, est: Floats, triplets: Indices, factor: float) 
         ratios[~((ratios > 0) & (ratios < inf))] = np.nan
         return ratios
 
-    def alike(a: Floats, b: Floats) -> Bools:
+    def alike(a: Floats, b: Floats) -> Booleans:
         return (a <= factor * b) & (b <= factor * a)
 
     i, j, k = triplets
@@ -75,7 +72,7 @@ def similar_triplets(gt: Floats, est: Floats, triplets: Indices, factor: float) 
 
 def three_point_similarities(
     gt: Floats, est: Floats, triplets: Indices
-) -> tuple[Floats, Floats, Floats, Bools]:
+) -> tuple[Floats, Floats, Floats, Booleans]:
     """Similarities from ground truth to estimate, each from three cameras.
 
     The rotation takes the triangle's frame in the ground truth (first axis along the first edge,
@@ -133,13 +130,13 @@ def three_point_similarities(
     return scale, rotation.transpose(2, 0, 1), translation.T, flat
 
 
-def _frames(edge_1: Floats, edge_2: Floats) -> tuple[Floats, Bools]:
+def _frames(edge_1: Floats, edge_2: Floats) -> tuple[Floats, Booleans]:
     """Frames (3 axes, 3, 2, H) of triangles in both worlds, given by their two edges (3, 2, H)."""
     frames = np.empty((3, *edge_1.shape))
     first, normal, _ = frames
     first[:] = edge_1 / np.sqrt(dot(edge_1, edge_1))
     normal[:] = cross(first, edge_2)
-    flat: Bools = np.any(dot(normal, normal) <= FLAT * FLAT * dot(edge_2, edge_2), axis=0)
+    flat: Booleans = np.any(dot(normal, normal) <= FLAT * FLAT * dot(edge_2, edge_2), axis=0)
     if flat.any():
         np.copyto(normal, common_normal(first[:, 0], first[:, 1])[:, None], where=flat)
     complete_frames(frames)
@@ -160,7 +157,7 @@ def cheapest(
     scale: Floats,
     rotation: Floats,
     translation: Floats,
-    flat: Bools,
+    flat: Booleans,
     rank: int,
     tie: float,
 ) -> int:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Booleans, Floats, Indices
 from ..similarity import LINE, PARALLEL, SMALLEST
 from . import hypotheses, reweighting
 
@@ -24,10 +25,6 @@ __all__ = [
     "truncated_costs",
     "weighted_fits",
 ]
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 
 
 def compiled(path: Path) -> ctypes.CDLL | None:
@@ -83,7 +80,7 @@ def similar_triplets(gt: Floats, est: Floats, triplets: Indices, factor: float) 
 
 def three_point_similarities(
     gt: Floats, est: Floats, triplets: Indices
-) -> tuple[Floats, Floats, Floats, Bools]:
+) -> tuple[Floats, Floats, Floats, Booleans]:
     """See `hypotheses.three_point_similarities`."""
     if LIBRARY is None:
         return hypotheses.three_point_similarities(gt, est, triplets)
@@ -104,7 +101,7 @@ def cheapest(
     scale: Floats,
     rotation: Floats,
     translation: Floats,
-    flat: Bools,
+    flat: Booleans,
     rank: int,
     tie: float,
 ) -> int:

@@ -13,16 +13,14 @@ from itertools import combinations
 from math import comb, inf
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Indices
 from ..similarity import Similarity, dot
 from ..validation import check_positive
 from .kernel import cheapest, similar_triplets, three_point_similarities
 
 __all__ = ["component_first", "pcr99", "prescreened_triplets"]
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 PRESCREEN_THRESHOLD = 0.1  # largest difference between the log edge ratios of a kept triplet
 DRAWS_PER_HYPOTHESIS = 1000  # budget of draws; after it the hypotheses found so far are used

@@ -9,15 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..similarity import FARTHEST_SQUARABLE, Similarity
 from .kernel import refine, three_point_similarities, truncated_costs, weighted_fits
 from .pcr99 import component_first, prescreened_triplets
 
 __all__ = ["refined"]
 
-Floats = NDArray[np.float64]
 
 N_STARTS = 64  # hypotheses that are refined; their number is halved in each step
 N_CROWDED_PLACES = 4  # where most cameras stand; each is tried as a start, too

@@ -9,14 +9,13 @@ translation.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..similarity import LINE, SMALLEST, common_normal, dot
 from .hypotheses import complete_frames, squared_errors
 
 __all__ = ["refine", "truncated_costs", "weighted_fits"]
 
-Floats = NDArray[np.float64]
 
 LANES = 8  # partial sums, so that a processor can add as many numbers at once
 SWEEPS = 4  # of Jacobi rotations; after them the columns of a 3 x 3 matrix are orthogonal

@@ -12,14 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Booleans, Floats, Indices
 from ..validation import finite_rows
 from .extras import require
 from .files import TIME_UNITS, Trajectory, TrajectoryWarning, time_unit
 
 __all__ = ["MISSING", "Matches", "coverage", "in_order", "is_denser", "match", "unit_hint"]
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 MISSING = ("fail", "ignore")
 KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
@@ -415,7 +414,7 @@ def _due(
     return np.unique(_nearest(ref_stamps, due[near])), due[~near]
 
 
-def _near(stamps: Floats, times: Floats, max_diff: float) -> NDArray[np.bool_]:
+def _near(stamps: Floats, times: Floats, max_diff: float) -> Booleans:
     """Tell which times have one of the stamps, in order, within a difference."""
     return np.asarray(np.abs(stamps[_nearest(stamps, times)] - times) <= max_diff)
 
@@ -583,7 +582,7 @@ def _kept(keys: NDArray[Any], whose: str) -> Indices:
     return kept
 
 
-def _is_first(values: NDArray[Any]) -> NDArray[np.bool_]:
+def _is_first(values: NDArray[Any]) -> Booleans:
     first = np.zeros(len(values), dtype=bool)
     first[np.unique(values, return_index=True)[1]] = True
     return first

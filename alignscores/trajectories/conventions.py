@@ -28,8 +28,8 @@ from dataclasses import dataclass
 from itertools import permutations, product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..averaging import (
     angles_and_axes,
     chordal_mean,
@@ -45,7 +45,6 @@ from .files import Trajectory, inverse_poses
 
 __all__ = ["Convention", "describe_rotation", "find_convention", "rotate_cameras", "seem_swapped"]
 
-Floats = NDArray[np.float64]
 
 SAMPLE = 500  # cameras looked at, evenly spread
 HYPOTHESES = 300  # camera triplets that propose a rotation B

@@ -24,8 +24,8 @@ from abc import abstractmethod
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..histogram import AlignmentScore
 from ..pose import PASResult, pas
 from ..rotation import ras
@@ -38,8 +38,6 @@ MetricsException: Any = require("evo.core.metrics", "files").MetricsException
 Unit: Any = require("evo.core.units", "files").Unit
 
 __all__ = ["PAS", "RAS", "TAS"]
-
-Floats = NDArray[np.float64]
 
 
 class _Score(PE):  # type: ignore[misc]  # evo has no types

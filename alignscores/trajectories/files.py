@@ -27,6 +27,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from ..arrays import Floats
 from ..validation import finite_rows
 from .extras import require
 
@@ -45,7 +46,6 @@ __all__ = [
     "time_unit",
 ]
 
-Floats = NDArray[np.float64]
 FilePath = str | PathLike[str]
 Where = Callable[[int], str]  # row -> its place in the file, for an error
 

@@ -17,8 +17,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Indices
 from ..pose import PASResult
 from ..profile import ScoreProfile, _errors_at, _searched, tas_profile
 from ..rotation import RASResult
@@ -38,8 +38,6 @@ __all__ = [
     "profile_of_parts",
 ]
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 LEAST = 3  # cameras of a part that can be aligned
 

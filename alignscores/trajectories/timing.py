@@ -8,8 +8,8 @@ estimate the better the nearer the offset is to the true one.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Booleans, Floats
 from ..registration import pcr99
 from ..translation import normalise
 from ..validation import finite_rows
@@ -17,7 +17,6 @@ from .files import Trajectory
 
 __all__ = ["TimeOffset", "find_offset"]
 
-Floats = NDArray[np.float64]
 
 SAMPLE = 300  # poses looked at, evenly spread
 MIN_POSES = 20  # fewer fit at some offset by chance
@@ -141,7 +140,7 @@ class _Fit:
         _, gt = self._reference(offset)
         return float(np.median(np.linalg.norm(gt - np.median(gt, axis=0), axis=1)))
 
-    def _reference(self, offset: float) -> tuple[NDArray[np.bool_], Floats]:
+    def _reference(self, offset: float) -> tuple[Booleans, Floats]:
         """Tell which poses lie within the reference at an offset, and its positions there."""
         times = self.est_stamps + offset
         inside = (times >= self.ref_stamps[0]) & (times <= self.ref_stamps[-1])

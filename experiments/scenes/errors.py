@@ -9,11 +9,11 @@ draw. It holds before the alignment, which takes away what looks like a similari
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
+
+from alignscores.arrays import Floats
 
 __all__ = ["ERRORS"]
 
-Floats = NDArray[np.float64]
 Errors = tuple[Floats, Floats]  # rotation vectors in radians (n, 3), displacements (n, 3)
 
 STUDENT_DOF = 3  # the fewest degrees of freedom with a finite variance

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from alignscores.arrays import Floats
+
 __all__ = ["OUTLIERS"]
 
-Floats = NDArray[np.float64]
 Cameras = NDArray[np.int64] | slice
 
 CLUSTER_SCALES = (0.5, 2.0)  # of a wrongly merged component, log-uniform

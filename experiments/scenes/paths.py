@@ -3,12 +3,12 @@
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+
+from alignscores.arrays import Floats
 
 __all__ = ["PATHS"]
 
-Floats = NDArray[np.float64]
 Cameras = tuple[Floats, Floats]  # camera-to-world rotations (n, 3, 3), positions (n, 3)
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -4,8 +4,9 @@ from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+
+from alignscores.arrays import Booleans, Floats
 
 from .errors import ERRORS
 from .outliers import OUTLIERS
@@ -13,7 +14,6 @@ from .paths import PATHS
 
 __all__ = ["Scene", "make_scene"]
 
-Floats = NDArray[np.float64]
 
 SCALE_RANGE = (0.1, 10.0)  # of the estimated world, log-uniform
 TRANSLATION_LIMIT = 100.0  # of the estimated world, uniform within plus and minus this
@@ -39,7 +39,7 @@ class Scene:
     gt_positions: Floats
     est_rotations: Floats
     est_positions: Floats
-    is_outlier: NDArray[np.bool_]
+    is_outlier: Booleans
 
     @cached_property
     def estimated(self) -> "Scene":
@@ -47,7 +47,7 @@ class Scene:
         found = np.atleast_1d(np.isfinite(self.est_positions).all(axis=1))
         return self if found.all() else self[found]
 
-    def __getitem__(self, cameras: slice | NDArray[np.bool_]) -> "Scene":
+    def __getitem__(self, cameras: slice | Booleans) -> "Scene":
         """Return some of the cameras."""
         return Scene(*(getattr(self, field.name)[cameras] for field in fields(self)))
 

@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 import scipy
 from joblib import Parallel, delayed
-from numpy.typing import NDArray
 
+from alignscores.arrays import Floats
 from experiments.command import CommandError, ConfigError
 from experiments.config import Sweep
 from experiments.grid import CELL_SETTINGS, evaluations
@@ -36,7 +36,6 @@ TRUE, FALSE, OPEN = "true", "false", "open"
 POPULATION = (FALSE, OPEN, TRUE)
 TAKEN = "taken"  # the claims as they stand, among the readings
 
-Floats = NDArray[np.float64]
 Replicate = Mapping[tuple[str, tuple[str, ...]], pd.DataFrame]  # by `Claim.trials`
 
 

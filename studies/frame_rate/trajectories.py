@@ -10,9 +10,9 @@ import pandas as pd
 from pydantic import Field, RootModel
 
 from alignscores import AlignmentWarning
-from alignscores.cli.formats import FORMATS
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import TrajectoryWarning
+from alignscores.trajectories.formats import FORMATS
 from experiments.command import ConfigError
 from experiments.config import one_of, read_yaml
 from experiments.metrics import evaluate

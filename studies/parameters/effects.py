@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import scipy
-from numpy.typing import NDArray
 
+from alignscores.arrays import Floats, Indices
 from experiments.grid import KEY_COLUMNS
 
 from .. import statistics
@@ -20,7 +20,6 @@ __all__ = ["COMPARED", "EFFECTS", "Effect", "Parts", "effects", "over_seeds"]
 RESAMPLES = 999  # of the trials
 ROUNDING = 1e-12  # differences below are none
 
-Floats = NDArray[np.float64]
 Parts = Mapping[str, pd.DataFrame]  # the trials of each part of a study
 Weighted = Callable[[Floats], Floats]  # of weights of the trials (B, T), a value for each of the B
 
@@ -287,7 +286,7 @@ def _compare(parts: Parts, effect: Effect, column: str, paper: str) -> tuple[flo
     theirs, ours = (effect.weighted(table[[*KEY_COLUMNS, name]], name) for name in (column, paper))
     n = table["trial"].nunique()
 
-    def difference(trials: NDArray[np.intp], axis: int = -1) -> Floats:
+    def difference(trials: Indices, axis: int = -1) -> Floats:
         weights = np.eye(n)[trials].sum(axis=-2).reshape(-1, n)
         return (theirs(weights) - ours(weights)).reshape(trials.shape[:-1])
 
@@ -298,7 +297,7 @@ def _compare(parts: Parts, effect: Effect, column: str, paper: str) -> tuple[flo
 def _compare_scenes(theirs: Floats, ours: Floats) -> tuple[float, float]:
     """Compare standard deviations scene by scene."""
 
-    def difference(scenes: NDArray[np.intp], axis: int = -1) -> Floats:
+    def difference(scenes: Indices, axis: int = -1) -> Floats:
         medians: Floats = np.median(theirs[scenes], axis=-1) - np.median(ours[scenes], axis=-1)
         return medians
 
@@ -308,7 +307,7 @@ def _compare_scenes(theirs: Floats, ours: Floats) -> tuple[float, float]:
     return error, float(scipy.stats.wilcoxon(theirs, ours).pvalue)
 
 
-def _standard_error(sample: NDArray[np.intp], statistic: Callable[..., Floats]) -> float:
+def _standard_error(sample: Indices, statistic: Callable[..., Floats]) -> float:
     with warnings.catch_warnings():  # where nothing scatters, the error is 0
         warnings.simplefilter("ignore", scipy.stats.DegenerateDataWarning)
         found = scipy.stats.bootstrap(

@@ -12,8 +12,8 @@ from typing import Any, Literal
 import numpy as np
 import pandas as pd
 import scipy
-from numpy.typing import NDArray
 
+from alignscores.arrays import Floats
 from experiments.command import CommandError, ConfigError
 from experiments.config import CONFIG_DIR, MetricName, read_yaml, split_override
 from experiments.metrics import Column
@@ -33,7 +33,6 @@ COLUMNS = (
 )
 NEARLY_BEST = 1.0  # per cent
 
-Floats = NDArray[np.float64]
 
 METHOD = (
     "Numbers are the probability that the better of two estimates, whose noise differs by 15 %, "

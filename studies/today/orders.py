@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import scipy
-from numpy.typing import NDArray
 
+from alignscores.arrays import Floats
 from experiments.config import Sweep
 from experiments.metrics import Column
 from experiments.tables import Trials
@@ -30,8 +30,6 @@ FOUND = ["order", "order_error", "trials", "p_chance", "best", "behind", "behind
 FOUND += ["rival", "ahead", "ahead_error", "p_ahead", "beats", "beaten", "rivals"]
 
 ROUNDING = 12  # decimals, so that certainty is 1 and chance 1/2
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-Floats = NDArray[np.float64]
+from alignscores.arrays import Floats
 
 
 def _poses(rotations: Rotation | Floats, positions: Floats) -> Floats:

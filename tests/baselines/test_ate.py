@@ -8,12 +8,11 @@ from evo.core.metrics import APE, PoseRelation, StatisticsType
 from evo.core.trajectory import PosePath3D
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from alignscores.arrays import Floats
 from baselines import ate
 
-Floats = NDArray[np.float64]
 Scene = Callable[..., tuple[Floats, Floats]]
 
 

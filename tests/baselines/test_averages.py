@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from alignscores.arrays import Floats
 from alignscores.averaging import chordal_mean, geodesic_l1_mean, rotation_angles
 from baselines.averages import geometric_median, rotation_l1_mean, rotation_l2_mean
-
-Floats = NDArray[np.float64]
 
 
 def sum_of_distances(points: Floats, centre: Floats) -> float:

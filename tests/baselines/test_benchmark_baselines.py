@@ -3,13 +3,12 @@
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from alignscores.arrays import Floats
 from baselines import ate, dre, dte, maa, rotation_statistics
 
-Scene = Callable[..., tuple[NDArray[np.float64], NDArray[np.float64]]]
+Scene = Callable[..., tuple[Floats, Floats]]
 pytestmark = pytest.mark.benchmark
 
 

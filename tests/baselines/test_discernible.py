@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from alignscores.arrays import Floats
 from alignscores.averaging import rotation_angles
 from baselines import dre, dte
 from baselines.averages import geometric_median, rotation_l1_mean
 
-Floats = NDArray[np.float64]
 Poses = Callable[..., Floats]
 Scene = Callable[..., tuple[Floats, Floats]]
 

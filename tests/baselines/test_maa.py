@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import alignscores.pairs
+from alignscores.arrays import Floats
 from baselines import maa
 from baselines.pairwise import Count, maa_by_counts
 
-Floats = NDArray[np.float64]
 Poses = Callable[..., Floats]
 Scene = Callable[..., tuple[Floats, Floats]]
 

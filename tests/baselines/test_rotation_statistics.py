@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from alignscores.arrays import Floats
 from baselines import dre, rotation_statistics
 
-Floats = NDArray[np.float64]
 Scene = Callable[..., tuple[Floats, Floats]]
 NAMES = ["Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2"]
 

@@ -5,12 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from alignscores.arrays import Floats
 from baselines import dre, dte, maa, rotation_statistics
-
-Floats = NDArray[np.float64]
 
 GOOD = np.concatenate([np.tile(np.eye(3), (4, 1, 1)), np.arange(12.0).reshape(4, 3, 1)], axis=2)
 

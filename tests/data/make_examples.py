@@ -11,10 +11,9 @@ from pathlib import Path
 
 import numpy as np
 import pycolmap
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-Floats = NDArray[np.float64]
+from alignscores.arrays import Floats
 
 FOLDER = Path(__file__).parent
 N, MISSING, LOST, OUTLIERS = 40, (5, 17), 9, (3, 21, 30)

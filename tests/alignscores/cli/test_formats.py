@@ -11,9 +11,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import pas, ras_profile, tas_profile
-from alignscores.cli.formats import FORMATS
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_colmap, read_kitti
+from alignscores.trajectories.formats import FORMATS
 
 from .conftest import FILES
 

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 import alignscores
-from alignscores.cli.formats import FORMATS
+from alignscores.trajectories.formats import FORMATS
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 COLMAP = "colmap", "colmap/reference", "colmap/estimate"

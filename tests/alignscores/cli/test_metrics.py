@@ -7,11 +7,11 @@ import re
 import numpy as np
 import pytest
 
-from alignscores.cli.formats import FORMATS
 from alignscores.cli.metrics import OWN, metric_table
 from alignscores.protocols import PROTOCOLS, protocol
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_tum
+from alignscores.trajectories.formats import FORMATS
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 COLMAP = "colmap", "colmap/reference", "colmap/estimate"

@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy import stats
 
 from alignscores import pas, tas
+from alignscores.arrays import Floats
 from baselines import ate
 from experiments.scenes import ERRORS, PATHS, make_scene
-
-Floats = NDArray[np.float64]
 
 SIGMA_T, SIGMA_R = 0.05, 0.02
 TOGETHER = ("drift", "scale_drift", "bias")  # cameras err together

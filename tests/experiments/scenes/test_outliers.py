@@ -6,15 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy import stats
 
 from alignscores import ras, tas
+from alignscores.arrays import Floats, Indices
 from experiments.metrics import METRICS, evaluate
 from experiments.scenes import PATHS, Scene, make_scene
 from experiments.scenes.outliers import CLUSTER_SCALES, OUTLIERS
-
-Floats = NDArray[np.float64]
 
 
 def outliers(
@@ -28,7 +26,7 @@ def outliers(
     return rotations, positions, gt_rotations, gt_positions
 
 
-def changed(now: Floats, before: Floats) -> NDArray[np.intp]:
+def changed(now: Floats, before: Floats) -> Indices:
     """Return the cameras with other values; NaN is other."""
     return np.flatnonzero((now != before).reshape(len(now), -1).any(axis=1))
 

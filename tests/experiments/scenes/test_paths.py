@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy import stats
 
 from alignscores import tas
+from alignscores.arrays import Floats
 from experiments.scenes import make_scene
 from experiments.scenes.paths import BEND, CLUSTER_SPREADS, CLUSTERS, HELIX_CLIMB, HELIX_TURN, PATHS
-
-Floats = NDArray[np.float64]
 
 STEPPED = (
     "line",

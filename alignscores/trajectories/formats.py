@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ..trajectories.files import (
+from .files import (
     Trajectory,
     read_colmap,
     read_colmap_parts,
