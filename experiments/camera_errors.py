@@ -119,7 +119,7 @@ def errors_of_scores(sweep: Sweep) -> tuple[bool, bool]:
     >>> errors_of_scores(load_sweep(["metrics=[ATE,RAS]"]))
     (False, True)
     """
-    names = {Column.parse(metric).name for metric in sweep.metrics}
+    names = {Column.parse(metric).metric.name for metric in sweep.metrics}
     wanted = bool(names & POSITIONS), bool(names & ROTATIONS)
     if not any(wanted):
         raise ConfigError("setting 'metrics' has none of TAS, RAS and PAS, whose errors are wanted")

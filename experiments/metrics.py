@@ -1,13 +1,12 @@
-"""The registry of metrics: what each is called, how it is read, and how it is computed.
+"""How trials evaluate the metrics of `alignscores.metrics` and those of the paper beside them.
 
 A column of a table of trials is a metric by its name, possibly with options that differ from the
-paper's values: ``TAS(max_threshold=0.5)``. This module alone reads and writes these names. Today's
-protocols are metrics, too, by their names in `alignscores.protocols`: ``auc@30:vggt``.
+paper's values: ``TAS(max_threshold=0.5)``. This module alone reads and writes options.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cached_property
 from math import ceil, floor, inf, nan
 from typing import Annotated, Any, Literal
 
@@ -25,11 +24,13 @@ from pydantic import (
 from alignscores import AlignmentScore, ScoreProfile, Similarity, ras, ras_profile, tas, tas_profile
 from alignscores.arrays import Floats
 from alignscores.histogram import equal_steps
+from alignscores.metrics import metric, named
 from alignscores.profile import HALF_UNITS
-from alignscores.protocols import NoValueError, protocol
+from alignscores.protocols import PROTOCOLS, Family, Metric, NoValueError
+from alignscores.protocols.families import find
 from alignscores.registration import Registration, pcr99
-from alignscores.translation import closest_pair_distances
-from baselines import ate, dte, literal_frames, rotation_statistics
+from alignscores.translation import closest_pair_distances, closest_pair_quartile
+from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
 from baselines.averages import rotation_l1_mean
 from baselines.discernible import mean_of_mean_and_rms
 from baselines.pairwise import Count, maa_by_counts
@@ -38,7 +39,8 @@ from baselines.rotation import aligned_angles
 from .command import ConfigError, problems
 from .scenes import Scene
 
-__all__ = ["METRICS", "Column", "Evaluation", "Metric", "evaluate", "order_statistic"]
+__all__ = ["METRICS", "Column", "Evaluation", "Options", "TrialMetric", "evaluate"]
+__all__ += ["order_statistic"]
 
 
 FEW_UNITS = np.array([0.25, 1.0, 4.0])  # of d: they suffice to find one half, not another score
@@ -134,28 +136,12 @@ class HalfDistanceOptions(HalfAngleOptions):
 
 
 @dataclass(frozen=True)
-class Metric:
-    """How a metric is computed and read; its name is its key in `METRICS`, or a protocol's.
+class TrialMetric:
+    """A metric that has options in trials, or shares something with others there."""
 
-    Parameters
-    ----------
-    function : callable
-        Computes it from an `Evaluation` and its options.
-    higher_is_better : bool
-        Whether it is a score; an error otherwise.
-    unit : str
-        None, ground-truth "units", "°", or what else a protocol's is.
-    options : type of Options
-        The options, with the paper's values as defaults.
-    ordered : bool
-        Whether it is one of motion: the cameras have to stand in the order of time.
-    """
-
+    family: Family
     function: Callable[["Evaluation", Any], float]
-    higher_is_better: bool = False
-    unit: str = ""
     options: type[Options] = Options
-    ordered: bool = False
 
 
 @dataclass(frozen=True)
@@ -177,7 +163,7 @@ class Column:
     ('TAS', {'order': '0.2'})
     >>> str(column.with_option("seed", 3))
     'TAS(order=0.2, seed=3)'
-    >>> Column.parse("recall@5cm,5deg").metric.unit
+    >>> Column.parse("recall@5cm,5deg").metric.family.unit
     '%'
     """
 
@@ -195,17 +181,13 @@ class Column:
         """
         name, bracket, inside = text.partition("(")
         try:
-            metric = _find(name)
+            known = cls(name)._options.model_fields
         except ValueError as error:
-            _, _, close = str(error).rpartition("; ")
-            raise ConfigError(
-                f"unknown metric {text!r}; known are {', '.join(METRICS)}; of protocols, {close}"
-            ) from None
+            raise ConfigError(str(error)) from None
         pairs = inside.removesuffix(")").split(",") if bracket else []
         options = {}
         for pair in pairs:
             key, _, value = (part.strip() for part in pair.partition("="))
-            known = metric.options.model_fields
             if key not in known or not inside.endswith(")"):
                 choice = ", ".join(known) or "none"
                 raise ConfigError(
@@ -228,15 +210,21 @@ class Column:
         """Return the metric with one more option."""
         return Column(self.name, {**self.options, key: str(value)})
 
-    @property
+    @cached_property
     def metric(self) -> Metric:
-        """How it is computed and read."""
-        return _find(self.name)
+        """What is known of it."""
+        own = [trial_metric.family for trial_metric in METRICS.values()]
+        return find(self.name, [*own, *PROTOCOLS])
 
     @cached_property
     def values(self) -> Options:
         """The values of all options."""
-        return self.metric.options.model_validate(dict(self.options))
+        return self._options.model_validate(dict(self.options))
+
+    @property
+    def _options(self) -> type[Options]:
+        trial_metric = METRICS.get(self.metric.name)
+        return trial_metric.options if trial_metric else Options
 
 
 def evaluate(
@@ -297,23 +285,21 @@ class Evaluation:
     ) -> None:
         self.scene = scene
         self._seed = registration_seed
-        self._counts = [column.values for column in columns if column.name == "mAA"]
+        self._counts = [column.values for column in columns if column.metric.name == "mAA"]
         self._maa: dict[Options, float] = {}
         self._position_errors: dict[TASOptions, Floats] = {}
 
     def value(self, column: Column) -> float:
-        """Evaluate a metric."""
-        return column.metric.function(self, column.values)
-
-    def protocol(self, name: str) -> float:
-        """Evaluate one of today's protocols; NaN where it has no value."""
+        """Evaluate a metric; NaN where a protocol has no value."""
+        if trial_metric := METRICS.get(column.metric.name):
+            return trial_metric.function(self, column.values)
         scene = self.scene
         gt, est = (
             (scene.gt_positions, scene.gt_rotations),
             (scene.est_positions, scene.est_rotations),
         )
         try:
-            return protocol(name)(*gt, *est, rng=self._seed)
+            return column.metric(*gt, *est, rng=self._seed)
         except NoValueError:
             return nan
 
@@ -486,42 +472,48 @@ def _dte(evaluation: Evaluation, _: Options) -> float:
     return dte(scene.gt_poses, scene.est_poses)
 
 
-def _rotation_statistic(name: str) -> Metric:
-    return Metric(lambda evaluation, _: evaluation.rotation_statistics[name], unit="°")
+def _statistic(name: str, alignment: str) -> TrialMetric:
+    def of_poses(gt: Floats, est: Floats) -> float:
+        return rotation_statistics(gt[:, :, :3], est[:, :, :3])[name]
+
+    description = f"{name[:-2]} of the rotation errors after an {alignment} alignment"
+    family = named(name, description, of_poses, "refused", unit="deg")
+    return TrialMetric(family, lambda evaluation, _: evaluation.rotation_statistics[name])
 
 
-METRICS: Mapping[str, Metric] = {
-    "ATE": Metric(_ate, unit="units"),
-    "DTE": Metric(_dte),
-    "mAA": Metric(Evaluation.maa, higher_is_better=True, options=MAAOptions),
-    "TAS": Metric(Evaluation.tas, higher_is_better=True, options=TASOptions),
-    "RAS": Metric(Evaluation.ras, higher_is_better=True, options=RASOptions),
-    "PAS": Metric(Evaluation.pas, higher_is_better=True, options=PASOptions),
-    "HalfDistance": Metric(Evaluation.half_distance, unit="units", options=HalfDistanceOptions),
-    "HalfAngle": Metric(Evaluation.half_angle, unit="°", options=HalfAngleOptions),
-    "DRE": Metric(Evaluation.dre, unit="°"),
-    "Median-1": _rotation_statistic("Median-1"),
-    "Mean-1": _rotation_statistic("Mean-1"),
-    "RMS-1": _rotation_statistic("RMS-1"),
-    "Median-2": _rotation_statistic("Median-2"),
-    "Mean-2": _rotation_statistic("Mean-2"),
-    "RMS-2": _rotation_statistic("RMS-2"),
-    "d": Metric(Evaluation.d, unit="units", options=UnitOptions),
-}
-"""Every metric by its name; options are the paper's by default. To add one, add its entry."""
+DTE = named("DTE", "discernible trajectory error", dte, "refused")
+MAA = named("mAA", "mean average accuracy of pairs", maa, "fail", larger_is_better=True)
+DRE = named(
+    "DRE",
+    "discernible rotation error",
+    lambda gt, est: dre(gt[:, :, :3], est[:, :, :3]),
+    "refused",
+    unit="deg",
+)
+UNIT = named(
+    "d",
+    "the unit of the TAS",
+    lambda gt, _: closest_pair_quartile(gt),
+    "left out",
+    unit="units",
+    rotations=False,
+)
 
-
-def _find(name: str) -> Metric:
-    """Return a metric by its name; raise a ValueError that names protocols where there is none."""
-    return METRICS[name] if name in METRICS else _protocol(name)
-
-
-@cache
-def _protocol(name: str) -> Metric:
-    family = protocol(name).family
-    return Metric(
-        lambda evaluation, _: evaluation.protocol(name),
-        higher_is_better=family.larger_is_better,
-        unit="°" if family.unit == "deg" else family.unit,
-        ordered=family.ordered,
+METRICS: Mapping[str, TrialMetric] = {
+    trial_metric.family.example: trial_metric
+    for trial_metric in (
+        TrialMetric(metric("ATE").family, _ate),
+        TrialMetric(DTE, _dte),
+        TrialMetric(MAA, Evaluation.maa, MAAOptions),
+        TrialMetric(metric("TAS").family, Evaluation.tas, TASOptions),
+        TrialMetric(metric("RAS").family, Evaluation.ras, RASOptions),
+        TrialMetric(metric("PAS").family, Evaluation.pas, PASOptions),
+        TrialMetric(metric("half_distance").family, Evaluation.half_distance, HalfDistanceOptions),
+        TrialMetric(metric("half_angle").family, Evaluation.half_angle, HalfAngleOptions),
+        TrialMetric(DRE, Evaluation.dre),
+        *(_statistic(f"{name}-1", "L1") for name in ("Median", "Mean", "RMS")),
+        *(_statistic(f"{name}-2", "L2") for name in ("Median", "Mean", "RMS")),
+        TrialMetric(UNIT, Evaluation.d, UnitOptions),
     )
+}
+"""The metrics besides protocols by their names. To add one, add its entry."""

@@ -57,7 +57,7 @@ def _over_rates(axes: Axes, table: pd.DataFrame) -> None:
     axes.set_xlim(-1.4, len(means) - 0.8)
     axes.set_ylim(bottom=0)
     axes.set_xlabel("every k-th camera is kept")
-    if Column.parse(str(table["metric"].iloc[0])).metric.higher_is_better:
+    if Column.parse(str(table["metric"].iloc[0])).metric.family.larger_is_better:
         axes.set_ylim(0, 1)
 
 

@@ -20,7 +20,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from alignscores.arrays import Floats
-from experiments.metrics import Column, Metric
+from alignscores.protocols import Family
+from experiments.metrics import Column
 
 from . import style
 from .curves import Curves, write_value
@@ -79,7 +80,7 @@ def panel(axes: Axes, curves: Curves, metric: str, *, log: bool = False) -> None
         low, high = smallest[j].min(), largest[j].max()
         axes.bar(strip[j], high - low, 0.8 * step, low, color=colour, linewidth=0.3, zorder=2)
 
-    kind = Column.parse(metric).metric
+    kind = Column.parse(metric).metric.family
     log = log and bool(bottom.min() > 0)
     _x_axis(axes, curves, strip)
     _y_axis(axes, kind, float(bottom.min()), float(top.max()), log)
@@ -108,7 +109,7 @@ def _x_axis(axes: Axes, curves: Curves, strip: Floats) -> None:
     axes.xaxis.set_minor_locator(FixedLocator([*range(last + 1), *strip]))
 
 
-def _y_axis(axes: Axes, kind: Metric, smallest: float, largest: float, log: bool) -> None:
+def _y_axis(axes: Axes, kind: Family, smallest: float, largest: float, log: bool) -> None:
     """Scores from 0 to 1, so that their ranges compare from panel to panel; errors from 0."""
     if log:
         axes.set_yscale("log")
@@ -118,18 +119,18 @@ def _y_axis(axes: Axes, kind: Metric, smallest: float, largest: float, log: bool
         axes.yaxis.set_minor_formatter(NullFormatter())
         axes.tick_params(axis="y", which="minor", size=1.2)
     else:
-        axes.set_ylim(0, 1 if kind.higher_is_better else 1.04 * largest or 1)
+        axes.set_ylim(0, 1 if kind.larger_is_better else 1.04 * largest or 1)
         axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-    unit = "°" if kind.unit == "°" else ""
+    unit = "°" if kind.unit == "deg" else ""
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}{unit}"))
 
 
-def _title(axes: Axes, metric: str, kind: Metric, log: bool) -> None:
+def _title(axes: Axes, metric: str, kind: Family, log: bool) -> None:
     title = axes.set_title(metric, pad=10.5)
     remarks = (["units"] if kind.unit == "units" else []) + (["log scale"] if log else [])
     if remarks:
         style.remark(axes, title, f"({', '.join(remarks)})")
-    style.direction(axes, higher_is_better=kind.higher_is_better)
+    style.direction(axes, higher_is_better=kind.larger_is_better)
 
 
 def x_labels(axes: Axes, curves: Curves) -> None:

@@ -130,4 +130,4 @@ def _titles(
 def _kind(metric: str) -> str:
     if is_new(metric):
         return "new"
-    return "paper" if Column.parse(metric).name in METRICS else "today"
+    return "paper" if Column.parse(metric).metric.name in METRICS else "today"

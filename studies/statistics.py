@@ -338,7 +338,7 @@ def relative_initial_response(
 
 
 def _sign(metric: str) -> int:
-    return -1 if Column.parse(metric).metric.higher_is_better else 1
+    return -1 if Column.parse(metric).metric.family.larger_is_better else 1
 
 
 def _percentage(part: float, whole: float) -> float:

@@ -13,18 +13,22 @@ from .colmap import (
     colmap_relative_auc,
     colmap_relative_recall,
 )
+from .families import Family, Metric, split_names
 from .images import ace0_recall, hloc_median, hloc_recall
 from .imc import IMC_2024, IMC_2025, imc_maa
-from .registry import PROTOCOLS, Family, Protocol, protocol, split_names
+from .registry import PROTOCOLS, protocol
 from .relative import vggt_auc, vggt_rra, vggt_rta
 from .segments import kitti_relative_error, rpg_relative_error
 from .trajectory import evo_are, evo_ate, evo_rpe, mapanything_ate
+
+Protocol = Metric  # its name up to version 1.0
 
 __all__ = [
     "IMC_2024",
     "IMC_2025",
     "PROTOCOLS",
     "Family",
+    "Metric",
     "NoValueError",
     "Protocol",
     "ace0_recall",

@@ -333,7 +333,7 @@ def _metrics(axes: Sequence[Axis]) -> list[str]:
 
 def _seeded(columns: Sequence[Column], seeds: int) -> list[str]:
     """Return the metrics under each seed, without those whose registration is not random."""
-    random = [str(c) for c in columns if "seed" in c.metric.options.model_fields]
+    random = [str(c) for c in columns if "seed" in type(c.values).model_fields]
     return [seeded(metric, seed) for seed in range(seeds) for metric in random]
 
 

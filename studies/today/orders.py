@@ -58,7 +58,7 @@ class Task:
 
     def shares(self, metric: str) -> Floats:
         """Return each draw's share of the probability of the right order, (units, trials)."""
-        sign = -1 if Column.parse(metric).metric.higher_is_better else 1
+        sign = -1 if Column.parse(metric).metric.family.larger_is_better else 1
         values = [sign * sample[metric].to_numpy() for sample in self.samples]
         totals = np.zeros((max(self.units) + 1, len(values[0])))
         for unit, shares in zip(self.units, order_shares(values, self.pairs), strict=True):

@@ -70,7 +70,7 @@ def _table(name: str, question: Question, sweep: Sweep) -> Table:
         metric
         for metric in sweep.metrics
         if metric not in question.without
-        and not (sweep.geometry in NO_PATH and Column.parse(metric).metric.ordered)
+        and not (sweep.geometry in NO_PATH and Column.parse(metric).metric.family.ordered)
     ]
     sweep = replace(sweep, name=f"today/{name}", metrics=metrics)
     return at_rates(sweep, question.every) if question.every[1:] else Table((sweep,))

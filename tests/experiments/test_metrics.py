@@ -10,7 +10,8 @@ from scipy.spatial.distance import cdist
 
 import experiments.metrics
 from alignscores import pas, ras, ras_profile, tas, tas_profile
-from alignscores.protocols import protocol
+from alignscores.metrics import named
+from alignscores.protocols import Family, protocol
 from alignscores.registration import pcr99
 from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
 from baselines.averages import rotation_l1_mean
@@ -19,7 +20,7 @@ from baselines.rotation import aligned_angles
 from experiments.command import ConfigError
 from experiments.config import Sweep, to_overrides
 from experiments.grid import KEY_COLUMNS, Cell, cells
-from experiments.metrics import METRICS, Column, Evaluation, Metric, Options, evaluate
+from experiments.metrics import METRICS, Column, Evaluation, Options, TrialMetric, evaluate
 from experiments.scenes import Scene
 from experiments.sweep import draw_scene, trial_seeds
 from studies.statistics import power
@@ -243,12 +244,12 @@ def test_seeds_differ_and_repeat(scene: Scene) -> None:
 @pytest.mark.parametrize(
     ("metric", "problem"),
     [
-        ("APE", "unknown metric 'APE'; known are ATE, DTE, "),
+        ("APE", "unknown metric 'APE'; close to it are ATE, "),
         (
             "PAS(order=0.2)",
             "has no option 'order'; the options are interpolated, registration, seed, weight",
         ),
-        ("auc@30", "; of protocols, close to it are auc@30:vggt, "),
+        ("auc@30", "; close to it are auc@30:vggt, "),
         ("auc@30:vggt(k=5)", "has no option 'k'; the options are none"),
         ("TAS(order=0.2", "has no option 'order'; the options are "),
         ("TAS(max_threshold=-1)", "max_threshold should be greater than 0, not '-1'"),
@@ -292,7 +293,11 @@ def test_a_metric_is_one_entry_of_the_registry(
         errors = ras(evaluation.scene.gt_rotations, evaluation.scene.est_rotations).errors
         return float(-options.scale * errors.max())
 
-    monkeypatch.setitem(METRICS, "Best", Metric(accuracy, higher_is_better=True, options=Scale))
+    def best(**traits: bool) -> Family:
+        return named("Best", "minus the largest error", lambda gt, est: 0.0, "fail", **traits)
+
+    score = TrialMetric(best(larger_is_better=True), accuracy, Scale)
+    monkeypatch.setitem(METRICS, "Best", score)
     noise = ["n_outliers=[0]", "sigma_t=[0.02]", "sigma_r_deg=[0.1,10]"]
     table = run(small(*noise, "trials=2", "metrics=[Best,'Best(scale=2)']"))
     assert list(table.columns) == [*KEY_COLUMNS, "Best", "Best(scale=2)"]
@@ -300,7 +305,7 @@ def test_a_metric_is_one_entry_of_the_registry(
     assert (table["Best"] < 0).all()
     tau = power(table, "Best", ["sigma_r_deg"], "smallest")
     assert tau == pytest.approx(2 / 6**0.5)  # the four pairs at different levels are in order
-    monkeypatch.setitem(METRICS, "Best", Metric(accuracy))
+    monkeypatch.setitem(METRICS, "Best", TrialMetric(best(), accuracy))
     assert power(table, "Best", ["sigma_r_deg"], "smallest") == -tau
     with pytest.raises(ConfigError, match="has no option 'scale'; the options are none"):
         Column.parse("Best(scale=2)")
@@ -327,7 +332,7 @@ def test_protocols_are_metrics_by_their_names(
         )
         for name in names:
             assert row[name] == protocol(name)(*gt, *est, rng=seed)
-    kinds = {name: Column.parse(name).metric for name in [*names, "kitti"]}
-    assert [kind.higher_is_better for kind in kinds.values()] == [True] * 3 + [False] * 3
-    assert [kind.unit for kind in kinds.values()] == ["%", "%", "%", "units", "°", "%"]
+    kinds = {name: Column.parse(name).metric.family for name in [*names, "kitti"]}
+    assert [kind.larger_is_better for kind in kinds.values()] == [True] * 3 + [False] * 3
+    assert [kind.unit for kind in kinds.values()] == ["%", "%", "%", "units", "deg", "%"]
     assert [name for name, kind in kinds.items() if kind.ordered] == ["kitti"]

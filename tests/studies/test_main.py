@@ -33,7 +33,7 @@ CLAIMS = load_claims()
 
 def worsens(metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
     """Get worse with all noise and outliers."""
-    sign = -1 if Column.parse(metric).metric.higher_is_better else 1
+    sign = -1 if Column.parse(metric).metric.family.larger_is_better else 1
     level = 10 * cell.sigma_t + cell.sigma_r_deg + cell.n_outliers / 10
     return sign * (level + 1e-3 * rng.random())
 

@@ -66,7 +66,7 @@ def test_settings_that_rise_together_are_one_level() -> None:
 def test_power_is_positive_where_the_metric_gets_worse_and_improvement_where_better() -> None:
     scores = ["mAA", "mAA(n_thresholds=10)", "TAS", "RAS", "PAS"]
     errors = ["ATE", "DTE", "DRE", "Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2"]
-    errors += ["d", "HalfDistance", "HalfAngle"]
+    errors += ["d", "half_distance", "half_angle"]
     assert {*scores, *errors} == {*METRICS, "mAA(n_thresholds=10)"}
     rising = {metric: [0.1, 0.2, 0.3] for metric in (*scores, *errors)}
     table = trials(**{"n_cameras": [10, 20, 30], **rising})

@@ -54,7 +54,7 @@ def trials_of(
 
     def value(metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
         value = 10 * cell.sigma_t + cell.sigma_r_deg / 10 + 0.01 * rng.random()
-        value *= -1 if METRICS[metric].higher_is_better != turned(metric, cell) else 1
+        value *= -1 if METRICS[metric].family.larger_is_better != turned(metric, cell) else 1
         return 0.5 if blind(metric, cell) else value
 
     return {name: make_up(sweep, value=value, path=f"{name}.csv") for name, sweep in SWEEPS.items()}

@@ -48,7 +48,7 @@ class At:
 
     def worse(self) -> float:
         """Get worse with every level."""
-        sign = -1 if Column.parse(self.metric).metric.higher_is_better else 1
+        sign = -1 if Column.parse(self.metric).metric.family.larger_is_better else 1
         levels = sum(getattr(self.cell, level) / 10 for level in self.claim.level)
         return sign * (levels + 1e-3 * self.noise)
 

@@ -1,0 +1,99 @@
+"""The vocabulary of metrics: the scores of this package, and the protocols, each by one name."""
+
+import re
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from .arrays import Floats
+from .pose import pas
+from .profile import HALF_UNITS, ras_profile, tas_profile
+from .protocols.cameras import Positions
+from .protocols.families import Family, Metric, Missing, find
+from .protocols.registry import PROTOCOLS
+from .rotation import ras
+from .similarity import least_squares_rmse
+from .translation import Seed, closest_pair_quartile, tas
+
+__all__ = ["FAMILIES", "SCORES", "metric", "named"]
+
+
+def named(
+    name: str, description: str, function: Callable[..., float], missing: Missing, **traits: Any
+) -> Family:
+    """Return the family of a single name, which sets no arguments."""
+    return Family(name, name, description, function, re.escape(name.lower()), missing, **traits)
+
+
+def _tas(gt: Floats, est: Floats, *, rng: Seed) -> float:
+    return tas(gt, est, rng=rng).score
+
+
+def _ras(gt: Floats, est: Floats) -> float:
+    return ras(gt[:, :, :3], est[:, :, :3]).score
+
+
+def _pas(gt: Floats, est: Floats, *, rng: Seed) -> float:
+    return pas(gt, est, rng=rng).score
+
+
+def _half_distance(gt: Floats, est: Floats, *, rng: Seed) -> float:
+    return tas_profile(gt, est, closest_pair_quartile(gt) * HALF_UNITS, rng=rng).half
+
+
+def _half_angle(gt: Floats, est: Floats) -> float:
+    return ras_profile(gt[:, :, :3], est[:, :, :3], [10.0]).half
+
+
+def _ate(gt: Floats, est: Floats) -> float:
+    return least_squares_rmse(*Positions.check(gt, est).matched())
+
+
+SCORES: Sequence[Family] = (
+    named(
+        "TAS",
+        "Translation Alignment Score",
+        _tas,
+        "fail",
+        larger_is_better=True,
+        rotations=False,
+        random=True,
+    ),
+    named("RAS", "Rotation Alignment Score", _ras, "fail", larger_is_better=True),
+    named("PAS", "Pose Alignment Score", _pas, "fail", larger_is_better=True, random=True),
+    named(
+        "half_distance",
+        "half-score distance: the unit at which the TAS is one half",
+        _half_distance,
+        "fail",
+        unit="units",
+        rotations=False,
+        random=True,
+        label="half-score distance",
+        aliases=("half", "halfdistance"),
+    ),
+    named(
+        "half_angle",
+        "half-score angle: the largest threshold at which the RAS is one half",
+        _half_angle,
+        "fail",
+        unit="deg",
+        label="half-score angle",
+        aliases=("half:rotation", "halfangle"),
+    ),
+    named(
+        "ATE",
+        "absolute trajectory error: RMSE of the positions, aligned by least squares",
+        _ate,
+        "left out",
+        unit="units",
+        rotations=False,
+    ),
+)
+"""What every estimate is given, in the order of tables."""
+
+FAMILIES = (*SCORES, *PROTOCOLS)
+
+
+def metric(name: str) -> Metric:
+    """Find a metric by its name, whatever its case, or by an old name, which `alias` then is."""
+    return find(name, FAMILIES)

@@ -1,0 +1,287 @@
+"""Families of metrics: how their names are read, and what is known of each.
+
+A name is a head, mostly with numbers, and words behind colons in any order: ``auc@30:vggt``,
+``recall@5cm,5deg``, ``rpe@1m:rotation:reference``. This module alone reads them.
+"""
+
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Floats
+from ..averaging import nearest_rotations
+from ..translation import Seed
+from ..validation import check_positions, check_rotations, check_same_length
+
+__all__ = ["UNITS", "Family", "Metric", "Missing", "find", "split_names"]
+
+UNITS = {"mm": 1000, "cm": 100, "m": 1}  # in a metre, which is a unit of the ground truth
+LENGTHS = {"distance", "length", "max_error"}  # arguments in units of the ground truth
+
+Missing = Literal["fail", "left out", "refused"]
+Words = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Family:
+    """Names that are read alike and differ in numbers and words.
+
+    Parameters
+    ----------
+    syntax : str
+        The names, as a list of them shows it.
+    example : str
+        One of them.
+    description : str
+        What the value is, in a line.
+    function : callable
+        Of poses, or of positions where no rotations are needed, and of what the name sets.
+    head : str
+        Regular expression of what stands before the first colon. Its groups set the arguments.
+    missing : {"fail", "left out", "refused"}
+        What happens to cameras without an estimate.
+    origin : str
+        A word that the names have to have, if any.
+    required : mapping of str to mapping
+        Arguments that one of the words has to set, each with its words and their values.
+    optional : mapping of str to mapping
+        Arguments that one of the words may set; the first word is what holds without.
+    unit : str
+        "%", "deg", "deg/unit", "units" (of the ground truth; "estimated units") or none.
+    larger_is_better : bool
+        Whether it is a score; an error otherwise.
+    rotations : bool
+        Whether it looks at the rotations of the cameras.
+    ordered : bool
+        Whether the cameras have to stand in the order of time.
+    random : bool
+        Whether the value depends on the seed.
+    metres : bool
+        Whether it has lengths of its own that are metres, whatever its name sets.
+    label : str
+        What it is called in a figure; by default its name.
+    aliases : tuple of str
+        Old names of `example`, in lower case.
+
+    Examples
+    --------
+    >>> from alignscores.protocols import protocol
+    >>> family = protocol("recall@5cm,5deg").family
+    >>> family.unit, family.larger_is_better, family.missing, family.random
+    ('%', True, 'fail', True)
+    """
+
+    syntax: str
+    example: str
+    description: str
+    function: Callable[..., float]
+    head: str
+    missing: Missing
+    origin: str = ""
+    required: Mapping[str, Words] = field(default_factory=dict)
+    optional: Mapping[str, Words] = field(default_factory=dict)
+    unit: str = ""
+    larger_is_better: bool = False
+    rotations: bool = True
+    ordered: bool = False
+    random: bool = False
+    metres: bool = False
+    label: str = ""
+    aliases: tuple[str, ...] = ()
+
+    def arguments(self, name: str) -> dict[str, Any] | None:
+        """Return what a name sets.
+
+        Parameters
+        ----------
+        name : str
+            As users write it, in lower case.
+
+        Returns
+        -------
+        dict or None
+            Arguments of the family's function; None where it is no name of the family.
+
+        Examples
+        --------
+        >>> from alignscores.protocols import protocol
+        >>> family = protocol("rpe@1m").family
+        >>> family.arguments("rpe@2m:mean")["distance"], family.arguments("ate")
+        (2.0, None)
+        """
+        head, *words = name.split(":")
+        match = re.fullmatch(self.head, head)
+        if match is None or (self.origin and self.origin not in words):
+            return None
+        chosen: dict[str, Any] = {}
+        for word in words:
+            if word == self.origin:
+                continue
+            choices = {**self.required, **self.optional}
+            key = next((key for key, choice in choices.items() if word in choice), None)
+            if key is None or key in chosen:
+                return None
+            chosen[key] = choices[key][word]
+        numbers = _numbers(match)
+        if not self.required.keys() <= chosen.keys() or 0 in numbers.values():
+            return None
+        defaults = {key: next(iter(choice.values())) for key, choice in self.optional.items()}
+        return {**defaults, **chosen, **numbers}
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One metric by its name; call it with cameras.
+
+    Parameters
+    ----------
+    name : str
+        Its name; of a protocol in lower case.
+    family : Family
+        What is known about it: unit, direction, what it needs, what missing cameras do.
+    arguments : mapping of str to object
+        What the name says, as arguments of the family's function.
+    alias : str
+        The old name that it was looked up by; empty where it was not.
+
+    Examples
+    --------
+    >>> from alignscores.protocols import protocol
+    >>> metric = protocol("AUC@30:vggt")
+    >>> metric.name, metric.family.unit
+    ('auc@30:vggt', '%')
+    """
+
+    name: str
+    family: Family
+    arguments: Mapping[str, Any]
+    alias: str = ""
+
+    @property
+    def label(self) -> str:
+        """What it is called in a figure."""
+        return self.family.label or self.name
+
+    @property
+    def metres(self) -> bool:
+        """Whether it has thresholds or lengths in metres; a unit of the truth is taken for one."""
+        return self.family.metres or not LENGTHS.isdisjoint(self.arguments)
+
+    @property
+    def worst(self) -> float:
+        """The value of an estimate that failed: 0 of a score, else infinite."""
+        return 0.0 if self.family.larger_is_better else math.inf
+
+    def __call__(
+        self,
+        gt_positions: ArrayLike,
+        gt_rotations: ArrayLike | None,
+        est_positions: ArrayLike,
+        est_rotations: ArrayLike | None,
+        *,
+        rng: Seed = 0,
+    ) -> float:
+        """Evaluate the metric.
+
+        Parameters
+        ----------
+        gt_positions, est_positions : (n, 3) array_like
+            Camera centres in the ground-truth and in the estimated world. An estimate that is not
+            finite is missing.
+        gt_rotations, est_rotations : (n, 3, 3) array_like or None
+            Camera-to-world rotations; None where the metric needs none.
+        rng : int, SeedSequence, Generator or None
+            Seed, where the metric is random.
+
+        Returns
+        -------
+        float
+            The value, in the family's unit.
+
+        Raises
+        ------
+        ValueError
+            Where the input is malformed, or rotations are needed and there are none.
+        NoValueError
+            Where the protocol has no value for these cameras.
+        """
+        arguments = dict(self.arguments)
+        if self.family.random:
+            arguments["rng"] = rng
+        if not self.family.rotations:
+            return self.family.function(gt_positions, est_positions, **arguments)
+        if gt_rotations is None or est_rotations is None:
+            raise ValueError(f"{self.name} needs the rotations of the cameras")
+        poses = (
+            _poses(gt_rotations, gt_positions, "gt", complete=True),
+            _poses(est_rotations, est_positions, "est", complete=False),
+        )
+        return self.family.function(*poses, **arguments)
+
+
+def find(name: str, families: Iterable[Family]) -> Metric:
+    """Find a metric by its name, whatever its case, or by an old name; `ValueError` without one."""
+    asked = name.strip().lower()
+    examples = {}
+    for family in families:
+        example = family.example.lower()
+        examples[example] = family.example
+        is_alias = asked in family.aliases
+        arguments = family.arguments(example if is_alias else asked)
+        if arguments is not None:
+            own = family.example if is_alias or asked == example else asked
+            return Metric(own, family, arguments, alias=name.strip() if is_alias else "")
+    head = re.split("[@:]", asked)[0]
+    same = [example for example in examples if re.split("[@:]", example)[0] == head]
+    close = get_close_matches(asked, same or examples, n=3, cutoff=0) or examples
+    listed = ", ".join(examples[example] for example in close)
+    raise ValueError(f"unknown metric {name!r}; close to it are {listed}")
+
+
+def split_names(text: str) -> list[str]:
+    """Split a list of names at its commas, but for those inside a name.
+
+    Parameters
+    ----------
+    text : str
+        As after ``--metrics``.
+
+    Returns
+    -------
+    list of str
+        The names.
+
+    Examples
+    --------
+    >>> from alignscores.protocols import split_names
+    >>> split_names("tas, recall@5cm,5deg:hloc,kitti")
+    ['tas', 'recall@5cm,5deg:hloc', 'kitti']
+    """
+    return [name.strip() for name in re.split(r",(?!\s*[\d.])", text)]
+
+
+def _numbers(match: re.Match[str]) -> dict[str, float]:
+    """Return the numbers of a head by the arguments that they set."""
+    groups = {key: text for key, text in match.groupdict().items() if text is not None}
+    unit = UNITS[groups.pop("unit", "m")]
+    return {
+        key: int(text) if key == "k" else float(text) / (unit if key in LENGTHS else 1)
+        for key, text in groups.items()
+    }
+
+
+def _poses(rotations: ArrayLike, positions: ArrayLike, world: str, *, complete: bool) -> Floats:
+    """Join rotations and positions."""
+    names = f"{world}_rotations", f"{world}_positions"
+    turned = check_rotations(rotations, names[0], complete=complete)
+    placed = check_positions(positions, names[1], complete=complete)
+    check_same_length(turned, placed, *names)
+    if np.asarray(rotations).dtype == np.float32:
+        turned = nearest_rotations(turned)
+    return np.concatenate([turned, placed[:, :, None]], axis=2)

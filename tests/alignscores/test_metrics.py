@@ -1,0 +1,88 @@
+"""One vocabulary: every metric by one name, whatever its case, or by an old one."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from alignscores import closest_pair_quartile, pas, ras, ras_profile, tas, tas_profile
+from alignscores.metrics import FAMILIES, SCORES, metric
+from alignscores.profile import HALF_UNITS
+from alignscores.protocols import PROTOCOLS, Protocol, protocol
+from baselines import ate
+
+
+@pytest.fixture
+def cameras():
+    rng = np.random.default_rng(0)
+    gt, rotations = rng.random((20, 3)), Rotation.random(20, rng=rng)
+    est = 3 * gt + rng.normal(0, 0.2, (20, 3))
+    turned = Rotation.from_rotvec(rng.normal(0, 3, (20, 3)), degrees=True) * rotations
+    return gt, rotations.as_matrix(), est, turned.as_matrix()
+
+
+def test_scores_are_those_of_the_library(cameras):
+    gt, gt_rotations, est, est_rotations = cameras
+    poses = [np.dstack([cameras[i + 1], cameras[i][:, :, None]]) for i in (0, 2)]
+    units = closest_pair_quartile(gt) * HALF_UNITS
+    expected = {
+        "TAS": tas(gt, est, rng=3).score,
+        "RAS": ras(gt_rotations, est_rotations).score,
+        "PAS": pas(*poses, rng=3).score,
+        "half_distance": tas_profile(gt, est, units, rng=3).half,
+        "half_angle": ras_profile(gt_rotations, est_rotations, [10.0]).half,
+    }
+    found = {family.example: metric(family.example)(*cameras, rng=3) for family in SCORES}
+    assert found.pop("ATE") == pytest.approx(ate(gt, est))
+    assert found == expected
+    assert 0 < expected["TAS"] < 1
+
+
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.example)
+def test_every_name_is_found_in_any_case_and_is_of_one_family(family):
+    name = family.example
+    for asked in (name, name.lower(), f" {name.upper()} "):
+        found = metric(asked)
+        assert (found.name, found.family, found.alias) == (name, family, "")
+    others = [other for other in FAMILIES if other.arguments(name.lower()) is not None]
+    assert others[0] is family
+    assert [other.example for other in others[1:]] == (["ate:rmse"] if name == "ATE" else [])
+    assert metric(name).worst == (0 if family.larger_is_better else np.inf)
+
+
+@pytest.mark.parametrize(
+    ("old", "name"),
+    [
+        ("half", "half_distance"),
+        ("HalfDistance", "half_distance"),
+        ("half:rotation", "half_angle"),
+        ("HalfAngle", "half_angle"),
+    ],
+)
+def test_old_names(old, name):
+    found = metric(old)
+    assert (found.name, found.alias) == (name, old)
+    assert found.family is metric(name).family
+
+
+def test_protocols_are_those_of_the_registry():
+    for family in PROTOCOLS:
+        assert metric(family.example) == protocol(family.example)
+        assert isinstance(metric(family.example), Protocol)
+    with pytest.raises(ValueError, match="unknown metric 'TAS'; close to it are "):
+        protocol("TAS")
+
+
+def test_which_have_lengths_in_metres():
+    names = "recall@5cm,5deg maa:imc auc@5:colmap auc@5cm:colmap kitti kitti:rotation rpe@1m"
+    for name in [*names.split(), "rpg@100m", "recall@5deg:colmap-imc", "maa:imc24"]:
+        assert metric(name).metres, name
+    for name in ("TAS", "half_distance", "ATE", "ate:rmse", "rpe@1f", "auc@30:vggt", "median:hloc"):
+        assert not metric(name).metres, name
+
+
+@pytest.mark.parametrize(
+    ("asked", "close"), [("pass", "PAS"), ("halfdist", "half_distance"), ("auc@30", "auc@30:vggt")]
+)
+def test_unknown_names(asked, close):
+    with pytest.raises(ValueError, match=f"unknown metric '{asked}'; close to it are {close}, "):
+        metric(asked)
