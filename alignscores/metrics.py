@@ -100,7 +100,7 @@ def metric(name: str) -> Metric:
 
 
 def header(name: str, length: str) -> str:
-    """Return a metric as it heads a column, in short, with its unit; `length` is the reference's."""
+    """Return a metric as it heads a column, in short, with its unit; `length` is a position's."""
     found = metric(name)
     if found.family not in SCORES or not found.family.unit:
         return found.name
