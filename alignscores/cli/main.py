@@ -50,7 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         if "_ARGCOMPLETE" in os.environ:
-            require("argcomplete", "files").autocomplete(parser)
+            require("argcomplete", "completion").autocomplete(parser)
         arguments, unknown = parser.parse_known_args(argv)
         if unknown:  # with the usage of the format, not that of the whole
             arguments.command.error(f"unrecognized arguments: {' '.join(unknown)}")
@@ -230,7 +230,7 @@ def _outputs(arguments: argparse.Namespace, names: Sequence[str]) -> Iterator[tu
 def check_outputs_possible(arguments: argparse.Namespace) -> None:
     """Refuse outputs for which something is missing on this machine."""
     if arguments.save_results:
-        require("evo", "files")
+        require("evo", "evo")
     if arguments.save_plot:
         require("matplotlib", "plots")
     if arguments.plot:

@@ -191,7 +191,7 @@ def evo_files(
     evo's statistics are of the share of the thresholds that a pose misses, from 0 to 1, whose mean
     is 1 - PAS.
     """
-    file_interface = require("evo.tools.file_interface", "files")
+    file_interface = require("evo.tools.file_interface", "evo")
     from ..trajectories.evo import PAS  # needs evo
 
     for evaluation in scored:
