@@ -16,7 +16,8 @@ from ..profile import HALF_UNITS
 from ..similarity import least_squares_rmse
 from ..trajectories.association import Matches, coverage, in_order, match, unit_hint
 from ..trajectories.conventions import Convention, find_convention, rotate_cameras
-from ..trajectories.files import FilePath, Trajectory, inverse_poses, read_stamps
+from ..trajectories.files import Trajectory, inverse_poses, read_stamps
+from ..trajectories.files.text import FilePath
 from ..trajectories.formats import FORMATS
 from ..trajectories.parts import (
     combine,
