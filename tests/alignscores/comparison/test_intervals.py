@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from alignscores.compare.benchmark import Run
-from alignscores.compare.intervals import (
+from alignscores.comparison.benchmark import Run
+from alignscores.comparison.intervals import (
     Difference,
     margin,
     over_runs,
@@ -11,8 +11,8 @@ from alignscores.compare.intervals import (
     over_stretches,
     series,
 )
-from alignscores.compare.runs import Outcome, _shares, half_terms
-from alignscores.compare.summary import summarise
+from alignscores.comparison.runs import Outcome, _shares, half_terms
+from alignscores.comparison.summary import summarise
 from scipy import stats
 
 from alignscores import ScoreProfile, pas, tas, tas_profile

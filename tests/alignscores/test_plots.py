@@ -7,7 +7,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from alignscores import AlignmentWarning, pas
-from alignscores.cli.plots import (
+from alignscores.plots import (
     LONGEST,
     NAMED,
     STYLE,
