@@ -19,12 +19,12 @@ from ..trajectories.conventions import Convention, find_convention, rotate_camer
 from ..trajectories.files import Trajectory, inverse_poses
 from ..trajectories.formats import FORMATS
 from ..trajectories.parts import (
+    all_cameras,
+    assign_cameras,
     combine,
     combine_tas,
-    holders,
     in_one_world,
-    joined,
-    poses_of,
+    poses_by_name,
     profile_of_parts,
 )
 from ..trajectories.timing import find_offset
@@ -162,7 +162,7 @@ def score(
     form = FORMATS[arguments.format]
     with collected_warnings() as file_notes:  # these name the file already
         parts = read_parts(file, arguments)
-    estimate = joined(list(parts.values()))
+    estimate = all_cameras(list(parts.values()))
     with collected_warnings() as notes:
         if form.timed:
             offset = time_offset(reference, estimate, arguments.t_offset)
@@ -179,7 +179,7 @@ def score(
             matches = matched(reference, estimate, arguments)
         poses = poses_of_parts(list(parts.values()), estimate, matches)
         poses, convention, body_rotation = converted(matches, poses, arguments)
-        holder = holders(poses)
+        holder = assign_cameras(poses)
         with warnings.catch_warnings():
             if len(parts) > 1:  # what is said of a part would be taken for the whole
                 warnings.simplefilter("ignore", AlignmentWarning)
@@ -264,7 +264,7 @@ def poses_of_parts(
         return [matches.est_poses]
     rows = matches.est_rows.tolist()
     names = [str(estimate.keys[row]) if row >= 0 else None for row in rows]
-    return [poses_of(part, names) for part in parts]
+    return [poses_by_name(part, names) for part in parts]
 
 
 def converted(

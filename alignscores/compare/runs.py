@@ -35,7 +35,7 @@ from ..protocols import NoValueError, protocol
 from ..trajectories.association import Matches, in_order
 from ..trajectories.files import Trajectory, read_stamps
 from ..trajectories.formats import FORMATS
-from ..trajectories.parts import combine, holders, in_one_world, joined
+from ..trajectories.parts import all_cameras, assign_cameras, combine, in_one_world
 from ..translation import closest_pair_quartile, tas
 from ..validation import AlignmentWarning, finite_rows
 
@@ -157,7 +157,7 @@ def due(task: Task) -> Due | str:
                 pass
         with collected_warnings():
             reference, frames = _read(task)
-            estimate = joined(list(read_parts(task.estimate, task.options).values()))
+            estimate = all_cameras(list(read_parts(task.estimate, task.options).values()))
             matches, _ = _matched(reference, estimate, frames, task.options)
         found = Due(len(matches.keys), _quartile(matches.gt_poses[:, :3, 3]))
     except ValueError as error:
@@ -209,7 +209,7 @@ def _scored(task: Task) -> Outcome:
     with collected_warnings() as notes:
         reference, frames = _read(task)
         parts = read_parts(task.estimate, options)
-        estimate = joined(list(parts.values()))
+        estimate = all_cameras(list(parts.values()))
         matches, offset = _matched(reference, estimate, frames, options)
         poses = poses_of_parts(list(parts.values()), estimate, matches)
         if task.check or options.body_rotation == "auto":
@@ -218,7 +218,7 @@ def _scored(task: Task) -> Outcome:
                 convention, invert=options.invert, applied=rotation is not None
             )
             notes += swap_notes(reference, estimate)
-        holder = holders(poses)
+        holder = assign_cameras(poses)
         with warnings.catch_warnings():
             if len(parts) > 1:  # what is said of a part would be taken for the whole
                 warnings.simplefilter("ignore", AlignmentWarning)
