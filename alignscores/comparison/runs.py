@@ -22,7 +22,7 @@ from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..metrics import metric
 from ..trajectories.files import Trajectory
-from ..trajectories.parts import joined
+from ..trajectories.parts import all_cameras
 from ..translation import closest_pair_quartile, tas
 from ..validation import AlignmentWarning, finite_rows
 from ..writing import write_whole
@@ -117,7 +117,7 @@ def due_cameras(task: Task) -> tuple[int, float | None]:
                 pass
         with collected_warnings():
             reference = reference_of(task.reference, task.settings.format)
-            estimate = joined(list(read_parts(task.estimate, task.settings).values()))
+            estimate = all_cameras(list(read_parts(task.estimate, task.settings).values()))
             matches, _ = match_estimate(reference, estimate, task.settings)
     except ValueError:  # whoever scores it says why
         return 0, None

@@ -17,12 +17,12 @@ from ..trajectories.association import Matches, coverage
 from ..trajectories.conventions import Convention, find_convention, rotate_cameras
 from ..trajectories.files import FilePath, Trajectory
 from ..trajectories.parts import (
+    all_cameras,
+    assign_cameras,
     combine,
     combine_tas,
-    holders,
     in_one_world,
-    joined,
-    poses_of,
+    poses_by_name,
     profile_of_parts,
 )
 from ..translation import closest_pair_quartile, tas
@@ -127,7 +127,7 @@ def score(
     with collected_warnings() as file_notes:  # these name the file already
         parts = read_parts(estimate, settings)
     trajectories = list(parts.values())
-    whole = joined(trajectories)
+    whole = all_cameras(trajectories)
     with collected_warnings() as warned:
         matches, offset = match_estimate(reference, whole, settings)
         poses = _poses_of_parts(trajectories, whole, matches)
@@ -194,7 +194,7 @@ def _poses_of_parts(
         return [matches.est_poses]
     rows = matches.est_rows.tolist()
     names = [str(whole.keys[row]) if row >= 0 else None for row in rows]
-    return [poses_of(part, names) for part in parts]
+    return [poses_by_name(part, names) for part in parts]
 
 
 def _convention_of_largest(matches: Matches, poses: Sequence[Floats]) -> Convention:
@@ -212,7 +212,7 @@ def _body_rotation(convention: Convention, settings: Settings) -> Floats | None:
 def _scores(matches: Matches, poses: Sequence[Floats], settings: Settings) -> _Scores:
     """Return the scores of an estimate, of its poses in each part."""
     gt = matches.gt_poses[:, :3, 3]
-    part_of = holders(poses)
+    part_of = assign_cameras(poses)
     options: dict[str, Any] = {
         "unit": settings.unit or _derived_unit(gt),
         "max_threshold": settings.max_threshold,

@@ -21,11 +21,7 @@ __all__ = ["MISSING", "Matches", "coverage", "in_order", "is_denser", "match", "
 
 
 MISSING = ("fail", "ignore")
-KEY_KINDS = {
-    "f": "time stamps in seconds (float)",
-    "U": "names (str)",
-    "i": "frame numbers (int)",
-}
+KEY_KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
 NAME_PARTS: dict[str, Callable[[str], str]] = {  # what may be equal of names whose paths differ
     "file name": lambda name: PurePosixPath(name).name,
     "file name without its ending": lambda name: PurePosixPath(name).stem,
@@ -170,34 +166,35 @@ def match(
             raise ValueError(f"{name} must be a finite number of seconds, not {seconds!r}")
     reference, estimate = _checked(reference, "reference"), _checked(estimate, "estimate")
     pairs = _pair(reference.keys, estimate.keys, t_max_diff, t_offset)
-    without_reference, frame_step = np.empty(0), None
+    kept = pairs.ref_kept
+    matched = pairs.est_rows[kept] >= 0
+    lost, without_reference, frame_step = ~matched, np.empty(0), None
     if missing == "fail" and reference.keys.dtype.kind == "f":
-        ref, est = reference.keys[pairs.ref_kept], np.unique(estimate.keys) + t_offset
+        ref, est = reference.keys[kept], np.unique(estimate.keys) + t_offset
         if frames is not None:
-            lost, without_reference = _lost_frames(ref, est, frames, t_max_diff, t_offset)
-            pairs = pairs.with_failures(lost)
+            at_frames, without_reference = _lost_frames(ref, est, frames, t_max_diff, t_offset)
+            lost &= at_frames
         elif is_denser(ref, est):
-            pairs = pairs.with_failures(_lost_in_gaps(ref, est, t_max_diff))
             frame_step = float(np.median(np.diff(est)))
+            lost &= _lost_in_gaps(ref, est, t_max_diff)
 
-    rows = pairs.ref_kept if missing == "fail" else pairs.ref_rows
-    est_rows = np.full(len(reference.keys), -1)
-    est_rows[pairs.ref_rows] = pairs.est_rows
-    est_rows = est_rows[rows]
+    rows = kept[matched | lost] if missing == "fail" else kept[matched]
+    est_rows = pairs.est_rows[rows]
     est_poses = estimate.poses[est_rows]
+    non_finite = int(np.sum(~finite_rows(est_poses[est_rows >= 0])))
     est_poses[est_rows < 0] = np.nan
-    matched = len(pairs.est_rows)
+    n_matched = int(np.sum(matched))
     return Matches(
         keys=reference.keys[rows],
         gt_poses=reference.poses[rows],
         est_poses=est_poses,
         gt_rows=rows,
         est_rows=est_rows,
-        matched=matched,
-        missing=len(pairs.ref_kept) - matched,
-        unmatched=len(estimate.keys) - pairs.duplicate - matched,
+        matched=n_matched,
+        missing=int(np.sum(lost)),
+        unmatched=len(estimate.keys) - pairs.duplicate - n_matched,
         duplicate=pairs.duplicate,
-        non_finite=int(np.sum(~finite_rows(estimate.poses[pairs.est_rows]))),
+        non_finite=non_finite,
         without_reference=without_reference,
         frame_step=frame_step,
     )
@@ -239,17 +236,11 @@ def is_denser(ref_stamps: Floats, est_stamps: Floats) -> bool:
 
 
 class _Pairs(NamedTuple):
-    """Rows of corresponding poses, in the reference's order, and what was left out."""
+    """Which pose of the estimate belongs to each of the reference, and what was left out."""
 
-    ref_rows: Indices
-    est_rows: Indices
-    ref_kept: Indices  # rows of the reference that were to be estimated, without duplicates
+    est_rows: Indices  # a row of the estimate for each of the reference; -1 where it has none
+    ref_kept: Indices  # rows of the reference without duplicates, stamps in order
     duplicate: int  # number of estimated poses left out as duplicates
-
-    def with_failures(self, lost: Indices) -> "_Pairs":
-        """Keep what was matched and what was `lost` (indices into `ref_kept`), and no more."""
-        rows = np.concatenate([self.ref_rows, self.ref_kept[lost]])
-        return self._replace(ref_kept=self.ref_kept[np.isin(self.ref_kept, rows)])
 
 
 def _pair(ref_keys: NDArray[Any], est_keys: NDArray[Any], max_diff: float, offset: float) -> _Pairs:
@@ -286,17 +277,14 @@ def _pair_by_time(ref_stamps: Floats, est_stamps: Floats, max_diff: float, offse
     by_distance = np.argsort(np.abs(est[j] + offset - ref[i]), kind="stable")
     i, j = i[by_distance], j[by_distance]
     closest = _is_first(i) & _is_first(j)
-    in_order = np.argsort(i[closest])
-    return _Pairs(
-        ref_rows=ref_kept[i[closest][in_order]],
-        est_rows=est_kept[j[closest][in_order]],
-        ref_kept=ref_kept,
-        duplicate=len(est_stamps) - len(est_kept) + len(np.unique(j)) - len(in_order),
-    )
+    est_rows = np.full(len(ref_stamps), -1)
+    est_rows[ref_kept[i[closest]]] = est_kept[j[closest]]
+    farther = len(np.unique(j)) - int(np.sum(closest))
+    return _Pairs(est_rows, ref_kept, len(est_stamps) - len(est_kept) + farther)
 
 
-def _lost_in_gaps(ref_stamps: Floats, est_stamps: Floats, max_diff: float) -> Indices:
-    """Return the rows of a denser reference at which the estimate must have lost a frame.
+def _lost_in_gaps(ref_stamps: Floats, est_stamps: Floats, max_diff: float) -> Booleans:
+    """Tell at which poses of a denser reference the estimate must have lost a frame.
 
     The number of frames lost in a gap follows from its length in time and from the number of
     reference poses in it; the smaller one counts, since in gaps of the reference itself nothing can
@@ -325,14 +313,14 @@ def _lost_in_gaps(ref_stamps: Floats, est_stamps: Floats, max_diff: float) -> In
     rows = np.flatnonzero(lost)
     rows = rows[np.argsort(distance[rows], kind="stable")]
     _, nearest = np.unique(np.column_stack([gap, frame])[rows], axis=0, return_index=True)
-    rows = np.sort(rows[nearest]).astype(np.intp)
+    rows = np.sort(rows[nearest])
 
     # Of more than there can be in a gap, that many are kept, evenly spread.
     _, first, count = np.unique(gap[rows], return_index=True, return_counts=True)
     number = np.arange(len(rows)) - np.repeat(first, count)
     share = np.minimum(most[gap[rows]] / np.repeat(count, count), 1)
     spread = np.floor((number + 1) * share + 1e-9) > np.floor(number * share + 1e-9)
-    return np.asarray(rows[spread])
+    return np.isin(np.arange(n), rows[spread])
 
 
 def _median_step(ref_stamps: Floats, est_stamps: Floats) -> float:
@@ -349,8 +337,8 @@ def _places(ref_stamps: Floats, est_stamps: Floats) -> Floats:
 
 def _lost_frames(
     ref_stamps: Floats, est_stamps: Floats, frames: Floats, max_diff: float, offset: float
-) -> tuple[Indices, Floats]:
-    """Return the reference rows of frames without an estimated pose, and frames without either."""
+) -> tuple[Booleans, Floats]:
+    """Tell the reference poses of frames without an estimated pose, and the frames without both."""
     frames = np.unique(frames)
     due = frames + offset
     rows, near = _nearest(ref_stamps, due, max_diff)
@@ -362,7 +350,8 @@ def _lost_frames(
             f"{unit_hint(ref_stamps, due, 'frames')}"
         )
     _, estimated = _nearest(est_stamps, due, max_diff)
-    return np.unique(rows[near & ~estimated]), due[~near & ~estimated]
+    lost = np.isin(np.arange(len(ref_stamps)), rows[near & ~estimated])
+    return lost, due[~near & ~estimated]
 
 
 def _nearest(stamps: Floats, times: Floats, max_diff: float) -> tuple[Indices, Booleans]:
@@ -462,13 +451,10 @@ def _pair_by_key(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> _Pairs:
             f"no {what} in common: the reference has {ref[0]!r}, the estimate {est[0]!r}, for "
             f"example{hint}"
         )
-    ref_rows, est_rows = np.transpose(pairs)
-    return _Pairs(
-        ref_rows=ref_kept[ref_rows],
-        est_rows=est_kept[est_rows],
-        ref_kept=ref_kept,
-        duplicate=len(est_keys) - len(est_kept),
-    )
+    ref_rows, matching_rows = np.transpose(pairs)
+    est_rows = np.full(len(ref_keys), -1)
+    est_rows[ref_kept[ref_rows]] = est_kept[matching_rows]
+    return _Pairs(est_rows, ref_kept, len(est_keys) - len(est_kept))
 
 
 def _unique_pairs(ref_keys: list[Any], est_keys: list[Any]) -> list[tuple[int, int]]:
@@ -488,7 +474,7 @@ def _pair_by_row(ref_rows: NDArray[Any], est_rows: NDArray[Any]) -> _Pairs:
             "row of nan for each frame that was lost)"
         )
     rows = np.arange(len(ref_rows))
-    return _Pairs(ref_rows=rows, est_rows=rows, ref_kept=rows, duplicate=0)
+    return _Pairs(rows, rows, 0)
 
 
 def _first_rows(keys: NDArray[Any], whose: str) -> Indices:
