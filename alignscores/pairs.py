@@ -12,34 +12,20 @@ from .arrays import Booleans, Floats
 __all__ = ["PairBlock", "pair_blocks"]
 
 
-CHUNK = 1 << 13  # pairs evaluated at once: their temporaries stay in the cache
+PAIRS = 1 << 13  # evaluated at once: their temporaries stay in the cache
 
 
 @dataclass(frozen=True, eq=False)
 class PairBlock:
-    """What the errors of some pairs (i, j) follow from: cameras i in rows, j in columns.
-
-    Parameters
-    ----------
-    i, j : slice
-        The cameras.
-    pairs : (rows, columns) ndarray of bool
-        Where i < j; no other entries count.
-    i_quaternions, j_quaternions : (rows, 4), (4, columns) ndarray
-        Of the rotations between the worlds.
-    dots : (rows, columns) ndarray
-        Scalar products of true and estimated step from i to j, both in the axes of camera i.
-    gt_lengths, est_lengths : (rows, columns) ndarray
-        Lengths of the steps.
-    """
+    """What the errors of some pairs (i, j) follow from: cameras i in rows, j in columns."""
 
     i: slice
     j: slice
-    pairs: Booleans
-    i_quaternions: Floats
-    j_quaternions: Floats
-    dots: Floats
-    gt_lengths: Floats
+    pairs: Booleans  # where i < j; no other entries count
+    i_quaternions: Floats  # (rows, 4), of the rotations between the worlds
+    j_quaternions: Floats  # (4, columns)
+    dots: Floats  # products of true and estimated steps from i to j, both in the axes of camera i
+    gt_lengths: Floats  # of the steps
     est_lengths: Floats
 
     def half_cosines(self) -> Floats:
@@ -56,31 +42,11 @@ class PairBlock:
 
 
 def pair_blocks(gt: Floats, est: Floats, between: Rotation) -> Iterator[PairBlock]:
-    """Go through all pairs i < j, some thousand at a time.
+    """Go through all pairs i < j of cameras with centres of moderate size, in O(n) memory.
 
-    Parameters
-    ----------
-    gt, est : (n, 3) array
-        Camera centres of moderate size.
-    between : Rotation
-        For each camera the rotation that takes its true axes to its estimated ones. Both errors of
-        a pair follow from it: the rotation from S_i^T S_j, the direction from
-        (c_j - c_i)^T S_i^T (c^_j - c^_i).
-
-    Yields
-    ------
-    PairBlock
-        The pairs of the next cameras i with all later ones. O(n) memory.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from scipy.spatial.transform import Rotation
-    >>> from alignscores.pairs import pair_blocks
-    >>> gt = np.array([[0.0, 0, 0], [1, 0, 0], [0, 2, 0]])
-    >>> (block,) = pair_blocks(gt, 3 * gt, Rotation.identity(3))
-    >>> block.dots[block.pairs], block.rotation_angles()[block.pairs]
-    (array([ 3., 12., 15.]), array([0., 0., 0.]))
+    `between` has for each camera the rotation S that takes its true axes to its estimated ones.
+    Both errors of a pair follow from it: the rotation from S_i^T S_j, the direction from
+    (c_j - c_i)^T S_i^T (c^_j - c^_i), with the true centres c and the estimated centres c^.
     """
     # From quaternions, so that the rounding of files (S is orthonormal to 1e-6 only) does not
     # enter the cosines.
@@ -90,7 +56,7 @@ def pair_blocks(gt: Floats, est: Floats, between: Rotation) -> Iterator[PairBloc
     while first < n - 1:
         # Cameras i = first, first + 1, ... in rows, j = first + 1, ..., n - 1 in columns.
         width = n - 1 - first
-        height = ceil(width / ceil(width**2 / CHUNK))  # equal shares: little beyond the diagonal
+        height = ceil(width / ceil(width**2 / PAIRS))  # equal shares: little beyond the diagonal
         i, j = slice(first, first + height), slice(first + 1, n)
         gt_steps = gt_others[:, j] - gt[i, :, None]
         est_steps = est_others[:, j] - est[i, :, None]
