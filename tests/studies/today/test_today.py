@@ -40,7 +40,7 @@ def questions(make_up: MakeUp) -> dict[str, Trials]:
     sweep = load_sweep([*SETTINGS, "n_outliers=[0,9]", metrics])
     outliers = make_up(sweep, value=value)
     rates = replace(sweep, n_outliers=[0], name="r")
-    sweeps = [replace(rates, every=k, differs=f"every={k}") for k in (1, 2)]
+    sweeps = [replace(rates, every=k, changes=f"every={k}") for k in (1, 2)]
     frame_rate = make_up(*sweeps, value=lambda metric, cell, *_: cell.sigma_t)
     table = frame_rate.table
     table["TAS"] = -table["sigma_t"] - 10 * (table["settings"] == "every=2")
