@@ -100,10 +100,12 @@ def colmap_relative_recall(
 
     Parameters
     ----------
-    gt_poses, est_poses, accuracy
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
         As in `colmap_relative_auc`.
     max_error_deg : float
         Largest error in degrees.
+    accuracy : float
+        As there, in metres.
 
     Returns
     -------
@@ -248,10 +250,14 @@ def colmap_absolute_recall(
 
     Parameters
     ----------
-    gt_positions, est_positions, accuracy, rng
+    gt_positions, est_positions : (n, 3) array_like
         As in `colmap_absolute_auc`.
     max_error : float
         Largest error in metres.
+    accuracy : float
+        Largest error of an inlier of the alignment in metres.
+    rng : int, SeedSequence, Generator or None
+        Seed of the samples.
 
     Returns
     -------

@@ -92,7 +92,25 @@ class Family:
     aliases: tuple[str, ...] = ()
 
     def arguments(self, name: str) -> dict[str, Any] | None:
-        """Return the arguments that a lower-case name sets; None where it is of another family."""
+        """Return what a name sets.
+
+        Parameters
+        ----------
+        name : str
+            As users write it, in lower case.
+
+        Returns
+        -------
+        dict or None
+            Arguments of the family's function; None where it is no name of the family.
+
+        Examples
+        --------
+        >>> from alignscores.protocols import protocol
+        >>> family = protocol("rpe@1m").family
+        >>> family.arguments("rpe@2m:mean")["distance"], family.arguments("ate")
+        (2.0, None)
+        """
         head, *words = name.split(":")
         match = re.fullmatch(self.head, head)
         if match is None or (self.origin and self.origin not in words):
@@ -143,17 +161,38 @@ class Metric:
 
     @property
     def label(self) -> str:
-        """What it is called in a figure."""
+        """What it is called in a figure.
+
+        Examples
+        --------
+        >>> from alignscores.metrics import metric
+        >>> metric("half_distance").label, metric("TAS").label
+        ('half-score distance', 'TAS')
+        """
         return self.family.label or self.name
 
     @property
     def metres(self) -> bool:
-        """Whether it has thresholds or lengths in metres; a unit of the truth is taken for one."""
+        """Whether it has thresholds or lengths in metres; a unit of the truth is taken for one.
+
+        Examples
+        --------
+        >>> from alignscores.protocols import protocol
+        >>> protocol("rpe@1m").metres, protocol("rpe@1f").metres
+        (True, False)
+        """
         return self.family.metres or not LENGTHS.isdisjoint(self.arguments)
 
     @property
     def worst(self) -> float:
-        """The value of an estimate that failed: 0 of a score, else infinite."""
+        """The value of an estimate that failed: 0 of a score, else infinite.
+
+        Examples
+        --------
+        >>> from alignscores.protocols import protocol
+        >>> protocol("auc@30:vggt").worst, protocol("ate:rmse").worst
+        (0.0, inf)
+        """
         return 0.0 if self.family.larger_is_better else math.inf
 
     def __call__(

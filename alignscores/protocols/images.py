@@ -250,10 +250,12 @@ def hloc_median(
 
     Parameters
     ----------
-    gt_poses, est_poses, alignment
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
         As in `hloc_recall`. An estimate that is not finite is infinitely far off, and 180 degrees.
     error : {"translation", "rotation"}
         Distances or angles.
+    alignment : {"none", "sim3"}
+        As there.
 
     Returns
     -------

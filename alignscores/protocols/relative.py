@@ -28,10 +28,12 @@ def vggt_rra(
 
     Parameters
     ----------
-    gt_poses, est_poses, convention
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
         As in `vggt_auc`, whose errors these are.
     k : float
         Threshold in degrees.
+    convention : {"vggt", "mapanything", "da3"}
+        As there.
 
     Returns
     -------
@@ -58,10 +60,12 @@ def vggt_rta(
 
     Parameters
     ----------
-    gt_poses, est_poses, convention
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
         As in `vggt_auc`, whose errors these are.
     k : float
         Threshold in degrees.
+    convention : {"vggt", "mapanything", "da3"}
+        As there.
 
     Returns
     -------

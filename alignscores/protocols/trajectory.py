@@ -121,8 +121,10 @@ def evo_are(
     gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
         Camera-to-world poses, row i of both the same camera. Estimates that are not finite are left
         out first.
-    alignment, statistic
-        As in `evo_ate`, whose errors are raised.
+    alignment : {"sim3", "se3", "scale", "none"}
+        As in `evo_ate`, with its errors.
+    statistic : {"rmse", "mean", "median", "std", "min", "max", "sse"}
+        What is returned of the angles.
 
     Returns
     -------
