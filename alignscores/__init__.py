@@ -8,7 +8,11 @@ Source: S. H. Lee and J. Civera, "Alignment Scores: Robust Metrics for Multiview
 Evaluation".
 """
 
+__version__ = "1.0.0"
+
 from .averaging import nearest_rotations
+from .comparison import Comparison, compare
+from .evaluation import Evaluation, Settings, evaluate
 from .histogram import AlignmentScore
 from .pose import PASResult, pas
 from .profile import ScoreProfile, ras_profile, tas_profile
@@ -18,18 +22,21 @@ from .similarity import Similarity
 from .translation import TASResult, closest_pair_quartile, tas
 from .validation import AlignmentWarning
 
-__version__ = "1.0.0"
-
 __all__ = [
     "AlignmentScore",
     "AlignmentWarning",
+    "Comparison",
+    "Evaluation",
     "PASResult",
     "RASResult",
     "Registration",
     "ScoreProfile",
+    "Settings",
     "Similarity",
     "TASResult",
     "closest_pair_quartile",
+    "compare",
+    "evaluate",
     "nearest_rotations",
     "pas",
     "ras",

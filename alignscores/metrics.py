@@ -14,7 +14,7 @@ from .rotation import ras
 from .similarity import least_squares_rmse
 from .translation import Seed, closest_pair_quartile, tas
 
-__all__ = ["FAMILIES", "SCORES", "Family", "Metric", "metric", "named"]
+__all__ = ["FAMILIES", "SCORES", "Family", "Metric", "header", "metric", "named"]
 
 
 def named(
@@ -97,3 +97,12 @@ FAMILIES = (*SCORES, *PROTOCOLS)
 def metric(name: str) -> Metric:
     """Find a metric by its name, whatever its case, or by an old name, which `alias` then is."""
     return find(name, FAMILIES)
+
+
+def header(name: str, length: str) -> str:
+    """Return a metric as it heads a column, in short, with its unit; `length` is a position's."""
+    found = metric(name)
+    if found.family not in SCORES or not found.family.unit:
+        return found.name
+    unit = length if found.family.unit == "units" else found.family.unit
+    return f"{found.name.partition('_')[0]} {unit}".rstrip()

@@ -12,20 +12,25 @@ from .arrays import Booleans, Floats
 __all__ = ["PairBlock", "pair_blocks"]
 
 
-PAIRS = 1 << 13  # evaluated at once: their temporaries stay in the cache
+PAIRS_AT_ONCE = 1 << 13  # their temporaries stay in the cache
 
 
 @dataclass(frozen=True, eq=False)
 class PairBlock:
-    """What the errors of some pairs (i, j) follow from: cameras i in rows, j in columns."""
+    """What the errors of some pairs (i, j) follow from: cameras i in rows, j in columns.
+
+    Only the entries where ``pairs`` is true, those of i < j, count. The quaternions, (rows, 4) and
+    (4, columns), are those of the rotations between the worlds; ``dots`` are the scalar products of
+    the true and the estimated step from i to j, both in the axes of camera i.
+    """
 
     i: slice
     j: slice
-    pairs: Booleans  # where i < j; no other entries count
-    i_quaternions: Floats  # (rows, 4), of the rotations between the worlds
-    j_quaternions: Floats  # (4, columns)
-    dots: Floats  # products of true and estimated steps from i to j, both in the axes of camera i
-    gt_lengths: Floats  # of the steps
+    pairs: Booleans
+    i_quaternions: Floats
+    j_quaternions: Floats
+    dots: Floats
+    gt_lengths: Floats
     est_lengths: Floats
 
     def half_cosines(self) -> Floats:
@@ -42,11 +47,11 @@ class PairBlock:
 
 
 def pair_blocks(gt: Floats, est: Floats, between: Rotation) -> Iterator[PairBlock]:
-    """Go through all pairs i < j of cameras with centres of moderate size, in O(n) memory.
+    """Go through all pairs i < j of cameras (n, 3) of moderate size, in O(n) memory.
 
-    `between` has for each camera the rotation S that takes its true axes to its estimated ones.
-    Both errors of a pair follow from it: the rotation from S_i^T S_j, the direction from
-    (c_j - c_i)^T S_i^T (c^_j - c^_i), with the true centres c and the estimated centres c^.
+    ``between`` holds, for each camera, the rotation S_i that takes its true axes to its estimated
+    ones. Both errors of a pair follow from it: the rotation from S_i^T S_j, the direction from
+    (c_j - c_i)^T S_i^T (c^_j - c^_i).
     """
     # From quaternions, so that the rounding of files (S is orthonormal to 1e-6 only) does not
     # enter the cosines.
@@ -56,7 +61,8 @@ def pair_blocks(gt: Floats, est: Floats, between: Rotation) -> Iterator[PairBloc
     while first < n - 1:
         # Cameras i = first, first + 1, ... in rows, j = first + 1, ..., n - 1 in columns.
         width = n - 1 - first
-        height = ceil(width / ceil(width**2 / PAIRS))  # equal shares: little beyond the diagonal
+        # In equal shares, so that little is beyond the diagonal.
+        height = ceil(width / ceil(width**2 / PAIRS_AT_ONCE))
         i, j = slice(first, first + height), slice(first + 1, n)
         gt_steps = gt_others[:, j] - gt[i, :, None]
         est_steps = est_others[:, j] - est[i, :, None]

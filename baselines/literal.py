@@ -72,9 +72,8 @@ def literal_frames(
         if n_used == 0:
             return None, 0
         scale, rotation, translation = _similarities(gt, est, triplets)
-        best = cheapest(
-            gt, est, scale, rotation, translation, np.zeros(n_used, dtype=np.bool_), rank, tie=0.0
-        )
+        flat = np.zeros(n_used, dtype=np.bool_)
+        best = cheapest(gt, est, scale, rotation, translation, flat, rank, margin=0.0)
     return Similarity(float(scale[best]), rotation[best], translation[best]), n_used
 
 

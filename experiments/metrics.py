@@ -285,11 +285,11 @@ class Evaluation:
             rng=self._registration_seed(options.seed),
             registration=options.registration,
         )
-        return profile.at(options.score)
+        return profile.unit_at(options.score)
 
     def half_angle(self, options: HalfAngleOptions) -> float:
         """Return the largest threshold at which the RAS is one half, or another score."""
-        return self._rotation_profile.at(options.score)
+        return self._rotation_profile.unit_at(options.score)
 
     @cached_property
     def _rotation_profile(self) -> ScoreProfile:

@@ -2,8 +2,6 @@
 
 import argparse
 import csv
-import math
-import os
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from io import BytesIO, StringIO
@@ -12,30 +10,28 @@ from typing import Any
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
-from ..trajectories.association import Matches
+from ..evaluation.evaluation import STATUSES, Evaluation, finite_or_none
+from ..evaluation.names import numbered, printable, unique_names
+from ..metrics import SCORES
+from ..pages.trajectories import page
 from ..trajectories.extras import require
-from ..trajectories.files import Trajectory
-from ..trajectories.formats import FORMATS
 from ..validation import finite_rows
-from .metrics import OWN, metric_values
-from .names import numbered, printable, unique_names
-from .scoring import Scored
+from ..writing import write_whole
 
-__all__ = ["LOST", "STATUSES", "save", "show_plot", "statuses", "write_whole"]
+__all__ = ["save", "show_plot", "targets"]
 
-STATUSES = "matched", "no rotation", "no position", "no pose", "lost"  # of scored cameras
-LOST = STATUSES.index("lost")
 LEFT_OUT, NO_REFERENCE = "left out", "no reference pose"
+
+Targets = Mapping[str, tuple[Path, str]]  # as of `targets`
 
 
 def save(
-    scored: Sequence[Scored], reference: Trajectory, arguments: argparse.Namespace
+    scored: Sequence[Evaluation], arguments: argparse.Namespace
 ) -> list[tuple[Path, ValueError]]:
     """Write the files that were asked for; return those that could not be written, and why."""
     unsaved = []
-    for path, content in files(scored, reference, arguments):
+    for path, content in files(scored, arguments):
         try:
             if isinstance(content, ValueError):
                 raise content
@@ -46,130 +42,120 @@ def save(
 
 
 def files(
-    scored: Sequence[Scored], reference: Trajectory, arguments: argparse.Namespace
+    scored: Sequence[Evaluation], arguments: argparse.Namespace
 ) -> Iterator[tuple[Path, bytes | ValueError]]:
     """Yield the files that were asked for, each with its content, or why it has none."""
-    names = unique_names(arguments.estimates)
+    names, settings = unique_names(arguments.estimates), scored[0].settings
+    file = printable(arguments.reference)
     if path := arguments.save_errors:
-        yield path, errors_csv(scored, reference, missing=arguments.missing).encode()
+        yield path, errors_csv(scored).encode()
     if path := arguments.save_metrics:
-        yield path, metrics_csv(scored, arguments.metrics or list(OWN)).encode()
+        yield (
+            path,
+            metrics_csv(scored, settings.metrics or [family.example for family in SCORES]).encode(),
+        )
     if path := arguments.profile:
         yield path, profiles_csv(scored).encode()
     if path := arguments.save_aligned:
         yield from aligned_files(scored, targets(path, names))
     if path := arguments.save_results:
-        yield from evo_files(
-            scored,
-            targets(path, names),
-            reference=printable(arguments.reference),
-            registration=arguments.registration,
-            seed=arguments.seed,
-        )
+        yield from evo_files(scored, targets(path, names), reference=file)
     if path := arguments.save_plot:
-        yield path, picture(figure_of(scored, arguments), path)
+        yield path, picture(figure_of(scored), path)
     if path := arguments.save_page:
-        from .page import page  # it imports this module in turn
-
-        yield path, page(scored, reference, arguments).encode()
+        yield path, page(scored, file).encode()
 
 
-def show_plot(scored: Sequence[Scored], arguments: argparse.Namespace) -> None:
+def show_plot(scored: Sequence[Evaluation]) -> None:
     """Show the figure in a window."""
     pyplot = require("matplotlib.pyplot", "plots")
-    figure_of(scored, arguments, figure=pyplot.figure())
+    figure_of(scored, figure=pyplot.figure())
     pyplot.show()
 
 
-def figure_of(
-    scored: Sequence[Scored], arguments: argparse.Namespace, *, figure: Any = None
-) -> Any:
+def figure_of(scored: Sequence[Evaluation], *, figure: Any = None) -> Any:
     """Draw the estimates, into a figure of pyplot's if one is given."""
-    from .plots import score_figure  # needs Matplotlib
+    from ..plots import score_figure  # needs Matplotlib
 
-    unit = FORMATS[arguments.format].unit
-    title = f"registration {arguments.registration}, seed {arguments.seed}"
-    return score_figure(scored, unit=unit, title=title, figure=figure)
+    settings = scored[0].settings
+    title = f"registration {settings.registration}, seed {settings.seed}"
+    return score_figure(scored, unit=settings.form.unit, title=title, figure=figure)
 
 
-def errors_csv(scored: Sequence[Scored], reference: Trajectory, *, missing: str | None) -> str:
+def errors_csv(scored: Sequence[Evaluation]) -> str:
     """Return a table of each estimate's errors, a line a camera, with what became of it.
 
     Those that were scored have errors, infinite ones for failures. Besides there are due frames
     without a reference pose and, where missing cameras are left out, these.
     """
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("estimate", "camera", "position_error", "rotation_error_deg", "status"))
-    for one in scored:
-        matches, result = one.matches, one.result
-        rows = [
+    lines: list[tuple[object, ...]] = []
+    for evaluation in scored:
+        matches, result = evaluation.matches, evaluation.result
+        rows: list[tuple[Any, ...]] = [
             (key, *errors, STATUSES[status])
             for key, *errors, status in zip(
                 matches.keys.tolist(),
                 result.tas.errors.tolist(),
                 result.ras.errors.tolist(),
-                statuses(matches).tolist(),
+                evaluation.statuses.tolist(),
                 strict=True,
             )
         ]
         rows += [(key, "", "", NO_REFERENCE) for key in matches.without_reference.tolist()]
-        if missing != "fail":  # else what was not scored was not due
-            left_out = reference.keys[~np.isin(reference.keys, matches.keys)]
+        if evaluation.settings.missing_cameras != "fail":  # else what was not scored was not due
+            keys = evaluation.reference.keys
+            left_out = keys[~np.isin(keys, matches.keys)]
             rows += [(key, "", "", LEFT_OUT) for key in left_out.tolist()]
-        writer.writerows((one.name, *row) for row in sorted(rows, key=lambda row: row[0]))
-    return text.getvalue()
+        lines += [(evaluation.name, *row) for row in sorted(rows, key=lambda row: row[0])]
+    return _csv(("estimate", "camera", "position_error", "rotation_error_deg", "status"), lines)
 
 
-def metrics_csv(scored: Sequence[Scored], names: Sequence[str]) -> str:
+def metrics_csv(scored: Sequence[Evaluation], names: Sequence[str]) -> str:
     """Return a table of metrics, a line an estimate; empty where there is no value."""
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("estimate", *names))
-    writer.writerows((one.name, *metric_values(one, names).values()) for one in scored)
-    return text.getvalue()
+    lines = [
+        (evaluation.name, *(evaluation.value(name) for name in names)) for evaluation in scored
+    ]
+    return _csv(("estimate", *names), lines)
 
 
-def profiles_csv(scored: Sequence[Scored]) -> str:
+def profiles_csv(scored: Sequence[Evaluation]) -> str:
     """Return a table of each estimate's scores over all units, a line a score and unit."""
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("estimate", "score", "unit", "value"))
-    for one in scored:
-        assert one.profiles is not None
+    lines: list[tuple[object, ...]] = []
+    for evaluation in scored:
+        profiles = evaluation.profiles
         for name, units, values in (
-            ("TAS", one.profiles.units, one.profiles.tas),
-            ("RAS", one.profiles.degrees, one.profiles.ras),
+            ("TAS", profiles.units, profiles.tas),
+            ("RAS", profiles.degrees, profiles.ras),
         ):
             pairs = zip(units.tolist(), values.tolist(), strict=True)
-            writer.writerows((one.name, name, *pair) for pair in pairs)
+            lines += [(evaluation.name, name, *pair) for pair in pairs]
+    return _csv(("estimate", "score", "unit", "value"), lines)
+
+
+def _csv(header: Sequence[str], lines: Sequence[Sequence[object]]) -> str:
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(lines)
     return text.getvalue()
-
-
-def statuses(matches: Matches) -> NDArray[np.uint8]:
-    """Tell of each scored camera whether it was matched, or why it is a failure: in `STATUSES`."""
-    poses = matches.est_poses
-    no_position, no_rotation = ~finite_rows(poses[:, :3, 3]), ~finite_rows(poses[:, :3, :3])
-    codes = np.where(matches.est_rows < 0, LOST, 2 * no_position + no_rotation)
-    return codes.astype(np.uint8)
 
 
 def aligned_files(
-    scored: Sequence[Scored], files: Mapping[str, tuple[Path, str]]
+    scored: Sequence[Evaluation], files: Targets
 ) -> Iterator[tuple[Path, bytes | ValueError]]:
     """Yield estimates in the reference's world, with its time stamps: as TUM, or KITTI without.
 
-    They have all their poses, whether they were matched or not, aligned as in the TAS. `files` are
-    as of `targets`.
+    They have all their poses, whether they were matched or not, aligned as in the TAS.
     """
-    for one in scored:
-        target, _ = files[one.name]
-        alignment = one.result.tas.alignment
+    for evaluation in scored:
+        target, _ = files[evaluation.name]
+        alignment = evaluation.result.tas.alignment
         if alignment is None:
-            yield target, ValueError(f"is not written, since {one.name} could not be aligned")
+            reason = f"is not written, since {evaluation.name} could not be aligned"
+            yield target, ValueError(reason)
             continue
         to_reference = alignment.inverse()
-        keys, poses = one.estimate
+        keys, poses = evaluation.estimate
         positions = to_reference.apply(poses[:, :3, 3])
         rotations = to_reference.rotation @ poses[:, :3, :3]
         if keys.dtype.kind == "f":
@@ -198,24 +184,20 @@ def targets(path: Path, names: Sequence[str]) -> dict[str, tuple[Path, str]]:
 
 
 def evo_files(
-    scored: Sequence[Scored],
-    files: Mapping[str, tuple[Path, str]],
-    *,
-    reference: str,
-    registration: str,
-    seed: int,
+    scored: Sequence[Evaluation], files: Targets, *, reference: str
 ) -> Iterator[tuple[Path, bytes]]:
-    """Yield results that ``evo_res`` reads, one file an estimate; `files` are as of `targets`.
+    """Yield results that ``evo_res`` reads, one file an estimate.
 
     evo's statistics are of the share of the thresholds that a pose misses, from 0 to 1, whose mean
     is 1 - PAS.
     """
-    file_interface = require("evo.tools.file_interface", "files")
+    file_interface = require("evo.tools.file_interface", "evo")
     from ..trajectories.evo import PAS  # needs evo
 
-    for one in scored:
-        target, flat_name = files[one.name]
-        result = PAS.of(one.result).get_result(reference, flat_name)
+    for evaluation in scored:
+        target, flat_name = files[evaluation.name]
+        registration, seed = evaluation.settings.registration, evaluation.settings.seed
+        result = PAS.of(evaluation.result).get_result(reference, flat_name)
         result.add_info(
             {
                 "title": f"PAS: share of the thresholds missed ({registration}, seed {seed})",
@@ -225,15 +207,14 @@ def evo_files(
             }
         )
         extra = {
-            "ATE": one.ate,
-            "TAS_sd": one.tas_sd,
-            "half_distance": one.half_distance,
-            "half_angle": one.half_angle,
+            "ATE": evaluation.ate,
+            "TAS_sd": evaluation.tas_sd,
+            "half_distance": finite_or_none(evaluation.half_distance),
+            "half_angle": finite_or_none(evaluation.half_angle),
         }
-        known = {key: value for key, value in extra.items() if value not in (None, math.inf)}
-        result.add_stats(known)
-        if one.matches.keys.dtype.kind == "f":
-            result.add_np_array("timestamps", one.matches.keys)
+        result.add_stats({key: value for key, value in extra.items() if value is not None})
+        if evaluation.matches.keys.dtype.kind == "f":
+            result.add_np_array("timestamps", evaluation.matches.keys)
         buffer = BytesIO()
         file_interface.save_res_file(buffer, result)
         yield target, buffer.getvalue()
@@ -246,15 +227,3 @@ def picture(figure: Any, path: Path) -> bytes:
         warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font has not
         figure.savefig(buffer, format=path.suffix.removeprefix("."), dpi=200)
     return buffer.getvalue()
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file under a temporary name, then rename it: nobody ever sees half of it."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        temporary.write_bytes(content)
-        temporary.replace(path)
-    except OSError as error:  # named after the file, not after the temporary one
-        raise ValueError(f"cannot be written ({error.strerror})") from None
-    finally:
-        temporary.unlink(missing_ok=True)

@@ -5,12 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from .names import columns, padded
-from .notes import MUCH_LOST
+from ..evaluation.names import WIDTH, columns, padded
+from ..evaluation.notes import MUCH_LOST
 
-__all__ = ["WIDTH", "shortened", "table"]
+__all__ = ["shortened", "table"]
 
-WIDTH = 100
 LONG = 8  # characters of a number
 COLUMNS = (  # header, key of the JSON output, format
     ("rank", "rank", "rank"),

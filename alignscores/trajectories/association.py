@@ -14,23 +14,27 @@ from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats, Indices
 from ..validation import finite_rows
-from .extras import require
-from .files import TIME_UNITS, Trajectory, TrajectoryWarning, time_unit
+from .files import Trajectory, TrajectoryWarning
+from .files.stamps import TIME_UNITS, time_unit
 
 __all__ = ["MISSING", "Matches", "coverage", "in_order", "is_denser", "match", "unit_hint"]
 
 
 MISSING = ("fail", "ignore")
-KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
-SHORTENED: dict[str, Callable[[str], str]] = {  # what is equal of names whose paths differ
+KEY_KINDS = {
+    "f": "time stamps in seconds (float)",
+    "U": "names (str)",
+    "i": "frame numbers (int)",
+}
+NAME_PARTS: dict[str, Callable[[str], str]] = {  # what may be equal of names whose paths differ
     "file name": lambda name: PurePosixPath(name).name,
     "file name without its ending": lambda name: PurePosixPath(name).stem,
 }
-DENSER = 1.1  # reference poses for each estimated one; from it on, some are no lost frames
+MIN_DENSITY = 1.1  # reference poses for each estimated one; from it on, some are no lost frames
 MIN_STEPS = 8  # fewer tell no rate
 LONG_GAP = 10, 1.0  # in median gaps, and in seconds; a gap that exceeds both is a lost track
-SAME_UNIT = 0.5, 2.0  # range of the ratio of two durations once they are in the same unit
-RELATIVE = 1e8  # seconds; stamps since 1970 are later, those since the start of a recording earlier
+SAME_DURATION = 0.5, 2.0  # range of the ratio of two durations once they are in the same unit
+EARLIEST_DATE = 1e8  # seconds; stamps since 1970 are later, those since a start earlier
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +62,8 @@ class Matches:
     non_finite : int
         Number of matched estimated poses that are not finite; each of them is a failure.
     without_reference : (k,) ndarray
-        Time stamps of due frames left out since they have neither an estimated nor a reference
-        pose; with the offset, as the reference would have them.
+        Time stamps of frames left out since they have neither an estimated nor a reference pose;
+        with the offset, as the reference would have them.
     frame_step : float or None
         Time in seconds from one lost frame to the next, where the reference is denser than the
         estimate and frames were counted at the estimate's rate.
@@ -101,8 +105,8 @@ def match(
 ) -> Matches:
     """Find the estimated pose of each reference pose.
 
-    Time stamps are associated by evo, which gives each pose of the shorter trajectory the nearest
-    one in time of the longer. No pose is used twice: the closest pair wins. Image names must be
+    Each pose of the shorter trajectory gets the nearest one in time of the longer, as in evo. No
+    pose is used twice: the closest pair wins. Image names must be
     equal, or, if none is, their file names, or these without their endings, where they are unique.
     Whole numbers (of frames, or stamps in nanoseconds) must be equal; where both are mere row
     numbers, 0, 1, 2, ... as of KITTI, the number of rows must be the same.
@@ -133,8 +137,6 @@ def match(
     ValueError
         Where the trajectories have no pose in common, or another kind of keys or, by row, another
         length; or keys, poses or a setting are impossible.
-    ModuleNotFoundError
-        Where evo is needed and not installed.
 
     Warns
     -----
@@ -147,8 +149,8 @@ def match(
     A motion capture system records many poses between two frames of a camera, which no estimate
     can have. So where the reference's time step is smaller than the estimate's, the cameras that
     count as failures are those at the estimate's own rate: before its first pose, after its last
-    and in gaps, one each median step, at the nearest reference pose. Who knows the frames, as of
-    keyframes, gives `frames` instead.
+    and in gaps, one each median step, at the nearest reference pose. If the frames are known, as
+    keyframes are, give `frames` instead.
 
     Examples
     --------
@@ -167,53 +169,35 @@ def match(
         if not isinstance(seconds, Real) or not least <= seconds < inf:
             raise ValueError(f"{name} must be a finite number of seconds, not {seconds!r}")
     reference, estimate = _checked(reference, "reference"), _checked(estimate, "estimate")
+    pairs = _pair(reference.keys, estimate.keys, t_max_diff, t_offset)
     without_reference, frame_step = np.empty(0), None
-    kinds = reference.keys.dtype.kind, estimate.keys.dtype.kind
-    if kinds == ("f", "f"):
-        pairing = _match_times(reference.keys, estimate.keys, t_max_diff, t_offset)
-        if missing == "fail":
-            ref, est = reference.keys[pairing.ref_kept], np.unique(estimate.keys) + t_offset
-            if frames is not None:
-                due = np.unique(frames) + t_offset
-                lost, without_reference = _due(ref, est, due, t_max_diff)
-                if not _near(ref, due, t_max_diff).any():
-                    raise ValueError(
-                        "no due frame has a reference pose: the frames go from "
-                        f"{frames.min():.6f} to {frames.max():.6f} s, the reference from "
-                        f"{ref[0]:.6f} to {ref[-1]:.6f} s (t_offset {t_offset:g} s, t_max_diff "
-                        f"{t_max_diff:g} s){unit_hint(ref, due, 'frames')}"
-                    )
-                pairing = pairing.with_lost(lost)
-            elif is_denser(ref, est):
-                frame_step = float(np.median(np.diff(est)))
-                pairing = pairing.with_lost(_lost(ref, est, t_max_diff))
-    elif kinds == ("i", "i") and all(map(_are_rows, (reference.keys, estimate.keys))):
-        pairing = _match_rows(reference.keys, estimate.keys)
-    elif kinds[0] == kinds[1]:
-        pairing = _match_equal(reference.keys, estimate.keys)
-    else:
-        raise ValueError(
-            "the two trajectories are not of the same format: the keys of the reference are "
-            f"{KINDS[kinds[0]]}, those of the estimate {KINDS[kinds[1]]}"
-        )
+    if missing == "fail" and reference.keys.dtype.kind == "f":
+        ref, est = reference.keys[pairs.ref_kept], np.unique(estimate.keys) + t_offset
+        if frames is not None:
+            lost, without_reference = _lost_frames(ref, est, frames, t_max_diff, t_offset)
+            pairs = pairs.with_failures(lost)
+        elif is_denser(ref, est):
+            pairs = pairs.with_failures(_lost_in_gaps(ref, est, t_max_diff))
+            frame_step = float(np.median(np.diff(est)))
 
-    rows = pairing.ref_kept if missing == "fail" else pairing.ref_rows
-    matched = estimate.poses[pairing.est_rows]
+    rows = pairs.ref_kept if missing == "fail" else pairs.ref_rows
     est_rows = np.full(len(reference.keys), -1)
-    est_rows[pairing.ref_rows] = pairing.est_rows
-    est_poses = np.full((len(reference.keys), 4, 4), np.nan)
-    est_poses[pairing.ref_rows] = matched
+    est_rows[pairs.ref_rows] = pairs.est_rows
+    est_rows = est_rows[rows]
+    est_poses = estimate.poses[est_rows]
+    est_poses[est_rows < 0] = np.nan
+    matched = len(pairs.est_rows)
     return Matches(
         keys=reference.keys[rows],
         gt_poses=reference.poses[rows],
-        est_poses=est_poses[rows],
+        est_poses=est_poses,
         gt_rows=rows,
-        est_rows=est_rows[rows],
-        matched=len(matched),
-        missing=len(pairing.ref_kept) - len(matched),
-        unmatched=len(estimate.keys) - pairing.duplicate - len(matched),
-        duplicate=pairing.duplicate,
-        non_finite=int(np.sum(~finite_rows(matched))),
+        est_rows=est_rows,
+        matched=matched,
+        missing=len(pairs.ref_kept) - matched,
+        unmatched=len(estimate.keys) - pairs.duplicate - matched,
+        duplicate=pairs.duplicate,
+        non_finite=int(np.sum(~finite_rows(estimate.poses[pairs.est_rows]))),
         without_reference=without_reference,
         frame_step=frame_step,
     )
@@ -222,64 +206,19 @@ def match(
 def in_order(reference: Trajectory) -> Trajectory:
     """Return a reference as `match` uses it: without duplicates, in the order of its time stamps.
 
-    Parameters
-    ----------
-    reference : Trajectory
-        As returned by a reader of `alignscores.trajectories.files`.
-
-    Returns
-    -------
-    Trajectory
-        The first pose of each stamp or name; by time where the keys are stamps.
-
-    Warns
-    -----
-    TrajectoryWarning
-        Where the stamps are not in order, or keys are repeated; `match` then has nothing more to
-        warn of.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.trajectories.association import in_order
-    >>> from alignscores.trajectories.files import Trajectory
-    >>> in_order(Trajectory(np.array([0.0, 0.1, 0.2]), np.tile(np.eye(4), (3, 1, 1)))).keys
-    array([0. , 0.1, 0.2])
+    After its warnings of duplicates and disorder `match` has nothing more to warn of.
     """
     reference = _checked(reference, "reference")
-    rows = _kept(reference.keys, "reference")
+    rows = _first_rows(reference.keys, "reference")
     return Trajectory(reference.keys[rows], reference.poses[rows])
 
 
 def coverage(reference: Trajectory, matches: Matches) -> float:
-    """Return the share of a reference over which the track was not lost.
+    """Return the share of a reference, from `in_order`, over which the track was not lost.
 
     Of images it is the share that is scored. By time it was lost in gaps between scored poses, and
-    at the ends of the reference, that are longer than 10 times the median gap and longer than 1 s.
-    The share is one of the reference's poses, so that gaps in the reference itself do not count.
-
-    Parameters
-    ----------
-    reference : Trajectory
-        As `in_order` returns it.
-    matches : Matches
-        The result of `match` for it.
-
-    Returns
-    -------
-    float
-        From 0 to 1.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.trajectories.association import coverage, match
-    >>> from alignscores.trajectories.files import Trajectory
-    >>> reference = Trajectory(np.arange(100) / 10, np.tile(np.eye(4), (100, 1, 1)))
-    >>> rows = np.r_[:30, 70:100]
-    >>> estimate = Trajectory(reference.keys[rows], reference.poses[rows])
-    >>> coverage(reference, match(reference, estimate))
-    0.6
+    at the ends of the reference, that are longer than `LONG_GAP`. The share is one of the
+    reference's poses, so that gaps in the reference itself do not count.
     """
     stamps, scored = reference.keys, matches.keys
     if stamps.dtype.kind != "f":
@@ -292,25 +231,14 @@ def coverage(reference: Trajectory, matches: Matches) -> float:
 
 
 def is_denser(ref_stamps: Floats, est_stamps: Floats) -> bool:
-    """Tell whether a reference has so many more poses that most cannot have an estimated one.
+    """Tell whether a reference has more poses than an estimate can have, by the median step.
 
-    Parameters
-    ----------
-    ref_stamps, est_stamps : (n,), (m,) array
-        Time stamps in order. What counts is the number of reference poses that the estimate usually
-        advances, its median; 10 stamps or so are too few to tell.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.trajectories.association import is_denser
-    >>> is_denser(np.arange(0.0, 10, 0.01), np.arange(0.0, 10, 0.03))
-    True
+    Fewer than 10 stamps, which must be in order, are too few to tell.
     """
-    return _median_step(ref_stamps, est_stamps) >= DENSER
+    return _median_step(ref_stamps, est_stamps) >= MIN_DENSITY
 
 
-class _Pairing(NamedTuple):
+class _Pairs(NamedTuple):
     """Rows of corresponding poses, in the reference's order, and what was left out."""
 
     ref_rows: Indices
@@ -318,49 +246,63 @@ class _Pairing(NamedTuple):
     ref_kept: Indices  # rows of the reference that were to be estimated, without duplicates
     duplicate: int  # number of estimated poses left out as duplicates
 
-    def with_lost(self, lost: Indices) -> "_Pairing":
-        """Keep of the reference what was matched, and `lost`, which counts in `ref_kept`."""
-        kept = np.isin(self.ref_kept, [*self.ref_rows, *self.ref_kept[lost]])
-        return self._replace(ref_kept=self.ref_kept[kept])
+    def with_failures(self, lost: Indices) -> "_Pairs":
+        """Keep what was matched and what was `lost` (indices into `ref_kept`), and no more."""
+        rows = np.concatenate([self.ref_rows, self.ref_kept[lost]])
+        return self._replace(ref_kept=self.ref_kept[np.isin(self.ref_kept, rows)])
 
 
-def _match_times(
-    ref_stamps: Floats, est_stamps: Floats, max_diff: float, offset: float
-) -> _Pairing:
-    sync = require("evo.core.sync", "files")
-    ref_kept, est_kept = _kept(ref_stamps, "reference"), _kept(est_stamps, "estimate")
+def _pair(ref_keys: NDArray[Any], est_keys: NDArray[Any], max_diff: float, offset: float) -> _Pairs:
+    """Pair the poses by what their keys are."""
+    kinds = ref_keys.dtype.kind, est_keys.dtype.kind
+    if kinds[0] != kinds[1]:
+        raise ValueError(
+            "the two trajectories are not of the same format: the keys of the reference are "
+            f"{KEY_KINDS[kinds[0]]}, those of the estimate {KEY_KINDS[kinds[1]]}"
+        )
+    if kinds == ("f", "f"):
+        return _pair_by_time(ref_keys, est_keys, max_diff, offset)
+    if kinds == ("i", "i") and _are_row_numbers(ref_keys) and _are_row_numbers(est_keys):
+        return _pair_by_row(ref_keys, est_keys)
+    return _pair_by_key(ref_keys, est_keys)
+
+
+def _pair_by_time(ref_stamps: Floats, est_stamps: Floats, max_diff: float, offset: float) -> _Pairs:
+    ref_kept, est_kept = _first_rows(ref_stamps, "reference"), _first_rows(est_stamps, "estimate")
     ref, est = ref_stamps[ref_kept], est_stamps[est_kept]
-    # As evo does, from the shorter trajectory: each of its poses gets the nearest of the longer.
     if len(est) > len(ref):
-        i, j = sync.matching_time_indices(ref, est, max_diff, offset)
+        i = np.arange(len(ref))
+        j, near = _nearest(est + offset, ref, max_diff)
     else:
-        j, i = sync.matching_time_indices(est, ref, max_diff, -offset)
+        j = np.arange(len(est))
+        i, near = _nearest(ref - offset, est, max_diff)
+    i, j = i[near], j[near]
     if len(i) == 0:
         raise ValueError(
             f"no time stamps in common: the reference goes from {ref[0]:.6f} to {ref[-1]:.6f} s, "
             f"the estimate from {est[0]:.6f} to {est[-1]:.6f} s (t_offset {offset:g} s, "
             f"t_max_diff {max_diff:g} s){_stamps_hint(ref, est)}"
         )
-    pairs = np.array([i, j], dtype=np.intp)
-    pairs = pairs[:, np.argsort(np.abs(est[pairs[1]] + offset - ref[pairs[0]]), kind="stable")]
-    n_associated = len(np.unique(pairs[1]))
-    pairs = pairs[:, _is_first(pairs[0]) & _is_first(pairs[1])]
-    pairs = pairs[:, np.argsort(pairs[0])]
-    return _Pairing(
-        ref_rows=ref_kept[pairs[0]],
-        est_rows=est_kept[pairs[1]],
+    by_distance = np.argsort(np.abs(est[j] + offset - ref[i]), kind="stable")
+    i, j = i[by_distance], j[by_distance]
+    closest = _is_first(i) & _is_first(j)
+    in_order = np.argsort(i[closest])
+    return _Pairs(
+        ref_rows=ref_kept[i[closest][in_order]],
+        est_rows=est_kept[j[closest][in_order]],
         ref_kept=ref_kept,
-        duplicate=len(est_stamps) - len(est_kept) + n_associated - pairs.shape[1],
+        duplicate=len(est_stamps) - len(est_kept) + len(np.unique(j)) - len(in_order),
     )
 
 
-def _lost(ref_stamps: Floats, est_stamps: Floats, max_diff: float) -> Indices:
+def _lost_in_gaps(ref_stamps: Floats, est_stamps: Floats, max_diff: float) -> Indices:
     """Return the rows of a denser reference at which the estimate must have lost a frame.
 
-    A gap is so many frames long, in time and in poses of the reference, of which the lesser counts:
-    the reference has gaps, too, in which nothing can be said to be lost. From the reference's side:
-    each of its poses in such a gap is given to the nearest frame, each frame keeps the nearest one.
-    (From the side of the frames one wrong stamp, years away, would be billions of them.)
+    The number of frames lost in a gap follows from its length in time and from the number of
+    reference poses in it; the smaller one counts, since in gaps of the reference itself nothing can
+    be said to be lost. Each reference pose in a gap is given to the nearest frame, and each frame
+    keeps the nearest pose. (To go through the frames instead would take forever where one stamp is
+    wrong by years.)
     """
     n, m = len(ref_stamps), len(est_stamps)
     step = np.median(np.diff(est_stamps))
@@ -405,66 +347,51 @@ def _places(ref_stamps: Floats, est_stamps: Floats) -> Floats:
     return np.interp(est_stamps, ref_stamps, np.arange(len(ref_stamps)))
 
 
-def _due(
-    ref_stamps: Floats, est_stamps: Floats, due: Floats, max_diff: float
+def _lost_frames(
+    ref_stamps: Floats, est_stamps: Floats, frames: Floats, max_diff: float, offset: float
 ) -> tuple[Indices, Floats]:
-    """Return the reference rows of due frames without an estimated pose, and frames without one."""
-    due = due[~_near(est_stamps, due, max_diff)]
-    near = _near(ref_stamps, due, max_diff)
-    return np.unique(_nearest(ref_stamps, due[near])), due[~near]
+    """Return the reference rows of frames without an estimated pose, and frames without either."""
+    frames = np.unique(frames)
+    due = frames + offset
+    rows, near = _nearest(ref_stamps, due, max_diff)
+    if not near.any():
+        raise ValueError(
+            f"no due frame has a reference pose: the frames go from {frames[0]:.6f} to "
+            f"{frames[-1]:.6f} s, the reference from {ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s "
+            f"(t_offset {offset:g} s, t_max_diff {max_diff:g} s)"
+            f"{unit_hint(ref_stamps, due, 'frames')}"
+        )
+    _, estimated = _nearest(est_stamps, due, max_diff)
+    return np.unique(rows[near & ~estimated]), due[~near & ~estimated]
 
 
-def _near(stamps: Floats, times: Floats, max_diff: float) -> Booleans:
-    """Tell which times have one of the stamps, in order, within a difference."""
-    return np.asarray(np.abs(stamps[_nearest(stamps, times)] - times) <= max_diff)
-
-
-def _nearest(stamps: Floats, times: Floats) -> Indices:
-    """Return which of the stamps, in order, is the nearest to each time."""
+def _nearest(stamps: Floats, times: Floats, max_diff: float) -> tuple[Indices, Booleans]:
+    """Return which of the stamps, in order, is nearest to each time, and whether it is near."""
     last = len(stamps) - 1
     after = np.minimum(np.searchsorted(stamps, times), last)
     before = np.maximum(after - 1, 0)
-    return np.asarray(
-        np.where(times - stamps[before] <= stamps[after] - times, before, after), dtype=np.intp
-    )
+    nearest = np.where(times - stamps[before] <= stamps[after] - times, before, after)
+    return nearest, np.abs(stamps[nearest] - times) <= max_diff
 
 
 def unit_hint(ref_stamps: Floats, est_stamps: Floats, whose: str = "estimate") -> str:
     """Say whose stamps are not in seconds, if it shows in them or in how long both last.
 
-    Parameters
-    ----------
-    ref_stamps, est_stamps : (n,), (m,) array
-        Time stamps of a reference and an estimate, of which too few meet.
-    whose : str
-        What the latter are those of.
-
-    Returns
-    -------
-    str
-        To be appended to a message; empty where both seem to be in seconds.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.trajectories.association import unit_hint
-    >>> unit_hint(np.arange(0.0, 60, 0.1), np.arange(0.0, 50_000, 33))
-    '; those of the estimate seem to be in milliseconds: write them in seconds'
+    The end of a message that too few of a reference's stamps meet those of `whose`; else empty.
     """
     stamps = {"reference": ref_stamps, whose: est_stamps}
     units = {name: time_unit(values) for name, values in stamps.items()}
-    if "seconds" in units.values():
-        lasting = {name: float(np.ptp(values)) for name, values in stamps.items()}
-        low, high = SAME_UNIT
-        for name, other in (("reference", whose), (whose, "reference")):
-            for unit, factor in TIME_UNITS.items():
-                same = (
-                    low * factor * lasting[other] < lasting[name] < high * factor * lasting[other]
-                )
-                if unit == units[name] != "seconds" or (factor > 1 and same):
-                    return f"; those of the {name} seem to be in {unit}: write them in seconds"
-        return ""
-    return f"; both seem to be in {units[whose]}: write them in seconds"
+    if "seconds" not in units.values():
+        return f"; both seem to be in {units[whose]}: write them in seconds"
+    durations = {name: float(np.ptp(values)) for name, values in stamps.items()}
+    low, high = SAME_DURATION
+    for name, other in (("reference", whose), (whose, "reference")):
+        for unit, factor in TIME_UNITS.items():
+            as_long = factor * durations[other]
+            same = factor > 1 and low * as_long < durations[name] < high * as_long
+            if unit == units[name] != "seconds" or same:
+                return f"; those of the {name} seem to be in {unit}: write them in seconds"
+    return ""
 
 
 def _stamps_hint(ref_stamps: Floats, est_stamps: Floats) -> str:
@@ -474,7 +401,7 @@ def _stamps_hint(ref_stamps: Floats, est_stamps: Floats) -> str:
     first = {"reference": ref_stamps[0], "estimate": est_stamps[0]}
     last = {"reference": ref_stamps[-1], "estimate": est_stamps[-1]}
     for whose, other in (("reference", "estimate"), ("estimate", "reference")):
-        if abs(last[whose]) < RELATIVE < first[other]:
+        if abs(last[whose]) < EARLIEST_DATE < first[other]:
             return (
                 f"; those of the {whose} seem to count from its start: --t_offset auto finds the "
                 f"offset, --t_offset {first['reference'] - first['estimate']:.3f} lets both begin "
@@ -489,10 +416,10 @@ def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
     if keys.dtype == object and all(isinstance(key, str) for key in keys.flat):  # as of pandas
         keys = keys.astype(str)
     keys = keys.astype(np.int64) if keys.dtype.kind == "u" else keys
-    if keys.ndim != 1 or keys.dtype.kind not in KINDS:
+    if keys.ndim != 1 or keys.dtype.kind not in KEY_KINDS:
         raise ValueError(
-            f"the keys of the {whose} must be a list of {', '.join(KINDS.values())}, not an array "
-            f"of shape {keys.shape} and type {keys.dtype}"
+            f"the keys of the {whose} must be a list of {', '.join(KEY_KINDS.values())}, not an "
+            f"array of shape {keys.shape} and type {keys.dtype}"
         )
     if poses.shape not in ((len(keys), 4, 4), (len(keys), 3, 4)) or poses.dtype.kind not in "fiu":
         raise ValueError(
@@ -513,17 +440,17 @@ def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
     return Trajectory(keys, poses.astype(np.float64, copy=False))
 
 
-def _are_rows(keys: NDArray[Any]) -> bool:
+def _are_row_numbers(keys: NDArray[Any]) -> bool:
     return np.array_equal(keys, np.arange(len(keys)))
 
 
-def _match_equal(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> _Pairing:
-    ref_kept, est_kept = _kept(ref_keys, "reference"), _kept(est_keys, "estimate")
+def _pair_by_key(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> _Pairs:
+    ref_kept, est_kept = _first_rows(ref_keys, "reference"), _first_rows(est_keys, "estimate")
     ref, est = ref_keys[ref_kept].tolist(), est_keys[est_kept].tolist()
-    pairs, part = _equal(ref, est), ""
+    pairs, part = _unique_pairs(ref, est), ""
     names = ref_keys.dtype.kind == "U"
-    for part, shorten in SHORTENED.items() if names and not pairs else ():
-        pairs = _equal(list(map(shorten, ref)), list(map(shorten, est)))
+    for part, shorten in NAME_PARTS.items() if names and not pairs else ():
+        pairs = _unique_pairs(list(map(shorten, ref)), list(map(shorten, est)))
         if pairs:
             first, second = ref[pairs[0][0]], est[pairs[0][1]]
             _warn(f"no path in common, so images are matched by {part}: {first!r} and {second!r}")
@@ -536,7 +463,7 @@ def _match_equal(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> _Pairing:
             f"example{hint}"
         )
     ref_rows, est_rows = np.transpose(pairs)
-    return _Pairing(
+    return _Pairs(
         ref_rows=ref_kept[ref_rows],
         est_rows=est_kept[est_rows],
         ref_kept=ref_kept,
@@ -544,7 +471,7 @@ def _match_equal(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> _Pairing:
     )
 
 
-def _equal(ref_keys: list[Any], est_keys: list[Any]) -> list[tuple[int, int]]:
+def _unique_pairs(ref_keys: list[Any], est_keys: list[Any]) -> list[tuple[int, int]]:
     """Return the positions of equal keys, of those that occur once."""
     once = [
         {key: row for row, key in enumerate(keys) if count[key] == 1}
@@ -553,7 +480,7 @@ def _equal(ref_keys: list[Any], est_keys: list[Any]) -> list[tuple[int, int]]:
     return [(row, once[1][key]) for key, row in once[0].items() if key in once[1]]
 
 
-def _match_rows(ref_rows: NDArray[Any], est_rows: NDArray[Any]) -> _Pairing:
+def _pair_by_row(ref_rows: NDArray[Any], est_rows: NDArray[Any]) -> _Pairs:
     if len(ref_rows) != len(est_rows):
         raise ValueError(
             f"the reference has {len(ref_rows)} poses, the estimate {len(est_rows)}: without "
@@ -561,10 +488,10 @@ def _match_rows(ref_rows: NDArray[Any], est_rows: NDArray[Any]) -> _Pairing:
             "row of nan for each frame that was lost)"
         )
     rows = np.arange(len(ref_rows))
-    return _Pairing(ref_rows=rows, est_rows=rows, ref_kept=rows, duplicate=0)
+    return _Pairs(ref_rows=rows, est_rows=rows, ref_kept=rows, duplicate=0)
 
 
-def _kept(keys: NDArray[Any], whose: str) -> Indices:
+def _first_rows(keys: NDArray[Any], whose: str) -> Indices:
     """Return the first row of each key; of time stamps, in their order."""
     rows = np.arange(len(keys))
     if keys.dtype.kind == "f":

@@ -31,11 +31,11 @@ from ..pose import PASResult, pas
 from ..rotation import ras
 from ..translation import tas
 from .extras import require
-from .files import orthonormalised
+from .files.poses import orthonormalise
 
-PE: Any = require("evo.core.metrics", "files").PE
-MetricsException: Any = require("evo.core.metrics", "files").MetricsException
-Unit: Any = require("evo.core.units", "files").Unit
+PE: Any = require("evo.core.metrics", "evo").PE
+MetricsException: Any = require("evo.core.metrics", "evo").MetricsException
+Unit: Any = require("evo.core.units", "evo").Unit
 
 __all__ = ["PAS", "RAS", "TAS"]
 
@@ -220,7 +220,7 @@ def _missed(result: AlignmentScore) -> Floats:
 def _poses(trajectory: Any) -> Floats:
     """Return the poses (n, 4, 4) of an evo trajectory; matrices with few digits are corrected."""
     poses = np.array(trajectory.poses_se3, dtype=float)
-    rotations, deviation = orthonormalised(poses[:, :3, :3])
+    rotations, deviation = orthonormalise(poses[:, :3, :3])
     rounded = deviation < 1e-2
     poses[rounded, :3, :3] = rotations[rounded]
     return poses

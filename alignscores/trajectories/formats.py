@@ -30,8 +30,8 @@ class Format:
         Reader of `alignscores.trajectories.files`.
     read_parts : callable or None
         Reader of an estimate in parts, by their names; None where there are none.
-    missing : {"ignore", "fail"} or None
-        Default of ``--missing``; None where each line of the reference has one of the estimate.
+    missing : bool
+        Whether cameras may be missing: not where each line of the reference has an estimate's.
     unit : str
         Name of the reference's unit of length.
     timed : bool
@@ -45,7 +45,7 @@ class Format:
     help: str
     example: str
     read: Callable[..., Trajectory]
-    missing: str | None
+    missing: bool
     unit: str = "m"
     timed: bool = False
     ordered: bool = True
@@ -58,7 +58,7 @@ FORMATS = {
         "time stamps and poses, 'timestamp tx ty tz qx qy qz qw'",
         "groundtruth.txt orb_slam.txt dso.txt",
         read_tum,
-        "ignore",
+        True,
         timed=True,
         aligned="TUM",
     ),
@@ -66,14 +66,14 @@ FORMATS = {
         "a 3x4 camera-to-world matrix a line, matched by line; 12 nan for a lost frame",
         "00_gt.txt 00_est.txt --save_plot 00.png",
         read_kitti,
-        None,
+        False,
         aligned="KITTI",
     ),
     "euroc": Format(
         "EuRoC's data.csv as reference; estimates like it, or in TUM format",
         "data.csv vio.txt --t_max_diff 0.02 --json > scores.json",
         read_euroc,
-        "ignore",
+        True,
         timed=True,
         aligned="TUM",
     ),
@@ -81,7 +81,7 @@ FORMATS = {
         "folders of COLMAP models, matched by image name; an estimate may be a folder of several",
         "reference/sparse/0 mine/sparse/0 --save_results mine.zip",
         read_colmap,
-        "fail",
+        True,
         unit="units",
         ordered=False,
         read_parts=read_colmap_parts,
@@ -90,7 +90,7 @@ FORMATS = {
         "transforms.json, matched by file_path",
         "transforms.json estimate.json --body_rotation auto",
         read_nerf,
-        "fail",
+        True,
         unit="units",
         ordered=False,
     ),

@@ -179,8 +179,8 @@ def test_half_score_units_are_those_of_the_profiles(scene: Scene, score: float) 
     metrics = [f"HalfDistance(score={score})", f"HalfAngle(score={score})"]
     distance, angle = evaluate(scene, metrics, SEED).values()
     profile = tas_profile(scene.gt_positions, scene.est_positions, rng=SEED)
-    assert distance == pytest.approx(profile.at(score), rel=0.01)
-    assert angle == ras_profile(scene.gt_rotations, scene.est_rotations).at(score)
+    assert distance == pytest.approx(profile.unit_at(score), rel=0.01)
+    assert angle == ras_profile(scene.gt_rotations, scene.est_rotations).unit_at(score)
 
 
 def test_a_seed_of_the_registration_is_another_in_each_trial(scene: Scene) -> None:

@@ -14,7 +14,7 @@ import alignscores
 from alignscores import pas, tas
 from alignscores.trajectories.association import match
 from alignscores.trajectories.evo import PAS
-from alignscores.trajectories.files import _stdin, read_kitti, read_tum
+from alignscores.trajectories.files import read_kitti, read_tum
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 
@@ -164,7 +164,6 @@ def test_what_comes_compressed_or_by_a_pipe_scores_alike(score, examples, tmp_pa
     plain = (examples / TUM[2]).read_bytes()
     compressed = tmp_path / "estimate.txt.gz"
     compressed.write_bytes(gzip.compress(plain))
-    _stdin.cache_clear()
     monkeypatch.setattr("sys.stdin", TextIOWrapper(BytesIO(plain)))
     scored = [score(*TUM[:2], estimate)[0] for estimate in (TUM[2], compressed, "-")]
     for result in scored:

@@ -125,7 +125,7 @@ def test_profiles_and_where_they_cross_are_those_of_python(browser):
         for score in (0.25, 0.5, 1.0):
             own = options | {"reach": score}
             cases.append({"call": "half", "errors": list(errors), "options": own})
-            expected.append(profile.at(score))
+            expected.append(profile.unit_at(score))
     assert inf in expected
     assert ask(browser, cases) == expected
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pandas
 import pytest
-from evo.core.sync import associate_trajectories
+from evo.core.sync import associate_trajectories, matching_time_indices
 from evo.core.trajectory import PoseTrajectory3D
 
 from alignscores.trajectories.association import coverage, in_order, match
@@ -43,6 +43,31 @@ def test_time_stamps_are_associated_as_evo_does(n_ref, n_est, offset):
     assert matches.missing == len(ref) - matches.matched
     assert matches.unmatched == len(est) - matches.matched
     assert matches.duplicate == 0
+
+
+@pytest.mark.parametrize("digits", [2, 3, 9])
+@pytest.mark.parametrize("start", [0.0, 1.7e9])
+@pytest.mark.parametrize("offset", [0.0, 0.1])
+def test_nearest_stamps_are_those_of_evo_and_the_closest_pair_wins(digits, start, offset):
+    """With few digits distances are equal, and many poses share the nearest one."""
+    rng = np.random.default_rng(digits)
+    for n_ref, n_est in rng.integers(2, 60, (30, 2)):
+        ref, est = (np.unique(start + rng.uniform(0, 4, n).round(digits)) for n in (n_ref, n_est))
+        est[rng.integers(len(est))] = ref[0]
+        est = np.unique(est) - offset
+        if len(est) > len(ref):
+            candidates = zip(*matching_time_indices(ref, est, 0.0249, offset), strict=True)
+        else:
+            swapped = zip(*matching_time_indices(est, ref, 0.0249, -offset), strict=True)
+            candidates = [(i, j) for j, i in swapped]
+        by_distance = sorted(candidates, key=lambda pair: abs(est[pair[1]] + offset - ref[pair[0]]))
+        expected = {}
+        for i, j in by_distance:
+            if i not in expected and j not in expected.values():
+                expected[i] = j
+        matches = match(trajectory(ref), trajectory(est), t_max_diff=0.0249, t_offset=offset)
+        assert pairs(matches) == sorted(expected.items())
+        assert matches.duplicate == len({j for _, j in by_distance}) - len(expected)
 
 
 def test_missing_cameras_fail_or_are_left_out():

@@ -76,7 +76,7 @@ def test_the_profile_of_the_whole_is_that_of_its_parts(scene):
     for unit, score in zip(units, profile.scores, strict=True):
         results = [pas(gt, part, unit=unit, registration="refined") for part in scene[1][:3]]
         assert score >= combine(results, holder).tas.score - 2e-3
-    assert profile.at(0.9) < np.inf == profile.at(0.95)
+    assert profile.unit_at(0.9) < np.inf == profile.unit_at(0.95)
     assert 0.02 < profile.half < 0.1
     one = profile_of_parts(gt[:, :3, 3], positions[:1], holders(scene[1][:1]), units, rng=0)
     assert one.half == tas_profile(gt[:, :3, 3], positions[0], units).half

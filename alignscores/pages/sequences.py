@@ -1,48 +1,30 @@
 """The page of one's own files of each sequence: one run of each system against the reference."""
 
-import argparse
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
-from ..cli.names import printable
-from ..cli.notes import collected_warnings
-from ..cli.page import Estimate, page_data
-from .benchmark import Run
-from .runs import Outcome, larger_is_better, read_reference
-from .summary import Summary
+from ..comparison.benchmark import Run
+from ..comparison.comparison import Comparison, settings_of_run
+from ..comparison.runs import Outcome, reference_of
+from ..comparison.summary import Summary
+from ..evaluation.names import printable
+from ..evaluation.notes import collected_warnings
+from ..metrics import metric
+from .trajectories import Estimate, page_data
 
-__all__ = ["trajectories"]
+__all__ = ["sequences_data"]
 
 
-def trajectories(
-    summary: Summary,
-    by: str,
-    names: Mapping[str, str],
-    references: Mapping[str, tuple[str, argparse.Namespace]],
-) -> dict[str, dict[str, Any]]:
-    """Return what the scripts of the page of one's own files read, of each sequence.
+def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]:
+    """Return what the scripts of the page of trajectories read, of each sequence.
 
-    Sequences of which no run was scored are left out.
-
-    Parameters
-    ----------
-    summary : Summary
-        What is shown.
-    by : str
-        Metric by which the run of a system is chosen: of those that were scored, the middle one.
-    names : mapping of str to str
-        Names of systems and sequences as they are shown.
-    references : mapping of str to (str, Namespace)
-        Reference of each sequence, and the options of its runs.
-
-    Raises
-    ------
-    ValueError
-        Where a reference cannot be read any more.
+    Of the runs of a system that were scored the one in the middle by a metric is shown. Sequences
+    without a scored run are left out.
     """
+    summary, benchmark, names = comparison.summary, comparison.benchmark, comparison.names
     found = {}
     for sequence in summary.sequences:
-        file, options = references[sequence]
         estimates = [
             _estimate(*chosen, summary, names)
             for system in summary.systems
@@ -50,15 +32,21 @@ def trajectories(
         ]
         if not estimates:
             continue
-        unit = next(one.unit for run, one in summary.runs if run.sequence == sequence and one.n)
-        with collected_warnings():  # the command has told them
-            reference = read_reference(file, options.format)
+        run, unit = next(
+            (run, outcome.unit)
+            for run, outcome in summary.runs
+            if run.sequence == sequence and outcome.n
+        )
+        file = benchmark.references[sequence]
+        settings = settings_of_run(benchmark, run, comparison.settings)
+        with collected_warnings():  # the comparison has told them
+            reference = reference_of(file, settings)
         found[sequence] = page_data(
             f"{names[sequence]}: one run of each system",
             reference,
             printable(file),
             estimates,
-            argparse.Namespace(**{**vars(options), "unit": unit}),
+            replace(settings, unit=unit),
         )
     return found
 
@@ -70,7 +58,7 @@ def _middle(summary: Summary, by: str, system: str, sequence: str) -> tuple[Run,
         for result, (run, outcome) in zip(summary.results, summary.runs, strict=True)
         if (run.system, run.sequence) == (system, sequence) and outcome.n
     ]
-    scored.sort(key=lambda one: one[0], reverse=larger_is_better(by))
+    scored.sort(key=lambda found: found[0], reverse=metric(by).family.larger_is_better)
     return scored[len(scored) // 2][1:] if scored else None
 
 

@@ -2,9 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy import stats
-
-from alignscores import ScoreProfile, pas, tas, tas_profile
 from alignscores.compare.benchmark import Run
 from alignscores.compare.intervals import (
     Difference,
@@ -16,6 +13,9 @@ from alignscores.compare.intervals import (
 )
 from alignscores.compare.runs import Outcome, _shares, half_terms
 from alignscores.compare.summary import summarise
+from scipy import stats
+
+from alignscores import ScoreProfile, pas, tas, tas_profile
 from alignscores.profile import HALF_UNITS
 from experiments.scenes import make_scene
 

@@ -15,11 +15,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import Floats
-from ..histogram import AlignmentScore
-from ..pose import PASResult
-from ..trajectories.association import Matches
-from .scoring import Scored, aligned_positions
+from .arrays import Floats
+from .evaluation.evaluation import Evaluation
+from .histogram import AlignmentScore
+from .trajectories.association import Matches
 
 __all__ = ["profile_panel", "score_figure", "score_panel", "trajectory_panel"]
 
@@ -34,7 +33,6 @@ ERRORS = ListedColormap(colormaps["inferno"](np.linspace(0.0, 0.82, 256)))
 ROWS = 4  # up to so many estimates have a row each, more share their axes
 FLAT = 0.1  # a score this close to 0 or 1 tells nothing of an estimate
 NAMED = 8  # estimates that share axes: the first so many can be told apart
-HALVES = "half_distance", "half_angle"
 LONGEST = 36  # characters of a name in the legend
 DASHES = "-", "--", "-.", ":"
 DECADES = 2.5  # on a wider axis labels at 2 and 5 would overlap
@@ -49,7 +47,7 @@ STYLE: dict[Any, Any] = {
 
 
 def score_figure(
-    scored: Sequence[Scored],
+    scored: Sequence[Evaluation],
     *,
     unit: str = "m",
     title: str = "",
@@ -89,26 +87,27 @@ def score_figure(
     return figure
 
 
-def _draw_rows(grid: NDArray[np.object_], scored: Sequence[Scored]) -> None:
+def _draw_rows(grid: NDArray[np.object_], scored: Sequence[Evaluation]) -> None:
     """Draw a row of panels for each estimate."""
-    for one, row in zip(scored, grid, strict=True):
-        matches, result = one.matches, one.result
+    for evaluation, row in zip(scored, grid, strict=True):
+        result = evaluation.result
         _histogram(row[0], "TAS", result.tas, result.tas.unit)
         _histogram(row[1], "RAS", result.ras, 1.0)
-        row[0].set_title(f"{one.name}\nposition errors", parse_math=False)
+        row[0].set_title(f"{evaluation.name}\nposition errors", parse_math=False)
         row[0].set(
             xlabel=f"threshold in units of d (d = {result.tas.unit:.4g})",
             ylabel="cameras below the threshold",
         )
         row[1].set(title="rotation errors", xlabel="threshold in degrees")
-        trajectory_panel(row[2], matches, result)
+        trajectory_panel(row[2], evaluation)
 
 
-def _draw_together(panels: NDArray[np.object_], scored: Sequence[Scored]) -> None:
+def _draw_together(panels: NDArray[np.object_], scored: Sequence[Evaluation]) -> None:
     """Draw all estimates into one row of panels."""
+    results = [evaluation.result for evaluation in scored]
     for axes, curves in (
-        (panels[0], [_frequency(one.result.tas, one.result.tas.unit) for one in scored]),
-        (panels[1], [_frequency(one.result.ras, 1.0) for one in scored]),
+        (panels[0], [_frequency(result.tas, result.tas.unit) for result in results]),
+        (panels[1], [_frequency(result.ras, 1.0) for result in results]),
     ):
         axes.set(xlim=(0, max(curve[-1, 0] for curve in curves)), ylim=(0, 1))
         _curves(axes, curves)
@@ -119,21 +118,25 @@ def _draw_together(panels: NDArray[np.object_], scored: Sequence[Scored]) -> Non
     )
     panels[1].set(title="rotation errors", xlabel="threshold in degrees")
 
-    view = _draw_reference(panels[2], max(scored, key=lambda one: len(one.matches.keys)).matches)
-    for line, one in zip(_lines(len(scored)), scored, strict=False):
-        if one.result.tas.alignment is not None:
-            points = aligned_positions(one.matches, one.result)[:, view]
-            _draw_path(panels[2], points, ordered=_is_ordered(one.matches), linewidth=0.9, **line)
+    all_matches = [evaluation.matches for evaluation in scored]
+    view = _draw_reference(panels[2], max(all_matches, key=lambda matches: len(matches.keys)))
+    for line, evaluation in zip(_lines(len(scored)), scored, strict=False):
+        if evaluation.result.tas.alignment is not None:
+            ordered = _is_ordered(evaluation.matches)
+            points = evaluation.positions[:, view]
+            _draw_path(panels[2], points, ordered=ordered, linewidth=0.9, **line)
     shown = "" if len(scored) <= NAMED else f", the first {NAMED}"
     panels[2].set_title(f"aligned trajectories{shown};\ngrey: reference")
 
 
-def _draw_profiles(panels: NDArray[np.object_], scored: Sequence[Scored], unit: str) -> None:
+def _draw_profiles(panels: NDArray[np.object_], scored: Sequence[Evaluation], unit: str) -> None:
     """Draw the profiles of all estimates, and what their lines are."""
-    profiles = [one.profiles for one in scored if one.profiles is not None]
-    distances, angles = ([getattr(one, key) for one in scored] for key in HALVES)
-    profile_panel(panels[0], profiles[0].units, [one.tas for one in profiles], distances)
-    profile_panel(panels[1], profiles[0].degrees, [one.ras for one in profiles], angles)
+    profiles = [evaluation.profiles for evaluation in scored]
+    distances = [evaluation.half_distance for evaluation in scored]
+    angles = [evaluation.half_angle for evaluation in scored]
+    tas, ras = [profile.tas for profile in profiles], [profile.ras for profile in profiles]
+    profile_panel(panels[0], profiles[0].units, tas, distances)
+    profile_panel(panels[1], profiles[0].degrees, ras, angles)
     panels[0].set(
         title="TAS over its threshold",
         xlabel=f"largest threshold in {unit} (refined registration)",
@@ -155,9 +158,10 @@ def _draw_profiles(panels: NDArray[np.object_], scored: Sequence[Scored], unit: 
         frameon=False,
         alignment="left",
     )
-    for text, one in zip(legend.get_texts(), scored, strict=False):
-        name = one.name if len(one.name) <= LONGEST else f"..{one.name[2 - LONGEST :]}"
-        halves = f"half: {one.half_distance:.4g} {unit}, {one.half_angle:.4g} deg"
+    for text, evaluation in zip(legend.get_texts(), scored, strict=False):
+        name = evaluation.name
+        name = name if len(name) <= LONGEST else f"..{name[2 - LONGEST :]}"
+        halves = f"half: {evaluation.half_distance:.4g} {unit}, {evaluation.half_angle:.4g} deg"
         text.set(text=f"{name}\n{halves.replace('inf', '-')}", parse_math=False)
     if len(scored) > NAMED:
         legend.set_title(f"the first {NAMED} in the table; in grey {len(scored) - NAMED} others")
@@ -185,8 +189,8 @@ def profile_panel(
     telling = np.flatnonzero((high > FLAT) & (low < 1 - FLAT))
     if len(telling):
         shown = slice(max(telling[0] - 1, 0), telling[-1] + 2)
-        units, scores = units[shown], [one[shown] for one in scores]
-    _curves(axes, [np.column_stack([units, one]) for one in scores])
+        units, scores = units[shown], [values[shown] for values in scores]
+    _curves(axes, [np.column_stack([units, values]) for values in scores])
     axes.axhline(0.5, color="0.5", linewidth=0.8, zorder=0.5)
     for line, half in zip(_lines(len(halves)), halves, strict=False):
         if units[0] <= half <= units[-1]:
@@ -275,28 +279,18 @@ def score_panel(
         text.set(transform=axes.transAxes, horizontalalignment=align)
 
 
-def trajectory_panel(axes: Axes, matches: Matches, result: PASResult) -> None:
+def trajectory_panel(axes: Axes, evaluation: Evaluation) -> None:
     """Draw the estimate over the reference, aligned as in the TAS and coloured by its errors.
 
     The view is along the axis of the reference world in which the reference is thinnest. Cameras
     with an error of d or more, which count for nothing in the TAS, are crosses.
-
-    Parameters
-    ----------
-    axes : Axes
-        Where to draw.
-    matches : Matches
-        The poses.
-    result : PASResult
-        Their score.
     """
-    view = _draw_reference(axes, matches)
+    view, tas = _draw_reference(axes, evaluation.matches), evaluation.result.tas
     axes.set_title("aligned trajectory")
-    if result.tas.alignment is None:
+    if tas.alignment is None:
         axes.text(0.5, 0.5, "could not be aligned", transform=axes.transAxes, ha="center")
         return
-    aligned = aligned_positions(matches, result)[:, view]
-    _draw_errors(axes, aligned, result.tas.errors, result.tas.unit)
+    _draw_errors(axes, evaluation.positions[:, view], tas.errors, tas.unit)
 
 
 def _draw_reference(axes: Axes, matches: Matches) -> list[int]:

@@ -5,17 +5,16 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from ..trajectories.association import Matches, coverage, is_denser, unit_hint
+from ..trajectories.association import Matches, coverage, unit_hint
 from ..trajectories.conventions import Convention, describe_rotation, seem_swapped
 from ..trajectories.files import Trajectory, TrajectoryWarning
 from ..trajectories.formats import Format
 from ..trajectories.timing import find_offset
 from ..validation import AlignmentWarning
 from .names import printable
-from .ranking import ranked_by
 
 if TYPE_CHECKING:
-    from .scoring import Part, Scored
+    from .evaluation import Part
 
 __all__ = [
     "MUCH_LOST",
@@ -25,7 +24,6 @@ __all__ = [
     "offset_notes",
     "parts_notes",
     "swap_notes",
-    "units_notes",
 ]
 
 MUCH_LOST = 0.1  # share of the reference; if more is lost and not scored, there is a note
@@ -101,29 +99,6 @@ def parts_notes(parts: "Sequence[Part]") -> list[str]:
     if lost := [part.name for part in parts if part.alignment is None]:
         notes.append(f"cannot be aligned, so that their cameras fail: the parts {', '.join(lost)}")
     return notes
-
-
-def units_notes(scored: "Sequence[Scored]", reference: Trajectory, form: Format) -> list[str]:
-    """Say why scores do not compare, if they do not, and which options give scores that do."""
-    by = ranked_by(scored)
-    if by == "PAS" or not scored:
-        return []
-    if by is None:
-        parts = {len(one.parts) or 1 for one in scored}
-        return [
-            f"the scores do not compare and stand in the order given: from {min(parts)} to "
-            f"{max(parts)} parts are each aligned on their own, and more of them fit better"
-        ]
-    units = [one.result.tas.unit for one in scored]
-    usual = max(scored, key=lambda one: len(one.matches.keys)).result.tas.unit
-    note = (
-        "ranked by the half-score distance, as TAS and PAS do not compare: d is from "
-        f"{min(units):.4g} to {max(units):.4g} {form.unit}, since the estimates differ in their "
-        f"cameras; --unit {usual:.4g} gives all one d"
-    )
-    if not form.timed or not any(is_denser(reference.keys, one.matches.keys) for one in scored):
-        note += ", --missing fail also the same cameras"
-    return [note]
 
 
 def offset_notes(reference: Trajectory, estimate: Trajectory, t_offset: float) -> list[str]:

@@ -1,7 +1,6 @@
 """Patterns with named fields."""
 
 import pytest
-
 from alignscores.compare.patterns import Pattern
 
 FIELDS = "sequence", "system", "run"

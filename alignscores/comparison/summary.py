@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Floats
+from ..metrics import header, metric
+from ..trajectories.formats import Format
 from .benchmark import Run
 from .intervals import (
     BLOCKS,
@@ -19,12 +21,11 @@ from .intervals import (
     over_stretches,
     series,
 )
-from .runs import Outcome, larger_is_better, worst
+from .runs import COLUMNS, Outcome
 
-__all__ = ["SCORES", "Summary", "summarise"]
+__all__ = ["Summary", "summarise"]
 
 
-SCORES = "TAS", "RAS", "PAS", "half_distance", "half_angle"
 MOST_CELLS = 1000  # parts of a trajectory that are told apart
 
 
@@ -34,8 +35,8 @@ class Summary:
 
     Parameters
     ----------
-    metrics : list of str
-        What was measured.
+    headers : dict of str to str
+        What was measured, and how it heads a column.
     sequences, systems : list of str
         Their names, the systems from the best to the worst by their overall PAS.
     runs : list of (Run, Outcome)
@@ -50,7 +51,7 @@ class Summary:
         Sequence and metric -> best and worst rank that each system may have.
     """
 
-    metrics: list[str]
+    headers: dict[str, str]
     sequences: list[str]
     systems: list[str]
     runs: list[tuple[Run, Outcome]]
@@ -59,28 +60,24 @@ class Summary:
     comparisons: list[dict[str, Any]]
     ranks: dict[tuple[str | None, str], dict[str, tuple[int, int]]]
 
+    def in_order(self) -> list[dict[str, Any]]:
+        """Return the entries, sequence by sequence, those over all at the end."""
+        return [
+            self.entries[system, sequence]
+            for sequence in [*self.sequences, None]
+            for system in self.systems
+        ]
+
 
 def summarise(
     runs: Sequence[tuple[Run, Outcome]],
     metrics: Sequence[str],
     *,
     weight: float,
-    ordered: bool,
+    form: Format,
 ) -> Summary:
-    """Summarise scored, failed and missing runs.
-
-    Parameters
-    ----------
-    runs : sequence of (Run, Outcome)
-        Every system has a run on every sequence, be it one that is missing.
-    metrics : sequence of str
-        Metrics besides the scores.
-    weight : float
-        Share of the TAS in the PAS.
-    ordered : bool
-        Whether the cameras are in the order of a trajectory.
-    """
-    names = [*SCORES, *metrics]
+    """Summarise scored, failed and missing runs: every system has one on every sequence."""
+    names = [*COLUMNS, *metrics]
     sequences = list(dict.fromkeys(run.sequence for run, _ in runs))
     systems = list(dict.fromkeys(run.system for run, _ in runs))
     due = {
@@ -120,7 +117,9 @@ def summarise(
         for at in [*sequences, None]:
             apart = {}
             for a, b in combinations(systems, 2):
-                difference = _difference(groups, a, b, [at] if at else sequences, name, ordered)
+                difference = _difference(
+                    groups, a, b, [at] if at else sequences, name, form.ordered
+                )
                 means = entries[a, at][name], entries[b, at][name]
                 comparison = _comparison(a, b, at, name, means, difference, len(systems))
                 comparisons.append(comparison)
@@ -129,7 +128,9 @@ def summarise(
             ranks[at, name] = _ranks(systems, apart, name)
     for (system, place), entry in entries.items():
         entry["rank"] = {name: list(ranks[place, name][system]) for name in names}
-    return Summary(names, sequences, systems, list(runs), results, entries, comparisons, ranks)
+    length = form.unit if form.unit == "m" else ""
+    headers = {name: header(name, length) for name in names}
+    return Summary(headers, sequences, systems, list(runs), results, entries, comparisons, ranks)
 
 
 class _Group:
@@ -141,7 +142,7 @@ class _Group:
 
     def values(self, name: str) -> list[float]:
         """Return the values of all runs, of failed ones the worst there is."""
-        return [outcome.scores.get(name, worst(name)) for outcome in self.outcomes]
+        return [outcome.scores.get(name, metric(name).worst) for outcome in self.outcomes]
 
     @property
     def fewest(self) -> int:
@@ -174,8 +175,8 @@ def _result(run: Run, outcome: Outcome, due: int, metrics: Sequence[str]) -> dic
         "file": run.file,
         "status": "scored" if scored else "missing" if run.file is None else "failed",
         "error": outcome.error or None,
-        **{name: outcome.scores.get(name, worst(name)) for name in SCORES},
-        "metrics": {name: outcome.scores.get(name, worst(name)) for name in metrics},
+        **{name: outcome.scores.get(name, metric(name).worst) for name in COLUMNS},
+        "metrics": {name: outcome.scores.get(name, metric(name).worst) for name in metrics},
         "n": outcome.n if scored else due,
         "failures": outcome.failures if scored else due,
         "unit": outcome.unit if scored else None,
@@ -240,7 +241,7 @@ def _difference(
     if min(len(first), len(second)) > 1:
         return over_runs(first, second)
     value = float(np.mean(first) - np.mean(second))
-    if name not in SCORES or not finite:
+    if name not in COLUMNS or not finite:
         return Difference(value, math.nan, 1)
     n_cells = (
         min(n for n in (one.fewest, two.fewest, MOST_CELLS) if n) if one.fewest or two.fewest else 0
@@ -299,7 +300,7 @@ def _ranks(
 
     `apart` has the differences of those that can be told apart.
     """
-    sign = 1 if larger_is_better(name) else -1
+    sign = 1 if metric(name).family.larger_is_better else -1
     ahead, behind = dict.fromkeys(systems, 0), dict.fromkeys(systems, 0)
     for (a, b), difference in apart.items():
         better, lesser = (a, b) if sign * difference > 0 else (b, a)

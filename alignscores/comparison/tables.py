@@ -1,22 +1,20 @@
-"""The comparison as text: for a terminal, CSV, Markdown, LaTeX and JSON."""
+"""The comparison as text: for a terminal, CSV, Markdown and LaTeX."""
 
 import csv
-import json
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from io import StringIO
 from typing import Any
 
-from ..cli.names import columns, padded
-from ..cli.table import WIDTH
-from .runs import larger_is_better
+from ..evaluation.names import WIDTH, columns, padded
+from ..evaluation.settings import Settings
+from ..metrics import metric
 from .summary import Summary
 
-__all__ = ["as_csv", "as_json", "as_latex", "as_markdown", "as_text"]
+__all__ = ["as_csv", "as_latex", "as_markdown", "as_text", "footnotes"]
 
 Row = list[str]
-HEADERS = {"half_distance": "half d", "half_angle": "half angle"}
 
 
 def as_text(summary: Summary, by: str, names: dict[str, str]) -> str:
@@ -59,7 +57,7 @@ def as_latex(summary: Summary, by: str, names: dict[str, str]) -> str:
         f"% {by}: mean over runs; bold: better than all others (95 % for all pairs of a column)",
         f"\\begin{{tabular}}{{l{'r' * len(columns)}}}",
         "\\toprule",
-        " & ".join([_tex(HEADERS.get(by, by)), *columns]) + r" \\",
+        " & ".join([_tex(summary.headers[by]), *columns]) + r" \\",
         "\\midrule",
         *(" & ".join(row) + r" \\" for row in rows),
         "\\bottomrule",
@@ -72,10 +70,10 @@ def as_csv(summary: Summary) -> str:
     """Return one line a system and sequence, and one over all with an empty sequence."""
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    columns = [column for name in summary.metrics for column in (name, f"{name}_sd")]
+    columns = [column for name in summary.headers for column in (name, f"{name}_sd")]
     counts = ["runs", "failed_runs", "n", "failures"]
     writer.writerow(["system", "sequence", *columns, "rank_best", "rank_worst", *counts])
-    for entry in _entries(summary):
+    for entry in summary.in_order():
         writer.writerow(
             [
                 entry["system"],
@@ -88,17 +86,6 @@ def as_csv(summary: Summary) -> str:
     return text.getvalue()
 
 
-def as_json(summary: Summary, settings: dict[str, Any]) -> str:
-    """Return all of it; infinite numbers, and those that are unknown, are null."""
-    printed = {
-        **settings,
-        "results": summary.results,
-        "systems": _entries(summary),
-        "comparisons": summary.comparisons,
-    }
-    return json.dumps(_finite(printed), indent=2, allow_nan=False)
-
-
 def number(value: float) -> str:
     """Return a value with four digits; a dash for one that is unknown."""
     if not math.isfinite(value):
@@ -107,23 +94,8 @@ def number(value: float) -> str:
 
 
 def rank_text(rank: Sequence[int]) -> str:
-    """Return a rank, or the first and the last of those that systems share.
-
-    Examples
-    --------
-    >>> from alignscores.compare.tables import rank_text
-    >>> rank_text((1, 1)), rank_text((2, 4))
-    ('1', '2-4')
-    """
+    """Return a rank, or the first and the last of those that systems share."""
     return "-".join(map(str, dict.fromkeys(rank)))
-
-
-def _entries(summary: Summary) -> list[dict[str, Any]]:
-    return [
-        summary.entries[system, sequence]
-        for sequence in [*summary.sequences, None]
-        for system in summary.systems
-    ]
 
 
 def _text_cell(entry: Mapping[str, Any], name: str) -> str:
@@ -156,7 +128,7 @@ Cell = Callable[[Mapping[str, Any], str], str]
 
 def _overall_rows(summary: Summary, by: str, names: dict[str, str], cell: Cell) -> list[Row]:
     """Return a header and the values of each system over all sequences."""
-    header = ["system", f"rank ({by})", *(HEADERS.get(name, name) for name in summary.metrics)]
+    header = ["system", f"rank ({summary.headers[by]})", *summary.headers.values()]
     rows = []
     for system in _by(summary, by):
         entry = summary.entries[system, None]
@@ -164,7 +136,7 @@ def _overall_rows(summary: Summary, by: str, names: dict[str, str], cell: Cell) 
             [
                 names[system],
                 rank_text(entry["rank"][by]),
-                *(cell(entry, name) for name in summary.metrics),
+                *(cell(entry, name) for name in summary.headers),
                 f"{entry['failed_runs']}/{entry['runs']}",
                 f"{entry['failures'] / max(entry['n'], 1):.1%}",
             ]
@@ -177,7 +149,9 @@ def _sequence_rows(
 ) -> list[Row]:
     """Return a header and the values of each system on each sequence."""
     columns = [*summary.sequences, *([None] if overall else [])]
-    rows = [[by, *(names[one] if one else "overall" for one in columns)]]
+    rows = [
+        [summary.headers[by], *(names[sequence] if sequence else "overall" for sequence in columns)]
+    ]
     for system in _by(summary, by):
         cells = [cell(summary.entries[system, sequence], by) for sequence in columns]
         rows.append([names[system], *cells])
@@ -186,7 +160,7 @@ def _sequence_rows(
 
 def _by(summary: Summary, by: str) -> list[str]:
     """Return the systems from the best to the worst by a metric, over all."""
-    sign = -1 if larger_is_better(by) else 1
+    sign = -1 if metric(by).family.larger_is_better else 1
     return sorted(summary.systems, key=lambda system: sign * summary.entries[system, None][by])
 
 
@@ -226,9 +200,16 @@ def _markdown(text: str) -> str:
     return re.sub(r"([\\`*\[\]<>|~&]|\b_|_\b)", r"\\\1", text)
 
 
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(one) for key, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+def footnotes(summary: Summary, settings: Settings) -> list[str]:
+    """Return what is said below the tables."""
+    lines = [
+        f"means over runs, overall over sequences; registration {settings.registration}",
+        f"missing cameras: {settings.missing}; failed and missing runs count as failures",
+    ]
+    if len(summary.systems) > 1:
+        lines.append(
+            "(1-2): ranks, shared where they cannot be told apart (95 % for all pairs of a column)"
+        )
+    if any(entry["failed_runs"] for entry in summary.entries.values()):
+        lines.append("†1: so many runs failed or are missing")
+    return lines

@@ -9,12 +9,15 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Floats
-from ..cli.page import around, packed
+from ..comparison.comparison import Comparison
+from ..comparison.runs import Outcome
+from ..comparison.summary import Summary
+from ..comparison.tables import footnotes, is_best, number, rank_text
 from ..explorer import source
 from ..explorer.document import data_element, document
-from .runs import Outcome, larger_is_better
-from .summary import Summary
-from .tables import HEADERS, is_best, number, rank_text
+from ..metrics import metric
+from .sequences import sequences_data
+from .trajectories import document_around_data, packed
 
 __all__ = ["page"]
 
@@ -24,48 +27,26 @@ N_COLOURS = 8
 CURVE = 640, 260  # width and height of the drawings, without their margins
 LEFT, TOP, BOTTOM = 52, 20, 40
 STRETCHES = 120  # parts of a trajectory whose median error is drawn
-# Errors that stand for all of a system on a sequence; scores are off by 0.00125 at most.
-STANDING = 400
+# Quantiles of the errors of a system on a sequence; scores by them are off by 0.00125 at most.
+N_QUANTILES = 400
 SCRIPTS = "scores.js", "charts.js", "controls.js"
 MOST = 15  # megabytes of trajectories
 
 
-def page(
-    summary: Summary,
-    by: str,
-    names: Mapping[str, str],
-    footnotes: Sequence[str],
-    setting: Mapping[str, float],
-    trajectories: Mapping[str, Mapping[str, Any]],
-) -> str:
-    """Return the page; the same input gives the same bytes.
-
-    Parameters
-    ----------
-    summary : Summary
-        What is shown.
-    by : str
-        Metric of the heat map and of the scattered runs.
-    names : mapping of str to str
-        Names of systems and sequences as they are shown.
-    footnotes : sequence of str
-        What is said below the table.
-    setting : mapping of str to float
-        Largest thresholds of TAS (``threshold``, in d) and RAS (``degrees``), and the ``weight``.
-    trajectories : mapping of str to mapping
-        Data of the page of one's own files, of the sequences that have any.
-    """
+def page(comparison: Comparison, by: str) -> str:
+    """Return the page; `by` is the metric of the heat map and of the scattered runs."""
+    summary, names, settings = comparison.summary, comparison.names, comparison.settings
     own, key = files(__package__), _in_key(summary)
     counts = {"system": len(summary.systems), "sequence": len(summary.sequences)}
     title = " on ".join(f"{count} {what}{'s' * (count > 1)}" for what, count in counts.items())
     sections = [
-        ("overall", "Over all sequences", _table(summary, names, footnotes)),
+        ("overall", "Over all sequences", _table(summary, names, footnotes(summary, settings))),
         ("sequences", f"{by} by sequence", _heat_map(summary, by, names)),
         ("differences", f"Differences in {by}, over all", _differences(summary, by, names)),
         (
             "runs",
             f"{by} of each run",
-            _each(summary, lambda one: _runs(summary, by, one, names), names),
+            _each(summary, lambda sequence: _runs(summary, by, sequence, names), names),
         ),
         (
             "thresholds",
@@ -75,9 +56,14 @@ def page(
         (
             "errors",
             "Position error along the way",
-            _key(summary, names) + _each(summary, lambda one: _errors(summary, one), names),
+            _key(summary, names)
+            + _each(summary, lambda sequence: _errors(summary, sequence), names),
         ),
-        ("trajectories", "Trajectories, camera by camera", _trajectories(trajectories, by, names)),
+        (
+            "trajectories",
+            "Trajectories, camera by camera",
+            _trajectories(sequences_data(comparison, by), by, names),
+        ),
     ]
     links = "".join(
         f'<li><a href="#{name}">{escape(heading)}</a></li>' for name, heading, _ in sections
@@ -97,9 +83,13 @@ def page(
             "systems": [names[system] for system in summary.systems],
             "lines": [_colour_and_dash(key.index(system)) for system in summary.systems],
             "sequences": [names[sequence] for sequence in summary.sequences],
-            "setting": dict(setting),
+            "setting": {
+                "threshold": settings.max_threshold,
+                "degrees": settings.max_threshold_deg,
+                "weight": settings.weight,
+            },
             "errors": [
-                [_standing(summary, system, sequence) for system in summary.systems]
+                [_pooled_errors(summary, system, sequence) for system in summary.systems]
                 for sequence in summary.sequences
             ],
         },
@@ -109,13 +99,13 @@ def page(
 
 def _table(summary: Summary, names: Mapping[str, str], footnotes: Sequence[str]) -> str:
     """Return the sortable table of the systems over all sequences."""
-    headers = ["system", *(HEADERS.get(name, name) for name in summary.metrics)]
+    headers = ["system", *summary.headers.values()]
     headers += ["failed runs", "lost frames"]
     rows = []
     for system in summary.systems:
         entry = summary.entries[system, None]
         cells = [
-            _cell(entry[name], number(entry[name]), entry["rank"][name]) for name in summary.metrics
+            _cell(entry[name], number(entry[name]), entry["rank"][name]) for name in summary.headers
         ]
         cells.append(_cell(entry["failed_runs"], f"{entry['failed_runs']}/{entry['runs']}"))
         lost = entry["failures"] / max(entry["n"], 1)
@@ -142,7 +132,7 @@ def _heat_map(summary: Summary, by: str, names: Mapping[str, str]) -> str:
     ]
     finite = [value for value in values if math.isfinite(value)] or [0.0]
     low, high = min(finite), max(finite)
-    if larger_is_better(by):
+    if metric(by).family.larger_is_better:
         low, high = 0.0, max(1.0, high) if high <= 1 else high
     rows = []
     for system in summary.systems:
@@ -151,7 +141,7 @@ def _heat_map(summary: Summary, by: str, names: Mapping[str, str]) -> str:
             entry = summary.entries[system, sequence]
             value = min(max(entry[by], low), high)
             share = (value - low) / (high - low) if high > low else 1.0
-            share = share if larger_is_better(by) else 1 - share
+            share = share if metric(by).family.larger_is_better else 1 - share
             failed = entry["failed_runs"]
             lost = f'<span class="small">{failed} failed</span>' if failed else ""
             best = " best" if is_best(entry, by) else ""
@@ -161,17 +151,17 @@ def _heat_map(summary: Summary, by: str, names: Mapping[str, str]) -> str:
             )
         rows.append(f'<tr><th scope="row">{escape(names[system])}</th>{"".join(cells)}</tr>')
     caption = "Means over the runs, the stronger the colour, the better; bold as above."
-    headers = ["system", *(names[one] for one in summary.sequences)]
+    headers = ["system", *(names[sequence] for sequence in summary.sequences)]
     return _scrolling("sequences", caption, headers, rows)
 
 
 def _differences(summary: Summary, by: str, names: Mapping[str, str]) -> str:
     rows = [
-        f'<tr><th scope="row">{escape(names[one["a"]])} − {escape(names[one["b"]])}</th>'
-        f"<td>{_signed(one['difference'])}</td><td>{_signed(one['low'])} to "
-        f"{_signed(one['high'])}</td><td>{'yes' if one['distinguishable'] else 'no'}</td></tr>"
-        for one in summary.comparisons
-        if one["sequence"] is None and one["metric"] == by
+        f'<tr><th scope="row">{escape(names[pair["a"]])} − {escape(names[pair["b"]])}</th>'
+        f"<td>{_signed(pair['difference'])}</td><td>{_signed(pair['low'])} to "
+        f"{_signed(pair['high'])}</td><td>{'yes' if pair['distinguishable'] else 'no'}</td></tr>"
+        for pair in summary.comparisons
+        if pair["sequence"] is None and pair["metric"] == by
     ]
     if not rows:
         return "<p>There is one system.</p>"
@@ -242,23 +232,26 @@ def _runs(summary: Summary, by: str, sequence: str, names: Mapping[str, str]) ->
     label = 130
     results = {
         system: [
-            {**one, **one["metrics"]}[by]
-            for one in summary.results
-            if (one["system"], one["sequence"]) == (system, sequence)
+            {**result, **result["metrics"]}[by]
+            for result in summary.results
+            if (result["system"], result["sequence"]) == (system, sequence)
         ]
         for system in summary.systems
     }
-    finite = [one for own in results.values() for one in own if math.isfinite(one)]
-    low, high = min([0.0, *finite]), max([*finite, 1.0 if larger_is_better(by) else 1e-9])
+    finite = [value for values in results.values() for value in values if math.isfinite(value)]
+    low, high = (
+        min([0.0, *finite]),
+        max([*finite, 1.0 if metric(by).family.larger_is_better else 1e-9]),
+    )
     marks = []
-    for index, (system, own) in enumerate(results.items()):
+    for index, (system, values) in enumerate(results.items()):
         y = row * index + row / 2
         name = escape(names[system][:18])
         marks.append(
             f'<text x="{label - 8}" y="{y + 4:g}" text-anchor="end">{name}</text>'
             f'<path class="axis" d="M{label} {y:g}H{width}"/>'
         )
-        for value in own:
+        for value in values:
             if math.isfinite(value):
                 x = label + (width - label - 8) * (value - low) / (high - low)
                 marks.append(f'<circle class="dot" cx="{x:.1f}" cy="{y:g}" r="4"/>')
@@ -268,18 +261,18 @@ def _runs(summary: Summary, by: str, sequence: str, names: Mapping[str, str]) ->
         f'<text x="{width}" y="{height - 4}" text-anchor="end">{high:.3g}</text>'
     )
     spoken = "; ".join(
-        f"{system}: {', '.join(number(value) for value in own)}" for system, own in results.items()
+        f"{system}: {', '.join(map(number, values))}" for system, values in results.items()
     )
     return _svg(width, height, marks, f"{by} of each run. {spoken}")
 
 
-def _standing(summary: Summary, system: str, sequence: str) -> dict[str, str]:
+def _pooled_errors(summary: Summary, system: str, sequence: str) -> dict[str, str]:
     """Return errors of positions, in d, and of rotations that stand for those of all runs."""
     runs = _outcomes(summary, system, sequence)
     n_runs = summary.entries[system, sequence]["runs"]
     return {
-        "position": _quantiles([one.position_errors / one.unit for one in runs], n_runs),
-        "rotation": _quantiles([one.rotation_errors for one in runs], n_runs),
+        "position": _quantiles([run.position_errors / run.unit for run in runs], n_runs),
+        "rotation": _quantiles([run.rotation_errors for run in runs], n_runs),
     }
 
 
@@ -289,10 +282,12 @@ def _quantiles(errors: Sequence[Floats], n_runs: int) -> str:
     Runs that failed, or are missing, have infinite errors.
     """
     together = np.concatenate([*errors, [np.inf]])
-    share = np.concatenate([*(np.full(len(one), 1 / len(one)) for one in errors), [np.inf]])
+    share = np.concatenate(
+        [*(np.full(len(of_run), 1 / len(of_run)) for of_run in errors), [np.inf]]
+    )
     order = np.argsort(together, kind="stable")
     reached = np.cumsum(share[order]) / n_runs
-    wanted = (np.arange(STANDING) + 0.5) / STANDING
+    wanted = (np.arange(N_QUANTILES) + 0.5) / N_QUANTILES
     values = together[order][np.searchsorted(reached, wanted, side="left")]
     return packed(values, "<f4")
 
@@ -304,9 +299,9 @@ def _errors(summary: Summary, sequence: str) -> str:
     for system in _in_key(summary):
         runs = _outcomes(summary, system, sequence)
         if runs:
-            places = np.concatenate([one.places for one in runs])
+            places = np.concatenate([run.places for run in runs])
             unit = runs[0].unit
-            errors = np.concatenate([one.position_errors for one in runs]) / unit
+            errors = np.concatenate([run.position_errors for run in runs]) / unit
             part = np.minimum((places * STRETCHES).astype(int), STRETCHES - 1)
             order = np.argsort(part, kind="stable")
             found, starts = np.unique(part[order], return_index=True)
@@ -332,8 +327,10 @@ def _trajectories(
     """Return the data of each sequence, of which a script makes the page of one's own files."""
     if not trajectories:
         return "<p>No run was scored.</p>"
-    data = [data_element(f"own-{index}", one) for index, one in enumerate(trajectories.values())]
-    if (size := sum(map(len, data)) / 1e6) > MOST:
+    elements = [
+        data_element(f"own-{index}", data) for index, data in enumerate(trajectories.values())
+    ]
+    if (size := sum(map(len, elements)) / 1e6) > MOST:
         return (
             f"<p>The trajectories would take {size:.3g} MB, more than {MOST} MB, and are left out. "
             "<code>alignscores FORMAT REFERENCE ESTIMATE... --save_page FILE.html</code> makes a "
@@ -345,7 +342,7 @@ def _trajectories(
     )
     html = files(__package__).joinpath("trajectories.html").read_text("utf-8")
     return html.format(options=options, by=escape(by)) + "".join(
-        [data_element("own-page", around()), *data]
+        [data_element("own-page", document_around_data()), *elements]
     )
 
 
@@ -367,8 +364,8 @@ def _plot(
     ]
     for system, (x, y) in curves.items():
         points = " ".join(
-            f"{LEFT + width * one:.1f},{TOP + height * (1 - other):.1f}"
-            for one, other in zip(x, y, strict=True)
+            f"{LEFT + width * right:.1f},{TOP + height * (1 - top):.1f}"
+            for right, top in zip(x, y, strict=True)
         )
         marks.append(f'<polyline {_style(order.index(system))} points="{points}"/>')
     return _svg(LEFT + width + 8, TOP + height + BOTTOM, marks, spoken)

@@ -218,7 +218,7 @@ def read_yaml(path: str) -> Benchmark:
     ModuleNotFoundError
         Where PyYAML is not installed.
     """
-    yaml = require("yaml", "files")
+    yaml = require("yaml", "yaml")
     try:
         content = yaml.safe_load(Path(path).read_text())
     except (OSError, UnicodeError, yaml.YAMLError) as error:

@@ -1,10 +1,12 @@
-"""Names of files as they are printed and saved: short, unique, and printable."""
+"""Texts as they are printed: names of files, short, unique and printable, in columns."""
 
 import unicodedata
 from collections.abc import Sequence
 from pathlib import Path
 
-__all__ = ["columns", "numbered", "padded", "printable", "unique_names"]
+__all__ = ["WIDTH", "columns", "numbered", "padded", "printable", "unique_names"]
+
+WIDTH = 100  # columns of a table
 
 
 def printable(text: str) -> str:

@@ -1,0 +1,226 @@
+"""The command ``alignscores compare``: from its arguments to what is printed and saved."""
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from ..comparison.benchmark import Benchmark
+from ..comparison.comparison import Comparison, compare_runs, find_benchmark, settings_of_run
+from ..comparison.runs import COLUMNS
+from ..comparison.tables import as_csv, as_latex, as_markdown, as_text, footnotes
+from ..evaluation.names import printable
+from ..evaluation.settings import Option, Settings
+from ..metrics import metric
+from ..pages.comparison import page
+from ..trajectories.formats import FORMATS
+from ..writing import write_whole
+from .inputs import refuse_to_replace
+from .metrics import Metrics, alias_notes, order_problem
+from .options import add_number, add_settings, output_file, settings_of
+from .output import print_error, print_note, show_progress
+
+__all__ = ["add_parser"]
+
+EPILOG = """\
+example:
+  alignscores compare tum 'data/{sequence}/gt.txt' 'data/{sequence}/{system}/{run}.txt'
+
+exit codes: 0 all compared, 1 something was left out or failed, 2 wrong usage
+"""
+JOBS = Option(
+    help="processes side by side (default: %(default)s)", group="work", number=int, least=1
+)
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to those of the parser."""
+    command = commands.add_parser(
+        "compare",
+        help="systems over sequences and runs, with their uncertainty",
+        description="compare: systems over sequences and runs. Lost frames, failed and missing "
+        "runs count as failures.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    command.set_defaults(command=command, run=run, metrics_as_given=())
+    command.add_argument(
+        "source", metavar="FORMAT", help=f"{', '.join(FORMATS)}; or a YAML file, without patterns"
+    )
+    command.add_argument(
+        "patterns",
+        nargs="*",
+        metavar="PATTERN",
+        help="of the references and of the estimates, with {sequence}, {system} and {run}",
+    )
+    command.add_argument(
+        "--dry-run", "--dry_run", action="store_true", help="show what is found, and score nothing"
+    )
+    add_settings(
+        command,
+        left_out=["format"],
+        helps={
+            "frames": "pattern of files with the time stamps of the frames that were due; may have "
+            "{sequence}"
+        },
+    )
+
+    work = command.add_argument_group("work")
+    add_number(work, "jobs", os.cpu_count() or 1, JOBS)
+    work.add_argument(
+        "--cache",
+        metavar="FOLDER",
+        default=None,
+        help="where results are kept (default: alignscores in the user's cache)",
+    )
+    work.add_argument("--no_cache", action="store_true", help="compute everything anew")
+
+    output = command.add_argument_group("output")
+    output.add_argument(
+        "--metrics",
+        action=Metrics,
+        default=(),
+        metavar="NAMES",
+        help="more metrics: auc@30:vggt,ate:rmse; --metrics help lists them",
+    )
+    output.add_argument(
+        "--by", default="PAS", metavar="NAME", help="metric of the tables (default: %(default)s)"
+    )
+    output.add_argument(
+        "--html", metavar="FILE.html", type=output_file(".html"), help="save one page with drawings"
+    )
+    shown = output.add_mutually_exclusive_group()
+    for name in ("json", "csv", "markdown", "latex"):
+        shown.add_argument(
+            f"--{name}",
+            dest="show",
+            action="store_const",
+            const=name,
+            help=f"print {name.upper() if len(name) < 5 else name.title()} instead of the table",
+        )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Find, score and compare all runs; what is wrong with one does not stop the others."""
+    settings = _settings(arguments)
+    benchmark = _benchmark(arguments)
+    if wrong := order_problem(settings.metrics, FORMATS[benchmark.format]):
+        arguments.command.error(f"argument --metrics: {wrong}")
+    if arguments.dry_run:
+        _print_problems(benchmark.problems)
+        _show_found(benchmark)
+        return int(bool(benchmark.problems))
+    if arguments.html:
+        refuse_to_replace(_inputs(benchmark, settings, arguments), [("--html", arguments.html)])
+    comparison = compare_runs(
+        benchmark,
+        settings,
+        jobs=arguments.jobs,
+        cache=_cache(arguments),
+        progress=show_progress,
+    )
+    _print_problems(comparison.problems)
+    _print_problems([f"{error}; it counts as a failure" for error in comparison.failed])
+    for note in [*alias_notes(arguments.metrics_as_given), *comparison.notes]:
+        print_note(printable(note))
+    _show(comparison, arguments)
+    return int(bool(comparison.problems or comparison.failed))
+
+
+def _settings(arguments: argparse.Namespace) -> Settings:
+    """Return the settings, with the metrics besides the scores, which have their columns anyway."""
+    names = tuple(name for name in arguments.metrics if name not in COLUMNS)
+    arguments.metrics, arguments.format = names, None  # that is the benchmark's
+    shown = (*COLUMNS, *names)
+    by = arguments.by
+    with suppress(ValueError):
+        arguments.by = metric(by).name
+    if arguments.by not in shown:
+        arguments.command.error(f"argument --by: must be one of {', '.join(shown)}, not {by!r}")
+    return settings_of(arguments)
+
+
+def _benchmark(arguments: argparse.Namespace) -> Benchmark:
+    source, patterns = arguments.source, arguments.patterns
+    if source in FORMATS and len(patterns) == 2:
+        reference, estimate = patterns
+        return find_benchmark(reference, estimate, source)
+    if Path(source).suffix in (".yaml", ".yml") and not patterns:
+        return find_benchmark(source, None, None)
+    usage = f"give one of {', '.join(FORMATS)} and two patterns, or one YAML file"
+    arguments.command.error(usage)
+    raise AssertionError  # error() exits
+
+
+def _inputs(
+    benchmark: Benchmark, settings: Settings, arguments: argparse.Namespace
+) -> Iterator[str]:
+    """Yield all files that are read."""
+    if not arguments.patterns:
+        yield arguments.source
+    yield from benchmark.references.values()
+    for found in benchmark.runs:
+        if found.file is not None:
+            yield found.file
+        if (frames := settings_of_run(benchmark, found, settings).frames) is not None:
+            yield str(frames)
+
+
+def _print_problems(problems: list[str]) -> None:
+    for problem in problems:
+        print_error(printable(problem))
+
+
+def _show_found(benchmark: Benchmark) -> None:
+    for sequence, reference in benchmark.references.items():
+        print(printable(f"{sequence}: {reference}"))
+        for found in benchmark.runs:
+            if found.sequence == sequence:
+                print(printable(f"  {found.system}, run {found.run}: {found.file or 'missing'}"))
+    systems = {found.system for found in benchmark.runs}
+    missing = sum(found.file is None for found in benchmark.runs)
+    print(
+        f"{len(benchmark.references)} sequences, {len(systems)} systems, "
+        f"{len(benchmark.runs)} runs, {missing} of them missing"
+    )
+
+
+def _cache(arguments: argparse.Namespace) -> Path | None:
+    """Return the folder of the cache, made if need be; None without one."""
+    if arguments.no_cache:
+        return None
+    if arguments.cache is None:
+        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+        folder = Path(home) / "alignscores"
+    else:
+        folder = Path(arguments.cache)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ValueError(f"--cache {folder}: cannot be made ({error.strerror})") from None
+    return folder
+
+
+def _show(comparison: Comparison, arguments: argparse.Namespace) -> None:
+    """Print the comparison as it was asked for, and save its page."""
+    by = arguments.by
+    if arguments.html:
+        # names of files that are not UTF-8 are in it as data, too
+        content = page(comparison, by).encode(errors="backslashreplace")
+        write_whole(arguments.html, content)
+    tables: dict[str, Callable[[], str]] = {
+        "json": lambda: json.dumps(comparison.to_dict(), indent=2, allow_nan=False),
+        "csv": lambda: as_csv(comparison.summary).removesuffix("\n"),
+        "markdown": lambda: as_markdown(comparison.summary, by, comparison.names),
+        "latex": lambda: as_latex(comparison.summary, by, comparison.names),
+    }
+    if arguments.show:
+        print(tables[arguments.show]())
+    else:
+        print(as_text(comparison.summary, by, comparison.names))
+        print("\n" + "\n".join(footnotes(comparison.summary, comparison.settings)))
+    sys.stdout.flush()

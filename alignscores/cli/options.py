@@ -1,0 +1,86 @@
+"""Options of the command: those of `Settings` are made from its fields."""
+
+import argparse
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from ..evaluation.settings import Option, Settings, options
+
+__all__ = ["add_number", "add_settings", "output_file", "settings_of"]
+
+
+def add_settings(
+    parser: argparse.ArgumentParser,
+    *,
+    left_out: Sequence[str] = (),
+    helps: Mapping[str, str] | None = None,
+    choices: Mapping[str, Sequence[str]] | None = None,
+) -> None:
+    """Add an option for each setting, in their groups, but for those that are left out.
+
+    `helps` and `choices` are those of this parser, where they differ.
+    """
+    groups: dict[str, Any] = {}
+    for name, option in options().items():
+        if name in left_out:
+            continue
+        if option.group not in groups:
+            groups[option.group] = parser.add_argument_group(option.group)
+        default = getattr(Settings, name)
+        help = (helps or {}).get(name, option.help)
+        if default is not None and default is not False:
+            help += " (default: %(default)s)"
+        if default is False:
+            kind: dict[str, Any] = {"action": "store_true"}
+        elif option.choices:
+            kind = {"choices": (choices or {}).get(name, option.choices)}
+        else:
+            kind = (
+                {"type": _number(option), "metavar": "X"} if option.number else {"metavar": "FILE"}
+            )
+        groups[option.group].add_argument(f"--{name}", default=default, help=help, **kind)
+
+
+def add_number(group: Any, name: str, default: float, option: Option) -> None:
+    """Add an option that takes a number and is no setting."""
+    group.add_argument(
+        f"--{name}", type=_number(option), default=default, metavar="X", help=option.help
+    )
+
+
+def settings_of(arguments: argparse.Namespace) -> Settings:
+    """Return the settings that were given."""
+    given = vars(arguments)
+    return Settings(
+        **{
+            setting.name: given[setting.name]
+            for setting in fields(Settings)
+            if setting.name in given
+        }
+    )
+
+
+def _number(option: Option) -> Callable[[str], float | str]:
+    def number(text: str) -> float | str:
+        try:
+            return option.parse(text)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    return number
+
+
+def output_file(*suffixes: str) -> Callable[[str], Path]:
+    """Return a type of argument that refuses at once what could not be written at the end."""
+
+    def output(value: str) -> Path:
+        path = Path(value)
+        if path.suffix not in suffixes:
+            raise argparse.ArgumentTypeError(f"{value} does not end in {' or '.join(suffixes)}")
+        if not path.parent.is_dir():
+            raise argparse.ArgumentTypeError(f"{value}: there is no folder {path.parent}")
+        return path
+
+    return output

@@ -1,0 +1,366 @@
+"""Systems over sequences and runs: found, scored side by side, and summarised."""
+
+import multiprocessing
+import os
+import re
+import signal
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from .. import __version__
+from ..evaluation.evaluation import finite_or_none
+from ..evaluation.names import printable
+from ..evaluation.notes import collected_warnings
+from ..evaluation.settings import Settings
+from ..trajectories.extras import require
+from ..trajectories.files import read_stamps
+from .benchmark import Benchmark, Run, from_patterns, read_yaml
+from .patterns import Pattern
+from .runs import Outcome, Task, due_cameras, evaluate_run, reference_of
+from .summary import Summary, summarise
+
+__all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "settings_of_run"]
+
+YAML = ".yaml", ".yml"
+Progress = Callable[[str], None]
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Systems with their means, differences and ranks; `compare` makes it.
+
+    Parameters
+    ----------
+    benchmark : Benchmark
+        The sequences with their references, and all runs.
+    settings : Settings
+        How the runs were scored, where the benchmark says nothing else.
+    summary : Summary
+        Results of the runs, means, differences with intervals, and ranks.
+    problems : list of str
+        What was left out, and why.
+    notes : list of str
+        What one should know about the runs, each note once.
+    """
+
+    benchmark: Benchmark
+    settings: Settings
+    summary: Summary
+    problems: list[str]
+    notes: list[str]
+
+    @property
+    def failed(self) -> list[str]:
+        """Why runs failed, or that they are missing; each of them counts as a failure."""
+        return [outcome.error for _, outcome in self.summary.runs if outcome.error]
+
+    @property
+    def names(self) -> dict[str, str]:
+        """Names of systems and sequences as they are shown."""
+        named = {**self.benchmark.sequence_options, **self.benchmark.system_options}
+        return {
+            key: printable(str(named.get(key, {}).get("name", key)))
+            for key in (*self.summary.sequences, *self.summary.systems)
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what the command prints with ``--json``.
+
+        Returns
+        -------
+        dict
+            Settings, ``problems``, and the lists ``results`` (one entry a run), ``systems`` (one a
+            system and sequence, and over all) and ``comparisons``. Infinite and unknown numbers
+            are None. The keys are described in ``docs/reference/results.md``.
+        """
+        summary, settings = self.summary, self.settings
+        keys = [
+            "missing",
+            "t_max_diff",
+            "unit",
+            "max_threshold",
+            "max_threshold_deg",
+            "weight",
+            "registration",
+            "seed",
+        ]
+        return {
+            "version": __version__,
+            "format": self.benchmark.format,
+            **{key: getattr(settings, key) for key in keys},
+            "repeat": len(settings.seeds),
+            "problems": [printable(problem) for problem in self.problems],
+            "results": _finite(summary.results),
+            "systems": _finite(summary.in_order()),
+            "comparisons": _finite(summary.comparisons),
+        }
+
+    def to_frame(self) -> Any:
+        """Return means, standard deviations and counts as a table of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row a system and sequence, and one over all with the sequence None.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            Where pandas is not installed.
+        """
+        rows = [
+            {key: value for key, value in entry.items() if key != "rank"}
+            for entry in self.summary.in_order()
+        ]
+        return require("pandas", "tables").DataFrame(rows)
+
+
+def compare(
+    references: str,
+    estimates: str | None = None,
+    settings: Settings | None = None,
+    *,
+    jobs: int = 1,
+    cache: str | Path | None = None,
+    **changes: Any,
+) -> Comparison:
+    """Compare systems over sequences and runs, as the command ``alignscores compare`` does.
+
+    Parameters
+    ----------
+    references : str
+        Pattern of the reference files, with ``{sequence}``; or a YAML file that describes the
+        benchmark, without `estimates`.
+    estimates : str, optional
+        Pattern of the estimated files, with ``{system}``, and ``{sequence}`` and ``{run}`` where
+        there are several.
+    settings : Settings, optional
+        How they are scored; by default `Settings()`. ``frames`` may have ``{sequence}``.
+    jobs : int
+        Processes side by side.
+    cache : path, optional
+        Folder where results are kept and looked for; by default everything is computed.
+    **changes : object
+        Settings that differ from these, such as ``format="tum"``.
+
+    Returns
+    -------
+    Comparison
+        Means, differences with their intervals, ranks, and all results.
+
+    Raises
+    ------
+    ValueError
+        Where nothing is found, or a setting or the YAML file is wrong.
+
+    Examples
+    --------
+    >>> from alignscores import compare
+    >>> folder = "tests/data/tum"
+    >>> found = compare(f"{folder}/reference.txt", f"{folder}/{{system}}.txt", format="tum")
+    >>> found.summary.systems, found.summary.entries["estimate", None]["PAS"]
+    (['estimate'], 0.8045)
+    """
+    settings = replace(settings or Settings(), **changes)
+    benchmark = find_benchmark(references, estimates, settings.format)
+    folder = None if cache is None else Path(cache)
+    return compare_runs(benchmark, settings, jobs=jobs, cache=folder)
+
+
+def find_benchmark(references: str, estimates: str | None, format: str | None) -> Benchmark:
+    """Find the files of two patterns, or read a YAML file."""
+    if estimates is not None:
+        if format is None:
+            raise ValueError("give the format of the files: format=tum, kitti, euroc, ...")
+        return from_patterns(format, references, estimates)
+    if Path(references).suffix not in YAML:
+        raise ValueError(f"{references}: give a pattern of estimates, too, or one YAML file")
+    return read_yaml(references)
+
+
+def compare_runs(
+    benchmark: Benchmark,
+    settings: Settings,
+    *,
+    jobs: int,
+    cache: Path | None,
+    progress: Progress = lambda text: None,
+) -> Comparison:
+    """Score and summarise all runs; what is wrong with one does not stop the others."""
+    settings = replace(settings, format=benchmark.format)
+    problems, notes = list(benchmark.problems), []
+    tasks: dict[Run, Task] = {}
+    reference_of.cache_clear()  # type: ignore[attr-defined]  # files may have changed
+    for sequence in benchmark.references:
+        try:
+            found, said = _tasks(benchmark, sequence, settings, cache)
+        except ValueError as error:
+            problems.append(f"sequence {sequence}: left out: {error}")
+        else:
+            tasks |= found
+            notes += said
+    runs = _scored(tasks, jobs, progress)
+    if not runs:
+        raise ValueError("; ".join(["nothing is left to be compared", *problems]))
+    summary = summarise(runs, settings.metrics, weight=settings.weight, form=settings.form)
+    return Comparison(benchmark, settings, summary, problems, [*notes, *_notes_of_runs(runs)])
+
+
+def settings_of_run(benchmark: Benchmark, run: Run, settings: Settings) -> Settings:
+    """Return the settings of a run: those of all, of its sequence and of its system."""
+    of_sequence = dict(benchmark.sequence_options.get(run.sequence, {}))
+    of_system = dict(benchmark.system_options.get(run.system, {}))
+    if settings.frames is not None and "frames" not in of_sequence:
+        pattern = Pattern(str(settings.frames), ["sequence"])
+        of_sequence["frames"] = pattern.fill({"sequence": run.sequence})
+    known = {**of_sequence, **of_system}
+    for key in ("name", "runs"):
+        known.pop(key, None)
+    return replace(settings, **known)
+
+
+def _tasks(
+    benchmark: Benchmark, sequence: str, settings: Settings, cache: Path | None
+) -> tuple[dict[Run, Task], list[str]]:
+    """Return what is to be done on a sequence, and the notes on its reference."""
+    reference = benchmark.references[sequence]
+    tasks: dict[Run, Task] = {}
+    checked: set[str] = set()  # what is mixed up is so in all runs of a system: the first one tells
+    for run in benchmark.runs:
+        if run.sequence != sequence:
+            continue
+        first = run.file is not None and run.system not in checked
+        if first:
+            checked.add(run.system)
+        own = settings_of_run(benchmark, run, settings)
+        tasks[run] = Task(reference, run.file or "", own, cache, first)
+    of_any = next(iter(tasks.values())).settings
+    with collected_warnings() as notes:
+        reference_of(reference, of_any)
+        if of_any.frames is not None:
+            read_stamps(str(of_any.frames))
+    return tasks, [f"{sequence}: {note}" for note in notes]
+
+
+def _scored(tasks: Mapping[Run, Task], jobs: int, progress: Progress) -> list[tuple[Run, Outcome]]:
+    """Return all runs with what became of them, missing ones among them."""
+    there = {run: task for run, task in tasks.items() if run.file}
+    with _Pool(jobs, progress) as pool:
+        unknown = {run: task for run, task in there.items() if task.settings.unit is None}
+        units = _units(dict(pool.work(due_cameras, unknown, "looking at")))
+        with_unit = {
+            run: replace(task, settings=replace(task.settings, unit=units.get(run.sequence)))
+            if run in unknown
+            else task
+            for run, task in there.items()
+        }
+        outcomes = dict(pool.work(evaluate_run, with_unit, "scoring"))
+    return [
+        (
+            run,
+            outcomes[run]
+            if run.file
+            else Outcome({}, error=f"{run.system}: has no run {run.run} on {run.sequence}"),
+        )
+        for run in tasks
+    ]
+
+
+def _units(due: Mapping[Run, tuple[int, float | None]]) -> dict[str, float]:
+    """Return d of each sequence: that of the frames that were due, by the estimate with the most.
+
+    Where the estimates tell different numbers of them, d is rounded to two digits, so that one more
+    run, as a rule, does not change it.
+    """
+    units = {}
+    for sequence in dict.fromkeys(run.sequence for run in due):
+        known = [
+            (n, unit)
+            for run, (n, unit) in due.items()
+            if run.sequence == sequence and unit is not None
+        ]
+        if known:
+            _, unit = max(known)
+            units[sequence] = unit if len(set(known)) == 1 else float(f"{unit:.1e}")
+    return units
+
+
+def _notes_of_runs(runs: Sequence[tuple[Run, Outcome]]) -> list[str]:
+    """Return each note once, with the first run that it is about and the number of the others."""
+    alike: dict[tuple[str, str], list[str]] = {}
+    for run, outcome in runs:
+        for note in outcome.notes:
+            text = f"{run.sequence}, {run.system}, run {run.run}: {note}"
+            alike.setdefault((run.system, re.sub(r"[\d.]+", "", note)), []).append(text)
+    return [
+        f"{first} (and alike for {len(others)} more of {system})" if others else first
+        for (system, _), (first, *others) in alike.items()
+    ]
+
+
+def _finite(value: Any) -> Any:
+    """Return None in place of numbers that JSON has not."""
+    if isinstance(value, dict):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(entry) for entry in value]
+    return finite_or_none(value) if isinstance(value, float) else value
+
+
+class _Pool:
+    """Processes side by side; with one job, this process alone."""
+
+    def __init__(self, jobs: int, progress: Progress) -> None:
+        self._executor = None if jobs == 1 else ProcessPoolExecutor(jobs, initializer=_in_worker)
+        self._progress = progress
+
+    def __enter__(self) -> "_Pool":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._executor:
+            self._executor.shutdown(cancel_futures=True)
+
+    def work(
+        self, function: Callable[[Task], Result], tasks: Mapping[Run, Task], doing: str
+    ) -> Iterator[tuple[Run, Result]]:
+        """Yield the result of each task, and show how far it is."""
+        for number, (run, result) in enumerate(self._results(function, tasks), 1):
+            self._progress(f"{doing} {number}/{len(tasks)}")
+            yield run, result
+        self._progress("")
+
+    def _results(
+        self, function: Callable[[Task], Result], tasks: Mapping[Run, Task]
+    ) -> Iterator[tuple[Run, Result]]:
+        if self._executor is None:
+            yield from ((run, function(task)) for run, task in tasks.items())
+            return
+        futures = {self._executor.submit(function, task): run for run, task in tasks.items()}
+        for future in as_completed(futures):
+            try:
+                yield futures[future], future.result()
+            except BrokenProcessPool:
+                raise ValueError(
+                    "a process was ended before its work was done, as when memory is short; what "
+                    "is done is in the cache: start again, with fewer --jobs"
+                ) from None
+
+
+def _in_worker() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends the work
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """End this process where the parent was ended by a signal; it would wait for work forever."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

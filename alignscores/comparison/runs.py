@@ -1,0 +1,286 @@
+"""One run: scored, or taken from the cache by the content of its files."""
+
+import hashlib
+import json
+import warnings
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from functools import cache, lru_cache, partial
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Floats, Indices
+from ..evaluation.evaluate import match_estimate, read_parts, read_reference, score
+from ..evaluation.evaluation import Evaluation
+from ..evaluation.notes import collected_warnings
+from ..evaluation.settings import Settings
+from ..metrics import metric
+from ..trajectories.files import Trajectory
+from ..trajectories.parts import joined
+from ..translation import closest_pair_quartile, tas
+from ..validation import AlignmentWarning, finite_rows
+from ..writing import write_whole
+
+__all__ = ["COLUMNS", "Outcome", "Task", "due_cameras", "evaluate_run", "reference_of"]
+
+COLUMNS = "TAS", "RAS", "PAS", "half_distance", "half_angle"  # of every comparison
+# Files of a COLMAP model that no score depends on: their size stands for their content.
+POINTS = "points3D"
+
+
+@dataclass(frozen=True)
+class Task:
+    """An estimate to be scored: its files, and how; with `check` its conventions and its clock."""
+
+    reference: str
+    estimate: str
+    settings: Settings
+    cache: Path | None = None
+    check: bool = False
+
+
+NO_ROWS = partial[Indices](np.empty, 0, np.intp)
+NO_CODES = partial[NDArray[np.uint8]](np.empty, 0, np.uint8)
+NO_NUMBERS = partial(np.empty, 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What became of one estimate.
+
+    Scores have an infinite error where there is no value. Of the cameras there are their rows in
+    the reference (ascending, of `n_rows`), `Evaluation.statuses`, centres (n, 3) in the world of
+    the reference, errors in its unit and in degrees (infinite for a failure), and the share of the
+    thresholds that each is within, whose means are the scores. `distance_terms` and `angle_terms`
+    tell by how much each camera lifts half_distance and half_angle, to first order: their means
+    are 0, and they are 0 where these are 0 or infinite. `error` says why there is no score, if
+    there is none.
+    """
+
+    scores: Mapping[str, float]
+    n: int = 0
+    failures: int = 0  # cameras without a position or without a rotation
+    unit: float = np.nan
+    n_rows: int = 0
+    rows: Indices = field(default_factory=NO_ROWS)
+    statuses: NDArray[np.uint8] = field(default_factory=NO_CODES)
+    positions: Floats = field(default_factory=partial(np.empty, (0, 3)))
+    position_errors: Floats = field(default_factory=NO_NUMBERS)
+    rotation_errors: Floats = field(default_factory=NO_NUMBERS)
+    position_scores: Floats = field(default_factory=NO_NUMBERS)
+    rotation_scores: Floats = field(default_factory=NO_NUMBERS)
+    distance_terms: Floats = field(default_factory=NO_NUMBERS)
+    angle_terms: Floats = field(default_factory=NO_NUMBERS)
+    notes: list[str] = field(default_factory=list)
+    error: str = ""
+
+    @property
+    def places(self) -> Floats:
+        """Row of each camera, as a share of the number of rows, from 0 to 1."""
+        return np.asarray((self.rows + 0.5) / self.n_rows)
+
+
+def evaluate_run(task: Task) -> Outcome:
+    """Score an estimate, or take the result of the same files and settings from the cache."""
+    try:
+        file = _cached_file(task, "run")
+        if file and (outcome := _loaded(file, task.estimate)):
+            return outcome
+        with collected_warnings():  # the comparison tells them, once for each sequence
+            reference = reference_of(task.reference, task.settings)
+        evaluation = score(
+            reference,
+            task.estimate,
+            task.settings,
+            name="",
+            file=task.estimate,
+            check=task.check,
+        )
+        outcome = _outcome(evaluation)
+    except ValueError as error:
+        return Outcome({}, error=_with_file(error, task.estimate))
+    if file:
+        _store(file, outcome, task.estimate)
+    return outcome
+
+
+def due_cameras(task: Task) -> tuple[int, float | None]:
+    """Return how many cameras an estimate should have, and their d; none of a broken one."""
+    try:
+        file = _cached_file(task, "due")
+        if file and file.is_file():
+            try:
+                n, unit = json.loads(file.read_text())
+                return n, unit
+            except (TypeError, ValueError):
+                pass
+        with collected_warnings():
+            reference = reference_of(task.reference, task.settings)
+            estimate = joined(list(read_parts(task.estimate, task.settings).values()))
+            matches, _ = match_estimate(reference, estimate, task.settings)
+    except ValueError:  # whoever scores it says why
+        return 0, None
+    try:
+        unit = closest_pair_quartile(matches.gt_poses[:, :3, 3])
+    except ValueError:
+        unit = None
+    due = len(matches.keys), unit
+    if file:
+        write_whole(file, json.dumps(due).encode())
+    return due
+
+
+@lru_cache(maxsize=2)
+def _reference(path: str, settings: Settings) -> Trajectory:
+    """Read a reference; each is read once for the runs that follow each other."""
+    return read_reference(path, settings)
+
+
+def reference_of(path: str, settings: Settings) -> Trajectory:
+    """Return the reference, which depends on the format alone."""
+    return _reference(path, Settings(format=settings.format))
+
+
+reference_of.cache_clear = _reference.cache_clear  # type: ignore[attr-defined]
+
+
+def _with_file(error: ValueError, file: str) -> str:
+    message = " ".join(str(error).split())
+    return message if message.startswith(file) else f"{file}: {message}"
+
+
+def _outcome(evaluation: Evaluation) -> Outcome:
+    """Return what the comparison needs of an evaluation."""
+    matches, result = evaluation.matches, evaluation.result
+    failed = ~(np.isfinite(result.tas.errors) & finite_rows(matches.est_poses))
+    names = [*COLUMNS, *evaluation.settings.metrics]
+    values = {name: evaluation.value(name) for name in names}
+    half_distance, half_angle = evaluation.half_distance, evaluation.half_angle
+    return Outcome(
+        scores={
+            name: metric(name).worst if value is None else value for name, value in values.items()
+        },
+        n=len(matches.keys),
+        failures=int(failed.sum()),
+        unit=result.tas.unit,
+        n_rows=len(evaluation.reference.keys),
+        rows=matches.gt_rows,
+        statuses=evaluation.statuses,
+        positions=evaluation.positions,
+        position_errors=result.tas.errors,
+        rotation_errors=result.ras.errors,
+        position_scores=_shares(result.tas.errors, result.tas.thresholds),
+        rotation_scores=_shares(result.ras.errors, result.ras.thresholds),
+        distance_terms=half_terms(_errors_at_half(evaluation), half_distance),
+        angle_terms=half_terms(result.ras.errors, half_angle),
+        notes=evaluation.notes,
+    )
+
+
+def _errors_at_half(evaluation: Evaluation) -> Floats:
+    """Return the position errors of the alignment at the half-score distance.
+
+    Of an estimate in parts, or without that distance, they are those of the TAS.
+    """
+    half = evaluation.half_distance
+    if evaluation.parts or not 0 < half < np.inf:
+        return evaluation.result.tas.errors
+    matches = evaluation.matches
+    gt, est = (poses[:, :3, 3] for poses in (matches.gt_poses, matches.est_poses))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AlignmentWarning)  # the TAS has told it
+        seed = evaluation.settings.seed
+        return tas(gt, est, unit=half, rng=seed, registration="refined").errors
+
+
+def half_terms(errors: Floats, half: float) -> Floats:
+    """Return by how much each camera lifts the unit of half a score, to first order.
+
+    At that unit h the mean of the cameras' scores s is 1/2. Where it is S(h) for other weights of
+    the cameras, h moves by (1/2 - s) / S'(h) for each, with S'(h) the mean of e / h² over the
+    errors e < h.
+    """
+    inside = errors < half
+    if not 0 < half < np.inf or not errors[inside].any():
+        return np.zeros(len(errors))
+    slope = errors[inside].sum() / (len(errors) * half**2)
+    return np.asarray((0.5 - _shares(errors, half * np.arange(1, 101) / 100)) / slope)
+
+
+def _shares(errors: Floats, thresholds: Floats) -> Floats:
+    """Return the share of the thresholds that each error is below; the mean is the score."""
+    return 1 - np.searchsorted(thresholds, errors, side="right") / len(thresholds)
+
+
+def _cached_file(task: Task, kind: str) -> Path | None:
+    """Return the file of the cache for the content of a task's files and its settings."""
+    if task.cache is None:
+        return None
+    settings = {key: value for key, value in vars(task.settings).items() if key != "frames"}
+    described: list[Any] = [_content_of_code(), kind, sorted(settings.items())]
+    if kind == "run":
+        described.append(task.check)
+    digest = hashlib.sha256(json.dumps(described).encode())
+    for path in (task.reference, task.estimate, task.settings.frames):
+        digest.update(_content_hash(str(path)) if path is not None else b"-")
+    return task.cache / f"{digest.hexdigest()}.{'npz' if kind == 'run' else 'json'}"
+
+
+@cache
+def _content_of_code() -> str:
+    """Return the hash of this package: a clone changes more often than its version."""
+    digest = hashlib.sha256()
+    for file in sorted(Path(__file__).parents[1].rglob("*.py")):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+def _content_hash(path: str) -> bytes:
+    """Return the hash of a file, or of those of a COLMAP model or a folder of some."""
+    root = Path(path)
+    files = sorted(file for file in root.rglob("*") if file.is_file()) if root.is_dir() else [root]
+    digest = hashlib.sha256()
+    for file in files:
+        try:
+            content = (
+                str(file.stat().st_size).encode() if file.stem == POINTS else file.read_bytes()
+            )
+        except OSError:  # whoever reads it says why
+            content = b""
+        name = str(file.relative_to(root)) if root.is_dir() else file.suffix
+        digest.update(f"{name}\0{len(content)}\0".encode() + content)
+    return digest.digest()
+
+
+ARRAYS = [
+    entry.name
+    for entry in fields(Outcome)
+    if isinstance(getattr(Outcome({}), entry.name), np.ndarray)
+]
+DESCRIBED = "scores", "n", "failures", "unit", "n_rows", "notes"
+
+
+def _store(file: Path, outcome: Outcome, path: str) -> None:
+    described = {**{name: getattr(outcome, name) for name in DESCRIBED}, "path": path}
+    buffer = BytesIO()
+    arrays = {name: getattr(outcome, name) for name in ARRAYS}
+    np.savez(buffer, described=np.array(json.dumps(described)), **arrays)
+    write_whole(file, buffer.getvalue())
+
+
+def _loaded(file: Path, path: str) -> Outcome | None:
+    """Return a stored outcome, None where there is none that can be read."""
+    try:
+        with np.load(BytesIO(file.read_bytes())) as stored:
+            described = json.loads(str(stored["described"]))
+            arrays = {name: stored[name] for name in ARRAYS}
+    except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+        return None
+    written = described.pop("path")
+    described["notes"] = [note.replace(written, path) for note in described["notes"]]
+    return Outcome(**described, **arrays)

@@ -1,0 +1,261 @@
+"""The settings of an evaluation: their names, defaults, bounds and help stand here alone."""
+
+import math
+from dataclasses import KW_ONLY, dataclass
+from functools import cache, partial
+from os import PathLike
+from typing import Annotated, Any, get_type_hints
+
+import numpy as np
+
+from ..arrays import Floats
+from ..metrics import metric
+from ..protocols import split_names
+from ..registration import REGISTRATIONS
+from ..trajectories.association import MISSING
+from ..trajectories.formats import FORMATS, Format
+
+__all__ = ["Option", "Settings", "options"]
+
+
+@dataclass(frozen=True)
+class Option:
+    """What a setting means, and which values it may have."""
+
+    help: str
+    _: KW_ONLY
+    group: str
+    choices: tuple[str, ...] = ()
+    number: type[int] | type[float] | None = None
+    least: float = -math.inf
+    most: float = math.inf
+    positive: bool = False
+    words: tuple[str, ...] = ()  # taken instead of a number
+    optional: bool = False  # None is a value
+    timed: bool = False  # of formats with time stamps alone
+
+    def check(self, value: Any) -> None:
+        """Raise a ValueError where the setting cannot have a value."""
+        if (value is None and self.optional) or (isinstance(value, str) and value in self.words):
+            return
+        if self.number and not self._is_possible(value):
+            raise ValueError(f"must be {self._range()}, not {value!r}")
+        if self.choices and value not in self.choices:
+            raise ValueError(f"must be one of {', '.join(self.choices)}, not {value!r}")
+
+    def parse(self, text: str) -> float | str:
+        """Return the number, or the word, that stands in a text."""
+        if text in self.words:
+            return text
+        assert self.number is not None
+        try:
+            value = self.number(text)
+        except (OverflowError, ValueError):
+            raise ValueError(f"must be {self._range()}, not {text!r}") from None
+        self.check(value)
+        return value
+
+    def _is_possible(self, value: Any) -> bool:
+        if isinstance(value, bool) or not isinstance(value, (int, float, np.floating, np.integer)):
+            return False
+        if self.number is int and not isinstance(value, (int, np.integer)):
+            return False
+        in_range = self.least <= value <= self.most and not (self.positive and value == 0)
+        return bool(math.isfinite(value) and in_range)
+
+    def _range(self) -> str:
+        kind = "a whole number" if self.number is int else "a finite number"
+        if self.positive:
+            bound = " above 0"
+        elif self.most < math.inf:
+            bound = f" from {self.least:g} to {self.most:g}"
+        else:
+            bound = f" of at least {self.least:g}" if self.least > -math.inf else ""
+        return f"{kind}{bound}{''.join(f' or {word}' for word in self.words)}"
+
+
+Matching = partial(Option, group="which poses belong together")
+Scoring = partial(Option, group="scoring")
+Number = partial(Scoring, number=float, least=0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """How estimates are matched with their reference and scored.
+
+    Parameters
+    ----------
+    format : str, optional
+        Format of the files: tum, euroc, kitti, colmap or nerf. Trajectories in memory need none.
+    est_format : str, optional
+        Format of the estimates, where it is another one.
+    missing : {"fail", "ignore"}
+        Whether cameras without an estimate count as failures, or are left out. Of KITTI files each
+        line of the reference has one of the estimate, so that none is missing.
+    t_max_diff : float
+        Largest difference of associated time stamps, in seconds.
+    t_offset : float or "auto"
+        Added to the time stamps of the estimate, in seconds; "auto": that at which the positions
+        fit best.
+    frames : path or (k,) array, optional
+        Time stamps of the frames that were to be estimated, or a text file with them in its first
+        column. Those without a pose fail, and nothing else does.
+    unit : float, optional
+        d in the reference's unit; by default it is derived from the reference.
+    max_threshold : float
+        Largest threshold of the TAS in units of d.
+    max_threshold_deg : float
+        Largest threshold of the RAS in degrees.
+    weight : float
+        Share of the TAS in the PAS.
+    registration : {"refined", "pcr99"}
+        How the TAS aligns. "pcr99" is the paper's; its scores are means over `repeat` seeds.
+    seed : int
+        First seed of the registration. Errors and alignments are of this one.
+    repeat : int
+        Number of seeds that TAS and PAS by pcr99 are means over. The refined registration, which
+        hardly depends on the seed, takes one.
+    invert : bool
+        Whether the estimates are world-to-camera, and are to be inverted.
+    body_rotation : {"none", "auto"}
+        Whether a constant rotation of the camera's frame is taken out, if one is found.
+    metrics : tuple of str
+        Metrics besides the scores, such as "auc@30:vggt"; a text of names with commas is split.
+
+    Raises
+    ------
+    ValueError
+        Where a setting cannot have its value; the message names it.
+
+    Examples
+    --------
+    >>> from alignscores import Settings
+    >>> Settings(format="tum", t_max_diff=0.02).registration
+    'refined'
+    >>> Settings(weight=2)
+    Traceback (most recent call last):
+    ValueError: weight must be a finite number from 0 to 1, not 2
+    """
+
+    format: Annotated[
+        str | None, Matching("format of the files", choices=tuple(FORMATS), optional=True)
+    ] = None
+    est_format: Annotated[
+        str | None,
+        Matching(
+            "format of the estimates, if it is another one", choices=tuple(FORMATS), optional=True
+        ),
+    ] = None
+    missing: Annotated[
+        str,
+        Matching("cameras without an estimate count as failures, or are left out", choices=MISSING),
+    ] = "fail"
+    t_max_diff: Annotated[
+        float,
+        Matching(
+            "largest difference of associated stamps, in s", number=float, least=0, timed=True
+        ),
+    ] = 0.01
+    t_offset: Annotated[
+        float | str,
+        Matching(
+            "added to the estimate's time stamps, in s; auto: that at which positions fit best",
+            number=float,
+            words=("auto",),
+            timed=True,
+        ),
+    ] = 0.0
+    frames: Annotated[
+        str | PathLike[str] | Floats | None,
+        Matching(
+            "time stamps of the frames that were to be estimated, in the first column of a text "
+            "file, in s or ns, as the estimate has them: those without a pose fail, and nothing "
+            "else (implies --missing fail)",
+            timed=True,
+        ),
+    ] = None
+    invert: Annotated[bool, Matching("the estimates are world-to-camera: invert them")] = False
+    body_rotation: Annotated[
+        str,
+        Matching(
+            "take a constant rotation of the camera's frame out, if one is found",
+            choices=("auto", "none"),
+        ),
+    ] = "none"
+    unit: Annotated[
+        float | None,
+        Number(
+            "d in the reference's unit (default: from the reference)", positive=True, optional=True
+        ),
+    ] = None
+    max_threshold: Annotated[
+        float, Number("largest threshold of the TAS in units of d", positive=True)
+    ] = 1.0
+    max_threshold_deg: Annotated[
+        float, Number("largest threshold of the RAS in degrees", positive=True)
+    ] = 10.0
+    weight: Annotated[float, Number("share of the TAS in the PAS, from 0 to 1", most=1)] = 0.5
+    registration: Annotated[
+        str,
+        Scoring("how the TAS aligns; pcr99 is the paper's", choices=tuple(sorted(REGISTRATIONS))),
+    ] = "refined"
+    seed: Annotated[
+        int,
+        Scoring(
+            "first seed of the registration; errors, plots and saved files are of this one",
+            number=int,
+            least=0,
+        ),
+    ] = 0
+    repeat: Annotated[
+        int,
+        Scoring(
+            "seeds, from --seed on, that TAS, PAS and their sd by pcr99 are over; the refined "
+            "registration, which hardly depends on it, takes one",
+            number=int,
+            least=1,
+        ),
+    ] = 10
+    metrics: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name, option in options().items():
+            try:
+                option.check(getattr(self, name))
+            except ValueError as error:
+                raise ValueError(f"{name} {error}") from None
+        names = split_names(self.metrics) if isinstance(self.metrics, str) else self.metrics
+        known = dict.fromkeys(metric(name).name for name in names)
+        object.__setattr__(self, "metrics", tuple(known))
+
+    @property
+    def seeds(self) -> range:
+        """The seeds that are scored: a single one where the score hardly depends on it."""
+        repeat = 1 if self.registration == "refined" else self.repeat
+        return range(self.seed, self.seed + repeat)
+
+    @property
+    def form(self) -> Format:
+        """The format of the files."""
+        if self.format is None:
+            raise ValueError(f"give the format of the files: format={'|'.join(FORMATS)}")
+        return FORMATS[self.format]
+
+    @property
+    def missing_cameras(self) -> str | None:
+        """What missing cameras do; None where the format has none."""
+        if self.frames is not None:
+            return "fail"
+        return self.missing if self.form.missing else None
+
+
+@cache
+def options() -> dict[str, Option]:
+    """Return what is known about each setting that is an option."""
+    hints = get_type_hints(Settings, include_extras=True)
+    return {
+        name: about
+        for name, hint in hints.items()
+        for about in getattr(hint, "__metadata__", ())
+        if isinstance(about, Option)
+    }
