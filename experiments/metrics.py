@@ -436,4 +436,4 @@ _TRIAL_METRICS = (
     TrialMetric(_UNIT, Evaluation.d, UnitOptions),
 )
 METRICS: Mapping[str, TrialMetric] = {entry.family.example: entry for entry in _TRIAL_METRICS}
-"""All but the protocols by their names. To add one, add its entry above."""
+"""All metrics but the protocols by their names. To add one, add its entry above."""

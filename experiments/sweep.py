@@ -34,7 +34,7 @@ def trial_seeds(sweep: Sweep, cell: Cell, trial: int) -> list[np.random.SeedSequ
 
 
 def draw_scene(sweep: Sweep, cell: Cell, seed: np.random.SeedSequence) -> Scene:
-    """Draw the cameras of one trial, and keep every n-th where the sweep has `every=n`."""
+    """Draw the cameras of one trial; of `every=n` every n-th is kept."""
     volume = 1.0 if sweep.volume_per_camera is None else sweep.volume_per_camera * cell.n_cameras
     scene = make_scene(
         np.random.default_rng(seed),

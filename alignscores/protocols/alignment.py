@@ -8,9 +8,9 @@ import numpy as np
 from ..arrays import Floats, Indices
 from ..similarity import weighted_sums
 
-__all__ = ["ERRORS", "Fit", "Transform", "block_size", "fit", "random_triplets"]
+__all__ = ["ERRORS_AT_ONCE", "Fit", "Transform", "block_size", "fit", "random_triplets"]
 
-ERRORS = 1 << 15  # evaluated at once: they stay in the cache
+ERRORS_AT_ONCE = 1 << 15  # 256 KiB, which stay in the cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +118,7 @@ def fit(source: Floats, target: Floats, weights: Floats | None = None) -> Fit:
 
 def block_size(n: int) -> int:
     """Return how many similarities of n cameras are evaluated at once."""
-    return max(1, ERRORS // max(n, 1))
+    return max(1, ERRORS_AT_ONCE // max(n, 1))
 
 
 def random_triplets(n: int, count: int, rng: np.random.Generator) -> Indices:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from ..arrays import Booleans, Floats, Indices
 from ..translation import Seed
 from ..validation import check_positive
-from .alignment import ERRORS, Transform, fit, random_triplets
+from .alignment import ERRORS_AT_ONCE, Transform, fit, random_triplets
 from .cameras import Cameras, Positions
 from .relative import direction_blocks
 
@@ -150,8 +150,8 @@ def relative_errors(cameras: Cameras, accuracy: float) -> Iterator[Floats]:
             yield np.maximum(directions, block.rotation_angles()[pairs])
     n, v = len(cameras), int(np.count_nonzero(cameras.estimated))
     failed = n * (n - 1) - v * (v - 1) if n > 1 else 1
-    for start in range(0, failed, ERRORS):
-        yield np.full(min(ERRORS, failed - start), FAILED)
+    for start in range(0, failed, ERRORS_AT_ONCE):
+        yield np.full(min(ERRORS_AT_ONCE, failed - start), FAILED)
 
 
 def interpolated_auc(errors: Iterable[Floats], n: int, end: float, min_error: float) -> float:
