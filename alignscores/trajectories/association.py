@@ -26,8 +26,8 @@ NAME_PARTS: dict[str, Callable[[str], str]] = {  # what may be equal of names wh
     "file name": lambda name: PurePosixPath(name).name,
     "file name without its ending": lambda name: PurePosixPath(name).stem,
 }
-MIN_DENSITY = 1.1  # reference poses for each estimated one; from it on, some are no lost frames
-MIN_STEPS = 8  # fewer tell no rate
+MIN_DENSITY = 1.1  # reference poses for each frame; with more, not every one was to be estimated
+MIN_STEPS = 8  # fewer do not tell a rate
 LONG_GAP = 10, 1.0  # in median gaps, and in seconds; a gap that exceeds both is a lost track
 SAME_DURATION = 0.5, 2.0  # range of the ratio of two durations once they are in the same unit
 EARLIEST_DATE = 1e8  # seconds; stamps since 1970 are later, those since a start earlier
