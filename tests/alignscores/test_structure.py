@@ -1,4 +1,4 @@
-"""Who imports whom in `alignscores`: one way, without a circle, and the command alone knows argparse."""
+"""Who imports whom in `alignscores`: one way, without a circle; the command alone knows argparse."""
 
 import ast
 from pathlib import Path
@@ -33,9 +33,7 @@ def module_name(path):
 
 
 MODULES = {
-    module_name(path): path
-    for folder in PROJECT
-    for path in sorted((ROOT / folder).rglob("*.py"))
+    module_name(path): path for folder in PROJECT for path in sorted((ROOT / folder).rglob("*.py"))
 }
 
 

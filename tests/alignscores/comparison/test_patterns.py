@@ -1,6 +1,7 @@
 """Patterns with named fields."""
 
 import pytest
+
 from alignscores.comparison.patterns import Pattern
 
 FIELDS = "sequence", "system", "run"
