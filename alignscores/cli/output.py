@@ -97,7 +97,8 @@ def footnotes(
         lines[0] += f"; missing cameras: {settings.missing_cameras}"
     tied = any(row["rank"] and row["rank"][0] < row["rank"][1] for row in rows)
     if tied and not chosen:
-        lines.append(f"ranks in common: tied, {TIES[ranked]}")
+        why = TIES[ranked] if others or ranked != "PAS" else "of equal PAS"
+        lines.append(f"ranks in common: tied, {why}")
     if not chosen or chosen & {"half_distance", "half_angle"}:
         lines.append(HALF)
     if "nan" in header.split():
