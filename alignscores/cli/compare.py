@@ -78,7 +78,11 @@ def add_parser(commands: Any) -> None:
         help="where results are kept (default: alignscores in the user's cache)",
     )
     work.add_argument("--no_cache", action="store_true", help="compute everything anew")
+    _add_output(command)
 
+
+def _add_output(command: argparse.ArgumentParser) -> None:
+    """Add what is printed and saved."""
     output = command.add_argument_group("output")
     output.add_argument(
         "--metrics",
