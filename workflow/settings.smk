@@ -91,6 +91,7 @@ def code(*folders):
 
 
 # What trials rest on, and what is asked of them: the rest of the library reads people's files.
+PLOTS = Path(workflow.basedir) / "alignscores/plots.py"
 TRIAL_CODE = code(
     "alignscores",
     "alignscores/protocols",
@@ -99,5 +100,6 @@ TRIAL_CODE = code(
     "experiments",
     "experiments/scenes",
 )
+TRIAL_CODE.remove(PLOTS)
 STUDY_CODE = code("studies", "studies/*")
-FIGURE_CODE = code("alignscores/cli", "figures", "studies", "studies/parameters", "studies/today")
+FIGURE_CODE = [PLOTS, *code("figures", "studies", "studies/parameters", "studies/today")]

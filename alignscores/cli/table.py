@@ -39,17 +39,10 @@ SHORTEST = 12
 
 
 def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
-    """Return the table of all estimates as text.
+    """Return the table of the estimates, of rows with the keys of the JSON output.
 
     Columns that say nothing are left out; then, as far as there is no room, the less important
-    ones and the middle of long names.
-
-    Parameters
-    ----------
-    results : sequence of mappings
-        The rows, with the keys of the JSON output.
-    unit : str
-        The reference's unit of length, after a blank; empty where it has no name.
+    ones and the middle of long names. `unit` is that of length, after a blank.
     """
     results = [
         {

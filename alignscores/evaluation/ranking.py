@@ -19,10 +19,10 @@ RankedBy = Literal["PAS", "half_distance"]
 
 
 def ranked_by(evaluations: Sequence[Evaluation]) -> RankedBy | None:
-    """Return the key of the JSON output that the estimates are ranked by, if any.
+    """Return what the estimates are ranked by; nothing where their numbers of parts differ.
 
-    The PAS where d is about the same for all, else the half-score distance, which does not depend
-    on d; nothing where they are in different numbers of parts.
+    It is the PAS where d is about the same for all, else the half-score distance, which does not
+    depend on d.
     """
     if len({len(evaluation.parts) for evaluation in evaluations}) != 1:
         return None
@@ -44,9 +44,8 @@ def ranks(evaluations: Sequence[Evaluation]) -> list[tuple[int, int] | None]:
 
     By the mean PAS an estimate is behind another one where their means differ by more than 2
     standard errors of the difference, over the seeds; by the half-score distance where it is larger
-    by more than the search for it leaves. So tied estimates have ranks in common. To be tied is not
-    transitive: a range of ranks, from one more than the number of estimates ahead to the number of
-    those not behind, says which estimates are ahead and which are behind.
+    by more than the search for it leaves. To be tied is not transitive: so ranks are from one more
+    than the number of estimates ahead to the number of those not behind.
     """
     by = ranked_by(evaluations)
     if by is None:

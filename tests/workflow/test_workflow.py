@@ -171,7 +171,14 @@ TARGETS = (
 )
 ANALYSIS = {"figure": 2, **found("registration")}
 EDITS = [  # files of the project, with the jobs that an edit of them makes run again
-    (("alignscores/trajectories/files/tum.py", "report/page.py"), {}),
+    (
+        (
+            "alignscores/trajectories/files/tum.py",
+            "alignscores/cli/main.py",
+            "report/page.py",
+        ),
+        {},
+    ),
     (("alignscores/plots.py",), {"figure": 2}),  # which has what the histogram draws
     (("figures/panels.py",), {"figure": 2}),
     (("studies/statistics.py",), ANALYSIS),
