@@ -1,8 +1,9 @@
 # From the Hydra configs to the figures of the paper:
-#   snakemake figures                         the whole evaluation
+#   snakemake figures                         the paper's figures and tables
 #   snakemake figures --config trials=5       a quick look; any key of configs/ can be set
 #   snakemake results/figures/outliers.pdf    one figure and what it needs
 #   snakemake claims                          which of the paper's claims hold, from 20 replicates
+#   snakemake head_to_head                    which metric orders neighbouring levels best
 #   snakemake threshold_study                 what the paper's thresholds cost and gain
 #   snakemake threshold_study --config tas_max_threshold=[0.5,1,1.5]    your own values
 #   snakemake registration_study              the paper's registration and the refined one
@@ -28,6 +29,7 @@ include: "workflow/report.smk"
 
 localrules:  # seconds each: not worth a job
     figures,
+    head_to_head,
     claims,
     threshold_study,
     registration_study,
@@ -50,6 +52,10 @@ rule figures:
     input:
         expand(FIGURE, figure=PAPER_FIGURES, ext=["pdf", "png"]),
         made("table1"),
+
+
+rule head_to_head:
+    input:
         made("order"),
 
 
