@@ -99,14 +99,7 @@ def applied() -> Iterator[None]:
 
 
 def colours(column: str, count: int) -> list[Colour]:
-    """Return a colour for each of `count` values of a key column, in their order.
-
-    Examples
-    --------
-    >>> from figures.style import colours
-    >>> len(colours("n_outliers", 7))
-    7
-    """
+    """Return a colour for each of `count` values of a key column, in their order."""
     name, first, second, last = COLOURS[column]
     positions = [first, *np.linspace(last, second, count - 1)[::-1]]
     return [(r, g, b) for r, g, b, _ in matplotlib.colormaps[name](positions).tolist()]

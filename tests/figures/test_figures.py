@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
+from studies.parameters.axes import STUDIES
 
 from experiments.config import experiment_names
 from figures import FIGURES, PAPER_FIGURES, style
-from studies.parameters.axes import STUDIES
 
 ON_A_PAGE = {"rotations", "combined", "maa_vs_pas"}  # the others in a column
 

@@ -1,10 +1,10 @@
 import numpy as np
 import pandas as pd
 import pytest
-
-from figures import threshold_study
 from studies.parameters.axes import axes_of, load_parameters
 from studies.parameters.effects import COMPARED, EFFECTS
+
+from figures import threshold_study
 
 SHOWN = (
     "noise_power",

@@ -14,6 +14,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from PIL import Image
+from studies.parameters.axes import STUDIES, axes_of, is_seeded, load_parameters
+from studies.parameters.effects import COMPARED, EFFECTS
+from studies.parameters.maps import COLUMNS, load_maps
+from studies.scenarios.scenarios import load_scenarios
+from studies.table1 import CRITERIA, PAPER, PROPERTIES
+from studies.today.orders import FOUND, KEYS, is_new
+from studies.today.questions import load_today
 
 import report.inputs
 from experiments.tables import SWEEPS
@@ -26,14 +33,7 @@ from studies.frame_rate.rates import FOUND as ORDERS
 from studies.frame_rate.rates import KEYS as RATES
 from studies.frame_rate.rates import load_frame_rate
 from studies.order import load_halves
-from studies.parameters.axes import STUDIES, axes_of, is_seeded, load_parameters
-from studies.parameters.effects import COMPARED, EFFECTS
-from studies.parameters.maps import COLUMNS, load_maps
-from studies.scenarios.scenarios import load_scenarios
 from studies.study import load_experiments
-from studies.table1 import CRITERIA, PAPER, PROPERTIES
-from studies.today.orders import FOUND, KEYS, is_new
-from studies.today.questions import load_today
 
 REPLICATES = 3
 TRIALS = 7

@@ -7,11 +7,11 @@ from io import BytesIO
 
 import numpy as np
 from PIL import Image
+from studies.parameters.axes import axes_of, load_parameters
+from studies.scenarios.scenarios import load_scenarios
 
 from figures import FIGURES
 from studies.parameters import thresholds
-from studies.parameters.axes import axes_of, load_parameters
-from studies.scenarios.scenarios import load_scenarios
 
 
 def row_of(page, section, header, table="table"):

@@ -5,14 +5,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from studies.parameters.axes import load_parameters, study_file
+from studies.parameters.maps import MAPS, load_maps
+from studies.today.questions import TODAY, load_today
 
 from experiments.config import ConfigError, Selection, experiment_names, load_sweep
 from experiments.tables import SWEEPS
 from studies.frame_rate.rates import FRAME_RATE, load_frame_rate
-from studies.parameters.axes import load_parameters, study_file
-from studies.parameters.maps import MAPS, load_maps
 from studies.study import Study, Table, load_experiments
-from studies.today.questions import TODAY, load_today
 
 
 def test_the_experiments_share_their_settings() -> None:

@@ -10,6 +10,10 @@ import time
 from pathlib import Path
 
 import pytest
+from studies.parameters.axes import STUDIES, load_parameters
+from studies.parameters.maps import load_maps
+from studies.scenarios.scenarios import load_scenarios
+from studies.today.questions import load_today
 
 from alignscores.registration.kernel import LIBRARY
 from figures import FIGURES, PAPER_FIGURES
@@ -17,10 +21,6 @@ from report.pdf import browser
 from studies.__main__ import QUESTIONS
 from studies.frame_rate.rates import load_frame_rate
 from studies.order import load_halves
-from studies.parameters.axes import STUDIES, load_parameters
-from studies.parameters.maps import load_maps
-from studies.scenarios.scenarios import load_scenarios
-from studies.today.questions import load_today
 
 from .conftest import ROOT, SNAKEFILE, Snakemake, options
 
