@@ -22,7 +22,6 @@ from studies.claims.claims import load_claims
 from studies.claims.verdicts import TRUTHS, VERDICTS
 from studies.order import SIGNIFICANCE
 from studies.statistics import LEAST_POWER
-from studies.words import write_number
 
 from .estimates import Estimate
 from .page import contents, environment
@@ -67,14 +66,14 @@ def render(results: Results, machine: str = "") -> str:
     out.
     """
     found = contents(results, machine)
+    others = [one for one in results.settings if not one.startswith(("trials=", "replicates="))]
     is_quick = bool(
-        results.settings
+        others
         or found["replicate"].trials < found["paper_trials"]
         or found["n_replicates"] < load_claims().replicates
     )
     orders = found["head_to_head"]
     text = environment(FOLDER)
-    text.filters["number"] = write_number
     text.filters["listed"] = _listed
     rates = {summary.metric: summary for summary in found["frame_rate"]["metrics"]}
     names: dict[str, Any] = {

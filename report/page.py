@@ -21,7 +21,7 @@ from studies.claims.claims import Claim, Claims, Decision, Reading, load_claims
 from studies.claims.verdicts import CENTRAL, TRUTHS, VERDICTS
 from studies.paper import FIGURES
 from studies.paper.table1 import CRITERIA, NOTES, PROPERTIES, sensitivity
-from studies.words import write_levels
+from studies.words import write_levels, write_number
 
 from . import origin
 from .estimates import SPACE, Estimate
@@ -130,7 +130,7 @@ def contents(results: Results, machine: str = "") -> dict[str, Any]:
         "n_readings": claims.replicates_of_readings,
         "paper_trials": PAPER_TRIALS,
         "pictures": _pictures(results.figures, rows),
-        "decisions": _decisions(readings, claims),
+        "decisions": _decisions(results, readings, claims),
         "experiments": [record.sweep for record in experiments.values()],
         "machines": origin.machines(results.records),
         "machine": machine,
@@ -198,6 +198,7 @@ def environment(folder: Path = Path(__file__).parent) -> Environment:
         keep_trailing_newline=True,
     )
     made.filters["levels"] = write_levels
+    made.filters["number"] = write_number
     made.filters["together"] = _together
     for name in REPLACEMENTS:
         made.filters[name] = partial(_replace, name)
@@ -230,13 +231,22 @@ def _estimate(claim: Claim, record: Mapping[Any, Any]) -> Estimate:
     return Estimate(claim, *(record[name] for name in ESTIMATE))
 
 
-def _decisions(table: pd.DataFrame, claims: Claims) -> list[Evidence]:
+def _decisions(results: Results, table: pd.DataFrame, claims: Claims) -> list[Evidence]:
+    readings = list(claims.read())
+    expected = [("taken", "taken", name) for name in claims.claims]
+    expected += [
+        (decision.id, reading.reading, name)
+        for decision, reading, changed in readings
+        for name in changed
+    ]
+    if list(table[["decision", "reading", "claim"]].itertuples(index=False, name=None)) != expected:
+        raise TableError(results.folder / "tables" / "readings.csv", "was made for other claims")
     records = iter(table.to_dict("records"))
     taken = {name: _estimate(claim, next(records)) for name, claim in claims.claims.items()}
     others: dict[str, list[dict[str, Estimate]]] = {
         decision.id: [] for decision in claims.decisions
     }
-    for decision, _, changed in claims.read():
+    for decision, _, changed in readings:
         estimates = {name: _estimate(claim, next(records)) for name, claim in changed.items()}
         others[decision.id].append(estimates)
     decisions = []

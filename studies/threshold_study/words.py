@@ -64,6 +64,8 @@ def choices(axes: Sequence[Axis], table: pd.DataFrame) -> list[Choice]:
         rows = table[table["axis"] == axis.name].set_index("value")
         costs, gains = [], []
         for name in COMPARED:
+            if name == "noise_order" and axis.option in maps.OPTIONS:
+                continue  # the maps answer it, at each size of the noise
             larger = EFFECTS[name].larger_is_better
             costs += _sentence(rows, axis, name, larger, "instead of")
             gains += _sentence(rows, axis, name, not larger, "against")

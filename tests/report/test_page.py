@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pytest
 
-import report.inputs
 import report.page
-from figures import PAPER_FIGURES
 from studies.claims.claims import load_claims
+from studies.paper import FIGURES
 
 CSS = Path(report.page.__file__).with_name("style.css").read_text(encoding="utf-8")
 
@@ -131,13 +130,13 @@ def test_controls_are_hidden_where_no_script_shows_them(page):
     assert outside == []
 
 
-@pytest.mark.parametrize("name", PAPER_FIGURES)
+@pytest.mark.parametrize("name", FIGURES)
 def test_every_figure_has_its_claims(page, table, name):
     section = page.id(f"figure-{name}")
     links = [a.get("href").removeprefix("#claim-") for a in page.within(section, "a")]
     assert links == [claim.id for claim in load_claims().claims.values() if claim.figure == name]
     assert len(list(page.within(section, "img"))) == 1
-    assert section.text.startswith(f"Figure {list(PAPER_FIGURES).index(name) + 1} ")
+    assert section.text.startswith(f"Figure {list(FIGURES).index(name) + 1} ")
 
 
 def test_texts_follow_the_numbers(results, page):
@@ -207,7 +206,7 @@ def test_the_matrix_has_both_verdicts_of_every_claim_under_every_reading(page):
 
 
 def test_metrics_are_ranked_and_criteria_varied(page):
-    section = page.id("order").text
+    section = page.id("head_to_head").text
     assert "mAA 90.0 > TAS 80.0" in section
     assert "mAA 9, TAS ∞" in section
     assert "6 of 27" in page.id("comparison").text

@@ -4,10 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from studies.scenarios.scenarios import load_scenarios, study_name
 
 from experiments.config import ConfigError, Sweep, experiment_names, load_sweep
 from experiments.scenes import ERRORS, OUTLIERS, PATHS
+from studies.beyond.scenarios import load_scenarios, study_name
+from studies.study import Table, plans
 
 
 @pytest.fixture(scope="module")

@@ -7,15 +7,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from studies.today.findings import duels, sentences
-from studies.today.orders import compare
 
 from experiments.command import ConfigError
 from experiments.config import load_sweep
 from experiments.metrics import Column
 from experiments.tables import Trials
 from studies.__main__ import main
-from studies.statistics import order
+from studies.order import Order, compare, order, within
+from studies.protocols.orders import compare_sides
+from studies.protocols.questions import plan
+from studies.protocols.words import duels, sentences
 
 from ..conftest import undescribed
 
@@ -95,7 +96,8 @@ def test_frame_rates_of_one_draw_are_no_independent_trials(questions: dict[str, 
     noise = pd.Series(np.random.default_rng(0).normal(size=60), name="noise")
     noise = noise + trials.table["sigma_t"][:60].to_numpy()
     trials.table["ate:rmse"] = np.tile(noise, 2)
-    (row,) = compare_sides({"frame_rate": trials}).query("metric == 'ate:rmse'").to_dict("records")
+    table = compare_sides({"frame_rate": trials})
+    (row,) = table.query("metric == 'ate:rmse'").to_dict("records")
     once = order([noise[20 * k : 20 * (k + 1)] for k in range(3)])
     assert row["order"] == pytest.approx(100 * once.probability)
     assert row["order_error"] == pytest.approx(100 * once.error)

@@ -4,10 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.stats import wilcoxon
-from studies.parameters.axes import Axis
-from studies.parameters.effects import COMPARED, EFFECTS, effects, over_seeds
 
+from studies.axes import Axis, over_seeds
+from studies.order import orders
 from studies.statistics import dependence
+from studies.threshold_study.effects import COMPARED, EFFECTS, effects
 
 Tables = dict[str, pd.DataFrame]
 

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from studies.axes import Axis
+from studies.threshold_study import maps
 from studies.threshold_study.effects import COMPARED, EFFECTS
 from studies.threshold_study.words import choices, to_markdown
 
@@ -25,13 +26,16 @@ def same(axes: list[Axis]) -> pd.DataFrame:
     return pd.DataFrame(rows).assign(**numbers)
 
 
-def test_sentences_tell_certain_differences_alone(axes: list[Axis]) -> None:
+def test_sentences_tell_certain_differences_alone(
+    axes: list[Axis], monkeypatch: pytest.MonkeyPatch
+) -> None:
     table = same(axes)
     row = (table["axis"] == "tas_quantile") & (table["value"] == "0.9")
     table.loc[row, ["noise_order", "outlier_order"]] = 0.7, 0.3
     table.loc[row, ["noise_range_of_means", "seed_noise"]] = 0.505, 0.3
     table.loc[row, ["noise_range", "noise_order_smallest"]] = 0.9, 0.9  # not in sentences
-    text = to_markdown(axes, table, TIMES, 37)
+    monkeypatch.setattr(maps, "sentences", lambda _: ["what the maps say"])
+    text = to_markdown(axes, table, TIMES, 37, pd.DataFrame())
     (line,) = [line for line in text.splitlines() if line.startswith("- **TAS: quantile")]
     costs, gains = line.split("*Gains:*")
     assert line.startswith("- **TAS: quantile that is d, 0.75**, against 0.9. *Costs:* order of")

@@ -1,0 +1,202 @@
+"""The one ruler for order: how often a metric puts the better of two trials first.
+
+It is P(X < Y) + P(X = Y) / 2 for a trial X at a better level and a trial Y at a worse one: 1/2 is
+chance, 1 is certain, and no monotone rescaling of a metric changes it. The standard error is that
+of DeLong, DeLong and Clarke-Pearson (Biometrics 1988), for the mean over several pairs of levels.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations, pairwise, permutations
+from math import ceil, inf
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike
+
+from alignscores.arrays import Floats
+from experiments.grid import CELL_SETTINGS
+from experiments.metrics import Column
+
+if TYPE_CHECKING:  # heavy, and Snakemake only wants to know what trials are needed
+    import pandas as pd
+
+__all__ = [
+    "REACH",
+    "SIGNIFICANCE",
+    "Order",
+    "Task",
+    "across",
+    "by_level",
+    "compare",
+    "estimate",
+    "groups",
+]
+__all__ += ["holm", "order", "orders", "shares", "sign", "trials_needed", "within"]
+
+SIGNIFICANCE = 0.05  # level of p-values, which are adjusted where several are asked at once
+REACH = float(scipy.special.ndtri(1 - SIGNIFICANCE / 2))  # of a 95 % interval, in standard errors
+ROUNDING = 12  # decimals, so that certainty is 1 and chance 1/2
+
+
+@dataclass(frozen=True)
+class Order:
+    """The probability of the right order, or a difference of two, and its standard error."""
+
+    probability: float
+    error: float
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The 95 % confidence interval."""
+        return self.probability - REACH * self.error, self.probability + REACH * self.error
+
+    def p_above(self, chance: float = 0.0) -> float:
+        """Return the one-sided p-value against being no larger than `chance`."""
+        difference = round(self.probability - chance, ROUNDING)
+        if not self.error:
+            return 0.5 if not difference else float(difference < 0)
+        return float(scipy.special.ndtr(-difference / self.error))
+
+    @property
+    def p_value(self) -> float:
+        """The two-sided p-value of a difference against none."""
+        return min(1.0, 2 * Order(abs(self.probability), self.error).p_above())
+
+
+@dataclass(frozen=True)
+class Task:
+    """Pairs of samples of trials that are to be put in order, the better one first.
+
+    `units` tells which draws of cameras each sample is of: those of one unit are not independent.
+    """
+
+    samples: Sequence["pd.DataFrame"]
+    pairs: Sequence[tuple[int, int]]
+    units: Sequence[int]
+
+    def shares(self, metric: str) -> Floats:
+        """Return each draw's share of the probability of the right order, (units, trials)."""
+        values = [sign(metric) * sample[metric].to_numpy() for sample in self.samples]
+        totals = np.zeros((max(self.units) + 1, len(values[0])))
+        for unit, found in zip(self.units, shares(values, self.pairs), strict=True):
+            totals[unit] += found
+        return totals
+
+
+def sign(metric: str) -> int:
+    """Return what a metric is multiplied by so that larger is worse."""
+    return -1 if Column.parse(metric).metric.higher_is_better else 1
+
+
+def by_level(trials: "pd.DataFrame", metric: str, level: str) -> list[Floats]:
+    """Return the trials of each level, in rising order, so that larger is worse."""
+    return [sign(metric) * values.to_numpy() for _, values in trials.groupby(level)[metric]]
+
+
+def groups(trials: "pd.DataFrame", level: str) -> list["pd.DataFrame"]:
+    """Return the trials that share all settings but a level, and those that rise with it."""
+    at_a_level = trials.groupby(level)
+    free = [name for name in CELL_SETTINGS if at_a_level[name].nunique().max() > 1]
+    return [group for _, group in trials.groupby(free)] if free else [trials]
+
+
+def within(trials: "pd.DataFrame", level: str) -> Task:
+    """Compare neighbouring levels where all else is the same."""
+    samples: list[pd.DataFrame] = []
+    pairs: list[tuple[int, int]] = []
+    for group in groups(trials, level):
+        first = len(samples)
+        samples += [sample for _, sample in group.groupby(level)]
+        pairs += pairwise(range(first, len(samples)))
+    return Task(samples, pairs, range(len(samples)))
+
+
+def across(trials: "pd.DataFrame", level: str, other: str, *, same_draws: bool = False) -> Task:
+    """Compare neighbouring levels where another setting differs, each value with each other one.
+
+    With `same_draws` the same cameras are seen at all values of the other setting.
+    """
+    names, samples = zip(*trials.groupby([level, other]), strict=True)
+    levels, others = (sorted(trials[name].unique()) for name in (level, other))
+    pairs = [
+        (names.index((low, a)), names.index((high, b)))
+        for low, high in pairwise(levels)
+        for a, b in permutations(others, 2)
+    ]
+    units = [levels.index(key[0]) if same_draws else place for place, key in enumerate(names)]
+    return Task(samples, pairs, units)
+
+
+def shares(
+    values: Sequence[ArrayLike], pairs: Sequence[tuple[int, int]] | None = None
+) -> list[Floats]:
+    """Return each trial's share of the probability, by level; by default neighbours are compared.
+
+    Larger values are worse. A metric without a value (NaN) cannot put two trials in order: a tie.
+    Each pair of trials is in the shares of both, so the means of all levels sum to twice the
+    probability.
+    """
+    levels = [np.asarray(level, dtype=np.float64) for level in values]
+    compared = list(pairwise(range(len(levels)))) if pairs is None else pairs
+    found = [np.zeros(len(level)) for level in levels]
+    for better, worse in compared:
+        lower, upper = levels[better][:, None], levels[worse]
+        right = (lower < upper) + (lower == upper) / 2
+        right[np.isnan(lower) | np.isnan(upper)] = 0.5
+        found[better] += right.mean(axis=1) / len(compared)
+        found[worse] += right.mean(axis=0) / len(compared)
+    return found
+
+
+def estimate(found: Sequence[Floats] | Floats) -> Order:
+    """Return the probability that shares sum to, with its error over independent trials."""
+    probability = sum(float(unit.mean()) for unit in found) / 2
+    variance = sum(unit.var(ddof=1) / len(unit) if len(unit) > 1 else inf for unit in found)
+    return Order(round(probability, ROUNDING), round(float(np.sqrt(variance)), ROUNDING))
+
+
+def order(values: Sequence[ArrayLike]) -> Order:
+    """Return how probably neighbouring levels come in the right order; larger is worse."""
+    return estimate(shares(values))
+
+
+def orders(trials: "pd.DataFrame", metric: str, level: str) -> list[Order]:
+    """Return the order in each group of trials that share all other settings."""
+    return [order(by_level(group, metric, level)) for group in groups(trials, level)]
+
+
+def compare(
+    task: Task, metrics: Sequence[str]
+) -> tuple[Mapping[str, Order], Mapping[tuple[str, str], Order]]:
+    """Return the order of each metric, and the difference for each pair, from paired trials."""
+    found = {metric: task.shares(metric) for metric in metrics}
+    alone = {metric: estimate(own) for metric, own in found.items()}
+    return alone, {(a, b): estimate(found[a] - found[b]) for a, b in combinations(metrics, 2)}
+
+
+def trials_needed(probability: float) -> float:
+    """Return how many trials at each of two levels tell them apart by a rank-sum test.
+
+    Two-sided at 5 %, with a power of 80 % (Noether, JASA 1987); infinite where the order is a
+    matter of chance, or wrong.
+    """
+    if not probability > 0.5:
+        return inf
+    reach = REACH + scipy.special.ndtri(0.8)
+    return float(ceil(reach**2 / (6 * (probability - 0.5) ** 2)))
+
+
+def holm(p_values: ArrayLike) -> Floats:
+    """Adjust the p-values of a family by Holm's method; NaN is a test that cannot be made.
+
+    Where those below a level are called significant, the probability that any is so by chance is
+    at most this level (Holm, Scand. J. Statistics 1979).
+    """
+    p = np.asarray(p_values, dtype=np.float64)
+    adjusted = np.full(len(p), np.nan)
+    rising = [k for k in np.argsort(p, kind="stable") if not np.isnan(p[k])]
+    factors = np.arange(len(rising), 0, -1)
+    adjusted[rising] = np.minimum(np.maximum.accumulate(factors * p[rising]), 1) if rising else []
+    return adjusted
