@@ -1,10 +1,7 @@
 """Small multiples: a panel for each metric, noise along the x axis, a colour for each series.
 
-A panel shows where every trial lies. A line joins the means. Around each noise level stand the
-series side by side, from the first to the last: a hairline from the smallest to the largest trial,
-a thicker one over the middle half. The grey behind them is what all series together span at that
-level; the bars at the right are what each series spans over all levels. The ranges that the paper
-compares are the heights of these bars and of the grey.
+The grey is what all series span at a noise level, the bars at the right what each spans over all
+levels: the heights of both are the ranges that the paper compares.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,8 +1,6 @@
 """The article: its text stands in ``docs/article``, its numbers come from the results.
 
-No result is typed. A sentence that rests on results stands in a block ``says(condition)``: where
-the condition does not hold any more, the article is refused, and an author has to look at it. In a
-quick look, of fewer trials than the paper's, such a sentence is left out, and the article says so.
+A sentence that the results do not bear out any more is refused; in a quick look it is left out.
 """
 
 import re
@@ -147,7 +145,6 @@ def _comparison(
 
 
 def _tallies(counted: Sequence[Estimate]) -> list[Tally]:
-    """Count the verdicts on the claims of each source."""
     sources = dict.fromkeys(row.claim.source for row in counted)
     tallies = []
     for source in sources:
@@ -166,6 +163,5 @@ def _tallies(counted: Sequence[Estimate]) -> list[Tally]:
 
 
 def _listed(words: Sequence[object]) -> str:
-    """Write words as a sentence lists them."""
     *others, last = map(str, words) if words else ["none"]
     return f"{', '.join(others)} and {last}" if others else last

@@ -147,7 +147,6 @@ def _rows(results: Results, claims: Claims, verdicts: pd.DataFrame) -> list[dict
 
 
 def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
-    """Return what the page shows of the verdicts."""
     counted = [row for row in rows if not row.claim.implied_by]
     counts = Counter(row.verdict for row in counted)
     populations = Counter(row.population for row in counted)
@@ -171,7 +170,6 @@ def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
 
 
 def _table1(table: pd.DataFrame) -> dict[str, Any]:
-    """Return what the page shows of Table 1."""
     table = table.astype({"value": float})
     tested = table[table["ours"] != "not tested"]
     return {

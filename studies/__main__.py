@@ -8,9 +8,11 @@ from pathlib import Path
 import pandas as pd
 
 from experiments.command import CommandError, run_command
-from experiments.tables import read_table, read_trials, to_csv, write_files
+from experiments.tables import read_record, read_table, read_trials, to_csv, write_files
 
-from .study import Question, found
+from .axes import axes_of, is_seeded
+from .study import Question, Study, found
+from .times import measure
 
 __all__ = ["main"]
 
@@ -27,10 +29,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("tables", nargs="+", type=Path, metavar="TABLE.csv")
     parser.add_argument("--output", nargs="+", type=Path, required=True, metavar="FILE")
     parser.add_argument("--times", type=Path, metavar="FILE.csv", help="table of run times")
+    parser.add_argument("--measure", action="store_true", help="write this table instead")
     parser.add_argument("--n_jobs", type=int, default=1, help="processes that decide the claims")
 
     def work(options: Namespace) -> list[Path]:
         study = studies[options.name]
+        if options.measure:
+            write_files({options.output[0]: to_csv(_measure(study, options.tables))})
+            return list(options.output)
         if study.axes and not options.times:
             raise CommandError("this study reports run times, too: --times FILE.csv")
         if len(study.answers) != len(options.output):
@@ -45,6 +51,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return list(options.output)
 
     return run_command(parser, work, arguments)
+
+
+def _measure(study: Study, tables: Sequence[Path]) -> pd.DataFrame:
+    """Time the values of the axes of a study on the scenes that have several seeds."""
+    if study.axes is None:
+        raise CommandError(f"{study.name} has no axes whose values could be timed")
+    records = {path.stem: read_record(path) for path in tables}
+    metrics = {name: record.metrics for name, record in records.items()}
+    seeded = [record.sweep for record in records.values() if is_seeded(record.metrics)]
+    return measure(axes_of(study.axes, metrics), seeded)
 
 
 if __name__ == "__main__":

@@ -194,7 +194,6 @@ def _axis(name: str, entry: _Axis, values: Sequence[object]) -> Axis:
 
 
 def _metrics(axes: Sequence[Axis]) -> list[str]:
-    """Return the metrics of all values of all axes, each once."""
     return list(dict.fromkeys(metric for axis in axes for metric in axis.columns.values()))
 
 

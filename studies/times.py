@@ -1,27 +1,18 @@
-"""What the values of a study's axes cost in time: ``python -m studies.times NAME TABLE.csv ...``.
+"""What the values of a study's axes cost in time: the only table that differs from run to run."""
 
-The only table that is not the same in every run: it tells of the machine that made it.
-"""
-
-import sys
-from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
-from pathlib import Path
 from time import process_time
 
 import pandas as pd
 
-from experiments.command import run_command
 from experiments.config import Sweep
 from experiments.grid import cells
 from experiments.metrics import Column, Evaluation
 from experiments.sweep import draw_scene, one_blas_thread, trial_seeds
-from experiments.tables import read_record, to_csv, write_files
 
-from .axes import Axis, axes_of, is_seeded
-from .study import found
+from .axes import Axis
 
-__all__ = ["main", "measure"]
+__all__ = ["measure"]
 
 REPETITIONS = 5
 
@@ -72,28 +63,3 @@ def _measure(sweep: Sweep, columns: dict[str, Column]) -> list[dict[str, float]]
                 row[name] = process_time() - start
             rows.append(row)
     return rows
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure the values of the axes of one study; return the exit code."""
-    files = {study.name: study.axes for study in found() if study.axes}
-    parser = ArgumentParser(
-        prog="python -m studies.times", description="Time the values of the axes of a study."
-    )
-    parser.add_argument("name", choices=files, metavar="NAME")
-    parser.add_argument("tables", nargs="+", type=Path, metavar="TABLE.csv")
-    parser.add_argument("--output", type=Path, required=True, metavar="FILE.csv")
-
-    def work(options: Namespace) -> list[Path]:
-        records = {path.stem: read_record(path) for path in options.tables}
-        metrics = {name: record.metrics for name, record in records.items()}
-        seeded = [record.sweep for record in records.values() if is_seeded(record.metrics)]
-        table = measure(axes_of(files[options.name], metrics), seeded)
-        write_files({options.output: to_csv(table)})
-        return [options.output]
-
-    return run_command(parser, work, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

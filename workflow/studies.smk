@@ -75,8 +75,8 @@ for plan in filter(times, STUDIES.values()):
         benchmark:
             RESULTS / "benchmarks" / "times" / f"{plan.called}.tsv"
         shell:
-            "{sys.executable:q} -m studies.times {params.name} {input.trials:q} --output {output:q}"
-            " > {log:q} 2>&1"
+            "{sys.executable:q} -m studies {params.name} {input.trials:q} --measure"
+            " --output {output:q} > {log:q} 2>&1"
 
 
 def drawn_from(wildcards):

@@ -66,7 +66,6 @@ def _heat_map(axes: Axes, orders: pd.DataFrame) -> None:
 
 
 def _metric(metric: str) -> str:
-    """Write a metric, the values of its options below it."""
     column = Column.parse(metric)
     return "\n".join([NAMES.get(column.name, column.name), *column.options.values()])
 

@@ -239,11 +239,7 @@ class Claims:
 
 
 def load_claims(replicates: int | str | None = None, path: Path = CLAIMS_FILE) -> Claims:
-    """Read the claims; a `ConfigError` names the one that is wrong.
-
-    A list of metrics becomes one claim of each. The number of replicate studies is by default the
-    one in the file.
-    """
+    """Read the claims; a list of metrics becomes one claim of each."""
     file = read_yaml(path, _File)
     replicates = file.replicates if replicates is None else replicates
     if isinstance(replicates, str) and replicates.isdecimal():  # as it is typed

@@ -1,9 +1,7 @@
 """Whether the paper's claims hold, from the replicate studies.
 
-Every statistic is computed in each of R replicate studies. `ours` is its mean, `low` and `high`
-enclose the central 95 % of the replicates: the spread that a single study has, of which the paper's
-number is one draw. They answer whether one study would show it (`verdict`). `mean_low` and
-`mean_high` enclose what the mean of all studies can be: whether it is true of these (`population`).
+The central 95 % of these are the spread of a single study (`verdict`); the confidence interval of
+their mean tells what is true of all studies that could be made (`population`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -57,12 +55,10 @@ def evaluate_claim(claim: Claim, trials: pd.DataFrame) -> float:
 def verdict(claim: Claim, values: Floats) -> str:
     """Tell whether one study would show what is claimed, from its statistic in each replicate.
 
-    For a number of the paper, which is rounded to whole per cents: "inconclusive" where the central
-    95 % hold both this number and 0, so that not even the direction of the change is certain;
-    "reproduced" where they hold this number; "not reproduced" where they do not, and one more study
-    would hardly give it, being outside of the prediction interval ``mean ± t sd sqrt(1 + 1/R)``;
-    "inconclusive" otherwise. For a criterion: "reproduced" where the central 95 % meet it, "not
-    reproduced" where no value within them does, "inconclusive" where some do.
+    A number of the paper, rounded to whole per cents, is "inconclusive" where the central 95 % hold
+    both it and 0, "reproduced" where they hold it, and "not reproduced" where they do not and it is
+    outside of the prediction interval ``mean ± t sd sqrt(1 + 1/R)``, too. A criterion is
+    "reproduced" where they meet it, "not reproduced" where no value within them does.
     """
     if not np.isfinite(values).all():
         return INCONCLUSIVE
@@ -182,12 +178,10 @@ def reading_title(decision: Decision, reading: Reading) -> str:
 
 
 def _evaluate(claims: Sequence[Claim], trials: Replicate) -> list[float]:
-    """Return the statistic of each claim in a replicate study."""
     return [evaluate_claim(claim, trials[claim.trials]) for claim in claims]
 
 
 def _decided(claims: Mapping[str, Claim], values: Sequence[Floats]) -> pd.DataFrame:
-    """Return numbers and verdicts of claims, by their names."""
     words = populations(list(claims.values()), values)
     rows = []
     for claim, found, population in zip(claims.values(), values, words, strict=True):

@@ -30,7 +30,6 @@ def draw(table: pd.DataFrame) -> Figure:
 
 
 def _over_rates(axes: Axes, table: pd.DataFrame) -> None:
-    """Draw a line for each noise level."""
     means = table.pivot(index="every", columns="sigma_t", values="mean")
     step = max(1, len(SHADES) // max(1, len(means.columns)))
     for shade, (sigma, values) in zip(SHADES[::step], means.items(), strict=False):

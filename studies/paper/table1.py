@@ -1,8 +1,4 @@
-"""Table 1 of the paper, derived from the trials.
-
-Which metric can do without metric scale, and which is robust to outliers, to collinear motion and
-to the trajectory length? Every answer is a statistic of trials against a stated criterion.
-"""
+"""Table 1 of the paper, derived from the trials by stated criteria."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -263,7 +259,6 @@ def _length(trials: pd.DataFrame, metric: str) -> Finding:
 
 
 def _noise(trials: pd.DataFrame) -> list[str]:
-    """Return the level of the noise that varies in these trials."""
     return ["sigma_t" if trials["sigma_t"].nunique() > 1 else "sigma_r_deg"]
 
 

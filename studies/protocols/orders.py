@@ -91,7 +91,6 @@ def _tasks(trials: Trials) -> Iterator[tuple[str, str, Task]]:
 
 
 def _words(level: str, sweep: Sweep) -> str:
-    """Say what is to be ordered."""
     if level == "n_outliers":
         return DISTURBANCES.get(sweep.outliers, sweep.outliers)
     return "noise" if sweep.noise == "paired" else NOISE[level]
@@ -148,7 +147,6 @@ def is_new(metric: str) -> bool:
 def _test(
     tests: Mapping[Any, tuple[float, ...]], row: Mapping[Hashable, Any], other: str
 ) -> tuple[float, ...]:
-    """Return a metric's difference from another, its error and p-value."""
     if other in ("", row["metric"]):
         return (0.0, 0.0, 1.0) if other else (np.nan, np.nan, np.nan)
     return tests[(*(row[key] for key in KEYS), other)]

@@ -87,7 +87,6 @@ def _scores(axes: Axes, table: pd.DataFrame, title: str) -> None:
 
 
 def _orders(axes: Axes, table: pd.DataFrame, setting: str, lowest: float) -> None:
-    """Draw the order over a setting; the same y axis for all parts."""
     axes.set_axis_on()
     for name, colour in COLOURS.items():
         axes.plot(range(len(table)), table[name], color=colour, ms=5)

@@ -1,7 +1,4 @@
-"""The paper's registration and the refined one, on the same cameras, and the words for it.
-
-Texts have the emphasis of Markdown: the same stand in ``registration_study.md`` and in the report.
-"""
+"""The paper's registration and the refined one, on the same cameras, and the words for it."""
 
 from collections.abc import Callable, Iterator, Mapping
 
@@ -185,7 +182,6 @@ def to_markdown(axis: Axis, table: pd.DataFrame, times: pd.DataFrame) -> str:
 
 
 def _orders(axis: Axis, table: pd.DataFrame) -> Iterator[str]:
-    """Tell how well the scores of each experiment order its levels."""
     for part, numbers in summarise(axis, table).items():
         found = []
         for name in (name for name in numbers if name.startswith(f"mean {ORDER}")):

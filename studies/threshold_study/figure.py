@@ -68,7 +68,6 @@ def draw(*tables: pd.DataFrame) -> Figure:
 
 
 def _maps(figure: SubFigure, table: pd.DataFrame) -> None:
-    """Draw maps of the threshold over the noise, and those of the registration over outliers."""
     rows = np.ravel(np.asarray(figure.subfigures(3, 1, height_ratios=[1.15, 1.0, 0.72])))
     for part, (name, (option, title, xlabel, ylabel)) in zip(
         rows, THRESHOLDS.items(), strict=False
@@ -147,7 +146,6 @@ def _heat_map(
 
 
 def _frame(axes: Axes, row: int, width: int) -> None:
-    """Frame the paper's value."""
     axes.add_patch(
         Rectangle((-0.5, row - 0.5), width, 1, fill=False, ec=style.INK, lw=0.9, clip_on=False)
     )
@@ -156,7 +154,6 @@ def _frame(axes: Axes, row: int, width: int) -> None:
 def _effects(
     figure: SubFigure, table: pd.DataFrame, rows: list[int], titles: dict[str, int]
 ) -> None:
-    """Draw a row for each value of each axis that has no map, and a column for each effect."""
     panels = figure.subplots(1, len(PANELS), sharey=True)
     for axes, (effect, (title, beside)) in zip(panels, PANELS.items(), strict=True):
         _column(axes, table, rows, effect, beside)

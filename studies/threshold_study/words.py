@@ -1,7 +1,4 @@
-"""What the paper's thresholds cost and gain, in words.
-
-Texts have the emphasis of Markdown: the same stand in ``threshold_study.md`` and in the report.
-"""
+"""What the paper's thresholds cost and gain, in words with the emphasis of Markdown."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -143,7 +140,6 @@ def to_markdown(
 
 
 def _times(axes: Sequence[Axis], times: pd.DataFrame) -> list[str]:
-    """Tell how long the values take."""
     lines = []
     for n, group in times.groupby("n_cameras"):
         for axis in axes:

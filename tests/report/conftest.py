@@ -16,6 +16,7 @@ import pytest
 from PIL import Image
 
 import report.page
+import report.results
 from experiments.tables import SWEEPS
 from report.__main__ import main
 from studies.axes import axes_of, is_seeded
@@ -112,7 +113,7 @@ class Results:
 
     @cached_property
     def plans(self):
-        return plans(self.settings)
+        return report.results.plans(self.settings)
 
     def write(self, name, content):
         path = self.folder / name
@@ -346,10 +347,16 @@ def write_protocols(results):
     results.write("tables/protocols.csv", table.assign(order=table["order"] + table["ahead"]))
 
 
+@cache
+def planned(settings):
+    return plans(settings)
+
+
 @pytest.fixture(scope="session", autouse=True)
-def claims_are_read_once():
+def claims_and_studies_are_read_once():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(report.page, "load_claims", cache(load_claims))
+        patch.setattr(report.results, "plans", lambda settings: planned(tuple(settings)))
         yield
 
 

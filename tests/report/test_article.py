@@ -234,7 +234,7 @@ def test_a_whole_study_is_refused_where_the_text_says_what_it_does_not(write):
 @pytest.mark.usefixtures("whole_study")
 @pytest.mark.parametrize(("condition", "expected"), [("", 0), ("not ", 1)])
 def test_a_sentence_stands_where_its_condition_holds(write, template, condition, expected):
-    holds = f'{condition}frame_rate("TAS").order_across == 57'
+    holds = f'{condition}at_rates("TAS").order_across == 57'
     template.write_text(f"<p>{{% call says({holds}) %}}It is so.{{% endcall %}}</p>")
     code, error, page = write()
     assert code == expected
@@ -245,10 +245,11 @@ def test_a_sentence_stands_where_its_condition_holds(write, template, condition,
 
 
 @pytest.mark.usefixtures("whole_study")
-def test_a_changed_setting_makes_no_whole_study(write, template):
+def test_a_changed_setting_makes_no_whole_study(write, template, make_results):
     template.write_text("{% call says(False) %}It is so.{% endcall %}")
-    assert write("sigma_t=[0.05]")[0] == 0
     assert write()[0] == 1
+    other = make_results("pas_weight=[0.2]")
+    assert main(other.arguments("--article")) == 0
 
 
 def test_a_metric_is_compared_from_either_side(write, template):
@@ -284,11 +285,11 @@ def test_what_there_is_not_is_named(write, template, text, message):
     assert error.count("\n") == 1
 
 
-def test_a_table_that_is_missing_is_named(made, capsys, tmp_path):
-    arguments = [*made.arguments(), "--article", "--order", str(tmp_path / "order.csv")]
-    assert main(arguments) == 1
+def test_a_table_that_is_missing_is_named(results, capsys):
+    (results.folder / "tables/head_to_head.csv").unlink()
+    assert main(results.arguments("--article")) == 1
     error = capsys.readouterr().err
-    assert re.fullmatch(r"report: .*/order\.csv does not exist; run: snakemake .*\n", error)
+    assert re.fullmatch(r"report: .*/head_to_head\.csv does not exist; run: snakemake .*\n", error)
 
 
 def test_the_same_results_give_the_same_bytes_and_no_network(article, made, tmp_path):

@@ -14,7 +14,7 @@ def test_the_folder_is_told(capsys):
     with pytest.raises(SystemExit) as ended:
         main([])
     assert ended.value.code == 2
-    assert "required: RESULTS, --output" in capsys.readouterr().err
+    assert "required: --output" in capsys.readouterr().err
 
 
 def test_the_page_is_named(results, capsys):

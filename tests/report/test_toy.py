@@ -5,8 +5,10 @@ from importlib import import_module, invalidate_caches
 
 import pytest
 
+import report.results
 import studies
 from report.page import environment
+from studies.study import plans
 
 from ..workflow.test_workflow import TOY
 from .conftest import Results, write_results
@@ -20,6 +22,7 @@ def toy(tmp_path, monkeypatch):
     for name, text in TOY.items():
         (folder / name).write_text(text)
     monkeypatch.setattr(studies, "__path__", [*studies.__path__, str(folder.parent)])
+    monkeypatch.setattr(report.results, "plans", plans)
     invalidate_caches()
     environment.cache_clear()
     yield import_module("studies.toy")

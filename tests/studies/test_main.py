@@ -21,7 +21,6 @@ from studies.paper.table1 import EXPERIMENTS, compare, to_markdown
 from studies.registration_study import registrations
 from studies.study import plans
 from studies.threshold_study.effects import effects
-from studies.times import main as time_axes
 from studies.times import measure
 
 from .conftest import undescribed
@@ -162,7 +161,7 @@ def test_a_parameter_study_is_written_the_same_again(
     }
     paths = written({part: make_up(sweep, value=worsens) for part, sweep in sweeps.items()})
     times = str(tmp_path / "time.csv")
-    assert time_axes([name, *paths, "--output", times]) == 0
+    assert main([name, *paths, "--measure", "--output", times]) == 0
     measured = pd.read_csv(times)
     assert len(measured) == 2 * max(len(axes), 1)
     assert (measured["milliseconds"] > 0).all()
