@@ -52,6 +52,11 @@ class Order:
         """The 95 % confidence interval."""
         return self.probability - REACH * self.error, self.probability + REACH * self.error
 
+    @property
+    def rounded(self) -> "Order":
+        """Both without what is noise of the arithmetic, so that ties are ties."""
+        return Order(round(self.probability, ROUNDING), round(self.error, ROUNDING))
+
     def p_above(self, chance: float = 0.0) -> float:
         """Return the one-sided p-value against being no larger than `chance`."""
         difference = round(self.probability - chance, ROUNDING)
@@ -154,7 +159,7 @@ def estimate(found: Sequence[Floats] | Floats) -> Order:
     """Return the probability that shares sum to, with its error over independent trials."""
     probability = sum(float(unit.mean()) for unit in found) / 2
     variance = sum(unit.var(ddof=1) / len(unit) if len(unit) > 1 else inf for unit in found)
-    return Order(round(probability, ROUNDING), round(float(np.sqrt(variance)), ROUNDING))
+    return Order(probability, float(np.sqrt(variance)))
 
 
 def order(values: Sequence[ArrayLike]) -> Order:
@@ -172,8 +177,9 @@ def compare(
 ) -> tuple[Mapping[str, Order], Mapping[tuple[str, str], Order]]:
     """Return the order of each metric, and the difference for each pair, from paired trials."""
     found = {metric: task.shares(metric) for metric in metrics}
-    alone = {metric: estimate(own) for metric, own in found.items()}
-    return alone, {(a, b): estimate(found[a] - found[b]) for a, b in combinations(metrics, 2)}
+    alone = {metric: estimate(own).rounded for metric, own in found.items()}
+    pairs = combinations(metrics, 2)
+    return alone, {(a, b): estimate(found[a] - found[b]).rounded for a, b in pairs}
 
 
 def trials_needed(probability: float) -> float:

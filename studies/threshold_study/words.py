@@ -51,11 +51,7 @@ class Choice:
 
 
 def choices(axes: Sequence[Axis], table: pd.DataFrame) -> list[Choice]:
-    """Tell what the paper's value of each axis costs and gains.
-
-    Costs are the effects in which another value is certainly better, each with the best one; gains
-    those in which another is certainly worse, with the worst one.
-    """
+    """Tell in what another value certainly is better, with the best, or worse, with the worst."""
     found = []
     for axis in axes:
         rows = table[table["axis"] == axis.name].set_index("value")
