@@ -1,0 +1,110 @@
+"""`compare` from Python: patterns or a YAML file, and what its result tells."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+from alignscores import Comparison, compare
+
+
+@pytest.fixture
+def found(patterns, tmp_path, monkeypatch):
+    """The comparison of two systems, of which the second lacks a run."""
+    monkeypatch.chdir(tmp_path)
+    return compare(*patterns[1:], format=patterns[0], metrics="ate:rmse")
+
+
+def test_to_dict_is_what_the_command_prints(found, patterns, run):
+    assert isinstance(found, Comparison)
+    code, out, err = run(*patterns, "--metrics", "ate:rmse", "--json", "--jobs", 1)
+    assert code == 1
+    assert json.loads(out) == found.to_dict()
+    (failed,) = found.failed
+    assert err == f"alignscores: error: {failed}; it counts as a failure\n"
+    assert found.problems == []
+    json.dumps(found.to_dict(), allow_nan=False)
+
+
+def test_a_yaml_file(found, tmp_path, run):
+    described = {
+        "format": "tum",
+        "reference": "{sequence}/gt.txt",
+        "estimate": "{sequence}/{system}/{run}.txt",
+        "sequences": {"car": {"name": "the car", "unit": 0.5}},
+    }
+    (tmp_path / "b.yaml").write_text(json.dumps(described))
+    named = compare("b.yaml")
+    assert named.names["car"] == "the car"
+    assert {result["unit"] for result in named.to_dict()["results"]} >= {0.5}
+    assert json.loads(run("b.yaml", "--json")[1]) == named.to_dict()
+
+
+def test_scores_among_the_metrics_have_their_columns_already(found, patterns):
+    again = compare(*patterns[1:], format=patterns[0], metrics="TAS,half,ate:rmse,ATE")
+    assert list(again.to_dict()["results"][0]["metrics"]) == ["ate:rmse", "ATE"]
+    pairs = [(pair["metric"], pair["sequence"]) for pair in again.to_dict()["comparisons"]]
+    assert len(set(pairs)) == len(pairs)
+
+
+def test_the_ate_is_this_package_s(found, patterns):
+    """Where evo's has a value they are equal; of lost cameras evo's has one as well."""
+    again = compare(*patterns[1:], format=patterns[0], metrics="ATE,ate:rmse")
+    for result in again.to_dict()["results"]:
+        if result["status"] == "scored":
+            assert result["metrics"]["ATE"] == pytest.approx(result["metrics"]["ate:rmse"])
+
+
+def test_the_cache_is_made_and_used(found, patterns, tmp_path):
+    folder = tmp_path / "new/cache"
+    first = compare(*patterns[1:], format=patterns[0], metrics="ate:rmse", cache=folder)
+    assert first.to_dict() == found.to_dict()
+    kept = {file: file.stat().st_mtime_ns for file in folder.iterdir()}
+    assert len(kept) == 2 * 11
+    compare(*patterns[1:], format=patterns[0], metrics="ate:rmse", cache=str(folder))
+    assert {file: file.stat().st_mtime_ns for file in folder.iterdir()} == kept
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ValueError, match="the cache file cannot be made"):
+        compare(*patterns[1:], format=patterns[0], cache="file")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "settings", "message"),
+    [
+        (["{sequence}/gt.txt", "{sequence}/{system}.txt"], {}, "give the format of the files"),
+        (["{sequence}/gt.txt"], {"format": "tum"}, "give a pattern of estimates, too, or one YAML"),
+        (["x.txt", "{system}.txt"], {"format": "tum"}, "no reference matches the pattern x.txt"),
+        (
+            ["{sequence}/gt.txt", "{sequence}/{system}/{run}.txt"],
+            {"format": "tum", "frames": np.arange(3)},
+            "frames must be a file, or a pattern with {sequence}, of each sequence",
+        ),
+        (["none.yaml"], {}, "none.yaml: cannot be read: No such file or directory"),
+        (["x", "{system}"], {"format": "tum", "weight": 2}, "weight must be a finite number from"),
+    ],
+)
+def test_what_is_wrong_is_a_value_error(found, arguments, settings, message):
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the message is compared below
+        compare(*arguments, **settings)
+    assert message in str(caught.value)
+
+
+def test_a_table_of_pandas(found):
+    pandas = pytest.importorskip("pandas")
+    table = found.to_frame()
+    assert isinstance(table, pandas.DataFrame)
+    assert len(table) == 2 * 3
+    overall = table[table["sequence"].isna()].set_index("system")
+    for entry in found.to_dict()["systems"]:
+        if entry["sequence"] is None:
+            assert overall.loc[entry["system"], "PAS"] == entry["PAS"]
+            assert overall.loc[entry["system"], "failed_runs"] == entry["failed_runs"]
+    assert {"TAS", "RAS_sd", "half_distance", "ate:rmse", "runs", "n"} <= set(table)
+
+
+def test_without_pandas_the_table_says_what_to_install(found, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ModuleNotFoundError) as caught:
+        found.to_frame()
+    assert str(caught.value) == 'pandas is not installed: pip install "alignscores[tables]"'

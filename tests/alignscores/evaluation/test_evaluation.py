@@ -1,0 +1,149 @@
+"""`evaluate` on files and on trajectories in memory, and what its result tells."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+from alignscores import Evaluation, Settings, evaluate
+from alignscores.trajectories.files import Trajectory, read_kitti, read_nerf, read_tum
+
+from ..conftest import FILES
+
+TUM = "tum/reference.txt", "tum/estimate.txt"
+
+
+@pytest.fixture
+def tum(examples):
+    """(changes) -> the evaluation of the example."""
+    return lambda **changes: evaluate(*(examples / file for file in TUM), format="tum", **changes)
+
+
+@pytest.mark.parametrize("form", FILES)
+def test_to_dict_is_the_entry_of_the_command(form, run, examples, monkeypatch):
+    monkeypatch.chdir(examples)
+    options = "--registration", "pcr99", "--repeat", 2, "--metrics", "TAS,ate:rmse,kitti:rotation"
+    options = options if form in ("tum", "kitti", "euroc") else options[:-2]
+    _, out, _ = run(form, *FILES[form], *options, "--json")
+    (printed,) = json.loads(out)["results"]
+    assert printed.pop("rank") == [1, 1]
+    metrics = options[-1] if len(options) > 4 else ()
+    settings = Settings(format=form, registration="pcr99", repeat=2, metrics=metrics)
+    found = evaluate(*FILES[form], settings)
+    assert isinstance(found, Evaluation)
+    assert found.settings == settings
+    assert found.to_dict() == printed
+    assert list(found.to_dict()) == list(printed)
+
+
+def test_changes_differ_from_settings(tum, examples):
+    settings = Settings(format="tum", seed=3, weight=0.2)
+    files = [examples / file for file in TUM]
+    assert evaluate(*files, settings, seed=5).to_dict() == tum(seed=5, weight=0.2).to_dict()
+    assert evaluate(*files, settings, seed=5).settings == Settings(format="tum", seed=5, weight=0.2)
+    with pytest.raises(TypeError, match="sede"):
+        tum(sede=3)
+    with pytest.raises(ValueError, match="give the format of the files: format=tum"):
+        evaluate(*files)
+
+
+def test_numbers_hang_together(tum):
+    found = tum(registration="pcr99", repeat=4, weight=0.3, metrics="RAS,auc@30:vggt")
+    assert found.tas == np.mean(found.tas_seeds)
+    assert found.tas_sd == pytest.approx(np.std(found.tas_seeds, ddof=1))
+    assert found.pas == pytest.approx(0.3 * found.tas + 0.7 * found.ras)
+    assert found.pas_sd == pytest.approx(0.3 * found.tas_sd)
+    names = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"
+    assert [found.value(name) for name in names] == [found.to_dict()[name] for name in names]
+    assert found.value("half:rotation") == found.half_angle
+    assert found.value("AUC@30:vggt") == found.metrics["auc@30:vggt"]
+    assert found.value("auc@10:vggt") is None  # was not asked for
+    assert found.to_dict()["metrics"] == {"RAS": found.ras, **found.metrics}
+    profile = found.tas_profile(np.array([found.half_distance]))
+    assert profile.scores[0] == pytest.approx(0.5, abs=0.01)
+
+
+def test_the_half_score_distance_is_by_the_refined_registration(tum):
+    assert tum(registration="pcr99").half_distance == tum(registration="refined").half_distance
+
+
+def test_trajectories_of_lists_and_of_three_rows_are_scored_alike(examples):
+    reference, estimate = (read_nerf(examples / file) for file in FILES["nerf"])
+    expected = evaluate(reference, estimate).to_dict()
+    lists = Trajectory(estimate.keys.tolist(), estimate.poses.tolist())
+    short = Trajectory(reference.keys.tolist(), reference.poses[:, :3])
+    assert evaluate(reference, lists).to_dict() == expected
+    assert evaluate(short, estimate).to_dict() == expected
+
+
+@pytest.mark.parametrize("invert", [False, True])
+def test_estimates_of_three_rows_are_scored_alike(examples, invert):
+    reference, estimate = (read_tum(examples / file) for file in TUM)
+    rows = Trajectory(estimate.keys, estimate.poses[:, :3])
+    options = {"invert": invert, "t_offset": "auto"} if not invert else {"invert": True}
+    assert evaluate(reference, rows, **options).to_dict() == (
+        evaluate(reference, estimate, **options).to_dict()
+    )
+
+
+def test_numbered_frames_may_be_missing(examples):
+    """Of KITTI files every line has its partner; keys in memory tell which frames there are."""
+    reference, estimate = (read_kitti(examples / file) for file in FILES["kitti"])
+    found = Trajectory(estimate.keys[::2], estimate.poses[::2])
+    failed, ignored = (evaluate(reference, found, missing=name) for name in ("fail", "ignore"))
+    assert (len(failed.matches.keys), failed.matches.missing) == (40, 20)
+    assert (len(ignored.matches.keys), ignored.matches.missing) == (20, 20)
+    assert failed.ras == pytest.approx(ignored.ras / 2)
+
+
+def test_frames_that_were_due_as_stamps(examples, tum, tmp_path):
+    reference, estimate = (read_tum(examples / file) for file in TUM)
+    stamps = estimate.keys[:30] + 1e-4
+    np.savetxt(tmp_path / "frames.txt", stamps, fmt="%.6f")
+    in_memory = evaluate(reference, estimate, frames=stamps).to_dict()
+    from_file = tum(frames=tmp_path / "frames.txt").to_dict()
+    assert in_memory.pop("name") == "estimate"
+    assert from_file.pop("name") == "estimate.txt"
+    assert in_memory.pop("file") == ""
+    assert from_file.pop("file").endswith(TUM[1])
+    assert [note.split(": ", 1)[1] for note in in_memory.pop("notes")] == [
+        note.split(": ", 1)[1] for note in from_file.pop("notes")
+    ]
+    assert in_memory == from_file
+
+
+def test_what_is_wrong_with_trajectories_is_a_value_error(examples):
+    reference, estimate = (read_tum(examples / file) for file in TUM)
+    for wrong, reason in (
+        (Trajectory(estimate.keys, estimate.poses[:5]), "poses"),
+        (Trajectory(np.array(["a", "b"]), estimate.poses[:2]), "not of the same format"),
+        (Trajectory(estimate.keys[:0], estimate.poses[:0]), "the estimate has no poses"),
+    ):
+        with pytest.raises(ValueError, match=reason):
+            evaluate(reference, wrong)
+
+
+def test_a_table_of_pandas(tum):
+    pandas = pytest.importorskip("pandas")
+    plain, other = tum(metrics="auc@30:vggt,TAS"), tum(registration="pcr99", repeat=3)
+    table = plain.to_frame()
+    assert isinstance(table, pandas.DataFrame)
+    assert len(table) == 1
+    row = table.iloc[0].to_dict()
+    printed = plain.to_dict()
+    assert row["auc@30:vggt"] == printed["metrics"]["auc@30:vggt"]
+    assert {key: row[key] for key in ("name", "TAS", "PAS", "half_distance", "ATE", "n")} == {
+        key: printed[key] for key in ("name", "TAS", "PAS", "half_distance", "ATE", "n")
+    }
+    assert not any(isinstance(value, (list, dict)) for value in row.values())
+    assert set(table) - {"auc@30:vggt"} == set(other.to_frame())
+    assert list(pandas.concat([table, other.to_frame()])["TAS"]) == [plain.tas, other.tas]
+
+
+def test_without_pandas_the_table_says_what_to_install(tum, monkeypatch):
+    found = tum()
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ModuleNotFoundError) as caught:
+        found.to_frame()
+    assert str(caught.value) == 'pandas is not installed: pip install "alignscores[tables]"'

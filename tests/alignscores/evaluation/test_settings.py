@@ -1,0 +1,159 @@
+"""Settings: values that they may have, what is said of others, and the parser made from them."""
+
+import argparse
+from dataclasses import FrozenInstanceError, fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from alignscores import Settings
+from alignscores.cli.main import build_parser
+from alignscores.evaluation.settings import options
+from alignscores.trajectories.formats import FORMATS
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("format", "bag", "format must be one of tum, kitti, euroc, colmap, nerf, not 'bag'"),
+        ("est_format", 3, "est_format must be one of tum, kitti, euroc, colmap, nerf, not 3"),
+        ("missing", "skip", "missing must be one of fail, ignore, not 'skip'"),
+        ("missing", None, "missing must be one of fail, ignore, not None"),
+        ("t_max_diff", -0.1, "t_max_diff must be a finite number of at least 0, not -0.1"),
+        ("t_max_diff", "0.1", "t_max_diff must be a finite number of at least 0, not '0.1'"),
+        ("t_offset", "guess", "t_offset must be a finite number or auto, not 'guess'"),
+        ("t_offset", np.nan, "t_offset must be a finite number or auto, not nan"),
+        ("frames", 5, "frames must be a file, or finite time stamps, (k,)"),
+        ("frames", [0.0, np.inf], "frames must be a file, or finite time stamps, (k,)"),
+        ("frames", [], "frames must be a file, or finite time stamps, (k,)"),
+        ("frames", {"a": 1}, "frames must be a file, or finite time stamps, (k,)"),
+        ("invert", "no", "invert must be true or false, not 'no'"),
+        ("invert", 1, "invert must be true or false, not 1"),
+        ("body_rotation", True, "body_rotation must be one of auto, none, not True"),
+        ("unit", 0, "unit must be a finite number above 0, not 0"),
+        ("unit", -1.0, "unit must be a finite number above 0, not -1.0"),
+        ("unit", True, "unit must be a finite number above 0, not True"),
+        ("max_threshold", None, "max_threshold must be a finite number above 0, not None"),
+        ("max_threshold_deg", np.inf, "max_threshold_deg must be a finite number above 0, not inf"),
+        ("weight", 1.1, "weight must be a finite number from 0 to 1, not 1.1"),
+        ("registration", "none", "registration must be one of pcr99, refined, not 'none'"),
+        ("seed", -1, "seed must be a whole number of at least 0, not -1"),
+        ("seed", 1.0, "seed must be a whole number of at least 0, not 1.0"),
+        ("repeat", 0, "repeat must be a whole number of at least 1, not 0"),
+        ("metrics", "auc", "unknown metric 'auc'; close to it are auc@30:vggt"),
+        ("metrics", ("TAS", ""), "unknown metric ''; close to it are "),
+    ],
+)
+def test_what_a_setting_cannot_be(name, value, message):
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the message is compared below
+        Settings(**{name: value})
+    assert str(caught.value).startswith(message)
+    with pytest.raises(ValueError, match=name if name != "metrics" else "unknown metric"):
+        replace(Settings(), **{name: value})
+
+
+@pytest.mark.parametrize("form", ["kitti", "colmap", "nerf"])
+@pytest.mark.parametrize("changes", [{"frames": "f"}, {"t_offset": "auto"}, {"t_max_diff": 1}])
+def test_what_needs_time_stamps_is_refused_without(form, changes):
+    (name,) = changes
+    with pytest.raises(ValueError, match=f"{name} needs time stamps, which {form} files lack"):
+        Settings(format=form, **changes)
+    Settings(format="tum", **changes)
+    Settings(**changes)  # the format may come later
+    with pytest.raises(ValueError, match="needs time stamps"):
+        replace(Settings(**changes), format=form)
+
+
+def test_what_needs_an_order_of_time_is_refused_without():
+    message = "rpe@1m needs cameras in the order of time, but images are matched by name"
+    with pytest.raises(ValueError, match=message):
+        Settings(format="nerf", metrics="TAS,rpe@1m")
+    assert Settings(format="kitti", metrics="rpe@1m").metrics == ("rpe@1m",)
+
+
+def test_they_cannot_be_changed_and_equal_ones_are_equal():
+    settings = Settings(format="tum", unit=2)
+    with pytest.raises(FrozenInstanceError):
+        settings.unit = 3
+    with pytest.raises(TypeError):
+        Settings("tum")  # by name alone
+    assert settings == Settings(format="tum", unit=np.float64(2))
+    assert settings != replace(settings, seed=1)
+    assert len({settings, Settings(format="tum", unit=2.0), Settings()}) == 2
+    stamps = np.arange(5) / 10
+    assert Settings(frames=stamps) == Settings(frames=list(stamps)) == Settings(frames=stamps)
+    assert Settings(frames=stamps) != Settings(frames=stamps + 1)
+    assert len({Settings(frames=stamps), Settings(frames=stamps.tolist())}) == 1
+    assert Settings(frames=Path("a")).frames == Path("a")
+
+
+def test_numbers_are_python_s():
+    settings = Settings(seed=np.int64(3), unit=np.float32(0.5), max_threshold=2)
+    assert [type(value) for value in (settings.seed, settings.unit, settings.max_threshold)] == [
+        *(int, float, float)
+    ]
+
+
+def test_metrics_have_one_name_each():
+    settings = Settings(metrics="tas, recall@5cm,5deg,half,HalfDistance,AUC@30:vggt")
+    assert settings.metrics == ("TAS", "recall@5cm,5deg", "half_distance", "auc@30:vggt")
+    assert Settings(metrics=["ate", "ATE"]).metrics == ("ATE",)
+
+
+def test_seeds():
+    assert Settings(seed=3, repeat=5).seeds == range(3, 4)
+    assert Settings(registration="pcr99", seed=3, repeat=5).seeds == range(3, 8)
+
+
+def test_missing_cameras():
+    assert Settings(format="tum").missing_cameras == "fail"
+    assert Settings(format="tum", missing="ignore").missing_cameras == "ignore"
+    assert Settings(format="tum", missing="ignore", frames="f").missing_cameras == "fail"
+    assert Settings(format="kitti").missing_cameras is None
+
+
+def test_without_a_format():
+    with pytest.raises(ValueError, match="give the format of the files: format=tum"):
+        _ = Settings().form
+
+
+def test_every_setting_has_help():
+    assert set(options()) == {field.name for field in fields(Settings)}
+    for name, option in options().items():
+        assert option.help, name
+        assert option.group, name
+        assert option.checked(getattr(Settings, name)) == getattr(Settings, name)
+
+
+def parsers():
+    """Return the parser of each format, and of the comparison, by name."""
+    actions = {action.dest: action for action in build_parser()._actions}
+    return actions["format"].choices
+
+
+@pytest.mark.parametrize("command", [*FORMATS, "compare"])
+def test_the_parser_is_made_from_them(command):
+    """Of a format it has the settings that there are for it, each with its default and its help."""
+    actions = {action.dest: action for action in parsers()[command]._actions}
+    expected = set(options()) - {"format"}
+    if command != "compare":
+        form = FORMATS[command]
+        expected -= {name for name, option in options().items() if option.timed and not form.timed}
+        expected -= set() if form.missing else {"missing", "est_format"}
+    assert expected == set(options()) & set(actions)
+    for name in expected:
+        action, option = actions[name], options()[name]
+        assert action.default == getattr(Settings, name)
+        if (command, name) != ("compare", "frames"):  # a pattern there
+            assert option.help in action.help
+        if option.choices and name != "est_format":
+            assert tuple(action.choices) == option.choices
+        if option.number:
+            for text in ("x", "nan", "-1", "0", "1", "0.5", "1e400", *option.words):
+                try:
+                    value = action.type(text)
+                except argparse.ArgumentTypeError as error:
+                    assert str(error).startswith("must be a")  # noqa: PT017
+                else:
+                    assert getattr(Settings(**{name: value}), name) == value
