@@ -1,0 +1,278 @@
+"""No output replaces an input, by whatever path or link it is named, and no two write one file."""
+
+import json
+import os
+import shutil
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from ..conftest import FILES
+
+OUTPUTS = {  # the suffix of each option's file
+    "--save_errors": ".csv",
+    "--save_metrics": ".csv",
+    "--profile": ".csv",
+    "--save_aligned": ".txt",
+    "--save_results": ".zip",
+    "--save_plot": ".png",
+    "--save_page": ".html",
+}
+
+
+def same(path):
+    return path
+
+
+def relative(path):
+    return os.path.relpath(path)
+
+
+def through_parent(path):
+    (path.parent / "sub").mkdir(exist_ok=True)
+    return f"{path.parent}/sub/../{path.name}"
+
+
+def symlink(path, suffix=None):
+    link = path.with_name(f"link{suffix or path.suffix}")
+    link.symlink_to(path)
+    return link
+
+
+def link_to_link(path, suffix=None):
+    link = path.with_name(f"another{suffix or path.suffix}")
+    link.symlink_to(symlink(path, suffix))
+    return link
+
+
+def hard_link(path, suffix=None):
+    link = path.with_name(f"hard{suffix or path.suffix}")
+    link.hardlink_to(path)
+    return link
+
+
+def linked_folder(path):
+    link = path.parent.with_name("linked")
+    link.symlink_to(path.parent)
+    return link / path.name
+
+
+def another_case(path):
+    return path.with_name(path.stem.swapcase() + path.suffix)
+
+
+LINKS = symlink, link_to_link, hard_link
+WAYS = [same, relative, through_parent, *LINKS, linked_folder]
+if Path(__file__).with_name(Path(__file__).name.swapcase()).exists():
+    WAYS.append(another_case)  # where the file system takes it for the same
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A folder to be in, inside another one."""
+    folder = tmp_path / "here"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return folder
+
+
+@pytest.fixture
+def refused(command, tmp_path, monkeypatch):
+    """(message, arguments) -> check that they are refused, nothing read, and no byte changed."""
+
+    def computed(*arguments, **options):
+        raise AssertionError("something was computed before the outputs were looked at")
+
+    main, compare = (import_module(f"alignscores.cli.{name}") for name in ("main", "compare"))
+    for module, name in ((main, "read_reference"), (main, "score"), (compare, "compare_runs")):
+        monkeypatch.setattr(module, name, computed)
+
+    def content():
+        files = (file for file in tmp_path.rglob("*") if file.is_file())
+        return {file: (file.is_symlink(), file.read_bytes()) for file in files}
+
+    def refused(message, *arguments):
+        before = content()
+        code, out, err = command(*arguments)
+        assert (code, out, err.count("\n")) == (1, "", 1)
+        assert err.startswith("alignscores: error: --")
+        assert message in err
+        assert content() == before
+
+    return refused
+
+
+REPLACED = "would replace the input"
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("whose", ["reference", "estimate", "second", "frames"])
+@pytest.mark.parametrize("option", OUTPUTS)
+def test_no_output_replaces_an_input(here, examples, refused, option, whose, way):
+    inputs = {
+        "reference": "tum/reference.txt",
+        "estimate": "tum/estimate.txt",
+        "second": "tum/estimate.txt",
+        "frames": "tum/reference.txt",
+    }
+    files = {}
+    for name, source in inputs.items():
+        files[name] = here / f"{name}{OUTPUTS[option] if name == whose else '.any'}"
+        shutil.copy(examples / source, files[name])
+    target = way(files[whose])
+    estimates = [files["estimate"], files["second"]]
+    if option in ("--save_aligned", "--save_results"):  # of several, each has another name
+        estimates = [files["second" if whose == "second" else "estimate"]]
+    arguments = "tum", files["reference"], *estimates, "--frames", files["frames"]
+    refused(f"{REPLACED} {files[whose]}", *arguments, option, target)
+
+
+@pytest.mark.parametrize("option", ["--save_aligned", "--save_results"])
+@pytest.mark.parametrize("way", [same, *LINKS])
+def test_names_of_several_estimates_hit_none_of_them(here, examples, refused, option, way):
+    suffix = OUTPUTS[option]
+    shutil.copy(examples / "tum/estimate.txt", here / "a")
+    hit = here / f"out_a{suffix}"
+    if way is same:
+        shutil.copy(examples / "tum/estimate.txt", hit)
+        estimates = here / "a", hit
+    else:
+        shutil.copy(examples / "tum/estimate.txt", here / f"b{suffix}")
+        way(here / f"b{suffix}").rename(hit)
+        estimates = here / "a", here / f"b{suffix}"
+    arguments = "tum", examples / "tum/reference.txt", *estimates
+    refused(REPLACED, *arguments, option, here / f"out{suffix}")
+
+
+@pytest.mark.parametrize("way", LINKS)
+@pytest.mark.parametrize("option", [name for name in OUTPUTS if name != "--save_aligned"])
+@pytest.mark.parametrize("whose", ["reference", "estimate", "part", "linked part"])
+def test_no_output_replaces_a_file_of_a_model(here, examples, refused, option, whose, way):
+    for name in ("reference", "estimate"):
+        shutil.copytree(examples / "colmap" / name, here / name)
+    hit, estimate = here / whose / "images.txt", here / "estimate"
+    if "part" in whose:
+        estimate = here / "sparse"
+        hit = here / "elsewhere/images.bin"
+        shutil.copytree(examples / "colmap/estimate", hit.parent)
+        estimate.mkdir()
+        if whose == "part":
+            hit = hit.parent.rename(estimate / "0") / "images.bin"
+        else:
+            (estimate / "0").symlink_to(hit.parent)
+    elif whose == "estimate":
+        hit = hit.with_suffix(".bin")
+    target = way(hit, OUTPUTS[option]).rename(here / f"out{OUTPUTS[option]}")
+    if target.is_symlink():
+        target.unlink()
+        target.symlink_to(hit)
+    refused(REPLACED, "colmap", here / "reference", estimate, option, target)
+
+
+@pytest.mark.parametrize("form", ["kitti", "euroc", "nerf"])
+@pytest.mark.parametrize("way", LINKS)
+def test_no_output_replaces_an_input_of_other_formats(here, examples, refused, form, way):
+    files = [shutil.copy(examples / file, here) for file in FILES[form]]
+    for option, file in (("--save_page", files[0]), ("--save_errors", files[1])):
+        refused(REPLACED, form, *files, option, way(here / file, OUTPUTS[option]))
+        for link in here.glob("*.html"):
+            link.unlink()
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "way"),
+    [
+        ("--save_errors", "--save_metrics", same),
+        ("--save_errors", "--profile", relative),
+        ("--save_metrics", "--profile", through_parent),
+        ("--save_metrics", "--save_errors", linked_folder),
+    ],
+)
+@pytest.mark.parametrize("there", [False, True])
+def test_two_options_write_no_file_together(here, examples, refused, first, second, way, there):
+    files = [examples / file for file in FILES["tum"]]
+    if there:
+        (here / "out.csv").write_text("from before")
+    both = first, here / "out.csv", second, way(here / "out.csv")
+    refused("would both write", "tum", *files, *both)
+
+
+@pytest.fixture
+def found_files(here, examples):
+    """The patterns of a benchmark with a page's names: one run, and what is left out."""
+    for sequence in ("desk", "lonely"):
+        (here / sequence).mkdir()
+        shutil.copy(examples / "tum/reference.txt", here / sequence / "gt.html")
+    shutil.copytree(here / "desk", here / "new")
+    (here / "new/gt.html").unlink()
+    for sequence in ("desk", "new"):
+        (here / sequence / "orb").mkdir()
+        shutil.copy(examples / "tum/estimate.txt", here / sequence / "orb/0.html")
+    (here / "desk/orb/1.html").write_text("no trajectory")
+    shutil.copy(examples / "tum/reference.txt", here / "desk/frames.html")
+    return "tum", "{sequence}/gt.html", "{sequence}/{system}/{run}.html"
+
+
+BENCHMARK_FILES = {
+    "reference": "desk/gt.html",
+    "reference that is left out": "lonely/gt.html",
+    "run": "desk/orb/0.html",
+    "run that fails": "desk/orb/1.html",
+    "run that is left out": "new/orb/0.html",
+    "frames": "desk/frames.html",
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("whose", BENCHMARK_FILES)
+def test_no_page_replaces_a_file_of_a_benchmark(here, found_files, refused, whose, way):
+    target = way(here / BENCHMARK_FILES[whose])
+    if way in LINKS:  # not to be found by the pattern
+        target = target.rename(here / "page.html")
+        if way is not hard_link:
+            target.unlink()
+            target.symlink_to(here / BENCHMARK_FILES[whose])
+    frames = "--frames", "desk/frames.html"
+    refused(REPLACED, "compare", *found_files, *frames, "--html", target)
+
+
+@pytest.mark.parametrize("way", LINKS)
+@pytest.mark.parametrize("whose", ["yaml", "frames"])
+def test_no_page_replaces_a_file_that_describes_a_benchmark(here, found_files, refused, whose, way):
+    described = dict(zip(("format", "reference", "estimate"), found_files, strict=True))
+    described["sequences"] = {"desk": {"frames": "desk/frames.html"}}
+    (here / "b.yaml").write_text(json.dumps(described))
+    hit = here / ("b.yaml" if whose == "yaml" else "desk/frames.html")
+    refused(REPLACED, "compare", "b.yaml", "--html", way(hit, ".html"))
+
+
+@pytest.mark.parametrize("way", LINKS)
+def test_no_page_replaces_a_file_of_a_benchmark_s_model(here, examples, refused, way):
+    for name in ("reference", "estimate"):
+        shutil.copytree(examples / "colmap" / name, here / name)
+    patterns = "colmap", "reference", "{system}mate"
+    for file in ("reference/images.txt", "estimate/images.bin"):
+        refused(REPLACED, "compare", *patterns, "--html", way(here / file, ".html"))
+
+
+def test_outputs_of_before_are_replaced(here, examples, command):
+    """And what is next to an input, or has its name in another folder, is no input."""
+    files = [shutil.copy(examples / file, here) for file in FILES["tum"]]
+    (here / "out").mkdir()
+    outputs = "--save_aligned", "out/estimate.txt", "--save_errors", "estimate.csv"
+    for _ in range(2):
+        assert command("tum", *files, *outputs)[0] == 0
+    for file in FILES["tum"]:
+        assert (here / file.split("/")[1]).read_bytes() == (examples / file).read_bytes()
+    assert (here / "out/estimate.txt").stat().st_size > 0
+
+
+def test_an_output_that_is_a_link_replaces_the_link_alone(here, examples, command):
+    (here / "notes.csv").write_text("of something else")
+    (here / "out.csv").symlink_to(here / "notes.csv")
+    files = [examples / file for file in FILES["tum"]]
+    assert command("tum", *files, "--save_errors", "out.csv")[0] == 0
+    assert (here / "notes.csv").read_text() == "of something else"
+    assert not (here / "out.csv").is_symlink()
