@@ -8,11 +8,10 @@ Source: S. H. Lee and J. Civera, "Alignment Scores: Robust Metrics for Multiview
 Evaluation".
 """
 
-__version__ = "1.0.0"
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from .averaging import nearest_rotations
-from .comparison import Comparison, compare
-from .evaluation import Evaluation, Settings, evaluate
 from .histogram import AlignmentScore
 from .pose import PASResult, pas
 from .profile import ScoreProfile, ras_profile, tas_profile
@@ -21,6 +20,11 @@ from .rotation import RASResult, ras
 from .similarity import Similarity
 from .translation import TASResult, closest_pair_quartile, tas
 from .validation import AlignmentWarning
+from .version import __version__ as __version__
+
+if TYPE_CHECKING:
+    from .comparison import Comparison, compare
+    from .evaluation import Evaluation, Settings, evaluate
 
 __all__ = [
     "AlignmentScore",
@@ -44,3 +48,22 @@ __all__ = [
     "tas",
     "tas_profile",
 ]
+
+# Imported when they are asked for: who scores arrays, as every trial does, reads no files.
+OF_FILES = {
+    "Comparison": "comparison",
+    "Evaluation": "evaluation",
+    "Settings": "evaluation",
+    "compare": "comparison",
+    "evaluate": "evaluation",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in OF_FILES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{OF_FILES[name]}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -33,7 +33,7 @@ def literal_frames(
     Parameters
     ----------
     gt_positions, est_positions : (n, 3) array
-        Finite camera centres in the ground-truth and in the estimated world.
+        Finite camera centres, row i of both the same camera.
     rank : int
         m of the paper: the hypothesis with the smallest rank-th smallest error wins.
     n_hypotheses : int

@@ -154,7 +154,7 @@ def resolve(path: Path, key: str, overrides: Sequence[str], *parts: Settings) ->
 
 def at_rates(sweep: Sweep, rates: Sequence[int]) -> Table:
     """Return the table of the same trials at several frame rates."""
-    return Table(tuple(replace(sweep, every=k, differs=f"{EVERY}{k}") for k in rates))
+    return Table(tuple(replace(sweep, every=k, changes=f"{EVERY}{k}") for k in rates))
 
 
 def rates_of(table: pd.DataFrame) -> pd.Series:

@@ -97,7 +97,7 @@ rule own_frame_rates:
     input:
         TRIAL_CODE,
         STUDY_CODE,
-        code("alignscores/cli", "alignscores/trajectories"),
+        code("alignscores/cli", "alignscores/trajectories", "alignscores/trajectories/files"),
         file=config.get("trajectories", []),
     output:
         OWN_FRAME_RATES,

@@ -159,13 +159,11 @@ def _benchmark(arguments: argparse.Namespace) -> Benchmark:
 def _inputs(
     benchmark: Benchmark, settings: Settings, arguments: argparse.Namespace
 ) -> Iterator[str]:
-    """Yield all files that are read."""
+    """Yield all files that are read, or would be if they were not left out."""
     if not arguments.patterns:
         yield arguments.source
-    yield from benchmark.references.values()
+    yield from benchmark.files
     for found in benchmark.runs:
-        if found.file is not None:
-            yield found.file
         if (frames := settings_of_run(benchmark, found, settings).frames) is not None:
             yield str(frames)
 
@@ -190,19 +188,11 @@ def _show_found(benchmark: Benchmark) -> None:
 
 
 def _cache(arguments: argparse.Namespace) -> Path | None:
-    """Return the folder of the cache, made if need be; None without one."""
+    """Return the folder of the cache; None without one."""
     if arguments.no_cache:
         return None
-    if arguments.cache is None:
-        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-        folder = Path(home) / "alignscores"
-    else:
-        folder = Path(arguments.cache)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ValueError(f"--cache {folder}: cannot be made ({error.strerror})") from None
-    return folder
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(arguments.cache or Path(home) / "alignscores")
 
 
 def _show(comparison: Comparison, arguments: argparse.Namespace) -> None:

@@ -8,16 +8,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from .. import __version__
-from ..evaluation.evaluate import read_reference, score
 from ..evaluation.evaluation import Evaluation
+from ..evaluation.matching import read_reference
 from ..evaluation.names import printable, unique_names
 from ..evaluation.notes import collected_warnings
 from ..evaluation.ranking import in_rank_order, units_notes
+from ..evaluation.scoring import score
 from ..evaluation.settings import options
 from ..trajectories.extras import require
 from ..trajectories.files import FileError, read_stamps
 from ..trajectories.formats import FORMATS, Format
+from ..version import __version__
 from . import compare
 from .inputs import check_stdin_read_once, refuse_to_replace
 from .metrics import Metrics, alias_notes, metre_notes

@@ -6,12 +6,12 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .. import __version__
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.names import printable
 from ..evaluation.notes import MUCH_LOST
 from ..evaluation.ranking import TIED_HALF, RankedBy, ranked_by, ranks
 from ..evaluation.settings import Settings
+from ..version import __version__
 from .metrics import metric_table
 from .options import settings_of
 from .table import table

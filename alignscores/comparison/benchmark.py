@@ -2,16 +2,17 @@
 
 import re
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from ..evaluation.settings import Settings
 from ..trajectories.extras import require
 from ..trajectories.formats import FORMATS
 from .patterns import Pattern
 
-__all__ = ["Benchmark", "Run", "from_patterns", "read_yaml"]
+__all__ = ["NO_SETTINGS", "Benchmark", "Run", "from_patterns", "read_yaml"]
 
 DIGITS = re.compile(r"(\d+)")
 FIELDS = ("sequence", "system", "run")
@@ -20,6 +21,8 @@ ONLY_RUN = "1"  # name of the run where the pattern has no {run}
 KEYS = ("format", "reference", "estimate", "runs", "sequences", "systems")
 OF_SEQUENCE = ("name", "format", "t_offset", "frames", "unit")
 OF_SYSTEM = ("name", "est_format", "runs", "invert")
+
+NO_SETTINGS = "name", "runs"  # the other entries are
 
 Expected = int | Sequence[str]
 
@@ -36,26 +39,14 @@ class Run:
 
 @dataclass(frozen=True)
 class Benchmark:
-    """All that is compared.
-
-    Parameters
-    ----------
-    format : str
-        Key of `alignscores.trajectories.formats.FORMATS`.
-    references : dict of str to str
-        The reference of each sequence that some system was run on, by its name.
-    runs : list of Run
-        The runs, those that are missing among them, in the order of sequence, system and run.
-    problems : list of str
-        A line for whatever is left out.
-    sequence_options, system_options : dict of str to dict
-        Options that differ from those of the command line, by name.
-    """
+    """All that is compared."""
 
     format: str
-    references: dict[str, str]
-    runs: list[Run]
-    problems: list[str]
+    references: dict[str, str]  # of each sequence that some system was run on
+    runs: list[Run]  # missing ones among them, in the order of sequence, system and run
+    problems: list[str]  # a line for whatever is left out
+    files: list[str]  # all that was found, also what is left out
+    # What differs from the settings of all, by name.
     sequence_options: dict[str, dict[str, Any]] = field(default_factory=dict)
     system_options: dict[str, dict[str, Any]] = field(default_factory=dict)
 
@@ -69,24 +60,11 @@ def from_patterns(
     systems: Sequence[str] = (),
     sequences: Sequence[str] = (),
 ) -> Benchmark:
-    """Find the files of a benchmark.
+    """Find the files of a benchmark by the patterns of its references and estimates.
 
-    Parameters
-    ----------
-    format : str
-        Key of `alignscores.trajectories.formats.FORMATS`.
-    reference, estimate : str
-        Patterns with the fields ``{sequence}``, and in the second ``{system}`` and ``{run}``.
-    expected : mapping of str to int or sequence of str, optional
-        How many runs of a system are expected on each sequence, or their names; under "" for those
-        that are not named. By default as many as it has on the sequence where it has the most.
-    systems, sequences : sequence of str
-        Names that are known to be there, as of a YAML file.
-
-    Raises
-    ------
-    ValueError
-        Where the patterns do not go together, or match nothing.
+    `expected` tells how many runs of a system there should be on each sequence, or their names,
+    under "" for systems that are not named; by default as many as it has on the sequence where it
+    has the most. `systems` and `sequences` are names that should be there.
     """
     ref_pattern, est_pattern = Pattern(reference, FIELDS[:1]), Pattern(estimate, FIELDS)
     if "system" not in est_pattern.fields:
@@ -96,17 +74,17 @@ def from_patterns(
             f"both patterns need {{sequence}}, or none of them: {reference} and {estimate}"
         )
     found_refs, problems = ref_pattern.find()
-    found, more = est_pattern.find()
+    found_ests, more = est_pattern.find()
     problems += more
     only = Path(reference).stem if "sequence" not in est_pattern.fields else ""
+    taken = set(map(Path, found_refs))
     references = _unique(
         {path: (values.get("sequence", only),) for path, values in found_refs.items()}, problems
     )
-    taken = set(map(Path, found_refs))
     estimates = _unique(
         {
             path: (values.get("sequence", only), values["system"], values.get("run", ONLY_RUN))
-            for path, values in found.items()
+            for path, values in found_ests.items()
             # data/{sequence}/{system}.txt matches the reference, too, and so may a model's files
             if taken.isdisjoint([Path(path), *Path(path).parents])
         },
@@ -118,17 +96,14 @@ def from_patterns(
     ):
         if not matching:
             raise ValueError("; ".join([f"no {kind} matches the pattern {pattern}", *problems[:1]]))
-    return Benchmark(
-        format,
-        *_complete(
-            {sequence: path for (sequence,), path in references.items()},
-            estimates,
-            expected or {},
-            systems,
-            sequences,
-            problems,
-        ),
+    kept = _with_runs(
+        {sequence: path for (sequence,), path in references.items()},
+        {sequence for sequence, _, _ in estimates},
+        sequences,
+        problems,
     )
+    runs = _all_runs(kept, estimates, expected or {}, systems, problems)
+    return Benchmark(format, kept, runs, problems, [*found_refs, *found_ests])
 
 
 def _unique(
@@ -146,43 +121,58 @@ def _unique(
     return {key: several[0] for key, several in paths.items() if not several[1:]}
 
 
-def _complete(
-    references: dict[str, str],
-    estimates: dict[tuple[str, ...], str],
-    expected: Mapping[str, Expected | None],
-    systems: Sequence[str],
-    sequences: Sequence[str],
-    problems: list[str],
-) -> tuple[dict[str, str], list[Run], list[str]]:
-    """Return sequences with reference and runs, and all runs, those that are missing too."""
-    tried = {key[0] for key in estimates}
-    for sequence in sorted(tried | set(references) | set(sequences)):
+def _with_runs(
+    references: dict[str, str], tried: set[str], expected: Sequence[str], problems: list[str]
+) -> dict[str, str]:
+    """Return the references of the sequences that some system was run on, and tell of others."""
+    for sequence in sorted({*tried, *references, *expected}):
         if sequence not in references:
             problems.append(f"sequence {sequence}: has no reference; left out")
         elif sequence not in tried:
             problems.append(f"sequence {sequence}: no system has a run on it; left out")
-    names = sorted({key[1] for key in estimates} | set(systems), key=_natural)
-    kept = {name: references[name] for name in sorted(references, key=_natural) if name in tried}
-    runs = []
-    for system in names:
-        own = {key: path for key, path in estimates.items() if key[1] == system}
-        if not any(key[0] in kept for key in own):
-            problems.append(f"system {system}: has no run on a sequence with a reference; left out")
-            continue
-        due = expected.get(system, expected.get(""))
-        wanted = _expected_names(own, due)
-        for sequence in kept:
-            there = {key[2]: path for key, path in own.items() if key[0] == sequence}
-            lacking = [name for name in wanted if name not in there]
-            if due is None or isinstance(due, int):  # so many, whatever their names
-                lacking = lacking[: max(len(wanted) - len(there), 0)]
+    return {name: references[name] for name in sorted(references, key=_natural) if name in tried}
+
+
+def _all_runs(
+    sequences: Collection[str],
+    estimates: dict[tuple[str, ...], str],
+    expected: Mapping[str, Expected | None],
+    systems: Sequence[str],
+    problems: list[str],
+) -> list[Run]:
+    """Return all runs on the sequences, those that are missing too, and tell of other systems."""
+    runs: list[Run] = []
+    for system in sorted({*systems, *(name for _, name, _ in estimates)}, key=_natural):
+        paths: dict[str, dict[str, str]] = {sequence: {} for sequence in sequences}
+        for (sequence, name, run), path in estimates.items():
+            if name == system:
+                paths.setdefault(sequence, {})[run] = path
+        if any(paths[sequence] for sequence in sequences):
+            due = expected.get(system, expected.get(""))
             runs += [
-                Run(sequence, system, name, there.get(name))
-                for name in sorted([*there, *lacking], key=_natural)
+                run for run in _runs_of_system(system, paths, due) if run.sequence in sequences
             ]
-    order = list(kept)
-    runs.sort(key=lambda one: order.index(one.sequence))  # of equals the order stays
-    return kept, runs, problems
+        else:
+            problems.append(f"system {system}: has no run on a sequence with a reference; left out")
+    order = list(sequences)
+    return sorted(runs, key=lambda run: order.index(run.sequence))  # of equals the order stays
+
+
+def _runs_of_system(
+    system: str, paths: Mapping[str, Mapping[str, str]], expected: Expected | None
+) -> list[Run]:
+    """Return the runs of a system, of its paths by sequence and run."""
+    names = _expected_names(paths, expected)
+    runs = []
+    for sequence, found in paths.items():
+        lacking = [name for name in names if name not in found]
+        if expected is None or isinstance(expected, int):  # a number of them, whatever their names
+            lacking = lacking[: max(len(names) - len(found), 0)]
+        runs += [
+            Run(sequence, system, name, found.get(name))
+            for name in sorted([*found, *lacking], key=_natural)
+        ]
+    return runs
 
 
 def _natural(name: str) -> list[tuple[int, str]]:
@@ -190,34 +180,22 @@ def _natural(name: str) -> list[tuple[int, str]]:
     return [(int(part), part) if part.isdecimal() else (-1, part) for part in DIGITS.split(name)]
 
 
-def _expected_names(own: Mapping[tuple[str, ...], str], expected: Expected | None) -> Sequence[str]:
+def _expected_names(
+    paths: Mapping[str, Mapping[str, str]], expected: Expected | None
+) -> Sequence[str]:
     """Return the names of the runs that a system should have on each sequence."""
     if expected is not None and not isinstance(expected, int):
         return expected
-    by_sequence: dict[str, list[str]] = defaultdict(list)
-    for sequence, _, run in own:
-        by_sequence[sequence].append(run)
-    most: list[str] = max(by_sequence.values(), key=len)
-    longest = sorted(most, key=_natural)
+    longest = max(paths.values(), key=len)
+    most = sorted(longest, key=_natural)
     if expected is None:
-        return longest
-    numbers = (str(number) for number in range(1, expected + len(longest) + 1))
-    more = [number for number in numbers if number not in longest]
-    return [*longest, *more][:expected]
+        return most
+    numbers = (str(number) for number in range(1, expected + len(most) + 1))
+    return [*most, *(number for number in numbers if number not in most)][:expected]
 
 
 def read_yaml(path: str) -> Benchmark:
-    """Read a benchmark that is described in a YAML file.
-
-    Paths in it are relative to its folder. ``docs/how-to/compare.md`` shows one.
-
-    Raises
-    ------
-    ValueError
-        Where the file cannot be read or holds something else; the message names file and key.
-    ModuleNotFoundError
-        Where PyYAML is not installed.
-    """
+    """Read a benchmark that is described in a YAML file; paths in it are relative to its folder."""
     yaml = require("yaml", "yaml")
     try:
         content = yaml.safe_load(Path(path).read_text())
@@ -239,7 +217,7 @@ def read_yaml(path: str) -> Benchmark:
         }
     for key, named in entries.items():
         for name, values in named.items():
-            _check_options(values, f"{path}: {key}: {name}")
+            _check(values, content["format"], f"{path}: {key}: {name}")
     folder = Path(path).parent
     for values in entries["sequences"].values():
         if "frames" in values:
@@ -281,18 +259,15 @@ def _expected(value: Any, where: str) -> Expected | None:
     raise ValueError(f"{where}: runs must be a positive whole number or a list of names")
 
 
-def _check_options(values: Mapping[str, Any], where: str) -> None:
-    """Check the types of the options of a sequence or a system."""
+def _check(values: Mapping[str, Any], format: str, where: str) -> None:
+    """Check the entry of a sequence or a system: its name, and what are settings."""
     for key, value in values.items():
-        number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        match key:
-            case "unit" if not (number and 0 < value < float("inf")):
-                raise ValueError(f"{where}: unit must be a positive number, not {value!r}")
-            case "t_offset" if not (value == "auto" or (number and abs(value) < float("inf"))):
-                raise ValueError(f"{where}: t_offset must be a number or auto, not {value!r}")
-            case "format" | "est_format" if value not in FORMATS:
-                raise ValueError(f"{where}: {key} must be one of {', '.join(FORMATS)}")
-            case "name" | "frames" if not isinstance(value, str):
-                raise ValueError(f"{where}: {key} must be a text, not {value!r}")
-            case "invert" if not isinstance(value, bool):
-                raise ValueError(f"{where}: invert must be true or false, not {value!r}")
+        if value is None:
+            raise ValueError(f"{where}: {key} has no value")
+        if key in ("name", "frames") and not isinstance(value, str):
+            raise ValueError(f"{where}: {key} must be a text, not {value!r}")
+    given = {key: value for key, value in values.items() if key not in NO_SETTINGS}
+    try:
+        Settings(**{"format": format, **given})
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None

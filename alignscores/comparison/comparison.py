@@ -1,34 +1,28 @@
 """Systems over sequences and runs: found, scored side by side, and summarised."""
 
-import multiprocessing
-import os
 import re
-import signal
-import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from .. import __version__
 from ..evaluation.evaluation import finite_or_none
 from ..evaluation.names import printable
 from ..evaluation.notes import collected_warnings
 from ..evaluation.settings import Settings
 from ..trajectories.extras import require
 from ..trajectories.files import read_stamps
-from .benchmark import Benchmark, Run, from_patterns, read_yaml
+from ..trajectories.formats import FORMATS
+from ..version import __version__
+from .benchmark import NO_SETTINGS, Benchmark, Run, from_patterns, read_yaml
 from .patterns import Pattern
-from .runs import Outcome, Task, due_cameras, evaluate_run, reference_of
+from .processes import Pool, Progress
+from .runs import COLUMNS, Outcome, Task, due_cameras, evaluate_run, reference_of
 from .summary import Summary, summarise
 
 __all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "settings_of_run"]
 
 YAML = ".yaml", ".yml"
-Progress = Callable[[str], None]
-Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +171,7 @@ def find_benchmark(references: str, estimates: str | None, format: str | None) -
     """Find the files of two patterns, or read a YAML file."""
     if estimates is not None:
         if format is None:
-            raise ValueError("give the format of the files: format=tum, kitti, euroc, ...")
+            raise ValueError(f"give the format of the files: format={'|'.join(FORMATS)}")
         return from_patterns(format, references, estimates)
     if Path(references).suffix not in YAML:
         raise ValueError(f"{references}: give a pattern of estimates, too, or one YAML file")
@@ -193,10 +187,15 @@ def compare_runs(
     progress: Progress = lambda text: None,
 ) -> Comparison:
     """Score and summarise all runs; what is wrong with one does not stop the others."""
-    settings = replace(settings, format=benchmark.format)
+    if isinstance(settings.frames, tuple):
+        raise ValueError("frames must be a file, or a pattern with {sequence}, of each sequence")
+    metrics = tuple(name for name in settings.metrics if name not in COLUMNS)  # there anyway
+    settings = replace(settings, format=benchmark.format, metrics=metrics)
+    if cache is not None:
+        _make_folder(cache)
     problems, notes = list(benchmark.problems), []
     tasks: dict[Run, Task] = {}
-    reference_of.cache_clear()  # type: ignore[attr-defined]  # files may have changed
+    reference_of.cache_clear()  # files may have changed
     for sequence in benchmark.references:
         try:
             found, said = _tasks(benchmark, sequence, settings, cache)
@@ -212,64 +211,60 @@ def compare_runs(
     return Comparison(benchmark, settings, summary, problems, [*notes, *_notes_of_runs(runs)])
 
 
+def _make_folder(path: Path) -> None:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ValueError(f"the cache {path} cannot be made ({error.strerror})") from None
+
+
 def settings_of_run(benchmark: Benchmark, run: Run, settings: Settings) -> Settings:
     """Return the settings of a run: those of all, of its sequence and of its system."""
-    of_sequence = dict(benchmark.sequence_options.get(run.sequence, {}))
-    of_system = dict(benchmark.system_options.get(run.system, {}))
-    if settings.frames is not None and "frames" not in of_sequence:
+    changes = {
+        **benchmark.sequence_options.get(run.sequence, {}),
+        **benchmark.system_options.get(run.system, {}),
+    }
+    if settings.frames is not None and "frames" not in changes:
         pattern = Pattern(str(settings.frames), ["sequence"])
-        of_sequence["frames"] = pattern.fill({"sequence": run.sequence})
-    known = {**of_sequence, **of_system}
-    for key in ("name", "runs"):
-        known.pop(key, None)
-    return replace(settings, **known)
+        changes["frames"] = pattern.fill({"sequence": run.sequence})
+    return replace(settings, **{key: changes[key] for key in changes if key not in NO_SETTINGS})
 
 
 def _tasks(
     benchmark: Benchmark, sequence: str, settings: Settings, cache: Path | None
 ) -> tuple[dict[Run, Task], list[str]]:
     """Return what is to be done on a sequence, and the notes on its reference."""
-    reference = benchmark.references[sequence]
+    file = benchmark.references[sequence]
     tasks: dict[Run, Task] = {}
-    checked: set[str] = set()  # what is mixed up is so in all runs of a system: the first one tells
+    checked: set[str | None] = {None}  # the first run of a system tells what is mixed up in all
     for run in benchmark.runs:
-        if run.sequence != sequence:
-            continue
-        first = run.file is not None and run.system not in checked
-        if first:
-            checked.add(run.system)
-        own = settings_of_run(benchmark, run, settings)
-        tasks[run] = Task(reference, run.file or "", own, cache, first)
-    of_any = next(iter(tasks.values())).settings
+        if run.sequence == sequence:
+            of_run = settings_of_run(benchmark, run, settings)
+            system = run.system if run.file else None
+            tasks[run] = Task(file, run.file or "", of_run, cache, check=system not in checked)
+            checked.add(system)
     with collected_warnings() as notes:
-        reference_of(reference, of_any)
-        if of_any.frames is not None:
-            read_stamps(str(of_any.frames))
+        reference_of(file, of_run.format)
+        if of_run.frames is not None:
+            read_stamps(str(of_run.frames))
     return tasks, [f"{sequence}: {note}" for note in notes]
 
 
 def _scored(tasks: Mapping[Run, Task], jobs: int, progress: Progress) -> list[tuple[Run, Outcome]]:
     """Return all runs with what became of them, missing ones among them."""
     there = {run: task for run, task in tasks.items() if run.file}
-    with _Pool(jobs, progress) as pool:
+    with Pool(jobs, progress) as pool:
         unknown = {run: task for run, task in there.items() if task.settings.unit is None}
         units = _units(dict(pool.work(due_cameras, unknown, "looking at")))
-        with_unit = {
-            run: replace(task, settings=replace(task.settings, unit=units.get(run.sequence)))
-            if run in unknown
-            else task
-            for run, task in there.items()
-        }
-        outcomes = dict(pool.work(evaluate_run, with_unit, "scoring"))
-    return [
-        (
-            run,
-            outcomes[run]
-            if run.file
-            else Outcome({}, error=f"{run.system}: has no run {run.run} on {run.sequence}"),
-        )
-        for run in tasks
-    ]
+        for run, task in unknown.items():
+            of_run = replace(task.settings, unit=units.get(run.sequence))
+            there[run] = replace(task, settings=of_run)
+        outcomes = dict(pool.work(evaluate_run, there, "scoring"))
+    for run in tasks:
+        if not run.file:
+            missing = f"{run.system}: has no run {run.run} on {run.sequence}"
+            outcomes[run] = Outcome({}, error=missing)
+    return [(run, outcomes[run]) for run in tasks]
 
 
 def _units(due: Mapping[Run, tuple[int, float | None]]) -> dict[str, float]:
@@ -311,56 +306,3 @@ def _finite(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_finite(entry) for entry in value]
     return finite_or_none(value) if isinstance(value, float) else value
-
-
-class _Pool:
-    """Processes side by side; with one job, this process alone."""
-
-    def __init__(self, jobs: int, progress: Progress) -> None:
-        self._executor = None if jobs == 1 else ProcessPoolExecutor(jobs, initializer=_in_worker)
-        self._progress = progress
-
-    def __enter__(self) -> "_Pool":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._executor:
-            self._executor.shutdown(cancel_futures=True)
-
-    def work(
-        self, function: Callable[[Task], Result], tasks: Mapping[Run, Task], doing: str
-    ) -> Iterator[tuple[Run, Result]]:
-        """Yield the result of each task, and show how far it is."""
-        for number, (run, result) in enumerate(self._results(function, tasks), 1):
-            self._progress(f"{doing} {number}/{len(tasks)}")
-            yield run, result
-        self._progress("")
-
-    def _results(
-        self, function: Callable[[Task], Result], tasks: Mapping[Run, Task]
-    ) -> Iterator[tuple[Run, Result]]:
-        if self._executor is None:
-            yield from ((run, function(task)) for run, task in tasks.items())
-            return
-        futures = {self._executor.submit(function, task): run for run, task in tasks.items()}
-        for future in as_completed(futures):
-            try:
-                yield futures[future], future.result()
-            except BrokenProcessPool:
-                raise ValueError(
-                    "a process was ended before its work was done, as when memory is short; what "
-                    "is done is in the cache: start again, with fewer --jobs"
-                ) from None
-
-
-def _in_worker() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends the work
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    """End this process where the parent was ended by a signal; it would wait for work forever."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)

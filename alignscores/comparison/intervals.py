@@ -48,71 +48,34 @@ class Difference(NamedTuple):
 
 
 def margin(difference: Difference, n_systems: int) -> float:
-    """Return half the length of the interval of a difference, for all pairs of so many systems.
-
-    Examples
-    --------
-    >>> from alignscores.compare.intervals import Difference, margin
-    >>> margin(Difference(0.0, 1.0, 10), 2), margin(Difference(0.0, 1.0, 10), 5)
-    (2.23, 3.57)
-    """
+    """Return half the length of the interval of a difference, for all pairs of the systems."""
     n_pairs = max(n_systems * (n_systems - 1) // 2, 1)
     quantile = special.stdtrit(difference.dof, (1 + LEVEL ** (1 / n_pairs)) / 2)
     return float(quantile) * difference.error
 
 
 def over_runs(a: ArrayLike, b: ArrayLike) -> Difference:
-    """Compare two systems by their runs, two or more each.
-
-    Parameters
-    ----------
-    a, b : (r,), (s,) array_like
-        Values of the runs, which are independent of each other.
-
-    Examples
-    --------
-    >>> from alignscores.compare.intervals import over_runs
-    >>> over_runs([0.8, 0.9], [0.5, 0.6, 0.7])
-    Difference(value=0.25, error=0.076, dof=2.88)
-    """
-    one, two = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
-    shares = np.array([np.var(values, ddof=1) / len(values) for values in (one, two)])
+    """Compare two systems by their independent runs, two or more each, by Welch's method."""
+    of_a, of_b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+    shares = np.array([np.var(values, ddof=1) / len(values) for values in (of_a, of_b)])
     total = shares.sum()
-    dof = total**2 / (shares**2 / [len(one) - 1, len(two) - 1]).sum() if total > 0 else math.inf
-    return Difference(float(one.mean() - two.mean()), float(np.sqrt(total)), float(dof))
+    dof = total**2 / (shares**2 / [len(of_a) - 1, len(of_b) - 1]).sum() if total > 0 else math.inf
+    return Difference(float(of_a.mean() - of_b.mean()), float(np.sqrt(total)), float(dof))
 
 
 def over_sequences(differences: ArrayLike) -> Difference:
-    """Compare two systems by the differences of their means on two or more sequences.
-
-    Examples
-    --------
-    >>> from alignscores.compare.intervals import over_sequences
-    >>> over_sequences([0.1, 0.2, 0.3])
-    Difference(value=0.2, error=0.058, dof=2)
-    """
+    """Compare two systems by the differences of their means on two or more sequences."""
     values = np.asarray(differences, dtype=np.float64)
     error = values.std(ddof=1) / np.sqrt(len(values))
     return Difference(float(values.mean()), float(error), len(values) - 1)
 
 
 def series(places: Floats, scores: Floats, n_cells: int) -> Floats:
-    """Return by how much the cameras in each part of a trajectory lift the mean score.
+    """Return by how much the cameras in each of equal parts of a trajectory lift the mean score.
 
-    Parameters
-    ----------
-    places : (n,) array
-        Where on the trajectory each camera is, from 0 to 1.
-    scores : (n,) array
-        Score of each camera.
-    n_cells : int
-        Number of equal parts of the trajectory.
-
-    Returns
-    -------
-    (n_cells,) ndarray
-        The linearised ratio of the sums of scores and of cameras: their mean is 0, and the mean of
-        those in a new draw of parts is the change of the mean score.
+    With s and n the sums of the scores, and the numbers of cameras, in the m parts, and r the mean
+    of all scores, it is m (s - r n) / sum(n): the linearised ratio sum(s) / sum(n). Their mean is
+    0; the mean of those in a new draw of parts is the change of the mean score.
     """
     cell = np.minimum((places * n_cells).astype(int), n_cells - 1)
     centred = np.bincount(cell, weights=scores - scores.mean(), minlength=n_cells)
@@ -120,27 +83,12 @@ def series(places: Floats, scores: Floats, n_cells: int) -> Floats:
 
 
 def over_stretches(value: float, differences: Floats, *, ordered: bool) -> Difference | None:
-    """Compare two systems by the parts of a trajectory.
+    """Compare two systems by the differences of their `series`; None where these are too short.
 
-    Parameters
-    ----------
-    value : float
-        The difference of their scores.
-    differences : (m,) array
-        Differences of their `series`, paired.
-    ordered : bool
-        Whether neighbouring parts may depend on each other. A tenth of the trajectory should
-        be longer than errors are correlated.
-
-    Returns
-    -------
-    Difference or None
-        None where there are fewer than two parts for each of 10 stretches.
-
-    Notes
-    -----
-    The variance of the mean of circular blocks, drawn with replacement, is that of the blocks'
-    means over their number. It is too small by 1 - length / m, where the parts are independent.
+    Where the parts are `ordered`, neighbours may depend on each other. The variance of the mean of
+    circular blocks, drawn with replacement, is the variance of the blocks' means over their number.
+    It is too small by 1 - length / m, where the parts are independent. A block, a tenth of the
+    trajectory, should be longer than errors are correlated.
     """
     m = len(differences)
     if m < 2 * BLOCKS:

@@ -12,28 +12,10 @@ TOKEN = re.compile(r"\{([^{}]*)\}|\*+")
 
 @dataclass(frozen=True)
 class Pattern:
-    """A pattern of paths.
+    """A pattern of paths, and the names that its fields may have.
 
     A field stands for one or more characters other than a slash, the same ones wherever it is
-    repeated. A ``*`` stands for any characters other than a slash.
-
-    Parameters
-    ----------
-    text : str
-        The pattern as it was given.
-    allowed : collection of str
-        Names that its fields may have.
-
-    Raises
-    ------
-    ValueError
-        Where a field has another name, or a brace is left open.
-
-    Examples
-    --------
-    >>> from alignscores.compare.patterns import Pattern
-    >>> Pattern("{sequence}/{system}_{run}.txt", ("sequence", "system", "run")).fields
-    ('sequence', 'system', 'run')
+    repeated; a ``*`` stands for any characters other than a slash.
     """
 
     text: str
@@ -56,14 +38,9 @@ class Pattern:
         return tuple(dict.fromkeys(found))
 
     def find(self) -> tuple[dict[str, dict[str, str]], list[str]]:
-        """Find the paths that match.
+        """Find the paths that match, with the values of the fields, and a line for each other.
 
-        Returns
-        -------
-        found : dict of str to dict
-            Each path with the values of the fields, in the order of the paths.
-        problems : list of str
-            A line for each path of which it is not clear where one field ends and the next begins.
+        The others are those in which a field may end at more than one place.
         """
         found, problems = {}, []
         for path in sorted(self._candidates()):
@@ -84,14 +61,7 @@ class Pattern:
         return found, problems
 
     def fill(self, values: Mapping[str, str]) -> str:
-        """Return the path for some values of the fields.
-
-        Examples
-        --------
-        >>> from alignscores.compare.patterns import Pattern
-        >>> Pattern("{sequence}/rgb.txt", ["sequence"]).fill({"sequence": "desk"})
-        'desk/rgb.txt'
-        """
+        """Return the path for some values of the fields."""
         return TOKEN.sub(lambda token: values.get(token[1] or "", token[0]), self.text)
 
     def _candidates(self) -> list[str]:

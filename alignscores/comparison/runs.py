@@ -15,13 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Floats, Indices
-from ..evaluation.evaluate import match_estimate, read_parts, read_reference, score
 from ..evaluation.evaluation import Evaluation
+from ..evaluation.matching import files_below, match_estimate, read_parts, read_reference
 from ..evaluation.notes import collected_warnings
+from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..metrics import metric
 from ..trajectories.files import Trajectory
-from ..trajectories.parts import joined
+from ..trajectories.parts import all_cameras
 from ..translation import closest_pair_quartile, tas
 from ..validation import AlignmentWarning, finite_rows
 from ..writing import write_whole
@@ -51,33 +52,28 @@ NO_NUMBERS = partial(np.empty, 0)
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What became of one estimate.
+    """What became of one estimate; arrays have an entry a camera that is scored."""
 
-    Scores have an infinite error where there is no value. Of the cameras there are their rows in
-    the reference (ascending, of `n_rows`), `Evaluation.statuses`, centres (n, 3) in the world of
-    the reference, errors in its unit and in degrees (infinite for a failure), and the share of the
-    thresholds that each is within, whose means are the scores. `distance_terms` and `angle_terms`
-    tell by how much each camera lifts half_distance and half_angle, to first order: their means
-    are 0, and they are 0 where these are 0 or infinite. `error` says why there is no score, if
-    there is none.
-    """
-
-    scores: Mapping[str, float]
+    scores: Mapping[str, float]  # an infinite error where there is no value
     n: int = 0
     failures: int = 0  # cameras without a position or without a rotation
     unit: float = np.nan
-    n_rows: int = 0
-    rows: Indices = field(default_factory=NO_ROWS)
-    statuses: NDArray[np.uint8] = field(default_factory=NO_CODES)
+    n_rows: int = 0  # of the reference
+    rows: Indices = field(default_factory=NO_ROWS)  # in the reference, ascending
+    statuses: NDArray[np.uint8] = field(default_factory=NO_CODES)  # of `Evaluation`
+    # Aligned centres (n, 3), and errors in the reference's unit and in degrees; a failure's are not
+    # finite.
     positions: Floats = field(default_factory=partial(np.empty, (0, 3)))
     position_errors: Floats = field(default_factory=NO_NUMBERS)
     rotation_errors: Floats = field(default_factory=NO_NUMBERS)
+    # Share of the thresholds that each camera is within: their means are the scores.
     position_scores: Floats = field(default_factory=NO_NUMBERS)
     rotation_scores: Floats = field(default_factory=NO_NUMBERS)
+    # `half_terms`; 0 where half_distance and half_angle are 0 or infinite.
     distance_terms: Floats = field(default_factory=NO_NUMBERS)
     angle_terms: Floats = field(default_factory=NO_NUMBERS)
     notes: list[str] = field(default_factory=list)
-    error: str = ""
+    error: str = ""  # why there is no score, if there is none
 
     @property
     def places(self) -> Floats:
@@ -92,7 +88,7 @@ def evaluate_run(task: Task) -> Outcome:
         if file and (outcome := _loaded(file, task.estimate)):
             return outcome
         with collected_warnings():  # the comparison tells them, once for each sequence
-            reference = reference_of(task.reference, task.settings)
+            reference = reference_of(task.reference, task.settings.format)
         evaluation = score(
             reference,
             task.estimate,
@@ -120,8 +116,8 @@ def due_cameras(task: Task) -> tuple[int, float | None]:
             except (TypeError, ValueError):
                 pass
         with collected_warnings():
-            reference = reference_of(task.reference, task.settings)
-            estimate = joined(list(read_parts(task.estimate, task.settings).values()))
+            reference = reference_of(task.reference, task.settings.format)
+            estimate = all_cameras(list(read_parts(task.estimate, task.settings).values()))
             matches, _ = match_estimate(reference, estimate, task.settings)
     except ValueError:  # whoever scores it says why
         return 0, None
@@ -136,17 +132,9 @@ def due_cameras(task: Task) -> tuple[int, float | None]:
 
 
 @lru_cache(maxsize=2)
-def _reference(path: str, settings: Settings) -> Trajectory:
+def reference_of(path: str, format: str | None) -> Trajectory:
     """Read a reference; each is read once for the runs that follow each other."""
-    return read_reference(path, settings)
-
-
-def reference_of(path: str, settings: Settings) -> Trajectory:
-    """Return the reference, which depends on the format alone."""
-    return _reference(path, Settings(format=settings.format))
-
-
-reference_of.cache_clear = _reference.cache_clear  # type: ignore[attr-defined]
+    return read_reference(path, Settings(format=format))
 
 
 def _with_file(error: ValueError, file: str) -> str:
@@ -242,17 +230,15 @@ def _content_of_code() -> str:
 
 def _content_hash(path: str) -> bytes:
     """Return the hash of a file, or of those of a COLMAP model or a folder of some."""
-    root = Path(path)
-    files = sorted(file for file in root.rglob("*") if file.is_file()) if root.is_dir() else [root]
     digest = hashlib.sha256()
-    for file in files:
+    for file in files_below(path):
         try:
             content = (
                 str(file.stat().st_size).encode() if file.stem == POINTS else file.read_bytes()
             )
         except OSError:  # whoever reads it says why
             content = b""
-        name = str(file.relative_to(root)) if root.is_dir() else file.suffix
+        name = file.suffix if file == Path(path) else str(file.relative_to(path))
         digest.update(f"{name}\0{len(content)}\0".encode() + content)
     return digest.digest()
 

@@ -28,39 +28,22 @@ __all__ = ["Summary", "summarise"]
 
 MOST_CELLS = 1000  # parts of a trajectory that are told apart
 
+Entry = dict[str, Any]  # of the JSON output
+
 
 @dataclass(frozen=True, eq=False)
 class Summary:
-    """All that is shown; the entries are those of the JSON output, with infinite numbers.
+    """All that is shown; the entries are those of the JSON output, with infinite numbers."""
 
-    Parameters
-    ----------
-    headers : dict of str to str
-        What was measured, and how it heads a column.
-    sequences, systems : list of str
-        Their names, the systems from the best to the worst by their overall PAS.
-    runs : list of (Run, Outcome)
-        Those that were scored, and those that failed or are missing.
-    results : list of dict
-        One entry a run.
-    entries : dict of (str, str or None) to dict
-        One entry a system and sequence, and over all with sequence None.
-    comparisons : list of dict
-        One entry a pair of systems, sequence or None, and metric.
-    ranks : dict of (str or None, str) to dict of str to (int, int)
-        Sequence and metric -> best and worst rank that each system may have.
-    """
-
-    headers: dict[str, str]
+    headers: dict[str, str]  # what was measured, and how it heads a column
     sequences: list[str]
-    systems: list[str]
-    runs: list[tuple[Run, Outcome]]
-    results: list[dict[str, Any]]
-    entries: dict[tuple[str, str | None], dict[str, Any]]
-    comparisons: list[dict[str, Any]]
-    ranks: dict[tuple[str | None, str], dict[str, tuple[int, int]]]
+    systems: list[str]  # from the best to the worst by their overall PAS
+    runs: list[tuple[Run, Outcome]]  # those that failed or are missing, too
+    results: list[Entry]  # one entry a run
+    entries: dict[tuple[str, str | None], Entry]  # of system and sequence; None: over all
+    comparisons: list[Entry]  # one entry a pair of systems, sequence or None, and metric
 
-    def in_order(self) -> list[dict[str, Any]]:
+    def in_order(self) -> list[Entry]:
         """Return the entries, sequence by sequence, those over all at the end."""
         return [
             self.entries[system, sequence]
@@ -87,62 +70,48 @@ def summarise(
     results = [_result(run, outcome, due[run.sequence], metrics) for run, outcome in runs]
     groups = {
         (system, sequence): _Group(
-            [outcome for run, outcome in runs if (run.system, run.sequence) == (system, sequence)],
+            [
+                (result, outcome)
+                for result, (run, outcome) in zip(results, runs, strict=True)
+                if (run.system, run.sequence) == (system, sequence)
+            ],
             weight,
         )
         for system in systems
         for sequence in sequences
     }
-    entries: dict[tuple[str, str | None], dict[str, Any]] = {}
+    entries: dict[tuple[str, str | None], Entry] = {}
     for system in systems:
         for sequence in sequences:
-            own = [
-                result
-                for result in results
-                if (result["system"], result["sequence"]) == (system, sequence)
-            ]
-            entries[system, sequence] = _entry(
-                system,
-                sequence,
-                own,
-                {name: groups[system, sequence].values(name) for name in names},
-            )
-        entries[system, None] = _overall(
-            system, [entries[system, sequence] for sequence in sequences], names
-        )
+            entries[system, sequence] = _entry(system, sequence, groups[system, sequence], names)
+        of_system = [entries[system, sequence] for sequence in sequences]
+        entries[system, None] = _overall(system, of_system, names)
     systems.sort(key=lambda system: (-entries[system, None]["PAS"], system))
     comparisons = []
-    ranks: dict[tuple[str | None, str], dict[str, tuple[int, int]]] = {}
     for name in names:
-        for at in [*sequences, None]:
-            apart = {}
-            for a, b in combinations(systems, 2):
-                difference = _difference(
-                    groups, a, b, [at] if at else sequences, name, form.ordered
-                )
-                means = entries[a, at][name], entries[b, at][name]
-                comparison = _comparison(a, b, at, name, means, difference, len(systems))
-                comparisons.append(comparison)
-                if comparison["distinguishable"]:
-                    apart[a, b] = difference.value
-            ranks[at, name] = _ranks(systems, apart, name)
-    for (system, place), entry in entries.items():
-        entry["rank"] = {name: list(ranks[place, name][system]) for name in names}
+        for place in [*sequences, None]:
+            at = {system: entries[system, place] for system in systems}
+            of_place = sequences if place is None else [place]
+            pairs, ranks = _pairs(groups, at, place, of_place, name, form.ordered)
+            comparisons += pairs
+            for system, entry in at.items():
+                entry.setdefault("rank", {})[name] = list(ranks[system])
     length = form.unit if form.unit == "m" else ""
     headers = {name: header(name, length) for name in names}
-    return Summary(headers, sequences, systems, list(runs), results, entries, comparisons, ranks)
+    return Summary(headers, sequences, systems, list(runs), results, entries, comparisons)
 
 
 class _Group:
-    """The runs of a system on a sequence."""
+    """The runs of a system on a sequence: their entries in the results, and their outcomes."""
 
-    def __init__(self, outcomes: Sequence[Outcome], weight: float) -> None:
-        self.outcomes = outcomes
+    def __init__(self, runs: Sequence[tuple[Entry, Outcome]], weight: float) -> None:
+        self.results = [result for result, _ in runs]
+        self.outcomes = [outcome for _, outcome in runs]
         self.weight = weight
 
     def values(self, name: str) -> list[float]:
         """Return the values of all runs, of failed ones the worst there is."""
-        return [outcome.scores.get(name, metric(name).worst) for outcome in self.outcomes]
+        return [_value(outcome, name) for outcome in self.outcomes]
 
     @property
     def fewest(self) -> int:
@@ -166,7 +135,11 @@ class _Group:
         return weight * outcome.position_scores + (1 - weight) * outcome.rotation_scores
 
 
-def _result(run: Run, outcome: Outcome, due: int, metrics: Sequence[str]) -> dict[str, Any]:
+def _value(outcome: Outcome, name: str) -> float:
+    return outcome.scores.get(name, metric(name).worst)
+
+
+def _result(run: Run, outcome: Outcome, due: int, metrics: Sequence[str]) -> Entry:
     scored = not outcome.error
     return {
         "sequence": run.sequence,
@@ -175,8 +148,8 @@ def _result(run: Run, outcome: Outcome, due: int, metrics: Sequence[str]) -> dic
         "file": run.file,
         "status": "scored" if scored else "missing" if run.file is None else "failed",
         "error": outcome.error or None,
-        **{name: outcome.scores.get(name, metric(name).worst) for name in COLUMNS},
-        "metrics": {name: outcome.scores.get(name, metric(name).worst) for name in metrics},
+        **{name: _value(outcome, name) for name in COLUMNS},
+        "metrics": {name: _value(outcome, name) for name in metrics},
         "n": outcome.n if scored else due,
         "failures": outcome.failures if scored else due,
         "unit": outcome.unit if scored else None,
@@ -184,38 +157,59 @@ def _result(run: Run, outcome: Outcome, due: int, metrics: Sequence[str]) -> dic
     }
 
 
-def _entry(
-    system: str,
-    sequence: str | None,
-    own: Sequence[Mapping[str, Any]],
-    values: Mapping[str, Sequence[float]],
-) -> dict[str, Any]:
-    means = {name: float(np.mean(several)) for name, several in values.items()}
-    spread = {
+def _entry(system: str, sequence: str, group: _Group, names: Sequence[str]) -> Entry:
+    """Return the means of a system on a sequence, and its counts."""
+    results = group.results
+    return {
+        "system": system,
+        "sequence": sequence,
+        "runs": len(results),
+        "failed_runs": sum(result["status"] != "scored" for result in results),
+        "n": sum(result["n"] for result in results),
+        "failures": sum(result["failures"] for result in results),
+        **_means({name: group.values(name) for name in names}),
+    }
+
+
+def _overall(system: str, entries: Sequence[Entry], names: Sequence[str]) -> Entry:
+    """Return the means of a system over the sequences, with the counts of all runs."""
+    counts = ("runs", "failed_runs", "n", "failures")
+    return {
+        "system": system,
+        "sequence": None,
+        **{key: sum(entry[key] for entry in entries) for key in counts},
+        **_means({name: [entry[name] for entry in entries] for name in names}),
+    }
+
+
+def _means(values: Mapping[str, Sequence[float]]) -> dict[str, float | None]:
+    """Return the mean of each metric, and its standard deviation where there is one."""
+    return {name: float(np.mean(several)) for name, several in values.items()} | {
         f"{name}_sd": float(np.std(several, ddof=1))
         if len(several) > 1 and np.isfinite(several).all()
         else None
         for name, several in values.items()
     }
-    return {
-        "system": system,
-        "sequence": sequence,
-        "runs": len(own),
-        "failed_runs": sum(one["status"] != "scored" for one in own),
-        "n": sum(one["n"] for one in own),
-        "failures": sum(one["failures"] for one in own),
-        **means,
-        **spread,
-    }
 
 
-def _overall(
-    system: str, entries: Sequence[Mapping[str, Any]], names: Sequence[str]
-) -> dict[str, Any]:
-    """Return the mean over the sequences, with the counts of all runs."""
-    whole = _entry(system, None, [], {name: [one[name] for one in entries] for name in names})
-    counts = ("runs", "failed_runs", "n", "failures")
-    return {**whole, **{key: sum(one[key] for one in entries) for key in counts}}
+def _pairs(
+    groups: Mapping[tuple[str, str], _Group],
+    entries: Mapping[str, Entry],
+    place: str | None,
+    sequences: Sequence[str],
+    name: str,
+    ordered: bool,
+) -> tuple[list[Entry], dict[str, tuple[int, int]]]:
+    """Return the comparisons of all systems by a metric at a place, and their ranks there."""
+    comparisons, apart = [], {}
+    for a, b in combinations(entries, 2):
+        difference = _difference(groups, a, b, sequences, name, ordered)
+        means = entries[a][name], entries[b][name]
+        comparison = _comparison(a, b, place, name, means, difference, len(entries))
+        comparisons.append(comparison)
+        if comparison["distinguishable"]:
+            apart[a, b] = difference.value
+    return comparisons, _ranks(list(entries), apart, name)
 
 
 def _difference(
@@ -231,27 +225,33 @@ def _difference(
     Where errors are infinite it is of `_bounded` ones: its sign and its error tell the two apart.
     """
     pairs = [(groups[a, sequence], groups[b, sequence]) for sequence in sequences]
-    values = [(one.values(name), two.values(name)) for one, two in pairs]
+    values = [(of_a.values(name), of_b.values(name)) for of_a, of_b in pairs]
     finite = all(np.isfinite([*first, *second]).all() for first, second in values)
     if not finite:
         values = [_bounded(first, second) for first, second in values]
     if len(sequences) > 1:
         return over_sequences([np.mean(first) - np.mean(second) for first, second in values])
-    (first, second), (one, two) = values[0], pairs[0]
+    first, second = values[0]
     if min(len(first), len(second)) > 1:
         return over_runs(first, second)
     value = float(np.mean(first) - np.mean(second))
-    if name not in COLUMNS or not finite:
-        return Difference(value, math.nan, 1)
-    n_cells = (
-        min(n for n in (one.fewest, two.fewest, MOST_CELLS) if n) if one.fewest or two.fewest else 0
-    )
+    found = None
+    if name in COLUMNS and finite:
+        found = _over_trajectory(value, *pairs[0], name, ordered)
+    return found or Difference(value, math.nan, 1)
+
+
+def _over_trajectory(
+    value: float, of_a: _Group, of_b: _Group, name: str, ordered: bool
+) -> Difference | None:
+    """Return the difference, its error over parts of the trajectory; None of too few cameras."""
+    n_cells = min(n for n in (of_a.fewest, of_b.fewest, MOST_CELLS) if n)
     if ordered:
         n_cells -= n_cells % BLOCKS
-    found = n_cells and over_stretches(
-        value, one.series(name, n_cells) - two.series(name, n_cells), ordered=ordered
-    )
-    return found or Difference(value, math.nan, 1)
+    if not n_cells or not (of_a.fewest or of_b.fewest):
+        return None
+    differences = of_a.series(name, n_cells) - of_b.series(name, n_cells)
+    return over_stretches(value, differences, ordered=ordered)
 
 
 def _bounded(a: Sequence[float], b: Sequence[float]) -> tuple[list[float], list[float]]:
@@ -273,7 +273,7 @@ def _comparison(
     means: tuple[float, float],
     difference: Difference,
     n_systems: int,
-) -> dict[str, Any]:
+) -> Entry:
     value, half = difference.value, margin(difference, n_systems)
     distinguishable = abs(value) > half
     if not np.isfinite(means).all():

@@ -29,6 +29,9 @@ __all__ = ["LOST", "STATUSES", "Evaluation", "Part", "Profiles"]
 
 STATUSES = "matched", "no rotation", "no position", "no pose", "lost"  # of scored cameras
 LOST = STATUSES.index("lost")
+NO_COLUMNS = {  # of `Evaluation.to_dict`, in a table
+    *("TAS_seeds", "PAS_seeds", "alignment", "parts", "body_rotation", "metrics", "notes")
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,7 +263,7 @@ class Evaluation:
         Returns
         -------
         pandas.DataFrame
-            The numbers of `to_dict`, and the metrics as columns of their own.
+            What `to_dict` has of names and numbers; the metrics are columns, too.
 
         Raises
         ------
@@ -268,7 +271,7 @@ class Evaluation:
             Where pandas is not installed.
         """
         values = self.to_dict()
-        row = {key: value for key, value in values.items() if not isinstance(value, (list, dict))}
+        row = {key: value for key, value in values.items() if key not in NO_COLUMNS}
         return require("pandas", "tables").DataFrame([{**row, **values["metrics"]}])
 
 

@@ -10,17 +10,10 @@ WIDTH = 100  # columns of a table
 
 
 def printable(text: str) -> str:
-    r"""Return a text with escapes in place of what no terminal, table or JSON parser should get.
+    """Return a text with escapes in place of what no terminal, table or JSON parser should get.
 
     The names of files may hold bytes that are not UTF-8, which Python keeps as lone surrogates, and
     control characters.
-
-    Examples
-    --------
-    >>> import os
-    >>> from alignscores.cli.names import printable
-    >>> print(printable(os.fsdecode(b"caf\xc3\xa9 \xff.txt\n")))
-    café \xff.txt\n
     """
     return "".join(letter if letter.isprintable() else _escape(letter) for letter in text)
 
@@ -33,7 +26,7 @@ def _escape(letter: str) -> str:
 def columns(text: str) -> int:
     """Return the width of a text on a terminal, where Chinese and its like take two columns."""
     marks = sum(unicodedata.combining(letter) > 0 for letter in text)
-    return len(text) - marks + sum(unicodedata.east_asian_width(one) in "WF" for one in text)
+    return len(text) - marks + sum(unicodedata.east_asian_width(letter) in "WF" for letter in text)
 
 
 def padded(text: str, width: int) -> str:
@@ -43,22 +36,15 @@ def padded(text: str, width: int) -> str:
 
 
 def unique_names(files: Sequence[str]) -> list[str]:
-    """Return short names of files: of each path as many last parts as make it unique.
-
-    Examples
-    --------
-    >>> from alignscores.cli.names import unique_names
-    >>> unique_names(["a/orb.txt", "a/traj.txt", "b/traj.txt"])
-    ['orb.txt', 'a/traj.txt', 'b/traj.txt']
-    """
+    """Return short names of files: of each path as many last parts as make it unique."""
     parts = [Path(file).parts for file in files]
     names = []
-    for own in parts:
-        others = [other for other in parts if other != own]
+    for path in parts:
+        others = [other for other in parts if other != path]
         length = 1
-        while length < len(own) and any(other[-length:] == own[-length:] for other in others):
+        while length < len(path) and any(other[-length:] == path[-length:] for other in others):
             length += 1
-        names.append(printable(str(Path(*own[-length:]))))
+        names.append(printable(str(Path(*path[-length:]))))
     return numbered(names)  # in case the same file is given twice
 
 

@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 from ..trajectories.association import Matches, coverage, unit_hint
 from ..trajectories.conventions import Convention, describe_rotation, seem_swapped
@@ -11,10 +10,8 @@ from ..trajectories.files import Trajectory, TrajectoryWarning
 from ..trajectories.formats import Format
 from ..trajectories.timing import find_offset
 from ..validation import AlignmentWarning
+from .evaluation import Part
 from .names import printable
-
-if TYPE_CHECKING:
-    from .evaluation import Part
 
 __all__ = [
     "MUCH_LOST",
@@ -40,15 +37,15 @@ def collected_warnings() -> Iterator[list[str]]:
             yield notes
         finally:
             others = []
-            for one in caught:
-                if issubclass(one.category, (AlignmentWarning, TrajectoryWarning)):
-                    note = printable(str(one.message))
+            for warning in caught:
+                if issubclass(warning.category, (AlignmentWarning, TrajectoryWarning)):
+                    note = printable(str(warning.message))
                     if note not in notes:  # as the TAS warns once for each seed
                         notes.append(note)
                 else:
-                    others.append(one)
-    for one in others:
-        warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+                    others.append(warning)
+    for warning in others:
+        warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
 
 
 def matching_notes(
@@ -90,8 +87,10 @@ def matching_notes(
     return []
 
 
-def parts_notes(parts: "Sequence[Part]") -> list[str]:
+def parts_notes(parts: Sequence[Part]) -> list[str]:
     """Say what it means that an estimate is in parts, and which of them count for nothing."""
+    if not parts:
+        return []
     notes = [
         f"in {len(parts)} parts, each aligned on its own: the scores are an upper bound of those "
         "of one model, and do not compare with those of fewer parts"
@@ -125,14 +124,8 @@ def swap_notes(reference: Trajectory, estimate: Trajectory) -> list[str]:
 def convention_notes(found: Convention, *, invert: bool, applied: bool) -> list[str]:
     """Say in a line each which convention would make the estimate fit, and how to set it.
 
-    Parameters
-    ----------
-    found : Convention
-        The convention of the estimate, inverted or not, as it was matched.
-    invert : bool
-        Whether the poses in the file were inverted.
-    applied : bool
-        Whether the rotation of the camera's frame was taken out.
+    `invert` tells whether the poses of the file were inverted, `applied` whether the rotation of
+    the camera's frame was taken out.
     """
     notes = []
     gain = f"RAS {found.ras:.2f} as it is, {found.corrected_ras:.2f} so"

@@ -13,6 +13,7 @@ from ..metrics import metric
 from ..protocols import split_names
 from ..registration import REGISTRATIONS
 from ..trajectories.association import MISSING
+from ..trajectories.files import FilePath
 from ..trajectories.formats import FORMATS, Format
 
 __all__ = ["Option", "Settings", "options"]
@@ -31,17 +32,23 @@ class Option:
     most: float = math.inf
     positive: bool = False
     words: tuple[str, ...] = ()  # taken instead of a number
+    flag: bool = False  # True or False
     optional: bool = False  # None is a value
     timed: bool = False  # of formats with time stamps alone
 
-    def check(self, value: Any) -> None:
-        """Raise a ValueError where the setting cannot have a value."""
+    def checked(self, value: Any) -> Any:
+        """Return a value, a number as Python's; raise a ValueError where it cannot be that."""
         if (value is None and self.optional) or (isinstance(value, str) and value in self.words):
-            return
-        if self.number and not self._is_possible(value):
-            raise ValueError(f"must be {self._range()}, not {value!r}")
+            return value
         if self.choices and value not in self.choices:
             raise ValueError(f"must be one of {', '.join(self.choices)}, not {value!r}")
+        if self.flag and not isinstance(value, bool):
+            raise ValueError(f"must be true or false, not {value!r}")
+        if self.number is None:
+            return value
+        if not self._is_possible(value):
+            raise ValueError(f"must be {self._range()}, not {value!r}")
+        return self.number(value)
 
     def parse(self, text: str) -> float | str:
         """Return the number, or the word, that stands in a text."""
@@ -51,14 +58,14 @@ class Option:
         try:
             value = self.number(text)
         except (OverflowError, ValueError):
-            raise ValueError(f"must be {self._range()}, not {text!r}") from None
-        self.check(value)
+            value = math.nan
+        if not self._is_possible(value):
+            raise ValueError(f"must be {self._range()}, not {text!r}")
         return value
 
     def _is_possible(self, value: Any) -> bool:
-        if isinstance(value, bool) or not isinstance(value, (int, float, np.floating, np.integer)):
-            return False
-        if self.number is int and not isinstance(value, (int, np.integer)):
+        whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+        if not (whole or (self.number is float and isinstance(value, (float, np.floating)))):
             return False
         in_range = self.least <= value <= self.most and not (self.positive and value == 0)
         return bool(math.isfinite(value) and in_range)
@@ -166,7 +173,7 @@ class Settings:
         ),
     ] = 0.0
     frames: Annotated[
-        str | PathLike[str] | Floats | None,
+        FilePath | Floats | tuple[float, ...] | None,
         Matching(
             "time stamps of the frames that were to be estimated, in the first column of a text "
             "file, in s or ns, as the estimate has them: those without a pose fail, and nothing "
@@ -174,7 +181,9 @@ class Settings:
             timed=True,
         ),
     ] = None
-    invert: Annotated[bool, Matching("the estimates are world-to-camera: invert them")] = False
+    invert: Annotated[
+        bool, Matching("the estimates are world-to-camera: invert them", flag=True)
+    ] = False
     body_rotation: Annotated[
         str,
         Matching(
@@ -219,14 +228,21 @@ class Settings:
     metrics: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        values: dict[str, Any] = {}
         for name, option in options().items():
             try:
-                option.check(getattr(self, name))
+                values[name] = option.checked(getattr(self, name))
             except ValueError as error:
                 raise ValueError(f"{name} {error}") from None
+        values["frames"] = _stamps_or_path(self.frames)
         names = split_names(self.metrics) if isinstance(self.metrics, str) else self.metrics
-        known = dict.fromkeys(metric(name).name for name in names)
-        object.__setattr__(self, "metrics", tuple(known))
+        values["metrics"] = tuple(dict.fromkeys(metric(name).name for name in names))
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+        if self.format and not FORMATS[self.format].timed:
+            for name, option in options().items():
+                if option.timed and getattr(self, name) != getattr(Settings, name):
+                    raise ValueError(f"{name} needs time stamps, which {self.format} files lack")
 
     @property
     def seeds(self) -> range:
@@ -247,6 +263,19 @@ class Settings:
         if self.frames is not None:
             return "fail"
         return self.missing if self.form.missing else None
+
+
+def _stamps_or_path(frames: Any) -> FilePath | tuple[float, ...] | None:
+    """Return time stamps as numbers that can be compared, and a path as it is."""
+    if frames is None or isinstance(frames, (str, PathLike)):
+        return frames
+    try:
+        stamps = np.asarray(frames, dtype=np.float64)
+    except (TypeError, ValueError):
+        stamps = np.empty((0, 0))
+    if stamps.ndim != 1 or not len(stamps) or not np.isfinite(stamps).all():
+        raise ValueError("frames must be a file, or finite time stamps, (k,)")
+    return tuple(stamps.tolist())
 
 
 @cache

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import __version__
 from ..arrays import Floats, Indices
-from ..evaluation.evaluate import match_estimate
 from ..evaluation.evaluation import LOST, STATUSES, Evaluation
+from ..evaluation.matching import match_estimate
 from ..evaluation.names import printable
 from ..evaluation.notes import collected_warnings
 from ..evaluation.settings import Settings
@@ -19,6 +18,7 @@ from ..explorer import source
 from ..explorer.document import document
 from ..trajectories.files import Trajectory
 from ..translation import closest_pair_distances
+from ..version import __version__
 
 __all__ = ["Estimate", "document_around_data", "packed", "page", "page_data"]
 

@@ -22,11 +22,7 @@ __all__ = ["MISSING", "SYNCS", "Matches", "in_order", "match", "unit_hint"]
 
 MISSING = ("fail", "ignore")
 SYNCS = ("interpolate", "nearest")
-KEY_KINDS = {
-    "f": "time stamps in seconds (float)",
-    "U": "names (str)",
-    "i": "frame numbers (int)",
-}
+KEY_KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
 NAME_PARTS: dict[str, Callable[[str], str]] = {  # what may be equal of names whose paths differ
     "file name": lambda name: PurePosixPath(name).name,
     "file name without its ending": lambda name: PurePosixPath(name).stem,
@@ -205,6 +201,7 @@ def match(
     shown = estimated | (missing == "fail")
     gt_rows, est_rows = cameras.due_rows[shown], cameras.est_rows[shown]
     est_poses = estimate.poses[est_rows]
+    non_finite = int(np.sum(~finite_rows(est_poses[est_rows >= 0])))
     est_poses[est_rows < 0] = np.nan
     matched = int(estimated.sum())
     return Matches(
@@ -217,7 +214,7 @@ def match(
         missing=len(estimated) - matched,
         unmatched=cameras.unmatched,
         duplicate=cameras.duplicate,
-        non_finite=int(np.sum(~finite_rows(estimate.poses[cameras.est_rows[estimated]]))),
+        non_finite=non_finite,
         lost=1 - matched / len(estimated),
         due_rows=cameras.due_rows,
         without_reference=cameras.without_reference,
@@ -322,24 +319,22 @@ def _rows_due(
 def _cameras_by_key(reference: Trajectory, estimate: Trajectory) -> _Cameras:
     """Find the pose of the same image, frame or row."""
     pairs = _pair(reference.keys, estimate.keys)
-    est_rows = np.full(len(reference.keys), -1)
-    est_rows[pairs.ref_rows] = pairs.est_rows
+    est_rows = pairs.est_rows[pairs.ref_kept]
     return _Cameras(
         due_rows=pairs.ref_kept,
-        est_rows=est_rows[pairs.ref_kept],
+        est_rows=est_rows,
         gt_poses=reference.poses[pairs.ref_kept],
-        unmatched=len(estimate.keys) - pairs.duplicate - len(pairs.est_rows),
+        unmatched=len(estimate.keys) - pairs.duplicate - int(np.sum(est_rows >= 0)),
         duplicate=pairs.duplicate,
         without_reference=np.empty(0),
     )
 
 
 class _Pairs(NamedTuple):
-    """Rows of corresponding poses, in the reference's order, and what was left out."""
+    """Which pose of the estimate belongs to each of the reference, and what was left out."""
 
-    ref_rows: Indices
-    est_rows: Indices
-    ref_kept: Indices  # rows of the reference that were to be estimated, without duplicates
+    est_rows: Indices  # a row of the estimate for each of the reference; -1 where it has none
+    ref_kept: Indices  # rows of the reference without duplicates, stamps in order
     duplicate: int  # number of estimated poses left out as duplicates
 
 
@@ -444,13 +439,10 @@ def _pair_by_key(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> _Pairs:
             f"no {what} in common: the reference has {ref[0]!r}, the estimate {est[0]!r}, for "
             f"example{hint}"
         )
-    ref_rows, est_rows = np.transpose(pairs)
-    return _Pairs(
-        ref_rows=ref_kept[ref_rows],
-        est_rows=est_kept[est_rows],
-        ref_kept=ref_kept,
-        duplicate=len(est_keys) - len(est_kept),
-    )
+    ref_rows, matching_rows = np.transpose(pairs)
+    est_rows = np.full(len(ref_keys), -1)
+    est_rows[ref_kept[ref_rows]] = est_kept[matching_rows]
+    return _Pairs(est_rows, ref_kept, len(est_keys) - len(est_kept))
 
 
 def _unique_pairs(ref_keys: list[Any], est_keys: list[Any]) -> list[tuple[int, int]]:
@@ -470,7 +462,7 @@ def _pair_by_row(ref_rows: NDArray[Any], est_rows: NDArray[Any]) -> _Pairs:
             "row of nan for each frame that was lost)"
         )
     rows = np.arange(len(ref_rows))
-    return _Pairs(ref_rows=rows, est_rows=rows, ref_kept=rows, duplicate=0)
+    return _Pairs(rows, rows, 0)
 
 
 def _first_rows(keys: NDArray[Any], whose: str) -> Indices:

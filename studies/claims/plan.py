@@ -66,9 +66,9 @@ def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
     return [
         replace(
             sweep,
-            differs=" ".join(settings),
+            changes=" ".join(settings),
             metrics=list(dict.fromkeys(m for one in selections[key] for m in one.metrics)),
-            only=selections[key],
+            selections=selections[key],
         )
         for key, sweep in sweeps.items()
         for _, settings in [key]

@@ -253,7 +253,7 @@ def select_trials(claims: Claims, trials: Trials) -> Replicate:
     TableError
         Where the table does not have what the claims need.
     """
-    sweeps = {(sweep.name, tuple(sweep.differs.split())): sweep for sweep in trials.record.sweeps}
+    sweeps = {(sweep.name, tuple(sweep.changes.split())): sweep for sweep in trials.record.sweeps}
     evaluated = {key: evaluations(sweep) for key, sweep in sweeps.items()}
     for claim in claims.needed(trials.record.sweep.replicate):
         if claim.trials not in sweeps:
@@ -303,7 +303,7 @@ def check_alike(claims: Claims, paths: Sequence[Path], records: Sequence[Record]
         raise CommandError(
             "verdicts take at least two replicate studies: the spread is between them"
         )
-    first = {(sweep.name, sweep.differs): sweep for sweep in records[0].sweeps}
+    first = {(sweep.name, sweep.changes): sweep for sweep in records[0].sweeps}
     n_read = claims.replicates_of_readings
     for number, (path, record) in enumerate(zip(paths, records, strict=True)):
         if {sweep.replicate for sweep in record.sweeps} != {number}:
@@ -312,8 +312,8 @@ def check_alike(claims: Claims, paths: Sequence[Path], records: Sequence[Record]
         if list(map(_unnumbered, record.sweeps)) != list(map(_unnumbered, records[like].sweeps)):
             raise TableError(path, f"has other settings than {paths[like]}")
         for sweep in record.sweeps:  # more or less of the same trials
-            other = first.get((sweep.name, sweep.differs), sweep)
-            other = replace(other, replicate=0, only=sweep.only, metrics=sweep.metrics)
+            other = first.get((sweep.name, sweep.changes), sweep)
+            other = replace(other, replicate=0, selections=sweep.selections, metrics=sweep.metrics)
             if other != _unnumbered(sweep):
                 raise TableError(path, f"has other settings than {paths[0]}")
 

@@ -1,5 +1,10 @@
-"""Factories of trajectories for the tests of the scores."""
+"""Factories of trajectories and files, and the command, for the tests of the library."""
 
+import json
+import os
+import subprocess
+import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +13,13 @@ from scipy.spatial.transform import Rotation
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "data"
 REAL = Path(__file__).resolve().parents[3] / "shared" / "real"
+FILES = {
+    "tum": ("tum/reference.txt", "tum/estimate.txt"),
+    "kitti": ("kitti/reference.txt", "kitti/estimate.txt"),
+    "euroc": ("euroc/data.csv", "euroc/estimate.txt"),
+    "colmap": ("colmap/reference", "colmap/estimate"),
+    "nerf": ("nerf/reference.json", "nerf/estimate.json"),
+}
 
 
 @pytest.fixture(scope="session")
@@ -130,3 +142,143 @@ def write(tmp_path):
         return path
 
     return write
+
+
+@pytest.fixture
+def run(examples, command, monkeypatch):
+    """(arguments) -> exit code, stdout, stderr; in the folder of the examples."""
+    monkeypatch.chdir(examples)
+    return command
+
+
+@pytest.fixture
+def score(run):
+    """(arguments) -> the results of the JSON output."""
+
+    def score(*arguments):
+        code, out, _ = run(*arguments, "--json")
+        assert code == 0
+        return json.loads(out)["results"]
+
+    return score
+
+
+@pytest.fixture
+def process(examples, tmp_path):
+    """(arguments, before=) -> the command in a process of its own, after some code."""
+
+    def process(*arguments, before="", **environment):
+        code = f"import sys; {before}; from alignscores.cli import main; sys.exit(main())"
+        return subprocess.run(
+            [sys.executable, "-c", code, *arguments],
+            cwd=examples,
+            env={**os.environ, "HOME": str(tmp_path), **environment},
+            capture_output=True,
+            text=True,
+            timeout=100,
+        )
+
+    return process
+
+
+@pytest.fixture
+def lines(examples):
+    """The lines of the TUM estimate: 38 poses, 0.1 s apart."""
+    return (examples / "tum/estimate.txt").read_text().splitlines()[1:]
+
+
+@pytest.fixture
+def kitti(tmp_path):
+    """(poses, name) -> path of a KITTI file with them."""
+
+    def kitti(poses, name="estimate.txt"):
+        np.savetxt(tmp_path / name, poses[:, :3].reshape(-1, 12))
+        return tmp_path / name
+
+    return kitti
+
+
+@pytest.fixture
+def tum(tmp_path):
+    """(n, rate, name, lost=) -> a TUM file of a helix; the reference is that of a rate of 10."""
+
+    def tum(n, rate, name, lost=(0, 0)):
+        times = np.arange(n) / rate
+        path = np.column_stack([np.cos(times), np.sin(times), times])
+        noise = np.random.default_rng(n).normal(0, 0.01, (n, 3)) if "est" in name else 0.0
+        poses = np.column_stack([times, path + noise, np.zeros((n, 3)), np.ones(n)])
+        np.savetxt(tmp_path / name, np.delete(poses, slice(*lost), axis=0))
+        return tmp_path / name
+
+    return tum
+
+
+@pytest.fixture
+def run_compare(tmp_path, command, monkeypatch):
+    """(arguments) -> as `command`, of ``compare``, in a folder and with a cache of its own."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return partial(command, "compare")
+
+
+@pytest.fixture
+def compare(run_compare):
+    """(arguments) -> the JSON output."""
+
+    def compare(*arguments):
+        return json.loads(run_compare(*arguments, "--jobs", 1, "--json")[1])
+
+    return compare
+
+
+@pytest.fixture
+def benchmark_of(tmp_path):
+    """(systems, sequences, runs, n) -> patterns of a benchmark that is written, in TUM format.
+
+    `systems` are sigma_t, sigma_r_deg, every so many frames, and the share that is lost at the end.
+    """
+
+    from experiments.scenes import make_scene  # as above
+
+    def benchmark_of(systems, sequences=("car", "helix"), runs=3, n=120):
+        for index, geometry in enumerate(sequences):
+            for system, (sigma_t, sigma_r, step, lost) in systems.items():
+                for number in range(runs):
+                    seed = [index, *system.encode(), number]
+                    errors = np.random.default_rng(seed)
+                    scene = make_scene(  # the first draws are of the path
+                        np.random.default_rng([index]),
+                        geometry=geometry,
+                        n_cameras=n,
+                        n_outliers=0,
+                        sigma_t=0.0,
+                        sigma_r_deg=0.0,
+                    )
+                    turns = Rotation.from_rotvec(
+                        errors.normal(scale=np.radians(sigma_r) / np.sqrt(3), size=(n, 3))
+                    )
+                    rotations = turns.as_matrix() @ scene.gt_rotations
+                    positions = scene.gt_positions + errors.normal(scale=sigma_t, size=(n, 3))
+                    keep = slice(0, round(n * (1 - lost)), step)
+                    folder = tmp_path / geometry
+                    (folder / system).mkdir(parents=True, exist_ok=True)
+                    write_tum(folder / "gt.txt", scene.gt_rotations, scene.gt_positions)
+                    write_tum(folder / system / f"{number}.txt", rotations, 3 * positions + 1, keep)
+        return "tum", "{sequence}/gt.txt", "{sequence}/{system}/{run}.txt"
+
+    return benchmark_of
+
+
+@pytest.fixture
+def patterns(benchmark_of, tmp_path):
+    """A benchmark of two systems, of which the second lacks a run."""
+    found = benchmark_of({"a_b": (0.1, 1.0, 1, 0.0), "c": (0.3, 3.0, 1, 0.0)}, n=60)
+    (tmp_path / "car/c/2.txt").unlink()
+    return found
+
+
+def write_tum(path, rotations, positions, keep=slice(None)):
+    """Write poses, 0.1 s apart."""
+    stamps = np.arange(len(positions)) / 10
+    quaternions = Rotation.from_matrix(rotations).as_quat()
+    np.savetxt(path, np.column_stack([stamps, positions, quaternions])[keep])

@@ -34,8 +34,8 @@ def test_settings_of_a_table_are_handed_on_whole_and_have_a_digest_of_their_own(
     variants = [
         replace(sweep, sigma_t=[0.1 + 0.2, 1e-9]),
         replace(sweep, trials=51),
-        replace(sweep, differs="x=1"),
-        replace(sweep, only=[Selection(["PAS"], {"sigma_t": [0.05]})]),
+        replace(sweep, changes="x=1"),
+        replace(sweep, selections=[Selection(["PAS"], {"sigma_t": [0.05]})]),
     ]
     tables = [Table((one,)) for one in (sweep, *variants)] + [Table((sweep, *variants))]
     for table in tables:

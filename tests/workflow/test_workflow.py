@@ -171,7 +171,7 @@ TARGETS = (
 )
 ANALYSIS = {"figure": 2, **found("registration")}
 EDITS = [  # files of the project, with the jobs that an edit of them makes run again
-    (("alignscores/trajectories/files.py", "report/page.py"), {}),
+    (("alignscores/trajectories/files/tum.py", "report/page.py"), {}),
     (("alignscores/cli/plots.py",), {"figure": 2}),  # which has what the histogram draws
     (("figures/panels.py",), {"figure": 2}),
     (("studies/statistics.py",), ANALYSIS),

@@ -13,12 +13,13 @@ from .kitti import read_kitti
 from .nerf import read_nerf
 from .poses import Trajectory, TrajectoryWarning, inverse_poses
 from .stamps import read_stamps
-from .text import STDIN, FileError
+from .text import STDIN, FileError, FilePath
 from .tum import read_tum
 
 __all__ = [
     "STDIN",
     "FileError",
+    "FilePath",
     "Trajectory",
     "TrajectoryWarning",
     "inverse_poses",

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..extras import require
 from .poses import Trajectory, inverse_poses, poses_from_matrices
-from .text import FileError, FilePath, Source, number, numbered_lines
+from .text import FileError, FilePath, Source, is_number, numbered_lines
 
 __all__ = ["read_colmap", "read_colmap_parts"]
 
@@ -158,8 +158,8 @@ def _check_images_txt(path: Path) -> None:
             continue
         if image_line:
             fields = line.split()
-            values = [value for field in fields[:9] if (value := number(field)) is not None]
-            if len(fields) < 10 or len(values) < 9 or not np.isfinite(values).all():
+            finite = [is_number(field, finite=True) for field in fields[:9]]
+            if len(fields) < 10 or not all(finite):
                 raise FileError(
                     path,
                     "must hold 'IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME', all but the last "

@@ -40,11 +40,10 @@ def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
     """
     lines = data_lines(path)
     if lines and "," not in lines[0][1]:
-        values, source = read_numbers(path, lines, tum.COLUMNS, counts=[8])
+        values, source = read_numbers(path, lines, tum.COLUMNS, [8])
     else:
-        values, source = read_numbers(
-            path, lines, COLUMNS, counts=[8], delimiter=",", open_ended=True
-        )
+        lines = [(number, ",".join(line.split(",", 8)[:8])) for number, line in lines]
+        values, source = read_numbers(path, lines, COLUMNS, [8], ",")
         values = values[:, [0, 1, 2, 3, 5, 6, 7, 4]]  # qw last, as in TUM files
     stamps, poses = stamped_poses(values, source, complete=complete)
     return Trajectory(in_seconds(path, stamps, "seconds", "nanoseconds"), poses)

@@ -43,11 +43,10 @@ def read_kitti(path: FilePath, *, complete: bool = False) -> Trajectory:
     >>> rows, poses[0, :3, 3]
     (array([0]), array([4., 5., 6.]))
     """
-    values, source = read_numbers(path, data_lines(path), COLUMNS, counts=[12, 16])
+    values, source = read_numbers(path, data_lines(path), COLUMNS, [12, 16])
     rows = values.reshape(len(values), -1, 4)
     matrices, last_rows = rows[:, :3], rows[:, 3:]
     wrong = (last_rows != LAST_ROW).any(axis=(1, 2)) & finite_rows(matrices)
-    if wrong.any():
-        raise source.error(int(np.argmax(wrong)), "16 columns must end with 0 0 0 1")
+    source.refuse(wrong, "16 columns must end with 0 0 0 1")
     poses = poses_from_matrices(matrices, source, complete=complete)
     return Trajectory(np.arange(len(poses)), poses)

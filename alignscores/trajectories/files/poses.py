@@ -11,14 +11,7 @@ from ...arrays import Floats
 from ...validation import finite_rows
 from .text import Source
 
-__all__ = [
-    "Trajectory",
-    "TrajectoryWarning",
-    "inverse_poses",
-    "orthonormalise",
-    "poses_from_matrices",
-    "stamped_poses",
-]
+__all__ = ["Trajectory", "TrajectoryWarning", "inverse_poses"]
 
 MAX_ROUNDING = 1e-2  # deviation from a unit quaternion or a rotation that is taken for rounding
 MAX_DEVIATION = 0.1  # deviation from a rotation beyond which a matrix is refused
@@ -62,13 +55,10 @@ def inverse_poses(poses: Floats) -> Floats:
 def stamped_poses(values: Floats, source: Source, *, complete: bool) -> Trajectory:
     """Return the stamps and poses of rows ``timestamp tx ty tz qx qy qz qw``."""
     stamps, positions, quaternions = values[:, 0], values[:, 1:4], values[:, 4:]
-    if not np.isfinite(stamps).all():
-        raise source.error(int(np.argmin(np.isfinite(stamps))), "the time stamp is not finite")
+    source.refuse(~np.isfinite(stamps), "the time stamp is not finite")
     with np.errstate(over="ignore"):
         lengths = np.linalg.norm(quaternions, axis=1)
-    if (lengths == 0).any():
-        row = int(np.argmax(lengths == 0))
-        raise source.error(row, "the quaternion is zero, which is not a rotation")
+    source.refuse(lengths == 0, "the quaternion is zero, which is not a rotation")
     _warn_of(np.abs(lengths - 1), source, "has a quaternion that is not of unit length")
 
     poses = np.tile(np.eye(4), (len(stamps), 1, 1))
@@ -76,28 +66,27 @@ def stamped_poses(values: Floats, source: Source, *, complete: bool) -> Trajecto
     estimated = np.isfinite(lengths)
     rotations = scipy.spatial.transform.Rotation.from_quat(quaternions[estimated])
     poses[estimated, :3, :3] = rotations.as_matrix()
-    _check_complete(poses, source, complete)
+    _check_finite(poses, source, complete)
     return Trajectory(stamps, poses)
 
 
 def poses_from_matrices(matrices: Floats, source: Source, *, complete: bool) -> Floats:
     """Return poses (n, 4, 4) of matrices (n, 3, 4), with the rotations nearest to theirs."""
     rotations, deviation = orthonormalise(matrices[:, :, :3])
+    far = ~(deviation <= MAX_DEVIATION) & finite_rows(matrices[:, :, :3])
+    if far.any():
+        row = int(np.argmax(far))
+        reason = f"R^T R differs from the identity by {deviation[row]:.2g}"
+        raise source.error(row, f"the matrix is not a rotation: {reason}")
     with np.errstate(all="ignore"):
         reflected = (np.linalg.det(matrices[:, :, :3]) < 0) & (deviation <= MAX_DEVIATION)
-    wrong = (reflected | ~(deviation <= MAX_DEVIATION)) & finite_rows(matrices[:, :, :3])
-    if wrong.any():
-        row = int(np.argmax(wrong))
-        reason = (
-            "its determinant is negative, a reflection"
-            if reflected[row]
-            else f"R^T R differs from the identity by {deviation[row]:.2g}"
-        )
-        raise source.error(row, f"the matrix is not a rotation: {reason}")
+    source.refuse(
+        reflected, "the matrix is not a rotation: its determinant is negative, a reflection"
+    )
     _warn_of(deviation, source, "has a matrix that is only roughly a rotation")
     poses = np.tile(np.eye(4), (len(matrices), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = rotations, matrices[:, :, 3]
-    _check_complete(poses, source, complete)
+    _check_finite(poses, source, complete)
     return poses
 
 
@@ -117,13 +106,12 @@ def orthonormalise(matrices: Floats) -> tuple[Floats, Floats]:
     return matrices, deviation
 
 
-def _check_complete(poses: Floats, source: Source, complete: bool) -> None:
-    if complete and not np.isfinite(poses).all():
-        raise source.error(
-            int(np.argmin(finite_rows(poses))),
-            "the pose is not finite; a reference must be complete (is this the estimate? The "
-            "reference comes first)",
-        )
+def _check_finite(poses: Floats, source: Source, complete: bool) -> None:
+    source.refuse(
+        ~finite_rows(poses) & complete,
+        "the pose is not finite; a reference must be complete (is this the estimate? The "
+        "reference comes first)",
+    )
 
 
 def _warn_of(deviation: Floats, source: Source, what: str) -> None:

@@ -1,13 +1,11 @@
 """Time stamps: their unit, and files that hold nothing else of interest."""
 
-from math import isfinite
-
 import numpy as np
 
 from ...arrays import Floats
-from .text import FileError, FilePath, data_lines, number
+from .text import FileError, FilePath, data_lines, is_number
 
-__all__ = ["TIME_UNITS", "in_seconds", "read_stamps", "time_unit"]
+__all__ = ["read_stamps"]
 
 TIME_UNITS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 LATEST = 1e11  # seconds; larger time stamps, as a rule, are in a smaller unit
@@ -52,9 +50,8 @@ def read_stamps(path: FilePath) -> Floats:
         fields = line.replace(",", " ").split(maxsplit=1)
         if not fields:
             continue
-        stamp = number(fields[0])
-        if stamp is not None and isfinite(stamp):
-            stamps.append(stamp)
+        if is_number(fields[0], finite=True):
+            stamps.append(float(fields[0]))
         elif not may_be_header:
             reason = f"must begin with a time stamp, not {fields[0][:40]!r}"
             raise FileError(path, reason, place=f"line {line_number}")

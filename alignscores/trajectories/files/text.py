@@ -7,24 +7,15 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from io import StringIO
+from math import isfinite
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
-from ...arrays import Floats
+from ...arrays import Booleans, Floats
 
-__all__ = [
-    "STDIN",
-    "FileError",
-    "FilePath",
-    "Source",
-    "data_lines",
-    "number",
-    "numbered_lines",
-    "read_numbers",
-    "read_text",
-]
+__all__ = ["STDIN", "FileError"]
 
 FilePath = str | PathLike[str]
 Lines = list[tuple[int, str]]  # lines with their numbers, from 1
@@ -67,30 +58,28 @@ class Source:
         """Return the error that something is wrong with a row."""
         return FileError(self.path, reason, place=self.place(row))
 
+    def refuse(self, wrong: Booleans, reason: str) -> None:
+        """Raise the error that something is wrong with the first of some rows, if there are any."""
+        if wrong.any():
+            raise self.error(int(np.argmax(wrong)), reason)
+
 
 def read_text(path: FilePath) -> str:
     """Return the text of a file, which may be compressed or stdin."""
-    data = b""
     try:
         data = sys.stdin.buffer.read() if str(path) == STDIN else Path(path).read_bytes()
-        data = _decompressed(path, data) if str(path).endswith(".gz") else data
-        text = data.decode("utf-8-sig")
+        text = (gzip.decompress(data) if str(path).endswith(".gz") else data).decode("utf-8-sig")
+    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        raise FileError(path, f"is not a complete gzip file ({error})") from None
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror})") from None
     except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
+        line = error.object.count(b"\n", 0, error.start) + 1
         raise FileError(path, "is not text (UTF-8)", place=f"line {line}") from None
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
         raise FileError(path, "is not text (a zero byte)", place=f"line {line}")
     return text
-
-
-def _decompressed(path: FilePath, data: bytes) -> bytes:
-    try:
-        return gzip.decompress(data)
-    except (EOFError, OSError, zlib.error) as error:
-        raise FileError(path, f"is not a complete gzip file ({error})") from None
 
 
 def numbered_lines(path: FilePath) -> Lines:
@@ -105,51 +94,43 @@ def data_lines(path: FilePath) -> Lines:
 
 
 def read_numbers(
-    path: FilePath,
-    lines: Lines,
-    columns: str,
-    *,
-    counts: Sequence[int],
-    delimiter: str | None = None,
-    open_ended: bool = False,
+    path: FilePath, lines: Lines, columns: str, counts: Sequence[int], delimiter: str | None = None
 ) -> tuple[Floats, Source]:
     """Return the numbers of a file, a row a line, and where the rows are in the file.
 
-    `columns` names the columns for errors, `counts` has the numbers of columns that the lines may
-    have. With `open_ended` lines may be longer, and what follows is left out.
+    `columns` names the columns for errors, `counts` has the numbers of columns that a file may
+    have.
     """
     if not lines:
         raise FileError(path, "has no poses")
     source = Source(path, lambda row: f"line {lines[row][0]}")
-    used = range(counts[0]) if open_ended else None
     with suppress(ValueError):
         text = [line for _, line in lines]
-        values = np.loadtxt(text, comments=None, delimiter=delimiter, usecols=used, ndmin=2)
+        values = np.loadtxt(text, comments=None, delimiter=delimiter, ndmin=2)
         if values.shape[1] in counts:
             return values, source
     # Line by line it takes twice as long, but tells which one is malformed.
     rows: list[list[float]] = []
     for row, (_, line) in enumerate(lines):
-        fields = line.split(delimiter)[: counts[0] if open_ended else None]
+        fields = line.split(delimiter)
         if len(fields) not in counts:
             raise source.error(row, _wrong_columns(fields, columns))
         if rows and len(fields) != len(rows[0]):
             raise source.error(row, f"has {len(fields)} columns, the first line {len(rows[0])}")
-        rows.append([])
+        header = "; a header line begins with #" if row == 0 else ""
         for field in fields:
-            if (value := number(field)) is None:
-                header = "; a header line begins with #" if row == 0 else ""
+            if not is_number(field):
                 raise source.error(row, f"{field[:40]!r} is not a number{header}")
-            rows[-1].append(value)
+        rows.append(list(map(float, fields)))
     return np.array(rows), source
 
 
-def number(field: str) -> float | None:
-    """Return the number in a field, None where there is none."""
+def is_number(field: str, *, finite: bool = False) -> bool:
+    """Tell whether a field holds a number, which may have to be finite."""
     try:
-        return float(field)
+        return isfinite(float(field)) or not finite
     except ValueError:
-        return None
+        return False
 
 
 def _wrong_columns(fields: Sequence[str], columns: str) -> str:

@@ -46,6 +46,6 @@ def read_tum(path: FilePath, *, complete: bool = False) -> Trajectory:
     >>> stamps, poses[0, :3, 3]
     (array([0.5]), array([1., 2., 3.]))
     """
-    values, source = read_numbers(path, data_lines(path), COLUMNS, counts=[8])
+    values, source = read_numbers(path, data_lines(path), COLUMNS, [8])
     stamps, poses = stamped_poses(values, source, complete=complete)
     return Trajectory(in_seconds(path, stamps, "seconds"), poses)

@@ -15,7 +15,7 @@ from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_colmap, read_kitti
 from alignscores.trajectories.formats import FORMATS
 
-from .conftest import FILES
+from ..conftest import FILES
 
 
 @pytest.mark.parametrize("form", FILES)

@@ -13,7 +13,7 @@ import shutil
 import numpy as np
 import pytest
 
-from .conftest import FILES
+from ..conftest import FILES
 
 NOTHING, FOLDER = object(), object()  # instead of a file
 

@@ -83,7 +83,7 @@ def test_a_run_is_scored_as_the_library_does(benchmark_of, compare, tmp_path):
 
 
 def test_a_run_that_is_added_is_computed_alone(benchmark_of, compare, tmp_path, monkeypatch):
-    import alignscores.compare.runs as module
+    import alignscores.comparison.runs as module
 
     patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0), "b": (0.3, 1.0, 1, 0.0)}, ["car"])
     whole = compare(*patterns)

@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
-from alignscores.compare.benchmark import Run
-from alignscores.compare.intervals import (
+from scipy import stats
+
+from alignscores import ScoreProfile, pas, tas, tas_profile
+from alignscores.comparison.benchmark import Run
+from alignscores.comparison.intervals import (
     Difference,
     margin,
     over_runs,
@@ -11,11 +14,8 @@ from alignscores.compare.intervals import (
     over_stretches,
     series,
 )
-from alignscores.compare.runs import Outcome, _shares, half_terms
-from alignscores.compare.summary import summarise
-from scipy import stats
-
-from alignscores import ScoreProfile, pas, tas, tas_profile
+from alignscores.comparison.runs import Outcome, _shares, half_terms
+from alignscores.comparison.summary import summarise
 from alignscores.profile import HALF_UNITS
 from experiments.scenes import make_scene
 

@@ -1,7 +1,8 @@
 """Patterns with named fields."""
 
 import pytest
-from alignscores.compare.patterns import Pattern
+
+from alignscores.comparison.patterns import Pattern
 
 FIELDS = "sequence", "system", "run"
 

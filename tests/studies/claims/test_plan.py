@@ -15,7 +15,7 @@ CLAIMS = load_claims()
 
 def test_the_plan_holds_the_cells_and_metrics_of_every_claim_and_no_more() -> None:
     planned = {
-        (sweep.name, tuple(sweep.differs.split())): sweep for sweep in plan(CLAIMS.needed(0))
+        (sweep.name, tuple(sweep.changes.split())): sweep for sweep in plan(CLAIMS.needed(0))
     }
     wanted = {key: evaluations(sweep) for key, sweep in planned.items()}
     assert set(planned) == {claim.trials for claim in CLAIMS.needed(0)}
@@ -57,7 +57,7 @@ def test_the_first_replicates_alone_have_what_other_readings_need() -> None:
     sizes = [len(table.sweeps) for table in tables.values()]
     assert CLAIMS.replicates_of_readings == 3
     assert sizes == [sizes[0]] * 3 + [len({claim.trials for claim in CLAIMS.needed(3)})] * 4
-    first, last = ({(one.name, one.differs): one for one in tables[k].sweeps} for k in "06")
+    first, last = ({(one.name, one.changes): one for one in tables[k].sweeps} for k in "06")
     assert set(last) < set(first)
     for key, sweep in last.items():
         more = evaluations(first[key])

@@ -40,7 +40,7 @@ def questions(make_up: MakeUp) -> dict[str, Trials]:
     sweep = load_sweep([*SETTINGS, "n_outliers=[0,9]", metrics])
     outliers = make_up(sweep, value=value)
     rates = replace(sweep, n_outliers=[0], name="r")
-    sweeps = [replace(rates, every=k, differs=f"every={k}") for k in (1, 2)]
+    sweeps = [replace(rates, every=k, changes=f"every={k}") for k in (1, 2)]
     frame_rate = make_up(*sweeps, value=lambda metric, cell, *_: cell.sigma_t)
     table = frame_rate.table
     table["TAS"] = -table["sigma_t"] - 10 * (table["settings"] == "every=2")
@@ -134,7 +134,7 @@ def test_what_is_of_motion_is_asked_where_there_is_some() -> None:
     for name, table in study.tables.items():
         for sweep in table.sweeps:
             assert sweep.name == f"today/{name}"
-            asked = {Column.parse(metric).metric.ordered for metric in sweep.metrics}
+            asked = {Column.parse(metric).metric.family.ordered for metric in sweep.metrics}
             assert asked == ({False} if sweep.geometry == "cube" else {False, True})
             assert ("maa:imc" in sweep.metrics) == (max(sweep.n_cameras) <= 30)
     with pytest.raises(ConfigError, match="'every' cannot be set: the frame rates stand in"):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from alignscores import tas_profile
-from alignscores.cli.ranking import TIED_HALF, in_rank_order, ranked_by, ranks
+from alignscores.evaluation.ranking import TIED_HALF, in_rank_order, ranked_by, ranks
 from alignscores.profile import HALF_UNITS
 
 

@@ -3,11 +3,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from alignscores.cli.scoring import Profiles, Scored
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from alignscores import AlignmentWarning, pas
-from alignscores.cli.plots import (
+from alignscores.cli.saving import picture
+from alignscores.histogram import AlignmentScore
+from alignscores.plots import (
     LONGEST,
     NAMED,
     STYLE,
@@ -16,9 +19,6 @@ from alignscores.cli.plots import (
     score_panel,
     trajectory_panel,
 )
-from alignscores.cli.saving import picture
-from alignscores.cli.scoring import Profiles, Scored
-from alignscores.histogram import AlignmentScore
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_kitti
 

@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 
-from alignscores.cli.names import unique_names
+from alignscores.evaluation.names import unique_names
 
 NAMES = os.fsdecode(b"n\xff\xe9.txt"), "gr\u00fc\u00df.txt", "a\n\x1b[2J.txt", "a$\\bad$.txt"
 

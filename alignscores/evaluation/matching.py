@@ -1,0 +1,96 @@
+"""A reference and an estimate: their files, read, and the poses that belong together."""
+
+from collections.abc import Iterator
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Floats
+from ..trajectories.association import Matches, in_order, match, unit_hint
+from ..trajectories.files import FilePath, Trajectory, inverse_poses, read_stamps
+from ..trajectories.formats import FORMATS
+from ..trajectories.timing import find_offset
+from .settings import Settings
+
+__all__ = ["LEAST_GAIN", "files_below", "match_estimate", "read_parts", "read_reference"]
+
+SMALL_OFFSET = 0.03  # seconds; with a larger one the positions must fit `LEAST_GAIN` times as well
+LEAST_GAIN = 1.2  # noise alone gains less
+
+
+def files_below(path: str | Path) -> Iterator[Path]:
+    """Yield the file, or those of a COLMAP model, or of the models in a folder, sorted."""
+    root = Path(path)
+    if root.is_dir():
+        yield from sorted(file for file in [*root.glob("*"), *root.glob("*/*")] if file.is_file())
+    else:
+        yield root
+
+
+def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Trajectory:
+    """Return the reference in the order of time, without duplicates."""
+    if not isinstance(reference, Trajectory):
+        reference = settings.form.read(reference, complete=True)
+    return in_order(reference)
+
+
+def read_parts(estimate: FilePath | Trajectory, settings: Settings) -> dict[str, Trajectory]:
+    """Return the parts of an estimate, as a rule a single one, camera-to-world."""
+    if isinstance(estimate, Trajectory):
+        parts = {"": Trajectory(*map(np.asarray, estimate))}
+    else:
+        form = FORMATS[settings.est_format] if settings.est_format else settings.form
+        parts = form.read_parts(estimate) if form.read_parts else {"": form.read(estimate)}
+    if not settings.invert:
+        return parts
+    return {name: part._replace(poses=inverse_poses(part.poses)) for name, part in parts.items()}
+
+
+def match_estimate(
+    reference: Trajectory, estimate: Trajectory, settings: Settings
+) -> tuple[Matches, float]:
+    """Match an estimate; return the matches and the time offset that was added.
+
+    Where too few poses are matched, the error says by which options it was done.
+    """
+    timed, offset = settings.form.timed, 0.0
+    options: dict[str, Any] = {}
+    if timed:
+        offset = _time_offset(reference, estimate, settings.t_offset)
+        options = {"t_max_diff": settings.t_max_diff, "t_offset": offset}
+    frames = None if settings.frames is None else _stamps(settings.frames)
+    missing = settings.missing if frames is None else "fail"
+    matches = match(reference, estimate, missing=missing, frames=frames, **options)
+    if len(matches.keys) < min(4, len(reference.keys)):
+        shown = {"missing": settings.missing_cameras, **options}
+        given = ", ".join(f"--{key} {value}" for key, value in shown.items() if value is not None)
+        hint = unit_hint(reference.keys, estimate.keys) if timed else ""
+        raise ValueError(
+            f"only {matches.matched} of {len(estimate.keys)} poses could be matched to the "
+            f"reference, and it takes 4{given and f' ({given})'}{hint}"
+        )
+    return matches, offset
+
+
+def _stamps(frames: FilePath | Floats | tuple[float, ...]) -> Floats:
+    """Return the stamps of the frames that were due, from a file or as they are."""
+    return read_stamps(frames) if isinstance(frames, (str, PathLike)) else np.array(frames)
+
+
+def _time_offset(reference: Trajectory, estimate: Trajectory, option: float | str) -> float:
+    """Return the time offset to be used: the one given, or for "auto" the one found.
+
+    On an orbit, a helix or a straight road all offsets fit alike, and noise chooses: it is 0 then.
+    """
+    if option != "auto":
+        return float(option)
+    found = find_offset(reference, estimate)
+    if found is None:
+        raise ValueError(
+            "no time offset makes its positions fit those of the reference; --t_offset X sets one"
+            f"{unit_hint(reference.keys, estimate.keys)}"
+        )
+    sure = abs(found.seconds) <= SMALL_OFFSET or found.gain >= LEAST_GAIN
+    return found.seconds if sure else 0.0

@@ -1,0 +1,314 @@
+"""One estimate against its reference: read, matched, checked and scored, the same for everybody."""
+
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Floats, Indices
+from ..metrics import SCORES, metric
+from ..pose import PASResult, pas
+from ..profile import HALF_UNITS
+from ..similarity import least_squares_rmse
+from ..trajectories.association import Matches, coverage
+from ..trajectories.conventions import Convention, find_convention, rotate_cameras
+from ..trajectories.files import FilePath, Trajectory
+from ..trajectories.parts import (
+    all_cameras,
+    assign_cameras,
+    combine,
+    combine_tas,
+    in_one_world,
+    poses_by_name,
+    profile_of_parts,
+)
+from ..translation import closest_pair_quartile, tas
+from ..validation import AlignmentWarning, finite_rows
+from .evaluation import Evaluation, Part, rotation_profile
+from .matching import LEAST_GAIN, match_estimate, read_parts, read_reference
+from .names import unique_names
+from .notes import (
+    collected_warnings,
+    convention_notes,
+    matching_notes,
+    offset_notes,
+    parts_notes,
+    swap_notes,
+)
+from .settings import Settings
+
+__all__ = ["evaluate", "score"]
+
+FORMAT_OF_KEYS = {"f": "tum", "i": "kitti", "U": "nerf"}  # that trajectories in memory are like
+
+
+def evaluate(
+    reference: FilePath | Trajectory,
+    estimate: FilePath | Trajectory,
+    settings: Settings | None = None,
+    **changes: Any,
+) -> Evaluation:
+    """Score an estimate against its reference, as the command ``alignscores`` does.
+
+    Parameters
+    ----------
+    reference, estimate : path or Trajectory
+        Files in the format of the settings, or trajectories in memory: keys and camera-to-world
+        poses, (n, 4, 4). The reference is the ground truth.
+    settings : Settings, optional
+        How they are matched and scored; by default `Settings()`.
+    **changes : object
+        Settings that differ from these, such as ``format="tum"``.
+
+    Returns
+    -------
+    Evaluation
+        Scores, errors, alignment and notes.
+
+    Raises
+    ------
+    ValueError
+        Where a file cannot be read, too few poses can be matched, or a setting is impossible. The
+        message says what to do.
+    ModuleNotFoundError
+        Where the format needs a package that is not installed.
+
+    Examples
+    --------
+    >>> from alignscores import evaluate
+    >>> folder = "tests/data/tum"
+    >>> evaluation = evaluate(f"{folder}/reference.txt", f"{folder}/estimate.txt", format="tum")
+    >>> evaluation.tas, evaluation.ras, evaluation.pas
+    (0.8097, 0.7993, 0.8045)
+    >>> evaluation.to_dict()["matched"]
+    38
+    """
+    settings = replace(settings or Settings(), **changes)
+    if settings.format is None and isinstance(reference, Trajectory):
+        kind = np.asarray(reference.keys).dtype.kind
+        settings = replace(settings, format=FORMAT_OF_KEYS.get(kind))
+    with collected_warnings() as notes:
+        truth = read_reference(reference, settings)
+    if isinstance(estimate, Trajectory):
+        name, file = "estimate", ""
+    else:
+        name, file = unique_names([str(estimate)])[0], str(estimate)
+    evaluation = score(truth, estimate, settings, name=name, file=file)
+    return replace(evaluation, notes=[*notes, *evaluation.notes])
+
+
+@dataclass(frozen=True, eq=False)
+class _Scores:
+    """The scores of each part over all cameras, and those of the whole."""
+
+    of_parts: list[PASResult]
+    part_of: Indices  # the part that counts each camera, -1 where none does
+    result: PASResult
+    tas_seeds: list[float]
+    half_distance: float
+
+
+def score(
+    reference: Trajectory,
+    estimate: FilePath | Trajectory,
+    settings: Settings,
+    *,
+    name: str,
+    file: str,
+    check: bool = True,
+) -> Evaluation:
+    """Read, match, check and score one estimate.
+
+    With `check` its conventions and its clock are looked at, which takes longer than all else.
+    """
+    with collected_warnings() as file_notes:  # these name the file already
+        parts = read_parts(estimate, settings)
+    trajectories = list(parts.values())
+    whole = all_cameras(trajectories)
+    with collected_warnings() as warned:
+        matches, offset = match_estimate(reference, whole, settings)
+        poses = _poses_of_parts(trajectories, whole, matches)
+        convention = Convention()
+        if check or settings.body_rotation == "auto":
+            convention = _convention_of_largest(matches, poses)
+        body_rotation = _body_rotation(convention, settings)
+        if body_rotation is not None:
+            poses = [rotate_cameras(part, body_rotation) for part in poses]
+        scores = _scores(matches, poses, settings)
+    notes = _clock_notes(reference, whole, offset, settings) if check else []
+    notes += warned
+    notes += matching_notes(matches, reference, whole, settings.form)
+    if check:
+        notes += swap_notes(reference, whole)
+        taken_out = body_rotation is not None
+        notes += convention_notes(convention, invert=settings.invert, applied=taken_out)
+    described = _described_parts(list(parts), scores) if len(parts) > 1 else []
+    notes += parts_notes(described)
+    est_poses = in_one_world(poses, scores.of_parts, scores.part_of) if described else poses[0]
+    matches = replace(matches, est_poses=est_poses)
+    metrics, reasons = _metric_values(matches, settings, n_parts=len(parts))
+    prefix = f"{name}: " if name else ""
+    return Evaluation(
+        name=name,
+        file=file,
+        settings=settings,
+        reference=reference,
+        estimate=_as_scored(whole, offset, body_rotation, settings),
+        matches=matches,
+        result=scores.result,
+        tas_seeds=scores.tas_seeds,
+        half_distance=scores.half_distance,
+        half_angle=rotation_profile(scores.result.ras).half,
+        ate=None if described else _ate(matches),  # that of a single world
+        metrics=metrics,
+        lost=1 - coverage(reference, matches),
+        body_rotation=body_rotation,
+        parts=described,
+        notes=[*file_notes, *(f"{prefix}{note}" for note in [*notes, *reasons])],
+        part_positions=[part[:, :3, 3] for part in poses],
+        part_of_camera=scores.part_of,
+    )
+
+
+def _clock_notes(
+    reference: Trajectory, estimate: Trajectory, offset: float, settings: Settings
+) -> list[str]:
+    """Say which time offset was found, or that there seems to be one."""
+    if not settings.form.timed:
+        return []
+    if settings.t_offset != "auto":
+        return offset_notes(reference, estimate, offset)
+    if offset:
+        return [f"time offset of {offset:.4f} s found, and added to its stamps"]
+    return [f"no time offset at which its positions fit {LEAST_GAIN:g} times as well"]
+
+
+def _poses_of_parts(
+    parts: Sequence[Trajectory], whole: Trajectory, matches: Matches
+) -> list[Floats]:
+    """Return the poses of the matched cameras in each part of an estimate."""
+    if len(parts) == 1:
+        return [matches.est_poses]
+    rows = matches.est_rows.tolist()
+    names = [str(whole.keys[row]) if row >= 0 else None for row in rows]
+    return [poses_by_name(part, names) for part in parts]
+
+
+def _convention_of_largest(matches: Matches, poses: Sequence[Floats]) -> Convention:
+    largest = max(poses, key=lambda part: int(np.sum(finite_rows(part))))
+    return find_convention(matches.gt_poses, largest)
+
+
+def _body_rotation(convention: Convention, settings: Settings) -> Floats | None:
+    """Return the rotation of the camera's frame that is to be taken out, if any."""
+    if settings.body_rotation != "auto" or convention.inverted or convention.rotations_inverted:
+        return None  # that of an inverted estimate holds for the inverted poses, not for these
+    return convention.body_rotation
+
+
+def _scores(matches: Matches, poses: Sequence[Floats], settings: Settings) -> _Scores:
+    """Return the scores of an estimate, of its poses in each part."""
+    gt = matches.gt_poses[:, :3, 3]
+    part_of = assign_cameras(poses)
+    options: dict[str, Any] = {
+        "unit": settings.unit or _derived_unit(gt),
+        "max_threshold": settings.max_threshold,
+        "registration": settings.registration,
+    }
+    degrees, weight = settings.max_threshold_deg, settings.weight
+    with warnings.catch_warnings():
+        if len(poses) > 1:  # what is said of a part would be taken for the whole
+            warnings.simplefilter("ignore", AlignmentWarning)
+        of_parts = [
+            pas(
+                matches.gt_poses,
+                part,
+                rng=settings.seed,
+                max_threshold_deg=degrees,
+                weight=weight,
+                **options,
+            )
+            for part in poses
+        ]
+        result = combine(of_parts, part_of)
+        tas_seeds = [result.tas.score]
+        for seed in settings.seeds[1:]:
+            of_seed = [tas(gt, part[:, :3, 3], rng=seed, **options) for part in poses]
+            tas_seeds.append(combine_tas(of_seed, part_of).score)
+    positions = [part[:, :3, 3] for part in poses]
+    units = result.tas.unit * HALF_UNITS
+    half = profile_of_parts(gt, positions, part_of, units, rng=settings.seed).half
+    return _Scores(of_parts, part_of, result, tas_seeds, half)
+
+
+def _derived_unit(gt: Floats) -> float:
+    """Return d of the reference positions; where there is none, the error says what to do."""
+    try:
+        return closest_pair_quartile(gt)
+    except ValueError:
+        reason = (
+            f"the reference has {len(gt)} of the 4 poses that it takes"
+            if len(gt) < 4
+            else "at least three quarters of the reference poses coincide with another one"
+        )
+        raise ValueError(f"d cannot be derived: {reason}; --unit sets it") from None
+
+
+def _described_parts(names: Sequence[str], scores: _Scores) -> list[Part]:
+    return [
+        Part(name, int(np.sum(scores.part_of == index)), result.tas.alignment)
+        for index, (name, result) in enumerate(zip(names, scores.of_parts, strict=True))
+    ]
+
+
+def _as_scored(
+    estimate: Trajectory, offset: float, body_rotation: Floats | None, settings: Settings
+) -> Trajectory:
+    """Return an estimate with the time and the camera's frame of the reference."""
+    if settings.form.timed:
+        estimate = estimate._replace(keys=estimate.keys + offset)
+    if body_rotation is not None:
+        estimate = estimate._replace(poses=rotate_cameras(estimate.poses, body_rotation))
+    return estimate
+
+
+def _ate(matches: Matches) -> float | None:
+    """Return the ATE of the estimated cameras; None where there is none."""
+    gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
+    estimated = finite_rows(est)
+    try:
+        rmse = least_squares_rmse(gt[estimated], est[estimated])
+    except ValueError:  # no camera was estimated, or no similarity fits
+        return None
+    return rmse if math.isfinite(rmse) else None
+
+
+def _metric_values(
+    matches: Matches, settings: Settings, *, n_parts: int
+) -> tuple[Mapping[str, float], list[str]]:
+    """Return the metrics that have a value, and why others have none.
+
+    Those of an estimate in parts would be of no single world.
+    """
+    scores = {family.example for family in SCORES}
+    names = [name for name in settings.metrics if name not in scores]
+    if n_parts > 1 and names:
+        return {}, [f"no value of {', '.join(names)}: they need one world, not {n_parts} parts"]
+    found, reasons = {}, []
+    gt, est = matches.gt_poses, matches.est_poses
+    for name in names:
+        try:
+            value = metric(name)(
+                gt[:, :3, 3], gt[:, :3, :3], est[:, :3, 3], est[:, :3, :3], rng=settings.seed
+            )
+        except ValueError as error:
+            reasons.append(f"no value of {name}: {error}")
+            continue
+        if math.isfinite(value):
+            found[name] = value
+        else:
+            reasons.append(f"no value of {name}: it is not finite, with so many cameras lost")
+    return found, reasons

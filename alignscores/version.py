@@ -1,0 +1,5 @@
+"""The version of the package; a module of its own, as its other modules tell it."""
+
+__all__ = ["__version__"]
+
+__version__ = "1.0.0"

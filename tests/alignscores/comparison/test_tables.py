@@ -1,0 +1,117 @@
+"""What is printed: table, CSV, Markdown and LaTeX."""
+
+import csv
+import json
+import os
+import re
+import shutil
+import subprocess
+from io import StringIO
+
+import pytest
+
+
+def test_text(patterns, run):
+    code, out, err = run(*patterns)
+    assert code == 1
+    assert err == "alignscores: error: c: has no run 2 on car; it counts as a failure\n"
+    *overall, by_sequence, notes = out.strip().split("\n\n")  # in as many pieces as it takes
+    assert re.match(r"system  rank \(PAS\) +TAS +RAS +PAS +half d +half angle", overall[0])
+    assert overall[-1].splitlines()[0].endswith("lost frames")
+    header, first, second = by_sequence.splitlines()
+    assert header.split() == ["PAS", "car", "helix"]
+    assert re.fullmatch(r"a_b +0\.\d{4} \([12-]+\) +0\.\d{4} \(1\)", first)
+    assert re.fullmatch(r"c +0\.\d{4} \([12-]+\) †1 +0\.\d{4} \(2\)", second)
+    assert "†1: so many runs failed or are missing" in notes
+    assert max(map(len, out.splitlines())) <= 100
+
+
+def test_csv_and_markdown(patterns, run):
+    rows = list(csv.DictReader(run(*patterns, "--csv")[1].splitlines()))
+    assert [(row["sequence"], row["system"]) for row in rows] == [
+        (sequence, system) for sequence in ("car", "helix", "") for system in ("a_b", "c")
+    ]
+    assert rows[1]["failed_runs"] == "1"
+    text = run(*patterns, "--markdown", "--by", "TAS")[1]
+    value = f"{float(rows[2]['TAS']):.4f}"
+    assert re.search(rf"^\| a_b \| [^|]+ \| \*\*{value}\*\* \(1\) \|$", text, re.MULTILINE)
+    tables = [re.findall(r"\|", line) for line in text.split("\n\n")[1].splitlines()]
+    assert len(set(map(len, tables))) == 1
+
+
+def test_latex(patterns, run, tmp_path):
+    text = run(*patterns, "--latex")[1]
+    for part in (r"\toprule", r"\midrule", r"\bottomrule", r"a\_b & ", r"\textsuperscript{\dag1}"):
+        assert part in text
+    lines = [line for line in text.splitlines() if line.endswith(r"\\")]
+    assert {line.count(" & ") for line in lines} == {3}
+    assert re.search(r"a\\_b & .* & \\textbf\{0\.\d{4}\} & ", text)  # certain on the helix alone
+    assert text.count("textbf") == 1
+
+
+NAMES = r"[1] a&b%c_d#e$f~g^h\i{j}|<k>", "*{2} é"
+
+
+def test_latex_of_any_names(patterns, run, tmp_path):
+    """Whatever a name or a metric holds, it is text."""
+    sequences = {"car": {"name": NAMES[0]}}
+    systems = {"a_b": {"name": NAMES[0]}, "c": {"name": NAMES[1]}}
+    described = {"format": "tum", "reference": patterns[1], "estimate": patterns[2]}
+    described |= {"sequences": sequences, "systems": systems}
+    (tmp_path / "b.yaml").write_text(json.dumps(described))
+    text = run("b.yaml", "--latex", "--by", "half_distance")[1]
+    comment, *lines = text.splitlines()
+    assert comment.startswith("% half_distance: ")
+    escaped = (
+        r"{[}1] a\&b\%c\_d\#e\$f\textasciitilde{}g\textasciicircum{}h\textbackslash{}i\{j\}"
+        r"\textbar{}\textless{}k\textgreater{}"
+    )
+    assert lines[2] == rf"half d & {escaped} & helix & overall \\"
+    assert lines[4].startswith(f"{escaped} & ")
+    assert lines[5].startswith(r"{*}\{2\} é & ")
+    plain = re.sub(r"\\[&%$#_{}]|\$\\infty\$", "", "\n".join(lines))  # without what is escaped
+    assert not set("%$#_~^<>|") & set(plain)
+    assert {row.count("&") for row in plain.splitlines() if row.endswith(r"\\")} == {3}
+    depths = [plain[:end].count("{") - plain[:end].count("}") for end in range(len(plain) + 1)]
+    assert min(depths) == depths[-1] == 0
+
+
+HOSTILE = "a_b & 50% #1 $x ~^\\{}", '[x] *y* |z|, "q" <i>', "*new\nline--é`_u_"
+
+
+@pytest.fixture
+def hostile(benchmark_of, tmp_path):
+    """Patterns of a benchmark whose systems have such names, one of them no UTF-8."""
+    systems = {str(number): (0.1 * number + 0.05, 1.0, 1, 0.0) for number in range(4)}
+    found = benchmark_of(systems, ["car"], runs=2, n=40)
+    for number, name in enumerate([*HOSTILE, os.fsdecode(b"n\xff")]):
+        (tmp_path / "car" / str(number)).rename(tmp_path / "car" / name)
+    (tmp_path / "car").rename(tmp_path / "[c]%_1|2")
+    return found
+
+
+@pytest.mark.skipif(not shutil.which("pdflatex"), reason="needs pdflatex")
+@pytest.mark.parametrize("by", ["PAS", "half_distance", "recall@5cm,5deg"])
+def test_latex_of_any_names_compiles(hostile, run, tmp_path, by):
+    metrics = ["--metrics", by] if "@" in by else []
+    text = run(*hostile, "--latex", "--by", by, *metrics)[1]
+    document = rf"\documentclass{{article}}\usepackage{{booktabs}}\begin{{document}}{text}"
+    (tmp_path / "t.tex").write_text(document + r"\end{document}")
+    command = ["pdflatex", "-halt-on-error", "t.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stdout.decode(errors="replace")[-500:]
+
+
+def test_any_names_in_other_tables(hostile, run, tmp_path):
+    rows = list(csv.DictReader(StringIO(run(*hostile, "--csv")[1], newline="")))
+    assert {row["system"] for row in rows} == {*HOSTILE, r"n\udcff"}
+    assert len(rows) == 2 * 4
+    lines = run(*hostile, "--markdown")[1].split("\n\n")[1].splitlines()
+    assert lines[0] == r"| PAS | \[c\]%\_1\|2 |"
+    assert {len(re.findall(r"(?<!\\)\|", line)) for line in lines} == {3}
+    assert any(line.startswith(r"| \*new\\nline--é\`\_u\_ |") for line in lines)
+    found = json.loads(run(*hostile, "--json")[1])
+    assert {one["system"] for one in found["systems"]} == {*HOSTILE, "n\udcff"}
+    code, _, err = run(*hostile, "--html", "page.html")
+    assert (code, err) == (0, "")
+    assert (tmp_path / "page.html").read_text().count("</html>") == 1
