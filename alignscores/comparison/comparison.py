@@ -17,7 +17,7 @@ from ..version import __version__
 from .benchmark import NO_SETTINGS, Benchmark, Run, from_patterns, read_yaml
 from .patterns import Pattern
 from .processes import Pool, Progress
-from .runs import COLUMNS, Outcome, Task, due_cameras, evaluate_run, reference_of
+from .runs import COLUMNS, Outcome, Task, evaluate_run, reference_of, step_of_run
 from .summary import Summary, summarise
 
 __all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "settings_of_run"]
@@ -254,36 +254,17 @@ def _scored(tasks: Mapping[Run, Task], jobs: int, progress: Progress) -> list[tu
     """Return all runs with what became of them, missing ones among them."""
     there = {run: task for run, task in tasks.items() if run.file}
     with Pool(jobs, progress) as pool:
-        unknown = {run: task for run, task in there.items() if task.settings.unit is None}
-        units = _units(dict(pool.work(due_cameras, unknown, "looking at")))
-        for run, task in unknown.items():
-            of_run = replace(task.settings, unit=units.get(run.sequence))
-            there[run] = replace(task, settings=of_run)
+        steps = dict(pool.work(step_of_run, there, "looking at"))
+        for run, task in there.items():
+            of_sequence = [steps[other] for other in there if other.sequence == run.sequence]
+            known = [step for step in of_sequence if step is not None]
+            there[run] = replace(task, step=min(known, default=None))
         outcomes = dict(pool.work(evaluate_run, there, "scoring"))
     for run in tasks:
         if not run.file:
             missing = f"{run.system}: has no run {run.run} on {run.sequence}"
             outcomes[run] = Outcome({}, error=missing)
     return [(run, outcomes[run]) for run in tasks]
-
-
-def _units(due: Mapping[Run, tuple[int, float | None]]) -> dict[str, float]:
-    """Return d of each sequence: that of the frames that were due, by the estimate with the most.
-
-    Where the estimates tell different numbers of them, d is rounded to two digits, so that one more
-    run, as a rule, does not change it.
-    """
-    units = {}
-    for sequence in dict.fromkeys(run.sequence for run in due):
-        known = [
-            (n, unit)
-            for run, (n, unit) in due.items()
-            if run.sequence == sequence and unit is not None
-        ]
-        if known:
-            _, unit = max(known)
-            units[sequence] = unit if len(set(known)) == 1 else float(f"{unit:.1e}")
-    return units
 
 
 def _notes_of_runs(runs: Sequence[tuple[Run, Outcome]]) -> list[str]:

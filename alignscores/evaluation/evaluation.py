@@ -83,7 +83,7 @@ class Evaluation:
     metrics : mapping of str to float
         The other metrics that were asked for, by name, as far as they have a value.
     lost : float
-        Share of the reference over which the track was lost.
+        Share of the cameras that were due without a pose; with time stamps, of the time.
     body_rotation : (3, 3) ndarray or None
         Rotation of the camera's frame that was taken out.
     parts : list of Part
