@@ -77,6 +77,7 @@ class Comparison:
         keys = [
             "missing",
             "t_max_diff",
+            "max_gap",
             "unit",
             "max_threshold",
             "max_threshold_deg",
@@ -120,6 +121,7 @@ def compare(
     estimates: str | None = None,
     settings: Settings | None = None,
     *,
+    expect_all: bool = False,
     jobs: int = 1,
     cache: str | Path | None = None,
     **changes: Any,
@@ -136,6 +138,9 @@ def compare(
         there are several.
     settings : Settings, optional
         How they are scored; by default `Settings()`. ``frames`` may have ``{sequence}``.
+    expect_all : bool
+        Whether each system was to be run on each sequence, so that it failed where it has no run;
+        by default it was not tried there, unless the YAML file says how many ``runs`` there are.
     jobs : int
         Processes side by side.
     cache : path, optional
@@ -162,20 +167,22 @@ def compare(
     (['estimate'], 0.8045)
     """
     settings = replace(settings or Settings(), **changes)
-    benchmark = find_benchmark(references, estimates, settings.format)
+    benchmark = find_benchmark(references, estimates, settings.format, expect_all)
     folder = None if cache is None else Path(cache)
     return compare_runs(benchmark, settings, jobs=jobs, cache=folder)
 
 
-def find_benchmark(references: str, estimates: str | None, format: str | None) -> Benchmark:
+def find_benchmark(
+    references: str, estimates: str | None, format: str | None, expect_all: bool
+) -> Benchmark:
     """Find the files of two patterns, or read a YAML file."""
     if estimates is not None:
         if format is None:
             raise ValueError(f"give the format of the files: format={'|'.join(FORMATS)}")
-        return from_patterns(format, references, estimates)
+        return from_patterns(format, references, estimates, expect_all=expect_all)
     if Path(references).suffix not in YAML:
         raise ValueError(f"{references}: give a pattern of estimates, too, or one YAML file")
-    return read_yaml(references)
+    return read_yaml(references, expect_all=expect_all)
 
 
 def compare_runs(

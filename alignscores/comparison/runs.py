@@ -60,6 +60,7 @@ class Outcome:
     failures: int = 0  # cameras without a position or without a rotation
     unit: float = np.nan
     lost: float = 1.0
+    n_parts: int = 1
     n_rows: int = 0  # of the reference
     rows: Indices = field(default_factory=NO_ROWS)  # in the reference, ascending
     statuses: NDArray[np.uint8] = field(default_factory=NO_CODES)  # of `Evaluation`
@@ -147,6 +148,7 @@ def _outcome(evaluation: Evaluation) -> Outcome:
         failures=int(failed.sum()),
         unit=result.tas.unit,
         lost=evaluation.lost,
+        n_parts=max(len(evaluation.parts), 1),
         n_rows=len(evaluation.reference.keys),
         rows=matches.gt_rows,
         statuses=evaluation.statuses,
@@ -239,7 +241,7 @@ ARRAYS = [
     for entry in fields(Outcome)
     if isinstance(getattr(Outcome({}), entry.name), np.ndarray)
 ]
-DESCRIBED = "scores", "n", "failures", "unit", "lost", "n_rows", "notes"
+DESCRIBED = "scores", "n", "failures", "unit", "lost", "n_parts", "n_rows", "notes"
 
 
 def _store(file: Path, outcome: Outcome, path: str) -> None:
