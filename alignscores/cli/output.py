@@ -91,7 +91,8 @@ def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str
         lines[0] += f"; missing cameras: {settings.missing_cameras}"
     tied = any(row["rank"] and row["rank"][0] < row["rank"][1] for row in rows)
     if tied and not chosen:
-        lines.append("ranks in common: tied, PAS less than 2 standard errors apart over the seeds")
+        why = "PAS less than 2 standard errors apart over the seeds" if others else "of equal PAS"
+        lines.append(f"ranks in common: tied, {why}")
     if not chosen or chosen & {"half_distance", "half_angle"}:
         lines.append(HALF)
     if "nan" in header.split():

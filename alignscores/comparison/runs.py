@@ -139,6 +139,9 @@ def _outcome(evaluation: Evaluation) -> Outcome:
     failed = ~(np.isfinite(result.tas.errors) & finite_rows(matches.est_poses))
     names = [*COLUMNS, *evaluation.settings.metrics]
     values = {name: evaluation.value(name) for name in names}
+    notes = list(evaluation.notes)
+    if unvalued := [name for name in evaluation.settings.metrics if values[name] is None]:
+        notes.append(f"without a value, counted as failures: {', '.join(unvalued)}")
     half_distance, half_angle = evaluation.half_distance, evaluation.half_angle
     return Outcome(
         scores={
@@ -159,7 +162,7 @@ def _outcome(evaluation: Evaluation) -> Outcome:
         rotation_scores=_shares(result.ras.errors, result.ras.thresholds),
         distance_terms=half_terms(_errors_at_half(evaluation), half_distance),
         angle_terms=half_terms(result.ras.errors, half_angle),
-        notes=evaluation.notes,
+        notes=notes,
     )
 
 

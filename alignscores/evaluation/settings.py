@@ -67,8 +67,12 @@ class Option:
         whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
         if not (whole or (self.number is float and isinstance(value, (float, np.floating)))):
             return False
-        in_range = self.least <= value <= self.most and not (self.positive and value == 0)
-        return bool(math.isfinite(value) and in_range)
+        if self.positive and value == 0:
+            return False
+        try:
+            return math.isfinite(value) and bool(self.least <= value <= self.most)
+        except OverflowError:  # a whole number beyond all floats
+            return False
 
     def _range(self) -> str:
         kind = "a whole number" if self.number is int else "a finite number"

@@ -28,10 +28,9 @@ CONFIDENCE = 0.99
 TRIALS_FACTOR = 3
 MIN_INLIER_RATIO = 0.1
 REFITS = 10
-BATCH = (
-    256  # samples drawn at once, and the errors that they may have: both decide what a seed draws
-)
-BATCH_ERRORS = 1 << 16
+# Both decide what a seed draws.
+BATCH = 256  # samples drawn at once
+BATCH_ERRORS = 1 << 16  # errors that they may have
 
 
 def colmap_relative_auc(
@@ -69,8 +68,9 @@ def colmap_relative_auc(
     -----
     The benchmark of one reference model and one estimated model.
 
-    No sorting: with K errors up to t, the last of them e, and S the sum of those above `accuracy`,
-    the trapezoids sum to ``K t - S + (e - accuracy) / 2``, over ``N t``. O(n^2) time, O(n) memory.
+    No sorting: of N pairs, K have errors up to t, the last of them e, and those above `accuracy`
+    sum to S; the trapezoids are ``K t - S + (e - accuracy) / 2``, over ``N t``. O(n^2) time, O(n)
+    memory.
 
     References
     ----------

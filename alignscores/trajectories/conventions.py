@@ -60,7 +60,7 @@ SHIFTED_QUATERNIONS = (  # B where w first is read as w last, and the other way 
     np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]),
 )
 POSITIONS_GAIN = 3.0  # factor by which mirrored or inverted positions must fit better
-POSITIONS_MISFIT = 0.15  # largest one of the mirrored positions, relative to the reference's extent
+POSITIONS_MISFIT = 0.15  # largest median error when they do, relative to the reference's extent
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,15 +1,14 @@
-"""An estimate in parts, such as the sub-models of COLMAP, each of which has a world of its own.
+"""An estimate in parts, such as the sub-models of COLMAP, whose worlds differ.
 
-Each part is aligned on its own, with all its cameras, as if it were the whole estimate and all
-other cameras were lost. A camera in several parts is counted by the largest of them, whatever its
-errors; a camera in none is a failure. Where no two parts share a camera the TAS of the whole is
-thus the sum of the TAS of the parts, and so is the RAS.
+Each part is aligned by itself, with all its cameras, as if it were the whole estimate and all other
+cameras were lost. A camera in several parts is counted by the largest of them, whatever its errors;
+a camera in none is a failure. Where no two parts share a camera the TAS of the whole is thus the
+sum of the TAS of the parts, and so is the RAS.
 
-Whoever merges the parts chooses similarities between their worlds, and an alignment of the whole
-follows. All of this is one special choice of an alignment for each part: with the best alignments
-the score of the parts is an upper bound of that of every model merged from them. So scores of
-different numbers of parts do not compare. A part of fewer than 3 cameras has no alignment, and a
-single camera fits any rotation: such cameras fail.
+To merge parts and align the result is a special choice of an alignment for each part. With the best
+alignments the score of the parts is thus an upper bound for every model merged from them, and
+scores of different numbers of parts do not compare. A part of fewer than 3 cameras has no
+alignment, and a single camera fits any rotation: such cameras fail.
 
 `part_of` is an array (n,) throughout, with the part that counts each camera, -1 where none does.
 """
@@ -72,9 +71,9 @@ def assign_cameras(parts_poses: Sequence[Floats]) -> Indices:
 
 
 def combine_tas(results: Sequence[TASResult], part_of: Indices) -> TASResult:
-    """Return the TAS of the whole, of those of each part over all cameras, with the same d.
+    """Return the TAS of the whole from the TAS of each part over all cameras, with the same d.
 
-    Its alignment is the identity, as for poses `in_one_world`; of a single part, its result.
+    Its alignment is the identity, as for poses `in_one_world`; a single part has its own result.
     """
     first = results[0]
     if len(results) == 1:
@@ -113,7 +112,7 @@ def profile_of_parts(
     """Return the TAS of the whole over all units, by the refined registration.
 
     At each unit each part, with positions (n, 3) of the same cameras as the ground truth, is
-    aligned so that its own score there is the largest.
+    aligned for its largest score there.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AlignmentWarning)

@@ -1,8 +1,8 @@
 """A constant offset between the clocks of a reference and an estimate.
 
 With an offset each estimated pose is compared with where the camera was a moment earlier or later.
-The reference's positions, interpolated at the estimate's stamps plus an offset, then fit the
-estimate the better the nearer the offset is to the true one.
+The reference's positions, interpolated at the estimate's stamps plus a trial offset, fit the
+estimate best at the true one.
 """
 
 from dataclasses import dataclass

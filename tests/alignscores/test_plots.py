@@ -1,14 +1,16 @@
+"""Plots of estimates: histograms, trajectories and profiles, and what they leave out."""
+
 import dataclasses
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from alignscores.cli.scoring import Profiles, Scored
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from alignscores import AlignmentWarning, pas
+from alignscores import evaluate
 from alignscores.cli.saving import picture
+from alignscores.evaluation.evaluation import Evaluation, Profiles
 from alignscores.histogram import AlignmentScore
 from alignscores.plots import (
     LONGEST,
@@ -19,7 +21,6 @@ from alignscores.plots import (
     score_panel,
     trajectory_panel,
 )
-from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_kitti
 
 
@@ -59,30 +60,27 @@ def test_the_value_stands_clear_of_the_curve(power):
 
 
 @pytest.fixture
-def named(scored):
+def evaluation(examples):
+    """The example, by the registration of the paper."""
+    files = (examples / f"kitti/{name}.txt" for name in ("reference", "estimate"))
+    return evaluate(*files, format="kitti", registration="pcr99", repeat=1)
+
+
+@pytest.fixture
+def named(evaluation, monkeypatch):
     """(names) -> that many estimates, all of which are the same."""
-    matches, result = scored
     units = np.geomspace(0.01, 10, 20)
     curves = Profiles(units, units / 10, 10 * units, units / 10)
-    values = dict.fromkeys(field.name for field in dataclasses.fields(Scored))
-    values |= {"matches": matches, "result": result, "profiles": curves}
-    values |= {"half_distance": 5.0, "half_angle": np.inf}
+    monkeypatch.setattr(Evaluation, "profiles", curves)
+    alike = dataclasses.replace(evaluation, half_distance=5.0, half_angle=np.inf)
 
     def named(*names):
-        return [Scored(**{**values, "name": name}) for name in names]
+        return [dataclasses.replace(alike, name=name) for name in names]
 
     return named
 
 
-@pytest.fixture
-def scored(examples):
-    matches = match(
-        read_kitti(examples / "kitti/reference.txt"), read_kitti(examples / "kitti/estimate.txt")
-    )
-    return matches, pas(matches.gt_poses, matches.est_poses)
-
-
-def test_a_row_of_panels_for_each_estimate(scored, named):
+def test_a_row_of_panels_for_each_estimate(evaluation, named):
     figure = score_figure(named("one", "_two"), title="registration pcr99")
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
     titles = [axes.get_title(loc="left") for axes in panels]
@@ -93,14 +91,14 @@ def test_a_row_of_panels_for_each_estimate(scored, named):
     assert labels == [f"{name}\nhalf: 5 m, - deg" for name in ("one", "_two")]
     assert figure.get_suptitle() == "registration pcr99"
     texts = [axes.texts[0].get_text() for axes in panels[:2]]
-    _, result = scored
+    result = evaluation.result
     assert texts == [f"TAS = {result.tas.score:.3f}", f"RAS = {result.ras.score:.3f}"]
 
 
 @pytest.mark.parametrize("n", [5, 30, 1000])
-def test_many_estimates_share_axes(scored, named, n, tmp_path):
+def test_many_estimates_share_axes(evaluation, named, n, tmp_path):
     """And take seconds; one with a row each took minutes, and gigabytes."""
-    _, result = scored
+    result = evaluation.result
     names = [r"_a$\bad$.txt", "x" * 200, *map(str, range(2, n))]
     figure = score_figure(named(*names))
     positions, rotations, paths, *_, last = figure.axes
@@ -140,7 +138,7 @@ def test_profiles():
     profile_panel(Figure().subplots(), units, [np.ones(121)], [0.0])  # warns of nothing
 
 
-def test_two_curves_are_dark_and_light(scored, named):
+def test_two_curves_are_dark_and_light(named):
     figure = score_figure(named("one", "two"))
     first, second = figure.axes[6].get_lines()[:2]
     assert np.mean(first.get_color()[:3]) < 0.1
@@ -162,10 +160,10 @@ def test_labels_of_thresholds_do_not_overlap(decades):
     assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
 
 
-def test_the_trajectory_is_aligned_and_coloured_by_its_errors(scored):
-    matches, result = scored
+def test_the_trajectory_is_aligned_and_coloured_by_its_errors(evaluation):
+    matches, result = evaluation.matches, evaluation.result
     axes = Figure().subplots()
-    trajectory_panel(axes, matches, result)
+    trajectory_panel(axes, evaluation)
     crosses, dots = axes.collections
     errors = result.tas.errors
     within = errors < result.tas.unit
@@ -180,20 +178,18 @@ def test_the_trajectory_is_aligned_and_coloured_by_its_errors(scored):
     assert title == "aligned; × 3 of 40 off by d or more,\n3 not estimated"
 
 
-def test_an_estimate_that_cannot_be_aligned(scored):
-    matches, _ = scored
-    with pytest.warns(AlignmentWarning):
-        result = pas(matches.gt_poses, np.full((40, 4, 4), np.nan))
+def test_an_estimate_that_cannot_be_aligned(examples):
+    reference = read_kitti(examples / "kitti/reference.txt")
+    lost = reference._replace(poses=np.full((40, 4, 4), np.nan))
     axes = Figure().subplots()
-    trajectory_panel(axes, matches, result)
+    trajectory_panel(axes, evaluate(reference, lost))
     assert axes.texts[0].get_text() == "could not be aligned"
     assert not axes.collections
 
 
-def test_far_off_poses_do_not_shrink_the_rest(scored):
-    matches, result = scored
+def test_far_off_poses_do_not_shrink_the_rest(evaluation):
     axes = Figure().subplots()
-    trajectory_panel(axes, matches, result)
-    reach = np.ptp(matches.gt_poses[:, 0, 3])
+    trajectory_panel(axes, evaluation)
+    reach = np.ptp(evaluation.matches.gt_poses[:, 0, 3])
     assert np.ptp(axes.get_xlim()) == pytest.approx(1.1 * reach)
     assert np.ptp(axes.get_ylim()) == pytest.approx(1.1 * reach)

@@ -172,7 +172,7 @@ TARGETS = (
 ANALYSIS = {"figure": 2, **found("registration")}
 EDITS = [  # files of the project, with the jobs that an edit of them makes run again
     (("alignscores/trajectories/files/tum.py", "report/page.py"), {}),
-    (("alignscores/cli/plots.py",), {"figure": 2}),  # which has what the histogram draws
+    (("alignscores/plots.py",), {"figure": 2}),  # which has what the histogram draws
     (("figures/panels.py",), {"figure": 2}),
     (("studies/statistics.py",), ANALYSIS),
     (("experiments/scenes/errors.py",), {"trials": 5, "run_times": 1} | ANALYSIS),

@@ -27,8 +27,8 @@ def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
     Returns
     -------
     Trajectory
-        The frames' ``file_path`` without a leading ``./``, and poses; ordered by them, as those of
-        COLMAP, since the TAS depends on the order of the cameras.
+        The frames' ``file_path`` without a leading ``./``, and poses; in the order of the names, as
+        for COLMAP, since the TAS depends on the order of the cameras.
 
     Raises
     ------

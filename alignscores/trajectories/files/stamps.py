@@ -8,9 +8,9 @@ from .text import FileError, FilePath, data_lines, is_number
 __all__ = ["read_stamps"]
 
 TIME_UNITS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
-LATEST = 1e11  # seconds; larger time stamps, as a rule, are in a smaller unit
-LONGEST = 1e14  # nanoseconds, a day or so; larger time stamps are not counted from a start
-LONGEST_STEP = 5e5  # from one stamp to the next; what counts from a start in larger steps is in ns
+MAX_SECONDS = 1e11  # larger time stamps, as a rule, are in a smaller unit
+MAX_ELAPSED = 1e14  # nanoseconds, a day or so; larger time stamps are not counted from a start
+NANOSECOND_STEP = 5e5  # stamps since a start that differ by more are in nanoseconds
 
 
 def read_stamps(path: FilePath) -> Floats:
@@ -69,9 +69,9 @@ def time_unit(stamps: Floats) -> str:
     """
     size = float(np.median(np.abs(stamps)))
     steps = np.diff(np.unique(stamps))
-    if size < LONGEST and len(steps) > 0 and np.median(steps) >= LONGEST_STEP:
+    if size < MAX_ELAPSED and len(steps) > 0 and np.median(steps) >= NANOSECOND_STEP:
         return "nanoseconds"
-    units = (unit for unit, factor in TIME_UNITS.items() if size < LATEST * factor)
+    units = (unit for unit, factor in TIME_UNITS.items() if size < MAX_SECONDS * factor)
     return next(units, "nanoseconds")
 
 

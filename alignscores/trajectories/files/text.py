@@ -109,7 +109,7 @@ def read_numbers(
         values = np.loadtxt(text, comments=None, delimiter=delimiter, ndmin=2)
         if values.shape[1] in counts:
             return values, source
-    # Line by line it takes twice as long, but tells which one is malformed.
+    # Line by line takes twice as long, but tells which line is malformed.
     rows: list[list[float]] = []
     for row, (_, line) in enumerate(lines):
         fields = line.split(delimiter)

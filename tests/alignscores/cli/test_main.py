@@ -44,7 +44,7 @@ def test_wrong_usage(run, arguments):
         ("--weight", "1.1", "must be a finite number from 0 to 1, not '1.1'"),
         ("--max_threshold", "0", "must be a finite number above 0, not '0'"),
         ("--t_max_diff", "-1", "must be a finite number of at least 0, not '-1'"),
-        ("--t_offset", "nan", "must be a finite number, not 'nan'"),
+        ("--t_offset", "nan", "must be a finite number or auto, not 'nan'"),
         ("--save_plot", "x.jpg", "x.jpg does not end in .png or .pdf or .svg"),
         ("--save_results", "x.txt", "x.txt does not end in .zip"),
         ("--save_results", "no/x.zip", "no/x.zip: there is no folder no"),
@@ -76,7 +76,7 @@ def test_as_a_module(examples, tmp_path, monkeypatch):
     command = [sys.executable, "-m", "alignscores", *TUM]
     done = subprocess.run(command, cwd=examples, capture_output=True, text=True, timeout=100)
     assert (done.returncode, done.stderr) == (0, "")
-    assert "registration pcr99" in done.stdout
+    assert "registration refined" in done.stdout
     assert list(tmp_path.iterdir()) == []  # nothing in the home directory
     saved = tmp_path / "errors.csv"
     closed = ["bash", "-c", f"{' '.join(command)} --save_errors {saved} | true"]  # nobody reads on

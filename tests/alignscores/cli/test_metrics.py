@@ -7,7 +7,9 @@ import re
 import numpy as np
 import pytest
 
-from alignscores.cli.metrics import OWN, metric_table
+from alignscores import Settings
+from alignscores.cli.metrics import metric_table
+from alignscores.metrics import SCORES
 from alignscores.protocols import PROTOCOLS, protocol
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_tum
@@ -15,18 +17,18 @@ from alignscores.trajectories.formats import FORMATS
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 COLMAP = "colmap", "colmap/reference", "colmap/estimate"
+NAMES = [family.example for family in SCORES]
 EXAMPLES = [family.example for family in PROTOCOLS]
 
 
 def test_values(score, run, examples, tmp_path):
     """Those of the library for the poses that are scored; or none, and why."""
     path = tmp_path / "metrics.csv"
-    names = [*OWN, *EXAMPLES]
+    names = [*NAMES, *EXAMPLES]
     options = ["--metrics", ",".join(names), "--missing", "fail", "--seed", 3]
     (result,) = score(*TUM, *options, "--save_metrics", path)
     assert list(result["metrics"]) == names
-    keys = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"
-    assert [result["metrics"][name] for name in OWN] == [result[key] for key in keys]
+    assert [result["metrics"][name] for name in NAMES] == [result[name] for name in NAMES]
     matches = match(*(read_tum(examples / file) for file in TUM[1:]), missing="fail")
     poses = matches.gt_poses, matches.est_poses
     arrays = [block for one in poses for block in (one[:, :3, 3], one[:, :3, :3])]
@@ -53,14 +55,14 @@ def test_values(score, run, examples, tmp_path):
 
 
 def test_only_what_was_asked_for(run, score, tmp_path):
-    _, out, err = run(*TUM, "--metrics", "ATE, recall@5cm,5deg,ate")
+    _, out, err = run(*TUM, "--metrics", "ATE, recall@5cm,5deg,ate", "--missing", "ignore")
     header, row, settings = out.splitlines()
-    assert header.split() == ["estimate", "ate", "[m]", "recall@5cm,5deg", "[%]"]
+    assert header.split() == ["estimate", "ATE", "[m]", "recall@5cm,5deg", "[%]"]
     assert row.split() == ["estimate.txt", "1.03", "60.53"]
     assert (settings, err) == ("seed 0; missing cameras: ignore", "")
     (plain,) = score(*TUM, "--save_metrics", tmp_path / "own.csv")
     assert plain["metrics"] == {}
-    assert (tmp_path / "own.csv").read_text().splitlines()[0] == ",".join(["estimate", *OWN])
+    assert (tmp_path / "own.csv").read_text().splitlines()[0] == ",".join(["estimate", *NAMES])
 
 
 @pytest.mark.parametrize("form", FORMATS)
@@ -68,14 +70,18 @@ def test_list_of_metrics(run, form):
     code, out, err = run(form, "--metrics", "help")
     assert (code, err) == (0, "")
     listed = [line.split()[0] for line in out.splitlines()]
-    assert listed[: len(OWN) + len(PROTOCOLS)] == [*OWN, *(one.syntax for one in PROTOCOLS)]
+    assert listed[: len(NAMES) + len(PROTOCOLS)] == [*NAMES, *(one.syntax for one in PROTOCOLS)]
 
 
 @pytest.mark.parametrize(
     ("files", "names", "message"),
     [
         (TUM, "tas,auc@30", "'auc@30'; close to it are auc@30:vggt, auc@30:vggt-old, auc@5:colmap"),
-        (TUM, "pass", "unknown metric 'pass'; close to it are pas; --metrics help lists all"),
+        (
+            TUM,
+            "pass",
+            "unknown metric 'pass'; close to it are PAS, TAS, RAS; --metrics help lists",
+        ),
         (TUM, "tas,", "unknown metric ''; close to it are "),
         (COLMAP, "rpe@1m", "rpe@1m needs cameras in the order of time, but images are matched by "),
     ],
@@ -100,7 +106,7 @@ def test_what_has_no_value(score, run, lines, write):
     """More than half of the cameras lost: the median is not finite."""
     files = *TUM[:2], write(lines[:15]), "--missing", "fail"
     (result,) = score(*files, "--metrics", "median:hloc,half,kitti")
-    assert result["metrics"] == dict.fromkeys(["median:hloc", "half", "kitti"])
+    assert result["metrics"] == dict.fromkeys(["median:hloc", "half_distance", "kitti"])
     first, second = result["notes"]
     assert first.endswith("no value of median:hloc: it is not finite, with so many cameras lost")
     assert "no value of kitti: the KITTI errors need all poses" in second
@@ -114,16 +120,17 @@ def test_parts_are_no_world(run, tmp_path, examples):
         (tmp_path / "sparse" / part).symlink_to(examples / "colmap/estimate")
     _, out, _ = run(*COLMAP[:2], tmp_path / "sparse", "--metrics", "tas,auc@30:vggt", "--json")
     (result,) = json.loads(out)["results"]
-    assert result["metrics"] == {"tas": result["TAS"], "auc@30:vggt": None}
+    assert result["metrics"] == {"TAS": result["TAS"], "auc@30:vggt": None}
     note = "no value of auc@30:vggt: they need one world, not 2 parts"
     assert any(note in one for one in result["notes"])
 
 
 @pytest.mark.parametrize("length", [5, 60, 200])
 def test_width(length):
-    names = ["tas", "recall@0.123456m,0.123456deg:hloc-sim3", *EXAMPLES]
+    names = ["TAS", "recall@0.123456m,0.123456deg:hloc-sim3", *EXAMPLES]
     rows = {"ab"[i] + "x" * length + "yz"[i]: dict.fromkeys(names, 0.00123456) for i in (0, 1)}
-    lines = metric_table(rows, names, FORMATS["tum"]).splitlines()
+    settings = Settings(format="tum", metrics=tuple(names))
+    lines = metric_table(rows, settings).splitlines()
     assert max(map(len, lines)) <= 100
     blocks = "\n".join(lines).split("\n\n")
     assert all(re.match(r"estimate .*\na\S*y .*\nb\S*z .*$", block) for block in blocks)

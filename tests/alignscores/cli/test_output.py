@@ -17,10 +17,11 @@ from alignscores.trajectories.evo import PAS
 from alignscores.trajectories.files import read_kitti, read_tum
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
+PAPER = "--registration", "pcr99"
 
 
 def test_table(run):
-    code, out, err = run(*TUM)
+    code, out, err = run(*TUM, *PAPER, "--missing", "ignore")
     assert (code, err) == (0, "")
     header, row, settings, half, nan, hint = out.splitlines()
     assert half.startswith("half: largest threshold at which TAS (refined registration) or RAS ")
@@ -35,14 +36,28 @@ def test_table(run):
     assert "--registration refined" in hint
 
 
+def test_table_by_default(run):
+    """By the registration that hardly depends on the seed, with all cameras of the reference."""
+    code, out, err = run(*TUM)
+    assert (code, err) == (0, "")
+    header, row, settings, *_ = out.splitlines()
+    expected = "estimate TAS half m RAS half deg PAS ATE m d m < d n missing nan"
+    assert header.split() == expected.split()
+    assert row.split()[-3:] == ["40", "2", "3/3"]
+    assert settings == "registration refined, seed 0; missing cameras: fail"
+    assert "sd" not in header
+    assert "steadier" not in out
+
+
 def test_what_is_not_finite_fails_where_it_is_not(run, score, lines, write):
     fields = [line.split() for line in lines]
     for row in (2, 3):
         fields[row][1:4] = ["nan"] * 3
     fields[4][4:] = ["nan"] * 4
-    (whole,) = score(*TUM)
+    ignore = "--missing", "ignore"
+    (whole,) = score(*TUM, *ignore)
     files = *TUM[:2], write([" ".join(line) for line in fields])
-    (result,) = score(*files)
+    (result,) = score(*files, *ignore)
     assert (result["no_position"], result["no_rotation"]) == (3, 2)  # one pose has neither
     assert (whole["no_position"], whole["no_rotation"]) == (1, 1)
     assert whole["RAS"] - 1 / 38 <= result["RAS"] < whole["RAS"]
@@ -54,7 +69,7 @@ def test_what_is_not_finite_fails_where_it_is_not(run, score, lines, write):
 
 
 def test_one_seed_has_no_spread(run):
-    _, out, _ = run(*TUM, "--repeat", 1)
+    _, out, _ = run(*TUM, *PAPER, "--repeat", 1)
     assert "sd" not in out.splitlines()[0].split()
     assert "registration pcr99, seed 0; " in out
     assert "steadier" not in out
@@ -89,7 +104,7 @@ def test_best_first_and_short_names(run, score, examples, kitti, tmp_path):
 
 
 def test_json_names_its_settings(run):
-    _, out, _ = run(*TUM, "--json", "--seed", 4, "--repeat", 2, "--missing", "fail")
+    _, out, _ = run(*TUM, "--json", *PAPER, "--seed", 4, "--repeat", 2, "--missing", "fail")
     printed = json.loads(out, parse_constant=pytest.fail)  # neither NaN nor Infinity
     assert len(printed.pop("results")) == 1
     assert printed == {
@@ -199,7 +214,7 @@ def test_all_files_are_saved_and_say_what_python_says(run, examples, tmp_path):
 
 
 def test_the_alignment_takes_the_estimate_to_the_reference(score, examples):
-    (result,) = score(*TUM, "--unit", 0.6)
+    (result,) = score(*TUM, *PAPER, "--unit", 0.6, "--missing", "ignore")
     matches = match(*(read_tum(examples / path) for path in TUM[1:]))
     expected = tas(matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3], unit=0.6)
     scale, rotation, translation = (np.array(part) for part in result["alignment"].values())

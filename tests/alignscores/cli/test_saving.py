@@ -22,7 +22,7 @@ KITTI = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
 
 def test_save_errors(run, tmp_path):
     path = tmp_path / "errors.csv"
-    code, out, _ = run(*TUM, TUM[2], "--save_errors", path, "--json")
+    code, out, _ = run(*TUM, TUM[2], "--missing", "ignore", "--save_errors", path, "--json")
     first, second = json.loads(out)["results"]
     assert code == 0
     with path.open() as file:
@@ -69,7 +69,7 @@ def test_save_errors_has_every_frame_that_was_due(run, tum, tmp_path, write):
     files = "tum", tum(400, 100, "gt.txt"), tum(40, 10, "est.txt", lost=(10, 15))
     frames = write([str(i / 10) for i in (*range(12), 90)], "frames.txt")
     for options, expected in (
-        ([], {"matched": 35, "left out": 365}),
+        (["--missing", "ignore"], {"matched": 35, "left out": 365}),
         (["--missing", "fail"], {"matched": 35, "lost": 5}),
         (["--frames", frames], {"matched": 35, "lost": 2, "no reference pose": 1}),
     ):
@@ -85,7 +85,9 @@ def test_save_errors_has_every_frame_that_was_due(run, tum, tmp_path, write):
 @pytest.mark.parametrize(("files", "read"), [(TUM, read_tum), (KITTI, read_kitti)])
 def test_save_aligned(run, score, tmp_path, examples, files, read):
     path = tmp_path / "aligned.txt"
-    assert run(*files, "--save_aligned", path, "--save_errors", tmp_path / "e.csv")[0] == 0
+    options = () if files is KITTI else ("--missing", "ignore")
+    saved = "--save_aligned", path, "--save_errors", tmp_path / "e.csv"
+    assert run(*files, *options, *saved)[0] == 0
     aligned, estimate = read(path), read(examples / files[2])
     np.testing.assert_array_equal(aligned.keys, estimate.keys)
     with (tmp_path / "e.csv").open() as file:
@@ -118,9 +120,10 @@ def test_what_was_not_aligned_is_not_saved(run, tmp_path, write, lines):
 
 def test_save_results(run, score, tmp_path):
     path = tmp_path / "one.zip"
-    assert run(*TUM, "--save_results", path)[0] == 0
+    files = *TUM, "--registration", "pcr99", "--missing", "ignore"
+    assert run(*files, "--save_results", path)[0] == 0
     result = file_interface.load_res_file(path)
-    (expected,) = score(*TUM)
+    (expected,) = score(*files)
     for key in ("RAS", "ATE", "TAS_sd", "half_distance", "half_angle"):
         assert result.stats[key] == expected[key]
     for key in ("TAS", "PAS"):  # what evo_res plots is one alignment's
@@ -165,6 +168,7 @@ def test_saved_names_differ(run, tmp_path, examples, lines, write):
 def test_evo_res_reads_the_results(run, tmp_path, examples):
     shutil.copytree(examples / "tum", tmp_path / "other")
     files = (TUM[2], tmp_path / "other/estimate.txt")
+    files = *files, "--registration", "pcr99"
     assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 0
     archives = sorted(path.name for path in tmp_path.glob("*.zip"))
     assert archives == ["r_other_estimate.txt.zip", "r_tum_estimate.txt.zip"]

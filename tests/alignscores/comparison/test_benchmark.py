@@ -35,7 +35,11 @@ def test_yaml(patterns, run, compare, tmp_path):
         ("format: tum", "format: bag", "format must be one of tum, "),
         ("runs: 3", "runs: 0", "runs must be a positive whole number or a list of names"),
         ("runs: 4", "speed: 4", "systems: a_b: unknown key 'speed'; known are name, "),
-        ("unit: 0.5", "unit: small", "sequences: car: unit must be a positive number, not 'small'"),
+        (
+            "unit: 0.5",
+            "unit: small",
+            "car: unit must be a finite number above 0, not 'small'",
+        ),
         ("runs: 3", "runs: [", "cannot be read: "),
         ("reference:", "# reference:", "needs reference, a text"),
     ],

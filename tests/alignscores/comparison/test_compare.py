@@ -88,10 +88,13 @@ def test_a_run_that_is_added_is_computed_alone(benchmark_of, compare, tmp_path, 
     patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0), "b": (0.3, 1.0, 1, 0.0)}, ["car"])
     whole = compare(*patterns)
     scored = []
-    score = module._scored
-    monkeypatch.setattr(
-        module, "_scored", lambda task: (scored.append(task.estimate), score(task))[1]
-    )
+    score = module.score
+
+    def noted(reference, estimate, *arguments, **options):
+        scored.append(estimate)
+        return score(reference, estimate, *arguments, **options)
+
+    monkeypatch.setattr(module, "score", noted)
     assert compare(*patterns) == whole
     assert scored == []
     (tmp_path / "car/b/3.txt").write_bytes((tmp_path / "car/a/0.txt").read_bytes() + b"\n")
@@ -193,20 +196,24 @@ def test_a_metric_without_a_value_is_told(benchmark_of, run):
     code, out, err = run(*patterns, "--metrics", "kitti", "--json", "--jobs", 1)
     assert code == 0
     assert [one["metrics"] for one in json.loads(out)["results"]] == [{"kitti": None}] * 2
-    assert err.startswith("alignscores: note: car, a, run 0: no value of kitti, which counts as")
-    assert err.endswith("(and alike for 1 more of a)\n")
+    why, counted = err.splitlines()
+    assert why.startswith("alignscores: note: car, a, run 0: no value of kitti: the KITTI errors n")
+    assert counted == (
+        "alignscores: note: car, a, run 0: without a value, counted as failures: kitti (and alike "
+        "for 1 more of a)"
+    )
 
 
 WAITING = """\
 import os, sys, time
 from alignscores.cli import main
-from alignscores.compare import command
+from alignscores.comparison import comparison
 
 def due(task):
     open(f"worker{os.getpid()}", "w").close()
     time.sleep(100)
 
-command.due = due
+comparison.due_cameras = due
 sys.exit(main(["compare", *sys.argv[1:]]))
 """
 
@@ -270,7 +277,12 @@ def test_wrong_usage(benchmark_of, run, arguments, code, reason):
 def test_names_of_metrics(benchmark_of, compare, run):
     patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], runs=1, n=20)
     (one,) = compare(*patterns, "--metrics", "tas,half,ate,AUC@30:vggt,half:rotation")["results"]
-    assert list(one["metrics"]) == ["ate", "auc@30:vggt"]
+    assert list(one["metrics"]) == ["ATE", "auc@30:vggt"]
+    _, _, err = run(*patterns, "--metrics", "tas,half,half:rotation,half_angle")
+    assert err.splitlines() == [
+        "alignscores: note: half is an old name, which will go: write half_distance",
+        "alignscores: note: half:rotation is an old name, which will go: write half_angle",
+    ]
     code, out, _ = run("--metrics", "help")
     assert code == 0
     assert "auc@K:{vggt," in out

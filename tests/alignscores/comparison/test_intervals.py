@@ -17,6 +17,7 @@ from alignscores.comparison.intervals import (
 from alignscores.comparison.runs import Outcome, _shares, half_terms
 from alignscores.comparison.summary import summarise
 from alignscores.profile import HALF_UNITS
+from alignscores.trajectories.formats import FORMATS
 from experiments.scenes import make_scene
 
 RNG = np.random.default_rng(0)
@@ -105,7 +106,7 @@ def coverage(draws, truth, sequence, metric="PAS"):
     for runs in draws:
         comparisons = [
             one
-            for one in summarise(runs, [], weight=0.5, ordered=True).comparisons
+            for one in summarise(runs, [], weight=0.5, form=FORMATS["tum"]).comparisons
             if (one["sequence"], one["metric"]) == (sequence, metric)
         ]
         differences = [truth[one["a"]] - truth[one["b"]] for one in comparisons]

@@ -16,7 +16,7 @@ def test_text(patterns, run):
     assert code == 1
     assert err == "alignscores: error: c: has no run 2 on car; it counts as a failure\n"
     *overall, by_sequence, notes = out.strip().split("\n\n")  # in as many pieces as it takes
-    assert re.match(r"system  rank \(PAS\) +TAS +RAS +PAS +half d +half angle", overall[0])
+    assert re.match(r"system  rank \(PAS\) +TAS +RAS +PAS +half m +half deg", overall[0])
     assert overall[-1].splitlines()[0].endswith("lost frames")
     header, first, second = by_sequence.splitlines()
     assert header.split() == ["PAS", "car", "helix"]
@@ -66,7 +66,7 @@ def test_latex_of_any_names(patterns, run, tmp_path):
         r"{[}1] a\&b\%c\_d\#e\$f\textasciitilde{}g\textasciicircum{}h\textbackslash{}i\{j\}"
         r"\textbar{}\textless{}k\textgreater{}"
     )
-    assert lines[2] == rf"half d & {escaped} & helix & overall \\"
+    assert lines[2] == rf"half m & {escaped} & helix & overall \\"
     assert lines[4].startswith(f"{escaped} & ")
     assert lines[5].startswith(r"{*}\{2\} é & ")
     plain = re.sub(r"\\[&%$#_{}]|\$\\infty\$", "", "\n".join(lines))  # without what is escaped

@@ -7,13 +7,14 @@ import pytest
 from evo.core.geometry import umeyama_alignment
 
 from alignscores import pas, tas
-from alignscores.cli import scoring
+from alignscores.evaluation import scoring
 from alignscores.trajectories.association import match
 from alignscores.trajectories.conventions import Convention
 from alignscores.trajectories.files import inverse_poses, read_kitti, read_stamps, read_tum
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 KITTI = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
+PAPER = "--registration", "pcr99"
 OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
 
 
@@ -32,7 +33,7 @@ def test_repeat_and_seed(score, examples):
     gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
     scores = [tas(gt, est, rng=seed).score for seed in range(20)]
     for options, drawn in (([], scores[:10]), (["--seed", 7, "--repeat", 3], scores[7:10])):
-        (result,) = score(*TUM, *options)
+        (result,) = score(*TUM, *PAPER, "--missing", "ignore", *options)
         assert result["TAS_seeds"] == drawn
         assert result["TAS"] == pytest.approx(np.mean(drawn))
         assert result["TAS_sd"] == pytest.approx(np.std(drawn, ddof=1))
@@ -46,7 +47,7 @@ def test_thresholds_and_weight_are_those_of_python(score, examples):
     settings = {"max_threshold": 0.5, "max_threshold_deg": 5.0, "weight": 0.25}
     matches = match(*(read_tum(examples / path) for path in TUM[1:]))
     options = [text for key, value in settings.items() for text in (f"--{key}", value)]
-    (result,) = score(*TUM, *options, "--repeat", 2)
+    (result,) = score(*TUM, *PAPER, "--missing", "ignore", *options, "--repeat", 2)
     for seed in range(2):
         expected = pas(matches.gt_poses, matches.est_poses, rng=seed, **settings)
         assert result["TAS_seeds"][seed] == expected.tas.score
@@ -56,9 +57,9 @@ def test_thresholds_and_weight_are_those_of_python(score, examples):
 
 def test_equal_scores_have_themselves_as_mean(score):
     """Not something one rounding away."""
-    (result,) = score(*KITTI[:2], KITTI[1])
+    (result,) = score(*KITTI[:2], KITTI[1], *PAPER)
     assert (result["TAS"], result["PAS"], result["TAS_sd"], result["PAS_sd"]) == (1, 1, 0, 0)
-    assert score(*TUM, "--repeat", 1)[0]["TAS_sd"] is None
+    assert score(*TUM, *PAPER, "--repeat", 1)[0]["TAS_sd"] is None
 
 
 def test_unit(score):
@@ -67,7 +68,7 @@ def test_unit(score):
     (plain,) = score(*TUM)
     assert result["TAS"] > plain["TAS"]
     for unit in (1e-4, 2.5, 1e4):  # the half-score distance knows nothing of it
-        (result,) = score(*TUM, "--unit", unit, "--repeat", 1)
+        (result,) = score(*TUM, "--unit", unit)
         assert result["half_distance"] == pytest.approx(plain["half_distance"], rel=2e-3)
 
 
@@ -178,7 +179,7 @@ def test_errors_and_notes_name_the_file_even_where_they_begin_like_it(
         ([*lines[:-1], lines[-1].rpartition(" ")[0] + " 2"], f"note: {name}, line 38: has a quat"),
     ):
         write(content, name)
-        _, _, err = run("tum", examples / TUM[1], name)
+        _, _, err = run("tum", examples / TUM[1], name, "--missing", "ignore")
         assert err.startswith(f"alignscores: {message}")
         assert err.count("\n") == 1
 
@@ -188,7 +189,7 @@ def test_too_few_matches_are_an_error_of_matching(run, score, write, lines):
     early = [line.replace("17000000", "17000009", 1) for line in lines[3:]]
     files = *TUM[:2], write([*lines[:3], *early])
     for options in ([], ["--unit", 1]):
-        code, out, err = run(*files, *options, "--t_max_diff", 0.02)
+        code, out, err = run(*files, *options, "--t_max_diff", 0.02, "--missing", "ignore")
         assert (code, out, err.count("\n")) == (1, "", 1)
         assert "est.txt: only 3 of 38 poses could be matched" in err
         assert "--t_max_diff 0.02" in err

@@ -29,7 +29,7 @@ def test_poses_without_a_reference(run, lines, write):
 def test_a_lost_track(run, lines, write, kept, share):
     """Else lost frames would silently improve the score, be they in the middle or at an end."""
     est = write([lines[row] for row in kept])
-    _, _, err = run(*TUM[:2], est)
+    _, _, err = run(*TUM[:2], est, "--missing", "ignore")
     note = f"est.txt: the track covers only {share}% of the reference, the rest is not scored"
     assert err == f"alignscores: note: {note}; --missing fail counts it as failures\n"
     assert run(*TUM[:2], est, "--missing", "fail")[2] == ""
@@ -38,7 +38,7 @@ def test_a_lost_track(run, lines, write, kept, share):
 def test_missing_cameras_are_no_failures_where_the_reference_is_denser(run, tum):
     """A motion capture system has poses that no camera could have."""
     files = "tum", tum(400, 100, "gt.txt"), tum(40, 10, "est.txt", lost=(10, 30))
-    _, _, err = run(*files)
+    _, _, err = run(*files, "--missing", "ignore")
     assert "the track covers only 48%" in err
     assert err.endswith("; --missing fail counts it as failures\n")
     _, _, err = run(*files, "--missing", "fail")
@@ -64,11 +64,13 @@ def test_what_is_wrong_with_the_reference_is_noted_once(run, write, examples):
     assert json.loads(out)["results"] == printed["results"]
 
 
-def test_estimates_of_different_d_are_ranked_by_their_half_score_distance(run, tum):
+@pytest.mark.parametrize("missing", ["ignore", "fail"])
+def test_estimates_of_different_d_are_ranked_by_their_half_score_distance(run, tum, missing):
     """Keyframes are farther apart, so that a larger error counts as none."""
     reference = tum(400, 10, "gt.txt")
     both = tum(400, 10, "est.txt"), tum(40, 1, "est_keyframes.txt")
-    code, out, err = run("tum", reference, *both, "--json", "--repeat", 1)
+    options = "--json", "--missing", missing, "--registration", "pcr99", "--repeat", 1
+    code, out, err = run("tum", reference, *both, *options)
     assert code == 0
     printed = json.loads(out)
     assert printed["ranked_by"] == "half_distance"
@@ -87,7 +89,7 @@ def test_estimates_of_different_d_are_ranked_by_their_half_score_distance(run, t
     assert "--missing fail" not in note  # all frames of the reference are not the keyframes'
     # What the note says makes them compare.
     option = re.search(r"--unit \S+", note)[0].split()
-    _, out, err = run("tum", reference, *both[::-1], "--json", "--repeat", 1, *option)
+    _, out, err = run("tum", reference, *both[::-1], *options, *option)
     assert err == ""
     results = json.loads(out)["results"]
     assert {result["unit"] for result in results} == {float(option[1])}
@@ -109,7 +111,8 @@ def test_missing_fail_makes_estimates_compare(run, score, examples, write):
 
 def test_real_keyframes_are_not_ranked_above_all_frames(run, real):
     files = [real / f"fr2_desk_{name}.txt" for name in ("groundtruth", "ORB", "ORB_kf_mono")]
-    _, out, err = run("tum", *files, "--repeat", 1)
+    options = "--missing", "ignore", "--registration", "pcr99", "--repeat", 1
+    _, out, err = run("tum", *files, *options)
     rows = [line.split() for line in out.splitlines()[1:3]]
     assert [row[1] for row in rows] == ["1", "2"]
     assert [row[0] for row in rows] == ["fr2_de..RB.txt", "fr2_de..no.txt"]
@@ -145,10 +148,11 @@ def test_a_time_offset(run, score, tmp_path):
         return tmp_path / name
 
     reference = tum(50, 0, "gt.txt")
-    (honest,) = score("tum", reference, tum(10, 0, "est.txt"))
+    ignore = "--missing", "ignore"  # both ends of the reference have no frame
+    (honest,) = score("tum", reference, tum(10, 0, "est.txt"), *ignore)
     assert honest["notes"] == []
     for offset, code in ((0.2, 0), (-1.7e9, 1)):
-        files = "tum", reference, tum(10, offset, "est_off.txt")
+        files = "tum", reference, tum(10, offset, "est_off.txt"), *ignore
         found, _, err = run(*files)
         assert found == code
         assert ("count from its start: --t_offset auto" if code else "--t_offset 0.200, or") in err
@@ -157,7 +161,7 @@ def test_a_time_offset(run, score, tmp_path):
         assert result["PAS"] == pytest.approx(honest["PAS"], abs=0.02)
     few = tmp_path / "few.txt"
     few.write_text("".join(files[2].read_text().splitlines(True)[:9]))
-    code, _, err = run("tum", reference, few, "--t_offset", "auto")
+    code, _, err = run("tum", reference, few, *ignore, "--t_offset", "auto")
     assert code == 1
     assert "no time offset makes its positions fit" in err
 

@@ -85,8 +85,11 @@ def test_nothing_ranks_estimates_that_never_reach_one_half():
 def test_real_ties(run, score):
     """The same estimate, once from another seed on, is no better than itself."""
     estimates = ["tum/estimate.txt", "tum/estimate.txt", "tum/reference.txt"]
-    results = score("tum", "tum/reference.txt", *estimates, "--unit", 0.6)
+    options = "--unit", 0.6, "--registration", "pcr99"
+    results = score("tum", "tum/reference.txt", *estimates, *options)
     assert [result["rank"] for result in results] == [[1, 1], [2, 3], [2, 3]]
-    _, out, _ = run("tum", "tum/reference.txt", *estimates, "--unit", 0.6)
+    _, out, _ = run("tum", "tum/reference.txt", *estimates, *options)
     assert [line[16:].split()[0] for line in out.splitlines()[1:4]] == ["1", "2-3", "2-3"]
     assert "ranks in common: tied, PAS less than 2 standard errors apart over the seeds\n" in out
+    _, out, _ = run("tum", "tum/reference.txt", *estimates)
+    assert "ranks in common: tied, of equal PAS\n" in out

@@ -22,6 +22,7 @@ FORMATS = {
     "colmap": ("colmap", "colmap/reference", "colmap/estimate"),
     "nerf": ("nerf", "nerf/reference.json", "nerf/estimate.json"),
 }
+PAPER = "--registration", "pcr99"
 # What stands on the page.
 READ = """
 const text = (id) => document.getElementById(id).textContent;
@@ -75,9 +76,10 @@ def of_python(tas, ras, weight, unit):
     "arguments",
     [
         *FORMATS.values(),
-        (*TUM, "tum/reference.txt", "--missing", "fail", "--registration", "refined"),
-        (*TUM, "--unit", "0.37", "--max_threshold", "1.7", "--max_threshold_deg", "3.3"),
-        (*FORMATS["colmap"], "--missing", "ignore", "--weight", "0.37", "--seed", "3"),
+        *((*arguments, *PAPER) for arguments in FORMATS.values()),
+        (*TUM, "tum/reference.txt", "--missing", "ignore"),
+        (*TUM, *PAPER, "--unit", "0.37", "--max_threshold", "1.7", "--max_threshold_deg", "3.3"),
+        (*FORMATS["colmap"], *PAPER, "--missing", "ignore", "--weight", "0.37", "--seed", "3"),
     ],
     ids=lambda arguments: " ".join(arguments),
 )
@@ -100,7 +102,7 @@ def matches(examples):
 @pytest.mark.parametrize("seed", [0, 5])
 def test_numbers_after_a_change_are_python_s(saved, numbers, matches, seed):
     """The registration of the paper depends on no threshold."""
-    html, _ = saved(*TUM, "--seed", seed)
+    html, _ = saved(*TUM, *PAPER, "--missing", "ignore", "--seed", seed)
     poses = matches("ignore")
     distances = np.sort(closest_pair_distances(poses.gt_poses[:, :3, 3]))
     unit = distances[int(np.ceil(0.4 * len(distances))) - 1]
@@ -125,7 +127,7 @@ def test_missing_cameras_fail_or_are_left_out_under_the_same_alignment(saved, nu
     ignored, due = matches("ignore"), matches("fail")
     assert len(due.keys) > len(ignored.keys)
     for run, other in (("ignore", "fail"), ("fail", "ignore")):
-        html, _ = saved(*TUM, "--missing", run)
+        html, _ = saved(*TUM, *PAPER, "--missing", run)
         poses = {"ignore": ignored, "fail": due}
         errors = pas(poses[run].gt_poses, poses[run].est_poses)
         n, unit = len(poses[other].keys), closest_pair_quartile(poses[other].gt_poses[:, :3, 3])
@@ -163,7 +165,7 @@ setTimeout(() => {
 
 def test_sliders_and_the_address_say_the_same(saved, browser):
     """What sliders were moved to comes back from the address, and the run's setting by a click."""
-    html, _ = saved(*TUM)
+    html, _ = saved(*TUM, *PAPER, "--missing", "ignore")
     first, *moved, before, after, reset = browser.run(html, READ + SLIDERS)
     assert first["now"].startswith("As in the run: TAS 0.")
     for one in moved:
@@ -234,7 +236,7 @@ tell(told);
 
 
 def test_a_picked_camera_is_marked_everywhere(saved, browser, matches):
-    html, _ = saved(*TUM)
+    html, _ = saved(*TUM, *PAPER, "--missing", "ignore")
     told = browser.run(html, READ + PICK, "#threshold=0.15")
     poses = matches("ignore")
     stamps = [repr(key).removesuffix(".0") for key in poses.keys.tolist()]
