@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from alignscores import closest_pair_quartile, pas
+from alignscores import closest_pair_quartile, pas, tas, tas_profile
+from alignscores.profile import HALF_UNITS
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import Trajectory
 from alignscores.trajectories.timeline import due_rows, stand_in, usual_step
@@ -14,9 +15,14 @@ N, RATE = 1200, 20
 
 @pytest.fixture(scope="module")
 def truth():
-    """A minute of a winding path at 20 Hz."""
-    times = np.arange(N) / RATE
-    poses = np.tile(np.eye(4), (N, 1, 1))
+    """A minute."""
+    return winding_path(N)
+
+
+def winding_path(n):
+    """A reference at 20 Hz."""
+    times = np.arange(n) / RATE
+    poses = np.tile(np.eye(4), (n, 1, 1))
     poses[:, :3, 3] = np.transpose([10 * np.cos(times / 7), 8 * np.sin(times / 5), np.sin(times)])
     turns = np.transpose([0.3 * np.sin(times), 0.2 * np.cos(times / 3), times / 7])
     poses[:, :3, :3] = Rotation.from_rotvec(turns).as_matrix()
@@ -35,21 +41,21 @@ def keyframes(rng, n=N, longest=54):
 
 def noisy(truth, seed, sigma=0.05):
     """Noise and drift on every pose."""
-    rng = np.random.default_rng(seed)
+    rng, shape = np.random.default_rng(seed), (len(truth.keys), 3)
     poses = truth.poses.copy()
-    poses[:, :3, 3] += rng.normal(scale=sigma, size=(N, 3))
-    poses[:, :3, 3] += np.cumsum(rng.normal(scale=sigma / 20, size=(N, 3)), axis=0)
-    turns = Rotation.from_rotvec(rng.normal(scale=0.02, size=(N, 3)))
+    poses[:, :3, 3] += rng.normal(scale=sigma, size=shape)
+    poses[:, :3, 3] += np.cumsum(rng.normal(scale=sigma / 20, size=shape), axis=0)
+    turns = Rotation.from_rotvec(rng.normal(scale=0.02, size=shape))
     poses[:, :3, :3] = turns.as_matrix() @ poses[:, :3, :3]
     return Trajectory(truth.keys, poses)
 
 
-def score(truth, estimate, **options):
-    """PAS with the d of the frames that were due."""
-    matches = match(truth, estimate, missing="fail", **options)
-    unit = closest_pair_quartile(truth.poses[matches.due_rows, :3, 3])
-    gt, est = matches.gt_poses, matches.est_poses
-    return pas(gt, est, unit=unit, registration="refined")
+def scores(truth, estimate, unit):
+    """TAS and half-score distance of an estimate that answers for all frames of the reference."""
+    matches = match(truth, estimate, missing="fail", step=1 / RATE)
+    gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
+    score = tas(gt, est, unit=unit, registration="refined").score
+    return score, tas_profile(gt, est, unit * HALF_UNITS).half
 
 
 @pytest.mark.parametrize("step", [1, 2, 7, 20, 100])
@@ -85,17 +91,21 @@ def test_frames_dropped_at_random_cost_nothing(truth):
     assert match(truth, of_rows(truth, kept), missing="fail").lost == 0
 
 
-def test_all_frames_and_keyframes_of_one_estimate_score_alike(truth):
-    """In the mean over seeds, on the same d."""
-    differences = []
-    for seed in range(8):
+def test_all_frames_and_keyframes_of_one_estimate_score_alike():
+    """In the mean over seeds, on the same d; keyframes are every fifth frame, or irregular."""
+    truth = winding_path(3 * N)
+    unit = closest_pair_quartile(truth.poses[:, :3, 3])
+    differences, ratios = [], []
+    for seed in range(3):
         estimate, rng = noisy(truth, seed), np.random.default_rng([seed, 1])
-        scores = []
-        for rows in (slice(None), slice(None, None, 5), keyframes(rng)):
-            found = score(truth, of_rows(estimate, rows), step=1 / RATE)
-            scores.append(found.tas.score)
-        differences.append(np.subtract(scores[1:], scores[0]))
-    assert np.abs(np.mean(differences, axis=0)).max() < 0.02
+        score, half = scores(truth, estimate, unit)
+        for rows in (slice(None, None, 5), keyframes(rng, n=3 * N, longest=20)):
+            thinned_score, thinned_half = scores(truth, of_rows(estimate, rows), unit)
+            differences.append(thinned_score - score)
+            ratios.append(thinned_half / half)
+    for kind in (0, 1):
+        assert np.mean(differences[kind::2]) == pytest.approx(0, abs=0.02)
+        assert np.mean(ratios[kind::2]) == pytest.approx(1, abs=0.05)
 
 
 def test_poses_are_compared_with_the_reference_at_their_own_time(truth):
