@@ -55,22 +55,9 @@ def score_figure(
 ) -> Figure:
     """Draw histograms of TAS and RAS, the aligned trajectories and the profiles of the estimates.
 
-    Parameters
-    ----------
-    scored : sequence of Scored
-        The estimates, with their profiles.
-    unit : str
-        The reference's unit of length.
-    title : str
-        Title of the whole.
-    figure : Figure, optional
-        Where to draw, such as one of pyplot's that is to be shown; by default a new one.
-
-    Returns
-    -------
-    Figure
-        Up to four estimates have a row each, and a row with the profiles of all. More share their
-        axes: the first eight in colour and in the legend, the others in grey, without a trajectory.
+    Up to four estimates have a row each, and there is a row with the profiles of all. More share
+    their axes: the first eight in colour and in the legend, the others in grey, without a
+    trajectory. `unit` is the reference's unit of length; `figure` may be one that is to be shown.
     """
     with rc_context(STYLE):
         figure = Figure() if figure is None else figure
@@ -170,20 +157,9 @@ def _draw_profiles(panels: NDArray[np.object_], scored: Sequence[Evaluation], un
 def profile_panel(
     axes: Axes, units: Floats, scores: Sequence[Floats], halves: Sequence[float]
 ) -> None:
-    """Draw scores over their largest threshold; dots are where they are one half.
+    """Draw the scores of estimates at all units; dots are where they are one half.
 
     Units at which all scores are about 0, or all about 1, are left out.
-
-    Parameters
-    ----------
-    axes : Axes
-        Where to draw; its labels and title are left to the caller.
-    units : (U,) ndarray
-        Largest thresholds.
-    scores : sequence of (U,) ndarray
-        Scores of each estimate.
-    halves : sequence of float
-        Half-score unit of each estimate.
     """
     low, high = np.min(scores, axis=0), np.max(scores, axis=0)
     telling = np.flatnonzero((high > FLAT) & (low < 1 - FLAT))
@@ -244,22 +220,9 @@ def _curves(axes: Axes, curves: Sequence[Floats]) -> None:
 def score_panel(
     axes: Axes, thresholds: ArrayLike, frequency: ArrayLike, n: int, *, name: str, score: float
 ) -> None:
-    """Draw a cumulative frequency histogram; the shaded share of the box is the score.
+    """Draw a cumulative frequency histogram of n cameras; the shaded share of the box is the score.
 
-    Parameters
-    ----------
-    axes : Axes
-        Where to draw; its labels and title are left to the caller.
-    thresholds : (K,) array_like
-        Equally spaced error thresholds, the k-th one k times the first, in the unit of the x axis.
-    frequency : (K,) array_like of int
-        Number of cameras with an error below each threshold.
-    n : int
-        Number of cameras.
-    name : str
-        Name of the score.
-    score : float
-        Its value.
+    The thresholds are equally spaced, the k-th one k times the first.
     """
     edges = np.concatenate([[0.0], np.asarray(thresholds, dtype=float)])
     axes.stairs(frequency, edges, fill=True, color=SHADE, linewidth=0)

@@ -14,13 +14,13 @@ from ..comparison.comparison import Comparison, compare_runs, find_benchmark, se
 from ..comparison.runs import COLUMNS
 from ..comparison.tables import as_csv, as_latex, as_markdown, as_text, footnotes
 from ..evaluation.names import printable
-from ..evaluation.settings import Option, Settings
+from ..evaluation.settings import Option, Settings, order_problem
 from ..metrics import metric
 from ..pages.comparison import page
 from ..trajectories.formats import FORMATS
 from ..writing import write_whole
 from .inputs import refuse_to_replace
-from .metrics import Metrics, alias_notes, order_problem
+from .metrics import add_metrics, alias_notes
 from .options import add_number, add_settings, output_file, settings_of
 from .output import print_error, print_note, show_progress
 
@@ -67,10 +67,10 @@ def add_parser(commands: Any) -> None:
     )
     add_settings(
         command,
-        left_out=["format"],
+        left_out=["format", "metrics"],
         helps={
-            "frames": "pattern of files with the time stamps of the frames that were due; may have "
-            "{sequence}"
+            "frames": "file with the time stamps of the frames that were to be estimated, or a "
+            "pattern of such files with {sequence}"
         },
     )
 
@@ -83,15 +83,13 @@ def add_parser(commands: Any) -> None:
         help="where results are kept (default: alignscores in the user's cache)",
     )
     work.add_argument("--no_cache", action="store_true", help="compute everything anew")
+    _add_output(command)
 
+
+def _add_output(command: argparse.ArgumentParser) -> None:
+    """Add what is printed and saved."""
     output = command.add_argument_group("output")
-    output.add_argument(
-        "--metrics",
-        action=Metrics,
-        default=(),
-        metavar="NAMES",
-        help="more metrics: auc@30:vggt,ate:rmse; --metrics help lists them",
-    )
+    add_metrics(output, "more metrics")
     output.add_argument(
         "--by", default="PAS", metavar="NAME", help="metric of the tables (default: %(default)s)"
     )
@@ -137,11 +135,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _settings(arguments: argparse.Namespace) -> Settings:
-    """Return the settings, with the metrics besides the scores, which have their columns anyway."""
-    names = tuple(name for name in arguments.metrics if name not in COLUMNS)
-    arguments.metrics, arguments.format = names, None  # that is the benchmark's
-    shown = (*COLUMNS, *names)
-    by = arguments.by
+    """Return the settings but for the format, which is the benchmark's; check --by."""
+    arguments.format, by = None, arguments.by
+    shown = dict.fromkeys((*COLUMNS, *arguments.metrics))
     with suppress(ValueError):
         arguments.by = metric(by).name
     if arguments.by not in shown:

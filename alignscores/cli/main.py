@@ -21,7 +21,7 @@ from ..trajectories.formats import FORMATS, Format
 from ..version import __version__
 from . import compare
 from .inputs import check_stdin_read_once, refuse_to_replace
-from .metrics import Metrics, alias_notes, metre_notes
+from .metrics import add_metrics, alias_notes, metre_notes
 from .options import add_settings, output_file, settings_of
 from .output import print_error, show_json, show_progress, show_table
 from .saving import save, show_plot, targets
@@ -100,7 +100,7 @@ def _add_settings(command: argparse.ArgumentParser, form: Format) -> None:
         for name, other in FORMATS.items()
         if (other.timed, other.missing) == (form.timed, form.missing)
     ]
-    left_out = ["format"]
+    left_out = ["format", "metrics"]
     left_out += [] if len(alike) > 1 else ["est_format"]
     left_out += [] if form.missing else ["missing"]
     left_out += [name for name, option in options().items() if option.timed and not form.timed]
@@ -116,15 +116,7 @@ def _add_output(command: argparse.ArgumentParser, form: Format) -> None:
         metavar = f"FILE{suffixes[0]}" if len(suffixes) == 1 else "FILE"
         output.add_argument(f"--{name}", metavar=metavar, type=output_file(*suffixes), help=help)
 
-    output.add_argument(
-        "--metrics",
-        metavar="NAMES",
-        action=Metrics,
-        form=form,
-        default=(),
-        help="show these instead: tas, ras, pas, half_distance, half_angle, ate, and other "
-        "projects' metrics, such as auc@30:vggt,maa:imc,recall@5cm,5deg,rpe@1m; help lists all",
-    )
+    add_metrics(output, "show these instead", form)
     output.add_argument("--json", action="store_true", help="print JSON instead of a table")
     add_file("save_errors", ".csv", help="save the errors of each camera, and why it has none")
     add_file(

@@ -5,13 +5,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..evaluation.names import WIDTH, columns, padded
-from ..evaluation.settings import Settings
+from ..evaluation.settings import Settings, options, order_problem
 from ..metrics import FAMILIES, metric
 from ..protocols import split_names
 from ..trajectories.formats import Format
 from .table import shortened
 
-__all__ = ["Metrics", "alias_notes", "metre_notes", "metric_table", "order_problem"]
+__all__ = ["add_metrics", "alias_notes", "metre_notes", "metric_table"]
 
 FIRST, LONGEST_NAME = "estimate", 40  # header of the names, and their characters
 LEGEND = """\
@@ -20,6 +20,18 @@ auc@30:vggt and recall@5cm,5deg. What is in [brackets] may be left out; the firs
 STATISTIC: rmse, mean, median, std, min, max. ALIGNMENT: sim3, se3, scale, none. PATH: estimate,
 reference, consecutive. All are of the cameras that are scored, see --missing. The
 definitions are in docs/reference/protocols.md."""
+
+
+def add_metrics(group: Any, purpose: str, form: Format | None = None) -> None:
+    """Add the option that takes them; `form` is None where the format is not known yet."""
+    group.add_argument(
+        "--metrics",
+        metavar="NAMES",
+        action=Metrics,
+        form=form,
+        default=(),
+        help=f"{purpose}, {options()['metrics'].help}",
+    )
 
 
 class Metrics(argparse.Action):
@@ -52,14 +64,6 @@ class Metrics(argparse.Action):
             raise argparse.ArgumentError(self, wrong)
         setattr(namespace, self.dest, tuple(dict.fromkeys(known)))
         namespace.metrics_as_given = names
-
-
-def order_problem(names: Sequence[str], form: Format) -> str:
-    """Say which metric needs an order of the cameras that the format lacks, if one does."""
-    for name in names:
-        if metric(name).family.ordered and not form.ordered:
-            return f"{name} needs cameras in the order of time, but images are matched by name"
-    return ""
 
 
 def listing() -> str:

@@ -85,8 +85,7 @@ def figure_of(scored: Sequence[Evaluation], *, figure: Any = None) -> Any:
 def errors_csv(scored: Sequence[Evaluation]) -> str:
     """Return a table of each estimate's errors, a line a camera, with what became of it.
 
-    Those that were scored have errors, infinite ones for failures. Besides there are due frames
-    without a reference pose and, where missing cameras are left out, these.
+    There are lines without errors: due frames without a reference pose, and cameras left out.
     """
     lines: list[tuple[object, ...]] = []
     for evaluation in scored:
@@ -175,8 +174,7 @@ def aligned_files(
 def targets(path: Path, names: Sequence[str]) -> dict[str, tuple[Path, str]]:
     """Return the file of each estimate, and its name without a slash.
 
-    A single estimate goes to `path`. Of several, each goes to the path with its name appended;
-    `names` are those of all estimates, also of those that could not be scored.
+    Of several estimates each has its name appended; `names` are those of all, scored or not.
     """
     flat = numbered([name.replace("/", "_") for name in names])
     files = [path.with_name(f"{path.stem}_{name}{path.suffix}") for name in flat]
@@ -186,11 +184,7 @@ def targets(path: Path, names: Sequence[str]) -> dict[str, tuple[Path, str]]:
 def evo_files(
     scored: Sequence[Evaluation], files: Targets, *, reference: str
 ) -> Iterator[tuple[Path, bytes]]:
-    """Yield results that ``evo_res`` reads, one file an estimate.
-
-    evo's statistics are of the share of the thresholds that a pose misses, from 0 to 1, whose mean
-    is 1 - PAS.
-    """
+    """Yield results that ``evo_res`` reads: the share of thresholds that poses miss, 1 - PAS."""
     file_interface = require("evo.tools.file_interface", "evo")
     from ..trajectories.evo import PAS  # needs evo
 

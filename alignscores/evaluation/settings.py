@@ -1,6 +1,7 @@
 """The settings of an evaluation: their names, defaults, bounds and help stand here alone."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cache, partial
 from os import PathLike
@@ -16,7 +17,7 @@ from ..trajectories.association import MISSING, SYNCS
 from ..trajectories.files import FilePath
 from ..trajectories.formats import FORMATS, Format
 
-__all__ = ["Option", "Settings", "options"]
+__all__ = ["Option", "Settings", "options", "order_problem"]
 
 
 @dataclass(frozen=True)
@@ -264,7 +265,13 @@ class Settings:
             least=1,
         ),
     ] = 10
-    metrics: tuple[str, ...] = ()
+    metrics: Annotated[
+        tuple[str, ...],
+        Option(
+            "by name, such as auc@30:vggt,maa:imc,recall@5cm,5deg,rpe@1m; --metrics help lists all",
+            group="output",
+        ),
+    ] = ()
 
     def __post_init__(self) -> None:
         values: dict[str, Any] = {}
@@ -278,10 +285,17 @@ class Settings:
         values["metrics"] = tuple(dict.fromkeys(metric(name).name for name in names))
         for name, value in values.items():
             object.__setattr__(self, name, value)
-        if self.format and not FORMATS[self.format].timed:
-            for name, option in options().items():
-                if option.timed and getattr(self, name) != getattr(Settings, name):
-                    raise ValueError(f"{name} needs time stamps, which {self.format} files lack")
+        if self.format:
+            self._check_format()
+
+    def _check_format(self) -> None:
+        """Refuse what needs time stamps, or an order of the cameras, where there is none."""
+        for name, option in options().items():
+            changed = getattr(self, name) != getattr(Settings, name)
+            if option.timed and changed and not self.form.timed:
+                raise ValueError(f"{name} needs time stamps, which {self.format} files lack")
+        if wrong := order_problem(self.metrics, self.form):
+            raise ValueError(wrong)
 
     @property
     def seeds(self) -> range:
@@ -304,6 +318,14 @@ class Settings:
         return self.missing if self.form.missing else None
 
 
+def order_problem(metrics: Sequence[str], form: Format) -> str:
+    """Say which metric needs an order of the cameras that the format lacks, if one does."""
+    for name in metrics:
+        if metric(name).family.ordered and not form.ordered:
+            return f"{name} needs cameras in the order of time, but images are matched by name"
+    return ""
+
+
 def _stamps_or_path(frames: Any) -> FilePath | tuple[float, ...] | None:
     """Return time stamps as numbers that can be compared, and a path as it is."""
     if frames is None or isinstance(frames, (str, PathLike)):
@@ -319,7 +341,7 @@ def _stamps_or_path(frames: Any) -> FilePath | tuple[float, ...] | None:
 
 @cache
 def options() -> dict[str, Option]:
-    """Return what is known about each setting that is an option."""
+    """Return what is known about each setting."""
     hints = get_type_hints(Settings, include_extras=True)
     return {
         name: about

@@ -17,7 +17,7 @@ from ..explorer import source
 from ..explorer.document import data_element, document
 from ..metrics import metric
 from .sequences import sequences_data
-from .trajectories import document_around_data, packed
+from .trajectories import packed, page_without_data
 
 __all__ = ["page"]
 
@@ -35,36 +35,12 @@ MOST = 15  # megabytes of trajectories
 
 def page(comparison: Comparison, by: str) -> str:
     """Return the page; `by` is the metric of the heat map and of the scattered runs."""
-    summary, names, settings = comparison.summary, comparison.names, comparison.settings
-    own, key = files(__package__), _in_key(summary)
-    counts = {"system": len(summary.systems), "sequence": len(summary.sequences)}
+    counts = {
+        "system": len(comparison.summary.systems),
+        "sequence": len(comparison.summary.sequences),
+    }
     title = " on ".join(f"{count} {what}{'s' * (count > 1)}" for what, count in counts.items())
-    sections = [
-        ("overall", "Over all sequences", _table(summary, names, footnotes(summary, settings))),
-        ("sequences", f"{by} by sequence", _heat_map(summary, by, names)),
-        ("differences", f"Differences in {by}, over all", _differences(summary, by, names)),
-        (
-            "runs",
-            f"{by} of each run",
-            _each(summary, lambda sequence: _runs(summary, by, sequence, names), names),
-        ),
-        (
-            "thresholds",
-            "Scores at other thresholds",
-            own.joinpath("thresholds.html").read_text("utf-8") + _key(summary, names),
-        ),
-        (
-            "errors",
-            "Position error along the way",
-            _key(summary, names)
-            + _each(summary, lambda sequence: _errors(summary, sequence), names),
-        ),
-        (
-            "trajectories",
-            "Trajectories, camera by camera",
-            _trajectories(sequences_data(comparison, by), by, names),
-        ),
-    ]
+    sections = _sections(comparison, by)
     links = "".join(
         f'<li><a href="#{name}">{escape(heading)}</a></li>' for name, heading, _ in sections
     )
@@ -77,24 +53,54 @@ def page(comparison: Comparison, by: str) -> str:
         title,
         f"<header><h1>{escape(title)}</h1>"
         f'<nav aria-label="Sections"><ul>{links}</ul></nav></header>\n<main>{body}</main>',
-        styles=[source("style.css"), own.joinpath("page.css").read_text("utf-8")],
-        scripts=[*map(source, SCRIPTS), own.joinpath("page.js").read_text("utf-8")],
-        data={
-            "systems": [names[system] for system in summary.systems],
-            "lines": [_colour_and_dash(key.index(system)) for system in summary.systems],
-            "sequences": [names[sequence] for sequence in summary.sequences],
-            "setting": {
-                "threshold": settings.max_threshold,
-                "degrees": settings.max_threshold_deg,
-                "weight": settings.weight,
-            },
-            "errors": [
-                [_pooled_errors(summary, system, sequence) for system in summary.systems]
-                for sequence in summary.sequences
-            ],
-        },
+        styles=[source("style.css"), _file("page.css")],
+        scripts=[*map(source, SCRIPTS), _file("page.js")],
+        data=_data(comparison),
         frames=True,
     )
+
+
+def _file(name: str) -> str:
+    """Return a file of this folder, to be put into the page."""
+    return files(__package__).joinpath(name).read_text("utf-8")
+
+
+def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
+    """Return name, heading and content of each section."""
+    summary, names, settings = comparison.summary, comparison.names, comparison.settings
+    key = _key(summary, names)
+    runs = _each(summary, lambda sequence: _runs(summary, by, sequence, names), names)
+    errors = _each(summary, lambda sequence: _errors(summary, sequence), names)
+    trajectories = _trajectories(sequences_data(comparison, by), by, names)
+    return [
+        ("overall", "Over all sequences", _table(summary, names, footnotes(summary, settings))),
+        ("sequences", f"{by} by sequence", _heat_map(summary, by, names)),
+        ("differences", f"Differences in {by}, over all", _differences(summary, by, names)),
+        ("runs", f"{by} of each run", runs),
+        ("thresholds", "Scores at other thresholds", _file("thresholds.html") + key),
+        ("errors", "Position error along the way", key + errors),
+        ("trajectories", "Trajectories, camera by camera", trajectories),
+    ]
+
+
+def _data(comparison: Comparison) -> dict[str, Any]:
+    """Return what the scripts read."""
+    summary, names, settings = comparison.summary, comparison.names, comparison.settings
+    key = _in_key(summary)
+    return {
+        "systems": [names[system] for system in summary.systems],
+        "lines": [_colour_and_dash(key.index(system)) for system in summary.systems],
+        "sequences": [names[sequence] for sequence in summary.sequences],
+        "setting": {
+            "threshold": settings.max_threshold,
+            "degrees": settings.max_threshold_deg,
+            "weight": settings.weight,
+        },
+        "errors": [
+            [_pooled_errors(summary, system, sequence) for system in summary.systems]
+            for sequence in summary.sequences
+        ],
+    }
 
 
 def _table(summary: Summary, names: Mapping[str, str], footnotes: Sequence[str]) -> str:
@@ -327,7 +333,7 @@ def _errors(summary: Summary, sequence: str) -> str:
 def _trajectories(
     trajectories: Mapping[str, Mapping[str, Any]], by: str, names: Mapping[str, str]
 ) -> str:
-    """Return the data of each sequence, of which a script makes the page of one's own files."""
+    """Return the data of each sequence, which a script puts into a page of trajectories."""
     if not trajectories:
         return "<p>No run was scored.</p>"
     elements = [
@@ -343,10 +349,8 @@ def _trajectories(
         f'<option value="{index}">{escape(names[sequence])}</option>'
         for index, sequence in enumerate(trajectories)
     )
-    html = files(__package__).joinpath("trajectories.html").read_text("utf-8")
-    return html.format(options=options, by=escape(by)) + "".join(
-        [data_element("own-page", document_around_data()), *elements]
-    )
+    html = _file("trajectories.html").format(options=options, by=escape(by))
+    return "".join([html, data_element("own-page", page_without_data()), *elements])
 
 
 def _plot(

@@ -1,4 +1,4 @@
-"""The page of one's own files of each sequence: one run of each system against the reference."""
+"""The page of trajectories of each sequence: one run of each system against the reference."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -17,10 +17,9 @@ __all__ = ["sequences_data"]
 
 
 def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]:
-    """Return what the scripts of the page of trajectories read, of each sequence.
+    """Return the data of the page of each sequence with a scored run.
 
-    Of the runs of a system that were scored the one in the middle by a metric is shown. Sequences
-    without a scored run are left out.
+    It shows one run of each system: of the scored ones the one in the middle by a metric.
     """
     summary, benchmark, names = comparison.summary, comparison.benchmark, comparison.names
     found = {}

@@ -20,7 +20,7 @@ from ..trajectories.files import Trajectory
 from ..translation import closest_pair_distances
 from ..version import __version__
 
-__all__ = ["Estimate", "document_around_data", "packed", "page", "page_data"]
+__all__ = ["Estimate", "packed", "page", "page_data", "page_without_data"]
 
 QUANTILES = 20  # of the closest-pair distances, equally spaced, that d can be on the page
 STEPS = 100  # thresholds of a score
@@ -29,39 +29,30 @@ SCRIPTS = "scores.js", "charts.js", "controls.js", "own.js"
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What the page shows of an estimate, by the rows of its cameras in the reference.
-
-    Errors are infinite for failures, aligned positions (n, 3) not finite; `statuses` are those of
-    `Evaluation`; `tas` and `pas` are means and standard deviations over the seeds, `half` is
-    half-score distance and angle.
-    """
+    """What the page shows of an estimate; arrays have an entry a camera."""
 
     name: str
     file: str
-    rows: Indices
-    statuses: NDArray[np.uint8]
-    position_errors: Floats
+    rows: Indices  # in the reference
+    statuses: NDArray[np.uint8]  # of `Evaluation`
+    position_errors: Floats  # infinite for failures
     rotation_errors: Floats
-    positions: Floats
-    tas: tuple[float, float | None]
+    positions: Floats  # aligned, (n, 3); not finite for failures
+    tas: tuple[float, float | None]  # mean and standard deviation over the seeds
     pas: tuple[float, float | None]
-    half: tuple[float, float]
+    half: tuple[float, float]  # half-score distance and angle
     notes: list[str]
 
 
 def page(scored: Sequence[Evaluation], file: str) -> str:
-    """Return the page: reference and estimates, their errors, and the settings of the run.
-
-    The errors are those of the first seed, exactly; positions are rounded to single precision.
-    `file` is the reference's, as it is shown.
-    """
+    """Return the page of estimates against a reference, whose file is shown as `file`."""
     estimates = [_estimate(evaluation) for evaluation in scored]
     reference, settings = scored[0].reference, scored[0].settings
     return _document(page_data(f"Scores against {file}", reference, file, estimates, settings))
 
 
-def document_around_data() -> list[str]:
-    """Return what stands before and after the data in a page: the text of `page_data` as JSON."""
+def page_without_data() -> list[str]:
+    """Return what stands before and after the data in a page, the text of `page_data` as JSON."""
     return _document({"title": "Scores"}).split('{"title":"Scores"}')
 
 
@@ -82,10 +73,7 @@ def page_data(
     estimates: Sequence[Estimate],
     settings: Settings,
 ) -> dict[str, Any]:
-    """Return what the scripts read of a reference and its estimates, in the order of these.
-
-    `file` is the reference's, as it is shown. Without a unit in the settings the page derives d.
-    """
+    """Return what the scripts read; without a unit in the settings the page derives d."""
     positions = reference.poses[:, :3, 3]
     centre = (positions.min(axis=0) + positions.max(axis=0)) / 2
     form = settings.form

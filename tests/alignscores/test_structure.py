@@ -1,4 +1,4 @@
-"""Who imports whom in `alignscores`: one way, without a circle; the command alone knows argparse."""
+"""Who imports whom: one way, without a circle; the command alone knows argparse."""
 
 import ast
 from pathlib import Path

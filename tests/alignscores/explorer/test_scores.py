@@ -11,7 +11,7 @@ from alignscores.explorer import source
 from alignscores.explorer.document import document
 from alignscores.histogram import equal_steps
 from experiments.metrics import order_statistic
-from studies.statistics import order
+from studies.order import order
 
 CALLS = """
 const number = (value) => (Number.isFinite(value) ? value : String(value));

@@ -11,7 +11,7 @@ from experiments.command import ConfigError
 from experiments.config import load_sweep
 from experiments.tables import Trials, read_trials
 from studies.__main__ import main
-from studies.frame_rate.rates import compare, load_frame_rate
+from studies.frame_rate.rates import compare, plan
 
 from ..conftest import undescribed
 
@@ -49,14 +49,13 @@ def test_dependence_and_order_by_hand(scenario: Trials) -> None:
 
 
 def test_rates_of_a_scenario_share_their_trials() -> None:
-    study = load_frame_rate(["trials=3"])
-    for name, table in study.tables.items():
+    for name, table in plan(["trials=3"]).items():
         assert {sweep.name for sweep in table.sweeps} == {f"frame_rate/{name}"}
         assert [sweep.changes for sweep in table.sweeps] == [
             f"every={sweep.every}" for sweep in table.sweeps
         ]
     with pytest.raises(ConfigError, match="'every' cannot be set: the frame rates stand in"):
-        load_frame_rate(["every=3"])
+        plan(["every=3"])
 
 
 def test_program_writes_table_and_sentences(
