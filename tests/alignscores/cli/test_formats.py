@@ -3,7 +3,6 @@
 import csv
 import json
 import re
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,7 @@ from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_colmap, read_kitti
 from alignscores.trajectories.formats import FORMATS
 
-from ..conftest import FILES
+from ..conftest import FILES, write_poses
 
 
 @pytest.mark.parametrize("form", FILES)
@@ -159,25 +158,19 @@ def test_euroc_estimates_in_nanoseconds(score, lines, write):
 
 @pytest.fixture
 def models(examples, tmp_path):
-    """(rows of each part) -> a folder of COLMAP models with these images of the estimate, each in a
-    world of its own, and the names of the images."""
+    """(rows of each part) -> a folder of COLMAP models with these images of the estimate, each in
+    another world, and the names of the images."""
     names, poses = read_colmap(examples / "colmap/estimate")
 
     def models(*parts):
         for number, rows in enumerate(parts):
-            folder = tmp_path / f"sparse/{number}"
-            shutil.copytree(examples / "colmap/reference", folder)
-            world = Rotation.random(rng=number).as_matrix()
-            lines = []
-            for row in rows:
-                rotation = world @ poses[row, :3, :3]
-                quaternion = Rotation.from_matrix(rotation.T).as_quat(scalar_first=True)
-                centre = (number + 1) * world @ poses[row, :3, 3] + number
-                pose = " ".join(map(repr, [*quaternion.tolist(), *(-rotation.T @ centre).tolist()]))
-                lines += [f"{row + 1} {pose} 1 {names[row]}", ""]
-            (folder / "images.txt").write_text("\n".join([*lines, ""]))
-            for file in ("rigs.txt", "frames.txt"):
-                (folder / file).unlink()
+            world = np.eye(4)
+            world[:3, :3] = Rotation.random(rng=number).as_matrix()
+            part = poses[rows].copy()
+            part[:, :3, 3] *= number + 1
+            part = world @ part
+            part[:, :3, 3] += number
+            write_poses["colmap"](tmp_path / f"sparse/{number}", names[rows], part)
         return tmp_path / "sparse", names
 
     return models

@@ -1,0 +1,169 @@
+"""One input has the same numbers from every door: Python, the command, and the comparison."""
+
+import json
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from alignscores import Settings, compare, evaluate
+from alignscores.evaluation.evaluation import finite_or_none
+from alignscores.metrics import metric
+from alignscores.trajectories.files import inverse_poses, read_stamps
+from alignscores.trajectories.formats import FORMATS
+
+from ..conftest import FILES, write_poses
+
+NUMBERS = "TAS", "RAS", "PAS", "half_distance", "half_angle", "n", "unit", "metrics"
+METRICS = "ATE,ate:rmse,auc@30:vggt,recall@50cm,5deg,kitti"
+FORMS = {"tum", "euroc", "kitti", "colmap", "parts", "nerf"}
+TIMED, NAMED = {"tum", "euroc"}, {"colmap", "parts", "nerf"}
+OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
+CASES = {  # what differs from the defaults: the formats that have it, and settings
+    "nothing": (FORMS, {}),
+    "missing": (FORMS - {"kitti"}, {"missing": "ignore"}),
+    "t_max_diff": (TIMED, {"t_max_diff": 0.0021}),
+    "t_offset": (TIMED, {"t_offset": -0.0019, "t_max_diff": 0.0005}),
+    "t_offset auto": (TIMED, {"t_offset": "auto"}),
+    "frames": (TIMED, {"frames": "frames.txt", "missing": "ignore"}),
+    "invert": (FORMS, {"invert": True}),
+    "body_rotation": (FORMS, {"body_rotation": "auto"}),
+    "both of them": (FORMS, {"invert": True, "body_rotation": "auto"}),
+    "unit": (FORMS, {"unit": 0.25}),
+    "thresholds": (FORMS, {"max_threshold": 0.2, "max_threshold_deg": 3}),
+    "weight": (FORMS, {"weight": 0.2}),
+    "seed": (FORMS, {"seed": 3}),
+    "registration": (FORMS, {"registration": "pcr99", "seed": 4, "repeat": 3}),
+    "registration, not repeated": (FORMS - TIMED, {"registration": "pcr99", "repeat": 1}),
+    "est_format": ({"tum", "euroc", "colmap", "nerf"}, {"est_format": None}),
+    "metrics": (FORMS, {"metrics": "ATE,maa:imc,TAS,PAS,half_distance"}),
+}
+OTHER = {"tum": "euroc", "euroc": "tum", "colmap": "nerf", "nerf": "colmap"}  # est_format
+
+
+@pytest.fixture(scope="module")
+def written(examples, tmp_path_factory):
+    """(case, format) -> the reference, a pattern of the estimate, and the estimate itself.
+
+    The estimates are those of the examples, inverted or with another camera's frame where the
+    settings say so; of `parts` in two, with 5 images in both and 3 in none.
+    """
+    folder = tmp_path_factory.mktemp("doors")
+    stamps = read_stamps(examples / "tum/reference.txt")
+    np.savetxt(folder / "frames.txt", stamps[::2] - 0.002, fmt="%.6f")
+
+    def written(case, form):
+        settings, form_read = CASES[case][1], "colmap" if form == "parts" else form
+        ending = "" if form_read == "colmap" else ".any"
+        path = folder / f"{case}_{form}" / f"orb{ending}"
+        reference = examples / FILES[form_read][0]
+        if path.exists():
+            return reference, path.parent / f"{{system}}{ending}", path
+        path.parent.mkdir()
+        keys, poses = FORMATS[form_read].read(examples / FILES[form_read][1])
+        if settings.get("body_rotation"):
+            poses = poses @ OPENGL
+        if settings.get("invert"):
+            poses = inverse_poses(poses)
+        if form == "parts":
+            for name, rows in (("0", slice(0, 20)), ("1", slice(15, None))):
+                write_poses["colmap"](path / name, keys[rows], poses[rows])
+        else:
+            as_form = OTHER[form] if "est_format" in settings else form_read
+            write_poses[as_form](path, keys, poses)
+        return reference, path.parent / f"{{system}}{ending}", path
+
+    return written
+
+
+def settings_of(case, form):
+    """Return the settings of a case for Python."""
+    settings = {"format": "colmap" if form == "parts" else form, "metrics": METRICS}
+    if form in NAMED:
+        settings["metrics"] = METRICS.removesuffix(",kitti")
+    settings |= CASES[case][1]
+    if "est_format" in settings:
+        settings["est_format"] = OTHER[form]
+    return settings
+
+
+def words(settings):
+    """Return settings as they stand on the command line, but for the format."""
+    given = []
+    for name, value in settings.items():
+        if name != "format":
+            given += [f"--{name}"] if value is True else [f"--{name}", str(value)]
+    return given
+
+
+def numbers(result):
+    """Return the numbers that all doors give, of an entry in their results."""
+    return {key: result[key] for key in NUMBERS}
+
+
+def in_columns(metrics):
+    """Return metrics as a comparison has them: the worst where there is no value, as in parts."""
+    return {
+        name: finite_or_none(metric(name).worst) if value is None else value
+        for name, value in metrics.items()
+        if name not in NUMBERS
+    }
+
+
+@pytest.mark.parametrize(
+    ("case", "form"), [(case, form) for case in CASES for form in sorted(CASES[case][0])]
+)
+def test_every_door_gives_the_same_numbers(case, form, written, command, tmp_path, monkeypatch):
+    reference, pattern, estimate = written(case, form)
+    monkeypatch.chdir(estimate.parents[1])
+    settings = settings_of(case, form)
+    evaluation = evaluate(reference, estimate, **settings)
+    expected = evaluation.to_dict()
+    assert expected["ATE"] == evaluation.ate
+    assert 0 < expected["TAS"] < 1
+    assert 0 < expected["RAS"] < 1
+
+    _, out, _ = command(settings["format"], reference, estimate, *words(settings), "--json")
+    (printed,) = json.loads(out)["results"]
+    assert printed.pop("rank") in (None, [1, 1])
+    assert printed == {**expected, "name": printed["name"], "file": str(estimate)}
+
+    found = compare(str(reference), str(pattern), cache=tmp_path, **settings)
+    (compared,) = found.to_dict()["results"]
+    assert numbers(compared) == {**numbers(expected), "metrics": in_columns(expected["metrics"])}
+    cached = set(tmp_path.iterdir())
+    options = *words(settings), "--json", "--cache", tmp_path, "--jobs", 1
+    _, out, _ = command("compare", settings["format"], reference, pattern, *options)
+    assert json.loads(out) == found.to_dict()
+    assert set(tmp_path.iterdir()) == cached  # by the same settings: nothing is computed anew
+
+    if form != "parts":
+        in_memory = [
+            FORMATS[form].read(reference),
+            FORMATS[settings.get("est_format", form)].read(estimate),
+        ]
+        settings.pop("format")
+        if "frames" in settings:
+            settings["frames"] = read_stamps(settings["frames"])
+        found = evaluate(*in_memory, **settings).to_dict()
+        assert numbers(found) == numbers(expected)
+        assert found["ATE"] == expected["ATE"]
+
+
+def test_every_setting_has_a_case():
+    changed = {name for _, settings in CASES.values() for name in settings}
+    assert changed == {field.name for field in fields(Settings)} - {"format"}
+
+
+@pytest.mark.parametrize("form", sorted(FORMS))
+def test_what_is_taken_out_is_taken_out_of_metrics_too(form, written):
+    """They are of the poses as these were scored."""
+    honest, plain, corrected = (
+        evaluate(*written(case, form)[::2], **settings_of(case, form))
+        for case in ("nothing", "invert", "both of them")
+    )
+    assert corrected.ras == pytest.approx(honest.ras, abs=1e-9)
+    assert corrected.body_rotation is not None
+    assert plain.body_rotation is None
+    assert corrected.metrics == pytest.approx(honest.metrics, abs=1e-9)
+    assert bool(honest.metrics) == (form != "parts")
