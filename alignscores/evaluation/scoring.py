@@ -82,9 +82,9 @@ def evaluate(
     >>> folder = "tests/data/tum"
     >>> evaluation = evaluate(f"{folder}/reference.txt", f"{folder}/estimate.txt", format="tum")
     >>> evaluation.tas, evaluation.ras, evaluation.pas
-    (0.8097, 0.7993, 0.8045)
+    (0.8572, 0.8403, 0.8488)
     >>> evaluation.to_dict()["matched"]
-    38
+    40
     """
     settings = replace(settings or Settings(), **changes)
     if settings.format is None and isinstance(reference, Trajectory):

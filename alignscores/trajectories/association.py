@@ -167,7 +167,7 @@ def match(
     >>> poses = np.tile(np.eye(4), (100, 1, 1))
     >>> stamps = np.arange(100) / 10
     >>> keyframes = Trajectory(stamps[5:80:5], poses[5:80:5])
-    >>> matches = match(Trajectory(stamps, poses), keyframes, missing="fail")
+    >>> matches = match(Trajectory(stamps, poses), keyframes, missing="fail", max_gap=1)
     >>> len(matches.keys), matches.missing, matches.lost
     (20, 4, 0.2)
     """
