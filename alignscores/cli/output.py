@@ -40,6 +40,10 @@ def show_json(
         "missing_cameras": settings.missing_cameras,
         "t_max_diff": settings.t_max_diff if timed else None,
         "t_offset": settings.t_offset if timed else None,
+        "sync": settings.sync if timed else None,
+        "max_gap": settings.max_gap,
+        "t_start": settings.t_start,
+        "t_end": settings.t_end,
         "frames": settings.frames and printable(str(settings.frames)),
         "unit": settings.unit,
         "max_threshold": settings.max_threshold,
@@ -103,8 +107,8 @@ def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str
         lines.append("parts: worlds that are each aligned on their own, which makes scores higher")
     if settings.form.timed and not chosen:
         lines.append(
-            "n: frames that were due; each is scored by the pose that stands for its time. lost: "
-            "share of the time without a pose"
+            "n: frames that were due, of which d is, the same for all estimates; each is scored by the "
+            "pose that stands for its time. lost: share of the time without a pose"
         )
     if any(row["lost"] > MUCH_LOST for row in rows) and settings.missing_cameras == "ignore":
         lines.append("* without what the estimate lost; --missing fail counts it")

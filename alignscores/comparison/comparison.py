@@ -77,7 +77,10 @@ class Comparison:
         keys = [
             "missing",
             "t_max_diff",
+            "sync",
             "max_gap",
+            "t_start",
+            "t_end",
             "unit",
             "max_threshold",
             "max_threshold_deg",

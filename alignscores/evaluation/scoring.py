@@ -12,7 +12,8 @@ from ..arrays import Floats, Indices
 from ..metrics import SCORES, metric
 from ..pose import PASResult, pas
 from ..profile import HALF_UNITS
-from ..similarity import least_squares_rmse
+from ..registration import Registration, pcr99
+from ..similarity import Similarity, least_squares_rmse
 from ..trajectories.association import Matches
 from ..trajectories.conventions import Convention, find_convention, rotate_cameras
 from ..trajectories.files import FilePath, Trajectory
@@ -222,7 +223,7 @@ def _scores(
     options: dict[str, Any] = {
         "unit": settings.unit or _derived_unit(reference.poses[matches.due_rows, :3, 3]),
         "max_threshold": settings.max_threshold,
-        "registration": settings.registration,
+        "registration": _registration(matches, settings),
     }
     degrees, weight = settings.max_threshold_deg, settings.weight
     with warnings.catch_warnings():
@@ -248,6 +249,23 @@ def _scores(
     units = result.tas.unit * HALF_UNITS
     half = profile_of_parts(gt, positions, part_of, units, rng=settings.seed).half
     return _Scores(of_parts, part_of, result, tas_seeds, half)
+
+
+def _registration(matches: Matches, settings: Settings) -> str | Registration:
+    """Return the registration: of PCR-99 with each pose once, since a repeated one fits itself."""
+    repeated = len(np.unique(matches.est_rows)) < len(matches.est_rows[matches.est_rows >= 0])
+    if settings.registration != "pcr99" or not repeated:
+        return settings.registration
+
+    def pcr99_once(
+        gt: Floats, est: Floats, /, *, rank: int, **options: Any
+    ) -> tuple[Similarity | None, int]:
+        _, first = np.unique(np.hstack([gt, est]), axis=0, return_index=True)
+        rows = np.sort(first)
+        once = max(4, round(rank * len(rows) / len(est)))
+        return pcr99(gt[rows], est[rows], rank=min(once, len(rows)), **options)
+
+    return pcr99_once
 
 
 def _derived_unit(gt: Floats) -> float:

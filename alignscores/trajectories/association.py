@@ -179,22 +179,17 @@ def match(
         ("t_max_diff", t_max_diff, 0),
         ("t_offset", t_offset, -inf),
         ("max_gap", 0.0 if max_gap is None else max_gap, 0),
+        ("t_start", 0.0 if t_start is None else t_start, -inf),
+        ("t_end", 0.0 if t_end is None else t_end, -inf),
     ):
         if not isinstance(seconds, Real) or not least <= seconds < inf:
             raise ValueError(f"{name} must be a finite number of seconds, not {seconds!r}")
     reference, estimate = _checked(reference, "reference"), _checked(estimate, "estimate")
     if reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
-        due = _Due(frames, t_start, t_end, step)
-        gap = 0.0 if frames is not None and max_gap is None else max_gap
-        cameras = _cameras_by_time(
-            reference,
-            estimate._replace(keys=estimate.keys + t_offset),
-            due,
-            t_max_diff,
-            t_offset,
-            gap,
-            sync == "interpolate",
-        )
+        if frames is not None and max_gap is None:
+            max_gap = 0.0
+        timing = _Timing(t_max_diff, t_offset, sync, max_gap, frames, t_start, t_end, step)
+        cameras = _cameras_by_time(reference, estimate, timing)
     else:
         cameras = _cameras_by_key(reference, estimate)
     estimated = cameras.est_rows >= 0
@@ -231,9 +226,13 @@ def in_order(reference: Trajectory) -> Trajectory:
     return Trajectory(reference.keys[rows], reference.poses[rows])
 
 
-class _Due(NamedTuple):
-    """What tells the frames that were due."""
+class _Timing(NamedTuple):
+    """The arguments of `match` that are about time."""
 
+    t_max_diff: float
+    t_offset: float
+    sync: str
+    max_gap: float | None
     frames: Floats | None
     t_start: float | None
     t_end: float | None
@@ -251,31 +250,23 @@ class _Cameras(NamedTuple):
     without_reference: Floats
 
 
-def _cameras_by_time(
-    reference: Trajectory,
-    estimate: Trajectory,
-    due: _Due,
-    t_max_diff: float,
-    t_offset: float,
-    max_gap: float | None,
-    interpolate: bool,
-) -> _Cameras:
-    """Find the pose that stands for each frame that was due; the stamps have the same clock."""
+def _cameras_by_time(reference: Trajectory, estimate: Trajectory, timing: _Timing) -> _Cameras:
+    """Find the pose that stands for each frame that was due."""
     ref_rows = _first_rows(reference.keys, "reference")
     est_rows = _first_rows(estimate.keys, "estimate")
     truth = Trajectory(reference.keys[ref_rows], reference.poses[ref_rows])
-    poses = Trajectory(estimate.keys[est_rows], estimate.poses[est_rows])
-    rows, without_reference = _rows_due(truth.keys, poses.keys, due, t_max_diff, t_offset)
+    stamps = estimate.keys[est_rows] + timing.t_offset
+    rows, without_reference = _rows_due(truth.keys, stamps, timing)
     standing = stand_in(
-        truth, rows, poses, t_max_diff=t_max_diff, max_gap=max_gap, interpolate=interpolate
+        truth,
+        rows,
+        Trajectory(stamps, estimate.poses[est_rows]),
+        t_max_diff=timing.t_max_diff,
+        max_gap=timing.max_gap,
+        interpolate=timing.sync == "interpolate",
     )
     if (standing.est_rows < 0).all():
-        ref, est = truth.keys, poses.keys
-        raise ValueError(
-            f"no time stamps in common: the reference goes from {ref[0]:.6f} to {ref[-1]:.6f} s, "
-            f"the estimate from {est[0] - t_offset:.6f} to {est[-1] - t_offset:.6f} s (t_offset "
-            f"{t_offset:g} s, t_max_diff {t_max_diff:g} s){_stamps_hint(ref, est - t_offset)}"
-        )
+        raise _nothing_in_common(truth.keys, estimate.keys[est_rows], timing)
     return _Cameras(
         due_rows=ref_rows[rows],
         est_rows=np.where(standing.est_rows < 0, -1, est_rows[standing.est_rows]),
@@ -286,34 +277,38 @@ def _cameras_by_time(
     )
 
 
-def _rows_due(
-    ref_stamps: Floats, est_stamps: Floats, due: _Due, t_max_diff: float, t_offset: float
-) -> tuple[Indices, Floats]:
+def _rows_due(ref_stamps: Floats, est_stamps: Floats, timing: _Timing) -> tuple[Indices, Floats]:
     """Return the rows of the reference that were due, and the frames that have none."""
-    if due.frames is None:
-        step = usual_step(est_stamps) if due.step is None else due.step
+    if timing.frames is None:
+        step = usual_step(est_stamps) if timing.step is None else timing.step
         rows, without_reference = due_rows(ref_stamps, step), np.empty(0)
     else:
-        frames = np.unique(due.frames) + t_offset
-        nearest, distance = nearest_stamps(ref_stamps, frames)
-        near = distance <= t_max_diff
-        if not near.any():
-            raise ValueError(
-                f"no due frame has a reference pose: the frames go from {frames[0] - t_offset:.6f} "
-                f"to {frames[-1] - t_offset:.6f} s, the reference from {ref_stamps[0]:.6f} to "
-                f"{ref_stamps[-1]:.6f} s (t_offset {t_offset:g} s, t_max_diff {t_max_diff:g} s)"
-                f"{unit_hint(ref_stamps, frames, 'frames')}"
-            )
-        rows, without_reference = np.unique(nearest[near]), frames[~near]
-    low = -inf if due.t_start is None else due.t_start
-    high = inf if due.t_end is None else due.t_end
+        rows, without_reference = _rows_of_frames(ref_stamps, np.unique(timing.frames), timing)
+    limits = {"t_start": timing.t_start, "t_end": timing.t_end}
+    given = {name: seconds for name, seconds in limits.items() if seconds is not None}
+    low, high = given.get("t_start", -inf), given.get("t_end", inf)
     rows = rows[(ref_stamps[rows] >= low) & (ref_stamps[rows] <= high)]
     if len(rows) == 0:
+        said = " and ".join(f"{name} {seconds:.6f} s" for name, seconds in given.items())
         raise ValueError(
-            f"no reference pose is due between t_start {low:g} and t_end {high:g} s: the reference "
-            f"goes from {ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s"
+            f"no reference pose is due with {said}: the reference goes from {ref_stamps[0]:.6f} to "
+            f"{ref_stamps[-1]:.6f} s"
         )
     return rows, without_reference
+
+
+def _rows_of_frames(ref_stamps: Floats, frames: Floats, timing: _Timing) -> tuple[Indices, Floats]:
+    """Return the rows of the reference nearest to the frames, and the frames that have none."""
+    nearest, distance = nearest_stamps(ref_stamps, frames + timing.t_offset)
+    near = distance <= timing.t_max_diff
+    if not near.any():
+        raise ValueError(
+            f"no due frame has a reference pose: the frames go from {frames[0]:.6f} to "
+            f"{frames[-1]:.6f} s, the reference from {ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s "
+            f"(t_offset {timing.t_offset:g} s, t_max_diff {timing.t_max_diff:g} s)"
+            f"{unit_hint(ref_stamps, frames + timing.t_offset, 'frames')}"
+        )
+    return np.unique(nearest[near]), frames[~near] + timing.t_offset
 
 
 def _cameras_by_key(reference: Trajectory, estimate: Trajectory) -> _Cameras:
@@ -371,7 +366,17 @@ def unit_hint(ref_stamps: Floats, est_stamps: Floats, whose: str = "estimate") -
     return ""
 
 
-def _stamps_hint(ref_stamps: Floats, est_stamps: Floats) -> str:
+def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, timing: _Timing) -> ValueError:
+    """Return the error of an estimate without a pose near one of the reference."""
+    return ValueError(
+        f"no time stamps in common: the reference goes from {ref_stamps[0]:.6f} to "
+        f"{ref_stamps[-1]:.6f} s, the estimate from {est_stamps[0]:.6f} to {est_stamps[-1]:.6f} s "
+        f"(t_offset {timing.t_offset:g} s, t_max_diff {timing.t_max_diff:g} s)"
+        f"{_stamps_hint(ref_stamps, est_stamps, timing.t_offset)}"
+    )
+
+
+def _stamps_hint(ref_stamps: Floats, est_stamps: Floats, offset: float) -> str:
     """Say why stamps have nothing in common, if it can be told."""
     if hint := unit_hint(ref_stamps, est_stamps):
         return hint
@@ -384,6 +389,14 @@ def _stamps_hint(ref_stamps: Floats, est_stamps: Floats) -> str:
                 f"offset, --t_offset {first['reference'] - first['estimate']:.3f} lets both begin "
                 "together"
             )
+    shifted = est_stamps + offset
+    shifted = shifted[(shifted >= ref_stamps[0]) & (shifted <= ref_stamps[-1])]
+    if len(shifted):
+        distance = float(np.median(nearest_stamps(ref_stamps, shifted)[1]))
+        return (
+            f"; the nearest ones are usually {distance:.4f} s apart: --t_offset moves those of the "
+            "estimate, a larger --t_max_diff takes them for the same"
+        )
     return ""
 
 
@@ -478,6 +491,8 @@ def _first_rows(keys: NDArray[Any], whose: str) -> Indices:
             )
         rows = np.argsort(keys, kind="stable")
     kept = rows[_is_first(keys[rows])]
+    if keys.dtype.kind == "f" and len(kept) == 1 < len(keys):
+        raise ValueError(f"all {len(keys)} time stamps of the {whose} are the same")
     if whose == "reference" and len(kept) < len(rows):
         _warn(f"duplicates in the reference (of stamp or name), left out: {len(rows) - len(kept)}")
     return kept

@@ -88,7 +88,9 @@ def _another_convention_fits(fit: "_ShiftedPositions", est: Floats, misfit: floa
     """Tell whether the estimate in another convention fits better than that, without an offset."""
     est = np.nan_to_num(est)  # a position is there, but perhaps no rotation
     inverse = inverse_poses(est)[:, :3, 3]
-    centres = -np.einsum("nij,nj->ni", est[:, :3, :3], est[:, :3, 3])  # of world-to-camera translations
+    centres = -np.einsum(
+        "nij,nj->ni", est[:, :3, :3], est[:, :3, 3]
+    )  # of world-to-camera translations
     candidates = [est[:, :3, 3] * MIRROR, inverse, inverse * MIRROR, centres]
     positions = [normalise(candidate)[0] for candidate in candidates]
     return any(replace(fit, est_positions=other).misfit(0.0) < misfit for other in positions)

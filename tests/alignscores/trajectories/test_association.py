@@ -341,9 +341,39 @@ def test_other_units_and_origins_of_time_are_named():
             match(trajectory(reference), trajectory(estimate), sync="nearest")
 
 
+def test_stamps_between_those_of_the_reference_are_told_apart_from_other_clocks():
+    reference, estimate = trajectory(STAMPS), trajectory(STAMPS + 1 / 80)
+    with pytest.raises(
+        ValueError, match=r"are usually 0\.0125 s apart: --t_offset .* --t_max_diff"
+    ):
+        match(reference, estimate, sync="nearest")
+    assert match(reference, estimate, sync="nearest", t_max_diff=0.013).lost == 0
+    assert match(reference, estimate, sync="nearest", t_offset=-1 / 80).lost == 0
+
+
+@pytest.mark.parametrize("whose", ["reference", "estimate"])
+def test_stamps_that_are_all_the_same(whose):
+    both = {"reference": trajectory(STAMPS), "estimate": trajectory(STAMPS)}
+    both[whose] = trajectory(np.ones(5))
+    with pytest.raises(ValueError, match=f"^all 5 time stamps of the {whose} are the same$"):
+        match(**both)
+
+
+@pytest.mark.parametrize(
+    "limits", [{"t_start": 11.0}, {"t_end": -1.0}, {"t_start": 5.0, "t_end": 4.0}]
+)
+def test_limits_within_which_nothing_is_due(limits):
+    expected = " and ".join(f"{name} {value:.6f} s" for name, value in limits.items())
+    with pytest.raises(ValueError, match=f"no reference pose is due with {expected}: the refere"):
+        match(trajectory(STAMPS), trajectory(STAMPS), **limits)
+
+
 @pytest.mark.parametrize(
     ("setting", "value"),
-    [("t_max_diff", -1), ("t_max_diff", "a"), ("t_max_diff", np.inf), ("t_offset", np.nan)],
+    [
+        *(("t_max_diff", -1), ("t_max_diff", "a"), ("t_max_diff", np.inf), ("t_offset", np.nan)),
+        *(("max_gap", -1), ("t_start", "a"), ("t_end", np.inf)),
+    ],
 )
 def test_impossible_settings(setting, value):
     with pytest.raises(ValueError, match=f"{setting} must be a finite number of seconds, not"):
