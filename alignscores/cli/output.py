@@ -107,8 +107,8 @@ def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str
         lines.append("parts: worlds that are each aligned on their own, which makes scores higher")
     if settings.form.timed and not chosen:
         lines.append(
-            "n: frames that were due, of which d is, the same for all estimates; each is scored by the "
-            "pose that stands for its time. lost: share of the time without a pose"
+            "n: frames that were due, the same for all, and d is theirs; "
+            "lost: share of the time without a pose"
         )
     if any(row["lost"] > MUCH_LOST for row in rows) and settings.missing_cameras == "ignore":
         lines.append("* without what the estimate lost; --missing fail counts it")
