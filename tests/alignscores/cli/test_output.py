@@ -123,6 +123,10 @@ def test_json_names_its_settings(run):
         "body_rotation": "none",
         "t_max_diff": 0.01,
         "t_offset": 0.0,
+        "sync": "interpolate",
+        "max_gap": None,
+        "t_start": None,
+        "t_end": None,
         "frames": None,
         "unit": None,
         "max_threshold": 1.0,
@@ -219,8 +223,9 @@ def test_all_files_are_saved_and_say_what_python_says(run, examples, tmp_path):
 
 
 def test_the_alignment_takes_the_estimate_to_the_reference(score, examples):
-    (result,) = score(*TUM, *PAPER, "--unit", 0.6, "--missing", "ignore")
-    matches = match(*(read_tum(examples / path) for path in TUM[1:]))
+    (result,) = score(*TUM, *PAPER, "--unit", 0.6, "--missing", "ignore", *AT_STAMPS)
+    both = (read_tum(examples / path) for path in TUM[1:])
+    matches = match(*both, sync="nearest", max_gap=0.0)
     expected = tas(matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3], unit=0.6)
     scale, rotation, translation = (np.array(part) for part in result["alignment"].values())
     aligned = scale * matches.est_poses[:, :3, 3] @ rotation.T + translation

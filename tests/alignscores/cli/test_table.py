@@ -37,7 +37,9 @@ def test_width(length, failures):
     for key in ("TAS", "RAS", "PAS", "ATE", "d", "n"):
         assert key in header.split()
     assert header.split().count("half") == 2
-    assert header.split().count("sd") == 1  # that of the PAS is the first that is no more
+    # That of the PAS is the first that is no more; what was lost comes before that of the TAS.
+    assert header.split().count("sd") == (0 if failures else 1)
+    assert ("lost" in header.split()) == bool(failures)
     assert lines[0].startswith("ax")
     assert lines[0].split()[0][-1] == "y"
     assert len({line.split()[0] for line in lines}) == 2
