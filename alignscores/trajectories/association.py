@@ -16,19 +16,17 @@ from ..arrays import Booleans, Floats, Indices
 from ..validation import finite_rows
 from .files import Trajectory, TrajectoryWarning
 from .files.stamps import TIME_UNITS, time_unit
+from .timeline import due_rows, nearest_stamps, stand_in, usual_step
 
-__all__ = ["MISSING", "Matches", "coverage", "in_order", "is_denser", "match", "unit_hint"]
-
+__all__ = ["MISSING", "SYNCS", "Matches", "in_order", "match", "unit_hint"]
 
 MISSING = ("fail", "ignore")
+SYNCS = ("interpolate", "nearest")
 KEY_KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
 NAME_PARTS: dict[str, Callable[[str], str]] = {  # what may be equal of names whose paths differ
     "file name": lambda name: PurePosixPath(name).name,
     "file name without its ending": lambda name: PurePosixPath(name).stem,
 }
-MIN_DENSITY = 1.1  # reference poses for each frame; with more, not every one was to be estimated
-MIN_STEPS = 8  # fewer do not tell a rate
-LONG_GAP = 10, 1.0  # in median gaps, and in seconds; a gap that exceeds both is a lost track
 SAME_DURATION = 0.5, 2.0  # range of the ratio of two durations once they are in the same unit
 EARLIEST_DATE = 1e8  # seconds; stamps since 1970 are later, those since a start earlier
 
@@ -48,21 +46,21 @@ class Matches:
     matched : int
         Number of reference poses with an estimated pose, finite or not.
     missing : int
-        Number of cameras without an estimated pose: those that count as failures, or, where missing
-        cameras are left out, all reference poses without one.
+        Number of cameras without an estimated pose, whether they count as failures or are left out.
     unmatched : int
         Number of estimated poses without a reference pose; they are left out.
     duplicate : int
         Number of estimated poses left out since another one with the same time stamp or name comes
-        first, or is closer to their reference pose in time.
+        first.
     non_finite : int
-        Number of matched estimated poses that are not finite; each of them is a failure.
+        Number of matched cameras whose estimated pose is not finite; each of them is a failure.
+    lost : float
+        Share of the cameras that were due, by time stamps of the time, that is missing.
+    due_rows : (k,) ndarray of int
+        Rows of the reference that were due, of which the unit d is.
     without_reference : (k,) ndarray
-        Time stamps of frames left out since they have neither an estimated nor a reference pose;
-        with the offset, as the reference would have them.
-    frame_step : float or None
-        Time in seconds from one lost frame to the next, where the reference is denser than the
-        estimate and frames were counted at the estimate's rate.
+        Time stamps of frames left out since they have no reference pose; with the offset, as the
+        reference would have them.
 
     Examples
     --------
@@ -86,8 +84,9 @@ class Matches:
     unmatched: int
     duplicate: int
     non_finite: int
+    lost: float
+    due_rows: Indices
     without_reference: Floats
-    frame_step: float | None
 
 
 def match(
@@ -97,15 +96,23 @@ def match(
     missing: str = "ignore",
     t_max_diff: float = 0.01,
     t_offset: float = 0.0,
+    sync: str = "interpolate",
+    max_gap: float | None = None,
     frames: Floats | None = None,
+    t_start: float | None = None,
+    t_end: float | None = None,
+    step: float | None = None,
 ) -> Matches:
-    """Find the estimated pose of each reference pose.
+    """Find the estimated pose of each reference pose that was due.
 
-    Each pose of the shorter trajectory gets the nearest one in time of the longer, as in evo. No
-    pose is used twice: the closest pair wins. Image names must be
-    equal, or, if none is, their file names, or these without their endings, where they are unique.
-    Whole numbers (of frames, or stamps in nanoseconds) must be equal; where both are mere row
-    numbers, 0, 1, 2, ... as of KITTI, the number of rows must be the same.
+    By time stamps an estimate answers for the time of the reference. Two of its poses that follow
+    each other within the largest gap cover the time between them, and each stands for the time
+    around it: for each due frame there, with the reference at the pose's own time. So keyframes
+    are scored as all frames are. What no pose covers is lost.
+
+    Image names must be equal, or, if none is, their file names, or these without their endings,
+    where they are unique. Whole numbers (of frames, or stamps in nanoseconds) must be equal; where
+    both are mere row numbers, 0, 1, 2, ... as of KITTI, the number of rows must be the same.
 
     Parameters
     ----------
@@ -113,15 +120,27 @@ def match(
         As returned by the readers of `alignscores.trajectories.files`; or any pair of keys and
         poses, (n, 4, 4) or (n, 3, 4), the keys in an array, a list or a column of pandas.
     missing : {"ignore", "fail"}
-        Whether cameras without an estimated pose are left out, or count as failures. These are the
-        reference poses without one; see the notes on a reference that is denser than the estimate.
+        Whether cameras without an estimated pose are left out, or count as failures.
     t_max_diff : float
-        Largest difference of associated time stamps in seconds.
+        Largest difference in seconds of time stamps that are taken for the same.
     t_offset : float
         Added to the time stamps of the estimate, and to those of `frames`, in seconds.
+    sync : {"interpolate", "nearest"}
+        Whether a pose is compared with the reference at its own time, where two reference poses are
+        near it (within 0.1 s of each other, or within a step of the estimate); or always with the
+        nearest reference pose, within `t_max_diff`.
+    max_gap : float, optional
+        Largest gap in seconds between two poses that cover the time between them. By default 10
+        times the estimate's median step, and at least 1 s; with `frames` 0, so that each of them
+        needs its pose.
     frames : (k,) array, optional
-        Time stamps of the frames that were to be estimated; with ``missing="fail"`` these, and no
-        others, count as failures where the estimate has no pose within `t_max_diff`.
+        Time stamps of the frames that were to be estimated; by default all of the reference, or
+        those at the rate of the estimate where the reference is denser.
+    t_start, t_end : float, optional
+        First and last time that is due, in seconds of the reference.
+    step : float, optional
+        Step of the due frames in seconds where the reference is denser; by default the estimate's
+        median step. With one step several estimates answer for the same frames.
 
     Returns
     -------
@@ -140,63 +159,60 @@ def match(
         Where the stamps are not in order, keys of the reference are repeated, or images are not
         matched by their paths.
 
-    Notes
-    -----
-    A motion capture system records many poses between two frames of a camera, which no estimate
-    can have. So where the reference's time step is smaller than the estimate's, the cameras that
-    count as failures are those at the estimate's own rate: before its first pose, after its last
-    and in gaps, one each median step, at the nearest reference pose. If the frames are known, as
-    keyframes are, give `frames` instead.
-
     Examples
     --------
     >>> import numpy as np
     >>> from alignscores.trajectories.association import match
     >>> from alignscores.trajectories.files import Trajectory
-    >>> reference = Trajectory(np.array(["a", "b", "c"]), np.tile(np.eye(4), (3, 1, 1)))
-    >>> estimate = Trajectory(np.array(["c", "x", "a"]), np.tile(np.eye(4), (3, 1, 1)))
-    >>> matches = match(reference, estimate, missing="fail")
-    >>> matches.matched, matches.missing, matches.unmatched, len(matches.est_poses)
-    (2, 1, 1, 3)
+    >>> poses = np.tile(np.eye(4), (100, 1, 1))
+    >>> stamps = np.arange(100) / 10
+    >>> keyframes = Trajectory(stamps[5:80:5], poses[5:80:5])
+    >>> matches = match(Trajectory(stamps, poses), keyframes, missing="fail", max_gap=1)
+    >>> len(matches.keys), matches.missing, matches.lost
+    (20, 4, 0.2)
     """
     if missing not in MISSING:
         raise ValueError(f"missing must be one of {list(MISSING)}, not {missing!r}")
-    for name, seconds, least in (("t_max_diff", t_max_diff, 0), ("t_offset", t_offset, -inf)):
+    if sync not in SYNCS:
+        raise ValueError(f"sync must be one of {list(SYNCS)}, not {sync!r}")
+    for name, seconds, least in (
+        ("t_max_diff", t_max_diff, 0),
+        ("t_offset", t_offset, -inf),
+        ("max_gap", 0.0 if max_gap is None else max_gap, 0),
+        ("t_start", 0.0 if t_start is None else t_start, -inf),
+        ("t_end", 0.0 if t_end is None else t_end, -inf),
+    ):
         if not isinstance(seconds, Real) or not least <= seconds < inf:
             raise ValueError(f"{name} must be a finite number of seconds, not {seconds!r}")
     reference, estimate = _checked(reference, "reference"), _checked(estimate, "estimate")
-    pairs = _pair(reference.keys, estimate.keys, t_max_diff, t_offset)
-    kept = pairs.ref_kept
-    matched = pairs.est_rows[kept] >= 0
-    lost, without_reference, frame_step = ~matched, np.empty(0), None
-    if missing == "fail" and reference.keys.dtype.kind == "f":
-        ref, est = reference.keys[kept], np.unique(estimate.keys) + t_offset
-        if frames is not None:
-            at_frames, without_reference = _lost_frames(ref, est, frames, t_max_diff, t_offset)
-            lost &= at_frames
-        elif is_denser(ref, est):
-            frame_step = float(np.median(np.diff(est)))
-            lost &= _lost_in_gaps(ref, est, t_max_diff)
-
-    rows = kept[matched | lost] if missing == "fail" else kept[matched]
-    est_rows = pairs.est_rows[rows]
+    if reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
+        if frames is not None and max_gap is None:
+            max_gap = 0.0
+        timing = _Timing(t_max_diff, t_offset, sync, max_gap, frames, t_start, t_end, step)
+        cameras = _cameras_by_time(reference, estimate, timing)
+    else:
+        cameras = _cameras_by_key(reference, estimate)
+    estimated = cameras.est_rows >= 0
+    shown = estimated | (missing == "fail")
+    gt_rows, est_rows = cameras.due_rows[shown], cameras.est_rows[shown]
     est_poses = estimate.poses[est_rows]
     non_finite = int(np.sum(~finite_rows(est_poses[est_rows >= 0])))
     est_poses[est_rows < 0] = np.nan
-    n_matched = int(np.sum(matched))
+    matched = int(estimated.sum())
     return Matches(
-        keys=reference.keys[rows],
-        gt_poses=reference.poses[rows],
+        keys=reference.keys[gt_rows],
+        gt_poses=cameras.gt_poses[shown],
         est_poses=est_poses,
-        gt_rows=rows,
+        gt_rows=gt_rows,
         est_rows=est_rows,
-        matched=n_matched,
-        missing=int(np.sum(lost)),
-        unmatched=len(estimate.keys) - pairs.duplicate - n_matched,
-        duplicate=pairs.duplicate,
+        matched=matched,
+        missing=len(estimated) - matched,
+        unmatched=cameras.unmatched,
+        duplicate=cameras.duplicate,
         non_finite=non_finite,
-        without_reference=without_reference,
-        frame_step=frame_step,
+        lost=1 - matched / len(estimated),
+        due_rows=cameras.due_rows,
+        without_reference=cameras.without_reference,
     )
 
 
@@ -210,29 +226,103 @@ def in_order(reference: Trajectory) -> Trajectory:
     return Trajectory(reference.keys[rows], reference.poses[rows])
 
 
-def coverage(reference: Trajectory, matches: Matches) -> float:
-    """Return the share of a reference, from `in_order`, over which the track was not lost.
+class _Timing(NamedTuple):
+    """The arguments of `match` that are about time."""
 
-    Of images it is the share that is scored. By time it was lost in gaps between scored poses, and
-    at the ends of the reference, that are longer than `LONG_GAP`. The share is one of the
-    reference's poses, so that gaps in the reference itself do not count.
-    """
-    stamps, scored = reference.keys, matches.keys
-    if stamps.dtype.kind != "f":
-        return len(scored) / len(stamps)
-    gaps = np.diff(scored, prepend=stamps[0], append=stamps[-1])
-    times, seconds = LONG_GAP
-    long = gaps > max(times * np.median(gaps), seconds)
-    lost = long[np.searchsorted(scored, stamps)] & ~np.isin(stamps, scored)
-    return float(np.mean(~lost))
+    t_max_diff: float
+    t_offset: float
+    sync: str
+    max_gap: float | None
+    frames: Floats | None
+    t_start: float | None
+    t_end: float | None
+    step: float | None
 
 
-def is_denser(ref_stamps: Floats, est_stamps: Floats) -> bool:
-    """Tell whether a reference has more poses than an estimate can have, by the median step.
+class _Cameras(NamedTuple):
+    """The cameras that were due, by their rows in the reference and in the estimate (or -1)."""
 
-    Fewer than 10 stamps, which must be in order, are too few to tell.
-    """
-    return _median_step(ref_stamps, est_stamps) >= MIN_DENSITY
+    due_rows: Indices
+    est_rows: Indices
+    gt_poses: Floats
+    unmatched: int
+    duplicate: int
+    without_reference: Floats
+
+
+def _cameras_by_time(reference: Trajectory, estimate: Trajectory, timing: _Timing) -> _Cameras:
+    """Find the pose that stands for each frame that was due."""
+    ref_rows = _first_rows(reference.keys, "reference")
+    est_rows = _first_rows(estimate.keys, "estimate")
+    truth = Trajectory(reference.keys[ref_rows], reference.poses[ref_rows])
+    stamps = estimate.keys[est_rows] + timing.t_offset
+    rows, without_reference = _rows_due(truth.keys, stamps, timing)
+    standing = stand_in(
+        truth,
+        rows,
+        Trajectory(stamps, estimate.poses[est_rows]),
+        t_max_diff=timing.t_max_diff,
+        max_gap=timing.max_gap,
+        interpolate=timing.sync == "interpolate",
+    )
+    if (standing.est_rows < 0).all():
+        raise _nothing_in_common(truth.keys, estimate.keys[est_rows], timing)
+    return _Cameras(
+        due_rows=ref_rows[rows],
+        est_rows=np.where(standing.est_rows < 0, -1, est_rows[standing.est_rows]),
+        gt_poses=standing.gt_poses,
+        unmatched=standing.unmatched,
+        duplicate=len(estimate.keys) - len(est_rows),
+        without_reference=without_reference,
+    )
+
+
+def _rows_due(ref_stamps: Floats, est_stamps: Floats, timing: _Timing) -> tuple[Indices, Floats]:
+    """Return the rows of the reference that were due, and the frames that have none."""
+    if timing.frames is None:
+        step = usual_step(est_stamps) if timing.step is None else timing.step
+        rows, without_reference = due_rows(ref_stamps, step), np.empty(0)
+    else:
+        rows, without_reference = _rows_of_frames(ref_stamps, np.unique(timing.frames), timing)
+    limits = {"t_start": timing.t_start, "t_end": timing.t_end}
+    given = {name: seconds for name, seconds in limits.items() if seconds is not None}
+    low, high = given.get("t_start", -inf), given.get("t_end", inf)
+    rows = rows[(ref_stamps[rows] >= low) & (ref_stamps[rows] <= high)]
+    if len(rows) == 0:
+        said = " and ".join(f"{name} {seconds:.6f} s" for name, seconds in given.items())
+        raise ValueError(
+            f"no reference pose is due with {said}: the reference goes from {ref_stamps[0]:.6f} to "
+            f"{ref_stamps[-1]:.6f} s"
+        )
+    return rows, without_reference
+
+
+def _rows_of_frames(ref_stamps: Floats, frames: Floats, timing: _Timing) -> tuple[Indices, Floats]:
+    """Return the rows of the reference nearest to the frames, and the frames that have none."""
+    nearest, distance = nearest_stamps(ref_stamps, frames + timing.t_offset)
+    near = distance <= timing.t_max_diff
+    if not near.any():
+        raise ValueError(
+            f"no due frame has a reference pose: the frames go from {frames[0]:.6f} to "
+            f"{frames[-1]:.6f} s, the reference from {ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s "
+            f"(t_offset {timing.t_offset:g} s, t_max_diff {timing.t_max_diff:g} s)"
+            f"{unit_hint(ref_stamps, frames + timing.t_offset, 'frames')}"
+        )
+    return np.unique(nearest[near]), frames[~near] + timing.t_offset
+
+
+def _cameras_by_key(reference: Trajectory, estimate: Trajectory) -> _Cameras:
+    """Find the pose of the same image, frame or row."""
+    pairs = _pair(reference.keys, estimate.keys)
+    est_rows = pairs.est_rows[pairs.ref_kept]
+    return _Cameras(
+        due_rows=pairs.ref_kept,
+        est_rows=est_rows,
+        gt_poses=reference.poses[pairs.ref_kept],
+        unmatched=len(estimate.keys) - pairs.duplicate - int(np.sum(est_rows >= 0)),
+        duplicate=pairs.duplicate,
+        without_reference=np.empty(0),
+    )
 
 
 class _Pairs(NamedTuple):
@@ -243,7 +333,7 @@ class _Pairs(NamedTuple):
     duplicate: int  # number of estimated poses left out as duplicates
 
 
-def _pair(ref_keys: NDArray[Any], est_keys: NDArray[Any], max_diff: float, offset: float) -> _Pairs:
+def _pair(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> _Pairs:
     """Pair the poses by what their keys are."""
     kinds = ref_keys.dtype.kind, est_keys.dtype.kind
     if kinds[0] != kinds[1]:
@@ -251,116 +341,9 @@ def _pair(ref_keys: NDArray[Any], est_keys: NDArray[Any], max_diff: float, offse
             "the two trajectories are not of the same format: the keys of the reference are "
             f"{KEY_KINDS[kinds[0]]}, those of the estimate {KEY_KINDS[kinds[1]]}"
         )
-    if kinds == ("f", "f"):
-        return _pair_by_time(ref_keys, est_keys, max_diff, offset)
     if kinds == ("i", "i") and _are_row_numbers(ref_keys) and _are_row_numbers(est_keys):
         return _pair_by_row(ref_keys, est_keys)
     return _pair_by_key(ref_keys, est_keys)
-
-
-def _pair_by_time(ref_stamps: Floats, est_stamps: Floats, max_diff: float, offset: float) -> _Pairs:
-    ref_kept, est_kept = _first_rows(ref_stamps, "reference"), _first_rows(est_stamps, "estimate")
-    ref, est = ref_stamps[ref_kept], est_stamps[est_kept]
-    if len(est) > len(ref):
-        i = np.arange(len(ref))
-        j, near = _nearest(est + offset, ref, max_diff)
-    else:
-        j = np.arange(len(est))
-        i, near = _nearest(ref - offset, est, max_diff)
-    i, j = i[near], j[near]
-    if len(i) == 0:
-        raise ValueError(
-            f"no time stamps in common: the reference goes from {ref[0]:.6f} to {ref[-1]:.6f} s, "
-            f"the estimate from {est[0]:.6f} to {est[-1]:.6f} s (t_offset {offset:g} s, "
-            f"t_max_diff {max_diff:g} s){_stamps_hint(ref, est)}"
-        )
-    by_distance = np.argsort(np.abs(est[j] + offset - ref[i]), kind="stable")
-    i, j = i[by_distance], j[by_distance]
-    closest = _is_first(i) & _is_first(j)
-    est_rows = np.full(len(ref_stamps), -1)
-    est_rows[ref_kept[i[closest]]] = est_kept[j[closest]]
-    farther = len(np.unique(j)) - int(np.sum(closest))
-    return _Pairs(est_rows, ref_kept, len(est_stamps) - len(est_kept) + farther)
-
-
-def _lost_in_gaps(ref_stamps: Floats, est_stamps: Floats, max_diff: float) -> Booleans:
-    """Tell at which poses of a denser reference the estimate must have lost a frame.
-
-    The number of frames lost in a gap follows from its length in time and from the number of
-    reference poses in it; the smaller one counts, since in gaps of the reference itself nothing can
-    be said to be lost. Each reference pose in a gap is given to the nearest frame, and each frame
-    keeps the nearest pose. (To go through the frames instead would take forever where one stamp is
-    wrong by years.)
-    """
-    n, m = len(ref_stamps), len(est_stamps)
-    step = np.median(np.diff(est_stamps))
-    places = np.r_[0, _places(ref_stamps, est_stamps), n - 1]  # with the reference's ends
-    times = np.maximum(np.diff(np.r_[ref_stamps[0], est_stamps, ref_stamps[-1]]), 0) / step
-    steps = np.minimum(times, np.diff(places) / _median_step(ref_stamps, est_stamps))
-    # A gap between poses ends with an estimated frame; what lacks to a whole step is jitter.
-    most = np.maximum(np.rint(steps) - 1, 0)
-    most[[0, -1]] = np.floor(steps[[0, -1]] + 0.01)
-
-    gap = np.searchsorted(est_stamps, ref_stamps, side="right")
-    start = est_stamps[np.maximum(gap - 1, 0)]
-    n_steps = np.maximum(np.rint(times[gap]), 1)
-    inside = (gap > 0) & (gap < m)
-    length = np.where(inside, times[gap] / n_steps, 1.0) * step
-    frame = np.rint((ref_stamps - start) / length)
-    distance = np.abs(ref_stamps - start - frame * length)
-    lost = (most[gap] > 0) & (frame != 0) & ~(inside & (frame == n_steps))
-    lost &= distance <= max(max_diff, float(np.median(np.diff(ref_stamps))))
-    rows = np.flatnonzero(lost)
-    rows = rows[np.argsort(distance[rows], kind="stable")]
-    _, nearest = np.unique(np.column_stack([gap, frame])[rows], axis=0, return_index=True)
-    rows = np.sort(rows[nearest])
-
-    # Of more than there can be in a gap, that many are kept, evenly spread.
-    _, first, count = np.unique(gap[rows], return_index=True, return_counts=True)
-    number = np.arange(len(rows)) - np.repeat(first, count)
-    share = np.minimum(most[gap[rows]] / np.repeat(count, count), 1)
-    spread = np.floor((number + 1) * share + 1e-9) > np.floor(number * share + 1e-9)
-    return np.isin(np.arange(n), rows[spread])
-
-
-def _median_step(ref_stamps: Floats, est_stamps: Floats) -> float:
-    """Return how many poses of the reference the estimate usually advances; 0 if it has too few."""
-    places = _places(ref_stamps, est_stamps)
-    steps = np.diff(places[(places > 0) & (places < len(ref_stamps) - 1)])
-    return float(np.median(steps)) if len(steps) >= MIN_STEPS else 0.0
-
-
-def _places(ref_stamps: Floats, est_stamps: Floats) -> Floats:
-    """Return where among the rows of the reference, counted in fractions, estimated poses lie."""
-    return np.interp(est_stamps, ref_stamps, np.arange(len(ref_stamps)))
-
-
-def _lost_frames(
-    ref_stamps: Floats, est_stamps: Floats, frames: Floats, max_diff: float, offset: float
-) -> tuple[Booleans, Floats]:
-    """Tell the reference poses of frames without an estimated pose, and the frames without both."""
-    frames = np.unique(frames)
-    due = frames + offset
-    rows, near = _nearest(ref_stamps, due, max_diff)
-    if not near.any():
-        raise ValueError(
-            f"no due frame has a reference pose: the frames go from {frames[0]:.6f} to "
-            f"{frames[-1]:.6f} s, the reference from {ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s "
-            f"(t_offset {offset:g} s, t_max_diff {max_diff:g} s)"
-            f"{unit_hint(ref_stamps, due, 'frames')}"
-        )
-    _, estimated = _nearest(est_stamps, due, max_diff)
-    lost = np.isin(np.arange(len(ref_stamps)), rows[near & ~estimated])
-    return lost, due[~near & ~estimated]
-
-
-def _nearest(stamps: Floats, times: Floats, max_diff: float) -> tuple[Indices, Booleans]:
-    """Return which of the stamps, in order, is nearest to each time, and whether it is near."""
-    last = len(stamps) - 1
-    after = np.minimum(np.searchsorted(stamps, times), last)
-    before = np.maximum(after - 1, 0)
-    nearest = np.where(times - stamps[before] <= stamps[after] - times, before, after)
-    return nearest, np.abs(stamps[nearest] - times) <= max_diff
 
 
 def unit_hint(ref_stamps: Floats, est_stamps: Floats, whose: str = "estimate") -> str:
@@ -383,7 +366,17 @@ def unit_hint(ref_stamps: Floats, est_stamps: Floats, whose: str = "estimate") -
     return ""
 
 
-def _stamps_hint(ref_stamps: Floats, est_stamps: Floats) -> str:
+def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, timing: _Timing) -> ValueError:
+    """Return the error of an estimate without a pose near one of the reference."""
+    return ValueError(
+        f"no time stamps in common: the reference goes from {ref_stamps[0]:.6f} to "
+        f"{ref_stamps[-1]:.6f} s, the estimate from {est_stamps[0]:.6f} to {est_stamps[-1]:.6f} s "
+        f"(t_offset {timing.t_offset:g} s, t_max_diff {timing.t_max_diff:g} s)"
+        f"{_stamps_hint(ref_stamps, est_stamps, timing.t_offset)}"
+    )
+
+
+def _stamps_hint(ref_stamps: Floats, est_stamps: Floats, offset: float) -> str:
     """Say why stamps have nothing in common, if it can be told."""
     if hint := unit_hint(ref_stamps, est_stamps):
         return hint
@@ -396,6 +389,14 @@ def _stamps_hint(ref_stamps: Floats, est_stamps: Floats) -> str:
                 f"offset, --t_offset {first['reference'] - first['estimate']:.3f} lets both begin "
                 "together"
             )
+    shifted = est_stamps + offset
+    shifted = shifted[(shifted >= ref_stamps[0]) & (shifted <= ref_stamps[-1])]
+    if len(shifted):
+        distance = float(np.median(nearest_stamps(ref_stamps, shifted)[1]))
+        return (
+            f"; the nearest ones are usually {distance:.4f} s apart: --t_offset moves those of the "
+            "estimate, a larger --t_max_diff takes them for the same"
+        )
     return ""
 
 
@@ -490,6 +491,8 @@ def _first_rows(keys: NDArray[Any], whose: str) -> Indices:
             )
         rows = np.argsort(keys, kind="stable")
     kept = rows[_is_first(keys[rows])]
+    if keys.dtype.kind == "f" and len(kept) == 1 < len(keys):
+        raise ValueError(f"all {len(keys)} time stamps of the {whose} are the same")
     if whose == "reference" and len(kept) < len(rows):
         _warn(f"duplicates in the reference (of stamp or name), left out: {len(rows) - len(kept)}")
     return kept

@@ -2,10 +2,11 @@
 
 With an offset each estimated pose is compared with where the camera was a moment earlier or later.
 The reference's positions, interpolated at the estimate's stamps plus a trial offset, fit the
-estimate best at the true one.
+estimate best at the true one. Where the mirror image of the estimate or its inverse poses fit
+better without an offset, the misfit is one of convention.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from ..arrays import Booleans, Floats
 from ..translation import normalise
 from ..validation import finite_rows
 from .conventions import median_error
-from .files import Trajectory
+from .files import Trajectory, inverse_poses
 
 __all__ = ["TimeOffset", "find_offset"]
 
@@ -29,6 +30,7 @@ MAX_MISFIT = 0.1  # at the offset, relative to the extent of the reference there
 ROUNDING = 1e-4  # misfit, also relative, below which all fit alike
 MIN_GAIN = 1.5  # factor by which the positions must fit better for an offset to be told
 MIN_FAR_GAIN = 5.0  # the same beyond the nearby ones, where there are more to choose from
+MIRROR = np.array([1.0, 1.0, -1.0])
 
 
 @dataclass(frozen=True)
@@ -52,8 +54,8 @@ def find_offset(reference: Trajectory, estimate: Trajectory) -> TimeOffset | Non
     """Find the time offset of an estimate to a reference `in_order` by the fit of its positions.
 
     It is within 1 s if the positions fit there, else anywhere, as where one of the two counts from
-    its start. None where there are fewer than `MIN_POSES`, or at no offset half of the poses lie
-    within the reference and fit.
+    its start; 0 where another convention of the estimate explains the misfit. None where there are
+    fewer than `MIN_POSES`, or at no offset half of the poses lie within the reference and fit.
     """
     rows = np.flatnonzero(finite_rows(estimate.poses[:, :3, 3]))
     rows = rows[np.argsort(estimate.keys[rows], kind="stable")]
@@ -75,9 +77,23 @@ def find_offset(reference: Trajectory, estimate: Trajectory) -> TimeOffset | Non
         misfit = fit.misfit(best)
         extent = fit.extent(best) if misfit < np.inf else 0.0
         if misfit <= MAX_MISFIT * extent and extent > 0:
+            if best and _another_convention_fits(fit, estimate.poses[rows], misfit):
+                return TimeOffset(0.0, 1.0)
             floor = fit.interpolation_error() + ROUNDING * extent
             return TimeOffset(best, (fit.misfit(0.0) + floor) / (misfit + floor))
     return None
+
+
+def _another_convention_fits(fit: "_ShiftedPositions", est: Floats, misfit: float) -> bool:
+    """Tell whether the estimate in another convention fits better than that, without an offset."""
+    est = np.nan_to_num(est)  # a position is there, but perhaps no rotation
+    inverse = inverse_poses(est)[:, :3, 3]
+    centres = -np.einsum(
+        "nij,nj->ni", est[:, :3, :3], est[:, :3, 3]
+    )  # of world-to-camera translations
+    candidates = [est[:, :3, 3] * MIRROR, inverse, inverse * MIRROR, centres]
+    positions = [normalise(candidate)[0] for candidate in candidates]
+    return any(replace(fit, est_positions=other).misfit(0.0) < misfit for other in positions)
 
 
 @dataclass(frozen=True)

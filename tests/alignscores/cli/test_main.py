@@ -124,4 +124,5 @@ def test_shell_completion(process, tmp_path):
         COMP_LINE=line,
         COMP_POINT=str(len(line)),
     )
-    assert (tmp_path / "completions").read_text().split() == ["--t_max_diff", "--t_offset"]
+    options = ["--t_max_diff", "--t_start", "--t_end", "--t_offset"]
+    assert (tmp_path / "completions").read_text().split() == options
