@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from evo.core.geometry import umeyama_alignment
 
-from alignscores import pas, tas
+from alignscores import closest_pair_quartile, pas, tas
 from alignscores.evaluation import scoring
 from alignscores.trajectories.association import match
 from alignscores.trajectories.conventions import Convention
@@ -31,10 +31,11 @@ def test_ate_is_that_of_evo(score, examples):
 
 
 def test_repeat_and_seed(score, examples):
-    both = (read_tum(examples / path) for path in TUM[1:])
-    matches = match(*both, sync="nearest", max_gap=0.0)
+    reference, estimate = (read_tum(examples / path) for path in TUM[1:])
+    matches = match(reference, estimate, sync="nearest", max_gap=0.0)
+    unit = closest_pair_quartile(reference.poses[:, :3, 3])
     gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
-    scores = [tas(gt, est, rng=seed).score for seed in range(20)]
+    scores = [tas(gt, est, unit=unit, rng=seed).score for seed in range(20)]
     for options, drawn in (([], scores[:10]), (["--seed", 7, "--repeat", 3], scores[7:10])):
         (result,) = score(*TUM, *PAPER, *AT_STAMPS, *options)
         assert result["TAS_seeds"] == drawn
@@ -48,12 +49,13 @@ def test_repeat_and_seed(score, examples):
 
 def test_thresholds_and_weight_are_those_of_python(score, examples):
     settings = {"max_threshold": 0.5, "max_threshold_deg": 5.0, "weight": 0.25}
-    both = (read_tum(examples / path) for path in TUM[1:])
-    matches = match(*both, sync="nearest", max_gap=0.0)
+    reference, estimate = (read_tum(examples / path) for path in TUM[1:])
+    matches = match(reference, estimate, sync="nearest", max_gap=0.0)
+    unit = closest_pair_quartile(reference.poses[:, :3, 3])
     options = [text for key, value in settings.items() for text in (f"--{key}", value)]
     (result,) = score(*TUM, *PAPER, *AT_STAMPS, *options, "--repeat", 2)
     for seed in range(2):
-        expected = pas(matches.gt_poses, matches.est_poses, rng=seed, **settings)
+        expected = pas(matches.gt_poses, matches.est_poses, unit=unit, rng=seed, **settings)
         assert result["TAS_seeds"][seed] == expected.tas.score
         assert result["PAS_seeds"][seed] == expected.score
     assert result["RAS"] == expected.ras.score
