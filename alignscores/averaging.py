@@ -26,11 +26,11 @@ TLUD_TOLERANCE = 1e-3  # radians; the refinement stops after a smaller step
 WEISZFELD_STEPS = 10
 COINCIDENT = 1e-15  # radians; rotations that differ by less are equal up to rounding
 NEGLIGIBLE = 1e-12  # of a mean distance; rotations whose means differ by less are equally good
-CHUNK = 1 << 17  # pairwise distances held at once: 1 MiB, which fits in the cache
+DISTANCES_AT_ONCE = 1 << 17  # 1 MiB, which fits in the cache
 BATCH = 8  # smallest number of rotations that are compared with all others at once
 SAMPLE = 128  # rotations from which the share of near pairs is estimated
-FEW = 1 / 32  # share of near pairs below which a tree is faster than bounds
-PAIRS = 1 << 20  # near pairs held at once: 24 MiB
+SPARSE = 1 / 32  # share of near pairs below which a tree is faster than bounds
+NEAR_PAIRS_AT_ONCE = 1 << 20  # 24 MiB
 IDENTITY = np.eye(3)
 # Their inner products with a rotation are twice the sine times the axis, and the trace.
 ANTISYMMETRIC_PARTS_AND_TRACE = np.array(
@@ -43,30 +43,12 @@ ANTISYMMETRIC_PARTS_AND_TRACE = np.array(
 )
 
 
-def project_to_rotation(matrix: Floats) -> Floats:
-    """Return the rotation nearest to a matrix in the Frobenius norm.
-
-    Parameters
-    ----------
-    matrix : (3, 3) array
-        Any matrix.
-
-    Returns
-    -------
-    (3, 3) ndarray
-        The projection on SO(3).
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.averaging import project_to_rotation
-    >>> np.allclose(project_to_rotation(3 * np.eye(3)), np.eye(3))
-    True
-    """
-    u, _, vt = np.linalg.svd(matrix)
-    sign = np.array([1.0, 1.0, np.linalg.det(u @ vt)])
-    rotation: Floats = (u * sign) @ vt
-    return rotation
+def project_to_rotation(matrices: Floats) -> Floats:
+    """Return the rotations nearest to matrices (..., 3, 3) in the Frobenius norm."""
+    u, _, vt = np.linalg.svd(matrices)
+    u[..., 2] *= np.linalg.det(u @ vt)[..., None]
+    rotations: Floats = u @ vt
+    return rotations
 
 
 def nearest_rotations(matrices: ArrayLike) -> Floats:
@@ -99,36 +81,15 @@ def nearest_rotations(matrices: ArrayLike) -> Floats:
     if rotations.ndim != 3 or rotations.shape[1:] != (3, 3):
         raise ValueError(f"matrices must have shape (n, 3, 3), not {rotations.shape}")
     finite = finite_rows(rotations)
-    u, _, vt = np.linalg.svd(rotations[finite])
-    u[:, :, 2] *= np.linalg.det(u @ vt)[:, None]
-    rotations[finite] = u @ vt
+    rotations[finite] = project_to_rotation(rotations[finite])
     return rotations
 
 
 def chordal_mean(rotations: Floats) -> Floats:
-    """Return the rotation that minimises the sum of squared chordal distances.
+    """Return the rotation with the smallest sum of squared chordal distances to (n, 3, 3) others.
 
-    Parameters
-    ----------
-    rotations : (n, 3, 3) array
-        Rotations.
-
-    Returns
-    -------
-    (3, 3) ndarray
-        The projection of their sum on SO(3).
-
-    References
-    ----------
-    Hartley et al., "Rotation Averaging", IJCV 2013, section 5.
-
-    Examples
-    --------
-    >>> from scipy.spatial.transform import Rotation
-    >>> from alignscores.averaging import chordal_mean
-    >>> rotations = Rotation.from_euler("z", [[10], [20], [30]], degrees=True).as_matrix()
-    >>> Rotation.from_matrix(chordal_mean(rotations)).as_euler("xyz", degrees=True).round(6)
-    array([ 0.,  0., 20.])
+    It is the projection of their sum on SO(3) (Hartley et al., "Rotation Averaging", IJCV 2013,
+    section 5).
     """
     return project_to_rotation(rotations.sum(axis=0))
 
@@ -136,43 +97,13 @@ def chordal_mean(rotations: Floats) -> Floats:
 def geodesic_l1_mean(
     rotations: Floats, start: Floats, *, max_steps: int = WEISZFELD_STEPS, tolerance: float = 0.0
 ) -> Floats:
-    """Return the rotation that minimises the sum of angles to the given ones (a median).
+    """Return the rotation that minimises the sum of angles to rotations (n, 3, 3): a median.
 
-    Parameters
-    ----------
-    rotations : (n, 3, 3) array
-        Rotations.
-    start : (3, 3) array
-        Rotation to start from.
-    max_steps : int
-        Largest number of Weiszfeld steps.
-    tolerance : float
-        Stop after a step of less than so many radians.
-
-    Returns
-    -------
-    (3, 3) ndarray
-        The last iterate.
-
-    Notes
-    -----
-    A rotation that the iterate coincides with has no direction to pull in. As in Vardi and Zhang it
-    cancels the pull of one other, so that the iterate stays where an exact majority is.
-
-    References
-    ----------
-    Hartley, Aftab and Trumpf, "L1 rotation averaging using the Weiszfeld algorithm", CVPR 2011.
-    Vardi and Zhang, "The multivariate L1-median and associated data depth", PNAS 2000, for the
-    coincidence.
-
-    Examples
-    --------
-    >>> from scipy.spatial.transform import Rotation
-    >>> from alignscores.averaging import chordal_mean, geodesic_l1_mean
-    >>> rotations = Rotation.from_euler("z", [[10], [10.5], [11], [150]], degrees=True).as_matrix()
-    >>> mean = geodesic_l1_mean(rotations, chordal_mean(rotations), max_steps=100)
-    >>> bool(10.4 < Rotation.from_matrix(mean).as_euler("xyz", degrees=True)[2] < 11.1)
-    True
+    Weiszfeld steps from the start, until one is shorter than the tolerance in radians (Hartley,
+    Aftab and Trumpf, "L1 rotation averaging using the Weiszfeld algorithm", CVPR 2011). A rotation
+    that the iterate coincides with has no direction to pull in. As in Vardi and Zhang ("The
+    multivariate L1-median and associated data depth", PNAS 2000) it cancels the pull of one other,
+    so that the iterate stays where an exact majority is.
     """
     mean = start
     for _ in range(max_steps):
@@ -193,43 +124,13 @@ def geodesic_l1_mean(
 
 
 def tlud_mean(rotations: Floats) -> Floats:
-    """Return the robust average of rotations: truncated least unsquared deviations.
+    """Return the robust average of rotations (n, 3, 3): truncated least unsquared deviations.
 
     The rotation with the smallest sum of truncated chordal distances to all others defines the
-    inliers; their geodesic L1 mean is the result.
-
-    Parameters
-    ----------
-    rotations : (n, 3, 3) array
-        Rotations, most of which may be outliers.
-
-    Returns
-    -------
-    (3, 3) ndarray
-        The average.
-
-    Notes
-    -----
-    O(n) memory beyond a constant. The time grows like n^1.5 where many rotations agree. Where few
-    do, a tree finds all pairs within the threshold, which takes most of the time. In between, where
-    all errors are about 20 degrees, the time grows like n^2.
-
-    References
-    ----------
-    Lee and Civera, "Alignment Scores", section 4, step 1.
-    Newling and Fleuret, "A sub-quadratic exact medoid algorithm", AISTATS 2017, for the bound of
-    the sums by the triangle inequality.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from scipy.spatial.transform import Rotation
-    >>> from alignscores.averaging import tlud_mean
-    >>> rotations = Rotation.from_euler(
-    ...     "z", [[9], [10], [11], [80], [160], [240]], degrees=True
-    ... ).as_matrix()
-    >>> Rotation.from_matrix(tlud_mean(rotations)).as_euler("xyz", degrees=True).round(2)
-    array([ 0.,  0., 10.])
+    inliers; their geodesic L1 mean is the average (section 4, step 1). O(n) memory beyond a
+    constant. The time grows like n^1.5 where many rotations agree. Where few do, a tree finds all
+    pairs within the threshold, which takes most of the time. In between, where all errors are about
+    20 degrees, the time grows like n^2.
     """
     flat = rotations.reshape(-1, 9)
     inlier = np.linalg.norm(flat - flat[_medoid(rotations)], axis=1) < TLUD_THRESHOLD
@@ -239,14 +140,14 @@ def tlud_mean(rotations: Floats) -> Floats:
 
 
 def _medoid(rotations: Floats) -> int:
-    """Index of the rotation with the smallest sum of truncated distances to all rotations."""
+    """Return the index of the rotation whose truncated distances to all have the smallest sum."""
     points = rotations.reshape(-1, 9)
-    if len(points) ** 2 > CHUNK:
+    if len(points) ** 2 > DISTANCES_AT_ONCE:
         order = np.random.default_rng(0).permutation(len(points))  # failures may be periodic
         sample = points[order[:SAMPLE]]
         squared = scipy.spatial.distance.cdist(sample, sample, "sqeuclidean")
         share = float(np.mean(squared < TLUD_THRESHOLD**2))
-        if share < FEW:
+        if share < SPARSE:
             return int(order[_medoid_by_tree(rotations[order], share)])
     return _medoid_by_bounds(points)
 
@@ -256,13 +157,14 @@ def _medoid_by_bounds(points: Floats) -> int:
 
     Truncated distances obey the triangle inequality. With f_i the sum and d the truncated distance
     to i, f_j >= n d - f_i. Where d is not truncated, only the terms of points within two thresholds
-    of i differ: if these are m, f_j >= f_i - m d. The points with the lowest bounds come first.
+    of i differ: if these are m, f_j >= f_i - m d. The points with the lowest bounds come first
+    (Newling and Fleuret, "A sub-quadratic exact medoid algorithm", AISTATS 2017).
     """
     n = len(points)
     # Relative to the median, so that squared distances are differences of small numbers.
     points = points - np.partition(points, n // 2, axis=0)[n // 2]
     squares = np.einsum("ni,ni->n", points, points)
-    size = max(BATCH, CHUNK // n)
+    size = max(BATCH, DISTANCES_AT_ONCE // n)
     best, best_sum = 0, np.inf
     bounds, left = np.zeros(n), np.arange(n)
     while left.size:
@@ -287,14 +189,14 @@ def _medoid_by_bounds(points: Floats) -> int:
 
 
 def _medoid_by_tree(rotations: Floats, share: float) -> int:
-    """Find the medoid where few agree, from the near pairs alone: about the given share of all."""
+    """Find the medoid where few agree, from the near pairs alone: about that share of all pairs."""
     n = len(rotations)
     quaternions = scipy.spatial.transform.Rotation.from_matrix(rotations).as_quat()
     # The chordal distance is sqrt(8) sin(angle / 2); that of quaternions v = 2 sin(angle / 4).
     both_signs = scipy.spatial.KDTree(np.vstack([quaternions, -quaternions]))
     reach = sqrt(2 - 2 * sqrt(1 - TLUD_THRESHOLD**2 / 8))
     agreement = np.zeros(n)  # by how much each sum of distances is below n thresholds
-    n_parts = ceil(share * n * n / PAIRS)
+    n_parts = ceil(share * n * n / NEAR_PAIRS_AT_ONCE)
     for i in range(n_parts):
         part = scipy.spatial.KDTree(quaternions[i::n_parts])
         pairs = part.sparse_distance_matrix(both_signs, reach, output_type="ndarray")
@@ -306,56 +208,15 @@ def _medoid_by_tree(rotations: Floats, share: float) -> int:
 
 
 def rotation_angles(rotations: Floats) -> Floats:
-    """Return the angles of rotations in degrees, precise down to 0 and up to 180.
-
-    Parameters
-    ----------
-    rotations : (n, 3, 3) array
-        Rotations.
-
-    Returns
-    -------
-    (n,) ndarray
-        Angles in degrees, from 0 to 180.
-
-    Examples
-    --------
-    >>> from scipy.spatial.transform import Rotation
-    >>> from alignscores.averaging import rotation_angles
-    >>> rotations = Rotation.from_euler("y", [[0], [1e-9], [180]], degrees=True).as_matrix()
-    >>> rotation_angles(rotations)
-    array([0.e+00, 1.e-09, 1.8e+02])
-    """
+    """Return the angles of rotations (n, 3, 3) in degrees, precise down to 0 and up to 180."""
     return np.degrees(angles_and_axes(rotations)[0])
 
 
 def angles_and_axes(rotations: Floats, reference: Floats = IDENTITY) -> tuple[Floats, Floats]:
-    """Return the angles and axes of ``rotations @ reference.T``: the log maps ``angles * axes``.
+    """Return angles (n,) and unit axes (3, n) of ``rotations @ reference.T``: the logarithms.
 
-    Parameters
-    ----------
-    rotations : (n, 3, 3) array
-        Rotations.
-    reference : (3, 3) array
-        Rotation relative to which they are taken; by default the identity.
-
-    Returns
-    -------
-    angles : (n,) ndarray
-        Angles in radians, from 0 to pi. They come from sine and cosine together, which is precise
-        at both ends and needs no clipping.
-    axes : (3, n) ndarray
-        Unit axes, component first; zero at the angles 0 and pi, where there is none or no single
-        one.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.averaging import angles_and_axes
-    >>> quarter_turn = np.array([[[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])
-    >>> angles, axes = angles_and_axes(quarter_turn)
-    >>> angles / np.pi, axes.T
-    (array([0.5]), array([[0., 0., 1.]]))
+    The angles, from 0 to pi, come from sine and cosine together, which is precise at both ends. The
+    axis is zero at the angles 0 and pi, where there is none or no single one.
     """
     parts = (ANTISYMMETRIC_PARTS_AND_TRACE @ reference).reshape(4, 9) @ rotations.reshape(-1, 9).T
     axes = parts[:3]
@@ -365,27 +226,7 @@ def angles_and_axes(rotations: Floats, reference: Floats = IDENTITY) -> tuple[Fl
 
 
 def rotation_from_vector(vector: Floats) -> Floats:
-    """Return the rotation about a vector by its length in radians: the exponential map.
-
-    Parameters
-    ----------
-    vector : (3,) array
-        Axis times angle.
-
-    Returns
-    -------
-    (3, 3) ndarray
-        The rotation (Rodrigues' formula).
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.averaging import rotation_from_vector
-    >>> rotation_from_vector(np.array([0.0, 0.0, np.pi / 2])).round(12)
-    array([[ 0., -1.,  0.],
-           [ 1.,  0.,  0.],
-           [ 0.,  0.,  1.]])
-    """
+    """Return the rotation about a vector (3,) by its length in radians: Rodrigues' formula."""
     angle = sqrt(vector @ vector)
     if angle == 0:
         return np.eye(3)

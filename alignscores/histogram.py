@@ -56,31 +56,7 @@ class AlignmentScore:
 
 
 def cumulative_frequency(errors: Floats, thresholds: Floats) -> NDArray[np.int64]:
-    """Count the errors that lie strictly below each threshold.
-
-    Parameters
-    ----------
-    errors : (n,) array
-        Errors, possibly infinite.
-    thresholds : (K,) array
-        Thresholds in the same unit.
-
-    Returns
-    -------
-    (K,) ndarray of int
-        The cumulative frequencies ``f_k``.
-
-    References
-    ----------
-    Lee and Civera, "Alignment Scores", figure 1 and section 3, step 3.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.histogram import cumulative_frequency
-    >>> cumulative_frequency(np.array([0.1, 0.2, np.inf]), np.array([0.1, 0.2, 0.3]))
-    array([0, 1, 2])
-    """
+    """Return the number of errors strictly below each threshold: ``f_k`` of figure 1."""
     return np.searchsorted(np.sort(errors), thresholds, side="left").astype(np.int64)
 
 

@@ -14,7 +14,7 @@ from .rotation import ras
 from .similarity import least_squares_rmse
 from .translation import Seed, closest_pair_quartile, tas
 
-__all__ = ["FAMILIES", "SCORES", "header", "metric", "named"]
+__all__ = ["FAMILIES", "SCORES", "Family", "Metric", "header", "metric", "named"]
 
 
 def named(

@@ -12,25 +12,16 @@ from .arrays import Booleans, Floats
 __all__ = ["PairBlock", "pair_blocks"]
 
 
-CHUNK = 1 << 13  # pairs evaluated at once: their temporaries stay in the cache
+PAIRS_AT_ONCE = 1 << 13  # their temporaries stay in the cache
 
 
 @dataclass(frozen=True, eq=False)
 class PairBlock:
     """What the errors of some pairs (i, j) follow from: cameras i in rows, j in columns.
 
-    Parameters
-    ----------
-    i, j : slice
-        The cameras.
-    pairs : (rows, columns) ndarray of bool
-        Where i < j; no other entries count.
-    i_quaternions, j_quaternions : (rows, 4), (4, columns) ndarray
-        Of the rotations between the worlds.
-    dots : (rows, columns) ndarray
-        Scalar products of true and estimated step from i to j, both in the axes of camera i.
-    gt_lengths, est_lengths : (rows, columns) ndarray
-        Lengths of the steps.
+    Only the entries where ``pairs`` is true, those of i < j, count. The quaternions, (rows, 4) and
+    (4, columns), are those of the rotations between the worlds; ``dots`` are the scalar products of
+    the true and the estimated step from i to j, both in the axes of camera i.
     """
 
     i: slice
@@ -56,31 +47,11 @@ class PairBlock:
 
 
 def pair_blocks(gt: Floats, est: Floats, between: Rotation) -> Iterator[PairBlock]:
-    """Go through all pairs i < j, some thousand at a time.
+    """Go through all pairs i < j of cameras (n, 3) of moderate size, in O(n) memory.
 
-    Parameters
-    ----------
-    gt, est : (n, 3) array
-        Camera centres of moderate size.
-    between : Rotation
-        For each camera the rotation that takes its true axes to its estimated ones. Both errors of
-        a pair follow from it: the rotation from S_i^T S_j, the direction from
-        (c_j - c_i)^T S_i^T (c^_j - c^_i).
-
-    Yields
-    ------
-    PairBlock
-        The pairs of the next cameras i with all later ones. O(n) memory.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from scipy.spatial.transform import Rotation
-    >>> from alignscores.pairs import pair_blocks
-    >>> gt = np.array([[0.0, 0, 0], [1, 0, 0], [0, 2, 0]])
-    >>> (block,) = pair_blocks(gt, 3 * gt, Rotation.identity(3))
-    >>> block.dots[block.pairs], block.rotation_angles()[block.pairs]
-    (array([ 3., 12., 15.]), array([0., 0., 0.]))
+    ``between`` holds, for each camera, the rotation S_i that takes its true axes to its estimated
+    ones. Both errors of a pair follow from it: the rotation from S_i^T S_j, the direction from
+    (c_j - c_i)^T S_i^T (c^_j - c^_i).
     """
     # From quaternions, so that the rounding of files (S is orthonormal to 1e-6 only) does not
     # enter the cosines.
@@ -90,7 +61,8 @@ def pair_blocks(gt: Floats, est: Floats, between: Rotation) -> Iterator[PairBloc
     while first < n - 1:
         # Cameras i = first, first + 1, ... in rows, j = first + 1, ..., n - 1 in columns.
         width = n - 1 - first
-        height = ceil(width / ceil(width**2 / CHUNK))  # equal shares: little beyond the diagonal
+        # In equal shares, so that little is beyond the diagonal.
+        height = ceil(width / ceil(width**2 / PAIRS_AT_ONCE))
         i, j = slice(first, first + height), slice(first + 1, n)
         gt_steps = gt_others[:, j] - gt[i, :, None]
         est_steps = est_others[:, j] - est[i, :, None]

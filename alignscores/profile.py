@@ -29,7 +29,7 @@ N_UNITS = 64
 SMALLEST_UNIT = 1e-5  # of the reference's extent, where the default units begin
 DEGREES = np.geomspace(0.01, 180, N_UNITS)  # the default ones for rotations
 GAIN = 1e-3  # relative; the search for the half-score unit ends with the first step that gains less
-NORMAL = float(np.finfo(np.float64).tiny)  # a smaller unit is rounded to 0
+SMALLEST_NORMAL = float(np.finfo(np.float64).tiny)  # a smaller unit is rounded to 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,10 +74,10 @@ class ScoreProfile:
         steps = equal_steps(1.0, self.n_thresholds, "unit")
         scores = [_scores(errors, self.units, steps) for errors in self.errors]
         object.__setattr__(self, "scores", np.max(scores, axis=0))
-        object.__setattr__(self, "half", self.at(0.5))
+        object.__setattr__(self, "half", self.unit_at(0.5))
 
-    def at(self, score: float) -> float:
-        """Return the smallest unit at which the score is reached; infinite where it never is.
+    def unit_at(self, score: float) -> float:
+        """Return the smallest unit at which a score is reached; infinite where it never is.
 
         Parameters
         ----------
@@ -99,7 +99,7 @@ class ScoreProfile:
         >>> import numpy as np
         >>> from alignscores import ScoreProfile
         >>> profile = ScoreProfile(np.array([1.0]), np.array([[0.0, 1.0, 2.0]]), n_thresholds=100)
-        >>> round(profile.at(0.9), 2), round(profile.at(1), 2)
+        >>> round(profile.unit_at(0.9), 2), round(profile.unit_at(1), 2)
         (9.52, 200.0)
         """
         check_positive(score, "score")
@@ -109,7 +109,16 @@ class ScoreProfile:
         smallest = np.inf
         for errors in self.errors:
             smallest = _smallest_unit(errors, steps, score, smallest)
-        return smallest if smallest > NORMAL else 0.0
+        return smallest if smallest > SMALLEST_NORMAL else 0.0
+
+    def at(self, score: float) -> float:
+        """Return `unit_at` of a score; the name is deprecated since 1.1."""
+        warnings.warn(
+            "ScoreProfile.at is deprecated; use ScoreProfile.unit_at",
+            DeprecationWarning,
+            stacklevel=2,
+        )
+        return self.unit_at(score)
 
 
 def tas_profile(
@@ -248,7 +257,7 @@ def ras_profile(
     >>> gt = Rotation.random(5, rng=np.random.default_rng(0))
     >>> est = Rotation.from_euler("x", [[0], [0], [0], [2], [90]], degrees=True) * gt
     >>> profile = ras_profile(gt, est, [1.0, 10.0])
-    >>> profile.scores, round(profile.at(0.75), 2)
+    >>> profile.scores, round(profile.unit_at(0.75), 2)
     (array([0.588, 0.762]), 7.6)
     """
     grid = DEGREES if units is None else _checked_units(units)
@@ -259,8 +268,8 @@ def ras_profile(
 def _errors_at(
     gt: Floats, est: ArrayLike, registration: str | Registration, **options: Any
 ) -> Callable[[float], Floats | None]:
-    """Return what aligns at a unit and returns the errors; None where there is no alignment."""
-    register = _remembering(registration)
+    """Return a function from a unit to the errors of its alignment, None where there is none."""
+    register = _searching_once(registration)
 
     def errors_at(unit: float) -> Floats | None:
         result = tas(gt, est, unit=unit, registration=register, **options)
@@ -269,8 +278,8 @@ def _errors_at(
     return errors_at
 
 
-def _remembering(registration: str | Registration) -> str | Registration:
-    """Return the refined registration as one that draws once and starts from what it found."""
+def _searching_once(registration: str | Registration) -> str | Registration:
+    """Return a refined registration that draws once and starts from what it found before."""
     if registration != "refined":
         return registration
     searches: list[Search] = []

@@ -68,8 +68,8 @@ def ras(
 ) -> RASResult:
     """Score how well estimated camera rotations match the ground truth: RAS.
 
-    The estimate may live in a world of its own: it is aligned by a robust average of the rotations
-    between the two worlds. No positions are needed, and nothing is random.
+    The estimate may be in another world: it is aligned by a robust average of the rotations between
+    the two worlds. No positions are needed, and nothing is random.
 
     Parameters
     ----------

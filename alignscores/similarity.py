@@ -65,7 +65,7 @@ class Similarity:
         est_positions: ArrayLike,
         weights: ArrayLike | None = None,
     ) -> "Similarity":
-        """Least-squares alignment: the one with the smallest weighted sum of squared errors.
+        """Return the least-squares alignment: the weighted sum of squared errors is smallest.
 
         The errors are those of `position_errors`, in ground-truth units. Not robust: one outlier
         moves it anywhere.
@@ -110,11 +110,11 @@ class Similarity:
         est = check_positions(est_positions, "est_positions", complete=True)
         check_same_length(gt, est, "gt_positions", "est_positions")
         w = np.ones(len(gt)) if weights is None else check_weights(weights, len(gt))
-        counted = w > 0
-        gt, gt_origin, gt_extent = _unit_extent(gt[counted])
-        est, est_origin, est_extent = _unit_extent(est[counted])
+        positive = w > 0
+        gt, gt_origin, gt_extent = _unit_extent(gt[positive])
+        est, est_origin, est_extent = _unit_extent(est[positive])
         with np.errstate(all="ignore"):  # where nothing fits, the scale is NaN or infinite
-            scale, rotation, translation = _weighted_fit(gt, est, w[counted] / w.max())
+            scale, rotation, translation = _weighted_fit(gt, est, w[positive] / w.max())
             scale = float(scale * (est_extent / gt_extent))
         if not 0 < scale < np.inf:
             raise ValueError(
@@ -166,7 +166,7 @@ class Similarity:
         return Similarity(1 / self.scale, rotation, -rotation @ self.translation / self.scale)
 
     def position_errors(self, gt_positions: Floats, est_positions: Floats) -> Floats:
-        """Distance between each estimated position and its ground truth after the alignment.
+        """Return the distance of each estimated position from its ground truth, once aligned.
 
         Parameters
         ----------
@@ -193,31 +193,7 @@ class Similarity:
 
 
 def least_squares_rmse(gt_positions: Floats, est_positions: Floats) -> float:
-    """Root mean square of the position errors after the least-squares alignment: the ATE.
-
-    Parameters
-    ----------
-    gt_positions, est_positions : (n, 3) array
-        Finite camera centres in the ground-truth and in the estimated world.
-
-    Returns
-    -------
-    float
-        The RMSE in ground-truth units; infinite where the squares overflow.
-
-    Raises
-    ------
-    ValueError
-        Where the input is malformed, or no similarity is the best; see `Similarity.fit`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.similarity import least_squares_rmse
-    >>> gt = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
-    >>> least_squares_rmse(gt, [5.0, 0.0, 0.0] + 2 * gt)
-    0.0
-    """
+    """Return the root mean square of the position errors after `Similarity.fit`: the ATE."""
     alignment = Similarity.fit(gt_positions, est_positions)
     errors = alignment.position_errors(gt_positions, est_positions)
     with np.errstate(over="ignore"):
@@ -263,25 +239,7 @@ def _line_frames(gt: Floats, est: Floats) -> tuple[Floats, Floats]:
 
 
 def common_normal(a: Floats, b: Floats) -> Floats:
-    """Return an axis (3, H) of the smallest rotation between unit vectors; any normal if parallel.
-
-    Parameters
-    ----------
-    a, b : (3, H) array
-        Unit vectors, component first.
-
-    Returns
-    -------
-    (3, H) ndarray
-        The axes, of any length.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.similarity import common_normal
-    >>> common_normal(np.array([[1.0], [0.0], [0.0]]), np.array([[0.0], [1.0], [0.0]])).ravel()
-    array([0., 0., 1.])
-    """
+    """Return axes (3, H) of the smallest rotations between unit vectors; any normal if parallel."""
     axis = cross(a, b)
     parallel = np.flatnonzero(dot(axis, axis) <= PARALLEL * PARALLEL)
     direction = a[:, parallel]
@@ -292,15 +250,7 @@ def common_normal(a: Floats, b: Floats) -> Floats:
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """Return the cross products of vectors, component first.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.similarity import cross
-    >>> cross(np.array([[1.0], [0.0], [0.0]]), np.array([[0.0], [1.0], [0.0]])).ravel()
-    array([0., 0., 1.])
-    """
+    """Return the cross products of vectors, component first."""
     product = np.empty_like(a)
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         np.subtract(a[j] * b[k], a[k] * b[j], out=product[i])
@@ -308,24 +258,13 @@ def cross(a: Floats, b: Floats) -> Floats:
 
 
 def dot(a: Floats, b: Floats) -> Floats:
-    """Return the scalar products of vectors, component first, summed from first to last.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.similarity import dot
-    >>> dot(np.array([[1.0], [2.0], [3.0]]), np.array([[4.0], [5.0], [6.0]]))
-    array([32.])
-    """
+    """Return the scalar products of vectors, component first, summed from first to last."""
     product: Floats = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     return product
 
 
 def weighted_sums(weights: Floats, values: Floats) -> Floats:
-    """Return ``weights @ values.T``, the same bits for every number of BLAS threads.
-
-    BLAS splits long sums, and splits them differently with more threads.
-    """
+    """Return ``weights @ values.T`` with the same bits for every number of BLAS threads."""
     blocks = (slice(i, i + BLOCK) for i in range(0, values.shape[1], BLOCK))
     return np.asarray(sum(weights[:, block] @ values[:, block].T for block in blocks))
 

@@ -25,7 +25,7 @@ __all__ = ["TASResult", "closest_pair_distances", "closest_pair_quartile", "norm
 Normalised = tuple[Floats, Floats, float]  # positions, their origin and unit; see `normalise`
 Seed = int | np.random.SeedSequence | np.random.Generator | None
 
-FEW = 128  # up to so many cameras it is faster to compute all distances than to search a tree
+MAX_WITHOUT_TREE = 128  # cameras; up to there it is faster to compute all distances
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +84,8 @@ def tas(
 ) -> TASResult:
     """Score how well estimated camera positions match the ground truth: TAS.
 
-    The estimate may live in a world of its own: it is registered to the ground truth by a
-    similarity. No metric scale and no rotations are needed.
+    The estimate may be in another world: it is registered to the ground truth by a similarity. No
+    metric scale and no rotations are needed.
 
     Parameters
     ----------
@@ -120,9 +120,9 @@ def tas(
     ------
     ValueError
         Where the input is malformed, or d does not exist: fewer than 4 cameras, or three quarters
-        of the cameras coincide with another one. The latter two can be cured by `unit`.
+        of the cameras coincide with another one. `unit` cures the latter two.
     TypeError
-        Where a registration of one's own returns something else than it should.
+        Where a function that was passed as registration returns something else than it should.
 
     Warns
     -----
@@ -168,7 +168,7 @@ def tas(
     >>> [round(tas(gt, est, rng=seed, registration="refined").score, 3) for seed in range(3)]
     [0.663, 0.663, 0.663]
 
-    A registration of one's own:
+    A registration may be any function:
 
     >>> from alignscores import Similarity
     >>> def least_squares(gt_positions, est_positions, **settings):
@@ -273,32 +273,14 @@ def _quartile(normalised_gt: Normalised) -> float:
 
 
 def closest_pair_distances(gt_positions: Floats) -> Floats:
-    """Return the distance of each camera to the closest other one.
-
-    Parameters
-    ----------
-    gt_positions : (n, 3) array
-        Finite camera centres, at least 2.
-
-    Returns
-    -------
-    (n,) ndarray
-        The distances, in the unit of the positions.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.translation import closest_pair_distances
-    >>> closest_pair_distances(np.array([[0.0, 0, 0], [1, 0, 0], [3, 0, 0]]))
-    array([1., 1., 2.])
-    """
+    """Return the distance (n,) of each of at least 2 cameras to the closest other one."""
     return _closest_pair_distances(normalise(gt_positions))
 
 
 def _closest_pair_distances(normalised_gt: Normalised) -> Floats:
     """Return the distances of normalised positions, in the unit that they had before."""
     local, _, unit = normalised_gt
-    if len(local) <= FEW:
+    if len(local) <= MAX_WITHOUT_TREE:
         squares: Floats = scipy.spatial.distance.cdist(local, local, "sqeuclidean")
         np.fill_diagonal(squares, np.inf)
         closest: Floats = np.sqrt(squares.min(axis=0))
@@ -366,45 +348,24 @@ def _register(
 
 
 def normalise(positions: Floats) -> Normalised:
-    """Centre positions on their median and scale them by their spread.
+    """Return positions centred on their median and divided by their spread, with median and spread.
 
     Then neither a far-off origin nor squares of very large or small numbers cost any digits. Median
-    and spread are robust: an outlier moves neither. The unit is a power of two, so that dividing by
-    it rounds nothing.
-
-    Parameters
-    ----------
-    positions : (n, 3) array
-        Finite positions.
-
-    Returns
-    -------
-    normalised : (n, 3) ndarray
-        The normalised positions: ``(positions - origin) / unit``.
-    origin : (3,) ndarray
-        The median.
-    unit : float
-        About the median distance from it along an axis; 1 where all positions coincide.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.translation import normalise
-    >>> normalised, origin, unit = normalise(np.array([[10.0, 0, 0], [14, 0, 0], [18, 0, 0]]))
-    >>> normalised[:, 0], origin, unit
-    (array([-1.,  0.,  1.]), array([14.,  0.,  0.]), 4.0)
+    and spread are robust: an outlier moves neither. The spread is about the median distance from
+    the median along an axis, 1 where all positions coincide. It is a power of two, so that dividing
+    by it rounds nothing.
     """
     positions = np.clip(positions, -FARTHEST_SUMMABLE, FARTHEST_SUMMABLE)
-    centre = _middle(positions)
+    centre = _upper_median(positions)
     with np.errstate(over="ignore"):  # beyond the largest number: infinitely far
         local = positions - centre
         distances = np.abs(local)
         moved = distances[distances > 0]
-        unit = np.ldexp(1.0, np.frexp(_middle(moved))[1] - 1) if moved.size else 1.0
+        unit = np.ldexp(1.0, np.frexp(_upper_median(moved))[1] - 1) if moved.size else 1.0
         return local / unit, centre, float(unit)
 
 
-def _middle(values: Floats) -> Any:
+def _upper_median(values: Floats) -> Any:
     """Return the median of each column; of two middle values the upper one, not their mean."""
-    middle = len(values) // 2
-    return np.partition(values, middle, axis=0)[middle]
+    half = len(values) // 2
+    return np.partition(values, half, axis=0)[half]

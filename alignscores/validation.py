@@ -23,9 +23,9 @@ __all__ = [
 ]
 
 
-# Largest entry of R^T R - I that still counts as a rotation. Six digits are off by 1.6e-6, hundred
-# products in single precision by 2.5e-6, and who passes these on in float64 has not less; an array
-# in float32 may have come from any number of them.
+# Largest entry of R^T R - I that still counts as a rotation. Six digits are off by 1.6e-6; a
+# hundred products in single precision by 2.5e-6, also after a conversion to float64. An array in
+# float32 may be the result of any number of products.
 ROTATION_TOLERANCE = 5e-6
 FLOAT32_TOLERANCE = 1e-4
 

@@ -23,50 +23,18 @@ L2_TOLERANCE = 1e-12  # radians; a smaller step is rounding
 
 
 def median(values: Floats) -> Any:
-    """Return the median along the first axis; NumPy's takes several times as long for few values.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from baselines.averages import median
-    >>> median(np.array([[4.0, 1.0], [1.0, 2.0], [9.0, 5.0], [2.0, 6.0]]))
-    array([3. , 3.5])
-    """
+    """Return the median along the first axis; NumPy's takes several times as long for few."""
     lower, upper = (len(values) - 1) // 2, len(values) // 2
     parted = np.partition(values, (lower, upper), axis=0)
     return (parted[lower] + parted[upper]) / 2
 
 
 def geometric_median(points: Floats, *, max_steps: int = WEISZFELD_STEPS) -> Floats:
-    """Return the point with the smallest sum of distances to the given ones.
+    """Return the point with the smallest sum of distances to (n, 3) points, by Weiszfeld steps.
 
-    Parameters
-    ----------
-    points : (n, 3) array
-        Finite points.
-    max_steps : int
-        Largest number of Weiszfeld steps, from the coordinate-wise median.
-
-    Returns
-    -------
-    (3,) ndarray
-        The last iterate, in the unit of the points.
-
-    Notes
-    -----
-    Points that the iterate coincides with have no direction: each holds it against the pull of one
-    other, as in the reference.
-
-    References
-    ----------
-    Vardi and Zhang, "The multivariate L1-median and associated data depth", PNAS 2000.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from baselines.averages import geometric_median
-    >>> geometric_median(np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [1, 5, 0], [1, -9, 0]]))
-    array([1., 0., 0.])
+    The start is the coordinate-wise median. A point that the iterate coincides with has no
+    direction: it holds the iterate against the pull of one other point. Source: Vardi and Zhang,
+    "The multivariate L1-median and associated data depth", PNAS 2000.
     """
     iterate: Floats = median(points)
     points = np.ascontiguousarray(points.T)
@@ -86,29 +54,10 @@ def geometric_median(points: Floats, *, max_steps: int = WEISZFELD_STEPS) -> Flo
 
 
 def rotation_l1_mean(rotations: Floats) -> Floats:
-    """Return the geodesic L1 mean of rotations, started from their element-wise median.
+    """Return the geodesic L1 mean of rotations after 10 Weiszfeld steps.
 
-    Parameters
-    ----------
-    rotations : (n, 3, 3) array
-        Rotations.
-
-    Returns
-    -------
-    (3, 3) ndarray
-        The iterate after 10 Weiszfeld steps from the projection of the median on SO(3).
-
-    References
-    ----------
-    Lee and Civera, "Robust Single Rotation Averaging", arXiv 2004.00732, for the start.
-
-    Examples
-    --------
-    >>> from scipy.spatial.transform import Rotation
-    >>> from baselines.averages import rotation_l1_mean
-    >>> turns = Rotation.from_euler("z", [[0], [20], [20], [20], [170]], degrees=True).as_matrix()
-    >>> Rotation.from_matrix(rotation_l1_mean(turns)).as_euler("xyz", degrees=True).round(6)
-    array([ 0.,  0., 20.])
+    The start is their element-wise median, projected on SO(3): Lee and Civera, "Robust Single
+    Rotation Averaging", arXiv 2004.00732.
     """
     return geodesic_l1_mean(rotations, project_to_rotation(median(rotations)))
 
@@ -116,32 +65,9 @@ def rotation_l1_mean(rotations: Floats) -> Floats:
 def rotation_l2_mean(rotations: Floats) -> Floats:
     """Return the rotation that minimises the sum of squared angles to the given ones.
 
-    Parameters
-    ----------
-    rotations : (n, 3, 3) array
-        Rotations.
-
-    Returns
-    -------
-    (3, 3) ndarray
-        The chordal mean, moved by the average of the log maps until the step vanishes.
-
-    Notes
-    -----
-    The minimum is unique where all rotations lie within 90 degrees of one; otherwise it is the one
-    that the chordal mean leads to.
-
-    References
-    ----------
-    Hartley et al., "Rotation Averaging", IJCV 2013, section 5.
-
-    Examples
-    --------
-    >>> from scipy.spatial.transform import Rotation
-    >>> from baselines.averages import rotation_l2_mean
-    >>> turns = Rotation.from_euler("z", [[0], [20], [20], [60]], degrees=True).as_matrix()
-    >>> Rotation.from_matrix(rotation_l2_mean(turns)).as_euler("xyz", degrees=True).round(6)
-    array([ 0.,  0., 25.])
+    The chordal mean moves by the average of the log maps until the step vanishes (Hartley et al.,
+    "Rotation Averaging", IJCV 2013, section 5). The minimum is unique where all rotations lie
+    within 90 degrees of a common one; otherwise it is the one that the chordal mean leads to.
     """
     mean = chordal_mean(rotations)
     for _ in range(L2_STEPS):

@@ -6,15 +6,10 @@ from scipy.spatial.transform import Rotation
 
 from alignscores.arrays import Floats
 from alignscores.similarity import FARTHEST_SQUARABLE
-from alignscores.validation import (
-    check_poses,
-    check_positive,
-    check_rotations,
-    check_same_length,
-)
+from alignscores.validation import check_poses, check_positive, check_same_length
 
 from .averages import geometric_median, median, rotation_l1_mean
-from .rotation import aligned_angles
+from .rotation import aligned_angles, checked
 
 __all__ = ["dre", "dte", "mean_of_mean_and_rms"]
 
@@ -27,15 +22,12 @@ def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float:
 
     Parameters
     ----------
-    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Finite camera-to-world poses: the left 3 x 3 block holds the camera's axes, the last column
-        its centre in the ground-truth world.
-    est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Finite camera-to-world poses in the estimated world, row i for the camera of row i of the
-        ground truth.
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Finite camera-to-world poses, row i of both the same camera: the left 3 x 3 block holds the
+        camera's axes, the last column its centre.
     k : float
-        Errors are cut at so many times the median distance of the ground-truth cameras to their
-        geometric median.
+        Errors are cut at k times the median distance of the ground-truth cameras to their geometric
+        median.
 
     Returns
     -------
@@ -55,8 +47,6 @@ def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float:
 
     Where the median distance of the estimate is 0 the estimate takes its limit, scaled without
     bound: cameras at the geometric median stay there, the errors of all others are cut.
-
-    O(n) time and memory.
 
     References
     ----------
@@ -99,11 +89,8 @@ def dre(gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation)
 
     Parameters
     ----------
-    gt_rotations : (n, 3, 3) array_like or scipy Rotation
-        Camera-to-world rotations: the columns are the camera's axes in the ground-truth world.
-    est_rotations : (n, 3, 3) array_like or scipy Rotation
-        Camera-to-world rotations in the estimated world; row i is the camera of row i of the ground
-        truth.
+    gt_rotations, est_rotations : (n, 3, 3) array_like or scipy Rotation
+        Camera-to-world rotations, row i of both the same camera: the columns are its axes.
 
     Returns
     -------
@@ -114,10 +101,6 @@ def dre(gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation)
     ------
     ValueError
         Where the input is malformed or not finite, or a matrix is no rotation.
-
-    Notes
-    -----
-    O(n) time and memory.
 
     References
     ----------
@@ -132,9 +115,7 @@ def dre(gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation)
     >>> round(dre(gt, est), 6)
     1.5
     """
-    gt = check_rotations(gt_rotations, "gt_rotations", complete=True)
-    est = check_rotations(est_rotations, "est_rotations", complete=True)
-    check_same_length(gt, est, "gt_rotations", "est_rotations")
+    gt, est = checked(gt_rotations, est_rotations)
     return mean_of_mean_and_rms(
         aligned_angles(gt, est, rotation_l1_mean(gt @ est.transpose(0, 2, 1)))
     )
@@ -148,13 +129,5 @@ def _centre(positions: Floats) -> tuple[Floats, float]:
 
 
 def mean_of_mean_and_rms(errors: Floats) -> float:
-    """Return what DTE and DRE make of the errors.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from baselines.discernible import mean_of_mean_and_rms
-    >>> mean_of_mean_and_rms(np.array([0.0, 0, 0, 4]))
-    1.5
-    """
+    """Return what DTE and DRE make of the errors."""
     return float(errors.mean() + np.sqrt((errors**2).mean())) / 2

@@ -33,7 +33,7 @@ def literal_frames(
     Parameters
     ----------
     gt_positions, est_positions : (n, 3) array
-        Finite camera centres in the ground-truth and in the estimated world.
+        Finite camera centres, row i of both the same camera.
     rank : int
         m of the paper: the hypothesis with the smallest rank-th smallest error wins.
     n_hypotheses : int
@@ -72,9 +72,8 @@ def literal_frames(
         if n_used == 0:
             return None, 0
         scale, rotation, translation = _similarities(gt, est, triplets)
-        best = cheapest(
-            gt, est, scale, rotation, translation, np.zeros(n_used, dtype=np.bool_), rank, tie=0.0
-        )
+        flat = np.zeros(n_used, dtype=np.bool_)
+        best = cheapest(gt, est, scale, rotation, translation, flat, rank, margin=0.0)
     return Similarity(float(scale[best]), rotation[best], translation[best]), n_used
 
 

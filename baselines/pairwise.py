@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 from alignscores.arrays import Floats
 from alignscores.histogram import equal_steps
 from alignscores.pairs import PairBlock, pair_blocks
-from alignscores.similarity import FARTHEST_SQUARABLE
-from alignscores.validation import check_poses, check_same_length, finite_rows
+from alignscores.protocols.cameras import Cameras
 
 __all__ = ["Count", "maa", "maa_by_counts"]
 
@@ -37,12 +36,10 @@ def maa(
 
     Parameters
     ----------
-    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Finite camera-to-world poses, at least 2: the left 3 x 3 block holds the camera's axes, the
-        last column its centre in the ground-truth world.
-    est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Camera-to-world poses in the estimated world, row i for the camera of row i of the ground
-        truth. The pairs of a camera that is not finite fail.
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses of at least 2 cameras, row i of both the same one: the left 3 x 3
+        block holds its axes, the last column its centre. The pairs of an estimate that is not
+        finite fail.
     max_threshold_deg : float
         Largest error threshold in degrees, at most 180.
     n_thresholds : int
@@ -67,11 +64,8 @@ def maa(
     Notes
     -----
     A pair whose direction is undefined, since its true or its estimated positions coincide, fails;
-    if pooled, its direction alone does.
-    The order of the cameras matters, if little: rotation errors enter the direction through the
-    first camera of a pair alone.
-
-    O(n^2) time, O(n) memory beyond a constant.
+    if pooled, its direction alone does. The order of the cameras matters, if little: rotation
+    errors enter the direction through the first camera of a pair alone. O(n^2) time, O(n) memory.
 
     References
     ----------
@@ -86,11 +80,9 @@ def maa(
     >>> gt[:, :3, 3] = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
     >>> est = gt.copy()
     >>> est[:, :3, 3] *= 10
-    >>> maa(gt, est)
-    1.0
     >>> est[2] = np.nan
-    >>> round(maa(gt, est), 3)
-    0.333
+    >>> maa(gt, gt), round(maa(gt, est), 3)
+    (1.0, 0.333)
     """
     count = Count(max_threshold_deg, n_thresholds, fold_sign, pooled)
     return maa_by_counts(gt_poses, est_poses, [count])[0]
@@ -128,56 +120,18 @@ class Count:
 def maa_by_counts(
     gt_poses: ArrayLike, est_poses: ArrayLike, counts: Sequence[Count]
 ) -> list[float]:
-    """Evaluate the mAA with several options, in less time than one by one.
-
-    Parameters
-    ----------
-    gt_poses, est_poses
-        As in `maa`.
-    counts : sequence of Count
-        The options.
-
-    Returns
-    -------
-    list of float
-        What `maa` returns for each of them, to the last bit.
-
-    Raises
-    ------
-    ValueError
-        Where the input is malformed or there are fewer than 2 cameras.
-
-    Notes
-    -----
-    The angles of a pair are the same however it is counted.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from baselines.pairwise import Count, maa_by_counts
-    >>> gt = np.tile(np.eye(4), (3, 1, 1))
-    >>> gt[:, :3, 3] = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
-    >>> est = gt.copy()
-    >>> est[:, :3, 3] *= -1
-    >>> maa_by_counts(gt, est, [Count(), Count(fold_sign=True), Count(pooled=True)])
-    [0.0, 1.0, 0.5]
-    """
-    gt_rotations, gt_positions = check_poses(gt_poses, "gt_poses", complete=True)
-    est_rotations, est_positions = check_poses(est_poses, "est_poses", complete=False)
-    check_same_length(gt_rotations, est_rotations, "gt_poses", "est_poses")
-    n_pairs = len(gt_positions) * (len(gt_positions) - 1) // 2
+    """Return what `maa` returns for each of several counts, in less time than one by one."""
+    cameras = Cameras.check(gt_poses, est_poses)
+    n_pairs = len(cameras) * (len(cameras) - 1) // 2
     if n_pairs == 0:
         raise ValueError("mAA needs at least 2 cameras, but gt_poses has 1")
 
-    estimated = finite_rows(est_rotations) & finite_rows(est_positions)
+    cameras = cameras.matched()
     steps = [np.zeros(count.n_thresholds, dtype=np.int64) for count in counts]
-    if estimated.any():
-        between = est_rotations[estimated] @ gt_rotations[estimated].transpose(0, 2, 1)
-        for block in pair_blocks(
-            np.clip(gt_positions[estimated], -FARTHEST_SQUARABLE, FARTHEST_SQUARABLE),
-            np.clip(est_positions[estimated], -FARTHEST_SQUARABLE, FARTHEST_SQUARABLE),
-            Rotation.from_matrix(between, assume_valid=True),
-        ):
+    if len(cameras):
+        between = cameras.est_rotations @ cameras.gt_rotations.transpose(0, 2, 1)
+        rotations = Rotation.from_matrix(between, assume_valid=True)
+        for block in pair_blocks(cameras.gt, cameras.est, rotations):
             cosines = _cosines(block)
             for count, counted in zip(counts, steps, strict=True):
                 counted += _steps(count, block, *cosines)

@@ -10,7 +10,7 @@ from alignscores.validation import check_rotations, check_same_length
 
 from .averages import median, rotation_l1_mean, rotation_l2_mean
 
-__all__ = ["aligned_angles", "rotation_statistics"]
+__all__ = ["aligned_angles", "checked", "rotation_statistics"]
 
 
 def rotation_statistics(
@@ -20,11 +20,8 @@ def rotation_statistics(
 
     Parameters
     ----------
-    gt_rotations : (n, 3, 3) array_like or scipy Rotation
-        Camera-to-world rotations: the columns are the camera's axes in the ground-truth world.
-    est_rotations : (n, 3, 3) array_like or scipy Rotation
-        Camera-to-world rotations in the estimated world; row i is the camera of row i of the ground
-        truth.
+    gt_rotations, est_rotations : (n, 3, 3) array_like or scipy Rotation
+        Camera-to-world rotations, row i of both the same camera: the columns are its axes.
 
     Returns
     -------
@@ -36,10 +33,6 @@ def rotation_statistics(
     ------
     ValueError
         Where the input is malformed or not finite, or a matrix is no rotation.
-
-    Notes
-    -----
-    O(n) time and memory; the number of steps is bounded.
 
     References
     ----------
@@ -56,9 +49,7 @@ def rotation_statistics(
     >>> {name: round(value, 3) for name, value in statistics.items()}
     {'Median-1': 0.0, 'Mean-1': 1.0, 'RMS-1': 2.0, 'Median-2': 1.0, 'Mean-2': 1.5, 'RMS-2': 1.732}
     """
-    gt = check_rotations(gt_rotations, "gt_rotations", complete=True)
-    est = check_rotations(est_rotations, "est_rotations", complete=True)
-    check_same_length(gt, est, "gt_rotations", "est_rotations")
+    gt, est = checked(gt_rotations, est_rotations)
     between = gt @ est.transpose(0, 2, 1)
     statistics = {}
     for norm, mean in (("1", rotation_l1_mean(between)), ("2", rotation_l2_mean(between))):
@@ -69,27 +60,16 @@ def rotation_statistics(
     return statistics
 
 
+def checked(
+    gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation
+) -> tuple[Floats, Floats]:
+    """Return the rotations of both worlds as arrays; refuse malformed and missing ones."""
+    gt = check_rotations(gt_rotations, "gt_rotations", complete=True)
+    est = check_rotations(est_rotations, "est_rotations", complete=True)
+    check_same_length(gt, est, "gt_rotations", "est_rotations")
+    return gt, est
+
+
 def aligned_angles(gt: Floats, est: Floats, alignment: Floats) -> Floats:
-    """Return the angular errors in degrees after rotating the estimated world by `alignment`.
-
-    Parameters
-    ----------
-    gt, est : (n, 3, 3) array
-        Camera-to-world rotations.
-    alignment : (3, 3) array
-        Rotation from the estimated world to the ground-truth world.
-
-    Returns
-    -------
-    (n,) ndarray
-        Angles of ``(alignment @ est).T @ gt`` in degrees.
-
-    Examples
-    --------
-    >>> from scipy.spatial.transform import Rotation
-    >>> from baselines.rotation import aligned_angles
-    >>> gt = Rotation.from_euler("z", [[0], [10], [20]], degrees=True).as_matrix()
-    >>> aligned_angles(gt, gt[:1] @ gt[:1], gt[1]).round(6)
-    array([10.,  0., 10.])
-    """
+    """Return the angles of ``(alignment @ est).T @ gt`` in degrees, which are the errors."""
     return rotation_angles((alignment @ est).transpose(0, 2, 1) @ gt)

@@ -10,7 +10,7 @@ import platform
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from io import BytesIO
 from pathlib import Path
@@ -39,6 +39,49 @@ SCENES = [*((n, 0.3) for n in SIZES), (100, 0.9)]
 SHORTEST = 0.02  # seconds; what is quicker is called several times a turn
 BUDGET = 1.0  # seconds a contender and scene, but at least one call
 MAX_TURNS = 20
+
+
+REGISTRATION = ["TAS", "pycolmap", "TAS / pycolmap", "floor", "TAS / floor", UNCOMPILED]
+REFINEMENT = ["TAS", REFINED, f"{REFINED} / TAS", PROFILE]
+PAGE = """\
+# Benchmarks
+
+Written by `python -m benchmarks`, which takes some minutes, most of them for the
+mAA of 100,000 cameras. All contenders on a scene take turns and the shortest
+processor time counts; ratios mean more than times. One core, BLAS on one thread.
+
+Machine: {machine}.
+
+## Time
+
+Milliseconds, with 30 % outliers.
+
+{metrics}
+
+![Time against the number of cameras](../images/benchmarks.png)
+
+## Registration
+
+TAS (validation, d, 1000 hypotheses, score; milliseconds) beside pycolmap's
+`estimate_sim3d_robust` with 1000 trials, and beside the floor: a compiled loop that
+counts the inliers of 1000 given hypotheses
+([floor.c](../../benchmarks/floor.c)). Last, the TAS as it is where the installation
+found no C compiler: NumPy alone, same bits.
+A dash: pycolmap (extra `bench`) or a C compiler was not there.
+
+{registration}
+
+The refined registration, and the profile of 64 units with the half-score distance:
+
+{refined}
+
+## Peak memory
+
+MiB resident in a process that evaluates the metric once, Python and its libraries
+included, with 30 % outliers.
+
+{memory}
+"""
 
 
 def main() -> int:
@@ -96,105 +139,44 @@ def peak_memory(metric: str, n: int) -> float:
 
 def report(results: dict[tuple[int, float], Times], memory: dict[int, Times]) -> str:
     """Return the page with the tables."""
-    usual = {n: times for (n, outliers), times in results.items() if outliers == 0.3}
-    metrics = [
-        [f"{n:,}", *(milliseconds(times[name]) for name in METRICS)] for n, times in usual.items()
-    ]
-    registration = [
-        [
-            f"{n:,}",
-            f"{outliers:.0%}",
-            milliseconds(times["TAS"]),
-            *(
-                cell
-                for other in ("pycolmap", "floor")
-                for cell in (
-                    (milliseconds(times[other]), f"{times['TAS'] / times[other]:.2f}")
-                    if other in times
-                    else ("–", "–")
-                )
-            ),
-            milliseconds(times[UNCOMPILED]) if UNCOMPILED in times else "–",
-        ]
-        for (n, outliers), times in results.items()
-    ]
-    refined = [
-        [
-            f"{n:,}",
-            f"{outliers:.0%}",
-            *(milliseconds(times[name]) for name in ("TAS", REFINED)),
-            f"{times[REFINED] / times['TAS']:.2f}",
-            milliseconds(times[PROFILE]),
-        ]
-        for (n, outliers), times in results.items()
-    ]
+    usual = [([f"{n:,}"], times) for (n, outliers), times in results.items() if outliers == 0.3]
+    scenes = [([f"{n:,}", f"{outliers:.0%}"], times) for (n, outliers), times in results.items()]
     peaks = [[f"{n:,}", *(f"{peak[name]:.0f}" for name in METRICS)] for n, peak in memory.items()]
-    heads = [
-        *("cameras", "outliers", "TAS", "pycolmap", "TAS / pycolmap", "floor", "TAS / floor"),
-        UNCOMPILED,
-    ]
-    return "\n".join(
-        [
-            "# Benchmarks",
-            "",
-            "Written by `python -m benchmarks`, which takes some minutes, most of them for the",
-            "mAA of 100,000 cameras. All contenders on a scene take turns and the shortest",
-            "processor time counts; ratios mean more than times. One core, BLAS on one thread.",
-            "",
-            f"Machine: {machine()}.",
-            "",
-            "## Time",
-            "",
-            "Milliseconds, with 30 % outliers.",
-            "",
-            *markdown(["cameras", *METRICS], metrics),
-            "",
-            "![Time against the number of cameras](../images/benchmarks.png)",
-            "",
-            "## Registration",
-            "",
-            "TAS (validation, d, 1000 hypotheses, score; milliseconds) beside pycolmap's",
-            "`estimate_sim3d_robust` with 1000 trials, and beside the floor: a compiled loop that",
-            "counts the inliers of 1000 given hypotheses",
-            "([floor.c](../../benchmarks/floor.c)). Last, the TAS as it is where the installation",
-            "found no C compiler: NumPy alone, same bits.",
-            "A dash: pycolmap (extra `bench`) or a C compiler was not there.",
-            "",
-            *markdown(heads, registration),
-            "",
-            "The refined registration, and the profile of 64 units with the half-score distance:",
-            "",
-            *markdown(
-                ["cameras", "outliers", "TAS", REFINED, f"{REFINED} / TAS", PROFILE], refined
-            ),
-            "",
-            "## Peak memory",
-            "",
-            "MiB resident in a process that evaluates the metric once, Python and its libraries",
-            "included, with 30 % outliers.",
-            "",
-            *markdown(["cameras", *METRICS], peaks),
-            "",
-        ]
+    return PAGE.format(
+        machine=machine(),
+        metrics=times_table(["cameras"], [*METRICS], usual),
+        registration=times_table(["cameras", "outliers"], REGISTRATION, scenes),
+        refined=times_table(["cameras", "outliers"], REFINEMENT, scenes),
+        memory=markdown(["cameras", *METRICS], peaks),
     )
 
 
-def milliseconds(seconds: float) -> str:
-    """Write a time in milliseconds with three digits.
+def times_table(
+    keys: list[str], columns: Sequence[str], scenes: list[tuple[list[str], Times]]
+) -> str:
+    """Return a table of times, and of ratios in columns such as "TAS / floor"."""
+    rows = [[*scene, *(_cell(times, column) for column in columns)] for scene, times in scenes]
+    return markdown([*keys, *columns], rows)
 
-    Examples
-    --------
-    >>> from benchmarks.__main__ import milliseconds
-    >>> [milliseconds(s) for s in (0.00012345, 0.0456, 1.23456, 123.4)]
-    ['0.123', '45.6', '1,235', '123,400']
-    """
+
+def _cell(times: Times, column: str) -> str:
+    """Return a time or a ratio of two; a dash where a contender was not there."""
+    names = column.split(" / ")
+    if not times.keys() >= set(names):
+        return "–"
+    seconds = [times[name] for name in names]
+    return milliseconds(*seconds) if len(seconds) == 1 else f"{seconds[0] / seconds[1]:.2f}"
+
+
+def milliseconds(seconds: float) -> str:
+    """Write a time in milliseconds with three digits."""
     value = 1e3 * seconds
     return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
 
 
-def markdown(head: list[str], rows: list[list[str]]) -> list[str]:
-    """Return the lines of a table whose columns are aligned to the right."""
-    return [f"| {' | '.join(row)} |" for row in (head, ["--:"] * len(head), *rows)]
+def markdown(head: list[str], rows: list[list[str]]) -> str:
+    """Return a table whose columns are aligned to the right."""
+    return "\n".join(f"| {' | '.join(row)} |" for row in (head, ["--:"] * len(head), *rows))
 
 
 def machine() -> str:

@@ -57,9 +57,8 @@ def scene(n_cameras: int, outliers: float) -> Scene:
 
 def protocol_value(name: str, cameras: Scene) -> float:
     """Evaluate a protocol on a scene; NaN where it has no value."""
-    gt, est = cameras.gt_positions, cameras.est_positions
     try:
-        return protocol(name)(gt, cameras.gt_rotations, est, cameras.est_rotations)
+        return protocol(name)(*cameras.arrays)
     except NoValueError:
         return np.nan
 
@@ -67,11 +66,7 @@ def protocol_value(name: str, cameras: Scene) -> float:
 def contenders(
     n_cameras: int, outliers: float, floor: CDLL | None
 ) -> dict[str, Callable[[], object]]:
-    """Return what is measured on one scene by its name.
-
-    Metrics, "pycolmap", "floor", `REFINED` and `PROFILE` of 64 units by the same registration, and
-    `UNCOMPILED`: the TAS without its compiled kernel.
-    """
+    """Return what is measured on a scene by its name: metrics, and what they are compared with."""
     cameras = scene(n_cameras, outliers)
     calls: dict[str, Callable[[], object]] = {
         name: partial(metric, cameras) for name, metric in METRICS.items()

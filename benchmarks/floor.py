@@ -36,19 +36,7 @@ def compiled_loop() -> ctypes.CDLL | None:
 def counter(
     library: ctypes.CDLL, hypotheses: Floats, gt: Floats, est: Floats, bound: float
 ) -> Callable[[], NDArray[np.intc]]:
-    """Return a function that counts the cameras within a squared error, for each hypothesis.
-
-    Parameters
-    ----------
-    library : CDLL
-        The compiled loop.
-    hypotheses : (H, 3, 4) array
-        Transformations from ground truth to estimate.
-    gt, est : (n, 3) array
-        Positions.
-    bound : float
-        Squared error in units of the estimate.
-    """
+    """Return a function that counts the cameras within a squared error of each hypothesis."""
     arrays = [np.ascontiguousarray(a, dtype=np.float64) for a in (hypotheses, gt.T, est.T)]
     counts = np.zeros(len(hypotheses), dtype=np.intc)
     h, g, e = (a.ctypes.data_as(ctypes.c_void_p) for a in arrays)

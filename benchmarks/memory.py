@@ -1,7 +1,6 @@
-"""Peak memory of one metric in a process of its own: ``python -m benchmarks.memory TAS 10000``.
+"""Peak memory in MiB of one metric in its own process: ``python -m benchmarks.memory TAS 10000``.
 
-The metrics of the benchmarks, and today's protocols by their names. In MiB, out of Linux's
-``/proc``. (The ``ru_maxrss`` of a process starts with its parent's.)
+It is read from Linux's ``/proc``; the ``ru_maxrss`` of a process starts with its parent's.
 """
 
 import sys

@@ -1,8 +1,4 @@
-"""Measure today's protocols, and write a table: ``python -m benchmarks.protocols``.
-
-As for the other benchmarks: the shortest processor time counts, on one core; the memory is that of
-a process of its own.
-"""
+"""Measure today's protocols as the other metrics: ``python -m benchmarks.protocols``."""
 
 import argparse
 import sys
@@ -37,6 +33,22 @@ LARGEST = {
     "rpg@100m": 10_000,
 }
 SIZES = (10, 30, 100, 1000, 10_000)
+
+
+PAGE = """\
+# Benchmarks of the protocols
+
+Written by `python -m benchmarks.protocols`: milliseconds against the number of
+cameras (a cube, 30 % outliers, 3 cm and 3 degrees of noise), and the largest
+resident size of a process that evaluates the protocol once, Python and its libraries
+included. The shortest processor time counts. One core, BLAS on one thread, seed 0.
+
+Machine: {machine}.
+
+{table}
+
+The mAA of the Image Matching Challenge looks at all triplets of cameras.
+"""
 
 
 def main() -> int:
@@ -82,23 +94,7 @@ def report(times: dict[int, Times], memory: Times) -> str:
         ]
         for name, most in LARGEST.items()
     ]
-    return "\n".join(
-        [
-            "# Benchmarks of the protocols",
-            "",
-            "Written by `python -m benchmarks.protocols`: milliseconds against the number of",
-            "cameras (a cube, 30 % outliers, 3 cm and 3 degrees of noise), and the largest",
-            "resident size of a process that evaluates the protocol once, Python and its libraries",
-            "included. The shortest processor time counts. One core, BLAS on one thread, seed 0.",
-            "",
-            f"Machine: {machine()}.",
-            "",
-            *markdown(heads, rows),
-            "",
-            "The mAA of the Image Matching Challenge looks at all triplets of cameras.",
-            "",
-        ]
-    )
+    return PAGE.format(machine=machine(), table=markdown(heads, rows))
 
 
 if __name__ == "__main__":

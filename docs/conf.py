@@ -48,7 +48,7 @@ numpydoc_xref_ignore = "all"  # words of a type that are no names
 numpydoc_xref_aliases = {
     **ALIASES,
     **{name: f"alignscores.{name}" for name in alignscores.__all__},
-    **{name: f"alignscores.protocols.{name}" for name in ("Family", "Protocol", "NoValueError")},
+    **{name: f"alignscores.protocols.{name}" for name in ("Family", "Metric", "NoValueError")},
     **{f"{name}": f"alignscores.trajectories.files.{name}" for name in ("FileError", "Trajectory")},
     "TrajectoryWarning": "alignscores.trajectories.files.TrajectoryWarning",
     "Matches": "alignscores.trajectories.association.Matches",

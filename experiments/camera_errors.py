@@ -1,6 +1,6 @@
 """Errors of each camera in the first trials: ``python -m experiments.camera_errors --sweeps JSON``.
 
-A table of trials has scores, which are of one threshold. These are what any other threshold needs.
+A table of trials has scores at one threshold; these errors give them at any other.
 """
 
 import sys
@@ -42,29 +42,13 @@ POSITIONS, ROTATIONS = {"TAS", "PAS"}, {"RAS", "PAS"}  # the scores of these err
 
 @dataclass(frozen=True, eq=False)
 class CameraErrors:
-    """What the scores of a sweep's first trials are computed from.
-
-    Cameras come cell by cell, trial by trial, and in a trial the outliers first.
-
-    Parameters
-    ----------
-    sweep : Sweep
-        The settings, with the number of trials that there are.
-    positions, rotations : (cameras,) ndarray
-        Errors in ground-truth units and in degrees, infinite for a failure; empty where the sweep
-        has no score of them.
-    closest : (cameras,) ndarray
-        Distance of each camera to the closest other one, ascending in each trial; empty where there
-        are no position errors.
-    outliers : (trials,) ndarray of int
-        The number of outliers in each trial of each cell.
-    """
+    """What the scores of a sweep's first trials are computed from; outliers come first in each."""
 
     sweep: Sweep
-    positions: Floats
-    rotations: Floats
-    closest: Floats
-    outliers: NDArray[np.int64]
+    positions: Floats  # errors in ground-truth units, infinite for a failure; empty if not needed
+    rotations: Floats  # errors in degrees, likewise
+    closest: Floats  # distances to the closest other camera, ascending in each trial
+    outliers: NDArray[np.int64]  # their number in each trial of each cell
 
     @property
     def scores(self) -> list[str]:
@@ -79,46 +63,20 @@ class CameraErrors:
 
 
 def measure(sweeps: Sequence[Sweep], execution: Execution) -> list[CameraErrors]:
-    """Run the first trials of each cell, with the seeds that they have in a table of trials.
-
-    Parameters
-    ----------
-    sweeps : sequence of Sweep
-        The settings.
-    execution : Execution
-        Where to run them.
-
-    Raises
-    ------
-    ConfigError
-        Where no metric of a sweep is a score, or the backend cannot be reached.
-    """
+    """Run the first trials of each cell, with the seeds that they have in a table of trials."""
     firsts = [replace(sweep, trials=min(sweep.trials, FIRST)) for sweep in sweeps]
     tasks = [(sweep, cell, *errors_of_scores(sweep)) for sweep in firsts for cell in cells(sweep)]
     with one_blas_thread(), executor(execution) as parallel:
         found: Iterator[Arrays] = parallel(delayed(_measure_cell)(*task) for task in tasks)
         errors = []
         for sweep in firsts:
-            own = islice(found, len(cells(sweep)))
-            errors.append(CameraErrors(sweep, *map(np.concatenate, zip(*own, strict=True))))
+            of_cells = islice(found, len(cells(sweep)))
+            errors.append(CameraErrors(sweep, *map(np.concatenate, zip(*of_cells, strict=True))))
         return errors
 
 
 def errors_of_scores(sweep: Sweep) -> tuple[bool, bool]:
-    """Tell whether position errors and rotation errors are those of a score of the sweep.
-
-    Raises
-    ------
-    ConfigError
-        Where no metric is a score.
-
-    Examples
-    --------
-    >>> from experiments.camera_errors import errors_of_scores
-    >>> from experiments.config import load_sweep
-    >>> errors_of_scores(load_sweep(["metrics=[ATE,RAS]"]))
-    (False, True)
-    """
+    """Tell whether a sweep has scores of positions, and of rotations; refuse one without either."""
     names = {Column.parse(metric).metric.name for metric in sweep.metrics}
     wanted = bool(names & POSITIONS), bool(names & ROTATIONS)
     if not any(wanted):
@@ -149,21 +107,15 @@ def _measure_cell(sweep: Sweep, cell: Cell, positions: bool, rotations: bool) ->
 def write_camera_errors(path: Path, errors: Sequence[CameraErrors]) -> None:
     """Write the errors of sweeps as ``.npz``, and their record beside them as JSON."""
     arrays: dict[str, Any] = {
-        f"{one.sweep.name}.{name}": getattr(one, name) for one in errors for name in ARRAYS
+        f"{part.sweep.name}.{name}": getattr(part, name) for part in errors for name in ARRAYS
     }
     buffer = BytesIO()
     np.savez(buffer, **arrays)
-    write_recorded(path, buffer.getvalue(), [one.sweep for one in errors])
+    write_recorded(path, buffer.getvalue(), [part.sweep for part in errors])
 
 
 def read_camera_errors(path: Path) -> list[CameraErrors]:
-    """Read errors, bit for bit as they were computed.
-
-    Raises
-    ------
-    TableError
-        Where they or their record are missing or damaged, or the one is not of the other.
-    """
+    """Read errors, bit for bit as they were computed; refuse damaged ones and those of others."""
     sweeps = read_record(path).sweeps
     try:
         with path.open("rb") as stream, np.load(stream) as arrays:
@@ -172,13 +124,13 @@ def read_camera_errors(path: Path) -> list[CameraErrors]:
         raise TableError(path, "does not exist") from None
     except (OSError, BadZipFile, EOFError, KeyError, TypeError, ValueError) as error:
         raise TableError(path, f"cannot be read ({' '.join(str(error).split())})") from None
-    errors = [CameraErrors(sweep, *own) for sweep, own in zip(sweeps, parts, strict=True)]
-    for one in errors:
-        size = one.sweep.trials * sum(one.counts)
-        shapes = {array.shape for array in (one.positions, one.rotations, one.closest)}
-        cells_fit = one.outliers.shape == (one.sweep.trials * len(one.counts),)
-        if not shapes <= {(size,), (0,)} or not one.scores or not cells_fit:
-            raise TableError(path, f"has other cameras of {one.sweep.name} than the record says")
+    errors = [CameraErrors(sweep, *arrays) for sweep, arrays in zip(sweeps, parts, strict=True)]
+    for part in errors:
+        size = part.sweep.trials * sum(part.counts)
+        shapes = {array.shape for array in (part.positions, part.rotations, part.closest)}
+        cells_fit = part.outliers.shape == (part.sweep.trials * len(part.counts),)
+        if not shapes <= {(size,), (0,)} or not part.scores or not cells_fit:
+            raise TableError(path, f"has other cameras of {part.sweep.name} than the record says")
     return errors
 
 

@@ -25,18 +25,7 @@ class ConfigError(CommandError):
 
 
 def problems(error: ValidationError) -> list[tuple[str, str]]:
-    """Return the keys that a validation failed at, and what is wrong with their values.
-
-    Examples
-    --------
-    >>> from pydantic import TypeAdapter, ValidationError
-    >>> from experiments.command import problems
-    >>> try:
-    ...     TypeAdapter(dict[str, int]).validate_python({"trials": "many"})
-    ... except ValidationError as error:
-    ...     print(problems(error))
-    [('trials', "should be a valid integer, unable to parse string as an integer, not 'many'")]
-    """
+    """Return the keys that a validation failed at, and what is wrong with their values."""
     found: list[Any] = error.errors(include_url=False)
     return [_problem(details) for details in found]
 
@@ -69,22 +58,10 @@ def run_command(
     work: Callable[[Namespace], Iterable[object]],
     arguments: Sequence[str] | None,
 ) -> int:
-    """Do the work of a command line and print what it returns, a line each.
+    """Do the work of ``python -m MODULE``, print a line for each result, and return the exit code.
 
-    Parameters
-    ----------
-    parser : ArgumentParser
-        Of a program ``python -m MODULE``.
-    work : callable
-        Takes the parsed options and returns what to print, the files that it has written.
-    arguments : sequence of str, optional
-        By default those of the process.
-
-    Returns
-    -------
-    int
-        The exit code, 0. Where the work ends in a `CommandError`, that of the error; in an
-        `OSError`, 1; where it is interrupted, 130. Each is reported in one line on standard error.
+    What goes wrong is told in one line on standard error: a `CommandError` ends with its exit code,
+    an `OSError` with 1, an interruption with 130.
     """
     options = parser.parse_intermixed_args(arguments)
     try:

@@ -34,14 +34,7 @@ from .metrics import Column
 from .scenes import ERRORS, OUTLIERS, PATHS
 
 __all__ = ["CONFIG_DIR", "EXECUTION", "SETTINGS", "Execution", "MetricName", "Selection", "Sweep"]
-__all__ += [
-    "experiment_names",
-    "load",
-    "load_sweep",
-    "one_of",
-    "read_yaml",
-    "require",
-]
+__all__ += ["experiment_names", "load", "load_sweep", "one_of", "read_yaml", "require"]
 __all__ += ["split_override", "to_overrides"]
 
 CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
@@ -84,15 +77,7 @@ Positive = Annotated[float, Field(gt=0, lt=inf)]
 
 @dataclass(frozen=True, config=STRICT)
 class Selection:
-    """Metrics, and the cells of a grid that they are evaluated in.
-
-    Parameters
-    ----------
-    metrics : list of str
-        Names, possibly with options.
-    where : dict
-        For some settings of a cell, the values that they have there.
-    """
+    """Metrics, and for some settings of a cell the values at which they are evaluated."""
 
     metrics: Metrics
     where: dict[str, list[float]]
@@ -100,17 +85,7 @@ class Selection:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Sweep:
-    """One grid of cells with the trials that are run in each. Keys as in ``configs/``.
-
-    Two settings are made by a study and stand in no file.
-
-    Parameters
-    ----------
-    differs : str
-        What differs from the experiment's own settings, where a table has several sweeps.
-    only : list of Selection
-        What is evaluated, and where; by default all metrics in all cells.
-    """
+    """One grid of cells with the trials that are run in each. Keys as in ``configs/``."""
 
     name: str
     geometry: Annotated[str, one_of(PATHS)]
@@ -128,8 +103,9 @@ class Sweep:
     seed: Annotated[int, Field(ge=0)]
     replicate: Annotated[int, Field(ge=0)]
     every: Annotated[int, Field(ge=1)] = 1
-    differs: str = ""
-    only: list[Selection] = field(default_factory=list)
+    # A study makes these; they stand in no file.
+    changes: str = ""  # from the experiment's own settings, where a table has several sweeps
+    selections: list[Selection] = field(default_factory=list)  # by default all metrics in all cells
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -181,7 +157,9 @@ def require(condition: bool, problem: str) -> None:
 
 
 EXECUTION = tuple(key.name for key in fields(Execution))
-SETTINGS = tuple(key.name for key in fields(Sweep) if key.name not in ("name", "differs", "only"))
+SETTINGS = tuple(
+    key.name for key in fields(Sweep) if key.name not in ("name", "changes", "selections")
+)
 """The keys that can be set: those of `Execution`, and those of `Sweep`."""
 
 
@@ -193,43 +171,16 @@ def experiment_names() -> list[str]:
 def load(
     overrides: Sequence[str] = (), settings: Mapping[str, Any] = MappingProxyType({})
 ) -> tuple[Sweep, Execution]:
-    """Resolve the configuration of one experiment.
+    """Resolve one experiment: the settings that results depend on, and those that they do not.
 
-    Parameters
-    ----------
-    overrides : sequence of str
-        Hydra overrides such as ``"experiment=collinear"``, ``"trials=5"``, ``"sigma_t=[0.05]"``.
-    settings : mapping
-        Those of a study: they win over the experiment's own, and the overrides win over them.
-
-    Returns
-    -------
-    sweep : Sweep
-        The resolved and checked settings that results depend on.
-    execution : Execution
-        Those that they do not.
-
-    Raises
-    ------
-    ConfigError
-        In one line that names the key, where a value is missing, mistyped or impossible.
-
-    Examples
-    --------
-    >>> from experiments.config import load
-    >>> sweep, execution = load(["experiment=outliers", "trials=5"])
-    >>> sweep.name, sweep.trials, sweep.n_cameras, execution.backend
-    ('outliers', 5, [100], 'loky')
-    >>> sweep, _ = load(["trials=5"], {"experiment": "outliers", "trials": 9, "n_cameras": [80]})
-    >>> sweep.trials, sweep.n_cameras
-    (5, [80])
+    `settings` of a study win over the experiment's own, and Hydra's overrides win over them.
     """
     given = [split_override(override)[0] for override in overrides]
-    own = {key: value for key, value in settings.items() if key not in given}
-    if "experiment" in own:
-        overrides = [f"experiment={own.pop('experiment')}", *overrides]
-    experiment = _check_keys(overrides, own)
-    resolved = {**_compose(overrides), **own}
+    left = {key: value for key, value in settings.items() if key not in given}
+    if "experiment" in left:
+        overrides = [f"experiment={left.pop('experiment')}", *overrides]
+    experiment = _check_keys(overrides, left)
+    resolved = {**_compose(overrides), **left}
     execution = {key: resolved.pop(key) for key in EXECUTION if key in resolved}
     sweep = make(Sweep, resolved)
     if experiment not in (None, sweep.name):
@@ -248,10 +199,10 @@ def load_sweep(
 def _compose(overrides: Sequence[str]) -> Mapping[str, Any]:
     """Compose the files with Hydra, an experiment once while no file changes: it takes long."""
     written = [(str(file), file.stat().st_mtime_ns) for file in CONFIG_DIR.rglob("*.yaml")]
-    experiment = tuple(one for one in overrides if split_override(one)[0] == "experiment")
+    experiment = [text for text in overrides if split_override(text)[0] == "experiment"]
     try:
-        composed = deepcopy(_composed(experiment, str(CONFIG_DIR), tuple(written)))
-        others = [override for override in overrides if override not in experiment]
+        composed = deepcopy(_composed(tuple(experiment), str(CONFIG_DIR), tuple(written)))
+        others = [text for text in overrides if text not in experiment]
         for override in OverridesParser.create().parse_overrides(others):
             if override.is_sweep_override():
                 example = f"{override.key_or_group}=[1,2], or quote it"
@@ -273,13 +224,7 @@ def _composed(experiment: tuple[str, ...], folder: str, _: object) -> DictConfig
 
 
 def make(kind: type[T], settings: Mapping[str, Any]) -> T:
-    """Make settings of what there is for them.
-
-    Raises
-    ------
-    ConfigError
-        In one line that names the key, where a value is missing, mistyped or impossible.
-    """
+    """Make settings of a kind, or tell in one line the key and what is wrong with its value."""
     try:
         return kind(**settings)
     except ValidationError as error:
@@ -291,14 +236,7 @@ def make(kind: type[T], settings: Mapping[str, Any]) -> T:
 
 
 def to_overrides(settings: Mapping[str, Any]) -> list[str]:
-    """Turn the settings of ``snakemake --config`` into Hydra overrides.
-
-    Examples
-    --------
-    >>> from experiments.config import to_overrides
-    >>> to_overrides({"trials": 5, "sigma_t": ["0.05", "0.1"], "volume_per_camera": None})
-    ['trials=5', 'sigma_t=[0.05,0.1]', 'volume_per_camera=null']
-    """
+    """Turn the settings of ``snakemake --config`` into Hydra overrides."""
     return [f"{key}={_hydra_value(value)}" for key, value in settings.items()]
 
 
@@ -312,13 +250,7 @@ def _hydra_value(value: Any) -> str:
 
 
 def split_override(override: str) -> tuple[str, str]:
-    """Split ``key=value``.
-
-    Raises
-    ------
-    ConfigError
-        Where it is none.
-    """
+    """Split ``key=value``."""
     key, equals, value = (part.strip() for part in override.partition("="))
     if not equals:
         raise ConfigError(f"{override!r} is not a setting; write key=value, such as trials=5")
@@ -345,26 +277,7 @@ _Loader.add_implicit_resolver(
 
 
 def read_yaml(path: Path, kind: type[T]) -> T:
-    """Read a file of YAML as what its type says.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    kind : type
-        What pydantic makes of its content: all keys, no others, of their types.
-
-    Raises
-    ------
-    ConfigError
-        In one line that names the file, and the keys that are missing, unknown or mistyped.
-
-    Examples
-    --------
-    >>> from experiments.config import CONFIG_DIR, read_yaml
-    >>> read_yaml(CONFIG_DIR / "experiment" / "combined.yaml", dict[str, object])["geometry"]
-    'cube'
-    """
+    """Read a file of YAML as what its type says: all keys, no others, of their types."""
     try:
         with path.open(encoding="utf-8") as file:
             content = load_yaml(file, _Loader)
@@ -378,10 +291,7 @@ def read_yaml(path: Path, kind: type[T]) -> T:
 
 
 def _check_keys(overrides: Sequence[str], settings: Iterable[str]) -> str | None:
-    """Refuse unknown keys and experiments here, where the choice can be named in one line.
-
-    Returns the experiment that is chosen.
-    """
+    """Refuse unknown keys and experiments, and return the experiment that is chosen."""
     known = ["experiment", *SETTINGS, *EXECUTION]
     choices = [split_override(override) for override in overrides]
     for key in [*(key for key, _ in choices), *settings]:

@@ -24,16 +24,7 @@ class Cell:
 
 
 def cells(sweep: Sweep) -> list[Cell]:
-    """Return the cells of a sweep's grid in the order of its result table.
-
-    Examples
-    --------
-    >>> from experiments.config import load_sweep
-    >>> from experiments.grid import cells
-    >>> grid = cells(load_sweep(["experiment=outliers"]))
-    >>> len(grid), grid[0]
-    (70, Cell(n_cameras=100, n_outliers=0, sigma_t=0.01, sigma_r_deg=3.0))
-    """
+    """Return the cells of a sweep's grid in the order of its result table."""
     noise = (
         list(zip(sweep.sigma_t, sweep.sigma_r_deg, strict=True))
         if sweep.noise == "paired"
@@ -46,23 +37,12 @@ def cells(sweep: Sweep) -> list[Cell]:
 
 
 def evaluations(sweep: Sweep) -> dict[Cell, list[str]]:
-    """Return the cells that are run, and the metrics that are evaluated in each.
-
-    Examples
-    --------
-    >>> from dataclasses import replace
-    >>> from experiments.config import Selection, load_sweep
-    >>> from experiments.grid import evaluations
-    >>> sweep = load_sweep(["experiment=outliers"])
-    >>> one = replace(sweep, only=[Selection(["TAS"], {"n_outliers": [1], "sigma_t": [0.05]})])
-    >>> evaluations(one)
-    {Cell(n_cameras=100, n_outliers=1, sigma_t=0.05, sigma_r_deg=3.0): ['TAS']}
-    """
+    """Return the cells that are run, and the metrics that are evaluated in each."""
     grid = cells(sweep)
-    if not sweep.only:
+    if not sweep.selections:
         return dict.fromkeys(grid, sweep.metrics)
     wanted: dict[Cell, list[str]] = {}
-    for selection in sweep.only:
+    for selection in sweep.selections:
         for cell in (cell for cell in grid if cell.matches(selection.where)):
             metrics = wanted.setdefault(cell, [])
             metrics += [metric for metric in selection.metrics if metric not in metrics]

@@ -32,7 +32,6 @@ from alignscores.registration import Registration, pcr99
 from alignscores.translation import closest_pair_distances, closest_pair_quartile
 from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
 from baselines.averages import rotation_l1_mean
-from baselines.discernible import mean_of_mean_and_rms
 from baselines.pairwise import Count, maa_by_counts
 from baselines.rotation import aligned_angles
 
@@ -102,9 +101,9 @@ class TASOptions(AlignmentOptions):
 
     @model_validator(mode="after")
     def _others_have_no_options_of_pcr99(self) -> "TASOptions":
-        own = {"prescreen", "order"} & self.model_fields_set
-        if self.registration != "pcr99" and own:
-            raise ValueError(f"{' and '.join(sorted(own))} can be set for pcr99 alone")
+        given = {"prescreen", "order"} & self.model_fields_set
+        if self.registration != "pcr99" and given:
+            raise ValueError(f"{' and '.join(sorted(given))} can be set for pcr99 alone")
         return self
 
 
@@ -137,48 +136,23 @@ class HalfDistanceOptions(HalfAngleOptions):
 
 @dataclass(frozen=True)
 class TrialMetric:
-    """A metric that has options in trials, or shares something with others there."""
+    """What trials do with a metric; without a function, the family's for the estimated cameras."""
 
     family: Family
-    function: Callable[["Evaluation", Any], float]
+    function: Callable[["Evaluation", Any], float] | None = None
     options: type[Options] = Options
 
 
 @dataclass(frozen=True)
 class Column:
-    """A metric with options, as it heads a column of a table of trials.
-
-    Parameters
-    ----------
-    name : str
-        One of `METRICS`, or of a protocol.
-    options : mapping of str to str
-        Options that differ from the paper's, with their values as text. Protocols have none.
-
-    Examples
-    --------
-    >>> from experiments.metrics import Column
-    >>> column = Column.parse("TAS(order=0.2)")
-    >>> column.name, column.options
-    ('TAS', {'order': '0.2'})
-    >>> str(column.with_option("seed", 3))
-    'TAS(order=0.2, seed=3)'
-    >>> Column.parse("recall@5cm,5deg").metric.family.unit
-    '%'
-    """
+    """A metric with options, as it heads a column of a table of trials."""
 
     name: str
     options: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
     def parse(cls, text: str) -> "Column":
-        """Read a column's name.
-
-        Raises
-        ------
-        ConfigError
-            Where there is no such metric or option, or the option cannot have the value.
-        """
+        """Read a column's name; refuse an unknown metric, option or value."""
         name, bracket, inside = text.partition("(")
         try:
             known = cls(name)._options.model_fields
@@ -213,8 +187,8 @@ class Column:
     @cached_property
     def metric(self) -> Metric:
         """What is known of it."""
-        own = [trial_metric.family for trial_metric in METRICS.values()]
-        return find(self.name, [*own, *PROTOCOLS])
+        families = [entry.family for entry in METRICS.values()]
+        return find(self.name, [*families, *PROTOCOLS])
 
     @cached_property
     def values(self) -> Options:
@@ -223,37 +197,19 @@ class Column:
 
     @property
     def _options(self) -> type[Options]:
-        trial_metric = METRICS.get(self.metric.name)
-        return trial_metric.options if trial_metric else Options
+        entry = METRICS.get(self.metric.name)
+        return entry.options if entry else Options
 
 
 def evaluate(
     scene: Scene, metrics: Sequence[str], registration_seed: np.random.SeedSequence
 ) -> dict[str, float]:
-    """Evaluate metrics on a scene.
+    """Evaluate metrics on a scene; all random registrations have the same seed.
 
-    Parameters
-    ----------
-    scene : Scene
-        Ground-truth and estimated cameras.
-    metrics : sequence of str
-        Names out of `METRICS`, possibly with options: "TAS(max_threshold=0.5)"; or of protocols.
-    registration_seed : SeedSequence
-        Seed of the random registration in TAS, PAS and protocols, the same for all of them.
-
-    Returns
-    -------
-    dict of str to float
-        The values, in the order of `metrics`. ATE in ground-truth units, rotation errors in
-        degrees, those of protocols in their units, the rest without unit. NaN where a protocol
-        has no value: its program stops, or writes nothing.
-
-    Notes
-    -----
     Cameras that are missing in the estimate count as failures in TAS, RAS, PAS and mAA. ATE, DTE,
     DRE and the rotation statistics have no value for them and are evaluated on the other cameras
-    alone, as is usual: to lose a bad camera improves them. For protocols see
-    docs/reference/protocols.md.
+    alone, as is usual: losing bad cameras improves them. For protocols see
+    docs/reference/protocols.md; NaN where one has no value.
     """
     columns = {metric: Column.parse(metric) for metric in metrics}
     evaluation = Evaluation(scene, registration_seed, columns.values())
@@ -264,17 +220,9 @@ class Evaluation:
     """One scene under many metrics, which share what they have in common.
 
     There is one alignment for each choice of registration, and one set of errors, however many
-    thresholds and weights these are scored with: metrics are compared on the same errors.
-
-    Parameters
-    ----------
-    scene : Scene
-        Ground-truth and estimated cameras.
-    registration_seed : SeedSequence
-        Seed of the random registration.
-    columns : iterable of Column
-        What will be asked for, as far as it is known: the mAA with several options takes less time
-        at once.
+    thresholds and weights these are scored with: metrics are compared on the same errors. The
+    `columns` are those that will be asked for, as far as they are known: the mAA with several
+    options takes less time at once.
     """
 
     def __init__(
@@ -291,15 +239,12 @@ class Evaluation:
 
     def value(self, column: Column) -> float:
         """Evaluate a metric; NaN where a protocol has no value."""
-        if trial_metric := METRICS.get(column.metric.name):
-            return trial_metric.function(self, column.values)
-        scene = self.scene
-        gt, est = (
-            (scene.gt_positions, scene.gt_rotations),
-            (scene.est_positions, scene.est_rotations),
-        )
+        entry = METRICS.get(column.metric.name)
+        if entry and entry.function:
+            return entry.function(self, column.values)
+        scene = self.scene.estimated if entry else self.scene
         try:
-            return column.metric(*gt, *est, rng=self._seed)
+            return column.metric(*scene.arrays, rng=self._seed)
         except NoValueError:
             return nan
 
@@ -340,11 +285,11 @@ class Evaluation:
             rng=self._registration_seed(options.seed),
             registration=options.registration,
         )
-        return profile.at(options.score)
+        return profile.unit_at(options.score)
 
     def half_angle(self, options: HalfAngleOptions) -> float:
         """Return the largest threshold at which the RAS is one half, or another score."""
-        return self._rotation_profile.at(options.score)
+        return self._rotation_profile.unit_at(options.score)
 
     @cached_property
     def _rotation_profile(self) -> ScoreProfile:
@@ -417,21 +362,12 @@ class Evaluation:
         return ras(self.scene.gt_rotations, self.scene.est_rotations).errors
 
     @cached_property
-    def _l1_angles(self) -> Floats:
-        """Rotation errors of the estimated cameras after the geodesic L1 mean."""
+    def _l1_errors(self) -> Floats:
+        """Rotation errors after the geodesic L1 mean, in some order; infinite for missing ones."""
         scene = self.scene.estimated
         gt, est = scene.gt_rotations, scene.est_rotations
-        return aligned_angles(gt, est, rotation_l1_mean(gt @ est.transpose(0, 2, 1)))
-
-    @cached_property
-    def _l1_errors(self) -> Floats:
-        """The same of all cameras."""
-        missing = len(self.scene.gt_rotations) - len(self._l1_angles)
-        return np.append(self._l1_angles, np.full(missing, inf))
-
-    def dre(self, _: Options) -> float:
-        """Return the DRE: that of `baselines.dre`, whose alignment RAS(averaging=l1) shares."""
-        return mean_of_mean_and_rms(self._l1_angles)
+        angles = aligned_angles(gt, est, rotation_l1_mean(gt @ est.transpose(0, 2, 1)))
+        return np.append(angles, np.full(len(self.scene.gt_rotations) - len(angles), inf))
 
 
 def _score(errors: Floats, unit: float, largest: float, count: float) -> float:
@@ -442,15 +378,7 @@ def _score(errors: Floats, unit: float, largest: float, count: float) -> float:
 
 
 def order_statistic(ascending: Floats, quantile: float) -> float:
-    """Return the ceil(q n)-th smallest of n values in ascending order.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from experiments.metrics import order_statistic
-    >>> order_statistic(np.array([10.0, 20.0, 30.0, 40.0]), 0.75)
-    30.0
-    """
+    """Return the ceil(q n)-th smallest of n values in ascending order."""
     return float(ascending[ceil(_exact(quantile * len(ascending))) - 1])
 
 
@@ -459,38 +387,33 @@ def _exact(product: float) -> float:
     return round(product, 9)
 
 
-# Those below have no value for a camera that is missing.
-
-
 def _ate(evaluation: Evaluation, _: Options) -> float:
     scene = evaluation.scene.estimated
     return ate(scene.gt_positions, scene.est_positions)
 
 
-def _dte(evaluation: Evaluation, _: Options) -> float:
-    scene = evaluation.scene.estimated
-    return dte(scene.gt_poses, scene.est_poses)
-
-
 def _statistic(name: str, alignment: str) -> TrialMetric:
-    def of_poses(gt: Floats, est: Floats) -> float:
-        return rotation_statistics(gt[:, :, :3], est[:, :, :3])[name]
+    return TrialMetric(
+        named(
+            name,
+            f"{name[:-2]} of the rotation errors after an {alignment} alignment",
+            lambda gt, est: rotation_statistics(gt[:, :, :3], est[:, :, :3])[name],
+            "refused",
+            unit="deg",
+        ),
+        lambda evaluation, _: evaluation.rotation_statistics[name],
+    )
 
-    description = f"{name[:-2]} of the rotation errors after an {alignment} alignment"
-    family = named(name, description, of_poses, "refused", unit="deg")
-    return TrialMetric(family, lambda evaluation, _: evaluation.rotation_statistics[name])
 
-
-DTE = named("DTE", "discernible trajectory error", dte, "refused")
-MAA = named("mAA", "mean average accuracy of pairs", maa, "fail", larger_is_better=True)
-DRE = named(
+_DRE = named(
     "DRE",
     "discernible rotation error",
     lambda gt, est: dre(gt[:, :, :3], est[:, :, :3]),
     "refused",
     unit="deg",
 )
-UNIT = named(
+_MAA = named("mAA", "mean average accuracy of pairs", maa, "fail", larger_is_better=True)
+_UNIT = named(
     "d",
     "the unit of the TAS",
     lambda gt, _: closest_pair_quartile(gt),
@@ -498,22 +421,19 @@ UNIT = named(
     unit="units",
     rotations=False,
 )
-
-METRICS: Mapping[str, TrialMetric] = {
-    trial_metric.family.example: trial_metric
-    for trial_metric in (
-        TrialMetric(metric("ATE").family, _ate),
-        TrialMetric(DTE, _dte),
-        TrialMetric(MAA, Evaluation.maa, MAAOptions),
-        TrialMetric(metric("TAS").family, Evaluation.tas, TASOptions),
-        TrialMetric(metric("RAS").family, Evaluation.ras, RASOptions),
-        TrialMetric(metric("PAS").family, Evaluation.pas, PASOptions),
-        TrialMetric(metric("half_distance").family, Evaluation.half_distance, HalfDistanceOptions),
-        TrialMetric(metric("half_angle").family, Evaluation.half_angle, HalfAngleOptions),
-        TrialMetric(DRE, Evaluation.dre),
-        *(_statistic(f"{name}-1", "L1") for name in ("Median", "Mean", "RMS")),
-        *(_statistic(f"{name}-2", "L2") for name in ("Median", "Mean", "RMS")),
-        TrialMetric(UNIT, Evaluation.d, UnitOptions),
-    )
-}
-"""The metrics besides protocols by their names. To add one, add its entry."""
+_TRIAL_METRICS = (
+    TrialMetric(metric("ATE").family, _ate),
+    TrialMetric(named("DTE", "discernible trajectory error", dte, "refused")),
+    TrialMetric(_MAA, Evaluation.maa, MAAOptions),
+    TrialMetric(metric("TAS").family, Evaluation.tas, TASOptions),
+    TrialMetric(metric("RAS").family, Evaluation.ras, RASOptions),
+    TrialMetric(metric("PAS").family, Evaluation.pas, PASOptions),
+    TrialMetric(metric("half_distance").family, Evaluation.half_distance, HalfDistanceOptions),
+    TrialMetric(metric("half_angle").family, Evaluation.half_angle, HalfAngleOptions),
+    TrialMetric(_DRE),
+    *(_statistic(f"{name}-1", "L1") for name in ("Median", "Mean", "RMS")),
+    *(_statistic(f"{name}-2", "L2") for name in ("Median", "Mean", "RMS")),
+    TrialMetric(_UNIT, Evaluation.d, UnitOptions),
+)
+METRICS: Mapping[str, TrialMetric] = {entry.family.example: entry for entry in _TRIAL_METRICS}
+"""All metrics but the protocols by their names. To add one, add its entry above."""

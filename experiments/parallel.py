@@ -25,12 +25,8 @@ PATIENCE = 10  # seconds for the scheduler to answer, and for its first worker t
 def executor(execution: Execution) -> Iterator[Parallel]:
     """Open the backend of the settings: a joblib ``Parallel`` that generates results in order.
 
-    Raises
-    ------
-    ConfigError
-        Where the backend is dask and it is not installed, no scheduler with a worker answers at
-        the address, a worker has other packages than this process, or the cluster is
-        lost in the middle.
+    It is a `ConfigError` where dask is not installed, no scheduler with a worker answers, a worker
+    has other packages than this process, or the cluster is lost in the middle.
     """
     if execution.backend != "dask":
         yield Parallel(n_jobs=execution.n_jobs, backend=execution.backend, return_as="generator")

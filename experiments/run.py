@@ -1,7 +1,6 @@
 """Run sweeps and write their table: ``python -m experiments.run experiment=outliers [key=value]``.
 
-Every table of trials is made by this program. Snakemake passes it the resolved settings, and where
-to write.
+Every table of trials is made by this program; Snakemake passes it the resolved settings.
 """
 
 import sys

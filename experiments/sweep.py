@@ -24,7 +24,7 @@ BATCH = 50  # trials side by side
 
 
 def trial_seeds(sweep: Sweep, cell: Cell, trial: int) -> list[np.random.SeedSequence]:
-    """Seeds of the cameras and of the registration of one trial.
+    """Return the seeds of the cameras and of the registration of one trial.
 
     They depend on the experiment's name, the cell's own values, the replicate and the trial alone:
     not on the rest of the grid, nor on the order or the process in which trials run.
@@ -34,7 +34,7 @@ def trial_seeds(sweep: Sweep, cell: Cell, trial: int) -> list[np.random.SeedSequ
 
 
 def draw_scene(sweep: Sweep, cell: Cell, seed: np.random.SeedSequence) -> Scene:
-    """Draw the cameras of one trial, of which every so many-th is kept."""
+    """Draw the cameras of one trial; of `every=n` every n-th is kept."""
     volume = 1.0 if sweep.volume_per_camera is None else sweep.volume_per_camera * cell.n_cameras
     scene = make_scene(
         np.random.default_rng(seed),
@@ -51,10 +51,7 @@ def draw_scene(sweep: Sweep, cell: Cell, seed: np.random.SeedSequence) -> Scene:
 def run_trials(
     sweep: Sweep, cell: Cell, trials: Sequence[int], metrics: Sequence[str]
 ) -> list[dict[str, Any]]:
-    """Run trials: draw the scenes, evaluate the metrics, return rows of the result table.
-
-    They run side by side, one metric on scene after scene: its code stays in the caches.
-    """
+    """Run trials side by side, so that a metric's code stays in the caches; return their rows."""
     columns = {metric: Column.parse(metric) for metric in metrics}
     scenes = [
         Evaluation(draw_scene(sweep, cell, camera_seed), registration_seed, columns.values())
@@ -92,14 +89,7 @@ def run_cell(sweep: Sweep, cell: Cell, metrics: Sequence[str]) -> list[dict[str,
 
 
 def run_sweeps(sweeps: Sequence[Sweep], execution: Execution) -> pd.DataFrame:
-    """Run sweeps and join their trials in one table.
-
-    Parameters
-    ----------
-    sweeps : sequence of Sweep
-        Their settings.
-    execution : Execution
-        Where to run them.
+    """Run sweeps and join their trials in one table, with progress on standard error.
 
     Returns
     -------
@@ -107,19 +97,13 @@ def run_sweeps(sweeps: Sequence[Sweep], execution: Execution) -> pd.DataFrame:
         One row a trial: `experiment, geometry, n_cameras, n_outliers, sigma_t, sigma_r_deg,
         replicate, trial`, then one column a metric, empty where it was not asked for. Where there
         are several sweeps, a column `settings` tells what differs from the experiment's own. The
-        same for any number of processes and any backend, bit for bit. Progress goes to standard
-        error.
-
-    Raises
-    ------
-    ConfigError
-        Where the backend cannot be reached.
+        same for any number of processes and any backend, bit for bit.
     """
     tables = [_run_sweep(sweep, execution) for sweep in sweeps]
     if len(tables) == 1:
         return tables[0]
     for sweep, table in zip(sweeps, tables, strict=True):
-        table.insert(1, "settings", sweep.differs)
+        table.insert(1, "settings", sweep.changes)
     return pd.concat(tables, ignore_index=True)
 
 

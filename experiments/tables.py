@@ -40,15 +40,7 @@ PACKAGES = (
 
 
 class TableError(CommandError):
-    """A file of results that is missing, damaged or another one than it should be.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    problem : str
-        What is wrong with it: completes a sentence that begins with the path.
-    """
+    """A file of results that is missing, damaged or another one than it should be."""
 
     def __init__(self, path: Path, problem: str) -> None:
         remove = "delete it and " if path.exists() else ""
@@ -57,18 +49,10 @@ class TableError(CommandError):
 
 @dataclass(frozen=True)
 class Record:
-    """What a table of trials rests on.
-
-    Parameters
-    ----------
-    sweeps : tuple of Sweep
-        The settings that it was made under.
-    origin : mapping
-        Package versions, commit, Python and platform.
-    """
+    """What a table of trials rests on: the settings, and the versions that it was made with."""
 
     sweeps: tuple[Sweep, ...]
-    origin: Mapping[str, Any]
+    origin: Mapping[str, Any]  # package versions, commit, Python and platform
 
     @property
     def sweep(self) -> Sweep:
@@ -84,17 +68,7 @@ class Record:
 
 @dataclass(frozen=True, eq=False)
 class Trials:
-    """A table of trials with its record.
-
-    Parameters
-    ----------
-    path : Path
-        Where it was read.
-    table : DataFrame
-        One row a trial, see `experiments.sweep.run_sweeps`.
-    record : Record
-        What it rests on.
-    """
+    """A table of trials, one row a trial, with its record and the place that it was read from."""
 
     path: Path
     table: pd.DataFrame
@@ -109,10 +83,7 @@ class Trials:
 def write_files(files: Mapping[Path, bytes]) -> None:
     """Write files under temporary names, then rename them: never half a file.
 
-    Raises
-    ------
-    OSError
-        Where one cannot be written; it has the name of that file, not of the temporary one.
+    An `OSError` has the name of the file that cannot be written, not of the temporary one.
     """
     # Of this process: another one may be writing the same, as one that outlived a killed Snakemake.
     temporary = {path: path.with_name(f".{path.name}.{os.getpid()}") for path in files}
@@ -149,13 +120,7 @@ def write_recorded(path: Path, content: bytes, sweeps: Sequence[Sweep]) -> None:
 
 
 def read_table(path: Path, columns: Sequence[str] = (), **options: Any) -> pd.DataFrame:
-    """Read a table that has some columns; `options` are those of `pandas.read_csv`.
-
-    Raises
-    ------
-    TableError
-        Where it is not there, cannot be read, or has other columns.
-    """
+    """Read a table that has some columns; `options` are those of `pandas.read_csv`."""
     try:
         table: pd.DataFrame = pd.read_csv(path, **options)
     except FileNotFoundError:
@@ -169,18 +134,7 @@ def read_table(path: Path, columns: Sequence[str] = (), **options: Any) -> pd.Da
 
 
 def read_record(path: Path) -> Record:
-    """Read the record beside a table of trials.
-
-    Parameters
-    ----------
-    path : Path
-        The table.
-
-    Raises
-    ------
-    TableError
-        Where there is no record, or it is something else.
-    """
+    """Read the record beside a table of trials."""
     place = path.with_suffix(".json")
     try:
         record = json.loads(place.read_bytes())
@@ -196,13 +150,7 @@ def read_record(path: Path) -> Record:
 
 
 def read_trials(path: Path) -> Trials:
-    """Read trials, bit for bit as they were computed, with the record of what they rest on.
-
-    Raises
-    ------
-    TableError
-        Where table or record is missing or damaged, or the one is not of the other.
-    """
+    """Read trials, bit for bit as they were computed, with the record of what they rest on."""
     record = read_record(path)
     expected = _expected_keys(record.sweeps)
     text = {"dtype": {"settings": str}, "keep_default_na": False, "na_values": [""]}
@@ -221,7 +169,7 @@ def read_trials(path: Path) -> Trials:
 def _expected_keys(sweeps: Sequence[Sweep]) -> pd.DataFrame:
     """Return the key columns of the table that sweeps make."""
     rows = [
-        {"experiment": sweep.name, "settings": sweep.differs, "geometry": sweep.geometry}
+        {"experiment": sweep.name, "settings": sweep.changes, "geometry": sweep.geometry}
         | vars(cell)
         | {"replicate": sweep.replicate, "trial": trial}
         for sweep in sweeps

@@ -1,18 +1,15 @@
-"""Draw one figure: ``python -m figures NAME TABLE.csv ... --output PATH``."""
+"""Draw one figure: ``python -m figures MODULE:FUNCTION TABLE.csv ... --output PATH``."""
 
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from importlib import import_module
+from inspect import getdoc, signature
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from experiments.command import CommandError, run_command
 from experiments.tables import read_table, read_trials
-
-from . import FIGURES, PAPER_FIGURES
 
 __all__ = ["main"]
 
@@ -22,9 +19,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="python -m figures",
         description="Draw a figure from tables of results.",
-        epilog=f"figures: {' | '.join(FIGURES)}",
+        epilog="snakemake results/figures/NAME.pdf makes the tables, and the figure",
     )
-    parser.add_argument("name", choices=FIGURES, metavar="NAME")
+    parser.add_argument(
+        "draw", metavar="MODULE:FUNCTION", help="what draws it: figures.noise:outliers, for example"
+    )
     parser.add_argument(
         "tables", nargs="*", type=Path, metavar="TABLE.csv", help="the tables that it is drawn from"
     )
@@ -39,29 +38,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _work(options: Namespace) -> list[Path]:
-    module = import_module(f"figures.{options.name}")
     from .output import write_figure
 
-    figure = module.draw(*_read(options.name, module, options.tables))
-    title = (module.__doc__ or options.name).partition("\n")[0]
-    return write_figure(figure, options.output, title)
+    module, _, name = options.draw.partition(":")
+    try:
+        draw = getattr(import_module(module), name)
+        signature(draw).bind(*options.tables)
+    except (ImportError, AttributeError, ValueError):
+        raise CommandError(f"{options.draw} draws no figure") from None
+    except TypeError:
+        problem = f"is not drawn from {len(options.tables)} tables"
+        raise CommandError(f"{options.draw} {problem}") from None
+    title = (getdoc(draw) or name).partition("\n")[0]
+    return write_figure(draw(*map(_read, options.tables)), options.output, title)
 
 
-def _read(name: str, module: Any, paths: Sequence[Path]) -> list[Any]:
-    """Read what a figure is drawn from: trials of experiments, or tables joined to one."""
-    wanted = FIGURES[name]
-    if len(paths) != len(wanted):
-        names = " ".join(f"{table}.csv" for table in wanted) or "no table"
-        raise CommandError(f"{name} is drawn from {names}; the command names {len(paths)}")
-    if name not in PAPER_FIGURES:
-        tables = [read_table(path, module.COLUMNS, dtype={"value": str}) for path in paths]
-        return [pd.concat(tables, ignore_index=True)] if tables else []
-    trials = [read_trials(path) for path in paths]
-    for one, experiment in zip(trials, PAPER_FIGURES[name], strict=True):
-        if one.sweep.name != experiment:
-            problem = f"{one.path} has trials of {one.sweep.name}, not of {experiment}"
-            raise CommandError(f"{name}: {problem}")
-    return trials
+def _read(path: Path) -> Any:
+    """Read trials with their record, or a table that has none."""
+    if path.parent.name == "tables":
+        return read_table(path, dtype={"value": str})
+    return read_trials(path)
 
 
 if __name__ == "__main__":

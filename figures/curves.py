@@ -16,24 +16,7 @@ __all__ = ["Curves", "write_value"]
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """Trials of an experiment as series over noise levels.
-
-    Parameters
-    ----------
-    trials : Trials
-        The trials.
-    metrics : sequence of str
-        The columns to be drawn.
-    series : str
-        The setting whose values are the series.
-    levels : tuple of str
-        The setting along the x axis, and those that rise with it.
-
-    Raises
-    ------
-    TableError
-        Where a metric is missing or no number, or a setting varies that would not be told apart.
-    """
+    """Trials of an experiment as series, the values of one setting, over the levels of others."""
 
     trials: Trials
     metrics: Sequence[str]
@@ -48,9 +31,7 @@ class Curves:
             self._require(finite, f"has values of {metric} that are not finite")
         for setting in CELL_SETTINGS:
             count = 1 if setting in (self.series, *self.levels) else table[setting].nunique()
-            self._require(
-                count == 1, f"has {count} values of {setting}, of which the figure can show one"
-            )
+            self._require(count == 1, f"has {count} values of {setting}; the figure can show one")
         self._require(
             self._noise[self.levels[0]].is_unique,
             f"varies {' and '.join(self.levels)} independently of each other",
@@ -93,12 +74,5 @@ class Curves:
 
 
 def write_value(setting: str, value: float) -> str:
-    """Write a value of a setting.
-
-    Examples
-    --------
-    >>> from figures.curves import write_value
-    >>> write_value("sigma_t", 0.1), write_value("sigma_r_deg", 10.0)
-    ('0.1', '10°')
-    """
+    """Write a value of a setting."""
     return f"{value:g}°" if setting == "sigma_r_deg" else f"{value:g}"

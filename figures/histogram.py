@@ -1,4 +1,4 @@
-"""Figure 1: cumulative frequency histograms of one trial, whose areas are TAS and RAS."""
+"""Figure 1: the errors of one trial under the settings of the experiment ``combined``."""
 
 from matplotlib.figure import Figure
 
@@ -19,7 +19,7 @@ TRIAL = 0
 
 @style.applied()
 def draw(trials: Trials) -> Figure:
-    """Run one trial under the settings of experiment ``combined``, and draw its errors."""
+    """Figure 1: cumulative frequency histograms of one trial, whose areas are TAS and RAS."""
     scores = _run(trials.sweep)
     unit = scores.tas.unit
     figure = Figure(figsize=(style.COLUMN, 3.1), layout="constrained")

@@ -1,4 +1,4 @@
-"""Figure 7: mAA and PAS against noise in position and rotation that rises together."""
+"""Figure 7, from the experiments ``maa_vs_pas_outliers``, ``_length`` and ``_collinear``."""
 
 from matplotlib.figure import Figure
 
@@ -21,7 +21,7 @@ COLUMNS = (
 
 @style.applied()
 def draw(outliers: Trials, length: Trials, collinear: Trials) -> Figure:
-    """Draw the trials of experiments ``maa_vs_pas_outliers``, ``_length`` and ``_collinear``."""
+    """Figure 7: mAA and PAS against noise in position and rotation that rises together."""
     figure, grid = new_figure(len(METRICS), len(COLUMNS), width=style.PAGE, head=0.56, foot=0.46)
     columns = zip(COLUMNS, (outliers, length, collinear), strict=True)
     for i, ((heading, remark, series), trials) in enumerate(columns):

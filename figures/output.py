@@ -14,24 +14,7 @@ __all__ = ["write_figure"]
 
 @style.applied()
 def write_figure(figure: Figure, path: Path, title: str) -> list[Path]:
-    """Write a figure as PDF and PNG.
-
-    Both are drawn before the first is written, and there are no dates in them.
-
-    Parameters
-    ----------
-    figure : Figure
-        The figure.
-    path : Path
-        The files' path without extension; missing directories are made.
-    title : str
-        Title in the files' metadata.
-
-    Returns
-    -------
-    list of Path
-        The two files.
-    """
+    """Write a figure as PDF and PNG without dates, and return both paths."""
     formats = {
         ".pdf": {"Title": title, "CreationDate": None},
         ".png": {"Title": title, "Software": None},

@@ -1,10 +1,7 @@
 """Small multiples: a panel for each metric, noise along the x axis, a colour for each series.
 
-A panel shows where every trial lies. A line joins the means. Around each noise level stand the
-series side by side, from the first to the last: a hairline from the smallest to the largest trial,
-a thicker one over the middle half. The grey behind them is what all series together span at that
-level; the bars at the right are what each series spans over all levels. The ranges that the paper
-compares are the heights of these bars and of the grey.
+The grey is what all series span at a noise level, the bars at the right what each spans over all
+levels: the heights of both are the ranges that the paper compares.
 """
 
 from collections.abc import Mapping, Sequence
@@ -43,21 +40,7 @@ MAX_ENTRIES = 7  # of a key: there is room for no more; the colours between them
 
 
 def panel(axes: Axes, curves: Curves, metric: str, *, log: bool = False) -> None:
-    """Draw one metric.
-
-    The noise levels are drawn at equal steps, so that series and levels of any spacing stay apart.
-
-    Parameters
-    ----------
-    axes : Axes
-        Where to draw.
-    curves : Curves
-        The trials.
-    metric : str
-        The metric's column.
-    log : bool
-        Whether its axis is logarithmic; a metric that reaches 0 has none.
-    """
+    """Draw one metric at equal steps of the noise, so that levels of any spacing stay apart."""
     smallest, lower, mean, upper, largest = curves.spread(metric)
     count, n_levels = mean.shape
     levels = np.arange(n_levels)
@@ -130,7 +113,7 @@ def _title(axes: Axes, metric: str, kind: Family, log: bool) -> None:
     remarks = (["units"] if kind.unit == "units" else []) + (["log scale"] if log else [])
     if remarks:
         style.remark(axes, title, f"({', '.join(remarks)})")
-    style.direction(axes, higher_is_better=kind.larger_is_better)
+    style.direction(axes, larger_is_better=kind.larger_is_better)
 
 
 def x_labels(axes: Axes, curves: Curves) -> None:
@@ -159,24 +142,7 @@ def x_labels(axes: Axes, curves: Curves) -> None:
 def new_figure(
     rows: int, columns: int, *, width: float, head: float, foot: float = 0.26
 ) -> tuple[Figure, list[list[Axes]]]:
-    """Return a figure with a grid of panels, and room for keys above.
-
-    Parameters
-    ----------
-    rows, columns : int
-        Size of the grid.
-    width : float
-        Width of the figure in inches.
-    head, foot : float
-        Height of the keys above the panels and of the labels below, in inches.
-
-    Returns
-    -------
-    figure : Figure
-        The figure.
-    grid : list of list of Axes
-        Row by row; the last row alone has labels along its x axes.
-    """
+    """Return a figure with rows of panels, and inches for keys above and labels below."""
     height = head + foot + 1.37 * rows
     layout = ConstrainedLayoutEngine(
         rect=(0, 0, 1, 1 - head / height), w_pad=0.03, h_pad=0.03, wspace=0.03, hspace=0.02
@@ -191,24 +157,7 @@ def new_figure(
 def small_multiples(
     curves: Curves, *, columns: int, width: float, log: Sequence[str] = ()
 ) -> Figure:
-    """Draw all metrics.
-
-    Parameters
-    ----------
-    curves : Curves
-        The trials.
-    columns : int
-        Number of panels side by side.
-    width : float
-        Width of the figure in inches.
-    log : sequence of str
-        The metrics whose axes are logarithmic.
-
-    Returns
-    -------
-    Figure
-        A panel for each metric, with one key above.
-    """
+    """Draw a panel for each metric, some on a logarithmic axis, with one key above."""
     key_rows = 1 if width > style.COLUMN else 2
     figure, grid = new_figure(
         len(curves.metrics) // columns, columns, width=width, head=0.23 + 0.13 * key_rows

@@ -99,14 +99,7 @@ def applied() -> Iterator[None]:
 
 
 def colours(column: str, count: int) -> list[Colour]:
-    """Return a colour for each of `count` values of a key column, in their order.
-
-    Examples
-    --------
-    >>> from figures.style import colours
-    >>> len(colours("n_outliers", 7))
-    7
-    """
+    """Return a colour for each of `count` values of a key column, in their order."""
     name, first, second, last = COLOURS[column]
     positions = [first, *np.linspace(last, second, count - 1)[::-1]]
     return [(r, g, b) for r, g, b, _ in matplotlib.colormaps[name](positions).tolist()]
@@ -118,10 +111,10 @@ def tint(colour: Colour) -> Colour:
     return r, g, b
 
 
-def direction(axes: Axes, *, higher_is_better: bool) -> None:
+def direction(axes: Axes, *, larger_is_better: bool) -> None:
     """Write which values are the good ones, between a panel and its title."""
     axes.annotate(
-        "↑ higher is better" if higher_is_better else "↓ lower is better",
+        "↑ higher is better" if larger_is_better else "↓ lower is better",
         (0, 1),
         (0, 3),
         xycoords="axes fraction",

@@ -1,12 +1,9 @@
 """The article: its text stands in ``docs/article``, its numbers come from the results.
 
-No result is typed. A sentence that rests on results stands in a block ``says(condition)``: where
-the condition does not hold any more, the article is refused, and an author has to look at it. In a
-quick look, of fewer trials than the paper's, such a sentence is left out, and the article says so.
+A sentence that the results do not bear out any more is refused; in a quick look it is left out.
 """
 
 import re
-from argparse import Namespace
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,12 +17,13 @@ from markupsafe import Markup
 from experiments.command import CommandError
 from experiments.config import CONFIG_DIR
 from studies.claims.claims import load_claims
-from studies.claims.verdicts import POPULATION, VERDICTS
-from studies.statistics import SIGNIFICANCE
+from studies.claims.verdicts import TRUTHS, VERDICTS
+from studies.order import SIGNIFICANCE
+from studies.statistics import LEAST_POWER
 
-from . import inputs
-from .estimates import Estimate, write_number
+from .estimates import Estimate
 from .page import contents, environment
+from .results import Results
 
 __all__ = ["FOLDER", "TEMPLATE", "render"]
 
@@ -59,42 +57,31 @@ class Tally:
     populations: Mapping[str, int]
 
 
-def render(files: Namespace) -> str:
-    """Write the article.
+def render(results: Results, machine: str = "") -> str:
+    """Write the article as HTML that needs no other file; it has no date.
 
-    Parameters
-    ----------
-    files : Namespace
-        The options of ``python -m report``.
-
-    Returns
-    -------
-    str
-        HTML that needs no other file. It has no date: the same inputs give the same article.
-
-    Raises
-    ------
-    CommandError, TableError
-        Where a file is missing or cannot be what it should be, the text asks for something that
-        there is not, or says what the results do not bear out.
+    A `CommandError` says what the text asks for and there is not, or what the results do not bear
+    out.
     """
-    found = contents(files)
+    found = contents(results, machine)
+    others = [one for one in results.settings if not one.startswith(("trials=", "replicates="))]
     is_quick = bool(
-        files.settings
+        others
         or found["replicate"].trials < found["paper_trials"]
         or found["n_replicates"] < load_claims().replicates
     )
-    order = inputs.read_order(files.order)
+    orders = found["head_to_head"]
     text = environment(FOLDER)
-    text.filters["number"] = lambda value, digits=0: write_number(value, digits, signed=False)
     text.filters["listed"] = _listed
+    rates = {summary.metric: summary for summary in found["frame_rate"]["metrics"]}
     names: dict[str, Any] = {
         "is_quick": is_quick,
+        "least_power": LEAST_POWER,
         "claim": _finder("claim", found["claims"]),
         "picture": _finder("figure", found["pictures"]),
-        "frame_rate": _finder("frame rate of", {one.metric: one for one in found["frame_rates"]}),
-        "place": _finder("order", _places(found["rankings"])),
-        "ahead": lambda *key: _comparison(order, *key),
+        "at_rates": _finder("frame rate of", rates),
+        "place": _finder("order", _places(orders["rankings"])),
+        "ahead": lambda *key: _comparison(orders["table"], *key),
         "tallies": _tallies(found["counted"]),
         "fixed": lambda text: text,
         "says": _guard(is_quick),
@@ -158,7 +145,6 @@ def _comparison(
 
 
 def _tallies(counted: Sequence[Estimate]) -> list[Tally]:
-    """Count the verdicts on the claims of each source."""
     sources = dict.fromkeys(row.claim.source for row in counted)
     tallies = []
     for source in sources:
@@ -170,19 +156,12 @@ def _tallies(counted: Sequence[Estimate]) -> list[Tally]:
                 source,
                 len(rows),
                 {word: verdicts[word] for word in reversed(VERDICTS)},
-                {word: populations[word] for word in reversed(POPULATION)},
+                {word: populations[word] for word in reversed(TRUTHS)},
             )
         )
     return tallies
 
 
 def _listed(words: Sequence[object]) -> str:
-    """Write words as a sentence lists them.
-
-    Examples
-    --------
-    >>> _listed(["ATE", "DTE", "mAA"]), _listed(["ATE"]), _listed([])
-    ('ATE, DTE and mAA', 'ATE', 'none')
-    """
     *others, last = map(str, words) if words else ["none"]
     return f"{', '.join(others)} and {last}" if others else last

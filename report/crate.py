@@ -1,8 +1,4 @@
-"""Describe a folder of results as an RO-Crate: ``python -m report.crate RESULTS``.
-
-What was made, of what, by which code: the settings and versions beside the tables of trials, in the
-form that archives read (RO-Crate 1.1, profile Process Run Crate 0.5).
-"""
+"""Describe a folder of results as an RO-Crate 1.1: ``python -m report.crate RESULTS``."""
 
 import json
 import sys
@@ -54,24 +50,9 @@ def _work(options: Namespace) -> list[Path]:
 
 
 def crate(results: Path) -> dict[str, Any]:
-    """Return the description of a folder of results.
+    """Return the description of a folder of results, as JSON-LD.
 
-    Parameters
-    ----------
-    results : Path
-        The folder, with tables of trials.
-
-    Returns
-    -------
-    dict
-        JSON-LD: the files with their digests; the runs that made the trials, each with the settings
-        and the software; and the evaluation that made the tables and figures of them. The times are
-        those of the files, so that the same folder has the same description.
-
-    Raises
-    ------
-    CommandError
-        Where there are no tables of trials, or a table has no record.
+    Times are those of the files, so that the same folder has the same description.
     """
     tables = _files(results, TRIALS, {".csv"})
     if not tables:
@@ -87,17 +68,10 @@ def crate(results: Path) -> dict[str, Any]:
         *sorted(path for path in results.iterdir() if path.suffix in (".csv", ".html")),
     ]
     records = [table.with_suffix(".json") for table in tables]
-    actions = [
-        _action(
-            results,
-            f"#trials-{number}",
-            "Trials",
-            software,
-            [t.with_suffix(".json") for t in own],
-            own,
-        )
-        for number, (software, own) in enumerate(made.items(), start=1)
-    ]
+    actions = []
+    for number, (software, own) in enumerate(made.items(), start=1):
+        used = [table.with_suffix(".json") for table in own]
+        actions.append(_action(results, f"#trials-{number}", "Trials", software, used, own))
     if findings:
         last = list(softwares)[-1]
         actions.append(_action(results, "#evaluation", "Evaluation", last, tables, findings))
@@ -140,19 +114,15 @@ def _software(origin: Mapping[str, Any]) -> list[Entity]:
     """Return the source tree that made tables, and after it the packages that it used."""
     packages: Entity = {"python": origin["python"], **origin["packages"]}
     version = packages.pop("alignscores", "unknown")
+    application = {"@type": "SoftwareApplication"}
     requirements = [
-        {
-            "@id": f"#{name}-{number}",
-            "@type": "SoftwareApplication",
-            "name": name,
-            "version": number,
-        }
+        {"@id": f"#{name}-{number}", **application, "name": name, "version": number}
         for name, number in packages.items()
     ]
     text = json.dumps(origin, sort_keys=True).encode()
     tree: Entity = {
         "@id": f"#alignscores-{sha256(text).hexdigest()[:12]}",
-        "@type": "SoftwareApplication",
+        **application,
         "name": "alignscores",
         "version": version,
         "operatingSystem": origin["platform"],
@@ -204,7 +174,6 @@ def _references(names: Iterable[str]) -> list[dict[str, str]]:
 
 
 def _time(paths: Iterable[Path]) -> str:
-    """Return when the last of some files was written."""
     last = max(path.stat().st_mtime for path in paths)
     return datetime.fromtimestamp(last, UTC).isoformat(timespec="seconds")
 

@@ -5,8 +5,9 @@ from math import isfinite
 
 from studies.claims.claims import Claim
 from studies.claims.verdicts import REPRODUCED
+from studies.words import write_number
 
-__all__ = ["SPACE", "Estimate", "Plot", "write_number"]
+__all__ = ["SPACE", "Estimate", "Plot"]
 
 UNITS = ("%", "points", "τ")
 MARGIN = 0.08  # left and right in a plot, as a share of what it shows
@@ -26,21 +27,7 @@ class Plot:
 
 @dataclass(frozen=True)
 class Estimate:
-    """The statistic of a claim over the replicates, and both verdicts.
-
-    Its mean, the central 95 % and what one study would show; the 95 % confidence interval of the
-    mean and what is true of all studies.
-
-    Examples
-    --------
-    >>> from studies.claims.claims import load_claims
-    >>> claim = load_claims().claims["outliers-range-maa"]
-    >>> estimate = Estimate(claim, -74.2, -75.9, -72.5, "reproduced", -74.4, -74.0, "true")
-    >>> estimate.expected.split(), estimate.value.split(), estimate.interval
-    (['−74', '%'], ['−74.2', '%'], '[−75.9, −72.5]')
-    >>> estimate.mean_interval
-    '[−74.4, −74.0]'
-    """
+    """The statistic of a claim over the replicates, with both verdicts and their intervals."""
 
     claim: Claim
     mean: float
@@ -146,19 +133,3 @@ class Estimate:
     def _write(self, value: float) -> str:
         signed = self.claim.has_ranges or self.claim.is_difference
         return write_number(value, 1 if self.claim.is_percentage else 3, signed=signed)
-
-
-def write_number(value: float, digits: int, *, signed: bool) -> str:
-    """Write a number with a true minus sign, and with a plus where it is one of two directions.
-
-    Examples
-    --------
-    >>> write_number(-74.25, 1, signed=True), write_number(13, 0, signed=True)
-    ('−74.2', '+13')
-    >>> write_number(-0.01, 1, signed=True), write_number(0.5, 3, signed=False)
-    ('0.0', '0.500')
-    """
-    text = f"{abs(value):.{digits}f}"
-    if not float(text):
-        return text
-    return f"−{text}" if value < 0 else f"+{text}" if signed else text

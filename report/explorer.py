@@ -1,7 +1,4 @@
-"""The page to play with: ``python -m report.explorer CAMERA_ERRORS.npz --output FILE.html``.
-
-It holds the errors of each camera, so that a browser can score them with any threshold.
-"""
+"""The page to play with: ``python -m report.explorer CAMERA_ERRORS.npz --output FILE.html``."""
 
 import sys
 from argparse import ArgumentParser, Namespace
@@ -47,23 +44,7 @@ FAILURE = 2**16 - 1  # its code; 0 is that of no error at all
 
 
 def render(experiments: Sequence[CameraErrors]) -> str:
-    """Write the page.
-
-    Parameters
-    ----------
-    experiments : sequence of CameraErrors
-        The errors of the trials, by experiment.
-
-    Returns
-    -------
-    str
-        HTML that needs no other file. It has no date: the same errors give the same page.
-
-    Raises
-    ------
-    CommandError
-        Where an experiment varies more than a panel can show.
-    """
+    """Write the page, which needs no other file and has no date."""
     paper = {
         "tas": TASOptions().max_threshold,
         "ras": RASOptions().max_threshold_deg,
@@ -167,18 +148,9 @@ def _trials(values: Floats, errors: CameraErrors) -> list[Floats]:
 
 
 def pack(values: Floats) -> Mapping[str, Any]:
-    """Round positive numbers to two bytes each, on a logarithmic scale.
+    """Round positive numbers to two bytes each, on a logarithmic scale, in base64.
 
-    Parameters
-    ----------
-    values : (n,) ndarray
-        Numbers from 0; an infinite one is a failure.
-
-    Returns
-    -------
-    mapping
-        ``codes`` in base64: 0 is zero, 65535 is infinite, and those between divide the range from
-        ``low`` to ``high`` in equal ratios.
+    0 is zero, 65535 is infinite, and those between divide the range from low to high evenly.
     """
     finite = values[np.isfinite(values) & (values > 0)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (1.0, 1.0)

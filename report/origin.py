@@ -5,7 +5,6 @@ import shlex
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -13,58 +12,54 @@ from typing import Any
 import pandas as pd
 
 from experiments.tables import Record
+from studies.words import NONE
 
-__all__ = ["NONE", "Machine", "command", "machines", "runtimes", "write_levels"]
-
-NONE = "–"
+__all__ = ["Machine", "command", "machines", "runtimes"]
 
 
 @dataclass(frozen=True)
 class Machine:
-    """A source tree and a machine, with the tables, or folders of them, that were made there."""
+    """A source tree and a platform, with the tables, or studies, that were made there."""
 
     tables: Sequence[str]
     origin: Mapping[str, Any]
 
 
-def machines(records: Mapping[Path, Record]) -> list[Machine]:
-    """Group tables by the code, the packages and the platform that they were made with."""
-    groups: dict[str, list[Path]] = {}
-    for path, record in records.items():
-        groups.setdefault(json.dumps(record.origin, sort_keys=True), []).append(path)
-    sizes = Counter(path.parent for path in records)
-    return [Machine(_shorten(paths, sizes), json.loads(key)) for key, paths in groups.items()]
+def machines(records: Mapping[str, Mapping[str, Record]]) -> list[Machine]:
+    """Group the tables of all studies by the code, packages and platform they were made with."""
+    groups: dict[str, list[tuple[str, str]]] = {}
+    for study, tables in records.items():
+        for table, record in tables.items():
+            key = json.dumps(record.origin, sort_keys=True)
+            groups.setdefault(key, []).append((study, table))
+    sizes = {study: len(tables) for study, tables in records.items()}
+    return [Machine(_shorten(tables, sizes), json.loads(key)) for key, tables in groups.items()]
 
 
-def _shorten(paths: Sequence[Path], sizes: Mapping[Path, int]) -> list[str]:
-    """Name a folder in place of all tables in it."""
-    found = Counter(path.parent for path in paths)
+def _shorten(tables: Sequence[tuple[str, str]], sizes: Mapping[str, int]) -> list[str]:
+    """Name a study in place of all its tables."""
+    found = Counter(study for study, _ in tables)
     names = [
-        f"{path.parent.name}/ ({found[path.parent]})"
-        if found[path.parent] == sizes[path.parent]
-        else f"{path.parent.name}/{path.stem}"
-        for path in paths
+        f"{study} ({found[study]})" if found[study] == sizes[study] else f"{study}/{table}"
+        for study, table in tables
     ]
     return list(dict.fromkeys(names))
 
 
 def command(settings: Sequence[str]) -> str:
-    """Return the command that repeats the results.
-
-    Examples
-    --------
-    >>> command(["trials=5", "sigma_t=[0.05]"]), command([])
-    ("snakemake report --config trials=5 'sigma_t=[0.05]'", 'snakemake report')
-    """
-    given = ["--config", *settings] if settings else []
-    return shlex.join(["snakemake", "report", *given])
+    """Return the command that repeats the results; files are named without their folders."""
+    named = [
+        f"{key}={Path(value).name}" if value.endswith((".yaml", ".yml")) else f"{key}={value}"
+        for key, _, value in (setting.partition("=") for setting in settings)
+    ]
+    return shlex.join(["snakemake", "report", *(["--config", *named] if named else [])])
 
 
 def runtimes(jobs: pd.DataFrame) -> dict[str, dict[str, str]]:
-    """Sum the jobs of each folder of results, and of all: numbers by what they are."""
-    groups = {str(folder): group for folder, group in jobs.groupby("folder", sort=False)}
+    """Sum the jobs of each target, and of all: numbers by what they are."""
+    groups = {str(target): group for target, group in jobs.groupby("target", sort=False)}
     whole = {"all": jobs} if groups else {}
-    return {folder: _sum(group) for folder, group in {**groups, **whole}.items()}
+    return {target: _sum(group) for target, group in {**groups, **whole}.items()}
 
 
 def _sum(jobs: pd.DataFrame) -> dict[str, str]:
@@ -79,13 +74,7 @@ def _sum(jobs: pd.DataFrame) -> dict[str, str]:
 
 
 def _write_seconds(seconds: float) -> str:
-    """Write a duration.
-
-    Examples
-    --------
-    >>> _write_seconds(7.43), _write_seconds(59.97), _write_seconds(3725.4)
-    ('7.4 s', '1 min 00 s', '1 h 02 min 05 s')
-    """
+    """Write a duration, in hours, minutes and seconds."""
     if isnan(seconds):
         return NONE
     if seconds < 59.95:
@@ -93,17 +82,3 @@ def _write_seconds(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours} h {minutes:02} min {rest:02} s" if hours else f"{minutes} min {rest:02} s"
-
-
-def write_levels(values: Sequence[float]) -> str:
-    """Write the values of a setting, shortened where they rise in even steps.
-
-    Examples
-    --------
-    >>> write_levels([0.01, 0.02, 0.03, 0.04, 0.05]), write_levels([0, 1, 10])
-    ('0.01, 0.02, …, 0.05', '0, 1, 10')
-    """
-    steps = {round(after - before, 9) for before, after in pairwise(values)}
-    if len(values) > 4 and len(steps) == 1:
-        return f"{values[0]:g}, {values[1]:g}, …, {values[-1]:g}"
-    return ", ".join(f"{value:g}" for value in values)

@@ -1,7 +1,6 @@
-"""The page: what it shows, handed to the template ``page.html.j2``."""
+"""The page: what it shows, handed to the template ``page.html.j2`` and those of the studies."""
 
 import re
-from argparse import Namespace
 from base64 import b64encode
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -16,20 +15,21 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 from PIL import Image
 
-from figures import PAPER_FIGURES
-from studies.claims.claims import Claim, Claims, Decision, Reading
-from studies.claims.verdicts import CENTRAL, POPULATION, VERDICTS
-from studies.order import METHOD, rankings
-from studies.parameters import maps
-from studies.table1 import CRITERIA, NOTES, PROPERTIES, sensitivity
-from studies.today import findings
+import studies
+from experiments.tables import TableError
+from studies.claims.claims import Claim, Claims, Decision, Reading, load_claims
+from studies.claims.verdicts import CENTRAL, TRUTHS, VERDICTS
+from studies.paper import FIGURES
+from studies.paper.table1 import CRITERIA, NOTES, PROPERTIES, sensitivity
+from studies.words import write_levels, write_number
 
-from . import inputs, origin
+from . import origin
 from .estimates import SPACE, Estimate
-from .studies import Beyond, Registrations, Thresholds
+from .results import Results
 
 __all__ = ["PAPER_TRIALS", "contents", "environment", "render"]
 
+ESTIMATE = ("ours", "low", "high", "verdict", "mean_low", "mean_high", "population")
 PAPER_TRIALS = 50  # in each cell of the paper's experiments
 REPLACEMENTS = {  # by filter, what is replaced in a text that has been escaped
     "emphasis": (  # of Markdown
@@ -55,10 +55,7 @@ COLOURS = 256  # in a picture: all that can be seen, at a third of the size
 
 @dataclass(frozen=True)
 class Evidence:
-    """A decision with what the claims are as taken, and under each other reading that changes them.
-
-    The estimates are by claim, then by reading; None where a reading does not concern the claim.
-    """
+    """A decision, and by claim the estimates under its readings; None where one changes nothing."""
 
     decision: Decision
     rows: Mapping[str, Sequence[Estimate | None]]
@@ -109,86 +106,55 @@ class Picture:
         return self.width > WIDE
 
 
-def render(files: Namespace) -> str:
-    """Write the page.
-
-    Parameters
-    ----------
-    files : Namespace
-        The options of ``python -m report``.
-
-    Returns
-    -------
-    str
-        HTML that needs no other file. It has no date: the same inputs give the same page.
-
-    Raises
-    ------
-    CommandError, TableError
-        Where a file is missing, or cannot be what it should be.
-    """
-    found = contents(files)
+def render(results: Results, machine: str = "") -> str:
+    """Write the page as HTML that needs no other file; it has no date."""
+    found = contents(results, machine)
     return environment().get_template("page.html.j2").render(found)
 
 
-def contents(files: Namespace) -> dict[str, Any]:
-    """Return all that pages show, by the names that their templates have for it.
-
-    The parameter and the errors are those of `render`.
-    """
-    replicates, claims = inputs.read_replicates(files.replicates)
-    n = len(replicates)
-    verdicts = inputs.read_verdicts(files.verdicts, claims)
-    rows = [
-        _estimate(claim, record)
-        for claim, record in zip(claims.claims.values(), verdicts.to_dict("records"), strict=True)
-    ]
-    experiments = inputs.read_records(files.experiments)
-    scenarios = inputs.read_records(files.scenarios)
-    thresholds, registrations = inputs.read_thresholds(files), inputs.read_registrations(files)
-    records = {**experiments, **replicates, **thresholds.records, **registrations.records}
-    questions = inputs.read_records(files.today_parts)
-    today = inputs.read_today(files.today, questions)
-    others = inputs.read_records([*files.order_parts, *files.maps_parts, *files.frame_rates_parts])
-    figures = inputs.read_figures(files.figures, files.findings.stem)
+def contents(results: Results, machine: str = "") -> dict[str, Any]:
+    """Return all that pages show, by the names that their templates have for it."""
+    claims = load_claims(len(results.plans["claims"].tables))
+    replicates, experiments = (results.records[name] for name in ("claims", "paper"))
+    verdicts, readings = results.answer("claims").tables.values()
+    rows = [_estimate(claims.claims[row["id"]], row) for row in _rows(results, claims, verdicts)]
+    described = [plan.study for plan in results.plans.values()]
+    sections = {each.name: each.show(results.answer(each.name)) for each in described if each.show}
     return {
-        **_verdicts(rows, n),
-        **_table1(inputs.read_table1(files.table1)),
-        "rankings": rankings(inputs.read_order(files.order)),
-        "order_method": METHOD,
+        **_verdicts(rows, claims.replicates),
+        **_table1(results.answer("paper").table),
+        **sections,
+        "sections": [study for study in described if study.name in sections],
         "replicate": next(iter(replicates.values())).sweep,
-        "n_replicates": n,
+        "n_replicates": claims.replicates,
         "n_readings": claims.replicates_of_readings,
         "paper_trials": PAPER_TRIALS,
-        "pictures": _pictures(figures, rows),
-        "decisions": _decisions(inputs.read_readings(files.readings, claims), claims),
-        "thresholds": Thresholds(thresholds),
-        "registrations": Registrations(registrations),
-        "beyond": Beyond(
-            files.findings.stem, inputs.read_findings(files.findings, scenarios), scenarios
-        ),
-        "maps": inputs.read_maps(files.maps),
-        "maps_method": maps.METHOD,
-        "frame_rates": inputs.read_frame_rates(files.frame_rates),
-        "today": findings.sentences(today),
-        "duels": findings.duels(today),
+        "pictures": _pictures(results.figures, rows),
+        "decisions": _decisions(results, readings, claims),
         "experiments": [record.sweep for record in experiments.values()],
-        "machines": origin.machines({**records, **scenarios, **questions, **others}),
-        "command": origin.command(files.settings),
-        "runtimes": origin.runtimes(inputs.read_jobs(files.benchmarks)),
+        "machines": origin.machines(results.records),
+        "machine": machine,
+        "command": origin.command(results.settings),
+        "runtimes": origin.runtimes(results.jobs),
     }
 
 
+def _rows(results: Results, claims: Claims, verdicts: pd.DataFrame) -> list[dict[Any, Any]]:
+    """Return the verdicts, if they are those of the claims as they stand."""
+    if list(verdicts["id"]) != list(claims.claims):
+        raise TableError(results.folder / "claims.csv", "was made for other claims")
+    return verdicts.to_dict("records")
+
+
 def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
-    """Return what the page shows of the verdicts."""
     counted = [row for row in rows if not row.claim.implied_by]
     counts = Counter(row.verdict for row in counted)
     populations = Counter(row.population for row in counted)
     numeric = [row for row in rows if row.claim.paper is not None]
     return {
         "counted": counted,
-        "populations": {word: populations[word] for word in reversed(POPULATION)},
-        "population_words": POPULATION,
+        "populations": {word: populations[word] for word in reversed(TRUTHS)},
+        "population_words": TRUTHS,
         "shown": Counter(row.verdict for row in rows),
         "rows": rows,
         "claims": {row.claim.id: row for row in rows},
@@ -204,7 +170,7 @@ def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
 
 
 def _table1(table: pd.DataFrame) -> dict[str, Any]:
-    """Return what the page shows of Table 1."""
+    table = table.astype({"value": float})
     tested = table[table["ours"] != "not tested"]
     return {
         "criteria": dict(zip(PROPERTIES, CRITERIA, strict=True)),
@@ -214,7 +180,7 @@ def _table1(table: pd.DataFrame) -> dict[str, Any]:
         "table1": table.groupby("metric", sort=False),
         "n_tested": len(tested),
         "n_agreeing": int((tested["agrees"] == "yes").sum()),
-        "figure_of": {name: figure for figure, names in PAPER_FIGURES.items() for name in names},
+        "figure_of": {name: figure for figure, names in FIGURES.items() for name in names},
     }
 
 
@@ -222,14 +188,15 @@ def _table1(table: pd.DataFrame) -> dict[str, Any]:
 def environment(folder: Path = Path(__file__).parent) -> Environment:
     """Return how the templates of a folder are read, with filters for the paper's terms."""
     made = Environment(
-        loader=FileSystemLoader(folder),
+        loader=FileSystemLoader([folder, *studies.__path__]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.filters["levels"] = origin.write_levels
+    made.filters["levels"] = write_levels
+    made.filters["number"] = write_number
     made.filters["together"] = _together
     for name in REPLACEMENTS:
         made.filters[name] = partial(_replace, name)
@@ -241,25 +208,12 @@ def _missed(n: int) -> float:
 
     The k-th smallest of n values is above the share k / (n + 1) of all studies; the quantile is an
     interpolated k.
-
-    Examples
-    --------
-    >>> round(_missed(20), 3), round(_missed(10**6), 3)
-    (0.14, 0.05)
     """
     return 2 * (1 + CENTRAL[0] * (n - 1)) / (n + 1)
 
 
 def _replace(name: str, text: str) -> Markup:
-    """Escape a text, and make the replacements of a filter in it.
-
-    Examples
-    --------
-    >>> print(_replace("emphasis", "on **2 of 3 inputs**, *often* < 5"))
-    on <strong>2 of 3 inputs</strong>, <em>often</em> &lt; 5
-    >>> print(_replace("quantities", "units of d"))
-    units of <i>d</i>
-    """
+    """Escape a text, and make the replacements of a filter in it."""
     html = str(escape(text))
     for pattern, replacement in REPLACEMENTS[name]:
         html = re.sub(pattern, replacement, html)
@@ -267,35 +221,37 @@ def _replace(name: str, text: str) -> Markup:
 
 
 def _together(text: str) -> str:
-    """Let no line break between a number and what belongs to it.
-
-    Examples
-    --------
-    >>> _together("dependence 3.4 % at 0.5").split(" ") == [
-    ...     "dependence",
-    ...     "3.4\u202f%\u00a0at\u00a00.5",
-    ... ]
-    True
-    """
+    """Let no line break between a number and what belongs to it."""
     return text.replace(" %", f"{SPACE}%").replace(" at ", "\u00a0at\u00a0")
 
 
 def _estimate(claim: Claim, record: Mapping[Any, Any]) -> Estimate:
-    return Estimate(claim, *(record[name] for name in inputs.ESTIMATE))
+    return Estimate(claim, *(record[name] for name in ESTIMATE))
 
 
-def _decisions(table: pd.DataFrame, claims: Claims) -> list[Evidence]:
+def _decisions(results: Results, table: pd.DataFrame, claims: Claims) -> list[Evidence]:
+    readings = list(claims.read())
+    expected = [("taken", "taken", name) for name in claims.claims]
+    expected += [
+        (decision.id, reading.reading, name)
+        for decision, reading, changed in readings
+        for name in changed
+    ]
+    if list(table[["decision", "reading", "claim"]].itertuples(index=False, name=None)) != expected:
+        raise TableError(results.folder / "tables" / "readings.csv", "was made for other claims")
     records = iter(table.to_dict("records"))
     taken = {name: _estimate(claim, next(records)) for name, claim in claims.claims.items()}
-    others: dict[str, list[dict[str, Estimate]]] = {one.id: [] for one in claims.decisions}
-    for decision, _, changed in claims.read():
+    others: dict[str, list[dict[str, Estimate]]] = {
+        decision.id: [] for decision in claims.decisions
+    }
+    for decision, _, changed in readings:
         estimates = {name: _estimate(claim, next(records)) for name, claim in changed.items()}
         others[decision.id].append(estimates)
     decisions = []
     for decision in claims.decisions:
         found = others[decision.id]
-        names = [name for name in taken if any(name in one for one in found)]
-        rows = {name: [taken[name], *(one.get(name) for one in found)] for name in names}
+        names = [name for name in taken if any(name in changed for changed in found)]
+        rows = {name: [taken[name], *(changed.get(name) for changed in found)] for name in names}
         decisions.append(Evidence(decision, rows))
     return decisions
 

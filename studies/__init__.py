@@ -1,1 +1,1 @@
-"""What is asked of the trials: Table 1, the claims, parameter studies, other scenarios."""
+"""What is asked of trials: a folder for each study, with its description in ``__init__.py``."""

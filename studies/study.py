@@ -1,10 +1,12 @@
-"""A study: a name, and the tables of trials that its question is put to."""
+"""What a study is: one description, found in its folder, and a plan once settings are known."""
 
+import pkgutil
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import reduce
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, reduce
 from hashlib import sha256
+from importlib import import_module
 from operator import or_
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -12,59 +14,16 @@ from typing import Annotated, Any, Self
 import pandas as pd
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
+import studies
 from experiments.command import ConfigError
-from experiments.config import (
-    EXECUTION,
-    Sweep,
-    experiment_names,
-    load_sweep,
-    require,
-    split_override,
-)
-from experiments.tables import SWEEPS
+from experiments.config import CONFIG_DIR, EXECUTION, Sweep, load_sweep, require, split_override
+from experiments.tables import SWEEPS, Record, Trials
 
-__all__ = ["Rates", "Section", "Settings", "Study", "Table", "TableName", "at_rates"]
-__all__ += ["load_experiment", "load_experiments", "rates_of", "reject", "resolve", "table_name"]
+__all__ = ["Answer", "Figure", "Plan", "Question", "Rates", "Section", "Settings", "Study", "Table"]
+__all__ += ["TableName", "at_rates", "config_file", "found", "plans", "rates_of", "reject"]
+__all__ += ["resolve", "table_name"]
 
 EVERY = "every="  # in the column `settings` of tables with several frame rates
-
-
-def table_name(name: str) -> str:
-    """Return a name that results may be called by; a `ValueError` says why this one is none."""
-    fits = re.fullmatch(r"[A-Za-z0-9_]+", name) is not None
-    require(fits, "may have letters, digits and underscores alone")
-    return name
-
-
-TableName = Annotated[str, AfterValidator(table_name)]
-Rates = Annotated[list[int], Field(min_length=1)]
-
-
-class Section(BaseModel):
-    """A section of the file of a study: all its keys, and no others."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Settings(Section):
-    """Settings of a sweep as the file of a study has them; keys of subclasses are the study's own.
-
-    They are checked where a sweep is resolved, with all that is set elsewhere.
-    """
-
-    model_config = ConfigDict(extra="allow")
-
-    @model_validator(mode="after")
-    def _results_depend_on_them(self) -> Self:
-        for key in EXECUTION:
-            problem = f"may not set {key}, which holds for all studies; set it with --config"
-            require(key not in self.settings, problem)
-        return self
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """Those that `experiments.config.load_sweep` takes."""
-        return self.model_extra or {}
 
 
 @dataclass(frozen=True)
@@ -85,67 +44,173 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Study:
-    """A name, and tables of trials by theirs.
+class Figure:
+    """A figure: what draws it, as ``module:function``, and the tables that it is drawn from.
 
-    Parameters
-    ----------
-    name : str
-        What its results are called.
-    tables : mapping of str to Table
-        Their settings.
+    The first line of the function's docstring is its title. Braces in its name and tables stand for
+    what the results are called.
+    """
+
+    draw: str
+    tables: Sequence[str] = ()
+    name: str = "{}"
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What a study is asked: its trials, its run times, and how many processes may answer."""
+
+    trials: Sequence[Trials]
+    times: pd.DataFrame = field(default_factory=pd.DataFrame)
+    n_jobs: int = 1
+
+    @property
+    def by_name(self) -> Mapping[str, Trials]:
+        """The trials by the names of their tables."""
+        return {trials.path.stem: trials for trials in self.trials}
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What a section of the report shows: the tables of a study and the records of its trials."""
+
+    called: str
+    tables: Mapping[str, pd.DataFrame]
+    records: Mapping[str, Record]
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """The first table."""
+        return next(iter(self.tables.values()))
+
+
+@dataclass(frozen=True)
+class Study:
+    """All that the project knows of a study.
+
+    Its folder in ``studies/`` has its name and, where it has a section, ``section.html.j2``. Braces
+    in names of files stand for what its results are called: that is the name, but for `called`.
     """
 
     name: str
-    tables: Mapping[str, Table]
+    title: str  # in the report's contents
+    plan: Callable[[Sequence[str]], Mapping[str, Table]]  # tables of trials, from Hydra overrides
+    ask: Callable[[Question], Sequence[pd.DataFrame | str]]  # makes `answers`
+    answers: Sequence[str] = ("tables/{}.csv", "tables/{}.md")  # without run times
+    figures: Sequence[Figure] = ()
+    show: Callable[[Answer], Mapping[str, Any]] | None = None  # what its section is filled with
+    place: int = 100  # of its section among the others
+    trials: str = "trials/{}"  # the folder
+    beside: Sequence[str] = ()  # studies whose trials it takes, too
+    keys: Sequence[str] = ()  # settings of its own
+    called: Callable[[Sequence[str]], str] | None = None  # from the overrides
+    files: Sequence[Path] = ()  # that its answers rest on
+    axes: Path | None = None  # file of axes whose values are timed
+    is_parallel: bool = False  # whether its answers take several processes
 
 
-class _Experiments(Mapping[str, Table]):
-    """The paper's experiments, each resolved where it is asked for: settings need not suit all."""
+@dataclass(frozen=True)
+class Plan:
+    """A study under the settings that are its own and those that are nobody's."""
 
-    def __init__(self, overrides: Sequence[str]) -> None:
-        self._overrides = overrides
+    study: Study
+    overrides: Sequence[str] = field(default_factory=list)
 
-    def __getitem__(self, name: str) -> Table:
-        return Table((load_experiment(name, self._overrides),))
+    @cached_property
+    def called(self) -> str:
+        """What its results are called."""
+        return self.study.called(self.overrides) if self.study.called else self.study.name
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(experiment_names())
+    @property
+    def folder(self) -> str:
+        """Where its trials are."""
+        return self.study.trials.format(self.called)
 
-    def __len__(self) -> int:
-        return len(experiment_names())
+    @property
+    def answers(self) -> list[str]:
+        """The files that it makes of its trials."""
+        return [name.format(self.called) for name in self.study.answers]
+
+    @property
+    def times(self) -> str | None:
+        """The table of its run times, if they are measured."""
+        return f"tables/{self.called}_time.csv" if self.study.axes else None
+
+    @property
+    def figures(self) -> dict[str, Figure]:
+        """Its figures by their names."""
+        return {
+            figure.name.format(self.called): replace(
+                figure, tables=[table.format(self.called) for table in figure.tables]
+            )
+            for figure in self.study.figures
+        }
+
+    @cached_property
+    def tables(self) -> Mapping[str, Table]:
+        """Its tables of trials by their names; a `ConfigError` says which setting is wrong."""
+        return self.study.plan(self.overrides)
 
 
-def load_experiments(overrides: Sequence[str] = ()) -> Study:
-    """Return the paper's experiments, with the same overrides for all of them.
-
-    A table is resolved where it is asked for. A `ConfigError` then names the setting, and the
-    experiment that it does not suit.
-
-    Examples
-    --------
-    >>> from studies.study import load_experiments
-    >>> study = load_experiments(["trials=5"])
-    >>> study.name, study.tables["combined"].sweeps[0].trials
-    ('experiments', 5)
-    """
-    return Study("experiments", _Experiments(overrides))
+def found() -> list[Study]:
+    """Return the studies whose descriptions there are, in the order of the report."""
+    folders = [module.name for module in pkgutil.iter_modules(studies.__path__) if module.ispkg]
+    described = [import_module(f"studies.{name}").STUDY for name in folders]
+    return sorted(described, key=lambda study: (study.place, study.name))
 
 
-def load_experiment(name: str, overrides: Sequence[str]) -> Sweep:
-    """Resolve an experiment of the paper; a `ConfigError` names it with all settings."""
-    settings = [f"experiment={name}", *overrides]
-    try:
-        return load_sweep(settings)
-    except ConfigError as error:
-        raise ConfigError(f"{error} ({' '.join(settings)})") from None
+def plans(overrides: Iterable[str] = ()) -> dict[str, Plan]:
+    """Return all studies, by their names, under the settings that each takes."""
+    described, given = found(), [(split_override(one)[0], one) for one in overrides]
+    owned = {key for study in described for key in study.keys} | set(EXECUTION)
+    return {
+        study.name: Plan(study, [o for key, o in given if key in study.keys or key not in owned])
+        for study in described
+    }
+
+
+def table_name(name: str) -> str:
+    """Return a name that results may be called by; a `ValueError` says why this one is none."""
+    fits = re.fullmatch(r"[A-Za-z0-9_]+", name) is not None
+    require(fits, "may have letters, digits and underscores alone")
+    return name
+
+
+TableName = Annotated[str, AfterValidator(table_name)]
+Rates = Annotated[list[int], Field(min_length=1)]
+
+
+class Section(BaseModel):
+    """A section of the file of a study: all its keys, and no others."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Settings(Section):
+    """Settings of a sweep as the file of a study has them, checked where it is resolved."""
+
+    model_config = ConfigDict(extra="allow")
+
+    @model_validator(mode="after")
+    def _results_depend_on_them(self) -> Self:
+        for key in EXECUTION:
+            problem = f"may not set {key}, which holds for all studies; set it with --config"
+            require(key not in self.settings, problem)
+        return self
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Those that `experiments.config.load_sweep` takes."""
+        return self.model_extra or {}
+
+
+def config_file(name: str) -> Path:
+    """Return the file of a study's settings."""
+    return CONFIG_DIR / "study" / f"{name}.yaml"
 
 
 def resolve(path: Path, key: str, overrides: Sequence[str], *parts: Settings) -> Sweep:
-    """Resolve the settings that stand in the parts of a study's file; later ones win.
-
-    A `ConfigError` names the file and the key of the last part.
-    """
+    """Resolve the settings that stand in the parts of a study's file; later ones win."""
     try:
         return load_sweep(overrides, reduce(or_, (part.settings for part in parts)))
     except ConfigError as error:
@@ -154,7 +219,7 @@ def resolve(path: Path, key: str, overrides: Sequence[str], *parts: Settings) ->
 
 def at_rates(sweep: Sweep, rates: Sequence[int]) -> Table:
     """Return the table of the same trials at several frame rates."""
-    return Table(tuple(replace(sweep, every=k, differs=f"{EVERY}{k}") for k in rates))
+    return Table(tuple(replace(sweep, every=k, changes=f"{EVERY}{k}") for k in rates))
 
 
 def rates_of(table: pd.DataFrame) -> pd.Series:

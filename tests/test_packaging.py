@@ -6,12 +6,15 @@ import shutil
 import subprocess
 import sys
 import tomllib
+import venv
 import zipfile
-from importlib.metadata import packages_distributions
+from importlib.metadata import distribution, packages_distributions
 from pathlib import Path
 
 import pytest
 from packaging.tags import platform_tags
+
+from alignscores.cli import main as alignscores
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("alignscores", "baselines", "experiments", "studies", "figures", "report", "benchmarks")
@@ -185,3 +188,45 @@ def test_kernel_that_cannot_be_loaded(checkout, name):
     for path in (checkout / KERNEL).glob(name):
         path.write_text("not a library") if path.suffix == ".so" else path.unlink()
     assert loaded(checkout) == ["True", "False"]
+
+
+@pytest.fixture
+def bare_environment(checkout, tmp_path):
+    """The folder of an environment with the wheel, NumPy and SciPy, and nothing else."""
+    wheel, _ = build(checkout)
+    folder = tmp_path / "environment"
+    venv.create(folder, symlinks=True)
+    pip = [sys.executable, "-m", "pip", "--python", folder / "bin/python"]
+    install = [*pip, "install", "--no-index", "--no-deps", wheel]
+    subprocess.run(install, check=True, capture_output=True)
+    (site,) = folder.glob("lib/python*/site-packages")
+    for name in ("numpy", "scipy"):
+        installed = distribution(name)
+        for part in {file.parts[0] for file in installed.files} - {".."}:
+            (site / part).symlink_to(installed.locate_file(part))
+    return folder
+
+
+NAMES = "from importlib import metadata; print(*(found.name for found in metadata.distributions()))"
+TEXT_FILES = {
+    "tum": ("reference.txt", "estimate.txt"),
+    "euroc": ("data.csv", "estimate.txt"),
+    "kitti": ("reference.txt", "estimate.txt"),
+    "nerf": ("reference.json", "estimate.json"),
+}
+
+
+def test_numpy_and_scipy_alone_score_text_files(bare_environment, monkeypatch, capsys):
+    """With the numbers, to the last bit, that the command has where everything is installed."""
+    monkeypatch.chdir(ROOT / "tests/data")
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+
+    def run(program, *arguments):
+        command = [bare_environment / "bin" / program, *arguments]
+        return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+    assert sorted(run("python", "-c", NAMES).split()) == ["alignscores", "numpy", "scipy"]
+    for form, files in TEXT_FILES.items():
+        arguments = form, *(f"{form}/{file}" for file in files), "--json"
+        assert alignscores(arguments) == 0
+        assert run("alignscores", *arguments) == capsys.readouterr().out

@@ -35,7 +35,6 @@ from alignscores import protocols
 from alignscores.cli import main as alignscores
 from alignscores.protocols import PROTOCOLS
 from alignscores.trajectories import evo, files
-from alignscores.trajectories.files import _stdin
 from experiments.config import EXECUTION, SETTINGS, load
 from experiments.metrics import METRICS
 from experiments.run import main as experiments_run
@@ -165,7 +164,6 @@ def run_alignscores(arguments: list[str]) -> str:
         *arguments, _, target = arguments
     if "<" in arguments:
         *arguments, _, source = arguments
-        _stdin.cache_clear()
         sys.stdin = TextIOWrapper(BytesIO(Path(source).read_bytes()))
     try:
         with redirect_stdout(out), redirect_stderr(err), matplotlib.rc_context({"backend": "agg"}):

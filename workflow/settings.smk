@@ -1,5 +1,5 @@
 # What `--config` set, and the studies that come of it, each resolved where it is asked for.
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 
 from alignscores.registration.kernel import LIBRARY
@@ -7,17 +7,8 @@ from experiments.camera_errors import errors_of_scores
 from experiments.command import ConfigError
 from experiments.config import EXECUTION, load, to_overrides
 from experiments.grid import cells
-from figures import FIGURES, PAPER_FIGURES
-from report.pdf import browser
-from studies.claims.claims import CLAIMS_FILE, load_claims
-from studies.claims.plan import load_replicates
-from studies.frame_rate.rates import load_frame_rate
-from studies.order import load_halves
-from studies.parameters.maps import MAPS, load_maps
-from studies.parameters.axes import STUDIES, axis_names, load_parameters, study_file
-from studies.scenarios.scenarios import BEYOND, load_scenarios, study_name
-from studies.study import Table, load_experiments
-from studies.today.questions import load_today
+from studies.paper import FIGURES as PAPER_FIGURES
+from studies.study import Table, plans
 
 
 NOT_COMPILED = (
@@ -34,53 +25,27 @@ def or_end(resolve, *arguments):
         sys.exit(f"snakemake: {error}")
 
 
-def chosen(keys):
-    """The settings among these keys, as Hydra overrides."""
-    return to_overrides({key: config[key] for key in keys if key in config})
-
-
-AXES = axis_names()
-SCENARIO_FILE = Path(config.get("scenarios", BEYOND))
-SCENARIO_STUDY = study_name(SCENARIO_FILE)
-EXPERIMENTS = sorted({name for names in PAPER_FIGURES.values() for name in names})
-EXECUTED = chosen(key for key in EXECUTION if key != "n_jobs")
-OWN_FILES = "scenarios", "trajectories"
-NO_SETTINGS = *EXECUTION, *AXES, *OWN_FILES, "replicates"
-SETTINGS = chosen(key for key in config if key not in NO_SETTINGS)
-RESULTS = Path(or_end(load, chosen(EXECUTION))[1].results_dir)
+GIVEN = to_overrides({key: config[key] for key in config if key not in EXECUTION})
+EXECUTED = to_overrides({key: config[key] for key in EXECUTION if key in config and key != "n_jobs"})
+RESULTS = Path(
+    or_end(load, to_overrides({key: config[key] for key in EXECUTION if key in config}))[1].results_dir
+)
 CORES = workflow.cores or 1
+STUDIES = or_end(plans, GIVEN)
+FOLDERS = {plan.folder: plan for plan in STUDIES.values()}
+EXPERIMENTS = sorted({name for names in PAPER_FIGURES.values() for name in names})
 
 
 @cache
-def claims():
-    return or_end(load_claims, config.get("replicates"))
+def planned(folder):
+    """The names of the tables of trials in a folder that are needed."""
+    return EXPERIMENTS if folder == "trials" else list(or_end(getattr, FOLDERS[folder], "tables"))
 
 
-FOLDERS = {  # of tables of trials: how to load the study that they are of
-    "trials": partial(load_experiments, SETTINGS),
-    "trials/halves": partial(load_halves, SETTINGS),
-    "replicates": lambda: load_replicates(claims(), SETTINGS),
-    **{
-        f"trials/{name}_study": partial(load_parameters, name, [*chosen(AXES), *SETTINGS])
-        for name in STUDIES
-    },
-    "trials/threshold_maps": partial(load_maps, [*chosen(AXES), *SETTINGS]),
-    "trials/frame_rate": partial(load_frame_rate, SETTINGS),
-    "trials/today": partial(load_today, SETTINGS),
-    f"trials/{SCENARIO_STUDY}": partial(load_scenarios, SCENARIO_FILE, SETTINGS),
-}
-
-
-@cache
-def study(folder):
-    """The study whose tables of trials are in a folder."""
-    return or_end(FOLDERS[folder])
-
-
-def tables(*folders):
+def tables(*studies):
     """The tables of trials of some studies, and the record beside each."""
-    names = {folder: EXPERIMENTS if folder == "trials" else study(folder).tables for folder in folders}
-    paths = [f"{RESULTS}/{folder}/{name}" for folder in folders for name in names[folder]]
+    folders = [STUDIES[study].folder for study in studies]
+    paths = [f"{RESULTS}/{folder}/{name}" for folder in folders for name in planned(folder)]
     return {"trials": expand("{path}.csv", path=paths), "records": expand("{path}.json", path=paths)}
 
 
@@ -101,5 +66,4 @@ TRIAL_CODE = code(
     "experiments/scenes",
 )
 TRIAL_CODE.remove(PLOTS)
-STUDY_CODE = code("studies", "studies/*")
-FIGURE_CODE = [PLOTS, *code("figures", "studies", "studies/parameters", "studies/today")]
+FIGURE_CODE = [PLOTS, *code("figures")]

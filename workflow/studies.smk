@@ -1,106 +1,130 @@
-# What is asked of the trials: tables of findings.
-VERDICTS = [RESULTS / "claims.csv", RESULTS / "tables" / "readings.csv"]
+# From the description of each study: its answers, its run times, its figures, and a target of its name.
 OWN_FRAME_RATES = RESULTS / "tables" / "frame_rate_trajectories.csv"
-RUN_TIMES = RESULTS / "tables" / "{study}_study_time.csv"
+FIGURE = RESULTS / "figures" / "{figure}.{ext}"
+FIGURES = {name: (plan, figure) for plan in STUDIES.values() for name, figure in plan.figures.items()}
 
 
-def with_sentences(name):
-    """The tables of a study, as its figure names them if it has one; and what they say in words."""
-    tables = FIGURES.get(name, [f"tables/{name}"])
-    return [*(RESULTS / f"{table}.csv" for table in tables), RESULTS / "tables" / f"{name}.md"]
+def answers(plan):
+    return [RESULTS / name for name in plan.answers]
 
 
-# By the names of `python -m studies`: the folders of the trials, what is made, the file that says how.
-FINDINGS = {
-    "table1": (["trials"], with_sentences("method_comparison"), []),
-    "order": (["trials", "trials/halves"], with_sentences("order"), []),
-    **{
-        name: ([f"trials/{name}_study"], with_sentences(f"{name}_study"), study_file(name))
-        for name in STUDIES
-    },
-    "threshold_maps": (["trials/threshold_maps"], with_sentences("threshold_maps"), MAPS),
-    "scenarios": ([f"trials/{SCENARIO_STUDY}"], [RESULTS / "tables" / f"{SCENARIO_STUDY}.csv"], []),
-    "frame_rate": (["trials/frame_rate"], with_sentences("frame_rate"), []),
-    "today": (["trials/today"], with_sentences("today"), []),
-}
+def times(plan):
+    return [RESULTS / plan.times] if plan.times else []
 
 
-def made(name):
-    """The files with the findings of a study."""
-    return FINDINGS[name][1]
+def study_code(plan):
+    """What its answers rest on beside the trials."""
+    return [*code("studies", f"studies/{plan.study.name}"), *map(str, plan.study.files)]
 
 
-for name, (folders, files, how) in FINDINGS.items():
+for plan in STUDIES.values():
 
     rule:
         name:
-            f"findings_{name}"
+            f"answers_{plan.study.name}"
         input:
-            STUDY_CODE,
-            how,
-            unpack(lambda wildcards, folders=folders: tables(*folders)),
-            times=expand(RUN_TIMES, study=name) if name in STUDIES else [],
+            study_code(plan),
+            code("studies/paper") if plan.study.name == "claims" else [],
+            unpack(lambda wildcards, plan=plan: tables(*plan.study.beside, plan.study.name)),
+            times=times(plan),
         output:
-            files,
+            answers(plan),
         localrule: True
         params:
-            name=name,
+            name=plan.study.name,
             times=lambda wildcards, input: ["--times", *input.times] if input.times else [],
+        threads: CORES if plan.study.is_parallel else 1
         log:
-            RESULTS / "logs" / "tables" / f"{files[-1].stem}.log",
+            RESULTS / "logs" / "answers" / f"{plan.called}.log",
         benchmark:
-            RESULTS / "benchmarks" / "tables" / f"{files[-1].stem}.tsv"
+            RESULTS / "benchmarks" / "answers" / f"{plan.called}.tsv"
         shell:
             "{sys.executable:q} -m studies {params.name} {input.trials:q} {params.times:q}"
+            " --output {output:q} --n_jobs {threads} > {log:q} 2>&1"
+
+    rule:
+        name:
+            plan.study.name
+        input:
+            answers(plan),
+            OWN_FRAME_RATES if plan.study.name == "frame_rate" and "trajectories" in config else [],
+            expand(FIGURE, figure=plan.figures, ext=["pdf", "png"]),
+        localrule: True
+
+
+for plan in filter(times, STUDIES.values()):
+
+    rule:
+        name:
+            f"times_{plan.study.name}"
+        input:
+            TRIAL_CODE,
+            code("studies"),
+            plan.study.axes,
+            unpack(lambda wildcards, plan=plan: tables(plan.study.name)),
+        output:
+            times(plan),
+        params:
+            name=plan.study.name,
+        threads: CORES # nothing beside it
+        resources:
+            mem_mb=600,
+            runtime=20,
+        log:
+            RESULTS / "logs" / "times" / f"{plan.called}.log",
+        benchmark:
+            RESULTS / "benchmarks" / "times" / f"{plan.called}.tsv"
+        shell:
+            "{sys.executable:q} -m studies {params.name} {input.trials:q} --measure"
             " --output {output:q} > {log:q} 2>&1"
 
 
-rule verdicts:
-    input:
-        CLAIMS_FILE,
-        STUDY_CODE,
-        unpack(lambda wildcards: tables("replicates")),
-    output:
-        VERDICTS,
-    threads: CORES
-    log:
-        RESULTS / "logs" / "tables" / "verdicts.log",
-    benchmark:
-        RESULTS / "benchmarks" / "tables" / "verdicts.tsv"
-    shell:
-        "{sys.executable:q} -m studies claims {input.trials:q} --output {output:q}"
-        " --n_jobs {threads} > {log:q} 2>&1"
+def drawn_from(wildcards):
+    return [f"{RESULTS}/{table}.csv" for table in FIGURES[wildcards.figure][1].tables]
 
 
-rule run_times:
+def drawn_by(wildcards):
+    """The code of a figure, and the records of the trials that it shows; other tables have none."""
+    plan, figure = FIGURES[wildcards.figure]
+    records = [f"{RESULTS}/{table}.json" for table in figure.tables if table.startswith("trials/")]
+    return [*(study_code(plan) if plan.study.name != "paper" else []), *records]
+
+
+wildcard_constraints:
+    figure="|".join(FIGURES),
+
+
+rule figure:
     input:
         TRIAL_CODE,
-        code("studies/parameters"),
-        unpack(lambda wildcards: tables(f"trials/{wildcards.study}_study")),
-        file=lambda wildcards: study_file(wildcards.study),
+        FIGURE_CODE,
+        drawn_by,
+        tables=drawn_from,
     output:
-        RUN_TIMES,
-    threads: CORES # nothing beside it
-    resources:
-        mem_mb=600,
-        runtime=20,
+        pdf=RESULTS / "figures" / "{figure}.pdf",
+        png=RESULTS / "figures" / "{figure}.png",
+    localrule: True
+    params:
+        draw=lambda wildcards: FIGURES[wildcards.figure][1].draw,
+        path=str(RESULTS / "figures" / "{figure}"),
     log:
-        RESULTS / "logs" / "tables" / "{study}_study_time.log",
+        RESULTS / "logs" / "figures" / "{figure}.log",
     benchmark:
-        RESULTS / "benchmarks" / "tables" / "{study}_study_time.tsv"
+        RESULTS / "benchmarks" / "figures" / "{figure}.tsv"
     shell:
-        "{sys.executable:q} -m studies {wildcards.study}_time {input.trials:q} --output {output:q}"
+        "{sys.executable:q} -m figures {params.draw} {input.tables:q} --output {params.path:q}"
         " > {log:q} 2>&1"
 
 
 rule own_frame_rates:
     input:
         TRIAL_CODE,
-        STUDY_CODE,
-        code("alignscores/trajectories"),
+        code("studies", "studies/frame_rate", "alignscores/trajectories"),
+        code("alignscores/trajectories/files"),
         file=config.get("trajectories", []),
     output:
         OWN_FRAME_RATES,
+    localrule: True
     log:
         RESULTS / "logs" / "tables" / "frame_rate_trajectories.log",
     shell:

@@ -25,11 +25,11 @@ def effort(wildcards):
 
 
 def processes(wildcards):
-    return share_of(len(study(wildcards.folder).tables))
+    return share_of(len(planned(wildcards.folder)))
 
 
 def share_of(tables):
-    """So many that, as so many tables are made side by side, no core is idle at the end."""
+    """As many that no core is idle at the end, where these tables are made side by side."""
     if "n_jobs" not in config:
         return CORES // gcd(CORES, tables)
     return CORES if config["n_jobs"] == -1 else config["n_jobs"]
@@ -41,7 +41,7 @@ def table(wildcards):
 
 @cache
 def resolved(folder, name):
-    return or_end(study(folder).tables.__getitem__, name)
+    return or_end(lambda: FOLDERS[folder].tables[name])
 
 
 wildcard_constraints:

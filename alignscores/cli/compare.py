@@ -60,6 +60,11 @@ def add_parser(commands: Any) -> None:
     command.add_argument(
         "--dry-run", "--dry_run", action="store_true", help="show what is found, and score nothing"
     )
+    command.add_argument(
+        "--expect_all",
+        action="store_true",
+        help="a system without a run on a sequence failed there (default: it was not tried)",
+    )
     add_settings(
         command,
         left_out=["format", "metrics"],
@@ -142,11 +147,12 @@ def _settings(arguments: argparse.Namespace) -> Settings:
 
 def _benchmark(arguments: argparse.Namespace) -> Benchmark:
     source, patterns = arguments.source, arguments.patterns
+    expect_all = arguments.expect_all
     if source in FORMATS and len(patterns) == 2:
         reference, estimate = patterns
-        return find_benchmark(reference, estimate, source)
+        return find_benchmark(reference, estimate, source, expect_all)
     if Path(source).suffix in (".yaml", ".yml") and not patterns:
-        return find_benchmark(source, None, None)
+        return find_benchmark(source, None, None, expect_all)
     usage = f"give one of {', '.join(FORMATS)} and two patterns, or one YAML file"
     arguments.command.error(usage)
     raise AssertionError  # error() exits

@@ -9,10 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..evaluation.evaluation import Evaluation
-from ..evaluation.matching import read_reference
+from ..evaluation.matching import read_reference, step_of_frames
 from ..evaluation.names import printable, unique_names
 from ..evaluation.notes import collected_warnings
-from ..evaluation.ranking import in_rank_order, units_notes
+from ..evaluation.ranking import in_rank_order, ranking_notes
 from ..evaluation.scoring import score
 from ..evaluation.settings import options
 from ..trajectories.extras import require
@@ -51,7 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         if "_ARGCOMPLETE" in os.environ:
-            require("argcomplete", "files").autocomplete(parser)
+            require("argcomplete", "completion").autocomplete(parser)
         arguments, unknown = parser.parse_known_args(argv)
         if unknown:  # with the usage of the format, not that of the whole
             arguments.command.error(f"unrecognized arguments: {' '.join(unknown)}")
@@ -186,16 +186,17 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.json:
             show_json([], failed, notes, arguments)
         return 1
+    step = step_of_frames(arguments.estimates, settings) if arguments.estimates[1:] else None
     for number, (name, file) in enumerate(zip(names, arguments.estimates, strict=True), 1):
         show_progress(f"{number}/{len(names)} {name}" if len(names) > 1 else "")
         try:
-            scored.append(score(reference, file, settings, name=name, file=file))
+            scored.append(score(reference, file, settings, name=name, file=file, step=step))
         except ValueError as error:
             fail(file, error)
     show_progress("")
     scored = in_rank_order(scored)
     notes += [
-        *units_notes(scored),
+        *ranking_notes(scored),
         *metre_notes(settings),
         *alias_notes(arguments.metrics_as_given),
     ]
@@ -223,7 +224,7 @@ def _outputs(arguments: argparse.Namespace, names: Sequence[str]) -> Iterator[tu
 def check_outputs_possible(arguments: argparse.Namespace) -> None:
     """Refuse outputs for which something is missing on this machine."""
     if arguments.save_results:
-        require("evo", "files")
+        require("evo", "evo")
     if arguments.save_plot:
         require("matplotlib", "plots")
     if arguments.plot:

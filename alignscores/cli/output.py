@@ -9,7 +9,7 @@ from typing import Any
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.names import printable
 from ..evaluation.notes import MUCH_LOST
-from ..evaluation.ranking import TIED_HALF, RankedBy, ranked_by, ranks
+from ..evaluation.ranking import are_ranked, ranks
 from ..evaluation.settings import Settings
 from ..version import __version__
 from .metrics import metric_table
@@ -18,10 +18,6 @@ from .table import table
 
 __all__ = ["print_error", "print_note", "show_json", "show_progress", "show_table"]
 
-TIES: dict[RankedBy | None, str] = {
-    "PAS": "PAS less than 2 standard errors apart over the seeds",
-    "half_distance": f"half-score distances less than {TIED_HALF:.0%} apart",
-}
 HALF = "half: largest threshold at which TAS (refined registration) or RAS is one half; -: never"
 SCATTER = 0.005  # standard deviation of the TAS over the seeds from which there is a hint
 
@@ -44,6 +40,10 @@ def show_json(
         "missing_cameras": settings.missing_cameras,
         "t_max_diff": settings.t_max_diff if timed else None,
         "t_offset": settings.t_offset if timed else None,
+        "sync": settings.sync if timed else None,
+        "max_gap": settings.max_gap,
+        "t_start": settings.t_start,
+        "t_end": settings.t_end,
         "frames": settings.frames and printable(str(settings.frames)),
         "unit": settings.unit,
         "max_threshold": settings.max_threshold,
@@ -54,7 +54,7 @@ def show_json(
         "repeat": len(settings.seeds),
         "inverted": settings.invert,
         "body_rotation": settings.body_rotation,
-        "ranked_by": ranked_by(scored),
+        "ranked_by": "PAS" if are_ranked(scored) else None,
         "notes": notes,
         "results": results(scored),
         "failed": failed,
@@ -78,15 +78,13 @@ def show_table(scored: Sequence[Evaluation], notes: Sequence[str]) -> None:
         metrics = {row["name"]: row["metrics"] for row in rows}
         lines = metric_table(metrics, settings).splitlines()
     else:
-        lines = table(rows, " m" if settings.form.unit == "m" else "").splitlines()
-    for line in [*lines, *footnotes(rows, settings, lines[0], ranked_by(scored))]:
+        lines = table(rows, settings).splitlines()
+    for line in [*lines, *footnotes(rows, settings, lines[0])]:
         print(line)
     sys.stdout.flush()
 
 
-def footnotes(
-    rows: Sequence[Mapping[str, Any]], settings: Settings, header: str, ranked: RankedBy | None
-) -> list[str]:
+def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str) -> list[str]:
     """Return what is said below the table, of what stands in it."""
     chosen = set(settings.metrics)
     drawn = not chosen or bool(chosen & {"TAS", "PAS"})
@@ -97,7 +95,7 @@ def footnotes(
         lines[0] += f"; missing cameras: {settings.missing_cameras}"
     tied = any(row["rank"] and row["rank"][0] < row["rank"][1] for row in rows)
     if tied and not chosen:
-        why = TIES[ranked] if others or ranked != "PAS" else "of equal PAS"
+        why = "PAS less than 2 standard errors apart over the seeds" if others else "of equal PAS"
         lines.append(f"ranks in common: tied, {why}")
     if not chosen or chosen & {"half_distance", "half_angle"}:
         lines.append(HALF)
@@ -107,7 +105,12 @@ def footnotes(
         )
     if any(row["parts"] for row in rows) and not chosen:
         lines.append("parts: worlds that are each aligned on their own, which makes scores higher")
-    if any(row["lost"] > MUCH_LOST for row in rows) and not chosen:
+    if settings.form.timed and not chosen:
+        lines.append(
+            "n: frames that were due, the same for all, and d is theirs; "
+            "lost: share of the time without a pose"
+        )
+    if any(row["lost"] > MUCH_LOST for row in rows) and settings.missing_cameras == "ignore":
         lines.append("* without what the estimate lost; --missing fail counts it")
     if drawn and max(row["TAS_sd"] or 0.0 for row in rows) > SCATTER:
         lines.append("the TAS scatters with the seed; --registration refined makes it steadier")

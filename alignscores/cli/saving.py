@@ -185,7 +185,7 @@ def evo_files(
     scored: Sequence[Evaluation], files: Targets, *, reference: str
 ) -> Iterator[tuple[Path, bytes]]:
     """Yield results that ``evo_res`` reads: the share of thresholds that poses miss, 1 - PAS."""
-    file_interface = require("evo.tools.file_interface", "files")
+    file_interface = require("evo.tools.file_interface", "evo")
     from ..trajectories.evo import PAS  # needs evo
 
     for evaluation in scored:

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..evaluation.names import WIDTH, columns, padded
 from ..evaluation.notes import MUCH_LOST
+from ..evaluation.settings import Settings
 
 __all__ = ["shortened", "table"]
 
@@ -25,25 +26,26 @@ COLUMNS = (  # header, key of the JSON output, format
     ("< d", "within_unit", ".0%"),
     ("< 10 deg", "within_10_deg", ".0%"),
     ("n", "n", "d"),
-    ("missing", "missing", "d"),
+    ("lost", "lost", ".1%"),
     ("nan", "no_pose", "no_pose"),
     ("dupl.", "duplicate", "d"),
     ("parts", "n_parts", "d"),
 )
-SELDOM = ("missing", "no_pose", "duplicate", "n_parts")  # shown where not all are 0
+SELDOM = ("lost", "no_pose", "duplicate", "n_parts")  # shown where not all are 0
 SPREADS = ("TAS_sd", "PAS_sd")  # shown where a score has one, close to it
 # For long names. (The sd of the PAS is that of the TAS times its weight.)
 FIRST_DROPPED = ("within_10_deg", "within_unit", "duplicate", "PAS_sd", "no_pose")
-NEXT_DROPPED = ("missing", "TAS_sd", "ATE")  # for names shortened to so many characters
+NEXT_DROPPED = ("TAS_sd", "ATE", "lost")  # for names shortened to so many characters
 SHORTEST = 12
 
 
-def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
-    """Return the table of the estimates, of rows with the keys of the JSON output.
+def table(results: Sequence[Mapping[str, Any]], settings: Settings) -> str:
+    """Return the table of all estimates, with the keys of the JSON output, as text.
 
     Columns that say nothing are left out; then, as far as there is no room, the less important
-    ones and the middle of long names. `unit` is that of length, after a blank.
+    ones and the middle of long names.
     """
+    unit = " m" if settings.form.unit == "m" else ""
     results = [
         {
             **values,
@@ -59,7 +61,7 @@ def table(results: Sequence[Mapping[str, Any]], unit: str) -> str:
         and (key not in SELDOM or any(np.any(values[key]) for values in results))
         and (key not in SPREADS or any(values[key] is not None for values in results))
     }
-    if any(values["lost"] > MUCH_LOST for values in results):
+    if settings.missing_cameras == "ignore" and any(row["lost"] > MUCH_LOST for row in results):
         marks = " ", *("*" if values["lost"] > MUCH_LOST else " " for values in results)
         for key in ("half_distance", "PAS"):  # by which estimates are ranked
             shown[key] = [cell + mark for cell, mark in zip(shown[key], marks, strict=True)]

@@ -56,6 +56,7 @@ def from_patterns(
     reference: str,
     estimate: str,
     *,
+    expect_all: bool = False,
     expected: Mapping[str, Expected | None] | None = None,
     systems: Sequence[str] = (),
     sequences: Sequence[str] = (),
@@ -64,7 +65,8 @@ def from_patterns(
 
     `expected` tells how many runs of a system there should be on each sequence, or their names,
     under "" for systems that are not named; by default as many as it has on the sequence where it
-    has the most. `systems` and `sequences` are names that should be there.
+    has the most. On a sequence without any it was not tried, unless `expect_all`. `systems` and
+    `sequences` are names that should be there.
     """
     ref_pattern, est_pattern = Pattern(reference, FIELDS[:1]), Pattern(estimate, FIELDS)
     if "system" not in est_pattern.fields:
@@ -102,7 +104,7 @@ def from_patterns(
         sequences,
         problems,
     )
-    runs = _all_runs(kept, estimates, expected or {}, systems, problems)
+    runs = _all_runs(kept, estimates, expected or {}, systems, problems, expect_all)
     return Benchmark(format, kept, runs, problems, [*found_refs, *found_ests])
 
 
@@ -139,6 +141,7 @@ def _all_runs(
     expected: Mapping[str, Expected | None],
     systems: Sequence[str],
     problems: list[str],
+    expect_all: bool,
 ) -> list[Run]:
     """Return all runs on the sequences, those that are missing too, and tell of other systems."""
     runs: list[Run] = []
@@ -149,9 +152,8 @@ def _all_runs(
                 paths.setdefault(sequence, {})[run] = path
         if any(paths[sequence] for sequence in sequences):
             due = expected.get(system, expected.get(""))
-            runs += [
-                run for run in _runs_of_system(system, paths, due) if run.sequence in sequences
-            ]
+            of_system = _runs_of_system(system, paths, due, expect_all)
+            runs += [run for run in of_system if run.sequence in sequences]
         else:
             problems.append(f"system {system}: has no run on a sequence with a reference; left out")
     order = list(sequences)
@@ -159,12 +161,17 @@ def _all_runs(
 
 
 def _runs_of_system(
-    system: str, paths: Mapping[str, Mapping[str, str]], expected: Expected | None
+    system: str,
+    paths: Mapping[str, Mapping[str, str]],
+    expected: Expected | None,
+    expect_all: bool,
 ) -> list[Run]:
     """Return the runs of a system, of its paths by sequence and run."""
     names = _expected_names(paths, expected)
     runs = []
     for sequence, found in paths.items():
+        if not found and expected is None and not expect_all:  # not tried, so not failed
+            continue
         lacking = [name for name in names if name not in found]
         if expected is None or isinstance(expected, int):  # a number of them, whatever their names
             lacking = lacking[: max(len(names) - len(found), 0)]
@@ -194,9 +201,9 @@ def _expected_names(
     return [*most, *(number for number in numbers if number not in most)][:expected]
 
 
-def read_yaml(path: str) -> Benchmark:
+def read_yaml(path: str, *, expect_all: bool = False) -> Benchmark:
     """Read a benchmark that is described in a YAML file; paths in it are relative to its folder."""
-    yaml = require("yaml", "files")
+    yaml = require("yaml", "yaml")
     try:
         content = yaml.safe_load(Path(path).read_text())
     except (OSError, UnicodeError, yaml.YAMLError) as error:
@@ -232,6 +239,7 @@ def read_yaml(path: str) -> Benchmark:
     found = from_patterns(
         content["format"],
         *patterns,
+        expect_all=expect_all,
         expected=expected,
         systems=list(entries["systems"]),
         sequences=list(entries["sequences"]),

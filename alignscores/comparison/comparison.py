@@ -17,7 +17,7 @@ from ..version import __version__
 from .benchmark import NO_SETTINGS, Benchmark, Run, from_patterns, read_yaml
 from .patterns import Pattern
 from .processes import Pool, Progress
-from .runs import COLUMNS, Outcome, Task, due_cameras, evaluate_run, reference_of
+from .runs import COLUMNS, Outcome, Task, evaluate_run, reference_of, step_of_run
 from .summary import Summary, summarise
 
 __all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "settings_of_run"]
@@ -77,6 +77,10 @@ class Comparison:
         keys = [
             "missing",
             "t_max_diff",
+            "sync",
+            "max_gap",
+            "t_start",
+            "t_end",
             "unit",
             "max_threshold",
             "max_threshold_deg",
@@ -120,6 +124,7 @@ def compare(
     estimates: str | None = None,
     settings: Settings | None = None,
     *,
+    expect_all: bool = False,
     jobs: int = 1,
     cache: str | Path | None = None,
     **changes: Any,
@@ -136,6 +141,9 @@ def compare(
         there are several.
     settings : Settings, optional
         How they are scored; by default `Settings()`. ``frames`` may have ``{sequence}``.
+    expect_all : bool
+        Whether each system was to be run on each sequence, so that it failed where it has no run;
+        by default it was not tried there, unless the YAML file says how many ``runs`` there are.
     jobs : int
         Processes side by side.
     cache : path, optional
@@ -159,23 +167,25 @@ def compare(
     >>> folder = "tests/data/tum"
     >>> found = compare(f"{folder}/reference.txt", f"{folder}/{{system}}.txt", format="tum")
     >>> found.summary.systems, found.summary.entries["estimate", None]["PAS"]
-    (['estimate'], 0.8045)
+    (['estimate'], 0.8488)
     """
     settings = replace(settings or Settings(), **changes)
-    benchmark = find_benchmark(references, estimates, settings.format)
+    benchmark = find_benchmark(references, estimates, settings.format, expect_all)
     folder = None if cache is None else Path(cache)
     return compare_runs(benchmark, settings, jobs=jobs, cache=folder)
 
 
-def find_benchmark(references: str, estimates: str | None, format: str | None) -> Benchmark:
+def find_benchmark(
+    references: str, estimates: str | None, format: str | None, expect_all: bool
+) -> Benchmark:
     """Find the files of two patterns, or read a YAML file."""
     if estimates is not None:
         if format is None:
             raise ValueError(f"give the format of the files: format={'|'.join(FORMATS)}")
-        return from_patterns(format, references, estimates)
+        return from_patterns(format, references, estimates, expect_all=expect_all)
     if Path(references).suffix not in YAML:
         raise ValueError(f"{references}: give a pattern of estimates, too, or one YAML file")
-    return read_yaml(references)
+    return read_yaml(references, expect_all=expect_all)
 
 
 def compare_runs(
@@ -254,36 +264,17 @@ def _scored(tasks: Mapping[Run, Task], jobs: int, progress: Progress) -> list[tu
     """Return all runs with what became of them, missing ones among them."""
     there = {run: task for run, task in tasks.items() if run.file}
     with Pool(jobs, progress) as pool:
-        unknown = {run: task for run, task in there.items() if task.settings.unit is None}
-        units = _units(dict(pool.work(due_cameras, unknown, "looking at")))
-        for run, task in unknown.items():
-            of_run = replace(task.settings, unit=units.get(run.sequence))
-            there[run] = replace(task, settings=of_run)
+        steps = dict(pool.work(step_of_run, there, "looking at"))
+        for run, task in there.items():
+            of_sequence = [steps[other] for other in there if other.sequence == run.sequence]
+            known = [step for step in of_sequence if step is not None]
+            there[run] = replace(task, step=min(known, default=None))
         outcomes = dict(pool.work(evaluate_run, there, "scoring"))
     for run in tasks:
         if not run.file:
             missing = f"{run.system}: has no run {run.run} on {run.sequence}"
             outcomes[run] = Outcome({}, error=missing)
     return [(run, outcomes[run]) for run in tasks]
-
-
-def _units(due: Mapping[Run, tuple[int, float | None]]) -> dict[str, float]:
-    """Return d of each sequence: that of the frames that were due, by the estimate with the most.
-
-    Where the estimates tell different numbers of them, d is rounded to two digits, so that one more
-    run, as a rule, does not change it.
-    """
-    units = {}
-    for sequence in dict.fromkeys(run.sequence for run in due):
-        known = [
-            (n, unit)
-            for run, (n, unit) in due.items()
-            if run.sequence == sequence and unit is not None
-        ]
-        if known:
-            _, unit = max(known)
-            units[sequence] = unit if len(set(known)) == 1 else float(f"{unit:.1e}")
-    return units
 
 
 def _notes_of_runs(runs: Sequence[tuple[Run, Outcome]]) -> list[str]:

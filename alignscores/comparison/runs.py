@@ -5,6 +5,7 @@ import json
 import warnings
 import zipfile
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from functools import cache, lru_cache, partial
 from io import BytesIO
@@ -16,18 +17,17 @@ from numpy.typing import NDArray
 
 from ..arrays import Floats, Indices
 from ..evaluation.evaluation import Evaluation
-from ..evaluation.matching import files_below, match_estimate, read_parts, read_reference
+from ..evaluation.matching import files_below, read_reference, step_of_frames
 from ..evaluation.notes import collected_warnings
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..metrics import metric
 from ..trajectories.files import Trajectory
-from ..trajectories.parts import joined
-from ..translation import closest_pair_quartile, tas
+from ..translation import tas
 from ..validation import AlignmentWarning, finite_rows
 from ..writing import write_whole
 
-__all__ = ["COLUMNS", "Outcome", "Task", "due_cameras", "evaluate_run", "reference_of"]
+__all__ = ["COLUMNS", "Outcome", "Task", "evaluate_run", "reference_of", "step_of_run"]
 
 COLUMNS = "TAS", "RAS", "PAS", "half_distance", "half_angle"  # of every comparison
 # Files of a COLMAP model that no score depends on: their size stands for their content.
@@ -42,6 +42,7 @@ class Task:
     estimate: str
     settings: Settings
     cache: Path | None = None
+    step: float | None = None
     check: bool = False
 
 
@@ -58,6 +59,8 @@ class Outcome:
     n: int = 0
     failures: int = 0  # cameras without a position or without a rotation
     unit: float = np.nan
+    lost: float = 1.0
+    n_parts: int = 1
     n_rows: int = 0  # of the reference
     rows: Indices = field(default_factory=NO_ROWS)  # in the reference, ascending
     statuses: NDArray[np.uint8] = field(default_factory=NO_CODES)  # of `Evaluation`
@@ -95,6 +98,7 @@ def evaluate_run(task: Task) -> Outcome:
             task.settings,
             name="",
             file=task.estimate,
+            step=task.step,
             check=task.check,
         )
         outcome = _outcome(evaluation)
@@ -105,30 +109,17 @@ def evaluate_run(task: Task) -> Outcome:
     return outcome
 
 
-def due_cameras(task: Task) -> tuple[int, float | None]:
-    """Return how many cameras an estimate should have, and their d; none of a broken one."""
-    try:
-        file = _cached_file(task, "due")
-        if file and file.is_file():
-            try:
-                n, unit = json.loads(file.read_text())
-                return n, unit
-            except (TypeError, ValueError):
-                pass
-        with collected_warnings():
-            reference = reference_of(task.reference, task.settings.format)
-            estimate = joined(list(read_parts(task.estimate, task.settings).values()))
-            matches, _ = match_estimate(reference, estimate, task.settings)
-    except ValueError:  # whoever scores it says why
-        return 0, None
-    try:
-        unit = closest_pair_quartile(matches.gt_poses[:, :3, 3])
-    except ValueError:
-        unit = None
-    due = len(matches.keys), unit
+def step_of_run(task: Task) -> float | None:
+    """Return the median step of an estimate, None where it has none; see `step_of_frames`."""
+    file = _cached_file(task, "step")
+    if file and file.is_file():
+        with suppress(TypeError, ValueError):
+            step: float | None = json.loads(file.read_text())
+            return step
+    step = step_of_frames([task.estimate], task.settings)
     if file:
-        write_whole(file, json.dumps(due).encode())
-    return due
+        write_whole(file, json.dumps(step).encode())
+    return step
 
 
 @lru_cache(maxsize=2)
@@ -159,6 +150,8 @@ def _outcome(evaluation: Evaluation) -> Outcome:
         n=len(matches.keys),
         failures=int(failed.sum()),
         unit=result.tas.unit,
+        lost=evaluation.lost,
+        n_parts=max(len(evaluation.parts), 1),
         n_rows=len(evaluation.reference.keys),
         rows=matches.gt_rows,
         statuses=evaluation.statuses,
@@ -215,7 +208,7 @@ def _cached_file(task: Task, kind: str) -> Path | None:
     settings = {key: value for key, value in vars(task.settings).items() if key != "frames"}
     described: list[Any] = [_content_of_code(), kind, sorted(settings.items())]
     if kind == "run":
-        described.append(task.check)
+        described += [task.step, task.check]
     digest = hashlib.sha256(json.dumps(described).encode())
     for path in (task.reference, task.estimate, task.settings.frames):
         digest.update(_content_hash(str(path)) if path is not None else b"-")
@@ -251,7 +244,7 @@ ARRAYS = [
     for entry in fields(Outcome)
     if isinstance(getattr(Outcome({}), entry.name), np.ndarray)
 ]
-DESCRIBED = "scores", "n", "failures", "unit", "n_rows", "notes"
+DESCRIBED = "scores", "n", "failures", "unit", "lost", "n_parts", "n_rows", "notes"
 
 
 def _store(file: Path, outcome: Outcome, path: str) -> None:

@@ -49,6 +49,7 @@ class Summary:
             self.entries[system, sequence]
             for sequence in [*self.sequences, None]
             for system in self.systems
+            if self.entries[system, sequence]["runs"]
         ]
 
 
@@ -59,7 +60,7 @@ def summarise(
     weight: float,
     form: Format,
 ) -> Summary:
-    """Summarise scored, failed and missing runs: every system has one on every sequence."""
+    """Summarise scored, failed and missing runs; a system without any was not tried there."""
     names = [*COLUMNS, *metrics]
     sequences = list(dict.fromkeys(run.sequence for run, _ in runs))
     systems = list(dict.fromkeys(run.system for run, _ in runs))
@@ -85,17 +86,18 @@ def summarise(
         for sequence in sequences:
             entries[system, sequence] = _entry(system, sequence, groups[system, sequence], names)
         of_system = [entries[system, sequence] for sequence in sequences]
-        entries[system, None] = _overall(system, of_system, names)
+        entries[system, None] = _overall(system, [of for of in of_system if of["runs"]], names)
     systems.sort(key=lambda system: (-entries[system, None]["PAS"], system))
     comparisons = []
     for name in names:
         for place in [*sequences, None]:
-            at = {system: entries[system, place] for system in systems}
+            at = [system for system in systems if entries[system, place]["runs"]]
             of_place = sequences if place is None else [place]
             pairs, ranks = _pairs(groups, at, place, of_place, name, form.ordered)
             comparisons += pairs
-            for system, entry in at.items():
-                entry.setdefault("rank", {})[name] = list(ranks[system])
+            for system in systems:
+                rank = ranks.get(system)
+                entries[system, place].setdefault("rank", {})[name] = rank and list(rank)
     length = form.unit if form.unit == "m" else ""
     headers = {name: header(name, length) for name in names}
     return Summary(headers, sequences, systems, list(runs), results, entries, comparisons)
@@ -112,6 +114,11 @@ class _Group:
     def values(self, name: str) -> list[float]:
         """Return the values of all runs, of failed ones the worst there is."""
         return [_value(outcome, name) for outcome in self.outcomes]
+
+    @property
+    def n_parts(self) -> frozenset[int]:
+        """The numbers of parts that its models are in."""
+        return frozenset(outcome.n_parts for outcome in self.outcomes if outcome.n)
 
     @property
     def fewest(self) -> int:
@@ -152,6 +159,7 @@ def _result(run: Run, outcome: Outcome, due: int, metrics: Sequence[str]) -> Ent
         "metrics": {name: _value(outcome, name) for name in metrics},
         "n": outcome.n if scored else due,
         "failures": outcome.failures if scored else due,
+        "lost": outcome.lost if scored else 1.0,
         "unit": outcome.unit if scored else None,
         "notes": outcome.notes,
     }
@@ -167,6 +175,7 @@ def _entry(system: str, sequence: str, group: _Group, names: Sequence[str]) -> E
         "failed_runs": sum(result["status"] != "scored" for result in results),
         "n": sum(result["n"] for result in results),
         "failures": sum(result["failures"] for result in results),
+        "lost": _mean([result["lost"] for result in results]),
         **_means({name: group.values(name) for name in names}),
     }
 
@@ -178,13 +187,19 @@ def _overall(system: str, entries: Sequence[Entry], names: Sequence[str]) -> Ent
         "system": system,
         "sequence": None,
         **{key: sum(entry[key] for entry in entries) for key in counts},
+        "lost": _mean([entry["lost"] for entry in entries]),
+        "sequences": len(entries),
         **_means({name: [entry[name] for entry in entries] for name in names}),
     }
 
 
+def _mean(values: Sequence[float]) -> float:
+    return float(np.mean(values)) if len(values) else math.nan
+
+
 def _means(values: Mapping[str, Sequence[float]]) -> dict[str, float | None]:
     """Return the mean of each metric, and its standard deviation where there is one."""
-    return {name: float(np.mean(several)) for name, several in values.items()} | {
+    return {name: _mean(several) for name, several in values.items()} | {
         f"{name}_sd": float(np.std(several, ddof=1))
         if len(several) > 1 and np.isfinite(several).all()
         else None
@@ -194,22 +209,39 @@ def _means(values: Mapping[str, Sequence[float]]) -> dict[str, float | None]:
 
 def _pairs(
     groups: Mapping[tuple[str, str], _Group],
-    entries: Mapping[str, Entry],
+    systems: Sequence[str],
     place: str | None,
     sequences: Sequence[str],
     name: str,
     ordered: bool,
 ) -> tuple[list[Entry], dict[str, tuple[int, int]]]:
-    """Return the comparisons of all systems by a metric at a place, and their ranks there."""
+    """Return the comparisons of systems by a metric at a place, and their ranks there.
+
+    Two systems are compared on the sequences that both were tried on. Where models are in
+    different numbers of parts nothing compares.
+    """
+    parts = {groups[system, sequence].n_parts for system in systems for sequence in sequences}
+    if len(set().union(*parts)) > 1:
+        return [], {}
     comparisons, apart = [], {}
-    for a, b in combinations(entries, 2):
-        difference = _difference(groups, a, b, sequences, name, ordered)
-        means = entries[a][name], entries[b][name]
-        comparison = _comparison(a, b, place, name, means, difference, len(entries))
-        comparisons.append(comparison)
+    for a, b in combinations(systems, 2):
+        both = [
+            sequence
+            for sequence in sequences
+            if groups[a, sequence].outcomes and groups[b, sequence].outcomes
+        ]
+        if not both:
+            continue
+        difference = _difference(groups, a, b, both, name, ordered)
+        means = [
+            float(np.mean([np.mean(groups[system, sequence].values(name)) for sequence in both]))
+            for system in (a, b)
+        ]
+        comparison = _comparison(a, b, place, name, means, difference, len(systems))
+        comparisons.append({**comparison, "sequences": len(both)})
         if comparison["distinguishable"]:
             apart[a, b] = difference.value
-    return comparisons, _ranks(list(entries), apart, name)
+    return comparisons, _ranks(systems, apart, name)
 
 
 def _difference(
@@ -270,7 +302,7 @@ def _comparison(
     b: str,
     sequence: str | None,
     name: str,
-    means: tuple[float, float],
+    means: Sequence[float],
     difference: Difference,
     n_systems: int,
 ) -> Entry:

@@ -53,6 +53,9 @@ def as_latex(summary: Summary, by: str, names: dict[str, str]) -> str:
     escaped = {key: _tex(name) for key, name in names.items()}
     (_, *columns), *rows = _sequence_rows(summary, by, escaped, _tex_cell, overall=True)
     n_systems = len(summary.systems)
+    lost = ", ".join(
+        f"{names[system]} {summary.entries[system, None]['lost']:.1%}" for system in summary.systems
+    )
     lines = [
         f"% {by}: mean over runs; bold: better than all others (95 % for all pairs of a column)",
         f"\\begin{{tabular}}{{l{'r' * len(columns)}}}",
@@ -62,6 +65,7 @@ def as_latex(summary: Summary, by: str, names: dict[str, str]) -> str:
         *(" & ".join(row) + r" \\" for row in rows),
         "\\bottomrule",
         "\\end{tabular}",
+        f"% lost: {_tex(lost)}",
     ]
     return "\n".join(lines if n_systems > 1 else lines[1:])
 
@@ -71,7 +75,7 @@ def as_csv(summary: Summary) -> str:
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     columns = [column for name in summary.headers for column in (name, f"{name}_sd")]
-    counts = ["runs", "failed_runs", "n", "failures"]
+    counts = ["runs", "failed_runs", "n", "failures", "lost"]
     writer.writerow(["system", "sequence", *columns, "rank_best", "rank_worst", *counts])
     for entry in summary.in_order():
         writer.writerow(
@@ -79,7 +83,7 @@ def as_csv(summary: Summary) -> str:
                 entry["system"],
                 entry["sequence"] or "",
                 *("" if entry[column] is None else entry[column] for column in columns),
-                *entry["rank"]["PAS"],
+                *(entry["rank"]["PAS"] or ("", "")),
                 *(entry[count] for count in counts),
             ]
         )
@@ -93,13 +97,15 @@ def number(value: float) -> str:
     return f"{value:.4f}" if abs(value) < 10 else f"{value:.4g}"
 
 
-def rank_text(rank: Sequence[int]) -> str:
-    """Return a rank, or the first and the last of those that systems share."""
-    return "-".join(map(str, dict.fromkeys(rank)))
+def rank_text(rank: Sequence[int] | None) -> str:
+    """Return a rank, or the first and the last of those that systems share; a dash for none."""
+    return "-" if rank is None else "-".join(map(str, dict.fromkeys(rank)))
 
 
 def _text_cell(entry: Mapping[str, Any], name: str) -> str:
     """Return a value with its rank, and the number of runs that failed."""
+    if not entry["runs"]:
+        return "not tried"
     failed = f" †{entry['failed_runs']}" if entry["failed_runs"] and entry["sequence"] else ""
     return f"{number(entry[name])} ({rank_text(entry['rank'][name])}){failed}"
 
@@ -113,6 +119,8 @@ def _markdown_cell(entry: Mapping[str, Any], name: str) -> str:
 
 
 def _tex_cell(entry: Mapping[str, Any], name: str) -> str:
+    if not entry["runs"]:
+        return "--"
     value = "$\\infty$" if entry[name] == math.inf else number(entry[name])
     failed = f"\\textsuperscript{{\\dag{entry['failed_runs']}}}" if entry["failed_runs"] else ""
     return (f"\\textbf{{{value}}}" if is_best(entry, name) else value) + failed
@@ -120,7 +128,7 @@ def _tex_cell(entry: Mapping[str, Any], name: str) -> str:
 
 def is_best(entry: Mapping[str, Any], name: str) -> bool:
     """Tell whether a system is better than every other one, beyond doubt."""
-    return tuple(entry["rank"][name]) == (1, 1)
+    return bool(entry["rank"][name] == [1, 1])
 
 
 Cell = Callable[[Mapping[str, Any], str], str]
@@ -128,6 +136,7 @@ Cell = Callable[[Mapping[str, Any], str], str]
 
 def _overall_rows(summary: Summary, by: str, names: dict[str, str], cell: Cell) -> list[Row]:
     """Return a header and the values of each system over all sequences."""
+    partly = _partly_tried(summary)
     header = ["system", f"rank ({summary.headers[by]})", *summary.headers.values()]
     rows = []
     for system in _by(summary, by):
@@ -137,11 +146,13 @@ def _overall_rows(summary: Summary, by: str, names: dict[str, str], cell: Cell) 
                 names[system],
                 rank_text(entry["rank"][by]),
                 *(cell(entry, name) for name in summary.headers),
+                *([f"{entry['sequences']}/{len(summary.sequences)}"] if partly else []),
                 f"{entry['failed_runs']}/{entry['runs']}",
-                f"{entry['failures'] / max(entry['n'], 1):.1%}",
+                f"{entry['lost']:.1%}",
             ]
         )
-    return [[*header, "failed runs", "lost frames"], *rows]
+    header += ["sequences"] if partly else []
+    return [[*header, "failed runs", "lost"], *rows]
 
 
 def _sequence_rows(
@@ -206,10 +217,24 @@ def footnotes(summary: Summary, settings: Settings) -> list[str]:
         f"means over runs, overall over sequences; registration {settings.registration}",
         f"missing cameras: {settings.missing}; failed and missing runs count as failures",
     ]
+    if settings.form.timed:
+        lines.append("lost: share of the time that was due without a pose")
+    if _partly_tried(summary):
+        lines.append(
+            "sequences: those that a system was tried on; pairs are ranked by those of both"
+        )
     if len(summary.systems) > 1:
+        ranked = all(entry["rank"][name] for entry in summary.in_order() for name in entry["rank"])
         lines.append(
             "(1-2): ranks, shared where they cannot be told apart (95 % for all pairs of a column)"
+            if ranked
+            else "no ranks where models are in different numbers of parts, which do not compare"
         )
     if any(entry["failed_runs"] for entry in summary.entries.values()):
         lines.append("†1: so many runs failed or are missing")
     return lines
+
+
+def _partly_tried(summary: Summary) -> bool:
+    """Tell whether some system was not tried on some sequence."""
+    return any(not entry["runs"] for entry in summary.entries.values())

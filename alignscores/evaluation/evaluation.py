@@ -83,7 +83,7 @@ class Evaluation:
     metrics : mapping of str to float
         The other metrics that were asked for, by name, as far as they have a value.
     lost : float
-        Share of the reference over which the track was lost.
+        Share of the cameras that were due without a pose; with time stamps, of the time.
     body_rotation : (3, 3) ndarray or None
         Rotation of the camera's frame that was taken out.
     parts : list of Part
@@ -99,9 +99,9 @@ class Evaluation:
     >>> poses = np.tile(np.eye(4), (40, 1, 1))
     >>> poses[:, :3, 3] = np.random.default_rng(0).random((40, 3))
     >>> reference = Trajectory(np.arange(40) / 10, poses)
-    >>> evaluation = evaluate(reference, Trajectory(reference.keys[:30], poses[:30]))
+    >>> evaluation = evaluate(reference, Trajectory(reference.keys[:20], poses[:20]))
     >>> evaluation.tas, evaluation.ras, evaluation.pas
-    (0.75, 0.75, 0.75)
+    (0.5, 0.5, 0.5)
     """
 
     name: str

@@ -1,6 +1,7 @@
 """A reference and an estimate: their files, read, and the poses that belong together."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -11,10 +12,19 @@ from ..arrays import Floats
 from ..trajectories.association import Matches, in_order, match, unit_hint
 from ..trajectories.files import FilePath, Trajectory, inverse_poses, read_stamps
 from ..trajectories.formats import FORMATS
+from ..trajectories.timeline import usual_step
 from ..trajectories.timing import find_offset
+from .notes import collected_warnings
 from .settings import Settings
 
-__all__ = ["LEAST_GAIN", "files_below", "match_estimate", "read_parts", "read_reference"]
+__all__ = [
+    "LEAST_GAIN",
+    "files_below",
+    "match_estimate",
+    "read_parts",
+    "read_reference",
+    "step_of_frames",
+]
 
 SMALL_OFFSET = 0.03  # seconds; with a larger one the positions must fit `LEAST_GAIN` times as well
 LEAST_GAIN = 1.2  # noise alone gains less
@@ -48,21 +58,50 @@ def read_parts(estimate: FilePath | Trajectory, settings: Settings) -> dict[str,
     return {name: part._replace(poses=inverse_poses(part.poses)) for name, part in parts.items()}
 
 
+def step_of_frames(estimates: Iterable[FilePath], settings: Settings) -> float | None:
+    """Return the median step of the densest estimate in time; None where there is none.
+
+    All estimates of a reference answer for the frames at that step. What is wrong with a file is
+    said where it is scored.
+    """
+    if not settings.form.timed or settings.frames is not None:
+        return None
+    steps = []
+    for estimate in estimates:
+        with collected_warnings(), suppress(ValueError):
+            (part,) = read_parts(estimate, settings).values()
+            steps.append(usual_step(part.keys))
+    return min(steps, default=None)
+
+
 def match_estimate(
-    reference: Trajectory, estimate: Trajectory, settings: Settings
+    reference: Trajectory, estimate: Trajectory, settings: Settings, step: float | None = None
 ) -> tuple[Matches, float]:
     """Match an estimate; return the matches and the time offset that was added.
 
+    `step` is of the frames that are due where the reference is denser, by default the estimate's.
     Where too few poses are matched, the error says by which options it was done.
     """
     timed, offset = settings.form.timed, 0.0
     options: dict[str, Any] = {}
     if timed:
         offset = _time_offset(reference, estimate, settings.t_offset)
-        options = {"t_max_diff": settings.t_max_diff, "t_offset": offset}
+        options = {
+            "t_max_diff": settings.t_max_diff,
+            "t_offset": offset,
+            **{name: getattr(settings, name) for name in ("max_gap", "t_start", "t_end")},
+        }
     frames = None if settings.frames is None else _stamps(settings.frames)
     missing = settings.missing if frames is None else "fail"
-    matches = match(reference, estimate, missing=missing, frames=frames, **options)
+    matches = match(
+        reference,
+        estimate,
+        missing=missing,
+        frames=frames,
+        sync=settings.sync,
+        step=step,
+        **options,
+    )
     if len(matches.keys) < min(4, len(reference.keys)):
         shown = {"missing": settings.missing_cameras, **options}
         given = ", ".join(f"--{key} {value}" for key, value in shown.items() if value is not None)

@@ -4,14 +4,14 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from ..trajectories.association import Matches, coverage, unit_hint
+from ..trajectories.association import Matches, unit_hint
 from ..trajectories.conventions import Convention, describe_rotation, seem_swapped
 from ..trajectories.files import Trajectory, TrajectoryWarning
-from ..trajectories.formats import Format
 from ..trajectories.timing import find_offset
 from ..validation import AlignmentWarning
 from .evaluation import Part
 from .names import printable
+from .settings import Settings
 
 __all__ = [
     "MUCH_LOST",
@@ -49,42 +49,34 @@ def collected_warnings() -> Iterator[list[str]]:
 
 
 def matching_notes(
-    matches: Matches, reference: Trajectory, estimate: Trajectory, form: Format
+    matches: Matches, reference: Trajectory, estimate: Trajectory, settings: Settings
 ) -> list[str]:
-    """Say which poses were left out, where these are more than a few."""
+    """Say which poses were left out, where these are more than a few, and what was lost unseen."""
     unmatched, n = matches.unmatched, len(estimate.keys)
-    if form.timed:
-        notes = []
-        if unmatched > n / 10:
-            notes.append(
-                f"{unmatched} of {n} poses have no reference pose within --t_max_diff"
-                f"{unit_hint(reference.keys, estimate.keys)}"
-            )
-        if matches.frame_step is not None and matches.missing:
-            notes.append(
-                f"{matches.missing} of {len(matches.keys)} cameras count as failures: the "
-                "reference is denser than the estimate, so lost frames are counted at the "
-                f"estimate's own rate, one every {matches.frame_step:.3g} s; --frames FILE names "
-                "the frames that were due"
-            )
-        if without_reference := len(matches.without_reference):
-            notes.append(
-                f"{without_reference} of the --frames have neither an estimated pose nor a "
-                "reference pose within --t_max_diff; left out"
-            )
-        covered = coverage(reference, matches)
-        if 1 - covered > MUCH_LOST:
-            notes.append(
-                f"the track covers only {covered:.0%} of the reference, the rest is not scored; "
-                "--missing fail counts it as failures"
-            )
-        return notes
-    if unmatched > 0:
+    if not settings.form.timed:
+        if not unmatched:
+            return []
         note = f"{unmatched} of {n} images are not in the reference; left out"
         if matches.missing == 0:
             note += " (it has all of the reference's, too: the reference comes first)"
         return [note]
-    return []
+    notes = []
+    if unmatched > n / 10:
+        notes.append(
+            f"{unmatched} of {n} poses have no reference pose near them in time"
+            f"{unit_hint(reference.keys, estimate.keys)}"
+        )
+    if without_reference := len(matches.without_reference):
+        notes.append(
+            f"{without_reference} of the --frames have no reference pose within --t_max_diff; left "
+            "out"
+        )
+    if matches.lost > MUCH_LOST and settings.missing_cameras == "ignore":
+        notes.append(
+            f"the track covers only {1 - matches.lost:.0%} of the time, the rest is not scored; "
+            "--missing fail counts it as failures"
+        )
+    return notes
 
 
 def parts_notes(parts: Sequence[Part]) -> list[str]:

@@ -12,17 +12,18 @@ from ..arrays import Floats, Indices
 from ..metrics import SCORES, metric
 from ..pose import PASResult, pas
 from ..profile import HALF_UNITS
-from ..similarity import least_squares_rmse
-from ..trajectories.association import Matches, coverage
+from ..registration import Registration, pcr99
+from ..similarity import Similarity, least_squares_rmse
+from ..trajectories.association import Matches
 from ..trajectories.conventions import Convention, find_convention, rotate_cameras
 from ..trajectories.files import FilePath, Trajectory
 from ..trajectories.parts import (
+    all_cameras,
+    assign_cameras,
     combine,
     combine_tas,
-    holders,
     in_one_world,
-    joined,
-    poses_of,
+    poses_by_name,
     profile_of_parts,
 )
 from ..translation import closest_pair_quartile, tas
@@ -82,9 +83,9 @@ def evaluate(
     >>> folder = "tests/data/tum"
     >>> evaluation = evaluate(f"{folder}/reference.txt", f"{folder}/estimate.txt", format="tum")
     >>> evaluation.tas, evaluation.ras, evaluation.pas
-    (0.8097, 0.7993, 0.8045)
+    (0.8572, 0.8403, 0.8488)
     >>> evaluation.to_dict()["matched"]
-    38
+    40
     """
     settings = replace(settings or Settings(), **changes)
     if settings.format is None and isinstance(reference, Trajectory):
@@ -118,18 +119,20 @@ def score(
     *,
     name: str,
     file: str,
+    step: float | None = None,
     check: bool = True,
 ) -> Evaluation:
     """Read, match, check and score one estimate.
 
-    With `check` its conventions and its clock are looked at, which takes longer than all else.
+    `step` is that of `match_estimate`. With `check` the conventions and the clock of the estimate
+    are looked at, which takes longer than all else.
     """
     with collected_warnings() as file_notes:  # these name the file already
         parts = read_parts(estimate, settings)
     trajectories = list(parts.values())
-    whole = joined(trajectories)
+    whole = all_cameras(trajectories)
     with collected_warnings() as warned:
-        matches, offset = match_estimate(reference, whole, settings)
+        matches, offset = match_estimate(reference, whole, settings, step)
         poses = _poses_of_parts(trajectories, whole, matches)
         convention = Convention()
         if check or settings.body_rotation == "auto":
@@ -137,10 +140,10 @@ def score(
         body_rotation = _body_rotation(convention, settings)
         if body_rotation is not None:
             poses = [rotate_cameras(part, body_rotation) for part in poses]
-        scores = _scores(matches, poses, settings)
+        scores = _scores(reference, matches, poses, settings)
     notes = _clock_notes(reference, whole, offset, settings) if check else []
     notes += warned
-    notes += matching_notes(matches, reference, whole, settings.form)
+    notes += matching_notes(matches, reference, whole, settings)
     if check:
         notes += swap_notes(reference, whole)
         taken_out = body_rotation is not None
@@ -149,7 +152,8 @@ def score(
     notes += parts_notes(described)
     est_poses = in_one_world(poses, scores.of_parts, scores.part_of) if described else poses[0]
     matches = replace(matches, est_poses=est_poses)
-    metrics, reasons = _metric_values(matches, settings, n_parts=len(parts))
+    once = _each_pose_once(matches)
+    metrics, reasons = _metric_values(once, settings, n_parts=len(parts))
     prefix = f"{name}: " if name else ""
     return Evaluation(
         name=name,
@@ -162,9 +166,9 @@ def score(
         tas_seeds=scores.tas_seeds,
         half_distance=scores.half_distance,
         half_angle=rotation_profile(scores.result.ras).half,
-        ate=None if described else _ate(matches),  # that of a single world
+        ate=None if described else _ate(once),  # that of a single world
         metrics=metrics,
-        lost=1 - coverage(reference, matches),
+        lost=1 - float(np.sum(finite_rows(matches.est_poses))) / len(matches.due_rows),
         body_rotation=body_rotation,
         parts=described,
         notes=[*file_notes, *(f"{prefix}{note}" for note in [*notes, *reasons])],
@@ -194,12 +198,13 @@ def _poses_of_parts(
         return [matches.est_poses]
     rows = matches.est_rows.tolist()
     names = [str(whole.keys[row]) if row >= 0 else None for row in rows]
-    return [poses_of(part, names) for part in parts]
+    return [poses_by_name(part, names) for part in parts]
 
 
 def _convention_of_largest(matches: Matches, poses: Sequence[Floats]) -> Convention:
     largest = max(poses, key=lambda part: int(np.sum(finite_rows(part))))
-    return find_convention(matches.gt_poses, largest)
+    once = _each_pose_once(replace(matches, est_poses=largest))
+    return find_convention(once.gt_poses, once.est_poses)
 
 
 def _body_rotation(convention: Convention, settings: Settings) -> Floats | None:
@@ -209,14 +214,16 @@ def _body_rotation(convention: Convention, settings: Settings) -> Floats | None:
     return convention.body_rotation
 
 
-def _scores(matches: Matches, poses: Sequence[Floats], settings: Settings) -> _Scores:
+def _scores(
+    reference: Trajectory, matches: Matches, poses: Sequence[Floats], settings: Settings
+) -> _Scores:
     """Return the scores of an estimate, of its poses in each part."""
     gt = matches.gt_poses[:, :3, 3]
-    part_of = holders(poses)
+    part_of = assign_cameras(poses)
     options: dict[str, Any] = {
-        "unit": settings.unit or _derived_unit(gt),
+        "unit": settings.unit or _derived_unit(reference.poses[matches.due_rows, :3, 3]),
         "max_threshold": settings.max_threshold,
-        "registration": settings.registration,
+        "registration": _registration(matches, settings),
     }
     degrees, weight = settings.max_threshold_deg, settings.weight
     with warnings.catch_warnings():
@@ -242,6 +249,23 @@ def _scores(matches: Matches, poses: Sequence[Floats], settings: Settings) -> _S
     units = result.tas.unit * HALF_UNITS
     half = profile_of_parts(gt, positions, part_of, units, rng=settings.seed).half
     return _Scores(of_parts, part_of, result, tas_seeds, half)
+
+
+def _registration(matches: Matches, settings: Settings) -> str | Registration:
+    """Return the registration: of PCR-99 with each pose once, since a repeated one fits itself."""
+    repeated = len(np.unique(matches.est_rows)) < len(matches.est_rows[matches.est_rows >= 0])
+    if settings.registration != "pcr99" or not repeated:
+        return settings.registration
+
+    def pcr99_once(
+        gt: Floats, est: Floats, /, *, rank: int, **options: Any
+    ) -> tuple[Similarity | None, int]:
+        _, first = np.unique(np.hstack([gt, est]), axis=0, return_index=True)
+        rows = np.sort(first)
+        once = max(4, round(rank * len(rows) / len(est)))
+        return pcr99(gt[rows], est[rows], rank=min(once, len(rows)), **options)
+
+    return pcr99_once
 
 
 def _derived_unit(gt: Floats) -> float:
@@ -273,6 +297,21 @@ def _as_scored(
     if body_rotation is not None:
         estimate = estimate._replace(poses=rotate_cameras(estimate.poses, body_rotation))
     return estimate
+
+
+def _each_pose_once(matches: Matches) -> Matches:
+    """Return the cameras with each estimated pose once, and lost ones in the same proportion.
+
+    A pose stands for several frames where the estimate has fewer than were due.
+    """
+    estimated, lost = np.flatnonzero(matches.est_rows >= 0), np.flatnonzero(matches.est_rows < 0)
+    _, first = np.unique(matches.est_rows[estimated], return_index=True)
+    if len(first) == len(estimated):
+        return matches
+    n_lost = round(len(lost) * len(first) / len(estimated))
+    kept_lost = lost[np.linspace(0, len(lost) - 1, n_lost).astype(int)]
+    rows = np.sort(np.concatenate([estimated[first], kept_lost]))
+    return replace(matches, gt_poses=matches.gt_poses[rows], est_poses=matches.est_poses[rows])
 
 
 def _ate(matches: Matches) -> float | None:

@@ -13,7 +13,7 @@ from ..arrays import Floats
 from ..metrics import metric
 from ..protocols import split_names
 from ..registration import REGISTRATIONS
-from ..trajectories.association import MISSING
+from ..trajectories.association import MISSING, SYNCS
 from ..trajectories.files import FilePath
 from ..trajectories.formats import FORMATS, Format
 
@@ -106,6 +106,14 @@ class Settings:
         line of the reference has one of the estimate, so that none is missing.
     t_max_diff : float
         Largest difference of associated time stamps, in seconds.
+    sync : {"interpolate", "nearest"}
+        Whether a pose is compared with the reference at its own time, or with the nearest reference
+        pose within `t_max_diff`.
+    max_gap : float, optional
+        Largest gap in seconds between two poses that cover the time between them; by default 10
+        of the estimate's median steps and at least 1 s, with `frames` 0.
+    t_start, t_end : float, optional
+        First and last time that is due, in seconds; by default those of the reference.
     t_offset : float or "auto"
         Added to the time stamps of the estimate, in seconds; "auto": that at which the positions
         fit best.
@@ -168,6 +176,33 @@ class Settings:
             "largest difference of associated stamps, in s", number=float, least=0, timed=True
         ),
     ] = 0.01
+    sync: Annotated[
+        str,
+        Matching(
+            "compare a pose with the reference interpolated at its time, or with the nearest pose",
+            choices=SYNCS,
+            timed=True,
+        ),
+    ] = "interpolate"
+    max_gap: Annotated[
+        float | None,
+        Matching(
+            "largest gap between two poses that cover the time between them, in s (default: 10 of "
+            "the estimate's median steps, at least 1 s; 0 with --frames)",
+            number=float,
+            least=0,
+            optional=True,
+            timed=True,
+        ),
+    ] = None
+    t_start: Annotated[
+        float | None,
+        Matching("first time that is due, in s", number=float, optional=True, timed=True),
+    ] = None
+    t_end: Annotated[
+        float | None,
+        Matching("last time that is due, in s", number=float, optional=True, timed=True),
+    ] = None
     t_offset: Annotated[
         float | str,
         Matching(

@@ -28,32 +28,9 @@ def document(
     data: Any,
     frames: bool = False,
 ) -> str:
-    r"""Return a page; the same input gives the same bytes.
+    """Return a page of a body in HTML, with styles, scripts, and data in the element ``data``.
 
-    Parameters
-    ----------
-    title : str
-        Its title, which may hold any characters.
-    body : str
-        HTML.
-    styles, scripts : iterable of str
-        CSS and JavaScript, in their order.
-    data : object
-        What the scripts read from the element ``data``; anything that JSON can hold.
-    frames : bool
-        Whether the scripts may show pages of their own making in it.
-
-    Returns
-    -------
-    str
-        HTML.
-
-    Examples
-    --------
-    >>> from alignscores.explorer.document import document
-    >>> html = document("a < b", "<p>c</p>", styles=(), scripts=(), data="</script>")
-    >>> "<title>a &lt; b</title>" in html, r'"\u003c/script>"' in html
-    (True, True)
+    With ``frames`` the scripts may show pages that they made.
     """
     head = HEAD.format(more="; frame-src blob:" if frames else "")
     parts = [head, f"<title>{escape(title)}</title>\n"]
@@ -65,20 +42,6 @@ def document(
 
 
 def data_element(name: str, data: Any) -> str:
-    r"""Return the element of a page that holds data as JSON, for its scripts.
-
-    Parameters
-    ----------
-    name : str
-        Its id.
-    data : object
-        Anything that JSON can hold; its text has no ``<``.
-
-    Examples
-    --------
-    >>> from alignscores.explorer.document import data_element
-    >>> print(data_element("a", ["<b>", 1]), end="")
-    <script type="application/json" id="a">["\u003cb>",1]</script>
-    """
+    """Return the element of a page that holds data as JSON; its text has no ``<``."""
     text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", r"\u003c")
     return f'<script type="application/json" id="{name}">{text}</script>\n'

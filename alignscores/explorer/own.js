@@ -75,7 +75,7 @@
   let state = kept.read();
   const shown = () => estimates[state.estimate - 1];
   const due = (one = shown()) => one.due[state.missing];
-  const unitOf = (one) => run.unit ?? one.units[state.missing][Math.round(state.quantile * QUANTILES) - 1] ?? NaN;
+  const unitOf = (one) => run.unit ?? one.units[Math.round(state.quantile * QUANTILES) - 1] ?? NaN;
   const options = (kind) => ({ thresholds: state.steps, maxThreshold: kind === "position" ? state.threshold : state.degrees });
   const unit = (kind, one = shown()) => (kind === "position" ? unitOf(one) : 1);
   const largest = (kind, one = shown()) => unit(kind, one) * options(kind).maxThreshold;
@@ -324,7 +324,7 @@
   // The units of the profiles, the same for all settings but the policy.
   function profileUnits(kind) {
     if (kind === "rotation") return geometric(0.05, 180);
-    const middle = run.unit ?? Math.max(...estimates.map((one) => one.units[run.missing][0.75 * QUANTILES - 1]).filter(positive));
+    const middle = run.unit ?? Math.max(...estimates.map((one) => one.units[0.75 * QUANTILES - 1]).filter(positive));
     return geometric(middle / 30, middle * 100);
   }
   const geometric = (low, high) => Array.from({ length: UNITS }, (_, k) => low * (high / low) ** (k / (UNITS - 1)));

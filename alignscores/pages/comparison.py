@@ -106,7 +106,7 @@ def _data(comparison: Comparison) -> dict[str, Any]:
 def _table(summary: Summary, names: Mapping[str, str], footnotes: Sequence[str]) -> str:
     """Return the sortable table of the systems over all sequences."""
     headers = ["system", *summary.headers.values()]
-    headers += ["failed runs", "lost frames"]
+    headers += ["failed runs", "lost"]
     rows = []
     for system in summary.systems:
         entry = summary.entries[system, None]
@@ -114,18 +114,17 @@ def _table(summary: Summary, names: Mapping[str, str], footnotes: Sequence[str])
             _cell(entry[name], number(entry[name]), entry["rank"][name]) for name in summary.headers
         ]
         cells.append(_cell(entry["failed_runs"], f"{entry['failed_runs']}/{entry['runs']}"))
-        lost = entry["failures"] / max(entry["n"], 1)
-        cells.append(_cell(lost, f"{lost:.1%}"))
+        cells.append(_cell(entry["lost"], f"{entry['lost']:.1%}"))
         rows.append(f'<tr><th scope="row">{escape(names[system])}</th>{"".join(cells)}</tr>')
     notes = "".join(f"<li>{escape(note)}</li>" for note in footnotes)
     caption = "Means over all sequences; bold: better than every other system, beyond doubt."
     return _scrolling("overall", caption, headers, rows) + f'<ul class="small">{notes}</ul>'
 
 
-def _cell(value: float, text: str, rank: Sequence[int] = ()) -> str:
+def _cell(value: float, text: str, rank: Sequence[int] | None = None) -> str:
     key = f"{value:.9g}" if math.isfinite(value) else "1e999"
     place = f' <span class="rank">({rank_text(rank)})</span>' if rank else ""
-    best = ' class="best"' if tuple(rank) == (1, 1) else ""
+    best = ' class="best"' if rank == [1, 1] else ""
     return f'<td data-key="{key}"{best}>{text}{place}</td>'
 
 
@@ -135,6 +134,7 @@ def _heat_map(summary: Summary, by: str, names: Mapping[str, str]) -> str:
         summary.entries[system, sequence][by]
         for system in summary.systems
         for sequence in summary.sequences
+        if summary.entries[system, sequence]["runs"]
     ]
     finite = [value for value in values if math.isfinite(value)] or [0.0]
     low, high = min(finite), max(finite)
@@ -145,6 +145,9 @@ def _heat_map(summary: Summary, by: str, names: Mapping[str, str]) -> str:
         cells = []
         for sequence in summary.sequences:
             entry = summary.entries[system, sequence]
+            if not entry["runs"]:
+                cells.append("<td>not tried</td>")
+                continue
             value = min(max(entry[by], low), high)
             share = (value - low) / (high - low) if high > low else 1.0
             share = share if metric(by).family.larger_is_better else 1 - share

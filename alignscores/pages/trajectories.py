@@ -2,7 +2,7 @@
 
 from base64 import b64encode
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Floats, Indices
 from ..evaluation.evaluation import LOST, STATUSES, Evaluation
-from ..evaluation.matching import match_estimate
 from ..evaluation.names import printable
-from ..evaluation.notes import collected_warnings
 from ..evaluation.settings import Settings
 from ..explorer import source
 from ..explorer.document import document
@@ -107,7 +105,7 @@ def page_data(
                 "position": packed(estimate.position_errors, "<f8"),
                 "rotation": packed(estimate.rotation_errors, "<f8"),
                 "positions": packed(estimate.positions - centre, "<f4"),
-                "units": None if settings.unit else _units(positions, estimate),
+                "units": None if settings.unit else _quantiles(positions[estimate.rows]),
                 "TAS": estimate.tas,
                 "PAS": estimate.pas,
                 "half": [value if np.isfinite(value) else None for value in estimate.half],
@@ -128,7 +126,7 @@ def _cameras(keys: NDArray[Any]) -> dict[str, Any]:
 def _estimate(evaluation: Evaluation) -> Estimate:
     """Return an estimate with all cameras that are scored, or would be if missing ones failed."""
     matches, result = evaluation.matches, evaluation.result
-    rows = np.union1d(matches.gt_rows, _lost(evaluation))
+    rows = matches.due_rows
     scored = np.isin(rows, matches.gt_rows)
 
     def of_all(values: NDArray[Any], of_lost: float) -> NDArray[Any]:
@@ -149,24 +147,6 @@ def _estimate(evaluation: Evaluation) -> Estimate:
         half=(evaluation.half_distance, evaluation.half_angle),
         notes=evaluation.notes,
     )
-
-
-def _lost(evaluation: Evaluation) -> Indices:
-    """Return the cameras that would fail, where those without an estimate are left out."""
-    settings = evaluation.settings
-    if settings.missing_cameras != "ignore":
-        return np.empty(0, np.intp)
-    # The estimate has the offset in its stamps already.
-    failing = replace(settings, missing="fail", t_offset=0.0)
-    with collected_warnings():  # the evaluation has told them
-        due, _ = match_estimate(evaluation.reference, evaluation.estimate, failing)
-    return due.gt_rows[due.est_rows < 0]
-
-
-def _units(positions: Floats, estimate: Estimate) -> dict[str, list[float]]:
-    """Return d at each quantile, where cameras without an estimate fail, and where they do not."""
-    there = estimate.rows[estimate.statuses != LOST]
-    return {"fail": _quantiles(positions[estimate.rows]), "ignore": _quantiles(positions[there])}
 
 
 def _quantiles(positions: Floats) -> list[float]:

@@ -8,23 +8,18 @@ import numpy as np
 from ..arrays import Floats, Indices
 from ..similarity import weighted_sums
 
-__all__ = ["Fit", "Transform", "fit", "random_triplets"]
+__all__ = ["ERRORS_AT_ONCE", "Fit", "Transform", "block_size", "fit", "random_triplets"]
+
+ERRORS_AT_ONCE = 1 << 15  # 256 KiB, which stay in the cache
 
 
 @dataclass(frozen=True, eq=False)
 class Transform:
-    """Similarities ``target = scale * rotation @ source + translation``, one or many.
+    """Similarities ``target = scale * rotation @ source + translation``, one or many."""
 
-    Parameters
-    ----------
-    scale : (...) ndarray
-    rotation : (..., 3, 3) ndarray
-    translation : (..., 3) ndarray
-    """
-
-    scale: Floats
-    rotation: Floats
-    translation: Floats
+    scale: Floats  # (...)
+    rotation: Floats  # (..., 3, 3)
+    translation: Floats  # (..., 3)
 
     def __getitem__(self, index: int) -> "Transform":
         return Transform(self.scale[index], self.rotation[index], self.translation[index])
@@ -50,26 +45,14 @@ class Transform:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The best rotation between point sets, and what the scales follow from.
-
-    Parameters
-    ----------
-    rotation : (..., 3, 3) ndarray
-        From source to target.
-    source_mean, target_mean : (..., 3) ndarray
-        Centroids.
-    source_variance, target_variance : (...) ndarray
-        Mean squared distances from them.
-    correlation : (...) ndarray
-        Mean scalar product of the target with the rotated source, both from their centroids.
-    """
+    """The best rotations from source to target, and the moments that the scales follow from."""
 
     rotation: Floats
     source_mean: Floats
     target_mean: Floats
-    source_variance: Floats
+    source_variance: Floats  # mean squared distance from the mean
     target_variance: Floats
-    correlation: Floats
+    correlation: Floats  # mean scalar product of target and rotated source, both from their means
 
     def rigid(self) -> Transform:
         """Return the motion without a scale."""
@@ -93,32 +76,11 @@ class Fit:
 
 
 def fit(source: Floats, target: Floats, weights: Floats | None = None) -> Fit:
-    """Fit rotations between centred point sets by the SVD of their covariance.
+    """Fit rotations between centred (..., k, 3) point sets by the SVD of their covariance.
 
-    Parameters
-    ----------
-    source, target : (..., k, 3) array
-        Points, row by row the same.
-    weights : (H, k) array, optional
-        Non-negative, for H fits to subsets of one (k, 3) set each.
-
-    Returns
-    -------
-    Fit
-        The fits. Their scales are not finite where points coincide.
-
-    References
-    ----------
-    Umeyama, "Least-squares estimation of transformation parameters between two point patterns",
-    PAMI 1991.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.protocols.alignment import fit
-    >>> source = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-    >>> fit(source, 2 * source + 1).least_squares().scale.round(9)
-    np.float64(2.0)
+    With (H, k) non-negative weights it is H fits of one set. Where points coincide the scales are
+    not finite. Source: Umeyama, "Least-squares estimation of transformation parameters between two
+    point patterns", PAMI 1991.
     """
     if weights is None:
         source_mean, target_mean = source.mean(axis=-2), target.mean(axis=-2)
@@ -154,17 +116,13 @@ def fit(source: Floats, target: Floats, weights: Floats | None = None) -> Fit:
     )
 
 
-def random_triplets(n: int, count: int, rng: np.random.Generator) -> Indices:
-    """Draw three different ones of n, so many times.
+def block_size(n: int) -> int:
+    """Return how many similarities of n cameras are evaluated at once."""
+    return max(1, ERRORS_AT_ONCE // max(n, 1))
 
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.protocols.alignment import random_triplets
-    >>> np.sort(random_triplets(3, 2, np.random.default_rng(0)), axis=1)
-    array([[0, 1, 2],
-           [0, 1, 2]])
-    """
+
+def random_triplets(n: int, count: int, rng: np.random.Generator) -> Indices:
+    """Draw `count` times three different numbers below n."""
     first, second, third = (rng.integers(n - k, size=count) for k in range(3))
     second += second >= first
     third += third >= np.minimum(first, second)

@@ -1,5 +1,6 @@
 """The cameras that a protocol is given: checked, and those without an estimate marked."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from ..arrays import Booleans, Floats
 from ..similarity import FARTHEST_SQUARABLE
 from ..validation import check_poses, check_positions, check_same_length, finite_rows
 
-__all__ = ["Cameras", "NoValueError", "Positions"]
+__all__ = ["Cameras", "NoValueError", "Positions", "check_choice"]
 
 
 class NoValueError(ValueError):
@@ -18,15 +19,7 @@ class NoValueError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Positions:
-    """Camera centres of both worlds; rows that were not estimated are not finite.
-
-    Parameters
-    ----------
-    gt, est : (n, 3) ndarray
-        The centres.
-    estimated : (n,) ndarray of bool
-        Which of them have an estimate.
-    """
+    """Camera centres (n, 3) of both worlds; rows that were not estimated are not finite."""
 
     gt: Floats
     est: Floats
@@ -47,17 +40,7 @@ class Positions:
 
 @dataclass(frozen=True, eq=False)
 class Cameras:
-    """Camera-to-world poses of both worlds; rows that were not estimated are not finite.
-
-    Parameters
-    ----------
-    gt_rotations, est_rotations : (n, 3, 3) ndarray
-        The rotations.
-    gt, est : (n, 3) ndarray
-        The centres.
-    estimated : (n,) ndarray of bool
-        Which of them have an estimate of both.
-    """
+    """Camera-to-world poses of both worlds; rows that were not estimated are not finite."""
 
     gt_rotations: Floats
     gt: Floats
@@ -87,6 +70,13 @@ class Cameras:
             self.est[rows],
             rows[rows],
         )
+
+
+def check_choice(value: str, choices: Iterable[str], name: str) -> None:
+    """Refuse an option that is none of some words."""
+    *words, last = choices
+    if value not in (*words, last):
+        raise ValueError(f"{name} must be {', '.join(words)} or {last}, not {value!r}")
 
 
 def _moderate(positions: Floats) -> Floats:

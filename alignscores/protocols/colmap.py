@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from ..arrays import Booleans, Floats, Indices
 from ..translation import Seed
 from ..validation import check_positive
-from .alignment import Transform, fit, random_triplets
+from .alignment import ERRORS_AT_ONCE, Transform, fit, random_triplets
 from .cameras import Cameras, Positions
 from .relative import direction_blocks
 
@@ -23,13 +23,14 @@ __all__ = [
 
 SHORTEST = 1e-10  # a shorter step is divided by this
 FAILED = 180.0  # degrees
-CHUNK = 1 << 16  # errors handled at once
 PIVOT = 3 * float(np.finfo(np.float64).eps)  # relative to the largest; smaller ones are no rank
 CONFIDENCE = 0.99
 TRIALS_FACTOR = 3
 MIN_INLIER_RATIO = 0.1
 REFITS = 10
+# Both decide what a seed draws.
 BATCH = 256  # samples drawn at once
+BATCH_ERRORS = 1 << 16  # errors that they may have
 
 
 def colmap_relative_auc(
@@ -40,15 +41,13 @@ def colmap_relative_auc(
     The error of an ordered pair of cameras is the larger of the angle between the relative
     rotations and the angle between the directions of the relative translations, 0 to 180 degrees;
     a direction is 0 where the true centres are closer than `accuracy`. The recall is interpolated
-    linearly between the errors, from `accuracy` (as degrees) on, and flat behind the last one.
+    linearly between the errors, from `accuracy` (as degrees) on, and flat after the last one.
 
     Parameters
     ----------
-    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Finite camera-to-world poses, in metres.
-    est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Camera-to-world poses in any world, row i for the camera of row i of the ground truth. All
-        pairs of a camera that is not finite have an error of 180 degrees.
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses, row i of both the same camera; the estimate in any world. All pairs
+        of an estimate that is not finite have an error of 180 degrees.
     max_error_deg : float
         Upper end t of the area; the benchmark has 0.5, 1, 5, 10.
     accuracy : float
@@ -69,10 +68,9 @@ def colmap_relative_auc(
     -----
     The benchmark of one reference model and one estimated model.
 
-    No sorting: with K errors up to t, of which those above `accuracy` sum to S and the last is e,
-    the trapezoids sum to ``K t - S + (e - accuracy) / 2``, over ``N t``.
-
-    O(n^2) time, O(n) memory beyond a constant.
+    No sorting: of N pairs, K have errors up to t, the last of them e, and those above `accuracy`
+    sum to S; the trapezoids are ``K t - S + (e - accuracy) / 2``, over ``N t``. O(n^2) time, O(n)
+    memory.
 
     References
     ----------
@@ -102,15 +100,12 @@ def colmap_relative_recall(
 
     Parameters
     ----------
-    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Finite camera-to-world poses.
-    est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Camera-to-world poses, row i for the camera of row i of the ground truth.
-        Those that are not finite fail.
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        As in `colmap_relative_auc`.
     max_error_deg : float
         Largest error in degrees.
     accuracy : float
-        Baseline in ground-truth units below which a direction is not looked at.
+        As there, in metres.
 
     Returns
     -------
@@ -123,7 +118,7 @@ def colmap_relative_recall(
     >>> from alignscores.protocols import colmap_relative_recall
     >>> gt = np.tile(np.eye(4), (3, 1, 1))
     >>> est = gt.copy()
-    >>> est[:, :3, 3] = np.eye(3)  # the directions are not looked at: the true centres coincide
+    >>> est[:, :3, 3] = np.eye(3)  # no direction counts: the true centres coincide
     >>> colmap_relative_recall(gt, est, 1)
     100.0
     """
@@ -155,22 +150,12 @@ def relative_errors(cameras: Cameras, accuracy: float) -> Iterator[Floats]:
             yield np.maximum(directions, block.rotation_angles()[pairs])
     n, v = len(cameras), int(np.count_nonzero(cameras.estimated))
     failed = n * (n - 1) - v * (v - 1) if n > 1 else 1
-    for start in range(0, failed, CHUNK):
-        yield np.full(min(CHUNK, failed - start), FAILED)
+    for start in range(0, failed, ERRORS_AT_ONCE):
+        yield np.full(min(ERRORS_AT_ONCE, failed - start), FAILED)
 
 
 def interpolated_auc(errors: Iterable[Floats], n: int, end: float, min_error: float) -> float:
-    """Return the area under linearly interpolated recall up to an end, in percent of the box.
-
-    Examples
-    --------
-    Corners (0, 0), (1, 1/3), (2, 2/3), and, as the last error is beyond 3, (3, 2/3):
-
-    >>> import numpy as np
-    >>> from alignscores.protocols.colmap import interpolated_auc
-    >>> interpolated_auc([np.array([1.0, 5.0]), np.array([2.0])], 3, end=3, min_error=0)
-    44.4444444444444
-    """
+    """Return the area under linearly interpolated recall up to an end, in percent of the box."""
     if end < min_error:
         within = sum(int(np.count_nonzero(part <= min_error)) for part in errors)
         return 100 * within / n
@@ -204,16 +189,14 @@ def colmap_absolute_auc(
 
     Parameters
     ----------
-    gt_positions : (n, 3) array_like
-        Finite camera centres in metres.
-    est_positions : (n, 3) array_like
-        Camera centres in any world, row i for the camera of row i of the ground truth. One that is
-        not finite has an infinite error.
+    gt_positions, est_positions : (n, 3) array_like
+        Camera centres, row i of both the same camera, the truth in metres, the estimate in any
+        world. An estimate that is not finite has an infinite error.
     max_error : float
         Upper end of the area in metres; the benchmark has 0.02, 0.05, 0.2, 0.5.
     accuracy : float
         Accuracy of the reference in metres: 0.001 for ETH3D and BlendedMVS, 0.02 for the Image
-        Matching Challenge. Inlier threshold, and errors below it count as equal.
+        Matching Challenge. Inlier threshold; smaller errors count as equal.
     rng : int, SeedSequence, Generator or None
         Seed of the samples.
 
@@ -233,8 +216,7 @@ def colmap_absolute_auc(
     plane, or on a line, through the world's origin are never aligned. The search stops at the
     number of samples that finds three inliers with probability 0.99 at the best inlier ratio so
     far, times 3, and after 13,809 samples. It is not repeated: values scatter with the seed.
-
-    O(n) time for each of at most 13,809 samples, O(n) memory beyond a constant.
+    O(n) time for each sample, O(n) memory.
 
     References
     ----------
@@ -268,17 +250,14 @@ def colmap_absolute_recall(
 
     Parameters
     ----------
-    gt_positions : (n, 3) array_like
-        Finite camera centres.
-    est_positions : (n, 3) array_like
-        Camera centres, row i for the camera of row i of the ground truth. Those that are not finite
-        fail.
+    gt_positions, est_positions : (n, 3) array_like
+        As in `colmap_absolute_auc`.
     max_error : float
-        Largest error in ground-truth units.
+        Largest error in metres.
     accuracy : float
-        Largest error of an inlier of the alignment, in ground-truth units.
+        Largest error of an inlier of the alignment in metres.
     rng : int, SeedSequence, Generator or None
-        Seed of the alignment.
+        Seed of the samples.
 
     Returns
     -------
@@ -328,7 +307,7 @@ def locally_optimised_ransac(
     limit = _trials(MIN_INLIER_RATIO**3)
     done = 0
     while done < limit:
-        batch = min(BATCH, max(1, CHUNK // n))
+        batch = min(BATCH, max(1, BATCH_ERRORS // n))
         samples = random_triplets(n, batch, rng)
         usable = np.flatnonzero(_spans_space(source[samples]) & _spans_space(target[samples]))
         samples = samples[usable]

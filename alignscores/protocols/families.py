@@ -48,22 +48,18 @@ class Family:
         What happens to cameras without an estimate.
     origin : str
         A word that the names have to have, if any.
-    required : mapping of str to mapping
-        Arguments that one of the words has to set, each with its words and their values.
-    optional : mapping of str to mapping
-        Arguments that one of the words may set; the first word is what holds without.
+    required, optional : mapping of str to mapping
+        Arguments that one of the words has to set, or may set, each with its words and their
+        values; of optional ones the first word is what holds without.
     unit : str
         "%", "deg", "deg/unit", "units" (of the ground truth; "estimated units") or none.
     larger_is_better : bool
         Whether it is a score; an error otherwise.
-    rotations : bool
-        Whether it looks at the rotations of the cameras.
-    ordered : bool
-        Whether the cameras have to stand in the order of time.
-    random : bool
-        Whether the value depends on the seed.
+    rotations, ordered, random : bool
+        Whether it needs the rotations of the cameras, or the order of time; whether the value
+        depends on the seed.
     metres : bool
-        Whether it has lengths of its own that are metres, whatever its name sets.
+        Whether it has lengths in metres that no name sets.
     label : str
         What it is called in a figure; by default its name.
     aliases : tuple of str
@@ -165,17 +161,38 @@ class Metric:
 
     @property
     def label(self) -> str:
-        """What it is called in a figure."""
+        """What it is called in a figure.
+
+        Examples
+        --------
+        >>> from alignscores.metrics import metric
+        >>> metric("half_distance").label, metric("TAS").label
+        ('half-score distance', 'TAS')
+        """
         return self.family.label or self.name
 
     @property
     def metres(self) -> bool:
-        """Whether it has thresholds or lengths in metres; a unit of the truth is taken for one."""
+        """Whether it has thresholds or lengths in metres; a unit of the truth is taken for one.
+
+        Examples
+        --------
+        >>> from alignscores.protocols import protocol
+        >>> protocol("rpe@1m").metres, protocol("rpe@1f").metres
+        (True, False)
+        """
         return self.family.metres or not LENGTHS.isdisjoint(self.arguments)
 
     @property
     def worst(self) -> float:
-        """The value of an estimate that failed: 0 of a score, else infinite."""
+        """The value of an estimate that failed: 0 of a score, else infinite.
+
+        Examples
+        --------
+        >>> from alignscores.protocols import protocol
+        >>> protocol("auc@30:vggt").worst, protocol("ate:rmse").worst
+        (0.0, inf)
+        """
         return 0.0 if self.family.larger_is_better else math.inf
 
     def __call__(
@@ -192,8 +209,7 @@ class Metric:
         Parameters
         ----------
         gt_positions, est_positions : (n, 3) array_like
-            Camera centres in the ground-truth and in the estimated world. An estimate that is not
-            finite is missing.
+            Camera centres, row i of both the same camera. A row that is not finite is missing.
         gt_rotations, est_rotations : (n, 3, 3) array_like or None
             Camera-to-world rotations; None where the metric needs none.
         rng : int, SeedSequence, Generator or None
@@ -235,8 +251,8 @@ def find(name: str, families: Iterable[Family]) -> Metric:
         is_alias = asked in family.aliases
         arguments = family.arguments(example if is_alias else asked)
         if arguments is not None:
-            own = family.example if is_alias or asked == example else asked
-            return Metric(own, family, arguments, alias=name.strip() if is_alias else "")
+            canonical = family.example if is_alias or asked == example else asked
+            return Metric(canonical, family, arguments, alias=name.strip() if is_alias else "")
     head = re.split("[@:]", asked)[0]
     same = [example for example in examples if re.split("[@:]", example)[0] == head]
     close = get_close_matches(asked, same or examples, n=3, cutoff=0) or examples

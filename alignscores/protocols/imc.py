@@ -6,13 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Booleans, Floats, Indices
-from .alignment import fit
+from .alignment import block_size, fit
 from .cameras import Positions
 
 __all__ = ["IMC_2024", "IMC_2025", "imc_maa"]
 
 
-CHUNK = 1 << 15  # errors evaluated at once: they stay in the cache
 MOST_KNOWN = 1 << 18  # sets of inliers that are remembered
 IMC_2024 = (0.025, 0.05, 0.1, 0.2, 0.5, 1.0)
 IMC_2025 = (0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.1, 0.15, 0.2)
@@ -34,11 +33,9 @@ def imc_maa(
 
     Parameters
     ----------
-    gt_positions : (n, 3) array_like
-        Finite camera centres.
-    est_positions : (n, 3) array_like
-        Camera centres in any world, row i for the camera of row i of the ground truth. One that is
-        not finite is out of reach of any threshold.
+    gt_positions, est_positions : (n, 3) array_like
+        Camera centres, row i of both the same camera; the estimate in any world. An estimate that
+        is not finite is out of reach of any threshold.
     thresholds : sequence of float
         Distances in ground-truth units; by default the organisers' list of 2025. The challenge of
         2024 has `IMC_2024` for outdoor scenes, and skips none.
@@ -62,9 +59,8 @@ def imc_maa(
     the value 0, as in 2025 (0/0 in 2024).
 
     The program examines n^3 / 6 triplets, with up to one refit for each threshold. So does this,
-    in blocks, but refits each set of inliers once and stops when all numbers are n.
-    O(n^4) time in all: seconds for 100 cameras, out of reach for 1000. O(n) memory beyond a
-    constant.
+    in blocks, but refits each set of inliers once and stops when all numbers are n. O(n^4) time:
+    seconds for 100 cameras, out of reach for 1000. O(n) memory.
 
     References
     ----------
@@ -125,14 +121,14 @@ def _new(inliers: Booleans, known: set[bytes]) -> Iterator[Booleans]:
         known.clear()  # refitting some again is all it costs
     known |= keys
     new = np.frombuffer(b"".join(sorted(keys)), dtype=np.uint8).reshape(-1, packed.shape[1])
-    step = max(1, CHUNK // n)
+    step = block_size(n)
     for start in range(0, len(new), step):
         yield np.unpackbits(new[start : start + step], axis=1, count=n).view(bool)
 
 
 def _triplets(n: int) -> Iterator[Indices]:
     """Go through all a < b < c of n, in blocks."""
-    step = max(1, CHUNK // max(n, 1))
+    step = block_size(n)
     block: list[Indices] = []
     size = 0
     for a in range(n - 2):

@@ -1,7 +1,8 @@
 """The protocols: each family of names with its function, unit and direction."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
+from typing import get_args
 
 from .colmap import (
     colmap_absolute_auc,
@@ -12,9 +13,17 @@ from .colmap import (
 from .families import UNITS, Family, Metric, find
 from .images import ace0_recall, hloc_median, hloc_recall
 from .imc import IMC_2024, imc_maa
-from .relative import vggt_auc, vggt_rra, vggt_rta
+from .relative import Convention, vggt_auc, vggt_rra, vggt_rta
 from .segments import kitti_relative_error, rpg_relative_error
-from .trajectory import STATISTICS, evo_are, evo_ate, evo_rpe, mapanything_ate
+from .trajectory import (
+    STATISTICS,
+    Alignment,
+    Pairs,
+    evo_are,
+    evo_ate,
+    evo_rpe,
+    mapanything_ate,
+)
 
 __all__ = ["PROTOCOLS", "protocol"]
 
@@ -23,119 +32,97 @@ WHOLE = r"@(?P<k>\d+)(?:deg)?"
 ANGLE = rf"(?P<max_error_deg>{NUMBER})(?:deg)?"
 UNIT = rf"(?P<unit>{'|'.join(UNITS)})"
 ERROR = rf"(?P<max_error>{NUMBER}){UNIT}"
+NEIGHBOURS = rf"rpe@(?:1f|(?P<distance>{NUMBER}){UNIT})"
+SEGMENTS = rf"rpg@(?P<length>{NUMBER}){UNIT}"
 
-CONVENTION = {"convention": {name: name for name in ("vggt", "mapanything", "da3")}}
+
+def _words(names: Iterable[str]) -> dict[str, str]:
+    """Return words that are values themselves."""
+    return {name: name for name in names}
+
+
+CONVENTION = {"convention": _words(get_args(Convention))}
 ACCURACY = {"accuracy": {"colmap": 0.001, "colmap-imc": 0.02}}
 HLOC = {"alignment": {"hloc": "none", "hloc-sim3": "sim3"}}
-STATISTIC = {name: name for name in STATISTICS if name != "sse"}
-ALIGNED = {
-    "alignment": {name: name for name in ("sim3", "se3", "scale", "none")},
-    "statistic": STATISTIC,
-}
-PAIRS = {"pairs": {name: name for name in ("estimate", "reference", "consecutive")}}
-SCALED = {
-    "alignment": {name: name for name in ("sim3", "se3")},
-    "statistic": {"mean": "mean"} | STATISTIC,
-}
-ROTATION = {"error": {"rotation": "rotation"}}
+STATISTIC = _words(name for name in STATISTICS if name != "sse")
+ALIGNED = {"alignment": _words(get_args(Alignment)), "statistic": STATISTIC}
+PAIRS = {"pairs": _words(get_args(Pairs))}
+SCALED = {"alignment": _words(["sim3", "se3"]), "statistic": {"mean": "mean"} | STATISTIC}
+LENGTH = {"error": _words(["translation", "distance"])}
+ROTATION = {"error": _words(["rotation"])}
+
+_rate = partial(Family, missing="fail", unit="%", larger_is_better=True)
+_centre_rate = partial(_rate, rotations=False, random=True, metres=True)
+_motion_error = partial(Family, missing="left out", ordered=True)
+_kitti_error = partial(Family, missing="refused", ordered=True, metres=True)
 
 PROTOCOLS: Sequence[Family] = (
-    Family(
+    _rate(
         "rra@K:{vggt,mapanything,da3}",
         "rra@5:vggt",
         "relative rotation accuracy: pairs with a rotation error below K degrees",
         vggt_rra,
         f"rra{WHOLE}",
-        "fail",
         required=CONVENTION,
-        unit="%",
-        larger_is_better=True,
     ),
-    Family(
+    _rate(
         "rta@K:{vggt,mapanything,da3}",
         "rta@5:vggt",
         "relative translation accuracy: pairs with a direction error, sign folded, below K degrees",
         vggt_rta,
         f"rta{WHOLE}",
-        "fail",
         required=CONVENTION,
-        unit="%",
-        larger_is_better=True,
     ),
-    Family(
+    _rate(
         "auc@K:{vggt,mapanything,da3}",
         "auc@30:vggt",
         "area under the accuracy of relative poses up to K degrees, in bins of one degree",
         vggt_auc,
         f"auc{WHOLE}",
-        "fail",
         required=CONVENTION,
-        unit="%",
-        larger_is_better=True,
     ),
-    Family(
+    _rate(
         "auc@K:vggt-old",
         "auc@30:vggt-old",
         "the same in K + 1 equal bins, the older form",
         partial(vggt_auc, bins="histogram"),
         f"auc{WHOLE}",
-        "fail",
         origin="vggt-old",
-        unit="%",
-        larger_is_better=True,
     ),
-    Family(
+    _rate(
         "auc@ANGLE:{colmap,colmap-imc}",
         "auc@5:colmap",
         "area under the interpolated recall of relative poses, of COLMAP's benchmark",
         colmap_relative_auc,
         f"auc@{ANGLE}",
-        "fail",
         required=ACCURACY,
-        unit="%",
-        larger_is_better=True,
         metres=True,
     ),
-    Family(
+    _rate(
         "recall@ANGLE:{colmap,colmap-imc}",
         "recall@5deg:colmap",
         "recall of relative poses, of COLMAP's benchmark",
         colmap_relative_recall,
         f"recall@{ANGLE}",
-        "fail",
         required=ACCURACY,
-        unit="%",
-        larger_is_better=True,
         metres=True,
     ),
-    Family(
+    _centre_rate(
         "auc@DISTANCE:{colmap,colmap-imc}",
         "auc@5cm:colmap",
         "area under the interpolated recall of positions after a robust similarity, of COLMAP's "
         "benchmark",
         colmap_absolute_auc,
         f"auc@{ERROR}",
-        "fail",
         required=ACCURACY,
-        unit="%",
-        larger_is_better=True,
-        rotations=False,
-        random=True,
-        metres=True,
     ),
-    Family(
+    _centre_rate(
         "recall@DISTANCE:{colmap,colmap-imc}",
         "recall@5cm:colmap",
         "recall of positions after a robust similarity, of COLMAP's benchmark",
         colmap_absolute_recall,
         f"recall@{ERROR}",
-        "fail",
         required=ACCURACY,
-        unit="%",
-        larger_is_better=True,
-        rotations=False,
-        random=True,
-        metres=True,
     ),
     Family(
         "maa:imc",
@@ -144,7 +131,7 @@ PROTOCOLS: Sequence[Family] = (
         "20 cm, of the Image Matching Challenge 2025",
         imc_maa,
         "maa",
-        "fail",
+        missing="fail",
         origin="imc",
         larger_is_better=True,
         rotations=False,
@@ -156,35 +143,29 @@ PROTOCOLS: Sequence[Family] = (
         "the same with 6 thresholds from 2.5 cm to 1 m, of 2024",
         partial(imc_maa, thresholds=IMC_2024, skip=0),
         "maa",
-        "fail",
+        missing="fail",
         origin="imc24",
         larger_is_better=True,
         rotations=False,
         metres=True,
     ),
-    Family(
+    _rate(
         "recall@DISTANCE,ANGLE[:{ace0,ace0-new}]",
         "recall@5cm,5deg",
         "images within distance and angle after a robust similarity, of ACE0 (-new: with SciPy "
         "1.17)",
         ace0_recall,
         f"recall@{ERROR},{ANGLE}",
-        "fail",
         optional={"true_angles": {"ace0": False, "ace0-new": True}},
-        unit="%",
-        larger_is_better=True,
         random=True,
     ),
-    Family(
+    _rate(
         "recall@DISTANCE,ANGLE:{hloc,hloc-sim3}",
         "recall@5cm,5deg:hloc-sim3",
         "images within distance and angle, of hloc: not aligned (-sim3: by least squares)",
         hloc_recall,
         f"recall@{ERROR},{ANGLE}",
-        "fail",
         required=HLOC,
-        unit="%",
-        larger_is_better=True,
     ),
     Family(
         "median:{hloc,hloc-sim3}",
@@ -192,7 +173,7 @@ PROTOCOLS: Sequence[Family] = (
         "median distance of the images, of hloc",
         hloc_median,
         "median",
-        "fail",
+        missing="fail",
         required=HLOC,
         unit="units",
     ),
@@ -202,7 +183,7 @@ PROTOCOLS: Sequence[Family] = (
         "median angle of the images, of hloc",
         hloc_median,
         "median",
-        "fail",
+        missing="fail",
         required=HLOC | ROTATION,
         unit="deg",
     ),
@@ -212,7 +193,7 @@ PROTOCOLS: Sequence[Family] = (
         "absolute trajectory error, of evo",
         evo_ate,
         "ate",
-        "left out",
+        missing="left out",
         optional=ALIGNED,
         unit="units",
         rotations=False,
@@ -223,7 +204,7 @@ PROTOCOLS: Sequence[Family] = (
         "mean distance without a scale, of MapAnything",
         mapanything_ate,
         "ate",
-        "left out",
+        missing="left out",
         origin="mapanything",
         unit="estimated units",
         rotations=False,
@@ -234,78 +215,64 @@ PROTOCOLS: Sequence[Family] = (
         "absolute rotation error after an alignment of the positions, of evo",
         evo_are,
         "are",
-        "left out",
+        missing="left out",
         optional=ALIGNED,
         unit="deg",
     ),
-    Family(
+    _motion_error(
         "rpe@{1f,DISTANCE}[:distance][:PATH][:STATISTIC][:ALIGNMENT]",
         "rpe@1m",
         "relative translation error from frame to frame, or over a distance, of evo",
         evo_rpe,
-        rf"rpe@(?:1f|(?P<distance>{NUMBER}){UNIT})",
-        "left out",
-        optional={"error": {name: name for name in ("translation", "distance")}} | ALIGNED | PAIRS,
+        NEIGHBOURS,
+        optional=LENGTH | ALIGNED | PAIRS,
         unit="units",
-        ordered=True,
     ),
-    Family(
+    _motion_error(
         "rpe@{1f,DISTANCE}:rotation[:PATH][:STATISTIC][:ALIGNMENT]",
         "rpe@1m:rotation",
         "relative rotation error from frame to frame, or over a distance, of evo",
         evo_rpe,
-        rf"rpe@(?:1f|(?P<distance>{NUMBER}){UNIT})",
-        "left out",
+        NEIGHBOURS,
         required=ROTATION,
         optional=ALIGNED | PAIRS,
         unit="deg",
-        ordered=True,
     ),
-    Family(
+    _kitti_error(
         "kitti",
         "kitti",
         "mean relative translation error over 100 to 800 m, of the KITTI benchmark",
         kitti_relative_error,
         "kitti",
-        "refused",
         unit="%",
-        ordered=True,
-        metres=True,
     ),
-    Family(
+    _kitti_error(
         "kitti:rotation",
         "kitti:rotation",
         "mean relative rotation error over 100 to 800 m, of the KITTI benchmark",
         kitti_relative_error,
         "kitti",
-        "refused",
         required=ROTATION,
         unit="deg/unit",
-        ordered=True,
-        metres=True,
     ),
-    Family(
+    _motion_error(
         "rpg@DISTANCE[:STATISTIC][:{sim3,se3}]",
         "rpg@100m",
         "relative translation error over a path length, of rpg_trajectory_evaluation",
         partial(rpg_relative_error, error="percent"),
-        rf"rpg@(?P<length>{NUMBER}){UNIT}",
-        "left out",
+        SEGMENTS,
         optional=SCALED,
         unit="%",
-        ordered=True,
     ),
-    Family(
+    _motion_error(
         "rpg@DISTANCE:rotation[:STATISTIC][:{sim3,se3}]",
         "rpg@100m:rotation",
         "relative rotation error over a path length, of rpg_trajectory_evaluation",
         rpg_relative_error,
-        rf"rpg@(?P<length>{NUMBER}){UNIT}",
-        "left out",
+        SEGMENTS,
         required={"error": {"rotation": "rotation/length"}},
         optional=SCALED,
         unit="deg/unit",
-        ordered=True,
     ),
 )
 """All families of names. To add a protocol, add its entry."""

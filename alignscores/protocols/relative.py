@@ -1,10 +1,7 @@
-"""Accuracy of relative poses between all pairs: RRA, RTA and AUC of VGGT and its followers.
-
-Errors are angles of all unordered pairs; see `vggt_auc`.
-"""
+"""Accuracy of relative poses between all pairs: RRA, RTA and AUC of VGGT and its followers."""
 
 from collections.abc import Iterator
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from ..arrays import Floats
 from ..pairs import PairBlock, pair_blocks
 from ..validation import check_positive
-from .cameras import Cameras, NoValueError
+from .cameras import Cameras, NoValueError, check_choice
 
 __all__ = ["Convention", "direction_blocks", "pair_errors", "vggt_auc", "vggt_rra", "vggt_rta"]
 
@@ -29,19 +26,14 @@ def vggt_rra(
 ) -> float:
     """Relative rotation accuracy, RRA@k: share of pairs with a rotation error below k degrees.
 
-    Errors and costs are those of `vggt_auc`.
-
     Parameters
     ----------
-    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Finite camera-to-world poses.
-    est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Camera-to-world poses, row i for the camera of row i of the ground truth.
-        Those that are not finite fail.
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        As in `vggt_auc`, whose errors these are.
     k : float
         Threshold in degrees.
     convention : {"vggt", "mapanything", "da3"}
-        See `vggt_auc`.
+        As there.
 
     Returns
     -------
@@ -66,19 +58,14 @@ def vggt_rta(
 ) -> float:
     """Relative translation accuracy, RTA@k: share of pairs with a direction error below k degrees.
 
-    Errors and costs are those of `vggt_auc`.
-
     Parameters
     ----------
-    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Finite camera-to-world poses.
-    est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Camera-to-world poses, row i for the camera of row i of the ground truth.
-        Those that are not finite fail.
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        As in `vggt_auc`, whose errors these are.
     k : float
         Threshold in degrees.
     convention : {"vggt", "mapanything", "da3"}
-        See `vggt_auc`.
+        As there.
 
     Returns
     -------
@@ -118,11 +105,10 @@ def vggt_auc(
 
     Parameters
     ----------
-    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Finite camera-to-world poses, at least 2.
-    est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Camera-to-world poses in any world, row i for the camera of row i of the ground truth. The
-        programs have no notion of a camera that is not finite; fed with one, all its pairs fail.
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses of at least 2 cameras, row i of both the same one; the estimate in any
+        world. The programs have no notion of an estimate that is not finite; fed with one, all its
+        pairs fail.
     k : int
         Whole degrees, at most 180.
     convention : {"vggt", "mapanything", "da3"}
@@ -149,9 +135,7 @@ def vggt_auc(
     -----
     1e-15 is added to the length of a translation before it is divided by it. Where the true or the
     estimated centres of a pair coincide the direction error is 90 degrees, and the pair fails
-    whatever its rotation.
-
-    O(n^2) time, O(n) memory beyond a constant.
+    whatever its rotation. O(n^2) time, O(n) memory.
 
     References
     ----------
@@ -174,8 +158,7 @@ def vggt_auc(
     check_positive(k, "k", integer=True)
     if k > MAX_DEGREES:
         raise ValueError(f"k must be at most {MAX_DEGREES}, not {k}")
-    if bins not in ("degree", "histogram"):
-        raise ValueError(f"bins must be degree or histogram, not {bins!r}")
+    check_choice(bins, ("degree", "histogram"), "bins")
     cameras = Cameras.check(gt_poses, est_poses)
     n_pairs = _n_pairs(cameras)
     n_bins = k if bins == "degree" else k + 1
@@ -188,10 +171,7 @@ def vggt_auc(
 
 
 def pair_errors(cameras: Cameras, convention: Convention) -> Iterator[tuple[Floats, Floats]]:
-    """Go through the pairs of cameras with an estimate: rotation and direction errors in degrees.
-
-    The order is that of `direction_blocks`.
-    """
+    """Go through rotation and direction errors in degrees, in the order of `direction_blocks`."""
     for block in direction_blocks(cameras, convention):
         lengths = (block.gt_lengths + SHORTEST) * (block.est_lengths + SHORTEST)
         cosines = (block.dots / lengths)[block.pairs]
@@ -201,10 +181,11 @@ def pair_errors(cameras: Cameras, convention: Convention) -> Iterator[tuple[Floa
 
 
 def direction_blocks(cameras: Cameras, convention: Convention) -> Iterator[PairBlock]:
-    """Go through the pairs with the translations of a convention.
+    """Go through the pairs of cameras with an estimate and their translations in a convention.
 
-    Of "vggt" the blocks are those of the cameras in reversed order: seen from the second camera.
+    For "vggt" the cameras are in reversed order: a pair is seen from its second camera.
     """
+    check_choice(convention, get_args(Convention), "convention")
     if convention == "da3":
         if not cameras.estimated[0]:
             return iter(())  # its world is that of camera 0
@@ -216,14 +197,12 @@ def direction_blocks(cameras: Cameras, convention: Convention) -> Iterator[PairB
         world = cameras.est_rotations[0] @ cameras.gt_rotations[0].T
         aligned = world.T @ cameras.est_rotations
         between = aligned.transpose(0, 2, 1) @ cameras.gt_rotations
-    elif convention in ("vggt", "mapanything"):
+    else:
         cameras = cameras.matched()
         gt, est = cameras.gt, cameras.est
         between = cameras.est_rotations @ cameras.gt_rotations.transpose(0, 2, 1)
         if convention == "vggt":
             gt, est, between = gt[::-1], est[::-1], between[::-1]
-    else:
-        raise ValueError(f"convention must be vggt, mapanything or da3, not {convention!r}")
     if len(gt) < 2:
         return iter(())
     return pair_blocks(gt, est, Rotation.from_matrix(between))

@@ -10,7 +10,7 @@ from ..arrays import Floats, Indices
 from ..averaging import rotation_angles
 from ..validation import check_positive
 from .alignment import fit
-from .cameras import Cameras, NoValueError
+from .cameras import Cameras, NoValueError, check_choice
 from .trajectory import Statistic, nearest_after, path_lengths, relative_poses, statistic_of
 
 __all__ = ["kitti_relative_error", "rpg_relative_error"]
@@ -35,11 +35,9 @@ def kitti_relative_error(
 
     Parameters
     ----------
-    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Finite camera-to-world poses of all frames in the order of time, in metres.
-    est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Finite camera-to-world poses in metres, row i for the frame of row i of the ground truth,
-        in any world: the first pose need not be the identity. There is no scale.
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Finite camera-to-world poses of all frames in the order of time, in metres, row i of both
+        the same frame. The first pose need not be the identity. There is no scale.
     error : {"translation", "rotation"}
         Length of the translation in percent, or angle of the rotation in degrees per metre.
 
@@ -60,9 +58,7 @@ def kitti_relative_error(
     -----
     Divided by the nominal length, not by the true one: a path with few frames has larger errors.
     Shorter lengths have more segments and weigh more. The program is in single precision, this is
-    not.
-
-    O(n log n) time, O(n) memory.
+    not. O(n log n) time, O(n) memory.
 
     References
     ----------
@@ -81,8 +77,7 @@ def kitti_relative_error(
     >>> round(kitti_relative_error(gt, est), 4)
     1.0064
     """
-    if error not in ("translation", "rotation"):
-        raise ValueError(f"error must be translation or rotation, not {error!r}")
+    check_choice(error, ("translation", "rotation"), "error")
     segments = kitti_segments(Cameras.check(gt_poses, est_poses))
     _, rotations, translations, _ = segments.T
     return float(100 * translations.mean() if error == "translation" else rotations.mean())
@@ -127,11 +122,9 @@ def rpg_relative_error(
 
     Parameters
     ----------
-    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Finite camera-to-world poses in the order of time.
-    est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Camera-to-world poses, row i for the camera of row i of the ground truth. Those that are not
-        finite are left out first.
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses in the order of time, row i of both the same frame. Estimates that are
+        not finite are left out first.
     length : float
         Path length in ground-truth units.
     error : {"translation", "percent", "rotation", "rotation/length"}
@@ -156,10 +149,6 @@ def rpg_relative_error(
         Where fewer than two frames have one at that distance (the program's statistics are 0
         there), or the estimated centres coincide.
 
-    Notes
-    -----
-    O(n log n) time, O(n) memory.
-
     References
     ----------
     uzh-rpg/rpg_trajectory_evaluation at 2d29ae9 (2019), compute_trajectory_errors.py,
@@ -179,25 +168,21 @@ def rpg_relative_error(
     1.0
     """
     check_positive(length, "length")
-    if error not in ("translation", "percent", "rotation", "rotation/length"):
-        raise ValueError(
-            f"error must be translation, percent, rotation or rotation/length, not {error!r}"
-        )
     cameras = Cameras.check(gt_poses, est_poses).matched()
     distances, angles = rpg_errors(cameras, length, alignment)
-    values = {
+    errors = {
         "translation": distances,
         "percent": 100 * distances / length,
         "rotation": angles,
         "rotation/length": angles / length,
-    }[error]
-    return statistic_of(values, statistic)
+    }
+    check_choice(error, errors, "error")
+    return statistic_of(errors[error], statistic)
 
 
 def rpg_errors(cameras: Cameras, length: float, alignment: str) -> tuple[Floats, Floats]:
     """Return lengths of translations and angles of rotations over a path length."""
-    if alignment not in ("sim3", "se3"):
-        raise ValueError(f"alignment must be sim3 or se3, not {alignment!r}")
+    check_choice(alignment, ("sim3", "se3"), "alignment")
     if len(cameras) == 0:
         raise NoValueError("no camera was estimated")
     scale = 1.0
@@ -217,10 +202,7 @@ def rpg_errors(cameras: Cameras, length: float, alignment: str) -> tuple[Floats,
 
 
 def _errors(cameras: Cameras, first: Indices, second: Indices) -> tuple[Floats, Floats]:
-    """Return lengths and angles of the difference between true and estimated motions.
-
-    The length of the translation of P^-1 Q is that of Q^-1 P.
-    """
+    """Return lengths and angles of P^-1 Q, of the true motion Q and the estimated one P."""
     true, estimated = relative_poses(cameras, first, second)
     distances = np.linalg.norm(estimated[1] - true[1], axis=1)
     return distances, rotation_angles(true[0].transpose(0, 2, 1) @ estimated[0])

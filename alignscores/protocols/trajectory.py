@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,11 +12,12 @@ from ..averaging import rotation_angles
 from ..similarity import Similarity
 from ..validation import check_positive
 from .alignment import fit
-from .cameras import Cameras, NoValueError, Positions
+from .cameras import Cameras, NoValueError, Positions, check_choice
 
 __all__ = [
     "STATISTICS",
     "Alignment",
+    "Pairs",
     "Statistic",
     "evo_are",
     "evo_ate",
@@ -28,6 +29,7 @@ __all__ = [
 ]
 
 Alignment = Literal["sim3", "se3", "scale", "none"]
+Pairs = Literal["estimate", "reference", "consecutive"]
 Statistic = Literal["rmse", "mean", "median", "std", "min", "max", "sse"]
 
 STATISTICS: Mapping[str, Callable[[Floats], np.floating]] = {
@@ -54,16 +56,14 @@ def evo_ate(
 
     Parameters
     ----------
-    gt_positions : (n, 3) array_like
-        Finite camera centres.
-    est_positions : (n, 3) array_like
-        Camera centres, row i for the camera of row i of the ground truth. One that is not finite is
-        left out: to lose a bad camera improves the value.
+    gt_positions, est_positions : (n, 3) array_like
+        Camera centres, row i of both the same camera. An estimate that is not finite is left out:
+        losing a bad camera improves the value.
     alignment : {"sim3", "se3", "scale", "none"}
         What moves the estimate to the ground truth: the least-squares similarity (Umeyama), the
         same without scale, its scale alone, about the origin, or nothing.
     statistic : {"rmse", "mean", "median", "std", "min", "max", "sse"}
-        Of the distances; the divisor of the standard deviation is n.
+        What is returned of the distances; the divisor of the standard deviation is n.
 
     Returns
     -------
@@ -82,8 +82,6 @@ def evo_ate(
     Notes
     -----
     `baselines.ate` is the RMSE with a similarity, with a value for collinear cameras, too.
-
-    O(n) time and memory.
 
     References
     ----------
@@ -116,18 +114,15 @@ def evo_are(
 ) -> float:
     """Absolute rotation error: angles after an alignment of the centres, evo_ape's ``angle_deg``.
 
-    The rotations are turned as the centres are; none of them takes part in the alignment. For
-    errors see `evo_ate`.
+    The rotations are turned as the centres are; none of them takes part in the alignment.
 
     Parameters
     ----------
-    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Finite camera-to-world poses.
-    est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Camera-to-world poses, row i for the camera of row i of the ground truth.
-        Those that are not finite are left out first.
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses, row i of both the same camera. Estimates that are not finite are left
+        out first.
     alignment : {"sim3", "se3", "scale", "none"}
-        What is fitted to the centres by least squares.
+        As in `evo_ate`, with its errors.
     statistic : {"rmse", "mean", "median", "std", "min", "max", "sse"}
         What is returned of the angles.
 
@@ -158,11 +153,8 @@ def mapanything_ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
 
     Parameters
     ----------
-    gt_positions : (n, 3) array_like
-        Finite camera centres.
-    est_positions : (n, 3) array_like
-        Camera centres, row i for the camera of row i of the ground truth. One that is not finite is
-        left out.
+    gt_positions, est_positions : (n, 3) array_like
+        Camera centres, row i of both the same camera. An estimate that is not finite is left out.
 
     Returns
     -------
@@ -176,10 +168,6 @@ def mapanything_ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
         Where the input is malformed.
     NoValueError
         Where nothing was estimated.
-
-    Notes
-    -----
-    O(n) time and memory.
 
     References
     ----------
@@ -205,7 +193,7 @@ def evo_rpe(
     error: Literal["translation", "rotation", "distance"] = "translation",
     alignment: Alignment = "none",
     statistic: Statistic = "rmse",
-    pairs: Literal["estimate", "reference", "consecutive"] = "estimate",
+    pairs: Pairs = "estimate",
 ) -> float:
     """Relative pose error between neighbours, or over a distance along the path, as evo_rpe has it.
 
@@ -213,11 +201,9 @@ def evo_rpe(
 
     Parameters
     ----------
-    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Finite camera-to-world poses in the order of time.
-    est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Camera-to-world poses, row i for the camera of row i of the ground truth. Those that are not
-        finite are left out first: the next frame may be many later.
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses in the order of time, row i of both the same frame. Estimates that are
+        not finite are left out first: the next frame may be many later.
     distance : float, optional
         Path length of the pairs; by default each frame and the next.
     error : {"translation", "rotation", "distance"}
@@ -268,10 +254,8 @@ def evo_rpe(
     (0.1, 0.2)
     """
     cameras = least_squares_aligned(Cameras.check(gt_poses, est_poses).matched(), alignment)
-    if pairs not in ("estimate", "reference", "consecutive"):
-        raise ValueError(f"pairs must be estimate, reference or consecutive, not {pairs!r}")
-    if error not in ("translation", "rotation", "distance"):
-        raise ValueError(f"error must be translation, rotation or distance, not {error!r}")
+    check_choice(pairs, get_args(Pairs), "pairs")
+    check_choice(error, ("translation", "rotation", "distance"), "error")
     if distance is None:
         first, second = np.arange(len(cameras) - 1), np.arange(1, len(cameras))
     else:
@@ -314,15 +298,7 @@ def path_lengths(positions: Floats) -> Floats:
 
 
 def nearest_pairs(path: Floats, distance: float) -> tuple[Indices, Indices]:
-    """Pair each frame with the later one nearest to a distance, within the tolerance.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.protocols.trajectory import nearest_pairs
-    >>> nearest_pairs(np.array([0.0, 0.5, 1.05, 1.05, 1.9]), 1.0)
-    (array([0]), array([2]))
-    """
+    """Pair each frame with the later one nearest to a distance, within the tolerance."""
     first = np.arange(len(path) - 1)
     second = nearest_after(path, first, first + 1, distance)
     near = np.abs(path[second] - path[first] - distance) <= TOLERANCE * distance
@@ -341,15 +317,7 @@ def nearest_after(path: Floats, first: Indices, earliest: Indices, distance: flo
 
 
 def consecutive_pairs(path: Floats, distance: float) -> tuple[Indices, Indices]:
-    """Cut the path in pieces of at least a distance; return their ends.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.protocols.trajectory import consecutive_pairs
-    >>> consecutive_pairs(np.array([0.0, 0.6, 1.2, 2.0, 3.5]), 1.0)
-    (array([0, 2]), array([2, 4]))
-    """
+    """Cut the path in pieces of at least a distance; return their ends."""
     ends, length = [0], 0.0
     for k, step in enumerate(np.diff(path).tolist(), start=1):
         length += step
@@ -360,17 +328,8 @@ def consecutive_pairs(path: Floats, distance: float) -> tuple[Indices, Indices]:
 
 
 def least_squares_aligned(cameras: Cameras, alignment: str) -> Cameras:
-    """Move the estimate by evo's alignment of the centres.
-
-    Parameters
-    ----------
-    cameras : Cameras
-        Those with an estimate.
-    alignment : str
-        See `evo_ate`.
-    """
-    if alignment not in ("sim3", "se3", "scale", "none"):
-        raise ValueError(f"alignment must be sim3, se3, scale or none, not {alignment!r}")
+    """Move the estimate, of cameras that have one, by evo's alignment of the centres."""
+    check_choice(alignment, get_args(Alignment), "alignment")
     if len(cameras) == 0:
         raise NoValueError("no camera was estimated")
     if alignment == "none":
@@ -396,6 +355,5 @@ def least_squares_aligned(cameras: Cameras, alignment: str) -> Cameras:
 
 def statistic_of(errors: Floats, statistic: str) -> float:
     """Return a statistic of errors by its name."""
-    if statistic not in STATISTICS:
-        raise ValueError(f"statistic must be one of {', '.join(STATISTICS)}, not {statistic!r}")
+    check_choice(statistic, STATISTICS, "statistic")
     return float(STATISTICS[statistic](errors))

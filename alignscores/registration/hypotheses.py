@@ -3,13 +3,16 @@
 The definition in NumPy; ``kernel.c`` computes the same, to the last bit, where it was compiled.
 So there is no einsum and no matrix product: the order in which they sum depends on the processor.
 
-Points are stored component first, ``(3, n)``, so that every operation runs over contiguous memory.
-NaN and infinity fail every comparison, so triplets and hypotheses with such numbers never win.
+Points are stored component first, ``(3, n)``, so that every operation runs over contiguous memory;
+triplets are camera indices, ``(3, H)``. NaN and infinity fail every comparison, so triplets and
+hypotheses with such numbers never win.
 """
 
 from math import inf
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats, Indices
 from ..similarity import common_normal, cross, dot
@@ -17,41 +20,17 @@ from ..similarity import common_normal, cross, dot
 __all__ = ["cheapest", "similar_triplets", "three_point_similarities"]
 
 
+Number = TypeVar("Number", bound=np.generic)
+
 FLAT = 1e-6  # sine of the angle at the first corner, below which a triangle has no usable normal
-CHUNK = 1 << 14  # errors evaluated at once: 128 KiB, which fit in the cache
+ERRORS_AT_ONCE = 1 << 14  # 128 KiB, which fit in the cache
 
 
 def similar_triplets(gt: Floats, est: Floats, triplets: Indices, factor: float) -> Indices:
-    """Find the triplets whose squared edge ratios differ pairwise by at most a factor.
+    """Return which triplets have squared edge ratios that differ pairwise by at most a factor.
 
-    Parameters
-    ----------
-    gt, est : (3, n) array
-        Camera centres, component first.
-    triplets : (3, H) array of int
-        Camera indices.
-    factor : float
-        Largest quotient of two squared ratios ``|est_i - est_j|^2 / |gt_i - gt_j|^2``, at least 1.
-        Triplets with two coincident cameras never pass, whatever the factor.
-
-    Returns
-    -------
-    (K,) ndarray of int
-        The columns of those triplets, ascending.
-
-    References
-    ----------
-    Lee and Civera, "Alignment Scores", section 3, step 2.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.registration.hypotheses import similar_triplets
-    >>> gt = np.array([[0.0, 1.0, 0.0, 5.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
-    >>> est = 2 * gt
-    >>> est[0, 3] = 0.3
-    >>> similar_triplets(gt, est, np.array([[0, 0], [1, 1], [2, 3]]), factor=1.2)
-    array([0])
+    A squared ratio is ``|est_i - est_j|^2 / |gt_i - gt_j|^2``. Triplets with two coincident cameras
+    never pass, whatever the factor.
     """
 
     def squared_ratios(i: Indices, j: Indices) -> Floats:
@@ -73,42 +52,13 @@ def similar_triplets(gt: Floats, est: Floats, triplets: Indices, factor: float) 
 def three_point_similarities(
     gt: Floats, est: Floats, triplets: Indices
 ) -> tuple[Floats, Floats, Floats, Booleans]:
-    """Similarities from ground truth to estimate, each from three cameras.
+    """Return similarities from ground truth to estimate, and which of their triangles are flat.
 
     The rotation takes the triangle's frame in the ground truth (first axis along the first edge,
     second along the normal) to its frame in the estimate; scale and translation are the
     least-squares ones about the two centroids. A triangle that is flat in either world has no
     normal: its rotation is the smallest that takes one first edge to the other. The spin about the
     line of the cameras is then arbitrary, but changes no position on that line.
-
-    Parameters
-    ----------
-    gt, est : (3, n) array
-        Camera centres, component first.
-    triplets : (3, H) array of int
-        Camera indices; the first edge goes from the first camera to the second.
-
-    Returns
-    -------
-    scale : (H,) ndarray
-    rotation : (H, 3, 3) ndarray
-    translation : (H, 3) ndarray
-    flat : (H,) ndarray of bool
-        Where the triangle is flat.
-
-    References
-    ----------
-    Lee and Civera, "Alignment Scores", section 3, step 2.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.registration.hypotheses import three_point_similarities
-    >>> gt = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
-    >>> triplets = np.array([[0], [1], [2]])
-    >>> scale, _, translation, flat = three_point_similarities(gt, 2 * gt + 1, triplets)
-    >>> scale, translation, flat
-    (array([2.]), array([[1., 1., 1.]]), array([False]))
     """
     # Both worlds side by side: (3 components, 2 worlds, H).
     corner, *others = np.stack([gt, est], axis=1).take(triplets, axis=2).transpose(2, 0, 1, 3)
@@ -131,7 +81,7 @@ def three_point_similarities(
 
 
 def _frames(edge_1: Floats, edge_2: Floats) -> tuple[Floats, Booleans]:
-    """Frames (3 axes, 3, 2, H) of triangles in both worlds, given by their two edges (3, 2, H)."""
+    """Return frames (3 axes, 3, 2, H) of triangles in both worlds, given by two edges (3, 2, H)."""
     frames = np.empty((3, *edge_1.shape))
     first, normal, _ = frames
     first[:] = edge_1 / np.sqrt(dot(edge_1, edge_1))
@@ -159,60 +109,31 @@ def cheapest(
     translation: Floats,
     flat: Booleans,
     rank: int,
-    tie: float,
+    margin: float,
 ) -> int:
-    """Index of the similarity whose ``rank``-th smallest squared error is the smallest.
+    """Return the index of the similarity whose ``rank``-th smallest squared error is the smallest.
 
     A flat triangle says nothing about the spin around its line, so it must beat all others by more
-    than rounding: on a partly straight path many similarities fit ``rank`` cameras exactly.
-
-    Parameters
-    ----------
-    gt, est : (3, n) array
-        Camera centres, component first.
-    scale : (H,) array
-    rotation : (H, 3, 3) array
-    translation : (H, 3) array
-        Similarities from ground truth to estimate.
-    flat : (H,) array of bool
-        Which of them come from flat triangles.
-    rank : int
-        m of the paper, from 1 to n.
-    tie : float
-        By how much a flat triangle's squared error, in ground-truth units, must be smaller than
-        that of the others.
-
-    Returns
-    -------
-    int
-        The index; the first of several, 0 where no cost is finite.
-
-    References
-    ----------
-    Lee and Civera, "Alignment Scores", section 3, step 2.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.registration.hypotheses import cheapest
-    >>> gt = np.array([[0.0, 1.0, 2.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
-    >>> similarities = np.array([1.0, 2.0]), np.array(2 * [np.eye(3)]), np.zeros((2, 3))
-    >>> cheapest(gt, 2 * gt, *similarities, flat=np.zeros(2, bool), rank=3, tie=0.0)
-    1
+    than a margin of rounding: on a partly straight path many similarities fit ``rank`` cameras
+    exactly. It is the first of several equally cheap ones, 0 where no cost is finite.
     """
     best, best_cost = 0, inf
-    size = max(1, CHUNK // gt.shape[1])
-    for group in (np.flatnonzero(~flat), np.flatnonzero(flat)):
-        for start in range(0, len(group), size):
-            chunk = group[start : start + size]
+    for indices in (np.flatnonzero(~flat), np.flatnonzero(flat)):
+        for chunk in chunks(indices, gt.shape[1]):
             errors = squared_errors(gt, est, scale[chunk], rotation[chunk], translation[chunk])
             cheaper = np.flatnonzero(np.count_nonzero(errors < best_cost, axis=1) >= rank)
             if cheaper.size:  # few, so the selection is done for these alone
                 costs = np.partition(errors[cheaper], rank - 1, axis=1)[:, rank - 1]
                 first = costs.argmin()
                 best, best_cost = int(chunk[cheaper[first]]), float(costs[first])
-        best_cost -= tie  # the flat triangles come next, and must be cheaper by more than the tie
+        best_cost -= margin  # the flat triangles come next, and must be cheaper by more
     return best
+
+
+def chunks(array: NDArray[Number], n: int) -> list[NDArray[Number]]:
+    """Return the rows of an array, one a similarity, in parts whose errors fit in the cache."""
+    size = max(1, ERRORS_AT_ONCE // n)
+    return [array[start : start + size] for start in range(0, len(array), size)]
 
 
 def squared_errors(

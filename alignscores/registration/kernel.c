@@ -251,7 +251,7 @@ static double nth_smallest(double *values, size_t n, size_t rank)
 EXPORTED
 size_t cheapest(const double *gt, const double *est, size_t n, const double *scales,
                 const matrix *rotations, const vector *translations, const bool *flat,
-                size_t n_hypotheses, size_t rank, double tie, double *below)
+                size_t n_hypotheses, size_t rank, double margin, double *below)
 {
     size_t best = 0;
     double best_cost = INFINITY;
@@ -272,7 +272,7 @@ size_t cheapest(const double *gt, const double *est, size_t n, const double *sca
             best_cost = nth_smallest(below, count, rank - 1);
             best = h;
         }
-        best_cost -= tie; /* the flat triangles must be cheaper by more */
+        best_cost -= margin; /* the flat triangles must be cheaper by more */
     }
     return best;
 }

@@ -18,7 +18,7 @@ from . import hypotheses, reweighting
 __all__ = [
     "LIBRARY",
     "cheapest",
-    "compiled",
+    "load",
     "refine",
     "similar_triplets",
     "three_point_similarities",
@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 
-def compiled(path: Path) -> ctypes.CDLL | None:
+def load(path: Path) -> ctypes.CDLL | None:
     """Load a compiled kernel; return None where it does not exist or is for another platform."""
     try:
         library = ctypes.CDLL(str(path))
@@ -54,12 +54,12 @@ def compiled(path: Path) -> ctypes.CDLL | None:
 
 
 def _installed() -> ctypes.CDLL | None:
-    """Load what ``hatch_build.py`` compiled from this very ``kernel.c``, as its name says."""
+    """Load what ``hatch_build.py`` compiled from this version of ``kernel.c``, as its name says."""
     source = Path(__file__).with_name("kernel.c")
     if not source.exists():  # only the Python files were copied, as some bundlers do
         return None
     digest = sha256(source.read_bytes()).hexdigest()[:16]
-    return compiled(source.with_name(f"kernel-{digest}.so"))
+    return load(source.with_name(f"kernel-{digest}.so"))
 
 
 LIBRARY = _installed()
@@ -103,11 +103,11 @@ def cheapest(
     translation: Floats,
     flat: Booleans,
     rank: int,
-    tie: float,
+    margin: float,
 ) -> int:
     """See `hypotheses.cheapest`."""
     if LIBRARY is None:
-        return hypotheses.cheapest(gt, est, scale, rotation, translation, flat, rank, tie)
+        return hypotheses.cheapest(gt, est, scale, rotation, translation, flat, rank, margin)
     gt, est = _floats(gt), _floats(est)
     n = gt.shape[1]
     similarities = _floats(scale), _floats(rotation), _floats(translation)
@@ -115,7 +115,7 @@ def cheapest(
     below = np.empty(n)
     best = LIBRARY.cheapest(
         *(*_addresses(gt, est), n, *_addresses(*similarities, flat), len(flat)),
-        *(rank, tie, *_addresses(below)),
+        *(rank, margin, *_addresses(below)),
     )
     return int(best)
 

@@ -3,9 +3,6 @@
 The paper draws random triplets of cameras, prescreens them by the ratios of their edge lengths,
 and takes the hypothesis whose m-th smallest position error is the smallest. There is no inlier
 threshold and no refinement.
-
-Inside this module points are stored component first, ``(3, n)``, so that every operation runs over
-contiguous memory.
 """
 
 import sys
@@ -25,7 +22,7 @@ __all__ = ["component_first", "pcr99", "prescreened_triplets"]
 PRESCREEN_THRESHOLD = 0.1  # largest difference between the log edge ratios of a kept triplet
 DRAWS_PER_HYPOTHESIS = 1000  # budget of draws; after it the hypotheses found so far are used
 MAX_BATCH = 1 << 16  # triplets drawn at once; bounds the memory
-TIE = 64 * float(np.finfo(np.float64).eps)  # of a squared error, relative to the largest |gt|^2
+MARGIN = 64 * float(np.finfo(np.float64).eps)  # of a squared error, relative to the largest |gt|^2
 
 
 def pcr99(
@@ -38,59 +35,12 @@ def pcr99(
     rng: np.random.Generator,
     prescreen: float = PRESCREEN_THRESHOLD,
 ) -> tuple[Similarity | None, int]:
-    """Register estimated camera positions to the ground truth, robustly and up to scale.
+    """Register estimated positions (n, 3) to the ground truth, robustly and up to scale.
 
-    The positions should be centred near the origin: differences of large coordinates lose digits.
-
-    Parameters
-    ----------
-    gt_positions, est_positions : (n, 3) array
-        Finite camera centres in the ground-truth and in the estimated world.
-    rank : int
-        m of the paper, from 1 to n: the cost of a hypothesis is its m-th smallest position error.
-    threshold : float
-        Not used; accepted because all registrations are called with the same arguments.
-    n_hypotheses : int
-        Number of prescreened triplets to collect. Where no more than so many triplets exist, all of
-        them are used, each with its three possible first edges, and nothing is random.
-    rng : numpy.random.Generator
-        Source of the random triplets.
-    prescreen : float
-        Largest difference between the log edge ratios of a triplet that is kept. If infinite, all
-        triplets are kept but those with coincident cameras.
-
-    Returns
-    -------
-    alignment : Similarity or None
-        The cheapest hypothesis, from ground truth to estimate; None where no triplet passed.
-    n_used : int
-        Number of hypotheses it was chosen from.
-
-    Raises
-    ------
-    ValueError
-        Where the positions are not (n, 3) arrays of one length, or the rank is not from 1 to n.
-
-    Notes
-    -----
-    O(n_hypotheses * n) time; memory is bounded by a constant plus O(n). Where triplets hardly ever
-    pass, the search ends after ``1000 * n_hypotheses`` draws.
-
-    References
-    ----------
-    Lee and Civera, "Alignment Scores", section 3, step 2.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.registration import pcr99
-    >>> rng = np.random.default_rng(0)
-    >>> gt = rng.normal(size=(30, 3))
-    >>> est = 2.0 * gt + [1.0, 2.0, 3.0]
-    >>> est[:10] = rng.normal(size=(10, 3))
-    >>> alignment, n_used = pcr99(gt, est, rank=4, n_hypotheses=100, rng=rng)
-    >>> round(alignment.scale, 6), n_used
-    (2.0, 100)
+    ``rank`` is m of the paper, the threshold is not used. Where no more than ``n_hypotheses``
+    triplets exist, all of them are used, each with its three possible first edges, and nothing is
+    random. Where they hardly ever pass the prescreening, the search ends after 1000 draws for each
+    hypothesis that was asked for. O(n_hypotheses * n) time, O(n) memory.
     """
     gt, est = component_first(gt_positions, est_positions)
     n = gt.shape[1]
@@ -103,26 +53,13 @@ def pcr99(
         if n_used == 0:
             return None, 0
         scale, rotation, translation, flat = three_point_similarities(gt, est, triplets)
-        tie = min(TIE * float(np.max(dot(gt, gt))), sys.float_info.max)
-        best = cheapest(gt, est, scale, rotation, translation, flat, rank, tie)
+        margin = min(MARGIN * float(np.max(dot(gt, gt))), sys.float_info.max)
+        best = cheapest(gt, est, scale, rotation, translation, flat, rank, margin)
     return Similarity(float(scale[best]), rotation[best], translation[best]), n_used
 
 
 def component_first(gt_positions: Floats, est_positions: Floats) -> tuple[Floats, Floats]:
-    """Return (n, 3) positions as contiguous (3, n) arrays.
-
-    Raises
-    ------
-    ValueError
-        Where they are not (n, 3) arrays of one length; this is not checked again later.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.registration.pcr99 import component_first
-    >>> component_first(np.zeros((5, 3)), np.ones((5, 3)))[1].shape
-    (3, 5)
-    """
+    """Return (n, 3) positions as contiguous (3, n) arrays; their shapes are not checked again."""
     shapes = np.shape(gt_positions), np.shape(est_positions)
     if shapes[0] != shapes[1] or shapes[0][1:] != (3,):
         raise ValueError(
@@ -140,30 +77,7 @@ def prescreened_triplets(
     rng: np.random.Generator,
     threshold: float = PRESCREEN_THRESHOLD,
 ) -> Indices:
-    """Collect the triplets that pass the prescreening test.
-
-    Parameters
-    ----------
-    gt, est : (3, n) array
-        Camera centres, component first.
-    n_hypotheses, rng, threshold
-        As in `pcr99`.
-
-    Returns
-    -------
-    (3, H) ndarray of int
-        Camera indices.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.registration.pcr99 import prescreened_triplets
-    >>> gt = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
-    >>> prescreened_triplets(gt, 2 * gt, 10, np.random.default_rng(0))
-    array([[0, 1, 2],
-           [1, 2, 0],
-           [2, 0, 1]])
-    """
+    """Return triplets (3, H) whose log edge ratios differ pairwise by at most a threshold."""
     n = gt.shape[1]
     factor = float(np.exp(2 * threshold))  # of squared ratios
     if comb(n, 3) <= n_hypotheses:
@@ -182,6 +96,6 @@ def prescreened_triplets(
 
 
 def _all_triplets(n: int) -> Indices:
-    """All triplets of n cameras, each three times: every edge is the first edge once."""
+    """Return all triplets of n cameras, each three times: every edge is the first edge once."""
     i, j, k = np.array(list(combinations(range(n), 3)), dtype=np.intp).reshape(-1, 3).T
     return np.array([np.r_[i, j, k], np.r_[j, k, i], np.r_[k, i, j]])

@@ -2,7 +2,7 @@
 
 TAS is, up to the step between its thresholds, the mean of ``max(0, 1 - e / T)`` over the cameras,
 T being the largest threshold. So the alignment that maximises it minimises the truncated L1 cost
-``sum(min(e, T))``. The derivation is in ``docs/explanation/registration.md``.
+``sum(min(e, T))``. ``docs/explanation/registration.md`` derives the search.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ __all__ = ["refined"]
 
 
 N_STARTS = 64  # hypotheses that are refined; their number is halved in each step
-N_CROWDED_PLACES = 4  # where most cameras stand; each is tried as a start, too
+N_NEIGHBOURHOODS = 4  # the densest ones; a fit to each is tried as a start, too
 N_FINALISTS = 8  # alignments left that are refined with all cameras
 SAMPLE = 1000  # cameras with which the starts are refined until few are left
 SMALL_SAMPLE = 250  # cameras with which hopeless hypotheses are sorted out
@@ -36,57 +36,12 @@ def refined(
     n_hypotheses: int,
     rng: np.random.Generator,
 ) -> tuple[Similarity | None, int]:
-    """Register estimated camera positions to the ground truth so that the TAS is the largest.
+    """Register estimated positions (n, 3) to the ground truth so that the TAS is the largest.
 
-    The hypotheses are those of PCR-99. The best of them by the truncated L1 cost, and fits to the
-    places where most cameras stand, are refined by iteratively reweighted least squares; in each
-    step the worse half is dropped.
-
-    Parameters
-    ----------
-    gt_positions, est_positions : (n, 3) array
-        Finite camera centres in the ground-truth and in the estimated world, near the origin.
-    rank : int
-        Not used; accepted because all registrations are called with the same arguments.
-    threshold : float
-        T, the largest position error that counts, in ground-truth units.
-    n_hypotheses : int
-        Number of prescreened triplets to collect; see `pcr99`.
-    rng : numpy.random.Generator
-        Source of the random triplets.
-
-    Returns
-    -------
-    alignment : Similarity or None
-        The refined alignment, from ground truth to estimate; None where no triplet passed.
-    n_used : int
-        Number of hypotheses of PCR-99.
-
-    Raises
-    ------
-    ValueError
-        Where the positions are not (n, 3) arrays of one length.
-
-    Notes
-    -----
-    The cost has local minima. The smallest is found from nearly every seed, which is why the score
-    repeats, but there is no guarantee.
-
-    References
-    ----------
-    ``docs/explanation/registration.md``. Not in the paper.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.registration import refined
-    >>> rng = np.random.default_rng(0)
-    >>> gt = rng.normal(size=(30, 3))
-    >>> est = 2.0 * gt + [1.0, 2.0, 3.0]
-    >>> est[:10] = rng.normal(size=(10, 3))
-    >>> alignment, n_used = refined(gt, est, threshold=0.3, n_hypotheses=100, rng=rng)
-    >>> round(alignment.scale, 6), n_used
-    (2.0, 100)
+    The hypotheses are those of PCR-99; ``rank`` is not used. The best of them by the truncated L1
+    cost, and fits to the densest neighbourhoods, are refined by iteratively reweighted least
+    squares; in each step the worse half is dropped. The cost has local minima. The smallest is
+    found from nearly every seed, which is why the score repeats, but there is no guarantee.
     """
     search = Search(gt_positions, est_positions, n_hypotheses=n_hypotheses, rng=rng)
     return search.best(threshold), search.n_used
@@ -95,27 +50,7 @@ def refined(
 class Search:
     """Search for the alignment that maximises the TAS, at one or at several largest thresholds.
 
-    The hypotheses are drawn once. What was found at one threshold is a start at the next.
-
-    Parameters
-    ----------
-    gt_positions, est_positions, n_hypotheses, rng
-        As in `refined`.
-
-    Attributes
-    ----------
-    n_used : int
-        Number of hypotheses of PCR-99.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.registration.refined import Search
-    >>> rng = np.random.default_rng(0)
-    >>> gt = rng.normal(size=(30, 3))
-    >>> search = Search(gt, 2 * gt, n_hypotheses=100, rng=rng)
-    >>> [round(search.best(threshold).scale, 6) for threshold in (0.1, 1.0)]
-    [2.0, 2.0]
+    The ``n_used`` hypotheses are drawn once. What is found at one threshold is a start at the next.
     """
 
     def __init__(
@@ -141,13 +76,7 @@ class Search:
         self._found = np.empty((0, 13))
 
     def best(self, threshold: float) -> Similarity | None:
-        """Return the best alignment; None where no triplet passed.
-
-        Parameters
-        ----------
-        threshold : float
-            T, the largest position error that counts, in ground-truth units.
-        """
+        """Return the best alignment for a largest threshold; None where no triplet passed."""
         if self.n_used == 0:
             return None
         threshold = min(max(threshold, 1 / FARTHEST_SQUARABLE), FARTHEST_SQUARABLE)
@@ -157,7 +86,7 @@ class Search:
             if cameras.n > SMALL_SAMPLE:
                 starts = cameras.first(SMALL_SAMPLE).cheapest(starts, threshold, 4 * N_STARTS)
             starts = sample.cheapest(starts, threshold, N_STARTS)
-            starts = np.concatenate([starts, sample.crowded_place_fits(threshold)])
+            starts = np.concatenate([starts, sample.neighbourhood_fits(threshold)])
             starts = sample.refine(starts, threshold, n_left=N_FINALISTS, tolerance=np.inf)
             starts = np.concatenate([starts, self._found])
             best = cameras.refine(starts, threshold, n_left=1, tolerance=TOLERANCE)
@@ -190,8 +119,8 @@ class Cameras:
         """Return the truncated L1 cost of each similarity."""
         return truncated_costs(self.gt, self.est, similarities, threshold, RESOLUTION * threshold)
 
-    def crowded_place_fits(self, threshold: float) -> Floats:
-        """Return the least-squares fits to the cameras around each of the most crowded places.
+    def neighbourhood_fits(self, threshold: float) -> Floats:
+        """Return the least-squares fits to the cameras within T of one camera, where most are.
 
         An estimate that is shrunk to a place where many cameras stand scores all of them, however
         wrong it is. Where that is the best alignment, hypotheses of three cameras hardly ever find
@@ -200,19 +129,15 @@ class Cameras:
         gt = self.gt.T
         candidates = gt[:SMALL_SAMPLE]
         distances = scipy.spatial.distance.cdist(candidates, candidates)
-        counted = np.minimum(distances, threshold).sum(axis=1)
-        crowded = np.argsort(counted, kind="stable")[:N_CROWDED_PLACES]
-        around = scipy.spatial.distance.cdist(candidates[crowded], gt) < threshold
-        return weighted_fits(self.gt, self.est, around.astype(np.float64))
+        costs = np.minimum(distances, threshold).sum(axis=1)
+        densest = candidates[np.argsort(costs, kind="stable")[:N_NEIGHBOURHOODS]]
+        near = scipy.spatial.distance.cdist(densest, gt) < threshold
+        return weighted_fits(self.gt, self.est, near.astype(np.float64))
 
     def refine(
         self, similarities: Floats, threshold: float, *, n_left: int, tolerance: float
     ) -> Floats:
-        """Refine by iteratively reweighted least squares; return the best, the cheapest first.
-
-        The worse half is dropped in each step, until ``n_left`` are left and none of them gains
-        more than the tolerance.
-        """
+        """Refine until ``n_left`` are left and none of them gains more than the tolerance."""
         resolution, least_gain = RESOLUTION * threshold, tolerance * threshold * self.n
         return refine(self.gt, self.est, similarities, threshold, resolution, n_left, least_gain)
 

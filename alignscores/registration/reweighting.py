@@ -1,25 +1,24 @@
 """The steps of the refined registration: truncated costs and reweighted least-squares fits.
 
 The definition in NumPy; ``kernel.c`` computes the same, to the last bit, where it was compiled. So
-every sum has an order of its own, and singular values come from a fixed number of Jacobi rotations
+every sum has a fixed order, and singular values come from a fixed number of Jacobi rotations
 instead of a library's.
 
-Points are stored component first, ``(3, n)``; similarities as rows ``(H, 13)``: scale, rotation,
-translation.
+Points are stored component first, ``(3, n)``; similarities, from ground truth to estimate, as rows
+``(H, 13)``: scale, rotation, translation.
 """
 
 import numpy as np
 
 from ..arrays import Floats
 from ..similarity import LINE, SMALLEST, common_normal, dot
-from .hypotheses import complete_frames, squared_errors
+from .hypotheses import chunks, complete_frames, squared_errors
 
 __all__ = ["refine", "truncated_costs", "weighted_fits"]
 
 
 LANES = 8  # partial sums, so that a processor can add as many numbers at once
 SWEEPS = 4  # of Jacobi rotations; after them the columns of a 3 x 3 matrix are orthogonal
-CHUNK = 1 << 14  # errors evaluated at once: 128 KiB, which fit in the cache
 
 
 def truncated_costs(
@@ -27,37 +26,11 @@ def truncated_costs(
 ) -> Floats:
     """Return ``sum(min(sqrt(e^2 + r^2), T))`` over the cameras for each similarity.
 
-    Parameters
-    ----------
-    gt, est : (3, n) array
-        Camera centres, component first.
-    similarities : (H, 13) array
-        From ground truth to estimate: scale, rotation by rows, translation.
-    threshold : float
-        T, in ground-truth units. An error that is not a number counts T.
-    resolution : float
-        r: smaller differences between errors do not count.
-
-    Returns
-    -------
-    (H,) ndarray
-        The costs.
-
-    References
-    ----------
-    ``docs/explanation/registration.md``.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.registration.reweighting import truncated_costs
-    >>> gt = np.array([[0.0, 1.0, 2.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    >>> identity = np.r_[1.0, np.eye(3).ravel(), np.zeros(3)]
-    >>> truncated_costs(gt, gt + [[0.0, 0.25, 9.0]] * 3, identity[None], 1.0, 0.0).round(3)
-    array([1.433])
+    T is the threshold, r the resolution: smaller differences between errors do not count. An error
+    that is not a number counts T. ``docs/explanation/registration.md`` derives cost and steps.
     """
     errors = (
-        _smoothed_errors(gt, est, chunk, resolution) for chunk in _chunks(similarities, gt.shape[1])
+        _smoothed_errors(gt, est, chunk, resolution) for chunk in chunks(similarities, gt.shape[1])
     )
     return np.concatenate([_sum(np.where(e < threshold, e, threshold)) for e in errors])
 
@@ -73,37 +46,9 @@ def refine(
 ) -> Floats:
     """Refine by iteratively reweighted least squares; after each step drop the more expensive half.
 
-    In exact arithmetic no step raises a cost where the cameras within the threshold determine the
-    fit; a step that does is not taken.
-
-    Parameters
-    ----------
-    gt, est, similarities, threshold, resolution
-        As in `truncated_costs`.
-    n_left : int
-        How many are never dropped.
-    least_gain : float
-        Once no more are left, the steps end when none of them has gained more.
-
-    Returns
-    -------
-    (H', 13) ndarray
-        Those that are left, the cheapest first.
-
-    References
-    ----------
-    ``docs/explanation/registration.md``.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.registration.reweighting import refine
-    >>> gt = np.array([[0.0, 1.0, 0.0, 5.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
-    >>> est = 4 * gt
-    >>> est[:, 3] = 0
-    >>> starts = np.array([np.r_[scale, np.eye(3).ravel(), np.zeros(3)] for scale in (3.9, 7.0)])
-    >>> refine(gt, est, starts, 0.1, 0.001, n_left=1, least_gain=1e-6)[:, 0].round(6)
-    array([4.])
+    ``n_left`` are never dropped, and are returned, the cheapest first, once no step gains more than
+    ``least_gain``. In exact arithmetic no step raises a cost where the cameras within the threshold
+    determine the fit; a step that does is not taken.
     """
     costs = truncated_costs(gt, est, similarities, threshold, resolution)
     gains = np.full(len(costs), np.inf)
@@ -119,36 +64,13 @@ def refine(
 
 
 def weighted_fits(gt: Floats, est: Floats, weights: Floats) -> Floats:
-    """Least-squares similarities from ground truth to estimate, one for each row of weights.
+    """Return least-squares similarities, one for each row of weights (H, n).
 
     The rotation correlates best with the weighted cross-covariance of the two clouds; scale and
-    translation follow, so that the errors in the ground truth are smallest. Where the weighted
-    cameras lie on a line, its spin is that of the smallest rotation.
-
-    Parameters
-    ----------
-    gt, est : (3, n) array
-        Camera centres, component first.
-    weights : (H, n) array
-        Non-negative weights.
-
-    Returns
-    -------
-    (H, 13) ndarray
-        The similarities; not a number, or of no positive scale, where none is the best.
-
-    References
-    ----------
-    Umeyama, "Least-squares estimation of transformation parameters between two point patterns",
-    PAMI 1991.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.registration.reweighting import weighted_fits
-    >>> gt = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
-    >>> weighted_fits(gt, 4 * gt, np.ones((1, 3)))[0, [0, 1, 5]].round(9)
-    array([4., 1., 1.])
+    translation follow, so that the errors in the ground truth are smallest (Umeyama,
+    "Least-squares estimation of transformation parameters between two point patterns", PAMI 1991).
+    Where the weighted cameras lie on a line, its spin is that of the smallest rotation. A fit is
+    not a number, or of no positive scale, where none is the best.
     """
     total = np.maximum(_sum(weights), SMALLEST)
     gt_means, est_means = (
@@ -182,13 +104,8 @@ def _reweighted_fits(
         errors = _smoothed_errors(gt, est, chunk, resolution)
         return weighted_fits(gt, est, np.where(errors < threshold, 1 / errors, 0.0))
 
-    fits = np.concatenate([step(chunk) for chunk in _chunks(similarities, gt.shape[1])])
+    fits = np.concatenate([step(chunk) for chunk in chunks(similarities, gt.shape[1])])
     return fits, truncated_costs(gt, est, fits, threshold, resolution)
-
-
-def _chunks(similarities: Floats, n: int) -> list[Floats]:
-    size = max(1, CHUNK // n)
-    return [similarities[start : start + size] for start in range(0, len(similarities), size)]
 
 
 def _smoothed_errors(gt: Floats, est: Floats, similarities: Floats, resolution: float) -> Floats:

@@ -14,23 +14,21 @@ from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats, Indices
 from ..validation import finite_rows
-from .extras import require
-from .files import TIME_UNITS, Trajectory, TrajectoryWarning, time_unit
+from .files import Trajectory, TrajectoryWarning
+from .files.stamps import TIME_UNITS, time_unit
+from .timeline import due_rows, nearest_stamps, stand_in, usual_step
 
-__all__ = ["MISSING", "Matches", "coverage", "in_order", "is_denser", "match", "unit_hint"]
-
+__all__ = ["MISSING", "SYNCS", "Matches", "in_order", "match", "unit_hint"]
 
 MISSING = ("fail", "ignore")
-KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
-SHORTENED: dict[str, Callable[[str], str]] = {  # what is equal of names whose paths differ
+SYNCS = ("interpolate", "nearest")
+KEY_KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
+NAME_PARTS: dict[str, Callable[[str], str]] = {  # what may be equal of names whose paths differ
     "file name": lambda name: PurePosixPath(name).name,
     "file name without its ending": lambda name: PurePosixPath(name).stem,
 }
-DENSER = 1.1  # reference poses for each estimated one; from it on, some are no lost frames
-MIN_STEPS = 8  # fewer tell no rate
-LONG_GAP = 10, 1.0  # in median gaps, and in seconds; a gap that exceeds both is a lost track
-SAME_UNIT = 0.5, 2.0  # range of the ratio of two durations once they are in the same unit
-RELATIVE = 1e8  # seconds; stamps since 1970 are later, those since the start of a recording earlier
+SAME_DURATION = 0.5, 2.0  # range of the ratio of two durations once they are in the same unit
+EARLIEST_DATE = 1e8  # seconds; stamps since 1970 are later, those since a start earlier
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,21 +46,21 @@ class Matches:
     matched : int
         Number of reference poses with an estimated pose, finite or not.
     missing : int
-        Number of cameras without an estimated pose: those that count as failures, or, where missing
-        cameras are left out, all reference poses without one.
+        Number of cameras without an estimated pose, whether they count as failures or are left out.
     unmatched : int
         Number of estimated poses without a reference pose; they are left out.
     duplicate : int
         Number of estimated poses left out since another one with the same time stamp or name comes
-        first, or is closer to their reference pose in time.
+        first.
     non_finite : int
-        Number of matched estimated poses that are not finite; each of them is a failure.
+        Number of matched cameras whose estimated pose is not finite; each of them is a failure.
+    lost : float
+        Share of the cameras that were due, by time stamps of the time, that is missing.
+    due_rows : (k,) ndarray of int
+        Rows of the reference that were due, of which the unit d is.
     without_reference : (k,) ndarray
-        Time stamps of due frames left out since they have neither an estimated nor a reference
-        pose; with the offset, as the reference would have them.
-    frame_step : float or None
-        Time in seconds from one lost frame to the next, where the reference is denser than the
-        estimate and frames were counted at the estimate's rate.
+        Time stamps of frames left out since they have no reference pose; with the offset, as the
+        reference would have them.
 
     Examples
     --------
@@ -86,8 +84,9 @@ class Matches:
     unmatched: int
     duplicate: int
     non_finite: int
+    lost: float
+    due_rows: Indices
     without_reference: Floats
-    frame_step: float | None
 
 
 def match(
@@ -97,15 +96,23 @@ def match(
     missing: str = "ignore",
     t_max_diff: float = 0.01,
     t_offset: float = 0.0,
+    sync: str = "interpolate",
+    max_gap: float | None = None,
     frames: Floats | None = None,
+    t_start: float | None = None,
+    t_end: float | None = None,
+    step: float | None = None,
 ) -> Matches:
-    """Find the estimated pose of each reference pose.
+    """Find the estimated pose of each reference pose that was due.
 
-    Time stamps are associated by evo, which gives each pose of the shorter trajectory the nearest
-    one in time of the longer. No pose is used twice: the closest pair wins. Image names must be
-    equal, or, if none is, their file names, or these without their endings, where they are unique.
-    Whole numbers (of frames, or stamps in nanoseconds) must be equal; where both are mere row
-    numbers, 0, 1, 2, ... as of KITTI, the number of rows must be the same.
+    By time stamps an estimate answers for the time of the reference. Two of its poses that follow
+    each other within the largest gap cover the time between them, and each stands for the time
+    around it: for each due frame there, with the reference at the pose's own time. So keyframes
+    are scored as all frames are. What no pose covers is lost.
+
+    Image names must be equal, or, if none is, their file names, or these without their endings,
+    where they are unique. Whole numbers (of frames, or stamps in nanoseconds) must be equal; where
+    both are mere row numbers, 0, 1, 2, ... as of KITTI, the number of rows must be the same.
 
     Parameters
     ----------
@@ -113,15 +120,27 @@ def match(
         As returned by the readers of `alignscores.trajectories.files`; or any pair of keys and
         poses, (n, 4, 4) or (n, 3, 4), the keys in an array, a list or a column of pandas.
     missing : {"ignore", "fail"}
-        Whether cameras without an estimated pose are left out, or count as failures. These are the
-        reference poses without one; see the notes on a reference that is denser than the estimate.
+        Whether cameras without an estimated pose are left out, or count as failures.
     t_max_diff : float
-        Largest difference of associated time stamps in seconds.
+        Largest difference in seconds of time stamps that are taken for the same.
     t_offset : float
         Added to the time stamps of the estimate, and to those of `frames`, in seconds.
+    sync : {"interpolate", "nearest"}
+        Whether a pose is compared with the reference at its own time, where two reference poses are
+        near it (within 0.1 s of each other, or within a step of the estimate); or always with the
+        nearest reference pose, within `t_max_diff`.
+    max_gap : float, optional
+        Largest gap in seconds between two poses that cover the time between them. By default 10
+        times the estimate's median step, and at least 1 s; with `frames` 0, so that each of them
+        needs its pose.
     frames : (k,) array, optional
-        Time stamps of the frames that were to be estimated; with ``missing="fail"`` these, and no
-        others, count as failures where the estimate has no pose within `t_max_diff`.
+        Time stamps of the frames that were to be estimated; by default all of the reference, or
+        those at the rate of the estimate where the reference is denser.
+    t_start, t_end : float, optional
+        First and last time that is due, in seconds of the reference.
+    step : float, optional
+        Step of the due frames in seconds where the reference is denser; by default the estimate's
+        median step. With one step several estimates answer for the same frames.
 
     Returns
     -------
@@ -133,8 +152,6 @@ def match(
     ValueError
         Where the trajectories have no pose in common, or another kind of keys or, by row, another
         length; or keys, poses or a setting are impossible.
-    ModuleNotFoundError
-        Where evo is needed and not installed.
 
     Warns
     -----
@@ -142,344 +159,244 @@ def match(
         Where the stamps are not in order, keys of the reference are repeated, or images are not
         matched by their paths.
 
-    Notes
-    -----
-    A motion capture system records many poses between two frames of a camera, which no estimate
-    can have. So where the reference's time step is smaller than the estimate's, the cameras that
-    count as failures are those at the estimate's own rate: before its first pose, after its last
-    and in gaps, one each median step, at the nearest reference pose. Who knows the frames, as of
-    keyframes, gives `frames` instead.
-
     Examples
     --------
     >>> import numpy as np
     >>> from alignscores.trajectories.association import match
     >>> from alignscores.trajectories.files import Trajectory
-    >>> reference = Trajectory(np.array(["a", "b", "c"]), np.tile(np.eye(4), (3, 1, 1)))
-    >>> estimate = Trajectory(np.array(["c", "x", "a"]), np.tile(np.eye(4), (3, 1, 1)))
-    >>> matches = match(reference, estimate, missing="fail")
-    >>> matches.matched, matches.missing, matches.unmatched, len(matches.est_poses)
-    (2, 1, 1, 3)
+    >>> poses = np.tile(np.eye(4), (100, 1, 1))
+    >>> stamps = np.arange(100) / 10
+    >>> keyframes = Trajectory(stamps[5:80:5], poses[5:80:5])
+    >>> matches = match(Trajectory(stamps, poses), keyframes, missing="fail", max_gap=1)
+    >>> len(matches.keys), matches.missing, matches.lost
+    (20, 4, 0.2)
     """
     if missing not in MISSING:
         raise ValueError(f"missing must be one of {list(MISSING)}, not {missing!r}")
-    for name, seconds, least in (("t_max_diff", t_max_diff, 0), ("t_offset", t_offset, -inf)):
+    if sync not in SYNCS:
+        raise ValueError(f"sync must be one of {list(SYNCS)}, not {sync!r}")
+    for name, seconds, least in (
+        ("t_max_diff", t_max_diff, 0),
+        ("t_offset", t_offset, -inf),
+        ("max_gap", 0.0 if max_gap is None else max_gap, 0),
+        ("t_start", 0.0 if t_start is None else t_start, -inf),
+        ("t_end", 0.0 if t_end is None else t_end, -inf),
+    ):
         if not isinstance(seconds, Real) or not least <= seconds < inf:
             raise ValueError(f"{name} must be a finite number of seconds, not {seconds!r}")
     reference, estimate = _checked(reference, "reference"), _checked(estimate, "estimate")
-    without_reference, frame_step = np.empty(0), None
-    kinds = reference.keys.dtype.kind, estimate.keys.dtype.kind
-    if kinds == ("f", "f"):
-        pairing = _match_times(reference.keys, estimate.keys, t_max_diff, t_offset)
-        if missing == "fail":
-            ref, est = reference.keys[pairing.ref_kept], np.unique(estimate.keys) + t_offset
-            if frames is not None:
-                due = np.unique(frames) + t_offset
-                lost, without_reference = _due(ref, est, due, t_max_diff)
-                if not _near(ref, due, t_max_diff).any():
-                    raise ValueError(
-                        "no due frame has a reference pose: the frames go from "
-                        f"{frames.min():.6f} to {frames.max():.6f} s, the reference from "
-                        f"{ref[0]:.6f} to {ref[-1]:.6f} s (t_offset {t_offset:g} s, t_max_diff "
-                        f"{t_max_diff:g} s){unit_hint(ref, due, 'frames')}"
-                    )
-                pairing = pairing.with_lost(lost)
-            elif is_denser(ref, est):
-                frame_step = float(np.median(np.diff(est)))
-                pairing = pairing.with_lost(_lost(ref, est, t_max_diff))
-    elif kinds == ("i", "i") and all(map(_are_rows, (reference.keys, estimate.keys))):
-        pairing = _match_rows(reference.keys, estimate.keys)
-    elif kinds[0] == kinds[1]:
-        pairing = _match_equal(reference.keys, estimate.keys)
+    if reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
+        if frames is not None and max_gap is None:
+            max_gap = 0.0
+        timing = _Timing(t_max_diff, t_offset, sync, max_gap, frames, t_start, t_end, step)
+        cameras = _cameras_by_time(reference, estimate, timing)
     else:
-        raise ValueError(
-            "the two trajectories are not of the same format: the keys of the reference are "
-            f"{KINDS[kinds[0]]}, those of the estimate {KINDS[kinds[1]]}"
-        )
-
-    rows = pairing.ref_kept if missing == "fail" else pairing.ref_rows
-    matched = estimate.poses[pairing.est_rows]
-    est_rows = np.full(len(reference.keys), -1)
-    est_rows[pairing.ref_rows] = pairing.est_rows
-    est_poses = np.full((len(reference.keys), 4, 4), np.nan)
-    est_poses[pairing.ref_rows] = matched
+        cameras = _cameras_by_key(reference, estimate)
+    estimated = cameras.est_rows >= 0
+    shown = estimated | (missing == "fail")
+    gt_rows, est_rows = cameras.due_rows[shown], cameras.est_rows[shown]
+    est_poses = estimate.poses[est_rows]
+    non_finite = int(np.sum(~finite_rows(est_poses[est_rows >= 0])))
+    est_poses[est_rows < 0] = np.nan
+    matched = int(estimated.sum())
     return Matches(
-        keys=reference.keys[rows],
-        gt_poses=reference.poses[rows],
-        est_poses=est_poses[rows],
-        gt_rows=rows,
-        est_rows=est_rows[rows],
-        matched=len(matched),
-        missing=len(pairing.ref_kept) - len(matched),
-        unmatched=len(estimate.keys) - pairing.duplicate - len(matched),
-        duplicate=pairing.duplicate,
-        non_finite=int(np.sum(~finite_rows(matched))),
-        without_reference=without_reference,
-        frame_step=frame_step,
+        keys=reference.keys[gt_rows],
+        gt_poses=cameras.gt_poses[shown],
+        est_poses=est_poses,
+        gt_rows=gt_rows,
+        est_rows=est_rows,
+        matched=matched,
+        missing=len(estimated) - matched,
+        unmatched=cameras.unmatched,
+        duplicate=cameras.duplicate,
+        non_finite=non_finite,
+        lost=1 - matched / len(estimated),
+        due_rows=cameras.due_rows,
+        without_reference=cameras.without_reference,
     )
 
 
 def in_order(reference: Trajectory) -> Trajectory:
     """Return a reference as `match` uses it: without duplicates, in the order of its time stamps.
 
-    Parameters
-    ----------
-    reference : Trajectory
-        As returned by a reader of `alignscores.trajectories.files`.
-
-    Returns
-    -------
-    Trajectory
-        The first pose of each stamp or name; by time where the keys are stamps.
-
-    Warns
-    -----
-    TrajectoryWarning
-        Where the stamps are not in order, or keys are repeated; `match` then has nothing more to
-        warn of.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.trajectories.association import in_order
-    >>> from alignscores.trajectories.files import Trajectory
-    >>> in_order(Trajectory(np.array([0.0, 0.1, 0.2]), np.tile(np.eye(4), (3, 1, 1)))).keys
-    array([0. , 0.1, 0.2])
+    After its warnings of duplicates and disorder `match` has nothing more to warn of.
     """
     reference = _checked(reference, "reference")
-    rows = _kept(reference.keys, "reference")
+    rows = _first_rows(reference.keys, "reference")
     return Trajectory(reference.keys[rows], reference.poses[rows])
 
 
-def coverage(reference: Trajectory, matches: Matches) -> float:
-    """Return the share of a reference over which the track was not lost.
+class _Timing(NamedTuple):
+    """The arguments of `match` that are about time."""
 
-    Of images it is the share that is scored. By time it was lost in gaps between scored poses, and
-    at the ends of the reference, that are longer than 10 times the median gap and longer than 1 s.
-    The share is one of the reference's poses, so that gaps in the reference itself do not count.
-
-    Parameters
-    ----------
-    reference : Trajectory
-        As `in_order` returns it.
-    matches : Matches
-        The result of `match` for it.
-
-    Returns
-    -------
-    float
-        From 0 to 1.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.trajectories.association import coverage, match
-    >>> from alignscores.trajectories.files import Trajectory
-    >>> reference = Trajectory(np.arange(100) / 10, np.tile(np.eye(4), (100, 1, 1)))
-    >>> rows = np.r_[:30, 70:100]
-    >>> estimate = Trajectory(reference.keys[rows], reference.poses[rows])
-    >>> coverage(reference, match(reference, estimate))
-    0.6
-    """
-    stamps, scored = reference.keys, matches.keys
-    if stamps.dtype.kind != "f":
-        return len(scored) / len(stamps)
-    gaps = np.diff(scored, prepend=stamps[0], append=stamps[-1])
-    times, seconds = LONG_GAP
-    long = gaps > max(times * np.median(gaps), seconds)
-    lost = long[np.searchsorted(scored, stamps)] & ~np.isin(stamps, scored)
-    return float(np.mean(~lost))
+    t_max_diff: float
+    t_offset: float
+    sync: str
+    max_gap: float | None
+    frames: Floats | None
+    t_start: float | None
+    t_end: float | None
+    step: float | None
 
 
-def is_denser(ref_stamps: Floats, est_stamps: Floats) -> bool:
-    """Tell whether a reference has so many more poses that most cannot have an estimated one.
+class _Cameras(NamedTuple):
+    """The cameras that were due, by their rows in the reference and in the estimate (or -1)."""
 
-    Parameters
-    ----------
-    ref_stamps, est_stamps : (n,), (m,) array
-        Time stamps in order. What counts is the number of reference poses that the estimate usually
-        advances, its median; 10 stamps or so are too few to tell.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.trajectories.association import is_denser
-    >>> is_denser(np.arange(0.0, 10, 0.01), np.arange(0.0, 10, 0.03))
-    True
-    """
-    return _median_step(ref_stamps, est_stamps) >= DENSER
-
-
-class _Pairing(NamedTuple):
-    """Rows of corresponding poses, in the reference's order, and what was left out."""
-
-    ref_rows: Indices
+    due_rows: Indices
     est_rows: Indices
-    ref_kept: Indices  # rows of the reference that were to be estimated, without duplicates
+    gt_poses: Floats
+    unmatched: int
+    duplicate: int
+    without_reference: Floats
+
+
+def _cameras_by_time(reference: Trajectory, estimate: Trajectory, timing: _Timing) -> _Cameras:
+    """Find the pose that stands for each frame that was due."""
+    ref_rows = _first_rows(reference.keys, "reference")
+    est_rows = _first_rows(estimate.keys, "estimate")
+    truth = Trajectory(reference.keys[ref_rows], reference.poses[ref_rows])
+    stamps = estimate.keys[est_rows] + timing.t_offset
+    rows, without_reference = _rows_due(truth.keys, stamps, timing)
+    standing = stand_in(
+        truth,
+        rows,
+        Trajectory(stamps, estimate.poses[est_rows]),
+        t_max_diff=timing.t_max_diff,
+        max_gap=timing.max_gap,
+        interpolate=timing.sync == "interpolate",
+    )
+    if (standing.est_rows < 0).all():
+        raise _nothing_in_common(truth.keys, estimate.keys[est_rows], timing)
+    return _Cameras(
+        due_rows=ref_rows[rows],
+        est_rows=np.where(standing.est_rows < 0, -1, est_rows[standing.est_rows]),
+        gt_poses=standing.gt_poses,
+        unmatched=standing.unmatched,
+        duplicate=len(estimate.keys) - len(est_rows),
+        without_reference=without_reference,
+    )
+
+
+def _rows_due(ref_stamps: Floats, est_stamps: Floats, timing: _Timing) -> tuple[Indices, Floats]:
+    """Return the rows of the reference that were due, and the frames that have none."""
+    if timing.frames is None:
+        step = usual_step(est_stamps) if timing.step is None else timing.step
+        rows, without_reference = due_rows(ref_stamps, step), np.empty(0)
+    else:
+        rows, without_reference = _rows_of_frames(ref_stamps, np.unique(timing.frames), timing)
+    limits = {"t_start": timing.t_start, "t_end": timing.t_end}
+    given = {name: seconds for name, seconds in limits.items() if seconds is not None}
+    low, high = given.get("t_start", -inf), given.get("t_end", inf)
+    rows = rows[(ref_stamps[rows] >= low) & (ref_stamps[rows] <= high)]
+    if len(rows) == 0:
+        said = " and ".join(f"{name} {seconds:.6f} s" for name, seconds in given.items())
+        raise ValueError(
+            f"no reference pose is due with {said}: the reference goes from {ref_stamps[0]:.6f} to "
+            f"{ref_stamps[-1]:.6f} s"
+        )
+    return rows, without_reference
+
+
+def _rows_of_frames(ref_stamps: Floats, frames: Floats, timing: _Timing) -> tuple[Indices, Floats]:
+    """Return the rows of the reference nearest to the frames, and the frames that have none."""
+    nearest, distance = nearest_stamps(ref_stamps, frames + timing.t_offset)
+    near = distance <= timing.t_max_diff
+    if not near.any():
+        raise ValueError(
+            f"no due frame has a reference pose: the frames go from {frames[0]:.6f} to "
+            f"{frames[-1]:.6f} s, the reference from {ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s "
+            f"(t_offset {timing.t_offset:g} s, t_max_diff {timing.t_max_diff:g} s)"
+            f"{unit_hint(ref_stamps, frames + timing.t_offset, 'frames')}"
+        )
+    return np.unique(nearest[near]), frames[~near] + timing.t_offset
+
+
+def _cameras_by_key(reference: Trajectory, estimate: Trajectory) -> _Cameras:
+    """Find the pose of the same image, frame or row."""
+    pairs = _pair(reference.keys, estimate.keys)
+    est_rows = pairs.est_rows[pairs.ref_kept]
+    return _Cameras(
+        due_rows=pairs.ref_kept,
+        est_rows=est_rows,
+        gt_poses=reference.poses[pairs.ref_kept],
+        unmatched=len(estimate.keys) - pairs.duplicate - int(np.sum(est_rows >= 0)),
+        duplicate=pairs.duplicate,
+        without_reference=np.empty(0),
+    )
+
+
+class _Pairs(NamedTuple):
+    """Which pose of the estimate belongs to each of the reference, and what was left out."""
+
+    est_rows: Indices  # a row of the estimate for each of the reference; -1 where it has none
+    ref_kept: Indices  # rows of the reference without duplicates, stamps in order
     duplicate: int  # number of estimated poses left out as duplicates
 
-    def with_lost(self, lost: Indices) -> "_Pairing":
-        """Keep of the reference what was matched, and `lost`, which counts in `ref_kept`."""
-        kept = np.isin(self.ref_kept, [*self.ref_rows, *self.ref_kept[lost]])
-        return self._replace(ref_kept=self.ref_kept[kept])
 
-
-def _match_times(
-    ref_stamps: Floats, est_stamps: Floats, max_diff: float, offset: float
-) -> _Pairing:
-    sync = require("evo.core.sync", "files")
-    ref_kept, est_kept = _kept(ref_stamps, "reference"), _kept(est_stamps, "estimate")
-    ref, est = ref_stamps[ref_kept], est_stamps[est_kept]
-    # As evo does, from the shorter trajectory: each of its poses gets the nearest of the longer.
-    if len(est) > len(ref):
-        i, j = sync.matching_time_indices(ref, est, max_diff, offset)
-    else:
-        j, i = sync.matching_time_indices(est, ref, max_diff, -offset)
-    if len(i) == 0:
+def _pair(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> _Pairs:
+    """Pair the poses by what their keys are."""
+    kinds = ref_keys.dtype.kind, est_keys.dtype.kind
+    if kinds[0] != kinds[1]:
         raise ValueError(
-            f"no time stamps in common: the reference goes from {ref[0]:.6f} to {ref[-1]:.6f} s, "
-            f"the estimate from {est[0]:.6f} to {est[-1]:.6f} s (t_offset {offset:g} s, "
-            f"t_max_diff {max_diff:g} s){_stamps_hint(ref, est)}"
+            "the two trajectories are not of the same format: the keys of the reference are "
+            f"{KEY_KINDS[kinds[0]]}, those of the estimate {KEY_KINDS[kinds[1]]}"
         )
-    pairs = np.array([i, j], dtype=np.intp)
-    pairs = pairs[:, np.argsort(np.abs(est[pairs[1]] + offset - ref[pairs[0]]), kind="stable")]
-    n_associated = len(np.unique(pairs[1]))
-    pairs = pairs[:, _is_first(pairs[0]) & _is_first(pairs[1])]
-    pairs = pairs[:, np.argsort(pairs[0])]
-    return _Pairing(
-        ref_rows=ref_kept[pairs[0]],
-        est_rows=est_kept[pairs[1]],
-        ref_kept=ref_kept,
-        duplicate=len(est_stamps) - len(est_kept) + n_associated - pairs.shape[1],
-    )
-
-
-def _lost(ref_stamps: Floats, est_stamps: Floats, max_diff: float) -> Indices:
-    """Return the rows of a denser reference at which the estimate must have lost a frame.
-
-    A gap is so many frames long, in time and in poses of the reference, of which the lesser counts:
-    the reference has gaps, too, in which nothing can be said to be lost. From the reference's side:
-    each of its poses in such a gap is given to the nearest frame, each frame keeps the nearest one.
-    (From the side of the frames one wrong stamp, years away, would be billions of them.)
-    """
-    n, m = len(ref_stamps), len(est_stamps)
-    step = np.median(np.diff(est_stamps))
-    places = np.r_[0, _places(ref_stamps, est_stamps), n - 1]  # with the reference's ends
-    times = np.maximum(np.diff(np.r_[ref_stamps[0], est_stamps, ref_stamps[-1]]), 0) / step
-    steps = np.minimum(times, np.diff(places) / _median_step(ref_stamps, est_stamps))
-    # A gap between poses ends with an estimated frame; what lacks to a whole step is jitter.
-    most = np.maximum(np.rint(steps) - 1, 0)
-    most[[0, -1]] = np.floor(steps[[0, -1]] + 0.01)
-
-    gap = np.searchsorted(est_stamps, ref_stamps, side="right")
-    start = est_stamps[np.maximum(gap - 1, 0)]
-    n_steps = np.maximum(np.rint(times[gap]), 1)
-    inside = (gap > 0) & (gap < m)
-    length = np.where(inside, times[gap] / n_steps, 1.0) * step
-    frame = np.rint((ref_stamps - start) / length)
-    distance = np.abs(ref_stamps - start - frame * length)
-    lost = (most[gap] > 0) & (frame != 0) & ~(inside & (frame == n_steps))
-    lost &= distance <= max(max_diff, float(np.median(np.diff(ref_stamps))))
-    rows = np.flatnonzero(lost)
-    rows = rows[np.argsort(distance[rows], kind="stable")]
-    _, nearest = np.unique(np.column_stack([gap, frame])[rows], axis=0, return_index=True)
-    rows = np.sort(rows[nearest]).astype(np.intp)
-
-    # Of more than there can be in a gap, that many are kept, evenly spread.
-    _, first, count = np.unique(gap[rows], return_index=True, return_counts=True)
-    number = np.arange(len(rows)) - np.repeat(first, count)
-    share = np.minimum(most[gap[rows]] / np.repeat(count, count), 1)
-    spread = np.floor((number + 1) * share + 1e-9) > np.floor(number * share + 1e-9)
-    return np.asarray(rows[spread])
-
-
-def _median_step(ref_stamps: Floats, est_stamps: Floats) -> float:
-    """Return how many poses of the reference the estimate usually advances; 0 if it has too few."""
-    places = _places(ref_stamps, est_stamps)
-    steps = np.diff(places[(places > 0) & (places < len(ref_stamps) - 1)])
-    return float(np.median(steps)) if len(steps) >= MIN_STEPS else 0.0
-
-
-def _places(ref_stamps: Floats, est_stamps: Floats) -> Floats:
-    """Return where among the rows of the reference, counted in fractions, estimated poses lie."""
-    return np.interp(est_stamps, ref_stamps, np.arange(len(ref_stamps)))
-
-
-def _due(
-    ref_stamps: Floats, est_stamps: Floats, due: Floats, max_diff: float
-) -> tuple[Indices, Floats]:
-    """Return the reference rows of due frames without an estimated pose, and frames without one."""
-    due = due[~_near(est_stamps, due, max_diff)]
-    near = _near(ref_stamps, due, max_diff)
-    return np.unique(_nearest(ref_stamps, due[near])), due[~near]
-
-
-def _near(stamps: Floats, times: Floats, max_diff: float) -> Booleans:
-    """Tell which times have one of the stamps, in order, within a difference."""
-    return np.asarray(np.abs(stamps[_nearest(stamps, times)] - times) <= max_diff)
-
-
-def _nearest(stamps: Floats, times: Floats) -> Indices:
-    """Return which of the stamps, in order, is the nearest to each time."""
-    last = len(stamps) - 1
-    after = np.minimum(np.searchsorted(stamps, times), last)
-    before = np.maximum(after - 1, 0)
-    return np.asarray(
-        np.where(times - stamps[before] <= stamps[after] - times, before, after), dtype=np.intp
-    )
+    if kinds == ("i", "i") and _are_row_numbers(ref_keys) and _are_row_numbers(est_keys):
+        return _pair_by_row(ref_keys, est_keys)
+    return _pair_by_key(ref_keys, est_keys)
 
 
 def unit_hint(ref_stamps: Floats, est_stamps: Floats, whose: str = "estimate") -> str:
     """Say whose stamps are not in seconds, if it shows in them or in how long both last.
 
-    Parameters
-    ----------
-    ref_stamps, est_stamps : (n,), (m,) array
-        Time stamps of a reference and an estimate, of which too few meet.
-    whose : str
-        What the latter are those of.
-
-    Returns
-    -------
-    str
-        To be appended to a message; empty where both seem to be in seconds.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.trajectories.association import unit_hint
-    >>> unit_hint(np.arange(0.0, 60, 0.1), np.arange(0.0, 50_000, 33))
-    '; those of the estimate seem to be in milliseconds: write them in seconds'
+    The end of a message that too few of a reference's stamps meet those of `whose`; else empty.
     """
     stamps = {"reference": ref_stamps, whose: est_stamps}
     units = {name: time_unit(values) for name, values in stamps.items()}
-    if "seconds" in units.values():
-        lasting = {name: float(np.ptp(values)) for name, values in stamps.items()}
-        low, high = SAME_UNIT
-        for name, other in (("reference", whose), (whose, "reference")):
-            for unit, factor in TIME_UNITS.items():
-                same = (
-                    low * factor * lasting[other] < lasting[name] < high * factor * lasting[other]
-                )
-                if unit == units[name] != "seconds" or (factor > 1 and same):
-                    return f"; those of the {name} seem to be in {unit}: write them in seconds"
-        return ""
-    return f"; both seem to be in {units[whose]}: write them in seconds"
+    if "seconds" not in units.values():
+        return f"; both seem to be in {units[whose]}: write them in seconds"
+    durations = {name: float(np.ptp(values)) for name, values in stamps.items()}
+    low, high = SAME_DURATION
+    for name, other in (("reference", whose), (whose, "reference")):
+        for unit, factor in TIME_UNITS.items():
+            as_long = factor * durations[other]
+            same = factor > 1 and low * as_long < durations[name] < high * as_long
+            if unit == units[name] != "seconds" or same:
+                return f"; those of the {name} seem to be in {unit}: write them in seconds"
+    return ""
 
 
-def _stamps_hint(ref_stamps: Floats, est_stamps: Floats) -> str:
+def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, timing: _Timing) -> ValueError:
+    """Return the error of an estimate without a pose near one of the reference."""
+    return ValueError(
+        f"no time stamps in common: the reference goes from {ref_stamps[0]:.6f} to "
+        f"{ref_stamps[-1]:.6f} s, the estimate from {est_stamps[0]:.6f} to {est_stamps[-1]:.6f} s "
+        f"(t_offset {timing.t_offset:g} s, t_max_diff {timing.t_max_diff:g} s)"
+        f"{_stamps_hint(ref_stamps, est_stamps, timing.t_offset)}"
+    )
+
+
+def _stamps_hint(ref_stamps: Floats, est_stamps: Floats, offset: float) -> str:
     """Say why stamps have nothing in common, if it can be told."""
     if hint := unit_hint(ref_stamps, est_stamps):
         return hint
     first = {"reference": ref_stamps[0], "estimate": est_stamps[0]}
     last = {"reference": ref_stamps[-1], "estimate": est_stamps[-1]}
     for whose, other in (("reference", "estimate"), ("estimate", "reference")):
-        if abs(last[whose]) < RELATIVE < first[other]:
+        if abs(last[whose]) < EARLIEST_DATE < first[other]:
             return (
                 f"; those of the {whose} seem to count from its start: --t_offset auto finds the "
                 f"offset, --t_offset {first['reference'] - first['estimate']:.3f} lets both begin "
                 "together"
             )
+    shifted = est_stamps + offset
+    shifted = shifted[(shifted >= ref_stamps[0]) & (shifted <= ref_stamps[-1])]
+    if len(shifted):
+        distance = float(np.median(nearest_stamps(ref_stamps, shifted)[1]))
+        return (
+            f"; the nearest ones are usually {distance:.4f} s apart: --t_offset moves those of the "
+            "estimate, a larger --t_max_diff takes them for the same"
+        )
     return ""
 
 
@@ -489,10 +406,10 @@ def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
     if keys.dtype == object and all(isinstance(key, str) for key in keys.flat):  # as of pandas
         keys = keys.astype(str)
     keys = keys.astype(np.int64) if keys.dtype.kind == "u" else keys
-    if keys.ndim != 1 or keys.dtype.kind not in KINDS:
+    if keys.ndim != 1 or keys.dtype.kind not in KEY_KINDS:
         raise ValueError(
-            f"the keys of the {whose} must be a list of {', '.join(KINDS.values())}, not an array "
-            f"of shape {keys.shape} and type {keys.dtype}"
+            f"the keys of the {whose} must be a list of {', '.join(KEY_KINDS.values())}, not an "
+            f"array of shape {keys.shape} and type {keys.dtype}"
         )
     if poses.shape not in ((len(keys), 4, 4), (len(keys), 3, 4)) or poses.dtype.kind not in "fiu":
         raise ValueError(
@@ -513,17 +430,17 @@ def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
     return Trajectory(keys, poses.astype(np.float64, copy=False))
 
 
-def _are_rows(keys: NDArray[Any]) -> bool:
+def _are_row_numbers(keys: NDArray[Any]) -> bool:
     return np.array_equal(keys, np.arange(len(keys)))
 
 
-def _match_equal(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> _Pairing:
-    ref_kept, est_kept = _kept(ref_keys, "reference"), _kept(est_keys, "estimate")
+def _pair_by_key(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> _Pairs:
+    ref_kept, est_kept = _first_rows(ref_keys, "reference"), _first_rows(est_keys, "estimate")
     ref, est = ref_keys[ref_kept].tolist(), est_keys[est_kept].tolist()
-    pairs, part = _equal(ref, est), ""
+    pairs, part = _unique_pairs(ref, est), ""
     names = ref_keys.dtype.kind == "U"
-    for part, shorten in SHORTENED.items() if names and not pairs else ():
-        pairs = _equal(list(map(shorten, ref)), list(map(shorten, est)))
+    for part, shorten in NAME_PARTS.items() if names and not pairs else ():
+        pairs = _unique_pairs(list(map(shorten, ref)), list(map(shorten, est)))
         if pairs:
             first, second = ref[pairs[0][0]], est[pairs[0][1]]
             _warn(f"no path in common, so images are matched by {part}: {first!r} and {second!r}")
@@ -535,16 +452,13 @@ def _match_equal(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> _Pairing:
             f"no {what} in common: the reference has {ref[0]!r}, the estimate {est[0]!r}, for "
             f"example{hint}"
         )
-    ref_rows, est_rows = np.transpose(pairs)
-    return _Pairing(
-        ref_rows=ref_kept[ref_rows],
-        est_rows=est_kept[est_rows],
-        ref_kept=ref_kept,
-        duplicate=len(est_keys) - len(est_kept),
-    )
+    ref_rows, matching_rows = np.transpose(pairs)
+    est_rows = np.full(len(ref_keys), -1)
+    est_rows[ref_kept[ref_rows]] = est_kept[matching_rows]
+    return _Pairs(est_rows, ref_kept, len(est_keys) - len(est_kept))
 
 
-def _equal(ref_keys: list[Any], est_keys: list[Any]) -> list[tuple[int, int]]:
+def _unique_pairs(ref_keys: list[Any], est_keys: list[Any]) -> list[tuple[int, int]]:
     """Return the positions of equal keys, of those that occur once."""
     once = [
         {key: row for row, key in enumerate(keys) if count[key] == 1}
@@ -553,7 +467,7 @@ def _equal(ref_keys: list[Any], est_keys: list[Any]) -> list[tuple[int, int]]:
     return [(row, once[1][key]) for key, row in once[0].items() if key in once[1]]
 
 
-def _match_rows(ref_rows: NDArray[Any], est_rows: NDArray[Any]) -> _Pairing:
+def _pair_by_row(ref_rows: NDArray[Any], est_rows: NDArray[Any]) -> _Pairs:
     if len(ref_rows) != len(est_rows):
         raise ValueError(
             f"the reference has {len(ref_rows)} poses, the estimate {len(est_rows)}: without "
@@ -561,10 +475,10 @@ def _match_rows(ref_rows: NDArray[Any], est_rows: NDArray[Any]) -> _Pairing:
             "row of nan for each frame that was lost)"
         )
     rows = np.arange(len(ref_rows))
-    return _Pairing(ref_rows=rows, est_rows=rows, ref_kept=rows, duplicate=0)
+    return _Pairs(rows, rows, 0)
 
 
-def _kept(keys: NDArray[Any], whose: str) -> Indices:
+def _first_rows(keys: NDArray[Any], whose: str) -> Indices:
     """Return the first row of each key; of time stamps, in their order."""
     rows = np.arange(len(keys))
     if keys.dtype.kind == "f":
@@ -577,6 +491,8 @@ def _kept(keys: NDArray[Any], whose: str) -> Indices:
             )
         rows = np.argsort(keys, kind="stable")
     kept = rows[_is_first(keys[rows])]
+    if keys.dtype.kind == "f" and len(kept) == 1 < len(keys):
+        raise ValueError(f"all {len(keys)} time stamps of the {whose} are the same")
     if whose == "reference" and len(kept) < len(rows):
         _warn(f"duplicates in the reference (of stamp or name), left out: {len(rows) - len(kept)}")
     return kept

@@ -24,7 +24,7 @@ more than the freedom to choose one does: an estimate that is merely bad, with n
 or drift, fits under none.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import permutations, product
 
 import numpy as np
@@ -60,39 +60,24 @@ SHIFTED_QUATERNIONS = (  # B where w first is read as w last, and the other way 
     np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]),
 )
 POSITIONS_GAIN = 3.0  # factor by which mirrored or inverted positions must fit better
-POSITIONS_MISFIT = 0.15  # largest one of the mirrored positions, relative to the reference's extent
+POSITIONS_MISFIT = 0.15  # largest median error when they do, relative to the reference's extent
 
 
 @dataclass(frozen=True, eq=False)
 class Convention:
     """The convention under which an estimate fits its reference, as far as it can be found.
 
-    Parameters
-    ----------
-    inverted : bool
-        The estimated poses are world-to-camera.
-    rotations_inverted : bool
-        Only their rotations are; the positions are camera centres as they should be.
-    positions_inverted : bool
-        Only their positions are; the rotations are camera-to-world as they should be.
-    body_rotation : (3, 3) ndarray or None
-        B: the estimate's camera axes (columns) in the reference's camera frame; None where it is
-        the same frame, or no other one explains the estimate.
-    mirrored : bool
-        The positions fit the mirror image of the reference.
-    ras : float
-        The RAS of the poses as they are, approximately.
-    corrected_ras : float
-        The same under the convention found.
+    `body_rotation` is B: the estimate's camera axes (columns) in the reference's camera frame; None
+    where it is the same frame, or no other one explains the estimate.
     """
 
-    inverted: bool = False
-    rotations_inverted: bool = False
-    positions_inverted: bool = False
+    inverted: bool = False  # the estimated poses are world-to-camera
+    rotations_inverted: bool = False  # only their rotations are
+    positions_inverted: bool = False  # only their positions are
     body_rotation: Floats | None = None
-    mirrored: bool = False
-    ras: float = 0.0
-    corrected_ras: float = 0.0
+    mirrored: bool = False  # the positions fit the mirror image of the reference
+    ras: float = 0.0  # of the poses as they are, approximately
+    corrected_ras: float = 0.0  # under the convention found
 
     @property
     def quaternions_shifted(self) -> bool:
@@ -109,39 +94,11 @@ class Convention:
 
 
 def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
-    """Find the convention under which an estimate fits its reference.
+    """Find the convention under which the finite ones of estimated poses fit their reference.
 
-    Parameters
-    ----------
-    gt_poses : (n, 4, 4) array
-        Camera-to-world poses of the reference, finite.
-    est_poses : (n, 4, 4) array
-        Estimated poses; those that are not finite are left out.
-
-    Returns
-    -------
-    Convention
-        The convention; all False and None where the poses fit as they are, or fit under none.
-
-    Notes
-    -----
-    At most 500 cameras are looked at. With rotations about a single axis B is not unique: to rotate
-    all cameras about that axis is to rotate the world. An inversion can then look like another
-    camera frame, and the positions decide.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from scipy.spatial.transform import Rotation
-    >>> from alignscores.trajectories.conventions import describe_rotation, find_convention
-    >>> rng = np.random.default_rng(0)
-    >>> gt = np.tile(np.eye(4), (50, 1, 1))
-    >>> gt[:, :3, :3] = Rotation.random(50, rng=rng).as_matrix()
-    >>> gt[:, :3, 3] = rng.random((50, 3))
-    >>> opengl = gt @ np.diag([1.0, -1.0, -1.0, 1.0])
-    >>> found = find_convention(gt, opengl)
-    >>> describe_rotation(found.body_rotation)
-    "180 deg about x, as OpenGL's camera axes to OpenCV's"
+    All of it is False and None where they fit as they are, or fit under none. With rotations about
+    a single axis B is not unique: to rotate all cameras about that axis is to rotate the world. An
+    inversion can then look like another camera frame, and the positions decide.
     """
     estimated = np.flatnonzero(finite_rows(est_poses))
     if len(estimated) < MIN_CAMERAS:
@@ -153,7 +110,7 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     mirrored = _is_mirrored(gt[:, :3, 3], positions)
     rotated_as_is = not found.inverted and not found.rotations_inverted
     inverted = rotated_as_is and not mirrored and _positions_inverted(gt, est)
-    return Convention(**{**vars(found), "mirrored": mirrored, "positions_inverted": inverted})
+    return replace(found, mirrored=mirrored, positions_inverted=inverted)
 
 
 def rotate_cameras(est_poses: Floats, body_rotation: Floats) -> Floats:
@@ -180,11 +137,6 @@ def seem_swapped(reference: Trajectory, estimate: Trajectory) -> bool:
     The scores hardly depend on it. A SLAM estimate usually starts at the identity pose, and a
     reference is usually sampled more densely: where both are the other way round, the two seem
     swapped.
-
-    Parameters
-    ----------
-    reference, estimate : Trajectory
-        With time stamps as keys; others are never called swapped.
     """
     if reference.keys.dtype.kind != "f" or estimate.keys.dtype.kind != "f":
         return False
@@ -206,7 +158,7 @@ def _starts_at_origin(trajectory: Trajectory) -> bool:
 def _find_rotation(gt: Floats, est: Floats) -> Convention:
     """Find the convention of the rotations: whether they are inverted, and the camera frame."""
     rotations = gt[:, :3, :3]
-    ras = _ras(_residuals(rotations, est[:, :3, :3]))
+    ras = _approximate_ras(_residuals(rotations, est[:, :3, :3]))
     needed = max(MIN_RAS, MIN_GAIN * ras)
     if needed > 1:
         return _shifted_quaternions(rotations, est[:, :3, :3], ras)
@@ -244,7 +196,7 @@ def _shifted_quaternions(gt: Floats, est: Floats, ras: float) -> Convention:
     gain, share = SHIFTED_GAIN
     needed = max(MIN_RAS, ras + gain, 1 - share * (1 - ras))
     for frame in SHIFTED_QUATERNIONS:
-        fit = _ras(_residuals(gt, est.transpose(0, 2, 1) @ frame.T))
+        fit = _approximate_ras(_residuals(gt, est.transpose(0, 2, 1) @ frame.T))
         if fit >= needed:
             return Convention(
                 rotations_inverted=True, body_rotation=frame, ras=ras, corrected_ras=fit
@@ -259,13 +211,13 @@ def _best_frame(gt: Floats, est: Floats) -> tuple[Floats, float]:
     """
     best, best_ras = _AXES[0], 0.0
     for axes in _AXES:  # the likeliest first; a later one must be clearly better
-        ras = _ras(_residuals(gt, est @ axes.T))
+        ras = _approximate_ras(_residuals(gt, est @ axes.T))
         if ras > best_ras + 0.02:
             best, best_ras = axes, ras
     free = _refined_frame(gt, est, _frame_hypothesis(gt, est))
-    ras = _ras(_residuals(gt, est @ free.T))
+    ras = _approximate_ras(_residuals(gt, est @ free.T))
     smallest = _smallest_equivalent(gt, free)
-    if _ras(_residuals(gt, est @ smallest.T)) > ras - 0.05:
+    if _approximate_ras(_residuals(gt, est @ smallest.T)) > ras - 0.05:
         free = smallest
     return (free, ras) if ras > best_ras + 0.05 else (best, best_ras)
 
@@ -328,7 +280,7 @@ def _residuals(gt: Floats, est: Floats) -> Floats:
     return rotation_angles((world @ gt).transpose(0, 2, 1) @ est)
 
 
-def _ras(residuals: Floats) -> float:
+def _approximate_ras(residuals: Floats) -> float:
     """Return the RAS with infinitely many thresholds; 0 where only few cameras fit, by chance."""
     if np.sum(residuals < NEAR_DEG) < MIN_CAMERAS:
         return 0.0
@@ -355,11 +307,14 @@ def _position_misfit(gt: Floats, est: Floats) -> float:
     """Median position error after robust registration, relative to the extent of the reference."""
     gt, est = normalise(gt)[0], normalise(est)[0]
     extent = float(np.median(np.linalg.norm(gt, axis=1)))
-    rank = len(gt) // 2 + 1
-    alignment, _ = pcr99(gt, est, rank=rank, n_hypotheses=300, rng=np.random.default_rng(0))
-    if alignment is None or extent == 0:
-        return np.inf
-    return float(np.median(alignment.position_errors(gt, est))) / extent
+    return median_error(gt, est, n_hypotheses=300) / extent if extent > 0 else np.inf
+
+
+def median_error(gt: Floats, est: Floats, *, n_hypotheses: int) -> float:
+    """Return the median position error after a robust registration; infinite without one."""
+    rank, rng = len(gt) // 2 + 1, np.random.default_rng(0)
+    alignment, _ = pcr99(gt, est, rank=rank, n_hypotheses=n_hypotheses, rng=rng)
+    return np.inf if alignment is None else float(np.median(alignment.position_errors(gt, est)))
 
 
 def _log(rotations: Floats) -> Floats:
@@ -381,7 +336,7 @@ def _axis_rotations() -> tuple[list[Floats], list[str]]:
     names = list(named.values())
     for order, signs in product(permutations(range(3)), product((1.0, -1.0), repeat=3)):
         rotation = np.eye(3)[list(order)] * np.array(signs)[:, None]
-        known = any(np.array_equal(rotation, one) for one in rotations)
+        known = any(np.array_equal(rotation, other) for other in rotations)
         if np.linalg.det(rotation) > 0 and not known:
             rotations.append(rotation)
             columns = [

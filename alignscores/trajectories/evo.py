@@ -1,23 +1,7 @@
 """TAS, RAS and PAS as evo metrics, for code written for `evo.core.metrics.APE`.
 
 They align the trajectories themselves, which must be associated, but not aligned. Needs the extra
-``files``.
-
-Examples
---------
->>> import numpy as np
->>> from evo.core.metrics import StatisticsType
->>> from evo.core.trajectory import PosePath3D
->>> from alignscores.trajectories.evo import PAS
->>> rng = np.random.default_rng(0)
->>> poses = np.tile(np.eye(4), (40, 1, 1))
->>> poses[:, :3, 3] = rng.random((40, 3))
->>> reference = PosePath3D(poses_se3=list(poses.copy()))
->>> poses[:10, :3, 3] = rng.random((10, 3))
->>> metric = PAS()
->>> metric.process_data((reference, PosePath3D(poses_se3=list(poses))))
->>> metric.result.score, 1 - metric.get_statistic(StatisticsType.mean)
-(0.875, 0.875)
+``evo``.
 """
 
 from abc import abstractmethod
@@ -31,30 +15,16 @@ from ..pose import PASResult, pas
 from ..rotation import ras
 from ..translation import tas
 from .extras import require
-from .files import orthonormalised
+from .files.poses import orthonormalise
 
-PE: Any = require("evo.core.metrics", "files").PE
-MetricsException: Any = require("evo.core.metrics", "files").MetricsException
-Unit: Any = require("evo.core.units", "files").Unit
+metrics: Any = require("evo.core.metrics", "evo")
+Unit: Any = require("evo.core.units", "evo").Unit
 
 __all__ = ["PAS", "RAS", "TAS"]
 
 
-class _Score(PE):  # type: ignore[misc]  # evo has no types
-    """What the three metrics have in common.
-
-    Parameters
-    ----------
-    **options
-        Keyword arguments of `alignscores.tas`, `ras` or `pas`.
-
-    Attributes
-    ----------
-    result : AlignmentScore or PASResult
-        All that the score was computed from, after `process_data`.
-    error : (n,) ndarray
-        What evo's statistics are computed from; infinite for a camera that was not estimated.
-    """
+class _Score(metrics.PE):  # type: ignore[misc]  # evo has no types
+    """What the three metrics have in common: `result` after `process_data`, and its `error`."""
 
     unit = Unit.none
 
@@ -66,25 +36,19 @@ class _Score(PE):  # type: ignore[misc]  # evo has no types
         return f"{type(self).__name__} ({self.unit.value})"
 
     def process_data(self, data: tuple[Any, Any]) -> None:
-        """Score a pair of associated evo trajectories, (reference, estimate).
-
-        Raises
-        ------
-        evo.core.metrics.MetricsException
-            Where the two have different numbers of poses, or cannot be scored.
-        """
+        """Score a pair of associated evo trajectories, (reference, estimate)."""
         if len(data) != 2:
-            raise MetricsException("data must be a pair: (reference, estimate)")
+            raise metrics.MetricsException("data must be a pair: (reference, estimate)")
         reference, estimate = data
         if reference.num_poses != estimate.num_poses:
-            raise MetricsException(
+            raise metrics.MetricsException(
                 f"the reference has {reference.num_poses} poses, the estimate "
                 f"{estimate.num_poses}; associate them first"
             )
         try:
             self._score(_poses(reference), _poses(estimate))
         except ValueError as error:
-            raise MetricsException(str(error)) from error
+            raise metrics.MetricsException(str(error)) from error
 
     def get_statistic(self, statistics_type: Any) -> float:
         """Return a statistic of the errors; infinite or NaN where a camera was not estimated."""
@@ -220,7 +184,7 @@ def _missed(result: AlignmentScore) -> Floats:
 def _poses(trajectory: Any) -> Floats:
     """Return the poses (n, 4, 4) of an evo trajectory; matrices with few digits are corrected."""
     poses = np.array(trajectory.poses_se3, dtype=float)
-    rotations, deviation = orthonormalised(poses[:, :3, :3])
+    rotations, deviation = orthonormalise(poses[:, :3, :3])
     rounded = deviation < 1e-2
     poses[rounded, :3, :3] = rotations[rounded]
     return poses

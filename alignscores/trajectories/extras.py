@@ -7,32 +7,7 @@ __all__ = ["require"]
 
 
 def require(module: str, extra: str) -> Any:
-    """Import a module of an optional package.
-
-    Parameters
-    ----------
-    module : str
-        Full name of the module.
-    extra : str
-        The extra of alignscores that brings it.
-
-    Returns
-    -------
-    module
-        The module.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        Where the package is not installed; the message says what to install.
-
-    Examples
-    --------
-    >>> from alignscores.trajectories.extras import require
-    >>> require("no_such_package.io", "files")
-    Traceback (most recent call last):
-    ModuleNotFoundError: no_such_package is not installed: pip install "alignscores[files]"
-    """
+    """Import a module of an optional package; say which extra brings it where it is missing."""
     package = module.partition(".")[0]
     try:
         importlib.import_module(package)

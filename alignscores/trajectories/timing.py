@@ -1,19 +1,20 @@
 """A constant offset between the clocks of a reference and an estimate.
 
 With an offset each estimated pose is compared with where the camera was a moment earlier or later.
-The reference's positions, interpolated at the estimate's stamps plus an offset, then fit the
-estimate the better the nearer the offset is to the true one.
+The reference's positions, interpolated at the estimate's stamps plus a trial offset, fit the
+estimate best at the true one. Where the mirror image of the estimate or its inverse poses fit
+better without an offset, the misfit is one of convention.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arrays import Booleans, Floats
-from ..registration import pcr99
 from ..translation import normalise
 from ..validation import finite_rows
-from .files import Trajectory
+from .conventions import median_error
+from .files import Trajectory, inverse_poses
 
 __all__ = ["TimeOffset", "find_offset"]
 
@@ -21,26 +22,23 @@ __all__ = ["TimeOffset", "find_offset"]
 SAMPLE = 300  # poses looked at, evenly spread
 MIN_POSES = 20  # fewer fit at some offset by chance
 HYPOTHESES = 100
-REACH, STEP = 1.0, 0.05  # seconds on either side that are tried, and from one trial to the next
+NEARBY = 1.0  # seconds; offsets up to this one are tried first
+STEP = 0.05  # seconds from one trial to the next
 REFINEMENTS = 5  # each divides the step by 4
-MISFIT = 0.1  # largest misfit at the offset, relative to the extent of the reference there
-ROUNDING = 1e-4  # misfit, so relative, below which all fit alike
-GAIN = 1.5  # factor by which the positions must fit better for an offset to be told
-FAR_GAIN = 5.0  # the same beyond that reach, where there are more to choose from
-TRIALS = 4000  # most offsets tried where nothing is known of it
+MAX_TRIALS = 4000  # where nothing is known of the offset
+MAX_MISFIT = 0.1  # at the offset, relative to the extent of the reference there
+ROUNDING = 1e-4  # misfit, also relative, below which all fit alike
+MIN_GAIN = 1.5  # factor by which the positions must fit better for an offset to be told
+MIN_FAR_GAIN = 5.0  # the same beyond the nearby ones, where there are more to choose from
+MIRROR = np.array([1.0, 1.0, -1.0])
 
 
 @dataclass(frozen=True)
 class TimeOffset:
-    """The offset at which the positions fit best.
+    """The offset in seconds, to be added to the estimate's stamps, at which its positions fit best.
 
-    Parameters
-    ----------
-    seconds : float
-        To be added to the estimate's time stamps.
-    gain : float
-        Factor by which the positions fit better than without an offset; infinite where the stamps
-        have too little time in common without one.
+    `gain` is the factor by which they fit better than without it; infinite where the stamps have
+    too little time in common without it.
     """
 
     seconds: float
@@ -49,59 +47,58 @@ class TimeOffset:
     @property
     def significant(self) -> bool:
         """Whether the offset explains more than noise does."""
-        return self.gain >= (GAIN if abs(self.seconds) <= REACH else FAR_GAIN)
+        return self.gain >= (MIN_GAIN if abs(self.seconds) <= NEARBY else MIN_FAR_GAIN)
 
 
 def find_offset(reference: Trajectory, estimate: Trajectory) -> TimeOffset | None:
-    """Find the time offset of an estimate by the fit of its positions.
+    """Find the time offset of an estimate to a reference `in_order` by the fit of its positions.
 
-    Parameters
-    ----------
-    reference, estimate : Trajectory
-        With time stamps in seconds as keys, the reference's in order and without duplicates.
-
-    Returns
-    -------
-    TimeOffset or None
-        The offset, within 1 s if the positions fit there, else anywhere, as where one of the two
-        counts from its start. None where there are fewer than 20 poses to tell it by, or at none do
-        half of the poses lie within the reference and fit.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.trajectories.files import Trajectory
-    >>> from alignscores.trajectories.timing import find_offset
-    >>> poses = np.tile(np.eye(4), (1000, 1, 1))
-    >>> times = np.arange(1000) / 100
-    >>> poses[:, :3, 3] = np.transpose([np.sin(3 * times), np.cos(2 * times), np.sin(times)])
-    >>> round(find_offset(Trajectory(times, poses), Trajectory(times - 0.2, poses)).seconds, 3)
-    0.2
+    It is within 1 s if the positions fit there, else anywhere, as where one of the two counts from
+    its start; 0 where another convention of the estimate explains the misfit. None where there are
+    fewer than `MIN_POSES`, or at no offset half of the poses lie within the reference and fit.
     """
     rows = np.flatnonzero(finite_rows(estimate.poses[:, :3, 3]))
     rows = rows[np.argsort(estimate.keys[rows], kind="stable")]
     if min(len(rows), len(reference.keys)) < MIN_POSES:
         return None
     rows = rows[np.linspace(0, len(rows) - 1, min(SAMPLE, len(rows))).astype(int)]
-    positions = (normalise(poses[:, :3, 3])[0] for poses in (reference.poses, estimate.poses[rows]))
-    fit = _Fit(reference.keys, estimate.keys[rows], *positions)
+    fit = _ShiftedPositions(
+        reference.keys,
+        estimate.keys[rows],
+        normalise(reference.poses[:, :3, 3])[0],
+        normalise(estimate.poses[rows, :3, 3])[0],
+    )
     anywhere = (
         float(reference.keys[0] - estimate.keys[rows[-1]]),
         float(reference.keys[-1] - estimate.keys[rows[0]]),
     )
-    for least, most in ((-REACH, REACH), anywhere):
+    for least, most in ((-NEARBY, NEARBY), anywhere):
         best = fit.best_offset(least, most)
         misfit = fit.misfit(best)
         extent = fit.extent(best) if misfit < np.inf else 0.0
-        if misfit <= MISFIT * extent and extent > 0:
+        if misfit <= MAX_MISFIT * extent and extent > 0:
+            if best and _another_convention_fits(fit, estimate.poses[rows], misfit):
+                return TimeOffset(0.0, 1.0)
             floor = fit.interpolation_error() + ROUNDING * extent
             return TimeOffset(best, (fit.misfit(0.0) + floor) / (misfit + floor))
     return None
 
 
+def _another_convention_fits(fit: "_ShiftedPositions", est: Floats, misfit: float) -> bool:
+    """Tell whether the estimate in another convention fits better than that, without an offset."""
+    est = np.nan_to_num(est)  # a position is there, but perhaps no rotation
+    inverse = inverse_poses(est)[:, :3, 3]
+    centres = -np.einsum(
+        "nij,nj->ni", est[:, :3, :3], est[:, :3, 3]
+    )  # of world-to-camera translations
+    candidates = [est[:, :3, 3] * MIRROR, inverse, inverse * MIRROR, centres]
+    positions = [normalise(candidate)[0] for candidate in candidates]
+    return any(replace(fit, est_positions=other).misfit(0.0) < misfit for other in positions)
+
+
 @dataclass(frozen=True)
-class _Fit:
-    """The fit of estimated positions to those of a reference at any offset."""
+class _ShiftedPositions:
+    """Estimated positions beside those of a reference at any offset of the clocks."""
 
     ref_stamps: Floats
     est_stamps: Floats
@@ -110,18 +107,14 @@ class _Fit:
 
     def misfit(self, offset: float) -> float:
         """Return the median position error at an offset, after a robust alignment."""
-        inside, gt = self._reference(offset)
+        inside, gt = self._reference_at(offset)
         if len(gt) < max(MIN_POSES, len(inside) / 2):
             return np.inf
-        est, rank, rng = self.est_positions[inside], len(gt) // 2 + 1, np.random.default_rng(0)
-        alignment, _ = pcr99(gt, est, rank=rank, n_hypotheses=HYPOTHESES, rng=rng)
-        if alignment is None:
-            return np.inf
-        return float(np.median(alignment.position_errors(gt, est)))
+        return median_error(gt, self.est_positions[inside], n_hypotheses=HYPOTHESES)
 
     def best_offset(self, least: float, most: float) -> float:
         """Return the offset within a range at which the misfit is the smallest."""
-        step = max(STEP, (most - least) / TRIALS)
+        step = max(STEP, (most - least) / MAX_TRIALS)
         candidates = np.arange(least, most + step / 2, step)
         best = 0.0
         for _ in range(REFINEMENTS):
@@ -131,18 +124,18 @@ class _Fit:
         return best
 
     def interpolation_error(self) -> float:
-        """Return by how much interpolated positions are off, as a rule; a better fit is chance."""
+        """Return the usual error of interpolated positions; what fits better does so by chance."""
         curvature = np.diff(self.ref_positions, n=2, axis=0)
         return float(np.median(np.linalg.norm(curvature, axis=1))) / 8
 
     def extent(self, offset: float) -> float:
-        """Return how far the reference reaches from its middle at an offset, as a rule."""
-        _, gt = self._reference(offset)
+        """Return the median distance of the reference from its middle at an offset."""
+        _, gt = self._reference_at(offset)
         return float(np.median(np.linalg.norm(gt - np.median(gt, axis=0), axis=1)))
 
-    def _reference(self, offset: float) -> tuple[Booleans, Floats]:
+    def _reference_at(self, offset: float) -> tuple[Booleans, Floats]:
         """Tell which poses lie within the reference at an offset, and its positions there."""
         times = self.est_stamps + offset
         inside = (times >= self.ref_stamps[0]) & (times <= self.ref_stamps[-1])
-        axes = (np.interp(times[inside], self.ref_stamps, axis) for axis in self.ref_positions.T)
-        return inside, np.stack(list(axes), axis=1)
+        axes = [np.interp(times[inside], self.ref_stamps, axis) for axis in self.ref_positions.T]
+        return inside, np.stack(axes, axis=1)

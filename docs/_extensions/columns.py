@@ -19,9 +19,12 @@ class Columns(SphinxDirective):
         module, _, name = self.arguments[0].rpartition(".")
         function = getattr(import_module(module), name)
         self.env.note_dependency(function.__code__.co_filename)
-        texts = [cleandoc("\n".join(one.desc)) for one in FunctionDoc(function)["Returns"]]
+        returned = FunctionDoc(function)["Returns"]
+        texts = [cleandoc("\n".join(value.desc)) for value in returned]
         # The page is Markdown, docstrings are reStructuredText.
-        return self.parse_text_to_nodes("".join(f"```{{eval-rst}}\n{one}\n```\n" for one in texts))
+        return self.parse_text_to_nodes(
+            "".join(f"```{{eval-rst}}\n{text}\n```\n" for text in texts)
+        )
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

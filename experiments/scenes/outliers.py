@@ -84,7 +84,7 @@ OUTLIERS: Mapping[str, Callable[[np.random.Generator, Floats, Floats, int, float
     "diverging": _diverging,
     "missing": _missing,
 }
-"""Each kind with the function that makes so many of the estimate's cameras outliers, in place.
+"""Each kind with the function that makes a number of estimated cameras outliers, in place.
 
 It returns which ones.
 """

@@ -21,22 +21,10 @@ TRANSLATION_LIMIT = 100.0  # of the estimated world, uniform within plus and min
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Ground-truth and estimated cameras; row i of both is the same camera.
+    """Ground-truth and estimated cameras, row by row the same; a missing one has rows of NaN."""
 
-    An estimated camera that is missing has rows of NaN.
-
-    Parameters
-    ----------
-    gt_rotations, est_rotations : (n, 3, 3) ndarray
-        Camera-to-world rotations.
-    gt_positions, est_positions : (n, 3) ndarray
-        Camera centres in their world.
-    is_outlier : (n,) ndarray of bool
-        Which of the estimated cameras are outliers.
-    """
-
-    gt_rotations: Floats
-    gt_positions: Floats
+    gt_rotations: Floats  # camera-to-world
+    gt_positions: Floats  # camera centres
     est_rotations: Floats
     est_positions: Floats
     is_outlier: Booleans
@@ -50,6 +38,11 @@ class Scene:
     def __getitem__(self, cameras: slice | Booleans) -> "Scene":
         """Return some of the cameras."""
         return Scene(*(getattr(self, field.name)[cameras] for field in fields(self)))
+
+    @property
+    def arrays(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """What a metric of `alignscores.metrics` is called with."""
+        return self.gt_positions, self.gt_rotations, self.est_positions, self.est_rotations
 
     @cached_property
     def gt_poses(self) -> Floats:
@@ -68,60 +61,19 @@ def make_scene(
     geometry: str,
     error: str = "gaussian",
     outliers: str = "uniform",
-    outlier_side: float = 10.0,
-    volume: float = 1.0,
+    outlier_side: float = 10.0,  # of the cube about the origin that they lie in
+    volume: float = 1.0,  # of the cube of the geometry "cube"
     n_cameras: int,
     n_outliers: int,
     sigma_t: float,
     sigma_r_deg: float,
 ) -> Scene:
-    """Draw one ground truth and one estimate of it.
+    """Draw a ground truth, and an estimate of it in a world of random scale, rotation and origin.
 
-    Parameters
-    ----------
-    rng : Generator
-        Source of all randomness.
-    geometry : str
-        Name out of `experiments.scenes.PATHS`: where the cameras stand and look.
-    error : str
-        Name out of `experiments.scenes.ERRORS`: how the estimate departs from the ground truth.
-    outliers : str
-        Name out of `experiments.scenes.OUTLIERS`: what becomes of the outliers.
-    outlier_side : float
-        Side of the cube that outliers lie in, centred at the origin, in ground-truth units.
-    volume : float
-        Volume of the cube that cameras of the geometry "cube" lie in, in cubed units.
-    n_cameras, n_outliers : int
-        Number of cameras, and how many of them are outliers.
-    sigma_t : float
-        Root mean square of the displacement along each axis, in ground-truth units.
-    sigma_r_deg : float
-        Root mean square of the angle of the rotation errors, in degrees.
-
-    Returns
-    -------
-    Scene
-        The cameras; the estimate has been moved to a world of random scale, rotation and origin.
-
-    References
-    ----------
-    Lee and Civera, "Alignment Scores", section 6: the defaults, with the geometries "cube" and
-    "line". The others are not in the paper.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from experiments.scenes import make_scene
-    >>> scene = make_scene(
-    ...     np.random.default_rng(0),
-    ...     geometry="line",
-    ...     n_cameras=5,
-    ...     n_outliers=1,
-    ...     sigma_t=0.01,
-    ...     sigma_r_deg=3.0,
-    ... )
-    >>> np.linalg.norm(np.diff(scene.gt_positions, axis=0), axis=1).round(9)
-    array([1., 1., 1., 1.])
+    `sigma_t` is the root mean square of the displacement along each axis, in ground-truth units,
+    `sigma_r_deg` that of the angle of the rotation errors. The defaults are those of Lee and
+    Civera, "Alignment Scores", section 6, with the geometries "cube" and "line"; the other
+    geometries are not in the paper.
     """
     gt_rotations, gt_positions = PATHS[geometry](rng, n_cameras, volume)
     rotvecs, displacements = ERRORS[error](

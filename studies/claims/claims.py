@@ -22,7 +22,7 @@ __all__ = ["CLAIMS_FILE", "Claim", "Claims", "Decision", "Reading", "load_claims
 
 CLAIMS_FILE = CONFIG_DIR / "claims.yaml"
 BOUNDS = ("at least", "below", "within")
-HALF = 0.5  # of the last digit of the paper's numbers
+ROUNDING = 0.5  # of the last digit of the paper's numbers
 KNOWN_KEYS = ConfigDict(extra="forbid")
 
 T = TypeVar("T")
@@ -64,8 +64,8 @@ class Claim:
             require(bool(getattr(self, key)), f"needs {key!r} for its statistic")
         local = STATISTICS[self.statistic].is_local
         require(local or not self.at, "has 'at', which its statistic does not take")
-        one = (self.paper is None) != (self.criterion is None)
-        require(one, "needs either a number of the paper or a criterion")
+        has_one = (self.paper is None) != (self.criterion is None)
+        require(has_one, "needs either a number of the paper or a criterion")
         if self.criterion is not None:
             relation, number = self.bound
             known = relation in BOUNDS and isfinite(number)
@@ -98,17 +98,9 @@ class Claim:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """The values of the statistic with which it holds; the paper's numbers are rounded.
-
-        Examples
-        --------
-        >>> from studies.claims.claims import load_claims
-        >>> claims = load_claims().claims
-        >>> claims["outliers-range-maa"].interval, claims["outliers-tas-discerns"].interval
-        ((-74.5, -73.5), (0.5, inf))
-        """
+        """The values of the statistic with which it holds; the paper's numbers are rounded."""
         if self.paper is not None:
-            return self.paper - HALF, self.paper + HALF
+            return self.paper - ROUNDING, self.paper + ROUNDING
         relation, number = self.bound
         if relation == "within":
             return -number, number
@@ -125,14 +117,7 @@ class Claim:
         return self.experiment, tuple(self.settings)
 
     def describe(self) -> str:
-        """Write the statistic out.
-
-        Examples
-        --------
-        >>> from studies.claims.claims import load_claims
-        >>> load_claims().claims["outliers-range-maa"].describe()
-        'change of the range of mAA, % (n_outliers 0 → n_outliers 50)'
-        """
+        """Write the statistic out."""
         metric = f"{self.metric} minus {self.versus}" if self.is_difference else self.metric
         text = STATISTICS[self.statistic].text.format(
             metric=metric, versus=self.versus, level=" and ".join(self.level)
@@ -150,10 +135,7 @@ class Claim:
 
 @dataclass(frozen=True, config=KNOWN_KEYS)
 class Reading:
-    """One way to read what the paper leaves open, and how it changes a claim.
-
-    The keys and their meaning stand in ``configs/claims.yaml``.
-    """
+    """One way to read what the paper leaves open, and how it changes a claim."""
 
     reading: str
     experiments: list[ExperimentName] = field(default_factory=list)
@@ -165,10 +147,7 @@ class Reading:
     of_means: bool = False
 
     def of(self, claim: Claim) -> Claim:
-        """Return the claim under this reading, in those of its cells that there are then.
-
-        A claim that the reading does not concern stays as it is.
-        """
+        """Return the claim under this reading: the same, where the reading does not concern it."""
         if self.experiments and claim.experiment not in self.experiments:
             return claim
         left = {
@@ -232,8 +211,7 @@ class _File:
 class Claims:
     """All claims by their names, the decisions, and how many studies to decide them by.
 
-    The first `replicates_of_readings` studies have what every reading needs, the others what the
-    claims need as they are taken.
+    Only the first `replicates_of_readings` of these have what other readings need.
     """
 
     replicates: int
@@ -260,35 +238,12 @@ class Claims:
         return {name: changed for name, claim, changed in pairs if changed != claim}
 
 
-def load_claims(replicates: int | None = None, path: Path = CLAIMS_FILE) -> Claims:
-    """Read the claims.
-
-    Parameters
-    ----------
-    replicates : int, optional
-        Number of replicate studies; by default the one in the file.
-    path : Path
-        The file.
-
-    Returns
-    -------
-    Claims
-        The claims and decisions; a list of metrics has become one claim of each.
-
-    Raises
-    ------
-    ConfigError
-        In one line that names the claim, where something is missing, unknown or impossible.
-
-    Examples
-    --------
-    >>> from studies.claims.claims import load_claims
-    >>> claim = load_claims().claims["outliers-range-maa"]
-    >>> claim.paper, claim.metric
-    (-74.0, 'mAA')
-    """
+def load_claims(replicates: int | str | None = None, path: Path = CLAIMS_FILE) -> Claims:
+    """Read the claims; a list of metrics becomes one claim of each."""
     file = read_yaml(path, _File)
     replicates = file.replicates if replicates is None else replicates
+    if isinstance(replicates, str) and replicates.isdecimal():  # as it is typed
+        replicates = int(replicates)
     if type(replicates) is not int or replicates < 2:
         raise ConfigError(
             f"setting 'replicates' must be a whole number of at least 2, not {replicates!r}: "

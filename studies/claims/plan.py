@@ -7,34 +7,21 @@ from experiments.command import ConfigError
 from experiments.config import Selection, Sweep
 from experiments.grid import Cell, cells
 
+from ..paper import load_experiment
 from ..statistics import STATISTICS
-from ..study import Study, Table, load_experiment, reject
+from ..study import Table, reject
 from .claims import Claim, Claims
 
-__all__ = ["load_replicates", "needed_cells", "plan"]
+__all__ = ["needed_cells", "plan", "replicates"]
 
 FIXED = ("experiment", "metrics", "replicate")  # settings that the claims decide
 
 
-def load_replicates(claims: Claims, overrides: Sequence[str] = ()) -> Study:
-    """Return the replicate studies: one table each, of all sweeps that the claims need.
-
-    Raises
-    ------
-    ConfigError
-        Where a setting is wrong, or leaves a claim without the cells it needs.
-
-    Examples
-    --------
-    >>> from studies.claims.claims import load_claims
-    >>> from studies.claims.plan import load_replicates
-    >>> study = load_replicates(load_claims(3))
-    >>> list(study.tables), study.tables["2"].sweeps[0].replicate
-    (['0', '1', '2'], 2)
-    """
+def replicates(claims: Claims, overrides: Sequence[str] = ()) -> dict[str, Table]:
+    """Return a table for each replicate study, of all sweeps that the claims need."""
     reject(overrides, FIXED, "the claims decide what is run")
     first, others = (plan(claims.needed(k), overrides) for k in (0, claims.replicates_of_readings))
-    tables = {
+    return {
         str(number): Table(
             tuple(
                 replace(sweep, replicate=number)
@@ -43,17 +30,10 @@ def load_replicates(claims: Claims, overrides: Sequence[str] = ()) -> Study:
         )
         for number in range(claims.replicates)
     }
-    return Study("claims", tables)
 
 
 def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
-    """Collect what the claims need: a sweep for each experiment and way to read it.
-
-    Raises
-    ------
-    ConfigError
-        As `load_replicates`.
-    """
+    """Collect what the claims need: a sweep for each experiment and way to read it."""
     sweeps: dict[tuple[str, tuple[str, ...]], Sweep] = {}
     selections: dict[tuple[str, tuple[str, ...]], list[Selection]] = {}
     for claim in claims:
@@ -62,13 +42,15 @@ def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
             sweeps[claim.trials] = load_experiment(experiment, [*overrides, *settings])
         needed_cells(claim, sweeps[claim.trials])
         wanted = selections.setdefault(claim.trials, [])
-        wanted += [one for one in _selections(claim) if one not in wanted]
+        wanted += [selection for selection in _selections(claim) if selection not in wanted]
     return [
         replace(
             sweep,
-            differs=" ".join(settings),
-            metrics=list(dict.fromkeys(m for one in selections[key] for m in one.metrics)),
-            only=selections[key],
+            changes=" ".join(settings),
+            metrics=list(
+                dict.fromkeys(m for selection in selections[key] for m in selection.metrics)
+            ),
+            selections=selections[key],
         )
         for key, sweep in sweeps.items()
         for _, settings in [key]
@@ -88,13 +70,7 @@ def _selections(claim: Claim) -> list[Selection]:
 
 
 def needed_cells(claim: Claim, sweep: Sweep) -> list[Cell]:
-    """Return the cells of a sweep's grid that a claim takes, if they can decide it.
-
-    Raises
-    ------
-    ConfigError
-        Where a value is missing that the claim names, or levels to be compared.
-    """
+    """Return the cells that a claim takes; a `ConfigError` names what is missing."""
     wheres = [selection.where for selection in _selections(claim)]
     found = [cell for cell in cells(sweep) if any(cell.matches(where) for where in wheres)]
     for part in (claim.where, claim.at, claim.before, claim.after):

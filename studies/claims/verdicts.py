@@ -1,9 +1,7 @@
 """Whether the paper's claims hold, from the replicate studies.
 
-Every statistic is computed in each of R replicate studies. `ours` is its mean, `low` and `high`
-enclose the central 95 % of the replicates: the spread that a single study has, of which the paper's
-number is one draw. They answer whether one study would show it (`verdict`). `mean_low` and
-`mean_high` enclose what the mean of all studies can be: whether it is true of these (`population`).
+The central 95 % of these are the spread of a single study (`verdict`); the confidence interval of
+their mean tells what is true of all studies that could be made (`population`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,11 +19,12 @@ from experiments.config import Sweep
 from experiments.grid import CELL_SETTINGS, evaluations
 from experiments.tables import Record, TableError, Trials
 
-from ..statistics import SIGNIFICANCE, STATISTICS, cell_means, holm, select
+from ..order import SIGNIFICANCE, holm
+from ..statistics import STATISTICS, cell_means, select
 from .claims import Claim, Claims, Decision, Reading
 from .plan import needed_cells
 
-__all__ = ["CENTRAL", "FALSE", "INCONCLUSIVE", "NOT_REPRODUCED", "OPEN", "POPULATION"]
+__all__ = ["CENTRAL", "FALSE", "INCONCLUSIVE", "NOT_REPRODUCED", "OPEN", "TRUTHS"]
 __all__ += ["REPRODUCED", "TAKEN", "TRUE", "VERDICTS", "check_alike", "decide", "evaluate_claim"]
 __all__ += ["populations", "reading_title", "select_trials", "verdict"]
 
@@ -33,7 +32,7 @@ CENTRAL = (SIGNIFICANCE / 2, 1 - SIGNIFICANCE / 2)
 REPRODUCED, NOT_REPRODUCED, INCONCLUSIVE = "reproduced", "not reproduced", "inconclusive"
 VERDICTS = (NOT_REPRODUCED, INCONCLUSIVE, REPRODUCED)
 TRUE, FALSE, OPEN = "true", "false", "open"
-POPULATION = (FALSE, OPEN, TRUE)
+TRUTHS = (FALSE, OPEN, TRUE)
 TAKEN = "taken"  # the claims as they stand, among the readings
 
 Replicate = Mapping[tuple[str, tuple[str, ...]], pd.DataFrame]  # by `Claim.trials`
@@ -56,27 +55,10 @@ def evaluate_claim(claim: Claim, trials: pd.DataFrame) -> float:
 def verdict(claim: Claim, values: Floats) -> str:
     """Tell whether one study would show what is claimed, from its statistic in each replicate.
 
-    Parameters
-    ----------
-    claim : Claim
-        What is claimed.
-    values : (R,) ndarray
-        The statistic in each replicate study.
-
-    Returns
-    -------
-    str
-        For a number of the paper, which is rounded to whole per cents:
-
-        - "inconclusive" where the central 95 % hold both this number and 0, so that not even the
-          direction of the change is certain;
-        - "reproduced" where they hold this number;
-        - "not reproduced" where they do not, and where one more study would also hardly give it: it
-          is outside of the 95 % prediction interval ``mean ± t sd sqrt(1 + 1/R)``;
-        - "inconclusive" otherwise: R is too small to tell.
-
-        For a criterion: "reproduced" where the central 95 % meet it, "not reproduced" where no
-        value within them does, "inconclusive" where some do.
+    A number of the paper, rounded to whole per cents, is "inconclusive" where the central 95 % hold
+    both it and 0, "reproduced" where they hold it, and "not reproduced" where they do not and it is
+    outside of the prediction interval ``mean ± t sd sqrt(1 + 1/R)``, too. A criterion is
+    "reproduced" where they meet it, "not reproduced" where no value within them does.
     """
     if not np.isfinite(values).all():
         return INCONCLUSIVE
@@ -107,20 +89,9 @@ def _meets(claim: Claim, value: float) -> bool:
 def populations(claims: Sequence[Claim], values: Sequence[Floats]) -> list[str]:
     """Tell whether claims are true of the mean over all studies that could be made.
 
-    Parameters
-    ----------
-    claims : sequence of Claim
-        What is claimed.
-    values : sequence of (R,) ndarray
-        The statistic of each in each replicate study.
-
-    Returns
-    -------
-    list of str
-        "true" where the mean certainly meets the criterion (for a number of the paper: rounds to
-        it), "false" where it certainly does not, "open" otherwise. Certain is what Student's t-test
-        says with its p-value adjusted for the number of claims: the probability that any of the
-        words is wrong by chance is at most 5 %.
+    "true" where the mean certainly meets the criterion (for a number of the paper: rounds to it),
+    "false" where it certainly does not, "open" otherwise: by Student's t-test, adjusted for the
+    number of claims by Holm's method.
     """
     tests = list(map(_test, claims, values))
     certain = holm([p for _, p in tests]) <= SIGNIFICANCE
@@ -152,16 +123,7 @@ def _mean_interval(values: Floats) -> tuple[float, float]:
 def decide(
     claims: Claims, replicates: Sequence[Replicate], *, n_jobs: int = 1
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Give every claim its verdicts.
-
-    Parameters
-    ----------
-    claims : Claims
-        What is claimed.
-    replicates : sequence of mappings
-        The tables of trials of each replicate study.
-    n_jobs : int
-        Number of processes, over the replicates.
+    """Give every claim its verdicts, from the tables of trials of each replicate study.
 
     Returns
     -------
@@ -216,12 +178,10 @@ def reading_title(decision: Decision, reading: Reading) -> str:
 
 
 def _evaluate(claims: Sequence[Claim], trials: Replicate) -> list[float]:
-    """Return the statistic of each claim in a replicate study."""
     return [evaluate_claim(claim, trials[claim.trials]) for claim in claims]
 
 
 def _decided(claims: Mapping[str, Claim], values: Sequence[Floats]) -> pd.DataFrame:
-    """Return numbers and verdicts of claims, by their names."""
     words = populations(list(claims.values()), values)
     rows = []
     for claim, found, population in zip(claims.values(), values, words, strict=True):
@@ -246,14 +206,8 @@ def _decided(claims: Mapping[str, Claim], values: Sequence[Floats]) -> pd.DataFr
 
 
 def select_trials(claims: Claims, trials: Trials) -> Replicate:
-    """Return the trials of a replicate study by experiment and settings.
-
-    Raises
-    ------
-    TableError
-        Where the table does not have what the claims need.
-    """
-    sweeps = {(sweep.name, tuple(sweep.differs.split())): sweep for sweep in trials.record.sweeps}
+    """Return the trials of a replicate by experiment and settings, if they are what claims need."""
+    sweeps = {(sweep.name, tuple(sweep.changes.split())): sweep for sweep in trials.record.sweeps}
     evaluated = {key: evaluations(sweep) for key, sweep in sweeps.items()}
     for claim in claims.needed(trials.record.sweep.replicate):
         if claim.trials not in sweeps:
@@ -283,27 +237,12 @@ def _lacks_values(trials: pd.DataFrame, sweep: Sweep) -> bool:
 
 
 def check_alike(claims: Claims, paths: Sequence[Path], records: Sequence[Record]) -> None:
-    """Make sure that replicate studies differ in their number alone.
-
-    Parameters
-    ----------
-    claims : Claims
-        What they are made for: the first of them have what the readings need, too.
-    paths : sequence of Path
-        Their tables.
-    records : sequence of Record
-        What each rests on.
-
-    Raises
-    ------
-    TableError, CommandError
-        Where there are fewer than two, or one has other settings than the first.
-    """
+    """Make sure that replicate studies differ in their number alone."""
     if len(records) < 2:
         raise CommandError(
             "verdicts take at least two replicate studies: the spread is between them"
         )
-    first = {(sweep.name, sweep.differs): sweep for sweep in records[0].sweeps}
+    first = {(sweep.name, sweep.changes): sweep for sweep in records[0].sweeps}
     n_read = claims.replicates_of_readings
     for number, (path, record) in enumerate(zip(paths, records, strict=True)):
         if {sweep.replicate for sweep in record.sweeps} != {number}:
@@ -312,8 +251,8 @@ def check_alike(claims: Claims, paths: Sequence[Path], records: Sequence[Record]
         if list(map(_unnumbered, record.sweeps)) != list(map(_unnumbered, records[like].sweeps)):
             raise TableError(path, f"has other settings than {paths[like]}")
         for sweep in record.sweeps:  # more or less of the same trials
-            other = first.get((sweep.name, sweep.differs), sweep)
-            other = replace(other, replicate=0, only=sweep.only, metrics=sweep.metrics)
+            other = first.get((sweep.name, sweep.changes), sweep)
+            other = replace(other, replicate=0, selections=sweep.selections, metrics=sweep.metrics)
             if other != _unnumbered(sweep):
                 raise TableError(path, f"has other settings than {paths[0]}")
 

@@ -31,13 +31,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("file", type=Path, metavar="FILE.yaml", help="which trajectories")
     parser.add_argument("--output", type=Path, required=True, metavar="FILE.csv")
-    return run_command(parser, _work, arguments)
 
+    def work(options: Namespace) -> list[Path]:
+        write_files({options.output: to_csv(score_rates(read_recordings(options.file)))})
+        return [options.output]
 
-def _work(options: Namespace) -> list[Path]:
-    table = score_rates(read_recordings(options.file))
-    write_files({options.output: to_csv(table)})
-    return [options.output]
+    return run_command(parser, work, arguments)
 
 
 if __name__ == "__main__":

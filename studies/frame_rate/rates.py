@@ -2,22 +2,31 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import permutations
 from statistics import fmean
 
 import numpy as np
 import pandas as pd
 
-from experiments.config import CONFIG_DIR, read_yaml
+from experiments.config import read_yaml, split_override
 from experiments.tables import Trials
 
-from ..statistics import by_level, order
-from ..study import Rates, Section, Settings, Study, TableName, at_rates, rates_of, reject, resolve
+from ..order import across, estimate, within
+from ..study import (
+    Rates,
+    Section,
+    Settings,
+    Table,
+    TableName,
+    at_rates,
+    config_file,
+    rates_of,
+    reject,
+    resolve,
+)
 
-__all__ = ["FOUND", "FRAME_RATE", "KEYS", "compare", "load_frame_rate", "summaries", "to_markdown"]
+__all__ = ["FRAME_RATE", "compare", "plan", "summaries", "to_markdown"]
 
-FRAME_RATE = CONFIG_DIR / "study" / "frame_rate.yaml"
-FOUND = ["mean", "dependence", "order", "order_across"]
+FRAME_RATE = config_file("frame_rate")
 KEYS = ["scenario", "geometry", "error", "metric", "every", "sigma_t"]
 
 
@@ -27,47 +36,20 @@ class _File(Section):
     scenarios: dict[TableName, Settings]
 
 
-def load_frame_rate(overrides: Sequence[str] = ()) -> Study:
-    """Read ``configs/study/frame_rate.yaml``.
-
-    Parameters
-    ----------
-    overrides : sequence of str
-        Settings for all scenarios such as ``"trials=5"``.
-
-    Returns
-    -------
-    Study
-        A table for each scenario, with a sweep for each frame rate: of the same trials.
-
-    Raises
-    ------
-    ConfigError
-        In one line, where something is unknown or impossible.
-
-    Examples
-    --------
-    >>> from studies.frame_rate.rates import load_frame_rate
-    >>> study = load_frame_rate(["trials=5"])
-    >>> [sweep.every for sweep in study.tables["car"].sweeps]
-    [1, 2, 5, 10, 20]
-    """
+def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
+    """Return a table for each scenario, with a sweep for each frame rate: of the same trials."""
+    overrides = [one for one in overrides if split_override(one)[0] != "trajectories"]
     reject(overrides, ["every"], f"the frame rates stand in {FRAME_RATE.name}")
     file = read_yaml(FRAME_RATE, _File)
     tables = {}
-    for name, own in file.scenarios.items():
-        sweep = resolve(FRAME_RATE, f"scenarios.{name}", overrides, file.settings, own)
+    for name, scenario in file.scenarios.items():
+        sweep = resolve(FRAME_RATE, f"scenarios.{name}", overrides, file.settings, scenario)
         tables[name] = at_rates(replace(sweep, name=f"frame_rate/{name}"), file.every)
-    return Study("frame_rate", tables)
+    return tables
 
 
 def compare(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
     """Tell how much each metric depends on the frame rate.
-
-    Parameters
-    ----------
-    scenarios : mapping of str to Trials
-        The trials of each scenario.
 
     Returns
     -------
@@ -93,22 +75,20 @@ def compare(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
         for name, trials in scenarios.items()
         for metric in trials.record.metrics
     ]
-    return pd.concat(tables, ignore_index=True)[[*KEYS, *FOUND]]
+    return pd.concat(tables, ignore_index=True)[
+        [*KEYS, "mean", "dependence", "order", "order_across"]
+    ]
 
 
 def _compare(trials: Trials, metric: str) -> pd.DataFrame:
     table = trials.table.assign(every=rates_of(trials.table))
     means = table.groupby(["every", "sigma_t"])[metric].mean()
-    levels = [by_level(group, metric, "sigma_t") for _, group in table.groupby("every")]
-    across = [
-        order([better, worse]).probability
-        for a, b in permutations(levels, 2)
-        for better, worse in zip(a[:-1], b[1:], strict=True)
-    ]
+    at_one_rate = [within(rate, "sigma_t") for _, rate in table.groupby("every")]
+    across_rates = across(table, "sigma_t", "every", same_draws=True)
     return means.reset_index(name="mean").assign(
         dependence=100 * means.groupby("sigma_t").agg(np.ptp).mean() / np.ptp(means),
-        order=100 * fmean(order(rate).probability for rate in levels),
-        order_across=100 * fmean(across),
+        order=100 * fmean(estimate(task.shares(metric)).probability for task in at_one_rate),
+        order_across=100 * estimate(across_rates.shares(metric)).probability,
     )
 
 
@@ -145,9 +125,9 @@ def to_markdown(table: pd.DataFrame) -> str:
         "| across rates, % |",
         "|---|--:|--:|--:|",
     ]
-    for one in summaries(table):
-        span = f"{one.smallest_move:.0f} to {one.largest_move:.0f}"
-        lines.append(f"| {one.metric} | {span} | {one.order:.0f} | {one.order_across:.0f} |")
+    for found in summaries(table):
+        span = f"{found.smallest_move:.0f} to {found.largest_move:.0f}"
+        lines.append(f"| {found.metric} | {span} | {found.order:.0f} | {found.order_across:.0f} |")
     count = table["scenario"].nunique()
     lines += ["", f"Over {count} scenarios: smallest to largest movement, mean probabilities."]
     return "\n".join(lines) + "\n"

@@ -28,17 +28,7 @@ FEWEST = 10  # cameras that are worth scoring
 
 
 class Recording(Section):
-    """A reference trajectory with estimates of it.
-
-    Parameters
-    ----------
-    format : str
-        One of the formats of ``python -m alignscores``.
-    reference : Path
-        The file of the ground truth.
-    estimates : dict
-        The files of the estimates, by the names of the systems.
-    """
+    """A reference trajectory, and the files of estimates of it by the names of the systems."""
 
     format: Annotated[str, one_of(FORMATS)]
     reference: Path
@@ -50,13 +40,7 @@ class _File(RootModel[dict[str, Recording]]):
 
 
 def read_recordings(path: Path) -> dict[str, Recording]:
-    """Read a file of recordings; its paths are relative to it.
-
-    Raises
-    ------
-    ConfigError
-        In one line that names the file and the key, where something is missing or unknown.
-    """
+    """Read a file of recordings; its paths are relative to it."""
     return {
         name: recording.model_copy(
             update={
@@ -76,11 +60,6 @@ def score_rates(recordings: Mapping[str, Recording]) -> pd.DataFrame:
     DataFrame
         One row for each recording, system and rate: `recording, system, every, cameras`, then one
         column a metric.
-
-    Raises
-    ------
-    ConfigError
-        Where a file cannot be read or does not fit its reference.
     """
     rows = []
     for name, recording in recordings.items():

@@ -11,11 +11,13 @@ from scipy.spatial.transform import Rotation
 
 from alignscores import averaging
 from alignscores.averaging import (
+    angles_and_axes,
     chordal_mean,
     geodesic_l1_mean,
     nearest_rotations,
     project_to_rotation,
     rotation_angles,
+    rotation_from_vector,
     tlud_mean,
 )
 
@@ -175,6 +177,19 @@ def test_rotation_angles(angle):
     np.testing.assert_allclose(rotation_angles(matrices), angle, rtol=1e-9, atol=1e-13)
 
 
+def test_logarithm_and_exponential():
+    """Angles and axes, relative to any rotation, and back."""
+    rng = np.random.default_rng(0)
+    vectors = rng.normal(size=(50, 3))
+    reference = Rotation.random(rng=rng).as_matrix()
+    rotations = np.array([rotation_from_vector(vector) for vector in vectors])
+    np.testing.assert_allclose(rotations, Rotation.from_rotvec(vectors).as_matrix(), atol=1e-14)
+    np.testing.assert_array_equal(rotation_from_vector(np.zeros(3)), np.eye(3))
+    angles, axes = angles_and_axes(rotations @ reference, reference)
+    np.testing.assert_allclose((angles * axes).T, vectors, atol=1e-13)
+    np.testing.assert_array_equal(angles_and_axes(np.eye(3)[None])[1], np.zeros((3, 1)))
+
+
 def test_rotation_angles_of_rounded_matrices():
     """A trace slightly above 3 or below -1 is neither NaN nor complex."""
     for factor in (1 + 1e-8, 1 - 1e-8):
@@ -215,10 +230,10 @@ def rotation_cloud(kind, n):
 @pytest.mark.parametrize("few", [0, 1])
 def test_no_rotation_is_cheaper_than_the_medoid(monkeypatch, kind, n, chunk, batch, few):
     """The rotation found has the smallest of all sums, whether by bounds or by a tree."""
-    monkeypatch.setattr(averaging, "CHUNK", chunk)
+    monkeypatch.setattr(averaging, "DISTANCES_AT_ONCE", chunk)
     monkeypatch.setattr(averaging, "BATCH", batch)
-    monkeypatch.setattr(averaging, "FEW", 1.1 * few)  # the bounds always, or the tree
-    monkeypatch.setattr(averaging, "PAIRS", 1 << 14)
+    monkeypatch.setattr(averaging, "SPARSE", 1.1 * few)  # the bounds always, or the tree
+    monkeypatch.setattr(averaging, "NEAR_PAIRS_AT_ONCE", 1 << 14)
     rotations = rotation_cloud(kind, n)
     flat = rotations.reshape(-1, 9)
     sums = np.minimum(scipy.spatial.distance.cdist(flat, flat), 0.5).sum(axis=1)

@@ -35,7 +35,7 @@ def test_crossing_is_the_smallest_number_that_reaches_the_score(seed, n, n_thres
     rng = np.random.default_rng(seed)
     errors = np.sort(np.where(rng.random(n) < 0.2, np.inf, rng.exponential(size=n)))
     errors[: n // 5] = errors[n // 5]  # ties
-    unit = ScoreProfile(np.array([1.0]), errors[None], n_thresholds).at(score)
+    unit = ScoreProfile(np.array([1.0]), errors[None], n_thresholds).unit_at(score)
 
     def at(u):
         steps = np.arange(1, n_thresholds + 1) / n_thresholds
@@ -48,6 +48,12 @@ def test_crossing_is_the_smallest_number_that_reaches_the_score(seed, n, n_thres
         assert at(np.nextafter(unit, 0)) < score
 
 
+def test_the_old_name_of_unit_at():
+    profile = ScoreProfile(np.array([1.0]), np.array([[0.0, 1.0, 2.0]]), 100)
+    with pytest.warns(DeprecationWarning, match="use ScoreProfile.unit_at"):
+        assert profile.at(0.9) == profile.unit_at(0.9)
+
+
 def test_best_of_several_alignments():
     """One is better at small units, the other at large ones."""
     errors = np.array([[0.1, 0.1, 9.0, 9.0], [0.5, 0.5, 0.5, 0.5]])
@@ -57,7 +63,7 @@ def test_best_of_several_alignments():
     np.testing.assert_array_equal(both.scores, np.maximum(*(p.scores for p in alone)))
     assert np.argmax([p.scores for p in alone], axis=0).tolist() == [0, 0, 1, 1]
     for score in (0.25, 0.5, 0.75):
-        assert both.at(score) == min(p.at(score) for p in alone)
+        assert both.unit_at(score) == min(p.unit_at(score) for p in alone)
 
 
 # --- against known distributions ------------------------------------------------------------------
@@ -88,8 +94,8 @@ def test_breakdown(noisy_scene, lost, finite):
     est[:lost] = np.nan
     profile = tas_profile(gt, est)
     assert np.isfinite(profile.half) == finite
-    assert np.isfinite(profile.at(0.25))
-    assert profile.at(1) == np.inf
+    assert np.isfinite(profile.unit_at(0.25))
+    assert profile.unit_at(1) == np.inf
 
 
 @pytest.mark.parametrize("registration", ["pcr99", "refined"])
@@ -99,7 +105,7 @@ def test_perfect_estimate(cloud, another_world, registration):
     assert profile.half < 1e-13
     np.testing.assert_array_equal(profile.scores, 1)
     same = ras_profile([np.eye(3)] * 5, [np.eye(3)] * 5)
-    assert same.half == same.at(1) == 0
+    assert same.half == same.unit_at(1) == 0
 
 
 # --- against the scores ---------------------------------------------------------------------------
@@ -214,7 +220,7 @@ def test_wrong_units(units):
 def test_wrong_scores(score):
     profile = ras_profile([np.eye(3)], [np.eye(3)])
     with pytest.raises(ValueError, match="score must be"):
-        profile.at(score)
+        profile.unit_at(score)
 
 
 def test_ground_truth_without_extent():

@@ -91,7 +91,7 @@ def test_closest_distances_with_and_without_a_tree(monkeypatch, n, copies):
         gt = np.concatenate([gt, gt[: n // 4 * (copies - 1)]])
         few = closest_pair_quartile(gt)
         with monkeypatch.context() as patch:
-            patch.setattr(translation, "FEW", 0)
+            patch.setattr(translation, "MAX_WITHOUT_TREE", 0)
             assert closest_pair_quartile(gt) == few
 
 

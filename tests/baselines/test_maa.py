@@ -272,7 +272,7 @@ def test_block_size_does_not_matter(
     est[5, :, 3] = est[6, :, 3]
     score = maa(gt, est, fold_sign=fold_sign)
     for chunk in (1, 2, 149, 150, 151, 1000, 10**9):
-        monkeypatch.setattr(alignscores.pairs, "CHUNK", chunk)
+        monkeypatch.setattr(alignscores.pairs, "PAIRS_AT_ONCE", chunk)
         assert maa(gt, est, fold_sign=fold_sign) == score
 
 

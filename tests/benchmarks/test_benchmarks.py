@@ -81,6 +81,11 @@ def test_page_and_plot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     assert (tmp_path / "images" / "benchmarks.png").stat().st_size > 10_000
 
 
+def test_milliseconds() -> None:
+    times = [benchmarks.milliseconds(s) for s in (0.00012345, 0.0456, 1.23456, 123.4)]
+    assert times == ["0.123", "45.6", "1,235", "123,400"]
+
+
 @pytest.mark.skipif(not STATUS.exists(), reason="not Linux")
 def test_peak_memory_is_that_of_one_metric() -> None:
     """It is the process's own, however large this one is, and grows with the cameras."""

@@ -29,7 +29,7 @@ def test_what_all_experiments_of_the_paper_have_in_common(name: str) -> None:
     sweep, execution = load([f"experiment={name}"])
     assert (sweep.name, sweep.trials, sweep.seed, sweep.replicate) == (name, 50, 0, 0)
     assert (sweep.error, sweep.outliers, sweep.outlier_side) == ("gaussian", "uniform", 10.0)
-    assert (sweep.differs, sweep.only) == ("", [])
+    assert (sweep.changes, sweep.selections) == ("", [])
     assert execution == Execution(
         n_jobs=-1, backend="loky", dask_address=None, results_dir="results"
     )
@@ -43,7 +43,7 @@ def test_outlier_experiment_has_the_values_of_the_paper() -> None:
 
 def test_a_setting_is_of_the_results_or_of_how_they_are_made() -> None:
     keys = [key.name for kind in (Sweep, Execution) for key in fields(kind)]
-    made_by_a_study = {"name", "differs", "only"}
+    made_by_a_study = {"name", "changes", "selections"}
     assert set(keys) == {*SETTINGS, *EXECUTION, *made_by_a_study}
     assert len(keys) == len(SETTINGS) + len(EXECUTION) + 3
 
@@ -69,7 +69,7 @@ def test_a_copied_experiment_needs_a_name_of_its_own(
         ("trails=5", "unknown setting 'trails'; the settings are experiment, geometry, "),
         ("=5", "unknown setting ''; the settings are"),
         ("name=other", "unknown setting 'name'"),
-        ("only=[]", "unknown setting 'only'"),
+        ("selections=[]", "unknown setting 'selections'"),
         ("trials", "'trials' is not a setting; write key=value"),
         ("experiment=oultiers", "unknown experiment 'oultiers'; the experiments are collinear, "),
         ("experiment=collinear", "'experiment' is given twice: outliers and collinear"),
@@ -109,7 +109,7 @@ def test_a_copied_experiment_needs_a_name_of_its_own(
         ("every=26", "'every' leaves fewer than 4 of the 100 cameras"),
         ("geometry=line", "'volume_per_camera' applies to the cube alone"),
         ("metrics=[]", "'metrics': needs 1 or more entries, not []"),
-        ("metrics=[ATE,APE]", "'metrics': unknown metric 'APE'; known are ATE, DTE, mAA, "),
+        ("metrics=[ATE,APE]", "'metrics': unknown metric 'APE'; close to it are ATE, "),
         ("metrics=[TAS,TAS]", "'metrics': has a value twice: ['TAS', 'TAS']"),
     ],
 )
@@ -138,6 +138,11 @@ def test_snakemake_settings_reach_hydra() -> None:
     )
     assert (sweep.trials, sweep.sigma_t, sweep.volume_per_camera) == (5, [0.05, 0.1], None)
     assert sweep.metrics == ["ATE", fine]
+
+
+def test_overrides_win_over_a_study_and_a_study_over_the_experiment() -> None:
+    sweep, _ = load(["trials=5"], {"experiment": "outliers", "trials": 9, "n_cameras": [80]})
+    assert (sweep.name, sweep.trials, sweep.n_cameras) == ("outliers", 5, [80])
 
 
 @pytest.mark.parametrize("text", [None, "[", "a: 1\na: 2", "5", "- {}\n- []"])

@@ -34,7 +34,7 @@ def test_selections_name_cells_and_metrics_and_add_up(small: Callable[..., Sweep
         Selection(["TAS"], {"n_outliers": [3]}),
         Selection(["ATE", "TAS"], {"sigma_t": [0.05], "n_outliers": [3, 0]}),
     ]
-    assert evaluations(replace(sweep, only=only)) == {
+    assert evaluations(replace(sweep, selections=only)) == {
         Cell(25, 3, 0.02, 3.0): ["TAS"],
         Cell(25, 3, 0.05, 3.0): ["TAS", "ATE"],
         Cell(25, 0, 0.05, 3.0): ["ATE", "TAS"],

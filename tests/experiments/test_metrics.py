@@ -147,14 +147,40 @@ def test_metrics_are_those_of_the_library(scene: Scene) -> None:
         assert values[name] == value
 
 
+def test_trials_evaluate_what_the_vocabulary_says(scene: Scene) -> None:
+    """Each entry, on the cameras at once: options and sharing change no value."""
+    values = evaluate(scene, list(METRICS), SEED)
+    for name, entry in METRICS.items():
+        column = Column.parse(name.upper())
+        assert (column.metric.name, column.metric.family) == (name, entry.family)
+        tolerance = {"half_distance": 0.01, "ATE": 1e-12}.get(name, 0)
+        expected = column.metric(*scene.arrays, rng=SEED)
+        assert values[name] == pytest.approx(expected, rel=tolerance, abs=0)
+
+
+def test_columns_have_the_names_that_were_asked_for(
+    small: Callable[..., Sweep], run: Callable[..., pd.DataFrame]
+) -> None:
+    """Old names are those of the same metric."""
+    column = Column.parse("HalfDistance(score=0.25)")
+    assert (column.name, column.options) == ("HalfDistance", {"score": "0.25"})
+    assert (column.metric.name, column.metric.alias) == ("half_distance", "HalfDistance")
+    assert str(column.with_option("seed", 3)) == "HalfDistance(score=0.25, seed=3)"
+    names = ["HalfDistance", "half_distance", "HalfAngle", "half:rotation", "tas"]
+    table = run(small("n_outliers=[2]", "trials=2", f"metrics=[{','.join(map(repr, names))}]"))
+    assert list(table.columns) == [*KEY_COLUMNS, *names]
+    assert (table["HalfDistance"] == table["half_distance"]).all()
+    assert (table["HalfAngle"] == table["half:rotation"]).all()
+
+
 @pytest.mark.parametrize("score", [0.5, 0.25])
 def test_half_score_units_are_those_of_the_profiles(scene: Scene, score: float) -> None:
     """Whatever units the search starts from."""
     metrics = [f"HalfDistance(score={score})", f"HalfAngle(score={score})"]
     distance, angle = evaluate(scene, metrics, SEED).values()
     profile = tas_profile(scene.gt_positions, scene.est_positions, rng=SEED)
-    assert distance == pytest.approx(profile.at(score), rel=0.01)
-    assert angle == ras_profile(scene.gt_rotations, scene.est_rotations).at(score)
+    assert distance == pytest.approx(profile.unit_at(score), rel=0.01)
+    assert angle == ras_profile(scene.gt_rotations, scene.est_rotations).unit_at(score)
 
 
 def test_a_seed_of_the_registration_is_another_in_each_trial(scene: Scene) -> None:

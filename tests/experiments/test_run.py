@@ -38,7 +38,7 @@ def test_the_table_on_disk_is_the_table_computed(
 
 
 def test_sweeps_are_run_as_they_are_told(tmp_path: Path, small: Callable[..., Sweep]) -> None:
-    sweeps = [small("trials=1"), replace(small("trials=2", "seed=3"), differs="seed=3")]
+    sweeps = [small("trials=1"), replace(small("trials=2", "seed=3"), changes="seed=3")]
     path = tmp_path / "0.csv"
     told = SWEEPS.dump_json(tuple(sweeps), exclude_defaults=True).decode()
     arguments = ["--sweeps", told, "--table", str(path)]

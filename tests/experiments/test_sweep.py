@@ -148,8 +148,8 @@ def test_a_generator_is_one_entry_of_its_registry(
 def test_sweeps_are_joined_in_one_table(small: Small, trials: pd.DataFrame) -> None:
     """Values that are not asked for are empty; the others are those of the whole sweep."""
     only = [Selection(["TAS"], {"n_outliers": [3]}), Selection(["ATE"], {"sigma_t": [0.02]})]
-    part = replace(small(), only=only)
-    other = replace(small("trials=1", "metrics=[RAS]", "seed=1"), differs="seed=1")
+    part = replace(small(), selections=only)
+    other = replace(small("trials=1", "metrics=[RAS]", "seed=1"), changes="seed=1")
     execution = load(["backend=sequential"])[1]
     table = run_sweeps([part, other], execution)
     assert list(table.columns) == ["experiment", "settings", *KEY_COLUMNS[1:], "TAS", "ATE", "RAS"]

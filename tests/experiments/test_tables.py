@@ -83,8 +83,8 @@ def test_a_table_of_several_sweeps_comes_back_bit_for_bit(
     tmp_path: Path, small: Callable[..., Sweep]
 ) -> None:
     path = tmp_path / "0.csv"
-    part = replace(small("trials=1"), only=[Selection(["ATE"], {"n_outliers": [3]})])
-    sweeps = part, replace(small("trials=1", "metrics=[RAS,ATE]"), differs="nan")
+    part = replace(small("trials=1"), selections=[Selection(["ATE"], {"n_outliers": [3]})])
+    sweeps = part, replace(small("trials=1", "metrics=[RAS,ATE]"), changes="nan")
     table = run_sweeps(sweeps, load(["backend=sequential"])[1])
     write_trials(path, table, sweeps)
     read = read_trials(path)
@@ -100,7 +100,7 @@ def test_the_record_tells_settings_versions_commit_and_platform(
     record = json.loads((tmp_path / "t.json").read_text())
     assert list(record) == ["sweeps", "packages", "git", "python", "platform"]
     assert (record["sweeps"][0]["sigma_t"], record["sweeps"][0]["seed"]) == ([0.02, 0.05], 0)
-    assert not {"n_jobs", "results_dir", "differs", "only"} & set(record["sweeps"][0])
+    assert not {"n_jobs", "results_dir", "changes", "selections"} & set(record["sweeps"][0])
     assert {"alignscores", "numpy", "scipy", "pandas", "pydantic"} <= set(record["packages"])
     assert read_record(tmp_path / "t.csv").origin["packages"] == record["packages"]
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from experiments.config import load
 from experiments.sweep import run_sweeps
 from experiments.tables import Record, Trials
-from figures import PAPER_FIGURES
+from studies.paper import FIGURES, STUDY
 
 
 @pytest.fixture(scope="session")
@@ -34,8 +34,11 @@ def draw(run: Callable[..., Trials]) -> Callable[..., Figure]:
 
     @cache
     def draw_few(name: str, *overrides: str) -> Figure:
-        trials = [run(experiment, *overrides) for experiment in PAPER_FIGURES[name]]
-        figure: Figure = import_module(f"figures.{name}").draw(*trials)
+        trials = [run(experiment, *overrides) for experiment in FIGURES[name]]
+        (module, function), *_ = [
+            figure.draw.split(":") for figure in STUDY.figures if figure.name == name
+        ]
+        figure: Figure = getattr(import_module(module), function)(*trials)
         return figure
 
     return draw_few

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from experiments.tables import TableError
-from figures import outliers
+from figures import noise
 from figures.curves import Curves
 
 
@@ -12,14 +12,14 @@ from figures.curves import Curves
     ("overrides", "problem"),
     [
         (["metrics=[ATE,TAS]"], "has no column DTE"),
-        (["sigma_r_deg=[1.0,2.0]"], "has 2 values of sigma_r_deg, of which"),
-        (["n_cameras=[50,100]"], "has 2 values of n_cameras, of which"),
+        (["sigma_r_deg=[1.0,2.0]"], "has 2 values of sigma_r_deg; the figure"),
+        (["n_cameras=[50,100]"], "has 2 values of n_cameras; the figure"),
     ],
 )
 def test_trials_that_do_not_fit_are_refused(run, overrides, problem):
     small = ["n_outliers=[0,10]", "sigma_t=[0.05]", "trials=1"]
     with pytest.raises(TableError, match=f"^results/trials/outliers.csv {problem}.*snakemake"):
-        outliers.draw(run("outliers", *small, *overrides))
+        noise.outliers(run("outliers", *small, *overrides))
 
 
 def test_noise_that_does_not_rise_together_is_refused(run):
@@ -35,4 +35,4 @@ def test_values_that_are_no_numbers_are_refused(run, value):
     table = trials.table.astype({"TAS": object})
     table.loc[7, "TAS"] = value
     with pytest.raises(TableError, match="values of TAS that are not finite"):
-        outliers.draw(replace(trials, table=table))
+        noise.outliers(replace(trials, table=table))

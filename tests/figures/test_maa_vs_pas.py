@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 
 from experiments.tables import TableError
-from figures import PAPER_FIGURES, maa_vs_pas
+from figures import maa_vs_pas
+from studies.paper import FIGURES
 
-EXPERIMENTS = PAPER_FIGURES["maa_vs_pas"]
+EXPERIMENTS = FIGURES["maa_vs_pas"]
 
 
 def test_it_has_a_column_for_each_experiment(draw, run):

@@ -3,11 +3,12 @@ import subprocess
 import sys
 
 import pytest
-from matplotlib.figure import Figure
 
 from experiments.tables import write_trials
-from figures import FIGURES, beyond, outliers
+from figures import noise
 from figures.__main__ import main
+
+OUTLIERS, PATHS = "figures.noise:outliers", "studies.beyond.paths:draw"
 
 
 @pytest.fixture(scope="module")
@@ -20,13 +21,13 @@ def table(run, tmp_path_factory):
 
 
 def test_it_writes_both_files_the_same_bytes_in_another_process(table, tmp_path, capsys):
-    arguments = ["outliers", str(table), "--output", str(tmp_path / "figures" / "one")]
+    arguments = [OUTLIERS, str(table), "--output", str(tmp_path / "figures" / "one")]
     assert main(arguments) == 0
     written = [tmp_path / "figures" / f"one.{extension}" for extension in ("pdf", "png")]
     assert capsys.readouterr().out.splitlines() == [str(path) for path in written]
     assert sorted((tmp_path / "figures").iterdir()) == written
     before = [path.read_bytes() for path in written]
-    assert all(outliers.__doc__.encode() in content for content in before)  # their title
+    assert all(noise.outliers.__doc__.encode() in content for content in before)  # their title
     code = (
         "import sys; from figures.__main__ import main\n"
         f"assert main({arguments!r}) == 0\n"
@@ -41,12 +42,11 @@ def test_it_writes_both_files_the_same_bytes_in_another_process(table, tmp_path,
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (["nope", "--output", "figure"], 2, "invalid choice: 'nope' (choose from"),
-        (["paths"], 2, "required: --output"),
-        (["--help"], 0, "| maa_vs_pas |"),
+        ([PATHS], 2, "required: --output"),
+        (["--help"], 0, "figures.noise:outliers, for example"),
     ],
 )
-def test_a_wrong_command_is_refused_and_help_lists_the_figures(capsys, arguments, code, message):
+def test_a_wrong_command_is_refused_and_help_tells_how(capsys, arguments, code, message):
     with pytest.raises(SystemExit) as stop:
         main(arguments)
     assert stop.value.code == code
@@ -64,48 +64,31 @@ def refused(capsys, tmp_path, *arguments):
     return line.removeprefix("figures: ")
 
 
-def test_tables_that_are_not_those_of_the_figure_are_refused(table, tmp_path, capsys):
-    found = refused(capsys, tmp_path, "outliers", table, table)
-    assert found == "outliers is drawn from trials/outliers.csv; the command names 2"
-    found = refused(capsys, tmp_path, "paths", table)
-    assert found == "paths is drawn from no table; the command names 1"
-    found = refused(capsys, tmp_path, "collinear", table)
-    assert found == f"collinear: {table} has trials of outliers, not of collinear"
+def test_what_draws_nothing_and_other_tables_are_refused(table, tmp_path, capsys):
+    for name in ("nope", "figures.noise:nope", "figures.nope:draw"):
+        assert refused(capsys, tmp_path, name) == f"{name} draws no figure"
+    found = refused(capsys, tmp_path, OUTLIERS, table, table)
+    assert found == f"{OUTLIERS} is not drawn from 2 tables"
+    assert refused(capsys, tmp_path, PATHS, table) == f"{PATHS} is not drawn from 1 tables"
 
 
 def test_a_table_at_fault_is_named_in_one_line_with_the_remedy(table, tmp_path, capsys):
-    for name, file in (("outliers", tmp_path / "no.json"), ("beyond", tmp_path / "no.csv")):
-        found = refused(capsys, tmp_path, name, tmp_path / "no.csv")
+    lost = tmp_path / "tables" / "no.csv"
+    for draw, path, file in (
+        (OUTLIERS, tmp_path / "no.csv", tmp_path / "no.json"),
+        ("studies.beyond.figure:draw", lost, lost),
+    ):
+        found = refused(capsys, tmp_path, draw, path)
         assert found == f"{file} does not exist; run: snakemake {file}"
     damaged = tmp_path / "outliers.csv"
     damaged.with_suffix(".json").write_bytes(table.with_suffix(".json").read_bytes())
     damaged.write_text(table.read_text().replace(",DTE,", ",XTE,"))
-    remedy = f"delete it and run: snakemake {damaged}"
-    found = refused(capsys, tmp_path, "outliers", damaged)
-    assert found == f"{damaged} has no column DTE; {remedy}"
-    found = refused(capsys, tmp_path, "beyond", damaged)
-    assert found == f"{damaged} has no column {beyond.COLUMNS[0]}; {remedy}"
-
-
-def test_tables_of_a_study_are_joined_and_values_of_axes_are_text(tmp_path, monkeypatch):
-    from figures import threshold_study
-
-    columns = list(threshold_study.COLUMNS)
-    tables = [tmp_path / f"{i}.csv" for i in range(len(FIGURES["threshold_study"]))]
-    for i, path in enumerate(tables):
-        row = {"axis": f"axis {i}", "value": "1"}
-        path.write_text(f"{','.join(columns)}\n{','.join(row.get(c, '0') for c in columns)}\n")
-    drawn = []
-    monkeypatch.setattr(threshold_study, "draw", lambda table: drawn.append(table) or Figure())
-    assert main(["threshold_study", *map(str, tables), "--output", str(tmp_path / "one")]) == 0
-    (table,) = drawn
-    assert table["axis"].tolist() == [f"axis {i}" for i in range(len(tables))]
-    assert table["value"].tolist() == ["1"] * len(tables)
-    assert table.index.is_unique
+    found = refused(capsys, tmp_path, OUTLIERS, damaged)
+    assert found == f"{damaged} has no column DTE; delete it and run: snakemake {damaged}"
 
 
 def test_a_place_that_cannot_be_written_to_is_named(tmp_path, capsys):
     (tmp_path / "file").write_text("no directory")
-    assert main(["paths", "--output", str(tmp_path / "file" / "paths")]) == 1
+    assert main([PATHS, "--output", str(tmp_path / "file" / "paths")]) == 1
     problem = f"figures: cannot write {tmp_path / 'file' / 'paths.pdf'}: File exists\n"
     assert capsys.readouterr() == ("", problem)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from experiments.grid import CELL_SETTINGS
-from figures import collinear
+from figures import noise
 from figures.panels import NAMES
 
 SERIES = {"trajectory_length": "n_cameras", "combined": "sigma_r_deg"}
@@ -82,7 +82,7 @@ def test_collinear_errors_are_on_a_logarithmic_axis(draw):
 def test_an_error_of_zero_makes_the_axis_linear(run):
     trials = run("collinear")
     exact = replace(trials, table=trials.table.assign(ATE=0.0))
-    assert panels(collinear.draw(exact))["ATE"].get_yscale() == "linear"
+    assert panels(noise.collinear(exact))["ATE"].get_yscale() == "linear"
 
 
 def test_l1_and_l2_statistics_share_their_axes(draw):

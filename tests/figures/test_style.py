@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from figures import collinear, style
+from figures import noise, style
 
 
 @pytest.mark.parametrize(
@@ -18,11 +18,11 @@ def test_series_are_told_apart_by_lightness(name, count):
 
 def test_the_users_own_settings_change_nothing_and_are_not_changed(run):
     trials = run("collinear")
-    default = picture(collinear.draw(trials))
+    default = picture(noise.collinear(trials))
     own = {"font.size": 30, "lines.linewidth": 9, "axes.grid": False, "axes.facecolor": "red"}
     with matplotlib.rc_context(own):
         before = dict(matplotlib.rcParams)
-        figure = collinear.draw(trials)
+        figure = noise.collinear(trials)
         assert dict(matplotlib.rcParams) == before
     assert np.array_equal(default, picture(figure))
 

@@ -3,8 +3,8 @@
 import json
 import shutil
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from functools import cache
+from dataclasses import dataclass, field
+from functools import cache, cached_property
 from html.parser import HTMLParser
 from io import BytesIO
 from itertools import cycle, islice
@@ -15,28 +15,24 @@ import pandas as pd
 import pytest
 from PIL import Image
 
-import report.inputs
+import report.page
+import report.results
 from experiments.tables import SWEEPS
-from figures import FIGURES, PAPER_FIGURES
 from report.__main__ import main
+from studies.axes import axes_of, is_seeded
 from studies.claims.claims import load_claims
-from studies.claims.plan import load_replicates
 from studies.claims.verdicts import reading_title
-from studies.frame_rate.rates import FOUND as ORDERS
-from studies.frame_rate.rates import KEYS as RATES
-from studies.frame_rate.rates import load_frame_rate
-from studies.order import load_halves
-from studies.parameters.axes import STUDIES, axes_of, is_seeded, load_parameters
-from studies.parameters.effects import COMPARED, EFFECTS
-from studies.parameters.maps import COLUMNS, load_maps
-from studies.scenarios.scenarios import load_scenarios
-from studies.study import load_experiments
-from studies.table1 import CRITERIA, PAPER, PROPERTIES
-from studies.today.orders import FOUND, KEYS, is_new
-from studies.today.questions import load_today
+from studies.paper import FIGURES
+from studies.paper.table1 import CRITERIA, PAPER, PROPERTIES
+from studies.protocols.orders import FOUND, KEYS, is_new
+from studies.registration_study import REGISTRATIONS
+from studies.study import plans
+from studies.threshold_study.effects import COMPARED, EFFECTS
+from studies.threshold_study.maps import OPTIONS, THRESHOLDS
 
 REPLICATES = 3
 TRIALS = 7
+SETTINGS = (f"trials={TRIALS}", f"replicates={REPLICATES}")
 VERDICTS = ("reproduced", "not reproduced", "reproduced", "inconclusive", "reproduced")
 ORIGIN = {
     "packages": {"numpy": "2.4.6"},
@@ -106,22 +102,25 @@ class Page(HTMLParser):
 
 @dataclass
 class Results:
-    """A folder of results, and its files by the options that the report is told them by."""
+    """A folder of results, and the settings that they are made with."""
 
     folder: Path
-    files: dict = field(default_factory=dict)
+    settings: tuple = SETTINGS
 
     @property
     def html(self):
         return self.folder / "report.html"
 
-    def write(self, option, name, content):
+    @cached_property
+    def plans(self):
+        return report.results.plans(self.settings)
+
+    def write(self, name, content):
         path = self.folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         if isinstance(content, pd.DataFrame):
             content = content.to_csv(index=False)
         path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        self.files.setdefault(option, []).append(name)
 
     @contextmanager
     def table(self, name):
@@ -130,45 +129,36 @@ class Results:
         yield table
         table.to_csv(self.folder / name, index=False)
 
-    def arguments(self, *settings):
-        options = [
-            argument
-            for option, names in self.files.items()
-            for argument in (f"--{option}", *(str(self.folder / name) for name in names))
-        ]
-        return [*options, "--output", str(self.html), "--settings", *settings]
+    def arguments(self, *more):
+        settings = ["--settings", *self.settings]
+        return [str(self.folder), *more, "--output", str(self.html), *settings]
 
-    def page(self, *settings):
-        assert main(self.arguments(*settings)) == 0
+    def page(self, *more):
+        assert main(self.arguments(*more)) == 0
         return Page(self.html.read_text(encoding="utf-8"))
 
 
-def write_results(results, studies):
-    """Write all that the page is made of; `studies` are by the option of their records."""
+def write_results(results):
+    """Write all that the page is made of."""
     write_verdicts(results)
-    for name in FIGURES:
-        picture = Image.new("L", (330, 310) if name in PAPER_FIGURES else (2070, 20), 255)
-        picture.save(buffer := BytesIO(), "PNG")
-        name = studies["scenarios"].name if name == "beyond" else name
-        results.write("figures", f"figures/{name}.png", buffer.getvalue())
-    folders = {"experiments": "trials", "replicates": "replicates"}
-    for option, study in studies.items():
-        folder = folders.get(option, f"trials/{study.name}")
-        for name, table in study.tables.items():
-            sweeps = tuple(replace(sweep, trials=TRIALS) for sweep in table.sweeps)
-            settings = SWEEPS.dump_python(sweeps, mode="json", exclude_defaults=True)
+    for plan in results.plans.values():
+        for name in plan.figures:
+            picture = Image.new("L", (330, 310) if name in FIGURES else (2070, 20), 255)
+            picture.save(buffer := BytesIO(), "PNG")
+            results.write(f"figures/{name}.png", buffer.getvalue())
+        for name, table in plan.tables.items():
+            settings = SWEEPS.dump_python(table.sweeps, mode="json", exclude_defaults=True)
             record = json.dumps({"sweeps": settings, **ORIGIN})
-            results.write(option, f"{folder}/{name}.json", record)
-    write_thresholds(results, sweeps_of(studies["threshold_parts"]))
-    write_registrations(results, sweeps_of(studies["registration_parts"]))
-    write_findings(results, studies["scenarios"])
+            results.write(f"{plan.folder}/{name}.json", record)
+    write_thresholds(results)
+    write_registrations(results)
+    write_findings(results)
     write_maps(results)
     write_frame_rates(results)
-    write_today(results, studies["today_parts"])
+    write_protocols(results)
     for number in range(REPLICATES):
         benchmark = f"s\th:m:s\tcpu_time\tmax_rss\n{50 + number}.0\t0:00\t-\t100.4\n"
-        results.write("benchmarks", f"benchmarks/replicates/{number}.tsv", benchmark)
-    results.files["benchmarks"].append("benchmarks/tables/table1.tsv")  # which is not there
+        results.write(f"benchmarks/replicates/{number}.tsv", benchmark)
 
 
 def write_verdicts(results):
@@ -189,9 +179,9 @@ def write_verdicts(results):
         evidence.append(rows.assign(**keys))
         words = dict.fromkeys(changed, "inconclusive, open")
         table[reading_title(decision, reading)] = table["id"].map(words)
-    results.write("verdicts", "claims.csv", table)
+    results.write("claims.csv", table)
     readings = pd.concat(evidence).assign(replicates=REPLICATES)
-    results.write("readings", "tables/readings.csv", readings)
+    results.write("tables/readings.csv", readings)
     cells = [
         {"metric": metric, "property": name, "paper": "yes" if answer else "no", "ours": "yes"}
         | {"agrees": "yes" if answer else "no", "statistic": "tau", "value": 0.25}
@@ -201,14 +191,14 @@ def write_verdicts(results):
     ]
     cells[-1] |= dict.fromkeys(("agrees", "value", "experiment", "sensitivity"), None)
     cells[-1] |= {"ours": "not tested"}
-    results.write("table1", "tables/method_comparison.csv", pd.DataFrame(cells))
+    results.write("tables/method_comparison.csv", pd.DataFrame(cells))
     orders = pd.DataFrame(
         {"experiment": "outliers", "level": "noise", "metric": ["mAA", "TAS", "mAA"]}
         | {"versus": [None, None, "TAS"], "order": [90, 80, 10], "low": [89, 79, 9]}
         | {"high": [91, 81, 11], "p": [None, None, 0.001], "trials": [9, np.inf, None]}
         | {"cameras": None}
     )
-    results.write("order", "tables/order.csv", orders)
+    results.write("tables/head_to_head.csv", orders)
 
 
 def estimates(claims, verdicts):
@@ -220,17 +210,21 @@ def estimates(claims, verdicts):
     return pd.DataFrame(
         {"ours": ours, "low": ours - 0.125, "high": ours + 0.125, "verdict": verdict}
         | {"mean_low": ours - 0.0625, "mean_high": ours + 0.0625}
-        | {"population": [words[one] for one in verdict]}
+        | {"population": [words[found] for found in verdict]}
     )
 
 
-def sweeps_of(study):
-    return {part: table.sweeps[0] for part, table in study.tables.items()}
+def sweeps_of(results, study):
+    return {part: table.sweeps[0] for part, table in results.plans[study].tables.items()}
 
 
-def write_thresholds(results, sweeps):
+def metrics_of(sweeps):
+    return {part: sweep.metrics for part, sweep in sweeps.items()}
+
+
+def write_thresholds(results):
     """All effects are 0.5 but for TAS with half the largest threshold."""
-    axes = axes_of("threshold", sweeps["length"].metrics)
+    axes = axes_of(THRESHOLDS, metrics_of(sweeps_of(results, "threshold_study")))
     table = pd.DataFrame(
         {"axis": axis.name, "value": value, "paper": "yes" if value == axis.paper else "no"}
         | dict.fromkeys(EFFECTS, 0.5)
@@ -240,22 +234,23 @@ def write_thresholds(results, sweeps):
         for value in axis.values
     )
     row = (table["axis"] == "tas_max_threshold") & (table["value"] == "0.5")
-    table.loc[row, ["noise_power", "outlier_power", "camera_dependence"]] = 0.75, 0.25, 12.5
-    table.loc[row, ["majority_power", "seed_noise"]] = 0.509, np.nan
+    changed = ["noise_range_of_means", "outlier_order", "camera_dependence"]
+    table.loc[row, changed] = 0.75, 0.25, 12.5
+    table.loc[row, ["majority_order", "seed_noise"]] = 0.509, np.nan
     for kind, rows in table.groupby(table["axis"].str.partition("_")[0], sort=False):
-        results.write("thresholds", f"tables/threshold_study_{kind}.csv", rows)
-    write_times(results, "threshold", axes, [100])
+        results.write(f"tables/threshold_study_{kind}.csv", rows)
+    write_times(results, "threshold_study", axes, [100])
 
 
-def write_registrations(results, sweeps):
+def write_registrations(results):
     """The paper's scores spread by 0.01 on inputs with outliers, the refined are 0.125 higher."""
-    rows = []
+    rows, sweeps = [], sweeps_of(results, "registration_study")
     for part, sweep in sweeps.items():
         row = {"part": part, "geometry": sweep.geometry, "n_cameras": sweep.n_cameras[0]}
         row |= {"n_outliers": None, "sigma_t": None, "trial": None}
         if not is_seeded(sweep.metrics):
-            rows.append(row | {"statistic": "τ with noise", "pcr99": 0.75, "refined": 0.875})
-            rows.append(row | {"statistic": "τ with noise", "pcr99": 0.25, "refined": 0.625})
+            rows.append(row | {"statistic": "order of noise, %", "pcr99": 75.0, "refined": 87.5})
+            rows.append(row | {"statistic": "order of noise, %", "pcr99": 25.0, "refined": 62.5})
             whole = {"n_cameras": None, "statistic": "dependence on cameras, %"}
             rows.append(row | whole | {"pcr99": 12.5, "refined": 7.25})
             continue
@@ -266,10 +261,11 @@ def write_registrations(results, sweeps):
                 mean = {"pcr99": 0.5, "refined": 0.625}
                 rows += [row | {"statistic": name} | mean for name in ("mean", "largest")]
                 rows.append(row | {"statistic": "standard deviation"} | spread)
-    results.write("registrations", "tables/registration_study.csv", pd.DataFrame(rows))
-    axes = axes_of("registration", sweeps["outliers"].metrics)
+    results.write("tables/registration_study.csv", pd.DataFrame(rows))
+    axes = axes_of(REGISTRATIONS, metrics_of(sweeps))
     seeded = [sweep for sweep in sweeps.values() if is_seeded(sweep.metrics)]
-    write_times(results, "registration", axes, sorted({sweep.n_cameras[0] for sweep in seeded}))
+    cameras = sorted({sweep.n_cameras[0] for sweep in seeded})
+    write_times(results, "registration_study", axes, cameras)
 
 
 def write_times(results, name, axes, cameras):
@@ -281,20 +277,20 @@ def write_times(results, name, axes, cameras):
         for rank, value in enumerate(axis.values)
     ]
     times = pd.DataFrame(rows, columns=columns)
-    results.write(f"{name}_times", f"tables/{name}_study_time.csv", times)
+    results.write(f"tables/{name}_time.csv", times)
 
 
-def write_findings(results, study):
+def write_findings(results):
     """The TAS fails in two scenarios."""
     findings = pd.DataFrame(
-        {"scenario": name, "metric": metric, "noise_power": 0.875, "outlier_power": 0.75}
-        | {"mean": 0.5, "finding": f"{metric} < all: tau -0.25 in {name}."}
-        for name, sweep in sweeps_of(study).items()
+        {"scenario": name, "metric": metric, "noise_order": 87.5, "outlier_order": 75.0}
+        | {"mean": 0.5, "finding": f"{metric} < all: noise (-25 %) in {name}."}
+        for name, sweep in sweeps_of(results, "beyond").items()
         for metric in sweep.metrics
     )
     fails = findings["metric"].eq("TAS") & findings["scenario"].isin(["uneven", "two_pieces"])
-    findings.loc[fails, "outlier_power"] = -0.125
-    results.write("findings", f"tables/{study.name}.csv", findings)
+    findings.loc[fails, "outlier_order"] = 47.5
+    results.write(f"tables/{results.plans['beyond'].called}.csv", findings)
 
 
 def write_maps(results):
@@ -321,16 +317,19 @@ def write_maps(results):
         }
         for metric, change in (("TAS(order=0.5)", -31.0), ("TAS(prescreen=0.3)", 0.5))
     ]
-    results.write("maps", "tables/threshold_maps.csv", pd.DataFrame(rows).reindex(columns=COLUMNS))
+    columns = ["map", "part", "n_outliers", "noise", "metric", *OPTIONS]
+    columns += ["right_order", "difference", "error", "p"]
+    table = pd.DataFrame(rows).reindex(columns=columns)
+    results.write("tables/threshold_maps.csv", table)
 
 
 def write_frame_rates(results):
     values = {"dependence": [40, 60], "order": [90, 92], "order_across": [56, 58]}
     table = pd.DataFrame({"scenario": ["car", "orbit"], "metric": "TAS", **values})
-    results.write("frame_rates", "tables/frame_rate.csv", table.reindex(columns=[*RATES, *ORDERS]))
+    results.write("tables/frame_rate.csv", table)
 
 
-def write_today(results, study):
+def write_protocols(results):
     """The TAS is 5 points ahead of the ATE, certainly but where parts are merged."""
     table = pd.DataFrame(
         dict.fromkeys([*KEYS, *FOUND])
@@ -341,56 +340,46 @@ def write_today(results, study):
             "ahead_error": 1,
             "p_ahead": 0.3 if name == "merged" else 0.01,
         }
-        for name, sweep in sweeps_of(study).items()
+        for name, sweep in sweeps_of(results, "protocols").items()
         for metric in sweep.metrics
         for new in [is_new(metric)]
     )
-    results.write("today", "tables/today.csv", table.assign(order=table["order"] + table["ahead"]))
+    results.write("tables/protocols.csv", table.assign(order=table["order"] + table["ahead"]))
+
+
+@cache
+def planned(settings):
+    return plans(settings)
 
 
 @pytest.fixture(scope="session", autouse=True)
-def claims_are_read_once():
+def claims_and_studies_are_read_once():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(report.inputs, "load_claims", cache(load_claims))
+        patch.setattr(report.page, "load_claims", cache(load_claims))
+        patch.setattr(report.results, "plans", lambda settings: planned(tuple(settings)))
         yield
 
 
 @pytest.fixture(scope="session")
-def studies():
-    """The studies by the option that their records are told by."""
-    return {
-        "experiments": load_experiments(),
-        "replicates": load_replicates(load_claims(REPLICATES)),
-        **{f"{name}_parts": load_parameters(name) for name in STUDIES},
-        "scenarios": load_scenarios(),
-        "order_parts": load_halves(),
-        "maps_parts": load_maps(),
-        "frame_rates_parts": load_frame_rate(),
-        "today_parts": load_today(),
-    }
-
-
-@pytest.fixture(scope="session")
-def original(tmp_path_factory, studies):
+def original(tmp_path_factory):
     results = Results(tmp_path_factory.mktemp("original") / "results")
-    write_results(results, studies)
+    write_results(results)
     return results
 
 
 @pytest.fixture
 def results(original, tmp_path):
     """Results to be changed at will."""
-    folder = shutil.copytree(original.folder, tmp_path / "results")
-    return Results(folder, {option: list(names) for option, names in original.files.items()})
+    return Results(shutil.copytree(original.folder, tmp_path / "results"))
 
 
 @pytest.fixture
-def make_results(studies, tmp_path):
-    """Make results with other studies: ``make_results({"scenarios": study})``."""
+def make_results(tmp_path):
+    """Make results with other settings: ``make_results("tas_quantile=[0.5]")``."""
 
-    def make(others):
-        results = Results(tmp_path / "own")
-        write_results(results, studies | others)
+    def make(*settings):
+        results = Results(tmp_path / "own", (*SETTINGS, *settings))
+        write_results(results)
         return results
 
     return make
@@ -399,7 +388,7 @@ def make_results(studies, tmp_path):
 @pytest.fixture(scope="session")
 def page(original):
     """The page of results that nothing is changed in."""
-    return original.page("trials=7", "tas_quantile=[0.5,0.75]")
+    return original.page()
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,6 @@ import pytest
 
 import report.article
 import report.page
-import report.pdf
 from report.__main__ import main
 from report.article import FOLDER, TEMPLATE
 from studies.claims.claims import load_claims
@@ -61,8 +60,8 @@ def typed_numbers(template):
 def made(original, tmp_path_factory):
     """The made-up results with all that the article names, and a number of its own."""
     folder = shutil.copytree(original.folder, tmp_path_factory.mktemp("article") / "results")
-    made = Results(folder, original.files)
-    orders = pd.read_csv(folder / "tables/order.csv")
+    made = Results(folder)
+    orders = pd.read_csv(folder / "tables/head_to_head.csv")
     half, pair = orders.head(1).assign(metric="HalfDistance", order=85), orders.tail(1)
     halves = pair.assign(metric="HalfDistance"), pair.assign(versus="HalfDistance")
     orders = pd.concat([orders, half, *halves])
@@ -76,7 +75,9 @@ def made(original, tmp_path_factory):
         )
     ]
     pairs = pair.assign(versus="ATE"), pair.assign(metric="TAS", versus="ATE")
-    pd.concat([orders, ate, *pairs, *others]).to_csv(folder / "tables/order.csv", index=False)
+    pd.concat([orders, ate, *pairs, *others]).to_csv(
+        folder / "tables/head_to_head.csv", index=False
+    )
     rates = pd.read_csv(folder / "tables/frame_rate.csv")
     half = rates.assign(metric="HalfDistance", dependence=[2, 9], order=95, order_across=[88, 92])
     pd.concat([rates, half]).to_csv(folder / "tables/frame_rate.csv", index=False)
@@ -90,7 +91,7 @@ def made(original, tmp_path_factory):
 def article(made):
     """The article of these results."""
     path = made.folder / "article.html"
-    assert main([*made.arguments(), "--article", "--output", str(path)]) == 0
+    assert main([*made.arguments("--article"), "--output", str(path)]) == 0
     return Page(path.read_text(encoding="utf-8"))
 
 
@@ -98,9 +99,9 @@ def article(made):
 def write(made, capsys, tmp_path):
     """Write the article; return the exit code, what was said, and the page."""
 
-    def run(*settings):
+    def run():
         path = tmp_path / "article.html"
-        code = main([*made.arguments(*settings), "--article", "--output", str(path)])
+        code = main([*made.arguments("--article"), "--output", str(path)])
         page = Page(path.read_text(encoding="utf-8")) if code == 0 else None
         return code, capsys.readouterr().err, page
 
@@ -212,7 +213,7 @@ def test_other_tables_are_shown_as_they_are(article, made):
 
 
 def test_a_quick_look_says_so_and_leaves_out_what_does_not_hold(write):
-    code, error, page = write("trials=7")
+    code, error, page = write()
     assert (code, error) == (0, "")
     (note,) = [one.text for one in page.all("p") if one.get("class") == "quick"]
     assert f"{TRIALS} trials in each cell and {REPLICATES} replicates" in note
@@ -233,7 +234,7 @@ def test_a_whole_study_is_refused_where_the_text_says_what_it_does_not(write):
 @pytest.mark.usefixtures("whole_study")
 @pytest.mark.parametrize(("condition", "expected"), [("", 0), ("not ", 1)])
 def test_a_sentence_stands_where_its_condition_holds(write, template, condition, expected):
-    holds = f'{condition}frame_rate("TAS").order_across == 57'
+    holds = f'{condition}at_rates("TAS").order_across == 57'
     template.write_text(f"<p>{{% call says({holds}) %}}It is so.{{% endcall %}}</p>")
     code, error, page = write()
     assert code == expected
@@ -244,10 +245,11 @@ def test_a_sentence_stands_where_its_condition_holds(write, template, condition,
 
 
 @pytest.mark.usefixtures("whole_study")
-def test_a_changed_setting_makes_no_whole_study(write, template):
+def test_a_changed_setting_makes_no_whole_study(write, template, make_results):
     template.write_text("{% call says(False) %}It is so.{% endcall %}")
-    assert write("sigma_t=[0.05]")[0] == 0
     assert write()[0] == 1
+    other = make_results("pas_weight=[0.2]")
+    assert main(other.arguments("--article")) == 0
 
 
 def test_a_metric_is_compared_from_either_side(write, template):
@@ -283,16 +285,16 @@ def test_what_there_is_not_is_named(write, template, text, message):
     assert error.count("\n") == 1
 
 
-def test_a_table_that_is_missing_is_named(made, capsys, tmp_path):
-    arguments = [*made.arguments(), "--article", "--order", str(tmp_path / "order.csv")]
-    assert main(arguments) == 1
+def test_a_table_that_is_missing_is_named(results, capsys):
+    (results.folder / "tables/head_to_head.csv").unlink()
+    assert main(results.arguments("--article")) == 1
     error = capsys.readouterr().err
-    assert re.fullmatch(r"report: .*/order\.csv does not exist; run: snakemake .*\n", error)
+    assert re.fullmatch(r"report: .*/head_to_head\.csv does not exist; run: snakemake .*\n", error)
 
 
 def test_the_same_results_give_the_same_bytes_and_no_network(article, made, tmp_path):
     path = tmp_path / "other.html"
-    arguments = [*made.arguments(), "--article", "--output", str(path)]
+    arguments = [*made.arguments("--article"), "--output", str(path)]
     subprocess.run(
         [sys.executable, "-m", "report", *arguments],
         check=True,
@@ -314,34 +316,3 @@ def test_what_is_referred_to_is_there_and_what_is_there_is_referred_to(article):
     assert targets <= shown
     assert {name for name in shown if name.startswith(("ref-", "table-", "figure-"))} <= targets
     assert all(one.get("alt") for one in article.all("img"))
-
-
-@pytest.mark.skipif(report.pdf.browser() is None, reason="no Chromium to print with")
-def test_the_article_is_printed_to_the_same_bytes(article, capsys, tmp_path):
-    page = tmp_path / "article.html"
-    page.write_text(article.html, encoding="utf-8")
-    printed = []
-    for path in (tmp_path / "one.pdf", tmp_path / "two.pdf"):
-        assert report.pdf.main([str(page), "--output", str(path)]) == 0
-        printed.append(path.read_bytes())
-    assert printed[0].startswith(b"%PDF")
-    assert len(re.findall(rb"/Type\s*/Page\b", printed[0])) > 3
-    assert printed[0] == printed[1]
-    assert capsys.readouterr().err == ""
-
-
-def test_what_cannot_be_printed_is_named(tmp_path, monkeypatch, capsys):
-    page = tmp_path / "page.html"
-    arguments = [str(page), "--output", str(tmp_path / "page.pdf")]
-    monkeypatch.setattr(report.pdf, "browser", lambda: "false")
-    assert report.pdf.main(arguments) == 1
-    assert capsys.readouterr().err == f"report.pdf: {page} does not exist\n"
-    page.write_text("<p>")
-    assert report.pdf.main(arguments) == 1
-    error = capsys.readouterr().err
-    assert error.startswith(f"report.pdf: false cannot print {page}: ")
-    assert error.count("\n") == 1
-    monkeypatch.setattr(report.pdf, "browser", lambda: None)
-    assert report.pdf.main(arguments) == 1
-    assert "takes one of these programs: chromium" in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == [page]

@@ -6,7 +6,7 @@ from collections import Counter
 import pytest
 
 from studies.claims.claims import load_claims
-from studies.claims.verdicts import POPULATION
+from studies.claims.verdicts import TRUTHS
 
 # Presses what a reader would press, and tells what then stands there.
 DRIVER = """
@@ -85,8 +85,8 @@ def keys(page, column):
             number = re.match(r"([+-]?[\d.]+)\s(%|points|τ)", text)
             name = row.get("id").removeprefix("claim-")
             found[name] = [units.index(number[2]), float(number[1])] if number else None
-            if (word := text.split()[0]) in POPULATION:
-                found[name] = [float(POPULATION.index(word))]
+            if (word := text.split()[0]) in TRUTHS:
+                found[name] = [float(TRUTHS.index(word))]
     return found
 
 

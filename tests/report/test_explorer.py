@@ -17,8 +17,8 @@ from experiments.grid import cells
 from experiments.metrics import order_statistic
 from experiments.sweep import run_sweeps
 from report.explorer import TITLES, main, pack, render
-from studies.order import compare_orders
-from studies.statistics import order
+from studies.head_to_head.rankings import compare_orders
+from studies.order import order
 
 HERE = Execution(n_jobs=1, backend="sequential", dask_address=None, results_dir="-")
 TWO_BYTES = 0.002  # how far a rounded trial's score may be from that of the study

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
-import report.inputs
 import report.page
-from figures import PAPER_FIGURES
 from studies.claims.claims import load_claims
+from studies.paper import FIGURES
+
+from .conftest import TRIALS
 
 CSS = Path(report.page.__file__).with_name("style.css").read_text(encoding="utf-8")
 
@@ -62,19 +63,18 @@ def test_the_answer_counts_verdicts_replicates_and_trials(page, table):
     assert any("A quick look: the paper has 50 trials" in p.text for p in page.all("p"))
 
 
-def test_one_exception_is_named_beneath_the_answer(results):
+def test_one_exception_is_named_beneath_the_answer(results, monkeypatch):
     with results.table("claims.csv") as frame:
         frame["verdict"] = "reproduced"
         frame.loc[4, "verdict"] = "not reproduced"
-    for path in results.folder.glob("replicates/*.json"):
-        path.write_text(path.read_text().replace('"trials": 7', '"trials": 50'))
+    monkeypatch.setattr(report.page, "PAPER_TRIALS", TRIALS)
     page = results.page()
     (header,) = page.all("header")
     assert "1 is not reproduced and 0 are inconclusive" in header.text
     (item,) = [li for li in page.within(header, "li") if "reproduced" in li.text]
     (link,) = page.within(item, "a")
     assert link.get("href") == rows(page)[4].get("id").join(("#", ""))
-    assert "A quick look" not in header.text  # 50 trials
+    assert "A quick look" not in header.text
 
 
 def test_statements_are_escaped(results, monkeypatch):
@@ -83,7 +83,7 @@ def test_statements_are_escaped(results, monkeypatch):
     text = 'a <b>bold</b> & "quoted" claim </script>'
     changed = {**claims.claims, name: replace(claim, statement=text)}
     claims = replace(load_claims(3), claims=changed)
-    monkeypatch.setattr(report.inputs, "load_claims", lambda _: claims)
+    monkeypatch.setattr(report.page, "load_claims", lambda _: claims)
     with results.table("claims.csv") as frame:
         frame.loc[0, "statement"] = text
     page = results.page()
@@ -131,13 +131,13 @@ def test_controls_are_hidden_where_no_script_shows_them(page):
     assert outside == []
 
 
-@pytest.mark.parametrize("name", PAPER_FIGURES)
+@pytest.mark.parametrize("name", FIGURES)
 def test_every_figure_has_its_claims(page, table, name):
     section = page.id(f"figure-{name}")
     links = [a.get("href").removeprefix("#claim-") for a in page.within(section, "a")]
     assert links == [claim.id for claim in load_claims().claims.values() if claim.figure == name]
     assert len(list(page.within(section, "img"))) == 1
-    assert section.text.startswith(f"Figure {list(PAPER_FIGURES).index(name) + 1} ")
+    assert section.text.startswith(f"Figure {list(FIGURES).index(name) + 1} ")
 
 
 def test_texts_follow_the_numbers(results, page):
@@ -207,7 +207,7 @@ def test_the_matrix_has_both_verdicts_of_every_claim_under_every_reading(page):
 
 
 def test_metrics_are_ranked_and_criteria_varied(page):
-    section = page.id("order").text
+    section = page.id("head_to_head").text
     assert "mAA 90.0 > TAS 80.0" in section
     assert "mAA 9, TAS ∞" in section
     assert "6 of 27" in page.id("comparison").text

@@ -2,16 +2,15 @@
 
 import re
 from base64 import b64decode
-from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
 from PIL import Image
 
-from figures import FIGURES
-from studies.parameters import thresholds
-from studies.parameters.axes import axes_of, load_parameters
-from studies.scenarios.scenarios import load_scenarios
+from studies.axes import axes_of
+from studies.study import plans
+from studies.threshold_study.maps import THRESHOLDS
+from studies.threshold_study.words import TERMS
 
 
 def row_of(page, section, header, table="table"):
@@ -27,11 +26,13 @@ def row_of(page, section, header, table="table"):
     return row
 
 
-def test_every_value_of_every_choice_stands_there_and_the_papers_is_marked(page, studies):
-    section = page.id("thresholds")
+def test_every_value_of_every_choice_stands_there_and_the_papers_is_marked(page, original):
+    section = page.id("threshold_study")
     (table,) = [t for t in page.within(section, "table") if "values" in t.get("class")]
     rows = [row for row in page.within(table, "tr") if list(page.within(row, "td"))]
-    axes = axes_of("threshold", studies["threshold_parts"].tables["length"].sweeps[0].metrics)
+    tables = original.plans["threshold_study"].tables
+    metrics = {name: table.sweeps[0].metrics for name, table in tables.items()}
+    axes = axes_of(THRESHOLDS, metrics)
     values = [(value == axis.paper, value) for axis in axes for value in axis.values]
     assert len(rows) == len(values) == 45
     for row, (is_paper, value) in zip(rows, values, strict=True):
@@ -46,18 +47,18 @@ def test_every_value_of_every_choice_stands_there_and_the_papers_is_marked(page,
 
 
 def test_differences_are_marked_where_they_are_certain_and_in_the_right_direction(page):
-    section = page.id("thresholds")
+    section = page.id("threshold_study")
     (table,) = [t for t in page.within(section, "table") if "values" in t.get("class")]
     rows = [page.cells(row) for row in page.within(table, "tr")][2:]
-    assert rows[0] == ["0.500", "0.500", "0.500", "0.500", "0.5 %", "0.5000", "1.25 ms"]
-    changed = ["0.750 ▲better", "0.250 ▼worse", "0.509", "0.500", "12.5 % ▼worse", "–", "2.25 ms"]
+    assert rows[0] == ["0.5 %", "0.5 %", "0.5 %", "0.500", "0.5 %", "0.5000", "1.25 ms"]
+    changed = ["0.5 %", "0.2 % ▼worse", "0.5 %", "0.750 ▲better", "12.5 % ▼worse", "–", "2.25 ms"]
     assert rows[1] == changed
     marked = [cell for row in rows for cell in row if "▲" in cell or "▼" in cell]
     assert len(marked) == 3
 
 
 def test_costs_and_gains_are_told(page):
-    section = page.id("thresholds")
+    section = page.id("threshold_study")
     assert "1 cost something that another value would give, and 1 gain" in section.text
     assert (
         "No cost shows for these: quantile that is d (TAS), number of thresholds (TAS), largest "
@@ -66,26 +67,26 @@ def test_costs_and_gains_are_told(page):
     ) in section.text
     bold = [strong.text for strong in page.within(section, "strong")][:2]
     assert bold == ["1 cost something", "1 gain something"]
-    assert all(term in section.text for term in map(" ".join, thresholds.TERMS.items()))
-    row = row_of(page, "thresholds", "TAS: largest threshold, units of d", "trades")
+    assert all(term in section.text for term in map(" ".join, TERMS.items()))
+    row = row_of(page, "threshold_study", "TAS: largest threshold, units of d", "trades")
     paper, costs, gains = page.cells(row)
     assert paper == "1 against 0.25, 0.5, 2, 4"
-    assert costs == "τ with noise 0.500 instead of 0.750 at 0.5"
+    assert costs == "range over noise 0.500 instead of 0.750 at 0.5"
     assert gains == (
-        "τ with outliers 0.500 against 0.250 at 0.5 "
+        "order of outliers 0.5 % against 0.2 % at 0.5 "
         "dependence on cameras 0.5 % against 12.5 % at 0.5"
     )
-    row = row_of(page, "thresholds", "TAS: prescreening threshold", "trades")
+    row = row_of(page, "threshold_study", "TAS: prescreening threshold", "trades")
     nothing = "nothing that these trials can tell"
     assert page.cells(row) == ["0.1 against 0.03, 0.3, off", nothing, nothing]
 
 
-def test_registrations_are_compared_and_their_meanings_told_apart(page, studies):
-    parts = [table.sweeps[0] for table in studies["registration_parts"].tables.values()]
+def test_registrations_are_compared_and_their_meanings_told_apart(page, original):
+    parts = [table.sweeps[0] for table in original.plans["registration_study"].tables.values()]
     seeded = [sweep for sweep in parts if "TAS(seed=9)" in sweep.metrics]
     n = sum(len(sweep.n_outliers) * len(sweep.sigma_t) for sweep in seeded)
     without = sum(len(sweep.sigma_t) for sweep in seeded)
-    section = page.id("registrations")
+    section = page.id("registration_study")
     assert f"on {n - without} of {n} inputs by more than 0.003" in section.text
     assert "With the refined registration it does on none." in section.text
     assert "The median standard deviation is 0.01000 with pcr99 and 0.00010 with" in section.text
@@ -102,8 +103,8 @@ def test_registrations_are_compared_and_their_meanings_told_apart(page, studies)
     assert numbers("Largest standard deviation") == [["0.0100", "0.0001"]]
     assert numbers("Scattered inputs") == [[f"{n - without}", "0"]]
     assert numbers("Mean score") == [["0.500", "0.625"]]
-    assert numbers("Mean τ with noise") == [["0.500", "0.750"]] * 3
-    assert numbers("Smallest τ with noise") == [["0.250", "0.625"]] * 3
+    assert numbers("Mean order of noise, %") == [["50.0", "75.0"]] * 3
+    assert numbers("Smallest order of noise, %") == [["25.0", "62.5"]] * 3
     assert numbers("Dependence on cameras, %") == [["12.5", "7.2"]] * 3
     assert numbers("500 cameras") == [["1.25 ms", "2.25 ms"]]
     assert numbers("37 in a cube, 11 outliers, σt 0.03") == [["0.5000 ± 0.0100", "0.6250 ± 0.0001"]]
@@ -114,28 +115,19 @@ def test_registrations_are_compared_and_their_meanings_told_apart(page, studies)
 def test_a_score_that_is_lower_is_told_with_a_true_minus(results):
     with results.table("tables/registration_study.csv") as frame:
         frame["refined"] = 0.25
-    text = results.page().id("registrations").text
+    text = results.page().id("registration_study").text
     assert "(−0.250 in the median, from −0.2500 to −0.2500)" in text
 
 
-def test_registrations_without_inputs_of_several_seeds(make_results):
-    study = load_parameters("registration")
-    unseeded = {name: study.tables[name] for name in ("outliers", "collinear")}
-    results = make_results({"registration_parts": replace(study, tables=unseeded)})
-    section = results.page().id("registrations").text
-    assert "The score is higher and does not compare" in section
-    assert "scatters" not in section
-
-
-def test_failures_are_easy_to_see(page, studies):
+def test_failures_are_easy_to_see(page, original):
     section = page.id("beyond")
-    scenarios = studies["scenarios"].tables
+    scenarios = original.plans["beyond"].tables
     lead = "errors and outliers, the TAS fails in 2, the RAS in 0 and the PAS in 0."
     assert f"Of {len(scenarios)} scenarios with other camera paths, {lead}" in section.text
     (terms,) = [dl for dl in page.within(section, "dl") if "failures" in dl.get("class")]
     links = [link.get("href") for link in page.within(terms, "a")]
     assert links == ["#scenario-uneven", "#scenario-two_pieces"]
-    assert "TAS fails uneven (outliers −0.12), two pieces (outliers −0.12)" in terms.text
+    assert "TAS fails uneven (outliers 48), two pieces (outliers 48)" in terms.text
     assert "RAS fails nowhere" in terms.text
     rows = [row for row in page.all("tr") if row.get("id").startswith("scenario-")]
     assert [row.get("id") for row in rows] == [f"scenario-{name}" for name in scenarios]
@@ -143,28 +135,28 @@ def test_failures_are_easy_to_see(page, studies):
         failed = row.get("id") in ("scenario-uneven", "scenario-two_pieces")
         marked = [cell for cell in page.within(row, "td") if "fails" in cell.get("class")]
         assert [cell.get("data-label") for cell in marked] == ["TAS"] * failed
-        assert ("fails: outliers −0.12" in row.text) == failed
+        assert ("fails: outliers 48" in row.text) == failed
 
 
 def test_scenarios_tell_their_settings_and_findings(page):
     first = page.id("scenario-paper").text
     assert "cameras: cube; errors: gaussian; outliers: uniform; number of cameras: 100" in first
     assert "outliers: 0, 10, 20, 30, 50; σt: 0.01, 0.03, 0.05, 0.07, 0.1; σr" in first
-    for section in ("thresholds", "registrations", "beyond"):
+    for section in ("threshold_study", "registration_study", "beyond"):
         assert "7 trials in each cell" in page.id(section).text  # as they were run
     strong = page.id("scenario-strong_drift").text
     assert "cameras: car; errors: drift; σt: 0.5, 1, 2, 3, 5; σr, degrees: 5, 10, 20" in strong
     assert "outliers: uniform" not in strong
-    assert "ATE < all: τ −0.25 in strong_drift." in strong  # escaped, or it would be a tag
+    assert "ATE < all: noise (−25 %) in strong_drift." in strong  # escaped, or it would be a tag
     assert "side of the outliers’ cube: 1 " in page.id("scenario-near_outliers").text
 
 
-def test_a_score_that_fails_everywhere_and_one_that_has_no_levels(results, studies):
+def test_a_score_that_fails_everywhere_and_one_that_has_no_levels(results):
     with results.table("tables/beyond.csv") as frame:
-        frame.loc[frame["metric"] == "PAS", "noise_power"] = 0.25
-        frame["outlier_power"] = np.nan
+        frame.loc[frame["metric"] == "PAS", "noise_order"] = 25
+        frame["outlier_order"] = np.nan
     section = results.page().id("beyond")
-    n = len(studies["scenarios"].tables)
+    n = len(results.plans["beyond"].tables)
     assert f"the TAS fails in 0, the RAS in 0 and the PAS in {n}." in section.text
     assert "nan" not in section.text
 
@@ -179,16 +171,14 @@ scenarios:
 
 def test_own_values_and_scenarios_are_shown(make_results, tmp_path):
     (tmp_path / "mine.yaml").write_text(OWN)
-    parts = load_parameters("threshold", ["tas_quantile=[0.5,0.9]"])
-    mine = load_scenarios(tmp_path / "mine.yaml")
-    page = make_results({"threshold_parts": parts, "scenarios": mine}).page()
-    row = row_of(page, "thresholds", "TAS: quantile that is d", "trades")
+    page = make_results("tas_quantile=[0.5,0.9]", f"scenarios={tmp_path / 'mine.yaml'}").page()
+    row = row_of(page, "threshold_study", "TAS: quantile that is d", "trades")
     assert page.cells(row)[0] == "0.75 against 0.5, 0.9"
     assert "geometry" not in page.id("beyond").text
     assert "cameras: orbit" in page.id("scenario-circle").text
     assert "outliers: cluster" in page.id("scenario-wrong_merge").text
     assert "the TAS fails in 0." in page.id("beyond").text
-    assert page.id("figure-beyond_mine").text.startswith("Figure 11 ")
+    assert page.id("figure-beyond_mine").text.startswith("Figure 10 ")
 
 
 def test_pictures_are_the_figures(results):
@@ -202,25 +192,27 @@ def test_pictures_are_the_figures(results):
     shown = np.asarray(Image.open(BytesIO(content)).convert("RGB"), dtype=float)
     difference = np.abs(shown - picture)
     assert difference.mean() < 8  # 4096 colours shown in 256
-    assert len(re.findall("data:image/png", page.html)) == len(FIGURES)
+    assert len(re.findall("data:image/png", page.html)) == sum(
+        len(plan.figures) for plan in plans().values()
+    )
 
 
 def test_thresholds_at_every_size_of_the_noise(page):
-    text = page.id("thresholds").text
+    text = page.id("threshold_study").text
     assert "TAS. With the paper's 1 d it is 80 %" in text
     assert "TAS(order=0.5) −31 % with 80 outliers; nothing that is certain for TAS(pre" in text
 
 
 def test_frame_rates_have_a_line_for_each_metric(page):
-    assert page.cells(row_of(page, "frame-rates", "TAS")) == ["40 to 60", "91", "57"]
+    assert page.cells(row_of(page, "frame_rate", "TAS")) == ["40 to 60", "91", "57"]
 
 
-def test_today_says_what_is_won_and_lost(page):
-    section = page.id("today")
+def test_protocols_say_what_is_won_and_lost(page):
+    section = page.id("protocols")
     assert (
         "The new scores win on 7 of 8: outliers: noise (TAS +5.0 ± 2.0 against ATE)" in section.text
     )
     assert "lose on 0 of 8: nowhere." in section.text
-    cells = page.cells(row_of(page, "today", "merged: noise"))
+    cells = page.cells(row_of(page, "protocols", "merged: noise"))
     assert cells == ["TAS", "80.0", "ATE", "70.0", "+5.0 ± 2.0", "even"]
     assert [image.get("alt")[:8] for image in page.within(section, "img")] == ["A matrix"]

@@ -32,7 +32,7 @@ def make_up() -> Callable[..., Trials]:
         rng = np.random.default_rng(seed)
         rows = [
             {"experiment": sweep.name}
-            | ({"settings": sweep.differs} if sweeps[1:] else {})
+            | ({"settings": sweep.changes} if sweeps[1:] else {})
             | {"geometry": sweep.geometry, **vars(cell)}
             | {"replicate": sweep.replicate, "trial": trial}
             | {metric: value(metric, cell, trial, rng) for metric in metrics}

@@ -13,15 +13,15 @@ from experiments.grid import Cell
 from experiments.metrics import Column
 from experiments.tables import Record, Trials, read_trials
 from studies.__main__ import main
+from studies.beyond.findings import findings
 from studies.claims.claims import Claims, load_claims
 from studies.claims.plan import plan
 from studies.claims.verdicts import decide, select_trials
-from studies.parameters import registrations
-from studies.parameters.axes import axes_of, load_parameters
-from studies.parameters.effects import effects
-from studies.parameters.times import measure
-from studies.scenarios.findings import findings
-from studies.table1 import EXPERIMENTS, compare, to_markdown
+from studies.paper.table1 import EXPERIMENTS, compare, to_markdown
+from studies.registration_study import registrations
+from studies.study import plans
+from studies.threshold_study.effects import effects
+from studies.times import measure
 
 from .conftest import undescribed
 
@@ -63,7 +63,7 @@ def test_table1_is_written_as_csv_and_markdown(
     }
     paths = written({name: make_up(sweep, value=worsens) for name, sweep in sweeps.items()})
     table, text = tmp_path / "a" / "table1.csv", tmp_path / "b" / "table1.md"
-    assert main(["table1", *paths, "--output", str(table), str(text)]) == 0
+    assert main(["paper", *paths, "--output", str(table), str(text)]) == 0
     assert capsys.readouterr().out == f"{table}\n{text}\n"
     expected = compare(
         {name: read_trials(Path(path)) for name, path in zip(sweeps, paths, strict=True)}
@@ -73,12 +73,12 @@ def test_table1_is_written_as_csv_and_markdown(
     assert undescribed(compare, expected) == []
 
     table.unlink()
-    assert main(["table1", *paths, "--output", str(table)]) == 1
-    assert line() == "table1 writes 2 files, not 1"
-    assert main(["table1", *paths[1:], "--output", str(table), str(text)]) == 1
+    assert main(["paper", *paths, "--output", str(table)]) == 1
+    assert line() == "paper writes 2 files, not 1"
+    assert main(["paper", *paths[1:], "--output", str(table), str(text)]) == 1
     assert line() == f"Table 1 needs the trials of {EXPERIMENTS[0]}, too"
     Path(paths[0]).unlink()
-    assert main(["table1", *paths, "--output", str(table), str(text)]) == 1
+    assert main(["paper", *paths, "--output", str(table), str(text)]) == 1
     assert line() == f"{paths[0]} does not exist; run: snakemake {paths[0]}"
     assert not table.exists()
 
@@ -92,7 +92,7 @@ def test_claims_have_verdicts_and_decisions(
     def replicates(claims: Claims, value: Callable[..., float]) -> dict[str, Trials]:
         sweeps = [replace(sweep, trials=2) for sweep in plan(claims.needed(0))]
         return {
-            str(k): make_up(*(replace(one, replicate=k) for one in sweeps), value=value, seed=k)
+            str(k): make_up(*(replace(sweep, replicate=k) for sweep in sweeps), value=value, seed=k)
             for k in range(2)
         }
 
@@ -103,7 +103,7 @@ def test_claims_have_verdicts_and_decisions(
     assert (table["replicates"] == 2).all()
     assert all(": " in column for column in undescribed(decide, table))  # a reading each
     rising = replicates(taken, lambda *cell: abs(worsens(*cell))).values()
-    other, _ = decide(taken, [select_trials(taken, one) for one in rising])
+    other, _ = decide(taken, [select_trials(taken, trials) for trials in rising])
     verdicts = {
         name: [str(one["verdict"][name]) for one in (table, other.set_index("id"))]
         for name in CLAIMS.claims
@@ -135,14 +135,16 @@ AXES = [
 
 @pytest.mark.parametrize(
     ("name", "axes", "rows", "text"),
-    [("threshold", AXES, [6, 4, 2, 6], "*Gains:*"), ("registration", [], [300], "times as long")],
+    [
+        ("threshold_study", AXES, [6, 4, 2, 6, 540], "*Gains:*"),
+        ("registration_study", [], [300], "times as long"),
+    ],
 )
 def test_a_parameter_study_is_written_the_same_again(
     make_up: MakeUp,
     written: Written,
     tmp_path: Path,
     line: Callable[[], str],
-    monkeypatch: pytest.MonkeyPatch,
     name: str,
     axes: list[str],
     rows: list[int],
@@ -150,11 +152,16 @@ def test_a_parameter_study_is_written_the_same_again(
 ) -> None:
     grid = {"n_cameras": [20], "n_outliers": [0, 3], "sigma_t": [0.01, 0.1], "trials": 2}
     grid |= {"sigma_r_deg": [1.0, 5.0], "noise": "paired"}
-    tables = load_parameters(name, axes).tables.items()
-    sweeps = {part: replace(table.sweeps[0], **grid) for part, table in tables}
+    tables = plans(axes)[name].tables.items()
+    sweeps = {
+        part: replace(table.sweeps[0], trials=2)
+        if part.startswith(("tas_", "ras_", "registration_"))
+        else replace(table.sweeps[0], **grid)
+        for part, table in tables
+    }
     paths = written({part: make_up(sweep, value=worsens) for part, sweep in sweeps.items()})
     times = str(tmp_path / "time.csv")
-    assert main([f"{name}_time", *paths, "--output", times]) == 0
+    assert main([name, *paths, "--measure", "--output", times]) == 0
     measured = pd.read_csv(times)
     assert len(measured) == 2 * max(len(axes), 1)
     assert (measured["milliseconds"] > 0).all()
@@ -169,20 +176,15 @@ def test_a_parameter_study_is_written_the_same_again(
     assert contents[0] == contents[1]
     assert [len(pd.read_csv(path)) for path in outputs[:-1]] == rows
     assert text in outputs[-1].read_text()
-    describing = effects if name == "threshold" else registrations.compare
+    describing = effects if name == "threshold_study" else registrations.compare
     assert set(undescribed(describing, pd.read_csv(outputs[0]))) <= {"pcr99", "refined"}
-
-    # Each table has its own kind of axes, in whatever order the file has them.
-    monkeypatch.setattr("studies.__main__.axes_of", lambda *of: axes_of(*of)[::-1])
-    assert main([name, *paths, "--times", times, "--output", *map(str, outputs)]) == 0
-    assert [len(pd.read_csv(path)) for path in outputs[:-1]] == rows
 
     assert main([name, *paths, "--output", *map(str, outputs)]) == 1
     assert "--times" in line()
-    arguments = [name, *paths[:-1], "--times", times, "--output", *map(str, outputs)]
-    assert main(arguments) == 1
-    missing = Path(paths[-1]).stem
-    assert line() == f"the {name} study needs the trials of {missing}, too"
+    missing = "length" if name == "threshold_study" else "cube_37"
+    few = [path for path in paths if Path(path).stem != missing]
+    assert main([name, *few, "--times", times, "--output", *map(str, outputs)]) == 1
+    assert line() == f"the study {name} needs the trials of {missing}, too"
 
 
 def test_scenarios_have_findings(
@@ -193,7 +195,7 @@ def test_scenarios_have_findings(
     trials = make_up(replace(sweep, name="beyond_own/a"), value=worsens)
     paths = written({"a": trials, "b": trials})
     output = tmp_path / "own.csv"
-    assert main(["scenarios", *paths, "--output", str(output)]) == 0
+    assert main(["beyond", *paths, "--output", str(output)]) == 0
     table = pd.read_csv(output)
     assert undescribed(findings, table) == []
     assert table[["scenario", "metric"]].to_numpy().tolist() == [
@@ -204,6 +206,6 @@ def test_scenarios_have_findings(
     record = Record((replace(sweep, metrics=["TAS", "PAS"]),), {})
     paths = written({"a": replace(trials, record=record)})
     output.unlink()
-    assert main(["scenarios", *paths, "--output", str(output)]) == 1
+    assert main(["beyond", *paths, "--output", str(output)]) == 1
     assert f"{paths[0]} has no column PAS; delete it and run: snakemake {paths[0]}" == line()
     assert not output.exists()

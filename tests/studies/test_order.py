@@ -1,105 +1,119 @@
-"""Head to head: metrics that are made up to be better or worse at putting levels in order."""
+"""The ruler for order against values worked out by hand."""
 
-from collections.abc import Callable
-from dataclasses import replace
-from math import inf
+import math
 
 import numpy as np
+import pandas as pd
 import pytest
+from scipy import stats
 
-from experiments.config import load_sweep
-from experiments.grid import Cell
-from experiments.tables import TableError, Trials
-from studies.order import compare_orders, load_halves, rankings, side_by_side, to_markdown
-
-from .conftest import undescribed
-
-MakeUp = Callable[..., Trials]
-
-SCATTER = {"ATE": 0.0, "DTE": 1e9, "mAA": 0.5, "TAS": 0.5}  # in steps of the noise
-
-
-def value(metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
-    """Follow the noise with a scatter that is smaller the more cameras there are."""
-    shared = np.random.default_rng([trial, round(1000 * cell.sigma_t), cell.n_cameras]).normal()
-    level = 100 * cell.sigma_t + SCATTER[metric] * 10 / cell.n_cameras * shared
-    return float(-np.exp(level) if metric == "TAS" else -level if metric == "mAA" else level)
+from studies.order import (
+    Order,
+    across,
+    compare,
+    estimate,
+    holm,
+    order,
+    orders,
+    shares,
+    trials_needed,
+    within,
+)
 
 
-def test_metrics_are_ranked_by_the_order_of_neighbours(make_up: MakeUp) -> None:
-    """TAS is a rescaled mAA. The ATE has no scatter, the DTE nothing else."""
-    settings = ["experiment=trajectory_length", "sigma_t=[0.01,0.02,0.03]", "n_cameras=[5,10]"]
-    trials = make_up(load_sweep([*settings, "trials=40"]), value=value)
-    table = compare_orders({"trajectory_length": trials})
-    assert undescribed(compare_orders, table) == []
-    assert set(table["level"]) == {"noise"}
-    alone = table[table["versus"].isna()].set_index("metric")
-    assert alone.loc["ATE", ["order", "trials", "cameras"]].tolist() == [100, 6, 5]
-    assert alone.loc["DTE", "order"] == pytest.approx(50, abs=10)
-    assert alone.loc["DTE", "trials"] > 100
-    assert alone.loc["DTE", "cameras"] == inf
-    # Normal steps of 1 with a scatter of 1 and of 1/2: orders of 76 and 92 %.
-    assert alone.loc["mAA", "order"] == pytest.approx(84, abs=5)
-    assert alone.loc["mAA", "cameras"] == 10
-    assert (alone["low"] <= alone["order"]).all()
-    pairs = table[table["versus"].notna()].set_index(["metric", "versus"])
-    assert len(pairs) == 6
-    same = pairs.loc[("mAA", "TAS")]
-    assert same[["order", "low", "high", "p"]].tolist() == [0, 0, 0, 1]
-    other = pairs.loc[("ATE", "DTE")]
-    assert other["order"] == pytest.approx(100 - alone.loc["DTE", "order"], abs=0.011)
-    assert other["p"] < 0.001
-    (ranking,) = rankings(table)
-    assert [place.metric for place in ranking.places] == ["ATE", "mAA", "TAS", "DTE"]
-    assert [place.is_certain for place in ranking.places] == [True, False, True, None]
-    maa = f"{alone.loc['mAA', 'order']:.1f}"
-    assert f"ATE 100.0 > mAA {maa} = TAS {maa} > DTE" in to_markdown(table)
+def table_of(**columns: "np.typing.ArrayLike") -> pd.DataFrame:
+    """Three levels of noise, with as many trials of each."""
+    table = pd.DataFrame({name: np.asarray(values) for name, values in columns.items()})
+    settings = {"n_cameras": 100, "n_outliers": 0, "sigma_r_deg": 3.0}
+    return table.assign(sigma_t=np.repeat([1, 2, 3], len(table) // 3), **settings)
 
 
-def test_every_level_that_an_experiment_varies_is_ordered(make_up: MakeUp) -> None:
-    def constant(*_: object) -> float:
-        return 0.5
-
-    levels = {
-        "combined": ["noise", "rotation noise"],
-        "rotations": ["noise", "outliers"],
-        "maa_vs_pas_length": ["noise"],
-    }
-    sweeps = {name: load_sweep([f"experiment={name}", "trials=2"]) for name in levels}
-    found = compare_orders({name: make_up(sweeps[name], value=constant) for name in levels})
-    assert (found.loc[found["versus"].isna(), "order"] == 50).all()
-    for name, expected in levels.items():
-        assert list(dict.fromkeys(found.loc[found["experiment"] == name, "level"])) == expected
+# Of the pairs (1, 2), (1, 3), (2, 2), (2, 3) three are right and one ties; of those of the second
+# and third level, (2, 1), (2, 3), (3, 1), (3, 3), one is right and one ties.
+ORDERED = [[1, 2], [2, 3], [1, 3]]
 
 
-def test_halves_are_of_the_same_trials_and_stand_beside_the_scores(make_up: MakeUp) -> None:
-    given = ["trials=2", "n_outliers=[0,10]"]
-    halves = load_halves(given)
-    assert set(halves.tables) == {
-        *("outliers", "collinear", "trajectory_length"),
-        *("rotations", "combined"),
-    }
-    (half,) = halves.tables["combined"].sweeps
-    sweep = load_sweep(["experiment=combined", *given])
-    assert replace(half, metrics=sweep.metrics) == sweep
-    joined = side_by_side([make_up(one, value=fraction) for one in (sweep, half)])
-    trials = joined["combined"]
-    assert list(joined) == ["combined"]
-    assert trials.sweep.metrics == [*sweep.metrics, "HalfDistance", "HalfAngle"]
-    assert len(trials.table) == len(make_up(sweep, value=fraction).table)
-    assert (
-        trials.table["HalfAngle"].tolist()
-        == make_up(half, value=fraction).table["HalfAngle"].tolist()
-    )
-    table = compare_orders(joined)
-    assert {"HalfDistance", "HalfAngle"} <= set(table["metric"])
+def test_order_is_the_share_of_right_pairs_of_neighbours() -> None:
+    assert order(ORDERED[:2]).probability == pytest.approx(3.5 / 4)
+    assert order(ORDERED).probability == pytest.approx((3.5 / 4 + 1.5 / 4) / 2)
+    assert order(ORDERED[::-1]).probability == pytest.approx(1 - (3.5 + 1.5) / 8)
+    (found,) = orders(table_of(TAS=-np.ravel(ORDERED)), "TAS", "sigma_t")
+    assert found.probability == pytest.approx(0.625)
 
 
-def fraction(metric: str, cell: Cell, trial: int, _: np.random.Generator) -> float:
-    return len(metric) + trial / 7 + cell.sigma_r_deg
+def test_no_rising_rescaling_changes_the_order() -> None:
+    values = np.random.default_rng(0).normal([[0], [1], [2]], size=(3, 20))
+    found = order(values)
+    for rescaled in (np.exp(values), values**3, -1 / np.exp(values)):
+        assert order(rescaled) == found
+        table = table_of(ATE=values.ravel(), DTE=rescaled.ravel())
+        _, pairs = compare(within(table, "sigma_t"), ["ATE", "DTE"])
+        assert pairs["ATE", "DTE"] == Order(0, 0)
 
 
-def test_tables_of_other_trials_are_not_joined(make_up: MakeUp) -> None:
-    one, other = (load_sweep(["experiment=combined", f"trials={n}"]) for n in (2, 3))
-    with pytest.raises(TableError, match="has other settings than"):
-        side_by_side([make_up(sweep, value=fraction) for sweep in (one, other)])
+@pytest.mark.parametrize("paired", [False, True])
+def test_the_error_of_an_order_is_its_scatter_from_study_to_study(paired: bool) -> None:
+    rng = np.random.default_rng(1)
+    found = []
+    for _ in range(400):
+        noise = rng.normal([[0], [1], [1.5]], size=(3, 100))
+        other = noise + rng.normal(scale=0.5, size=noise.shape)
+        alone, pairs = compare(
+            within(table_of(ATE=noise.ravel(), DTE=other.ravel()), "sigma_t"), ["ATE", "DTE"]
+        )
+        found.append(pairs["ATE", "DTE"] if paired else alone["ATE"])
+    scatter = np.std([each.probability for each in found])
+    assert np.mean([each.error for each in found]) == pytest.approx(scatter, rel=0.1)
+    assert order([[1], [2]]).error == math.inf  # one trial tells nothing of it
+
+
+def test_trials_needed_find_the_difference_as_often_as_they_should() -> None:
+    """A normal shift of 0.8 is ordered with a probability of 0.714."""
+    probability = float(stats.norm.cdf(0.8 / np.sqrt(2)))
+    n = trials_needed(probability)
+    assert n == np.ceil((1.959964 + 0.841621) ** 2 / (6 * (probability - 0.5) ** 2))
+    rng = np.random.default_rng(0)
+    samples = rng.normal(size=(2, 1000, int(n))) + np.array([0.8, 0])[:, None, None]
+    found = stats.mannwhitneyu(*samples, axis=1).pvalue < 0.05
+    assert found.mean() == pytest.approx(0.8, abs=0.05)
+    assert trials_needed(0.4) == math.inf
+
+
+def test_holm_steps_down_from_the_smallest_p_value() -> None:
+    """0.01 of four counts fourfold, 0.02 of the three left threefold, and none less than that."""
+    found = holm([0.04, 0.01, np.nan, 0.03, 0.02])
+    assert found == pytest.approx([0.06, 0.04, np.nan, 0.06, 0.06], nan_ok=True)
+    assert holm([0.6, 0.5]) == pytest.approx([1, 1])
+    assert len(holm([])) == 0
+
+
+def test_what_has_no_value_cannot_be_put_in_order() -> None:
+    """A tie with everything: neither refusing the better nor refusing the worse is rewarded."""
+    assert order([[np.nan, 1.0], [2.0, 2.0]]).probability == 0.75
+    assert order([[1.0, 1.0], [np.nan, 0.0]]).probability == 0.25
+    assert order([[np.nan] * 2] * 2).probability == 0.5
+
+
+def test_any_pairs_of_levels_can_be_compared() -> None:
+    found = shares([[1, 2], [2, 3], [0, 0]], [(0, 2), (1, 2), (2, 0), (0, 1)])
+    assert [level.tolist() for level in found] == [[0.5, 0.4375], [0.1875, 0.25], [0.25, 0.25]]
+
+
+def test_an_interval_and_a_p_value_come_of_one_error() -> None:
+    found = Order(0.6, 0.05)
+    assert found.interval == pytest.approx((0.502, 0.698), abs=1e-3)
+    assert found.p_above(0.5) == pytest.approx(stats.norm.sf(2))
+    assert Order(-0.1, 0.05).p_value == Order(0.1, 0.05).p_value == pytest.approx(0.0455, abs=1e-4)
+    # Without an error a difference is certain, and none is none.
+    assert (Order(0.1, 0).p_value, Order(0, 0).p_value) == (0, 1)
+    assert (Order(0.5, 0).p_above(0.5), Order(0.6, 0).p_above(0.5)) == (0.5, 0)
+
+
+def test_across_another_setting_each_value_meets_each_other() -> None:
+    """The error rises with the noise by 1, and by 3 with more cameras."""
+    table = pd.concat([table_of(ATE=[1, 2, 3]), table_of(ATE=[4, 5, 6]).assign(n_cameras=200)])
+    assert estimate(within(table, "sigma_t").shares("ATE")).probability == 1
+    task = across(table, "sigma_t", "n_cameras")
+    assert len(task.pairs) == 2 * 2
+    assert estimate(task.shares("ATE")).probability == 0.5
+    assert len(set(across(table, "sigma_t", "n_cameras", same_draws=True).units)) == 3

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-from scipy import stats
 
 from experiments.metrics import METRICS
 from studies import statistics
@@ -125,65 +124,6 @@ def test_dependence_sees_what_rises_and_falls_again() -> None:
     assert statistics.improvement(table, "TAS", ["n_cameras"], "mean") == pytest.approx(0)
 
 
-# Of the pairs (1, 2), (1, 3), (2, 2), (2, 3) three are right and one ties; of those of the second
-# and third level, (2, 1), (2, 3), (3, 1), (3, 3), one is right and one ties.
-ORDERED = [[1, 2], [2, 3], [1, 3]]
-
-
-def test_order_is_the_share_of_right_pairs_of_neighbours() -> None:
-    assert statistics.order(ORDERED[:2]).probability == pytest.approx(3.5 / 4)
-    assert statistics.order(ORDERED).probability == pytest.approx((3.5 / 4 + 1.5 / 4) / 2)
-    assert statistics.order(ORDERED[::-1]).probability == pytest.approx(1 - (3.5 + 1.5) / 8)
-    table = trials(sigma_t=np.repeat([1, 2, 3], 2), TAS=-np.concatenate(ORDERED))
-    assert statistics.orders(table, "TAS", ["sigma_t"]) == pytest.approx([62.5])
-    before, after = {"n_outliers": [0]}, {"n_outliers": [9]}
-    both = pd.concat([table, table.assign(n_outliers=9, TAS=-table["sigma_t"])])
-    change = statistics.order_change_size(both, "TAS", ["sigma_t"], "mean", before, after)
-    assert change == pytest.approx(37.5)
-
-
-def test_no_rising_rescaling_changes_the_order() -> None:
-    values = np.random.default_rng(0).normal([[0], [1], [2]], size=(3, 20))
-    found = statistics.order(values)
-    for rescaled in (np.exp(values), values**3, -1 / np.exp(values)):
-        assert statistics.order(rescaled) == found
-        difference = statistics.order(rescaled, values)
-        assert (difference.probability, difference.error) == (0, 0)
-
-
-@pytest.mark.parametrize("paired", [False, True])
-def test_the_error_of_an_order_is_its_scatter_from_study_to_study(paired: bool) -> None:
-    rng = np.random.default_rng(1)
-    found = []
-    for _ in range(400):
-        noise = rng.normal([[0], [1], [1.5]], size=(3, 100))
-        other = noise + rng.normal(scale=0.5, size=noise.shape)
-        found.append(statistics.order(noise, other if paired else None))
-    scatter = np.std([one.probability for one in found])
-    assert np.mean([one.error for one in found]) == pytest.approx(scatter, rel=0.1)
-    assert statistics.order([[1], [2]]).error == math.inf  # one trial tells nothing of it
-
-
-def test_trials_needed_find_the_difference_as_often_as_they_should() -> None:
-    """A normal shift of 0.8 is ordered with a probability of 0.714."""
-    probability = float(stats.norm.cdf(0.8 / np.sqrt(2)))
-    n = statistics.trials_needed(probability)
-    assert n == np.ceil((1.959964 + 0.841621) ** 2 / (6 * (probability - 0.5) ** 2))
-    rng = np.random.default_rng(0)
-    samples = rng.normal(size=(2, 1000, int(n))) + np.array([0.8, 0])[:, None, None]
-    found = stats.mannwhitneyu(*samples, axis=1).pvalue < 0.05
-    assert found.mean() == pytest.approx(0.8, abs=0.05)
-    assert statistics.trials_needed(0.4) == math.inf
-
-
-def test_holm_steps_down_from_the_smallest_p_value() -> None:
-    """0.01 of four counts fourfold, 0.02 of the three left threefold, and none less than that."""
-    found = statistics.holm([0.04, 0.01, np.nan, 0.03, 0.02])
-    assert found == pytest.approx([0.06, 0.04, np.nan, 0.06, 0.06], nan_ok=True)
-    assert statistics.holm([0.6, 0.5]) == pytest.approx([1, 1])
-    assert len(statistics.holm([])) == 0
-
-
 def test_change_of_a_mean_and_shift_from_another_metric() -> None:
     table = trials(n_cameras=[200, 10, 10], d=[0.3, 0.3, 0.5], TAS=[1, 2, 5], PAS=[1, 3, 5])
     assert statistics.mean_change(table, "d", ["n_cameras"], "mean") == pytest.approx(-25)
@@ -223,13 +163,11 @@ def test_a_value_that_is_missing_is_not_taken_for_no_correlation() -> None:
         assert math.isnan(statistics.power(table, "ATE", ["sigma_t"], take))
 
 
-def test_what_has_no_value_cannot_be_put_in_order() -> None:
-    """A tie with everything: neither refusing the better nor refusing the worse is rewarded."""
-    assert statistics.order([[np.nan, 1.0], [2.0, 2.0]]).probability == 0.75
-    assert statistics.order([[1.0, 1.0], [np.nan, 0.0]]).probability == 0.25
-    assert statistics.order([[np.nan] * 2] * 2).probability == 0.5
-
-
-def test_any_pairs_of_levels_can_be_compared() -> None:
-    shares = statistics.order_shares([[1, 2], [2, 3], [0, 0]], [(0, 2), (1, 2), (2, 0), (0, 1)])
-    assert [level.tolist() for level in shares] == [[0.5, 0.4375], [0.1875, 0.25], [0.25, 0.25]]
+def test_change_of_the_order_from_some_cells_to_others() -> None:
+    """Orders of 62.5 % and of 100 %."""
+    table = trials(sigma_t=np.repeat([1, 2, 3], 2), TAS=[-1, -2, -2, -3, -1, -3])
+    assert statistics.order_percentages(table, "TAS", ["sigma_t"]) == pytest.approx([62.5])
+    before, after = {"n_outliers": [0]}, {"n_outliers": [9]}
+    both = pd.concat([table, table.assign(n_outliers=9, TAS=-table["sigma_t"])])
+    change = statistics.order_change_size(both, "TAS", ["sigma_t"], "mean", before, after)
+    assert change == pytest.approx(37.5)

@@ -1,6 +1,5 @@
 """The paper's experiments as a study, and the settings of a table as they are handed on."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,25 +7,32 @@ import pytest
 
 from experiments.config import ConfigError, Selection, experiment_names, load_sweep
 from experiments.tables import SWEEPS
-from studies.frame_rate.rates import FRAME_RATE, load_frame_rate
-from studies.parameters.axes import load_parameters, study_file
-from studies.parameters.maps import MAPS, load_maps
-from studies.study import Study, Table, load_experiments
-from studies.today.questions import TODAY, load_today
+from studies import beyond, frame_rate, protocols, threshold_study
+from studies.paper import Experiments
+from studies.study import Study, Table, config_file, found, plans
 
 
 def test_the_experiments_share_their_settings() -> None:
-    study = load_experiments(["trials=5", "seed=3"])
-    assert study.name == "experiments"
-    assert list(study.tables) == experiment_names()
-    for name, table in study.tables.items():
+    tables = plans(["trials=5", "seed=3", "n_jobs=1", "replicates=2"])["paper"].tables
+    assert list(tables) == experiment_names()
+    for name, table in tables.items():
         assert table.sweeps == (load_sweep([f"experiment={name}", "trials=5", "seed=3"]),)
 
 
 def test_a_setting_that_does_not_suit_an_experiment_is_named_with_it() -> None:
     settings = r"experiment=collinear volume_per_camera=0\.1"
     with pytest.raises(ConfigError, match=rf"'volume_per_camera' applies to .* \({settings}\)$"):
-        load_experiments(["volume_per_camera=0.1"]).tables["collinear"]
+        Experiments(["volume_per_camera=0.1"])["collinear"]
+
+
+def test_the_studies_are_those_of_the_folders_in_the_order_of_the_report() -> None:
+    assert [study.name for study in found()] == [
+        *("paper", "claims", "head_to_head", "threshold_study", "registration_study"),
+        *("beyond", "frame_rate", "protocols"),
+    ]
+    for study in found():
+        folder = Path(beyond.__file__).parents[1] / study.name
+        assert (study.show is not None) == (folder / "section.html.j2").exists()
 
 
 def test_settings_of_a_table_are_handed_on_whole_and_have_a_digest_of_their_own() -> None:
@@ -34,10 +40,10 @@ def test_settings_of_a_table_are_handed_on_whole_and_have_a_digest_of_their_own(
     variants = [
         replace(sweep, sigma_t=[0.1 + 0.2, 1e-9]),
         replace(sweep, trials=51),
-        replace(sweep, differs="x=1"),
-        replace(sweep, only=[Selection(["PAS"], {"sigma_t": [0.05]})]),
+        replace(sweep, changes="x=1"),
+        replace(sweep, selections=[Selection(["PAS"], {"sigma_t": [0.05]})]),
     ]
-    tables = [Table((one,)) for one in (sweep, *variants)] + [Table((sweep, *variants))]
+    tables = [Table((variant,)) for variant in (sweep, *variants)] + [Table((sweep, *variants))]
     for table in tables:
         assert SWEEPS.validate_json(table.json) == table.sweeps
         assert table.digest == Table(SWEEPS.validate_json(table.json)).digest
@@ -45,32 +51,24 @@ def test_settings_of_a_table_are_handed_on_whole_and_have_a_digest_of_their_own(
 
 
 @pytest.mark.parametrize(
-    ("name", "file", "load", "section", "first"),
+    ("study", "name", "section", "first"),
     [
-        ("frame_rate.rates.FRAME_RATE", FRAME_RATE, load_frame_rate, "scenarios", "car"),
-        ("today.questions.TODAY", TODAY, load_today, "questions", "outliers"),
-        ("parameters.maps.MAPS", MAPS, load_maps, "maps", "tas.parts.cube_30"),
-        (
-            "parameters.axes.study_file",
-            study_file("threshold"),
-            lambda: load_parameters("threshold"),
-            "trials",
-            "outliers",
-        ),
+        (frame_rate.STUDY, "frame_rate.rates.FRAME_RATE", "scenarios", "car"),
+        (protocols.STUDY, "protocols.questions.PROTOCOLS", "questions", "outliers"),
+        (threshold_study.STUDY, "threshold_study.THRESHOLDS", "trials", "outliers"),
     ],
 )
 def test_the_file_of_a_study_is_named_with_the_key_at_fault(
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
+    study: Study,
     name: str,
-    file: Path,
-    load: Callable[[], Study],
     section: str,
     first: str,
 ) -> None:
     path = tmp_path / "own.yaml"
-    monkeypatch.setattr(f"studies.{name}", (lambda _: path) if "study_file" in name else path)
-    text = file.read_text()
+    monkeypatch.setattr(f"studies.{name}", path)
+    text = config_file(study.name).read_text()
     for old, new, problem in (
         (f"\n{section}:", f"\n{section}s:", f"{section} is missing; {section}s is unknown"),
         (f"\n{section}:", f"\nown: 5\n{section}:", "own is unknown"),
@@ -82,7 +80,7 @@ def test_the_file_of_a_study_is_named_with_the_key_at_fault(
             new = new.replace(", ", "\n  ")
         path.write_text(text.replace(old, new, 1))
         with pytest.raises(ConfigError) as caught:
-            load()
+            study.plan([])
         assert str(caught.value).startswith(f"{path}: ")
         assert problem in str(caught.value)
         assert "\n" not in str(caught.value)

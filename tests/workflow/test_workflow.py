@@ -12,61 +12,45 @@ from pathlib import Path
 import pytest
 
 from alignscores.registration.kernel import LIBRARY
-from figures import FIGURES, PAPER_FIGURES
-from report.pdf import browser
-from studies.__main__ import QUESTIONS
-from studies.frame_rate.rates import load_frame_rate
-from studies.order import load_halves
-from studies.parameters.axes import STUDIES, load_parameters
-from studies.parameters.maps import load_maps
-from studies.scenarios.scenarios import load_scenarios
-from studies.today.questions import load_today
+from studies.head_to_head import plan as plan_halves
+from studies.study import found, plans
 
 from .conftest import ROOT, SNAKEFILE, Snakemake, options
 
+FOLDERS = ("alignscores", "baselines", "experiments", "studies", "figures", "report")
 NOT_COMPILED = "the kernel of this version is not compiled"
-TRIALS = {
-    "figures": 8 + len(load_halves().tables),
-    "claims": 2,
-    "beyond": len(load_scenarios().tables),
-}
-TRIALS |= {"frame_rate": len(load_frame_rate().tables), "today": len(load_today().tables)}
-TRIALS |= {f"{name}_study": len(load_parameters(name).tables) for name in STUDIES}
-TRIALS["threshold_study"] += len(load_maps().tables)
+PLANS = plans(["replicates=2"])
+TRIALS = {name: len(plan.tables) for name, plan in PLANS.items()}
+TIMED = [study.name for study in found() if study.axes]
 
 
-def found(*names: str) -> dict[str, int]:
-    return {f"findings_{name}": 1 for name in names}
+def answered(*names: str) -> dict[str, int]:
+    return {f"answers_{name}": 1 for name in names}
 
 
 def test_everything_is_made_once(snakemake: Snakemake) -> None:
     done = snakemake("report", "article", "figures", "--dry-run", "--config", "replicates=2")
     assert done.planned == {
         "trials": sum(TRIALS.values()),
-        "figure": len(FIGURES),
-        **dict.fromkeys(("verdicts", "report", "figures"), 1),
-        **found(*(name for name in QUESTIONS if name != "claims" and "_time" not in name)),
-        **dict.fromkeys(("camera_errors", "explorer"), 1),
-        **dict.fromkeys(("article", "article_page", *(["article_pdf"] if browser() else [])), 1),
-        "run_times": len(STUDIES),
+        "figure": sum(len(plan.figures) for plan in PLANS.values()),
+        **answered(*PLANS),
+        **dict.fromkeys([f"times_{name}" for name in TIMED], 1),
+        **dict.fromkeys(("camera_errors", "explorer", "report", "article", "figures"), 1),
     }
 
 
-@pytest.mark.parametrize(
-    ("target", "jobs"),
-    [
-        ("figures", {"figure": len(PAPER_FIGURES), **found("table1", "order")}),
-        ("beyond", {"figure": 2, **found("scenarios")}),
-        ("threshold_study", {"run_times": 1, "figure": 2, **found("threshold", "threshold_maps")}),
-        ("frame_rate", {"figure": 1, **found("frame_rate")}),
-        ("today", {"figure": 1, **found("today")}),
-        ("registration_study", {"run_times": 1, "figure": 1, **found("registration")}),
-    ],
-)
-def test_a_target_needs_its_own_trials_and_no_others(
-    snakemake: Snakemake, target: str, jobs: dict[str, int]
-) -> None:
-    assert snakemake(target, "--dry-run").planned == {"trials": TRIALS[target], target: 1} | jobs
+@pytest.mark.parametrize("target", [*PLANS, "figures", "today"])
+def test_a_target_needs_its_own_trials_and_no_others(snakemake: Snakemake, target: str) -> None:
+    name = {"figures": "paper", "today": "protocols"}.get(target, target)
+    jobs = {target: 1, "trials": TRIALS[name]} | answered(name)
+    if figures := PLANS[name].figures:
+        jobs["figure"] = len(figures)
+    if name in TIMED:
+        jobs[f"times_{name}"] = 1
+    if name == "head_to_head":
+        assert TRIALS[name] == len(plan_halves()) == 5
+        jobs["trials"] += TRIALS["paper"]
+    assert snakemake(target, "--dry-run", "--config", "replicates=2").planned == jobs
 
 
 def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
@@ -76,15 +60,15 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
     targets = ("report", "article", "figures")
     done = snakemake(*targets, "--dry-run", "--config", *settings, profile="slurm")
     needs = {rule: text for rule, text in done.jobs if "runtime=" in text and "mem_mb=" in text}
-    assert set(needs) == {"trials", "run_times", "camera_errors"}
+    assert set(needs) == {"trials", "camera_errors", *(f"times_{name}" for name in TIMED)}
     assert "runtime=34" in needs["trials"]
     assert "mem_mb=1000" in needs["trials"]
     assert "threads: " not in done.text  # named where more than one
-    (block,) = re.findall(r"^localrules:.*\n((?:    \w+,\n)+)", SNAKEFILE.read_text(), re.MULTILINE)
-    others = {rule for rule, _ in done.jobs} - set(re.findall(r"\w+", block))
-    assert {rule for rule in others if not rule.startswith("findings_")} == set(needs)
-    findings = (ROOT / "workflow" / "studies.smk").read_text().partition('f"findings_{name}"')[2]
-    assert "localrule: True" in findings.partition("shell:")[0]
+    # All others run where Snakemake runs.
+    texts = [path.read_text() for path in (SNAKEFILE, *(ROOT / "workflow").glob("*.smk"))]
+    rules = re.findall(r"^ *rule\b.*:.*\n((?:(?! *rule\b).*\n)*)", "".join(texts), re.MULTILINE)
+    assert len(rules) == 12
+    assert all(("localrule: True" in rule) != ("runtime=" in rule) for rule in rules)
 
 
 @pytest.mark.parametrize(
@@ -167,15 +151,19 @@ TARGETS = (
     "results/figures/outliers.png",
     "results/figures/histogram.png",
     "results/replicates/7.csv",  # the first three are also judged under other readings: longer
-    "results/tables/registration_study.md",
+    "results/figures/registration_study.png",
 )
-ANALYSIS = {"figure": 2, **found("registration")}
+ANSWERED = answered("registration_study")
+ANALYSIS = {"figure": 1, **ANSWERED}
+TIMED_AGAIN = {"times_registration_study": 1}
 EDITS = [  # files of the project, with the jobs that an edit of them makes run again
-    (("alignscores/trajectories/files.py", "alignscores/cli/main.py", "report/page.py"), {}),
-    (("alignscores/plots.py",), {"figure": 2}),  # which has what the histogram draws
-    (("figures/panels.py",), {"figure": 2}),
-    (("studies/statistics.py",), ANALYSIS),
-    (("experiments/scenes/errors.py",), {"trials": 5, "run_times": 1} | ANALYSIS),
+    (("alignscores/trajectories/files/tum.py", "alignscores/cli/main.py", "report/page.py"), {}),
+    (("alignscores/plots.py",), {"figure": 3}),  # which has what the histogram draws
+    (("figures/panels.py",), {"figure": 3}),
+    (("studies/registration_study/registrations.py",), ANALYSIS),
+    (("studies/beyond/findings.py", "studies/threshold_study/effects.py"), {}),
+    (("studies/order.py",), TIMED_AGAIN | ANALYSIS),
+    (("experiments/scenes/errors.py",), {"trials": 5, "figure": 3} | TIMED_AGAIN | ANSWERED),
 ]
 CLAIMS = [  # a text, what takes its place, whether other trials are needed then
     ("A single outlier blinds", "One outlier blinds", False),
@@ -192,12 +180,11 @@ def test_an_edit_reruns_what_depends_on_it_and_nothing_else(
     In a checkout that was not installed, whose trials take longer: it says so.
     """
     copy = tmp_path / "copy"
-    folders = ("alignscores", "baselines", "experiments", "studies", "figures", "report")
     leave = shutil.ignore_patterns("__pycache__", "kernel-*.so")
-    for name in (*folders, "configs", "workflow"):
+    for name in (*FOLDERS, "configs", "workflow"):
         shutil.copytree(ROOT / name, copy / name, ignore=leave)
     shutil.copy(SNAKEFILE, copy)
-    (copy / "configs" / "study" / "registration.yaml").write_text(REGISTRATIONS)
+    (copy / "configs" / "study" / "registration_study.yaml").write_text(REGISTRATIONS)
 
     def rerun(*targets: str) -> dict[str, int]:
         return snakemake(*targets, "--dry-run", "--config", *few, project=copy).planned
@@ -279,13 +266,13 @@ def test_a_study_of_ones_own_runs_and_reruns_what_changed(
 
     file.write_text(OWN.replace("outliers: cluster", "outliers: frozen"))
     done = snakemake("beyond", "--dry-run", *arguments)
-    assert done.planned == {"trials": 1, "figure": 1, "beyond": 1, **found("scenarios")}
+    assert done.planned == {"trials": 1, "figure": 1, "beyond": 1, **answered("beyond")}
     assert "output: results/trials/beyond_mine/wrong_merge.csv" in done.text
 
     more = ["replicates=2", "tas_quantile=[0.5]"]
     done = snakemake("report", "--dry-run", "--printshellcmds", *arguments, *more)
     (written,) = [line for line in done.text.splitlines() if "-m report " in line]
-    assert "results/figures/beyond_mine.png" in written
+    assert "results/figures/beyond_mine.png" in done.text
     for setting in ("replicates=2", "scenarios=mine.yaml", "tas_quantile=[0.5]"):
         assert setting in written
 
@@ -335,3 +322,86 @@ def test_a_killed_run_goes_on_to_the_same_bytes(snakemake: Snakemake, tmp_path: 
     assert snakemake(*arguments("killed")).returncode == 0
     assert tables("killed") == tables("whole")
     assert len(tables("whole")) == 2
+
+
+TOY = {
+    "__init__.py": '''\
+"""Toy: the mean score of two metrics."""
+
+import pandas as pd
+
+from experiments.config import load_sweep
+
+from ..study import Figure, Study, Table
+
+
+def plan(overrides):
+    """Return one table, of the paper's collinear cameras."""
+    settings = ["experiment=collinear", "metrics=[TAS,ATE]", "n_outliers=[0]", "sigma_t=[0.1]"]
+    return {"line": Table((load_sweep([*settings, *overrides]),))}
+
+
+def ask(question):
+    """Return the means as a table and in words."""
+    table = question.by_name["line"].table[["TAS", "ATE"]].mean()
+    table = table.rename_axis("metric").reset_index(name="mean")
+    return [table, f"The mean TAS is {table['mean'][0]:.2f}.\\n"]
+
+
+STUDY = Study(
+    name="toy",
+    title="A toy",
+    plan=plan,
+    ask=ask,
+    figures=[Figure("studies.toy.figure:draw", ["tables/{}"])],
+    show=lambda answer: {"means": dict(answer.table.to_numpy())},
+)
+''',
+    "figure.py": '''\
+"""A bar for each metric."""
+
+from matplotlib.figure import Figure
+
+from figures import style
+
+
+@style.applied()
+def draw(table):
+    """Figure: the mean of each metric."""
+    figure = Figure(figsize=(style.COLUMN, 2))
+    figure.subplots().bar(table["metric"], table["mean"])
+    return figure
+''',
+    "section.html.j2": """\
+<section id="toy" aria-labelledby="toy-title">
+<h2 id="toy-title">A toy</h2>
+<p>The mean TAS is {{ toy.means.TAS | number(2) }}.</p>
+{% call figure("toy", "Means", "Two bars.") %}<p>Bars.</p>{% endcall %}
+</section>
+""",
+}
+
+
+def test_a_new_study_is_one_folder(snakemake: Snakemake, tmp_path: Path) -> None:
+    """The recipe of docs/develop/extend.md: a target, a figure, and a place in the report."""
+    copy = tmp_path / "copy"
+    leave = shutil.ignore_patterns("__pycache__")
+    for name in (*FOLDERS, "configs", "workflow"):
+        shutil.copytree(ROOT / name, copy / name, ignore=leave)
+    shutil.copy(SNAKEFILE, copy)
+    folder = copy / "studies" / "toy"
+    folder.mkdir()
+    for name, text in TOY.items():
+        (folder / name).write_text(text)
+    few = ["--config", "trials=2", "n_jobs=1"]
+    done = snakemake("toy", *few, project=copy)
+    assert done.returncode == 0, done.text
+    results = copy / "results"
+    assert (results / "tables" / "toy.md").read_text().startswith("The mean TAS is 0.")
+    assert (results / "figures" / "toy.png").exists()
+    assert snakemake("toy", "--dry-run", *few, project=copy).planned == {}
+    planned = snakemake("report", "--dry-run", *few, "replicates=2", project=copy).planned
+    assert planned["trials"] == sum(TRIALS.values())  # those of the toy are there
+    text = folder / "section.html.j2"
+    text.write_text(f"{text.read_text()}<p>More</p>")
+    assert snakemake("toy", "--dry-run", *few, project=copy).planned == {}

@@ -16,11 +16,15 @@ from alignscores.trajectories.formats import FORMATS
 
 from ..conftest import FILES, write_poses
 
+# Each camera of the reference has the pose of its own stamp, or none.
+AT_STAMPS = "--sync", "nearest", "--max_gap", 0
+
 
 @pytest.mark.parametrize("form", FILES)
 def test_every_format_scores_the_same_scene_the_same(form, score, examples):
-    missing = () if form == "kitti" else ("--missing", "fail")
-    (result,) = score(form, *FILES[form], *missing, "--registration", "pcr99")
+    options = () if form == "kitti" else ("--missing", "fail")
+    options += AT_STAMPS if FORMATS[form].timed else ()
+    (result,) = score(form, *FILES[form], *options, "--registration", "pcr99")
     matches = match(*(read_kitti(examples / path) for path in FILES["kitti"]))
     expected = pas(matches.gt_poses, matches.est_poses)
     assert set(result) == {
@@ -52,6 +56,10 @@ TIMED, NAMED = {"tum", "euroc"}, {"colmap", "nerf"}
 OPTIONS = {  # the formats that have it, what it sets in the JSON
     "--missing ignore": (TIMED | NAMED, {"missing_cameras": "ignore"}),
     "--t_max_diff 0.02": (TIMED, {"t_max_diff": 0.02}),
+    "--sync nearest": (TIMED, {"sync": "nearest"}),
+    "--max_gap 0.5": (TIMED, {"max_gap": 0.5}),
+    "--t_start 1700000001": (TIMED, {"t_start": 1700000001.0}),
+    "--t_end 1700000003": (TIMED, {"t_end": 1700000003.0}),
     "--t_offset -0.002": (TIMED, {"t_offset": -0.002}),
     "--t_offset auto": (TIMED, {"t_offset": "auto"}),
     "--frames tum/estimate.txt": (TIMED, {"frames": "tum/estimate.txt"}),
@@ -102,12 +110,13 @@ def test_what_was_lost_is_told(form, score, run, examples, write, models):
         half = write(json.dumps({"frames": content["frames"][:18]}))
     else:
         half = write((examples / FILES[form][1]).read_text().splitlines()[:19])
-    files = form, FILES[form][0], half
+    files = form, FILES[form][0], half, *(AT_STAMPS if FORMATS[form].timed else ())
     (ignored,) = score(*files, "--missing", "ignore")
     (failed,) = score(*files, "--missing", "fail")
     assert (ignored["n"], ignored["missing"]) == (18, 22)
-    assert (failed["n"], failed["missing"], failed["lost"]) == (40, 22, 0.0)
-    assert ignored["lost"] == pytest.approx(22 / 40, abs=0.06)  # by time: at the end alone
+    assert (failed["n"], failed["missing"]) == (40, 22)
+    without_pose = 22 + failed["non_finite"]
+    assert failed["lost"] == ignored["lost"] == pytest.approx(without_pose / 40)
     assert failed["RAS"] == pytest.approx(ignored["RAS"] * 18 / 40)
     _, out, _ = run(*files, "--missing", "ignore")
     assert "*" in out.splitlines()[1]

@@ -88,8 +88,7 @@ def test_as_a_module(examples, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("blocked", "arguments", "extra"),
     [
-        ("evo", TUM, "files"),
-        ("evo", [*NERF, "--save_results", "/tmp/never.zip"], "files"),
+        ("evo", [*NERF, "--save_results", "/tmp/never.zip"], "evo"),
         ("pycolmap", COLMAP, "colmap"),
         ("matplotlib", [*NERF, "--save_plot", "/tmp/never.png"], "plots"),
     ],
@@ -105,12 +104,13 @@ def test_missing_extras_are_named(process, blocked, arguments, extra):
 def test_completion_without_argcomplete_is_one_line(process):
     done = process(before="sys.modules['argcomplete'] = None", _ARGCOMPLETE="1")
     assert (done.returncode, done.stderr.count("\n")) == (1, 1)
-    assert 'pip install "alignscores[files]"' in done.stderr
+    assert 'pip install "alignscores[completion]"' in done.stderr
 
 
-def test_nerf_needs_no_extra(process):
+@pytest.mark.parametrize("arguments", [TUM, NERF])
+def test_text_files_need_no_extra(process, arguments):
     blocked = "sys.modules.update(dict.fromkeys(['evo', 'matplotlib', 'pandas', 'pycolmap']))"
-    done = process(*NERF, before=blocked)
+    done = process(*arguments, before=blocked)
     assert (done.returncode, done.stderr) == (0, "")
 
 
@@ -124,4 +124,5 @@ def test_shell_completion(process, tmp_path):
         COMP_LINE=line,
         COMP_POINT=str(len(line)),
     )
-    assert (tmp_path / "completions").read_text().split() == ["--t_max_diff", "--t_offset"]
+    options = ["--t_max_diff", "--t_start", "--t_end", "--t_offset"]
+    assert (tmp_path / "completions").read_text().split() == options

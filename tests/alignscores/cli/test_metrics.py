@@ -16,6 +16,8 @@ from alignscores.trajectories.files import read_tum
 from alignscores.trajectories.formats import FORMATS
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
+# Each camera of the reference has the pose of its own stamp, or none.
+AT_STAMPS = "--sync", "nearest", "--max_gap", 0
 COLMAP = "colmap", "colmap/reference", "colmap/estimate"
 NAMES = [family.example for family in SCORES]
 EXAMPLES = [family.example for family in PROTOCOLS]
@@ -25,11 +27,12 @@ def test_values(score, run, examples, tmp_path):
     """Those of the library for the poses that are scored; or none, and why."""
     path = tmp_path / "metrics.csv"
     names = [*NAMES, *EXAMPLES]
-    options = ["--metrics", ",".join(names), "--missing", "fail", "--seed", 3]
+    options = ["--metrics", ",".join(names), "--missing", "fail", "--seed", 3, *AT_STAMPS]
     (result,) = score(*TUM, *options, "--save_metrics", path)
     assert list(result["metrics"]) == names
     assert [result["metrics"][name] for name in NAMES] == [result[name] for name in NAMES]
-    matches = match(*(read_tum(examples / file) for file in TUM[1:]), missing="fail")
+    both = (read_tum(examples / file) for file in TUM[1:])
+    matches = match(*both, missing="fail", sync="nearest", max_gap=0.0)
     poses = matches.gt_poses, matches.est_poses
     arrays = [block for one in poses for block in (one[:, :3, 3], one[:, :3, :3])]
     refused: list[str] = []
@@ -55,7 +58,8 @@ def test_values(score, run, examples, tmp_path):
 
 
 def test_only_what_was_asked_for(run, score, tmp_path):
-    _, out, err = run(*TUM, "--metrics", "ATE, recall@5cm,5deg,ate", "--missing", "ignore")
+    options = "--metrics", "ATE, recall@5cm,5deg,ate", "--missing", "ignore"
+    _, out, err = run(*TUM, *options, *AT_STAMPS)
     header, row, settings = out.splitlines()
     assert header.split() == ["estimate", "ATE", "[m]", "recall@5cm,5deg", "[%]"]
     assert row.split() == ["estimate.txt", "1.03", "60.53"]

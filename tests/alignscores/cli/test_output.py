@@ -14,21 +14,25 @@ import alignscores
 from alignscores import pas, tas
 from alignscores.trajectories.association import match
 from alignscores.trajectories.evo import PAS
-from alignscores.trajectories.files import _stdin, read_kitti, read_tum
+from alignscores.trajectories.files import read_kitti, read_tum
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 PAPER = "--registration", "pcr99"
+# Each camera of the reference has the pose of its own stamp, or none.
+AT_STAMPS = "--sync", "nearest", "--max_gap", 0
 
 
 def test_table(run):
-    code, out, err = run(*TUM, *PAPER, "--missing", "ignore")
+    code, out, err = run(*TUM, *PAPER, *AT_STAMPS, "--missing", "ignore")
     assert (code, err) == (0, "")
-    header, row, settings, half, nan, hint = out.splitlines()
+    header, row, settings, half, nan, n, hint = out.splitlines()
     assert half.startswith("half: largest threshold at which TAS (refined registration) or RAS ")
-    expected = "estimate TAS sd half m RAS half deg PAS sd ATE m d m n missing nan"
+    expected = "estimate TAS sd half m RAS half deg PAS sd ATE m d m n lost nan"
     assert header.split() == expected.split()
     assert row.split()[0] == "estimate.txt"
-    assert row.split()[-3:] == ["38", "2", "1/1"]
+    assert row.split()[-3:] == ["38", "7.5%", "1/1"]
+    assert n.startswith("n: frames that were due, ")
+    assert n.endswith(" lost: share of the time without a pose")
     assert nan.startswith("nan: cameras without a position fail in the TAS")
     assert settings == "registration pcr99, means and sd over the seeds 0 to 9; " + (
         "missing cameras: ignore"
@@ -41,9 +45,9 @@ def test_table_by_default(run):
     code, out, err = run(*TUM)
     assert (code, err) == (0, "")
     header, row, settings, *_ = out.splitlines()
-    expected = "estimate TAS half m RAS half deg PAS ATE m d m < d n missing nan"
-    assert header.split() == expected.split()
-    assert row.split()[-3:] == ["40", "2", "3/3"]
+    expected = "estimate TAS half m RAS half deg PAS ATE m d m < d n lost nan"
+    assert header.split()[:14] == expected.split()[:14]
+    assert row.split()[-3:] == ["40", "2.5%", "1/1"]
     assert settings == "registration refined, seed 0; missing cameras: fail"
     assert "sd" not in header
     assert "steadier" not in out
@@ -54,7 +58,7 @@ def test_what_is_not_finite_fails_where_it_is_not(run, score, lines, write):
     for row in (2, 3):
         fields[row][1:4] = ["nan"] * 3
     fields[4][4:] = ["nan"] * 4
-    ignore = "--missing", "ignore"
+    ignore = "--missing", "ignore", *AT_STAMPS
     (whole,) = score(*TUM, *ignore)
     files = *TUM[:2], write([" ".join(line) for line in fields])
     (result,) = score(*files, *ignore)
@@ -119,6 +123,10 @@ def test_json_names_its_settings(run):
         "body_rotation": "none",
         "t_max_diff": 0.01,
         "t_offset": 0.0,
+        "sync": "interpolate",
+        "max_gap": None,
+        "t_start": None,
+        "t_end": None,
         "frames": None,
         "unit": None,
         "max_threshold": 1.0,
@@ -179,7 +187,6 @@ def test_what_comes_compressed_or_by_a_pipe_scores_alike(score, examples, tmp_pa
     plain = (examples / TUM[2]).read_bytes()
     compressed = tmp_path / "estimate.txt.gz"
     compressed.write_bytes(gzip.compress(plain))
-    _stdin.cache_clear()
     monkeypatch.setattr("sys.stdin", TextIOWrapper(BytesIO(plain)))
     scored = [score(*TUM[:2], estimate)[0] for estimate in (TUM[2], compressed, "-")]
     for result in scored:
@@ -205,7 +212,8 @@ def test_all_files_are_saved_and_say_what_python_says(run, examples, tmp_path):
     paths = [str(tmp_path / part) if part in names else part for part in saved]
     assert run(*TUM, *paths)[0] == 0
     assert {path.name for path in tmp_path.iterdir()} >= set(names)
-    matches = match(*(read_tum(examples / path) for path in TUM[1:]))
+    both = (read_tum(examples / path) for path in TUM[1:])
+    matches = match(*both, sync="nearest", max_gap=0.0)
     files = [str(examples / path) for path in TUM[1:]]
     metric = PAS()
     metric.process_data(
@@ -215,8 +223,9 @@ def test_all_files_are_saved_and_say_what_python_says(run, examples, tmp_path):
 
 
 def test_the_alignment_takes_the_estimate_to_the_reference(score, examples):
-    (result,) = score(*TUM, *PAPER, "--unit", 0.6, "--missing", "ignore")
-    matches = match(*(read_tum(examples / path) for path in TUM[1:]))
+    (result,) = score(*TUM, *PAPER, "--unit", 0.6, "--missing", "ignore", *AT_STAMPS)
+    both = (read_tum(examples / path) for path in TUM[1:])
+    matches = match(*both, sync="nearest", max_gap=0.0)
     expected = tas(matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3], unit=0.6)
     scale, rotation, translation = (np.array(part) for part in result["alignment"].values())
     aligned = scale * matches.est_poses[:, :3, 3] @ rotation.T + translation

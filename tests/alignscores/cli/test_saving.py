@@ -17,12 +17,15 @@ from matplotlib import pyplot
 from alignscores.trajectories.files import read_kitti, read_tum
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
+# Each camera of the reference has the pose of its own stamp, or none.
+AT_STAMPS = "--sync", "nearest", "--max_gap", 0
 KITTI = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
 
 
 def test_save_errors(run, tmp_path):
     path = tmp_path / "errors.csv"
-    code, out, _ = run(*TUM, TUM[2], "--missing", "ignore", "--save_errors", path, "--json")
+    options = "--missing", "ignore", *AT_STAMPS, "--save_errors", path
+    code, out, _ = run(*TUM, TUM[2], *options, "--json")
     first, second = json.loads(out)["results"]
     assert code == 0
     with path.open() as file:
@@ -66,12 +69,12 @@ def test_save_profiles(run, tmp_path):
 
 def test_save_errors_has_every_frame_that_was_due(run, tum, tmp_path, write):
     """But none that was not, of a denser reference; and why it has no error, or an infinite one."""
-    files = "tum", tum(400, 100, "gt.txt"), tum(40, 10, "est.txt", lost=(10, 15))
+    files = "tum", tum(400, 100, "gt.txt"), tum(40, 10, "est.txt", lost=(10, 25))
     frames = write([str(i / 10) for i in (*range(12), 90)], "frames.txt")
     for options, expected in (
-        (["--missing", "ignore"], {"matched": 35, "left out": 365}),
-        (["--missing", "fail"], {"matched": 35, "lost": 5}),
-        (["--frames", frames], {"matched": 35, "lost": 2, "no reference pose": 1}),
+        (["--missing", "ignore"], {"matched": 25, "left out": 375}),
+        (["--missing", "fail"], {"matched": 25, "lost": 15}),
+        (["--frames", frames], {"matched": 10, "lost": 2, "no reference pose": 1}),
     ):
         assert run(*files, *options, "--save_errors", tmp_path / "e.csv")[0] == 0
         with (tmp_path / "e.csv").open() as file:
@@ -85,7 +88,7 @@ def test_save_errors_has_every_frame_that_was_due(run, tum, tmp_path, write):
 @pytest.mark.parametrize(("files", "read"), [(TUM, read_tum), (KITTI, read_kitti)])
 def test_save_aligned(run, score, tmp_path, examples, files, read):
     path = tmp_path / "aligned.txt"
-    options = () if files is KITTI else ("--missing", "ignore")
+    options = () if files is KITTI else ("--missing", "ignore", *AT_STAMPS)
     saved = "--save_aligned", path, "--save_errors", tmp_path / "e.csv"
     assert run(*files, *options, *saved)[0] == 0
     aligned, estimate = read(path), read(examples / files[2])
@@ -120,7 +123,7 @@ def test_what_was_not_aligned_is_not_saved(run, tmp_path, write, lines):
 
 def test_save_results(run, score, tmp_path):
     path = tmp_path / "one.zip"
-    files = *TUM, "--registration", "pcr99", "--missing", "ignore"
+    files = *TUM, "--registration", "pcr99", "--missing", "ignore", *AT_STAMPS
     assert run(*files, "--save_results", path)[0] == 0
     result = file_interface.load_res_file(path)
     (expected,) = score(*files)

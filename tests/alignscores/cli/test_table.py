@@ -3,21 +3,23 @@
 import numpy as np
 import pytest
 
+from alignscores import Settings
 from alignscores.cli.table import COLUMNS, table
 
 ROW = {key: 0.008191 for _, key, form in COLUMNS if form[-1] in "f%g"}
 ROW |= {"name": "orb.txt", "rank": [1, 1], "n": 4541}
-ROW |= {"parts": [], "lost": 0.0, "missing": 0, "no_position": 0, "no_rotation": 0, "duplicate": 0}
+ROW |= {"parts": [], "lost": 0.0, "no_position": 0, "no_rotation": 0, "duplicate": 0}
+METRES, NO_UNIT = Settings(format="tum"), Settings(format="nerf")
 
 
 def test_columns_that_say_nothing_are_left_out():
-    header = table([ROW], "").splitlines()[0]
+    header = table([ROW], NO_UNIT).splitlines()[0]
     assert header.split()[-1] == "n"
     assert "rank" not in header
-    rows = [ROW | {"name": name, "unit": 0.1, "missing": 3} for name in ("orb.txt", "dso.txt")]
-    header = table(rows, " m").splitlines()[0]
+    rows = [ROW | {"name": name, "unit": 0.1, "lost": 0.03} for name in ("orb.txt", "dso.txt")]
+    header = table(rows, METRES).splitlines()[0]
     assert header.split()[:2] == ["estimate", "rank"]
-    assert header.split()[-2:] == ["n", "missing"]
+    assert header.split()[-2:] == ["n", "lost"]
 
 
 @pytest.mark.parametrize("length", [5, 30, 60, 200])
@@ -26,15 +28,18 @@ def test_width(length, failures):
     rows = [
         ROW
         | {"name": "ab"[i] + "x" * length + "yz"[i], "rank": [10, 1000]}
-        | dict.fromkeys(("missing", "no_position", "no_rotation", "duplicate"), failures)
+        | dict.fromkeys(("no_position", "no_rotation", "duplicate"), failures)
+        | {"lost": failures / 1000}
         for i in (0, 1)
     ]
-    header, *lines = table(rows, " m").splitlines()
+    header, *lines = table(rows, METRES).splitlines()
     assert max(map(len, [header, *lines])) <= 100
     for key in ("TAS", "RAS", "PAS", "ATE", "d", "n"):
         assert key in header.split()
     assert header.split().count("half") == 2
-    assert header.split().count("sd") == 1  # that of the PAS is the first that is no more
+    # That of the PAS is the first that is no more; what was lost comes before that of the TAS.
+    assert header.split().count("sd") == (0 if failures else 1)
+    assert ("lost" in header.split()) == bool(failures)
     assert lines[0].startswith("ax")
     assert lines[0].split()[0][-1] == "y"
     assert len({line.split()[0] for line in lines}) == 2
@@ -42,15 +47,15 @@ def test_width(length, failures):
 
 def test_long_names_that_differ_in_the_middle_are_numbered():
     names = ["x" * 80 + i + "x" * 80 for i in "ab"]
-    lines = table([ROW | {"name": name} for name in names], "").splitlines()
+    lines = table([ROW | {"name": name} for name in names], NO_UNIT).splitlines()
     assert [line.split()[0][-4:] for line in lines[1:]] == ["xx~1", "xx~2"]
     assert max(map(len, lines)) <= 100
 
 
 def test_one_estimate_with_missing_cameras_has_both_standard_deviations():
-    row = ROW | {"name": "estimate.txt", "missing": 20, "ATE": 1.03, "unit": 0.6463}
-    header, line = table([row], " m").splitlines()
-    expected = "estimate TAS sd half m RAS half deg PAS sd ATE m d m n missing"
+    row = ROW | {"name": "estimate.txt", "lost": 0.2, "ATE": 1.03, "unit": 0.6463}
+    header, line = table([row], METRES).splitlines()
+    expected = "estimate TAS sd half m RAS half deg PAS sd ATE m d m n lost"
     assert header.split() == expected.split()
     assert line.split()[2] == line.split()[7] == "0.0082"  # two digits say how far to trust a mean
 
@@ -66,11 +71,11 @@ def test_width_of_any_numbers_and_names():
                     ("half_distance", "half_angle", "ATE", "unit", "TAS_sd"), 10.0**own, strict=True
                 )
             )
-            | {"name": name * 20, "rank": [997, 1000], "n": 123456, "missing": 12345, "lost": 0.5}
+            | {"name": name * 20, "rank": [997, 1000], "n": 123456, "lost": 0.5}
             | {"parts": [None] * 12, "no_position": 3, "duplicate": 7}
             for name, own in zip(("ab", "軌跡"), exponents, strict=True)
         ]
-        lines = table(rows, " m").splitlines()
+        lines = table(rows, METRES).splitlines()
         widths = {len(line) + sum(ord(letter) > 0x3000 for letter in line) for line in lines}
         assert len(widths) == 1
         assert widths.pop() <= 100
@@ -79,14 +84,17 @@ def test_width_of_any_numbers_and_names():
 
 def test_numbers_without_a_value():
     none = dict.fromkeys(("ATE", "TAS_sd", "PAS_sd", "half_distance", "half_angle"))
-    header, line = table([ROW | none], "").splitlines()
+    header, line = table([ROW | none], NO_UNIT).splitlines()
     assert "sd" not in header.split()  # where no score has one
     assert [line.split()[column] for column in (2, 4, 6)] == ["-"] * 3
-    line = table([ROW, ROW | none], "").splitlines()[2]
+    line = table([ROW, ROW | none], NO_UNIT).splitlines()[2]
     assert [line.split()[column] for column in (3, 4, 6, 8)] == ["-"] * 4
 
 
 def test_the_score_of_a_track_that_lost_much_is_marked():
-    header, *rows = table([ROW, ROW | {"name": "dso.txt", "lost": 0.4}], "").splitlines()
-    assert [row.count("*") for row in rows] == [0, 2]  # whatever it is ranked by
+    both = [ROW, ROW | {"name": "dso.txt", "lost": 0.4}]
+    ignored = Settings(format="tum", missing="ignore")
+    header, *rows = table(both, ignored).splitlines()
+    assert [row.count("*") for row in rows] == [0, 2]
     assert len({len(line) for line in (header, *rows)}) == 1
+    assert "*" not in table(both, METRES)  # where what was lost counts

@@ -177,12 +177,17 @@ CASES = {  # "format file what": its edit, the message
     ),
     "tum estimate one stamp for all": (
         lambda lines: [f"1700000000 {i} 2 3 0 0 0 1" for i in range(9)],
-        "bad: only 1 of 9 poses could be matched to the reference, and it takes 4",
+        "bad: all 9 time stamps of the estimate are the same$",
     ),
-    "kitti estimate of 4 x 4": (
-        lambda lines: [f"{one} 0 0 0 1" for one in lines],
-        "bad, line 1: has 16 columns, not 'r11 .*; the last row, 0 0 0 1, is left out",
+    "kitti estimate of 4 x 4, a wrong last row": (
+        lambda lines: [*(f"{row} 0 0 0 1" for row in lines[:6]), f"{lines[6]} 0 0 1 0"],
+        "bad, line 7: 16 columns must end with 0 0 0 1",
     ),
+    "kitti estimate of 4 x 4 in part": (
+        lambda lines: [*lines[:6], f"{lines[6]} 0 0 0 1"],
+        "bad, line 7: has 16 columns, the first line 12",
+    ),
+    "tum estimate is kitti of 4 x 4": (always("1 " * 16), "16 columns are the kitti format"),
     "tum estimate decimal commas": (field(5, 3, "4,6"), "bad, line 5: '4,6' is not a number"),
     "kitti estimate a word": (field(5, 3, "x"), "bad, line 5: 'x' is not a number"),
     "kitti estimate too few columns": (line(3, "1 2 3"), "bad, line 3: has 3 columns, not 'r11"),

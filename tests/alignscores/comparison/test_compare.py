@@ -147,7 +147,7 @@ def test_wrong_files_are_a_line_each_and_the_rest_is_compared(benchmark_of, run,
 
 def test_a_sequence_without_its_frames_is_left_out(benchmark_of, run, tmp_path):
     patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0), "b": (0.3, 1.0, 1, 0.0)}, runs=2, n=40)
-    (tmp_path / "car/rgb.txt").write_text("0.0\n0.1\n0.2\n0.3\n")
+    np.savetxt(tmp_path / "car/rgb.txt", np.arange(40) / 10)
     code, out, err = run(*patterns, "--frames", "{sequence}/rgb.txt", "--json")
     assert code == 1
     assert err == (
@@ -209,11 +209,11 @@ import os, sys, time
 from alignscores.cli import main
 from alignscores.comparison import comparison
 
-def due(task):
+def waiting(task):
     open(f"worker{os.getpid()}", "w").close()
     time.sleep(100)
 
-comparison.due_cameras = due
+comparison.step_of_run = waiting
 sys.exit(main(["compare", *sys.argv[1:]]))
 """
 

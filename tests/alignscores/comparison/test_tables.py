@@ -17,7 +17,7 @@ def test_text(patterns, run):
     assert err == "alignscores: error: c: has no run 2 on car; it counts as a failure\n"
     *overall, by_sequence, notes = out.strip().split("\n\n")  # in as many pieces as it takes
     assert re.match(r"system  rank \(PAS\) +TAS +RAS +PAS +half m +half deg", overall[0])
-    assert overall[-1].splitlines()[0].endswith("lost frames")
+    assert overall[-1].splitlines()[0].endswith("lost")
     header, first, second = by_sequence.splitlines()
     assert header.split() == ["PAS", "car", "helix"]
     assert re.fullmatch(r"a_b +0\.\d{4} \([12-]+\) +0\.\d{4} \(1\)", first)
@@ -60,8 +60,9 @@ def test_latex_of_any_names(patterns, run, tmp_path):
     described |= {"sequences": sequences, "systems": systems}
     (tmp_path / "b.yaml").write_text(json.dumps(described))
     text = run("b.yaml", "--latex", "--by", "half_distance")[1]
-    comment, *lines = text.splitlines()
+    comment, *lines, lost = text.splitlines()
     assert comment.startswith("% half_distance: ")
+    assert lost.startswith("% lost: ")
     escaped = (
         r"{[}1] a\&b\%c\_d\#e\$f\textasciitilde{}g\textasciicircum{}h\textbackslash{}i\{j\}"
         r"\textbar{}\textless{}k\textgreater{}"

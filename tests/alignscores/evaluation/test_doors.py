@@ -23,6 +23,8 @@ CASES = {  # what differs from the defaults: the formats that have it, and setti
     "nothing": (FORMS, {}),
     "missing": (FORMS - {"kitti"}, {"missing": "ignore"}),
     "t_max_diff": (TIMED, {"t_max_diff": 0.0021}),
+    "sync": (TIMED, {"sync": "nearest", "max_gap": 0.0}),
+    "limits": (TIMED, {"t_start": 1.7e9 + 0.5, "t_end": 1.7e9 + 3.2}),
     "t_offset": (TIMED, {"t_offset": -0.0019, "t_max_diff": 0.0005}),
     "t_offset auto": (TIMED, {"t_offset": "auto"}),
     "frames": (TIMED, {"frames": "frames.txt", "missing": "ignore"}),

@@ -11,7 +11,7 @@ from alignscores.explorer import source
 from alignscores.explorer.document import document
 from alignscores.histogram import equal_steps
 from experiments.metrics import order_statistic
-from studies.statistics import order
+from studies.order import order
 
 CALLS = """
 const number = (value) => (Number.isFinite(value) ? value : String(value));
@@ -125,7 +125,7 @@ def test_profiles_and_where_they_cross_are_those_of_python(browser):
         for score in (0.25, 0.5, 1.0):
             own = options | {"reach": score}
             cases.append({"call": "half", "errors": list(errors), "options": own})
-            expected.append(profile.at(score))
+            expected.append(profile.unit_at(score))
     assert inf in expected
     assert ask(browser, cases) == expected
 

@@ -22,7 +22,7 @@ FORMATS = {
     "colmap": ("colmap", "colmap/reference", "colmap/estimate"),
     "nerf": ("nerf", "nerf/reference.json", "nerf/estimate.json"),
 }
-PAPER = "--registration", "pcr99"
+PAPER = "--registration", "pcr99", "--sync", "nearest", "--max_gap", 0
 # What stands on the page.
 READ = """
 const text = (id) => document.getElementById(id).textContent;
@@ -96,7 +96,8 @@ def test_numbers_at_the_setting_of_the_run_are_the_command_s(saved, numbers, arg
 def matches(examples):
     """(missing) -> the poses of the example."""
     reference, estimate = (read_tum(examples / name) for name in TUM[1:])
-    return lambda missing: match(reference, estimate, missing=missing)
+    options = {"sync": "nearest", "max_gap": 0.0}
+    return lambda missing: match(reference, estimate, missing=missing, **options)
 
 
 @pytest.mark.parametrize("seed", [0, 5])
@@ -129,8 +130,9 @@ def test_missing_cameras_fail_or_are_left_out_under_the_same_alignment(saved, nu
     for run, other in (("ignore", "fail"), ("fail", "ignore")):
         html, _ = saved(*TUM, *PAPER, "--missing", run)
         poses = {"ignore": ignored, "fail": due}
-        errors = pas(poses[run].gt_poses, poses[run].est_poses)
-        n, unit = len(poses[other].keys), closest_pair_quartile(poses[other].gt_poses[:, :3, 3])
+        unit = closest_pair_quartile(due.gt_poses[:, :3, 3])
+        errors = pas(poses[run].gt_poses, poses[run].est_poses, unit=unit)
+        n = len(poses[other].keys)
         rows = np.searchsorted(due.keys, ignored.keys)
         scores = []
         for score, largest in ((errors.tas, unit), (errors.ras, 10.0)):

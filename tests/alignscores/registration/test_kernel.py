@@ -39,7 +39,7 @@ def library(request, tmp_path_factory):
     path = tmp_path_factory.mktemp("kernel") / "kernel.so"
     command = [COMPILER, *BUILDS[request.param], *EXACT, "-o", path, SOURCE, "-lm"]
     subprocess.run(command, check=True)
-    return kernel.compiled(path)
+    return kernel.load(path)
 
 
 @pytest.fixture(autouse=True)

@@ -382,7 +382,7 @@ def test_chunks_of_hypotheses(noisy_scene, monkeypatch):
     gt, est = noisy_scene(300, 100, 0.03, 0)
     scales = set()
     for chunk in (1, 300, 1000, 1 << 14, 1 << 20):
-        monkeypatch.setattr(hypotheses, "CHUNK", chunk)
+        monkeypatch.setattr(hypotheses, "ERRORS_AT_ONCE", chunk)
         alignment, _ = pcr99(gt, est, rank=30, n_hypotheses=100, rng=rng())
         scales.add((alignment.scale, alignment.translation.tobytes()))
     assert len(scales) == 1

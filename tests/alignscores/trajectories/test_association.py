@@ -1,11 +1,14 @@
 import numpy as np
 import pandas
 import pytest
-from evo.core.sync import associate_trajectories
+from evo.core.sync import associate_trajectories, matching_time_indices
 from evo.core.trajectory import PoseTrajectory3D
 
-from alignscores.trajectories.association import coverage, in_order, match
+from alignscores.trajectories.association import in_order, match
 from alignscores.trajectories.files import Trajectory, TrajectoryWarning
+
+# Every pose of the reference is due, and takes the pose of its own moment.
+AT_ITS_STAMP = {"sync": "nearest", "max_gap": 0.0, "step": 0.0}
 
 
 def trajectory(keys):
@@ -18,7 +21,7 @@ def trajectory(keys):
 def pairs(matches):
     """Rows of the reference with those of the estimate; None for a camera that is missing."""
     est = [None if np.isnan(x) else int(x) for x in matches.est_poses[:, 0, 3]]
-    return list(zip(matches.gt_poses[:, 0, 3].astype(int).tolist(), est, strict=True))
+    return list(zip(matches.gt_rows.tolist(), est, strict=True))
 
 
 @pytest.mark.parametrize(("n_ref", "n_est"), [(200, 30), (30, 200), (50, 50)])
@@ -28,7 +31,8 @@ def test_time_stamps_are_associated_as_evo_does(n_ref, n_est, offset):
     ref, est = (np.sort(rng.uniform(0, 10, n)) for n in (n_ref, n_est))
     # So far apart that no pose is anybody's nearest twice.
     ref, est = ref[np.diff(ref, prepend=-1) > 0.02], est[np.diff(est, prepend=-1) > 0.02] - offset
-    matches = match(trajectory(ref), trajectory(est), t_max_diff=0.01, t_offset=offset)
+    matches = match(trajectory(ref), trajectory(est), t_offset=offset, **AT_ITS_STAMP)
+    np.testing.assert_array_equal(matches.gt_poses, trajectory(ref).poses[matches.gt_rows])
 
     def evo_trajectory(stamps):
         poses = trajectory(stamps).poses
@@ -45,10 +49,30 @@ def test_time_stamps_are_associated_as_evo_does(n_ref, n_est, offset):
     assert matches.duplicate == 0
 
 
+@pytest.mark.parametrize("digits", [2, 3, 9])
+@pytest.mark.parametrize("start", [0.0, 1.7e9])
+@pytest.mark.parametrize("offset", [0.0, 0.1])
+def test_nearest_stamps_are_those_of_evo(digits, start, offset):
+    """With few digits distances are equal, and many poses share the nearest one."""
+    rng = np.random.default_rng(digits)
+    options = {**AT_ITS_STAMP, "t_max_diff": 0.0249, "t_offset": offset}
+    for n_ref, n_est in rng.integers(2, 60, (30, 2)):
+        ref, est = (np.unique(start + rng.uniform(0, 4, n).round(digits)) for n in (n_ref, n_est))
+        est[rng.integers(len(est))] = ref[0]
+        est = np.unique(est) - offset
+        expected = list(zip(*matching_time_indices(ref, est, 0.0249, offset), strict=True))
+        matches = match(trajectory(ref), trajectory(est), **options)
+        assert pairs(matches) == expected
+        compared = matching_time_indices(est, ref, 0.0249, -offset)
+        nearest = dict(zip(*compared, strict=True))
+        assert matches.gt_poses[:, 0, 3].tolist() == [nearest[row] for _, row in expected]
+        assert matches.unmatched == len(est) - len(nearest)
+
+
 def test_missing_cameras_fail_or_are_left_out():
     reference, estimate = trajectory([0.0, 1.0, 2.0, 3.0]), trajectory([1.001, 3.002, 9.0])
-    ignore = match(reference, estimate)
-    fail = match(reference, estimate, missing="fail")
+    ignore = match(reference, estimate, **AT_ITS_STAMP)
+    fail = match(reference, estimate, missing="fail", **AT_ITS_STAMP)
     assert pairs(ignore) == [(1, 0), (3, 1)]
     assert pairs(fail) == [(0, None), (1, 0), (2, None), (3, 1)]
     for matches in (ignore, fail):
@@ -57,14 +81,19 @@ def test_missing_cameras_fail_or_are_left_out():
     assert fail.keys.tolist() == [0, 1, 2, 3]
 
 
-def test_a_pose_is_used_once_and_by_the_closest():
+def test_each_frame_takes_the_closest_pose():
     few, many = trajectory([0.0, 1.0, 2.0, 3.0, 4.0]), trajectory([0.994, 1.001, 1.005, 2.0])
-    matches = match(few, many)
+    matches = match(few, many, **AT_ITS_STAMP)
     assert pairs(matches) == [(1, 1), (2, 3)]
-    assert (matches.duplicate, matches.unmatched, matches.missing) == (2, 0, 3)
-    matches = match(many, few, missing="fail")
-    assert pairs(matches) == [(0, None), (1, 1), (2, None), (3, 2)]
-    assert (matches.duplicate, matches.unmatched, matches.missing) == (0, 3, 2)
+    assert (matches.duplicate, matches.unmatched, matches.missing) == (0, 0, 3)
+
+
+def test_a_pose_stands_for_all_frames_around_it():
+    few, many = trajectory([0.0, 1.0, 2.0, 3.0, 4.0]), trajectory([0.994, 1.001, 1.005, 2.0])
+    matches = match(many, few, missing="fail", **AT_ITS_STAMP)
+    assert pairs(matches) == [(0, 1), (1, 1), (2, 1), (3, 2)]
+    assert matches.gt_poses[:, 0, 3].tolist() == [1, 1, 1, 3]  # the one nearest to the pose
+    assert (matches.duplicate, matches.unmatched, matches.missing) == (0, 3, 0)
 
 
 def test_duplicate_stamps_are_counted_and_the_first_is_used():
@@ -98,9 +127,10 @@ def test_a_reference_in_order_matches_the_same_without_a_warning(reference, esti
     with pytest.warns(TrajectoryWarning, match="duplicates in the reference .*: 1"):
         ordered = in_order(reference)
     with pytest.warns(TrajectoryWarning):
-        expected = match(reference, estimate, missing="fail")
-    matches = match(ordered, estimate, missing="fail")
-    assert pairs(matches) == pairs(expected)
+        expected = match(reference, estimate, missing="fail", **AT_ITS_STAMP)
+    matches = match(ordered, estimate, missing="fail", **AT_ITS_STAMP)
+    assert matches.keys.tolist() == expected.keys.tolist()
+    assert matches.est_rows.tolist() == expected.est_rows.tolist()
     assert (matches.matched, matches.missing) == (expected.matched, expected.missing) == (2, 1)
     np.testing.assert_array_equal(in_order(ordered).keys, ordered.keys)
 
@@ -110,7 +140,7 @@ STAMPS = np.arange(400) / 40  # 10 s
 
 @pytest.mark.parametrize("times", [1.2, 3, 10])
 @pytest.mark.parametrize("start", [0.0, 1.7e9])
-def test_a_denser_reference_has_no_more_failures_than_the_estimate_has_gaps(times, start):
+def test_a_denser_reference_has_lost_what_the_gaps_of_the_estimate_last(times, start):
     """Frames at 3 Hz, of which none, or a tenth at the start, in the middle or at the end is lost;
     with a reference of more poses a second, between which the frames lie anywhere."""
     rng = np.random.default_rng(5)
@@ -118,16 +148,19 @@ def test_a_denser_reference_has_no_more_failures_than_the_estimate_has_gaps(time
     reference = trajectory(np.arange(frames[0] - 0.1, frames[-1] + 0.1, 1 / (3 * times)))
     near = 0.5 / (3 * times)
     perfect = match(reference, trajectory(frames), missing="fail", t_max_diff=near)
-    assert len(perfect.keys) == perfect.matched == 200 - perfect.unmatched - perfect.duplicate
-    assert perfect.missing == 0
+    assert len(perfect.keys) == perfect.matched == pytest.approx(200, abs=1)
+    assert perfect.missing == perfect.lost == 0
     for first in (0, 90, 180):
-        gap = trajectory(np.delete(frames, slice(first, first + 20)))
+        last = first + 20
+        gap = trajectory(np.delete(frames, slice(first, last)))
         matches = match(reference, gap, missing="fail", t_max_diff=near)
         assert matches.missing == pytest.approx(20, abs=1)
+        assert matches.lost == pytest.approx(0.1, abs=0.01)
         assert len(matches.keys) == matches.matched + matches.missing
-        assert np.isnan(matches.est_poses[:, 0, 3]).sum() == matches.missing
-        nearest = np.abs(matches.keys[:, None] - frames).min(axis=1)
-        assert nearest.max() < 1.6 * near  # failures stand where frames were
+        lost = np.isnan(matches.est_poses[:, 0, 3])
+        assert lost.sum() == matches.missing
+        times_lost = matches.keys[lost]
+        assert frames[first] - 0.2 < times_lost[0] < times_lost[-1] < frames[last - 1] + 0.2
         ignored = match(reference, gap, t_max_diff=near)
         assert ignored.matched == matches.matched
 
@@ -135,7 +168,7 @@ def test_a_denser_reference_has_no_more_failures_than_the_estimate_has_gaps(time
 @pytest.mark.parametrize("step", [2, 3, 7])
 def test_every_few_poses_of_a_reference_have_no_failure(step):
     matches = match(trajectory(STAMPS), trajectory(STAMPS[1::step]), missing="fail")
-    assert (matches.missing, matches.matched) == (0, len(STAMPS[1::step]))
+    assert (matches.missing, matches.matched) == (0, len(STAMPS[::step]))
 
 
 def test_a_gap_of_a_denser_reference_is_no_failure_and_a_wrong_stamp_no_billions():
@@ -154,15 +187,17 @@ def test_frames_say_what_was_to_be_estimated():
     matches = match(reference, trajectory(kept + 0.003), frames=frames, **options)
     lost = matches.keys[np.isnan(matches.est_poses[:, 0, 3])]
     assert lost.tolist() == [1.0, 1.5]
-    assert (matches.matched, matches.missing, *matches.without_reference) == (18, 2, 11.5)
+    after = [10.0, 10.5, 11.0, 11.5]
+    assert (matches.matched, matches.missing) == (18, 2)
+    assert matches.without_reference.tolist() == after
     late = match(reference, trajectory(kept - 5), frames=frames - 5, t_offset=5.0, **options)
-    assert (late.matched, late.missing, *late.without_reference) == (18, 2, 11.5)
+    assert (late.matched, late.missing) == (18, 2)
+    assert late.without_reference.tolist() == after
 
 
-def track(stamps, scored):
-    """(stamps of the reference, which of them are scored) -> share that was not lost."""
-    reference = trajectory(stamps)
-    return coverage(reference, match(reference, trajectory(stamps[scored])))
+def covered(stamps, estimated):
+    """(stamps of the reference, which of them are estimated) -> share that was not lost."""
+    return 1 - match(trajectory(stamps), trajectory(stamps[estimated]), step=1 / 40).lost
 
 
 @pytest.mark.parametrize(
@@ -171,27 +206,27 @@ def track(stamps, scored):
     ids=["middle", "start", "end", "nothing", "less than a second"],
 )
 @pytest.mark.parametrize("step", [1, 3])
-def test_coverage_is_what_was_not_lost(first, last, share, step):
+def test_what_is_covered_was_not_lost(first, last, share, step):
     """Wherever it was lost, and however densely it was to be estimated."""
     rows = np.arange(400)
-    scored = (rows % step == 0) & ((rows < first) | (rows >= last))
-    assert track(STAMPS, scored) == pytest.approx(share, abs=2 * step / 400)
-    assert track(1e9 + STAMPS, scored) == track(STAMPS, scored)
+    estimated = (rows % step == 0) & ((rows < first) | (rows >= last))
+    assert covered(STAMPS, estimated) == pytest.approx(share, abs=2 * step / 400)
+    assert covered(1e9 + STAMPS, estimated) == covered(STAMPS, estimated)
 
 
-def test_coverage_of_keyframes_and_of_frames_dropped_here_and_there():
+def test_keyframes_and_frames_dropped_here_and_there_lose_nothing():
     rng = np.random.default_rng(0)
-    assert track(STAMPS, rng.random(400) < 0.3) == 1.0
+    assert covered(STAMPS, rng.random(400) < 0.3) == 1.0
     keyframes = np.cumsum(rng.integers(10, 60, 12))  # up to 1.5 s apart
-    assert track(STAMPS, np.isin(np.arange(400), keyframes)) == 1.0
+    assert covered(STAMPS, np.isin(np.arange(400), keyframes)) == 1.0
 
 
 def test_a_gap_of_the_reference_is_no_loss():
     stamps = np.r_[STAMPS, 60 + STAMPS]
-    assert track(stamps, np.ones(800, dtype=bool)) == 1.0
-    assert track(stamps, np.arange(800) < 600) == pytest.approx(0.75, abs=0.002)
+    assert covered(stamps, np.ones(800, dtype=bool)) == 1.0
+    assert covered(stamps, np.arange(800) < 600) == pytest.approx(0.75, abs=0.002)
     lost_at_the_gap = (np.arange(800) < 300) | (np.arange(800) >= 500)
-    assert track(stamps, lost_at_the_gap) == 0.75
+    assert covered(stamps, lost_at_the_gap) == 0.75
 
 
 def test_names():
@@ -239,7 +274,8 @@ def test_frame_numbers():
 @pytest.mark.parametrize("kind", [list, tuple, pandas.Series, pandas.Index])
 def test_keys_and_poses_of_other_types(keys, kind):
     poses = trajectory(keys).poses
-    matches = match(Trajectory(kind(keys), poses[:, :3]), Trajectory(kind(keys[1:]), poses[1:]))
+    estimate = Trajectory(kind(keys[1:]), poses[1:])
+    matches = match(Trajectory(kind(keys), poses[:, :3]), estimate, **AT_ITS_STAMP)
     assert pairs(matches) == [(1, 1), (2, 2)]
     np.testing.assert_array_equal(matches.gt_poses, poses[1:])
     assert in_order(Trajectory(kind(keys), poses[:, :3])).poses.shape == (3, 4, 4)
@@ -302,12 +338,42 @@ def test_other_units_and_origins_of_time_are_named():
         (seconds - 4e9, seconds, r"t_max_diff 0.01 s\)$"),
     ):
         with pytest.raises(ValueError, match=message):
-            match(trajectory(reference), trajectory(estimate))
+            match(trajectory(reference), trajectory(estimate), sync="nearest")
+
+
+def test_stamps_between_those_of_the_reference_are_told_apart_from_other_clocks():
+    reference, estimate = trajectory(STAMPS), trajectory(STAMPS + 1 / 80)
+    with pytest.raises(
+        ValueError, match=r"are usually 0\.0125 s apart: --t_offset .* --t_max_diff"
+    ):
+        match(reference, estimate, sync="nearest")
+    assert match(reference, estimate, sync="nearest", t_max_diff=0.013).lost == 0
+    assert match(reference, estimate, sync="nearest", t_offset=-1 / 80).lost == 0
+
+
+@pytest.mark.parametrize("whose", ["reference", "estimate"])
+def test_stamps_that_are_all_the_same(whose):
+    both = {"reference": trajectory(STAMPS), "estimate": trajectory(STAMPS)}
+    both[whose] = trajectory(np.ones(5))
+    with pytest.raises(ValueError, match=f"^all 5 time stamps of the {whose} are the same$"):
+        match(**both)
+
+
+@pytest.mark.parametrize(
+    "limits", [{"t_start": 11.0}, {"t_end": -1.0}, {"t_start": 5.0, "t_end": 4.0}]
+)
+def test_limits_within_which_nothing_is_due(limits):
+    expected = " and ".join(f"{name} {value:.6f} s" for name, value in limits.items())
+    with pytest.raises(ValueError, match=f"no reference pose is due with {expected}: the refere"):
+        match(trajectory(STAMPS), trajectory(STAMPS), **limits)
 
 
 @pytest.mark.parametrize(
     ("setting", "value"),
-    [("t_max_diff", -1), ("t_max_diff", "a"), ("t_max_diff", np.inf), ("t_offset", np.nan)],
+    [
+        *(("t_max_diff", -1), ("t_max_diff", "a"), ("t_max_diff", np.inf), ("t_offset", np.nan)),
+        *(("max_gap", -1), ("t_start", "a"), ("t_end", np.inf)),
+    ],
 )
 def test_impossible_settings(setting, value):
     with pytest.raises(ValueError, match=f"{setting} must be a finite number of seconds, not"):

@@ -5,19 +5,20 @@ import shutil
 import numpy as np
 import pycolmap
 import pytest
+from evo.tools import file_interface
 from scipy.spatial.transform import Rotation
 
 from alignscores.trajectories.files import (
     FileError,
     TrajectoryWarning,
     inverse_poses,
-    orthonormalised,
     read_colmap,
     read_euroc,
     read_kitti,
     read_nerf,
     read_tum,
 )
+from alignscores.trajectories.files.poses import orthonormalise
 
 LINE = "{} 1 2 3 0 0 0 1"
 
@@ -46,6 +47,35 @@ def test_the_poses_are_those_written(examples):
     np.testing.assert_allclose(poses[5, :3, 3], np.array(fields[1:4], float), rtol=1e-12)
     forward = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]
     np.testing.assert_allclose(poses[5, :3, 2], forward, atol=1e-10)
+
+
+def test_the_numbers_are_those_that_evo_reads(examples):
+    """To the last bit: evo makes each number of its text by float()."""
+    for name in ("reference", "estimate"):
+        path = examples / f"tum/{name}.txt"
+        stamps, poses = read_tum(path)
+        theirs = file_interface.read_tum_trajectory_file(path)
+        np.testing.assert_array_equal(stamps, theirs.timestamps)
+        np.testing.assert_array_equal(poses[:, :3, 3], theirs.positions_xyz)
+    path = examples / "euroc/data.csv"
+    stamps, poses = read_euroc(path)
+    theirs = file_interface.read_euroc_csv_trajectory(path)
+    np.testing.assert_array_equal(stamps, theirs.timestamps)
+    np.testing.assert_array_equal(poses[:, :3, 3], theirs.positions_xyz)
+    path = examples / "kitti/estimate.txt"
+    theirs = np.array(file_interface.read_kitti_poses_file(path).poses_se3)
+    np.testing.assert_array_equal(read_kitti(path).poses[:, :, 3], theirs[:, :, 3])
+
+
+def test_kitti_files_may_have_all_four_rows(examples, write):
+    lines = (examples / "kitti/estimate.txt").read_text().splitlines()
+    lost = [line for line in lines if "nan" in line]
+    assert len(lost) == 3
+    four_rows = [line + (" nan" * 4 if line in lost[:1] else " 0 0 0 1.0") for line in lines]
+    for read, expected in zip(
+        read_kitti(write(four_rows)), read_kitti(examples / "kitti/estimate.txt"), strict=True
+    ):
+        np.testing.assert_array_equal(read, expected)
 
 
 def test_estimates_keep_what_was_not_estimated(examples):
@@ -116,8 +146,12 @@ def test_nerf_camera_axes_are_turned(write):
         "\ufeff0 1 2 3 0 0 0 1\n\n  1\t4  5 6 0 0 0 1  \n\n",
         "0 1 2 3 0 0 0 1\n  # c\n1 4 5 6 0 0 0 1",
         "0 1 2 3 0 0 0 1\n1.0e0 4. +5 6 0 -0 0 1",
+        "0 1 2 3 0 0 0 1\n1 0_4 5 6 0 0 0 1",
     ],
-    ids=["comment", "CRLF", "CR", "BOM, blank lines, tabs", "indented comment", "number forms"],
+    ids=[
+        *("comment", "CRLF", "CR", "BOM, blank lines, tabs", "indented comment", "number forms"),
+        "numbers as in Python",
+    ],
 )
 def test_harmless_differences(write, content):
     stamps, poses = read_tum(write(content))
@@ -183,7 +217,7 @@ def test_orthonormalised_matrices_agree_with_the_singular_value_decomposition():
     rng = np.random.default_rng(1)
     matrices = Rotation.random(100, rng=rng).as_matrix() + rng.uniform(-0.02, 0.02, (100, 3, 3))
     u, _, vt = np.linalg.svd(matrices)
-    rotations, deviation = orthonormalised(matrices)
+    rotations, deviation = orthonormalise(matrices)
     np.testing.assert_allclose(rotations, u @ vt, atol=1e-12)
     gram = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
     np.testing.assert_array_equal(deviation, np.abs(gram).max(axis=(1, 2)))

@@ -5,11 +5,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import pas, tas_profile
+from alignscores.trajectories.files import Trajectory
 from alignscores.trajectories.parts import (
+    all_cameras,
+    assign_cameras,
     combine,
     combine_tas,
-    holders,
     in_one_world,
+    poses_by_name,
     profile_of_parts,
 )
 
@@ -32,27 +35,42 @@ def scene(noisy_scene, noisy_rotations):
 
 
 def test_a_camera_is_counted_by_the_largest_part_that_holds_it(scene):
-    assert holders(scene[1]).tolist() == [0] * 20 + [1] * 12 + [2] * 6 + [-1] * 4
+    assert assign_cameras(scene[1]).tolist() == [0] * 20 + [1] * 12 + [2] * 6 + [-1] * 4
+
+
+def test_cameras_and_their_poses_by_name():
+    poses = np.arange(64.0).reshape(4, 4, 4)
+    parts = [
+        Trajectory(np.array(["a", "c"]), poses[:2]),
+        Trajectory(np.array(["b", "c"]), poses[2:]),
+    ]
+    whole = all_cameras(parts)
+    assert whole.keys.tolist() == ["a", "b", "c"]
+    np.testing.assert_array_equal(whole.poses, poses[[0, 2, 1]])
+    assert all_cameras(parts[:1]) is parts[0]
+    found = poses_by_name(parts[0], ["c", "b", None])
+    np.testing.assert_array_equal(found[0], poses[1])
+    assert np.isnan(found[1:]).all()
 
 
 @pytest.mark.parametrize("registration", ["pcr99", "refined"])
 def test_the_scores_are_those_of_the_errors_camera_by_camera(scene, registration):
     gt, parts = scene
-    holder = holders(parts)
+    part_of = assign_cameras(parts)
     results = [pas(gt, part, weight=0.3, registration=registration) for part in parts[:3]]
-    whole = combine(results, holder)
+    whole = combine(results, part_of)
     for kind, steps in (("tas", whole.tas.unit), ("ras", 10.0)):
         errors = [
-            getattr(results[k], kind).errors[i] if k >= 0 else np.inf for i, k in enumerate(holder)
+            getattr(results[k], kind).errors[i] if k >= 0 else np.inf for i, k in enumerate(part_of)
         ]
         below = np.less.outer(errors, steps * np.arange(1, 101) / 100)
         assert getattr(whole, kind).score == pytest.approx(below.mean(), abs=1e-12)
         np.testing.assert_array_equal(getattr(whole, kind).errors, errors)
     assert whole.score == pytest.approx(0.3 * whole.tas.score + 0.7 * whole.ras.score)
-    assert combine_tas([one.tas for one in results], holder).score == whole.tas.score
-    assert combine(results[:1], holder) is results[0]
+    assert combine_tas([result.tas for result in results], part_of).score == whole.tas.score
+    assert combine(results[:1], part_of) is results[0]
     # In the world of the ground truth the errors are the distances and angles that are left.
-    poses = in_one_world(parts[:3], results, holder)
+    poses = in_one_world(parts[:3], results, part_of)
     distances = np.linalg.norm(poses[:38, :3, 3] - gt[:38, :3, 3], axis=1)
     np.testing.assert_allclose(distances, whole.tas.errors[:38], atol=1e-9)
     turns = Rotation.from_matrix(poses[:38, :3, :3].transpose(0, 2, 1) @ gt[:38, :3, :3])
@@ -64,22 +82,23 @@ def test_parts_without_a_camera_in_common_add_up(scene):
     gt, parts = scene
     parts[1, :20] = np.nan
     results = [pas(gt, part) for part in parts[:3]]
-    whole = combine(results, holders(parts[:3]))
-    assert whole.score == pytest.approx(sum(one.score for one in results))
+    whole = combine(results, assign_cameras(parts[:3]))
+    assert whole.score == pytest.approx(sum(result.score for result in results))
 
 
 def test_the_profile_of_the_whole_is_that_of_its_parts(scene):
     """At each unit no less than that of the parts aligned there, of 38 of 42 cameras."""
     gt, positions = scene[0], scene[1][:3, :, :3, 3]
-    units, holder = np.array([0.02, 0.05, 0.1, 0.5]), holders(scene[1])
-    profile = profile_of_parts(gt[:, :3, 3], positions, holder, units, rng=0)
+    units, part_of = np.array([0.02, 0.05, 0.1, 0.5]), assign_cameras(scene[1])
+    profile = profile_of_parts(gt[:, :3, 3], positions, part_of, units, rng=0)
     for unit, score in zip(units, profile.scores, strict=True):
         results = [pas(gt, part, unit=unit, registration="refined") for part in scene[1][:3]]
-        assert score >= combine(results, holder).tas.score - 2e-3
-    assert profile.at(0.9) < np.inf == profile.at(0.95)
+        assert score >= combine(results, part_of).tas.score - 2e-3
+    assert profile.unit_at(0.9) < np.inf == profile.unit_at(0.95)
     assert 0.02 < profile.half < 0.1
-    one = profile_of_parts(gt[:, :3, 3], positions[:1], holders(scene[1][:1]), units, rng=0)
-    assert one.half == tas_profile(gt[:, :3, 3], positions[0], units).half
+    first = assign_cameras(scene[1][:1])
+    single = profile_of_parts(gt[:, :3, 3], positions[:1], first, units, rng=0)
+    assert single.half == tas_profile(gt[:, :3, 3], positions[0], units).half
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -87,10 +106,10 @@ def test_the_parts_bound_every_model_merged_from_them(scene, seed):
     """Here by random similarities near the true ones; with the alignments of the best score."""
     gt, parts = scene[0], scene[1][:3]
     results = [pas(gt, part, registration="refined") for part in parts]
-    holder, rng = holders(parts), np.random.default_rng(seed)
-    merged = in_one_world(parts, results, holder)
+    part_of, rng = assign_cameras(parts), np.random.default_rng(seed)
+    merged = in_one_world(parts, results, part_of)
     for index in range(3):
-        merged[holder == index, :3, 3] *= rng.normal(1, 0.01)
-        merged[holder == index, :3, 3] += rng.normal(0, 0.01, 3)
-    one = pas(gt, merged, registration="refined")
-    assert one.tas.score <= combine(results, holder).tas.score + 1e-3
+        merged[part_of == index, :3, 3] *= rng.normal(1, 0.01)
+        merged[part_of == index, :3, 3] += rng.normal(0, 0.01, 3)
+    whole = pas(gt, merged, registration="refined")
+    assert whole.tas.score <= combine(results, part_of).tas.score + 1e-3

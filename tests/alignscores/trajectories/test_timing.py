@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from alignscores.trajectories.files import Trajectory
 from alignscores.trajectories.timing import find_offset
@@ -74,3 +75,37 @@ def test_a_perfect_estimate_has_no_offset():
 def test_too_few_poses_tell_nothing():
     reference = scene(0)
     assert find_offset(reference, estimate(reference, 0, rows=slice(0, 19))) is None
+
+
+def rosette(n=600):
+    """A path on which the mirror image is where the camera was a quarter of a turn earlier."""
+    times = np.arange(n) / 30
+    poses = np.tile(np.eye(4), (n, 1, 1))
+    path = np.cos(times), np.sin(times), 0.5 * np.sin(2 * times)
+    poses[:, :3, 3] = np.transpose(path)
+    turns = np.transpose([0.3 * np.sin(times), 0.2 * np.cos(times / 3), times / 2])
+    poses[:, :3, :3] = Rotation.from_rotvec(turns).as_matrix()
+    return Trajectory(times, poses)
+
+
+@pytest.mark.parametrize("convention", ["mirrored", "inverted", "translations"])
+def test_another_convention_is_no_offset(convention):
+    reference = rosette()
+    poses = reference.poses.copy()
+    poses[:, :3, 3] += np.random.default_rng(0).normal(scale=0.01, size=(600, 3))
+    inverse = np.linalg.inv(poses)
+    if convention == "mirrored":
+        poses[:, 1, 3] *= -1
+    elif convention == "inverted":
+        poses = inverse
+    else:
+        poses[:, :3, 3] = inverse[:, :3, 3]
+    found = find_offset(reference, Trajectory(reference.keys, poses))
+    assert found is None or (found.seconds == 0 and not found.significant)
+
+
+def test_an_offset_leaves_half_of_the_estimate_within_the_reference():
+    reference = scene(0)
+    late = estimate(reference, 0, offset=28.0, rows=slice(1000, None, 5))
+    start = Trajectory(reference.keys[:2000], reference.poses[:2000])  # has a third of it
+    assert find_offset(start, late) is None

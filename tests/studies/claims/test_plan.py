@@ -8,14 +8,14 @@ import pytest
 from experiments.config import ConfigError, load_sweep
 from experiments.grid import cells, evaluations
 from studies.claims.claims import load_claims
-from studies.claims.plan import load_replicates, needed_cells, plan
+from studies.claims.plan import needed_cells, plan, replicates
 
 CLAIMS = load_claims()
 
 
 def test_the_plan_holds_the_cells_and_metrics_of_every_claim_and_no_more() -> None:
     planned = {
-        (sweep.name, tuple(sweep.differs.split())): sweep for sweep in plan(CLAIMS.needed(0))
+        (sweep.name, tuple(sweep.changes.split())): sweep for sweep in plan(CLAIMS.needed(0))
     }
     wanted = {key: evaluations(sweep) for key, sweep in planned.items()}
     assert set(planned) == {claim.trials for claim in CLAIMS.needed(0)}
@@ -43,9 +43,9 @@ def test_the_plan_holds_the_cells_and_metrics_of_every_claim_and_no_more() -> No
 
 
 def test_replicates_differ_in_their_number_alone() -> None:
-    study = load_replicates(load_claims(3), ["trials=7"])
-    assert (study.name, list(study.tables)) == ("claims", ["0", "1", "2"])
-    first, *_, last = study.tables.values()
+    tables = replicates(load_claims(3), ["trials=7"])
+    assert list(tables) == ["0", "1", "2"]
+    first, *_, last = tables.values()
     assert {sweep.replicate for sweep in last.sweeps} == {2}
     assert {sweep.trials for sweep in last.sweeps} == {7}
     assert tuple(replace(sweep, replicate=0) for sweep in last.sweeps) == first.sweeps
@@ -53,11 +53,11 @@ def test_replicates_differ_in_their_number_alone() -> None:
 
 
 def test_the_first_replicates_alone_have_what_other_readings_need() -> None:
-    tables = load_replicates(load_claims(7)).tables
+    tables = replicates(load_claims(7))
     sizes = [len(table.sweeps) for table in tables.values()]
     assert CLAIMS.replicates_of_readings == 3
     assert sizes == [sizes[0]] * 3 + [len({claim.trials for claim in CLAIMS.needed(3)})] * 4
-    first, last = ({(one.name, one.differs): one for one in tables[k].sweeps} for k in "06")
+    first, last = ({(one.name, one.changes): one for one in tables[k].sweeps} for k in "06")
     assert set(last) < set(first)
     for key, sweep in last.items():
         more = evaluations(first[key])
@@ -78,7 +78,7 @@ def test_the_first_replicates_alone_have_what_other_readings_need() -> None:
 )
 def test_settings_that_leave_claims_undecided_are_refused(override: str, problem: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        load_replicates(CLAIMS, [override])
+        replicates(CLAIMS, [override])
     assert problem in str(caught.value)
     assert "\n" not in str(caught.value)
 

@@ -28,7 +28,7 @@ from studies.claims.verdicts import (
 
 TRIALS, REPLICATES = 8, 4
 CLAIMS = load_claims(REPLICATES)
-SWEEPS = {(sweep.name, tuple(sweep.differs.split())): sweep for sweep in plan(CLAIMS.needed(0))}
+SWEEPS = {(sweep.name, tuple(sweep.changes.split())): sweep for sweep in plan(CLAIMS.needed(0))}
 
 
 @dataclass
@@ -308,7 +308,7 @@ def test_trials_that_do_not_decide_the_claims_are_refused(
     if change is None:
         del sweeps[key]
     elif "only" in change:
-        sweeps[key] = replace(sweeps[key], only=sweeps[key].only[:1])
+        sweeps[key] = replace(sweeps[key], selections=sweeps[key].selections[:1])
     else:
         sweeps[key] = replace(sweeps[key], **change)
     with pytest.raises(TableError, match=rf"^0\.csv {problem}.*; run: snakemake 0\.csv$"):
@@ -337,7 +337,7 @@ def test_replicates_differ_in_their_number_alone() -> None:
     check(first, second)
     with pytest.raises(CommandError, match="at least two replicate studies"):
         check(first)
-    fewer = [replace(second[0], metrics=["TAS"], only=second[0].only[:1])]
+    fewer = [replace(second[0], metrics=["TAS"], selections=second[0].selections[:1])]
     check(first, fewer, n_read=1)  # the others are not read otherwise
     with pytest.raises(TableError, match=r"^1\.csv has other settings than 0\.csv; run: "):
         check(first, [replace(fewer[0], trials=3)], n_read=1)

@@ -11,7 +11,7 @@ from experiments.command import ConfigError
 from experiments.config import load_sweep
 from experiments.tables import Trials, read_trials
 from studies.__main__ import main
-from studies.frame_rate.rates import compare, load_frame_rate
+from studies.frame_rate.rates import compare, plan
 
 from ..conftest import undescribed
 
@@ -28,7 +28,7 @@ def scenario(make_up: MakeUp) -> Trials:
     sweep = load_sweep(
         ["sigma_t=[1,2,3]", "n_outliers=[0]", "sigma_r_deg=[1]", "trials=4", "metrics=[ATE,TAS]"]
     )
-    sweeps = [replace(sweep, name="s", every=k, differs=f"every={k}") for k in (1, 2)]
+    sweeps = [replace(sweep, name="s", every=k, changes=f"every={k}") for k in (1, 2)]
     trials = make_up(*sweeps, value=lambda metric, cell, *_: cell.sigma_t)
     table = trials.table
     table["TAS"] = 0.5 - 0.1 * table["sigma_t"] + 0.25 * (table["settings"] == "every=2")
@@ -49,14 +49,13 @@ def test_dependence_and_order_by_hand(scenario: Trials) -> None:
 
 
 def test_rates_of_a_scenario_share_their_trials() -> None:
-    study = load_frame_rate(["trials=3"])
-    for name, table in study.tables.items():
+    for name, table in plan(["trials=3"]).items():
         assert {sweep.name for sweep in table.sweeps} == {f"frame_rate/{name}"}
-        assert [sweep.differs for sweep in table.sweeps] == [
+        assert [sweep.changes for sweep in table.sweeps] == [
             f"every={sweep.every}" for sweep in table.sweeps
         ]
     with pytest.raises(ConfigError, match="'every' cannot be set: the frame rates stand in"):
-        load_frame_rate(["every=3"])
+        plan(["every=3"])
 
 
 def test_program_writes_table_and_sentences(

@@ -1,0 +1,33 @@
+"""Readers of trajectory files: TUM, EuRoC, KITTI, COLMAP and NeRF, a module each.
+
+Every reader returns a `Trajectory`, a pair ``keys, poses`` with camera-to-world poses. An estimate
+may hold poses that are not finite, which are cameras that were not estimated; with
+``complete=True``, for a reference, they are an error. Text files may be compressed, with a name
+that ends in ``.gz``, and ``-`` is stdin. Whatever is wrong with a file is a `FileError` that names
+file, line and reason.
+"""
+
+from .colmap import read_colmap, read_colmap_parts
+from .euroc import read_euroc
+from .kitti import read_kitti
+from .nerf import read_nerf
+from .poses import Trajectory, TrajectoryWarning, inverse_poses
+from .stamps import read_stamps
+from .text import STDIN, FileError, FilePath
+from .tum import read_tum
+
+__all__ = [
+    "STDIN",
+    "FileError",
+    "FilePath",
+    "Trajectory",
+    "TrajectoryWarning",
+    "inverse_poses",
+    "read_colmap",
+    "read_colmap_parts",
+    "read_euroc",
+    "read_kitti",
+    "read_nerf",
+    "read_stamps",
+    "read_tum",
+]

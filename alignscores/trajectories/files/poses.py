@@ -1,0 +1,128 @@
+"""Poses from what trajectory files hold: checked, and with rotations that are rotations."""
+
+import warnings
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from ...arrays import Floats
+from ...validation import finite_rows
+from .text import Source
+
+__all__ = ["Trajectory", "TrajectoryWarning", "inverse_poses"]
+
+MAX_ROUNDING = 1e-2  # deviation from a unit quaternion or a rotation that is taken for rounding
+MAX_DEVIATION = 0.1  # deviation from a rotation beyond which a matrix is refused
+
+
+class TrajectoryWarning(UserWarning):
+    """Something in a trajectory that was corrected, and that the user should know about."""
+
+
+class Trajectory(NamedTuple):
+    """Poses with what identifies each of them.
+
+    Parameters
+    ----------
+    keys : (n,) ndarray
+        Time stamps in seconds (float), image names (str) or row numbers (int).
+    poses : (n, 4, 4) ndarray
+        Camera-to-world poses.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.trajectories.files import Trajectory
+    >>> keys, poses = Trajectory(np.array([0.5]), np.eye(4)[None])
+    >>> keys
+    array([0.5])
+    """
+
+    keys: NDArray[Any]
+    poses: Floats
+
+
+def inverse_poses(poses: Floats) -> Floats:
+    """Invert poses (n, 4, 4): camera-to-world from world-to-camera, or the other way round."""
+    inverse = poses.copy()
+    inverse[:, :3, :3] = poses[:, :3, :3].transpose(0, 2, 1)
+    inverse[:, :3, 3] = -np.einsum("nji,nj->ni", poses[:, :3, :3], poses[:, :3, 3])
+    return inverse
+
+
+def stamped_poses(values: Floats, source: Source, *, complete: bool) -> Trajectory:
+    """Return the stamps and poses of rows ``timestamp tx ty tz qx qy qz qw``."""
+    stamps, positions, quaternions = values[:, 0], values[:, 1:4], values[:, 4:]
+    source.refuse(~np.isfinite(stamps), "the time stamp is not finite")
+    with np.errstate(over="ignore"):
+        lengths = np.linalg.norm(quaternions, axis=1)
+    source.refuse(lengths == 0, "the quaternion is zero, which is not a rotation")
+    _warn_of(np.abs(lengths - 1), source, "has a quaternion that is not of unit length")
+
+    poses = np.tile(np.eye(4), (len(stamps), 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = np.nan, positions
+    estimated = np.isfinite(lengths)
+    rotations = scipy.spatial.transform.Rotation.from_quat(quaternions[estimated])
+    poses[estimated, :3, :3] = rotations.as_matrix()
+    _check_finite(poses, source, complete)
+    return Trajectory(stamps, poses)
+
+
+def poses_from_matrices(matrices: Floats, source: Source, *, complete: bool) -> Floats:
+    """Return poses (n, 4, 4) of matrices (n, 3, 4), with the rotations nearest to theirs."""
+    rotations, deviation = orthonormalise(matrices[:, :, :3])
+    far = ~(deviation <= MAX_DEVIATION) & finite_rows(matrices[:, :, :3])
+    if far.any():
+        row = int(np.argmax(far))
+        reason = f"R^T R differs from the identity by {deviation[row]:.2g}"
+        raise source.error(row, f"the matrix is not a rotation: {reason}")
+    with np.errstate(all="ignore"):
+        reflected = (np.linalg.det(matrices[:, :, :3]) < 0) & (deviation <= MAX_DEVIATION)
+    source.refuse(
+        reflected, "the matrix is not a rotation: its determinant is negative, a reflection"
+    )
+    _warn_of(deviation, source, "has a matrix that is only roughly a rotation")
+    poses = np.tile(np.eye(4), (len(matrices), 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = rotations, matrices[:, :, 3]
+    _check_finite(poses, source, complete)
+    return poses
+
+
+def orthonormalise(matrices: Floats) -> tuple[Floats, Floats]:
+    """Return the rotations nearest to matrices (n, 3, 3), and the largest entry of RᵀR - I before.
+
+    Newton's iteration for the polar factor, R <- R - R (RᵀR - I) / 2, which squares the deviation;
+    beyond `MAX_DEVIATION` its result means nothing.
+    """
+    # Not `nearest_rotations`, which is slower and would change the last bits of scores.
+    with np.errstate(all="ignore"):
+        excess = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
+        deviation = np.abs(excess).reshape(-1, 9).max(axis=1)
+        for _ in range(4):
+            matrices = matrices - matrices @ excess / 2
+            excess = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
+    return matrices, deviation
+
+
+def _check_finite(poses: Floats, source: Source, complete: bool) -> None:
+    source.refuse(
+        ~finite_rows(poses) & complete,
+        "the pose is not finite; a reference must be complete (is this the estimate? The "
+        "reference comes first)",
+    )
+
+
+def _warn_of(deviation: Floats, source: Source, what: str) -> None:
+    """Warn of rotations that deviate from a rotation by more than rounding explains."""
+    rows = np.flatnonzero(np.isfinite(deviation) & (deviation > MAX_ROUNDING))
+    if len(rows) > 0:
+        first, others = int(rows[0]), len(rows) - 1
+        more = f" and so have {others} more" if others else ""
+        warnings.warn(
+            f"{source.path}, {source.place(first)}: {what} (off by {deviation[first]:.2g}){more}; "
+            "normalised",
+            TrajectoryWarning,
+            stacklevel=4,
+        )

@@ -1,0 +1,89 @@
+"""What pages are made of: a folder of results, in which everything is found by convention."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import pandas as pd
+from PIL import Image
+
+from experiments.tables import Record, TableError, read_record, read_table
+from studies.study import Answer, Plan, plans
+
+__all__ = ["Results"]
+
+JOB = ["s", "cpu_time", "max_rss"]
+
+
+@dataclass(frozen=True)
+class Results:
+    """A folder of results, made with some settings; a `TableError` names a file that is missing."""
+
+    folder: Path
+    settings: Sequence[str] = field(default_factory=list)
+
+    @cached_property
+    def plans(self) -> Mapping[str, Plan]:
+        """The studies by their names."""
+        return plans(self.settings)
+
+    @cached_property
+    def records(self) -> Mapping[str, Mapping[str, Record]]:
+        """The records of the trials of each study, by the names of their tables."""
+        return {name: self._records(plan) for name, plan in self.plans.items()}
+
+    def _records(self, plan: Plan) -> Mapping[str, Record]:
+        records = {}
+        for name, table in plan.tables.items():
+            path = self.folder / plan.folder / f"{name}.json"
+            records[name] = read_record(path)
+            if records[name].sweeps != table.sweeps:
+                raise TableError(path, "was made with other settings")
+        return records
+
+    def answer(self, name: str) -> Answer:
+        """Return the tables of a study and the records of its trials."""
+        plan = self.plans[name]
+        files = [*plan.answers, *([plan.times] if plan.times else [])]
+        tables = {
+            Path(file).stem: read_table(self.folder / file, dtype={"value": str})
+            for file in files
+            if file.endswith(".csv")
+        }
+        return Answer(plan.called, tables, self.records[name])
+
+    @property
+    def figures(self) -> dict[str, Image.Image]:
+        """The pictures of all figures by their names, in the order of the page."""
+        names = [name for plan in self.plans.values() for name in plan.figures]
+        return {name: _read_figure(self.folder / "figures" / f"{name}.png") for name in names}
+
+    @property
+    def jobs(self) -> pd.DataFrame:
+        """What Snakemake measured of the jobs of each target: seconds and megabytes."""
+        tables = [
+            pd.read_csv(path, sep="\t", na_values="-").reindex(columns=JOB).assign(target=name)
+            for name, plan in self.plans.items()
+            for path in self._benchmarks(plan)
+        ]
+        return pd.concat(tables) if tables else pd.DataFrame(columns=["target", *JOB])
+
+    def _benchmarks(self, plan: Plan) -> list[Path]:
+        """Return what was measured; nothing where Snakemake did not run a job."""
+        one_job = [f"answers/{plan.called}", f"times/{plan.called}"]
+        one_job += [f"figures/{figure}" for figure in plan.figures]
+        one_job += [f"{plan.folder}/{table}" for table in plan.tables]
+        paths = [self.folder / "benchmarks" / f"{name}.tsv" for name in one_job]
+        return [path for path in paths if path.exists()]
+
+
+def _read_figure(path: Path) -> Image.Image:
+    try:
+        with Image.open(path, formats=["PNG"]) as image:
+            image.load()
+            return image
+    except FileNotFoundError:
+        raise TableError(path, "does not exist") from None
+    except (OSError, SyntaxError, ValueError):
+        raise TableError(path, "is not a PNG") from None

@@ -1,0 +1,212 @@
+"""Axes of a study: options of metrics, with the values that are compared on the same cameras."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from experiments.command import CommandError, ConfigError
+from experiments.config import read_yaml, split_override
+from experiments.metrics import Column
+from experiments.tables import TableError, Trials
+
+from .study import Section, Settings, Table, TableName, reject, resolve
+
+__all__ = ["Axis", "AxisValue", "axes_of", "axis_names", "axis_with", "check_parts", "is_seeded"]
+__all__ += ["option_title", "over_seeds", "plan", "seeded", "value_title"]
+
+FIXED = ("experiment", "metrics")  # settings that the study itself decides
+TITLES = {
+    "max_threshold": "largest threshold, units of d",
+    "quantile": "quantile that is d",
+    "n_thresholds": "number of thresholds",
+    "max_threshold_deg": "largest threshold, degrees",
+    "weight": "weight of the TAS",
+    "n_hypotheses": "hypotheses",
+    "prescreen": "prescreening threshold",
+    "order": "m as share of n",
+}
+INFINITE = {"n_thresholds": "exact area", "prescreen": "off"}
+
+AxisValue = float | str
+
+
+class Part(Settings):
+    """The settings of a part; with `seeds`, each trial is registered with so many."""
+
+    seeds: int = 0
+
+
+class _Axis(Section):
+    metric: str
+    option: str
+    paper: AxisValue
+    values: list[AxisValue]
+
+
+class _File(Section):
+    axes: dict[str, _Axis]
+    trials: dict[TableName, Part]
+    settings: Any = None  # what else a study has, which it reads by itself
+    maps: Any = None
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An option of a metric with the values to compare, the paper's among them."""
+
+    name: str
+    metric: str
+    option: str
+    paper: str
+    values: tuple[str, ...]
+
+    def column(self, value: str) -> Column:
+        """Return the metric with this value of the option; the paper's value needs no option."""
+        column = Column(self.metric)
+        return column if value == self.paper else column.with_option(self.option, value)
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """The names of the metrics by their values."""
+        return {value: str(self.column(value)) for value in self.values}
+
+    @property
+    def title(self) -> str:
+        """What the axis is called where it is read."""
+        return f"{self.metric}: {option_title(self.option)}"
+
+
+def plan(path: Path, overrides: Sequence[str] = ()) -> dict[str, Table]:
+    """Return a table for each part of a file of axes; overrides may have other values of axes."""
+    file = _read(path)
+    reject(overrides, FIXED, "the study decides it")
+    given = dict(split_override(override) for override in overrides)
+    settings = [one for one in overrides if split_override(one)[0] not in file.axes]
+    axes = [axis_with(path, name, given.get(name)) for name in file.axes]
+    columns = [Column.parse(text) for text in _metrics(axes)]
+    tables = {}
+    for key, part in file.trials.items():
+        sweep = resolve(path, f"trials.{key}", settings, part)
+        metrics = _seeded(columns, part.seeds) if part.seeds else list(map(str, columns))
+        tables[key] = Table((replace(sweep, metrics=metrics),))
+    return tables
+
+
+def axis_names(path: Path) -> list[str]:
+    """Return the names of the axes of a file."""
+    return list(_read(path).axes)
+
+
+def axis_with(path: Path, name: str, values: str | Sequence[object] | None) -> Axis:
+    """Return an axis of a file, with other values if there are any: a list, or as typed."""
+    known = _read(path).axes
+    if name not in known:
+        raise ConfigError(f"unknown axis {name!r}; the axes are {', '.join(known)}")
+    if values is None:
+        values = known[name].values
+    axis = _axis(name, known[name], _list(name, values) if isinstance(values, str) else values)
+    for value in axis.values:
+        try:
+            Column.parse(f"{axis.metric}({axis.option}={value})")
+        except ConfigError as error:
+            raise ConfigError(f"setting {name!r}: {error}") from None
+    if len(axis.values) < 2:
+        raise ConfigError(f"setting {name!r} needs another value than the paper's {axis.paper}")
+    return axis
+
+
+def axes_of(path: Path, trials: Mapping[str, Sequence[str]]) -> list[Axis]:
+    """Return the axes of a file with the values that the metrics of its tables of trials have."""
+    file = _read(path)
+    once = [trials[name] for name, part in file.trials.items() if name in trials and not part.seeds]
+    columns = [Column.parse(metric) for metric in (once[0] if once else ())]
+    axes = []
+    for name, entry in file.axes.items():
+        values = [
+            column.options[entry.option]
+            for column in columns
+            if column.name == entry.metric and list(column.options) == [entry.option]
+        ]
+        axes.append(_axis(name, entry, values))
+    return axes
+
+
+def check_parts(path: Path, axes: Sequence[Axis], parts: Mapping[str, Trials]) -> None:
+    """Make sure that all parts of a study are there, and have all values of its axes."""
+    columns = [Column.parse(metric) for metric in _metrics(axes)]
+    for name, part in _read(path).trials.items():
+        if name not in parts:
+            raise CommandError(f"the study {path.stem} needs the trials of {name}, too")
+        wanted = _seeded(columns, 1) if part.seeds else list(map(str, columns))
+        for metric in wanted:
+            if metric not in parts[name].record.metrics:
+                raise TableError(parts[name].path, f"has no column {metric}")
+
+
+def is_seeded(metrics: Sequence[str]) -> bool:
+    """Tell whether metrics are registered with several seeds each."""
+    return any("seed" in Column.parse(metric).options for metric in metrics)
+
+
+def seeded(metric: str, seed: int) -> str:
+    """Return a metric registered with a seed of its own."""
+    return str(Column.parse(metric).with_option("seed", seed))
+
+
+def over_seeds(trials: pd.DataFrame, metric: str) -> pd.DataFrame:
+    """Return the columns of a metric under each seed of the registration; RAS has none."""
+    return trials[[name for k in range(trials.shape[1]) if (name := seeded(metric, k)) in trials]]
+
+
+def option_title(option: str) -> str:
+    """Return what an option is called where it is read."""
+    return TITLES.get(option, option)
+
+
+def value_title(option: str, value: str) -> str:
+    """Return what a value of an option is called where it is read."""
+    return INFINITE.get(option, "∞") if value == "inf" else value
+
+
+def _read(path: Path) -> _File:
+    return read_yaml(path, _File)
+
+
+def _list(name: str, text: str) -> list[str]:
+    values = [value.strip() for value in text.strip("[]").split(",")]
+    if not (text.startswith("[") and text.endswith("]") and all(values)):
+        raise ConfigError(f"setting {name!r} must be a list in brackets, for example [1, 2]")
+    return values
+
+
+def _axis(name: str, entry: _Axis, values: Sequence[object]) -> Axis:
+    """Make an axis of what the file has for it and of its values; numbers are sorted."""
+    paper = _write(entry.paper)
+    written = list(dict.fromkeys([*map(_write, values), paper]))
+    axis = Axis(name, entry.metric, entry.option, paper, tuple(written))
+    try:
+        return replace(axis, values=tuple(sorted(written, key=float)))
+    except ValueError:  # words, the paper's first
+        return replace(axis, values=tuple(sorted(written, key=lambda value: value != paper)))
+
+
+def _metrics(axes: Sequence[Axis]) -> list[str]:
+    return list(dict.fromkeys(metric for axis in axes for metric in axis.columns.values()))
+
+
+def _seeded(columns: Sequence[Column], seeds: int) -> list[str]:
+    """Return the metrics under each seed, without those whose registration is not random."""
+    random = [str(c) for c in columns if "seed" in type(c.values).model_fields]
+    return [seeded(metric, seed) for seed in range(seeds) for metric in random]
+
+
+def _write(value: object) -> str:
+    """Write a number in one way, 1 for 1.0, so that it is compared with the paper's; or a word."""
+    try:
+        number = float(str(value))
+    except ValueError:
+        return str(value)
+    return str(int(number)) if number.is_integer() else repr(number)

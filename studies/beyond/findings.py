@@ -1,0 +1,124 @@
+"""What the scenarios of a study show: each metric, judged.
+
+A metric orders the noise levels of a scenario where, at every number of outliers, it puts at least
+two of three pairs of trials at neighbouring levels in the right order; likewise the numbers of
+outliers. Of evenly spaced levels that is a Kendall correlation of about one half.
+"""
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from experiments.tables import Trials
+
+from ..order import orders
+
+__all__ = ["LEAST_ORDER", "LEVELS", "ORDERS", "SCORES", "findings"]
+
+LEVELS = {"noise": "sigma_t", "outliers": "n_outliers"}
+ORDERS = {"noise": "noise_order", "outliers": "outlier_order"}  # columns of the findings
+LEAST_ORDER = 200 / 3  # per cent: two of three
+VERDICTS = ("orders noise and outliers", "orders noise", "orders outliers", "orders nothing")
+GENERATORS = ("geometry", "error", "outliers", "outlier_side")
+SCORES = ("TAS", "RAS", "PAS")  # whose failures are named
+NEAR_ZERO = 0.1  # a score that has so little left
+
+
+def findings(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
+    """Judge every metric in every scenario.
+
+    Returns
+    -------
+    DataFrame
+        One row for each scenario and metric:
+
+        - `scenario, geometry, error, outliers, outlier_side, metric`
+        - `noise_order`: how often two trials at neighbouring noise levels come in the right order,
+          in per cent, the smallest at any number of outliers; 50 is chance, empty where there is
+          one level
+        - `outlier_order`: likewise for the numbers of outliers, at any noise level
+        - `mean`: of the metric, over all trials
+        - `verdict`: "orders noise and outliers", "orders noise", "orders outliers" or "orders
+          nothing"
+        - `finding`: of the scenario, in sentences; the same in all its rows
+    """
+    rows = []
+    for name, trials in scenarios.items():
+        judged = [_judge(trials.table, metric) for metric in trials.sweep.metrics]
+        keys = {key: getattr(trials.sweep, key) for key in GENERATORS}
+        finding = " ".join(_sentences(trials.table, judged))
+        rows += [{"scenario": name} | keys | row | {"finding": finding} for row in judged]
+    return pd.DataFrame(rows)
+
+
+def _judge(trials: pd.DataFrame, metric: str) -> dict[str, Any]:
+    found = {level: _smallest(trials, metric, setting) for level, setting in LEVELS.items()}
+    ordered = [level for level, order in found.items() if order >= LEAST_ORDER]
+    return {
+        "metric": metric,
+        **{column: found[level] for level, column in ORDERS.items()},
+        "mean": float(trials[metric].mean()),
+        "verdict": f"orders {' and '.join(ordered) or 'nothing'}",
+    }
+
+
+def _smallest(trials: pd.DataFrame, metric: str, level: str) -> float:
+    if trials[level].nunique() < 2:
+        return np.nan
+    return 100 * min(found.probability for found in orders(trials, metric, level))
+
+
+def _sentences(trials: pd.DataFrame, judged: Sequence[Mapping[str, Any]]) -> list[str]:
+    ours = [row for row in judged if row["metric"] in SCORES]
+    found = [_who_orders_what(judged), *map(_failure, ours), _near_zero(trials, ours)]
+    found += [_no_worse(trials, row["metric"]) for row in ours]
+    return [sentence for sentence in found if sentence]
+
+
+def _who_orders_what(judged: Sequence[Mapping[str, Any]]) -> str:
+    parts = []
+    for verdict in VERDICTS:
+        metrics = [row["metric"] for row in judged if row["verdict"] == verdict]
+        what = verdict.removeprefix("orders ")
+        if metrics:
+            parts.append(f"{_names(metrics)} {'order' if metrics[1:] else 'orders'} {what}")
+    return f"{'; '.join(parts)}."
+
+
+def _failure(row: Mapping[str, Any]) -> str:
+    found = {level: row[column] for level, column in ORDERS.items()}
+    failures = [f"{level} ({order:.0f} %)" for level, order in found.items() if order < LEAST_ORDER]
+    return f"{row['metric']} fails on {_names(failures)}." if failures else ""
+
+
+def _near_zero(trials: pd.DataFrame, ours: Sequence[Mapping[str, Any]]) -> str:
+    """Tell which scores have nothing left for outliers to take away."""
+    strongest = trials[trials["sigma_t"] == trials["sigma_t"].max()]
+    fewest = strongest["n_outliers"].min()
+    means = strongest[strongest["n_outliers"] == fewest].mean(numeric_only=True)
+    low = [row["metric"] for row in ours if means[row["metric"]] < NEAR_ZERO]
+    low = [f"{metric} ({means[metric]:.2f})" for metric in low]
+    if not low:
+        return ""
+    be = "are" if low[1:] else "is"
+    return f"At the strongest noise, with {fewest} outliers, {_names(low)} {be} near 0."
+
+
+def _no_worse(trials: pd.DataFrame, metric: str) -> str:
+    """Tell where the mean of a score does not fall as outliers are added."""
+    means = trials.groupby("n_outliers")[metric].mean()
+    pairs = [(means[more] - means[few], few, more) for few, more in combinations(means.index, 2)]
+    rise, few, more = max(pairs, default=(-1.0, 0, 0))
+    if rise < 0:
+        return ""
+    return (
+        f"{metric} is no worse with {more} outliers than with {few} "
+        f"(mean {means[more]:.2f} and {means[few]:.2f})."
+    )
+
+
+def _names(names: Sequence[str]) -> str:
+    return " and ".join([part for part in (", ".join(names[:-1]), names[-1]) if part])

@@ -1,0 +1,34 @@
+"""Protocols of other projects beside the new scores: which of two estimates is the better one."""
+
+from typing import Any
+
+import pandas as pd
+
+from ..study import Answer, Figure, Question, Study
+from .orders import compare_sides
+from .questions import plan
+from .words import duels, sentences, to_markdown
+
+__all__ = ["STUDY"]
+
+
+def ask(question: Question) -> list[pd.DataFrame | str]:
+    """Return how often each metric is right on each question, as a table and in words."""
+    table = compare_sides(question.by_name)
+    return [table, to_markdown(table)]
+
+
+def show(answer: Answer) -> dict[str, Any]:
+    """Return what the section is filled with."""
+    return {"sentences": sentences(answer.table), "duels": duels(answer.table)}
+
+
+STUDY = Study(
+    name="protocols",
+    title="Other protocols",
+    plan=plan,
+    ask=ask,
+    figures=[Figure("studies.protocols.figure:draw", ["tables/{}"])],
+    show=show,
+    place=60,
+)

@@ -1,0 +1,200 @@
+"""The paper's registration and the refined one, on the same cameras, and the words for it."""
+
+from collections.abc import Callable, Iterator, Mapping
+
+import pandas as pd
+
+from experiments.tables import Trials
+
+from .. import order, statistics
+from ..axes import Axis, is_seeded, over_seeds
+
+__all__ = ["DEPENDENCE", "GEOMETRIES", "ORDER", "REPEATABLE", "SCENE", "compare", "gain"]
+__all__ += ["meaning", "other", "spread", "summarise", "to_markdown"]
+
+CELL = ("n_cameras", "n_outliers", "sigma_t")
+SCENE = (*CELL, "trial")
+OVER_SEEDS: Mapping[str, Callable[[pd.DataFrame], "pd.Series[float]"]] = {
+    "mean": lambda scores: scores.mean(axis=1),
+    "standard deviation": lambda scores: scores.std(axis=1, ddof=1),
+    "smallest": lambda scores: scores.min(axis=1),
+    "largest": lambda scores: scores.max(axis=1),
+}
+Summary = dict[str, dict[str, "pd.Series[float]"]]  # of each part, each statistic
+DEPENDENCE = "dependence on cameras, %"
+ORDER = "order of "  # noise or outliers
+GEOMETRIES = {"cube": "in a cube", "line": "on a line", "uneven": "in clusters"}
+REPEATABLE = 0.003  # standard deviation over seeds of a score whose second digit is certain
+
+
+def compare(axis: Axis, parts: Mapping[str, Trials]) -> pd.DataFrame:
+    """Compare the registrations, which are the values of an axis.
+
+    Returns
+    -------
+    DataFrame
+        One row for each statistic: `part, geometry, n_cameras, n_outliers, sigma_t, trial` (empty
+        where the statistic is over all of them), `statistic`, and a column for each registration.
+
+        - Of each input that was registered with several seeds: "mean", "standard deviation",
+          "smallest" and "largest" score over the seeds.
+        - Of each experiment: "order of noise, %" at each number of cameras and outliers, "order of
+          outliers, %" at each noise level, and "dependence on cameras, %", the movement of the mean
+          over the numbers of cameras in per cent of the range of all means; each where it varies.
+    """
+    rows: list[dict[str, object]] = []
+    for name, trials in parts.items():
+        of = _spread if is_seeded(trials.record.metrics) else _experiment
+        own = {"part": name, "geometry": trials.sweep.geometry}
+        rows += [own | row for row in of(trials.table, axis)]
+    columns = ["part", "geometry", *SCENE, "statistic", *axis.values]
+    table = pd.DataFrame(rows, columns=columns)
+    return table.astype(dict.fromkeys(("n_cameras", "n_outliers", "trial"), "Int64")).round(6)
+
+
+def _spread(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]:
+    """Statistics over the seeds, of each input."""
+    scores = {value: over_seeds(trials, column) for value, column in axis.columns.items()}
+    for i, scene in enumerate(trials[list(SCENE)].itertuples(index=False, name=None)):
+        for name, of in OVER_SEEDS.items():
+            values = {value: float(of(table).iloc[i]) for value, table in scores.items()}
+            yield _row(dict(zip(SCENE, scene, strict=True)), name, values)
+
+
+def _experiment(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]:
+    """Return the order in each group of trials, and the dependence on the number of cameras."""
+    for level, words in (("sigma_t", "noise"), ("n_outliers", "outliers")):
+        if trials[level].nunique() < 2:
+            continue
+        groups = [key for key in CELL if key != level]
+        for cell, group in trials.groupby(groups):
+            task = order.within(group, level)
+            orders = {
+                value: 100 * order.estimate(task.shares(column)).probability
+                for value, column in axis.columns.items()
+            }
+            yield _row(dict(zip(groups, cell, strict=True)), f"{ORDER}{words}, %", orders)
+    if trials["n_cameras"].nunique() > 1:
+        dependence = {
+            value: statistics.dependence(trials, column, ["n_cameras"], "mean")
+            for value, column in axis.columns.items()
+        }
+        yield _row({}, DEPENDENCE, dependence)
+
+
+def _row(
+    cell: Mapping[str, object], statistic: str, values: Mapping[str, float]
+) -> dict[str, object]:
+    return {**cell, "statistic": statistic, **values}
+
+
+def summarise(axis: Axis, table: pd.DataFrame) -> Summary:
+    """Summarise what `compare` returns: by part, and by statistic, each registration's number.
+
+    Those of the inputs with several seeds have the part "".
+    """
+    summary: Summary = {}
+    deviation, mean = (_of_inputs(axis, table, name) for name in ("standard deviation", "mean"))
+    if not mean.empty:
+        summary[""] = {
+            "median standard deviation": deviation.median(),
+            "largest standard deviation": deviation.max(),
+            "scattered inputs": (deviation > REPEATABLE).sum(),
+            "mean score": mean.mean(),
+        }
+    of_experiments = table[~table["statistic"].isin(list(OVER_SEEDS))]
+    for key, group in of_experiments.groupby(["part", "statistic"], sort=False):
+        part, name = map(str, key)
+        numbers = group[list(axis.values)]
+        found = {name: numbers.iloc[0]}
+        if name.startswith(ORDER):
+            found = {f"mean {name}": numbers.mean(), f"smallest {name}": numbers.min()}
+        summary[part] = summary.get(part, {}) | found
+    return summary
+
+
+def gain(axis: Axis, table: pd.DataFrame) -> "pd.Series[float]":
+    """Return how much higher the other mean score of each input over its seeds is."""
+    mean = _of_inputs(axis, table, "mean")
+    return mean[other(axis)] - mean[axis.paper]
+
+
+def other(axis: Axis) -> str:
+    """Return the registration that is not the paper's."""
+    (value,) = (value for value in axis.values if value != axis.paper)
+    return value
+
+
+def _of_inputs(axis: Axis, table: pd.DataFrame, statistic: str) -> pd.DataFrame:
+    return table.loc[table["statistic"] == statistic, list(axis.values)].astype(float)
+
+
+def spread(axis: Axis, table: pd.DataFrame) -> str:
+    """Tell how the scores scatter over the seeds; nothing where no input has several."""
+    numbers = summarise(axis, table).get("")
+    if numbers is None:
+        return ""
+    paper, refined, n = axis.paper, other(axis), len(gain(axis, table))
+    scattered, median, largest = (
+        numbers[name]
+        for name in ("scattered inputs", "median standard deviation", "largest standard deviation")
+    )
+    return (
+        f"The TAS scatters with the seed of the paper’s registration: on **{scattered[paper]} of "
+        f"{n} inputs** by more than {REPEATABLE} (standard deviation), so that its second digit is "
+        f"uncertain. With the {refined} registration it does on "
+        f"**{scattered[refined] or 'none'}**. The median standard deviation is "
+        f"{median[paper]:.5f} with {paper} and {median[refined]:.5f} with {refined}, the largest "
+        f"{largest[paper]:.4f} and {largest[refined]:.4f}."
+    )
+
+
+def meaning(axis: Axis, table: pd.DataFrame) -> str:
+    """Tell that the scores mean something else, and how much higher they are."""
+    gains, refined = gain(axis, table), other(axis)
+    higher = (
+        f"higher on {int((gains > 0).sum())} of {len(gains)} inputs and lower on "
+        f"{int((gains < 0).sum())} ({gains.median():+.3f} in the median, from {gains.min():+.4f} "
+        f"to {gains.max():+.4f})"
+    )
+    return (
+        f"The {refined} registration aligns so that the score is the largest. The score is "
+        f"{higher if len(gains) else 'higher'} and **does not compare with published TAS values**: "
+        "those rest on the paper’s registration, which has not seen the score."
+    )
+
+
+def to_markdown(axis: Axis, table: pd.DataFrame, times: pd.DataFrame) -> str:
+    """Write what the other registration changes."""
+    paper, refined = axis.paper, other(axis)
+    sentences = [spread(axis, table), meaning(axis, table), *_orders(axis, table)]
+    lines = [f"The registration of the paper, {paper}, and {refined}, on the same cameras.", ""]
+    lines += [f"- {sentence}" for sentence in sentences if sentence]
+    lines += ["", "Processor time of one evaluation; it is another in every run and on every"]
+    lines += ["machine.", ""]
+    for n, group in times[times["axis"] == axis.name].groupby("n_cameras"):
+        ms = group.set_index("value")["milliseconds"]
+        lines.append(
+            f"- {n} cameras: {paper} {ms[paper]:.2f} ms, {refined} {ms[refined]:.2f} ms, "
+            f"{ms[refined] / ms[paper]:.1f} times as long."
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _orders(axis: Axis, table: pd.DataFrame) -> Iterator[str]:
+    for part, numbers in summarise(axis, table).items():
+        found = []
+        for name in (name for name in numbers if name.startswith(f"mean {ORDER}")):
+            means, smallest = numbers[name], numbers[name.replace("mean", "smallest", 1)]
+            written = " and ".join(f"{means[value]:.1f} % ({value})" for value in axis.values)
+            lowest = " and ".join(f"{smallest[value]:.1f} %" for value in axis.values)
+            found.append(f"{name.removesuffix(', %')} {written}, smallest {lowest}")
+        if found:
+            yield f"**Right order, {part}.** {'; '.join(found)}."
+        if DEPENDENCE in numbers:
+            moved = numbers[DEPENDENCE]
+            values = " and ".join(f"{moved[value]:.1f} % ({value})" for value in axis.values)
+            yield (
+                f"**Number of cameras, {part}.** The mean score moves by {values} of its range "
+                "over all noise levels."
+            )

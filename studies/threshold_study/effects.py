@@ -1,0 +1,257 @@
+"""What the values of an axis do to a score: statistics of the trials of the study's parts."""
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import pandas as pd
+import scipy
+
+from alignscores.arrays import Floats, Indices
+from experiments.grid import KEY_COLUMNS
+
+from .. import order, statistics
+from ..axes import Axis, over_seeds
+
+__all__ = ["COMPARED", "EFFECTS", "Effect", "Parts", "effects"]
+
+RESAMPLES = 999  # of the trials
+
+Parts = Mapping[str, pd.DataFrame]  # the trials of each part of a study
+Weighted = Callable[[Floats], Floats]  # of weights of the trials (B, T), a value for each of the B
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A statistic that the values of an axis are compared by.
+
+    It is what `of` computes from trials and a metric. Its error is that of the order, where it has
+    a `level`, or a bootstrap's, where `weighted` computes it for any weights of the trials.
+    """
+
+    words: str
+    larger_is_better: bool
+    digits: int  # that matter
+    of: Callable[[pd.DataFrame, str], float]
+    unit: str = ""
+    part: str = "outliers"
+    level: str = ""
+    weighted: Callable[[pd.DataFrame, str], Weighted] | None = None
+
+    def write(self, value: float) -> str:
+        """Write a value with the digits that matter, and its unit."""
+        return f"{value:.{self.digits}f}{self.unit}"
+
+
+def _order_effect(words: str, level: str, part: str = "outliers") -> Effect:
+    """Return how often neighbouring levels are put in the right order, the mean over groups."""
+
+    def of(trials: pd.DataFrame, metric: str) -> float:
+        if not _varies(trials, level):
+            return np.nan
+        return 100 * order.estimate(order.within(trials, level).shares(metric)).probability
+
+    return Effect(words, True, 1, of, " %", part, level)
+
+
+def _smallest_order(words: str, level: str) -> Effect:
+    def of(trials: pd.DataFrame, metric: str) -> float:
+        if not _varies(trials, level):
+            return np.nan
+        return 100 * min(found.probability for found in order.orders(trials, metric, level))
+
+    return Effect(words, True, 1, of, " %")
+
+
+def _noise_range(trials: pd.DataFrame, metric: str) -> float:
+    """Return the range over the noise levels; the mean over the outlier counts."""
+    return float(trials.groupby("n_outliers")[metric].agg(np.ptp).mean())
+
+
+def _noise_range_of_means(trials: pd.DataFrame, metric: str) -> float:
+    return _noise_range(statistics.cell_means(trials), metric)
+
+
+def _weighted_noise_range(table: pd.DataFrame, metric: str) -> Weighted:
+    means = [_weighted_means(group, metric) for _, group in table.groupby("n_outliers")]
+    return lambda weights: np.mean([np.ptp(of(weights), axis=0) for of in means], axis=0)
+
+
+def _camera_dependence(trials: pd.DataFrame, metric: str) -> float:
+    if not _varies(trials, "n_cameras"):
+        return np.nan
+    return statistics.dependence(trials, metric, ["n_cameras"], "mean")
+
+
+def _weighted_dependence(table: pd.DataFrame, metric: str) -> Weighted:
+    if not _varies(table, "n_cameras"):
+        return lambda weights: np.full(len(weights), np.nan)
+    groups = [
+        _weighted_means(group, metric) for _, group in table.groupby(["n_outliers", "sigma_t"])
+    ]
+
+    def of(weights: Floats) -> Floats:
+        means = [means_of(weights) for means_of in groups]
+        moves = np.mean([np.ptp(mean, axis=0) for mean in means], axis=0)
+        share: Floats = 100 * moves / np.ptp(np.concatenate(means), axis=0)
+        return share
+
+    return of
+
+
+def _weighted_means(table: pd.DataFrame, metric: str) -> Weighted:
+    """Return the means of cells (C, B) for weights of the trials (B, T)."""
+    ordered = table.sort_values("trial").groupby(["n_cameras", "n_outliers", "sigma_t"])[metric]
+    values = np.array([cell.to_numpy() for _, cell in ordered])
+    return lambda weights: values @ weights.T / values.shape[1]
+
+
+def _deviations(trials: pd.DataFrame, metric: str) -> Floats:
+    """Return the standard deviation over the seeds of each scene; 0 where nothing is random."""
+    scores = over_seeds(trials, metric)
+    return np.zeros(len(trials)) if scores.empty else scores.std(axis=1, ddof=1).to_numpy()
+
+
+def _seed_noise(trials: pd.DataFrame, metric: str) -> float:
+    return float(np.median(_deviations(trials, metric)))
+
+
+def _varies(trials: pd.DataFrame, level: str) -> bool:
+    return trials[level].nunique() > 1
+
+
+EFFECTS: Mapping[str, Effect] = {
+    "noise_order": _order_effect("order of noise", "sigma_t"),
+    "noise_order_smallest": _smallest_order("smallest order of noise", "sigma_t"),
+    "outlier_order": _order_effect("order of outliers", "n_outliers"),
+    "outlier_order_smallest": _smallest_order("smallest order of outliers", "n_outliers"),
+    "majority_order": _order_effect("order of noise where most are lost", "sigma_t", "majority"),
+    "noise_range": Effect("range of trials over noise", True, 3, _noise_range),
+    "noise_range_of_means": Effect(
+        "range over noise", True, 3, _noise_range_of_means, weighted=_weighted_noise_range
+    ),
+    "camera_dependence": Effect(
+        "dependence on cameras",
+        False,
+        1,
+        _camera_dependence,
+        " %",
+        "length",
+        weighted=_weighted_dependence,
+    ),
+    "seed_noise": Effect("seed noise", False, 4, _seed_noise, part="seeds"),
+}
+"""Effects by their columns in the tables of the threshold study; see `effects`."""
+
+COMPARED = tuple(
+    name
+    for name, effect in EFFECTS.items()
+    if effect.level or effect.weighted or name == "seed_noise"
+)
+"""The effects that values are compared by: those whose sampling error is known."""
+
+
+def effects(axes: Sequence[Axis], parts: Parts) -> pd.DataFrame:
+    """Compute all effects of all values of all axes.
+
+    Returns
+    -------
+    DataFrame
+        One row for each value: `axis, metric, option, value, paper` (yes or no), then each of
+        `EFFECTS`:
+
+        - `noise_order, outlier_order`: how often two trials at neighbouring levels of noise, or
+          numbers of outliers, come in the right order, in per cent; the mean over the other's
+          levels, and as `noise_order_smallest, outlier_order_smallest` the smallest
+        - `majority_order`: the order of noise where four of five cameras are outliers
+        - `noise_range, noise_range_of_means`: largest minus smallest trial (mean of trials) over
+          the noise levels, averaged over the outlier counts
+        - `camera_dependence`: how far the mean moves over the numbers of cameras, in per cent of
+          the range of all means
+        - `seed_noise`: standard deviation over the seeds of the registration, the median over
+          scenes
+
+        Behind each of `COMPARED` stand, as `..._error`, the standard error of its difference from
+        that of the paper's value, and as `..._p` the p-value against no difference, adjusted for
+        the number of all differences in the table by Holm's method. Empty for the paper's value,
+        and where there is one trial.
+
+    The values of an axis saw the same cameras, so the trials are paired. Errors of the order are
+    those of `studies.order`, others come from a bootstrap over the trials, and the p-value of the
+    seed noise is that of Wilcoxon's signed ranks over the scenes.
+    """
+    rows: list[dict[str, object]] = []
+    task = cache(lambda part, level: order.within(parts[part], level))
+    for axis in axes:
+        paper = axis.columns[axis.paper]
+        for value, column in axis.columns.items():
+            row: dict[str, object] = {"axis": axis.name, "metric": axis.metric}
+            row |= {"option": axis.option, "value": value}
+            row |= {"paper": "yes" if value == axis.paper else "no"}
+            for name, effect in EFFECTS.items():
+                trials = parts[effect.part]
+                # The columns that are needed: to group all of them takes long.
+                needed = trials if name == "seed_noise" else trials[[*KEY_COLUMNS, column]]
+                row[name] = effect.of(needed, column)
+                if name not in COMPARED:
+                    continue
+                error, p = np.nan, np.nan
+                if column != paper and trials["trial"].nunique() > 1:
+                    if effect.level and _varies(trials, effect.level):
+                        of = task(effect.part, effect.level).shares
+                        found = order.estimate(of(column) - of(paper))
+                        error, p = 100 * found.error, found.p_value
+                    elif not effect.level:
+                        error, p = _compare(trials, effect, column, paper)
+                row |= {f"{name}_error": error, f"{name}_p": p}
+            rows.append(row)
+    table = pd.DataFrame(rows)
+    p_values = [f"{name}_p" for name in COMPARED]
+    adjusted = order.holm(table[p_values].to_numpy(dtype=np.float64).ravel())
+    table[p_values] = adjusted.reshape(-1, len(p_values))
+    return table.round(6)
+
+
+def _compare(trials: pd.DataFrame, effect: Effect, column: str, paper: str) -> tuple[float, float]:
+    """Return the standard error of a difference, and the p-value against none, by resampling."""
+    if effect.weighted is None:
+        return _compare_scenes(_deviations(trials, column), _deviations(trials, paper))
+    theirs, ours = (effect.weighted(trials[[*KEY_COLUMNS, name]], name) for name in (column, paper))
+    n = trials["trial"].nunique()
+
+    def difference(chosen: Indices, axis: int = -1) -> Floats:
+        weights = np.eye(n)[chosen].sum(axis=-2).reshape(-1, n)
+        return (theirs(weights) - ours(weights)).reshape(chosen.shape[:-1])
+
+    error = _standard_error(np.arange(n), difference)
+    found = order.Order(float(difference(np.arange(n))), error)
+    return error, np.nan if np.isnan(found.probability) else found.p_value
+
+
+def _compare_scenes(theirs: Floats, ours: Floats) -> tuple[float, float]:
+    """Compare standard deviations scene by scene."""
+
+    def difference(scenes: Indices, axis: int = -1) -> Floats:
+        medians: Floats = np.median(theirs[scenes], axis=-1) - np.median(ours[scenes], axis=-1)
+        return medians
+
+    error = _standard_error(np.arange(len(ours)), difference)
+    if np.array_equal(theirs, ours):
+        return error, 1.0
+    return error, float(scipy.stats.wilcoxon(theirs, ours).pvalue)
+
+
+def _standard_error(sample: Indices, statistic: Callable[..., Floats]) -> float:
+    with warnings.catch_warnings():  # where nothing scatters, the error is 0
+        warnings.simplefilter("ignore", scipy.stats.DegenerateDataWarning)
+        found = scipy.stats.bootstrap(
+            (sample,),
+            statistic,
+            n_resamples=RESAMPLES,
+            vectorized=True,
+            method="percentile",
+            rng=np.random.default_rng(0),
+        )
+    return float(found.standard_error)

@@ -1,0 +1,259 @@
+"""What other thresholds do: maps over the size of the noise, and effects of options without one."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import scipy
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
+from matplotlib.ticker import MaxNLocator
+
+from figures import style
+
+from ..axes import option_title, value_title
+from ..order import SIGNIFICANCE
+from .effects import COMPARED, EFFECTS
+from .maps import OPTIONS
+
+__all__ = ["draw"]
+
+THRESHOLDS = {  # map: option, title, label of x, label of y
+    "tas": ("max_threshold", "TAS", "noise, units of d", "largest threshold, units of d"),
+    "ras": ("max_threshold_deg", "RAS", "noise, degrees", "largest threshold, degrees"),
+}
+REGISTRATION = {  # option: title, the paper's value
+    "order": ("m as share of n", 0.1),
+    "prescreen": ("Prescreening threshold", 0.1),
+    "n_hypotheses": ("Hypotheses", 1000.0),
+}
+PAPER = {"max_threshold": 1.0, "max_threshold_deg": 10.0}
+OTHERS = {"TAS(registration=refined)": "refined, 1 d", **style.NAMES}
+CHANCE, LARGEST = 50.0, 112.0  # values of the lightest and the darkest colour
+WHITE_ABOVE = 88  # the text
+TIGHT = 5.0  # points
+MAPS_HEIGHT = 5.9  # inches
+
+PANELS = {  # effect: title, effect of the tick beside it
+    "noise_order": ("Noise, %", "noise_order_smallest"),
+    "outlier_order": ("Outliers, %", "outlier_order_smallest"),
+    "majority_order": ("Most lost, %", None),
+    "noise_range_of_means": ("Noise range", "noise_range"),
+    "camera_dependence": ("Cameras, %", None),
+    "seed_noise": ("Seed noise", None),
+}
+ROW = 0.118  # inches
+DOT: dict[str, Any] = {"marker": "o", "ms": 3.2, "mew": 0.7, "mec": style.INK}
+TICK: dict[str, Any] = {"marker": "|", "ms": 3.6, "mew": 0.7}
+
+
+@style.applied()
+def draw(*tables: pd.DataFrame) -> Figure:
+    """Figure: what other thresholds do."""
+    *effects, map_ = tables
+    table = pd.concat(effects, ignore_index=True)
+    table = table[~table["option"].isin(OPTIONS)].reset_index(drop=True)
+    rows, titles = _layout(table)
+    height = 0.9 + ROW * (max(rows) + 1)
+    figure = Figure(figsize=(style.PAGE, MAPS_HEIGHT + height), layout="constrained")
+    upper, lower = np.ravel(
+        np.asarray(figure.subfigures(2, 1, height_ratios=[MAPS_HEIGHT, height]))
+    )
+    _maps(upper, map_)
+    _effects(lower, table, rows, titles)
+    return figure
+
+
+def _maps(figure: SubFigure, table: pd.DataFrame) -> None:
+    rows = np.ravel(np.asarray(figure.subfigures(3, 1, height_ratios=[1.15, 1.0, 0.72])))
+    for part, (name, (option, title, xlabel, ylabel)) in zip(
+        rows, THRESHOLDS.items(), strict=False
+    ):
+        own = table[table["map"] == name]
+        counts = sorted(own["n_cameras"].unique())
+        for place, (axes, n) in enumerate(
+            zip(np.atleast_1d(part.subplots(1, len(counts), sharey=True)), counts, strict=True)
+        ):
+            _thresholds(axes, own[own["n_cameras"] == n], option)
+            axes.set_title(f"{title}, {n} cameras")
+            axes.set_xlabel(xlabel)
+            if place == 0:
+                axes.set_ylabel(ylabel)
+    own = table[table["map"] == "registration"]
+    for axes, (option, (title, paper)) in zip(
+        rows[2].subplots(1, len(REGISTRATION)), REGISTRATION.items(), strict=True
+    ):
+        _registration(axes, own, option, paper)
+        axes.set_title(title)
+        axes.set_xlabel("outliers of 100 cameras")
+    figure.supxlabel(
+        "Above: probability in % that the better of two estimates, whose noise differs by 15 %, "
+        "comes out better: 50 (white) is chance. Framed: the paper's value.",
+        fontsize=style.SMALL,
+        color=style.FAINT,
+    )
+
+
+def _thresholds(axes: Axes, table: pd.DataFrame, option: str) -> None:
+    """Draw a row for each threshold, the largest at the top, and above them those without one."""
+    values = table.dropna(subset=[option]).pivot_table("right_order", option, "noise")
+    others = [metric for metric in OTHERS if metric in set(table["metric"])]
+    above = table[table["metric"].isin(others)].pivot_table("right_order", "metric", "noise")
+    orders = pd.concat([values, above.reindex(others)])
+    labels = [*(f"{value:g}" for value in values.index), *(OTHERS[m] for m in others)]
+    places = range(0, orders.shape[1], 2)
+    lower = orders.columns / np.sqrt(1.15)  # of the two levels
+    _heat_map(axes, orders, labels, [f"{noise:.3g}" for noise in lower])
+    axes.set_xticks(places, [f"{lower[place]:.3g}" for place in places])
+    _frame(axes, list(values.index).index(PAPER[option]), orders.shape[1])
+    axes.axhline(len(values) - 0.5, color=style.INK, lw=0.6, marker="")
+
+
+def _registration(axes: Axes, table: pd.DataFrame, option: str, paper: float) -> None:
+    """Draw a row for each value of an option, the others as in the paper."""
+    alone = table.dropna(subset=[option])
+    for other, (_, value) in REGISTRATION.items():
+        if other != option:
+            alone = alone[alone[other] == value]
+    values = alone.pivot_table("right_order", option, "n_outliers")
+    refined = table[table["metric"].isin(OTHERS)].pivot_table("right_order", "metric", "n_outliers")
+    orders = pd.concat([values, refined]) if option == "order" else values
+    labels = [value_title(option, f"{value:g}") for value in values.index]
+    labels += ["refined"] * (len(orders) - len(values))
+    _heat_map(axes, orders, labels, [f"{count:g}" for count in orders.columns], numbers=True)
+    _frame(axes, list(values.index).index(paper), orders.shape[1])
+
+
+def _heat_map(
+    axes: Axes,
+    orders: pd.DataFrame,
+    labels: Sequence[str],
+    columns: Sequence[str],
+    *,
+    numbers: bool = False,
+) -> None:
+    values = orders.to_numpy(dtype=float)
+    style.draw_cells(axes, values, CHANCE, LARGEST, gap=0.6)
+    for (row, column), value in np.ndenumerate(values) if numbers else ():
+        colour = "white" if value > WHITE_ABOVE else style.INK
+        style.write(axes, column, row, f"{value:.0f}", colour, TIGHT)
+    axes.set_yticks(range(len(labels)), labels)
+    axes.set_xticks(range(len(columns)), columns)
+    style.without_lines(axes)
+
+
+def _frame(axes: Axes, row: int, width: int) -> None:
+    axes.add_patch(
+        Rectangle((-0.5, row - 0.5), width, 1, fill=False, ec=style.INK, lw=0.9, clip_on=False)
+    )
+
+
+def _effects(
+    figure: SubFigure, table: pd.DataFrame, rows: list[int], titles: dict[str, int]
+) -> None:
+    panels = figure.subplots(1, len(PANELS), sharey=True)
+    for axes, (effect, (title, beside)) in zip(panels, PANELS.items(), strict=True):
+        _column(axes, table, rows, effect, beside)
+        axes.set_title(title, pad=11)
+        style.direction(axes, larger_is_better=EFFECTS[effect].larger_is_better)
+    _labels(panels[0], table, rows, titles)
+    _key(figure)
+
+
+def _layout(table: pd.DataFrame) -> tuple[list[int], dict[str, int]]:
+    """Return the place of each value, and of a title above each axis."""
+    rows: list[int] = []
+    titles: dict[str, int] = {}
+    for axis in table["axis"]:
+        if axis not in titles:
+            titles[axis] = rows[-1] + 1 if rows else 0
+            rows.append(titles[axis] + 1)
+        else:
+            rows.append(rows[-1] + 1)
+    return rows, titles
+
+
+def _column(
+    axes: Axes, table: pd.DataFrame, rows: list[int], effect: str, beside: str | None
+) -> None:
+    paper = table["paper"] == "yes"
+    place = pd.Series(rows, index=table.index)
+    for _, group in table.groupby("axis", sort=False):  # what the values are compared with
+        x, y = group.loc[paper, effect].iloc[0], place[group.index]
+        axes.plot([x, x], [y.min() - 0.4, y.max() + 0.4], color="0.72", lw=0.6, marker="", zorder=1)
+    if beside is not None:
+        axes.plot(table[beside], place, ls="", color=style.FAINT, **TICK)
+    axes.errorbar(
+        table[effect],
+        place,
+        xerr=_reach(table) * table[f"{effect}_error"].fillna(0.0),
+        fmt="none",
+        ecolor=style.INK,
+        elinewidth=0.6,
+        zorder=2,
+    )
+    for chosen, face in ((~paper, "white"), (paper, style.INK)):
+        axes.plot(
+            table.loc[chosen, effect],
+            place[chosen],
+            ls="",
+            mfc=face,
+            zorder=3,
+            **DOT,
+        )
+    axes.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+    axes.xaxis.set_major_formatter("{x:g}")
+    style.as_rows(axes)
+
+
+def _reach(table: pd.DataFrame) -> float:
+    """Return within how many standard errors all differences at once are in 95 % of studies."""
+    n = int(table[[f"{name}_p" for name in COMPARED]].notna().to_numpy().sum())
+    return float(scipy.special.ndtri(1 - SIGNIFICANCE / 2 / max(n, 1)))
+
+
+def _labels(axes: Axes, table: pd.DataFrame, rows: list[int], titles: dict[str, int]) -> None:
+    """Name the values, and above them the options; the paper's values are bold."""
+    options = table.drop_duplicates("axis").set_index("axis")
+    heads = {
+        row: f"{options['metric'][axis]}: {option_title(options['option'][axis])}"
+        for axis, row in titles.items()
+    }
+    values = {
+        row: value_title(option, value)
+        for row, option, value in zip(rows, table["option"], table["value"], strict=True)
+    }
+    labels = heads | values
+    axes.set_yticks(list(labels), list(labels.values()))
+    bold = {row for row, paper in zip(rows, table["paper"], strict=True) if paper == "yes"}
+    for row, text in zip(labels, axes.get_yticklabels(), strict=True):
+        if row in bold or row in heads:
+            text.set_fontweight("bold")
+        if row in heads:
+            text.set_fontsize(style.TEXT)
+    axes.set_ylim(max(rows) + 0.8, -0.8)
+
+
+def _key(figure: SubFigure) -> None:
+    handles = {
+        "the paper's value": _dot(style.INK),
+        "another": _dot("white"),
+        "95 % of all differences at once": Line2D([], [], color=style.INK, lw=0.6, marker=""),
+        "smallest order, range of trials": Line2D([], [], ls="", color=style.FAINT, **TICK),
+    }
+    figure.legend(
+        list(handles.values()),
+        list(handles),
+        loc="outside lower center",
+        ncols=len(handles),
+        fontsize=style.SMALL,
+        handletextpad=0.4,
+        columnspacing=1.6,
+    )
+
+
+def _dot(face: str) -> Line2D:
+    return Line2D([], [], ls="", mfc=face, **DOT)

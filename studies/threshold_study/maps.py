@@ -1,0 +1,220 @@
+"""Maps: how well values of options order two close noise levels, at each size of the noise."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise, product
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+
+from experiments.command import CommandError, ConfigError
+from experiments.config import MetricName, read_yaml, split_override
+from experiments.metrics import Column
+from experiments.tables import Trials
+
+from ..axes import Axis, AxisValue, axis_names, axis_with
+from ..order import SIGNIFICANCE, Order, Task, estimate, holm
+from ..study import Section, Settings, Table, TableName, config_file, resolve
+
+__all__ = ["METHOD", "THRESHOLDS", "compare", "plan", "sentences"]
+
+THRESHOLDS = config_file("threshold_study")
+OPTIONS = ("max_threshold", "max_threshold_deg", "order", "prescreen", "n_hypotheses")
+NEARLY_BEST = 1.0  # per cent
+
+
+METHOD = (
+    "Numbers are the probability that the better of two estimates, whose noise differs by 15 %, "
+    "comes out better; 50 % is chance. Differences that are named are certain: 5 %, Holm."
+)
+
+
+class _Map(Section):
+    noise: Literal["sigma_t", "sigma_r_deg"]
+    values: dict[str, list[AxisValue]]
+    beside: list[MetricName]
+    settings: Settings
+    parts: dict[TableName, Settings]
+
+
+class _File(Section):
+    axes: Any  # see `studies.axes`
+    trials: Any
+    settings: Settings
+    maps: dict[TableName, _Map]
+
+
+def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
+    """Return a table for each part of each map, called by both."""
+    file, known = read_yaml(THRESHOLDS, _File), axis_names(THRESHOLDS)
+    given = dict(split_override(override) for override in overrides)
+    others = [override for override in overrides if split_override(override)[0] not in known]
+    tables = {}
+    for name, own in file.maps.items():
+        axes = _axes(name, own, given)
+        metrics = [*dict.fromkeys(str(column) for column in _columns(axes)), *own.beside]
+        for part, settings in own.parts.items():
+            key = f"maps.{name}.parts.{part}"
+            sweep = resolve(THRESHOLDS, key, others, file.settings, own.settings, settings)
+            tables[f"{name}_{part}"] = Table((replace(sweep, metrics=metrics),))
+    return tables
+
+
+def _axes(name: str, own: _Map, given: Mapping[str, str]) -> list[Axis]:
+    """Return the axes of a map, with the values that are given instead of its own."""
+    try:
+        return [
+            axis_with(THRESHOLDS, axis, given.get(axis, values))
+            for axis, values in own.values.items()
+        ]
+    except ConfigError as error:
+        raise ConfigError(f"{THRESHOLDS}: maps.{name}: {error}") from None
+
+
+def _columns(axes: Sequence[Axis]) -> list[Column]:
+    """Return the metric with all combinations of values; the paper's are not written."""
+    columns = []
+    for values in product(*(axis.values for axis in axes)):
+        column = Column(axes[0].metric)
+        for axis, value in zip(axes, values, strict=True):
+            if value != axis.paper:
+                column = column.with_option(axis.option, value)
+        columns.append(column)
+    return columns
+
+
+def compare(parts: Mapping[str, Trials]) -> pd.DataFrame:
+    """Tell how well each value orders two close noise levels, beside the paper's values.
+
+    Returns
+    -------
+    DataFrame
+        One row for each part, pair of noise levels and metric:
+
+        - `map, part, geometry, n_cameras, n_outliers, noise`: the latter the geometric mean of the
+          two levels
+        - `metric`, and its options that the maps vary: `max_threshold, max_threshold_deg, order,
+          prescreen, n_hypotheses`; empty for another metric
+        - `right_order`: probability in per cent that a trial at the lower level comes out better
+        - `difference`: from that with the paper's values on the same cameras, `error`: its standard
+          error, `p`: the p-value against no difference, adjusted for all differences in the map by
+          Holm's method
+    """
+    tables = []
+    for name, own in read_yaml(THRESHOLDS, _File).maps.items():
+        missing = [part for part in own.parts if f"{name}_{part}" not in parts]
+        if missing:
+            raise CommandError(f"the map {name} needs the trials of {', '.join(missing)}, too")
+        axes = _axes(name, own, {})
+        rows = [
+            {"map": name, "part": part} | row
+            for part in own.parts
+            for row in _rows(parts[f"{name}_{part}"], own.noise, axes)
+        ]
+        table = pd.DataFrame(rows)
+        table["p"] = holm(table["p"])
+        tables.append(table)
+    return pd.concat(tables, ignore_index=True).round(6)
+
+
+def _rows(trials: Trials, noise: str, axes: Sequence[Axis]) -> list[dict[str, Any]]:
+    sweep, table = trials.sweep, trials.table
+    levels = sorted(table[noise].unique())
+    keys = {"geometry": sweep.geometry, "n_cameras": sweep.n_cameras[0]}
+    keys["n_outliers"] = sweep.n_outliers[0]
+    paper = axes[0].metric
+    rows = []
+    for metric in sweep.metrics:
+        options = _options(Column.parse(metric), axes)
+        for low, high in list(pairwise(levels))[::2]:
+            samples = [table[table[noise] == level] for level in (low, high)]
+            task = Task(samples, [(0, 1)], range(2))
+            shares = task.shares(metric)
+            difference = estimate(shares - task.shares(paper))
+            rows.append(
+                {**keys, "noise": float(np.sqrt(low * high)), "metric": metric, **options}
+                | {"right_order": 100 * estimate(shares).probability}
+                | {"difference": 100 * difference.probability, "error": 100 * difference.error}
+                | {"p": np.nan if metric == paper else difference.p_value}
+            )
+    return rows
+
+
+def _options(column: Column, axes: Sequence[Axis]) -> dict[str, float | None]:
+    """Return the values of the options that a map varies; none of another metric."""
+    known = [axis.option for axis in axes]
+    ours = column.name == axes[0].metric and set(column.options) <= set(known)
+    return {
+        axis.option: float(column.options.get(axis.option, axis.paper)) if ours else None
+        for axis in axes
+    }
+
+
+def sentences(table: pd.DataFrame) -> list[str]:
+    """Return what the maps say: of the TAS, of the RAS, of the registration; in Markdown."""
+    return [
+        _threshold(table[table["map"] == "tas"], "max_threshold", " d"),
+        _threshold(table[table["map"] == "ras"], "max_threshold_deg", "°"),
+        _registration(table[table["map"] == "registration"]),
+    ]
+
+
+def _threshold(table: pd.DataFrame, option: str, unit: str) -> str:
+    """Tell where the paper's threshold is good, which ones are, and what needs none."""
+    values = table.dropna(subset=[option])
+    metric = Column.parse(values["metric"].iloc[0]).name
+    paper = values[values["metric"] == metric]
+    best = values.groupby(["part", "noise"])["right_order"].max()
+    better = values[(values["difference"] > 0) & (values["p"] < SIGNIFICANCE)]
+    loss = best.reindex(pd.MultiIndex.from_frame(values[["part", "noise"]])).to_numpy()
+    ratios = (values[option] / values["noise"]).round(6)
+    good = (loss - values["right_order"]).groupby(np.round(np.log2(ratios))).mean() <= NEARLY_BEST
+    range_of = 2.0 ** good[good].index
+    line = (
+        f"**{metric}.** With the paper's {paper[option].iloc[0]:g}{unit} it is "
+        f"{paper['right_order'].mean():.0f} % in the mean over noise and cameras, with the best of "
+        f"{values[option].nunique()} thresholds at each noise, found afterwards, "
+        f"{best.mean():.0f} %. "
+    )
+    line += (
+        f"Thresholds of about {range_of.min():g} to {range_of.max():g} times the noise come within "
+        f"{NEARLY_BEST:g} % of the best."
+        if good.any()
+        else f"None comes within {NEARLY_BEST:g} % of the best at every noise."
+    )
+    if better.empty:
+        line += " No other threshold is certainly better anywhere."
+    else:
+        noise = better["noise"]
+        line += (
+            f" Another threshold is certainly better at noise of {noise.min():.2g} to "
+            f"{noise.max():.2g}{unit}, at most by {better['difference'].max():.0f} %."
+        )
+    others = table[table[option].isna()].groupby("metric", sort=False)["right_order"].mean()
+    listed = " and ".join(f"{name} {value:.0f} %" for name, value in others.items())
+    return f"{line} Beside it: {listed}."
+
+
+def _registration(table: pd.DataFrame) -> str:
+    """Tell, for each value of an option alone, with how many outliers it is better or worse."""
+    metrics = table["metric"].unique()
+    alone = [metric for metric in metrics if len(Column.parse(metric).options) == 1]
+    cells = table[table["metric"].isin(alone)].groupby(["metric", "n_outliers"], sort=False)
+    means = cells["difference"].mean()
+    errors = cells["error"].apply(np.linalg.norm) / cells.size()  # of independent noise levels
+    found = [Order(*one).p_value for one in zip(means, errors, strict=True)]
+    p = pd.Series(holm(found), index=means.index)
+    parts, uncertain = [], []
+    for metric in alone:
+        certain = means[metric][p[metric] < SIGNIFICANCE]
+        changes = [
+            f"{value:+.0f} % with {count:g} outliers".replace("-", "−")
+            for count, value in certain.items()
+        ]
+        if changes:
+            parts.append(f"{metric} {', '.join(changes)}")
+        else:
+            uncertain.append(metric)
+    parts += [f"nothing that is certain for {', '.join(uncertain)}"] if uncertain else []
+    return f"**The registration**, against the paper's values: {'; '.join(parts)}."

@@ -1,0 +1,146 @@
+"""What the paper's thresholds cost and gain, in words with the emphasis of Markdown."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from ..axes import Axis, option_title, value_title
+from ..order import SIGNIFICANCE
+from . import maps
+from .effects import COMPARED, EFFECTS
+
+__all__ = ["NOTHING", "TERMS", "Choice", "choices", "lead", "matters", "method", "to_markdown"]
+
+RELEVANT = 0.02  # of the paper's value
+SLOWER = 1.5  # ratio of run times from which they are worth a sentence
+NOTHING = "nothing that these trials can tell"
+
+TERMS = {
+    "Order of noise, of outliers": "How often two trials at neighbouring levels come in the right "
+    "order, the mean over the numbers of outliers; and the other way round. 50 % is chance. Where "
+    "most are lost: four of five cameras are outliers.",
+    "Range over noise": "Largest minus smallest mean score over the noise levels, mean over the "
+    "numbers of outliers. That of single trials, which scatter widens, stands in the tables.",
+    "Dependence on cameras": "How far the mean moves with the number of cameras, in per cent of "
+    "its range over all noise levels.",
+    "Seed noise": "Standard deviation of one input’s score over the seeds of the registration, "
+    "median over inputs.",
+}
+"""What the effects mean."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A value that the paper chose, with what it costs and gains against others."""
+
+    axis: Axis
+    costs: Sequence[str]
+    gains: Sequence[str]
+
+    @property
+    def paper(self) -> str:
+        """The paper's value."""
+        return value_title(self.axis.option, self.axis.paper)
+
+    @property
+    def others(self) -> str:
+        """The values that it is compared with."""
+        values = (value for value in self.axis.values if value != self.axis.paper)
+        return ", ".join(value_title(self.axis.option, value) for value in values)
+
+
+def choices(axes: Sequence[Axis], table: pd.DataFrame) -> list[Choice]:
+    """Tell in what another value certainly is better, with the best, or worse, with the worst."""
+    found = []
+    for axis in axes:
+        rows = table[table["axis"] == axis.name].set_index("value")
+        costs, gains = [], []
+        for name in COMPARED:
+            if name == "noise_order" and axis.option in maps.OPTIONS:
+                continue  # the maps answer it, at each size of the noise
+            larger = EFFECTS[name].larger_is_better
+            costs += _sentence(rows, axis, name, larger, "instead of")
+            gains += _sentence(rows, axis, name, not larger, "against")
+        found.append(Choice(axis, costs, gains))
+    return found
+
+
+def _sentence(rows: pd.DataFrame, axis: Axis, name: str, larger: bool, words: str) -> list[str]:
+    """Name the most extreme of the values that certainly have a larger, or smaller, effect."""
+    effect, ours = EFFECTS[name], float(rows[name][axis.paper])
+    certain = {
+        str(value): theirs
+        for value, theirs, p in zip(rows.index, rows[name], rows[f"{name}_p"], strict=True)
+        if matters(ours, theirs, p) and (theirs > ours) == larger
+    }
+    if not certain:
+        return []
+    other = (max if larger else min)(certain, key=certain.__getitem__)
+    theirs = certain[other]
+    written = value_title(axis.option, other)
+    at = f"at {other}" if written == other else f"({written})"
+    return [f"{effect.words} {effect.write(ours)} {words} {effect.write(theirs)} {at}"]
+
+
+def matters(ours: float, theirs: float, p_value: float) -> bool:
+    """Tell whether another value's effect certainly is another than the paper's, by enough."""
+    return p_value < SIGNIFICANCE and abs(theirs - ours) >= RELEVANT * abs(ours)
+
+
+def lead(found: Sequence[Choice]) -> str:
+    """Sum up in a sentence or two how many of the paper's values cost something."""
+    costly = sum(bool(choice.costs) for choice in found)
+    useful = sum(bool(choice.gains) for choice in found)
+    text = (
+        f"Of {len(found)} values that the paper chose by experience, **{costly} cost something** "
+        f"that another value would give, and **{useful} gain something** that another would lose."
+    )
+    axes = (choice.axis for choice in found if not choice.costs)
+    free = [f"{option_title(axis.option)} ({axis.metric})" for axis in axes]
+    return f"{text} No cost shows for these: {', '.join(free)}." if free else text
+
+
+def method(trials: int) -> str:
+    """Tell how the values were compared, and how many trials there are in each cell."""
+    cell = "1 trial" if trials == 1 else f"{trials} trials"
+    return (
+        "Each value is compared with others of the same option, all other options as in the paper, "
+        f"on the same cameras, {cell} in each cell. A cost names the best of the values that "
+        "certainly are better, a gain the worst of those that certainly are worse; what is best in "
+        f"one respect is often worse in another. Certain is what differs by {100 * RELEVANT:g} % "
+        "or more, and with so small a p-value (of paired trials; of Wilcoxon’s signed "
+        "ranks for the seed noise; all adjusted by Holm’s method) that any difference in "
+        f"the study is told by chance with a probability of at most {100 * SIGNIFICANCE:g} %."
+    )
+
+
+def to_markdown(
+    axes: Sequence[Axis], table: pd.DataFrame, times: pd.DataFrame, trials: int, map_: pd.DataFrame
+) -> str:
+    """Write what the paper's values cost and gain, and what the maps say."""
+    found = choices(axes, table)
+    lines = [lead(found), "", method(trials), ""]
+    for choice in found:
+        costs, gains = ("; ".join(part) or NOTHING for part in (choice.costs, choice.gains))
+        lines.append(
+            f"- **{choice.axis.title}, {choice.paper}**, against {choice.others}. "
+            f"*Costs:* {costs}. *Gains:* {gains}."
+        )
+    lines += ["", *(f"- *{term}*: {text}" for term, text in TERMS.items()), ""]
+    lines += [f"At every size of the noise. {maps.METHOD}", ""]
+    lines += [*(f"- {sentence}" for sentence in maps.sentences(map_)), ""]
+    lines += ["Processor time of one evaluation, where the values differ in it. It is another in"]
+    lines += ["every run and on every machine.", "", *_times(axes, times)]
+    return "\n".join(lines) + "\n"
+
+
+def _times(axes: Sequence[Axis], times: pd.DataFrame) -> list[str]:
+    lines = []
+    for n, group in times.groupby("n_cameras"):
+        for axis in axes:
+            values = group[group["axis"] == axis.name].set_index("value")["milliseconds"]
+            if values.max() >= SLOWER * values.min():
+                listed = ", ".join(f"{value} {time:.2f} ms" for value, time in values.items())
+                lines.append(f"- {axis.metric}, {axis.option}, {n} cameras: {listed}.")
+    return lines

@@ -1,1 +1,0 @@
-"""Today's protocols and the new scores, put to the same eight questions."""

@@ -1,0 +1,184 @@
+"""Keyframes, every frame and lost track: time is what an estimate answers for."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation, Slerp
+
+from alignscores import closest_pair_quartile, pas, tas, tas_profile
+from alignscores.profile import HALF_UNITS
+from alignscores.trajectories.association import match
+from alignscores.trajectories.files import Trajectory
+from alignscores.trajectories.timeline import due_rows, stand_in, usual_step
+
+N, RATE = 1200, 20
+
+
+@pytest.fixture(scope="module")
+def truth():
+    """A minute."""
+    return winding_path(N)
+
+
+def winding_path(n):
+    """A reference at 20 Hz."""
+    times = np.arange(n) / RATE
+    poses = np.tile(np.eye(4), (n, 1, 1))
+    poses[:, :3, 3] = np.transpose([10 * np.cos(times / 7), 8 * np.sin(times / 5), np.sin(times)])
+    turns = np.transpose([0.3 * np.sin(times), 0.2 * np.cos(times / 3), times / 7])
+    poses[:, :3, :3] = Rotation.from_rotvec(turns).as_matrix()
+    return Trajectory(times + 1.7e9, poses)
+
+
+def of_rows(trajectory, rows):
+    return Trajectory(trajectory.keys[rows], trajectory.poses[rows])
+
+
+def keyframes(rng, n=N, longest=54):
+    """Rows at irregular steps of 2 to 54 frames: 0.1 to 2.7 s."""
+    rows = np.cumsum(rng.integers(2, longest, n)) - 2
+    return rows[rows < n]
+
+
+def noisy(truth, seed, sigma=0.05):
+    """Noise and drift on every pose."""
+    rng, shape = np.random.default_rng(seed), (len(truth.keys), 3)
+    poses = truth.poses.copy()
+    poses[:, :3, 3] += rng.normal(scale=sigma, size=shape)
+    poses[:, :3, 3] += np.cumsum(rng.normal(scale=sigma / 20, size=shape), axis=0)
+    turns = Rotation.from_rotvec(rng.normal(scale=0.02, size=shape))
+    poses[:, :3, :3] = turns.as_matrix() @ poses[:, :3, :3]
+    return Trajectory(truth.keys, poses)
+
+
+def scores(truth, estimate, unit):
+    """TAS and half-score distance of an estimate that answers for all frames of the reference."""
+    matches = match(truth, estimate, missing="fail", step=1 / RATE)
+    gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
+    score = tas(gt, est, unit=unit, registration="refined").score
+    return score, tas_profile(gt, est, unit * HALF_UNITS).half
+
+
+@pytest.mark.parametrize("step", [1, 2, 7, 20, 100])
+def test_a_perfect_estimate_thinned_to_any_rate_is_perfect(truth, step):
+    matches = match(truth, of_rows(truth, slice(step // 2, None, step)), missing="fail")
+    assert matches.missing == matches.lost == 0
+    assert pas(matches.gt_poses, matches.est_poses, unit=1.0).score == 1
+
+
+def test_a_perfect_estimate_thinned_at_random_or_to_keyframes_is_perfect(truth):
+    rng = np.random.default_rng(0)
+    for rows in (np.flatnonzero(rng.random(N) < 0.3), keyframes(rng)):
+        for step in (None, 1 / RATE):
+            matches = match(truth, of_rows(truth, rows), missing="fail", step=step)
+            assert matches.lost == 0
+            assert pas(matches.gt_poses, matches.est_poses, unit=1.0).score == 1
+            if step:
+                assert len(matches.keys) == N
+
+
+@pytest.mark.parametrize("step", [1, 4, 20])
+@pytest.mark.parametrize("start", [0.0, 0.45, 0.9])
+def test_a_tenth_of_the_time_costs_a_tenth(truth, step, start):
+    rows = np.arange(0, N, step)
+    kept = rows[(rows < start * N) | (rows >= (start + 0.1) * N)]
+    matches = match(truth, of_rows(truth, kept), missing="fail", step=1 / RATE, max_gap=2.0)
+    assert matches.lost == pytest.approx(0.1, abs=1.01 * step / N)
+    assert pas(matches.gt_poses, matches.est_poses, unit=1.0).score == 1 - matches.lost
+
+
+def test_frames_dropped_at_random_cost_nothing(truth):
+    kept = np.flatnonzero(np.random.default_rng(1).random(N) < 0.9)
+    assert match(truth, of_rows(truth, kept), missing="fail").lost == 0
+
+
+def test_all_frames_and_keyframes_of_one_estimate_score_alike():
+    """In the mean over seeds, on the same d; keyframes are every fifth frame, or irregular."""
+    truth = winding_path(3 * N)
+    unit = closest_pair_quartile(truth.poses[:, :3, 3])
+    differences, ratios = [], []
+    for seed in range(3):
+        estimate, rng = noisy(truth, seed), np.random.default_rng([seed, 1])
+        score, half = scores(truth, estimate, unit)
+        for rows in (slice(None, None, 5), keyframes(rng, n=3 * N, longest=20)):
+            thinned_score, thinned_half = scores(truth, of_rows(estimate, rows), unit)
+            differences.append(thinned_score - score)
+            ratios.append(thinned_half / half)
+    for kind in (0, 1):
+        assert np.mean(differences[kind::2]) == pytest.approx(0, abs=0.02)
+        assert np.mean(ratios[kind::2]) == pytest.approx(1, abs=0.05)
+
+
+def test_poses_are_compared_with_the_reference_at_their_own_time(truth):
+    times = truth.keys[:-1] + 0.017
+    slerp = Slerp(truth.keys, Rotation.from_matrix(truth.poses[:, :3, :3]))
+    poses = np.tile(np.eye(4), (N - 1, 1, 1))
+    poses[:, :3, :3] = slerp(times).as_matrix()
+    for axis in range(3):
+        poses[:, axis, 3] = np.interp(times, truth.keys, truth.poses[:, axis, 3])
+    between = Trajectory(times, poses)
+    matches = match(truth, between, missing="fail")
+    np.testing.assert_allclose(matches.gt_poses, poses[matches.est_rows], atol=1e-9)
+    nearest = match(truth, between, missing="fail", sync="nearest", t_max_diff=0.02)
+    np.testing.assert_array_equal(nearest.gt_poses[0], truth.poses[0])
+    with pytest.raises(ValueError, match="no time stamps in common"):
+        match(truth, between, sync="nearest")
+
+
+def test_a_sparse_reference_is_not_interpolated(truth):
+    """Over a second the camera may have gone anywhere."""
+    sparse = of_rows(truth, slice(None, None, RATE))
+    matches = match(sparse, Trajectory(truth.keys + 0.004, truth.poses), missing="fail")
+    assert matches.lost == 0
+    np.testing.assert_array_equal(matches.gt_poses, sparse.poses)
+    assert matches.unmatched == N - len(sparse.keys)
+
+
+def test_frames_need_their_own_poses(truth):
+    frames = truth.keys[::10]
+    for rows in (slice(None, None, 20), slice(0, N // 2)):
+        matches = match(truth, of_rows(truth, rows), missing="fail", frames=frames)
+        assert (len(matches.keys), matches.lost) == (len(frames), 0.5)
+    covered = match(truth, of_rows(truth, slice(None, None, 20)), frames=frames, max_gap=1.1)
+    assert covered.lost == 0
+
+
+def test_the_time_that_is_due_can_be_said(truth):
+    limits = {"t_start": truth.keys[200], "t_end": truth.keys[999]}
+    estimate = of_rows(truth, slice(240, None))
+    matches = match(truth, estimate, missing="fail", **limits, max_gap=0.5)
+    assert (len(matches.keys), matches.keys[0]) == (800, truth.keys[200])
+    assert matches.lost == pytest.approx(0.05, abs=1e-3)
+    with pytest.raises(ValueError, match=r"due with t_start 0.0* s and t_end 1.0* s: the ref"):
+        match(truth, estimate, t_start=0, t_end=1)
+
+
+def test_one_pose_covers_no_more_than_itself(truth):
+    matches = match(truth, of_rows(truth, slice(600, 601)), missing="fail")
+    assert (matches.matched, len(matches.keys)) == (1, N)
+
+
+def test_frames_that_were_due_at_a_step():
+    stamps = np.arange(1000) / 100
+    assert due_rows(stamps, 0.01).tolist() == list(range(1000))
+    assert due_rows(stamps, np.inf).tolist() == list(range(1000))
+    assert due_rows(stamps, 0.05).tolist() == list(range(0, 1000, 5))
+    with_gap = np.delete(stamps, slice(200, 300))
+    assert len(due_rows(with_gap, 0.05)) == pytest.approx(180, abs=1)
+    late = np.append(stamps, 1e9)  # one stamp that is wrong by years
+    assert len(due_rows(late, 0.05)) == 201
+
+
+def test_ends_of_a_long_gap_stand_for_half_a_step(truth):
+    kept = np.r_[0:100:4, 500:N:4]
+    standing = stand_in(
+        truth,
+        np.arange(N),
+        of_rows(truth, kept),
+        t_max_diff=0.01,
+        max_gap=None,
+        interpolate=True,
+    )
+    lost = np.flatnonzero(standing.est_rows < 0)
+    assert usual_step(truth.keys[kept]) == pytest.approx(0.2)
+    assert lost[0] in (98, 99)  # 0.1 s after the last pose, up to rounding
+    assert lost[-1] in (497, 498)

@@ -1,0 +1,66 @@
+"""A file at fault ends in one line that names it with the remedy, and the old page stays."""
+
+import pytest
+
+from report.__main__ import main
+
+
+def put(content):
+    return lambda path: path.write_text(content)
+
+
+def lose(path):
+    path.unlink()
+
+
+def cut(path):
+    path.write_bytes(path.read_bytes()[:60])
+
+
+def swap(old, new):
+    def change(path):
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new, 1))
+
+    return change
+
+
+FAULTS = [
+    ("claims.csv", lose, "does not exist"),
+    ("claims.csv", put(""), "cannot be read (No columns"),
+    ("claims.csv", swap("outliers-range-maa,", "outliers-range-mab,"), "was made for other claims"),
+    ("tables/readings.csv", lose, "does not exist"),
+    ("tables/readings.csv", swap("taken,", "token,"), "was made for other claims"),
+    ("tables/head_to_head.csv", lose, "does not exist"),
+    ("tables/method_comparison.csv", lose, "does not exist"),
+    ("figures/combined.png", lose, "does not exist"),
+    ("figures/combined.png", put("GIF89a"), "is not a PNG"),
+    ("figures/combined.png", cut, "is not a PNG"),
+    ("tables/threshold_study_ras.csv", lose, "does not exist"),
+    ("tables/threshold_study_time.csv", lose, "does not exist"),
+    ("tables/beyond.csv", lose, "does not exist"),
+    ("trials/threshold_study/length.json", lose, "does not exist"),
+    ("trials/beyond/bias.json", put("{"), "is not the record"),
+    ("trials/rotations.json", lose, "does not exist"),
+    ("replicates/1.json", put("{"), "is not the record of a table of trials"),
+    ("replicates/1.json", swap('"replicate": 1', '"replicate": 2'), "was made with other settings"),
+    ("replicates/2.json", swap('"trials": 7', '"trials": 5'), "was made with other settings"),
+    ("trials/beyond/orbit.json", swap('"ATE", ', ""), "was made with other settings"),
+]
+
+
+@pytest.mark.parametrize(("name", "change", "problem"), FAULTS)
+def test_a_file_at_fault_is_named_with_the_remedy(results, capsys, name, change, problem):
+    results.html.write_text("the old page")
+    path = results.folder / name
+    change(path)
+    assert main(results.arguments()) == 1
+    out, err = capsys.readouterr()
+    (line,) = err.splitlines()
+    assert out == ""
+    assert line.startswith(f"report: {path} ")
+    assert problem in line
+    remove = "delete it and " if path.exists() else ""
+    assert line.endswith(f"; {remove}run: snakemake {path}")
+    assert results.html.read_text() == "the old page"

@@ -1,0 +1,68 @@
+"""The matrix of findings: what is in it, and how what fails is marked."""
+
+import pandas as pd
+import pytest
+from matplotlib.colors import to_rgb
+
+from studies.beyond import figure as beyond
+
+SCENARIOS = {
+    "paper": ("cube", "gaussian", "uniform", 10.0),
+    "strong_drift": ("car", "drift", "uniform", 10.0),
+    "far": ("cube", "gaussian", "uniform", 1000.0),
+}
+ORDERS = {"ATE": (40, 66.5), "TAS(registration=refined)": (95, 67), "RAS": (70, float("nan"))}
+
+
+@pytest.fixture(scope="module")
+def table():
+    keys = ("geometry", "error", "outliers", "outlier_side")
+    return pd.DataFrame(
+        [
+            {"scenario": name, **dict(zip(keys, setting, strict=True))}
+            | {"metric": metric, "noise_order": noise, "outlier_order": outliers}
+            for name, setting in SCENARIOS.items()
+            for metric, (noise, outliers) in ORDERS.items()
+        ]
+    )
+
+
+def texts(axes):
+    shown = [text.get_text() for text in axes.texts]
+    return [text for text in shown if text[-1].isdigit()]
+
+
+def test_rows_are_scenarios_from_the_top_with_what_their_names_leave_out(table):
+    noise, _ = beyond.draw(table).axes
+    labels = [label.get_text() for label in noise.get_yticklabels()]
+    assert labels == ["paper", "strong drift (car)", "far (side 1000)"]
+    bottom, top = noise.get_ylim()
+    assert top < bottom
+    metrics = [label.get_text() for label in noise.get_xticklabels()]
+    assert metrics == ["ATE", "TAS\nrefined", "RAS"]
+
+
+def test_cells_hold_the_orders_and_what_fails_has_no_colour(table):
+    noise, outliers = beyond.draw(table).axes
+    assert texts(noise) == ["40", "95", "70"] * 3
+    assert texts(outliers) == ["66", "67"] * 3  # one level of outliers: nothing to tell
+    for axes, coloured in ((noise, [False, True, True]), (outliers, [False, True, False])):
+        mesh = axes.collections[0]
+        assert (~mesh.get_array().mask).tolist() == [coloured] * 3
+
+
+def test_colours_survive_greyscale_and_numbers_can_be_read_on_them(table):
+    noise, _ = beyond.draw(table).axes
+    mesh = noise.collections[0]
+
+    def lightness(colour):
+        red, green, blue = to_rgb(colour)
+        return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+    greys = [lightness(mesh.cmap(mesh.norm(value))) for value in (67, 75, 83, 91, 100)]
+    assert greys == sorted(greys, reverse=True)
+    assert greys[0] - greys[-1] > 0.2
+    for text in noise.texts:
+        if text.get_text() in ("95", "70"):
+            ground = lightness(mesh.cmap(mesh.norm(float(text.get_text()))))
+            assert abs(lightness(text.get_color()) - ground) > 0.4

@@ -1,0 +1,136 @@
+"""Scenarios of a file are resolved and checked like experiments."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from experiments.config import ConfigError, Sweep, experiment_names, load_sweep
+from experiments.scenes import ERRORS, OUTLIERS, PATHS
+from studies.beyond.scenarios import load_scenarios, study_name
+from studies.study import Table, plans
+
+
+@pytest.fixture(scope="module")
+def beyond() -> dict[str, Table]:
+    return load_scenarios()
+
+
+def sweeps(tables: dict[str, Table]) -> dict[str, Sweep]:
+    return {name: table.sweeps[0] for name, table in tables.items()}
+
+
+def write(directory: Path, text: str, name: str = "mine.yaml") -> Path:
+    path = directory / name
+    path.write_text(text)
+    return path
+
+
+def test_the_scenarios_beyond_the_paper_cover_every_generator_and_all_metrics(
+    beyond: dict[str, Table],
+) -> None:
+    configs = sweeps(beyond).values()
+    assert [config.name for config in configs] == [f"beyond/{name}" for name in beyond]
+    lines = {"line", "x_axis", "ray"}  # the paper's, and its other reading
+    assert {config.geometry for config in configs} == set(PATHS) - lines
+    assert {config.error for config in configs} == set(ERRORS)
+    assert {config.outliers for config in configs} == set(OUTLIERS)
+    assert len({config.outlier_side for config in configs}) == 3
+    for config in configs:
+        assert {"ATE", "DTE", "mAA", "TAS", "RAS", "PAS", "DRE"} <= set(config.metrics)
+        assert {"HalfDistance", "HalfAngle"} <= set(config.metrics)
+        assert len(config.sigma_t) == len(config.n_outliers) == 5
+        assert (config.n_cameras, config.trials) == ([100], 50)
+
+
+def test_the_papers_setting_is_one_of_them(beyond: dict[str, Table]) -> None:
+    config = sweeps(beyond)["paper"]
+    usual = load_sweep(["experiment=maa_vs_pas_outliers"])
+    for key in ("geometry", "error", "outliers", "outlier_side", "noise", "volume_per_camera"):
+        assert getattr(config, key) == getattr(usual, key)
+
+
+def test_scenarios_are_no_experiments_of_the_paper(beyond: dict[str, Table]) -> None:
+    assert len(experiment_names()) == 8
+    assert not set(experiment_names()) & set(beyond)
+
+
+def test_a_file_of_ones_own_takes_the_rest_from_beyond(
+    tmp_path: Path, beyond: dict[str, Table]
+) -> None:
+    path = write(
+        tmp_path,
+        "settings: {trials: 7, n_outliers: [0, 5]}\n"
+        "scenarios:\n"
+        "  circle: {geometry: orbit}\n"
+        "  pieces: {outliers: cluster, trials: 3}\n",
+    )
+    study = load_scenarios(path, ["seed=4"])
+    assert study_name(path) == "beyond_mine"
+    assert plans([f"scenarios={path}"])["beyond"].answers == ["tables/beyond_mine.csv"]
+    circle, pieces = sweeps(study).values()
+    assert (circle.name, circle.geometry, circle.trials) == ("beyond_mine/circle", "orbit", 7)
+    assert (pieces.name, pieces.outliers, pieces.trials) == ("beyond_mine/pieces", "cluster", 3)
+    for config in (circle, pieces):
+        assert (config.seed, config.n_outliers) == (4, [0, 5])
+        assert config.sigma_t == sweeps(beyond)["paper"].sigma_t
+    given = sweeps(load_scenarios(path, ["trials=1"]))["pieces"]
+    assert given.trials == 1  # the command line wins
+
+
+def test_a_metric_may_have_options(tmp_path: Path) -> None:
+    metrics = ["TAS", "TAS(max_threshold=0.5, n_thresholds=10)"]
+    path = write(tmp_path, f"settings: {{metrics: {metrics}}}\nscenarios: {{a: {{}}}}\n")
+    assert sweeps(load_scenarios(path))["a"].metrics == metrics
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        (None, "cannot read"),
+        ("", "scenarios is missing"),
+        ("scenarios: [a, b]", "scenarios needs key: value, not ['a', 'b']"),
+        ("scenarios: {}", "scenarios needs 1 or more entries, not {}"),
+        ("- a", "mine.yaml: needs key: value"),
+        ("scenarios: {a: {}", "cannot read"),
+        ("scenario: {a: {}}", "scenarios is missing; scenario is unknown"),
+        ("settings: 5\nscenarios: {a: {}}", "settings needs key: value, not 5"),
+        ("scenarios: {a b: {}}", "scenarios has the key 'a b', which may have letters, digits and"),
+        ("scenarios: {1: {}}", "scenarios has the key 1, which should be a valid string"),
+        ("scenarios: {a: orbit}", "scenarios.a needs key: value, not 'orbit'"),
+        ("scenarios: {a: {geometry: sphere}}", "scenarios.a: setting 'geometry': must be one of"),
+        ("scenarios: {a: {geometri: orbit}}", "scenarios.a: unknown setting 'geometri'"),
+        ("scenarios: {a: {noise: product}}", "scenarios.a needs noise=paired"),
+        (
+            "scenarios: {a: {results_dir: x}}",
+            "scenarios.a may not set results_dir, which holds for all studies",
+        ),
+        ("settings: {n_jobs: 1}\nscenarios: {a: {}}", "settings may not set n_jobs"),
+        (
+            "scenarios: {a: {sigma_t: [0.1], sigma_r_deg: [3], n_outliers: [0]}}",
+            "scenarios.a needs two levels of noise",
+        ),
+        ("scenarios: {a: {outliers: cluster, n_outliers: [99]}}", "at least 4 inliers"),
+    ],
+)
+def test_a_file_at_fault_is_named_in_one_line(tmp_path: Path, text: Any, named: str) -> None:
+    path = tmp_path / "mine.yaml" if text is None else write(tmp_path, text)
+    with pytest.raises(ConfigError) as caught:
+        load_scenarios(path)
+    assert named in str(caught.value)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_whose_name_would_not_do_for_results_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path, "scenarios: {a: {}}", "my study.yaml")
+    with pytest.raises(ConfigError, match="the name 'beyond_my study' may have letters"):
+        load_scenarios(path)
+
+
+def test_the_worked_example_is_a_study_of_five_lines(tmp_path: Path) -> None:
+    page = Path(__file__).resolve().parents[3] / "docs" / "how-to" / "parameter-study.md"
+    example = page.read_text().partition("```yaml\n# my_study.yaml\n")[2].partition("```")[0]
+    assert len(example.splitlines()) == 5
+    study = load_scenarios(write(tmp_path, example, "my_study.yaml"))
+    assert list(study) == ["circle", "circle_with_drift", "circle_in_two_pieces"]
