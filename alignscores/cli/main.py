@@ -174,23 +174,23 @@ def run(arguments: argparse.Namespace) -> int:
         failed.append({"file": printable(file), "error": one_line(error, file)})
         print_error(failed[-1]["error"])
 
-    file = arguments.reference
+    file, with_stamps = arguments.reference, settings
     try:
         with collected_warnings() as notes:
             reference = read_reference(file, settings)
-        if frames := getattr(arguments, "frames", None):
-            file = frames
-            settings = replace(settings, frames=read_stamps(file))
+        if settings.frames is not None:  # once for all estimates
+            file = arguments.frames
+            with_stamps = replace(settings, frames=read_stamps(file))
     except ValueError as error:
         fail(file, error)
         if arguments.json:
-            show_json([], failed, notes, arguments)
+            show_json(settings, arguments.reference, [], failed, notes)
         return 1
-    step = step_of_frames(arguments.estimates, settings) if arguments.estimates[1:] else None
+    step = step_of_frames(arguments.estimates, with_stamps) if arguments.estimates[1:] else None
     for number, (name, file) in enumerate(zip(names, arguments.estimates, strict=True), 1):
         show_progress(f"{number}/{len(names)} {name}" if len(names) > 1 else "")
         try:
-            scored.append(score(reference, file, settings, name=name, file=file, step=step))
+            scored.append(score(reference, file, with_stamps, name=name, file=file, step=step))
         except ValueError as error:
             fail(file, error)
     show_progress("")
@@ -203,7 +203,7 @@ def run(arguments: argparse.Namespace) -> int:
     for path, unsaved in save(scored, arguments) if scored else ():
         fail(str(path), unsaved)
     if arguments.json:  # printed last: whoever reads it may close the pipe, which ends the program
-        show_json(scored, failed, notes, arguments)
+        show_json(settings, arguments.reference, scored, failed, notes)
     elif scored:
         show_table(scored, notes)
     if scored and arguments.plot:

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..evaluation.names import WIDTH, columns, padded
+from ..evaluation.names import WIDTH, padded, text_width
 from ..evaluation.settings import Settings, options, order_problem
 from ..metrics import FAMILIES, metric
 from ..protocols import split_names
@@ -96,7 +96,7 @@ def metre_notes(settings: Settings) -> list[str]:
 def metric_table(rows: Mapping[str, Mapping[str, float | None]], settings: Settings) -> str:
     """Return the table of the metrics of estimates, in blocks of at most 100 columns."""
     lines = []
-    longest = min(max(map(columns, [FIRST, *rows])), LONGEST_NAME)
+    longest = min(max(map(text_width, [FIRST, *rows])), LONGEST_NAME)
     labels = shortened([FIRST, *rows], longest)
     block: list[list[str]] = []
     for name in settings.metrics:
@@ -109,7 +109,7 @@ def metric_table(rows: Mapping[str, Mapping[str, float | None]], settings: Setti
 
 
 def _lines(labels: Sequence[str], block: Sequence[Sequence[str]]) -> list[str]:
-    width = max(map(columns, labels))
+    width = max(map(text_width, labels))
     return [
         "  ".join([padded(label, width), *cells])
         for label, *cells in zip(labels, *block, strict=True)

@@ -1,6 +1,5 @@
 """What is printed: a table or JSON, notes and errors."""
 
-import argparse
 import json
 import sys
 from collections.abc import Mapping, Sequence
@@ -13,7 +12,6 @@ from ..evaluation.ranking import are_ranked, ranks
 from ..evaluation.settings import Settings
 from ..version import __version__
 from .metrics import metric_table
-from .options import settings_of
 from .table import table
 
 __all__ = ["print_error", "print_note", "show_json", "show_progress", "show_table"]
@@ -23,37 +21,18 @@ SCATTER = 0.005  # standard deviation of the TAS over the seeds from which there
 
 
 def show_json(
+    settings: Settings,
+    reference: str,
     scored: Sequence[Evaluation],
     failed: Sequence[dict[str, str]],
     notes: Sequence[str],
-    arguments: argparse.Namespace,
 ) -> None:
     """Print settings, results and failures as JSON on stdout, and the notes on stderr, too."""
     print_notes(scored, notes)
-    settings = settings_of(arguments)
-    timed = settings.form.timed
     printed = {
         "version": __version__,
-        "format": settings.format,
-        "est_format": settings.est_format or settings.format,
-        "reference": printable(arguments.reference),
-        "missing_cameras": settings.missing_cameras,
-        "t_max_diff": settings.t_max_diff if timed else None,
-        "t_offset": settings.t_offset if timed else None,
-        "sync": settings.sync if timed else None,
-        "max_gap": settings.max_gap,
-        "t_start": settings.t_start,
-        "t_end": settings.t_end,
-        "frames": settings.frames and printable(str(settings.frames)),
-        "unit": settings.unit,
-        "max_threshold": settings.max_threshold,
-        "max_threshold_deg": settings.max_threshold_deg,
-        "weight": settings.weight,
-        "registration": settings.registration,
-        "seed": settings.seed,
-        "repeat": len(settings.seeds),
-        "inverted": settings.invert,
-        "body_rotation": settings.body_rotation,
+        "reference": printable(reference),
+        **settings.to_dict(),
         "ranked_by": "PAS" if are_ranked(scored) else None,
         "notes": notes,
         "results": results(scored),

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..evaluation.names import WIDTH, columns, padded
+from ..evaluation.names import WIDTH, padded, text_width
 from ..evaluation.notes import MUCH_LOST
 from ..evaluation.settings import Settings
 
@@ -66,12 +66,12 @@ def table(results: Sequence[Mapping[str, Any]], settings: Settings) -> str:
         for key in ("half_distance", "PAS"):  # by which estimates are ranked
             shown[key] = [cell + mark for cell, mark in zip(shown[key], marks, strict=True)]
     names = ["estimate", *(values["name"] for values in results)]
-    longest = max(map(columns, names))
+    longest = max(map(text_width, names))
     for key in FIRST_DROPPED + NEXT_DROPPED:
         if _room(shown) < (longest if key in FIRST_DROPPED else min(longest, SHORTEST)):
             shown.pop(key, None)
     names = shortened(names, _room(shown))
-    width = max(map(columns, names))
+    width = max(map(text_width, names))
     gaps = list(map(_gap, shown))
     widths = [max(map(len, cells)) for cells in shown.values()]
     lines = []
@@ -101,16 +101,16 @@ def shortened(names: list[str], width: int) -> list[str]:
 
 
 def _cut(name: str, width: int, number: str) -> str:
-    if columns(name) <= width:
+    if text_width(name) <= width:
         return name
     room = width - 2 - len(number)
     end = _fitting(name[::-1], room // 2)[::-1]
-    return f"{_fitting(name, room - columns(end))}..{end}{number}"
+    return f"{_fitting(name, room - text_width(end))}..{end}{number}"
 
 
 def _fitting(text: str, width: int) -> str:
     """Return as much of the beginning of a text as fits in."""
-    return next(text[:n] for n in range(len(text), -1, -1) if columns(text[:n]) <= max(width, 0))
+    return next(text[:n] for n in range(len(text), -1, -1) if text_width(text[:n]) <= max(width, 0))
 
 
 def _cell(value: Any, form: str) -> str:

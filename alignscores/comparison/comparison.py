@@ -73,26 +73,11 @@ class Comparison:
             system and sequence, and over all) and ``comparisons``. Infinite and unknown numbers
             are None. The keys are described in ``docs/reference/results.md``.
         """
-        summary, settings = self.summary, self.settings
-        keys = [
-            "missing",
-            "t_max_diff",
-            "sync",
-            "max_gap",
-            "t_start",
-            "t_end",
-            "unit",
-            "max_threshold",
-            "max_threshold_deg",
-            "weight",
-            "registration",
-            "seed",
-        ]
+        summary = self.summary
         return {
             "version": __version__,
-            "format": self.benchmark.format,
-            **{key: getattr(settings, key) for key in keys},
-            "repeat": len(settings.seeds),
+            **self.settings.to_dict(),
+            "missing": self.settings.missing_cameras,  # an older name of the same
             "problems": [printable(problem) for problem in self.problems],
             "results": _finite(summary.results),
             "systems": _finite(summary.in_order()),

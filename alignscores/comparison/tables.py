@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from io import StringIO
 from typing import Any
 
-from ..evaluation.names import WIDTH, columns, padded
+from ..evaluation.names import WIDTH, padded, text_width
 from ..evaluation.settings import Settings
 from ..metrics import metric
 from .summary import Summary
@@ -27,7 +27,7 @@ def as_text(summary: Summary, by: str, names: dict[str, str]) -> str:
         start = 1
         while start < len(header):
             end = len(header)
-            while end > start + 1 and columns(_block([header, *rows], start, end)[0]) > WIDTH:
+            while end > start + 1 and text_width(_block([header, *rows], start, end)[0]) > WIDTH:
                 end -= 1
             blocks.append(_block([header, *rows], start, end))
             start = end
@@ -178,7 +178,7 @@ def _by(summary: Summary, by: str) -> list[str]:
 def _block(table: Sequence[Row], start: int, end: int) -> list[str]:
     """Return some columns beside the first, with their cells below each other."""
     rows = [[row[0], *row[start:end]] for row in table]
-    widths = [max(map(columns, column)) for column in zip(*rows, strict=True)]
+    widths = [max(map(text_width, column)) for column in zip(*rows, strict=True)]
     return [
         "  ".join(
             [padded(row[0], widths[0])]
@@ -215,8 +215,10 @@ def footnotes(summary: Summary, settings: Settings) -> list[str]:
     """Return what is said below the tables."""
     lines = [
         f"means over runs, overall over sequences; registration {settings.registration}",
-        f"missing cameras: {settings.missing}; failed and missing runs count as failures",
+        "failed and missing runs count as failures",
     ]
+    if settings.missing_cameras:
+        lines[1] = f"missing cameras: {settings.missing_cameras}; {lines[1]}"
     if settings.form.timed:
         lines.append("lost: share of the time that was due without a pose")
     if _partly_tried(summary):

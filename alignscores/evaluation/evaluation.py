@@ -90,6 +90,10 @@ class Evaluation:
         The parts of an estimate in several ones, each aligned on its own.
     notes : list of str
         What one should know about it.
+    part_positions : list of (n, 3) ndarray
+        Estimated camera centres in the world of each part; not finite where it lacks the camera.
+    part_of_camera : (n,) ndarray of int
+        The part that counts each camera, -1 where none does.
 
     Examples
     --------

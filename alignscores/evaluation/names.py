@@ -4,7 +4,7 @@ import unicodedata
 from collections.abc import Sequence
 from pathlib import Path
 
-__all__ = ["WIDTH", "columns", "numbered", "padded", "printable", "unique_names"]
+__all__ = ["WIDTH", "numbered", "padded", "printable", "text_width", "unique_names"]
 
 WIDTH = 100  # columns of a table
 
@@ -23,7 +23,7 @@ def _escape(letter: str) -> str:
     return f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("unicode_escape").decode()
 
 
-def columns(text: str) -> int:
+def text_width(text: str) -> int:
     """Return the width of a text on a terminal, where Chinese and its like take two columns."""
     marks = sum(unicodedata.combining(letter) > 0 for letter in text)
     return len(text) - marks + sum(unicodedata.east_asian_width(letter) in "WF" for letter in text)
@@ -31,7 +31,7 @@ def columns(text: str) -> int:
 
 def padded(text: str, width: int) -> str:
     """Fill a text with blanks at its end; of a negative width, at its start."""
-    blanks = " " * (abs(width) - columns(text))
+    blanks = " " * (abs(width) - text_width(text))
     return text + blanks if width > 0 else blanks + text
 
 

@@ -16,6 +16,7 @@ from ..registration import REGISTRATIONS
 from ..trajectories.association import MISSING, SYNCS
 from ..trajectories.files import FilePath
 from ..trajectories.formats import FORMATS, Format
+from .names import printable
 
 __all__ = ["Option", "Settings", "options", "order_problem"]
 
@@ -287,6 +288,38 @@ class Settings:
             object.__setattr__(self, name, value)
         if self.format:
             self._check_format()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the settings as JSON has them; None for those that the format has not.
+
+        Returns
+        -------
+        dict
+            The keys are described in ``docs/reference/results.md``.
+        """
+        timed = self.form.timed
+        frames = printable(str(self.frames)) if isinstance(self.frames, (str, PathLike)) else None
+        return {
+            "format": self.format,
+            "est_format": self.est_format or self.format,
+            "missing_cameras": self.missing_cameras,
+            "t_max_diff": self.t_max_diff if timed else None,
+            "t_offset": self.t_offset if timed else None,
+            "sync": self.sync if timed else None,
+            "max_gap": self.max_gap,
+            "t_start": self.t_start,
+            "t_end": self.t_end,
+            "frames": frames or self.frames,
+            "unit": self.unit,
+            "max_threshold": self.max_threshold,
+            "max_threshold_deg": self.max_threshold_deg,
+            "weight": self.weight,
+            "registration": self.registration,
+            "seed": self.seed,
+            "repeat": len(self.seeds),
+            "inverted": self.invert,
+            "body_rotation": self.body_rotation,
+        }
 
     def _check_format(self) -> None:
         """Refuse what needs time stamps, or an order of the cameras, where there is none."""

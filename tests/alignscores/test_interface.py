@@ -100,7 +100,18 @@ def test_import_needs_numpy_and_scipy_alone():
     heavy = {"evo", "pandas", "matplotlib", "hydra", "joblib", "snakemake", "numba", "pycolmap"}
     assert heavy.isdisjoint(modules)
     assert "alignscores.registration.pcr99" in modules
-    assert {"alignscores.trajectories", "alignscores.cli"}.isdisjoint(modules)
+    of_files = ("trajectories", "evaluation", "comparison", "pages", "plots", "cli")
+    assert {f"alignscores.{name}" for name in of_files}.isdisjoint(modules)
+
+
+def test_what_reads_files_is_imported_when_it_is_asked_for():
+    out = in_fresh_process("import sys; from alignscores import *; print(evaluate, *sys.modules)")
+    assert out.startswith("<function evaluate ")
+    assert "alignscores.comparison" in out.split()
+    assert {"pandas", "matplotlib", "evo", "alignscores.cli"}.isdisjoint(out.split())
+    assert set(dir(alignscores)) >= {"Comparison", "Evaluation", "Settings", "compare", "evaluate"}
+    with pytest.raises(AttributeError, match="'alignscores' has no attribute 'score'"):
+        _ = alignscores.score
 
 
 def test_same_bits_in_another_process():

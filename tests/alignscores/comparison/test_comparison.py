@@ -1,6 +1,7 @@
 """`compare` from Python: patterns or a YAML file, and what its result tells."""
 
 import json
+import shutil
 import sys
 
 import numpy as np
@@ -67,6 +68,24 @@ def test_the_cache_is_made_and_used(found, patterns, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(ValueError, match="the cache file cannot be made"):
         compare(*patterns[1:], format=patterns[0], cache="file")
+
+
+def test_the_cache_knows_the_parts_of_a_model_by_their_content(examples, tmp_path):
+    """Also where they are links to folders elsewhere."""
+    (tmp_path / "sparse").mkdir()
+    for part in "01":
+        shutil.copytree(examples / "colmap/estimate", tmp_path / "elsewhere" / part)
+        (tmp_path / "sparse" / part).symlink_to(tmp_path / "elsewhere" / part)
+    files = str(examples / "colmap/reference"), str(tmp_path / "{system}rse")
+
+    def scored():
+        found = compare(*files, format="colmap", cache=tmp_path / "cache")
+        return found.to_dict()["results"][0]["n"], len(list((tmp_path / "cache").iterdir()))
+
+    assert scored() == scored() == (40, 2)
+    shutil.rmtree(tmp_path / "elsewhere/1")
+    shutil.copytree(examples / "colmap/reference", tmp_path / "elsewhere/1")
+    assert scored() == (40, 4)
 
 
 @pytest.mark.parametrize(
