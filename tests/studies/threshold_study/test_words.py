@@ -73,7 +73,7 @@ def test_a_value_without_end_is_in_words(axes: list[Axis]) -> None:
 @pytest.mark.parametrize("name", COMPARED)
 def test_the_best_of_the_certain_values_is_told(name: str) -> None:
     """Not the very best, which may be so by chance, and not nothing because of that."""
-    axis = Axis("a", "TAS", "max_threshold", "1", ("0.5", "1", "2", "4"))
+    axis = Axis("a", "TAS", "quantile", "1", ("0.5", "1", "2", "4"))  # which has no map
     table = same([axis])
     sign = 1 if EFFECTS[name].larger_is_better else -1
     table[name] = 0.5 + sign * np.array([-0.06, 0, 0.08, 0.1])
