@@ -41,6 +41,14 @@ class Comparison:
         What was left out, and why.
     notes : list of str
         What one should know about the runs, each note once.
+
+    Examples
+    --------
+    >>> from alignscores import compare
+    >>> patterns = "tests/data/tum/reference.txt", "tests/data/tum/{system}.txt"
+    >>> comparison = compare(*patterns, format="tum")
+    >>> comparison.summary.systems
+    ['estimate']
     """
 
     benchmark: Benchmark
@@ -51,12 +59,30 @@ class Comparison:
 
     @property
     def failed(self) -> list[str]:
-        """Why runs failed, or that they are missing; each of them counts as a failure."""
+        """Why runs failed, or that they are missing; each of them counts as a failure.
+
+        Examples
+        --------
+        >>> from alignscores import compare
+        >>> patterns = "tests/data/tum/reference.txt", "tests/data/tum/{system}.txt"
+        >>> comparison = compare(*patterns, format="tum")
+        >>> comparison.failed
+        []
+        """
         return [outcome.error for _, outcome in self.summary.runs if outcome.error]
 
     @property
     def names(self) -> dict[str, str]:
-        """Names of systems and sequences as they are shown."""
+        """Names of systems and sequences as they are shown.
+
+        Examples
+        --------
+        >>> from alignscores import compare
+        >>> patterns = "tests/data/tum/reference.txt", "tests/data/tum/{system}.txt"
+        >>> comparison = compare(*patterns, format="tum")
+        >>> comparison.names
+        {'reference': 'reference', 'estimate': 'estimate'}
+        """
         named = {**self.benchmark.sequence_options, **self.benchmark.system_options}
         return {
             key: printable(str(named.get(key, {}).get("name", key)))
@@ -72,6 +98,14 @@ class Comparison:
             Settings, ``problems``, and the lists ``results`` (one entry a run), ``systems`` (one a
             system and sequence, and over all) and ``comparisons``. Infinite and unknown numbers
             are None. The keys are described in ``docs/reference/results.md``.
+
+        Examples
+        --------
+        >>> from alignscores import compare
+        >>> patterns = "tests/data/tum/reference.txt", "tests/data/tum/{system}.txt"
+        >>> comparison = compare(*patterns, format="tum")
+        >>> len(comparison.to_dict()["results"])
+        1
         """
         summary = self.summary
         return {
@@ -96,6 +130,14 @@ class Comparison:
         ------
         ModuleNotFoundError
             Where pandas is not installed.
+
+        Examples
+        --------
+        >>> from alignscores import compare
+        >>> patterns = "tests/data/tum/reference.txt", "tests/data/tum/{system}.txt"
+        >>> comparison = compare(*patterns, format="tum")
+        >>> comparison.to_frame()["system"].to_list()
+        ['estimate', 'estimate']
         """
         rows = [
             {key: value for key, value in entry.items() if key != "rank"}

@@ -129,38 +129,101 @@ class Evaluation:
 
     @property
     def tas(self) -> float:
-        """Mean of the TAS over the seeds."""
+        """Mean of the TAS over the seeds.
+
+        Examples
+        --------
+        >>> from alignscores import evaluate
+        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
+        >>> evaluation = evaluate(*files, format="tum")
+        >>> evaluation.tas
+        0.8572
+        """
         return statistics.mean(self.tas_seeds)  # exact: of equal values it is that value
 
     @property
     def tas_sd(self) -> float | None:
-        """Standard deviation of the TAS over the seeds; None for a single one."""
+        """Standard deviation of the TAS over the seeds; None for a single one.
+
+        Examples
+        --------
+        >>> from alignscores import evaluate
+        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
+        >>> evaluation = evaluate(*files, format="tum", registration="pcr99", repeat=2)
+        >>> evaluation.tas_sd
+        0.0237
+        """
         return _sd(self.tas_seeds)
 
     @property
     def ras(self) -> float:
-        """The RAS."""
+        """The RAS.
+
+        Examples
+        --------
+        >>> from alignscores import evaluate
+        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
+        >>> evaluation = evaluate(*files, format="tum")
+        >>> evaluation.ras
+        0.8403
+        """
         return self.result.ras.score
 
     @property
     def pas_seeds(self) -> list[float]:
-        """PAS of each seed."""
+        """PAS of each seed.
+
+        Examples
+        --------
+        >>> from alignscores import evaluate
+        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
+        >>> evaluation = evaluate(*files, format="tum", registration="pcr99", repeat=2)
+        >>> evaluation.pas_seeds
+        [0.841, 0.8243]
+        """
         weight = self.result.weight
         return [weight * tas + (1 - weight) * self.ras for tas in self.tas_seeds]
 
     @property
     def pas(self) -> float:
-        """Mean of the PAS over the seeds."""
+        """Mean of the PAS over the seeds.
+
+        Examples
+        --------
+        >>> from alignscores import evaluate
+        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
+        >>> evaluation = evaluate(*files, format="tum")
+        >>> evaluation.pas
+        0.8488
+        """
         return statistics.mean(self.pas_seeds)
 
     @property
     def pas_sd(self) -> float | None:
-        """Standard deviation of the PAS over the seeds; None for a single one."""
+        """Standard deviation of the PAS over the seeds; None for a single one.
+
+        Examples
+        --------
+        >>> from alignscores import evaluate
+        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
+        >>> evaluation = evaluate(*files, format="tum", registration="pcr99", repeat=2)
+        >>> evaluation.pas_sd
+        0.0118
+        """
         return _sd(self.pas_seeds)
 
     @property
     def positions(self) -> Floats:
-        """Estimated camera centres, (n, 3), in the reference's world; NaN where there are none."""
+        """Estimated camera centres, (n, 3), in the reference's world; NaN where there are none.
+
+        Examples
+        --------
+        >>> from alignscores import evaluate
+        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
+        >>> evaluation = evaluate(*files, format="tum")
+        >>> evaluation.positions.shape
+        (40, 3)
+        """
         positions = self.matches.est_poses[:, :3, 3]
         if self.result.tas.alignment is None:
             return np.full_like(positions, np.nan)
@@ -168,7 +231,16 @@ class Evaluation:
 
     @property
     def statuses(self) -> NDArray[np.uint8]:
-        """Whether each camera was matched, or why it is a failure: index into `STATUSES`."""
+        """Whether each camera was matched, or why it is a failure: index into `STATUSES`.
+
+        Examples
+        --------
+        >>> from alignscores import evaluate
+        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
+        >>> evaluation = evaluate(*files, format="tum")
+        >>> evaluation.statuses[6:12]
+        array([0, 0, 0, 3, 0, 0], dtype=uint8)
+        """
         poses = self.matches.est_poses
         no_position, no_rotation = ~finite_rows(poses[:, :3, 3]), ~finite_rows(poses[:, :3, :3])
         codes = np.where(self.matches.est_rows < 0, LOST, 2 * no_position + no_rotation)
@@ -176,13 +248,26 @@ class Evaluation:
 
     @cached_property
     def profiles(self) -> Profiles:
-        """The scores over all units, which are the same for all estimates of a reference."""
+        """The scores over all units, which are the same for all estimates of a reference.
+
+        Examples
+        --------
+        >>> from alignscores import evaluate
+        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
+        >>> evaluation = evaluate(*files, format="tum")
+        >>> evaluation.profiles.units.shape, evaluation.profiles.tas.shape
+        ((64,), (64,))
+        """
         try:
             units = extent_units(self.reference.poses[:, :3, 3])
         except ValueError:  # all cameras in one place, so that --unit alone has a size
             units = self.result.tas.unit * HALF_UNITS
         ras = rotation_profile(self.result.ras).scores
-        return Profiles(units, self.tas_profile(units).scores, DEGREES, ras)
+        gt, parts = self.matches.gt_poses[:, :3, 3], self.part_positions
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AlignmentWarning)  # the TAS has told it
+            tas = profile_of_parts(gt, parts, self.part_of_camera, units, rng=self.settings.seed)
+        return Profiles(units, tas.scores, DEGREES, ras)
 
     def value(self, name: str) -> float | None:
         """Return a score, or one of the metrics that were asked for; None where it has no value.
@@ -191,6 +276,19 @@ class Evaluation:
         ----------
         name : str
             Such as "TAS", "half_distance", "ATE" or "auc@30:vggt".
+
+        Returns
+        -------
+        float or None
+            The value, in the unit of the metric.
+
+        Examples
+        --------
+        >>> from alignscores import evaluate
+        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
+        >>> evaluation = evaluate(*files, format="tum")
+        >>> evaluation.value("half_distance")
+        0.0712
         """
         scores = {
             "TAS": self.tas,
@@ -203,18 +301,6 @@ class Evaluation:
         known = metric(name).name
         return finite_or_none(scores[known] if known in scores else self.metrics.get(known))
 
-    def tas_profile(self, units: Floats) -> ScoreProfile:
-        """Return the TAS at units, (U,), by the refined registration."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", AlignmentWarning)  # the TAS has told it
-            return profile_of_parts(
-                self.matches.gt_poses[:, :3, 3],
-                self.part_positions,
-                self.part_of_camera,
-                units,
-                rng=self.settings.seed,
-            )
-
     def to_dict(self) -> dict[str, Any]:
         """Return what the command prints for it with ``--json``.
 
@@ -223,6 +309,14 @@ class Evaluation:
         dict
             Without NaN and infinite numbers, which are None. The keys are described in
             ``docs/reference/results.md``.
+
+        Examples
+        --------
+        >>> from alignscores import evaluate
+        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
+        >>> evaluation = evaluate(*files, format="tum")
+        >>> evaluation.to_dict()["n"]
+        40
         """
         tas, ras, matches = self.result.tas, self.result.ras, self.matches
         return {
@@ -273,6 +367,14 @@ class Evaluation:
         ------
         ModuleNotFoundError
             Where pandas is not installed.
+
+        Examples
+        --------
+        >>> from alignscores import evaluate
+        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
+        >>> evaluation = evaluate(*files, format="tum")
+        >>> evaluation.to_frame().shape[0]
+        1
         """
         values = self.to_dict()
         row = {key: value for key, value in values.items() if key not in NO_COLUMNS}

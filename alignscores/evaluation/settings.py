@@ -109,10 +109,10 @@ class Settings:
         Largest difference of associated time stamps, in seconds.
     sync : {"interpolate", "nearest"}
         Whether a pose is compared with the reference at its own time, or with the nearest reference
-        pose within `t_max_diff`.
+        pose within ``t_max_diff``.
     max_gap : float, optional
         Largest gap in seconds between two poses that cover the time between them; by default 10
-        of the estimate's median steps and at least 1 s, with `frames` 0.
+        of the estimate's median steps and at least 1 s, with ``frames`` 0.
     t_start, t_end : float, optional
         First and last time that is due, in seconds; by default those of the reference.
     t_offset : float or "auto"
@@ -121,6 +121,10 @@ class Settings:
     frames : path or (k,) array, optional
         Time stamps of the frames that were to be estimated, or a text file with them in its first
         column. Those without a pose fail, and nothing else does.
+    invert : bool
+        Whether the estimates are world-to-camera, and are to be inverted.
+    body_rotation : {"none", "auto"}
+        Whether a constant rotation of the camera's frame is taken out, if one is found.
     unit : float, optional
         d in the reference's unit; by default it is derived from the reference.
     max_threshold : float
@@ -130,16 +134,12 @@ class Settings:
     weight : float
         Share of the TAS in the PAS.
     registration : {"refined", "pcr99"}
-        How the TAS aligns. "pcr99" is the paper's; its scores are means over `repeat` seeds.
+        How the TAS aligns. "pcr99" is the paper's; its scores are means over ``repeat`` seeds.
     seed : int
         First seed of the registration. Errors and alignments are of this one.
     repeat : int
         Number of seeds that TAS and PAS by pcr99 are means over. The refined registration, which
         hardly depends on the seed, takes one.
-    invert : bool
-        Whether the estimates are world-to-camera, and are to be inverted.
-    body_rotation : {"none", "auto"}
-        Whether a constant rotation of the camera's frame is taken out, if one is found.
     metrics : tuple of str
         Metrics besides the scores, such as "auc@30:vggt"; a text of names with commas is split.
 
@@ -296,6 +296,12 @@ class Settings:
         -------
         dict
             The keys are described in ``docs/reference/results.md``.
+
+        Examples
+        --------
+        >>> from alignscores import Settings
+        >>> Settings(format="tum", max_gap=2).to_dict()["max_gap"]
+        2.0
         """
         timed = self.form.timed
         frames = printable(str(self.frames)) if isinstance(self.frames, (str, PathLike)) else None
@@ -332,20 +338,41 @@ class Settings:
 
     @property
     def seeds(self) -> range:
-        """The seeds that are scored: a single one where the score hardly depends on it."""
+        """The seeds that are scored: a single one where the score hardly depends on it.
+
+        Examples
+        --------
+        >>> from alignscores import Settings
+        >>> Settings(registration="pcr99", repeat=3).seeds
+        range(0, 3)
+        """
         repeat = 1 if self.registration == "refined" else self.repeat
         return range(self.seed, self.seed + repeat)
 
     @property
     def form(self) -> Format:
-        """The format of the files."""
+        """The format of the files.
+
+        Examples
+        --------
+        >>> from alignscores import Settings
+        >>> Settings(format="kitti").form.unit
+        'm'
+        """
         if self.format is None:
             raise ValueError(f"give the format of the files: format={'|'.join(FORMATS)}")
         return FORMATS[self.format]
 
     @property
     def missing_cameras(self) -> str | None:
-        """What missing cameras do; None where the format has none."""
+        """What missing cameras do; None where the format has none.
+
+        Examples
+        --------
+        >>> from alignscores import Settings
+        >>> Settings(format="tum").missing_cameras
+        'fail'
+        """
         if self.frames is not None:
             return "fail"
         return self.missing if self.form.missing else None
