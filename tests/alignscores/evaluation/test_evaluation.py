@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from alignscores import Evaluation, Settings, evaluate
+from alignscores import Evaluation, Settings, evaluate, tas_profile
 from alignscores.trajectories.files import Trajectory, read_kitti, read_nerf, read_tum
 
 from ..conftest import FILES
@@ -60,7 +60,8 @@ def test_numbers_hang_together(tum):
     assert found.value("AUC@30:vggt") == found.metrics["auc@30:vggt"]
     assert found.value("auc@10:vggt") is None  # was not asked for
     assert found.to_dict()["metrics"] == {"RAS": found.ras, **found.metrics}
-    profile = found.tas_profile(np.array([found.half_distance]))
+    gt, est = (poses[:, :3, 3] for poses in (found.matches.gt_poses, found.matches.est_poses))
+    profile = tas_profile(gt, est, [found.half_distance])
     assert profile.scores[0] == pytest.approx(0.5, abs=0.01)
 
 
