@@ -218,22 +218,18 @@ def tas(
     errors = np.full(len(gt), np.inf)
     if 0 < np.count_nonzero(estimated) < len(gt):
         normalised_gt = normalise(gt[estimated])
-    found: Similarity | None = IDENTITY
-    n_used = 1
-    if alignment == "none":
-        errors[estimated] = IDENTITY.position_errors(gt[estimated], est[estimated])
-    else:
-        found, errors[estimated], n_used = _register(
-            normalised_gt,
-            est[estimated],
-            register,
-            alignment,
-            up,
-            rank=max(4, (len(gt) + 5) // 10),
-            threshold=float(thresholds[-1]),
-            n_hypotheses=int(n_hypotheses),
-            rng=generator,
-        )
+    found, errors[estimated], n_used = _register(
+        gt[estimated],
+        est[estimated],
+        normalised_gt,
+        register,
+        alignment,
+        up,
+        rank=max(4, (len(gt) + 5) // 10),
+        threshold=float(thresholds[-1]),
+        n_hypotheses=int(n_hypotheses),
+        rng=generator,
+    )
     if found is None:
         distinct = len(np.unique(est[estimated], axis=0))
         warnings.warn(
@@ -337,8 +333,9 @@ def _registration(registration: str | Registration) -> tuple[Registration, str]:
 
 
 def _register(
-    normalised_gt: Normalised,
+    gt: Floats,
     est: Floats,
+    normalised_gt: Normalised,
     register: Registration,
     alignment: str,
     up: str,
@@ -353,6 +350,8 @@ def _register(
     errors = np.full(len(est), np.inf)
     if len(est) < (3 if alignment == "similarity" else 1):
         return None, errors, 0
+    if alignment == "none":
+        return IDENTITY, IDENTITY.position_errors(gt, est), 1
     est_local, est_centre, est_unit = normalise(est)
     if alignment != "similarity":  # the scale must stay what it is
         est_local, est_unit = est_local * (est_unit / gt_unit), gt_unit

@@ -73,12 +73,11 @@ class Search:
         shuffled_gt, shuffled_est = (points.take(order, axis=1) for points in clipped)
         self._cameras = Cameras(shuffled_gt, shuffled_est, alignment)
         with np.errstate(all="ignore"):  # NaN and infinity never win a comparison
-            triplets = prescreened_triplets(gt, est, n_hypotheses, rng)
-            self.n_used: int = triplets.shape[1]
-            self._hypotheses = _rows(*three_point_similarities(gt, est, triplets, alignment)[:3])
+            self._hypotheses = _hypotheses(gt, est, n_hypotheses, rng, alignment)
             if alignment != "similarity" and self._cameras.n <= FEW:
                 fits = self._cameras.subset_fits()
                 self._hypotheses = np.concatenate([self._hypotheses, fits])
+        self.n_used = len(self._hypotheses)
         self._found = np.empty((0, 13))
 
     def best(self, threshold: float) -> Similarity | None:
@@ -166,6 +165,19 @@ class Cameras:
         )
 
 
-def _rows(scale: Floats, rotation: Floats, translation: Floats) -> Floats:
-    """Return similarities as rows: scale, rotation, translation."""
+def _hypotheses(
+    gt: Floats, est: Floats, n_hypotheses: int, rng: np.random.Generator, alignment: str
+) -> Floats:
+    """Return alignments of three cameras each, as rows: scale, rotation, translation.
+
+    An alignment that keeps the scale fits the triplets of an estimate of another size badly, those
+    that pass the prescreening no better than others: half of them are then drawn without it.
+    """
+    if alignment == "similarity":
+        triplets = prescreened_triplets(gt, est, n_hypotheses, rng)
+    else:
+        half = (n_hypotheses + 1) // 2
+        any_triplets = rng.integers(gt.shape[1], size=(3, half), dtype=np.intp)
+        triplets = np.hstack([prescreened_triplets(gt, est, half, rng), any_triplets])
+    scale, rotation, translation, _ = three_point_similarities(gt, est, triplets, alignment)
     return np.hstack([scale[:, None], rotation.reshape(-1, 9), translation])

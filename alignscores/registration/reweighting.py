@@ -90,7 +90,7 @@ def weighted_fits(
     covariance = np.array([[_sum(weights * b * a) for a in gt_local] for b in est_local])
     spread = _sum(weights * dot(est_local, est_local))
 
-    largest = np.fmax.reduce(np.abs(covariance), axis=(0, 1))
+    largest = np.fmax.reduce(np.abs(covariance), axis=(0, 1), initial=0.0)
     with np.errstate(all="ignore"):  # where no fit is the best, it is not a number
         covariance = covariance / largest
         if alignment == "yaw":
