@@ -89,21 +89,22 @@ def matching_notes(
     return notes
 
 
-def alignment_notes(
-    gt_positions: Floats, result: PASResult, settings: Settings, *, explained: bool
-) -> list[str]:
-    """Say that positions and rotations are aligned by different rotations, if they are.
+def alignment_notes(gt_positions: Floats, result: PASResult, *, explained: bool) -> list[str]:
+    """Say that positions and rotations are aligned by different rotations, if both fit theirs.
 
     `explained` tells whether another convention is noted, which would explain that.
     """
     tas, ras = result.tas, result.ras
-    if tas.alignment is None or ras.alignment is None or settings.alignment == "none":
+    if tas.alignment is None or ras.alignment is None or explained:
         return []
     turn = tas.alignment.rotation.T @ ras.alignment
     apart = float(rotation_angles(turn[None])[0])
-    near = tas.errors < tas.thresholds[-1]
-    fixed = _fix_rotation(gt_positions[near], tas.errors[near])
-    if apart <= APART_DEG or not fixed or explained:
+    placed, turned = np.isfinite(tas.errors), np.isfinite(ras.errors)
+    if (
+        apart <= APART_DEG
+        or np.median(ras.errors[turned]) > APART_DEG
+        or not _fix_rotation(gt_positions[placed], tas.errors[placed])
+    ):
         return []
     return [
         f"positions and rotations are aligned by rotations that differ by {apart:.1f} degrees, "

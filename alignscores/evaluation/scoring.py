@@ -152,7 +152,7 @@ def score(
         notes += told
         if len(parts) == 1:
             gt = matches.gt_poses[:, :3, 3]
-            notes += alignment_notes(gt, scores.result, settings, explained=bool(told))
+            notes += alignment_notes(gt, scores.result, explained=bool(told))
     described = _described_parts(list(parts), scores) if len(parts) > 1 else []
     notes += parts_notes(described)
     est_poses = in_one_world(poses, scores.of_parts, scores.part_of) if described else poses[0]

@@ -136,6 +136,12 @@ class Settings:
         Share of the TAS in the PAS.
     registration : {"refined", "pcr99"}
         How the TAS aligns. "pcr99" is the paper's; its scores are means over ``repeat`` seeds.
+    alignment : {"similarity", "rigid", "yaw", "none"}
+        What the alignment may take out: "similarity", the paper's, a rotation, a translation and
+        the scale; "rigid" no scale; "yaw" a turn about the vertical axis and a translation; "none"
+        nothing. It holds for TAS, RAS and ATE; other metrics have alignments of their own.
+    up : {"z", "y", "x", "-z", "-y", "-x"}
+        Vertical axis of both worlds, for "yaw" alone; its sign changes nothing.
     seed : int
         First seed of the registration. Errors and alignments are of this one.
     repeat : int
@@ -297,9 +303,7 @@ class Settings:
         for name, value in values.items():
             object.__setattr__(self, name, value)
         if self.up != Settings.up and self.alignment != "yaw":
-            raise ValueError(
-                "up is the vertical axis of alignment=yaw; there is no other use of it"
-            )
+            raise ValueError("up is used by alignment=yaw alone: set that, too, or leave up out")
         if self.format:
             self._check_format()
 

@@ -31,8 +31,8 @@ def test_every_format_scores_the_same_scene_the_same(form, score, examples):
         *("name", "file", "rank", "TAS", "TAS_sd", "RAS", "PAS", "PAS_sd", "TAS_seeds"),
         *("PAS_seeds", "ATE", "n", "lost", "matched", "missing", "non_finite", "no_position"),
         *("no_rotation", "duplicate", "unmatched", "unit", "within_unit", "within_10_deg"),
-        *("half_distance", "half_angle", "n_hypotheses", "alignment", "body_rotation"),
-        *("parts", "notes", "metrics"),
+        *("half_distance", "half_angle", "n_hypotheses", "scale", "alignment"),
+        *("body_rotation", "parts", "notes", "metrics"),
     }
     assert result["n"] == 40
     assert result["TAS_seeds"][0] == pytest.approx(expected.tas.score, abs=1e-12)
@@ -70,6 +70,9 @@ OPTIONS = {  # the formats that have it, what it sets in the JSON
     "--max_threshold_deg 5": (set(FILES), {"max_threshold_deg": 5.0}),
     "--weight 0.3": (set(FILES), {"weight": 0.3}),
     "--registration pcr99": (set(FILES), {"registration": "pcr99"}),
+    "--alignment rigid": (set(FILES), {"alignment": "rigid", "up": None}),
+    "--alignment yaw --up y": (set(FILES), {"alignment": "yaw", "up": "y"}),
+    "--alignment none": (set(FILES), {"alignment": "none", "up": None}),
     "--seed 3": (set(FILES), {"seed": 3}),
     "--invert": (set(FILES), {"inverted": True}),
     "--body_rotation auto": (set(FILES), {"body_rotation": "auto"}),
@@ -234,3 +237,17 @@ def test_options_hold_for_all_parts(score, models):
     assert (plain["n"], plain["missing"]) == (37, 3)
     (nerf,) = score("nerf", "nerf/reference.json", folder, "--est_format", "colmap")
     assert nerf["PAS"] == pytest.approx(score(*files)[0]["PAS"], abs=1e-12)
+
+
+def test_without_a_scale_each_part_keeps_its_own(score, models):
+    """The second is twice as large, and fits nowhere; turned and shifted they are both."""
+    folder, _ = models(range(18), range(18, 37))
+    files = "colmap", "colmap/reference", folder
+    (free,), (rigid,) = score(*files), score(*files, "--alignment", "rigid")
+    assert [part["alignment"]["scale"] for part in rigid["parts"]] == [1, 1]
+    assert (rigid["scale"], free["scale"]) == (None, None)
+    assert rigid["RAS"] == free["RAS"]
+    alone = [score(*files[:2], folder / part, "--alignment", "rigid")[0] for part in "01"]
+    assert [part["alignment"] for part in rigid["parts"]] == [one["alignment"] for one in alone]
+    assert rigid["TAS"] == pytest.approx(sum(one["TAS"] for one in alone))
+    assert rigid["TAS"] < free["TAS"]

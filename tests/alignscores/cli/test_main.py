@@ -57,6 +57,32 @@ def test_wrong_values_are_named_with_the_usage_of_their_format(run, option, valu
     assert f"alignscores tum: error: argument {option}: {reason}" in err
 
 
+@pytest.mark.parametrize("up", [["--up", "-y"], ["--up=-y"], ["--up", "y"]])
+@pytest.mark.parametrize("before", [True, False])
+def test_an_axis_with_a_sign_is_no_option(run, up, before):
+    """Else argparse takes -y for one."""
+    options = ["--alignment", "yaw"]
+    options = [*up, *options] if before else [*options, *up]
+    code, out, err = run(*TUM, *options)
+    assert (code, err) == (0, "")
+    assert "registration refined, aligned about the y axis, without scale" in out
+    code, out, _ = run("compare", "tum", TUM[1], "tum/{system}.txt", *options, "--no_cache")
+    assert code == 0
+    assert "; registration refined, aligned about the y axis, without scale\n" in out
+
+
+def test_other_axes_are_refused(run):
+    for up in (["--up", "-q"], ["--up"], ["--up", "north"]):
+        code, out, err = run(*TUM, "--alignment", "yaw", *up)
+        assert (code, out) == (2, "")
+        assert "argument --up: " in err
+    code, out, err = run(*TUM, "--up", "-y")
+    assert (code, out) == (1, "")
+    assert err == (
+        "alignscores: error: up is used by alignment=yaw alone: set that, too, or leave up out\n"
+    )
+
+
 def test_version(run):
     assert run("--version") == (0, f"alignscores {alignscores.__version__}\n", "")
 

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 from io import StringIO
 
+import numpy as np
 import pytest
 
 
@@ -24,6 +25,33 @@ def test_text(patterns, run):
     assert re.fullmatch(r"c +0\.\d{4} \([12-]+\) †1 +0\.\d{4} \(2\)", second)
     assert "†1: so many runs failed or are missing" in notes
     assert max(map(len, out.splitlines())) <= 100
+
+
+def test_the_scale_of_a_system_is_the_median_over_its_runs(benchmark_of, run, tmp_path):
+    """The estimates are three times as large as the reference; here one of three is not."""
+    systems = {"large": (0.05, 1.0, 1, 0.0), "mostly_right": (0.05, 1.0, 1, 0.0)}
+    patterns = benchmark_of(systems, ["car"], n=40)
+    for number, factor in ((0, 1 / 3), (1, 1 / 3), (2, 2)):
+        path = tmp_path / f"car/mostly_right/{number}.txt"
+        poses = np.loadtxt(path)
+        poses[:, 1:4] *= factor
+        np.savetxt(path, poses)
+    (tmp_path / "car/large/1.txt").write_text("")  # a run that failed has no scale
+    _, out, _ = run(*patterns)
+    (line,) = (line for line in out.splitlines() if line.startswith("scale: "))
+    told = r"scale: large (2\.9\d|3|3\.0\d) times the reference's, taken out; --alignment rigid.*"
+    assert re.fullmatch(told, line)
+    results = {(r["system"], r["run"]): r["scale"] for r in compared(run, patterns)}
+    assert results["large", "1"] is None
+    assert results["large", "0"] == pytest.approx(3, rel=0.02)
+    assert results["mostly_right", "2"] == pytest.approx(6, rel=0.02)
+    assert "scale: " not in run(*patterns, "--alignment", "rigid")[1]
+    scales = {one["scale"] for one in compared(run, patterns, "--alignment", "rigid")}
+    assert scales == {1, None}
+
+
+def compared(run, patterns, *options):
+    return json.loads(run(*patterns, *options, "--json")[1])["results"]
 
 
 def test_csv_and_markdown(patterns, run):

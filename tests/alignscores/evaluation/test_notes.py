@@ -4,7 +4,9 @@ import json
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from alignscores import evaluate
 from alignscores.trajectories.files import read_kitti
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
@@ -170,3 +172,107 @@ def test_swapped_files(run, tmp_path):
     np.savetxt(est, np.column_stack([times, path])[::4])
     assert "swapped" not in run("tum", gt, est)[2]
     assert "reference and estimate seem swapped" in run("tum", est, gt)[2]
+
+
+def drive(n=60, *, turning=True):
+    """Poses of a camera that looks ahead, on a winding road or a straight one; y is vertical."""
+    poses = np.tile(np.eye(4), (n, 1, 1))
+    headings = np.sin(np.arange(n) / 8) if turning else np.zeros(n)
+    poses[:, :3, :3] = Rotation.from_euler("y", headings[:, None]).as_matrix()
+    poses[1:, :3, 3] = np.cumsum(poses[:-1, :3, 2], axis=0)
+    return poses
+
+
+def moved(poses, body, noise=0.01):
+    """The same in another world, with noise, and seen in another frame of the body."""
+    frame, world = np.eye(4), np.eye(4)
+    frame[:3, :3], world[:3, :3] = body.as_matrix(), Rotation.from_euler("y", 1).as_matrix()
+    est = world @ poses @ frame
+    est[:, :3, 3] += np.random.default_rng(0).normal(scale=noise, size=(len(est), 3)) + 4
+    return est
+
+
+APART = "positions and rotations are aligned by rotations that differ by "
+
+
+@pytest.mark.parametrize(
+    ("degrees", "alignment", "expected"),
+    [
+        (15, ["similarity"], APART + "15."),
+        (15, ["rigid"], APART + "15."),
+        (15, ["yaw", "--up=-y"], APART + "15."),
+        (15, ["none"], None),
+        (3, ["similarity"], None),
+    ],
+)
+def test_a_camera_that_is_mounted_otherwise_than_calibrated(
+    run, kitti, degrees, alignment, expected
+):
+    """On a flat road its heading is taken for that of the world, so that no score counts it."""
+    body = Rotation.from_euler("y", degrees, degrees=True)
+    files = kitti(drive(), "gt.txt"), kitti(moved(drive(), body))
+    _, out, err = run("kitti", *files, "--alignment", *alignment, "--json")
+    (result,) = json.loads(out)["results"]
+    if expected is None:
+        assert err == ""
+    else:
+        assert (result["RAS"], err.count("\n")) == (1, 1)
+        assert expected in err
+        assert err.endswith("look at the calibration between camera and body\n")
+
+
+def test_where_positions_fix_no_rotation_the_two_are_not_compared(run, kitti):
+    """On a straight road the spin about it is free; and noise as large as the bends turns it."""
+    straight, body = drive(turning=False), Rotation.from_euler("y", 15, degrees=True)
+    for gt, noise in ((straight, 0.01), (drive(), 8)):
+        assert APART not in run("kitti", kitti(gt, "gt.txt"), kitti(moved(gt, body, noise)))[2]
+
+
+@pytest.mark.parametrize("wrong", ["positions", "rotations", "all rotations alike"])
+def test_where_one_of_the_two_is_bad_it_has_no_alignment_to_compare(run, kitti, wrong):
+    est, rng = moved(drive(), Rotation.identity()), np.random.default_rng(1)
+    if wrong == "positions":
+        est[:, :3, 3] += rng.normal(scale=3, size=(len(est), 3))
+    elif wrong == "rotations":
+        est[:, :3, :3] = Rotation.random(len(est), rng=rng).as_matrix()
+    else:
+        est[:, :3, :3] = np.eye(3)
+    assert APART not in run("kitti", kitti(drive(), "gt.txt"), kitti(est))[2]
+
+
+def test_another_convention_explains_why_the_two_differ(run, kitti):
+    body = Rotation.from_euler("x", 180, degrees=True)  # OpenGL's axes
+    files = kitti(drive(), "gt.txt"), kitti(moved(drive(), body))
+    _, _, err = run("kitti", *files)
+    assert "--body_rotation auto takes it out" in err
+    assert APART not in err
+    assert APART not in run("kitti", *files, "--body_rotation", "auto")[2]
+    result = evaluate(*files, format="kitti").result
+    turn = Rotation.from_matrix(result.tas.alignment.rotation.T @ result.ras.alignment)
+    assert np.degrees(turn.magnitude()) > 90
+
+
+@pytest.mark.parametrize("factor", [0.5, 0.97, 0.985, 1.0, 1.015, 1.03, 2.0])
+def test_a_scale_that_is_off_is_told_below_the_table(run, kitti, factor):
+    est = drive()
+    est[:, :3, 3] *= factor
+    files = "kitti", kitti(drive(), "gt.txt"), kitti(drive(), "right.txt"), kitti(est, "est.txt")
+    line = (
+        f"scale: est.txt {factor:g} times the reference's, taken out; --alignment rigid counts it"
+    )
+    _, out, _ = run(*files)
+    assert (line in out.splitlines()) == (abs(factor - 1) > 0.02)
+    results = {one["name"]: one for one in json.loads(run(*files, "--json")[1])["results"]}
+    assert results["est.txt"]["scale"] == pytest.approx(factor)
+    assert results["est.txt"]["alignment"]["scale"] == pytest.approx(1 / factor)
+    if abs(factor - 1) > 0.02:
+        _, out, _ = run(*files, "--alignment", "rigid")
+        assert "scale:" not in out
+        (right, wrong) = json.loads(run(*files, "--alignment", "rigid", "--json")[1])["results"]
+        assert (right["scale"], wrong["scale"]) == (1, 1)
+        assert wrong["TAS"] < right["TAS"] == 1
+
+
+def test_images_have_no_metric_scale_to_be_off(run):
+    _, out, _ = run("nerf", "nerf/reference.json", "nerf/estimate.json")
+    assert "scale:" not in out

@@ -38,6 +38,9 @@ from alignscores.trajectories.formats import FORMATS
         ("max_threshold_deg", np.inf, "max_threshold_deg must be a finite number above 0, not inf"),
         ("weight", 1.1, "weight must be a finite number from 0 to 1, not 1.1"),
         ("registration", "none", "registration must be one of pcr99, refined, not 'none'"),
+        ("alignment", "sim3", "alignment must be one of similarity, rigid, yaw, none, not 'sim3'"),
+        ("alignment", None, "alignment must be one of similarity, rigid, yaw, none, not None"),
+        ("up", "north", "up must be one of z, y, x, -z, -y, -x, not 'north'"),
         ("seed", -1, "seed must be a whole number of at least 0, not -1"),
         ("seed", 1.0, "seed must be a whole number of at least 0, not 1.0"),
         ("repeat", 0, "repeat must be a whole number of at least 1, not 0"),
@@ -104,6 +107,39 @@ def test_metrics_have_one_name_each():
 def test_seeds():
     assert Settings(seed=3, repeat=5).seeds == range(3, 4)
     assert Settings(registration="pcr99", seed=3, repeat=5).seeds == range(3, 8)
+
+
+def test_without_an_alignment_there_is_nothing_to_draw():
+    assert Settings(registration="pcr99", alignment="none").seeds == range(1)
+    assert len(Settings(registration="pcr99", alignment="rigid").seeds) == 10
+
+
+@pytest.mark.parametrize("alignment", ["similarity", "rigid", "none"])
+def test_a_vertical_axis_is_refused_where_none_is_used(alignment):
+    with pytest.raises(ValueError, match="up is used by alignment=yaw alone: set that, too, or"):
+        Settings(alignment=alignment, up="y")
+    settings = Settings(format="tum", alignment="yaw", up="y")
+    assert (settings.to_dict()["alignment"], settings.to_dict()["up"]) == ("yaw", "y")
+    with pytest.raises(ValueError, match="up is used by"):
+        replace(settings, alignment=alignment)
+    assert Settings(format="tum", alignment=alignment).to_dict()["up"] is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, "registration refined"),
+        ({"registration": "pcr99"}, "registration pcr99"),
+        ({"alignment": "rigid"}, "registration refined, aligned without scale"),
+        (
+            {"alignment": "yaw", "up": "-y", "registration": "pcr99"},
+            "registration pcr99, aligned about the y axis, without scale",
+        ),
+        ({"alignment": "none"}, "not aligned"),
+    ],
+)
+def test_how_aligned(changes, words):
+    assert Settings(**changes).how_aligned == words
 
 
 def test_missing_cameras():

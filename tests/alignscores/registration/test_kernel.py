@@ -156,13 +156,30 @@ def test_same_bits_of_the_refinement(kind, n, alignment):
 def test_same_alignment(noisy_scene, n, sigma, share, register, monkeypatch):
     """From the draws to the choice."""
     gt, est = noisy_scene(n, int(share * n), sigma, 3)
-    results = []
+    assert_same_alignment(register, gt, est, "similarity", 1000, monkeypatch)
+
+
+@pytest.mark.parametrize("register", [pcr99, refined])
+@pytest.mark.parametrize("alignment", ["rigid", "yaw"])
+@pytest.mark.parametrize(("n", "sigma", "scale"), [(5, 0.003, 1), (19, 0, 1), (300, 0.03, 1.2)])
+def test_same_alignment_without_a_scale(
+    noisy_scene, n, sigma, scale, alignment, register, monkeypatch
+):
+    """Also where all pairs are tried, nothing is noisy, or the size is wrong."""
+    gt, _ = noisy_scene(n, 0, 0.0, 3)
+    noise = np.random.default_rng(4).normal(scale=sigma, size=gt.shape) if sigma else 0
+    est = scale * (gt[:, [1, 0, 2]] * [1, -1, 1] + noise)
+    est[: n // 4] *= -2
+    assert_same_alignment(register, gt, est, alignment, 200, monkeypatch)
+
+
+def assert_same_alignment(register, gt, est, group, n_hypotheses, monkeypatch):
+    results, rank = [], max(4, len(gt) // 10)
+    options = {"threshold": 0.1, "n_hypotheses": n_hypotheses, "alignment": group}
     for library in (kernel.LIBRARY, None):
         monkeypatch.setattr(kernel, "LIBRARY", library)
         rng = np.random.default_rng(5)
-        alignment, n_used = register(
-            gt, est, rank=max(4, n // 10), threshold=0.1, n_hypotheses=1000, rng=rng
-        )
+        alignment, n_used = register(gt, est, rank=rank, rng=rng, **options)
         assert alignment is not None
         results.append((alignment.scale, alignment.rotation, alignment.translation, n_used))
     for a, b in zip(*results, strict=True):
