@@ -566,14 +566,17 @@
   // What does not change.
   document.title = data.title;
   text("title", data.title);
-  text("kicker", `${data.format}, ${estimates.length} ${estimates.length === 1 ? "estimate" : "estimates"}, registration ${run.registration}`);
+  text("kicker", `${data.format}, ${estimates.length} ${estimates.length === 1 ? "estimate" : "estimates"}, ${run.aligned}`);
   const metres = data.unit === "m" ? " m" : ""; // of other units the name says nothing
   text("unit-head", `d${metres}`);
   text("half-head", `half${metres}`);
   const others = run.seeds[0] === run.seeds[1] ? "" : ` The run’s are means over the seeds ${run.seeds[0]} to ${run.seeds[1]}.`;
-  text("alignment", `Scores here are under the run’s alignment, with seed ${run.seeds[0]}.${others} ${run.registration === "refined"
+  const aligned = run.registration === "refined"
     ? "The refined registration fits its alignment to the largest threshold: at another one the command aligns anew, and its TAS is as a rule a little higher than here."
-    : "The paper’s registration depends neither on d nor on the thresholds, so that these are the command’s numbers for this seed at any of them. Whether missing cameras fail may change the alignment; here it stays."} `
+    : "The paper’s registration depends neither on d nor on the thresholds, so that these are the command’s numbers for this seed at any of them. Whether missing cameras fail may change the alignment; here it stays.";
+  text("alignment", `${run.aligned === "not aligned"
+    ? "Nothing is aligned, so that these are the command’s numbers at any thresholds."
+    : `Scores here are under the run’s alignment, with seed ${run.seeds[0]}.${others} ${aligned}`} `
     + "half: half-score distance and angle of the run, by the refined registration.");
   text("origin", `alignscores ${data.version}, from ${data.reference} and ${estimates.map((one) => one.file).join(", ")}`);
   document.querySelector(".ramp").style.background = `linear-gradient(90deg, ${RAMP.map((colour) => `rgb(${colour.join(" ")})`).join(", ")})`;

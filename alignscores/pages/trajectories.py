@@ -94,6 +94,7 @@ def page_data(
             "missing": settings.missing_cameras or "fail",
             "unit": settings.unit,
             "registration": settings.registration,
+            "aligned": settings.how_aligned,
             "seeds": [settings.seeds[0], settings.seeds[-1]],
         },
         "estimates": [

@@ -68,6 +68,27 @@ def numbers(browser):
     return numbers
 
 
+def test_the_page_knows_the_alignment(saved):
+    page, _ = saved(*TUM, "--alignment", "yaw")
+    words = "registration refined, aligned about the z axis, without scale"
+    assert f'"aligned":"{words}"' in page
+
+
+@pytest.mark.parametrize(
+    ("alignment", "words", "told"),
+    [
+        ("similarity", "registration refined", "Scores here are under the run’s alignment"),
+        ("rigid", "registration refined, aligned without scale", "The refined registration fits"),
+        ("none", "not aligned", "Nothing is aligned, so that these are the command’s numbers"),
+    ],
+)
+def test_the_alignment_is_named(saved, browser, alignment, words, told):
+    page, _ = saved(*TUM, "--alignment", alignment)
+    shown = browser.run(page, READ + 'tell([text("kicker"), text("alignment")]);')
+    assert shown[0] == f"tum, 1 estimate, {words}"
+    assert told in shown[1]
+
+
 def of_python(tas, ras, weight, unit):
     """Return the first four of them, from errors or scores."""
     score = weight * float(tas) + (1 - weight) * float(ras)
