@@ -14,6 +14,7 @@ from evo.core import sync
 from evo.tools import file_interface
 from scipy.spatial.transform import Rotation
 
+from alignscores import compare
 from alignscores.cli import main
 from alignscores.trajectories.association import match
 from alignscores.trajectories.conventions import find_convention, seem_swapped
@@ -130,3 +131,25 @@ def test_conventions(real, pair):
     shifted = matches.est_poses.copy()
     shifted[:, :3, :3] = Rotation.from_quat(quaternions[:, [3, 0, 1, 2]]).as_matrix()
     assert find_convention(matches.gt_poses, shifted).quaternions_shifted
+
+
+def test_the_table_of_visual_inertial_systems_on_a_page(real):
+    """Of one of its sequences: TAS, half-score distance, RAS and ATE under each alignment."""
+    if not (real / "euroc").is_dir():
+        pytest.skip(f"no EuRoC runs at {real}")
+    page = (Path(__file__).parents[2] / "docs/how-to/metric-systems.md").read_text()
+    patterns = "{sequence}_02/groundtruth.txt", "{sequence}_02/vio_{system}/{run}.txt"
+    paths = [str(real / "euroc" / pattern) for pattern in patterns]
+    found = {"mono": [], "stereo": []}
+    for alignment in ("similarity", "rigid", "yaw"):
+        options = {"format": "tum", "metrics": "ate", "alignment": alignment}
+        compared = compare(*paths, cache=None, jobs=1, **options).to_dict()
+        for one in compared["results"]:
+            numbers = one["TAS"], one["half_distance"], one["RAS"], one["metrics"]["ATE"]
+            found[one["system"]].append([one["scale"], *numbers])
+    for system, values in found.items():
+        scales, *columns = zip(*values, strict=True)
+        cells = [" / ".join(f"{value:.3f}" for value in column) for column in columns]
+        row = [f"`vio_{system}`", "V2_02", f"{scales[0]:.3f}", *cells]
+        assert f"| {' | '.join(row)} |" in page
+        assert scales[1:] == (1, 1)
