@@ -9,7 +9,7 @@ import pytest
 
 from alignscores import Settings
 from alignscores.cli.metrics import metric_table
-from alignscores.metrics import SCORES
+from alignscores.metrics import LEVELS, SCORES
 from alignscores.protocols import PROTOCOLS, protocol
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_tum
@@ -74,7 +74,8 @@ def test_list_of_metrics(run, form):
     code, out, err = run(form, "--metrics", "help")
     assert (code, err) == (0, "")
     listed = [line.split()[0] for line in out.splitlines()]
-    assert listed[: len(NAMES) + len(PROTOCOLS)] == [*NAMES, *(one.syntax for one in PROTOCOLS)]
+    expected = [*NAMES, *(family.syntax for family in (*LEVELS, *PROTOCOLS))]
+    assert listed[: len(expected)] == expected
 
 
 @pytest.mark.parametrize(
