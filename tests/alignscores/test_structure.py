@@ -17,7 +17,7 @@ PROJECT = (
 )
 LAYERS = (  # each imports those before it, and itself
     {"arrays", "version", "validation", "writing"},
-    {"registration", "similarity", "averaging", "histogram", "pairs"},
+    {"registration", "similarity", "averaging", "medoid", "histogram", "pairs"},
     {"translation", "rotation", "pose", "profile", "protocols", "metrics"},
     {"trajectories"},
     {"evaluation"},
