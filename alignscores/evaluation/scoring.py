@@ -26,10 +26,11 @@ from ..trajectories.parts import (
     poses_by_name,
     profile_of_parts,
 )
+from ..trajectories.timing import LEAST_GAIN
 from ..translation import closest_pair_quartile, tas
 from ..validation import AlignmentWarning, finite_rows
 from .evaluation import Evaluation, Part, rotation_profile
-from .matching import LEAST_GAIN, match_estimate, read_parts, read_reference
+from .matching import match_estimate, read_parts, read_reference
 from .names import unique_names
 from .notes import (
     collected_warnings,

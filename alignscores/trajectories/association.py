@@ -18,7 +18,7 @@ from .files import Trajectory, TrajectoryWarning
 from .files.stamps import TIME_UNITS, time_unit
 from .timeline import due_rows, nearest_stamps, stand_in, usual_step
 
-__all__ = ["MISSING", "SYNCS", "Matches", "in_order", "match", "unit_hint"]
+__all__ = ["MISSING", "SYNCS", "Matches", "checked", "in_order", "match", "unit_hint"]
 
 MISSING = ("fail", "ignore")
 SYNCS = ("interpolate", "nearest")
@@ -184,7 +184,7 @@ def match(
     ):
         if not isinstance(seconds, Real) or not least <= seconds < inf:
             raise ValueError(f"{name} must be a finite number of seconds, not {seconds!r}")
-    reference, estimate = _checked(reference, "reference"), _checked(estimate, "estimate")
+    reference, estimate = checked(reference, "reference"), checked(estimate, "estimate")
     if reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
         if frames is not None and max_gap is None:
             max_gap = 0.0
@@ -221,7 +221,7 @@ def in_order(reference: Trajectory) -> Trajectory:
 
     After its warnings of duplicates and disorder `match` has nothing more to warn of.
     """
-    reference = _checked(reference, "reference")
+    reference = checked(reference, "reference")
     rows = _first_rows(reference.keys, "reference")
     return Trajectory(reference.keys[rows], reference.poses[rows])
 
@@ -400,9 +400,12 @@ def _stamps_hint(ref_stamps: Floats, est_stamps: Floats, offset: float) -> str:
     return ""
 
 
-def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
+def checked(trajectory: Trajectory, whose: str) -> Trajectory:
     """Return a trajectory as of a reader, also of keys in a list and of poses (n, 3, 4)."""
-    keys, poses = np.asarray(trajectory.keys), np.asarray(trajectory.poses)
+    try:
+        keys, poses = np.asarray(trajectory.keys), np.asarray(trajectory.poses)
+    except ValueError:
+        raise ValueError(f"the keys or poses of the {whose} are not a regular array") from None
     if keys.dtype == object and all(isinstance(key, str) for key in keys.flat):  # as of pandas
         keys = keys.astype(str)
     keys = keys.astype(np.int64) if keys.dtype.kind == "u" else keys
@@ -424,6 +427,8 @@ def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
         if not np.isfinite(keys).all():
             row = int(np.argmin(np.isfinite(keys)))
             raise ValueError(f"the time stamp of pose {row + 1} of the {whose} is not finite")
+        if len(keys) > 1 and (keys == keys[0]).all():
+            raise ValueError(f"all {len(keys)} time stamps of the {whose} are the same")
     if poses.shape != (len(keys), 4, 4):
         last = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (len(keys), 1, 4))
         poses = np.concatenate([poses, last], axis=1)
@@ -491,8 +496,6 @@ def _first_rows(keys: NDArray[Any], whose: str) -> Indices:
             )
         rows = np.argsort(keys, kind="stable")
     kept = rows[_is_first(keys[rows])]
-    if keys.dtype.kind == "f" and len(kept) == 1 < len(keys):
-        raise ValueError(f"all {len(keys)} time stamps of the {whose} are the same")
     if whose == "reference" and len(kept) < len(rows):
         _warn(f"duplicates in the reference (of stamp or name), left out: {len(rows) - len(kept)}")
     return kept
