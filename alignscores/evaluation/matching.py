@@ -14,6 +14,7 @@ from ..trajectories.association import (
     checked,
     in_order,
     match,
+    present,
     unit_hint,
 )
 from ..trajectories.files import FilePath, Trajectory, inverse_poses, read_stamps
@@ -78,7 +79,7 @@ def step_of_frames(estimates: Iterable[FilePath], settings: Settings) -> float |
     for estimate in estimates:
         with collected_warnings(), suppress(ValueError):
             (part,) = read_parts(estimate, settings).values()
-            steps.append(usual_step(part.keys))
+            steps.append(usual_step(part.keys[present(part.poses)]))
     return min(steps, default=None)
 
 

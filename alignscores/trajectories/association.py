@@ -18,7 +18,7 @@ from .files import Trajectory, TrajectoryWarning
 from .files.stamps import TIME_UNITS, time_unit
 from .timeline import due_rows, nearest_stamps, stand_in, usual_step
 
-__all__ = ["MISSING", "SYNCS", "Matches", "checked", "in_order", "match", "unit_hint"]
+__all__ = ["MISSING", "SYNCS", "Matches", "checked", "in_order", "match", "present", "unit_hint"]
 
 MISSING = ("fail", "ignore")
 SYNCS = ("interpolate", "nearest")
@@ -108,7 +108,7 @@ def match(
     By time stamps an estimate answers for the time of the reference. Two of its poses that follow
     each other within the largest gap cover the time between them, and each stands for the time
     around it: for each due frame there, with the reference at the pose's own time. So keyframes
-    are scored as all frames are. What no pose covers is lost.
+    are scored as all frames are. What no pose covers is lost. A pose of nan is none.
 
     Image names must be equal, or, if none is, their file names, or these without their endings,
     where they are unique. Whole numbers (of frames, or stamps in nanoseconds) must be equal; where
@@ -253,7 +253,8 @@ class _Cameras(NamedTuple):
 def _cameras_by_time(reference: Trajectory, estimate: Trajectory, timing: _Timing) -> _Cameras:
     """Find the pose that stands for each frame that was due."""
     ref_rows = _first_rows(reference.keys, "reference")
-    est_rows = _first_rows(estimate.keys, "estimate")
+    there = present(estimate.poses)
+    est_rows = _first_rows(estimate.keys, "estimate", there)
     truth = Trajectory(reference.keys[ref_rows], reference.poses[ref_rows])
     stamps = estimate.keys[est_rows] + timing.t_offset
     rows, without_reference = _rows_due(truth.keys, stamps, timing)
@@ -272,7 +273,7 @@ def _cameras_by_time(reference: Trajectory, estimate: Trajectory, timing: _Timin
         est_rows=np.where(standing.est_rows < 0, -1, est_rows[standing.est_rows]),
         gt_poses=standing.gt_poses,
         unmatched=standing.unmatched,
-        duplicate=len(estimate.keys) - len(est_rows),
+        duplicate=int(there.sum()) - len(est_rows),
         without_reference=without_reference,
     )
 
@@ -483,8 +484,18 @@ def _pair_by_row(ref_rows: NDArray[Any], est_rows: NDArray[Any]) -> _Pairs:
     return _Pairs(rows, rows, 0)
 
 
-def _first_rows(keys: NDArray[Any], whose: str) -> Indices:
-    """Return the first row of each key; of time stamps, in their order."""
+def present(poses: Floats) -> Booleans:
+    """Return which poses are there: a row of nan says no more than one that is left out.
+
+    Where all are nan, all are there and fail.
+    """
+    there = ~np.asarray(np.isnan(poses[:, :3]).all(axis=(1, 2)))
+    there |= not there.any()
+    return there
+
+
+def _first_rows(keys: NDArray[Any], whose: str, there: Booleans | None = None) -> Indices:
+    """Return the first row of each key that is there; of time stamps, in their order."""
     rows = np.arange(len(keys))
     if keys.dtype.kind == "f":
         backwards = np.diff(keys) < 0
@@ -495,6 +506,8 @@ def _first_rows(keys: NDArray[Any], whose: str) -> Indices:
                 f"{keys[row]:.6f} s); sorted"
             )
         rows = np.argsort(keys, kind="stable")
+    if there is not None:
+        rows = rows[there[rows]]
     kept = rows[_is_first(keys[rows])]
     if whose == "reference" and len(kept) < len(rows):
         _warn(f"duplicates in the reference (of stamp or name), left out: {len(rows) - len(kept)}")
