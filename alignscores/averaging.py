@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from .arrays import Floats
 from .medoid import TLUD_THRESHOLD, medoid
+from .similarity import best_turn
 from .validation import finite_rows
 
 __all__ = [
@@ -88,7 +89,12 @@ def chordal_mean(rotations: Floats) -> Floats:
 
 
 def geodesic_l1_mean(
-    rotations: Floats, start: Floats, *, max_steps: int = WEISZFELD_STEPS, tolerance: float = 0.0
+    rotations: Floats,
+    start: Floats,
+    *,
+    max_steps: int = WEISZFELD_STEPS,
+    tolerance: float = 0.0,
+    axis: Floats | None = None,
 ) -> Floats:
     """Return the rotation that minimises the sum of angles to rotations (n, 3, 3): a median.
 
@@ -96,7 +102,7 @@ def geodesic_l1_mean(
     Aftab and Trumpf, "L1 rotation averaging using the Weiszfeld algorithm", CVPR 2011). A rotation
     that the iterate coincides with has no direction to pull in. As in Vardi and Zhang ("The
     multivariate L1-median and associated data depth", PNAS 2000) it cancels the pull of one other,
-    so that the iterate stays where an exact majority is.
+    so that the iterate stays where an exact majority is. With an axis all steps are about it.
     """
     mean = start
     for _ in range(max_steps):
@@ -106,6 +112,8 @@ def geodesic_l1_mean(
         if resting:
             angles, axes = angles[away], axes[:, away]
         pull = axes.sum(axis=1)
+        if axis is not None:
+            pull = (axis @ pull) * axis
         strength = sqrt(pull @ pull)
         if strength <= resting:
             break
@@ -116,19 +124,22 @@ def geodesic_l1_mean(
     return mean
 
 
-def tlud_mean(rotations: Floats) -> Floats:
+def tlud_mean(rotations: Floats, up: str | None = None) -> Floats:
     """Return the robust average of rotations (n, 3, 3): truncated least unsquared deviations.
 
     The rotation with the smallest sum of truncated chordal distances to all others defines the
-    inliers; their geodesic L1 mean is the average (section 4, step 1). O(n) memory beyond a
+    inliers; their geodesic L1 mean is the average (section 4, step 1). Where a vertical axis is
+    given, it is the best rotation about this axis for the same inliers. O(n) memory beyond a
     constant. The time grows little more than n where many rotations agree. Where few do, or all
     errors are about 20 degrees, it grows like n^2.
     """
     flat = rotations.reshape(-1, 9)
     inlier = np.linalg.norm(flat - flat[medoid(rotations)], axis=1) < TLUD_THRESHOLD
-    return geodesic_l1_mean(
-        rotations[inlier], chordal_mean(rotations[inlier]), tolerance=TLUD_TOLERANCE
-    )
+    inliers = rotations[inlier]
+    if up is None:
+        return geodesic_l1_mean(inliers, chordal_mean(inliers), tolerance=TLUD_TOLERANCE)
+    start, axis = best_turn(inliers.sum(axis=0), up), np.eye(3)["xyz".index(up[-1])]
+    return geodesic_l1_mean(inliers, start, tolerance=TLUD_TOLERANCE, axis=axis)
 
 
 def rotation_angles(rotations: Floats) -> Floats:

@@ -33,6 +33,7 @@ from .evaluation import Evaluation, Part, rotation_profile
 from .matching import match_estimate, read_parts, read_reference
 from .names import unique_names
 from .notes import (
+    alignment_notes,
     collected_warnings,
     convention_notes,
     matching_notes,
@@ -148,7 +149,11 @@ def score(
     if check:
         notes += swap_notes(reference, whole)
         taken_out = body_rotation is not None
-        notes += convention_notes(convention, invert=settings.invert, applied=taken_out)
+        told = convention_notes(convention, invert=settings.invert, applied=taken_out)
+        notes += told
+        if len(parts) == 1:
+            gt = matches.gt_poses[:, :3, 3]
+            notes += alignment_notes(gt, scores.result, settings, explained=bool(told))
     described = _described_parts(list(parts), scores) if len(parts) > 1 else []
     notes += parts_notes(described)
     est_poses = in_one_world(poses, scores.of_parts, scores.part_of) if described else poses[0]
@@ -167,7 +172,7 @@ def score(
         tas_seeds=scores.tas_seeds,
         half_distance=scores.half_distance,
         half_angle=rotation_profile(scores.result.ras).half,
-        ate=None if described else _ate(once),  # that of a single world
+        ate=None if described else _ate(once, settings),  # that of a single world
         metrics=metrics,
         lost=1 - float(np.sum(finite_rows(matches.est_poses))) / len(matches.due_rows),
         body_rotation=body_rotation,
@@ -226,6 +231,7 @@ def _scores(
         "max_threshold": settings.max_threshold,
         "registration": _registration(matches, settings),
     }
+    group: dict[str, Any] = {"alignment": settings.alignment, "up": settings.up}
     degrees, weight = settings.max_threshold_deg, settings.weight
     with warnings.catch_warnings():
         if len(poses) > 1:  # what is said of a part would be taken for the whole
@@ -238,17 +244,18 @@ def _scores(
                 max_threshold_deg=degrees,
                 weight=weight,
                 **options,
+                **group,
             )
             for part in poses
         ]
         result = combine(of_parts, part_of)
         tas_seeds = [result.tas.score]
         for seed in settings.seeds[1:]:
-            of_seed = [tas(gt, part[:, :3, 3], rng=seed, **options) for part in poses]
+            of_seed = [tas(gt, part[:, :3, 3], rng=seed, **options, **group) for part in poses]
             tas_seeds.append(combine_tas(of_seed, part_of).score)
     positions = [part[:, :3, 3] for part in poses]
     units = result.tas.unit * HALF_UNITS
-    half = profile_of_parts(gt, positions, part_of, units, rng=settings.seed).half
+    half = profile_of_parts(gt, positions, part_of, units, rng=settings.seed, **group).half
     return _Scores(of_parts, part_of, result, tas_seeds, half)
 
 
@@ -315,12 +322,14 @@ def _each_pose_once(matches: Matches) -> Matches:
     return replace(matches, gt_poses=matches.gt_poses[rows], est_poses=matches.est_poses[rows])
 
 
-def _ate(matches: Matches) -> float | None:
-    """Return the ATE of the estimated cameras; None where there is none."""
+def _ate(matches: Matches, settings: Settings) -> float | None:
+    """Return the ATE of the estimated cameras, in the same alignment; None where there is none."""
     gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
     estimated = finite_rows(est)
     try:
-        rmse = least_squares_rmse(gt[estimated], est[estimated])
+        rmse = least_squares_rmse(
+            gt[estimated], est[estimated], alignment=settings.alignment, up=settings.up
+        )
     except ValueError:  # no camera was estimated, or no similarity fits
         return None
     return rmse if math.isfinite(rmse) else None

@@ -109,10 +109,11 @@ def test_same_bits(kind, n):
                 kernel.similar_triplets(gt, est, triplets, factor),
                 hypotheses.similar_triplets(gt, est, triplets, factor),
             )
-        similarities = kernel.three_point_similarities(gt, est, triplets)
-        expected = hypotheses.three_point_similarities(gt, est, triplets)
-        for a, b in zip(similarities, expected, strict=True):
-            assert_same_bits(a, b)
+        for alignment in hypotheses.GROUPS[::-1]:  # that of the paper stays
+            similarities = kernel.three_point_similarities(gt, est, triplets, alignment)
+            expected = hypotheses.three_point_similarities(gt, est, triplets, alignment)
+            for a, b in zip(similarities, expected, strict=True):
+                assert_same_bits(a, b)
         for rank in {1, 2, (n + 9) // 10, n // 2, n}:
             for tie in (0.0, 1e-14, 0.1):
                 assert kernel.cheapest(gt, est, *similarities, rank, tie) == hypotheses.cheapest(
@@ -120,9 +121,10 @@ def test_same_bits(kind, n):
                 )
 
 
+@pytest.mark.parametrize("alignment", hypotheses.GROUPS)
 @pytest.mark.parametrize("n", [3, 7, 8, 64, 301])
 @pytest.mark.parametrize("kind", KINDS)
-def test_same_bits_of_the_refinement(kind, n):
+def test_same_bits_of_the_refinement(kind, n, alignment):
     """Costs and fits, for any weights and from any hypothesis."""
     gt, est = clouds(kind, n)
     rng = np.random.default_rng(2)
@@ -130,10 +132,12 @@ def test_same_bits_of_the_refinement(kind, n):
     weights[:3] = np.eye(3, n)
     with np.errstate(all="ignore"):
         triplets = rng.integers(n, size=(3, 200), dtype=np.intp)
-        scale, rotation, translation, _ = hypotheses.three_point_similarities(gt, est, triplets)
+        scale, rotation, translation, _ = hypotheses.three_point_similarities(
+            gt, est, triplets, alignment
+        )
         rows = np.hstack([scale[:, None], rotation.reshape(-1, 9), translation])
-        rows[:40] = reweighting.weighted_fits(gt, est, weights)
-        assert_same_bits(kernel.weighted_fits(gt, est, weights), rows[:40])
+        rows[:40] = reweighting.weighted_fits(gt, est, weights, alignment)
+        assert_same_bits(kernel.weighted_fits(gt, est, weights, alignment), rows[:40])
         for threshold in (1e-100, 0.05, 1.0, 1e100):
             resolution = 0.01 * threshold
             arguments = gt, est, rows, threshold, resolution
@@ -141,7 +145,7 @@ def test_same_bits_of_the_refinement(kind, n):
             assert_same_bits(costs, reweighting.truncated_costs(*arguments))
             for n_left, tolerance in ((1, 0.01), (20, 0.1)):
                 starts = gt, est, rows[32:48], threshold, resolution
-                ends = n_left, tolerance * threshold * n
+                ends = n_left, tolerance * threshold * n, alignment
                 assert_same_bits(kernel.refine(*starts, *ends), reweighting.refine(*starts, *ends))
 
 
