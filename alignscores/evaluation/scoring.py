@@ -85,7 +85,7 @@ def evaluate(
     >>> folder = "tests/data/tum"
     >>> evaluation = evaluate(f"{folder}/reference.txt", f"{folder}/estimate.txt", format="tum")
     >>> evaluation.tas, evaluation.ras, evaluation.pas
-    (0.8572, 0.8403, 0.8488)
+    (0.8805, 0.86125, 0.8709)
     >>> evaluation.to_dict()["matched"]
     40
     """
