@@ -23,6 +23,7 @@ from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..metrics import metric
 from ..trajectories.files import Trajectory
+from ..trajectories.parts import combine_tas
 from ..translation import tas
 from ..validation import AlignmentWarning, finite_rows
 from ..writing import write_whole
@@ -171,24 +172,26 @@ def _outcome(evaluation: Evaluation) -> Outcome:
 def _errors_at_half(evaluation: Evaluation) -> Floats:
     """Return the position errors of the alignment at the half-score distance.
 
-    Of an estimate in parts, or without that distance, they are those of the TAS.
+    Without that distance they are those of the TAS.
     """
     half = evaluation.half_distance
-    if evaluation.parts or not 0 < half < np.inf:
+    if not 0 < half < np.inf:
         return evaluation.result.tas.errors
-    matches = evaluation.matches
-    gt, est = (poses[:, :3, 3] for poses in (matches.gt_poses, matches.est_poses))
+    gt, settings = evaluation.matches.gt_poses[:, :3, 3], evaluation.settings
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AlignmentWarning)  # the TAS has told it
-        settings = evaluation.settings
-        return tas(
-            *(gt, est),
-            unit=half,
-            rng=settings.seed,
-            registration="refined",
-            alignment=settings.alignment,
-            up=settings.up,
-        ).errors
+        of_parts = [
+            tas(
+                *(gt, part),
+                unit=half,
+                rng=settings.seed,
+                registration="refined",
+                alignment=settings.alignment,
+                up=settings.up,
+            )
+            for part in evaluation.part_positions
+        ]
+    return combine_tas(of_parts, evaluation.part_of_camera).errors
 
 
 def half_terms(errors: Floats, half: float) -> Floats:
