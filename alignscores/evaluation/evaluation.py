@@ -2,7 +2,6 @@
 
 import math
 import statistics
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,13 +14,13 @@ from ..arrays import Floats, Indices
 from ..histogram import AlignmentScore
 from ..metrics import metric
 from ..pose import PASResult
-from ..profile import DEGREES, HALF_UNITS, ScoreProfile, extent_units
+from ..profile import DEGREES, ScoreProfile, extent_units, searched_profile
 from ..similarity import Similarity
 from ..trajectories.association import Matches
 from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
-from ..trajectories.parts import profile_of_parts
-from ..validation import AlignmentWarning, finite_rows
+from ..trajectories.parts import errors_of_parts
+from ..validation import finite_rows
 from .names import printable
 from .settings import Settings
 
@@ -77,6 +76,8 @@ class Evaluation:
     half_distance, half_angle : float
         Units (in the reference's unit, and in degrees) at which TAS, by the refined registration,
         and RAS are one half; infinite where they never are.
+    half_errors : (n,) ndarray
+        Position error of each camera under the alignment that has the half-score distance.
     ate : float or None
         RMSE of the estimated camera centres after the least-squares similarity; None where there is
         none.
@@ -117,6 +118,7 @@ class Evaluation:
     result: PASResult
     tas_seeds: list[float]
     half_distance: float
+    half_errors: Floats = field(repr=False)
     half_angle: float
     ate: float | None
     metrics: Mapping[str, float]
@@ -276,18 +278,17 @@ class Evaluation:
         try:
             units = extent_units(self.reference.poses[:, :3, 3])
         except ValueError:  # all cameras in one place, so that --unit alone has a size
-            units = self.result.tas.unit * HALF_UNITS
+            units = self.result.tas.unit * np.geomspace(1 / 16, 4, 7)
         ras = rotation_profile(self.result.ras).scores
         gt, parts = self.matches.gt_poses[:, :3, 3], self.part_positions
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", AlignmentWarning)  # the TAS has told it
-            tas = profile_of_parts(
-                *(gt, parts, self.part_of_camera, units),
-                rng=self.settings.seed,
-                alignment=self.settings.alignment,
-                up=self.settings.up,
-            )
-        return Profiles(units, tas.scores, DEGREES, ras)
+        errors_at = errors_of_parts(
+            *(gt, parts, self.part_of_camera),
+            rng=self.settings.seed,
+            alignment=self.settings.alignment,
+            up=self.settings.up,
+        )
+        tas = searched_profile(errors_at, units, n_thresholds=100).scores
+        return Profiles(units, tas, DEGREES, ras)
 
     def value(self, name: str) -> float | None:
         """Return a score, or one of the metrics that were asked for; None where it has no value.

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..aligner import normalise
 from ..arrays import Booleans, Floats
-from ..translation import normalise
 from ..validation import finite_rows
 from .conventions import median_error
 from .files import Trajectory, inverse_poses

@@ -7,8 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from alignscores import Comparison, compare, evaluate
-from alignscores.comparison.runs import _errors_at_half
+from alignscores import Comparison, compare
 
 
 @pytest.fixture
@@ -128,14 +127,3 @@ def test_without_pandas_the_table_says_what_to_install(found, monkeypatch):
     with pytest.raises(ModuleNotFoundError) as caught:
         found.to_frame()
     assert str(caught.value) == 'pandas is not installed: pip install "alignscores[tables]"'
-
-
-def test_errors_of_parts_are_those_at_the_half_score_distance(examples, tmp_path):
-    for part in "01":
-        shutil.copytree(examples / "colmap/estimate", tmp_path / "sparse" / part)
-    evaluation = evaluate(examples / "colmap/reference", tmp_path / "sparse", format="colmap")
-    assert len(evaluation.parts) == 2
-    errors, half = _errors_at_half(evaluation), evaluation.half_distance
-    assert not np.array_equal(errors, evaluation.result.tas.errors)
-    score = np.mean(errors[:, None] < half * np.arange(1, 101) / 100)
-    assert score == pytest.approx(0.5, abs=0.01)
