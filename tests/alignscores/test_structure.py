@@ -17,7 +17,7 @@ PROJECT = (
 )
 LAYERS = (  # each imports those before it, and itself
     {"arrays", "version", "validation", "writing"},
-    {"registration", "similarity", "averaging", "histogram", "pairs", "aligner"},
+    {"registration", "similarity", "averaging", "medoid", "histogram", "pairs", "aligner"},
     {"translation", "rotation", "pose", "distance", "profile", "protocols", "metrics"},
     {"trajectories"},
     {"evaluation"},

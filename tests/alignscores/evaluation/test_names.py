@@ -31,7 +31,7 @@ def test_a_name_that_cannot_be_printed_loses_no_result(process, examples, tmp_pa
     saved = ["--save_plot", str(tmp_path / "a.svg")] if encoding == "ascii" else []
     done = run(*saved, "--save_results", str(tmp_path / "r.zip"))
     assert (done.returncode, done.stderr) == (0, "")
-    assert len(done.stdout.splitlines()) == 1 + len(NAMES) + 6
+    assert len(done.stdout.splitlines()) == 1 + len(NAMES) + 5
     assert done.stdout.replace("\n", "").isprintable()
     assert "\n" + r"n\xff\xe9.txt " in done.stdout
     assert len(list(tmp_path.glob("r_*.zip"))) == len(NAMES)
