@@ -29,7 +29,17 @@ def test_every_format_scores_the_same_scene_the_same(form, score, examples):
     expected = pas(matches.gt_poses, matches.est_poses)
     assert set(result) == {
         *("name", "file", "rank", "TAS", "TAS_sd", "RAS", "PAS", "PAS_sd", "TAS_seeds"),
-        *("PAS_seeds", "ATE", "scale", "n", "lost", "matched", "missing", "non_finite", "no_position"),
+        *(
+            "PAS_seeds",
+            "ATE",
+            "scale",
+            "n",
+            "lost",
+            "matched",
+            "missing",
+            "non_finite",
+            "no_position",
+        ),
         *("no_rotation", "duplicate", "unmatched", "unit", "within_unit", "within_10_deg"),
         *("half_distance", "half_angle", "n_hypotheses", "alignment", "body_rotation"),
         *("parts", "notes", "metrics"),
