@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any
 
 from .arrays import Floats
@@ -94,6 +95,7 @@ SCORES: Sequence[Family] = (
 FAMILIES = (*SCORES, *PROTOCOLS)
 
 
+@cache
 def metric(name: str) -> Metric:
     """Find a metric by its name, whatever its case, or by an old name, which `alias` then is."""
     return find(name, FAMILIES)
