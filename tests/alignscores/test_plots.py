@@ -95,7 +95,7 @@ def test_a_row_of_panels_for_each_estimate(evaluation, named):
     assert texts == [f"TAS = {result.tas.score:.3f}", f"RAS = {result.ras.score:.3f}"]
 
 
-@pytest.mark.parametrize("n", [5, 30, 1000])
+@pytest.mark.parametrize("n", [5, 30, 300])
 def test_many_estimates_share_axes(evaluation, named, n, tmp_path):
     """And take seconds; one with a row each took minutes, and gigabytes."""
     result = evaluation.result
@@ -119,7 +119,7 @@ def test_many_estimates_share_axes(evaluation, named, n, tmp_path):
     styles = {(line.get_color(), line.get_linestyle()) for line in positions.get_lines()}
     assert len(styles) == shown
     for suffix in (".png", ".pdf", ".svg"):
-        assert len(picture(figure, tmp_path / f"many{suffix}")) < 1e6
+        assert len(picture(figure, tmp_path / f"many{suffix}")) < 3e5
 
 
 def test_profiles():
