@@ -7,6 +7,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from .arrays import Floats
+from .similarity import best_turn
 from .validation import finite_rows
 
 __all__ = [
@@ -95,7 +96,12 @@ def chordal_mean(rotations: Floats) -> Floats:
 
 
 def geodesic_l1_mean(
-    rotations: Floats, start: Floats, *, max_steps: int = WEISZFELD_STEPS, tolerance: float = 0.0
+    rotations: Floats,
+    start: Floats,
+    *,
+    max_steps: int = WEISZFELD_STEPS,
+    tolerance: float = 0.0,
+    axis: Floats | None = None,
 ) -> Floats:
     """Return the rotation that minimises the sum of angles to rotations (n, 3, 3): a median.
 
@@ -103,7 +109,7 @@ def geodesic_l1_mean(
     Aftab and Trumpf, "L1 rotation averaging using the Weiszfeld algorithm", CVPR 2011). A rotation
     that the iterate coincides with has no direction to pull in. As in Vardi and Zhang ("The
     multivariate L1-median and associated data depth", PNAS 2000) it cancels the pull of one other,
-    so that the iterate stays where an exact majority is.
+    so that the iterate stays where an exact majority is. With an axis all steps are about it.
     """
     mean = start
     for _ in range(max_steps):
@@ -113,6 +119,8 @@ def geodesic_l1_mean(
         if resting:
             angles, axes = angles[away], axes[:, away]
         pull = axes.sum(axis=1)
+        if axis is not None:
+            pull = (axis @ pull) * axis
         strength = sqrt(pull @ pull)
         if strength <= resting:
             break
@@ -123,20 +131,23 @@ def geodesic_l1_mean(
     return mean
 
 
-def tlud_mean(rotations: Floats) -> Floats:
+def tlud_mean(rotations: Floats, up: str | None = None) -> Floats:
     """Return the robust average of rotations (n, 3, 3): truncated least unsquared deviations.
 
     The rotation with the smallest sum of truncated chordal distances to all others defines the
-    inliers; their geodesic L1 mean is the average (section 4, step 1). O(n) memory beyond a
+    inliers; their geodesic L1 mean is the average (section 4, step 1). Where a vertical axis is
+    given, it is the best rotation about this axis for the same inliers. O(n) memory beyond a
     constant. The time grows like n^1.5 where many rotations agree. Where few do, a tree finds all
     pairs within the threshold, which takes most of the time. In between, where all errors are about
     20 degrees, the time grows like n^2.
     """
     flat = rotations.reshape(-1, 9)
     inlier = np.linalg.norm(flat - flat[_medoid(rotations)], axis=1) < TLUD_THRESHOLD
-    return geodesic_l1_mean(
-        rotations[inlier], chordal_mean(rotations[inlier]), tolerance=TLUD_TOLERANCE
-    )
+    inliers = rotations[inlier]
+    if up is None:
+        return geodesic_l1_mean(inliers, chordal_mean(inliers), tolerance=TLUD_TOLERANCE)
+    start, axis = best_turn(inliers.sum(axis=0), up), np.eye(3)["xyz".index(up[-1])]
+    return geodesic_l1_mean(inliers, start, tolerance=TLUD_TOLERANCE, axis=axis)
 
 
 def _medoid(rotations: Floats) -> int:

@@ -60,6 +60,8 @@ def pas(
     max_threshold_deg: float = 10.0,
     n_thresholds: int = 100,
     registration: str | Registration = "pcr99",
+    alignment: str = "similarity",
+    up: str = "z",
 ) -> PASResult:
     """Score how well estimated camera poses match the ground truth: PAS, the mean of TAS and RAS.
 
@@ -89,6 +91,10 @@ def pas(
         Number of thresholds of each of the two scores.
     registration : {"pcr99", "refined"} or Registration
         See `tas`.
+    alignment : {"similarity", "rigid", "yaw", "none"}
+        What may differ between the two worlds; see `tas` and `ras`.
+    up : {"z", "y", "x", "-z", "-y", "-x"}
+        Vertical axis of both worlds, for "yaw".
 
     Returns
     -------
@@ -139,8 +145,12 @@ def pas(
         max_threshold=max_threshold,
         n_thresholds=n_thresholds,
         registration=registration,
+        alignment=alignment,
+        up=up,
     )
-    rotation = _checked_ras(gt_rotations, est_rotations, max_threshold_deg, n_thresholds)
+    rotation = _checked_ras(
+        gt_rotations, est_rotations, max_threshold_deg, n_thresholds, alignment, up
+    )
     weight = float(weight)
     score = weight * translation.score + (1 - weight) * rotation.score
     return PASResult(score=score, tas=translation, ras=rotation, weight=weight)

@@ -130,6 +130,8 @@ def tas_profile(
     n_hypotheses: int = 1000,
     n_thresholds: int = 100,
     registration: str | Registration = "refined",
+    alignment: str = "similarity",
+    up: str = "z",
 ) -> ScoreProfile:
     """Score camera positions over all units: the TAS as a function of d.
 
@@ -154,6 +156,10 @@ def tas_profile(
     registration : {"refined", "pcr99"} or Registration
         See `tas`. The alignment of "pcr99" is the same at every unit. Any other aligns anew at each
         unit; an alignment that was found at one unit counts at all of them.
+    alignment : {"similarity", "rigid", "yaw", "none"}
+        What may differ between the two worlds; see `tas`.
+    up : {"z", "y", "x", "-z", "-y", "-x"}
+        Vertical axis of both worlds, for "yaw".
 
     Returns
     -------
@@ -197,11 +203,13 @@ def tas_profile(
         rng=rng,
         n_hypotheses=n_hypotheses,
         n_thresholds=n_thresholds,
+        alignment=alignment,
+        up=up,
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AlignmentWarning)
         first = errors_at(grid[0])
-        if first is not None and registration != "pcr99":
+        if first is not None and registration != "pcr99" and alignment != "none":
             return _searched(grid, first, errors_at, n_thresholds)
     if first is None:
         warnings.warn(
@@ -217,6 +225,8 @@ def ras_profile(
     units: ArrayLike | None = None,
     *,
     n_thresholds: int = 100,
+    alignment: str = "similarity",
+    up: str = "z",
 ) -> ScoreProfile:
     """Score camera rotations over all largest thresholds.
 
@@ -229,6 +239,10 @@ def ras_profile(
         equal ratios.
     n_thresholds : int
         Number of equally spaced thresholds up to the largest.
+    alignment : {"similarity", "rigid", "yaw", "none"}
+        How the two worlds may be turned; see `ras`.
+    up : {"z", "y", "x", "-z", "-y", "-x"}
+        Vertical axis of both worlds, for "yaw".
 
     Returns
     -------
@@ -261,7 +275,7 @@ def ras_profile(
     (array([0.588, 0.762]), 7.6)
     """
     grid = DEGREES if units is None else _checked_units(units)
-    result = ras(gt_rotations, est_rotations, n_thresholds=n_thresholds)
+    result = ras(gt_rotations, est_rotations, n_thresholds=n_thresholds, alignment=alignment, up=up)
     return _profile(grid, [result.errors], n_thresholds)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from .arrays import Floats
 from .averaging import rotation_angles, tlud_mean
 from .histogram import AlignmentScore, equal_steps
+from .similarity import check_alignment
 from .validation import (
     AlignmentWarning,
     check_rotations,
@@ -65,6 +66,8 @@ def ras(
     *,
     max_threshold_deg: float = 10.0,
     n_thresholds: int = 100,
+    alignment: str = "similarity",
+    up: str = "z",
 ) -> RASResult:
     """Score how well estimated camera rotations match the ground truth: RAS.
 
@@ -82,6 +85,11 @@ def ras(
         Largest error threshold in degrees.
     n_thresholds : int
         Number of equally spaced thresholds up to the largest.
+    alignment : {"similarity", "rigid", "yaw", "none"}
+        How the two worlds may be turned: "similarity" and "rigid" freely, "yaw" about the vertical
+        axis, "none" not at all.
+    up : {"z", "y", "x", "-z", "-y", "-x"}
+        Vertical axis of both worlds, for "yaw"; its sign changes nothing.
 
     Returns
     -------
@@ -119,21 +127,36 @@ def ras(
     gt = check_rotations(gt_rotations, "gt_rotations", complete=True)
     est = check_rotations(est_rotations, "est_rotations", complete=False)
     check_same_length(gt, est, "gt_rotations", "est_rotations")
-    return _checked_ras(gt, est, max_threshold_deg, n_thresholds)
+    check_alignment(alignment, up)
+    return _checked_ras(gt, est, max_threshold_deg, n_thresholds, alignment, up)
 
 
-def _checked_ras(gt: Floats, est: Floats, max_threshold_deg: float, n_thresholds: int) -> RASResult:
+def _checked_ras(
+    gt: Floats,
+    est: Floats,
+    max_threshold_deg: float,
+    n_thresholds: int,
+    alignment: str,
+    up: str,
+) -> RASResult:
     """Return the RAS of checked rotations, for `ras` and `pas`; the warning is for their caller."""
     thresholds = equal_steps(max_threshold_deg, n_thresholds, "max_threshold_deg")
     estimated = finite_rows(est)
     errors = np.full(len(gt), np.inf)
-    alignment = None
+    found = None
     if estimated.any():
         gt, est = gt[estimated], est[estimated]
-        alignment = tlud_mean(est @ gt.transpose(0, 2, 1))
-        errors[estimated] = rotation_angles((alignment @ gt).transpose(0, 2, 1) @ est)
+        found = _aligned(est @ gt.transpose(0, 2, 1), alignment, up)
+        errors[estimated] = rotation_angles((found @ gt).transpose(0, 2, 1) @ est)
     else:
         warnings.warn(
             "RAS is 0: no camera in est_rotations was estimated", AlignmentWarning, stacklevel=3
         )
-    return RASResult(errors=errors, thresholds=thresholds, alignment=alignment)
+    return RASResult(errors=errors, thresholds=thresholds, alignment=found)
+
+
+def _aligned(rotations: Floats, alignment: str, up: str) -> Floats:
+    """Return the rotation between two worlds, given that of each camera (n, 3, 3)."""
+    if alignment == "none":
+        return np.eye(3)
+    return tlud_mean(rotations, up if alignment == "yaw" else None)

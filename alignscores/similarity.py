@@ -9,9 +9,13 @@ from .arrays import Floats
 from .validation import check_positions, check_same_length, check_weights
 
 __all__ = [
+    "ALIGNMENTS",
     "FARTHEST_SQUARABLE",
     "FARTHEST_SUMMABLE",
+    "UP",
     "Similarity",
+    "best_turn",
+    "check_alignment",
     "common_normal",
     "cross",
     "dot",
@@ -20,6 +24,8 @@ __all__ = [
 ]
 
 
+ALIGNMENTS = "similarity", "rigid", "yaw", "none"
+UP = "z", "y", "x", "-z", "-y", "-x"
 FARTHEST_SUMMABLE = 1e300  # sums and differences of coordinates beyond may overflow
 FARTHEST_SQUARABLE = 1e100  # squares of coordinates beyond, and their sums, may overflow
 BLOCK = 128  # cameras summed in one matrix product
@@ -64,6 +70,9 @@ class Similarity:
         gt_positions: ArrayLike,
         est_positions: ArrayLike,
         weights: ArrayLike | None = None,
+        *,
+        alignment: str = "similarity",
+        up: str = "z",
     ) -> "Similarity":
         """Return the least-squares alignment: the weighted sum of squared errors is smallest.
 
@@ -76,6 +85,10 @@ class Similarity:
             Finite camera centres in the ground-truth and in the estimated world.
         weights : (n,) array_like, optional
             Non-negative weight of each camera; by default they are equal.
+        alignment : {"similarity", "rigid", "yaw", "none"}
+            What may differ between the two worlds; see `tas`.
+        up : {"z", "y", "x", "-z", "-y", "-x"}
+            Vertical axis of both worlds, for "yaw".
 
         Returns
         -------
@@ -93,7 +106,8 @@ class Similarity:
         References
         ----------
         Umeyama, "Least-squares estimation of transformation parameters between two point patterns",
-        PAMI 1991.
+        PAMI 1991. For "yaw" Zhang and Scaramuzza, "A tutorial on quantitative trajectory
+        evaluation for visual(-inertial) odometry", IROS 2018.
 
         Examples
         --------
@@ -109,13 +123,21 @@ class Similarity:
         gt = check_positions(gt_positions, "gt_positions", complete=True)
         est = check_positions(est_positions, "est_positions", complete=True)
         check_same_length(gt, est, "gt_positions", "est_positions")
+        check_alignment(alignment, up)
+        if alignment == "none":
+            return cls(1.0, np.eye(3), np.zeros(3))
         w = np.ones(len(gt)) if weights is None else check_weights(weights, len(gt))
         positive = w > 0
         gt, gt_origin, gt_extent = _unit_extent(gt[positive])
         est, est_origin, est_extent = _unit_extent(est[positive])
         with np.errstate(all="ignore"):  # where nothing fits, the scale is NaN or infinite
-            scale, rotation, translation = _weighted_fit(gt, est, w[positive] / w.max())
-            scale = float(scale * (est_extent / gt_extent))
+            scale, rotation, means = _weighted_fit(
+                gt, est, w[positive] / w.max(), up if alignment == "yaw" else None
+            )
+            if alignment != "similarity":
+                scale = gt_extent / est_extent
+            translation = means[3:] - scale * (rotation @ means[:3])
+            scale = float(scale * (est_extent / gt_extent)) if alignment == "similarity" else 1.0
         if not 0 < scale < np.inf:
             raise ValueError(
                 "no similarity fits gt_positions to est_positions: the cameras coincide in one of "
@@ -200,12 +222,37 @@ def least_squares_rmse(gt_positions: Floats, est_positions: Floats) -> float:
         return float(np.sqrt(np.mean(errors**2)))
 
 
-def _weighted_fit(gt: Floats, est: Floats, weights: Floats) -> tuple[float, Floats, Floats]:
-    """Return scale, rotation and translation of the weighted least-squares similarity.
+def check_alignment(alignment: str, up: str) -> None:
+    """Refuse the name of no alignment, or of no axis."""
+    if alignment not in ALIGNMENTS:
+        raise ValueError(f"alignment must be one of {', '.join(ALIGNMENTS)}, not {alignment!r}")
+    if up not in UP:
+        raise ValueError(f"up must be one of {', '.join(UP)}, not {up!r}")
 
-    The best rotation maximises its correlation with the weighted cross-covariance of the two
-    centred clouds; scale and translation follow. The squared errors are those in the ground truth,
-    so it is Umeyama's fit of the estimate to the ground truth, inverted.
+
+def best_turn(matrix: Floats, up: str) -> Floats:
+    """Return the rotation about the vertical axis that correlates best with a matrix (3, 3)."""
+    k = "xyz".index(up[-1])
+    i, j = (k + 1) % 3, (k + 2) % 3
+    cosine, sine = matrix[i, i] + matrix[j, j], matrix[j, i] - matrix[i, j]
+    length = np.hypot(cosine, sine)
+    rotation = np.eye(3)
+    if length > 0:
+        rotation[i, i] = rotation[j, j] = cosine / length
+        rotation[j, i] = sine / length
+        rotation[i, j] = -rotation[j, i]
+    return rotation
+
+
+def _weighted_fit(
+    gt: Floats, est: Floats, weights: Floats, up: str | None
+) -> tuple[float, Floats, Floats]:
+    """Return scale and rotation of the weighted least-squares similarity, and the means (6,).
+
+    The best rotation, about the vertical axis if one is given, maximises its correlation with the
+    weighted cross-covariance of the two centred clouds; scale and translation follow. The squared
+    errors are those in the ground truth, so it is Umeyama's fit of the estimate to the ground
+    truth, inverted.
     """
     weights = weights / np.maximum(weights.sum(), SMALLEST)
     values = np.empty((24, len(gt)))  # 6 coordinates of both worlds, 18 products with the estimate
@@ -217,6 +264,9 @@ def _weighted_fit(gt: Floats, est: Floats, weights: Floats) -> tuple[float, Floa
     moments = weighted_sums(weights[None], values)[0]
     means = moments[:6]
     covariance = moments[6:].reshape(3, 6) - means[3:, None] * means
+    means += origin
+    if up is not None:
+        return 1.0, best_turn(covariance[:, :3], up), means
     u, correlation, vt = np.linalg.svd(covariance[:, :3])
     if correlation[1] <= LINE * correlation[0]:
         # The spin about it is free: take the smallest rotation, not what rounding gives.
@@ -225,9 +275,7 @@ def _weighted_fit(gt: Floats, est: Floats, weights: Floats) -> tuple[float, Floa
     u[:, 2] *= handedness
     correlation[2] *= handedness
     rotation = u @ vt
-    scale = np.trace(covariance[:, 3:]) / correlation.sum()
-    means += origin
-    return scale, rotation, means[3:] - scale * (rotation @ means[:3])
+    return np.trace(covariance[:, 3:]) / correlation.sum(), rotation, means
 
 
 def _line_frames(gt: Floats, est: Floats) -> tuple[Floats, Floats]:
@@ -273,5 +321,5 @@ def _unit_extent(positions: Floats) -> tuple[Floats, Floats, np.float64]:
     """Return positions relative to the first, in units of their extent, with first and extent."""
     positions = np.clip(positions, -FARTHEST_SUMMABLE, FARTHEST_SUMMABLE)
     local = positions - positions[0]
-    extent = np.abs(local).max()
-    return local / extent if extent > 0 else local, positions[0], extent
+    extent = np.abs(local).max() or np.float64(1)
+    return local / extent, positions[0], extent

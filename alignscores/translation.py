@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .arrays import Floats
 from .histogram import AlignmentScore, equal_steps
 from .registration import REGISTRATIONS, Registration
-from .similarity import FARTHEST_SUMMABLE, Similarity
+from .similarity import FARTHEST_SUMMABLE, Similarity, check_alignment
 from .validation import (
     AlignmentWarning,
     check_positions,
@@ -25,6 +25,7 @@ __all__ = ["TASResult", "closest_pair_distances", "closest_pair_quartile", "norm
 Normalised = tuple[Floats, Floats, float]  # positions, their origin and unit; see `normalise`
 Seed = int | np.random.SeedSequence | np.random.Generator | None
 
+IDENTITY = Similarity(1.0, np.eye(3), np.zeros(3))
 MAX_WITHOUT_TREE = 128  # cameras; up to there it is faster to compute all distances
 
 
@@ -81,11 +82,13 @@ def tas(
     max_threshold: float = 1.0,
     n_thresholds: int = 100,
     registration: str | Registration = "pcr99",
+    alignment: str = "similarity",
+    up: str = "z",
 ) -> TASResult:
     """Score how well estimated camera positions match the ground truth: TAS.
 
-    The estimate may be in another world: it is registered to the ground truth by a similarity. No
-    metric scale and no rotations are needed.
+    The estimate may be in another world: it is registered to the ground truth by a similarity, or
+    by what `alignment` allows. No rotations are needed.
 
     Parameters
     ----------
@@ -109,6 +112,12 @@ def tas(
         "pcr99" is the registration of the paper. "refined" maximises the score, which then hardly
         depends on `rng`; it is higher, and not to be compared with published values. Any other is
         passed as a function (see `Registration`).
+    alignment : {"similarity", "rigid", "yaw", "none"}
+        What may differ between the two worlds: "similarity", the paper's, a rotation, a translation
+        and the scale; "rigid" no scale; "yaw" a turn about the vertical axis and a translation;
+        "none" nothing.
+    up : {"z", "y", "x", "-z", "-y", "-x"}
+        Vertical axis of both worlds, for "yaw"; its sign changes nothing.
 
     Returns
     -------
@@ -143,6 +152,10 @@ def tas(
 
     O(n log n + n_hypotheses * n) time, O(n) memory.
 
+    With another alignment than "similarity" the score counts what that alignment keeps: the scale,
+    the vertical axis, the world. "pcr99" then fits the alignment to the same triplets; "refined"
+    aligns any estimate, even one camera.
+
     References
     ----------
     Lee and Civera, "Alignment Scores", section 3.
@@ -168,6 +181,14 @@ def tas(
     >>> [round(tas(gt, est, rng=seed, registration="refined").score, 3) for seed in range(3)]
     [0.663, 0.663, 0.663]
 
+    An estimate of the wrong size is right up to scale, and wrong without:
+
+    >>> [
+    ...     tas(gt, 2 * gt, registration="refined", alignment=a).score
+    ...     for a in ("similarity", "rigid")
+    ... ]
+    [1.0, 0.02]
+
     A registration may be any function:
 
     >>> from alignscores import Similarity
@@ -181,6 +202,7 @@ def tas(
     est = check_positions(est_positions, "est_positions", complete=False)
     check_same_length(gt, est, "gt_positions", "est_positions")
     check_positive(n_hypotheses, "n_hypotheses", integer=True)
+    check_alignment(alignment, up)
     register, name = _registration(registration)
     try:
         generator = np.random.default_rng(rng)
@@ -196,16 +218,19 @@ def tas(
     errors = np.full(len(gt), np.inf)
     if 0 < np.count_nonzero(estimated) < len(gt):
         normalised_gt = normalise(gt[estimated])
-    alignment, errors[estimated], n_used = _register(
-        normalised_gt,
+    found, errors[estimated], n_used = _register(
+        gt[estimated],
         est[estimated],
+        normalised_gt,
         register,
+        alignment,
+        up,
         rank=max(4, (len(gt) + 5) // 10),
         threshold=float(thresholds[-1]),
         n_hypotheses=int(n_hypotheses),
         rng=generator,
     )
-    if alignment is None:
+    if found is None:
         distinct = len(np.unique(est[estimated], axis=0))
         warnings.warn(
             "TAS is 0: the estimate cannot be aligned, since none of its camera triplets resembles "
@@ -216,7 +241,7 @@ def tas(
     return TASResult(
         errors=errors,
         thresholds=thresholds,
-        alignment=alignment,
+        alignment=found,
         unit=float(unit),
         n_hypotheses=n_used,
         registration=name,
@@ -308,9 +333,12 @@ def _registration(registration: str | Registration) -> tuple[Registration, str]:
 
 
 def _register(
-    normalised_gt: Normalised,
+    gt: Floats,
     est: Floats,
+    normalised_gt: Normalised,
     register: Registration,
+    alignment: str,
+    up: str,
     *,
     rank: int,
     threshold: float,
@@ -320,16 +348,22 @@ def _register(
     """Register finite positions; return the alignment, the errors and the number of hypotheses."""
     gt_local, gt_centre, gt_unit = normalised_gt
     errors = np.full(len(est), np.inf)
-    if len(est) < 3:
+    if len(est) < (3 if alignment == "similarity" else 1):
         return None, errors, 0
+    if alignment == "none":
+        return IDENTITY, IDENTITY.position_errors(gt, est), 1
     est_local, est_centre, est_unit = normalise(est)
+    if alignment != "similarity":  # the scale must stay what it is
+        est_local, est_unit = est_local * (est_unit / gt_unit), gt_unit
+    axes = np.roll(range(3), -1 - "xyz".index(up[-1]))  # the vertical one last
     registered = register(
-        gt_local,
-        est_local,
+        gt_local[:, axes],
+        est_local[:, axes],
         rank=min(rank, len(est)),
         threshold=threshold / gt_unit,
         n_hypotheses=n_hypotheses,
         rng=rng,
+        alignment=alignment,
     )
     match registered:
         case (Similarity() | None as local, int() | np.integer() as n_used):
@@ -341,6 +375,8 @@ def _register(
             )
     if local is None:
         return None, errors, n_used
+    back = np.argsort(axes)
+    local = Similarity(local.scale, local.rotation[np.ix_(back, back)], local.translation[back])
     errors = gt_unit * local.position_errors(gt_local, est_local)
     scale = local.scale * est_unit / gt_unit
     translation = est_centre + est_unit * local.translation - scale * local.rotation @ gt_centre

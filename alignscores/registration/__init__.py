@@ -34,11 +34,13 @@ class Registration(Protocol):
         threshold: float,
         n_hypotheses: int,
         rng: np.random.Generator,
+        alignment: str,
     ) -> tuple[Similarity | None, int]:
         """Register ``(n, 3)`` estimated positions to the ground truth.
 
         ``rank`` is m of the paper, at most n; ``threshold`` is the largest error threshold in the
-        given ground-truth units.
+        given ground-truth units. ``alignment`` is "similarity", "rigid" or "yaw", whose vertical
+        axis is the third one.
         """
         ...
 

@@ -8,6 +8,7 @@ triplets are camera indices, ``(3, H)``. NaN and infinity fail every comparison,
 hypotheses with such numbers never win.
 """
 
+from collections.abc import Callable
 from math import inf
 from typing import TypeVar
 
@@ -17,11 +18,12 @@ from numpy.typing import NDArray
 from ..arrays import Booleans, Floats, Indices
 from ..similarity import common_normal, cross, dot
 
-__all__ = ["cheapest", "similar_triplets", "three_point_similarities"]
+__all__ = ["cheapest", "similar_triplets", "three_point_similarities", "turns"]
 
 
 Number = TypeVar("Number", bound=np.generic)
 
+GROUPS = "similarity", "rigid", "yaw"  # of alignments that are searched
 FLAT = 1e-6  # sine of the angle at the first corner, below which a triangle has no usable normal
 ERRORS_AT_ONCE = 1 << 14  # 128 KiB, which fit in the cache
 
@@ -50,21 +52,26 @@ def similar_triplets(gt: Floats, est: Floats, triplets: Indices, factor: float) 
 
 
 def three_point_similarities(
-    gt: Floats, est: Floats, triplets: Indices
+    gt: Floats, est: Floats, triplets: Indices, alignment: str = "similarity"
 ) -> tuple[Floats, Floats, Floats, Booleans]:
-    """Return similarities from ground truth to estimate, and which of their triangles are flat.
+    """Return alignments from ground truth to estimate, and which of their triangles are flat.
 
     The rotation takes the triangle's frame in the ground truth (first axis along the first edge,
     second along the normal) to its frame in the estimate; scale and translation are the
     least-squares ones about the two centroids. A triangle that is flat in either world has no
     normal: its rotation is the smallest that takes one first edge to the other. The spin about the
     line of the cameras is then arbitrary, but changes no position on that line.
+
+    "rigid" has the same rotation and the scale 1. "yaw" turns about the third axis, by the
+    least-squares angle; there flat are triangles whose cameras stand above each other.
     """
     # Both worlds side by side: (3 components, 2 worlds, H).
     corner, *others = np.stack([gt, est], axis=1).take(triplets, axis=2).transpose(2, 0, 1, 3)
     edge_1, edge_2 = (other - corner for other in others)
     frames, flat = _frames(edge_1, edge_2)
     rotation = dot(frames[:, :, None, 1], frames[:, None, :, 0])
+    if alignment == "yaw":
+        rotation, flat = _turns_between(edge_1, edge_2)
 
     def rotated(vectors: Floats) -> Floats:
         return dot(rotation.swapaxes(0, 1), vectors[:, None])
@@ -75,9 +82,38 @@ def three_point_similarities(
     a_22 = dot(edge_2[:, 0], edge_2[:, 0])
     b_22 = dot(edge_2[:, 1], rotated(edge_2[:, 0]))
     scale = (2 * (b_1 * a_1 + b_22) - b_1 * a_2 - b_2 * a_1) / (2 * (a_1 * a_1 + a_22 - a_1 * a_2))
+    if alignment != "similarity":
+        scale = np.ones_like(scale)
     gt_centroid, est_centroid = ((corner + others[0] + others[1]) / 3).swapaxes(0, 1)
     translation = est_centroid - scale * rotated(gt_centroid)
     return scale, rotation.transpose(2, 0, 1), translation.T, flat
+
+
+def _turns_between(edge_1: Floats, edge_2: Floats) -> tuple[Floats, Booleans]:
+    """Return the best rotations (3, 3, H) about the third axis, and which of them are free.
+
+    Triangles are given by two edges (3, 2 worlds, H). Sums of products over three cameras, relative
+    to their centroid, follow from those of the edges.
+    """
+
+    def centred(product: Callable[[Floats, Floats], Floats], first: int, second: int) -> Floats:
+        (a_1, a_2), (b_1, b_2) = ([e[:, i] for e in (edge_1, edge_2)] for i in (first, second))
+        total = 2 * (product(a_1, b_1) + product(a_2, b_2))
+        return total - product(a_1, b_2) - product(a_2, b_1)
+
+    cosine = centred(lambda a, b: a[0] * b[0] + a[1] * b[1], 0, 1)
+    sine = centred(lambda a, b: a[0] * b[1] - a[1] * b[0], 0, 1)
+    shortest = FLAT * FLAT * np.sqrt(centred(dot, 0, 0) * centred(dot, 1, 1))
+    return turns(cosine, sine, shortest), ~(np.sqrt(cosine * cosine + sine * sine) > shortest)
+
+
+def turns(cosine: Floats, sine: Floats, shortest: Floats | float) -> Floats:
+    """Return rotations (3, 3, H) about the third axis by their directions; none if too short."""
+    length = np.sqrt(cosine * cosine + sine * sine)
+    turned = length > shortest
+    cosine, sine = np.where(turned, cosine / length, 1.0), np.where(turned, sine / length, 0.0)
+    zero, one = np.zeros_like(length), np.ones_like(length)
+    return np.array([[cosine, -sine, zero], [sine, cosine, zero], [zero, zero, one]])
 
 
 def _frames(edge_1: Floats, edge_2: Floats) -> tuple[Floats, Booleans]:

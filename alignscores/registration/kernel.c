@@ -40,6 +40,10 @@ typedef struct {
     vector x, y, z;
 } matrix; /* by rows */
 
+static const matrix identity = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
+typedef enum { SIMILARITY, RIGID, YAW } group; /* in the order of reweighting.GROUPS */
+
 static inline vector point(const double *points, size_t n, size_t i)
 {
     return (vector){points[i], points[n + i], points[2 * n + i]};
@@ -173,10 +177,55 @@ static inline matrix rotation_between(const triangle *a, const triangle *b)
     };
 }
 
+/* A rotation about the third axis, given by its direction; none where that is too short. */
+static inline matrix turn(double cosine, double sine, double shortest)
+{
+    double length = sqrt(cosine * cosine + sine * sine);
+    bool turned = length > shortest;
+    cosine = turned ? cosine / length : 1;
+    sine = turned ? sine / length : 0;
+    return (matrix){{cosine, -sine, 0}, {sine, cosine, 0}, {0, 0, 1}};
+}
+
+/* Sum over three cameras, relative to their centroid, of a product that is given for their edges. */
+static inline double centred(double p_11, double p_12, double p_21, double p_22)
+{
+    return 2 * (p_11 + p_22) - p_12 - p_21;
+}
+
+static inline double extent(const triangle *t)
+{
+    double product = dot(t->edge_1, t->edge_2);
+    return centred(dot(t->edge_1, t->edge_1), product, product, dot(t->edge_2, t->edge_2));
+}
+
+static inline double level_dot(vector a, vector b)
+{
+    return a.x * b.x + a.y * b.y;
+}
+
+static inline double level_cross(vector a, vector b)
+{
+    return a.x * b.y - a.y * b.x;
+}
+
+/* The best rotation about the third axis; return whether it is free, as both stand upright. */
+static inline bool turn_between(const triangle *a, const triangle *b, double flat_sine,
+                                matrix *rotation)
+{
+    double cosine = centred(level_dot(a->edge_1, b->edge_1), level_dot(a->edge_1, b->edge_2),
+                            level_dot(a->edge_2, b->edge_1), level_dot(a->edge_2, b->edge_2));
+    double sine = centred(level_cross(a->edge_1, b->edge_1), level_cross(a->edge_1, b->edge_2),
+                          level_cross(a->edge_2, b->edge_1), level_cross(a->edge_2, b->edge_2));
+    double shortest = flat_sine * flat_sine * sqrt(extent(a) * extent(b));
+    *rotation = turn(cosine, sine, shortest);
+    return !(sqrt(cosine * cosine + sine * sine) > shortest);
+}
+
 EXPORTED
 void three_point_similarities(const double *gt, const double *est, size_t n,
-                              const ptrdiff_t *triplets, size_t n_triplets, double flat_sine,
-                              double parallel_sine, double *scales, matrix *rotations,
+                              const ptrdiff_t *triplets, size_t n_triplets, int alignment,
+                              double flat_sine, double parallel_sine, double *scales, matrix *rotations,
                               vector *translations, bool *flat)
 {
     for (size_t h = 0; h < n_triplets; h++) {
@@ -191,11 +240,16 @@ void three_point_similarities(const double *gt, const double *est, size_t n,
         complete_axes(&b);
         matrix rotation = rotation_between(&a, &b);
 
+        if (alignment == YAW)
+            flat[h] = turn_between(&a, &b, flat_sine, &rotation);
+
         double a_1 = dot(a.edge_1, a.first), a_2 = dot(a.edge_2, a.first);
         double b_1 = dot(b.edge_1, b.first), b_2 = dot(b.edge_2, b.first);
         double a_22 = dot(a.edge_2, a.edge_2), b_22 = dot(b.edge_2, rotated(rotation, a.edge_2));
         double scale = (2 * (b_1 * a_1 + b_22) - b_1 * a_2 - b_2 * a_1)
                        / (2 * (a_1 * a_1 + a_22 - a_1 * a_2));
+        if (alignment != SIMILARITY)
+            scale = 1;
         scales[h] = scale;
         rotations[h] = rotation;
         translations[h] = minus(b.centroid, times(scale, rotated(rotation, a.centroid)));
@@ -467,7 +521,8 @@ static double cross_covariance(const double *restrict gt, const double *restrict
 }
 
 static similarity weighted_fit(const double *gt, const double *est, size_t n, const double *weights,
-                               double smallest, int sweeps, double line_ratio, double parallel_sine)
+                               group alignment, double smallest, int sweeps, double line_ratio,
+                               double parallel_sine)
 {
     vector gt_mean, est_mean;
     double c[3][3], largest = 0;
@@ -481,20 +536,26 @@ static similarity weighted_fit(const double *gt, const double *est, size_t n, co
         rows[k] = over((vector){c[k][0], c[k][1], c[k][2]}, largest);
         columns[k] = over((vector){c[0][k], c[1][k], c[2][k]}, largest);
     }
-    matrix r = best_rotation(columns, sweeps, line_ratio, parallel_sine);
-    double correlation = dot(r.x, rows[0]) + dot(r.y, rows[1]) + dot(r.z, rows[2]);
-    double scale = spread / (correlation * largest);
+    matrix r = alignment == YAW ? turn(rows[0].x + rows[1].y, rows[1].x - rows[0].y, 0)
+                                : best_rotation(columns, sweeps, line_ratio, parallel_sine);
+    double scale = 1;
+    if (alignment == SIMILARITY) {
+        double correlation = dot(r.x, rows[0]) + dot(r.y, rows[1]) + dot(r.z, rows[2]);
+        scale = spread / (correlation * largest);
+    } else if (largest == 0) {
+        r = identity;
+    }
     return (similarity){scale, r, minus(est_mean, times(scale, rotated(r, gt_mean)))};
 }
 
 EXPORTED
 void weighted_fits(const double *gt, const double *est, size_t n, const double *weights,
-                   size_t n_fits, double smallest, int sweeps, double line_ratio,
+                   size_t n_fits, int alignment, double smallest, int sweeps, double line_ratio,
                    double parallel_sine, similarity *fits)
 {
     for (size_t h = 0; h < n_fits; h++)
-        fits[h] = weighted_fit(gt, est, n, weights + h * n, smallest, sweeps, line_ratio,
-                               parallel_sine);
+        fits[h] = weighted_fit(gt, est, n, weights + h * n, (group)alignment, smallest, sweeps,
+                               line_ratio, parallel_sine);
 }
 
 /* Put the last of some similarities in its place; the others are in order, the cheapest first. */
@@ -518,7 +579,7 @@ static void insert_last(similarity *similarities, double *costs, double *gains, 
 EXPORTED
 size_t refine(const double *gt, const double *est, size_t n, similarity *similarities,
               size_t n_similarities, double threshold, double resolution, size_t n_left,
-              double least_gain, double smallest, int sweeps, double line_ratio,
+              double least_gain, int alignment, double smallest, int sweeps, double line_ratio,
               double parallel_sine, double *weights, double *costs, double *gains)
 {
     size_t count = n_similarities;
@@ -527,8 +588,8 @@ size_t refine(const double *gt, const double *est, size_t n, similarity *similar
     while (count > n_left || largest_gain > least_gain) {
         for (size_t h = 0; h < count; h++) {
             reweight(gt, est, n, &similarities[h], threshold, resolution, weights);
-            similarity step = weighted_fit(gt, est, n, weights, smallest, sweeps, line_ratio,
-                                           parallel_sine);
+            similarity step = weighted_fit(gt, est, n, weights, (group)alignment, smallest, sweeps,
+                                           line_ratio, parallel_sine);
             double cost = truncated_cost(gt, est, n, &step, threshold, resolution);
             gains[h] = costs[h] - cost;
             if (gains[h] > 0) {

@@ -38,11 +38,11 @@ def load(path: Path) -> ctypes.CDLL | None:
     sines = c_double, c_double
     similarities = c_void_p, c_void_p, c_void_p, c_void_p
     library.similar_triplets.argtypes = *points, *triplets, c_double, c_void_p
-    library.three_point_similarities.argtypes = *points, *triplets, *sines, *similarities
+    library.three_point_similarities.argtypes = *points, *triplets, c_int, *sines, *similarities
     library.cheapest.argtypes = *points, *similarities, c_size_t, c_size_t, c_double, c_void_p
     library.cheapest.restype = c_size_t
     rows = c_void_p, c_size_t
-    solver = c_double, c_int, *sines
+    solver = c_int, c_double, c_int, *sines
     library.truncated_costs.argtypes = *points, *rows, c_double, c_double, c_void_p
     library.weighted_fits.argtypes = *points, *rows, *solver, c_void_p
     library.refine.argtypes = (
@@ -79,17 +79,17 @@ def similar_triplets(gt: Floats, est: Floats, triplets: Indices, factor: float) 
 
 
 def three_point_similarities(
-    gt: Floats, est: Floats, triplets: Indices
+    gt: Floats, est: Floats, triplets: Indices, alignment: str = "similarity"
 ) -> tuple[Floats, Floats, Floats, Booleans]:
     """See `hypotheses.three_point_similarities`."""
     if LIBRARY is None:
-        return hypotheses.three_point_similarities(gt, est, triplets)
+        return hypotheses.three_point_similarities(gt, est, triplets, alignment)
     gt, est, triplets = _floats(gt), _floats(est), np.ascontiguousarray(triplets, dtype=np.intp)
     n = triplets.shape[1]
     similarities = np.empty(n), np.empty((n, 3, 3)), np.empty((n, 3)), np.empty(n, dtype=np.bool_)
     LIBRARY.three_point_similarities(
         *(*_addresses(gt, est), gt.shape[1], *_addresses(triplets), n),
-        *(hypotheses.FLAT, PARALLEL),
+        *(hypotheses.GROUPS.index(alignment), hypotheses.FLAT, PARALLEL),
         *_addresses(*similarities),
     )
     return similarities
@@ -135,15 +135,17 @@ def truncated_costs(
     return costs
 
 
-def weighted_fits(gt: Floats, est: Floats, weights: Floats) -> Floats:
+def weighted_fits(
+    gt: Floats, est: Floats, weights: Floats, alignment: str = "similarity"
+) -> Floats:
     """See `reweighting.weighted_fits`."""
     if LIBRARY is None:
-        return reweighting.weighted_fits(gt, est, weights)
+        return reweighting.weighted_fits(gt, est, weights, alignment)
     gt, est, weights = _floats(gt), _floats(est), _floats(weights)
     fits = np.empty((len(weights), 13))
     LIBRARY.weighted_fits(
         *(*_addresses(gt, est), gt.shape[1], *_addresses(weights), len(weights)),
-        *(*_solver(), *_addresses(fits)),
+        *(*_solver(alignment), *_addresses(fits)),
     )
     return fits
 
@@ -156,24 +158,26 @@ def refine(
     resolution: float,
     n_left: int,
     least_gain: float,
+    alignment: str = "similarity",
 ) -> Floats:
     """See `reweighting.refine`."""
+    ends = threshold, resolution, n_left, least_gain
     if LIBRARY is None:
-        return reweighting.refine(gt, est, similarities, threshold, resolution, n_left, least_gain)
+        return reweighting.refine(gt, est, similarities, *ends, alignment)
     gt, est = _floats(gt), _floats(est)
     refined = np.array(similarities, dtype=np.float64, order="C")
     n, n_similarities = gt.shape[1], len(refined)
     weights, costs, gains = np.empty(n), np.empty(n_similarities), np.empty(n_similarities)
     n_kept = LIBRARY.refine(
         *(*_addresses(gt, est), n, *_addresses(refined), n_similarities),
-        *(threshold, resolution, n_left, least_gain),
-        *(*_solver(), *_addresses(weights, costs, gains)),
+        *(*ends, *_solver(alignment), *_addresses(weights, costs, gains)),
     )
     return refined[:n_kept]
 
 
-def _solver() -> tuple[float, int, float, float]:
-    return SMALLEST, reweighting.SWEEPS, LINE, PARALLEL
+def _solver(alignment: str) -> tuple[int, float, int, float, float]:
+    group = hypotheses.GROUPS.index(alignment)
+    return group, SMALLEST, reweighting.SWEEPS, LINE, PARALLEL
 
 
 def _floats(array: Floats) -> Floats:

@@ -2,7 +2,8 @@
 
 The paper draws random triplets of cameras, prescreens them by the ratios of their edge lengths,
 and takes the hypothesis whose m-th smallest position error is the smallest. There is no inlier
-threshold and no refinement.
+threshold and no refinement. Alignments that keep the scale, or only turn about the vertical axis,
+are fitted to the same triplets.
 """
 
 import sys
@@ -33,11 +34,13 @@ def pcr99(
     threshold: float = inf,
     n_hypotheses: int,
     rng: np.random.Generator,
+    alignment: str = "similarity",
     prescreen: float = PRESCREEN_THRESHOLD,
 ) -> tuple[Similarity | None, int]:
-    """Register estimated positions (n, 3) to the ground truth, robustly and up to scale.
+    """Register estimated positions (n, 3) to the ground truth, robustly.
 
-    ``rank`` is m of the paper, the threshold is not used. Where no more than ``n_hypotheses``
+    ``rank`` is m of the paper, the threshold is not used. The vertical axis of the alignment "yaw"
+    is the third one. Where no more than ``n_hypotheses``
     triplets exist, all of them are used, each with its three possible first edges, and nothing is
     random. Where they hardly ever pass the prescreening, the search ends after 1000 draws for each
     hypothesis that was asked for. O(n_hypotheses * n) time, O(n) memory.
@@ -52,7 +55,7 @@ def pcr99(
         n_used = triplets.shape[1]
         if n_used == 0:
             return None, 0
-        scale, rotation, translation, flat = three_point_similarities(gt, est, triplets)
+        scale, rotation, translation, flat = three_point_similarities(gt, est, triplets, alignment)
         margin = min(MARGIN * float(np.max(dot(gt, gt))), sys.float_info.max)
         best = cheapest(gt, est, scale, rotation, translation, flat, rank, margin)
     return Similarity(float(scale[best]), rotation[best], translation[best]), n_used

@@ -6,11 +6,12 @@ T being the largest threshold. So the alignment that maximises it minimises the 
 """
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 import scipy
 
-from ..arrays import Floats
+from ..arrays import Booleans, Floats
 from ..similarity import FARTHEST_SQUARABLE, Similarity
 from .kernel import refine, three_point_similarities, truncated_costs, weighted_fits
 from .pcr99 import component_first, prescreened_triplets
@@ -19,6 +20,7 @@ __all__ = ["refined"]
 
 
 N_STARTS = 64  # hypotheses that are refined; their number is halved in each step
+FEW = 19  # cameras up to which all pairs and triplets are tried
 N_NEIGHBOURHOODS = 4  # the densest ones; a fit to each is tried as a start, too
 N_FINALISTS = 8  # alignments left that are refined with all cameras
 SAMPLE = 1000  # cameras with which the starts are refined until few are left
@@ -35,6 +37,7 @@ def refined(
     threshold: float,
     n_hypotheses: int,
     rng: np.random.Generator,
+    alignment: str = "similarity",
 ) -> tuple[Similarity | None, int]:
     """Register estimated positions (n, 3) to the ground truth so that the TAS is the largest.
 
@@ -43,7 +46,9 @@ def refined(
     squares; in each step the worse half is dropped. The cost has local minima. The smallest is
     found from nearly every seed, which is why the score repeats, but there is no guarantee.
     """
-    search = Search(gt_positions, est_positions, n_hypotheses=n_hypotheses, rng=rng)
+    search = Search(
+        gt_positions, est_positions, n_hypotheses=n_hypotheses, rng=rng, alignment=alignment
+    )
     return search.best(threshold), search.n_used
 
 
@@ -60,24 +65,24 @@ class Search:
         *,
         n_hypotheses: int,
         rng: np.random.Generator,
+        alignment: str = "similarity",
     ) -> None:
         gt, est = component_first(gt_positions, est_positions)
-        with np.errstate(all="ignore"):  # NaN and infinity never win a comparison
-            triplets = prescreened_triplets(gt, est, n_hypotheses, rng)
-            self.n_used: int = triplets.shape[1]
-            self._hypotheses = _rows(*three_point_similarities(gt, est, triplets)[:3])
         order = np.random.default_rng(0).permutation(gt.shape[1])  # the first are a fair sample
-        self._cameras = Cameras(
-            *(
-                p.clip(-FARTHEST_SQUARABLE, FARTHEST_SQUARABLE).take(order, axis=1)
-                for p in (gt, est)
-            )
-        )
+        clipped = (points.clip(-FARTHEST_SQUARABLE, FARTHEST_SQUARABLE) for points in (gt, est))
+        shuffled_gt, shuffled_est = (points.take(order, axis=1) for points in clipped)
+        self._cameras = Cameras(shuffled_gt, shuffled_est, alignment)
+        with np.errstate(all="ignore"):  # NaN and infinity never win a comparison
+            self._hypotheses = _hypotheses(gt, est, n_hypotheses, rng, alignment)
+            if alignment != "similarity" and self._cameras.n <= FEW:
+                fits = self._cameras.subset_fits()
+                self._hypotheses = np.concatenate([self._hypotheses, fits])
+        self.n_used = len(self._hypotheses)
         self._found = np.empty((0, 13))
 
     def best(self, threshold: float) -> Similarity | None:
-        """Return the best alignment for a largest threshold; None where no triplet passed."""
-        if self.n_used == 0:
+        """Return the best alignment for a largest threshold; None where there is no start."""
+        if self.n_used == 0 and self._cameras.alignment == "similarity":
             return None
         threshold = min(max(threshold, 1 / FARTHEST_SQUARABLE), FARTHEST_SQUARABLE)
         cameras, sample = self._cameras, self._cameras.first(SAMPLE)
@@ -100,6 +105,7 @@ class Cameras:
 
     gt: Floats
     est: Floats
+    alignment: str = "similarity"
 
     @property
     def n(self) -> int:
@@ -108,7 +114,8 @@ class Cameras:
 
     def first(self, n: int) -> "Cameras":
         """Return the first n cameras, or all where there are fewer."""
-        return Cameras(np.ascontiguousarray(self.gt[:, :n]), np.ascontiguousarray(self.est[:, :n]))
+        gt, est = (np.ascontiguousarray(points[:, :n]) for points in (self.gt, self.est))
+        return Cameras(gt, est, self.alignment)
 
     def cheapest(self, similarities: Floats, threshold: float, n_left: int) -> Floats:
         """Return the ``n_left`` cheapest similarities, the cheapest first."""
@@ -132,16 +139,45 @@ class Cameras:
         costs = np.minimum(distances, threshold).sum(axis=1)
         densest = candidates[np.argsort(costs, kind="stable")[:N_NEIGHBOURHOODS]]
         near = scipy.spatial.distance.cdist(densest, gt) < threshold
-        return weighted_fits(self.gt, self.est, near.astype(np.float64))
+        if self.alignment != "similarity":
+            near = np.vstack([near, np.ones_like(near[:1])])
+        return self._fits(near)
+
+    def subset_fits(self) -> Floats:
+        """Return the least-squares fits to all pairs and triplets of cameras."""
+        subsets = [*combinations(range(self.n), 2), *combinations(range(self.n), 3)]
+        chosen = np.zeros((len(subsets), self.n), dtype=np.bool_)
+        for row, subset in zip(chosen, subsets, strict=True):
+            row[list(subset)] = True
+        return self._fits(chosen)
+
+    def _fits(self, chosen: Booleans) -> Floats:
+        return weighted_fits(self.gt, self.est, chosen.astype(np.float64), self.alignment)
 
     def refine(
         self, similarities: Floats, threshold: float, *, n_left: int, tolerance: float
     ) -> Floats:
         """Refine until ``n_left`` are left and none of them gains more than the tolerance."""
         resolution, least_gain = RESOLUTION * threshold, tolerance * threshold * self.n
-        return refine(self.gt, self.est, similarities, threshold, resolution, n_left, least_gain)
+        return refine(
+            *(self.gt, self.est, similarities, threshold, resolution, n_left, least_gain),
+            self.alignment,
+        )
 
 
-def _rows(scale: Floats, rotation: Floats, translation: Floats) -> Floats:
-    """Return similarities as rows: scale, rotation, translation."""
+def _hypotheses(
+    gt: Floats, est: Floats, n_hypotheses: int, rng: np.random.Generator, alignment: str
+) -> Floats:
+    """Return alignments of three cameras each, as rows: scale, rotation, translation.
+
+    An alignment that keeps the scale fits the triplets of an estimate of another size badly, those
+    that pass the prescreening no better than others: half of them are then drawn without it.
+    """
+    if alignment == "similarity":
+        triplets = prescreened_triplets(gt, est, n_hypotheses, rng)
+    else:
+        half = (n_hypotheses + 1) // 2
+        any_triplets = rng.integers(gt.shape[1], size=(3, half), dtype=np.intp)
+        triplets = np.hstack([prescreened_triplets(gt, est, half, rng), any_triplets])
+    scale, rotation, translation, _ = three_point_similarities(gt, est, triplets, alignment)
     return np.hstack([scale[:, None], rotation.reshape(-1, 9), translation])

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..similarity import LINE, SMALLEST, common_normal, dot
-from .hypotheses import chunks, complete_frames, squared_errors
+from .hypotheses import chunks, complete_frames, squared_errors, turns
 
 __all__ = ["refine", "truncated_costs", "weighted_fits"]
 
@@ -43,6 +43,7 @@ def refine(
     resolution: float,
     n_left: int,
     least_gain: float,
+    alignment: str = "similarity",
 ) -> Floats:
     """Refine by iteratively reweighted least squares; after each step drop the more expensive half.
 
@@ -53,7 +54,9 @@ def refine(
     costs = truncated_costs(gt, est, similarities, threshold, resolution)
     gains = np.full(len(costs), np.inf)
     while len(costs) > n_left or np.any(gains > least_gain):
-        steps, step_costs = _reweighted_fits(gt, est, similarities, threshold, resolution)
+        steps, step_costs = _reweighted_fits(
+            gt, est, similarities, threshold, resolution, alignment
+        )
         gains = costs - step_costs
         better = gains > 0
         similarities = np.where(better[:, None], steps, similarities)
@@ -63,14 +66,18 @@ def refine(
     return similarities
 
 
-def weighted_fits(gt: Floats, est: Floats, weights: Floats) -> Floats:
-    """Return least-squares similarities, one for each row of weights (H, n).
+def weighted_fits(
+    gt: Floats, est: Floats, weights: Floats, alignment: str = "similarity"
+) -> Floats:
+    """Return least-squares alignments, one for each row of weights (H, n).
 
     The rotation correlates best with the weighted cross-covariance of the two clouds; scale and
     translation follow, so that the errors in the ground truth are smallest (Umeyama,
     "Least-squares estimation of transformation parameters between two point patterns", PAMI 1991).
-    Where the weighted cameras lie on a line, its spin is that of the smallest rotation. A fit is
-    not a number, or of no positive scale, where none is the best.
+    Where the weighted cameras lie on a line, its spin is that of the smallest rotation. A
+    similarity is not a number, or of no positive scale, where none is the best. "rigid" has the
+    same rotation and the scale 1, "yaw" the best rotation about the third axis; where all rotations
+    are equally good, theirs is the identity.
     """
     total = np.maximum(_sum(weights), SMALLEST)
     gt_means, est_means = (
@@ -83,16 +90,31 @@ def weighted_fits(gt: Floats, est: Floats, weights: Floats) -> Floats:
     covariance = np.array([[_sum(weights * b * a) for a in gt_local] for b in est_local])
     spread = _sum(weights * dot(est_local, est_local))
 
-    largest = np.fmax.reduce(np.abs(covariance), axis=(0, 1))
+    largest = np.fmax.reduce(np.abs(covariance), axis=(0, 1), initial=0.0)
     with np.errstate(all="ignore"):  # where no fit is the best, it is not a number
-        rotation, correlation = _best_rotations(covariance / largest)
-        scale = spread / (correlation * largest)
+        covariance = covariance / largest
+        if alignment == "yaw":
+            cosine, sine = covariance[0, 0] + covariance[1, 1], covariance[1, 0] - covariance[0, 1]
+            rotation = turns(cosine, sine, 0)
+        else:
+            rotation = _best_rotations(covariance)
+        if alignment == "similarity":
+            correlation = dot(*(m.swapaxes(0, 1) for m in (rotation, covariance))).sum(axis=0)
+            scale = spread / (correlation * largest)
+        else:
+            scale = np.ones_like(spread)
+            rotation[:, :, largest == 0] = np.eye(3)[:, :, None]
         translation = est_means - scale * dot(rotation.swapaxes(0, 1), gt_means[:, None])
     return np.vstack([scale, rotation.reshape(9, -1), translation]).T
 
 
 def _reweighted_fits(
-    gt: Floats, est: Floats, similarities: Floats, threshold: float, resolution: float
+    gt: Floats,
+    est: Floats,
+    similarities: Floats,
+    threshold: float,
+    resolution: float,
+    alignment: str,
 ) -> tuple[Floats, Floats]:
     """Take a step from each similarity; return the fits and their costs.
 
@@ -102,7 +124,8 @@ def _reweighted_fits(
 
     def step(chunk: Floats) -> Floats:
         errors = _smoothed_errors(gt, est, chunk, resolution)
-        return weighted_fits(gt, est, np.where(errors < threshold, 1 / errors, 0.0))
+        weights = np.where(errors < threshold, 1 / errors, 0.0)
+        return weighted_fits(gt, est, weights, alignment)
 
     fits = np.concatenate([step(chunk) for chunk in chunks(similarities, gt.shape[1])])
     return fits, truncated_costs(gt, est, fits, threshold, resolution)
@@ -116,8 +139,8 @@ def _smoothed_errors(gt: Floats, est: Floats, similarities: Floats, resolution: 
     return smoothed
 
 
-def _best_rotations(covariance: Floats) -> tuple[Floats, Floats]:
-    """Return the rotations (3, 3, H) that correlate best with matrices, and the correlations."""
+def _best_rotations(covariance: Floats) -> Floats:
+    """Return the rotations (3, 3, H) that correlate best with matrices."""
     columns, axes = _orthogonal_columns(covariance)
     norms = np.sqrt(dot(columns, columns))
     order = np.argsort(-norms, axis=0, kind="stable")[None]
@@ -131,8 +154,7 @@ def _best_rotations(covariance: Floats) -> tuple[Floats, Floats]:
         normal = common_normal(frames[0, :, 0], frames[0, :, 1])
         np.copyto(frames[1], normal[:, None], where=line)
     complete_frames(frames)
-    rotation = dot(frames[:, :, None, 1], frames[:, None, :, 0])
-    return rotation, dot(*(m.swapaxes(0, 1) for m in (rotation, covariance))).sum(axis=0)
+    return dot(frames[:, :, None, 1], frames[:, None, :, 0])
 
 
 def _orthogonal_columns(matrices: Floats) -> tuple[Floats, Floats]:

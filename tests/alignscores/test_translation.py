@@ -453,7 +453,7 @@ def test_registration_of_ones_own(noisy_scene):
 
     result = tas(1e6 + 1e3 * gt, est, registration=least_squares, max_threshold=2, n_hypotheses=5)
     (call,) = calls
-    assert sorted(call) == ["est", "gt", "n_hypotheses", "rank", "rng", "threshold"]
+    assert sorted(call) == [*("alignment", "est", "gt", "n_hypotheses", "rank", "rng", "threshold")]
     assert call["gt"].shape == call["est"].shape == (50, 3)
     assert np.abs(np.median(call["gt"], axis=0)).max() < 0.5
     unit = 1e3 * np.ptp(gt[:50, 0]) / np.ptp(call["gt"][:, 0])

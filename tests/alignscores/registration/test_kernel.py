@@ -121,7 +121,11 @@ def test_same_bits(kind, n, each_library):
             factor: hypotheses.similar_triplets(gt, est, triplets, factor)
             for factor in (1.0, math.exp(0.2), 10.0, math.inf)
         }
-        similarities = hypotheses.three_point_similarities(gt, est, triplets)
+        fits = {
+            alignment: hypotheses.three_point_similarities(gt, est, triplets, alignment)
+            for alignment in hypotheses.GROUPS
+        }
+        similarities = fits["similarity"]
         cheapest = {
             (rank, tie): hypotheses.cheapest(gt, est, *similarities, rank, tie)
             for rank in {1, 2, (n + 9) // 10, n // 2, n}
@@ -130,16 +134,18 @@ def test_same_bits(kind, n, each_library):
         for _ in each_library():
             for factor, expected in similar.items():
                 assert_same_bits(kernel.similar_triplets(gt, est, triplets, factor), expected)
-            found = kernel.three_point_similarities(gt, est, triplets)
-            for a, b in zip(found, similarities, strict=True):
-                assert_same_bits(a, b)
+            for alignment, expected in fits.items():
+                found = kernel.three_point_similarities(gt, est, triplets, alignment)
+                for a, b in zip(found, expected, strict=True):
+                    assert_same_bits(a, b)
             for which, best in cheapest.items():
-                assert kernel.cheapest(gt, est, *found, *which) == best
+                assert kernel.cheapest(gt, est, *similarities, *which) == best
 
 
+@pytest.mark.parametrize("alignment", hypotheses.GROUPS)
 @pytest.mark.parametrize("n", [3, 7, 8, 64, 301])
 @pytest.mark.parametrize("kind", KINDS)
-def test_same_bits_of_the_refinement(kind, n, each_library):
+def test_same_bits_of_the_refinement(kind, n, alignment, each_library):
     """Costs and fits, for any weights and from any hypothesis."""
     gt, est = clouds(kind, n)
     rng = np.random.default_rng(2)
@@ -147,21 +153,23 @@ def test_same_bits_of_the_refinement(kind, n, each_library):
     weights[:3] = np.eye(3, n)
     with np.errstate(all="ignore"):
         triplets = rng.integers(n, size=(3, 200), dtype=np.intp)
-        scale, rotation, translation, _ = hypotheses.three_point_similarities(gt, est, triplets)
+        scale, rotation, translation, _ = hypotheses.three_point_similarities(
+            gt, est, triplets, alignment
+        )
         rows = np.hstack([scale[:, None], rotation.reshape(-1, 9), translation])
-        rows[:40] = reweighting.weighted_fits(gt, est, weights)
+        rows[:40] = reweighting.weighted_fits(gt, est, weights, alignment)
 
         def refinement(module):
             for threshold in (1e-100, 0.05, 1.0, 1e100):
                 resolution = 0.01 * threshold
                 yield module.truncated_costs(gt, est, rows, threshold, resolution)
                 for n_left, tolerance in ((1, 0.01), (20, 0.1)):
-                    ends = n_left, tolerance * threshold * n
+                    ends = n_left, tolerance * threshold * n, alignment
                     yield module.refine(gt, est, rows[32:48], threshold, resolution, *ends)
 
         refined_by_numpy = list(refinement(reweighting))
         for _ in each_library():
-            assert_same_bits(kernel.weighted_fits(gt, est, weights), rows[:40])
+            assert_same_bits(kernel.weighted_fits(gt, est, weights, alignment), rows[:40])
             for a, b in zip(refinement(kernel), refined_by_numpy, strict=True):
                 assert_same_bits(a, b)
 

@@ -19,10 +19,13 @@ def similar(row):
     return Similarity(row[0], row[1:10].reshape(3, 3), row[10:])
 
 
+@pytest.mark.parametrize("alignment", ["similarity", "rigid", "yaw"])
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("n", [5, 100])
 @pytest.mark.parametrize("kind", KINDS)
-def test_each_row_of_weights_is_the_least_squares_fit(cloud, another_world, kind, n, mirrored):
+def test_each_row_of_weights_is_the_least_squares_fit(
+    cloud, another_world, kind, n, mirrored, alignment
+):
     rng = np.random.default_rng(0)
     gt = cloud(kind, n, 0)
     est = another_world(gt + rng.normal(0, 0.05, gt.shape), 0, offset=1.0)
@@ -30,8 +33,8 @@ def test_each_row_of_weights_is_the_least_squares_fit(cloud, another_world, kind
         est[:, 0] *= -1
     weights = rng.random((4, n))
     weights[1, n // 2 + 1 :] = 0
-    for row, w in zip(weighted_fits(gt.T, est.T, weights), weights, strict=True):
-        expected = Similarity.fit(gt, est, w)
+    for row, w in zip(weighted_fits(gt.T, est.T, weights, alignment), weights, strict=True):
+        expected = Similarity.fit(gt, est, w, alignment=alignment)
         assert row[0] == pytest.approx(expected.scale, rel=1e-9)
         np.testing.assert_allclose(row[1:10].reshape(3, 3), expected.rotation, atol=1e-9)
         np.testing.assert_allclose(row[10:], expected.translation, atol=1e-9)
@@ -45,8 +48,8 @@ def test_best_rotations(values, sign):
     u, v = (Rotation.random(2000, rng=rng).as_matrix() for _ in range(2))
     matrices = u * (np.array(values) * [1, 1, sign]) @ v
     with np.errstate(all="ignore"):
-        rotations, correlations = _best_rotations(np.moveaxis(matrices, 0, -1))
-    rotations = np.moveaxis(rotations, -1, 0)
+        rotations = np.moveaxis(_best_rotations(np.moveaxis(matrices, 0, -1)), -1, 0)
+    correlations = np.sum(rotations * matrices, axis=(1, 2))
     np.testing.assert_allclose(correlations, np.dot(values, [1, 1, sign]), rtol=1e-14)
     np.testing.assert_allclose(rotations @ rotations.swapaxes(1, 2), [np.eye(3)] * 2000, atol=1e-14)
     np.testing.assert_allclose(np.linalg.det(rotations), 1, atol=1e-14)
@@ -74,7 +77,7 @@ def test_cost_and_step_by_their_definition(noisy_scene):
     within = errors < 0.04
     assert 5 < np.count_nonzero(within) < 37
     expected = Similarity.fit(gt, est, within / errors)
-    fits, costs = _reweighted_fits(gt.T, est.T, row, 0.04, 0.001)
+    fits, costs = _reweighted_fits(gt.T, est.T, row, 0.04, 0.001, "similarity")
     step = similar(fits[0])
     assert costs == pytest.approx(truncated_costs(gt.T, est.T, fits, 0.04, 0.001))
     np.testing.assert_allclose(step.apply(gt), expected.apply(gt), atol=1e-9)

@@ -1,0 +1,265 @@
+"""Alignments without a scale: what each undoes, the best of each, and what is degenerate."""
+
+import numpy as np
+import pytest
+from evo.core.geometry import umeyama_alignment
+from scipy.optimize import minimize_scalar
+from scipy.spatial.transform import Rotation
+
+from alignscores import AlignmentWarning, Similarity, pas, ras, ras_profile, tas, tas_profile
+from alignscores.similarity import ALIGNMENTS, UP
+
+TURN = Rotation.from_euler("z", 50, degrees=True)
+TILT = Rotation.from_euler("x", 20, degrees=True)
+CHANGES = {  # of a perfect estimate: rotation, scale, translation, and the alignments that undo it
+    "none": (Rotation.identity(), 1, 0, ALIGNMENTS),
+    "shifted": (Rotation.identity(), 1, [3, -2, 40], ("similarity", "rigid", "yaw")),
+    "turned": (TURN, 1, [3, -2, 40], ("similarity", "rigid", "yaw")),
+    "tilted": (TILT * TURN, 1, [3, -2, 40], ("similarity", "rigid")),
+    "scaled": (TILT * TURN, 2, [3, -2, 40], ("similarity",)),
+}
+
+
+def fits(gt, est, weights, alignment):
+    """Weighted least-squares fits (scales, rotations, translations), one a row of weights."""
+    weights = weights / weights.sum(axis=1, keepdims=True)
+    gt_means, est_means = weights @ gt, weights @ est
+    a, b = gt - gt_means[:, None], est - est_means[:, None]
+    covariance = np.einsum("hn,hni,hnj->hij", weights, b, a)
+    if alignment == "yaw":
+        angles = np.arctan2(
+            covariance[:, 1, 0] - covariance[:, 0, 1], covariance[:, 0, 0] + covariance[:, 1, 1]
+        )
+        rotations = Rotation.from_euler("z", angles[:, None]).as_matrix()
+    else:
+        u, _, vt = np.linalg.svd(covariance)
+        signs = np.ones((len(u), 1, 3))
+        signs[:, 0, 2] = np.linalg.det(u @ vt)
+        rotations = (u * signs) @ vt
+    return rotations, est_means - np.einsum("hij,hj->hi", rotations, gt_means)
+
+
+def best_by_brute_force(gt, est, unit, alignment, n_starts=2000):
+    """The largest TAS, of infinitely many thresholds, that reweighted fits find from any start."""
+    rng = np.random.default_rng(0)
+    chosen = np.argsort(rng.random((n_starts, len(gt))), axis=1)
+    weights = np.where(chosen < rng.integers(2, 6, size=(n_starts, 1)), 1.0, 0.0)
+    best = 0.0
+    for _ in range(25):
+        rotations, translations = fits(gt, est, weights, alignment)
+        residuals = est - translations[:, None] - np.einsum("hij,nj->hni", rotations, gt)
+        errors = np.linalg.norm(residuals, axis=2)
+        scores = 1 - np.minimum(errors, unit).mean(axis=1) / unit
+        best = max(best, scores.max())
+        smoothed = np.hypot(errors, unit / 100)
+        weights = np.where(smoothed < unit, 1 / smoothed, 0.0)
+        kept = np.argsort(-scores)[: max(20, len(scores) // 2)]
+        weights = weights[kept][weights[kept].any(axis=1)]
+    return best
+
+
+def refined_score(gt, est, unit, alignment):
+    """TAS under the refined registration, of infinitely many thresholds."""
+    errors = tas(gt, est, unit=unit, registration="refined", alignment=alignment).errors
+    return 1 - np.minimum(errors, unit).mean() / unit
+
+
+@pytest.mark.parametrize("registration", ["pcr99", "refined"])
+@pytest.mark.parametrize("alignment", ALIGNMENTS)
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_changed_world_scores_1_where_the_alignment_undoes_it(change, alignment, registration):
+    rng = np.random.default_rng(0)
+    gt, gt_rotations = rng.random((30, 3)), Rotation.random(30, rng=rng)
+    rotation, scale, translation, undone_by = CHANGES[change]
+    gt_poses, est_poses = np.zeros((2, 30, 3, 4))
+    gt_poses[:, :, :3], gt_poses[:, :, 3] = gt_rotations.as_matrix(), gt
+    est_poses[:, :, :3] = (rotation * gt_rotations).as_matrix()
+    est_poses[:, :, 3] = scale * rotation.apply(gt) + translation
+    result = pas(gt_poses, est_poses, registration=registration, alignment=alignment)
+    if alignment in undone_by:
+        assert result.score == 1
+        found = result.tas.alignment
+        np.testing.assert_allclose(found.rotation, rotation.as_matrix(), atol=1e-9)
+        np.testing.assert_allclose(found.translation, np.broadcast_to(translation, 3), atol=1e-8)
+        np.testing.assert_allclose(result.ras.alignment, rotation.as_matrix(), atol=1e-9)
+        assert found.scale == (pytest.approx(scale) if alignment == "similarity" else 1)
+    else:
+        assert result.tas.score < 0.7
+    if change == "tilted" and alignment == "yaw":
+        assert result.ras.score == 0
+    if alignment != "none" and change == "scaled":
+        assert result.ras.score == (0 if alignment == "yaw" else 1)
+
+
+@pytest.mark.parametrize("alignment", ["rigid", "yaw"])
+@pytest.mark.parametrize("change", ["tilted", "scaled"])
+def test_where_no_alignment_undoes_the_change_it_is_the_best_of_brute_force(change, alignment):
+    rng = np.random.default_rng(1)
+    gt = rng.random((12, 3))
+    rotation, scale, translation, _ = CHANGES[change]
+    est = scale * rotation.apply(gt) + translation
+    expected = best_by_brute_force(gt, est, 0.3, alignment)
+    assert refined_score(gt, est, 0.3, alignment) == pytest.approx(expected, abs=0.002)
+
+
+@pytest.mark.parametrize("outliers", [0.0, 0.3, 0.6])
+@pytest.mark.parametrize("n", [4, 10, 30, 100])
+@pytest.mark.parametrize("alignment", ["rigid", "yaw"])
+def test_refined_is_the_best_of_brute_force(alignment, n, outliers):
+    rng = np.random.default_rng([n, int(10 * outliers)])
+    gt = rng.random((n, 3))
+    rotation = TURN if alignment == "yaw" else Rotation.random(rng=rng)
+    est = rotation.apply(gt + rng.normal(scale=0.03, size=gt.shape)) + 5
+    lost = round(n * outliers)
+    est[:lost] = rng.random((lost, 3)) + 5
+    expected = best_by_brute_force(gt, est, 0.1, alignment)
+    assert refined_score(gt, est, 0.1, alignment) >= expected - 0.002
+
+
+@pytest.mark.parametrize("alignment", ["rigid", "yaw", "none"])
+def test_without_outliers_pcr99_and_refined_agree(alignment):
+    rng = np.random.default_rng(2)
+    gt = rng.random((200, 3))
+    est = gt + rng.normal(scale=0.01, size=gt.shape)
+    if alignment != "none":
+        est = TURN.apply(est) + 7
+    pcr99, refined = (
+        tas(gt, est, registration=name, alignment=alignment) for name in ("pcr99", "refined")
+    )
+    assert pcr99.score == pytest.approx(refined.score, abs=0.05)
+    assert refined.score >= pcr99.score - 0.001
+    assert refined.alignment.scale == pcr99.alignment.scale == 1
+
+
+def test_least_squares_fits_are_those_of_other_programs():
+    """SE(3) and Sim(3) of evo; yaw of rpg_trajectory_evaluation, by its definition."""
+    rng = np.random.default_rng(3)
+    gt = rng.normal(size=(60, 3)) * [10, 5, 1]
+    est = 1.1 * (TILT * TURN).apply(gt + rng.normal(scale=0.3, size=gt.shape)) - 4
+    rotation, translation, _ = umeyama_alignment(gt.T, est.T, with_scale=False)
+    rigid = Similarity.fit(gt, est, alignment="rigid")
+    np.testing.assert_allclose(rigid.rotation, rotation, atol=1e-12)
+    np.testing.assert_allclose(rigid.translation, translation, atol=1e-12)
+
+    rotation, translation, scale = umeyama_alignment(est.T, gt.T, with_scale=True)
+    similarity = Similarity.fit(gt, est).inverse()
+    assert similarity.scale == pytest.approx(scale, rel=1e-12)
+    np.testing.assert_allclose(similarity.rotation, rotation, atol=1e-12)
+    np.testing.assert_allclose(similarity.translation, translation, atol=1e-12)
+
+    def squares(angle):
+        turned = Rotation.from_euler("z", angle).apply(gt - gt.mean(axis=0))
+        return np.sum((turned - (est - est.mean(axis=0))) ** 2)
+
+    yaw = Similarity.fit(gt, est, alignment="yaw")
+    assert yaw.rotation[2].tolist() == [0, 0, 1]
+    found = np.sum(yaw.position_errors(gt, est) ** 2)
+    best = minimize_scalar(squares, bounds=(-np.pi, np.pi), method="bounded").fun
+    assert found == pytest.approx(best, rel=1e-9)
+
+
+@pytest.mark.parametrize("alignment", ["rigid", "yaw", "none"])
+def test_a_registration_of_least_squares_gives_the_errors_of_the_fit(alignment):
+    """As evo's ``-a`` at a threshold that no error reaches."""
+    rng = np.random.default_rng(4)
+    gt = rng.random((40, 3))
+    est = TURN.apply(gt) + rng.normal(scale=0.05, size=gt.shape) + 2
+
+    def least_squares(gt, est, /, *, alignment, **_):
+        return Similarity.fit(gt, est, alignment=alignment), 1
+
+    result = tas(gt, est, unit=100.0, registration=least_squares, alignment=alignment)
+    expected = Similarity.fit(gt, est, alignment=alignment).position_errors(gt, est)
+    np.testing.assert_allclose(result.errors, expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("up", UP)
+def test_any_axis_may_be_vertical(up):
+    rng = np.random.default_rng(5)
+    gt, gt_rotations = rng.random((40, 3)), Rotation.random(40, rng=rng)
+    axis = np.eye(3)["xyz".index(up[-1])]
+    turn = Rotation.from_rotvec(0.8 * axis)
+    est = turn.apply(gt) + rng.normal(scale=0.01, size=gt.shape)
+    noise = Rotation.from_rotvec(rng.normal(scale=0.01, size=(40, 3)))
+    est_rotations = (noise * turn * gt_rotations).as_matrix()
+    options = {"alignment": "yaw", "up": up}
+    result = tas(gt, est, registration="refined", **options)
+    assert result.score > 0.7
+    np.testing.assert_allclose(result.alignment.rotation @ axis, axis, atol=1e-12)
+    assert tas_profile(gt, est, **options).half == pytest.approx(0.03, abs=0.004)
+
+    rotations = ras(gt_rotations, est_rotations, **options)
+    np.testing.assert_allclose(rotations.alignment @ axis, axis, atol=1e-12)
+    relative = (Rotation.from_matrix(est_rotations) * gt_rotations.inv()).as_rotvec()
+
+    def angles(angle):
+        return (Rotation.from_rotvec(-angle * axis) * Rotation.from_rotvec(relative)).magnitude()
+
+    best = min(np.sum(angles(angle)) for angle in np.linspace(0.7, 0.9, 2001))
+    assert np.radians(rotations.errors).sum() == pytest.approx(best, rel=1e-4)
+    assert ras_profile(gt_rotations, est_rotations, **options).half < 2
+
+
+def test_errors_without_an_alignment_are_plain_differences():
+    rng = np.random.default_rng(6)
+    gt = 1e6 + rng.random((20, 3))
+    est = gt + rng.normal(scale=0.1, size=gt.shape)
+    est[3] = np.nan
+    result = tas(gt, est, alignment="none")
+    np.testing.assert_array_equal(result.errors[3], np.inf)
+    expected = np.linalg.norm(np.delete(est - gt, 3, axis=0), axis=1)
+    np.testing.assert_allclose(np.delete(result.errors, 3), expected, rtol=1e-9)
+    assert result.alignment.rotation.tolist() == np.eye(3).tolist()
+    profile = tas_profile(gt, est, alignment="none")
+    assert profile.half == pytest.approx(2 * np.median(expected), rel=0.3)
+
+
+@pytest.mark.parametrize("alignment", ["rigid", "yaw", "none"])
+@pytest.mark.parametrize("n_estimated", [0, 1, 2])
+def test_few_estimated_cameras(alignment, n_estimated):
+    """A camera or two can be aligned without a scale; none cannot."""
+    gt = np.random.default_rng(7).random((10, 3))
+    est = gt + (0 if alignment == "none" else 4)
+    est[n_estimated:] = np.nan
+    if n_estimated:
+        result = tas(gt, est, registration="refined", alignment=alignment)
+        assert result.score == n_estimated / 10
+    else:
+        with pytest.warns(AlignmentWarning, match="cannot be aligned"):
+            assert tas(gt, est, registration="refined", alignment=alignment).score == 0
+
+
+@pytest.mark.parametrize("registration", ["pcr99", "refined"])
+@pytest.mark.parametrize("alignment", ["rigid", "yaw"])
+def test_cameras_above_each_other(alignment, registration):
+    """Their turn is free, and changes nothing."""
+    gt = np.column_stack([np.zeros(20), np.zeros(20), np.arange(20.0) ** 1.5])
+    est = TURN.apply(gt) + 3.0
+    assert tas(gt, est, registration=registration, alignment=alignment).score == 1
+    est[:, 2] *= 1.5
+    assert 0 < tas(gt, est, registration=registration, alignment=alignment).score < 0.3
+
+
+def test_an_estimate_that_never_moves_is_aligned():
+    """It scores the cameras of the densest place; a similarity has no scale for it."""
+    gt = np.random.default_rng(8).random((30, 3))
+    est = np.full_like(gt, 2.0)
+    for alignment in ("rigid", "yaw"):
+        score = refined_score(gt, est, 0.5, alignment)
+        distances = np.linalg.norm(gt[:, None] - gt, axis=2)
+        assert score >= (1 - np.minimum(distances, 0.5) / 0.5).mean(axis=1).max()
+    with pytest.warns(AlignmentWarning):
+        assert tas(gt, est, unit=0.5, registration="refined").score == 0
+
+
+@pytest.mark.parametrize(("option", "value"), [("alignment", "se3"), ("up", "north"), ("up", None)])
+def test_other_names_are_refused(option, value):
+    gt = np.random.default_rng(9).random((10, 3))
+    rotations = np.tile(np.eye(3), (10, 1, 1))
+    for call in (
+        lambda: tas(gt, gt, **{option: value}),
+        lambda: ras(rotations, rotations, **{option: value}),
+        lambda: Similarity.fit(gt, gt, **{option: value}),
+    ):
+        with pytest.raises(ValueError, match=f"{option} must be one of"):
+            call()
