@@ -63,10 +63,9 @@ KERNEL = "alignscores/registration"  # the folder of the kernel
 COMPILES = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 
 
-@pytest.fixture
-def checkout(tmp_path):
-    """What is built from, in no plain path, with a kernel left over from an older source."""
-    copy = tmp_path / "größter checkout"
+def copied(folder):
+    """Copy what is built from to no plain path, with a kernel left over from an older source."""
+    copy = folder / "größter checkout"
     copy.mkdir()
     for name in (".gitignore", "LICENSE", "README.md", "hatch_build.py", "pyproject.toml"):
         shutil.copy(ROOT / name, copy)
@@ -74,6 +73,25 @@ def checkout(tmp_path):
     shutil.copytree(ROOT / "alignscores", copy / "alignscores", ignore=leave)
     (copy / KERNEL / "kernel-0123456789abcdef.so").touch()
     return copy
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    return copied(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """A checkout after an editable installation."""
+    copy = copied(tmp_path_factory.mktemp("installed"))
+    build(copy, "editable")
+    return copy
+
+
+@pytest.fixture
+def editable(installed, tmp_path):
+    """The same, to be changed."""
+    return shutil.copytree(installed, tmp_path / installed.name)
 
 
 def hatchling(checkout, version="standard", **environment):
@@ -161,33 +179,30 @@ def test_no_release_without_the_kernel(checkout):
 
 
 @COMPILES
-def test_editable_installation(checkout):
+def test_editable_installation(editable):
     """The kernel of this source is in the checkout, those of others are gone, if all went well."""
-    build(checkout, "editable")
-    (library,) = (checkout / KERNEL).glob("kernel-*")
-    assert loaded(checkout) == ["True", "True"]
-    build(checkout, "editable", CC="false")  # as good as before
-    assert list((checkout / KERNEL).glob("kernel-*")) == [library]
+    (library,) = (editable / KERNEL).glob("kernel-*")
+    assert loaded(editable) == ["True", "True"]
+    build(editable, "editable", CC="false")  # as good as before
+    assert list((editable / KERNEL).glob("kernel-*")) == [library]
 
 
 @COMPILES
-def test_kernel_of_another_source_is_not_loaded(checkout):
+def test_kernel_of_another_source_is_not_loaded(editable):
     """As after an update of a checkout, until it is installed again."""
-    build(checkout, "editable")
-    with (checkout / KERNEL / "kernel.c").open("a") as source:
+    with (editable / KERNEL / "kernel.c").open("a") as source:
         source.write("/* changed */\n")
-    assert loaded(checkout) == ["True", "False"]
-    build(checkout, "editable")
-    assert loaded(checkout) == ["True", "True"]
+    assert loaded(editable) == ["True", "False"]
+    build(editable, "editable")
+    assert loaded(editable) == ["True", "True"]
 
 
 @pytest.mark.parametrize("name", ["kernel-*.so", "kernel.c"])
-def test_kernel_that_cannot_be_loaded(checkout, name):
+def test_kernel_that_cannot_be_loaded(editable, name):
     """One for another platform, or Python files that were bundled alone."""
-    build(checkout, "editable")
-    for path in (checkout / KERNEL).glob(name):
+    for path in (editable / KERNEL).glob(name):
         path.write_text("not a library") if path.suffix == ".so" else path.unlink()
-    assert loaded(checkout) == ["True", "False"]
+    assert loaded(editable) == ["True", "False"]
 
 
 @pytest.fixture

@@ -99,7 +99,7 @@ def test_peak_memory_is_that_of_one_metric() -> None:
 
 def test_protocols_page(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Each protocol has a value or none on its scene, a row on the page, and its own memory."""
-    for n in (10, 100):
+    for n in (10, 30):
         for name, call in protocols.calls(n).items():
             value = float(call())  # type: ignore[arg-type]
             assert value >= 0 or (np.isnan(value) and name in ("kitti", "rpg@100m", "rpe@1m"))

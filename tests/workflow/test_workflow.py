@@ -291,7 +291,7 @@ def test_another_value_of_an_axis_runs_its_trials_again(snakemake: Snakemake) ->
 def test_a_killed_run_goes_on_to_the_same_bytes(snakemake: Snakemake, tmp_path: Path) -> None:
     """Kill it, workers and all, when one table is there and the other is being made."""
     names = ("outliers", "collinear")
-    settings = ["trials=300", "n_outliers=[0,10]", "sigma_t=[0.02,0.05]", "metrics=[TAS,DTE]"]
+    settings = ["trials=100", "n_outliers=[0,10]", "sigma_t=[0.02,0.05]", "metrics=[TAS,DTE]"]
 
     def arguments(place: str) -> list[str]:
         targets = [f"{place}/trials/{name}.csv" for name in names]
