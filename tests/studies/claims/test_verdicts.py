@@ -26,7 +26,7 @@ from studies.claims.verdicts import (
     verdict,
 )
 
-TRIALS, REPLICATES = 8, 4
+TRIALS, REPLICATES = 8, 3
 CLAIMS = load_claims(REPLICATES)
 SWEEPS = {(sweep.name, tuple(sweep.changes.split())): sweep for sweep in plan(CLAIMS.needed(0))}
 
