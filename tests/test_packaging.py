@@ -29,8 +29,8 @@ def normalised(name):
 def declared():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     extras = project["optional-dependencies"].values()
-    required = [*project["dependencies"], *(one for extra in extras for one in extra)]
-    return {normalised(re.match(r"[\w.-]+", one)[0]): one for one in required}
+    required = [*project["dependencies"], *(name for extra in extras for name in extra)]
+    return {normalised(re.match(r"[\w.-]+", name)[0]): name for name in required}
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,9 @@ def test_all_that_is_imported_is_declared(package, declared, distributions):
     """Not left to what some other requirement happens to bring along."""
     imported = set()
     for path in (ROOT / package).rglob("*.py"):
-        imported |= {one or other for one, other in IMPORT.findall(path.read_text())}
+        imported |= {
+            imported_as or required for imported_as, required in IMPORT.findall(path.read_text())
+        }
     foreign = {
         normalised(distribution)
         for module in imported - set(sys.stdlib_module_names) - set(PACKAGES)
@@ -55,8 +57,8 @@ def test_all_that_is_imported_is_declared(package, declared, distributions):
 
 
 def test_all_that_is_declared_has_a_lower_bound(declared):
-    own = [one for one in declared.values() if not one.startswith("alignscores")]
-    assert [one for one in own if ">=" not in one] == []
+    others = [name for name in declared.values() if not name.startswith("alignscores")]
+    assert [name for name in others if ">=" not in name] == []
 
 
 KERNEL = "alignscores/registration"  # the folder of the kernel
