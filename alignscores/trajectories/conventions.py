@@ -113,8 +113,10 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     return replace(found, mirrored=mirrored, positions_inverted=inverted)
 
 
-def rotate_cameras(est_poses: Floats, body_rotation: Floats) -> Floats:
+def rotate_cameras(est_poses: Floats, body_rotation: Floats | None) -> Floats:
     """Return estimated poses (n, 4, 4) with the reference's camera axes: R̂_i Bᵀ."""
+    if body_rotation is None:
+        return est_poses
     rotated = est_poses.copy()
     rotated[:, :3, :3] = est_poses[:, :3, :3] @ body_rotation.T
     return rotated
