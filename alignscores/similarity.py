@@ -214,10 +214,12 @@ class Similarity:
         return errors
 
 
-def least_squares_rmse(gt_positions: Floats, est_positions: Floats) -> float:
+def least_squares_rmse(
+    gt_positions: Floats, est_positions: Floats, *, alignment: str = "similarity", up: str = "z"
+) -> float:
     """Return the root mean square of the position errors after `Similarity.fit`: the ATE."""
-    alignment = Similarity.fit(gt_positions, est_positions)
-    errors = alignment.position_errors(gt_positions, est_positions)
+    fit = Similarity.fit(gt_positions, est_positions, alignment=alignment, up=up)
+    errors = fit.position_errors(gt_positions, est_positions)
     with np.errstate(over="ignore"):
         return float(np.sqrt(np.mean(errors**2)))
 

@@ -15,6 +15,7 @@ from ..evaluation.notes import collected_warnings
 from ..evaluation.ranking import in_rank_order, ranking_notes
 from ..evaluation.scoring import score
 from ..evaluation.settings import options
+from ..similarity import UP
 from ..trajectories.extras import require
 from ..trajectories.files import FileError, read_stamps
 from ..trajectories.formats import FORMATS, Format
@@ -52,7 +53,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         if "_ARGCOMPLETE" in os.environ:
             require("argcomplete", "completion").autocomplete(parser)
-        arguments, unknown = parser.parse_known_args(argv)
+        arguments, unknown = parser.parse_known_args(with_signed_axes(argv))
         if unknown:  # with the usage of the format, not that of the whole
             arguments.command.error(f"unrecognized arguments: {' '.join(unknown)}")
         return int(arguments.run(arguments))
@@ -64,6 +65,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 1
     except KeyboardInterrupt:
         return 130
+
+
+def with_signed_axes(argv: Sequence[str] | None) -> list[str]:
+    """Return the arguments with ``--up -y`` as one, since -y alone would be taken for an option."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    for index in range(len(arguments) - 2, -1, -1):
+        if arguments[index] == "--up" and arguments[index + 1] in UP:
+            arguments[index : index + 2] = [f"--up={arguments[index + 1]}"]
+    return arguments
 
 
 def build_parser() -> argparse.ArgumentParser:

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.names import printable
-from ..evaluation.notes import MUCH_LOST
+from ..evaluation.notes import MUCH_LOST, scale_note
 from ..evaluation.ranking import are_ranked, ranks
 from ..evaluation.settings import Settings
 from ..version import __version__
@@ -69,7 +69,7 @@ def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str
     drawn = not chosen or bool(chosen & {"TAS", "PAS"})
     first, *others = settings.seeds
     over = f"means and sd over the seeds {first} to {others[-1]}" if others else f"seed {first}"
-    lines = [f"registration {settings.registration}, {over}" if drawn else f"seed {first}"]
+    lines = [f"{settings.how_aligned}, {over}" if drawn else f"seed {first}"]
     if settings.missing_cameras:
         lines[0] += f"; missing cameras: {settings.missing_cameras}"
     tied = any(row["rank"] and row["rank"][0] < row["rank"][1] for row in rows)
@@ -89,6 +89,9 @@ def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str
             "n: frames that were due, the same for all, and d is theirs; "
             "lost: share of the time without a pose"
         )
+    scales = {row["name"]: row["scale"] for row in rows}
+    if not chosen and (note := scale_note(scales, settings)):
+        lines.append(note)
     if any(row["lost"] > MUCH_LOST for row in rows) and settings.missing_cameras == "ignore":
         lines.append("* without what the estimate lost; --missing fail counts it")
     if drawn and max(row["TAS_sd"] or 0.0 for row in rows) > SCATTER:

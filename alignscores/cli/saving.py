@@ -78,7 +78,7 @@ def figure_of(scored: Sequence[Evaluation], *, figure: Any = None) -> Any:
     from ..plots import score_figure  # needs Matplotlib
 
     settings = scored[0].settings
-    title = f"registration {settings.registration}, seed {settings.seed}"
+    title = f"{settings.how_aligned}, seed {settings.seed}"
     return score_figure(scored, unit=settings.form.unit, title=title, figure=figure)
 
 
@@ -190,13 +190,14 @@ def evo_files(
 
     for evaluation in scored:
         target, flat_name = files[evaluation.name]
-        registration, seed = evaluation.settings.registration, evaluation.settings.seed
+        how, seed = evaluation.settings.how_aligned, evaluation.settings.seed
         result = PAS.of(evaluation.result).get_result(reference, flat_name)
         result.add_info(
             {
-                "title": f"PAS: share of the thresholds missed ({registration}, seed {seed})",
+                "title": f"PAS: share of the thresholds missed ({how}, seed {seed})",
                 "label": "share of the thresholds missed",
-                "registration": registration,
+                "registration": evaluation.settings.registration,
+                "alignment": evaluation.settings.alignment,
                 "seed": seed,
             }
         )

@@ -60,6 +60,7 @@ class Outcome:
     failures: int = 0  # cameras without a position or without a rotation
     unit: float = np.nan
     lost: float = 1.0
+    scale: float = np.nan  # of the alignment, where there is one for all
     n_parts: int = 1
     n_rows: int = 0  # of the reference
     rows: Indices = field(default_factory=NO_ROWS)  # in the reference, ascending
@@ -150,6 +151,7 @@ def _outcome(evaluation: Evaluation) -> Outcome:
         failures=int(failed.sum()),
         unit=result.tas.unit,
         lost=evaluation.lost,
+        scale=np.nan if evaluation.scale is None else evaluation.scale,
         n_parts=max(len(evaluation.parts), 1),
         n_rows=len(evaluation.reference.keys),
         rows=matches.gt_rows,
@@ -177,8 +179,15 @@ def _errors_at_half(evaluation: Evaluation) -> Floats:
     gt, est = (poses[:, :3, 3] for poses in (matches.gt_poses, matches.est_poses))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AlignmentWarning)  # the TAS has told it
-        seed = evaluation.settings.seed
-        return tas(gt, est, unit=half, rng=seed, registration="refined").errors
+        settings = evaluation.settings
+        return tas(
+            *(gt, est),
+            unit=half,
+            rng=settings.seed,
+            registration="refined",
+            alignment=settings.alignment,
+            up=settings.up,
+        ).errors
 
 
 def half_terms(errors: Floats, half: float) -> Floats:
@@ -243,7 +252,7 @@ ARRAYS = [
     for entry in fields(Outcome)
     if isinstance(getattr(Outcome({}), entry.name), np.ndarray)
 ]
-DESCRIBED = "scores", "n", "failures", "unit", "lost", "n_parts", "n_rows", "notes"
+DESCRIBED = "scores", "n", "failures", "unit", "lost", "scale", "n_parts", "n_rows", "notes"
 
 
 def _store(file: Path, outcome: Outcome, path: str) -> None:

@@ -3,11 +3,13 @@
 import csv
 import math
 import re
+import statistics
 from collections.abc import Callable, Mapping, Sequence
 from io import StringIO
 from typing import Any
 
 from ..evaluation.names import WIDTH, padded, text_width
+from ..evaluation.notes import scale_note
 from ..evaluation.settings import Settings
 from ..metrics import metric
 from .summary import Summary
@@ -214,13 +216,15 @@ def _markdown(text: str) -> str:
 def footnotes(summary: Summary, settings: Settings) -> list[str]:
     """Return what is said below the tables."""
     lines = [
-        f"means over runs, overall over sequences; registration {settings.registration}",
+        f"means over runs, overall over sequences; {settings.how_aligned}",
         "failed and missing runs count as failures",
     ]
     if settings.missing_cameras:
         lines[1] = f"missing cameras: {settings.missing_cameras}; {lines[1]}"
     if settings.form.timed:
         lines.append("lost: share of the time that was due without a pose")
+    if note := scale_note(_scales(summary), settings):
+        lines.append(note)
     if _partly_tried(summary):
         lines.append(
             "sequences: those that a system was tried on; pairs are ranked by those of both"
@@ -235,6 +239,15 @@ def footnotes(summary: Summary, settings: Settings) -> list[str]:
     if any(entry["failed_runs"] for entry in summary.entries.values()):
         lines.append("†1: so many runs failed or are missing")
     return lines
+
+
+def _scales(summary: Summary) -> dict[str, float | None]:
+    """Return the median of the scales that were taken out of each system's runs."""
+    scales: dict[str, list[float]] = {system: [] for system in summary.systems}
+    for result in summary.results:
+        if result["scale"] is not None:
+            scales[result["system"]].append(result["scale"])
+    return {system: statistics.median(found) for system, found in scales.items() if found}
 
 
 def _partly_tried(summary: Summary) -> bool:

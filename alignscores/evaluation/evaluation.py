@@ -213,6 +213,21 @@ class Evaluation:
         return _sd(self.pas_seeds)
 
     @property
+    def scale(self) -> float | None:
+        """How large the estimate is, relative to the reference; None where it is not aligned.
+
+        Examples
+        --------
+        >>> from alignscores import evaluate
+        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
+        >>> evaluation = evaluate(*files, format="tum")
+        >>> evaluation.scale
+        0.702
+        """
+        alignment = self.result.tas.alignment
+        return None if alignment is None or self.parts else alignment.scale
+
+    @property
     def positions(self) -> Floats:
         """Estimated camera centres, (n, 3), in the reference's world; NaN where there are none.
 
@@ -266,7 +281,12 @@ class Evaluation:
         gt, parts = self.matches.gt_poses[:, :3, 3], self.part_positions
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AlignmentWarning)  # the TAS has told it
-            tas = profile_of_parts(gt, parts, self.part_of_camera, units, rng=self.settings.seed)
+            tas = profile_of_parts(
+                *(gt, parts, self.part_of_camera, units),
+                rng=self.settings.seed,
+                alignment=self.settings.alignment,
+                up=self.settings.up,
+            )
         return Profiles(units, tas.scores, DEGREES, ras)
 
     def value(self, name: str) -> float | None:
@@ -345,6 +365,7 @@ class Evaluation:
             "within_unit": float(np.mean(tas.errors < tas.unit)),
             "within_10_deg": float(np.mean(ras.errors < 10.0)),
             "n_hypotheses": tas.n_hypotheses,
+            "scale": self.scale,
             "alignment": None if self.parts else _alignment(tas.alignment),
             "parts": [
                 {"name": part.name, "n": part.n, "alignment": _alignment(part.alignment)}

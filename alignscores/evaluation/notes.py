@@ -1,9 +1,15 @@
 """What is noted about an estimate: poses that do not match, units, mix-ups of convention."""
 
+import math
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
+import numpy as np
+
+from ..arrays import Floats
+from ..averaging import rotation_angles
+from ..pose import PASResult
 from ..trajectories.association import Matches, unit_hint
 from ..trajectories.conventions import Convention, describe_rotation, seem_swapped
 from ..trajectories.files import Trajectory, TrajectoryWarning
@@ -15,15 +21,19 @@ from .settings import Settings
 
 __all__ = [
     "MUCH_LOST",
+    "alignment_notes",
     "collected_warnings",
     "convention_notes",
     "matching_notes",
     "offset_notes",
     "parts_notes",
+    "scale_note",
     "swap_notes",
 ]
 
 MUCH_LOST = 0.1  # share of the reference; if more is lost and not scored, there is a note
+SCALE_OFF = 0.02  # by which a metric system's scale may be off without a note
+APART_DEG = 5.0  # angle between the two alignments that takes a note
 
 
 @contextmanager
@@ -77,6 +87,51 @@ def matching_notes(
             "--missing fail counts it as failures"
         )
     return notes
+
+
+def alignment_notes(
+    gt_positions: Floats, result: PASResult, settings: Settings, *, explained: bool
+) -> list[str]:
+    """Say that positions and rotations are aligned by different rotations, if they are.
+
+    `explained` tells whether another convention is noted, which would explain that.
+    """
+    tas, ras = result.tas, result.ras
+    if tas.alignment is None or ras.alignment is None or settings.alignment == "none":
+        return []
+    turn = tas.alignment.rotation.T @ ras.alignment
+    apart = float(rotation_angles(turn[None])[0])
+    near = tas.errors < tas.thresholds[-1]
+    fixed = _fix_rotation(gt_positions[near], tas.errors[near])
+    if apart <= APART_DEG or not fixed or explained:
+        return []
+    return [
+        f"positions and rotations are aligned by rotations that differ by {apart:.1f} degrees, "
+        "which neither score counts: look at the calibration between camera and body"
+    ]
+
+
+def scale_note(scales: Mapping[str, float | None], settings: Settings) -> str:
+    """Say which scales of metric estimates were taken out, by their names, if any is off."""
+    if settings.alignment != "similarity" or settings.form.unit != "m":
+        return ""
+    off = [
+        f"{name} {scale:.3g}"
+        for name, scale in scales.items()
+        if scale is not None and abs(math.log(scale)) > math.log1p(SCALE_OFF)
+    ]
+    if not off:
+        return ""
+    return f"scale: {', '.join(off)} times the reference's, taken out; --alignment rigid counts it"
+
+
+def _fix_rotation(positions: Floats, errors: Floats) -> bool:
+    """Tell whether positions, by their distance from a line, fix a rotation beside their errors."""
+    if len(positions) < 3:
+        return False
+    spread = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False)
+    distance = spread[1] / np.sqrt(len(positions))
+    return bool(np.median(errors) < np.sin(np.radians(APART_DEG)) * distance)
 
 
 def parts_notes(parts: Sequence[Part]) -> list[str]:

@@ -32,6 +32,7 @@ from .evaluation import Evaluation, Part, rotation_profile
 from .matching import LEAST_GAIN, match_estimate, read_parts, read_reference
 from .names import unique_names
 from .notes import (
+    alignment_notes,
     collected_warnings,
     convention_notes,
     matching_notes,
@@ -139,7 +140,8 @@ def score(
     notes = [*warned, *matching_notes(matches, reference, whole, settings)]
     if check:
         notes[:0] = _clock_notes(reference, whole, offset, settings)
-        notes += _mix_up_notes(reference, whole, convention, settings)
+        notes += swap_notes(reference, whole)
+        notes += _convention_notes(matches, convention, scores, settings)
     est_poses = in_one_world(poses, scores.of_parts, scores.part_of) if described else poses[0]
     matches = replace(matches, est_poses=est_poses)
     once = _each_pose_once(matches)
@@ -156,7 +158,7 @@ def score(
         tas_seeds=scores.tas_seeds,
         half_distance=scores.half_distance,
         half_angle=rotation_profile(scores.result.ras).half,
-        ate=None if described else _ate(once),  # that of a single world
+        ate=None if described else _ate(once, settings),  # that of a single world
         metrics=metrics,
         lost=1 - float(np.sum(finite_rows(matches.est_poses))) / len(matches.due_rows),
         body_rotation=body_rotation,
@@ -180,15 +182,16 @@ def _clock_notes(
     return [f"no time offset at which its positions fit {LEAST_GAIN:g} times as well"]
 
 
-def _mix_up_notes(
-    reference: Trajectory, estimate: Trajectory, convention: Convention, settings: Settings
+def _convention_notes(
+    matches: Matches, convention: Convention, scores: _Scores, settings: Settings
 ) -> list[str]:
-    """Say which files or conventions seem to be mixed up."""
+    """Say which convention, or which alignment, would make the estimate fit."""
     taken_out = _body_rotation(convention, settings) is not None
-    return [
-        *swap_notes(reference, estimate),
-        *convention_notes(convention, invert=settings.invert, applied=taken_out),
-    ]
+    notes = convention_notes(convention, invert=settings.invert, applied=taken_out)
+    if len(scores.of_parts) > 1:
+        return notes
+    gt, explained = matches.gt_poses[:, :3, 3], bool(notes)
+    return [*notes, *alignment_notes(gt, scores.result, settings, explained=explained)]
 
 
 def _poses_of_parts(
@@ -231,6 +234,7 @@ def _scores(
         "max_threshold": settings.max_threshold,
         "registration": _registration(matches, settings),
     }
+    group: dict[str, Any] = {"alignment": settings.alignment, "up": settings.up}
     degrees, weight = settings.max_threshold_deg, settings.weight
     with warnings.catch_warnings():
         if len(poses) > 1:  # what is said of a part would be taken for the whole
@@ -243,17 +247,18 @@ def _scores(
                 max_threshold_deg=degrees,
                 weight=weight,
                 **options,
+                **group,
             )
             for part in poses
         ]
         result = combine(of_parts, part_of)
         tas_seeds = [result.tas.score]
         for seed in settings.seeds[1:]:
-            of_seed = [tas(gt, part[:, :3, 3], rng=seed, **options) for part in poses]
+            of_seed = [tas(gt, part[:, :3, 3], rng=seed, **options, **group) for part in poses]
             tas_seeds.append(combine_tas(of_seed, part_of).score)
     positions = [part[:, :3, 3] for part in poses]
     units = result.tas.unit * HALF_UNITS
-    half = profile_of_parts(gt, positions, part_of, units, rng=settings.seed).half
+    half = profile_of_parts(gt, positions, part_of, units, rng=settings.seed, **group).half
     return _Scores(of_parts, part_of, result, tas_seeds, half)
 
 
@@ -321,12 +326,14 @@ def _each_pose_once(matches: Matches) -> Matches:
     return replace(matches, gt_poses=matches.gt_poses[rows], est_poses=matches.est_poses[rows])
 
 
-def _ate(matches: Matches) -> float | None:
-    """Return the ATE of the estimated cameras; None where there is none."""
+def _ate(matches: Matches, settings: Settings) -> float | None:
+    """Return the ATE of the estimated cameras, in the same alignment; None where there is none."""
     gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
     estimated = finite_rows(est)
     try:
-        rmse = least_squares_rmse(gt[estimated], est[estimated])
+        rmse = least_squares_rmse(
+            gt[estimated], est[estimated], alignment=settings.alignment, up=settings.up
+        )
     except ValueError:  # no camera was estimated, or no similarity fits
         return None
     return rmse if math.isfinite(rmse) else None

@@ -13,6 +13,7 @@ from ..arrays import Floats
 from ..metrics import metric
 from ..protocols import split_names
 from ..registration import REGISTRATIONS
+from ..similarity import ALIGNMENTS, UP
 from ..trajectories.association import MISSING, SYNCS
 from ..trajectories.files import FilePath
 from ..trajectories.formats import FORMATS, Format
@@ -249,6 +250,15 @@ class Settings:
         str,
         Scoring("how the TAS aligns; pcr99 is the paper's", choices=tuple(sorted(REGISTRATIONS))),
     ] = "refined"
+    alignment: Annotated[
+        str,
+        Scoring(
+            "what is aligned: similarity, the paper's, takes out rotation, translation and scale; "
+            "rigid keeps the scale; yaw turns about the vertical axis alone; none aligns nothing",
+            choices=ALIGNMENTS,
+        ),
+    ] = "similarity"
+    up: Annotated[str, Scoring("the vertical axis, for --alignment yaw", choices=UP)] = "z"
     seed: Annotated[
         int,
         Scoring(
@@ -286,6 +296,10 @@ class Settings:
         values["metrics"] = tuple(dict.fromkeys(metric(name).name for name in names))
         for name, value in values.items():
             object.__setattr__(self, name, value)
+        if self.up != Settings.up and self.alignment != "yaw":
+            raise ValueError(
+                "up is the vertical axis of alignment=yaw; there is no other use of it"
+            )
         if self.format:
             self._check_format()
 
@@ -321,6 +335,8 @@ class Settings:
             "max_threshold_deg": self.max_threshold_deg,
             "weight": self.weight,
             "registration": self.registration,
+            "alignment": self.alignment,
+            "up": self.up if self.alignment == "yaw" else None,
             "seed": self.seed,
             "repeat": len(self.seeds),
             "inverted": self.invert,
@@ -346,8 +362,28 @@ class Settings:
         >>> Settings(registration="pcr99", repeat=3).seeds
         range(0, 3)
         """
-        repeat = 1 if self.registration == "refined" else self.repeat
+        drawn = self.registration == "pcr99" and self.alignment != "none"
+        repeat = self.repeat if drawn else 1
         return range(self.seed, self.seed + repeat)
+
+    @property
+    def how_aligned(self) -> str:
+        """Registration and alignment in words, as tables and plots name them.
+
+        Examples
+        --------
+        >>> from alignscores import Settings
+        >>> Settings(alignment="yaw", up="y").how_aligned
+        'registration refined, aligned about the y axis, without scale'
+        """
+        kind = {
+            "similarity": f"registration {self.registration}",
+            "rigid": f"registration {self.registration}, aligned without scale",
+            "yaw": f"registration {self.registration}, aligned about the {self.up[-1]} axis, "
+            "without scale",
+            "none": "not aligned",
+        }
+        return kind[self.alignment]
 
     @property
     def form(self) -> Format:

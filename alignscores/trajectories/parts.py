@@ -16,6 +16,7 @@ alignment, and a single camera fits any rotation: such cameras fail.
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -108,17 +109,22 @@ def profile_of_parts(
     units: Floats,
     *,
     rng: int,
+    alignment: str = "similarity",
+    up: str = "z",
 ) -> ScoreProfile:
     """Return the TAS of the whole over all units, by the refined registration.
 
     At each unit each part, with positions (n, 3) of the same cameras as the ground truth, is
     aligned for its largest score there.
     """
+    options: dict[str, Any] = {"rng": rng, "alignment": alignment, "up": up}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AlignmentWarning)
         if len(parts_positions) == 1:
-            return tas_profile(gt_positions, parts_positions[0], units, rng=rng)
-        searches = [_errors_at(gt_positions, part, "refined", rng=rng) for part in parts_positions]
+            return tas_profile(gt_positions, parts_positions[0], units, **options)
+        searches = [
+            _errors_at(gt_positions, part, "refined", **options) for part in parts_positions
+        ]
         lost = np.full(len(part_of), np.inf)
 
         def errors_at(unit: float) -> Floats:

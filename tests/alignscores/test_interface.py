@@ -37,8 +37,15 @@ TAS_OPTIONS = {
     "max_threshold": 1.0,
     "n_thresholds": 100,
     "registration": "pcr99",
+    "alignment": "similarity",
+    "up": "z",
 }
-RAS_OPTIONS = {"max_threshold_deg": 10.0, "n_thresholds": 100}
+RAS_OPTIONS = {
+    "max_threshold_deg": 10.0,
+    "n_thresholds": 100,
+    "alignment": "similarity",
+    "up": "z",
+}
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ AT_STAMPS = "--sync", "nearest", "--max_gap", 0
 def test_table(run):
     code, out, err = run(*TUM, *PAPER, *AT_STAMPS, "--missing", "ignore")
     assert (code, err) == (0, "")
-    header, row, settings, half, nan, n, hint = out.splitlines()
+    header, row, settings, half, nan, n, scale, hint = out.splitlines()
     assert half.startswith("half: largest threshold at which TAS (refined registration) or RAS ")
     expected = "estimate TAS sd half m RAS half deg PAS sd ATE m d m n lost nan"
     assert header.split() == expected.split()
@@ -36,6 +36,9 @@ def test_table(run):
     assert nan.startswith("nan: cameras without a position fail in the TAS")
     assert settings == "registration pcr99, means and sd over the seeds 0 to 9; " + (
         "missing cameras: ignore"
+    )
+    assert scale == (
+        "scale: estimate.txt 0.698 times the reference's, taken out; --alignment rigid counts it"
     )
     assert "--registration refined" in hint
 
@@ -117,6 +120,8 @@ def test_json_names_its_settings(run):
         "reference": "tum/reference.txt",
         "missing_cameras": "fail",
         "registration": "pcr99",
+        "alignment": "similarity",
+        "up": None,
         "seed": 4,
         "repeat": 2,
         "inverted": False,

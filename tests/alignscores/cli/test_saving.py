@@ -185,7 +185,7 @@ def test_evo_res_reads_the_results(run, tmp_path, examples):
         timeout=100,
     )
     assert done.returncode == 0, done.stderr
-    assert "PAS: share of the thresholds missed (pcr99, seed 0)" in done.stdout
+    assert "PAS: share of the thresholds missed (registration pcr99, seed 0)" in done.stdout
     assert all(key in done.stdout for key in ("TAS", "RAS", "PAS", "ATE"))
     assert "other_estimate.txt" in (tmp_path / "table.csv").read_text()
 

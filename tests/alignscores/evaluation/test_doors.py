@@ -18,6 +18,7 @@ NUMBERS = "TAS", "RAS", "PAS", "half_distance", "half_angle", "n", "unit", "metr
 METRICS = "ATE,ate:rmse,auc@30:vggt,kitti"
 FORMS = {"tum", "euroc", "kitti", "colmap", "parts", "nerf"}
 TIMED, NAMED = {"tum", "euroc"}, {"colmap", "parts", "nerf"}
+LENIENT = {"max_threshold": 100, "max_threshold_deg": 180}
 OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
 CASES = {  # what differs from the defaults: the formats that have it, and settings
     "nothing": (FORMS, {}),
@@ -37,6 +38,9 @@ CASES = {  # what differs from the defaults: the formats that have it, and setti
     "seed": (FORMS, {"seed": 3, "metrics": "ATE,recall@50cm,5deg"}),  # which draws
     "registration": (FORMS, {"registration": "pcr99", "seed": 4, "repeat": 3}),
     "registration, not repeated": (FORMS - TIMED, {"registration": "pcr99", "repeat": 1}),
+    "rigid": (FORMS, {"alignment": "rigid"}),
+    "yaw": (FORMS, {"alignment": "yaw", "up": "-y", **LENIENT}),
+    "none": (TIMED, {"alignment": "none", "registration": "pcr99", **LENIENT}),
     "est_format": ({"tum", "euroc", "colmap", "nerf"}, {"est_format": None}),
     "metrics": (FORMS, {"metrics": "ATE,rra@5:vggt,TAS,PAS,half_distance"}),
 }
