@@ -142,8 +142,7 @@ def score(
         notes[:0] = _clock_notes(reference, whole, offset, settings)
         notes += swap_notes(reference, whole)
         notes += _convention_notes(matches, convention, scores, settings)
-    est_poses = in_one_world(poses, scores.of_parts, scores.part_of) if described else poses[0]
-    matches = replace(matches, est_poses=est_poses)
+    matches = replace(matches, est_poses=in_one_world(poses, scores.of_parts, scores.part_of))
     once = _each_pose_once(matches)
     metrics, reasons = _metric_values(once, settings, n_parts=len(parts))
     notes = [*notes, *parts_notes(described), *reasons]
