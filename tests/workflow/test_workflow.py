@@ -157,11 +157,16 @@ ANSWERED = answered("registration_study")
 ANALYSIS = {"figure": 1, **ANSWERED}
 TIMED_AGAIN = {"times_registration_study": 1}
 EDITS = [  # files of the project, with the jobs that an edit of them makes run again
-    (("alignscores/trajectories/files/tum.py", "alignscores/cli/main.py", "report/page.py"), {}),
+    (
+        (
+            *("alignscores/trajectories/files/tum.py", "alignscores/cli/main.py", "report/page.py"),
+            *("studies/beyond/findings.py", "studies/threshold_study/effects.py"),
+        ),
+        {},
+    ),
     (("alignscores/plots.py",), {"figure": 3}),  # which has what the histogram draws
     (("figures/panels.py",), {"figure": 3}),
     (("studies/registration_study/registrations.py",), ANALYSIS),
-    (("studies/beyond/findings.py", "studies/threshold_study/effects.py"), {}),
     (("studies/order.py",), TIMED_AGAIN | ANALYSIS),
     (("experiments/scenes/errors.py",), {"trials": 5, "figure": 3} | TIMED_AGAIN | ANSWERED),
 ]
