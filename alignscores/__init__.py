@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .averaging import nearest_rotations
+from .distance import ras_angle, tas_distance
 from .histogram import AlignmentScore
 from .pose import PASResult, pas
 from .profile import ScoreProfile, ras_profile, tas_profile
@@ -44,8 +45,10 @@ __all__ = [
     "nearest_rotations",
     "pas",
     "ras",
+    "ras_angle",
     "ras_profile",
     "tas",
+    "tas_distance",
     "tas_profile",
 ]
 

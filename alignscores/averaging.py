@@ -1,12 +1,12 @@
 """Single rotation averaging: the chordal, the geodesic L1 and the robust TLUD mean."""
 
-from math import ceil, sin, sqrt
+from math import sin, sqrt
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
 
 from .arrays import Floats
+from .medoid import TLUD_THRESHOLD, medoid
 from .similarity import best_turn
 from .validation import finite_rows
 
@@ -22,16 +22,9 @@ __all__ = [
 ]
 
 
-TLUD_THRESHOLD = 0.5  # chordal distance at which a deviation is truncated, about 20 degrees
 TLUD_TOLERANCE = 1e-3  # radians; the refinement stops after a smaller step
 WEISZFELD_STEPS = 10
 COINCIDENT = 1e-15  # radians; rotations that differ by less are equal up to rounding
-NEGLIGIBLE = 1e-12  # of a mean distance; rotations whose means differ by less are equally good
-DISTANCES_AT_ONCE = 1 << 17  # 1 MiB, which fits in the cache
-BATCH = 8  # smallest number of rotations that are compared with all others at once
-SAMPLE = 128  # rotations from which the share of near pairs is estimated
-SPARSE = 1 / 32  # share of near pairs below which a tree is faster than bounds
-NEAR_PAIRS_AT_ONCE = 1 << 20  # 24 MiB
 IDENTITY = np.eye(3)
 # Their inner products with a rotation are twice the sine times the axis, and the trace.
 ANTISYMMETRIC_PARTS_AND_TRACE = np.array(
@@ -137,85 +130,16 @@ def tlud_mean(rotations: Floats, up: str | None = None) -> Floats:
     The rotation with the smallest sum of truncated chordal distances to all others defines the
     inliers; their geodesic L1 mean is the average (section 4, step 1). Where a vertical axis is
     given, it is the best rotation about this axis for the same inliers. O(n) memory beyond a
-    constant. The time grows like n^1.5 where many rotations agree. Where few do, a tree finds all
-    pairs within the threshold, which takes most of the time. In between, where all errors are about
-    20 degrees, the time grows like n^2.
+    constant. The time grows little more than n where many rotations agree. Where few do, or all
+    errors are about 20 degrees, it grows like n^2.
     """
     flat = rotations.reshape(-1, 9)
-    inlier = np.linalg.norm(flat - flat[_medoid(rotations)], axis=1) < TLUD_THRESHOLD
+    inlier = np.linalg.norm(flat - flat[medoid(rotations)], axis=1) < TLUD_THRESHOLD
     inliers = rotations[inlier]
     if up is None:
         return geodesic_l1_mean(inliers, chordal_mean(inliers), tolerance=TLUD_TOLERANCE)
     start, axis = best_turn(inliers.sum(axis=0), up), np.eye(3)["xyz".index(up[-1])]
     return geodesic_l1_mean(inliers, start, tolerance=TLUD_TOLERANCE, axis=axis)
-
-
-def _medoid(rotations: Floats) -> int:
-    """Return the index of the rotation whose truncated distances to all have the smallest sum."""
-    points = rotations.reshape(-1, 9)
-    if len(points) ** 2 > DISTANCES_AT_ONCE:
-        order = np.random.default_rng(0).permutation(len(points))  # failures may be periodic
-        sample = points[order[:SAMPLE]]
-        squared = scipy.spatial.distance.cdist(sample, sample, "sqeuclidean")
-        share = float(np.mean(squared < TLUD_THRESHOLD**2))
-        if share < SPARSE:
-            return int(order[_medoid_by_tree(rotations[order], share)])
-    return _medoid_by_bounds(points)
-
-
-def _medoid_by_bounds(points: Floats) -> int:
-    """Find the medoid where many agree: the sums of few points (n, 9) bound those of the others.
-
-    Truncated distances obey the triangle inequality. With f_i the sum and d the truncated distance
-    to i, f_j >= n d - f_i. Where d is not truncated, only the terms of points within two thresholds
-    of i differ: if these are m, f_j >= f_i - m d. The points with the lowest bounds come first
-    (Newling and Fleuret, "A sub-quadratic exact medoid algorithm", AISTATS 2017).
-    """
-    n = len(points)
-    # Relative to the median, so that squared distances are differences of small numbers.
-    points = points - np.partition(points, n // 2, axis=0)[n // 2]
-    squares = np.einsum("ni,ni->n", points, points)
-    size = max(BATCH, DISTANCES_AT_ONCE // n)
-    best, best_sum = 0, np.inf
-    bounds, left = np.zeros(n), np.arange(n)
-    while left.size:
-        if left.size > size:
-            left = left[np.argpartition(bounds[left], size)]
-        batch, left = left[:size], left[size:]
-        squared = points[batch] @ (-2 * points.T)
-        squared += squares
-        squared += squares[batch, None]
-        distances = np.sqrt(np.clip(squared, 0, TLUD_THRESHOLD**2))
-        sums = distances.sum(axis=1)
-        smallest = int(np.argmin(sums))
-        if sums[smallest] < best_sum:
-            best, best_sum = int(batch[smallest]), sums[smallest]
-        if left.size:
-            near = [np.count_nonzero(row < (2 * TLUD_THRESHOLD) ** 2) for row in squared]
-            d, f, m = distances[:, left], sums[:, None], np.array(near)[:, None]
-            bound = np.maximum(n * d - f, np.where(d < TLUD_THRESHOLD, f - m * d, 0)).max(axis=0)
-            bounds[left] = np.maximum(bounds[left], bound)
-            left = left[bounds[left] < best_sum - NEGLIGIBLE * n]
-    return best
-
-
-def _medoid_by_tree(rotations: Floats, share: float) -> int:
-    """Find the medoid where few agree, from the near pairs alone: about that share of all pairs."""
-    n = len(rotations)
-    quaternions = scipy.spatial.transform.Rotation.from_matrix(rotations).as_quat()
-    # The chordal distance is sqrt(8) sin(angle / 2); that of quaternions v = 2 sin(angle / 4).
-    both_signs = scipy.spatial.KDTree(np.vstack([quaternions, -quaternions]))
-    reach = sqrt(2 - 2 * sqrt(1 - TLUD_THRESHOLD**2 / 8))
-    agreement = np.zeros(n)  # by how much each sum of distances is below n thresholds
-    n_parts = ceil(share * n * n / NEAR_PAIRS_AT_ONCE)
-    for i in range(n_parts):
-        part = scipy.spatial.KDTree(quaternions[i::n_parts])
-        pairs = part.sparse_distance_matrix(both_signs, reach, output_type="ndarray")
-        v = pairs["v"]
-        agreement[i::n_parts] = np.bincount(
-            pairs["i"], TLUD_THRESHOLD - sqrt(8) * v * np.sqrt(1 - v * v / 4)
-        )
-    return int(np.argmax(agreement))
 
 
 def rotation_angles(rotations: Floats) -> Floats:

@@ -5,17 +5,21 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
+from .aligner import Seed
 from .arrays import Floats
+from .distance import ras_angle, tas_distance
 from .pose import pas
-from .profile import HALF_UNITS, ras_profile, tas_profile
 from .protocols.cameras import Positions
 from .protocols.families import Family, Metric, Missing, find
 from .protocols.registry import PROTOCOLS
 from .rotation import ras
 from .similarity import least_squares_rmse
-from .translation import Seed, closest_pair_quartile, tas
+from .translation import tas
 
-__all__ = ["FAMILIES", "SCORES", "Family", "Metric", "header", "metric", "named"]
+__all__ = ["FAMILIES", "LEVELS", "SCORES", "Family", "Metric", "header", "metric", "named"]
+
+
+LEVEL = r"(?P<score>0?\.\d+|1(?:\.0*)?)"
 
 
 def named(
@@ -37,12 +41,8 @@ def _pas(gt: Floats, est: Floats, *, rng: Seed) -> float:
     return pas(gt, est, rng=rng).score
 
 
-def _half_distance(gt: Floats, est: Floats, *, rng: Seed) -> float:
-    return tas_profile(gt, est, closest_pair_quartile(gt) * HALF_UNITS, rng=rng).half
-
-
-def _half_angle(gt: Floats, est: Floats) -> float:
-    return ras_profile(gt[:, :, :3], est[:, :, :3], [10.0]).half
+def _angle(gt: Floats, est: Floats, *, score: float = 0.5) -> float:
+    return ras_angle(gt[:, :, :3], est[:, :, :3], score)
 
 
 def _ate(gt: Floats, est: Floats) -> float:
@@ -64,7 +64,7 @@ SCORES: Sequence[Family] = (
     named(
         "half_distance",
         "half-score distance: the unit at which the TAS is one half",
-        _half_distance,
+        tas_distance,
         "fail",
         unit="units",
         rotations=False,
@@ -75,7 +75,7 @@ SCORES: Sequence[Family] = (
     named(
         "half_angle",
         "half-score angle: the largest threshold at which the RAS is one half",
-        _half_angle,
+        _angle,
         "fail",
         unit="deg",
         label="half-score angle",
@@ -92,7 +92,31 @@ SCORES: Sequence[Family] = (
 )
 """What every estimate is given, in the order of tables."""
 
-FAMILIES = (*SCORES, *PROTOCOLS)
+LEVELS: Sequence[Family] = (
+    Family(
+        "distance@SCORE",
+        "distance@0.25",
+        "unit at which the TAS reaches a score",
+        tas_distance,
+        rf"distance@{LEVEL}",
+        missing="fail",
+        unit="units",
+        rotations=False,
+        random=True,
+    ),
+    Family(
+        "angle@SCORE",
+        "angle@0.25",
+        "largest threshold at which the RAS reaches a score",
+        _angle,
+        rf"angle@{LEVEL}",
+        missing="fail",
+        unit="deg",
+    ),
+)
+"""The same for any score: by the alignment of the evaluation, as the half-score distance."""
+
+FAMILIES = (*SCORES, *LEVELS, *PROTOCOLS)
 
 
 @cache

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .aligner import Seed
 from .registration import Registration
 from .rotation import RASResult, _checked_ras
-from .translation import Seed, TASResult, tas
+from .translation import TASResult, tas
 from .validation import check_poses, check_same_length
 
 __all__ = ["PASResult", "pas"]

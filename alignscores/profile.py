@@ -1,35 +1,37 @@
-"""Scores over their thresholds, and the threshold at which a score is one half."""
+"""Scores over all largest thresholds."""
 
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .aligner import Aligner, Seed
 from .arrays import Floats
+from .distance import ErrorsAt, extent, search_unit, smallest_unit
 from .histogram import equal_steps
 from .registration import Registration
-from .registration.refined import Search
 from .rotation import ras
-from .similarity import Similarity
-from .translation import Seed, tas
-from .validation import AlignmentWarning, check_positions, check_positive
+from .validation import AlignmentWarning
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["ScoreProfile", "ras_profile", "tas_profile"]
+__all__ = [
+    "DEGREES",
+    "ScoreProfile",
+    "extent_units",
+    "ras_profile",
+    "searched_profile",
+    "tas_profile",
+]
 
 
-# Units of d where a search for the half-score distance looks first; it finds its way from any.
-HALF_UNITS = np.geomspace(1 / 16, 4, 7)
 N_UNITS = 64
 SMALLEST_UNIT = 1e-5  # of the reference's extent, where the default units begin
 DEGREES = np.geomspace(0.01, 180, N_UNITS)  # the default ones for rotations
-GAIN = 1e-3  # relative; the search for the half-score unit ends with the first step that gains less
-SMALLEST_NORMAL = float(np.finfo(np.float64).tiny)  # a smaller unit is rounded to 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,14 +104,7 @@ class ScoreProfile:
         >>> round(profile.unit_at(0.9), 2), round(profile.unit_at(1), 2)
         (9.52, 200.0)
         """
-        check_positive(score, "score")
-        if score > 1:
-            raise ValueError(f"score must be at most 1, not {score!r}")
-        steps = equal_steps(1.0, self.n_thresholds, "unit")
-        smallest = np.inf
-        for errors in self.errors:
-            smallest = _smallest_unit(errors, steps, score, smallest)
-        return smallest if smallest > SMALLEST_NORMAL else 0.0
+        return min(smallest_unit(errors, score, self.n_thresholds) for errors in self.errors)
 
     def at(self, score: float) -> float:
         """Return `unit_at` of a score; the name is deprecated since 1.1."""
@@ -194,29 +189,24 @@ def tas_profile(
     >>> round(tas(gt, est).score, 2), round(tas(gt[::4], est[::4]).score, 2)
     (0.24, 0.5)
     """
-    gt = check_positions(gt_positions, "gt_positions", complete=True)
-    grid = extent_units(gt) if units is None else _checked_units(units)
-    errors_at = _errors_at(
-        gt,
-        est_positions,
-        registration,
+    aligner = Aligner(
+        *(gt_positions, est_positions),
+        registration=registration,
         rng=rng,
         n_hypotheses=n_hypotheses,
-        n_thresholds=n_thresholds,
         alignment=alignment,
         up=up,
     )
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AlignmentWarning)
-        first = errors_at(grid[0])
-        if first is not None and registration != "pcr99" and alignment != "none":
-            return _searched(grid, first, errors_at, n_thresholds)
-    if first is None:
+    grid = extent_units(aligner.gt) if units is None else _checked_units(units)
+    if aligner.has_one_alignment:
+        profile = _profile(grid, [aligner.align(grid[0]).errors], n_thresholds)
+    else:
+        profile = searched_profile(lambda unit: aligner.align(unit).errors, grid, n_thresholds)
+    if profile.errors[0, 0] == np.inf:
         warnings.warn(
             "all scores are 0: the estimate cannot be aligned", AlignmentWarning, stacklevel=2
         )
-        first = np.full(len(gt), np.inf)
-    return _profile(grid, [first], n_thresholds)
+    return profile
 
 
 def ras_profile(
@@ -279,52 +269,10 @@ def ras_profile(
     return _profile(grid, [result.errors], n_thresholds)
 
 
-def _errors_at(
-    gt: Floats, est: ArrayLike, registration: str | Registration, **options: Any
-) -> Callable[[float], Floats | None]:
-    """Return a function from a unit to the errors of its alignment, None where there is none."""
-    register = _searching_once(registration)
-
-    def errors_at(unit: float) -> Floats | None:
-        result = tas(gt, est, unit=unit, registration=register, **options)
-        return None if result.alignment is None else result.errors
-
-    return errors_at
-
-
-def _searching_once(registration: str | Registration) -> str | Registration:
-    """Return a refined registration that draws once and starts from what it found before."""
-    if registration != "refined":
-        return registration
-    searches: list[Search] = []
-
-    def refined(
-        gt: Floats, est: Floats, /, *, threshold: float, **settings: Any
-    ) -> tuple[Similarity | None, int]:
-        if not searches:
-            del settings["rank"]
-            searches.append(Search(gt, est, **settings))
-        return searches[0].best(threshold), searches[0].n_used
-
-    return refined
-
-
-def _searched(
-    units: Floats,
-    first: Floats,
-    errors_at: Callable[[float], Floats | None],
-    n_thresholds: int,
-) -> ScoreProfile:
+def searched_profile(errors_at: ErrorsAt, units: Floats, n_thresholds: int) -> ScoreProfile:
     """Return the profile of the alignments found at all units and at the half-score unit."""
-    found = [first, *(errors for u in units[1:] if (errors := errors_at(float(u))) is not None)]
-    profile = _profile(units, found, n_thresholds)
-    before = np.inf
-    while 0 < profile.half < (1 - GAIN) * before and np.isfinite(profile.half):
-        before = profile.half
-        errors = errors_at(before)
-        if errors is not None:
-            profile = _profile(units, [*profile.errors, errors], n_thresholds)
-    return profile
+    _, found = search_unit(errors_at, float(units[-1]), 0.5, n_thresholds)
+    return _profile(units, [*found, *map(errors_at, units.tolist())], n_thresholds)
 
 
 def _profile(units: Floats, errors: Iterable[Floats], n_thresholds: int) -> ScoreProfile:
@@ -333,14 +281,13 @@ def _profile(units: Floats, errors: Iterable[Floats], n_thresholds: int) -> Scor
 
 def extent_units(gt: Floats) -> Floats:
     """Return the default units of positions; ValueError where they have no extent."""
-    with np.errstate(over="ignore"):
-        extent = 2 * float(np.linalg.norm(gt - gt.mean(axis=0), axis=1).max())
-    if not 0 < extent < np.inf:
+    found = extent(gt)
+    if not 0 < found < np.inf:
         raise ValueError(
             "the ground truth has no extent to derive units from: all cameras in gt_positions "
             "coincide, or are too far apart to square their distance; pass units="
         )
-    return extent * np.geomspace(SMALLEST_UNIT, 1, N_UNITS)
+    return found * np.geomspace(SMALLEST_UNIT, 1, N_UNITS)
 
 
 def _checked_units(units: ArrayLike) -> Floats:
@@ -359,22 +306,3 @@ def _scores(sorted_errors: Floats, units: Floats, steps: Floats) -> Floats:
     frequency = np.searchsorted(sorted_errors, units[..., None] * steps)
     scores: Floats = frequency.sum(axis=-1) / (len(steps) * len(sorted_errors))
     return scores
-
-
-def _smallest_unit(sorted_errors: Floats, steps: Floats, score: float, bound: float) -> float:
-    """Return the smallest number at which the score is reached, or the bound if that is smaller.
-
-    Positive numbers have the order of their bits, so that 63 steps of bisection decide all of them.
-    """
-
-    def reached(bits: int) -> bool:
-        unit = np.array(bits, dtype=np.int64).view(np.float64)
-        return bool(_scores(sorted_errors, unit, steps) >= score)
-
-    low, high = 0, int(np.array(min(bound, np.finfo(np.float64).max)).view(np.int64))
-    if not reached(high):
-        return bound
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if reached(middle) else (middle, high)
-    return float(np.array(high).view(np.float64))

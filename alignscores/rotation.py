@@ -108,8 +108,8 @@ def ras(
 
     Notes
     -----
-    O(n) memory beyond a constant. The time grows like n^1.5; with errors of some 20 degrees
-    throughout, where rotations neither agree nor disagree, with the square of n.
+    O(n) memory beyond a constant. The time grows little more than n where many rotations agree. It
+    grows with the square of n where few do, or where errors are some 20 degrees throughout.
 
     References
     ----------

@@ -2,30 +2,20 @@
 
 import warnings
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
+from .aligner import Aligner, Normalised, Seed, normalise
 from .arrays import Floats
 from .histogram import AlignmentScore, equal_steps
-from .registration import REGISTRATIONS, Registration
-from .similarity import FARTHEST_SUMMABLE, Similarity, check_alignment
-from .validation import (
-    AlignmentWarning,
-    check_positions,
-    check_positive,
-    check_same_length,
-    finite_rows,
-)
+from .registration import Registration
+from .similarity import Similarity
+from .validation import AlignmentWarning, check_positions, check_positive
 
-__all__ = ["TASResult", "closest_pair_distances", "closest_pair_quartile", "normalise", "tas"]
+__all__ = ["TASResult", "closest_pair_distances", "closest_pair_quartile", "tas"]
 
-Normalised = tuple[Floats, Floats, float]  # positions, their origin and unit; see `normalise`
-Seed = int | np.random.SeedSequence | np.random.Generator | None
-
-IDENTITY = Similarity(1.0, np.eye(3), np.zeros(3))
 MAX_WITHOUT_TREE = 128  # cameras; up to there it is faster to compute all distances
 
 
@@ -198,43 +188,24 @@ def tas(
     >>> result.registration, round(result.score, 3)
     ('least_squares', 0.663)
     """
-    gt = check_positions(gt_positions, "gt_positions", complete=True)
-    est = check_positions(est_positions, "est_positions", complete=False)
-    check_same_length(gt, est, "gt_positions", "est_positions")
-    check_positive(n_hypotheses, "n_hypotheses", integer=True)
-    check_alignment(alignment, up)
-    register, name = _registration(registration)
-    try:
-        generator = np.random.default_rng(rng)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"rng must be a seed or a Generator, not {rng!r}: {error}") from None
-    normalised_gt = normalise(gt)
+    aligner = Aligner(
+        *(gt_positions, est_positions),
+        registration=registration,
+        rng=rng,
+        n_hypotheses=n_hypotheses,
+        alignment=alignment,
+        up=up,
+    )
     if unit is None:
-        unit = _quartile(normalised_gt)
+        unit = _quartile(aligner.normalised_gt)
     check_positive(unit, "unit")
     thresholds = unit * equal_steps(max_threshold, n_thresholds, "max_threshold")
-
-    estimated = finite_rows(est)
-    errors = np.full(len(gt), np.inf)
-    if 0 < np.count_nonzero(estimated) < len(gt):
-        normalised_gt = normalise(gt[estimated])
-    found, errors[estimated], n_used = _register(
-        gt[estimated],
-        est[estimated],
-        normalised_gt,
-        register,
-        alignment,
-        up,
-        rank=max(4, (len(gt) + 5) // 10),
-        threshold=float(thresholds[-1]),
-        n_hypotheses=int(n_hypotheses),
-        rng=generator,
-    )
+    found, errors, n_used = aligner.align(float(thresholds[-1]))
     if found is None:
-        distinct = len(np.unique(est[estimated], axis=0))
+        distinct = len(np.unique(aligner.est[aligner.estimated], axis=0))
         warnings.warn(
             "TAS is 0: the estimate cannot be aligned, since none of its camera triplets resembles "
-            f"the ground truth ({distinct} distinct estimated positions of {len(gt)} cameras)",
+            f"the ground truth ({distinct} distinct estimated positions of {len(errors)} cameras)",
             AlignmentWarning,
             stacklevel=2,
         )
@@ -244,7 +215,7 @@ def tas(
         alignment=found,
         unit=float(unit),
         n_hypotheses=n_used,
-        registration=name,
+        registration=aligner.registration,
     )
 
 
@@ -318,90 +289,3 @@ def _closest_pair_distances(normalised_gt: Normalised) -> Floats:
     with np.errstate(over="ignore"):
         distances: Floats = unit * closest
         return distances
-
-
-def _registration(registration: str | Registration) -> tuple[Registration, str]:
-    """Return a registration with its name."""
-    if isinstance(registration, str) and registration in REGISTRATIONS:
-        return REGISTRATIONS[registration], registration
-    if isinstance(registration, str) or not callable(registration):
-        raise ValueError(
-            f"registration must be one of {sorted(REGISTRATIONS)} or a function, "
-            f"not {registration!r}"
-        )
-    return registration, getattr(registration, "__name__", repr(registration))
-
-
-def _register(
-    gt: Floats,
-    est: Floats,
-    normalised_gt: Normalised,
-    register: Registration,
-    alignment: str,
-    up: str,
-    *,
-    rank: int,
-    threshold: float,
-    n_hypotheses: int,
-    rng: np.random.Generator,
-) -> tuple[Similarity | None, Floats, int]:
-    """Register finite positions; return the alignment, the errors and the number of hypotheses."""
-    gt_local, gt_centre, gt_unit = normalised_gt
-    errors = np.full(len(est), np.inf)
-    if len(est) < (3 if alignment == "similarity" else 1):
-        return None, errors, 0
-    if alignment == "none":
-        return IDENTITY, IDENTITY.position_errors(gt, est), 1
-    est_local, est_centre, est_unit = normalise(est)
-    if alignment != "similarity":  # the scale must stay what it is
-        est_local, est_unit = est_local * (est_unit / gt_unit), gt_unit
-    axes = np.roll(range(3), -1 - "xyz".index(up[-1]))  # the vertical one last
-    registered = register(
-        gt_local[:, axes],
-        est_local[:, axes],
-        rank=min(rank, len(est)),
-        threshold=threshold / gt_unit,
-        n_hypotheses=n_hypotheses,
-        rng=rng,
-        alignment=alignment,
-    )
-    match registered:
-        case (Similarity() | None as local, int() | np.integer() as n_used):
-            pass
-        case _:
-            raise TypeError(
-                "registration must return a Similarity or None and the number of hypotheses, "
-                f"not {registered!r}"
-            )
-    if local is None:
-        return None, errors, n_used
-    back = np.argsort(axes)
-    local = Similarity(local.scale, local.rotation[np.ix_(back, back)], local.translation[back])
-    errors = gt_unit * local.position_errors(gt_local, est_local)
-    scale = local.scale * est_unit / gt_unit
-    translation = est_centre + est_unit * local.translation - scale * local.rotation @ gt_centre
-    return Similarity(scale, local.rotation, translation), errors, n_used
-
-
-def normalise(positions: Floats) -> Normalised:
-    """Return positions centred on their median and divided by their spread, with median and spread.
-
-    Then neither a far-off origin nor squares of very large or small numbers cost any digits. Median
-    and spread are robust: an outlier moves neither. The spread is about the median distance from
-    the median along an axis, 1 where all positions coincide. It is a power of two, so that dividing
-    by it rounds nothing.
-    """
-    positions = np.clip(positions, -FARTHEST_SUMMABLE, FARTHEST_SUMMABLE)
-    centre = _upper_median(positions)
-    with np.errstate(over="ignore"):  # beyond the largest number: infinitely far
-        local = positions - centre
-        distances = np.abs(local)
-        moved = distances[distances > 0]
-        unit = np.ldexp(1.0, np.frexp(_upper_median(moved))[1] - 1) if moved.size else 1.0
-        return local / unit, centre, float(unit)
-
-
-def _upper_median(values: Floats) -> Any:
-    """Return the median of each column; of two middle values the upper one, not their mean."""
-    half = len(values) // 2
-    return np.partition(values, half, axis=0)[half]

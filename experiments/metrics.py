@@ -21,11 +21,18 @@ from pydantic import (
     model_validator,
 )
 
-from alignscores import AlignmentScore, ScoreProfile, Similarity, ras, ras_profile, tas, tas_profile
+from alignscores import (
+    AlignmentScore,
+    ScoreProfile,
+    Similarity,
+    ras,
+    ras_profile,
+    tas,
+    tas_distance,
+)
 from alignscores.arrays import Floats
 from alignscores.histogram import equal_steps
 from alignscores.metrics import metric, named
-from alignscores.profile import HALF_UNITS
 from alignscores.protocols import PROTOCOLS, Family, Metric, NoValueError
 from alignscores.protocols.families import find
 from alignscores.registration import Registration, pcr99
@@ -41,8 +48,6 @@ from .scenes import Scene
 __all__ = ["METRICS", "Column", "Evaluation", "Options", "TrialMetric", "evaluate"]
 __all__ += ["order_statistic"]
 
-
-FEW_UNITS = np.array([0.25, 1.0, 4.0])  # of d: they suffice to find one half, not another score
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 PositiveOrInfinite = Annotated[float, Field(gt=0)]
@@ -278,15 +283,13 @@ class Evaluation:
     def half_distance(self, options: HalfDistanceOptions) -> float:
         """Return the unit at which the TAS is one half, or another score."""
         scene = self.scene
-        units = FEW_UNITS if options.score == 0.5 else HALF_UNITS
-        profile = tas_profile(
+        return tas_distance(
             scene.gt_positions,
             scene.est_positions,
-            self._unit(0.75, interpolated=False) * units,
+            options.score,
             rng=self._registration_seed(options.seed),
             registration=options.registration,
         )
-        return profile.unit_at(options.score)
 
     def half_angle(self, options: HalfAngleOptions) -> float:
         """Return the largest threshold at which the RAS is one half, or another score."""

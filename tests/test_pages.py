@@ -20,7 +20,7 @@ import sys
 import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from io import BytesIO, StringIO, TextIOWrapper
 from pathlib import Path
 from typing import Any
@@ -342,9 +342,7 @@ def test_the_result_files_have_every_column(tmp_path: Path, monkeypatch: Any) ->
     shutil.copy(pair[0], copies.parent / "a.txt")
     patterns[0] = f"{tmp_path}/data/{{sequence}}.txt"
     compare = ["compare", "tum", *patterns, "--no_cache", "--jobs=1"]
-    compared = json.loads(run_alignscores([*compare, "--json"]))
-    for entries in ("results", "systems", "comparisons"):
-        names |= {*compared[entries][0], entries}
+    check_keys_of_compare(json.loads(run_alignscores([*compare, "--json"])), page)
     names |= {*run_alignscores([*compare, "--csv"]).splitlines()[0].split(",")}
     metrics = {"TAS", "RAS", "PAS", "half_distance", "half_angle"}
     names -= {f"{metric}_sd" for metric in metrics} - {"TAS_sd", "PAS_sd"}
@@ -352,3 +350,20 @@ def test_the_result_files_have_every_column(tmp_path: Path, monkeypatch: Any) ->
 
 
 SAVED = ("save_errors", "profile", "save_metrics")
+
+
+def check_keys_of_compare(compared: dict[str, Any], page: str) -> None:
+    """Every key of the JSON is described, and every key that is described is there."""
+    start = page.index("**`alignscores compare --json`**")
+    _, *sections = re.split(
+        r"^`(results|systems|comparisons)` has",
+        page[start : page.index("## The study")],
+        flags=re.M,
+    )
+    settings = {field.name for field in fields(library.Settings)}
+    assert {key for key in compared if f"`{key}`" not in page[start:]} <= settings
+    for name, section in zip(sections[::2], sections[1::2], strict=True):
+        keys = {key for entry in compared[name] for key in entry}
+        cells = re.findall(r"^\| (`.*?) \|", section, flags=re.M) or [section]
+        described = {key for cell in cells for key in re.findall(r"`(\w+)`", cell)}
+        assert described - {"null"} == keys

@@ -194,7 +194,7 @@ def compare(
     >>> folder = "tests/data/tum"
     >>> found = compare(f"{folder}/reference.txt", f"{folder}/{{system}}.txt", format="tum")
     >>> found.summary.systems, found.summary.entries["estimate", None]["PAS"]
-    (['estimate'], 0.8488)
+    (['estimate'], 0.8709)
     """
     settings = replace(settings or Settings(), **changes)
     benchmark = find_benchmark(references, estimates, settings.format, expect_all)

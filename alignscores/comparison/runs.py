@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import warnings
 import zipfile
 from collections.abc import Mapping
 from contextlib import suppress
@@ -23,8 +22,7 @@ from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..metrics import metric
 from ..trajectories.files import Trajectory
-from ..translation import tas
-from ..validation import AlignmentWarning, finite_rows
+from ..validation import finite_rows
 from ..writing import write_whole
 
 __all__ = ["COLUMNS", "Outcome", "Task", "evaluate_run", "reference_of", "step_of_run"]
@@ -161,33 +159,10 @@ def _outcome(evaluation: Evaluation) -> Outcome:
         rotation_errors=result.ras.errors,
         position_scores=_shares(result.tas.errors, result.tas.thresholds),
         rotation_scores=_shares(result.ras.errors, result.ras.thresholds),
-        distance_terms=half_terms(_errors_at_half(evaluation), half_distance),
+        distance_terms=half_terms(evaluation.half_errors, half_distance),
         angle_terms=half_terms(result.ras.errors, half_angle),
         notes=notes,
     )
-
-
-def _errors_at_half(evaluation: Evaluation) -> Floats:
-    """Return the position errors of the alignment at the half-score distance.
-
-    Of an estimate in parts, or without that distance, they are those of the TAS.
-    """
-    half = evaluation.half_distance
-    if evaluation.parts or not 0 < half < np.inf:
-        return evaluation.result.tas.errors
-    matches = evaluation.matches
-    gt, est = (poses[:, :3, 3] for poses in (matches.gt_poses, matches.est_poses))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AlignmentWarning)  # the TAS has told it
-        settings = evaluation.settings
-        return tas(
-            *(gt, est),
-            unit=half,
-            rng=settings.seed,
-            registration="refined",
-            alignment=settings.alignment,
-            up=settings.up,
-        ).errors
 
 
 def half_terms(errors: Floats, half: float) -> Floats:

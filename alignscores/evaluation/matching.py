@@ -9,16 +9,23 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Floats
-from ..trajectories.association import Matches, in_order, match, unit_hint
+from ..trajectories.association import (
+    Matches,
+    checked,
+    in_order,
+    match,
+    present,
+    unit_hint,
+)
 from ..trajectories.files import FilePath, Trajectory, inverse_poses, read_stamps
 from ..trajectories.formats import FORMATS
 from ..trajectories.timeline import usual_step
-from ..trajectories.timing import find_offset
+from ..trajectories.timing import LEAST_GAIN, find_offset
+from ..validation import finite_rows
 from .notes import collected_warnings
 from .settings import Settings
 
 __all__ = [
-    "LEAST_GAIN",
     "files_below",
     "match_estimate",
     "read_parts",
@@ -26,8 +33,7 @@ __all__ = [
     "step_of_frames",
 ]
 
-SMALL_OFFSET = 0.03  # seconds; with a larger one the positions must fit `LEAST_GAIN` times as well
-LEAST_GAIN = 1.2  # noise alone gains less
+SMALL_OFFSET = 0.03  # seconds; with a larger one the positions must fit better by `LEAST_GAIN`
 
 
 def files_below(path: str | Path) -> Iterator[Path]:
@@ -42,14 +48,17 @@ def files_below(path: str | Path) -> Iterator[Path]:
 def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Trajectory:
     """Return the reference in the order of time, without duplicates."""
     if not isinstance(reference, Trajectory):
-        reference = settings.form.read(reference, complete=True)
+        return in_order(settings.form.read(reference, complete=True))
+    finite = finite_rows(checked(reference, "reference").poses)
+    if not finite.all():
+        raise ValueError(f"pose {np.argmin(finite) + 1} of the reference is not finite")
     return in_order(reference)
 
 
 def read_parts(estimate: FilePath | Trajectory, settings: Settings) -> dict[str, Trajectory]:
     """Return the parts of an estimate, as a rule a single one, camera-to-world."""
     if isinstance(estimate, Trajectory):
-        parts = {"": Trajectory(*map(np.asarray, estimate))}
+        parts = {"": checked(estimate, "estimate")}
     else:
         form = FORMATS[settings.est_format] if settings.est_format else settings.form
         parts = form.read_parts(estimate) if form.read_parts else {"": form.read(estimate)}
@@ -70,7 +79,7 @@ def step_of_frames(estimates: Iterable[FilePath], settings: Settings) -> float |
     for estimate in estimates:
         with collected_warnings(), suppress(ValueError):
             (part,) = read_parts(estimate, settings).values()
-            steps.append(usual_step(part.keys))
+            steps.append(usual_step(part.keys[present(part.poses)]))
     return min(steps, default=None)
 
 
@@ -82,6 +91,7 @@ def match_estimate(
     `step` is of the frames that are due where the reference is denser, by default the estimate's.
     Where too few poses are matched, the error says by which options it was done.
     """
+    estimate = checked(estimate, "estimate")
     timed, offset = settings.form.timed, 0.0
     options: dict[str, Any] = {}
     if timed:
@@ -125,6 +135,8 @@ def _time_offset(reference: Trajectory, estimate: Trajectory, option: float | st
     """
     if option != "auto":
         return float(option)
+    if estimate.keys.dtype.kind != "f":
+        return 0.0  # nothing matches then
     found = find_offset(reference, estimate)
     if found is None:
         raise ValueError(

@@ -2,16 +2,16 @@
 
 import math
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Floats, Indices
-from ..metrics import SCORES, metric
+from ..distance import ErrorsAt, extent, search_unit, smallest_unit, too_few
+from ..metrics import LEVELS, SCORES, metric
 from ..pose import PASResult, pas
-from ..profile import HALF_UNITS
 from ..registration import Registration, pcr99
 from ..similarity import Similarity, least_squares_rmse
 from ..trajectories.association import Matches
@@ -22,14 +22,15 @@ from ..trajectories.parts import (
     assign_cameras,
     combine,
     combine_tas,
+    errors_of_parts,
     in_one_world,
     poses_by_name,
-    profile_of_parts,
 )
+from ..trajectories.timing import LEAST_GAIN
 from ..translation import closest_pair_quartile, tas
 from ..validation import AlignmentWarning, finite_rows
 from .evaluation import Evaluation, Part, rotation_profile
-from .matching import LEAST_GAIN, match_estimate, read_parts, read_reference
+from .matching import match_estimate, read_parts, read_reference
 from .names import unique_names
 from .notes import (
     alignment_notes,
@@ -44,6 +45,7 @@ from .settings import Settings
 
 __all__ = ["evaluate", "score"]
 
+N_THRESHOLDS = 100  # of the half-score distance, as of the scores
 FORMAT_OF_KEYS = {"f": "tum", "i": "kitti", "U": "nerf"}  # that trajectories in memory are like
 
 
@@ -84,7 +86,7 @@ def evaluate(
     >>> folder = "tests/data/tum"
     >>> evaluation = evaluate(f"{folder}/reference.txt", f"{folder}/estimate.txt", format="tum")
     >>> evaluation.tas, evaluation.ras, evaluation.pas
-    (0.8572, 0.8403, 0.8488)
+    (0.8805, 0.86125, 0.8709)
     >>> evaluation.to_dict()["matched"]
     40
     """
@@ -109,6 +111,8 @@ class _Scores:
     result: PASResult
     tas_seeds: list[float]
     half_distance: float
+    half_errors: Floats
+    errors_at: ErrorsAt  # at any unit
 
 
 def score(
@@ -156,9 +160,10 @@ def score(
         result=scores.result,
         tas_seeds=scores.tas_seeds,
         half_distance=scores.half_distance,
+        half_errors=scores.half_errors,
         half_angle=rotation_profile(scores.result.ras).half,
         ate=None if described else _ate(once, settings),  # that of a single world
-        metrics=metrics,
+        metrics={**metrics, **_levels(matches, scores, settings)},
         lost=1 - float(np.sum(finite_rows(matches.est_poses))) / len(matches.due_rows),
         body_rotation=body_rotation,
         parts=described,
@@ -256,9 +261,12 @@ def _scores(
             of_seed = [tas(gt, part[:, :3, 3], rng=seed, **options, **group) for part in poses]
             tas_seeds.append(combine_tas(of_seed, part_of).score)
     positions = [part[:, :3, 3] for part in poses]
-    units = result.tas.unit * HALF_UNITS
-    half = profile_of_parts(gt, positions, part_of, units, rng=settings.seed, **group).half
-    return _Scores(of_parts, part_of, result, tas_seeds, half)
+    errors_at = errors_of_parts(gt, positions, part_of, rng=settings.seed, **group)
+    half, (*_, half_errors) = search_unit(errors_at, extent(gt), 0.5, N_THRESHOLDS)
+    if reason := too_few(len(gt), 0.5, settings.alignment):
+        warnings.warn(reason, AlignmentWarning, stacklevel=2)
+        half = math.nan
+    return _Scores(of_parts, part_of, result, tas_seeds, half, half_errors, errors_at)
 
 
 def _registration(matches: Matches, settings: Settings) -> str | Registration:
@@ -338,15 +346,31 @@ def _ate(matches: Matches, settings: Settings) -> float | None:
     return rmse if math.isfinite(rmse) else None
 
 
+def _levels(matches: Matches, scores: _Scores, settings: Settings) -> dict[str, float]:
+    """Return the distances and angles that were asked for, aligned as the half-score distance."""
+    start = extent(matches.gt_poses[:, :3, 3])
+    angles = np.sort(scores.result.ras.errors)
+    found = {}
+    for name in settings.metrics:
+        asked = metric(name)
+        if asked.family in LEVELS:
+            level = asked.arguments["score"]
+            if asked.family.rotations:
+                found[name] = smallest_unit(angles, level, N_THRESHOLDS)
+            elif not too_few(len(angles), level, settings.alignment):
+                found[name], _ = search_unit(scores.errors_at, start, level, N_THRESHOLDS)
+    return found
+
+
 def _metric_values(
     matches: Matches, settings: Settings, *, n_parts: int
-) -> tuple[Mapping[str, float], list[str]]:
+) -> tuple[dict[str, float], list[str]]:
     """Return the metrics that have a value, and why others have none.
 
     Those of an estimate in parts would be of no single world.
     """
-    scores = {family.example for family in SCORES}
-    names = [name for name in settings.metrics if name not in scores]
+    own = (*SCORES, *LEVELS)
+    names = [name for name in settings.metrics if metric(name).family not in own]
     if n_parts > 1 and names:
         return {}, [f"no value of {', '.join(names)}: they need one world, not {n_parts} parts"]
     found, reasons = {}, []

@@ -6,8 +6,8 @@ from math import ceil, inf, log
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..aligner import Seed
 from ..arrays import Booleans, Floats, Indices
-from ..translation import Seed
 from ..validation import check_positive
 from .alignment import ERRORS_AT_ONCE, Transform, fit, random_triplets
 from .cameras import Cameras, Positions

@@ -6,9 +6,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..aligner import Seed
 from ..arrays import Booleans, Floats, Indices
 from ..averaging import rotation_angles
-from ..translation import Seed
 from ..validation import check_positive
 from .alignment import Transform, block_size, fit, random_triplets
 from .cameras import Cameras, check_choice

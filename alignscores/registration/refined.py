@@ -6,12 +6,13 @@ T being the largest threshold. So the alignment that maximises it minimises the 
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
 import scipy
 
-from ..arrays import Booleans, Floats
+from ..arrays import Floats
 from ..similarity import FARTHEST_SQUARABLE, Similarity
 from .kernel import refine, three_point_similarities, truncated_costs, weighted_fits
 from .pcr99 import component_first, prescreened_triplets
@@ -20,7 +21,7 @@ __all__ = ["refined"]
 
 
 N_STARTS = 64  # hypotheses that are refined; their number is halved in each step
-FEW = 19  # cameras up to which all pairs and triplets are tried
+FEW = 19  # cameras up to which all triplets are fitted, prescreened or not
 N_NEIGHBOURHOODS = 4  # the densest ones; a fit to each is tried as a start, too
 N_FINALISTS = 8  # alignments left that are refined with all cameras
 SAMPLE = 1000  # cameras with which the starts are refined until few are left
@@ -74,16 +75,14 @@ class Search:
         self._cameras = Cameras(shuffled_gt, shuffled_est, alignment)
         with np.errstate(all="ignore"):  # NaN and infinity never win a comparison
             self._hypotheses = _hypotheses(gt, est, n_hypotheses, rng, alignment)
-            if alignment != "similarity" and self._cameras.n <= FEW:
-                fits = self._cameras.subset_fits()
+            self.n_used = len(self._hypotheses)
+            if self._cameras.n <= FEW:
+                fits = self._cameras.triplet_fits()
                 self._hypotheses = np.concatenate([self._hypotheses, fits])
-        self.n_used = len(self._hypotheses)
         self._found = np.empty((0, 13))
 
     def best(self, threshold: float) -> Similarity | None:
-        """Return the best alignment for a largest threshold; None where there is no start."""
-        if self.n_used == 0 and self._cameras.alignment == "similarity":
-            return None
+        """Return the best alignment for a largest threshold; None where there is none."""
         threshold = min(max(threshold, 1 / FARTHEST_SQUARABLE), FARTHEST_SQUARABLE)
         cameras, sample = self._cameras, self._cameras.first(SAMPLE)
         with np.errstate(all="ignore"):
@@ -95,6 +94,8 @@ class Search:
             starts = sample.refine(starts, threshold, n_left=N_FINALISTS, tolerance=np.inf)
             starts = np.concatenate([starts, self._found])
             best = cameras.refine(starts, threshold, n_left=1, tolerance=TOLERANCE)
+        if not 0 < best[0, 0] < np.inf:
+            return None
         self._found = best
         return Similarity(float(best[0, 0]), best[0, 1:10].reshape(3, 3), best[0, 10:])
 
@@ -127,7 +128,7 @@ class Cameras:
         return truncated_costs(self.gt, self.est, similarities, threshold, RESOLUTION * threshold)
 
     def neighbourhood_fits(self, threshold: float) -> Floats:
-        """Return the least-squares fits to the cameras within T of one camera, where most are.
+        """Return the least-squares fits to all cameras, and to those within T of a camera.
 
         An estimate that is shrunk to a place where many cameras stand scores all of them, however
         wrong it is. Where that is the best alignment, hypotheses of three cameras hardly ever find
@@ -139,20 +140,12 @@ class Cameras:
         costs = np.minimum(distances, threshold).sum(axis=1)
         densest = candidates[np.argsort(costs, kind="stable")[:N_NEIGHBOURHOODS]]
         near = scipy.spatial.distance.cdist(densest, gt) < threshold
-        if self.alignment != "similarity":
-            near = np.vstack([near, np.ones_like(near[:1])])
-        return self._fits(near)
+        weights = np.vstack([near, np.ones_like(near[:1])]).astype(np.float64)
+        return weighted_fits(self.gt, self.est, weights, self.alignment)
 
-    def subset_fits(self) -> Floats:
-        """Return the least-squares fits to all pairs and triplets of cameras."""
-        subsets = [*combinations(range(self.n), 2), *combinations(range(self.n), 3)]
-        chosen = np.zeros((len(subsets), self.n), dtype=np.bool_)
-        for row, subset in zip(chosen, subsets, strict=True):
-            row[list(subset)] = True
-        return self._fits(chosen)
-
-    def _fits(self, chosen: Booleans) -> Floats:
-        return weighted_fits(self.gt, self.est, chosen.astype(np.float64), self.alignment)
+    def triplet_fits(self) -> Floats:
+        """Return the least-squares fits to all triplets of cameras."""
+        return weighted_fits(self.gt, self.est, _all_triplets(self.n), self.alignment)
 
     def refine(
         self, similarities: Floats, threshold: float, *, n_left: int, tolerance: float
@@ -163,6 +156,16 @@ class Cameras:
             *(self.gt, self.est, similarities, threshold, resolution, n_left, least_gain),
             self.alignment,
         )
+
+
+@lru_cache(maxsize=FEW)
+def _all_triplets(n: int) -> Floats:
+    """Return weights of n cameras, (H, n), that are 1 for three of them."""
+    subsets = list(combinations(range(n), 3))
+    weights = np.zeros((len(subsets), n))
+    for row, subset in zip(weights, subsets, strict=True):
+        row[list(subset)] = 1.0
+    return weights
 
 
 def _hypotheses(

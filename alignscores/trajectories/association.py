@@ -18,7 +18,7 @@ from .files import Trajectory, TrajectoryWarning
 from .files.stamps import TIME_UNITS, time_unit
 from .timeline import due_rows, nearest_stamps, stand_in, usual_step
 
-__all__ = ["MISSING", "SYNCS", "Matches", "in_order", "match", "unit_hint"]
+__all__ = ["MISSING", "SYNCS", "Matches", "checked", "in_order", "match", "present", "unit_hint"]
 
 MISSING = ("fail", "ignore")
 SYNCS = ("interpolate", "nearest")
@@ -108,7 +108,7 @@ def match(
     By time stamps an estimate answers for the time of the reference. Two of its poses that follow
     each other within the largest gap cover the time between them, and each stands for the time
     around it: for each due frame there, with the reference at the pose's own time. So keyframes
-    are scored as all frames are. What no pose covers is lost.
+    are scored as all frames are. What no pose covers is lost. A pose of nan is none.
 
     Image names must be equal, or, if none is, their file names, or these without their endings,
     where they are unique. Whole numbers (of frames, or stamps in nanoseconds) must be equal; where
@@ -184,7 +184,7 @@ def match(
     ):
         if not isinstance(seconds, Real) or not least <= seconds < inf:
             raise ValueError(f"{name} must be a finite number of seconds, not {seconds!r}")
-    reference, estimate = _checked(reference, "reference"), _checked(estimate, "estimate")
+    reference, estimate = checked(reference, "reference"), checked(estimate, "estimate")
     if reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
         if frames is not None and max_gap is None:
             max_gap = 0.0
@@ -221,7 +221,7 @@ def in_order(reference: Trajectory) -> Trajectory:
 
     After its warnings of duplicates and disorder `match` has nothing more to warn of.
     """
-    reference = _checked(reference, "reference")
+    reference = checked(reference, "reference")
     rows = _first_rows(reference.keys, "reference")
     return Trajectory(reference.keys[rows], reference.poses[rows])
 
@@ -253,7 +253,8 @@ class _Cameras(NamedTuple):
 def _cameras_by_time(reference: Trajectory, estimate: Trajectory, timing: _Timing) -> _Cameras:
     """Find the pose that stands for each frame that was due."""
     ref_rows = _first_rows(reference.keys, "reference")
-    est_rows = _first_rows(estimate.keys, "estimate")
+    there = present(estimate.poses)
+    est_rows = _first_rows(estimate.keys, "estimate", there)
     truth = Trajectory(reference.keys[ref_rows], reference.poses[ref_rows])
     stamps = estimate.keys[est_rows] + timing.t_offset
     rows, without_reference = _rows_due(truth.keys, stamps, timing)
@@ -272,7 +273,7 @@ def _cameras_by_time(reference: Trajectory, estimate: Trajectory, timing: _Timin
         est_rows=np.where(standing.est_rows < 0, -1, est_rows[standing.est_rows]),
         gt_poses=standing.gt_poses,
         unmatched=standing.unmatched,
-        duplicate=len(estimate.keys) - len(est_rows),
+        duplicate=int(there.sum()) - len(est_rows),
         without_reference=without_reference,
     )
 
@@ -400,9 +401,12 @@ def _stamps_hint(ref_stamps: Floats, est_stamps: Floats, offset: float) -> str:
     return ""
 
 
-def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
+def checked(trajectory: Trajectory, whose: str) -> Trajectory:
     """Return a trajectory as of a reader, also of keys in a list and of poses (n, 3, 4)."""
-    keys, poses = np.asarray(trajectory.keys), np.asarray(trajectory.poses)
+    try:
+        keys, poses = np.asarray(trajectory.keys), np.asarray(trajectory.poses)
+    except ValueError:
+        raise ValueError(f"the keys or poses of the {whose} are not a regular array") from None
     if keys.dtype == object and all(isinstance(key, str) for key in keys.flat):  # as of pandas
         keys = keys.astype(str)
     keys = keys.astype(np.int64) if keys.dtype.kind == "u" else keys
@@ -424,6 +428,8 @@ def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
         if not np.isfinite(keys).all():
             row = int(np.argmin(np.isfinite(keys)))
             raise ValueError(f"the time stamp of pose {row + 1} of the {whose} is not finite")
+        if len(keys) > 1 and (keys == keys[0]).all():
+            raise ValueError(f"all {len(keys)} time stamps of the {whose} are the same")
     if poses.shape != (len(keys), 4, 4):
         last = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (len(keys), 1, 4))
         poses = np.concatenate([poses, last], axis=1)
@@ -478,8 +484,18 @@ def _pair_by_row(ref_rows: NDArray[Any], est_rows: NDArray[Any]) -> _Pairs:
     return _Pairs(rows, rows, 0)
 
 
-def _first_rows(keys: NDArray[Any], whose: str) -> Indices:
-    """Return the first row of each key; of time stamps, in their order."""
+def present(poses: Floats) -> Booleans:
+    """Return which poses are there: a row of nan says no more than one that is left out.
+
+    Where all are nan, all are there and fail.
+    """
+    there = ~np.asarray(np.isnan(poses[:, :3]).all(axis=(1, 2)))
+    there |= not there.any()
+    return there
+
+
+def _first_rows(keys: NDArray[Any], whose: str, there: Booleans | None = None) -> Indices:
+    """Return the first row of each key that is there; of time stamps, in their order."""
     rows = np.arange(len(keys))
     if keys.dtype.kind == "f":
         backwards = np.diff(keys) < 0
@@ -490,9 +506,9 @@ def _first_rows(keys: NDArray[Any], whose: str) -> Indices:
                 f"{keys[row]:.6f} s); sorted"
             )
         rows = np.argsort(keys, kind="stable")
+    if there is not None:
+        rows = rows[there[rows]]
     kept = rows[_is_first(keys[rows])]
-    if keys.dtype.kind == "f" and len(kept) == 1 < len(keys):
-        raise ValueError(f"all {len(keys)} time stamps of the {whose} are the same")
     if whose == "reference" and len(kept) < len(rows):
         _warn(f"duplicates in the reference (of stamp or name), left out: {len(rows) - len(kept)}")
     return kept

@@ -29,6 +29,7 @@ from itertools import permutations, product
 
 import numpy as np
 
+from ..aligner import normalise
 from ..arrays import Floats
 from ..averaging import (
     angles_and_axes,
@@ -39,7 +40,6 @@ from ..averaging import (
     tlud_mean,
 )
 from ..registration import pcr99
-from ..translation import normalise
 from ..validation import finite_rows
 from .files import Trajectory, inverse_poses
 

@@ -13,20 +13,20 @@ alignment, and a single camera fits any rotation: such cameras fail.
 `part_of` is an array (n,) throughout, with the part that counts each camera, -1 where none does.
 """
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from ..aligner import Aligner
 from ..arrays import Floats, Indices
+from ..distance import ErrorsAt
 from ..pose import PASResult
-from ..profile import ScoreProfile, _errors_at, _searched, tas_profile
 from ..rotation import RASResult
 from ..similarity import Similarity
 from ..translation import TASResult
-from ..validation import AlignmentWarning, finite_rows
+from ..validation import finite_rows
 from .files import Trajectory
 
 __all__ = [
@@ -34,9 +34,9 @@ __all__ = [
     "assign_cameras",
     "combine",
     "combine_tas",
+    "errors_of_parts",
     "in_one_world",
     "poses_by_name",
-    "profile_of_parts",
 ]
 
 
@@ -102,38 +102,31 @@ def combine(results: Sequence[PASResult], part_of: Indices) -> PASResult:
     return PASResult(score=score, tas=tas, ras=ras, weight=first.weight)
 
 
-def profile_of_parts(
+def errors_of_parts(
     gt_positions: Floats,
     parts_positions: Sequence[Floats],
     part_of: Indices,
-    units: Floats,
     *,
     rng: int,
     alignment: str = "similarity",
     up: str = "z",
-) -> ScoreProfile:
-    """Return the TAS of the whole over all units, by the refined registration.
+) -> ErrorsAt:
+    """Return a function from a unit to the errors of the whole, by the refined registration.
 
-    At each unit each part, with positions (n, 3) of the same cameras as the ground truth, is
-    aligned for its largest score there.
+    Each part, with positions (n, 3) of the same cameras as the ground truth, is aligned for its
+    largest score at that unit.
     """
     options: dict[str, Any] = {"rng": rng, "alignment": alignment, "up": up}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AlignmentWarning)
-        if len(parts_positions) == 1:
-            return tas_profile(gt_positions, parts_positions[0], units, **options)
-        searches = [
-            _errors_at(gt_positions, part, "refined", **options) for part in parts_positions
-        ]
-        lost = np.full(len(part_of), np.inf)
+    aligners = [
+        Aligner(gt_positions, part, registration="refined", n_hypotheses=1000, **options)
+        for part in parts_positions
+    ]
 
-        def errors_at(unit: float) -> Floats:
-            found = [search(unit) for search in searches]
-            return _errors_of_whole(
-                [lost if errors is None else errors for errors in found], part_of
-            )
+    def errors_at(unit: float) -> Floats:
+        errors = [aligner.align(unit).errors for aligner in aligners]
+        return errors[0] if len(errors) == 1 else _errors_of_whole(errors, part_of)
 
-        return _searched(units, errors_at(units[0]), errors_at, n_thresholds=100)
+    return errors_at
 
 
 def _errors_of_whole(parts_errors: Sequence[Floats], part_of: Indices) -> Floats:

@@ -3,27 +3,27 @@
 With an offset each estimated pose is compared with where the camera was a moment earlier or later.
 The reference's positions, interpolated at the estimate's stamps plus a trial offset, fit the
 estimate best at the true one. Where the mirror image of the estimate or its inverse poses fit
-better without an offset, the misfit is one of convention.
+better, at an offset of their own or at none, the misfit is one of convention.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..aligner import normalise
 from ..arrays import Booleans, Floats
-from ..translation import normalise
 from ..validation import finite_rows
 from .conventions import median_error
 from .files import Trajectory, inverse_poses
 
-__all__ = ["TimeOffset", "find_offset"]
+__all__ = ["LEAST_GAIN", "TimeOffset", "find_offset"]
 
-
+LEAST_GAIN = 1.2  # factor by which the positions must fit better; noise alone gains less
 SAMPLE = 300  # poses looked at, evenly spread
 MIN_POSES = 20  # fewer fit at some offset by chance
 HYPOTHESES = 100
 NEARBY = 1.0  # seconds; offsets up to this one are tried first
-STEP = 0.05  # seconds from one trial to the next
+STEP, FAR_STEP = 0.05, 0.2  # seconds from one trial to the next, nearby and anywhere
 REFINEMENTS = 5  # each divides the step by 4
 MAX_TRIALS = 4000  # where nothing is known of the offset
 MAX_MISFIT = 0.1  # at the offset, relative to the extent of the reference there
@@ -54,8 +54,9 @@ def find_offset(reference: Trajectory, estimate: Trajectory) -> TimeOffset | Non
     """Find the time offset of an estimate to a reference `in_order` by the fit of its positions.
 
     It is within 1 s if the positions fit there, else anywhere, as where one of the two counts from
-    its start; 0 where another convention of the estimate explains the misfit. None where there are
-    fewer than `MIN_POSES`, or at no offset half of the poses lie within the reference and fit.
+    its start. Where they fit better in another convention of the estimate, it is the offset of
+    those. None where there are fewer than `MIN_POSES`, or at no offset half of the poses lie within
+    the reference and fit.
     """
     rows = np.flatnonzero(finite_rows(estimate.poses[:, :3, 3]))
     rows = rows[np.argsort(estimate.keys[rows], kind="stable")]
@@ -68,32 +69,38 @@ def find_offset(reference: Trajectory, estimate: Trajectory) -> TimeOffset | Non
         normalise(reference.poses[:, :3, 3])[0],
         normalise(estimate.poses[rows, :3, 3])[0],
     )
+    others = [
+        replace(fit, est_positions=normalise(positions)[0])
+        for positions in _in_other_conventions(estimate.poses[rows])
+    ]
     anywhere = (
         float(reference.keys[0] - estimate.keys[rows[-1]]),
         float(reference.keys[-1] - estimate.keys[rows[0]]),
     )
-    for least, most in ((-NEARBY, NEARBY), anywhere):
-        best = fit.best_offset(least, most)
-        misfit = fit.misfit(best)
-        extent = fit.extent(best) if misfit < np.inf else 0.0
-        if misfit <= MAX_MISFIT * extent and extent > 0:
-            if best and _another_convention_fits(fit, estimate.poses[rows], misfit):
-                return TimeOffset(0.0, 1.0)
-            floor = fit.interpolation_error() + ROUNDING * extent
-            return TimeOffset(best, (fit.misfit(0.0) + floor) / (misfit + floor))
+    apart = fit.misfit(0.0) == np.inf
+    for span, rivals in (((-NEARBY, NEARBY), others), (anywhere, others if apart else [])):
+        offset, misfit = fit.fitted(*span)
+        found = None if misfit == np.inf else TimeOffset(offset, fit.gain(offset, misfit))
+        if found and found.gain < LEAST_GAIN:
+            return found
+        for rival in rivals:
+            offset, least = rival.fitted(*span)
+            if least < misfit:
+                misfit, gain = least, rival.gain(offset, least)
+                found = TimeOffset(offset, gain) if gain >= LEAST_GAIN else TimeOffset(0.0, 1.0)
+        if found:
+            return found
     return None
 
 
-def _another_convention_fits(fit: "_ShiftedPositions", est: Floats, misfit: float) -> bool:
-    """Tell whether the estimate in another convention fits better than that, without an offset."""
+def _in_other_conventions(est: Floats) -> list[Floats]:
+    """Return the positions of the mirror image, of inverse poses, and of inverse positions."""
     est = np.nan_to_num(est)  # a position is there, but perhaps no rotation
     inverse = inverse_poses(est)[:, :3, 3]
     centres = -np.einsum(
         "nij,nj->ni", est[:, :3, :3], est[:, :3, 3]
     )  # of world-to-camera translations
-    candidates = [est[:, :3, 3] * MIRROR, inverse, inverse * MIRROR, centres]
-    positions = [normalise(candidate)[0] for candidate in candidates]
-    return any(replace(fit, est_positions=other).misfit(0.0) < misfit for other in positions)
+    return [est[:, :3, 3] * MIRROR, inverse, inverse * MIRROR, centres]
 
 
 @dataclass(frozen=True)
@@ -112,9 +119,22 @@ class _ShiftedPositions:
             return np.inf
         return median_error(gt, self.est_positions[inside], n_hypotheses=HYPOTHESES)
 
+    def fitted(self, least: float, most: float) -> tuple[float, float]:
+        """Return the best offset within a range and its misfit; infinite if that is no fit."""
+        best = self.best_offset(least, most)
+        misfit = self.misfit(best)
+        extent = self.extent(best) if misfit < np.inf else 0.0
+        return best, misfit if misfit <= MAX_MISFIT * extent and extent > 0 else np.inf
+
+    def gain(self, offset: float, misfit: float) -> float:
+        """Return the factor by which the positions fit better at an offset with that misfit."""
+        floor = self.interpolation_error() + ROUNDING * self.extent(offset)
+        return (self.misfit(0.0) + floor) / (misfit + floor)
+
     def best_offset(self, least: float, most: float) -> float:
         """Return the offset within a range at which the misfit is the smallest."""
-        step = max(STEP, (most - least) / MAX_TRIALS)
+        step = STEP if least >= -NEARBY and most <= NEARBY else FAR_STEP
+        step = max(step, (most - least) / MAX_TRIALS)
         candidates = np.arange(least, most + step / 2, step)
         best = 0.0
         for _ in range(REFINEMENTS):

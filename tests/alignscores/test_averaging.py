@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from alignscores import averaging
 from alignscores.averaging import (
     angles_and_axes,
     chordal_mean,
@@ -197,87 +196,3 @@ def test_rotation_angles_of_rounded_matrices():
         angles = rotation_angles(matrices)
         assert np.isrealobj(angles)
         np.testing.assert_allclose(angles, [0, 0, 180], atol=1e-5)
-
-
-def rotation_cloud(kind, n):
-    """Rotations that agree in different ways, or not at all."""
-    rng = np.random.default_rng(n)
-    axes = rng.normal(size=(n, 3))
-    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
-    angles = rng.normal(size=(n, 1))
-    if kind == "random":
-        return Rotation.random(n, rng=rng).as_matrix()
-    if kind == "ring":
-        return about_z(*rng.uniform(0, 360, n))
-    if kind == "two places":
-        return about_z(*[10.0] * (n // 2 - 1), *[50.0] * (n - n // 2 + 1))
-    outliers, sigma_deg = {
-        "some": (0.3, 3),
-        "half": (0.5, 10),
-        "most": (0.9, 3),
-        "tiny": (0, 1e-7),
-    }[kind]
-    cloud = Rotation.random(rng=rng) * Rotation.from_rotvec(sigma_deg * angles * axes, degrees=True)
-    matrices = cloud.as_matrix()
-    some = rng.random(n) < outliers
-    if some.any():  # SciPy 1.15 makes no array of no rotations
-        matrices[some] = Rotation.random(int(some.sum()), rng=rng).as_matrix()
-    return matrices
-
-
-@pytest.mark.parametrize("kind", ["some", "half", "most", "tiny", "ring", "random", "two places"])
-@pytest.mark.parametrize(("n", "chunk", "batch"), [(40, 1, 1), (300, 1, 3), (2000, 1 << 17, 8)])
-@pytest.mark.parametrize("few", [0, 1])
-def test_no_rotation_is_cheaper_than_the_medoid(monkeypatch, kind, n, chunk, batch, few):
-    """The rotation found has the smallest of all sums, whether by bounds or by a tree."""
-    monkeypatch.setattr(averaging, "DISTANCES_AT_ONCE", chunk)
-    monkeypatch.setattr(averaging, "BATCH", batch)
-    monkeypatch.setattr(averaging, "SPARSE", 1.1 * few)  # the bounds always, or the tree
-    monkeypatch.setattr(averaging, "NEAR_PAIRS_AT_ONCE", 1 << 14)
-    rotations = rotation_cloud(kind, n)
-    flat = rotations.reshape(-1, 9)
-    sums = np.minimum(scipy.spatial.distance.cdist(flat, flat), 0.5).sum(axis=1)
-    assert sums[averaging._medoid(rotations)] <= sums.min() + 1e-11 * n
-
-
-@pytest.mark.parametrize("period", [2, 5, 10])
-def test_the_sample_is_not_fooled_by_a_rig(monkeypatch, period):
-    """One camera in turn is always wrong: the others agree, and no tree holds all their pairs."""
-    n, rng = 100 * averaging.SAMPLE, np.random.default_rng(0)  # a stride would meet it alone
-    rotations = Rotation.from_rotvec(rng.normal(0, 0.02, (n, 3))).as_matrix()
-    rotations[::period] = Rotation.random(n // period, rng=rng).as_matrix()
-    monkeypatch.setattr(averaging, "_medoid_by_tree", lambda *_: pytest.fail("looked up in a tree"))
-    assert averaging._medoid(rotations) % period
-
-
-def test_the_tree_measures_chordal_distances():
-    """Of many small clouds about as wide as the threshold it finds every medoid."""
-    rng = np.random.default_rng(0)
-    for _ in range(1000):
-        rotations = Rotation.from_rotvec(rng.normal(0, 0.13, (40, 3))).as_matrix()
-        flat = rotations.reshape(-1, 9)
-        sums = np.minimum(scipy.spatial.distance.cdist(flat, flat), 0.5).sum(axis=1)
-        assert averaging._medoid_by_tree(rotations, 1.0) == sums.argmin()
-
-
-@pytest.mark.parametrize(("kind", "by_tree"), [("some", False), ("random", True)])
-def test_a_tree_serves_where_few_agree(monkeypatch, kind, by_tree):
-    """Bounds would compare nearly all pairs there, a tree would where many agree."""
-    used = []
-    monkeypatch.setattr(averaging, "_medoid_by_bounds", lambda points: used.append(False) or 0)
-    monkeypatch.setattr(averaging, "_medoid_by_tree", lambda *_: used.append(True) or 0)
-    averaging._medoid(rotation_cloud(kind, 2000))
-    assert used == [by_tree]
-
-
-@pytest.mark.parametrize("noise", [0.0, 1e-16])
-def test_coinciding_rotations_are_not_compared_pairwise(monkeypatch, noise):
-    """The first few decide where all agree to rounding: what remains would win nothing."""
-    rotations = about_z(*[30.0] * 50_000)
-    rotations += noise * np.random.default_rng(0).normal(size=rotations.shape)
-    batches = []
-    monkeypatch.setattr(
-        averaging.np, "argmin", lambda sums: batches.append(len(sums)) or int(sums.argmin())
-    )
-    assert z_angle(tlud_mean(rotations)) == pytest.approx(30, abs=1e-9)
-    assert sum(batches) < 100

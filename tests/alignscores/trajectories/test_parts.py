@@ -4,16 +4,18 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import pas, tas_profile
+from alignscores import pas, tas_distance
+from alignscores.distance import search_unit
+from alignscores.profile import searched_profile
 from alignscores.trajectories.files import Trajectory
 from alignscores.trajectories.parts import (
     all_cameras,
     assign_cameras,
     combine,
     combine_tas,
+    errors_of_parts,
     in_one_world,
     poses_by_name,
-    profile_of_parts,
 )
 
 CAMERAS = [range(20), range(15, 32), range(32, 38), range(38, 40)]  # 5 shared, 2 too few
@@ -90,15 +92,18 @@ def test_the_profile_of_the_whole_is_that_of_its_parts(scene):
     """At each unit no less than that of the parts aligned there, of 38 of 42 cameras."""
     gt, positions = scene[0], scene[1][:3, :, :3, 3]
     units, part_of = np.array([0.02, 0.05, 0.1, 0.5]), assign_cameras(scene[1])
-    profile = profile_of_parts(gt[:, :3, 3], positions, part_of, units, rng=0)
+    errors_at = errors_of_parts(gt[:, :3, 3], positions, part_of, rng=0)
+    profile = searched_profile(errors_at, units, n_thresholds=100)
     for unit, score in zip(units, profile.scores, strict=True):
         results = [pas(gt, part, unit=unit, registration="refined") for part in scene[1][:3]]
         assert score >= combine(results, part_of).tas.score - 2e-3
     assert profile.unit_at(0.9) < np.inf == profile.unit_at(0.95)
     assert 0.02 < profile.half < 0.1
     first = assign_cameras(scene[1][:1])
-    single = profile_of_parts(gt[:, :3, 3], positions[:1], first, units, rng=0)
-    assert single.half == tas_profile(gt[:, :3, 3], positions[0], units).half
+    errors_at = errors_of_parts(gt[:, :3, 3], positions[:1], first, rng=0)
+    assert search_unit(errors_at, 0.5, 0.5, 100)[0] == pytest.approx(
+        tas_distance(gt[:, :3, 3], positions[0]), rel=1e-3
+    )
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -1,0 +1,298 @@
+"""Distances and angles: the largest threshold at which the TAS, or the RAS, reaches a score."""
+
+import warnings
+from collections.abc import Callable
+from math import ceil, inf, nan
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .aligner import Aligner, Seed
+from .arrays import Floats
+from .histogram import equal_steps
+from .registration import Registration
+from .rotation import ras
+from .validation import AlignmentWarning, check_positive
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+__all__ = ["extent", "ras_angle", "search_unit", "smallest_unit", "tas_distance", "too_few"]
+
+ErrorsAt = Callable[[float], Floats]  # of the best alignment at a largest threshold
+
+FITTED = {"similarity": 2, "rigid": 1, "yaw": 1, "none": 0}  # cameras, whatever the estimate
+GAIN = 1e-3  # relative; the search ends with the first step that gains less
+ROUNDING = 1e-12  # of the extent; smaller units are those of rounding errors
+ULPS = 1e-12  # relative, beyond the rounding of a sum of errors
+SMALLEST_NORMAL = float(np.finfo(np.float64).tiny)  # a smaller unit is rounded to 0
+
+
+def tas_distance(
+    gt_positions: ArrayLike,
+    est_positions: ArrayLike,
+    score: float = 0.5,
+    *,
+    rng: Seed = 0,
+    n_hypotheses: int = 1000,
+    n_thresholds: int = 100,
+    registration: str | Registration = "refined",
+    alignment: str = "similarity",
+    up: str = "z",
+) -> float:
+    """Return the largest threshold at which the TAS reaches a score: the half-score distance.
+
+    It is an accuracy in the unit of the ground truth, which needs no d: the smaller the better. It
+    ignores which share of the cameras is lost, as long as it is less than ``1 - score``.
+
+    Parameters
+    ----------
+    gt_positions : (n, 3) array_like
+        Camera centres in the ground-truth world.
+    est_positions : (n, 3) array_like
+        Camera centres in the estimated world; a row that is not finite was not estimated.
+    score : float
+        From 0 to 1, without 0.
+    rng : int, SeedSequence, Generator or None
+        Seed of the registration; see `tas`.
+    n_hypotheses : int
+        Number of hypotheses of the registration.
+    n_thresholds : int
+        Number of equally spaced thresholds up to the largest.
+    registration : {"refined", "pcr99"} or Registration
+        See `tas`. The alignment of "pcr99" is the same at every threshold.
+    alignment : {"similarity", "rigid", "yaw", "none"}
+        What may differ between the two worlds; see `tas`.
+    up : {"z", "y", "x", "-z", "-y", "-x"}
+        Vertical axis of both worlds, for "yaw".
+
+    Returns
+    -------
+    float
+        The distance in ground-truth units; infinite where the score is never reached, since too
+        many cameras are lost; NaN where there are too few cameras.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed, or the score is not in its range.
+
+    Warns
+    -----
+    AlignmentWarning
+        Where the estimate cannot be aligned, so that the distance is infinite, or there are too few
+        cameras.
+
+    Notes
+    -----
+    A similarity fits two cameras exactly, whatever the estimate, a rigid or a yaw alignment one. So
+    of ``2 / score`` cameras (``1 / score``) or fewer there is no distance.
+
+    References
+    ----------
+    ``docs/explanation/profiles.md``. Not in the paper.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import tas_distance
+    >>> rng = np.random.default_rng(0)
+    >>> gt = np.cumsum(rng.normal(size=(400, 3)), axis=0)
+    >>> est = gt + rng.normal(scale=0.6, size=gt.shape)
+    >>> est[:100] = np.nan
+    >>> [round(tas_distance(gt, est, score), 2) for score in (0.25, 0.5)]
+    [1.21, 2.9]
+    """
+    aligner = Aligner(
+        *(gt_positions, est_positions),
+        registration=registration,
+        rng=rng,
+        n_hypotheses=n_hypotheses,
+        alignment=alignment,
+        up=up,
+    )
+    n, start = len(aligner.gt), extent(aligner.gt)
+    if reason := too_few(n, score, alignment):
+        warnings.warn(reason, AlignmentWarning, stacklevel=2)
+        return nan
+    if aligner.has_one_alignment:
+        errors = aligner.align(start).errors
+        distance = smallest_unit(np.sort(errors), score, n_thresholds)
+    else:
+        distance, (*_, errors) = search_unit(
+            lambda unit: aligner.align(unit).errors, start, score, n_thresholds
+        )
+    if np.isinf(errors).all():
+        warnings.warn("the estimate cannot be aligned", AlignmentWarning, stacklevel=2)
+    return distance
+
+
+def ras_angle(
+    gt_rotations: "ArrayLike | Rotation",
+    est_rotations: "ArrayLike | Rotation",
+    score: float = 0.5,
+    *,
+    n_thresholds: int = 100,
+    alignment: str = "similarity",
+    up: str = "z",
+) -> float:
+    """Return the largest threshold at which the RAS reaches a score: the half-score angle.
+
+    Parameters
+    ----------
+    gt_rotations, est_rotations : (n, 3, 3) array_like or scipy Rotation
+        Camera-to-world rotations; see `ras`.
+    score : float
+        From 0 to 1, without 0.
+    n_thresholds : int
+        Number of equally spaced thresholds up to the largest.
+    alignment : {"similarity", "rigid", "yaw", "none"}
+        How the two worlds may be turned; see `ras`.
+    up : {"z", "y", "x", "-z", "-y", "-x"}
+        Vertical axis of both worlds, for "yaw".
+
+    Returns
+    -------
+    float
+        The angle in degrees; infinite where the score is never reached.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed, or the score is not in its range.
+
+    Warns
+    -----
+    AlignmentWarning
+        Where no camera was estimated; the angle is infinite.
+
+    References
+    ----------
+    ``docs/explanation/profiles.md``. Not in the paper.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.spatial.transform import Rotation
+    >>> from alignscores import ras_angle
+    >>> gt = Rotation.random(5, rng=np.random.default_rng(0))
+    >>> est = Rotation.from_euler("x", [[0], [0], [0], [2], [90]], degrees=True) * gt
+    >>> round(ras_angle(gt, est, 0.75), 2)
+    7.6
+    """
+    result = ras(gt_rotations, est_rotations, alignment=alignment, up=up)
+    return smallest_unit(np.sort(result.errors), score, n_thresholds)
+
+
+def too_few(n: int, score: float, alignment: str) -> str:
+    """Say why n cameras have no distance, where they are too few; nothing else."""
+    _check_score(score)
+    fitted = FITTED[alignment]
+    if score * n > fitted:
+        return ""
+    return f"no distance of {n} cameras at a score of {score:g}: any {fitted} are fitted exactly"
+
+
+def search_unit(
+    errors_at: ErrorsAt, start: float, score: float, n_thresholds: int
+) -> tuple[float, list[Floats]]:
+    """Return the smallest unit at which a score is reached, and the errors found, the best last.
+
+    Under the best alignment at a unit u, the score is reached at another unit u', which is no
+    larger than u if u is large enough. The best alignment at u' is the next, until the unit stays.
+    There no alignment scores more than asked for, so that no smaller unit reaches it. This is the
+    method of Dinkelbach ("On nonlinear fractional programming", Management Science 1967), which
+    converges faster than linearly.
+    """
+    _check_score(score)
+    found: list[Floats] = []
+    start = start if 0 < start < inf else 1.0
+    unit, before = start, inf
+    while 0 < unit < (1 - GAIN) * before:
+        before = unit if found else inf  # the first step may go up
+        found.append(errors_at(unit))
+        unit = _continuous_unit(np.sort(found[-1]), score)
+        if unit < ROUNDING * start:
+            break
+    found.sort(key=lambda errors: -_continuous_unit(np.sort(errors), score))
+    return smallest_unit(np.sort(found[-1]), score, n_thresholds), found
+
+
+def smallest_unit(sorted_errors: Floats, score: float, n_thresholds: int) -> float:
+    """Return the smallest number at which the score of sorted errors is reached, to the last bit.
+
+    As the unit u grows, error e falls below threshold k of K at u = e K / k. So many of these steps
+    make the score. With K thresholds it is at most 1/K above that of infinitely many, and never
+    below, so that the last of them lies between the two units of these.
+    """
+    _check_score(score)
+    n, steps = len(sorted_errors), equal_steps(1.0, n_thresholds, "unit")
+    rank = int(np.argmax(np.arange(1, n + 1) / n >= score))  # all errors up to it must be below
+    if sorted_errors[rank] == inf:
+        return inf
+    highest = min(_continuous_unit(sorted_errors, score), n_thresholds * sorted_errors[rank])
+    lowest = _continuous_unit(sorted_errors, score - 1 / n_thresholds)
+    if highest < SMALLEST_NORMAL * n_thresholds:
+        return 0.0
+
+    def reached(bits: int) -> bool:
+        unit = float(np.int64(bits).view(np.float64))
+        frequency = int(np.searchsorted(sorted_errors, unit * steps).sum())
+        return frequency / (n_thresholds * n) >= score
+
+    bits = int(
+        np.float64(_step(sorted_errors, score, n_thresholds, lowest, highest)).view(np.int64)
+    )
+    while reached(bits):  # the rounding of units and thresholds moves it by a bit or two
+        bits -= 1
+    while not reached(bits):
+        bits += 1
+    return float(np.int64(bits).view(np.float64))
+
+
+def _step(
+    sorted_errors: Floats, score: float, n_thresholds: int, lowest: float, highest: float
+) -> float:
+    """Return the step at which the score is reached, up to rounding, between two units."""
+    errors = n_thresholds * sorted_errors[: np.searchsorted(sorted_errors, highest, side="right")]
+    first = np.maximum(np.ceil(errors / (highest * (1 + ULPS))), 1.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        last = np.fmin(np.floor(errors / (lowest * (1 - ULPS))), n_thresholds)
+    counts = np.maximum(last - first + 1, 0).astype(np.intp)
+    ends = np.cumsum(counts)
+    offsets = np.arange(ends[-1]) - np.repeat(ends - counts, counts)
+    steps = np.repeat(errors, counts) / (np.repeat(first, counts) + offsets)
+    needed = score * n_thresholds * len(sorted_errors)
+    passed = n_thresholds * len(errors) - np.maximum(last, first - 1).sum()  # below the lowest
+    index = min(max(ceil(needed - passed - ROUNDING) - 1, 0), len(steps) - 1)
+    return float(np.partition(steps, index)[index])
+
+
+def extent(gt: Floats) -> float:
+    """Return about the largest distance between cameras; 0 where they coincide."""
+    with np.errstate(over="ignore"):
+        return 2 * float(np.linalg.norm(gt - gt.mean(axis=0), axis=1).max())
+
+
+def _continuous_unit(sorted_errors: Floats, score: float) -> float:
+    """Return the unit u at which ``mean(max(0, 1 - e / u))`` is a score.
+
+    Each sum over the j smallest errors is a lower bound, and one of them is the mean: u is the
+    smallest ``(e_1 + ... + e_j) / (j - score n)``.
+    """
+    n = len(sorted_errors)
+    if score <= 0:
+        return 0.0
+    missing = np.arange(1, n + 1) - score * n
+    first = int(np.searchsorted(missing, 0.0, side="right"))
+    if first == n:
+        return inf
+    with np.errstate(over="ignore"):
+        return float(np.min(np.cumsum(sorted_errors)[first:] / missing[first:]))
+
+
+def _check_score(score: float) -> None:
+    check_positive(score, "score")
+    if score > 1:
+        raise ValueError(f"score must be at most 1, not {score!r}")

@@ -1,0 +1,191 @@
+"""The medoid of rotations: the one with the smallest sum of truncated distances to all others."""
+
+from math import ceil, sqrt
+
+import numpy as np
+import scipy
+
+from .arrays import Floats, Indices
+
+__all__ = ["TLUD_THRESHOLD", "medoid"]
+
+TLUD_THRESHOLD = 0.5  # chordal distance at which a deviation is truncated, about 20 degrees
+NEGLIGIBLE = 1e-12  # of a mean distance; rotations whose means differ by less are equally good
+DISTANCES_AT_ONCE = 1 << 17  # 1 MiB, which fits in the cache
+BATCH = 8  # smallest number of rotations that are compared with all others at once
+SAMPLE = 128  # rotations from which the share of near pairs is estimated
+SPARSE = 1 / 32  # share of near pairs below which a tree is faster than bounds
+NEAR_PAIRS_AT_ONCE = 1 << 20  # 24 MiB
+TREE_COST = 10  # of a near pair in the tree, in distances
+
+MANY = 10_000  # rotations from which on cells are faster than bounds alone
+GUESSES = 512  # rotations whose medoid is the first guess
+SPLITS = 3  # of cells between two looks at all candidates
+FULL = 16  # rotations in a cell on average: with fewer, their distances cost no more than bounds
+CLOSE = 1 / 4  # of the mean gap; bounds of cells with less are close enough
+
+
+def medoid(rotations: Floats) -> int:
+    """Return the index of the rotation whose truncated distances to all have the smallest sum.
+
+    O(n) memory beyond a constant.
+    """
+    points = rotations.reshape(-1, 9)
+    n = len(points)
+    left, bounds = np.arange(n), np.zeros(n)
+    if n**2 > DISTANCES_AT_ONCE:
+        order = np.random.default_rng(0).permutation(n)  # failures may be periodic
+        sample = points[order[:SAMPLE]]
+        squared = scipy.spatial.distance.cdist(sample, sample, "sqeuclidean")
+        share = float(np.mean(squared < TLUD_THRESHOLD**2))
+        if n >= MANY:
+            left, bounds = _candidates(points, order[:GUESSES], share)
+        if share < SPARSE and len(left) > TREE_COST * share * n:
+            return int(order[_medoid_by_tree(rotations[order], share)])
+    return _medoid_by_bounds(points, left, bounds)
+
+
+def _candidates(points: Floats, guesses: Indices, share: float) -> tuple[Indices, Floats]:
+    """Return the points (n, 9) that may be the medoid, and lower bounds of all points' sums.
+
+    Bounds by cells that are split until few points are left, or the cells hold few points.
+    """
+    n = len(points)
+    best = guesses[np.argmin(_distances(points[guesses], points[guesses]).sum(axis=1))]
+    points = points - points[best]  # squared distances are differences of small numbers
+    left, bounds, smallest = np.arange(n), np.zeros(n), np.inf
+    bounds[best] = -1  # to be tried first
+    cells = _Cells(points)
+    n_cells = looks = 0
+    while n_cells < len(cells.counts) <= n / FULL and len(left) > BATCH:
+        n_cells = len(cells.counts)
+        tried = left[np.argpartition(bounds[left], 1)[:2]]
+        sums = cells.split(points[tried])
+        if sums.min() < smallest:
+            best, smallest = tried[np.argmin(sums)], sums.min()
+        bounds[left] = cells.bounds(points[left])
+        looks += len(left) * len(cells.counts)
+        left = left[bounds[left] < smallest - NEGLIGIBLE * n]
+        if share < SPARSE and looks > share * n**2:
+            break  # near pairs are fewer
+    bounds[best] = 0
+    return np.union1d(left, best), bounds
+
+
+class _Cells:
+    """Points (n, 9) in cells of neighbours: bounds of truncated distances to all of them.
+
+    The mean distance to the points of a cell is at least the distance to their mean (Jensen), as
+    long as none is truncated. It is at least that distance less the radius in any case.
+    """
+
+    def __init__(self, points: Floats) -> None:
+        """Begin with shells around 0, each twice as wide as the one within."""
+        _, shells = np.frexp(np.maximum(np.linalg.norm(points, axis=1), NEGLIGIBLE))
+        order = np.argsort(shells, kind="stable")
+        self.points = points[order]
+        self._describe(np.flatnonzero(np.diff(shells[order], prepend=shells.min() - 1)))
+
+    def _describe(self, starts: Indices) -> None:
+        self.starts = starts
+        self.counts = np.diff(starts, append=len(self.points))
+        self.means = np.add.reduceat(self.points, starts) / self.counts[:, None]
+        squares = (self.points - self.means.repeat(self.counts, axis=0)) ** 2
+        self.radii = np.sqrt(np.maximum.reduceat(squares.sum(axis=1), starts))
+        self.widest = np.add.reduceat(squares, starts).argmax(axis=1)
+
+    def split(self, tried: Floats) -> Floats:
+        """Split cells whose bounds for one of the points tried are far off; return their sums."""
+        distances = _distances(tried, self.points)
+        for _ in range(SPLITS):
+            gaps = np.add.reduceat(distances, self.starts, axis=1) - self._least(tried)
+            loose = (gaps > CLOSE * gaps.mean(axis=1, keepdims=True)).any(axis=0)
+            label = np.arange(len(self.starts)).repeat(self.counts)
+            rows = np.flatnonzero(loose[label])
+            label = label[rows]
+            axis = self.widest[label]
+            upper = self.points[rows, axis] > self.means[label, axis]
+            order = rows[np.argsort(2 * label + upper, kind="stable")]
+            self.points[rows], distances[:, rows] = self.points[order], distances[:, order]
+            n_upper = np.bincount(label[upper], minlength=len(self.starts))
+            middles = self.starts + self.counts - n_upper
+            divided = (n_upper > 0) & (n_upper < self.counts)
+            self._describe(np.sort(np.concatenate([self.starts, middles[divided]])))
+        sums: Floats = distances.sum(axis=1)
+        return sums
+
+    def bounds(self, points: Floats) -> Floats:
+        """Return lower bounds of the sums of truncated distances from points to all."""
+        size = max(1, DISTANCES_AT_ONCE // len(self.counts))
+        parts = np.split(points, range(size, len(points), size))
+        sums: Floats = np.concatenate([self._least(part).sum(axis=1) for part in parts])
+        return sums
+
+    def _least(self, points: Floats) -> Floats:
+        """Return lower bounds of the truncated distances from points to each cell."""
+        distances: Floats = scipy.spatial.distance.cdist(points, self.means)
+        distances -= self.radii * (distances > TLUD_THRESHOLD - self.radii)
+        np.clip(distances, 0, TLUD_THRESHOLD, out=distances)
+        distances *= self.counts
+        return distances
+
+
+def _distances(first: Floats, second: Floats) -> Floats:
+    """Return the truncated distances from points (m, 9) to points (n, 9)."""
+    distances: Floats = scipy.spatial.distance.cdist(first, second)
+    return np.minimum(distances, TLUD_THRESHOLD, out=distances)
+
+
+def _medoid_by_bounds(points: Floats, left: Indices, bounds: Floats) -> int:
+    """Find the medoid among those left: the sums of few points (n, 9) bound those of the others.
+
+    Truncated distances obey the triangle inequality. With f_i the sum and d the truncated distance
+    to i, f_j >= n d - f_i. Where d is not truncated, only the terms of points within two thresholds
+    of i differ: if these are m, f_j >= f_i - m d. The points with the lowest bounds come first
+    (Newling and Fleuret, "A sub-quadratic exact medoid algorithm", AISTATS 2017).
+    """
+    n = len(points)
+    # Relative to the median, so that squared distances are differences of small numbers.
+    points = points - np.partition(points, n // 2, axis=0)[n // 2]
+    squares = np.einsum("ni,ni->n", points, points)
+    size = max(BATCH, DISTANCES_AT_ONCE // n)
+    best, best_sum = 0, np.inf
+    bounds = bounds.copy()
+    while left.size:
+        if left.size > size:
+            left = left[np.argpartition(bounds[left], size)]
+        batch, left = left[:size], left[size:]
+        squared = points[batch] @ (-2 * points.T)
+        squared += squares
+        squared += squares[batch, None]
+        distances = np.sqrt(np.clip(squared, 0, TLUD_THRESHOLD**2))
+        sums = distances.sum(axis=1)
+        smallest = int(np.argmin(sums))
+        if sums[smallest] < best_sum:
+            best, best_sum = int(batch[smallest]), sums[smallest]
+        if left.size:
+            near = [np.count_nonzero(row < (2 * TLUD_THRESHOLD) ** 2) for row in squared]
+            d, f, m = distances[:, left], sums[:, None], np.array(near)[:, None]
+            bound = np.maximum(n * d - f, np.where(d < TLUD_THRESHOLD, f - m * d, 0)).max(axis=0)
+            bounds[left] = np.maximum(bounds[left], bound)
+            left = left[bounds[left] < best_sum - NEGLIGIBLE * n]
+    return best
+
+
+def _medoid_by_tree(rotations: Floats, share: float) -> int:
+    """Find the medoid where few agree, from the near pairs alone: about that share of all pairs."""
+    n = len(rotations)
+    quaternions = scipy.spatial.transform.Rotation.from_matrix(rotations).as_quat()
+    # The chordal distance is sqrt(8) sin(angle / 2); that of quaternions v = 2 sin(angle / 4).
+    both_signs = scipy.spatial.KDTree(np.vstack([quaternions, -quaternions]))
+    reach = sqrt(2 - 2 * sqrt(1 - TLUD_THRESHOLD**2 / 8))
+    agreement = np.zeros(n)  # by how much each sum of distances is below n thresholds
+    n_parts = ceil(share * n * n / NEAR_PAIRS_AT_ONCE)
+    for i in range(n_parts):
+        part = scipy.spatial.KDTree(quaternions[i::n_parts])
+        pairs = part.sparse_distance_matrix(both_signs, reach, output_type="ndarray")
+        v = pairs["v"]
+        agreement[i::n_parts] = np.bincount(
+            pairs["i"], TLUD_THRESHOLD - sqrt(8) * v * np.sqrt(1 - v * v / 4)
+        )
+    return int(np.argmax(agreement))
