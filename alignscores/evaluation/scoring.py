@@ -131,11 +131,10 @@ def score(
     """
     with collected_warnings() as file_notes:  # these name the file already
         parts = read_parts(estimate, settings)
-    trajectories = list(parts.values())
-    whole = all_cameras(trajectories)
+    whole = all_cameras(list(parts.values()))
     with collected_warnings() as warned:
         matches, offset = match_estimate(reference, whole, settings, step)
-        poses = _poses_of_parts(trajectories, whole, matches)
+        poses = _poses_of_parts(list(parts.values()), whole, matches)
         convention = _convention(matches, poses, settings, check)
         body_rotation = _body_rotation(convention, settings)
         poses = [rotate_cameras(part, body_rotation) for part in poses]
