@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any
 
 from .aligner import Seed
@@ -118,6 +119,7 @@ LEVELS: Sequence[Family] = (
 FAMILIES = (*SCORES, *LEVELS, *PROTOCOLS)
 
 
+@cache
 def metric(name: str) -> Metric:
     """Find a metric by its name, whatever its case, or by an old name, which `alias` then is."""
     return find(name, FAMILIES)

@@ -3,11 +3,14 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import ceil
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from .arrays import Booleans, Floats
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 __all__ = ["PairBlock", "pair_blocks"]
 
@@ -46,7 +49,7 @@ class PairBlock:
         return np.asarray(np.degrees(4 * np.arcsin(np.minimum(np.sqrt(chord) / 2, 1.0))))
 
 
-def pair_blocks(gt: Floats, est: Floats, between: Rotation) -> Iterator[PairBlock]:
+def pair_blocks(gt: Floats, est: Floats, between: "Rotation") -> Iterator[PairBlock]:
     """Go through all pairs i < j of cameras (n, 3) of moderate size, in O(n) memory.
 
     ``between`` holds, for each camera, the rotation S_i that takes its true axes to its estimated

@@ -4,7 +4,7 @@ import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import field, fields
-from functools import lru_cache
+from functools import cache
 from math import inf
 from pathlib import Path
 from types import MappingProxyType
@@ -197,11 +197,16 @@ def load_sweep(
 
 
 def _compose(overrides: Sequence[str]) -> Mapping[str, Any]:
-    """Compose the files with Hydra, an experiment once while no file changes: it takes long."""
+    """Compose the files with Hydra, once while no file changes: it takes long."""
     written = [(str(file), file.stat().st_mtime_ns) for file in CONFIG_DIR.rglob("*.yaml")]
+    return _resolved(tuple(overrides), str(CONFIG_DIR), tuple(written))
+
+
+@cache
+def _resolved(overrides: tuple[str, ...], folder: str, written: object) -> Mapping[str, Any]:
     experiment = [text for text in overrides if split_override(text)[0] == "experiment"]
     try:
-        composed = deepcopy(_composed(tuple(experiment), str(CONFIG_DIR), tuple(written)))
+        composed = deepcopy(_composed(tuple(experiment), folder, written))
         others = [text for text in overrides if text not in experiment]
         for override in OverridesParser.create().parse_overrides(others):
             if override.is_sweep_override():
@@ -216,7 +221,7 @@ def _compose(overrides: Sequence[str]) -> Mapping[str, Any]:
     return {str(key): value for key, value in settings.items()}
 
 
-@lru_cache
+@cache
 def _composed(experiment: tuple[str, ...], folder: str, _: object) -> DictConfig:
     GlobalHydra.instance().clear()
     with initialize_config_dir(config_dir=folder, version_base="1.3"):

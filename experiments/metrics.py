@@ -6,7 +6,7 @@ paper's values: ``TAS(max_threshold=0.5)``. This module alone reads and writes o
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from math import ceil, floor, inf, nan
 from typing import Annotated, Any, Literal
 
@@ -156,6 +156,7 @@ class Column:
     options: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
+    @cache
     def parse(cls, text: str) -> "Column":
         """Read a column's name; refuse an unknown metric, option or value."""
         name, bracket, inside = text.partition("(")

@@ -52,6 +52,9 @@ addEventListener("message", (event) => {{
 </script></body></html>
 """
 
+# The processes that run tests side by side inherit it, and the programs that they start: further
+# threads of BLAS would only spin until a core is free.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Without it each of the many programs that tests start would compile the project anew.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 

@@ -29,8 +29,8 @@ def normalised(name):
 def declared():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     extras = project["optional-dependencies"].values()
-    required = [*project["dependencies"], *(one for extra in extras for one in extra)]
-    return {normalised(re.match(r"[\w.-]+", one)[0]): one for one in required}
+    required = [*project["dependencies"], *(name for extra in extras for name in extra)]
+    return {normalised(re.match(r"[\w.-]+", name)[0]): name for name in required}
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,9 @@ def test_all_that_is_imported_is_declared(package, declared, distributions):
     """Not left to what some other requirement happens to bring along."""
     imported = set()
     for path in (ROOT / package).rglob("*.py"):
-        imported |= {one or other for one, other in IMPORT.findall(path.read_text())}
+        imported |= {
+            imported_as or required for imported_as, required in IMPORT.findall(path.read_text())
+        }
     foreign = {
         normalised(distribution)
         for module in imported - set(sys.stdlib_module_names) - set(PACKAGES)
@@ -55,18 +57,17 @@ def test_all_that_is_imported_is_declared(package, declared, distributions):
 
 
 def test_all_that_is_declared_has_a_lower_bound(declared):
-    own = [one for one in declared.values() if not one.startswith("alignscores")]
-    assert [one for one in own if ">=" not in one] == []
+    others = [name for name in declared.values() if not name.startswith("alignscores")]
+    assert [name for name in others if ">=" not in name] == []
 
 
 KERNEL = "alignscores/registration"  # the folder of the kernel
 COMPILES = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 
 
-@pytest.fixture
-def checkout(tmp_path):
-    """What is built from, in no plain path, with a kernel left over from an older source."""
-    copy = tmp_path / "größter checkout"
+def copied(folder):
+    """Copy what is built from to no plain path, with a kernel left over from an older source."""
+    copy = folder / "größter checkout"
     copy.mkdir()
     for name in (".gitignore", "LICENSE", "README.md", "hatch_build.py", "pyproject.toml"):
         shutil.copy(ROOT / name, copy)
@@ -74,6 +75,25 @@ def checkout(tmp_path):
     shutil.copytree(ROOT / "alignscores", copy / "alignscores", ignore=leave)
     (copy / KERNEL / "kernel-0123456789abcdef.so").touch()
     return copy
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    return copied(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """A checkout after an editable installation."""
+    copy = copied(tmp_path_factory.mktemp("installed"))
+    build(copy, "editable")
+    return copy
+
+
+@pytest.fixture
+def editable(installed, tmp_path):
+    """The same, to be changed."""
+    return shutil.copytree(installed, tmp_path / installed.name)
 
 
 def hatchling(checkout, version="standard", **environment):
@@ -161,33 +181,30 @@ def test_no_release_without_the_kernel(checkout):
 
 
 @COMPILES
-def test_editable_installation(checkout):
+def test_editable_installation(editable):
     """The kernel of this source is in the checkout, those of others are gone, if all went well."""
-    build(checkout, "editable")
-    (library,) = (checkout / KERNEL).glob("kernel-*")
-    assert loaded(checkout) == ["True", "True"]
-    build(checkout, "editable", CC="false")  # as good as before
-    assert list((checkout / KERNEL).glob("kernel-*")) == [library]
+    (library,) = (editable / KERNEL).glob("kernel-*")
+    assert loaded(editable) == ["True", "True"]
+    build(editable, "editable", CC="false")  # as good as before
+    assert list((editable / KERNEL).glob("kernel-*")) == [library]
 
 
 @COMPILES
-def test_kernel_of_another_source_is_not_loaded(checkout):
+def test_kernel_of_another_source_is_not_loaded(editable):
     """As after an update of a checkout, until it is installed again."""
-    build(checkout, "editable")
-    with (checkout / KERNEL / "kernel.c").open("a") as source:
+    with (editable / KERNEL / "kernel.c").open("a") as source:
         source.write("/* changed */\n")
-    assert loaded(checkout) == ["True", "False"]
-    build(checkout, "editable")
-    assert loaded(checkout) == ["True", "True"]
+    assert loaded(editable) == ["True", "False"]
+    build(editable, "editable")
+    assert loaded(editable) == ["True", "True"]
 
 
 @pytest.mark.parametrize("name", ["kernel-*.so", "kernel.c"])
-def test_kernel_that_cannot_be_loaded(checkout, name):
+def test_kernel_that_cannot_be_loaded(editable, name):
     """One for another platform, or Python files that were bundled alone."""
-    build(checkout, "editable")
-    for path in (checkout / KERNEL).glob(name):
+    for path in (editable / KERNEL).glob(name):
         path.write_text("not a library") if path.suffix == ".so" else path.unlink()
-    assert loaded(checkout) == ["True", "False"]
+    assert loaded(editable) == ["True", "False"]
 
 
 @pytest.fixture

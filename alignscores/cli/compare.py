@@ -21,7 +21,7 @@ from ..trajectories.formats import FORMATS
 from ..writing import write_whole
 from .inputs import refuse_to_replace
 from .metrics import add_metrics, alias_notes
-from .options import add_number, add_settings, output_file, settings_of
+from .options import add_settings, number_type, output_file, settings_of
 from .output import print_error, print_note, show_progress
 
 __all__ = ["add_parser"]
@@ -75,7 +75,9 @@ def add_parser(commands: Any) -> None:
     )
 
     work = command.add_argument_group("work")
-    add_number(work, "jobs", os.cpu_count() or 1, JOBS)
+    work.add_argument(
+        "--jobs", type=number_type(JOBS), default=os.cpu_count() or 1, metavar="X", help=JOBS.help
+    )
     work.add_argument(
         "--cache",
         metavar="FOLDER",

@@ -200,7 +200,7 @@ def run(arguments: argparse.Namespace) -> int:
     for number, (name, file) in enumerate(zip(names, arguments.estimates, strict=True), 1):
         show_progress(f"{number}/{len(names)} {name}" if len(names) > 1 else "")
         try:
-            scored.append(score(reference, file, with_stamps, name=name, file=file, step=step))
+            scored.append(score(reference, file, with_stamps, name=name, step=step))
         except ValueError as error:
             fail(file, error)
     show_progress("")

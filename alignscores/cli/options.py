@@ -2,13 +2,12 @@
 
 import argparse
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from ..evaluation.settings import Option, Settings, options
 
-__all__ = ["add_number", "add_settings", "output_file", "settings_of"]
+__all__ = ["add_settings", "number_type", "output_file", "settings_of"]
 
 
 def add_settings(
@@ -36,33 +35,22 @@ def add_settings(
             kind: dict[str, Any] = {"action": "store_true"}
         elif option.choices:
             kind = {"choices": (choices or {}).get(name, option.choices)}
+        elif option.number:
+            kind = {"type": number_type(option), "metavar": "X"}
         else:
-            kind = (
-                {"type": _number(option), "metavar": "X"} if option.number else {"metavar": "FILE"}
-            )
+            kind = {"metavar": "FILE"}
         groups[option.group].add_argument(f"--{name}", default=default, help=help, **kind)
-
-
-def add_number(group: Any, name: str, default: float, option: Option) -> None:
-    """Add an option that takes a number and is no setting."""
-    group.add_argument(
-        f"--{name}", type=_number(option), default=default, metavar="X", help=option.help
-    )
 
 
 def settings_of(arguments: argparse.Namespace) -> Settings:
     """Return the settings that were given."""
     given = vars(arguments)
-    return Settings(
-        **{
-            setting.name: given[setting.name]
-            for setting in fields(Settings)
-            if setting.name in given
-        }
-    )
+    return Settings(**{name: given[name] for name in options() if name in given})
 
 
-def _number(option: Option) -> Callable[[str], float | str]:
+def number_type(option: Option) -> Callable[[str], float | str]:
+    """Return a type of argument that refuses numbers which the option may not have."""
+
     def number(text: str) -> float | str:
         try:
             return option.parse(text)

@@ -17,8 +17,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import special
 
 from ..arrays import Floats
 
@@ -50,7 +50,7 @@ class Difference(NamedTuple):
 def margin(difference: Difference, n_systems: int) -> float:
     """Return half the length of the interval of a difference, for all pairs of the systems."""
     n_pairs = max(n_systems * (n_systems - 1) // 2, 1)
-    quantile = special.stdtrit(difference.dof, (1 + LEVEL ** (1 / n_pairs)) / 2)
+    quantile = scipy.special.stdtrit(difference.dof, (1 + LEVEL ** (1 / n_pairs)) / 2)
     return float(quantile) * difference.error
 
 

@@ -96,7 +96,6 @@ def evaluate_run(task: Task) -> Outcome:
             task.estimate,
             task.settings,
             name="",
-            file=task.estimate,
             step=task.step,
             check=task.check,
         )

@@ -76,6 +76,7 @@ def summarise(
                 for result, (run, outcome) in zip(results, runs, strict=True)
                 if (run.system, run.sequence) == (system, sequence)
             ],
+            names,
             weight,
         )
         for system in systems
@@ -84,7 +85,7 @@ def summarise(
     entries: dict[tuple[str, str | None], Entry] = {}
     for system in systems:
         for sequence in sequences:
-            entries[system, sequence] = _entry(system, sequence, groups[system, sequence], names)
+            entries[system, sequence] = _entry(system, sequence, groups[system, sequence])
         of_system = [entries[system, sequence] for sequence in sequences]
         entries[system, None] = _overall(system, [of for of in of_system if of["runs"]], names)
     systems.sort(key=lambda system: (-entries[system, None]["PAS"], system))
@@ -104,16 +105,16 @@ def summarise(
 
 
 class _Group:
-    """The runs of a system on a sequence: their entries in the results, and their outcomes."""
+    """The runs of a system on a sequence, with their values by metric and the means of these."""
 
-    def __init__(self, runs: Sequence[tuple[Entry, Outcome]], weight: float) -> None:
+    def __init__(
+        self, runs: Sequence[tuple[Entry, Outcome]], names: Sequence[str], weight: float
+    ) -> None:
         self.results = [result for result, _ in runs]
         self.outcomes = [outcome for _, outcome in runs]
+        self.values = {name: [_value(outcome, name) for outcome in self.outcomes] for name in names}
+        self.means = {name: _mean(values) for name, values in self.values.items()}
         self.weight = weight
-
-    def values(self, name: str) -> list[float]:
-        """Return the values of all runs, of failed ones the worst there is."""
-        return [_value(outcome, name) for outcome in self.outcomes]
 
     @property
     def n_parts(self) -> frozenset[int]:
@@ -143,6 +144,7 @@ class _Group:
 
 
 def _value(outcome: Outcome, name: str) -> float:
+    """Return what a run has of a metric; of a failed one it is the worst there is."""
     return outcome.scores.get(name, metric(name).worst)
 
 
@@ -166,7 +168,7 @@ def _result(run: Run, outcome: Outcome, due: int, metrics: Sequence[str]) -> Ent
     }
 
 
-def _entry(system: str, sequence: str, group: _Group, names: Sequence[str]) -> Entry:
+def _entry(system: str, sequence: str, group: _Group) -> Entry:
     """Return the means of a system on a sequence, and its counts."""
     results = group.results
     return {
@@ -177,7 +179,7 @@ def _entry(system: str, sequence: str, group: _Group, names: Sequence[str]) -> E
         "n": sum(result["n"] for result in results),
         "failures": sum(result["failures"] for result in results),
         "lost": _mean([result["lost"] for result in results]),
-        **_means({name: group.values(name) for name in names}),
+        **_means(group.values),
     }
 
 
@@ -233,11 +235,9 @@ def _pairs(
         ]
         if not both:
             continue
-        difference = _difference(groups, a, b, both, name, ordered)
-        means = [
-            float(np.mean([np.mean(groups[system, sequence].values(name)) for sequence in both]))
-            for system in (a, b)
-        ]
+        pairs = [(groups[a, sequence], groups[b, sequence]) for sequence in both]
+        difference = _difference(pairs, name, ordered)
+        means = [_mean([group.means[name] for group in of]) for of in zip(*pairs, strict=True)]
         comparison = _comparison(a, b, place, name, means, difference, len(systems))
         comparisons.append({**comparison, "sequences": len(both)})
         if comparison["distinguishable"]:
@@ -245,33 +245,27 @@ def _pairs(
     return comparisons, _ranks(systems, apart, name)
 
 
-def _difference(
-    groups: Mapping[tuple[str, str], _Group],
-    a: str,
-    b: str,
-    sequences: Sequence[str],
-    name: str,
-    ordered: bool,
-) -> Difference:
+def _difference(pairs: Sequence[tuple[_Group, _Group]], name: str, ordered: bool) -> Difference:
     """Return the difference of two systems on a sequence, or over several.
 
     Where errors are infinite it is of `_bounded` ones: its sign and its error tell the two apart.
     """
-    pairs = [(groups[a, sequence], groups[b, sequence]) for sequence in sequences]
-    values = [(of_a.values(name), of_b.values(name)) for of_a, of_b in pairs]
-    finite = all(np.isfinite([*first, *second]).all() for first, second in values)
+    values = [(a.values[name], b.values[name]) for a, b in pairs]
+    means = [(a.means[name], b.means[name]) for a, b in pairs]
+    finite = np.isfinite(means).all()
     if not finite:
-        values = [_bounded(first, second) for first, second in values]
-    if len(sequences) > 1:
-        return over_sequences([np.mean(first) - np.mean(second) for first, second in values])
-    first, second = values[0]
-    if min(len(first), len(second)) > 1:
-        return over_runs(first, second)
-    value = float(np.mean(first) - np.mean(second))
+        values = [_bounded(*of_pair) for of_pair in values]
+        means = [(_mean(of_a), _mean(of_b)) for of_a, of_b in values]
+    differences = [of_a - of_b for of_a, of_b in means]
+    if len(pairs) > 1:
+        return over_sequences(differences)
+    of_a, of_b = values[0]
+    if min(len(of_a), len(of_b)) > 1:
+        return over_runs(of_a, of_b)
     found = None
     if name in COLUMNS and finite:
-        found = _over_trajectory(value, *pairs[0], name, ordered)
-    return found or Difference(value, math.nan, 1)
+        found = _over_trajectory(differences[0], *pairs[0], name, ordered)
+    return found or Difference(differences[0], math.nan, 1)
 
 
 def _over_trajectory(

@@ -89,13 +89,10 @@ def matching_notes(
     return notes
 
 
-def alignment_notes(gt_positions: Floats, result: PASResult, *, explained: bool) -> list[str]:
-    """Say that positions and rotations are aligned by different rotations, if both fit theirs.
-
-    `explained` tells whether another convention is noted, which would explain that.
-    """
+def alignment_notes(gt_positions: Floats, result: PASResult) -> list[str]:
+    """Say that positions and rotations are aligned by different rotations, if both fit theirs."""
     tas, ras = result.tas, result.ras
-    if tas.alignment is None or ras.alignment is None or explained:
+    if tas.alignment is None or ras.alignment is None:
         return []
     turn = tas.alignment.rotation.T @ ras.alignment
     apart = float(rotation_angles(turn[None])[0])

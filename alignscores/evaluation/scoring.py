@@ -96,11 +96,9 @@ def evaluate(
         settings = replace(settings, format=FORMAT_OF_KEYS.get(kind))
     with collected_warnings() as notes:
         truth = read_reference(reference, settings)
-    if isinstance(estimate, Trajectory):
-        name, file = "estimate", ""
-    else:
-        name, file = unique_names([str(estimate)])[0], str(estimate)
-    evaluation = score(truth, estimate, settings, name=name, file=file)
+    in_memory = isinstance(estimate, Trajectory)
+    name = "estimate" if in_memory else unique_names([str(estimate)])[0]
+    evaluation = score(truth, estimate, settings, name=name)
     return replace(evaluation, notes=[*notes, *evaluation.notes])
 
 
@@ -123,7 +121,6 @@ def score(
     settings: Settings,
     *,
     name: str,
-    file: str,
     step: float | None = None,
     check: bool = True,
 ) -> Evaluation:
@@ -134,40 +131,27 @@ def score(
     """
     with collected_warnings() as file_notes:  # these name the file already
         parts = read_parts(estimate, settings)
-    trajectories = list(parts.values())
-    whole = all_cameras(trajectories)
+    whole = all_cameras(list(parts.values()))
     with collected_warnings() as warned:
         matches, offset = match_estimate(reference, whole, settings, step)
-        poses = _poses_of_parts(trajectories, whole, matches)
-        convention = Convention()
-        if check or settings.body_rotation == "auto":
-            convention = _convention_of_largest(matches, poses)
+        poses = _poses_of_parts(list(parts.values()), whole, matches)
+        convention = _convention(matches, poses, settings, check)
         body_rotation = _body_rotation(convention, settings)
-        if body_rotation is not None:
-            poses = [rotate_cameras(part, body_rotation) for part in poses]
+        poses = [rotate_cameras(part, body_rotation) for part in poses]
         scores = _scores(reference, matches, poses, settings)
-    notes = _clock_notes(reference, whole, offset, settings) if check else []
-    notes += warned
-    notes += matching_notes(matches, reference, whole, settings)
+    described = _described_parts(list(parts), scores)
+    notes = [*warned, *matching_notes(matches, reference, whole, settings)]
     if check:
+        notes[:0] = _clock_notes(reference, whole, offset, settings)
         notes += swap_notes(reference, whole)
-        taken_out = body_rotation is not None
-        told = convention_notes(convention, invert=settings.invert, applied=taken_out)
-        notes += told
-        if len(parts) == 1:
-            gt = matches.gt_poses[:, :3, 3]
-            notes += alignment_notes(gt, scores.result, explained=bool(told))
-    described = _described_parts(list(parts), scores) if len(parts) > 1 else []
-    notes += parts_notes(described)
-    est_poses = in_one_world(poses, scores.of_parts, scores.part_of) if described else poses[0]
-    matches = replace(matches, est_poses=est_poses)
+        notes += _convention_notes(matches, convention, scores, settings)
+    matches = replace(matches, est_poses=in_one_world(poses, scores.of_parts, scores.part_of))
     once = _each_pose_once(matches)
     metrics, reasons = _metric_values(once, settings, n_parts=len(parts))
-    metrics |= _levels(matches, scores, settings)
-    prefix = f"{name}: " if name else ""
+    notes = [*notes, *parts_notes(described), *reasons]
     return Evaluation(
         name=name,
-        file=file,
+        file="" if isinstance(estimate, Trajectory) else str(estimate),
         settings=settings,
         reference=reference,
         estimate=_as_scored(whole, offset, body_rotation, settings),
@@ -178,11 +162,11 @@ def score(
         half_errors=scores.half_errors,
         half_angle=rotation_profile(scores.result.ras).half,
         ate=None if described else _ate(once, settings),  # that of a single world
-        metrics=metrics,
+        metrics={**metrics, **_levels(matches, scores, settings)},
         lost=1 - float(np.sum(finite_rows(matches.est_poses))) / len(matches.due_rows),
         body_rotation=body_rotation,
         parts=described,
-        notes=[*file_notes, *(f"{prefix}{note}" for note in [*notes, *reasons])],
+        notes=[*file_notes, *(f"{name}: {note}" if name else note for note in notes)],
         part_positions=[part[:, :3, 3] for part in poses],
         part_of_camera=scores.part_of,
     )
@@ -201,6 +185,17 @@ def _clock_notes(
     return [f"no time offset at which its positions fit {LEAST_GAIN:g} times as well"]
 
 
+def _convention_notes(
+    matches: Matches, convention: Convention, scores: _Scores, settings: Settings
+) -> list[str]:
+    """Say which convention, or which alignment, would make the estimate fit."""
+    taken_out = _body_rotation(convention, settings) is not None
+    notes = convention_notes(convention, invert=settings.invert, applied=taken_out)
+    if notes or len(scores.of_parts) > 1:
+        return notes
+    return alignment_notes(matches.gt_poses[:, :3, 3], scores.result)
+
+
 def _poses_of_parts(
     parts: Sequence[Trajectory], whole: Trajectory, matches: Matches
 ) -> list[Floats]:
@@ -212,7 +207,12 @@ def _poses_of_parts(
     return [poses_by_name(part, names) for part in parts]
 
 
-def _convention_of_largest(matches: Matches, poses: Sequence[Floats]) -> Convention:
+def _convention(
+    matches: Matches, poses: Sequence[Floats], settings: Settings, check: bool
+) -> Convention:
+    """Return the convention of the largest part, if it is to be checked or taken out."""
+    if not check and settings.body_rotation == "none":
+        return Convention()
     largest = max(poses, key=lambda part: int(np.sum(finite_rows(part))))
     once = _each_pose_once(replace(matches, est_poses=largest))
     return find_convention(once.gt_poses, once.est_poses)
@@ -298,6 +298,9 @@ def _derived_unit(gt: Floats) -> float:
 
 
 def _described_parts(names: Sequence[str], scores: _Scores) -> list[Part]:
+    """Return the parts of an estimate; none where it is a whole."""
+    if len(names) == 1:
+        return []
     return [
         Part(name, int(np.sum(scores.part_of == index)), result.tas.alignment)
         for index, (name, result) in enumerate(zip(names, scores.of_parts, strict=True))
@@ -310,9 +313,7 @@ def _as_scored(
     """Return an estimate with the time and the camera's frame of the reference."""
     if settings.form.timed:
         estimate = estimate._replace(keys=estimate.keys + offset)
-    if body_rotation is not None:
-        estimate = estimate._replace(poses=rotate_cameras(estimate.poses, body_rotation))
-    return estimate
+    return estimate._replace(poses=rotate_cameras(estimate.poses, body_rotation))
 
 
 def _each_pose_once(matches: Matches) -> Matches:

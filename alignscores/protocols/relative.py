@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from typing import Literal, get_args
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from ..arrays import Floats
 from ..pairs import PairBlock, pair_blocks
@@ -205,7 +205,7 @@ def direction_blocks(cameras: Cameras, convention: Convention) -> Iterator[PairB
             gt, est, between = gt[::-1], est[::-1], between[::-1]
     if len(gt) < 2:
         return iter(())
-    return pair_blocks(gt, est, Rotation.from_matrix(between))
+    return pair_blocks(gt, est, scipy.spatial.transform.Rotation.from_matrix(between))
 
 
 def _in_own_axes(rotations: Floats, positions: Floats) -> Floats:

@@ -21,7 +21,7 @@ __all__ = ["refined"]
 
 
 N_STARTS = 64  # hypotheses that are refined; their number is halved in each step
-FEW = 19  # cameras up to which all triplets are fitted, prescreened or not
+FEW = 19  # cameras up to which all triplets are tried, prescreened or not
 N_NEIGHBOURHOODS = 4  # the densest ones; a fit to each is tried as a start, too
 N_FINALISTS = 8  # alignments left that are refined with all cameras
 SAMPLE = 1000  # cameras with which the starts are refined until few are left
@@ -77,7 +77,7 @@ class Search:
             self._hypotheses = _hypotheses(gt, est, n_hypotheses, rng, alignment)
             self.n_used = len(self._hypotheses)
             if self._cameras.n <= FEW:
-                fits = self._cameras.triplet_fits()
+                fits = self._cameras.subset_fits()
                 self._hypotheses = np.concatenate([self._hypotheses, fits])
         self._found = np.empty((0, 13))
 
@@ -143,9 +143,10 @@ class Cameras:
         weights = np.vstack([near, np.ones_like(near[:1])]).astype(np.float64)
         return weighted_fits(self.gt, self.est, weights, self.alignment)
 
-    def triplet_fits(self) -> Floats:
-        """Return the least-squares fits to all triplets of cameras."""
-        return weighted_fits(self.gt, self.est, _all_triplets(self.n), self.alignment)
+    def subset_fits(self) -> Floats:
+        """Return the fits to all triplets of cameras, and without a scale to all pairs."""
+        sizes = (3,) if self.alignment == "similarity" else (2, 3)
+        return weighted_fits(self.gt, self.est, _subsets(self.n, sizes), self.alignment)
 
     def refine(
         self, similarities: Floats, threshold: float, *, n_left: int, tolerance: float
@@ -158,10 +159,10 @@ class Cameras:
         )
 
 
-@lru_cache(maxsize=FEW)
-def _all_triplets(n: int) -> Floats:
-    """Return weights of n cameras, (H, n), that are 1 for three of them."""
-    subsets = list(combinations(range(n), 3))
+@lru_cache(maxsize=2 * FEW)
+def _subsets(n: int, sizes: tuple[int, ...]) -> Floats:
+    """Return weights of n cameras, (H, n), that are 1 for so many of them."""
+    subsets = [subset for size in sizes for subset in combinations(range(n), size)]
     weights = np.zeros((len(subsets), n))
     for row, subset in zip(weights, subsets, strict=True):
         row[list(subset)] = 1.0

@@ -113,8 +113,10 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     return replace(found, mirrored=mirrored, positions_inverted=inverted)
 
 
-def rotate_cameras(est_poses: Floats, body_rotation: Floats) -> Floats:
+def rotate_cameras(est_poses: Floats, body_rotation: Floats | None) -> Floats:
     """Return estimated poses (n, 4, 4) with the reference's camera axes: R̂_i Bᵀ."""
+    if body_rotation is None:
+        return est_poses
     rotated = est_poses.copy()
     rotated[:, :3, :3] = est_poses[:, :3, :3] @ body_rotation.T
     return rotated
@@ -240,25 +242,27 @@ def _frame_hypothesis(gt: Floats, est: Floats) -> Floats:
     """Return the B of a camera triplet with which most cameras agree."""
     rng = np.random.default_rng(0)
     i, j, k = rng.integers(len(gt), size=(3, 10 * HYPOTHESES))
-    gt_axes = [_log(gt[i].transpose(0, 2, 1) @ gt[other]) for other in (j, k)]
-    est_axes = [_log(est[i].transpose(0, 2, 1) @ est[other]) for other in (j, k)]
+    gt_axes, est_axes = (
+        np.array([_log(world[i].transpose(0, 2, 1) @ world[other]) for other in (j, k)])
+        for world in (gt, est)
+    )
     usable = np.ones(len(i), dtype=bool)
     for a, b in zip(gt_axes, est_axes, strict=True):
         angle, est_angle = (np.degrees(np.linalg.norm(vector, axis=1)) for vector in (a, b))
         usable &= (angle > DEFINED_AXIS_DEG[0]) & (angle < DEFINED_AXIS_DEG[1])
         usable &= abs(angle - est_angle) < NEAR_DEG
     first = np.flatnonzero(usable)[:HYPOTHESES]
-    best, best_count = np.eye(3), 0
-    for h in first:
-        pairs = zip(gt_axes, est_axes, strict=True)
-        body = project_to_rotation(np.sum([np.outer(a[h], b[h]) for a, b in pairs], axis=0))
-        rotated = est @ body.T
-        world = rotated[i[h]] @ gt[i[h]].T
-        # <Q R_i, R̂_i Bᵀ> = 1 + 2 cos(angle)
-        cosines = (np.einsum("nab,nab->n", world @ gt, rotated) - 1) / 2
-        count = int(np.sum(cosines > np.cos(np.radians(NEAR_DEG))))
-        if count > best_count:
-            best, best_count = body, count
+    if not first.size:
+        return np.eye(3)
+    bodies = project_to_rotation(np.einsum("pha,phb->hab", gt_axes[:, first], est_axes[:, first]))
+    rows = i[first]
+    worlds = est[rows] @ bodies.transpose(0, 2, 1) @ gt[rows].transpose(0, 2, 1)
+    # <Q R_i, R̂_i Bᵀ> = 1 + 2 cos(angle): linear in the products of entries of Q and of B
+    products = np.einsum("hac,hbd->hacbd", worlds, bodies).reshape(-1, 81)
+    coefficients = np.einsum("ncb,nad->acbdn", gt, est).reshape(81, -1)
+    cosines = (products @ coefficients - 1) / 2
+    agreeing = np.sum(cosines > np.cos(np.radians(NEAR_DEG)), axis=1)
+    best: Floats = bodies[np.argmax(agreeing)]
     return best
 
 

@@ -141,8 +141,10 @@ def in_one_world(
     """Return the pose of each camera in the world of the ground truth, by its part's alignment.
 
     A position (rotation) is not finite where no part counts the camera, or the part's TAS (RAS)
-    has no alignment.
+    has no alignment. The poses of a single part stay as they are.
     """
+    if len(results) == 1:
+        return parts_poses[0]
     poses = np.tile(np.eye(4), (len(part_of), 1, 1))
     poses[:, :3] = np.nan
     for index, (part, result) in enumerate(zip(parts_poses, results, strict=True)):

@@ -95,9 +95,8 @@ def test_a_row_of_panels_for_each_estimate(evaluation, named):
     assert texts == [f"TAS = {result.tas.score:.3f}", f"RAS = {result.ras.score:.3f}"]
 
 
-@pytest.mark.parametrize("n", [5, 30, 1000])
-def test_many_estimates_share_axes(evaluation, named, n, tmp_path):
-    """And take seconds; one with a row each took minutes, and gigabytes."""
+@pytest.mark.parametrize("n", [5, 30, 300])
+def test_many_estimates_share_axes(evaluation, named, n):
     result = evaluation.result
     names = [r"_a$\bad$.txt", "x" * 200, *map(str, range(2, n))]
     figure = score_figure(named(*names))
@@ -118,8 +117,13 @@ def test_many_estimates_share_axes(evaluation, named, n, tmp_path):
     assert title == (f"the first 8 in the table; in grey {n - 8} others" if n > 8 else "")
     styles = {(line.get_color(), line.get_linestyle()) for line in positions.get_lines()}
     assert len(styles) == shown
+
+
+def test_pictures_of_many_estimates_are_small(named, tmp_path):
+    """And take seconds; one with a row each took minutes, and gigabytes."""
+    figure = score_figure(named(*map(str, range(300))))
     for suffix in (".png", ".pdf", ".svg"):
-        assert len(picture(figure, tmp_path / f"many{suffix}")) < 1e6
+        assert len(picture(figure, tmp_path / f"many{suffix}")) < 3e5
 
 
 def test_profiles():

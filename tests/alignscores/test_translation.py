@@ -330,7 +330,7 @@ def test_similarity_of_the_estimate_changes_nothing(
     """The same seed draws the same triplets, so that the very same hypothesis wins."""
     gt, est = noisy_scene(n, n // 4, 0.02, seed)
     moved = another_world(est, seed + 1, scale=10**exponent, offset=offset)
-    a, b = (tas(gt, one, rng=seed, registration=registration) for one in (est, moved))
+    a, b = (tas(gt, positions, rng=seed, registration=registration) for positions in (est, moved))
     assert a.n_hypotheses == b.n_hypotheses
     assert a.score == pytest.approx(b.score, abs=1e-12)
     np.testing.assert_allclose(a.errors, b.errors, rtol=1e-6, atol=1e-7)
@@ -365,7 +365,7 @@ def test_similarity_of_the_ground_truth_scales_the_errors(
     gt, est = noisy_scene(n, 1, 0.02, seed)
     scale = 10**exponent
     moved = another_world(gt, seed + 2, scale=scale)
-    a, b = (tas(one, est, registration=registration) for one in (gt, moved))
+    a, b = (tas(positions, est, registration=registration) for positions in (gt, moved))
     assert a.score == pytest.approx(b.score, abs=1e-12)
     np.testing.assert_allclose(scale * a.errors, b.errors, rtol=1e-6, atol=1e-7 * scale)
     assert scale * a.unit == pytest.approx(b.unit, rel=1e-9)

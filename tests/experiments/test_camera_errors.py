@@ -101,8 +101,8 @@ def test_any_number_of_processes_writes_the_same_bytes_and_they_are_read_back(
     sweeps = [small(SCORES), replace(small("metrics=[RAS]"), name="collinear")]
     for name, changes in (("one", {}), ("two", {"n_jobs": 2, "backend": "loky"})):
         write_camera_errors(tmp_path / f"{name}.npz", measure(sweeps, replace(HERE, **changes)))
-    one, two = ((tmp_path / f"{name}.npz").read_bytes() for name in ("one", "two"))
-    assert one == two
+    first, second = ((tmp_path / f"{name}.npz").read_bytes() for name in ("one", "two"))
+    assert first == second
     for wanted, read in zip(
         measure(sweeps, HERE), read_camera_errors(tmp_path / "one.npz"), strict=True
     ):
@@ -183,7 +183,7 @@ def test_the_program_runs_an_experiment_or_the_sweeps_that_are_given(
 
     sweeps = SWEEPS.dump_json((small(SCORES), load_sweep([*overrides, "trials=1"]))).decode()
     assert main([*RUN, "--sweeps", sweeps, "--output", str(path)]) == 0
-    assert [one.sweep.name for one in read_camera_errors(path)] == ["outliers", "rotations"]
+    assert [found.sweep.name for found in read_camera_errors(path)] == ["outliers", "rotations"]
 
 
 @pytest.mark.parametrize(

@@ -125,8 +125,10 @@ def template(monkeypatch, tmp_path):
 
 
 def rows_of(page, name):
-    (caption,) = [one for one in page.all("caption") if one.get("id") == f"table-{name}"]
-    table = next(one for one in reversed(caption.parents) if one.tag == "table")
+    (caption,) = [
+        element for element in page.all("caption") if element.get("id") == f"table-{name}"
+    ]
+    table = next(element for element in reversed(caption.parents) if element.tag == "table")
     return [
         [cell.text for cell in page.within(row, "th", "td")]
         for row in page.within(table, "tr")
@@ -215,10 +217,10 @@ def test_other_tables_are_shown_as_they_are(article, made):
 def test_a_quick_look_says_so_and_leaves_out_what_does_not_hold(write):
     code, error, page = write()
     assert (code, error) == (0, "")
-    (note,) = [one.text for one in page.all("p") if one.get("class") == "quick"]
+    (note,) = [element.text for element in page.all("p") if element.get("class") == "quick"]
     assert f"{TRIALS} trials in each cell and {REPLICATES} replicates" in note
     assert "snakemake report --config trials=7" in note
-    left_out = [one for one in page.all("span") if one.get("class") == "left-out"]
+    left_out = [element for element in page.all("span") if element.get("class") == "left-out"]
     assert left_out
     assert "The TAS cannot be compared between frame rates" in page.html
     assert "On a line it is the other way round" not in page.html
@@ -258,7 +260,7 @@ def test_a_metric_is_compared_from_either_side(write, template):
     line = "<p>{{ one.order }} {{ one.low }} {{ one.high }} {{ one.is_certain }}</p>"
     template.write_text(line.join([*parts, ""]))
     _, _, page = write()
-    texts = [one.text for one in page.all("p")]
+    texts = [element.text for element in page.all("p")]
     assert texts == ["10.0 9.0 11.0 True", "-10.0 -11.0 -9.0 False"]
 
 
@@ -302,17 +304,19 @@ def test_the_same_results_give_the_same_bytes_and_no_network(article, made, tmp_
         env=os.environ | {"PYTHONHASHSEED": "7"},
     )
     assert path.read_text(encoding="utf-8") == article.html
-    assert all(one.get("src").startswith("data:image/png;") for one in article.all("img"))
+    assert all(element.get("src").startswith("data:image/png;") for element in article.all("img"))
     assert not article.all("script", "link", "iframe")
     assert "url(" not in article.html
-    (policy,) = [one.get("content") for one in article.all("meta") if one.get("http-equiv")]
+    (policy,) = [
+        element.get("content") for element in article.all("meta") if element.get("http-equiv")
+    ]
     assert policy.startswith("default-src 'none'")
 
 
 def test_what_is_referred_to_is_there_and_what_is_there_is_referred_to(article):
-    links = [one.get("href") for one in article.all("a")]
+    links = [element.get("href") for element in article.all("a")]
     targets = {link[1:] for link in links if link.startswith("#")}
-    shown = {one.get("id") for one in article.elements if one.get("id")}
+    shown = {element.get("id") for element in article.elements if element.get("id")}
     assert targets <= shown
     assert {name for name in shown if name.startswith(("ref-", "table-", "figure-"))} <= targets
-    assert all(one.get("alt") for one in article.all("img"))
+    assert all(element.get("alt") for element in article.all("img"))

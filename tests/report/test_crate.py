@@ -33,13 +33,13 @@ def test_every_file_with_its_digest_and_what_made_it(results, capsys):
     assert capsys.readouterr().out == f"{results / FILE}\n"
     text = (results / FILE).read_text()
     entities = {entity["@id"]: entity for entity in json.loads(text)["@graph"]}
-    files = {name: one for name, one in entities.items() if one["@type"] == "File"}
+    files = {name: entity for name, entity in entities.items() if entity["@type"] == "File"}
     tables, records = ([f"trials/{name}.{end}" for name in "ab"] for end in ("csv", "json"))
     findings = ["tables/order.md", "figures/outliers.png", "claims.csv"]
     assert sorted(files) == sorted([*tables, *records, *findings])
-    for name, one in files.items():
+    for name, entity in files.items():
         content = (results / name).read_bytes()
-        assert (one["contentSize"], one["sha256"]) == (
+        assert (entity["contentSize"], entity["sha256"]) == (
             str(len(content)),
             sha256(content).hexdigest(),
         )
@@ -56,8 +56,8 @@ def test_every_file_with_its_digest_and_what_made_it(results, capsys):
     software = entities[trials["instrument"]["@id"]]
     packages = json.loads((results / records[0]).read_text())["packages"]
     for reference in software["softwareRequirements"]:
-        one = entities[reference["@id"]]
-        assert one["name"] == "python" or one["version"] == packages[one["name"]]
+        entity = entities[reference["@id"]]
+        assert entity["name"] == "python" or entity["version"] == packages[entity["name"]]
     # Whatever is referred to is described, and the same folder has the same description.
     for entity in entities.values():
         for value in entity.values():

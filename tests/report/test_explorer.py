@@ -85,7 +85,7 @@ def test_a_trial_scores_in_the_paper_s_setting_as_in_the_study(sweeps, html):
     data = data_of(html)
     place = data["quantiles"].index(data["paper"]["quantile"])
     for shown in data["experiments"]:
-        (sweep,) = [one for one in sweeps if one.name == shown["name"]]
+        (sweep,) = [sweep for sweep in sweeps if sweep.name == shown["name"]]
         metrics = [name for name in ("TAS", "RAS", "PAS") if name in shown["scores"]]
         table = run_sweeps([replace(sweep, metrics=metrics)], HERE)
         positions, rotations = (unpacked(shown[key]) for key in ("positions", "rotations"))
@@ -109,7 +109,7 @@ def test_a_trial_scores_in_the_paper_s_setting_as_in_the_study(sweeps, html):
 
 def test_curves_and_levels_rise_and_have_the_trials_of_their_cells(errors, html):
     for shown in data_of(html)["experiments"]:
-        (own,) = [one for one in errors if one.sweep.name == shown["name"]]
+        (own,) = [each for each in errors if each.sweep.name == shown["name"]]
         for (curve, level), cell in zip(shown["cells"], cells(own.sweep), strict=True):
             number = {"cameras": cell.n_cameras, "outliers": cell.n_outliers}
             number["σᵣ"] = f"{cell.sigma_r_deg:g}°"
@@ -119,12 +119,16 @@ def test_curves_and_levels_rise_and_have_the_trials_of_their_cells(errors, html)
                 f"{cell.sigma_r_deg:g}°",
                 f"{cell.sigma_t:g}, {cell.sigma_r_deg:g}°",
             )
-    (paired,) = [one for one in data_of(html)["experiments"] if "collinear" in one["name"]]
+    (paired,) = [
+        experiment
+        for experiment in data_of(html)["experiments"]
+        if "collinear" in experiment["name"]
+    ]
     assert paired["levels"]["labels"] == ["0.02, 1°", "0.05, 5°"]  # given the other way round
 
 
 def test_experiments_stand_in_the_paper_s_order(html):
-    assert [one["name"] for one in data_of(html)["experiments"]] == list(SMALL)
+    assert [experiment["name"] for experiment in data_of(html)["experiments"]] == list(SMALL)
     assert sorted(TITLES) == experiment_names()
 
 
@@ -235,7 +239,7 @@ def scores_of(errors, name, *, unit, largest, thresholds, outliers="counted"):
 
 
 def by_name(errors, name):
-    (own,) = [one for one in errors if one.sweep.name == name]
+    (own,) = [each for each in errors if each.sweep.name == name]
     return own
 
 
@@ -292,8 +296,8 @@ def test_the_orders_are_those_of_the_study(browser, html, sweeps):
     """By the program that makes the study's table, of the same trials."""
     for name in ("outliers", "combined", "rotations"):
         seen = browser.run(html, LOOK, f"#experiment={name}")
-        (sweep,) = [one for one in sweeps if one.name == name]
-        scores = [one["caption"][:3] for one in seen["scores"]]
+        (sweep,) = [sweep for sweep in sweeps if sweep.name == name]
+        scores = [score["caption"][:3] for score in seen["scores"]]
         sweep = replace(sweep, metrics=scores)
         trials = Trial(run_sweeps([sweep], HERE), sweep)
         table = compare_orders({name: trials})
@@ -497,7 +501,7 @@ def test_it_is_no_wider_than_its_screen(browser, html, experiment):
         assert page["inner"] >= width - 20  # but for a scroll bar
         assert page["scroll"] <= page["inner"], width
         assert page["charts"]
-        assert all(200 <= one <= width for one in page["charts"])
+        assert all(200 <= chart <= width for chart in page["charts"])
 
 
 def test_a_single_curve_or_level_is_shown_without_an_order(browser):

@@ -183,7 +183,7 @@ def test_decisions_tell_what_each_reading_changes(page):
 
 
 def decision(name):
-    return next(one for one in load_claims().decisions if one.id == name)
+    return next(decision for decision in load_claims().decisions if decision.id == name)
 
 
 def test_readings_that_change_no_verdict(results):
@@ -196,7 +196,7 @@ def test_readings_that_change_no_verdict(results):
 
 def test_the_matrix_has_both_verdicts_of_every_claim_under_every_reading(page):
     claims = load_claims()
-    (table,) = [one for one in page.all("table") if "readings" in one.get("class").split()]
+    (table,) = [table for table in page.all("table") if "readings" in table.get("class").split()]
     bodies = [page.cells(row) for row in page.within(table, "tr")][1:]
     readings = list(claims.read())
     assert [len(cells) for cells in bodies] == [1 + len(readings)] * len(claims.claims)
@@ -219,8 +219,8 @@ def luminance(colour):
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
-def contrast(one, other):
-    dark, light = sorted(map(luminance, (one, other)))
+def contrast(colour, other):
+    dark, light = sorted(map(luminance, (colour, other)))
     return (light + 0.05) / (dark + 0.05)
 
 

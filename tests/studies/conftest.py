@@ -51,8 +51,8 @@ def written(tmp_path: Path) -> Callable[[Mapping[str, Trials]], list[str]]:
     from experiments.tables import write_trials
 
     def write(trials: Mapping[str, Trials]) -> list[str]:
-        for name, one in trials.items():
-            write_trials(tmp_path / f"{name}.csv", one.table, one.record.sweeps)
+        for name, made in trials.items():
+            write_trials(tmp_path / f"{name}.csv", made.table, made.record.sweeps)
         return [str(tmp_path / f"{name}.csv") for name in trials]
 
     return write

@@ -105,7 +105,7 @@ def test_claims_have_verdicts_and_decisions(
     rising = replicates(taken, lambda *cell: abs(worsens(*cell))).values()
     other, _ = decide(taken, [select_trials(taken, trials) for trials in rising])
     verdicts = {
-        name: [str(one["verdict"][name]) for one in (table, other.set_index("id"))]
+        name: [str(each["verdict"][name]) for each in (table, other.set_index("id"))]
         for name in CLAIMS.claims
     }
     # All metrics get worse; all rise, errors for the worse.

@@ -31,8 +31,8 @@ def test_every_format_scores_the_same_scene_the_same(form, score, examples):
         *("name", "file", "rank", "TAS", "TAS_sd", "RAS", "PAS", "PAS_sd", "TAS_seeds"),
         *("PAS_seeds", "ATE", "n", "lost", "matched", "missing", "non_finite", "no_position"),
         *("no_rotation", "duplicate", "unmatched", "unit", "within_unit", "within_10_deg"),
-        *("half_distance", "half_angle", "n_hypotheses", "scale", "alignment"),
-        *("body_rotation", "parts", "notes", "metrics"),
+        *("half_distance", "half_angle", "n_hypotheses", "alignment", "body_rotation"),
+        *("parts", "notes", "metrics", "scale"),
     }
     assert result["n"] == 40
     assert result["TAS_seeds"][0] == pytest.approx(expected.tas.score, abs=1e-12)
@@ -216,7 +216,7 @@ def test_sub_models_are_one_estimate(score, run, models, tmp_path):
     assert (code, out.splitlines()[0].split()[-1]) == (0, "parts")
     assert [line.split()[1] for line in out.splitlines()[1:3]] == ["-", "-"]
     assert "stand in the order given: from 1 to 4 parts are each aligned on their own" in err
-    assert [one["rank"] for one in score(*files[:2], folder / "0", folder / "1")] == [
+    assert [result["rank"] for result in score(*files[:2], folder / "0", folder / "1")] == [
         [1, 1],
         [2, 2],
     ]
@@ -226,7 +226,7 @@ def test_sub_models_are_one_estimate(score, run, models, tmp_path):
 def test_a_folder_of_one_model_is_that_model(score, models):
     folder, _ = models(range(37))
     (whole,), (model,) = (
-        score("colmap", "colmap/reference", one) for one in (folder, folder / "0")
+        score("colmap", "colmap/reference", model) for model in (folder, folder / "0")
     )
     assert {**whole, "name": "0", "file": model["file"]} == model
 

@@ -34,7 +34,7 @@ def test_values(score, run, examples, tmp_path):
     both = (read_tum(examples / file) for file in TUM[1:])
     matches = match(*both, missing="fail", sync="nearest", max_gap=0.0)
     poses = matches.gt_poses, matches.est_poses
-    arrays = [block for one in poses for block in (one[:, :3, 3], one[:, :3, :3])]
+    arrays = [block for world in poses for block in (world[:, :3, 3], world[:, :3, :3])]
     refused: list[str] = []
     for name in EXAMPLES:
         try:
@@ -127,7 +127,7 @@ def test_parts_are_no_world(run, tmp_path, examples):
     (result,) = json.loads(out)["results"]
     assert result["metrics"] == {"TAS": result["TAS"], "auc@30:vggt": None}
     note = "no value of auc@30:vggt: they need one world, not 2 parts"
-    assert any(note in one for one in result["notes"])
+    assert any(note in text for text in result["notes"])
 
 
 @pytest.mark.parametrize("length", [5, 60, 200])

@@ -164,8 +164,8 @@ def test_a_bad_estimate_does_not_stop_the_others(run, tmp_path, write):
     assert code == 1
     printed = json.loads(out)
     assert [result["name"] for result in printed["results"]] == ["estimate.txt"]
-    assert [one["file"] for one in printed["failed"]] == [str(bad), str(none)]
-    errors = [one["error"] for one in printed["failed"]]
+    assert [entry["file"] for entry in printed["failed"]] == [str(bad), str(none)]
+    errors = [entry["error"] for entry in printed["failed"]]
     assert "line 1: has 2 columns" in errors[0]
     assert "No such file" in errors[1]
     assert err.splitlines() == [f"alignscores: error: {error}" for error in errors]

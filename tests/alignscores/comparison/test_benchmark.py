@@ -17,14 +17,14 @@ systems:
 def test_yaml(patterns, run, compare, tmp_path):
     (tmp_path / "b.yaml").write_text(YAML)
     results = compare("b.yaml")["results"]
-    missing = [(one["system"], one["run"]) for one in results if one["status"] == "missing"]
+    missing = [(entry["system"], entry["run"]) for entry in results if entry["status"] == "missing"]
     assert missing == [("a_b", "3"), ("c", "2"), ("a_b", "3")]
     (tmp_path / "named.yaml").write_text(YAML.replace("runs: 4", "runs: [0, 1, 7]"))
     results = compare("named.yaml")["results"]
-    missing = [(one["system"], one["run"]) for one in results if one["status"] == "missing"]
+    missing = [(entry["system"], entry["run"]) for entry in results if entry["status"] == "missing"]
     assert missing == [("a_b", "7"), ("c", "2"), ("a_b", "7")]
     results = compare("b.yaml")["results"]
-    units = {one["unit"] for one in results if one["sequence"] == "car"}
+    units = {entry["unit"] for entry in results if entry["sequence"] == "car"}
     assert units == {0.5, None}
     assert "Car & co" in run("b.yaml")[1]
 

@@ -28,21 +28,23 @@ def test_the_table_tells_the_truth_that_was_put_in(benchmark_of, compare, tmp_pa
     patterns = benchmark_of(SYSTEMS, sequences=("car", "helix", "cube"), runs=3, n=100)
     (tmp_path / "car/twin/2.txt").unlink()
     found = compare(*patterns)
-    results = {(one["sequence"], one["system"], one["run"]): one for one in found["results"]}
+    results = {
+        (entry["sequence"], entry["system"], entry["run"]): entry for entry in found["results"]
+    }
     assert len(results) == 4 * 3 * 3
     gone = results["car", "twin", "2"]
     assert (gone["status"], gone["TAS"], gone["RAS"], gone["PAS"]) == ("missing", 0, 0, 0)
     assert (gone["half_distance"], gone["half_angle"], gone["failures"]) == (None, None, 100)
     assert results["car", "loses_track", "0"]["failures"] == 60
-    assert len({one["unit"] for key, one in results.items() if key[0] == "car"} - {None}) == 1
+    assert len({entry["unit"] for key, entry in results.items() if key[0] == "car"} - {None}) == 1
 
     def entry(system, sequence=None):
-        (one,) = (
-            one
-            for one in found["systems"]
-            if (one["system"], one["sequence"]) == (system, sequence)
+        (only,) = (
+            each
+            for each in found["systems"]
+            if (each["system"], each["sequence"]) == (system, sequence)
         )
-        return one
+        return only
 
     car = [results["car", "twin", str(number)]["PAS"] for number in range(3)]
     assert entry("twin", "car")["PAS"] == pytest.approx(np.mean(car))
@@ -55,31 +57,31 @@ def test_the_table_tells_the_truth_that_was_put_in(benchmark_of, compare, tmp_pa
     assert ranks["best"] == ranks["twin"] == (1, 2)  # two draws of one system cannot be told apart
     assert ranks["sparse"][0] == 3
     assert ranks["loses_track"][0] >= 3
-    one = next(
-        one
-        for one in found["comparisons"]
-        if {one["a"], one["b"]} == {"best", "sparse"}
-        and (one["sequence"], one["metric"]) == ("helix", "TAS")
+    pair = next(
+        pair
+        for pair in found["comparisons"]
+        if {pair["a"], pair["b"]} == {"best", "sparse"}
+        and (pair["sequence"], pair["metric"]) == ("helix", "TAS")
     )
-    assert one["difference"] == pytest.approx(
-        entry(one["a"], "helix")["TAS"] - entry(one["b"], "helix")["TAS"]
+    assert pair["difference"] == pytest.approx(
+        entry(pair["a"], "helix")["TAS"] - entry(pair["b"], "helix")["TAS"]
     )
-    assert one["low"] < one["difference"] < one["high"]
-    assert one["distinguishable"]
+    assert pair["low"] < pair["difference"] < pair["high"]
+    assert pair["distinguishable"]
 
 
 def test_a_run_is_scored_as_the_library_does(benchmark_of, compare, tmp_path):
     name = "ate:rmse"
     patterns = benchmark_of({"only": (0.2, 2.0, 1, 0.0)}, sequences=["car"], runs=1)
-    (one,) = compare(*patterns, "--metrics", name)["results"]
+    (entry,) = compare(*patterns, "--metrics", name)["results"]
     gt, est = (read_tum(tmp_path / path).poses for path in ("car/gt.txt", "car/only/0.txt"))
     expected = pas(gt, est, registration="refined")
-    assert (one["TAS"], one["RAS"]) == (expected.tas.score, expected.ras.score)
-    assert one["unit"] == expected.tas.unit
+    assert (entry["TAS"], entry["RAS"]) == (expected.tas.score, expected.ras.score)
+    assert entry["unit"] == expected.tas.unit
     distance = tas_profile(gt[:, :3, 3], est[:, :3, 3]).half
-    assert one["half_distance"] == pytest.approx(distance, rel=5e-3)
-    assert one["half_angle"] == ras_profile(gt[:, :3, :3], est[:, :3, :3]).half
-    assert 0.2 < one["metrics"][name] < 0.5
+    assert entry["half_distance"] == pytest.approx(distance, rel=5e-3)
+    assert entry["half_angle"] == ras_profile(gt[:, :3, :3], est[:, :3, :3]).half
+    assert 0.2 < entry["metrics"][name] < 0.5
 
 
 def test_a_run_that_is_added_is_computed_alone(benchmark_of, compare, tmp_path, monkeypatch):
@@ -141,7 +143,7 @@ def test_wrong_files_are_a_line_each_and_the_rest_is_compared(benchmark_of, run,
     assert lines[4].startswith("alignscores: error: car/b/1.txt")
     assert lines[5] == ("alignscores: error: a: has no run 1 on helix; it counts as a failure")
     assert len(lines) == 6
-    status = [one["status"] for one in json.loads(out)["results"]]
+    status = [entry["status"] for entry in json.loads(out)["results"]]
     assert (status.count("scored"), status.count("failed"), status.count("missing")) == (5, 2, 1)
 
 
@@ -154,7 +156,7 @@ def test_a_sequence_without_its_frames_is_left_out(benchmark_of, run, tmp_path):
         "alignscores: error: sequence helix: left out: helix/rgb.txt: cannot be read "
         "(No such file or directory)\n"
     )
-    assert {one["sequence"] for one in json.loads(out)["results"]} == {"car"}
+    assert {entry["sequence"] for entry in json.loads(out)["results"]} == {"car"}
 
 
 def test_infinite_errors_have_ranks_but_no_difference(benchmark_of, compare, tmp_path):
@@ -169,9 +171,9 @@ def test_infinite_errors_have_ranks_but_no_difference(benchmark_of, compare, tmp
     (tmp_path / "car/once/3.txt").write_text("")
     found = compare(*patterns)
     pairs = {
-        frozenset((one["a"], one["b"])): one
-        for one in found["comparisons"]
-        if (one["sequence"], one["metric"]) == ("car", "half_distance")
+        frozenset((entry["a"], entry["b"])): entry
+        for entry in found["comparisons"]
+        if (entry["sequence"], entry["metric"]) == ("car", "half_distance")
     }
     assert pairs[frozenset(("good", "poor"))]["difference"] is not None
     for a, b, told in (
@@ -180,13 +182,13 @@ def test_infinite_errors_have_ranks_but_no_difference(benchmark_of, compare, tmp
         ("poor", "once", False),  # four times better, and infinitely worse once
         ("lost", "once", False),
     ):
-        one = pairs[frozenset((a, b))]
-        assert (one["difference"], one["low"], one["high"]) == (None, None, None)
-        assert one["distinguishable"] == told, (a, b)
+        entry = pairs[frozenset((a, b))]
+        assert (entry["difference"], entry["low"], entry["high"]) == (None, None, None)
+        assert entry["distinguishable"] == told, (a, b)
     ranks = {
-        one["system"]: one["rank"]["half_distance"]
-        for one in found["systems"]
-        if one["sequence"] == "car"
+        entry["system"]: entry["rank"]["half_distance"]
+        for entry in found["systems"]
+        if entry["sequence"] == "car"
     }
     assert ranks == {"good": [1, 2], "poor": [2, 3], "lost": [3, 4], "once": [1, 4]}
 
@@ -195,7 +197,7 @@ def test_a_metric_without_a_value_is_told(benchmark_of, run):
     patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.5)}, ["car"], runs=2, n=60)
     code, out, err = run(*patterns, "--metrics", "kitti", "--json", "--jobs", 1)
     assert code == 0
-    assert [one["metrics"] for one in json.loads(out)["results"]] == [{"kitti": None}] * 2
+    assert [entry["metrics"] for entry in json.loads(out)["results"]] == [{"kitti": None}] * 2
     why, counted = err.splitlines()
     assert why.startswith("alignscores: note: car, a, run 0: no value of kitti: the KITTI errors n")
     assert counted == (
@@ -276,8 +278,8 @@ def test_wrong_usage(benchmark_of, run, arguments, code, reason):
 
 def test_names_of_metrics(benchmark_of, compare, run):
     patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], runs=1, n=20)
-    (one,) = compare(*patterns, "--metrics", "tas,half,ate,AUC@30:vggt,half:rotation")["results"]
-    assert list(one["metrics"]) == ["ATE", "auc@30:vggt"]
+    (entry,) = compare(*patterns, "--metrics", "tas,half,ate,AUC@30:vggt,half:rotation")["results"]
+    assert list(entry["metrics"]) == ["ATE", "auc@30:vggt"]
     _, _, err = run(*patterns, "--metrics", "tas,half,half:rotation,half_angle")
     assert err.splitlines() == [
         "alignscores: note: half is an old name, which will go: write half_distance",
@@ -329,19 +331,21 @@ def test_images_are_scored_as_on_their_own(compare, examples, tmp_path, capsys, 
     text = IMAGES.format(format=format, ending=ending, other=other)
     (tmp_path / "b.yaml").write_text(text)
     results = compare("b.yaml")["results"]
-    assert sum(one["status"] == "scored" for one in results) == (7 if format == "colmap" else 6)
-    for one in results:
-        if one["status"] == "scored":
-            (estimate,) = (tmp_path / one["sequence"] / one["system"]).glob("0*")
+    assert sum(entry["status"] == "scored" for entry in results) == (7 if format == "colmap" else 6)
+    for entry in results:
+        if entry["status"] == "scored":
+            (estimate,) = (tmp_path / entry["sequence"] / entry["system"]).glob("0*")
             options = ["--registration", "refined", "--missing", "fail", "--json"]
-            if one["system"] == "other":
+            if entry["system"] == "other":
                 options += ["--est_format", other]
-            files = [str(tmp_path / one["sequence"] / f"gt{ending}"), str(estimate)]
+            files = [str(tmp_path / entry["sequence"] / f"gt{ending}"), str(estimate)]
             assert main([format, *files, *options]) == 0
             (alone,) = json.loads(capsys.readouterr().out)["results"]
             scores = "TAS", "RAS", "PAS"
-            assert [one[name] for name in scores] == pytest.approx([alone[name] for name in scores])
-            assert (one["PAS"] == 1) == (one["system"] == "perfect")
+            assert [entry[name] for name in scores] == pytest.approx(
+                [alone[name] for name in scores]
+            )
+            assert (entry["PAS"] == 1) == (entry["system"] == "perfect")
 
 
 @pytest.mark.parametrize("start", ["", "./"])

@@ -140,7 +140,7 @@ def test_any_names_in_other_tables(hostile, run, tmp_path):
     assert {len(re.findall(r"(?<!\\)\|", line)) for line in lines} == {3}
     assert any(line.startswith(r"| \*new\\nline--é\`\_u\_ |") for line in lines)
     found = json.loads(run(*hostile, "--json")[1])
-    assert {one["system"] for one in found["systems"]} == {*HOSTILE, "n\udcff"}
+    assert {entry["system"] for entry in found["systems"]} == {*HOSTILE, "n\udcff"}
     code, _, err = run(*hostile, "--html", "page.html")
     assert (code, err) == (0, "")
     assert (tmp_path / "page.html").read_text().count("</html>") == 1

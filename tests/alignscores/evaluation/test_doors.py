@@ -23,7 +23,6 @@ OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
 CASES = {  # what differs from the defaults: the formats that have it, and settings
     "nothing": (FORMS, {}),
     "missing": (FORMS - {"kitti"}, {"missing": "ignore"}),
-    "t_max_diff": (TIMED, {"t_max_diff": 0.0021}),
     "sync": (TIMED, {"sync": "nearest", "max_gap": 0.0}),
     "limits": (TIMED, {"t_start": 1.7e9 + 0.5, "t_end": 1.7e9 + 3.2}),
     "t_offset": (TIMED, {"t_offset": -0.0019, "t_max_diff": 0.0005}),
@@ -32,9 +31,10 @@ CASES = {  # what differs from the defaults: the formats that have it, and setti
     "invert": (FORMS, {"invert": True}),
     "body_rotation": (FORMS, {"body_rotation": "auto"}),
     "both of them": (FORMS, {"invert": True, "body_rotation": "auto"}),
-    "unit": (FORMS, {"unit": 0.25}),
-    "thresholds": (FORMS, {"max_threshold": 0.2, "max_threshold_deg": 3}),
-    "weight": (FORMS, {"weight": 0.2}),
+    "thresholds": (
+        FORMS,
+        {"unit": 0.25, "max_threshold": 0.2, "max_threshold_deg": 3, "weight": 0.2},
+    ),
     "seed": (FORMS, {"seed": 3, "metrics": "ATE,recall@50cm,5deg"}),  # which draws
     "registration": (FORMS, {"registration": "pcr99", "seed": 4, "repeat": 3}),
     "registration, not repeated": (FORMS - TIMED, {"registration": "pcr99", "repeat": 1}),
@@ -42,7 +42,7 @@ CASES = {  # what differs from the defaults: the formats that have it, and setti
     "yaw": (FORMS, {"alignment": "yaw", "up": "-y", **LENIENT}),
     "none": (TIMED, {"alignment": "none", "registration": "pcr99", **LENIENT}),
     "est_format": ({"tum", "euroc", "colmap", "nerf"}, {"est_format": None}),
-    "metrics": (FORMS, {"metrics": "ATE,maa:imc,TAS,PAS,half_distance"}),
+    "metrics": (FORMS, {"metrics": "ATE,rra@5:vggt,TAS,PAS,half_distance"}),
 }
 OTHER = {"tum": "euroc", "euroc": "tum", "colmap": "nerf", "nerf": "colmap"}  # est_format
 

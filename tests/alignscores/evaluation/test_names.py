@@ -3,6 +3,8 @@
 import json
 import os
 import shutil
+import sys
+from io import BytesIO, TextIOWrapper
 
 import pytest
 
@@ -19,28 +21,32 @@ def test_names():
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "ascii"])
-def test_a_name_that_cannot_be_printed_loses_no_result(process, examples, tmp_path, encoding):
+def test_a_name_that_cannot_be_printed_loses_no_result(
+    run, examples, tmp_path, monkeypatch, encoding
+):
     files = [str(shutil.copy(examples / "tum/estimate.txt", tmp_path / name)) for name in NAMES]
 
-    def run(*arguments):
-        strict = {"PYTHONIOENCODING": f"{encoding}:strict"}
-        command = "tum", "tum/reference.txt", *files, "--repeat", "2", *arguments
-        return process(*command, before="pass", **strict)
+    def printed(*arguments):
+        stdout = TextIOWrapper(BytesIO(), encoding, errors="strict")
+        monkeypatch.setattr(sys, "stdout", stdout)
+        code, _, err = run("tum", "tum/reference.txt", *files, *arguments)
+        stdout.seek(0)
+        return code, stdout.read(), err
 
     # What is in files does not depend on the encoding of what is printed.
     saved = ["--save_plot", str(tmp_path / "a.svg")] if encoding == "ascii" else []
-    done = run(*saved, "--save_results", str(tmp_path / "r.zip"))
-    assert (done.returncode, done.stderr) == (0, "")
-    assert len(done.stdout.splitlines()) == 1 + len(NAMES) + 5
-    assert done.stdout.replace("\n", "").isprintable()
-    assert "\n" + r"n\xff\xe9.txt " in done.stdout
+    code, out, err = printed(*saved, "--save_results", str(tmp_path / "r.zip"))
+    assert (code, err) == (0, "")
+    assert len(out.splitlines()) == 1 + len(NAMES) + 5
+    assert out.replace("\n", "").isprintable()
+    assert "\n" + r"n\xff\xe9.txt " in out
     assert len(list(tmp_path.glob("r_*.zip"))) == len(NAMES)
     files.append(str(tmp_path / NAMES[0] / NAMES[1]))
-    done = run("--json")
-    assert done.returncode == 1
-    printed = json.loads(done.stdout)
-    assert len(printed["results"]) == len(NAMES)
-    assert r"n\xff\xe9.txt" in [one["name"] for one in printed["results"]]
-    texts = [value for one in printed["results"] for value in (one["name"], one["file"])]
-    for text in (*texts, *printed["failed"][0].values()):
+    code, out, _ = printed("--json")
+    assert code == 1
+    (results, failed) = (json.loads(out)[key] for key in ("results", "failed"))
+    assert len(results) == len(NAMES)
+    assert r"n\xff\xe9.txt" in [result["name"] for result in results]
+    texts = [value for result in results for value in (result["name"], result["file"])]
+    for text in (*texts, *failed[0].values()):
         assert text.isprintable()

@@ -38,7 +38,7 @@ def ask(browser, cases):
     cases = json.loads(json.dumps(cases).replace("Infinity", "null").replace("NaN", "null"))
     page = document("arithmetic", "", styles=(), scripts=[source("scores.js")], data=cases)
     answers = browser.run(page, CALLS)
-    return [float(one) if isinstance(one, str) else one for one in answers]
+    return [float(answer) if isinstance(answer, str) else answer for answer in answers]
 
 
 def random_errors(rng, thresholds):

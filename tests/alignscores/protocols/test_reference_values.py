@@ -318,6 +318,12 @@ ACE0 = {
 }
 
 
+@cache
+def drawn_by_python(seed, n, count):
+    draws = random.Random(seed)
+    return np.array([draws.sample(range(n), 3) for _ in range(count)])
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_ace0(name, monkeypatch):
     """The accuracy of each seed, with the triplets that Python's generator draws for it."""
@@ -330,13 +336,10 @@ def test_ace0(name, monkeypatch):
             continue
         stored = reference[f"{key}_accuracy"]
         for seed in range(min(len(stored), 2)):
-            draws = random.Random(seed)
             monkeypatch.setattr(
                 images,
                 "random_triplets",
-                lambda n, count, _, draws=draws: np.array(
-                    [draws.sample(range(n), 3) for _ in range(count)]
-                ),
+                lambda n, count, _, seed=seed: drawn_by_python(seed, n, count),
             )
             value = ace0_recall(gt, est, distance, true_angles=true_angles)
             assert value == pytest.approx(stored[seed], abs=1e-9), (key, seed)

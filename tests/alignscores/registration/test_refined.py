@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from alignscores import Similarity, closest_pair_quartile, tas
+from alignscores.averaging import rotation_from_vector
 from alignscores.registration.kernel import three_point_similarities
 from alignscores.registration.pcr99 import pcr99, prescreened_triplets
 from alignscores.registration.refined import RESOLUTION, TOLERANCE, Cameras, refined
@@ -54,7 +55,7 @@ def parameters(alignment):
 
 def objective(x, gt, est, threshold):
     """The cost of an alignment with these parameters."""
-    rotation = Rotation.from_rotvec(x[1:4]).as_matrix()
+    rotation = rotation_from_vector(x[1:4])
     residuals = np.exp(x[0]) * est - gt @ rotation.T - x[4:]
     return cost(np.sqrt((residuals**2).sum(axis=1)), threshold)
 

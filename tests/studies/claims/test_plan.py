@@ -57,7 +57,7 @@ def test_the_first_replicates_alone_have_what_other_readings_need() -> None:
     sizes = [len(table.sweeps) for table in tables.values()]
     assert CLAIMS.replicates_of_readings == 3
     assert sizes == [sizes[0]] * 3 + [len({claim.trials for claim in CLAIMS.needed(3)})] * 4
-    first, last = ({(one.name, one.changes): one for one in tables[k].sweeps} for k in "06")
+    first, last = ({(sweep.name, sweep.changes): sweep for sweep in tables[k].sweeps} for k in "06")
     assert set(last) < set(first)
     for key, sweep in last.items():
         more = evaluations(first[key])

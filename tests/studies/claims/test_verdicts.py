@@ -26,7 +26,7 @@ from studies.claims.verdicts import (
     verdict,
 )
 
-TRIALS, REPLICATES = 8, 4
+TRIALS, REPLICATES = 8, 3
 CLAIMS = load_claims(REPLICATES)
 SWEEPS = {(sweep.name, tuple(sweep.changes.split())): sweep for sweep in plan(CLAIMS.needed(0))}
 
@@ -246,7 +246,7 @@ def test_every_reading_has_both_verdicts_beside_those_taken() -> None:
     table = fabricate(NUMBER, columns(NUMBER, holds=True), seed=0)
     scatter = np.where(table["trial"] % 2, 1, -1) * np.where(table["n_outliers"] == 0, 1, 0.26)
     table["mAA"] = scatter + 1e-4 * table["sigma_t"]
-    decisions = [one for one in CLAIMS.decisions if one.id in ("range", "volume")]
+    decisions = [decision for decision in CLAIMS.decisions if decision.id in ("range", "volume")]
     few = {"a": NUMBER, "b": replace(NUMBER, implied_by=["a"])}
     claims = replace(CLAIMS, claims=few, decisions=decisions, replicates_of_readings=2)
     verdicts, readings = decide(claims, [{NUMBER.trials: table}] * 3)
@@ -276,7 +276,7 @@ def replicate(make_up: MakeUp) -> MakeUp:
     """A replicate study of other sweeps than the claims need, or of theirs."""
 
     def of(*sweeps: Sweep, number: int = 0) -> Trials:
-        chosen = [replace(one, trials=1, replicate=number) for one in sweeps or SWEEPS.values()]
+        chosen = [replace(sweep, trials=1, replicate=number) for sweep in sweeps or SWEEPS.values()]
         return make_up(*chosen, value=lambda *_: 0.5, path=f"{number}.csv")
 
     return of
@@ -327,7 +327,7 @@ def test_values_that_are_missing_are_refused(replicate: MakeUp) -> None:
 
 
 def test_replicates_differ_in_their_number_alone() -> None:
-    first, second = ([replace(one, replicate=k) for one in SWEEPS.values()] for k in (0, 1))
+    first, second = ([replace(sweep, replicate=k) for sweep in SWEEPS.values()] for k in (0, 1))
     paths = [Path("0.csv"), Path("1.csv")]
 
     def check(*sweeps: list[Sweep], n_read: int = 2) -> None:

@@ -83,7 +83,7 @@ def test_halves_are_of_the_same_trials_and_stand_beside_the_scores(make_up: Make
     (half,) = halves["combined"].sweeps
     sweep = load_sweep(["experiment=combined", *given])
     assert replace(half, metrics=sweep.metrics) == sweep
-    joined = side_by_side([make_up(one, value=fraction) for one in (sweep, half)])
+    joined = side_by_side([make_up(each, value=fraction) for each in (sweep, half)])
     trials = joined["combined"]
     assert list(joined) == ["combined"]
     assert trials.sweep.metrics == [*sweep.metrics, "HalfDistance", "HalfAngle"]
@@ -101,6 +101,6 @@ def fraction(metric: str, cell: Cell, trial: int, _: np.random.Generator) -> flo
 
 
 def test_tables_of_other_trials_are_not_joined(make_up: MakeUp) -> None:
-    one, other = (load_sweep(["experiment=combined", f"trials={n}"]) for n in (2, 3))
+    few, more = (load_sweep(["experiment=combined", f"trials={n}"]) for n in (2, 3))
     with pytest.raises(TableError, match="has other settings than"):
-        side_by_side([make_up(sweep, value=fraction) for sweep in (one, other)])
+        side_by_side([make_up(sweep, value=fraction) for sweep in (few, more)])

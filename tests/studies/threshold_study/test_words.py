@@ -64,7 +64,7 @@ def test_a_value_without_end_is_in_words(axes: list[Axis]) -> None:
     assert found["tas_n_thresholds"].costs == [costs + "(exact area)"]
     assert found["tas_n_thresholds"].others == "exact area"
     assert found["tas_n_thresholds"].paper == "100"
-    assert {name for name, one in found.items() if one.costs or one.gains} == {
+    assert {name for name, sentence in found.items() if sentence.costs or sentence.gains} == {
         "registration_prescreen",
         "tas_n_thresholds",
     }
