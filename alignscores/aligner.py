@@ -16,6 +16,7 @@ __all__ = ["Aligned", "Aligner", "Normalised", "Seed", "normalise"]
 Normalised = tuple[Floats, Floats, float]  # positions, their origin and unit; see `normalise`
 Seed = int | np.random.SeedSequence | np.random.Generator | None
 
+ROUNDING = 1e-6  # by which a scale may differ from 1
 IDENTITY = Similarity(1.0, np.eye(3), np.zeros(3))
 
 
@@ -73,7 +74,9 @@ class Aligner:
         if np.count_nonzero(estimated) < (3 if self._alignment == "similarity" else 1):
             return Aligned(None, errors, 0)
         if self._alignment == "none":
-            errors[estimated] = IDENTITY.position_errors(self.gt[estimated], self.est[estimated])
+            unit = self.normalised_gt[2]  # so that squares neither overflow nor vanish
+            gt, est = self.gt[estimated] / unit, self.est[estimated] / unit
+            errors[estimated] = unit * IDENTITY.position_errors(gt, est)
             return Aligned(IDENTITY, errors, 1)
         if self._worlds is None:
             self._worlds = self._normalised()
@@ -117,6 +120,7 @@ class Aligner:
             case (None, int() | np.integer() as n_used):
                 return None, int(n_used)
             case (Similarity() as found, int() | np.integer() as n_used):
+                self._check(found)
                 rotation = found.rotation[np.ix_(back, back)]
                 return Similarity(found.scale, rotation, found.translation[back]), int(n_used)
             case _:
@@ -124,6 +128,17 @@ class Aligner:
                     "registration must return a Similarity or None and the number of hypotheses, "
                     f"not {registered!r}"
                 )
+
+    def _check(self, found: Similarity) -> None:
+        """Refuse what is not in the group, from a registration of one's own."""
+        if self._alignment == "similarity":
+            return
+        turned = self._alignment == "yaw" and abs(found.rotation[2, 2] - 1) > ROUNDING
+        if turned or abs(found.scale - 1) > ROUNDING:
+            raise TypeError(
+                f"registration must return a {self._alignment} alignment, as its argument "
+                f"`alignment` says, not one of scale {found.scale:g} and rotation {found.rotation}"
+            )
 
 
 def _registration(registration: str | Registration) -> tuple[Registration, str]:

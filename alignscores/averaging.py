@@ -19,9 +19,11 @@ __all__ = [
     "rotation_angles",
     "rotation_from_vector",
     "tlud_mean",
+    "turn_mean",
 ]
 
 
+N_TURNS = 360  # about the vertical axis, among which inliers are looked for
 TLUD_TOLERANCE = 1e-3  # radians; the refinement stops after a smaller step
 WEISZFELD_STEPS = 10
 COINCIDENT = 1e-15  # radians; rotations that differ by less are equal up to rounding
@@ -124,21 +126,40 @@ def geodesic_l1_mean(
     return mean
 
 
-def tlud_mean(rotations: Floats, up: str | None = None) -> Floats:
+def tlud_mean(rotations: Floats) -> Floats:
     """Return the robust average of rotations (n, 3, 3): truncated least unsquared deviations.
 
     The rotation with the smallest sum of truncated chordal distances to all others defines the
-    inliers; their geodesic L1 mean is the average (section 4, step 1). Where a vertical axis is
-    given, it is the best rotation about this axis for the same inliers. O(n) memory beyond a
+    inliers; their geodesic L1 mean is the average (section 4, step 1). O(n) memory beyond a
     constant. The time grows little more than n where many rotations agree. Where few do, or all
     errors are about 20 degrees, it grows like n^2.
     """
     flat = rotations.reshape(-1, 9)
     inlier = np.linalg.norm(flat - flat[medoid(rotations)], axis=1) < TLUD_THRESHOLD
     inliers = rotations[inlier]
-    if up is None:
-        return geodesic_l1_mean(inliers, chordal_mean(inliers), tolerance=TLUD_TOLERANCE)
-    start, axis = best_turn(inliers.sum(axis=0), up), np.eye(3)["xyz".index(up[-1])]
+    return geodesic_l1_mean(inliers, chordal_mean(inliers), tolerance=TLUD_TOLERANCE)
+
+
+def turn_mean(rotations: Floats, up: str) -> Floats:
+    """Return the robust average of rotations (n, 3, 3) among those about the vertical axis.
+
+    As `tlud_mean`, but for the first step: of equally spaced turns that with the smallest sum of
+    truncated chordal distances defines the inliers; all are, where none is near any turn.
+    """
+    k = "xyz".index(up[-1])
+    i, j = (k + 1) % 3, (k + 2) % 3
+    cosine = rotations[:, i, i] + rotations[:, j, j]
+    sine = rotations[:, j, i] - rotations[:, i, j]
+    angles = np.arange(N_TURNS) * (2 * np.pi / N_TURNS)
+
+    def distances(angle: float) -> Floats:
+        traces = np.cos(angle) * cosine + np.sin(angle) * sine + rotations[:, k, k]
+        return np.asarray(np.sqrt(np.maximum(6 - 2 * traces, 0.0)))
+
+    sums = [np.minimum(distances(angle), TLUD_THRESHOLD).sum() for angle in angles.tolist()]
+    inlier = distances(float(angles[np.argmin(sums)])) < TLUD_THRESHOLD
+    inliers = rotations[inlier] if inlier.any() else rotations
+    start, axis = best_turn(inliers.sum(axis=0), up), np.eye(3)[k]
     return geodesic_l1_mean(inliers, start, tolerance=TLUD_TOLERANCE, axis=axis)
 
 

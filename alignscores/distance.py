@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Callable
-from math import ceil, inf, nan
+from math import ceil, floor, inf, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +23,7 @@ __all__ = ["extent", "ras_angle", "search_unit", "smallest_unit", "tas_distance"
 ErrorsAt = Callable[[float], Floats]  # of the best alignment at a largest threshold
 
 FITTED = {"similarity": 2, "rigid": 1, "yaw": 1, "none": 0}  # cameras, whatever the estimate
+N_THRESHOLDS = 100  # of a score, as by default
 GAIN = 1e-3  # relative; the search ends with the first step that gains less
 ROUNDING = 1e-12  # of the extent; smaller units are those of rounding errors
 ULPS = 1e-12  # relative, beyond the rounding of a sum of errors
@@ -36,12 +37,11 @@ def tas_distance(
     *,
     rng: Seed = 0,
     n_hypotheses: int = 1000,
-    n_thresholds: int = 100,
     registration: str | Registration = "refined",
     alignment: str = "similarity",
     up: str = "z",
 ) -> float:
-    """Return the largest threshold at which the TAS reaches a score: the half-score distance.
+    """Return the smallest d at which the TAS is at least a score: the half-score distance.
 
     It is an accuracy in the unit of the ground truth, which needs no d: the smaller the better. It
     ignores which share of the cameras is lost, as long as it is less than ``1 - score``.
@@ -58,8 +58,6 @@ def tas_distance(
         Seed of the registration; see `tas`.
     n_hypotheses : int
         Number of hypotheses of the registration.
-    n_thresholds : int
-        Number of equally spaced thresholds up to the largest.
     registration : {"refined", "pcr99"} or Registration
         See `tas`. The alignment of "pcr99" is the same at every threshold.
     alignment : {"similarity", "rigid", "yaw", "none"}
@@ -87,7 +85,8 @@ def tas_distance(
     Notes
     -----
     A similarity fits two cameras exactly, whatever the estimate, a rigid or a yaw alignment one. So
-    of ``2 / score`` cameras (``1 / score``) or fewer there is no distance.
+    of ``2 / score`` cameras (``1 / score``) or fewer there is no distance. Near the score 1 it is
+    that of the worst camera times the number of thresholds, 100, and says little.
 
     References
     ----------
@@ -102,7 +101,7 @@ def tas_distance(
     >>> est = gt + rng.normal(scale=0.6, size=gt.shape)
     >>> est[:100] = np.nan
     >>> [round(tas_distance(gt, est, score), 2) for score in (0.25, 0.5)]
-    [1.21, 2.9]
+    [1.42, 2.9]
     """
     aligner = Aligner(
         *(gt_positions, est_positions),
@@ -118,10 +117,10 @@ def tas_distance(
         return nan
     if aligner.has_one_alignment:
         errors = aligner.align(start).errors
-        distance = smallest_unit(np.sort(errors), score, n_thresholds)
+        distance = smallest_unit(np.sort(errors), score, N_THRESHOLDS)
     else:
         distance, (*_, errors) = search_unit(
-            lambda unit: aligner.align(unit).errors, start, score, n_thresholds
+            lambda unit: aligner.align(unit).errors, start, score, N_THRESHOLDS
         )
     if np.isinf(errors).all():
         warnings.warn("the estimate cannot be aligned", AlignmentWarning, stacklevel=2)
@@ -133,11 +132,10 @@ def ras_angle(
     est_rotations: "ArrayLike | Rotation",
     score: float = 0.5,
     *,
-    n_thresholds: int = 100,
     alignment: str = "similarity",
     up: str = "z",
 ) -> float:
-    """Return the largest threshold at which the RAS reaches a score: the half-score angle.
+    """Return the smallest range of thresholds at which the RAS is a score: the half-score angle.
 
     Parameters
     ----------
@@ -145,8 +143,6 @@ def ras_angle(
         Camera-to-world rotations; see `ras`.
     score : float
         From 0 to 1, without 0.
-    n_thresholds : int
-        Number of equally spaced thresholds up to the largest.
     alignment : {"similarity", "rigid", "yaw", "none"}
         How the two worlds may be turned; see `ras`.
     up : {"z", "y", "x", "-z", "-y", "-x"}
@@ -182,16 +178,20 @@ def ras_angle(
     7.6
     """
     result = ras(gt_rotations, est_rotations, alignment=alignment, up=up)
-    return smallest_unit(np.sort(result.errors), score, n_thresholds)
+    return smallest_unit(np.sort(result.errors), score, N_THRESHOLDS)
 
 
-def too_few(n: int, score: float, alignment: str) -> str:
-    """Say why n cameras have no distance, where they are too few; nothing else."""
+def too_few(n: int, score: float, alignment: str, n_worlds: int = 1) -> str:
+    """Say why n cameras, in worlds that are each aligned, have no distance; else nothing."""
     _check_score(score)
     fitted = FITTED[alignment]
-    if score * n > fitted:
+    if score * n > fitted * n_worlds:
         return ""
-    return f"no distance of {n} cameras at a score of {score:g}: any {fitted} are fitted exactly"
+    least = floor(fitted * n_worlds / score) + 1
+    return (
+        f"no distance at a score of {score:g} for {n} cameras: it takes {least}, since any "
+        f"alignment fits {fitted * n_worlds} of them exactly"
+    )
 
 
 def search_unit(
@@ -199,9 +199,9 @@ def search_unit(
 ) -> tuple[float, list[Floats]]:
     """Return the smallest unit at which a score is reached, and the errors found, the best last.
 
-    Under the best alignment at a unit u, the score is reached at another unit u', which is no
-    larger than u if u is large enough. The best alignment at u' is the next, until the unit stays.
-    There no alignment scores more than asked for, so that no smaller unit reaches it. This is the
+    Where any alignment reaches the score below a unit u, the best one at u does, too: at a unit u',
+    which is the next. Where the unit stays, no alignment scores more than asked for, so that no
+    smaller unit reaches it. This is the
     method of Dinkelbach ("On nonlinear fractional programming", Management Science 1967), which
     converges faster than linearly.
     """
@@ -272,7 +272,11 @@ def _step(
 def extent(gt: Floats) -> float:
     """Return about the largest distance between cameras; 0 where they coincide."""
     with np.errstate(over="ignore"):
-        return 2 * float(np.linalg.norm(gt - gt.mean(axis=0), axis=1).max())
+        local = gt - gt.mean(axis=0)
+        largest = float(np.abs(local).max())
+        if not 0 < largest < inf:
+            return largest
+        return 2 * largest * float(np.linalg.norm(local / largest, axis=1).max())
 
 
 def _continuous_unit(sorted_errors: Floats, score: float) -> float:

@@ -202,7 +202,7 @@ def tas_profile(
         profile = _profile(grid, [aligner.align(grid[0]).errors], n_thresholds)
     else:
         profile = searched_profile(lambda unit: aligner.align(unit).errors, grid, n_thresholds)
-    if profile.errors[0, 0] == np.inf:
+    if np.isinf(profile.errors).all():
         warnings.warn(
             "all scores are 0: the estimate cannot be aligned", AlignmentWarning, stacklevel=2
         )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Floats
-from .averaging import rotation_angles, tlud_mean
+from .averaging import rotation_angles, tlud_mean, turn_mean
 from .histogram import AlignmentScore, equal_steps
 from .similarity import check_alignment
 from .validation import (
@@ -159,4 +159,4 @@ def _aligned(rotations: Floats, alignment: str, up: str) -> Floats:
     """Return the rotation between two worlds, given that of each camera (n, 3, 3)."""
     if alignment == "none":
         return np.eye(3)
-    return tlud_mean(rotations, up if alignment == "yaw" else None)
+    return turn_mean(rotations, up) if alignment == "yaw" else tlud_mean(rotations)

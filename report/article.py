@@ -76,6 +76,8 @@ def render(results: Results, machine: str = "") -> str:
     rates = {summary.metric: summary for summary in found["frame_rate"]["metrics"]}
     names: dict[str, Any] = {
         "is_quick": is_quick,
+        "refined": "TAS(registration=refined)",
+        "quarter": "HalfDistance(score=0.25)",
         "least_power": LEAST_POWER,
         "claim": _finder("claim", found["claims"]),
         "picture": _finder("figure", found["pictures"]),

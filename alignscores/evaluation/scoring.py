@@ -2,14 +2,15 @@
 
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Floats, Indices
-from ..distance import ErrorsAt, extent, search_unit, smallest_unit, too_few
+from ..distance import N_THRESHOLDS, ErrorsAt, extent, search_unit, smallest_unit, too_few
 from ..metrics import LEVELS, SCORES, metric
 from ..pose import PASResult, pas
 from ..registration import Registration, pcr99
@@ -45,7 +46,6 @@ from .settings import Settings
 
 __all__ = ["evaluate", "score"]
 
-N_THRESHOLDS = 100  # of the half-score distance, as of the scores
 FORMAT_OF_KEYS = {"f": "tum", "i": "kitti", "U": "nerf"}  # that trajectories in memory are like
 
 
@@ -112,7 +112,7 @@ class _Scores:
     tas_seeds: list[float]
     half_distance: float
     half_errors: Floats
-    errors_at: ErrorsAt  # at any unit
+    new_search: Callable[[], ErrorsAt]  # of errors at any unit
 
 
 def score(
@@ -259,12 +259,12 @@ def _scores(
             of_seed = [tas(gt, part[:, :3, 3], rng=seed, **options, **group) for part in poses]
             tas_seeds.append(combine_tas(of_seed, part_of).score)
     positions = [part[:, :3, 3] for part in poses]
-    errors_at = errors_of_parts(gt, positions, part_of, rng=settings.seed, **group)
-    half, (*_, half_errors) = search_unit(errors_at, extent(gt), 0.5, N_THRESHOLDS)
-    if reason := too_few(len(gt), 0.5, settings.alignment):
+    new_search = partial(errors_of_parts, gt, positions, part_of, rng=settings.seed, **group)
+    half, (*_, half_errors) = search_unit(new_search(), extent(gt), 0.5, N_THRESHOLDS)
+    if reason := too_few(len(gt), 0.5, settings.alignment, len(poses)):
         warnings.warn(reason, AlignmentWarning, stacklevel=2)
         half = math.nan
-    return _Scores(of_parts, part_of, result, tas_seeds, half, half_errors, errors_at)
+    return _Scores(of_parts, part_of, result, tas_seeds, half, half_errors, new_search)
 
 
 def _registration(matches: Matches, settings: Settings) -> str | Registration:
@@ -355,8 +355,8 @@ def _levels(matches: Matches, scores: _Scores, settings: Settings) -> dict[str, 
             level = asked.arguments["score"]
             if asked.family.rotations:
                 found[name] = smallest_unit(angles, level, N_THRESHOLDS)
-            elif not too_few(len(angles), level, settings.alignment):
-                found[name], _ = search_unit(scores.errors_at, start, level, N_THRESHOLDS)
+            elif not too_few(len(angles), level, settings.alignment, len(scores.of_parts)):
+                found[name], _ = search_unit(scores.new_search(), start, level, N_THRESHOLDS)
     return found
 
 

@@ -94,7 +94,7 @@ class Search:
             starts = sample.refine(starts, threshold, n_left=N_FINALISTS, tolerance=np.inf)
             starts = np.concatenate([starts, self._found])
             best = cameras.refine(starts, threshold, n_left=1, tolerance=TOLERANCE)
-        if not 0 < best[0, 0] < np.inf:
+        if not (np.isfinite(best[0]).all() and best[0, 0] > 0):
             return None
         self._found = best
         return Similarity(float(best[0, 0]), best[0, 1:10].reshape(3, 3), best[0, 10:])
@@ -119,7 +119,8 @@ class Cameras:
         return Cameras(gt, est, self.alignment)
 
     def cheapest(self, similarities: Floats, threshold: float, n_left: int) -> Floats:
-        """Return the ``n_left`` cheapest similarities, the cheapest first."""
+        """Return the ``n_left`` cheapest finite similarities, the cheapest first."""
+        similarities = similarities[np.isfinite(similarities).all(axis=1)]
         costs = self.costs(similarities, threshold)
         return similarities[np.argsort(costs, kind="stable")[:n_left]]
 

@@ -27,8 +27,10 @@ METHOD = (
     f"better, at a level of {100 * SIGNIFICANCE:g} % for all pairs together (paired trials, Holm); "
     "= may be equal. Trials: how many at each level tell the two apart (rank-sum test at 5 %, "
     "power 80 %). Cameras: from how many on one trial each is in the right order with a "
-    f"probability of {100 * SURE:g} %; inf: more than any. HalfDistance, HalfAngle: the units at "
-    "which TAS (refined registration) and RAS are one half."
+    f"probability of {100 * SURE:g} %; inf: more than any. Where the number of outliers varies, "
+    "order and trials are means over it. HalfDistance, HalfAngle: the units at which TAS (refined "
+    "registration) and RAS are one half, or the score that they name. Where TAS and PAS name no "
+    "registration, it is the paper's."
 )
 """How the rankings are made, and read."""
 
@@ -68,6 +70,8 @@ def compare_orders(experiments: Mapping[str, Trials]) -> pd.DataFrame:
           where the order is perhaps one of chance
         - `cameras`: of a metric, the smallest number of cameras from which on one trial at each
           level is in the right order with a probability of 0.9; where their number varies
+        - `outliers`: where their number varies besides the level, each metric has a row at each,
+          and one without for all, whose `trials` are the mean of theirs
     """
     rows: list[dict[str, object]] = []
     for name, trials in experiments.items():
@@ -78,19 +82,39 @@ def compare_orders(experiments: Mapping[str, Trials]) -> pd.DataFrame:
             keys: dict[str, object] = {"experiment": name, "level": level}
             alone, pairs = compare(within(trials.table, setting), trials.sweep.metrics)
             for metric, found in alone.items():
-                is_chance = found.interval[0] <= 0.5
-                needed = inf if is_chance else trials_needed(found.probability)
+                at_outliers = _at_each_number_of_outliers(trials.table, setting, metric)
+                needed = float(np.mean([row["trials"] for row in at_outliers] or [_needed(found)]))
                 cameras = _cameras(trials.table, setting, metric)
                 row = {"metric": metric, "trials": needed, "cameras": cameras}
                 rows.append(keys | row | _numbers(found))
+                rows += [keys | {"metric": metric} | row for row in at_outliers]
             for (metric, versus), found in pairs.items():
                 row = {"metric": metric, "versus": versus, "p": found.p_value}
                 rows.append(keys | row | _numbers(found))
     columns = ["experiment", "level", "metric", "versus", "order", "low", "high", "p", "trials"]
-    table = pd.DataFrame(rows, columns=[*columns, "cameras"])
+    table = pd.DataFrame(rows, columns=[*columns, "cameras", "outliers"])
     table["p"] = holm(table["p"].to_numpy(dtype=np.float64))
-    table = table.astype({"trials": float, "cameras": float})
+    table = table.astype({"trials": float, "cameras": float, "outliers": float})
     return table.round({"order": 2, "low": 2, "high": 2, "p": 6})
+
+
+def _at_each_number_of_outliers(
+    trials: pd.DataFrame, setting: str, metric: str
+) -> list[dict[str, float]]:
+    """Return the order and the trials needed at each number of outliers, where it varies."""
+    if setting == "n_outliers" or not _varies(trials, "n_outliers"):
+        return []
+    found = []
+    for outliers, group in trials.groupby("n_outliers"):
+        order = estimate(within(group, setting).shares(metric)).rounded
+        row = {"outliers": float(str(outliers)), "trials": _needed(order)}
+        found.append(row | _numbers(order))
+    return found
+
+
+def _needed(found: Order) -> float:
+    """Return how many trials tell two levels apart; infinite where it may be chance."""
+    return inf if found.interval[0] <= 0.5 else trials_needed(found.probability)
 
 
 def _varies(trials: pd.DataFrame, setting: str) -> bool:
@@ -153,7 +177,8 @@ class Ranking:
 def rankings(table: pd.DataFrame) -> list[Ranking]:
     """Rank the metrics at each level of each experiment, from what `compare_orders` returns."""
     found = []
-    for key, rows in table.groupby(["experiment", "level"], sort=False):
+    over_all = table[table["outliers"].isna()]
+    for key, rows in over_all.groupby(["experiment", "level"], sort=False):
         experiment, level = map(str, key)
         alone = rows[rows["versus"].isna()].sort_values("order", ascending=False, kind="stable")
         pairs = rows[rows["versus"].notna()]
@@ -170,11 +195,20 @@ def rankings(table: pd.DataFrame) -> list[Ranking]:
     return found
 
 
+def at_outliers(table: pd.DataFrame) -> list[tuple[tuple[str, str], pd.DataFrame]]:
+    """Return the order of each metric (rows) at each number of outliers, where it varies."""
+    apart = table[table["outliers"].notna()].astype({"outliers": int})
+    return [
+        ((str(key[0]), str(key[1])), rows.pivot(index="metric", columns="outliers", values="order"))
+        for key, rows in apart.groupby(["experiment", "level"], sort=False)
+    ]
+
+
 def to_markdown(table: pd.DataFrame) -> str:
     """Write who orders what best, and what it takes."""
     lines = [METHOD, "", "| experiment | level | order, % | trials |", "|---|---|---|---|"]
     for ranking in rankings(table):
-        trials = ", ".join(f"{place.metric} {place.trials:g}" for place in ranking.places)
+        trials = ", ".join(f"{place.metric} {place.trials:.3g}" for place in ranking.places)
         words = ranking.in_words
         lines.append(f"| {ranking.experiment} | {ranking.level} | {words} | {trials} |")
     lines += ["", "| experiment | cameras |", "|---|---|"]
@@ -183,4 +217,10 @@ def to_markdown(table: pd.DataFrame) -> str:
         if cameras:
             words = ", ".join(f"{place.metric} {place.cameras:g}" for place in cameras)
             lines.append(f"| {ranking.experiment} | {words} |")
+    for (experiment, level), rows in at_outliers(table):
+        heads = " | ".join(map(str, rows.columns))
+        lines += ["", f"| {experiment}, {level}: order, %, at outliers | {heads} |"]
+        lines += ["|---|" + "--:|" * len(rows.columns)]
+        for metric, orders in zip(rows.index, rows.to_numpy().tolist(), strict=True):
+            lines.append(f"| {metric} | {' | '.join(f'{order:.1f}' for order in orders)} |")
     return "\n".join(lines) + "\n"

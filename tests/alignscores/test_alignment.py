@@ -6,7 +6,16 @@ from evo.core.geometry import umeyama_alignment
 from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
 
-from alignscores import AlignmentWarning, Similarity, pas, ras, ras_profile, tas, tas_profile
+from alignscores import (
+    AlignmentWarning,
+    Similarity,
+    pas,
+    ras,
+    ras_profile,
+    tas,
+    tas_distance,
+    tas_profile,
+)
 from alignscores.similarity import ALIGNMENTS, UP
 
 TURN = Rotation.from_euler("z", 50, degrees=True)
@@ -198,6 +207,50 @@ def test_any_axis_may_be_vertical(up):
     best = min(np.sum(angles(angle)) for angle in np.linspace(0.7, 0.9, 2001))
     assert np.radians(rotations.errors).sum() == pytest.approx(best, rel=1e-4)
     assert ras_profile(gt_rotations, est_rotations, **options).half < 2
+
+
+def test_the_best_turn_is_of_those_that_agree_on_one():
+    """Though more agree on a rotation that is none about the vertical axis."""
+    gt = Rotation.random(50, rng=np.random.default_rng(12))
+    est = gt.as_matrix()
+    est[:30] = (Rotation.from_euler("zx", [40, 30], degrees=True) * gt[:30]).as_matrix()
+    scores = {name: ras(gt, est, alignment=name).score for name in ALIGNMENTS}
+    assert scores == {"similarity": 0.6, "rigid": 0.6, "yaw": 0.4, "none": 0.4}
+
+
+def test_a_reference_that_stands_still_is_aligned():
+    """Its triplets have no rotation, which must not win."""
+    gt, est = np.zeros((12, 3)), np.random.default_rng(0).normal(size=(12, 3))
+    for alignment in ("rigid", "yaw"):
+        result = tas(gt, est, unit=1e-3, registration="refined", alignment=alignment)
+        assert np.isfinite(result.errors).all()
+        profile = tas_profile(gt, est, [1e-3, 1.0], alignment=alignment)
+        assert 0 < profile.scores[1] < 1
+
+
+def test_a_registration_of_ones_own_keeps_to_the_alignment():
+    gt = np.random.default_rng(13).random((30, 3))
+
+    def least_squares(gt, est, /, **_):
+        return Similarity.fit(gt, est), 1
+
+    assert tas(gt, 2 * gt, registration=least_squares).score == 1
+    for alignment in ("rigid", "yaw"):
+        with pytest.raises(TypeError, match=f"must return a {alignment} alignment"):
+            tas(gt, 2 * gt, registration=least_squares, alignment=alignment)
+    with pytest.raises(TypeError, match="must return a yaw alignment"):
+        tas(gt, TILT.apply(gt), registration=least_squares, alignment="yaw")
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e200])
+def test_no_size_is_too_large_or_small(scale):
+    rng = np.random.default_rng(14)
+    gt = rng.random((20, 3))
+    est = gt + rng.normal(scale=0.01, size=gt.shape)
+    for alignment in ALIGNMENTS:
+        one = tas_distance(gt, est, alignment=alignment)
+        other = tas_distance(scale * gt, scale * est, alignment=alignment) / scale
+        assert other == pytest.approx(one, rel=1e-3)
 
 
 def test_errors_without_an_alignment_are_plain_differences():

@@ -196,7 +196,7 @@ def write_verdicts(results):
         {"experiment": "outliers", "level": "noise", "metric": ["mAA", "TAS", "mAA"]}
         | {"versus": [None, None, "TAS"], "order": [90, 80, 10], "low": [89, 79, 9]}
         | {"high": [91, 81, 11], "p": [None, None, 0.001], "trials": [9, np.inf, None]}
-        | {"cameras": None}
+        | {"cameras": None, "outliers": None}
     )
     results.write("tables/head_to_head.csv", orders)
 

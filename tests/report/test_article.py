@@ -44,6 +44,9 @@ HARMLESS = (
 )
 
 
+REFINED, QUARTER = "TAS(registration=refined)", "HalfDistance(score=0.25)"
+
+
 def typed_numbers(template):
     """Numbers of a template that are neither of the results nor marked as settings."""
     references = template.partition("{% set references")[2].partition("%}")[0]
@@ -62,9 +65,15 @@ def made(original, tmp_path_factory):
     folder = shutil.copytree(original.folder, tmp_path_factory.mktemp("article") / "results")
     made = Results(folder)
     orders = pd.read_csv(folder / "tables/head_to_head.csv")
-    half, pair = orders.head(1).assign(metric="HalfDistance", order=85), orders.tail(1)
-    halves = pair.assign(metric="HalfDistance"), pair.assign(versus="HalfDistance")
-    orders = pd.concat([orders, half, *halves])
+    first, pair = orders.head(1), orders.tail(1)
+    refined, quarter = (
+        first.assign(metric=REFINED, order=85),
+        first.assign(metric=QUARTER, order=88),
+    )
+    pairs = pair.assign(metric=REFINED, versus="TAS"), pair.assign(metric=REFINED, versus=QUARTER)
+    others = [pair.assign(metric="mAA", versus=versus) for versus in (REFINED, QUARTER)]
+    others.append(pair.assign(metric="TAS", versus=QUARTER))
+    orders = pd.concat([orders, refined, quarter, *pairs, *others])
     ate = orders.head(1).assign(metric="ATE", order=60, low=59, high=61, trials=np.inf)
     others = [
         orders.assign(experiment=experiment, level=level)
@@ -74,7 +83,7 @@ def made(original, tmp_path_factory):
             ("collinear", "outliers"),
         )
     ]
-    pairs = pair.assign(versus="ATE"), pair.assign(metric="TAS", versus="ATE")
+    pairs = tuple(pair.assign(metric=metric, versus="ATE") for metric in ("mAA", "TAS"))
     pd.concat([orders, ate, *pairs, *others]).to_csv(
         folder / "tables/head_to_head.csv", index=False
     )
@@ -206,9 +215,9 @@ def test_other_tables_are_shown_as_they_are(article, made):
     rates = rows_of(article, "rates")
     assert rates == [["TAS", "40 to 60", "91", "57"], ["HalfDistance", "2 to 9", "95", "90"]]
     first, *others = rows_of(article, "order")
-    three = "mAA 90.0 > HalfDistance 85.0 > TAS 80.0"
-    assert first == ["outliers", "noise", f"{three} > ATE 60.0"]
-    assert [row[2] for row in others] == 3 * [three]
+    four = f"mAA 90.0 > {QUARTER} 88.0 > {REFINED} 85.0 > TAS 80.0"
+    assert first == ["outliers", "noise", f"{four} > ATE 60.0"]
+    assert [row[2] for row in others] == 3 * [four]
     table = pd.read_csv(made.folder / "tables/method_comparison.csv")
     brackets = sum(cell.count("[") for row in rows_of(article, "properties") for cell in row)
     assert brackets == (table["agrees"] == "no").sum()

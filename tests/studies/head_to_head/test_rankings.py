@@ -10,7 +10,7 @@ import pytest
 from experiments.config import load_sweep
 from experiments.grid import Cell
 from experiments.tables import TableError, Trials
-from studies.head_to_head import plan
+from studies.head_to_head import BESIDE, plan
 from studies.head_to_head.rankings import compare_orders, rankings, side_by_side, to_markdown
 
 from ..conftest import undescribed
@@ -86,14 +86,38 @@ def test_halves_are_of_the_same_trials_and_stand_beside_the_scores(make_up: Make
     joined = side_by_side([make_up(each, value=fraction) for each in (sweep, half)])
     trials = joined["combined"]
     assert list(joined) == ["combined"]
-    assert trials.sweep.metrics == [*sweep.metrics, "HalfDistance", "HalfAngle"]
+    beside = [metric for metrics in BESIDE.values() for metric in metrics]
+    assert trials.sweep.metrics == [*sweep.metrics, *beside]
     assert len(trials.table) == len(make_up(sweep, value=fraction).table)
     assert (
         trials.table["HalfAngle"].tolist()
         == make_up(half, value=fraction).table["HalfAngle"].tolist()
     )
     table = compare_orders(joined)
-    assert {"HalfDistance", "HalfAngle"} <= set(table["metric"])
+    assert set(beside) <= set(table["metric"])
+
+
+def test_the_order_at_each_number_of_outliers(make_up: MakeUp) -> None:
+    """The DTE is blind with 10 outliers; the trials that it takes are the mean of 6 and of none."""
+
+    def blinded(metric: str, cell: Cell, _: int, rng: np.random.Generator) -> float:
+        blind = metric == "DTE" and cell.n_outliers == 10
+        return float(rng.normal()) if blind else cell.sigma_t + cell.n_outliers
+
+    settings = ["experiment=outliers", "n_outliers=[0,10]", "sigma_t=[0.01,0.02]", "trials=40"]
+    table = compare_orders({"outliers": make_up(load_sweep(settings), value=blinded)})
+    apart = table[table["outliers"].notna()].set_index(["level", "metric", "outliers"])
+    assert set(apart.index.get_level_values("level")) == {"noise"}
+    assert apart.loc[("noise", "ATE", 10), ["order", "trials"]].tolist() == [100, 6]
+    assert apart.loc[("noise", "DTE", 0), "order"] == 100
+    assert apart.loc[("noise", "DTE", 10), "order"] == pytest.approx(50, abs=15)
+    (ranking,) = (found for found in rankings(table) if found.level == "noise")
+    places = {place.metric: place for place in ranking.places}
+    assert places["ATE"].trials == 6
+    assert places["DTE"].trials > 6
+    assert places["DTE"].order == pytest.approx(75, abs=8)
+    assert "| outliers, noise: order, %, at outliers | 0 | 10 |" in to_markdown(table)
+    assert "| ATE | 100.0 | 100.0 |" in to_markdown(table)
 
 
 def fraction(metric: str, cell: Cell, trial: int, _: np.random.Generator) -> float:
