@@ -69,7 +69,8 @@ def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str
     drawn = not chosen or bool(chosen & {"TAS", "PAS"})
     first, *others = settings.seeds
     over = f"means and sd over the seeds {first} to {others[-1]}" if others else f"seed {first}"
-    lines = [f"{settings.how_aligned}, {over}" if drawn else f"seed {first}"]
+    aligned = drawn or settings.alignment != "similarity"
+    lines = [f"{settings.how_aligned}, {over}" if aligned else f"seed {first}"]
     if settings.missing_cameras:
         lines[0] += f"; missing cameras: {settings.missing_cameras}"
     tied = any(row["rank"] and row["rank"][0] < row["rank"][1] for row in rows)

@@ -3,7 +3,6 @@
 import csv
 import math
 import re
-import statistics
 from collections.abc import Callable, Mapping, Sequence
 from io import StringIO
 from typing import Any
@@ -242,12 +241,13 @@ def footnotes(summary: Summary, settings: Settings) -> list[str]:
 
 
 def _scales(summary: Summary) -> dict[str, float | None]:
-    """Return the median of the scales that were taken out of each system's runs."""
-    scales: dict[str, list[float]] = {system: [] for system in summary.systems}
+    """Return the scale of each system's runs that is farthest from 1, the one to be explained."""
+    scales: dict[str, float | None] = dict.fromkeys(summary.systems)
     for result in summary.results:
-        if result["scale"] is not None:
-            scales[result["system"]].append(result["scale"])
-    return {system: statistics.median(found) for system, found in scales.items() if found}
+        known, scale = scales[result["system"]], result["scale"]
+        if scale and (known is None or abs(math.log(scale)) > abs(math.log(known))):
+            scales[result["system"]] = scale
+    return scales
 
 
 def _partly_tried(summary: Summary) -> bool:

@@ -118,8 +118,8 @@ class Evaluation:
     result: PASResult
     tas_seeds: list[float]
     half_distance: float
-    half_errors: Floats = field(repr=False)
     half_angle: float
+    half_errors: Floats = field(repr=False)
     ate: float | None
     metrics: Mapping[str, float]
     lost: float
