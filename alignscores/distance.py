@@ -1,4 +1,4 @@
-"""Distances and angles: the largest threshold at which the TAS, or the RAS, reaches a score."""
+"""Distances and angles: the smallest range of thresholds at which TAS or RAS reaches a score."""
 
 import warnings
 from collections.abc import Callable

@@ -40,10 +40,10 @@ def pcr99(
     """Register estimated positions (n, 3) to the ground truth, robustly.
 
     ``rank`` is m of the paper, the threshold is not used. The vertical axis of the alignment "yaw"
-    is the third one. Where no more than ``n_hypotheses``
-    triplets exist, all of them are used, each with its three possible first edges, and nothing is
-    random. Where they hardly ever pass the prescreening, the search ends after 1000 draws for each
-    hypothesis that was asked for. O(n_hypotheses * n) time, O(n) memory.
+    is the third one. Where no more than ``n_hypotheses`` triplets exist, all of them are used, each
+    with its three possible first edges, and nothing is random. Where they hardly ever pass the
+    prescreening, the search ends after 1000 draws for each hypothesis that was asked for.
+    O(n_hypotheses * n) time, O(n) memory.
     """
     gt, est = component_first(gt_positions, est_positions)
     n = gt.shape[1]
