@@ -201,9 +201,8 @@ def search_unit(
 
     Where any alignment reaches the score below a unit u, the best one at u does, too: at a unit u',
     which is the next. Where the unit stays, no alignment scores more than asked for, so that no
-    smaller unit reaches it. This is the
-    method of Dinkelbach ("On nonlinear fractional programming", Management Science 1967), which
-    converges faster than linearly.
+    smaller unit reaches it. This is the method of Dinkelbach ("On nonlinear fractional
+    programming", Management Science 1967), which converges faster than linearly.
     """
     _check_score(score)
     found: list[Floats] = []
@@ -241,9 +240,8 @@ def smallest_unit(sorted_errors: Floats, score: float, n_thresholds: int) -> flo
         frequency = int(np.searchsorted(sorted_errors, unit * steps).sum())
         return frequency / (n_thresholds * n) >= score
 
-    bits = int(
-        np.float64(_step(sorted_errors, score, n_thresholds, lowest, highest)).view(np.int64)
-    )
+    step = np.float64(_step(sorted_errors, score, n_thresholds, lowest, highest))
+    bits = int(step.view(np.int64))
     while reached(bits):  # the rounding of units and thresholds moves it by a bit or two
         bits -= 1
     while not reached(bits):
