@@ -33,7 +33,7 @@ __all__ = [
     "estimate",
     "groups",
 ]
-__all__ += ["holm", "order", "orders", "shares", "sign", "trials_needed", "within"]
+__all__ += ["holm", "needed", "order", "orders", "shares", "sign", "trials_needed", "within"]
 
 SIGNIFICANCE = 0.05  # level of p-values, which are adjusted where several are asked at once
 REACH = float(scipy.special.ndtri(1 - SIGNIFICANCE / 2))  # of a 95 % interval, in standard errors
@@ -192,6 +192,11 @@ def trials_needed(probability: float) -> float:
         return inf
     reach = REACH + scipy.special.ndtri(0.8)
     return float(ceil(reach**2 / (6 * (probability - 0.5) ** 2)))
+
+
+def needed(found: Order) -> float:
+    """Return `trials_needed` of an estimate; infinite where it may be chance."""
+    return inf if found.interval[0] <= 0.5 else trials_needed(found.probability)
 
 
 def holm(p_values: ArrayLike) -> Floats:

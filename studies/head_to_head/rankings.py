@@ -10,7 +10,7 @@ import pandas as pd
 
 from experiments.tables import Record, TableError, Trials
 
-from ..order import SIGNIFICANCE, Order, compare, estimate, holm, trials_needed, within
+from ..order import SIGNIFICANCE, Order, compare, estimate, holm, needed, within
 
 __all__ = ["LEVELS", "METHOD", "SURE", "Place", "Ranking", "compare_orders", "rankings"]
 __all__ += ["side_by_side", "to_markdown"]
@@ -83,9 +83,9 @@ def compare_orders(experiments: Mapping[str, Trials]) -> pd.DataFrame:
             alone, pairs = compare(within(trials.table, setting), trials.sweep.metrics)
             for metric, found in alone.items():
                 at_outliers = _at_each_number_of_outliers(trials.table, setting, metric)
-                needed = float(np.mean([row["trials"] for row in at_outliers] or [_needed(found)]))
-                cameras = _cameras(trials.table, setting, metric)
-                row = {"metric": metric, "trials": needed, "cameras": cameras}
+                apart = [row["trials"] for row in at_outliers]
+                row = {"metric": metric, "trials": float(np.mean(apart or [needed(found)]))}
+                row["cameras"] = _cameras(trials.table, setting, metric)
                 rows.append(keys | row | _numbers(found))
                 rows += [keys | {"metric": metric} | row for row in at_outliers]
             for (metric, versus), found in pairs.items():
@@ -107,14 +107,9 @@ def _at_each_number_of_outliers(
     found = []
     for outliers, group in trials.groupby("n_outliers"):
         order = estimate(within(group, setting).shares(metric)).rounded
-        row = {"outliers": float(str(outliers)), "trials": _needed(order)}
+        row = {"outliers": float(str(outliers)), "trials": needed(order)}
         found.append(row | _numbers(order))
     return found
-
-
-def _needed(found: Order) -> float:
-    """Return how many trials tell two levels apart; infinite where it may be chance."""
-    return inf if found.interval[0] <= 0.5 else trials_needed(found.probability)
 
 
 def _varies(trials: pd.DataFrame, setting: str) -> bool:
