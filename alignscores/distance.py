@@ -18,7 +18,8 @@ from .validation import AlignmentWarning, check_positive
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["extent", "ras_angle", "search_unit", "smallest_unit", "tas_distance", "too_few"]
+__all__ = ["FITTED", "extent", "ras_angle", "search_unit", "smallest_unit", "tas_distance"]
+__all__ += ["too_few"]
 
 ErrorsAt = Callable[[float], Floats]  # of the best alignment at a largest threshold
 
@@ -135,7 +136,9 @@ def ras_angle(
     alignment: str = "similarity",
     up: str = "z",
 ) -> float:
-    """Return the smallest range of thresholds at which the RAS is a score: the half-score angle.
+    """Return the smallest range of thresholds at which the RAS is at least a score.
+
+    At one half it is the half-score angle.
 
     Parameters
     ----------
@@ -162,6 +165,11 @@ def ras_angle(
     -----
     AlignmentWarning
         Where no camera was estimated; the angle is infinite.
+
+    Notes
+    -----
+    Other than the distance, it is given for any number of cameras: the rotations are averaged, not
+    aligned for the score, so that no camera need be fitted exactly. Of one camera alone it is 0.
 
     References
     ----------
