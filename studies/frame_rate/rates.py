@@ -91,14 +91,18 @@ def compare(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
     """
     rows: list[dict[str, object]] = []
     for name, trials in scenarios.items():
-        keys = {"scenario": name, "geometry": trials.sweep.geometry, "error": trials.sweep.error}
+        keys: dict[str, object] = {
+            "scenario": name,
+            "geometry": trials.sweep.geometry,
+            "error": trials.sweep.error,
+        }
         for lost, table in _with_rates(trials).groupby("lost"):
             steps = _steps(table)
             for metric in trials.record.metrics:
-                row = {"lost": lost, "metric": metric, "dependence": _dependence(table, metric)}
+                row = keys | {"lost": lost, "metric": metric}
+                row["dependence"] = _dependence(table, metric)
                 rows += [
-                    keys | row | {"step": step} | _orders(pairs, metric)
-                    for step, pairs in steps.items()
+                    row | {"step": step} | _orders(pairs, metric) for step, pairs in steps.items()
                 ]
     return pd.DataFrame(rows).round(6)
 
