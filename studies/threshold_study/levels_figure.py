@@ -20,16 +20,15 @@ DASHES = {"HalfDistance": "-", "HalfAngle": "--"}
 def draw(table: pd.DataFrame) -> Figure:
     """Figure: at which score to read the distance."""
     figure = Figure(figsize=(style.PAGE, 2.3), layout="constrained")
-    *orders, spread = figure.subplots(1, 3)
+    spread, *orders = figure.subplots(1, 3)
     found = summaries(table)
     of = {kind: [one for one in found if one.metric.startswith(kind)] for kind in KINDS}
     for axes, (kind, title) in zip(orders, KINDS.items(), strict=True):
         _orders(axes, of[kind])
         axes.set_title(title)
     handles, labels = orders[0].get_legend_handles_labels()
-    orders[1].legend(
-        handles[::-1], labels[::-1], title="of 100 lost", fontsize=style.SMALL, loc="lower right"
-    )
+    title = {"title": "lost", "title_fontsize": style.SMALL, "fontsize": style.SMALL}
+    figure.legend(handles, labels, loc="outside right center", **title)
     orders[0].set_ylabel("right order of noise, %")
     for kind, levels in of.items():
         spread.plot(*_points(levels, "scatter"), color="#1f4e79", ls=DASHES[kind], marker="o", ms=3)
@@ -56,7 +55,15 @@ def _orders(axes: Axes, levels: list[Level]) -> None:
     for n, colour, marker in zip(counts, colours, MARKERS, strict=False):
         orders = [level.noise[n].order for level in levels]
         scores = [level.score for level in levels]
-        axes.plot(scores, orders, color=colour, marker=marker, ms=3, lw=1, label=f"{n}")
+        axes.plot(
+            scores,
+            orders,
+            color=colour,
+            marker=marker,
+            ms=3,
+            lw=1,
+            label=f"{n} %" if n else "0, any noise",
+        )
     axes.axhline(CHANCE, color=style.FAINT, lw=0.6, ls=":", marker="")
     axes.set_ylim(35, 102)
 

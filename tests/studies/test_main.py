@@ -136,7 +136,7 @@ AXES = [
 @pytest.mark.parametrize(
     ("name", "axes", "rows", "text"),
     [
-        ("threshold_study", AXES, [6, 4, 2, 6, 540], "*Gains:*"),
+        ("threshold_study", AXES, [6, 4, 2, 6, 540, 1458], "*Gains:*"),
         ("registration_study", [], [300], "times as long"),
     ],
 )
@@ -155,7 +155,7 @@ def test_a_parameter_study_is_written_the_same_again(
     tables = plans(axes)[name].tables.items()
     sweeps = {
         part: replace(table.sweeps[0], trials=2)
-        if part.startswith(("tas_", "ras_", "registration_"))
+        if part.startswith(("tas_", "ras_", "registration_", "levels_"))
         else replace(table.sweeps[0], **grid)
         for part, table in tables
     }
