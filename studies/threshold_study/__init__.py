@@ -38,7 +38,8 @@ def ask(question: Question) -> list[pd.DataFrame | str]:
     table = effects(found, {name: part.table for name, part in parts.items()})
     kind_of = table["axis"].str.partition("_")[0]
     map_, read = maps.compare(parts), levels.compare(parts)
-    text = to_markdown(found, table, times, parts["outliers"].sweep.trials, map_, read)
+    text = to_markdown(found, table, times, parts["outliers"].sweep.trials, map_)
+    text = f"{text}\n{levels.to_markdown(read)}"
     return [*(table[kind_of == kind] for kind in KINDS), map_, read, text]
 
 

@@ -247,9 +247,10 @@ def heads(found: Sequence[Level]) -> list[str]:
     return [*lost, "outliers", "scatter", "few cameras"]
 
 
-def to_markdown(table: pd.DataFrame) -> list[str]:
-    """Return the lines of a table: a row for each metric."""
+def to_markdown(table: pd.DataFrame) -> str:
+    """Write a table with a row for each metric."""
     found = summaries(table)
     titles = heads(found)
     lines = [METHOD, "", f"| | {' | '.join(titles)} |", "|---|" + "--:|" * len(titles)]
-    return [*lines, *(f"| {level.metric} | {' | '.join(level.cells)} |" for level in found)]
+    lines += [f"| {level.metric} | {' | '.join(level.cells)} |" for level in found]
+    return "\n".join(lines) + "\n"

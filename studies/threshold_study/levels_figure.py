@@ -27,8 +27,14 @@ def draw(table: pd.DataFrame) -> Figure:
         _orders(axes, of[kind])
         axes.set_title(title)
     handles, labels = orders[0].get_legend_handles_labels()
-    title = {"title": "lost", "title_fontsize": style.SMALL, "fontsize": style.SMALL}
-    figure.legend(handles, labels, loc="outside right center", **title)
+    small = style.SMALL
+    figure.legend(
+        *(handles, labels),
+        loc="outside right center",
+        title="lost",
+        title_fontsize=small,
+        fontsize=small,
+    )
     orders[0].set_ylabel("right order of noise, %")
     for kind, levels in of.items():
         spread.plot(*_points(levels, "scatter"), color="#1f4e79", ls=DASHES[kind], marker="o", ms=3)

@@ -7,7 +7,7 @@ import pandas as pd
 
 from ..axes import Axis, option_title, value_title
 from ..order import SIGNIFICANCE
-from . import levels, maps
+from . import maps
 from .effects import COMPARED, EFFECTS
 
 __all__ = ["NOTHING", "TERMS", "Choice", "choices", "lead", "matters", "method", "to_markdown"]
@@ -116,14 +116,9 @@ def method(trials: int) -> str:
 
 
 def to_markdown(
-    axes: Sequence[Axis],
-    table: pd.DataFrame,
-    times: pd.DataFrame,
-    trials: int,
-    map_: pd.DataFrame,
-    read: pd.DataFrame,
+    axes: Sequence[Axis], table: pd.DataFrame, times: pd.DataFrame, trials: int, map_: pd.DataFrame
 ) -> str:
-    """Write what the paper's values cost and gain, and what maps and levels say."""
+    """Write what the paper's values cost and gain, and what the maps say."""
     found = choices(axes, table)
     lines = [lead(found), "", method(trials), ""]
     for choice in found:
@@ -135,7 +130,6 @@ def to_markdown(
     lines += ["", *(f"- *{term}*: {text}" for term, text in TERMS.items()), ""]
     lines += [f"At every size of the noise. {maps.METHOD}", ""]
     lines += [*(f"- {sentence}" for sentence in maps.sentences(map_)), ""]
-    lines += [*levels.to_markdown(read), ""]
     lines += ["Processor time of one evaluation, where the values differ in it. It is another in"]
     lines += ["every run and on every machine.", "", *_times(axes, times)]
     return "\n".join(lines) + "\n"
