@@ -40,7 +40,7 @@ def draw(table: pd.DataFrame, means: pd.DataFrame) -> Figure:
         axes.set_title(f"{lost:g} % lost")
     panels[0].set_xlim(min(40, table[ORDERS].to_numpy().min() - 2), 101)
     handles, labels = panels[0].get_legend_handles_labels()
-    lower.legend(handles, labels, loc="outside lower right", ncols=2, fontsize=style.SMALL)
+    lower.legend(handles, labels, loc="outside upper right", ncols=2, fontsize=style.SMALL)
     lower.supxlabel(
         f"better of two estimates, whose noise differs by {step} %, comes out better, %",
         fontsize=style.TEXT,

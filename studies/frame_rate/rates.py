@@ -222,6 +222,6 @@ def to_markdown(table: pd.DataFrame) -> str:
         lines.append(f"| {one.metric} | {moves} | {' | '.join(orders)} |")
     lines += ["", f"| trials needed | {' | '.join(heads)} |", "|---|" + "--:|" * len(heads)]
     for one in found:
-        trials = [f"{cell.trials:.3g} / {cell.trials_across:.3g}" for cell in one.cells]
+        trials = [f"{cell.trials:.4g} / {cell.trials_across:.4g}" for cell in one.cells]
         lines.append(f"| {one.metric} | {' | '.join(trials)} |")
     return "\n".join(lines) + "\n"
