@@ -193,7 +193,7 @@ def summaries(table: pd.DataFrame) -> list[Summary]:
         moves = group[group["lost"] == group["lost"].min()]["dependence"]
         by_cell = group.groupby(["step", "lost"])
         numbers = by_cell[["order", "order_across"]].mean()
-        numbers = numbers.join(by_cell[["trials", "trials_across"]].median())
+        numbers = numbers.join(by_cell[["trials", "trials_across"]].median().apply(np.ceil))
         cells = [
             Cell(*key, *row)
             for key, row in zip(numbers.index, numbers.to_numpy().tolist(), strict=True)
@@ -222,6 +222,6 @@ def to_markdown(table: pd.DataFrame) -> str:
         lines.append(f"| {one.metric} | {moves} | {' | '.join(orders)} |")
     lines += ["", f"| trials needed | {' | '.join(heads)} |", "|---|" + "--:|" * len(heads)]
     for one in found:
-        trials = [f"{cell.trials:.4g} / {cell.trials_across:.4g}" for cell in one.cells]
+        trials = [f"{cell.trials:.0f} / {cell.trials_across:.0f}" for cell in one.cells]
         lines.append(f"| {one.metric} | {' | '.join(trials)} |")
     return "\n".join(lines) + "\n"
