@@ -53,7 +53,8 @@ def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
     """Return a table for each part, in which distance and angle are read at all scores."""
     file, others = read_yaml(THRESHOLDS, _File), without_axes(overrides)
     own = file.levels
-    metrics = [*own.beside, *(_at(metric, score) for metric in READ for score in own.scores)]
+    scores = sorted({*own.scores, HALF})
+    metrics = [*own.beside, *(_at(metric, score) for metric in READ for score in scores)]
     tables = {}
     for part, settings in own.parts.items():
         key = f"levels.parts.{part}"
@@ -110,23 +111,19 @@ def _rows(trials: Trials) -> list[dict[str, Any]]:
     rows = []
     for outliers, group in table.groupby("n_outliers"):
         key = keys | {"level": "noise", "n_outliers": outliers}
-        found = _orders(_pairs(group, "sigma_t"), sweep.metrics)
+        found = _orders(_pairs(group, ["sigma_t"]), sweep.metrics)
         rows += [key | row | _spread(group, str(row["metric"])) for row in found]
     for low, high in pairs:
         both = table[table["n_outliers"].isin([low, high])]
         key = keys | {"level": "outliers", "n_outliers": low}
-        tasks = [_pairs(group, "n_outliers") for _, group in both.groupby("sigma_t")]
-        samples = [sample for task in tasks for sample in task.samples]
-        rows += [key | row for row in _orders(_in_pairs(samples), sweep.metrics)]
+        task = _pairs(both, ["sigma_t", "n_outliers"])
+        rows += [key | row for row in _orders(task, sweep.metrics)]
     return rows
 
 
-def _pairs(table: pd.DataFrame, level: str) -> Task:
-    """Compare the first level with the second, the third with the fourth, and so on."""
-    return _in_pairs([sample for _, sample in table.groupby(level)])
-
-
-def _in_pairs(samples: Sequence[pd.DataFrame]) -> Task:
+def _pairs(table: pd.DataFrame, levels: list[str]) -> Task:
+    """Compare the first sample of trials with the second, the third with the fourth, and so on."""
+    samples = [sample for _, sample in table.groupby(levels)]
     pairs = [(k, k + 1) for k in range(0, len(samples) - 1, 2)]
     return Task(samples, pairs, range(len(samples)))
 
