@@ -256,7 +256,7 @@ STATISTICS: Mapping[str, Statistic] = {
     "relative dependence change": Statistic(
         relative_dependence_change,
         ("versus", "level", "take", "at"),
-        "movement of the mean of {metric} over {level}, relative to {versus}, here minus anywhere, %",
+        "movement of the mean of {metric} over {level}, relative to {versus}, here minus all, %",
         is_local=True,
     ),
     "initial response": Statistic(

@@ -158,7 +158,9 @@ def decide(
         | {"statistic": claim.describe(), "implied_by": " ".join(claim.implied_by) or None}
         for claim in taken
     ]
-    pooled = _evaluate(taken, {key: pd.concat(r[key] for r in replicates) for key in replicates[-1]})
+    pooled = _evaluate(
+        taken, {key: pd.concat(r[key] for r in replicates) for key in replicates[-1]}
+    )
     table["pooled"] = list(map(_rounded, taken, pooled))
     table = pd.concat([pd.DataFrame(texts, index=table.index), table], axis=1)
     found = _decided(claims.claims, list(values[:, :n_read]))
@@ -205,10 +207,11 @@ def _by_other_criteria(claims: Claims, values: Sequence[Floats]) -> pd.DataFrame
     return pd.DataFrame(rows)
 
 
-def _words(claims: Mapping[str, Claim], values: Sequence[Floats]) -> dict[str, tuple[str, str]]:
+def _words(claims: Mapping[str, Claim], values: Sequence[Floats]) -> dict[str, list[str]]:
     """Return both verdicts on each claim."""
-    own = [verdict(claim, found) for claim, found in zip(claims.values(), values, strict=True)]
-    return dict(zip(claims, zip(own, populations(list(claims.values()), values), strict=True)))
+    own = list(map(verdict, claims.values(), values))
+    truths = populations(list(claims.values()), values)
+    return {name: pair for name, *pair in zip(claims, own, truths, strict=True)}
 
 
 def reading_title(decision: Decision, reading: Reading) -> str:
