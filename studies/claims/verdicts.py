@@ -139,7 +139,9 @@ def decide(
         question, paper_says, choice, reading, claim`, and from `criterion` on as above, all from
         the replicates that have the readings.
     criteria : DataFrame
-        One row for each other bound of a criterion: see `_by_other_criteria`.
+        One row for each other bound of a criterion, from all replicates: `word, bound, other`, how
+        many `claims` have the bound, how many of their verdicts are others then, `changed` and
+        `population_changed`, and `changes`: the former, with what they are.
     """
     taken, readings = list(claims.claims.values()), list(claims.read())
     read = [claim for _, _, changed in readings for claim in changed.values()]
@@ -182,11 +184,7 @@ def decide(
 
 
 def _by_other_criteria(claims: Claims, values: Sequence[Floats]) -> pd.DataFrame:
-    """Tell which verdicts are others by other bounds, from all replicates.
-
-    The columns: `word, bound, other`, how many `claims` have the bound, how many verdicts `changed`
-    and `population_changed`, and what they are then, `changes`.
-    """
+    """Tell which verdicts are others by other bounds."""
     taken = dict(claims.claims)
     before = _words(taken, values)
     rows = []
