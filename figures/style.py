@@ -177,7 +177,10 @@ def metric_name(metric: str) -> str:
     if metric in NAMES:
         return NAMES[metric]
     column = Column.parse(metric)
-    return ", ".join([NAMES.get(column.name, column.name), *column.options.values()])
+    name, options = NAMES.get(column.name, column.name), dict(column.options)
+    if "score" in options:
+        name = f"{name.removeprefix('half-score ')} at {options.pop('score')}"
+    return ", ".join([name, *options.values()])
 
 
 def remark(axes: Axes, title: Text, text: str) -> Annotation:

@@ -179,13 +179,14 @@ def test_the_numbers_are_those_of_the_results(article, made):
     numeric = [name for name, claim in claims.items() if claim.paper is not None]
     shown = rows_of(article, "numbers")
     assert len(shown) == len(numeric) == 14
-    for name, (source, _, paper, ours, interval, mean, verdict, truth) in zip(
+    for name, (source, _, paper, ours, interval, mean, pooled, verdict, truth) in zip(
         numeric, shown, strict=True
     ):
         row = table.loc[name]
         assert source == claims[name].source
         assert number(paper) == claims[name].paper
         assert number(ours) == pytest.approx(row["ours"], abs=0.051)
+        assert number(pooled) == pytest.approx(row["pooled"], abs=0.051)
         for text, bounds in ((interval, ("low", "high")), (mean, ("mean_low", "mean_high"))):
             found = [number(part) for part in text.strip("[]").split(", ")]
             assert found == pytest.approx(list(row[[*bounds]]), abs=0.051)
