@@ -76,7 +76,7 @@ def as_latex(summary: Summary, by: str, names: Names) -> str:
         *ranks_explained(summary, by, names, "bold: ahead of all others"),
     ]
     lines = [
-        *(f"% {_tex(line)}" for line in said),
+        *(f"% {line}" for line in said),
         f"\\begin{{tabular}}{{l{'r' * len(columns)}}}",
         "\\toprule",
         " & ".join([_tex(summary.headers[by]), *columns]) + r" \\",
