@@ -22,18 +22,20 @@ MEDIAN, PAIR = "#173f67", "#d9822b"
 def draw(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFrame) -> Figure:
     """Figure: which metric tells real systems apart, who agrees, and what moves each."""
     metrics, changes = list(table["metric"]), changes_of(table)
-    widths = [1.2, 1.35, *([0.85] if changes else [])]
+    widths = [1.2, 1.35, *([0.9] if changes else [])]
     size = (style.PAGE, 1.25 + ROW * len(metrics))
     figure = Figure(figsize=size, layout="constrained")
     needs, agrees, *moves = figure.subplots(1, len(widths), width_ratios=widths)
     _needs(needs, table, pairs)
     orders = agreement.pivot(index="metric", columns="other", values="order")
-    _cells(agrees, orders.loc[metrics, metrics].to_numpy(), metrics, (50, 100), "{:.0f}")
-    agrees.set_title("Runs in the order by another metric, %")
+    _cells(agrees, orders.loc[metrics, metrics].to_numpy(), metrics, (50, 100))
+    title = agrees.set_title("Order by another metric")
+    style.remark(agrees, title, "(dark: always)")
     if changes:
         names = [name.removeprefix("moves_").replace("_", " ") for name in changes]
         _cells(moves[0], table[changes].to_numpy(), names, (0, 2), "{:.1f}")
-        moves[0].set_title("Moved by, sd of runs")
+        title = moves[0].set_title("Moved by")
+        style.remark(moves[0], title, "(sd of runs)")
     return figure
 
 
@@ -55,16 +57,16 @@ def _needs(axes: Axes, table: pd.DataFrame, pairs: pd.DataFrame) -> None:
 
 
 def _cells(
-    axes: Axes, values: Floats, names: list[str], ends: tuple[float, float], form: str
+    axes: Axes, values: Floats, names: list[str], ends: tuple[float, float], form: str = ""
 ) -> None:
     """Draw a table of numbers, the darker the larger."""
     low, high = ends
     shade = matplotlib.colormaps[style.CELLS]
     share = np.clip((np.nan_to_num(values, nan=low, posinf=high) - low) / (high - low), 0, 1)
     axes.imshow(shade(0.05 + 0.85 * share), aspect="auto")
-    for (y, x), value in np.ndenumerate(values):
+    for (y, x), value in np.ndenumerate(values if form else np.empty((0, 0))):
         text = form.format(value) if np.isfinite(value) else "–"
-        style.write(axes, x, y, text, "white" if share[y, x] > 0.6 else style.INK, 4.6)
+        style.write(axes, x, y, text, "white" if share[y, x] > 0.6 else style.INK, style.SMALL - 1)
     axes.set_xticks(range(len(names)), names, rotation=90)
     axes.set_yticks([])
     axes.grid(visible=False)
