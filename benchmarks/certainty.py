@@ -12,20 +12,22 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from scipy.signal import lfilter
 from tqdm import tqdm
 
 from alignscores.arrays import Floats
 from alignscores.comparison.answers import QUESTIONS, Cell, answers
-from alignscores.comparison.intervals import Failures, error_of_pair
+from alignscores.comparison.intervals import Failures, error_of_pair, margin, over_runs
 
-__all__ = ["CASES", "Case", "Counts", "simulate"]
+__all__ = ["CASES", "Case", "Counts", "leave_out", "simulate"]
 
 CAMERAS = 200
-POOL = 1000  # runs of a system on a sequence that are drawn from
+POOL = 300  # runs of a system on a sequence that are drawn from
 SEQUENCES = 40  # that are drawn from
 LARGEST = 2.0  # error that scores, of a camera whose error is 1 in the root mean square
 SCATTER = 0.3  # of how hard sequences are
+KEPT = 3  # of the real runs, whose interval is to hold the others
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,7 @@ FAILS = "better by a tenth, fails in 10 %"
 CASES = (
     *(Case(EQUAL, runs=n) for n in (2, 3, 5, 10)),
     *(Case(EQUAL, systems=n) for n in (4, 10, 20)),
-    *(Case(f"errors last {tau:.0%}", correlation=tau) for tau in (0.02, 0.05, 0.1, 0.2)),
+    *(Case(f"errors last {100 * tau:.0f} %", correlation=tau) for tau in (0.02, 0.05, 0.1, 0.2)),
     *(Case("drift", runs=n, correlation=None) for n in (2, 3, 5, 10)),
     *(Case("one is worse by half", scales=(1, 1.5), correlation=0.1, runs=n) for n in (3, 10)),
     *(Case(EQUAL, sequences=q, runs=n) for q in (2, 5, 10) for n in (1, 3)),
@@ -57,8 +59,12 @@ CASES = (
         for q in (2, 5, 10)
         for n in (1, 5)
     ),
-    *(Case(f"both fail in {p:.0%}", runs=n, failing=(p,)) for p in (0.1, 0.3) for n in (3, 5, 10)),
-    *(Case("both fail in 10%", sequences=5, runs=n, failing=(0.1,)) for n in (1, 3)),
+    *(
+        Case(f"both fail in {100 * p:.0f} %", runs=n, failing=(p,))
+        for p in (0.1, 0.3)
+        for n in (3, 5, 10)
+    ),
+    *(Case("both fail in 10 %", sequences=5, runs=n, failing=(0.1,)) for n in (1, 3)),
     *(Case(FAILS, scales=(0.9, 1), failing=(0.1, 0), runs=n) for n in (3, 5, 10)),
     *(
         Case("drift; " + FAILS, scales=(0.9, 1), failing=(0.1, 0), correlation=None, runs=n)
@@ -75,6 +81,7 @@ class Counts:
     held: int = 0  # the intervals of scores
     held_with_failures: int = 0  # those of means in which failures count
     ahead: int = 0  # a system was, that has neither the better scores nor the better means
+    worse_by_mean: int = 0  # a system was ahead whose mean, failures counted, is worse
     ahead_with_failures: int = 0  # by means in which failures count, against the truth
 
 
@@ -156,6 +163,9 @@ def _count(counts: Counts, found: Found, means: Floats, failing: Floats) -> None
         answer["better"] and max(sign[answer["better"]] * np.array(gaps[pair])) <= 0
         for pair, answer in found.items()
     )
+    counts.worse_by_mean += any(
+        sign[answer["better"]] * gaps[pair][1] < 0 for pair, answer in found.items()
+    )
     counts.ahead_with_failures += any(
         (answer["with_failures"]["low"] > 0 and gaps[pair][1] <= 0)
         or (answer["with_failures"]["high"] < 0 and gaps[pair][1] >= 0)
@@ -164,25 +174,55 @@ def _count(counts: Counts, found: Found, means: Floats, failing: Floats) -> None
 
 
 HEADER = """\
-| case | systems | sequences | runs | for | scores hold | means hold | ahead, wrongly | by means |
-|---|--:|--:|--:|---|--:|--:|--:|--:|"""
+| case | systems | seq. | runs | new | scores | means | wrong | worse mean | by mean |
+|---|--:|--:|--:|---|--:|--:|--:|--:|--:|"""
 
 
 def lines(case: Case, counts: Mapping[str, Counts]) -> Iterator[str]:
     """Yield a row of the table for each question that was answered."""
     for question, found in counts.items():
         if n := found.answered:
-            shares = (found.held, found.held_with_failures, found.ahead, found.ahead_with_failures)
+            shares = list(vars(found).values())[1:]
             values = " | ".join(f"{share / n:.3f}" for share in shares)
             sizes = f"{case.systems} | {case.sequences} | {case.runs}"
-            yield f"| {case.name} | {sizes} | {question.replace('_', ' ')} | {values} |"
+            yield f"| {case.name} | {sizes} | {question.removeprefix('new_')} | {values} |"
+
+
+def leave_out(runs: pd.DataFrame, metric: str, draws: int, seed: int = 0) -> float:
+    """Return how often the interval of 3 of the runs holds the difference of the others.
+
+    The others are several runs, too: the interval is as much longer as that makes it. `runs` are
+    those of `snakemake real`; drawn are sequences and, of each two systems there, runs.
+    """
+    rng = np.random.default_rng(seed)
+    pairs = [
+        [own[metric].dropna().to_numpy() for own in both]
+        for _, on_sequence in runs[runs["change"] == "as it is"].groupby("sequence")
+        for both in combinations([own for _, own in on_sequence.groupby("system")], 2)
+    ]
+    pairs = [both for both in pairs if min(map(len, both)) > 2 * KEPT]
+    held = []
+    for _ in range(draws):
+        a, b = (rng.permutation(values) for values in pairs[rng.integers(len(pairs))])
+        found = over_runs([(a[:KEPT].tolist(), b[:KEPT].tolist())])
+        others = float(a[KEPT:].mean() - b[KEPT:].mean())
+        longer = np.sqrt(1 + KEPT / (min(len(a), len(b)) - KEPT))
+        held.append(abs(found.value - others) <= longer * margin(found, error_of_pair(2)))
+    return float(np.mean(held))
 
 
 def main() -> None:
-    """Print the table of all cases."""
+    """Print the table of all cases, or of real runs."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.certainty", description=__doc__)
     parser.add_argument("--draws", type=int, default=2000, help="of each case; of 20 systems less")
-    draws = parser.parse_args().draws
+    parser.add_argument("--runs", nargs="+", metavar="FILE.csv", help="runs that are left out")
+    options = parser.parse_args()
+    draws = options.draws
+    if options.runs:
+        runs = pd.concat(map(pd.read_csv, options.runs), ignore_index=True)
+        for metric in ("TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"):
+            print(f"| {metric} | {leave_out(runs, metric, draws):.3f} |")
+        return
     print(HEADER)
     for case in tqdm(CASES, disable=None):
         n = max(draws * 4 // case.systems**2, 50) if case.systems > 2 else draws

@@ -18,10 +18,6 @@ __all__ = ["agreement", "pairs", "summarise"]
 FEWEST = 3  # runs of a system on a sequence, to tell how they scatter
 
 
-def _metrics(table: pd.DataFrame) -> list[str]:
-    return [str(name) for name in table if name not in KEYS]
-
-
 def _sign(metric: str) -> int:
     """Return what a metric is multiplied by so that larger is worse."""
     family = METRICS[metric].family if metric in METRICS else find(metric).family
@@ -62,9 +58,11 @@ def pairs(table: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for sequence, a, b, of_a, of_b in _duels(table):
-        for metric in _metrics(table):
+        for metric in table.columns.drop(KEYS):
             share = float(_first_is_better(of_a, of_b, metric).mean())
             values = [runs[metric].dropna().to_numpy() for runs in (of_a, of_b)]
+            if min(map(len, values)) < FEWEST:
+                continue
             told, runs = _told(values)
             rows.append(
                 {"metric": metric, "sequence": sequence, "a": a, "b": b}
@@ -75,7 +73,7 @@ def pairs(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _told(values: Sequence[Floats]) -> tuple[bool, float]:
-    if min(map(len, values)) < FEWEST or not np.isfinite(np.concatenate(values)).all():
+    if not np.isfinite(np.concatenate(values)).all():
         return False, np.inf
     a, b = (list(map(float, of_one)) for of_one in values)
     difference, error = over_runs([(a, b)]), error_of_pair(2)
@@ -100,7 +98,7 @@ def agreement(table: pd.DataFrame) -> pd.DataFrame:
           sequences
     """
     duels = list(_duels(table))
-    metrics = _metrics(table)
+    metrics = list(pairs(table)["metric"].unique())
     first = {
         m: [_first_is_better(of_a, of_b, m).mean() for *_, of_a, of_b in duels] for m in metrics
     }
@@ -166,7 +164,8 @@ def _between(table: pd.DataFrame, metric: str) -> float:
     table = table[table["change"] == AS_IT_IS]
     found = []
     for _, runs in table.groupby("sequence"):
-        several = [own[metric].dropna() for _, own in runs.groupby("system") if len(own) >= FEWEST]
+        given = [own[metric].dropna() for _, own in runs.groupby("system")]
+        several = [own for own in given if len(own) >= FEWEST]
         if len(several) > 1 and np.isfinite(pd.concat(several)).all():
             within = float(np.mean([np.var(own, ddof=1) for own in several]))
             n = float(np.mean([len(own) for own in several]))

@@ -1,8 +1,12 @@
 """What `compare` says of runs whose truth is known holds as often as it says."""
 
+from itertools import product
+
+import numpy as np
+import pandas as pd
 import pytest
 
-from benchmarks.certainty import CASES, EQUAL, FAILS, Case, lines, simulate
+from benchmarks.certainty import CASES, EQUAL, FAILS, Case, leave_out, lines, simulate
 
 
 @pytest.mark.parametrize(
@@ -42,3 +46,12 @@ def test_one_run_on_one_sequence_has_no_answer() -> None:
     found = simulate(Case("one run", runs=1), 5)
     assert not any(one.answered for one in found.values())
     assert list(lines(CASES[0], found)) == []
+
+
+def test_the_interval_of_some_runs_holds_the_others() -> None:
+    rng = np.random.default_rng(0)
+    rows = [
+        {"change": "as it is", "sequence": sequence, "system": system, "TAS": rng.normal(spread)}
+        for sequence, system, spread in product("qr", "abc", [0.1] * 10)
+    ]
+    assert 0.92 <= leave_out(pd.DataFrame(rows), "TAS", 1000) <= 0.99
