@@ -214,7 +214,7 @@ def leave_out(runs: pd.DataFrame, metric: str, draws: int, seed: int = 0) -> flo
 def main() -> None:
     """Print the table of all cases, or of real runs."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.certainty", description=__doc__)
-    parser.add_argument("--draws", type=int, default=2000, help="of each case; of 20 systems less")
+    parser.add_argument("--draws", type=int, default=2000, help="of each case; of many systems a quarter")
     parser.add_argument("--runs", nargs="+", metavar="FILE.csv", help="runs that are left out")
     options = parser.parse_args()
     draws = options.draws
@@ -225,7 +225,7 @@ def main() -> None:
         return
     print(HEADER)
     for case in tqdm(CASES, disable=None):
-        n = max(draws * 4 // case.systems**2, 50) if case.systems > 2 else draws
+        n = draws if case.systems < 10 else draws // 4
         for line in lines(case, simulate(case, n)):
             print(line, flush=True)
 
