@@ -28,7 +28,7 @@ LIBRARY = (  # of files of one's own, those that need no order of time first
     *("TAS", "RAS", "PAS", "half_distance", "half_angle", "distance@0.25", "angle@0.25"),
     *("ATE", "are:rmse", "auc@30:vggt", "median:hloc"),
 )
-ORDERED = ("rpe@1f", "rpe@1m", "rpe@1m:rotation", "rpg@10m", "kitti", "kitti:rotation")
+ORDERED = ("rpe@1f", "rpe@1m:all", "rpe@1m:all:rotation", "rpg@10m", "kitti", "kitti:rotation")
 BASELINES: Mapping[str, Callable[[Floats, Floats], float]] = {  # of the poses that there are
     "DTE": dte,
     "DRE": lambda gt, est: dre(gt[:, :3, :3], est[:, :3, :3]),

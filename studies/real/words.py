@@ -8,7 +8,7 @@ import pandas as pd
 __all__ = ["changes_of", "sentences", "to_markdown"]
 
 ALIKE = 0.95  # correlation of the runs by two metrics, of which one says nothing new
-FEW, MANY = 0.1, 1.0  # standard deviations of runs, by which a change hardly moves one, or does
+MUCH = 1.0  # standard deviations of runs, by which a change moves one
 
 
 def changes_of(table: pd.DataFrame) -> list[str]:
@@ -64,14 +64,11 @@ def _against(pairs: pd.DataFrame) -> str:
 
 def _moved(table: pd.DataFrame, column: str) -> str:
     change = column.removeprefix("moves_").replace("_", " ")
-    moved, still = table[table[column] >= MANY], table[table[column] < FEW]
-    told = [
-        f"{row['metric']} ({row[column]:.1f})" if np.isfinite(row[column]) else str(row["metric"])
-        for _, row in moved.sort_values(column, ascending=False).iterrows()
-    ]
-    first = f"moves {_listed(told)} by more than the scatter of runs" if told else "moves none much"
-    last = f"; less than a tenth of it: {_listed(list(still['metric']))}" if len(still) else ""
-    return f"{change.capitalize()} {first}{last}."
+    moved = table[table[column] >= MUCH].sort_values(column, ascending=False)
+    if moved.empty:
+        return f"{change.capitalize()} moves none by as much as another run."
+    told = [f"{row['metric']} ({row[column]:.1f})" for _, row in moved.iterrows()]
+    return f"{change.capitalize()} moves {_listed(told)} by more than another run."
 
 
 def to_markdown(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFrame) -> str:
