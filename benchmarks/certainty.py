@@ -214,7 +214,9 @@ def leave_out(runs: pd.DataFrame, metric: str, draws: int, seed: int = 0) -> flo
 def main() -> None:
     """Print the table of all cases, or of real runs."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.certainty", description=__doc__)
-    parser.add_argument("--draws", type=int, default=2000, help="of each case; of many systems a quarter")
+    parser.add_argument(
+        "--draws", type=int, default=2000, help="of each case; of many systems a quarter"
+    )
     parser.add_argument("--runs", nargs="+", metavar="FILE.csv", help="runs that are left out")
     options = parser.parse_args()
     draws = options.draws
