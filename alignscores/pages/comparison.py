@@ -179,15 +179,15 @@ def _heat_map(summary: Summary, by: str, names: Names) -> str:
 def _differences(summary: Summary, by: str, names: Names) -> str:
     """Return the table of the differences of all pairs, for new runs and for new sequences."""
     rows = [
-        f'<tr><th scope="row">{first} − {second}</th><td>{words}</td>{_answer(pair[question])}'
-        f"<td>{'first' if better == 'a' else 'second' if better else 'no'}</td>"
-        f"<td>{_needed(pair[question]['needed'])} {unit}</td></tr>"
+        f'<tr><th scope="row">{first} − {second}</th><td>{words}</td>{_cells(answer)}'
+        f"<td>{'first' if answer['better'] == 'a' else 'second' if answer['better'] else 'no'}</td>"
+        f"<td>{_needed(answer['needed'])} {unit}</td>"
+        f"{_cells(answer['failing'], answer['with_failures'])}</tr>"
         for pair in summary.comparisons
         if pair["sequence"] is None and pair["metric"] == by
         for first, second in [[escape(names.systems[pair[key]]) for key in "ab"]]
         for question, (words, unit) in FOR.items()
-        if pair[question]
-        for better in [pair[question]["better"]]
+        if (answer := pair[question])
     ]
     if not rows:
         return "<p>There is nothing to compare: one system, or one run of each.</p>"
@@ -196,18 +196,17 @@ def _differences(summary: Summary, by: str, names: Names) -> str:
         "fail, of how often runs fail, and of means in which failures count; and with how many "
         "runs, or sequences, of such a difference and scatter two systems are told apart."
     )
-    headers = "systems", "for", "scores", "failing", "with failures", "ahead", "would do"
+    headers = "systems", "for", "scores", "ahead", "would do", "failing", "with failures"
     return _scrolling("differences", caption, headers, rows)
 
 
-def _answer(answer: Mapping[str, Any]) -> str:
-    """Return the cells of the differences of two systems."""
-    found = answer, answer["failing"], answer["with_failures"]
+def _cells(*differences: Mapping[str, Any]) -> str:
+    """Return the cells of differences with their intervals."""
     return "".join(
         f"<td>{_signed(one['difference'])} ({_signed(one['low'])} to {_signed(one['high'])})</td>"
         if math.isfinite(one["low"])
         else "<td>unknown</td>"
-        for one in found
+        for one in differences
     )
 
 
@@ -226,7 +225,7 @@ def _scrolling(section: str, caption: str, headers: Iterable[str], rows: Iterabl
 
 
 def _signed(value: float) -> str:
-    return f"{value:+.4f}".replace("-", "−") if math.isfinite(value) else "unknown"
+    return f"{value:+.3f}".replace("-", "−") if math.isfinite(value) else "unknown"
 
 
 def _each(summary: Summary, draw: Callable[[str], str], names: Names) -> str:
