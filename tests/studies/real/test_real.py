@@ -8,15 +8,18 @@ import pytest
 from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
+import studies.real
 from experiments.command import ConfigError
 from experiments.scenes import make_scene
+from report.page import environment
 from studies.__main__ import main
+from studies.real import STUDY
 from studies.real.__main__ import main as score
 from studies.real.answers import agreement, pairs, summarise
 from studies.real.figure import draw
 from studies.real.scores import AS_IT_IS, CHANGES, read_benchmark, sources
 from studies.real.words import to_markdown
-from studies.study import plans
+from studies.study import Answer, plans
 
 from ..conftest import undescribed
 
@@ -153,3 +156,14 @@ def test_a_benchmark_that_tells_nothing_is_refused(file: Path, tmp_path: Path) -
     file.write_text(FILE.replace("{system}", "{system}a") + "systems: {b: {}}")
     with pytest.raises(ConfigError):
         read_benchmark(file)
+
+
+def test_its_section_of_the_report(runs: pd.DataFrame) -> None:
+    tables = {"real": summarise(runs), "pairs": pairs(runs), "agreement": agreement(runs)}
+    source = (Path(studies.real.__file__).parent / "section.html.j2").read_text()
+    macro = "{% macro figure(name, title, seen) %}{{ caller() }}{% endmacro %}"
+    shown = STUDY.show(Answer("real", tables, {})) if STUDY.show else {}
+    html = environment().from_string(macro + source).render(real=shown)
+    assert html.count('<th scope="row">') == 3
+    assert "4 pairs" not in html
+    assert "2 pairs of systems and sequences" in html
