@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from .averaging import nearest_rotations
 from .distance import ras_angle, tas_distance
+from .expectation import ExpectedScore, expected_tas, runs_needed
 from .histogram import AlignmentScore
 from .pose import PASResult, pas
 from .profile import ScoreProfile, ras_profile, tas_profile
@@ -32,6 +33,7 @@ __all__ = [
     "AlignmentWarning",
     "Comparison",
     "Evaluation",
+    "ExpectedScore",
     "PASResult",
     "RASResult",
     "Registration",
@@ -42,11 +44,13 @@ __all__ = [
     "closest_pair_quartile",
     "compare",
     "evaluate",
+    "expected_tas",
     "nearest_rotations",
     "pas",
     "ras",
     "ras_angle",
     "ras_profile",
+    "runs_needed",
     "tas",
     "tas_distance",
     "tas_profile",

@@ -169,7 +169,10 @@ def as_rows(axes: Axes) -> None:
 def metric_name(metric: str) -> str:
     """Return what a metric with options is called beside a row."""
     column = Column.parse(metric)
-    return ", ".join([NAMES.get(column.name, column.name), *column.options.values()])
+    name, options = NAMES.get(column.name, column.name), dict(column.options)
+    if "score" in options:
+        name = f"{name.removeprefix('half-score ')} at {options.pop('score')}"
+    return ", ".join([name, *options.values()])
 
 
 def remark(axes: Axes, title: Text, text: str) -> Annotation:
