@@ -76,8 +76,6 @@ class Evaluation:
     half_distance, half_angle : float
         Units (in the reference's unit, and in degrees) at which TAS, by the refined registration,
         and RAS are one half; infinite where they never are.
-    half_errors : (n,) ndarray
-        Position error of each camera under the alignment that has the half-score distance.
     ate : float or None
         RMSE of the estimated camera centres after the least-squares similarity; None where there is
         none.
@@ -119,7 +117,6 @@ class Evaluation:
     tas_seeds: list[float]
     half_distance: float
     half_angle: float
-    half_errors: Floats = field(repr=False)
     ate: float | None
     metrics: Mapping[str, float]
     lost: float

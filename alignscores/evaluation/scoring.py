@@ -111,7 +111,6 @@ class _Scores:
     result: PASResult
     tas_seeds: list[float]
     half_distance: float
-    half_errors: Floats
     new_search: Callable[[], ErrorsAt]  # of errors at any unit
 
 
@@ -159,7 +158,6 @@ def score(
         result=scores.result,
         tas_seeds=scores.tas_seeds,
         half_distance=scores.half_distance,
-        half_errors=scores.half_errors,
         half_angle=rotation_profile(scores.result.ras).half,
         ate=None if described else _ate(once, settings),  # that of a single world
         metrics={**metrics, **_levels(matches, scores, settings)},
@@ -260,11 +258,11 @@ def _scores(
             tas_seeds.append(combine_tas(of_seed, part_of).score)
     positions = [part[:, :3, 3] for part in poses]
     new_search = partial(errors_of_parts, gt, positions, part_of, rng=settings.seed, **group)
-    half, (*_, half_errors) = search_unit(new_search(), extent(gt), 0.5, N_THRESHOLDS)
+    half, _ = search_unit(new_search(), extent(gt), 0.5, N_THRESHOLDS)
     if reason := too_few(len(gt), 0.5, settings.alignment, len(poses)):
         warnings.warn(reason, AlignmentWarning, stacklevel=2)
         half = math.nan
-    return _Scores(of_parts, part_of, result, tas_seeds, half, half_errors, new_search)
+    return _Scores(of_parts, part_of, result, tas_seeds, half, new_search)
 
 
 def _registration(matches: Matches, settings: Settings) -> str | Registration:

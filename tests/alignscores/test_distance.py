@@ -203,7 +203,6 @@ def test_levels_by_name_are_aligned_as_the_half_score_distance(examples):
         assert 0 < evaluation.value("distance@.25") < evaluation.half_distance
         assert evaluation.value("angle@0.5") == evaluation.half_angle
         assert 0 < evaluation.value("angle@0.25") < evaluation.half_angle
-    assert evaluation.half_errors.shape == evaluation.result.tas.errors.shape
     score = pas(
         evaluation.matches.gt_poses,
         evaluation.matches.est_poses,
