@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .aligner import Aligner, Seed
+from .aligner import Aligner, Seed, one_scene
 from .arrays import Floats
 from .histogram import equal_steps
 from .registration import Registration
@@ -104,23 +104,24 @@ def tas_distance(
     [1.42, 2.9]
     """
     aligner = Aligner(
-        *(gt_positions, est_positions),
+        *one_scene(gt_positions, est_positions),
         registration=registration,
         rng=rng,
         n_hypotheses=n_hypotheses,
         alignment=alignment,
         up=up,
+        keep=True,
     )
     n, start = len(aligner.gt), extent(aligner.gt)
     if reason := too_few(n, score, alignment):
         warnings.warn(reason, AlignmentWarning, stacklevel=2)
         return nan
     if aligner.has_one_alignment:
-        errors = aligner.align(start).errors
+        errors = aligner.align(np.array([start])).errors
         distance = smallest_unit(np.sort(errors), score, N_THRESHOLDS)
     else:
         distance, (*_, errors) = search_unit(
-            lambda unit: aligner.align(unit).errors, start, score, N_THRESHOLDS
+            lambda unit: aligner.align(np.array([unit])).errors, start, score, N_THRESHOLDS
         )
     if np.isinf(errors).all():
         warnings.warn("the estimate cannot be aligned", AlignmentWarning, stacklevel=2)

@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from .aligner import Aligner, Normalised, Seed, normalise
+from .aligner import Aligner, Normalised, Seed, normalise, one_scene
 from .arrays import Floats
 from .histogram import AlignmentScore, equal_steps
 from .registration import Registration
@@ -187,7 +187,7 @@ def tas(
     ('least_squares', 0.663)
     """
     aligner = Aligner(
-        *(gt_positions, est_positions),
+        *one_scene(gt_positions, est_positions),
         registration=registration,
         rng=rng,
         n_hypotheses=n_hypotheses,
@@ -198,21 +198,22 @@ def tas(
         unit = _quartile(aligner.normalised_gt)
     check_positive(unit, "unit")
     thresholds = unit * equal_steps(max_threshold, n_thresholds, "max_threshold")
-    found, errors, n_used = aligner.align(float(thresholds[-1]))
+    aligned = aligner.align(thresholds[-1:])
+    found = aligned.similarity(0)
     if found is None:
         distinct = len(np.unique(aligner.est[aligner.estimated], axis=0))
         warnings.warn(
             "TAS is 0: the estimate cannot be aligned, since none of its camera triplets resembles "
-            f"the ground truth ({distinct} distinct estimated positions of {len(errors)} cameras)",
+            f"the ground truth ({distinct} distinct estimated positions of {len(aligner.gt)} cameras)",
             AlignmentWarning,
             stacklevel=2,
         )
     return TASResult(
-        errors=errors,
+        errors=aligned.errors,
         thresholds=thresholds,
         alignment=found,
         unit=float(unit),
-        n_hypotheses=n_used,
+        n_hypotheses=int(aligned.n_hypotheses[0]),
         registration=aligner.registration,
     )
 
@@ -250,7 +251,7 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
 
 def _quartile(normalised_gt: Normalised) -> float:
     """Return d of normalised positions, in the unit that they had before."""
-    n = len(normalised_gt[0])
+    n = len(normalised_gt.local)
     if n < 4:
         raise ValueError(
             f"TAS needs at least 4 ground-truth cameras to derive its unit, but there are {n}; "
@@ -273,7 +274,7 @@ def closest_pair_distances(gt_positions: Floats) -> Floats:
 
 def _closest_pair_distances(normalised_gt: Normalised) -> Floats:
     """Return the distances of normalised positions, in the unit that they had before."""
-    local, _, unit = normalised_gt
+    local, unit = normalised_gt.local, normalised_gt.units[0]
     if len(local) <= MAX_WITHOUT_TREE:
         squares: Floats = scipy.spatial.distance.cdist(local, local, "sqeuclidean")
         np.fill_diagonal(squares, np.inf)

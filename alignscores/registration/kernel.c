@@ -9,6 +9,12 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#ifndef _WIN32
+#include <pthread.h>
+#endif
 
 #if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
 #error "double precision must be rounded to double precision"
@@ -99,6 +105,30 @@ static inline int usable(double ratio)
 static inline int alike(double a, double b, double factor)
 {
     return (a <= factor * b) & (b <= factor * a);
+}
+
+/* The squared ratios of all pairs; those that are of no use are not a number. */
+static void tabulate(const double *gt, const double *est, size_t n, double *ratios)
+{
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++) {
+            double ratio = squared_ratio(gt, est, n, i, j);
+            ratios[i * n + j] = usable(ratio) ? ratio : NAN;
+        }
+}
+
+EVERY_WIDTH
+static void mark_alike(const double *restrict ratios, size_t n, const ptrdiff_t *restrict first,
+                       const ptrdiff_t *restrict second, const ptrdiff_t *restrict third,
+                       size_t n_triplets, double factor, ptrdiff_t *restrict similar)
+{
+    ptrdiff_t width = (ptrdiff_t)n;
+    for (size_t t = 0; t < n_triplets; t++) {
+        double ij = ratios[first[t] * width + second[t]];
+        double ik = ratios[first[t] * width + third[t]];
+        double jk = ratios[second[t] * width + third[t]];
+        similar[t] = alike(ij, ik, factor) & alike(ij, jk, factor) & alike(ik, jk, factor);
+    }
 }
 
 /* Without branches, since a processor cannot predict which triplets pass. The results are as wide
@@ -222,14 +252,13 @@ static inline bool turn_between(const triangle *a, const triangle *b, double fla
     return !(sqrt(cosine * cosine + sine * sine) > shortest);
 }
 
-EXPORTED
-void three_point_similarities(const double *gt, const double *est, size_t n,
-                              const ptrdiff_t *triplets, size_t n_triplets, int alignment,
-                              double flat_sine, double parallel_sine, double *scales, matrix *rotations,
-                              vector *translations, bool *flat)
+static void align_triplets(const double *gt, const double *est, size_t n, const ptrdiff_t *first,
+                           const ptrdiff_t *second, const ptrdiff_t *third, size_t n_triplets,
+                           int alignment, double flat_sine, double parallel_sine, double *scales,
+                           matrix *rotations, vector *translations, bool *flat)
 {
     for (size_t h = 0; h < n_triplets; h++) {
-        size_t i = triplets[h], j = triplets[n_triplets + h], k = triplets[2 * n_triplets + h];
+        size_t i = first[h], j = second[h], k = third[h];
         triangle a, b;
         bool flat_a = measure(&a, point(gt, n, i), point(gt, n, j), point(gt, n, k), flat_sine);
         bool flat_b = measure(&b, point(est, n, i), point(est, n, j), point(est, n, k), flat_sine);
@@ -254,6 +283,16 @@ void three_point_similarities(const double *gt, const double *est, size_t n,
         rotations[h] = rotation;
         translations[h] = minus(b.centroid, times(scale, rotated(rotation, a.centroid)));
     }
+}
+
+EXPORTED
+void three_point_similarities(const double *gt, const double *est, size_t n,
+                              const ptrdiff_t *triplets, size_t n_triplets, int alignment,
+                              double flat_sine, double parallel_sine, double *scales, matrix *rotations,
+                              vector *translations, bool *flat)
+{
+    align_triplets(gt, est, n, triplets, triplets + n_triplets, triplets + 2 * n_triplets, n_triplets,
+                   alignment, flat_sine, parallel_sine, scales, rotations, translations, flat);
 }
 
 static inline double squared_error(const double *gt, const double *est, size_t n, size_t i,
@@ -605,4 +644,637 @@ size_t refine(const double *gt, const double *est, size_t n, similarity *similar
             largest_gain = gains[h] > largest_gain ? gains[h] : largest_gain;
     }
     return count;
+}
+
+/* As aligner.normalise, of scenes one behind the other; `values` is room for the largest. */
+EXPORTED
+void normalise_scenes(size_t n_scenes, const size_t *starts, const double *positions, double farthest,
+                      double *normalised, double *centres, double *units, double *values)
+{
+    for (size_t s = 0; s < n_scenes; s++) {
+        size_t n = starts[s + 1] - starts[s], n_moved = 0;
+        const double *rows = positions + 3 * starts[s];
+        double *local = normalised + 3 * starts[s], *centre = centres + 3 * s;
+        for (size_t i = 0; i < 3 * n; i++) {
+            double x = rows[i] < -farthest ? -farthest : rows[i];
+            local[i] = x > farthest ? farthest : x;
+        }
+        for (size_t k = 0; k < 3 && n > 0; k++) {
+            for (size_t i = 0; i < n; i++)
+                values[i] = local[3 * i + k];
+            centre[k] = nth_smallest(values, n, n / 2) + 0.0; /* the zero without a sign */
+        }
+        for (size_t i = 0; i < 3 * n; i++) {
+            local[i] -= centre[i % 3];
+            if (fabs(local[i]) > 0)
+                values[n_moved++] = fabs(local[i]);
+        }
+        int exponent = 1;
+        if (n_moved > 0)
+            frexp(nth_smallest(values, n_moved, n_moved / 2), &exponent);
+        units[s] = ldexp(1, exponent - 1);
+        for (size_t i = 0; i < 3 * n; i++)
+            local[i] /= units[s];
+    }
+}
+
+/* As translation.closest_pair_quartile, of normalised scenes of at least 2 cameras. */
+EXPORTED
+void closest_pair_quartiles(size_t n_scenes, const size_t *starts, const double *normalised,
+                            const double *units, double *quartiles, double *values)
+{
+    for (size_t s = 0; s < n_scenes; s++) {
+        size_t n = starts[s + 1] - starts[s];
+        const vector *positions = (const vector *)normalised + starts[s];
+        for (size_t i = 0; i < n; i++) {
+            double least = INFINITY;
+            for (size_t j = 0; j < n; j++) {
+                vector difference = minus(positions[i], positions[j]);
+                double square = i == j ? INFINITY : dot(difference, difference);
+                least = square < least ? square : least;
+            }
+            values[i] = units[s] * sqrt(least);
+        }
+        quartiles[s] = n ? nth_smallest(values, n, (3 * n + 3) / 4 - 1) : 0;
+    }
+}
+
+/* From here on: whole scenes, so that nothing else need be done for each. */
+
+typedef unsigned __int128 wide;
+
+/* PCG64 as NumPy has it: "PCG: a family of simple fast space-efficient statistically good algorithms
+   for random number generation" (O'Neill 2014), XSL-RR 128/64. A half is what is left of the last
+   64 bits. */
+typedef struct {
+    uint64_t state[2], increment[2], has_half, half; /* high words first */
+} generator;
+
+static inline uint32_t next_half(wide *state, wide increment, generator *g)
+{
+    if (g->has_half) {
+        g->has_half = 0;
+        return (uint32_t)g->half;
+    }
+    *state = *state * (((wide)2549297995355413924u << 64) | 4865540595714422341u) + increment;
+    uint64_t folded = (uint64_t)(*state >> 64) ^ (uint64_t)*state;
+    unsigned turn = (unsigned)(*state >> 122);
+    uint64_t bits = folded >> turn | folded << (-turn & 63);
+    g->has_half = 1;
+    g->half = bits >> 32;
+    return (uint32_t)bits;
+}
+
+/* What Generator.integers(n) gives: Lemire, "Fast random integer generation in an interval", 2019. */
+static void draw_below(generator *g, size_t n, ptrdiff_t *numbers, size_t count)
+{
+    wide state = (wide)g->state[0] << 64 | g->state[1];
+    wide increment = (wide)g->increment[0] << 64 | g->increment[1];
+    generator rest = *g;
+    uint32_t biased = (uint32_t)((UINT64_C(1) << 32) % n);
+    for (size_t i = 0; i < count; i++) {
+        uint64_t product = 0;
+        if (n > 1)
+            do
+                product = (uint64_t)next_half(&state, increment, &rest) * n;
+            while ((uint32_t)product < biased);
+        numbers[i] = (ptrdiff_t)(product >> 32);
+    }
+    g->state[0] = (uint64_t)(state >> 64);
+    g->state[1] = (uint64_t)state;
+    g->has_half = rest.has_half;
+    g->half = rest.half;
+}
+
+#define KEPT ((size_t)1 << 16) /* numbers that are kept for the next scene */
+
+/* Numbers below n from a state. Scenes of the same size often begin with the same state. */
+typedef struct {
+    generator start, kept_end, end; /* where it began, and is behind what it keeps and has read */
+    size_t n, n_kept, n_read;
+    ptrdiff_t *kept, *others;
+} stream;
+
+static void begin(stream *s, const generator *start, size_t n)
+{
+    if (s->n != n || memcmp(&s->start, start, sizeof *start) != 0) {
+        s->start = s->kept_end = *start;
+        s->n = n;
+        s->n_kept = 0;
+    }
+    s->end = s->start;
+    s->n_read = 0;
+}
+
+/* The next numbers; they are there until the next are asked for. */
+static const ptrdiff_t *next_numbers(stream *s, size_t count)
+{
+    size_t first = s->n_read, after = first + count;
+    s->n_read = after;
+    if (after <= KEPT) {
+        if (after > s->n_kept) {
+            draw_below(&s->kept_end, s->n, s->kept + s->n_kept, after - s->n_kept);
+            s->n_kept = after;
+        }
+        s->end = s->kept_end;
+        return s->kept + first;
+    }
+    size_t n_left = 0;
+    if (first <= s->n_kept) {
+        n_left = s->n_kept - first;
+        memcpy(s->others, s->kept + first, n_left * sizeof *s->others);
+        s->end = s->kept_end;
+    }
+    draw_below(&s->end, s->n, s->others + n_left, count - n_left);
+    return s->others;
+}
+
+/* What is the same for all scenes. */
+typedef struct {
+    size_t n_hypotheses, draws_per_hypothesis, most_at_once;
+    double factor, margin; /* of the prescreening, and of a squared error */
+    double flat_sine, parallel_sine, line_ratio, smallest, farthest;
+    double resolution, tolerance; /* of the largest threshold */
+    ptrdiff_t alignment, sweeps;
+    size_t n_starts, few, n_neighbourhoods, n_finalists, sample, small_sample;
+} settings;
+
+/* Scenes one behind the other: rows of coordinates, of scene s from starts[s] to starts[s + 1]. */
+typedef struct {
+    size_t n_scenes;
+    const size_t *which, *starts, *ranks; /* the scenes to register; ranks for PCR-99 alone */
+    const double *gt, *est, *thresholds;
+    const ptrdiff_t *orders; /* in which the cameras are refined */
+    generator *generator;    /* with which each scene begins */
+    bool advance;            /* whether it begins where the scene before ended */
+    similarity *hypotheses;  /* room for `most_hypotheses` of each scene, if they are kept */
+    size_t *n_hypotheses;    /* SIZE_MAX where they are not drawn yet */
+    size_t most_hypotheses;
+    similarity *last; /* the one found before, at another threshold */
+    bool *has_last;
+    similarity *found;
+    bool *is_found;
+    size_t *n_used;
+} scenes;
+
+#define TABLE 128 /* cameras up to which the ratios of all pairs are computed first */
+#define MOST_THREADS 256
+
+/* Room for what is computed of a scene. */
+typedef struct {
+    stream numbers;
+    double *gt, *est, *shuffled, *first_cameras, *ratios, *errors;
+    ptrdiff_t *similar, *triplets;
+    size_t most_triplets;
+    double *scales;
+    matrix *rotations;
+    vector *translations;
+    bool *flat;
+    similarity *rows, *chosen, *starts;
+    size_t *order;
+    double *costs, *gains;
+} room;
+
+static size_t all_triplets(size_t n)
+{
+    double product = (double)n * ((double)n - 1) * ((double)n - 2); /* 0 of fewer than 3 */
+    return product / 6 < (double)(SIZE_MAX >> 8) ? (size_t)(product / 6) : SIZE_MAX >> 8;
+}
+
+/* The most triplets that are kept. */
+static size_t most_kept(size_t n, size_t n_wanted)
+{
+    return all_triplets(n) <= n_wanted ? 3 * all_triplets(n) : n_wanted;
+}
+
+
+/* Append those triplets of a batch, (3, count), that pass, until there are `most`. */
+static size_t keep_similar(room *r, size_t n, const ptrdiff_t *batch, size_t count, double factor,
+                           size_t n_kept, size_t most)
+{
+    const ptrdiff_t *first = batch, *second = batch + count, *third = second + count;
+    if (n <= TABLE)
+        mark_alike(r->ratios, n, first, second, third, count, factor, r->similar);
+    else
+        mark_similar(r->gt, r->est, n, first, second, third, count, factor, r->similar);
+    for (size_t t = 0; t < count && n_kept < most; t++)
+        if (r->similar[t]) {
+            r->triplets[n_kept] = first[t];
+            r->triplets[r->most_triplets + n_kept] = second[t];
+            r->triplets[2 * r->most_triplets + n_kept++] = third[t];
+        }
+    return n_kept;
+}
+
+/* All triplets, each three times: every edge is the first edge once. */
+static size_t enumerate(ptrdiff_t n, ptrdiff_t *triplets)
+{
+    size_t count = all_triplets((size_t)n), t = 0;
+    for (ptrdiff_t i = 0; i < n; i++)
+        for (ptrdiff_t j = i + 1; j < n; j++)
+            for (ptrdiff_t k = j + 1; k < n; k++, t++)
+                for (size_t turn = 0; turn < 3; turn++) {
+                    const ptrdiff_t corners[3] = {i, j, k};
+                    for (size_t row = 0; row < 3; row++)
+                        triplets[(3 * row + turn) * count + t] = corners[(row + turn) % 3];
+                }
+    return 3 * count;
+}
+
+/* As pcr99.prescreened_triplets. */
+static size_t prescreen(room *r, const settings *set, size_t n, size_t n_wanted)
+{
+    if (n <= TABLE)
+        tabulate(r->gt, r->est, n, r->ratios);
+    if (all_triplets(n) <= n_wanted) {
+        size_t count = enumerate((ptrdiff_t)n, r->numbers.others);
+        return keep_similar(r, n, r->numbers.others, count, set->factor, 0, count);
+    }
+    size_t n_kept = 0, n_drawn = 0, batch = 2 * n_wanted;
+    while (n_kept < n_wanted && n_drawn < set->draws_per_hypothesis * n_wanted) {
+        const ptrdiff_t *drawn = next_numbers(&r->numbers, 3 * batch);
+        n_kept = keep_similar(r, n, drawn, batch, set->factor, n_kept, n_wanted);
+        n_drawn += batch;
+        double more = 1.1 * (double)(n_wanted - n_kept) * (double)n_drawn / (n_kept ? (double)n_kept : 1);
+        batch = more < (double)set->most_at_once ? 64 + (size_t)more : set->most_at_once;
+        batch = batch < set->most_at_once ? batch : set->most_at_once;
+    }
+    return n_kept;
+}
+
+static void align_kept(room *r, const settings *set, size_t n, size_t n_triplets)
+{
+    const ptrdiff_t *first = r->triplets, *second = first + r->most_triplets;
+    align_triplets(r->gt, r->est, n, first, second, second + r->most_triplets, n_triplets,
+                   (int)set->alignment, set->flat_sine, set->parallel_sine, r->scales, r->rotations,
+                   r->translations, r->flat);
+}
+
+static void component_first(const double *rows, size_t n, double *points)
+{
+    for (size_t i = 0; i < n; i++)
+        for (size_t k = 0; k < 3; k++)
+            points[k * n + i] = rows[3 * i + k];
+}
+
+/* As pcr99.pcr99. */
+static void pcr99_scene(room *r, const settings *set, const scenes *all, size_t s, size_t n)
+{
+    size_t n_used = all->n_used[s] = prescreen(r, set, n, set->n_hypotheses);
+    all->is_found[s] = n_used > 0;
+    if (n_used == 0)
+        return;
+    align_kept(r, set, n, n_used);
+    double largest = 0;
+    for (size_t i = 0; i < n; i++) {
+        double square = dot(point(r->gt, n, i), point(r->gt, n, i));
+        largest = square > largest ? square : largest;
+    }
+    double margin = set->margin * largest < DBL_MAX ? set->margin * largest : DBL_MAX;
+    size_t best = cheapest(r->gt, r->est, n, r->scales, r->rotations, r->translations, r->flat, n_used,
+                           all->ranks[s], margin, r->errors);
+    all->found[s] = (similarity){r->scales[best], r->rotations[best], r->translations[best]};
+}
+
+/* The cameras in another order, none farther than can be squared. */
+static void shuffle(const double *points, size_t n, const ptrdiff_t *order, double farthest,
+                    double *shuffled)
+{
+    for (size_t k = 0; k < 3; k++)
+        for (size_t i = 0; i < n; i++) {
+            double x = points[k * n + (size_t)order[i]];
+            x = x < -farthest ? -farthest : x;
+            shuffled[k * n + i] = x > farthest ? farthest : x;
+        }
+}
+
+static void take_first(const double *points, size_t n, size_t n_taken, double *taken)
+{
+    for (size_t k = 0; k < 3; k++)
+        memcpy(taken + k * n_taken, points + k * n, n_taken * sizeof *taken);
+}
+
+static similarity fit(const settings *set, const double *gt, const double *est, size_t n,
+                      const double *weights)
+{
+    return weighted_fit(gt, est, n, weights, (group)set->alignment, set->smallest, (int)set->sweeps,
+                        set->line_ratio, set->parallel_sine);
+}
+
+static size_t n_subsets(const settings *set, size_t n)
+{
+    size_t pairs = set->alignment == SIMILARITY ? 0 : n * (n - (n > 0)) / 2;
+    return n <= set->few ? pairs + all_triplets(n) : 0;
+}
+
+/* As Cameras.subset_fits: of all pairs, where they suffice, and of all triplets. */
+static void fit_subsets(const settings *set, const double *gt, const double *est, size_t n,
+                        double *weights, similarity *fits)
+{
+    for (size_t i = 0; i < n; i++)
+        weights[i] = 0;
+    for (int size = set->alignment == SIMILARITY ? 3 : 2; size <= 3; size++)
+        for (size_t i = 0; i < n; i++)
+            for (size_t j = i + 1; j < n; j++) {
+                weights[i] = weights[j] = 1;
+                if (size == 2)
+                    *fits++ = fit(set, gt, est, n, weights);
+                for (size_t k = j + 1; k < n && size == 3; k++) {
+                    weights[k] = 1;
+                    *fits++ = fit(set, gt, est, n, weights);
+                    weights[k] = 0;
+                }
+                weights[i] = weights[j] = 0;
+            }
+}
+
+/* How many triplets are drawn without prescreening, so that the size of the estimate matters. */
+static size_t n_unscreened(const settings *set)
+{
+    return set->alignment == SIMILARITY ? 0 : (set->n_hypotheses + 1) / 2;
+}
+
+/* As the hypotheses of Search: triplets that pass, any triplets without a scale, and subsets. */
+static size_t draw_hypotheses(room *r, const settings *set, size_t n, similarity *rows, size_t *n_used)
+{
+    size_t any = n_unscreened(set), wanted = any ? any : set->n_hypotheses;
+    size_t stride = r->most_triplets;
+    ptrdiff_t *unscreened = r->triplets + most_kept(n, wanted);
+    if (any) {
+        const ptrdiff_t *drawn = next_numbers(&r->numbers, 3 * any);
+        for (size_t row = 0; row < 3; row++)
+            memcpy(unscreened + row * stride, drawn + row * any, any * sizeof *drawn);
+    }
+    size_t n_kept = prescreen(r, set, n, wanted);
+    for (size_t row = 0; row < 3; row++)
+        memmove(r->triplets + row * stride + n_kept, unscreened + row * stride, any * sizeof(ptrdiff_t));
+    *n_used = n_kept + any;
+    align_kept(r, set, n, *n_used);
+    for (size_t h = 0; h < *n_used; h++)
+        rows[h] = (similarity){r->scales[h], r->rotations[h], r->translations[h]};
+    if (n > set->few)
+        return *n_used;
+    fit_subsets(set, r->shuffled, r->shuffled + 3 * n, n, r->errors, rows + *n_used);
+    return *n_used + n_subsets(set, n);
+}
+
+static bool is_finite(const similarity *s)
+{
+    const double *numbers = (const double *)s;
+    for (size_t i = 0; i < sizeof *s / sizeof *numbers; i++)
+        if (!(fabs(numbers[i]) < INFINITY))
+            return false;
+    return true;
+}
+
+/* Put a cost and what it is of among the `most` lowest; return how many there are. */
+static size_t insert(room *r, size_t count, size_t most, double cost, size_t index)
+{
+    if (count == most && !(cost < r->costs[most - 1]))
+        return count;
+    count += count < most;
+    size_t place = count - 1;
+    for (; place > 0 && r->costs[place - 1] > cost; place--) {
+        r->costs[place] = r->costs[place - 1];
+        r->order[place] = r->order[place - 1];
+    }
+    r->costs[place] = cost;
+    r->order[place] = index;
+    return count;
+}
+
+/* Choose the cheapest finite ones, the cheapest first; return how many there are. */
+static size_t choose(room *r, const double *gt, const double *est, size_t n, double threshold,
+                     double resolution, const similarity *rows, size_t n_rows, size_t most,
+                     similarity *chosen)
+{
+    size_t count = 0;
+    for (size_t h = 0; h < n_rows; h++)
+        if (is_finite(&rows[h])) {
+            double cost = truncated_cost(gt, est, n, &rows[h], threshold, resolution);
+            count = insert(r, count, most, cost, h);
+        }
+    for (size_t i = 0; i < count; i++)
+        chosen[i] = rows[r->order[i]];
+    return count;
+}
+
+static double distance(vector a, vector b)
+{
+    vector difference = minus(a, b);
+    return sqrt(dot(difference, difference));
+}
+
+/* As Cameras.neighbourhood_fits. */
+static size_t fit_neighbourhoods(room *r, const settings *set, const double *gt, const double *est,
+                                 size_t n, double threshold, similarity *fits)
+{
+    size_t n_candidates = n < set->small_sample ? n : set->small_sample, count = 0;
+    for (size_t i = 0; i < n_candidates; i++) {
+        lanes sums = {0};
+        for (size_t j = 0; j < n_candidates; j++) {
+            double d = distance(point(gt, n, i), point(gt, n, j));
+            sums[j % LANES] += d < threshold ? d : threshold;
+        }
+        count = insert(r, count, set->n_neighbourhoods, folded(sums), i);
+    }
+    for (size_t k = 0; k <= count; k++) {
+        for (size_t i = 0; i < n; i++)
+            r->errors[i] = k == count || distance(point(gt, n, r->order[k]), point(gt, n, i)) < threshold;
+        fits[k] = fit(set, gt, est, n, r->errors);
+    }
+    return count + 1;
+}
+
+static size_t refine_some(room *r, const settings *set, const double *gt, const double *est, size_t n,
+                          similarity *rows, size_t n_rows, double threshold, size_t n_left,
+                          double tolerance)
+{
+    return refine(gt, est, n, rows, n_rows, threshold, set->resolution * threshold, n_left,
+                  tolerance * threshold * (double)n, (int)set->alignment, set->smallest,
+                  (int)set->sweeps, set->line_ratio, set->parallel_sine, r->errors, r->costs, r->gains);
+}
+
+/* As refined.Search. */
+static void refined_scene(room *r, const settings *set, const scenes *all, size_t s, size_t n)
+{
+    double *gt = r->shuffled, *est = gt + 3 * n;
+    const ptrdiff_t *order = all->orders + all->starts[s];
+    shuffle(r->gt, n, order, set->farthest, gt);
+    shuffle(r->est, n, order, set->farthest, est);
+    similarity *rows = all->hypotheses ? all->hypotheses + s * all->most_hypotheses : r->rows;
+    size_t drawn_now, *n_rows = all->hypotheses ? &all->n_hypotheses[s] : &drawn_now;
+    if (!all->hypotheses || *n_rows == SIZE_MAX)
+        *n_rows = draw_hypotheses(r, set, n, rows, &all->n_used[s]);
+
+    double threshold = all->thresholds[s], resolution;
+    threshold = threshold > 1 / set->farthest ? threshold : 1 / set->farthest;
+    threshold = threshold < set->farthest ? threshold : set->farthest;
+    resolution = set->resolution * threshold;
+    const similarity *starts = rows;
+    size_t n_starts = *n_rows, n_sample = n < set->sample ? n : set->sample;
+    if (n > set->small_sample) {
+        size_t n_small = set->small_sample;
+        double *small_est = r->first_cameras + 3 * n_small;
+        take_first(gt, n, n_small, r->first_cameras);
+        take_first(est, n, n_small, small_est);
+        n_starts = choose(r, r->first_cameras, small_est, n_small, threshold, resolution, starts, n_starts,
+                          4 * set->n_starts, r->chosen);
+        starts = r->chosen;
+    }
+    double *sample_est = r->first_cameras + 3 * n_sample;
+    take_first(gt, n, n_sample, r->first_cameras);
+    take_first(est, n, n_sample, sample_est);
+    n_starts = choose(r, r->first_cameras, sample_est, n_sample, threshold, resolution, starts, n_starts,
+                      set->n_starts, r->starts);
+    n_starts += fit_neighbourhoods(r, set, r->first_cameras, sample_est, n_sample, threshold,
+                                   r->starts + n_starts);
+    n_starts = refine_some(r, set, r->first_cameras, sample_est, n_sample, r->starts, n_starts, threshold,
+                           set->n_finalists, INFINITY);
+    if (all->has_last[s])
+        r->starts[n_starts++] = all->last[s];
+    refine_some(r, set, gt, est, n, r->starts, n_starts, threshold, 1, set->tolerance);
+    all->found[s] = r->starts[0];
+    all->is_found[s] = is_finite(r->starts) && r->starts[0].scale > 0;
+    if (all->is_found[s]) {
+        all->last[s] = r->starts[0];
+        all->has_last[s] = true;
+    }
+}
+
+/* Divide memory, which is counted first, where there is none yet. */
+static void *take(char **memory, size_t *size, size_t count, size_t width)
+{
+    size_t bytes = count < SIZE_MAX / 4 / width ? (count * width + 63) & ~(size_t)63 : SIZE_MAX / 4;
+    void *taken = *memory;
+    *memory += *memory ? bytes : 0;
+    *size = *size < SIZE_MAX / 4 ? *size + bytes : *size;
+    return taken;
+}
+
+static size_t max(size_t a, size_t b)
+{
+    return a > b ? a : b;
+}
+
+/* The most triplets of n cameras that are kept. */
+static size_t most_triplets(const settings *set, size_t n)
+{
+    size_t any = n_unscreened(set);
+    return max(most_kept(n, set->n_hypotheses), any ? most_kept(n, any) + any : 0);
+}
+
+/* The most hypotheses of n cameras. */
+EXPORTED
+size_t most_rows(const settings *set, size_t n)
+{
+    return most_triplets(set, n) + n_subsets(set, n);
+}
+
+/* The most triplets of n cameras that are looked at at once. */
+static size_t most_at_once(const settings *set, size_t n)
+{
+    size_t any = n_unscreened(set), wanted = set->n_hypotheses, all = all_triplets(n);
+    size_t at_once = max(any, all <= wanted ? 3 * all : 0);
+    return all <= (any ? any : wanted) ? at_once : max(at_once, max(2 * wanted, set->most_at_once));
+}
+
+static size_t n_cameras(const scenes *all, size_t s)
+{
+    return all->starts[s + 1] - all->starts[s];
+}
+
+/* Lay out room for the largest of the scenes; return its size in bytes. */
+static size_t lay_out(room *r, const settings *set, const scenes *all, char *memory)
+{
+    size_t n = 0, kept = 0, rows = 0, batch = 0, size = 0;
+    for (size_t i = 0; i < all->n_scenes; i++) {
+        size_t n_s = n_cameras(all, all->which[i]);
+        n = max(n, n_s);
+        kept = max(kept, most_triplets(set, n_s));
+        rows = max(rows, most_rows(set, n_s));
+        batch = max(batch, most_at_once(set, n_s));
+    }
+    size_t starts = set->n_starts + set->n_neighbourhoods + 2;
+    size_t costs = max(4 * set->n_starts, starts);
+    r->numbers.kept = take(&memory, &size, KEPT, sizeof(ptrdiff_t));
+    r->numbers.others = take(&memory, &size, 3 * batch, sizeof(ptrdiff_t));
+    r->similar = take(&memory, &size, batch, sizeof(ptrdiff_t));
+    r->most_triplets = kept;
+    r->triplets = take(&memory, &size, 3 * kept, sizeof(ptrdiff_t));
+    r->gt = take(&memory, &size, 3 * n, sizeof(double));
+    r->est = take(&memory, &size, 3 * n, sizeof(double));
+    r->shuffled = take(&memory, &size, 6 * n, sizeof(double));
+    r->first_cameras = take(&memory, &size, 6 * set->sample, sizeof(double));
+    r->ratios = take(&memory, &size, TABLE * TABLE, sizeof(double));
+    r->errors = take(&memory, &size, n, sizeof(double));
+    r->scales = take(&memory, &size, kept, sizeof(double));
+    r->rotations = take(&memory, &size, kept, sizeof(matrix));
+    r->translations = take(&memory, &size, kept, sizeof(vector));
+    r->flat = take(&memory, &size, kept, sizeof(bool));
+    r->rows = take(&memory, &size, all->hypotheses ? 0 : rows, sizeof(similarity));
+    r->chosen = take(&memory, &size, 4 * set->n_starts, sizeof(similarity));
+    r->starts = take(&memory, &size, starts, sizeof(similarity));
+    r->order = take(&memory, &size, costs, sizeof(size_t));
+    r->costs = take(&memory, &size, costs, sizeof(double));
+    r->gains = take(&memory, &size, costs, sizeof(double));
+    return size;
+}
+
+typedef struct {
+    const settings *set;
+    const scenes *all;
+    size_t next; /* scene that no thread has begun */
+    int failed;
+} work;
+
+static void *do_work(void *argument)
+{
+    work *job = argument;
+    const scenes *all = job->all;
+    room r = {0};
+    char *memory = malloc(lay_out(&r, job->set, all, NULL));
+    if (memory == NULL) {
+        __atomic_store_n(&job->failed, 1, __ATOMIC_RELAXED);
+        return NULL;
+    }
+    lay_out(&r, job->set, all, memory);
+    for (;;) {
+        size_t turn = __atomic_fetch_add(&job->next, 1, __ATOMIC_RELAXED);
+        if (turn >= all->n_scenes)
+            break;
+        size_t s = all->which[turn], n = n_cameras(all, s);
+        component_first(all->gt + 3 * all->starts[s], n, r.gt);
+        component_first(all->est + 3 * all->starts[s], n, r.est);
+        begin(&r.numbers, all->generator, n);
+        if (all->ranks)
+            pcr99_scene(&r, job->set, all, s, n);
+        else
+            refined_scene(&r, job->set, all, s, n);
+        if (all->advance)
+            *all->generator = r.numbers.end;
+    }
+    free(memory);
+    return NULL;
+}
+
+/* Register all scenes, on so many threads; return whether there was enough memory. */
+EXPORTED
+int register_scenes(const settings *set, const scenes *all, size_t n_threads)
+{
+    work job = {set, all, 0, 0};
+#ifndef _WIN32
+    pthread_t threads[MOST_THREADS];
+    size_t n_others = 0;
+    n_threads = n_threads < all->n_scenes ? n_threads : all->n_scenes;
+    while (n_others + 1 < n_threads && n_others < MOST_THREADS
+           && pthread_create(&threads[n_others], NULL, do_work, &job) == 0)
+        n_others++;
+    do_work(&job);
+    while (n_others > 0)
+        pthread_join(threads[--n_others], NULL);
+#else
+    do_work(&job);
+#endif
+    return !job.failed;
 }
