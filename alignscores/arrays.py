@@ -1,10 +1,23 @@
-"""Types of the arrays that the whole project works with."""
+"""Types of the arrays that the whole project works with, and scenes in one array."""
+
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Booleans", "Floats", "Indices"]
+__all__ = ["Booleans", "Floats", "Indices", "of_equal_size"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Booleans = NDArray[np.bool_]
+
+
+def of_equal_size(starts: Indices) -> Iterator[tuple[Indices, Indices]]:
+    """Yield scenes (G,) of equal size with their rows (G, m), from where each scene starts (B + 1).
+
+    Scenes without a row are left out.
+    """
+    sizes = starts[1:] - starts[:-1]
+    for size in np.unique(sizes[sizes > 0]).tolist():
+        scenes = np.flatnonzero(sizes == size)
+        yield scenes, starts[scenes, None] + np.arange(size)
