@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .averaging import nearest_rotations
+from .batch import PASBatch, RASBatch, TASBatch, pas_batch, ras_batch, tas_batch
 from .distance import ras_angle, tas_distance
 from .histogram import AlignmentScore
 from .pose import PASResult, pas
@@ -32,22 +33,28 @@ __all__ = [
     "AlignmentWarning",
     "Comparison",
     "Evaluation",
+    "PASBatch",
     "PASResult",
+    "RASBatch",
     "RASResult",
     "Registration",
     "ScoreProfile",
     "Settings",
     "Similarity",
+    "TASBatch",
     "TASResult",
     "closest_pair_quartile",
     "compare",
     "evaluate",
     "nearest_rotations",
     "pas",
+    "pas_batch",
     "ras",
     "ras_angle",
+    "ras_batch",
     "ras_profile",
     "tas",
+    "tas_batch",
     "tas_distance",
     "tas_profile",
 ]

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Booleans, Floats, Indices
+from .arrays import Booleans, Floats, Indices, sizes
 from .registration import REGISTRATIONS, Registration, kernel, pcr99, refined
 from .registration.kernel import Seed
 from .similarity import FARTHEST_SUMMABLE, Similarity, check_alignment
@@ -16,6 +16,16 @@ __all__ = ["Aligned", "Aligner", "Normalised", "Seed", "normalise", "normalise_s
 
 ROUNDING = 1e-6  # by which a scale may differ from 1
 IDENTITY = np.array([1.0, *np.eye(3).ravel(), 0.0, 0.0, 0.0])
+
+
+def _vertical_last(axis: str) -> tuple[Indices, Indices]:
+    """Return an order of the axes, and that of a row of an alignment to undo it."""
+    axes = np.roll(range(3), -1 - "xyz".index(axis))
+    back = np.argsort(axes)
+    return axes, np.concatenate([[0], 1 + (3 * back[:, None] + back).ravel(), 10 + back])
+
+
+VERTICAL_LAST = {axis: _vertical_last(axis) for axis in "xyz"}
 
 
 class Normalised(NamedTuple):
@@ -70,7 +80,7 @@ class Aligner:
         check_alignment(alignment, up)
         self._register, self.registration = _registration(registration)
         try:
-            np.random.default_rng(rng)
+            kernel.state_of(rng)
         except (TypeError, ValueError) as error:
             raise ValueError(f"rng must be a seed or a Generator, not {rng!r}: {error}") from None
         self._alignment = alignment
@@ -82,9 +92,7 @@ class Aligner:
         self._batch: dict[str, Any] = {"keep": keep, "threads": threads}
         self.normalised_gt = normalise_scenes(gt, starts)
         self.estimated = finite_rows(est)
-        self._axes = np.roll(range(3), -1 - "xyz".index(up[-1]))  # the vertical one last
-        back = np.argsort(self._axes)  # and to the order of a row of scale, rotation, translation
-        self._back = np.concatenate([[0], 1 + (3 * back[:, None] + back).ravel(), 10 + back])
+        self._axes, self._back = VERTICAL_LAST[up[-1]]
         self._worlds: tuple[Indices, Normalised, Normalised] | None = None
         self._scenes: kernel.Scenes | None = None
 
@@ -98,7 +106,7 @@ class Aligner:
         if self._worlds is None:
             self._worlds = self._normalised()
         starts, gt, est = self._worlds
-        alignable = np.diff(starts) >= (3 if self._alignment == "similarity" else 1)
+        alignable = sizes(starts) >= (3 if self._alignment == "similarity" else 1)
         if which is None:
             which = np.arange(len(alignable))
         rows, found, n_used = self._registered(thresholds / gt.units, which[alignable[which]])
@@ -118,7 +126,7 @@ class Aligner:
         if not estimated.all():
             starts = np.append(0, np.cumsum(estimated))[starts]
             gt_positions, est_positions = gt_positions[estimated], est_positions[estimated]
-        counts = np.diff(starts)
+        counts = sizes(starts)
         if self._alignment == "none":  # divided so that squares neither overflow nor vanish
             units = gt.units.repeat(counts)[:, None]
             worlds = (p / units for p in (gt_positions, est_positions))
@@ -156,7 +164,7 @@ class Aligner:
         """Return the scenes for the kernel, made once, so that it can keep hypotheses."""
         if self._scenes is None:
             starts, gt, est = self._vertical_last()
-            ranks = self._ranks(np.diff(starts)) if self._register is pcr99 else None
+            ranks = self._ranks(sizes(starts)) if self._register is pcr99 else None
             self._scenes = kernel.Scenes(gt, est, starts, ranks, **self._settings, **self._batch)
         return self._scenes
 
@@ -169,13 +177,13 @@ class Aligner:
 
     def _ranks(self, n_estimated: Indices) -> Indices:
         """Return m of the paper, of all cameras, lost ones included."""
-        return np.minimum(np.maximum(4, (np.diff(self.starts) + 5) // 10), n_estimated)
+        return np.minimum(np.maximum(4, (sizes(self.starts) + 5) // 10), n_estimated)
 
     def _by_function(self, scene: int, threshold: float) -> tuple[Similarity | None, int]:
         """Register one scene by a function of somebody's own."""
         starts, gt, est = self._vertical_last()
         rows = slice(*starts[scene : scene + 2])
-        rank = int(self._ranks(np.diff(starts))[scene])
+        rank = int(self._ranks(sizes(starts))[scene])
         settings = {**self._settings, "rng": np.random.default_rng(self._settings["rng"])}
         registered: Any = self._register(
             gt[rows], est[rows], rank=rank, threshold=threshold, **settings
@@ -226,7 +234,7 @@ def _errors(
     rows: Floats, found: Booleans, starts: Indices, gt: Normalised, est: Normalised
 ) -> Floats:
     """Return the position errors of normalised cameras, as `Similarity.position_errors`."""
-    counts = np.diff(starts)
+    counts = sizes(starts)
     scale, rotations, translation = rows[:, 0], rows[:, 1:10].reshape(-1, 3, 3), rows[:, 10:]
     with np.errstate(over="ignore"):  # beyond the largest number: infinitely far
         residuals = (est.local - translation.repeat(counts, axis=0)) / scale.repeat(counts)[:, None]

@@ -1,7 +1,7 @@
 """Distances and angles: the smallest range of thresholds at which TAS or RAS reaches a score."""
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from math import ceil, floor, inf, nan
 from typing import TYPE_CHECKING
 
@@ -18,7 +18,7 @@ from .validation import AlignmentWarning, check_positive
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["extent", "ras_angle", "search_unit", "smallest_unit", "tas_distance", "too_few"]
+__all__ = ["extent", "ras_angle", "search_unit", "smallest_unit", "tas_distance", "too_few", "unit_search"]
 
 ErrorsAt = Callable[[float], Floats]  # of the best alignment at a largest threshold
 
@@ -198,7 +198,21 @@ def too_few(n: int, score: float, alignment: str, n_worlds: int = 1) -> str:
 def search_unit(
     errors_at: ErrorsAt, start: float, score: float, n_thresholds: int
 ) -> tuple[float, list[Floats]]:
-    """Return the smallest unit at which a score is reached, and the errors found, the best last.
+    """Return the smallest unit at which a score is reached, and the errors found, the best last."""
+    search = unit_search(start, score, n_thresholds)
+    unit = next(search)
+    while True:
+        try:
+            unit = search.send(errors_at(unit))
+        except StopIteration as stop:
+            found: tuple[float, list[Floats]] = stop.value
+            return found
+
+
+def unit_search(
+    start: float, score: float, n_thresholds: int
+) -> Generator[float, Floats, tuple[float, list[Floats]]]:
+    """Search for the smallest unit as `search_unit`: yield units, and be sent the errors at each.
 
     Where any alignment reaches the score below a unit u, the best one at u does, too: at a unit u',
     which is the next. Where the unit stays, no alignment scores more than asked for, so that no
@@ -211,7 +225,7 @@ def search_unit(
     unit, before = start, inf
     while 0 < unit < (1 - GAIN) * before:
         before = unit if found else inf  # the first step may go up
-        found.append(errors_at(unit))
+        found.append((yield unit))
         unit = _continuous_unit(np.sort(found[-1]), score)
         if unit < ROUNDING * start:
             break

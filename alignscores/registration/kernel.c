@@ -678,13 +678,16 @@ void normalise_scenes(size_t n_scenes, const size_t *starts, const double *posit
     }
 }
 
-/* As translation.closest_pair_quartile, of normalised scenes of at least 2 cameras. */
+/* As translation.closest_pair_quartile, of normalised scenes of 4 to `most` cameras; NaN of others. */
 EXPORTED
 void closest_pair_quartiles(size_t n_scenes, const size_t *starts, const double *normalised,
-                            const double *units, double *quartiles, double *values)
+                            const double *units, size_t most, double *quartiles, double *values)
 {
     for (size_t s = 0; s < n_scenes; s++) {
         size_t n = starts[s + 1] - starts[s];
+        quartiles[s] = NAN;
+        if (n < 4 || n > most)
+            continue;
         const vector *positions = (const vector *)normalised + starts[s];
         for (size_t i = 0; i < n; i++) {
             double least = INFINITY;
@@ -695,7 +698,7 @@ void closest_pair_quartiles(size_t n_scenes, const size_t *starts, const double 
             }
             values[i] = units[s] * sqrt(least);
         }
-        quartiles[s] = n ? nth_smallest(values, n, (3 * n + 3) / 4 - 1) : 0;
+        quartiles[s] = nth_smallest(values, n, (3 * n + 3) / 4 - 1);
     }
 }
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Booleans, Floats, Indices
+from ..arrays import Floats, Indices, sizes
 from ..similarity import FARTHEST_SQUARABLE, LINE, PARALLEL, SMALLEST, Similarity
 from . import hypotheses, reweighting
 from .pcr99 import (
@@ -40,7 +40,7 @@ from .refined import (
     order_of,
 )
 
-__all__ = ["LIBRARY", "Scenes", "Seed", "closest_pair_quartiles", "load", "normalise_scenes", "pcr99", "refined"]
+__all__ = ["LIBRARY", "Scenes", "Seed", "closest_pair_quartiles", "load", "normalise_scenes", "pcr99", "refined", "state_of"]
 
 Seed = int | np.random.SeedSequence | np.random.Generator | None
 
@@ -86,7 +86,7 @@ def load(path: Path) -> ctypes.CDLL | None:
     library.register_scenes.restype = c_int
     scenes = c_size_t, c_void_p, c_void_p
     library.normalise_scenes.argtypes = *scenes, c_double, *4 * (c_void_p,)
-    library.closest_pair_quartiles.argtypes = *scenes, *3 * (c_void_p,)
+    library.closest_pair_quartiles.argtypes = *scenes, c_void_p, c_size_t, c_void_p, c_void_p
     return library
 
 
@@ -118,9 +118,9 @@ def normalise_scenes(
 ) -> tuple[Floats, Floats, Floats]:
     """See `aligner.normalise_scenes`; for where the kernel is compiled."""
     n = len(starts) - 1
-    positions, starts = np.ascontiguousarray(positions), np.ascontiguousarray(starts)
+    positions = np.ascontiguousarray(positions)
     local, centres, units = np.empty_like(positions), np.zeros((n, 3)), np.empty(n)
-    values = np.empty(3 * int(np.diff(starts).max(initial=0)))
+    values = np.empty(3 * int(sizes(starts).max(initial=0)))
     assert LIBRARY is not None
     LIBRARY.normalise_scenes(
         n, *_addresses(starts, positions), farthest, *_addresses(local, centres, units, values)
@@ -128,15 +128,14 @@ def normalise_scenes(
     return local, centres, units
 
 
-def closest_pair_quartiles(local: Floats, units: Floats, starts: Indices) -> Floats:
-    """Return d of normalised scenes of few cameras; for where the kernel is compiled."""
+def closest_pair_quartiles(local: Floats, units: Floats, starts: Indices, most: int) -> Floats:
+    """Return d of normalised scenes of 4 to `most` cameras; NaN of others, and where in NumPy."""
     n = len(starts) - 1
-    starts = np.ascontiguousarray(starts)
-    quartiles, values = np.empty(n), np.empty(int(np.diff(starts).max(initial=0)))
-    assert LIBRARY is not None
-    LIBRARY.closest_pair_quartiles(
-        n, *_addresses(starts, local, units, quartiles, values)
-    )
+    quartiles, values = np.full(n, np.nan), np.empty(most)
+    if LIBRARY is not None:
+        LIBRARY.closest_pair_quartiles(
+            n, *_addresses(starts, local, units), most, *_addresses(quartiles, values)
+        )
     return quartiles
 
 
@@ -179,7 +178,7 @@ class Scenes:
         self.found, self.is_found = np.full((n, 13), np.nan), np.zeros(n, dtype=np.bool_)
         self.n_used = np.zeros(n, dtype=np.intp)
         self._searches: dict[int, Search] = {}
-        self._state = None if LIBRARY is None else _state(rng)
+        self._state = None if LIBRARY is None else state_of(rng)
         if self._state is not None:
             self._prepare()
 
@@ -194,7 +193,7 @@ class Scenes:
         arguments.n_scenes = len(which)
         arguments.which, arguments.thresholds = _addresses(which, thresholds)
         if isinstance(self._rng, np.random.Generator):
-            self._state = _state(self._rng)
+            self._state = state_of(self._rng)
         self._arguments.generator = _addresses(self._state)[0]
         assert LIBRARY is not None
         if not LIBRARY.register_scenes(
@@ -209,15 +208,15 @@ class Scenes:
         n = len(self.found)
         self._settings = _settings(self._n_hypotheses, self._alignment, self._prescreen)
         assert LIBRARY is not None
-        sizes = np.diff(self._starts).tolist()
+        n_cameras = sizes(self._starts).tolist()
         last, has_last = np.empty((n, 13)), np.zeros(n, dtype=np.bool_)
         n_rows, rows, orders = np.full(n, NOT_DRAWN, dtype=np.uint64), None, None
         most = 0
         if self._ranks is None:
-            orders = np.concatenate([order_of(size) for size in sizes])
+            orders = np.concatenate([order_of(size) for size in n_cameras])
             if self._keep:
                 address = ctypes.byref(self._settings)
-                most = max(LIBRARY.most_rows(address, size) for size in set(sizes))
+                most = max(LIBRARY.most_rows(address, size) for size in set(n_cameras))
                 rows = np.empty((n, most, 13))
         advance = isinstance(self._rng, np.random.Generator)
         self._threads = 1 if advance else self._threads
@@ -312,10 +311,10 @@ def refined(
 
 @lru_cache(maxsize=64)
 def _state_of_seed(seed: int) -> NDArray[np.uint64] | None:
-    return _state(np.random.default_rng(seed))
+    return state_of(np.random.default_rng(seed))
 
 
-def _state(rng: Seed) -> NDArray[np.uint64] | None:
+def state_of(rng: Seed) -> NDArray[np.uint64] | None:
     """Return the state of NumPy's default generator in words of 64 bits; None of another one."""
     if isinstance(rng, int):
         return _state_of_seed(rng)
