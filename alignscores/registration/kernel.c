@@ -758,9 +758,9 @@ typedef struct {
     ptrdiff_t *kept, *others;
 } stream;
 
-static void begin(stream *s, const generator *start, size_t n)
+static void begin(stream *s, const generator *start, size_t n, bool from_anew)
 {
-    if (s->n != n || memcmp(&s->start, start, sizeof *start) != 0) {
+    if (from_anew || s->n != n || memcmp(&s->start, start, sizeof *start) != 0) {
         s->start = s->kept_end = *start;
         s->n = n;
         s->n_kept = 0;
@@ -799,7 +799,7 @@ typedef struct {
     double flat_sine, parallel_sine, line_ratio, smallest, farthest;
     double resolution, tolerance; /* of the largest threshold */
     ptrdiff_t alignment, sweeps;
-    size_t n_starts, few, n_neighbourhoods, n_finalists, sample, small_sample;
+    size_t n_starts, few, several, n_subsets, n_neighbourhoods, n_finalists, sample, small_sample;
 } settings;
 
 /* Scenes one behind the other: rows of coordinates, of scene s from starts[s] to starts[s + 1]. */
@@ -964,70 +964,134 @@ static similarity fit(const settings *set, const double *gt, const double *est, 
                         set->line_ratio, set->parallel_sine);
 }
 
-static size_t n_subsets(const settings *set, size_t n)
+/* The next subset of this size in the order of combinations; whether there is one. */
+static bool next_subset(size_t n, size_t size, size_t *members)
 {
-    size_t pairs = set->alignment == SIMILARITY ? 0 : n * (n - (n > 0)) / 2;
-    return n <= set->few ? pairs + all_triplets(n) : 0;
+    size_t last = size;
+    while (last > 0 && members[last - 1] == n - size + last - 1)
+        last--;
+    if (last == 0)
+        return false;
+    members[last - 1]++;
+    for (size_t i = last; i < size; i++)
+        members[i] = members[i - 1] + 1;
+    return true;
 }
 
-/* As Cameras.subset_fits: of all pairs, where they suffice, and of all triplets. */
-static void fit_subsets(const settings *set, const double *gt, const double *est, size_t n,
-                        double *weights, similarity *fits)
+/* As Cameras.subset_fits: to the subsets of each size that has room. Return how many there are; with
+   nothing to fit to they are only counted. */
+static size_t fit_subsets(room *r, const settings *set, size_t n, similarity *fits)
 {
-    for (size_t i = 0; i < n; i++)
-        weights[i] = 0;
-    for (int size = set->alignment == SIMILARITY ? 3 : 2; size <= 3; size++)
-        for (size_t i = 0; i < n; i++)
-            for (size_t j = i + 1; j < n; j++) {
-                weights[i] = weights[j] = 1;
-                if (size == 2)
-                    *fits++ = fit(set, gt, est, n, weights);
-                for (size_t k = j + 1; k < n && size == 3; k++) {
-                    weights[k] = 1;
-                    *fits++ = fit(set, gt, est, n, weights);
-                    weights[k] = 0;
-                }
-                weights[i] = weights[j] = 0;
-            }
-}
-
-/* How many triplets are drawn without prescreening, so that the size of the estimate matters. */
-static size_t n_unscreened(const settings *set)
-{
-    return set->alignment == SIMILARITY ? 0 : (set->n_hypotheses + 1) / 2;
-}
-
-/* As the hypotheses of Search: triplets that pass, any triplets without a scale, and subsets. */
-static size_t draw_hypotheses(room *r, const settings *set, size_t n, similarity *rows, size_t *n_used)
-{
-    size_t any = n_unscreened(set), wanted = any ? any : set->n_hypotheses;
-    size_t stride = r->most_triplets;
-    ptrdiff_t *unscreened = r->triplets + most_kept(n, wanted);
-    if (any) {
-        const ptrdiff_t *drawn = next_numbers(&r->numbers, 3 * any);
-        for (size_t row = 0; row < 3; row++)
-            memcpy(unscreened + row * stride, drawn + row * any, any * sizeof *drawn);
+    size_t count = 0;
+    for (size_t size = set->alignment == SIMILARITY ? 3 : 2; size <= n && n <= set->few; size++) {
+        double n_subsets = 1;
+        for (size_t i = 0; i < size; i++)
+            n_subsets = n_subsets * (double)(n - i) / (double)(i + 1);
+        if ((double)count + n_subsets > (double)set->n_subsets)
+            continue;
+        if (fits == NULL) {
+            count += (size_t)n_subsets;
+            continue;
+        }
+        for (size_t i = 0; i < size; i++)
+            r->order[i] = i;
+        do {
+            memset(r->errors, 0, n * sizeof *r->errors);
+            for (size_t i = 0; i < size; i++)
+                r->errors[r->order[i]] = 1;
+            fits[count++] = fit(set, r->shuffled, r->shuffled + 3 * n, n, r->errors);
+        } while (next_subset(n, size, r->order));
     }
-    size_t n_kept = prescreen(r, set, n, wanted);
-    for (size_t row = 0; row < 3; row++)
-        memmove(r->triplets + row * stride + n_kept, unscreened + row * stride, any * sizeof(ptrdiff_t));
-    *n_used = n_kept + any;
-    align_kept(r, set, n, *n_used);
-    for (size_t h = 0; h < *n_used; h++)
-        rows[h] = (similarity){r->scales[h], r->rotations[h], r->translations[h]};
-    if (n > set->few)
-        return *n_used;
-    fit_subsets(set, r->shuffled, r->shuffled + 3 * n, n, r->errors, rows + *n_used);
-    return *n_used + n_subsets(set, n);
+    return count;
 }
 
-static bool is_finite(const similarity *s)
+/* All triplets, the longest edge first. */
+static size_t keep_all(room *r, size_t n)
+{
+    size_t count = 0;
+    ptrdiff_t *corners[3] = {r->triplets, r->triplets + r->most_triplets,
+                             r->triplets + 2 * r->most_triplets};
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = i + 1; j < n; j++)
+            for (size_t k = j + 1; k < n; k++, count++) {
+                const size_t turned[5] = {i, j, k, i, j};
+                size_t first = 0;
+                double longest = 0;
+                for (size_t turn = 0; turn < 3; turn++) {
+                    vector edge = minus(point(r->gt, n, turned[turn]), point(r->gt, n, turned[turn + 1]));
+                    double square = dot(edge, edge);
+                    if (square > longest) {
+                        longest = square;
+                        first = turn;
+                    }
+                }
+                for (size_t corner = 0; corner < 3; corner++)
+                    corners[corner][count] = (ptrdiff_t)turned[first + corner];
+            }
+    return count;
+}
+
+/* Append any triplets of distinct cameras. */
+static size_t keep_any(room *r, size_t n, size_t n_kept, size_t count)
+{
+    for (size_t row = 0; row < 3; row++)
+        draw_below(&r->numbers.end, n - row, r->triplets + row * r->most_triplets + n_kept, count);
+    for (size_t t = n_kept; t < n_kept + count; t++) {
+        ptrdiff_t i = r->triplets[t], j = r->triplets[r->most_triplets + t];
+        ptrdiff_t k = r->triplets[2 * r->most_triplets + t];
+        j += j >= i; /* one of the others */
+        k += k >= (i < j ? i : j);
+        k += k >= (i < j ? j : i);
+        r->triplets[r->most_triplets + t] = j;
+        r->triplets[2 * r->most_triplets + t] = k;
+    }
+    return n_kept + count;
+}
+
+static bool is_screened(const settings *set, size_t n)
+{
+    return set->alignment == SIMILARITY && n > set->several;
+}
+
+/* How many triplets are drawn without prescreening. */
+static size_t n_any(const settings *set, size_t n)
+{
+    size_t half = (set->n_hypotheses + 1) / 2;
+    if (n <= set->few || is_screened(set, n))
+        return 0;
+    return n > set->several ? half : 3 * half;
+}
+
+static size_t n_screened(const settings *set, size_t n)
+{
+    return is_screened(set, n) ? set->n_hypotheses : (set->n_hypotheses + 1) / 2;
+}
+
+static bool is_usable(const similarity *s)
 {
     const double *numbers = (const double *)s;
     for (size_t i = 0; i < sizeof *s / sizeof *numbers; i++)
         if (!(fabs(numbers[i]) < INFINITY))
             return false;
-    return true;
+    return s->scale > 0;
+}
+
+/* As the hypotheses of Search; return how many there are. */
+static size_t draw_hypotheses(room *r, const settings *set, size_t n, similarity *rows)
+{
+    size_t count = 0, n_triplets;
+    if (n <= set->few)
+        n_triplets = keep_all(r, n);
+    else
+        n_triplets = keep_any(r, n, prescreen(r, set, n, n_screened(set, n)), n_any(set, n));
+    align_kept(r, set, n, n_triplets);
+    for (size_t h = 0; h < n_triplets; h++)
+        rows[h] = (similarity){r->scales[h], r->rotations[h], r->translations[h]};
+    size_t n_rows = n_triplets + fit_subsets(r, set, n, rows + n_triplets);
+    for (size_t h = 0; h < n_rows; h++)
+        if (is_usable(&rows[h]))
+            rows[count++] = rows[h];
+    return count;
 }
 
 /* Put a cost and what it is of among the `most` lowest; return how many there are. */
@@ -1046,17 +1110,16 @@ static size_t insert(room *r, size_t count, size_t most, double cost, size_t ind
     return count;
 }
 
-/* Choose the cheapest finite ones, the cheapest first; return how many there are. */
+/* Choose the cheapest, the cheapest first; return how many there are. */
 static size_t choose(room *r, const double *gt, const double *est, size_t n, double threshold,
                      double resolution, const similarity *rows, size_t n_rows, size_t most,
                      similarity *chosen)
 {
     size_t count = 0;
-    for (size_t h = 0; h < n_rows; h++)
-        if (is_finite(&rows[h])) {
-            double cost = truncated_cost(gt, est, n, &rows[h], threshold, resolution);
-            count = insert(r, count, most, cost, h);
-        }
+    for (size_t h = 0; h < n_rows; h++) {
+        double cost = truncated_cost(gt, est, n, &rows[h], threshold, resolution);
+        count = insert(r, count, most, cost, h);
+    }
     for (size_t i = 0; i < count; i++)
         chosen[i] = rows[r->order[i]];
     return count;
@@ -1108,7 +1171,7 @@ static void refined_scene(room *r, const settings *set, const scenes *all, size_
     similarity *rows = all->hypotheses ? all->hypotheses + s * all->most_hypotheses : r->rows;
     size_t drawn_now, *n_rows = all->hypotheses ? &all->n_hypotheses[s] : &drawn_now;
     if (!all->hypotheses || *n_rows == SIZE_MAX)
-        *n_rows = draw_hypotheses(r, set, n, rows, &all->n_used[s]);
+        all->n_used[s] = *n_rows = draw_hypotheses(r, set, n, rows);
 
     double threshold = all->thresholds[s], resolution;
     threshold = threshold > 1 / set->farthest ? threshold : 1 / set->farthest;
@@ -1129,7 +1192,7 @@ static void refined_scene(room *r, const settings *set, const scenes *all, size_
     take_first(gt, n, n_sample, r->first_cameras);
     take_first(est, n, n_sample, sample_est);
     n_starts = choose(r, r->first_cameras, sample_est, n_sample, threshold, resolution, starts, n_starts,
-                      set->n_starts, r->starts);
+                      n > set->several ? set->n_starts : 2 * set->n_starts, r->starts);
     n_starts += fit_neighbourhoods(r, set, r->first_cameras, sample_est, n_sample, threshold,
                                    r->starts + n_starts);
     n_starts = refine_some(r, set, r->first_cameras, sample_est, n_sample, r->starts, n_starts, threshold,
@@ -1138,7 +1201,7 @@ static void refined_scene(room *r, const settings *set, const scenes *all, size_
         r->starts[n_starts++] = all->last[s];
     refine_some(r, set, gt, est, n, r->starts, n_starts, threshold, 1, set->tolerance);
     all->found[s] = r->starts[0];
-    all->is_found[s] = is_finite(r->starts) && r->starts[0].scale > 0;
+    all->is_found[s] = is_usable(r->starts);
     if (all->is_found[s]) {
         all->last[s] = r->starts[0];
         all->has_last[s] = true;
@@ -1160,26 +1223,25 @@ static size_t max(size_t a, size_t b)
     return a > b ? a : b;
 }
 
-/* The most triplets of n cameras that are kept. */
-static size_t most_triplets(const settings *set, size_t n)
+/* The most triplets of n cameras that are refined. */
+static size_t most_refined(const settings *set, size_t n)
 {
-    size_t any = n_unscreened(set);
-    return max(most_kept(n, set->n_hypotheses), any ? most_kept(n, any) + any : 0);
+    return n <= set->few ? all_triplets(n) : most_kept(n, n_screened(set, n)) + n_any(set, n);
 }
 
-/* The most hypotheses of n cameras. */
+/* The most hypotheses of n cameras that are refined. */
 EXPORTED
 size_t most_rows(const settings *set, size_t n)
 {
-    return most_triplets(set, n) + n_subsets(set, n);
+    return most_refined(set, n) + fit_subsets(NULL, set, n, NULL);
 }
 
 /* The most triplets of n cameras that are looked at at once. */
 static size_t most_at_once(const settings *set, size_t n)
 {
-    size_t any = n_unscreened(set), wanted = set->n_hypotheses, all = all_triplets(n);
-    size_t at_once = max(any, all <= wanted ? 3 * all : 0);
-    return all <= (any ? any : wanted) ? at_once : max(at_once, max(2 * wanted, set->most_at_once));
+    size_t all = all_triplets(n), wanted = set->n_hypotheses;
+    size_t drawn = all <= n_screened(set, n) ? 0 : max(2 * wanted, set->most_at_once);
+    return max(drawn, all <= wanted ? 3 * all : 0);
 }
 
 static size_t n_cameras(const scenes *all, size_t s)
@@ -1194,12 +1256,12 @@ static size_t lay_out(room *r, const settings *set, const scenes *all, char *mem
     for (size_t i = 0; i < all->n_scenes; i++) {
         size_t n_s = n_cameras(all, all->which[i]);
         n = max(n, n_s);
-        kept = max(kept, most_triplets(set, n_s));
+        kept = max(kept, max(most_kept(n_s, set->n_hypotheses), most_refined(set, n_s)));
         rows = max(rows, most_rows(set, n_s));
         batch = max(batch, most_at_once(set, n_s));
     }
-    size_t starts = set->n_starts + set->n_neighbourhoods + 2;
-    size_t costs = max(4 * set->n_starts, starts);
+    size_t starts = 2 * set->n_starts + set->n_neighbourhoods + 2;
+    size_t costs = max(max(4 * set->n_starts, starts), set->few);
     r->numbers.kept = take(&memory, &size, KEPT, sizeof(ptrdiff_t));
     r->numbers.others = take(&memory, &size, 3 * batch, sizeof(ptrdiff_t));
     r->similar = take(&memory, &size, batch, sizeof(ptrdiff_t));
@@ -1249,7 +1311,7 @@ static void *do_work(void *argument)
         size_t s = all->which[turn], n = n_cameras(all, s);
         component_first(all->gt + 3 * all->starts[s], n, r.gt);
         component_first(all->est + 3 * all->starts[s], n, r.est);
-        begin(&r.numbers, all->generator, n);
+        begin(&r.numbers, all->generator, n, !all->ranks && n_any(job->set, n) > 0);
         if (all->ranks)
             pcr99_scene(&r, job->set, all, s, n);
         else

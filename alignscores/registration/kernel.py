@@ -32,8 +32,10 @@ from .refined import (
     N_FINALISTS,
     N_NEIGHBOURHOODS,
     N_STARTS,
+    N_SUBSETS,
     RESOLUTION,
     SAMPLE,
+    SEVERAL,
     SMALL_SAMPLE,
     TOLERANCE,
     Search,
@@ -57,7 +59,8 @@ class Settings(ctypes.Structure):
         *((name, c_double) for name in ("line_ratio", "smallest", "farthest")),
         *((name, c_double) for name in ("resolution", "tolerance")),
         *((name, c_ssize_t) for name in ("alignment", "sweeps")),
-        *((name, c_size_t) for name in ("n_starts", "few", "n_neighbourhoods", "n_finalists")),
+        *((name, c_size_t) for name in ("n_starts", "few", "several", "n_subsets")),
+        *((name, c_size_t) for name in ("n_neighbourhoods", "n_finalists")),
         *((name, c_size_t) for name in ("sample", "small_sample")),
     )
 
@@ -109,7 +112,7 @@ def _settings(n_hypotheses: int, alignment: str, prescreen: float) -> Settings:
         *(float(np.exp(2 * prescreen)), MARGIN, hypotheses.FLAT, PARALLEL),
         *(LINE, SMALLEST, FARTHEST_SQUARABLE, RESOLUTION, TOLERANCE),
         *(hypotheses.GROUPS.index(alignment), reweighting.SWEEPS),
-        *(N_STARTS, FEW, N_NEIGHBOURHOODS, N_FINALISTS, SAMPLE, SMALL_SAMPLE),
+        *(N_STARTS, FEW, SEVERAL, N_SUBSETS, N_NEIGHBOURHOODS, N_FINALISTS, SAMPLE, SMALL_SAMPLE),
     )
 
 

@@ -7,6 +7,7 @@ are fitted to the same triplets.
 """
 
 import sys
+from functools import lru_cache
 from itertools import combinations
 from math import comb, inf
 
@@ -94,7 +95,8 @@ def prescreened_triplets(
     n = gt.shape[1]
     factor = float(np.exp(2 * threshold))  # of squared ratios
     if comb(n, 3) <= n_hypotheses:
-        triplets = _all_triplets(n)
+        i, j, k = all_triplets(n)  # every edge is the first edge once
+        triplets = np.array([np.r_[i, j, k], np.r_[j, k, i], np.r_[k, i, j]])
         return triplets[:, similar_triplets(gt, est, triplets, factor)]
     kept: Indices = np.empty((3, 0), dtype=np.intp)
     drawn, batch = 0, 2 * n_hypotheses
@@ -108,7 +110,8 @@ def prescreened_triplets(
     return kept[:, :n_hypotheses]
 
 
-def _all_triplets(n: int) -> Indices:
-    """Return all triplets of n cameras, each three times: every edge is the first edge once."""
-    i, j, k = np.array(list(combinations(range(n), 3)), dtype=np.intp).reshape(-1, 3).T
-    return np.array([np.r_[i, j, k], np.r_[j, k, i], np.r_[k, i, j]])
+@lru_cache(maxsize=32)
+def all_triplets(n: int) -> Indices:
+    """Return all triplets of n cameras, (3, H)."""
+    triplets = np.array(list(combinations(range(n), 3)), dtype=np.intp).reshape(-1, 3)
+    return np.ascontiguousarray(triplets.T)

@@ -8,20 +8,23 @@ T being the largest threshold. So the alignment that maximises it minimises the 
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
+from math import comb
 
 import numpy as np
 
 from ..arrays import Floats, Indices
 from ..similarity import FARTHEST_SQUARABLE, Similarity, dot
 from .hypotheses import three_point_similarities
-from .pcr99 import component_first, prescreened_triplets
+from .pcr99 import all_triplets, component_first, prescreened_triplets
 from .reweighting import lane_sums, refine, truncated_costs, weighted_fits
 
 __all__ = ["Search", "order_of", "refined"]
 
 
 N_STARTS = 64  # hypotheses that are refined; their number is halved in each step
-FEW = 19  # cameras up to which all triplets are tried, prescreened or not
+FEW = 24  # cameras up to which all triplets are tried
+SEVERAL = 60  # cameras up to which twice as many triplets are drawn, and refined
+N_SUBSETS = 500  # of few cameras, fits to which are tried, too
 N_NEIGHBOURHOODS = 4  # the densest ones; a fit to each is tried as a start, too
 N_FINALISTS = 8  # alignments left that are refined with all cameras
 SAMPLE = 1000  # cameras with which the starts are refined until few are left
@@ -42,10 +45,11 @@ def refined(
 ) -> tuple[Similarity | None, int]:
     """Register estimated positions (n, 3) to the ground truth so that the TAS is the largest.
 
-    The hypotheses are those of PCR-99; ``rank`` is not used. The best of them by the truncated L1
-    cost, and fits to the densest neighbourhoods, are refined by iteratively reweighted least
-    squares; in each step the worse half is dropped. The cost has local minima. The smallest is
-    found from nearly every seed, which is why the score repeats, but there is no guarantee.
+    The hypotheses are those of PCR-99, all triplets of up to 24 cameras and twice ``n_hypotheses``
+    of up to 60; ``rank`` is not used. The best of them by the truncated L1 cost, and fits to the
+    densest neighbourhoods, are refined by iteratively reweighted least squares; in each step the
+    worse half is dropped. The cost has local minima. The smallest is found from nearly every seed,
+    which is why the score repeats, but there is no guarantee.
     """
     search = Search(
         gt_positions, est_positions, n_hypotheses=n_hypotheses, rng=rng, alignment=alignment
@@ -74,11 +78,14 @@ class Search:
         shuffled_gt, shuffled_est = (points.take(order, axis=1) for points in clipped)
         self._cameras = Cameras(shuffled_gt, shuffled_est, alignment)
         with np.errstate(all="ignore"):  # NaN and infinity never win a comparison
-            self._hypotheses = _hypotheses(gt, est, n_hypotheses, rng, alignment)
-            self.n_used = len(self._hypotheses)
+            triplets = triplets_to_try(gt, est, n_hypotheses, rng, alignment)
+            scale, rotation, translation, _ = three_point_similarities(gt, est, triplets, alignment)
+            hypotheses = np.hstack([scale[:, None], rotation.reshape(-1, 9), translation])
             if self._cameras.n <= FEW:
-                fits = self._cameras.subset_fits()
-                self._hypotheses = np.concatenate([self._hypotheses, fits])
+                hypotheses = np.concatenate([hypotheses, self._cameras.subset_fits()])
+            usable = np.isfinite(hypotheses).all(axis=1) & (hypotheses[:, 0] > 0)
+            self._hypotheses = hypotheses[usable]
+            self.n_used = len(self._hypotheses)
         self._found = np.empty((0, 13))
 
     def best(self, threshold: float) -> Similarity | None:
@@ -89,7 +96,8 @@ class Search:
             starts = self._hypotheses
             if cameras.n > SMALL_SAMPLE:
                 starts = cameras.first(SMALL_SAMPLE).cheapest(starts, threshold, 4 * N_STARTS)
-            starts = sample.cheapest(starts, threshold, N_STARTS)
+            n_starts = N_STARTS if cameras.n > SEVERAL else 2 * N_STARTS
+            starts = sample.cheapest(starts, threshold, n_starts)
             starts = np.concatenate([starts, sample.neighbourhood_fits(threshold)])
             starts = sample.refine(starts, threshold, n_left=N_FINALISTS, tolerance=np.inf)
             starts = np.concatenate([starts, self._found])
@@ -119,8 +127,7 @@ class Cameras:
         return Cameras(gt, est, self.alignment)
 
     def cheapest(self, similarities: Floats, threshold: float, n_left: int) -> Floats:
-        """Return the ``n_left`` cheapest finite similarities, the cheapest first."""
-        similarities = similarities[np.isfinite(similarities).all(axis=1)]
+        """Return the ``n_left`` cheapest similarities, the cheapest first."""
         costs = self.costs(similarities, threshold)
         return similarities[np.argsort(costs, kind="stable")[:n_left]]
 
@@ -143,9 +150,9 @@ class Cameras:
         return weighted_fits(self.gt, self.est, weights, self.alignment)
 
     def subset_fits(self) -> Floats:
-        """Return the fits to all triplets of cameras, and without a scale to all pairs."""
-        sizes = (3,) if self.alignment == "similarity" else (2, 3)
-        return weighted_fits(self.gt, self.est, _subsets(self.n, sizes), self.alignment)
+        """Return the least-squares fits to subsets of few cameras."""
+        least = 3 if self.alignment == "similarity" else 2  # two have an exact similarity
+        return weighted_fits(self.gt, self.est, _subsets(self.n, least), self.alignment)
 
     def refine(
         self, similarities: Floats, threshold: float, *, n_left: int, tolerance: float
@@ -172,28 +179,50 @@ def order_of(n: int) -> Indices:
 
 
 @lru_cache(maxsize=2 * FEW)
-def _subsets(n: int, sizes: tuple[int, ...]) -> Floats:
-    """Return weights of n cameras, (H, n), that are 1 for so many of them."""
-    subsets = [subset for size in sizes for subset in combinations(range(n), size)]
+def _subsets(n: int, least: int) -> Floats:
+    """Return weights of n cameras, (H, n), 1 for those of a subset: each size that has room."""
+    subsets: list[tuple[int, ...]] = []
+    for size in range(least, n + 1):
+        if len(subsets) + comb(n, size) <= N_SUBSETS:
+            subsets += combinations(range(n), size)
     weights = np.zeros((len(subsets), n))
     for row, subset in zip(weights, subsets, strict=True):
         row[list(subset)] = 1.0
     return weights
 
 
-def _hypotheses(
+def triplets_to_try(
     gt: Floats, est: Floats, n_hypotheses: int, rng: np.random.Generator, alignment: str
-) -> Floats:
-    """Return alignments of three cameras each, as rows: scale, rotation, translation.
+) -> Indices:
+    """Return triplets of cameras, (3, H): all of few; else drawn, prescreened where that helps.
 
-    An alignment that keeps the scale fits the triplets of an estimate of another size badly, those
-    that pass the prescreening no better than others: half of them are then drawn without it.
+    The prescreening finds the right triplets where most are wrong. It misleads where the noise is
+    as large as the triangles, which matters with few cameras, and an alignment that keeps the scale
+    fits what passes it no better than others where the estimate has another size.
     """
-    if alignment == "similarity":
-        triplets = prescreened_triplets(gt, est, n_hypotheses, rng)
-    else:
-        half = (n_hypotheses + 1) // 2
-        any_triplets = rng.integers(gt.shape[1], size=(3, half), dtype=np.intp)
-        triplets = np.hstack([prescreened_triplets(gt, est, half, rng), any_triplets])
-    scale, rotation, translation, _ = three_point_similarities(gt, est, triplets, alignment)
-    return np.hstack([scale[:, None], rotation.reshape(-1, 9), translation])
+    n = gt.shape[1]
+    if n <= FEW:
+        return _longest_edge_first(gt, all_triplets(n))
+    if alignment == "similarity" and n > SEVERAL:
+        return prescreened_triplets(gt, est, n_hypotheses, rng)
+    half = (n_hypotheses + 1) // 2
+    n_any = half if n > SEVERAL else 3 * half
+    return np.hstack([prescreened_triplets(gt, est, half, rng), _any_triplets(n, n_any, rng)])
+
+
+def _longest_edge_first(gt: Floats, triplets: Indices) -> Indices:
+    """Return triplets whose first edge is the longest, so that no order of the cameras matters."""
+    i, j, k = triplets
+    turned = np.array([triplets, [j, k, i], [k, i, j]])
+    edges = gt[:, turned[:, 0]] - gt[:, turned[:, 1]]
+    longest = dot(edges, edges).argmax(axis=0)
+    return np.ascontiguousarray(turned[longest, :, np.arange(len(i))].T)
+
+
+def _any_triplets(n: int, n_triplets: int, rng: np.random.Generator) -> Indices:
+    """Return triplets of distinct cameras, (3, H), all equally probable."""
+    i, j, k = rng.integers([[n], [n - 1], [n - 2]], size=(3, n_triplets), dtype=np.intp)
+    j += j >= i  # one of the others
+    k += k >= np.minimum(i, j)
+    k += k >= np.maximum(i, j)
+    return np.array([i, j, k])

@@ -1,5 +1,7 @@
 """The registration that maximises the score: its optimum, how it repeats, and its extremes."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 import scipy
@@ -10,8 +12,14 @@ from scipy.spatial.transform import Rotation
 from alignscores import Similarity, closest_pair_quartile, tas
 from alignscores.averaging import rotation_from_vector
 from alignscores.registration.kernel import three_point_similarities
-from alignscores.registration.pcr99 import pcr99, prescreened_triplets
-from alignscores.registration.refined import RESOLUTION, TOLERANCE, Cameras, refined
+from alignscores.registration.pcr99 import pcr99
+from alignscores.registration.refined import (
+    RESOLUTION,
+    TOLERANCE,
+    Cameras,
+    refined,
+    triplets_to_try,
+)
 
 SEEDS = st.integers(0, 10_000)
 
@@ -94,19 +102,43 @@ def test_no_hypothesis_costs_less(noisy_scene, seed, n, share, sigma):
     )
     gt_t, est_t = np.ascontiguousarray(gt.T), np.ascontiguousarray(est.T)
     with np.errstate(all="ignore"):
-        triplets = prescreened_triplets(gt_t, est_t, 300, np.random.default_rng(seed))
-    assert n_used == triplets.shape[1]
+        triplets = triplets_to_try(gt_t, est_t, 300, np.random.default_rng(seed), "similarity")
+    if n > 60:
+        assert n_used == triplets.shape[1]
     assert alignment is not None
     if n_used:
         hypotheses = zip(*three_point_similarities(gt_t, est_t, triplets)[:3], strict=True)
         least = min(
             cost(Similarity(float(s), R, t).position_errors(gt, est), threshold)
             for s, R, t in hypotheses
+            if s > 0
         )
         assert cost(alignment.position_errors(gt, est), threshold) <= least + 1e-9
         np.testing.assert_allclose(alignment.rotation @ alignment.rotation.T, np.eye(3), atol=1e-9)
         assert np.linalg.det(alignment.rotation) == pytest.approx(1)
         assert alignment.scale > 0
+
+
+@pytest.mark.parametrize(("n", "alignment", "n_any"), [(40, "similarity", 3000), (70, "yaw", 1000)])
+def test_triplets_without_prescreening_are_of_distinct_cameras(noisy_scene, n, alignment, n_any):
+    """And all as probable: each camera is in 3 of n, up to chance."""
+    gt, est = (points.T.copy() for points in noisy_scene(n, 0, 0.01, 0))
+    triplets = triplets_to_try(gt, est, 2000, np.random.default_rng(0), alignment)
+    assert triplets.shape == (3, 1000 + n_any)
+    drawn = np.sort(triplets[:, 1000:], axis=0)
+    assert (drawn[:-1] < drawn[1:]).all()
+    counts = np.bincount(drawn.ravel(), minlength=n)
+    assert len(counts) == n
+    assert scipy.stats.chisquare(counts).pvalue > 0.001
+
+
+def test_of_few_cameras_all_triplets_are_tried(noisy_scene):
+    for n in (4, 24):
+        gt, est = (points.T.copy() for points in noisy_scene(n, 0, 0.01, 0))
+        triplets = triplets_to_try(gt, est, 10, np.random.default_rng(0), "similarity")
+        assert sorted(map(tuple, np.sort(triplets, axis=0).T.tolist())) == list(
+            combinations(range(n), 3)
+        )
 
 
 @pytest.mark.parametrize(("n", "outliers", "sigma"), [(6, 1, 0.03), (8, 2, 0.03), (9, 1, 0.08)])
@@ -339,7 +371,7 @@ def test_lost_cameras_hardly_ever_raise_the_score(noisy_scene):
 @given(seed=SEEDS, n=st.integers(4, 60))
 def test_few_cameras_in_any_order(noisy_scene, seed, n):
     """Where all triplets are used, neither their order nor rng matters but for rounding."""
-    gt, est = noisy_scene(min(n, 19), 3, 0.02, seed)
+    gt, est = noisy_scene(min(n, 24), 3, 0.02, seed)
     order = np.random.default_rng(seed).permutation(len(gt))
     a = tas(gt, est, rng=1, registration="refined")
     b = tas(gt[order], est[order], rng=2, registration="refined")
@@ -348,8 +380,8 @@ def test_few_cameras_in_any_order(noisy_scene, seed, n):
 
 
 def test_hypotheses_are_those_of_pcr99(noisy_scene):
-    """The same triplets from the same seed, and as many."""
-    for n in (15, 100, 300):
+    """The same triplets from the same seed, and as many, but for few cameras."""
+    for n in (61, 100, 300):
         gt, est, threshold = local_scene(noisy_scene(n, n // 3, 0.02, 0))
         ours, published = np.random.default_rng(5), np.random.default_rng(5)
         _, n_ours = refined(gt, est, threshold=threshold, n_hypotheses=200, rng=ours)
