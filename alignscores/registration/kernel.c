@@ -437,48 +437,83 @@ static void reweight(const double *restrict gt, const double *restrict est, size
     }
 }
 
+/* Matrices side by side, by columns, so that a processor can turn as many at once. */
+typedef double matrices[3][3][LANES];
+
+static inline vector column(matrices m, size_t k, size_t l)
+{
+    return (vector){m[k][0][l], m[k][1][l], m[k][2][l]};
+}
+
+static inline void set_column(matrices m, size_t k, size_t l, vector v)
+{
+    m[k][0][l] = v.x;
+    m[k][1][l] = v.y;
+    m[k][2][l] = v.z;
+}
+
+static inline vector chosen(bool first, vector a, vector b)
+{
+    return (vector){first ? a.x : b.x, first ? a.y : b.y, first ? a.z : b.z};
+}
+
 /* Turn two columns so that they become orthogonal, and their axes with them. */
-static inline void orthogonalise(vector *a, vector *b, vector *axis_a, vector *axis_b)
+static inline void orthogonalise(matrices columns, matrices axes, size_t i, size_t j)
 {
-    double product = dot(*a, *b);
-    double ratio = (dot(*b, *b) - dot(*a, *a)) / (2 * product);
-    double tangent = copysign(1, ratio) / (fabs(ratio) + sqrt(1 + ratio * ratio));
-    if (product == 0)
-        tangent = 0;
-    double cosine = 1 / sqrt(1 + tangent * tangent), sine = cosine * tangent;
-    vector column = *a, axis = *axis_a;
-    *a = minus(times(cosine, column), times(sine, *b));
-    *b = plus(times(sine, column), times(cosine, *b));
-    *axis_a = minus(times(cosine, axis), times(sine, *axis_b));
-    *axis_b = plus(times(sine, axis), times(cosine, *axis_b));
-}
-
-static inline void swap(vector *a, vector *b)
-{
-    vector other = *a;
-    *a = *b;
-    *b = other;
-}
-
-/* The rotation that correlates best with a matrix, given by its columns. */
-static matrix best_rotation(vector columns[3], int sweeps, double line_ratio, double parallel_sine)
-{
-    vector axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    for (int sweep = 0; sweep < sweeps; sweep++)
-        for (int i = 0; i < 2; i++)
-            for (int j = i + 1; j < 3; j++)
-                orthogonalise(&columns[i], &columns[j], &axes[i], &axes[j]);
-    for (int pass = 0; pass < 3; pass++) { /* the longest first; equal ones keep their order */
-        int i = pass % 2;
-        if (sqrt(dot(columns[i], columns[i])) < sqrt(dot(columns[i + 1], columns[i + 1]))) {
-            swap(&columns[i], &columns[i + 1]);
-            swap(&axes[i], &axes[i + 1]);
-        }
+    for (size_t l = 0; l < LANES; l++) {
+        vector a = column(columns, i, l), b = column(columns, j, l);
+        vector axis_a = column(axes, i, l), axis_b = column(axes, j, l);
+        double product = dot(a, b);
+        double ratio = (dot(b, b) - dot(a, a)) / (2 * product);
+        double tangent = copysign(1, ratio) / (fabs(ratio) + sqrt(1 + ratio * ratio));
+        tangent = product == 0 ? 0 : tangent;
+        double cosine = 1 / sqrt(1 + tangent * tangent), sine = cosine * tangent;
+        set_column(columns, i, l, minus(times(cosine, a), times(sine, b)));
+        set_column(columns, j, l, plus(times(sine, a), times(cosine, b)));
+        set_column(axes, i, l, minus(times(cosine, axis_a), times(sine, axis_b)));
+        set_column(axes, j, l, plus(times(sine, axis_a), times(cosine, axis_b)));
     }
-    double largest = sqrt(dot(columns[0], columns[0])), middle = sqrt(dot(columns[1], columns[1]));
-    triangle a = {.first = axes[0], .normal = axes[1]};
-    triangle b = {.first = over(columns[0], largest), .normal = columns[1]};
-    if (middle <= line_ratio * largest)
+}
+
+/* Put the longer of two neighbouring columns first; equal ones keep their order. */
+static inline void sort_columns(matrices columns, matrices axes, size_t i)
+{
+    for (size_t l = 0; l < LANES; l++) {
+        vector a = column(columns, i, l), b = column(columns, i + 1, l);
+        vector axis_a = column(axes, i, l), axis_b = column(axes, i + 1, l);
+        bool shorter = sqrt(dot(a, a)) < sqrt(dot(b, b));
+        set_column(columns, i, l, chosen(shorter, b, a));
+        set_column(columns, i + 1, l, chosen(shorter, a, b));
+        set_column(axes, i, l, chosen(shorter, axis_b, axis_a));
+        set_column(axes, i + 1, l, chosen(shorter, axis_a, axis_b));
+    }
+}
+
+/* Of matrices, as products with orthogonal columns, the longest first, and their axes. */
+EVERY_WIDTH
+static void orthogonal_columns(matrices columns, matrices axes, int sweeps)
+{
+    for (size_t i = 0; i < 3; i++)
+        for (size_t l = 0; l < LANES; l++)
+            set_column(axes, i, l, (vector){i == 0, i == 1, i == 2});
+    for (int sweep = 0; sweep < sweeps; sweep++) {
+        orthogonalise(columns, axes, 0, 1);
+        orthogonalise(columns, axes, 0, 2);
+        orthogonalise(columns, axes, 1, 2);
+    }
+    sort_columns(columns, axes, 0);
+    sort_columns(columns, axes, 1);
+    sort_columns(columns, axes, 0);
+}
+
+/* The rotation that correlates best with a matrix, given by its two longest orthogonal columns. */
+static matrix best_rotation(vector longest, vector middle, vector axis_1, vector axis_2,
+                            double line_ratio, double parallel_sine)
+{
+    double largest = sqrt(dot(longest, longest));
+    triangle a = {.first = axis_1, .normal = axis_2};
+    triangle b = {.first = over(longest, largest), .normal = middle};
+    if (sqrt(dot(middle, middle)) <= line_ratio * largest)
         a.normal = b.normal = common_normal(a.first, b.first, parallel_sine);
     complete_axes(&a);
     complete_axes(&b);
@@ -559,32 +594,73 @@ static double cross_covariance(const double *restrict gt, const double *restrict
     return folded(sums.spread);
 }
 
-static similarity weighted_fit(const double *gt, const double *est, size_t n, const double *weights,
-                               group alignment, double smallest, int sweeps, double line_ratio,
-                               double parallel_sine)
-{
+typedef struct {
     vector gt_mean, est_mean;
-    double c[3][3], largest = 0;
-    weighted_means(gt, est, n, weights, smallest, &gt_mean, &est_mean);
-    double spread = cross_covariance(gt, est, n, weights, gt_mean, est_mean, c);
-    for (size_t row = 0; row < 3; row++)
-        for (size_t column = 0; column < 3; column++)
-            largest = fabs(c[row][column]) > largest ? fabs(c[row][column]) : largest;
-    vector rows[3], columns[3];
-    for (size_t k = 0; k < 3; k++) {
-        rows[k] = over((vector){c[k][0], c[k][1], c[k][2]}, largest);
-        columns[k] = over((vector){c[0][k], c[1][k], c[2][k]}, largest);
+    double covariance[3][3], spread;
+} moments;
+
+static moments weighted_moments(const double *gt, const double *est, size_t n, const double *weights,
+                                double smallest)
+{
+    moments m;
+    weighted_means(gt, est, n, weights, smallest, &m.gt_mean, &m.est_mean);
+    m.spread = cross_covariance(gt, est, n, weights, m.gt_mean, m.est_mean, m.covariance);
+    return m;
+}
+
+/* How fits are made. */
+typedef struct {
+    group alignment;
+    double smallest;
+    int sweeps;
+    double line_ratio, parallel_sine;
+} solver;
+
+/* The least-squares alignments of as many moments as there are lanes, or fewer. */
+static void fits_of_moments(const moments *m, size_t count, const solver *how, similarity *fits)
+{
+    matrices columns = {{{0}}}, axes;
+    double largest[LANES];
+    vector rows[LANES][3];
+    for (size_t l = 0; l < count; l++) {
+        largest[l] = 0;
+        for (size_t row = 0; row < 3; row++)
+            for (size_t k = 0; k < 3; k++) {
+                double entry = fabs(m[l].covariance[row][k]);
+                largest[l] = entry > largest[l] ? entry : largest[l];
+            }
+        for (size_t row = 0; row < 3; row++) {
+            const double *c = m[l].covariance[row];
+            rows[l][row] = over((vector){c[0], c[1], c[2]}, largest[l]);
+            columns[0][row][l] = rows[l][row].x;
+            columns[1][row][l] = rows[l][row].y;
+            columns[2][row][l] = rows[l][row].z;
+        }
     }
-    matrix r = alignment == YAW ? turn(rows[0].x + rows[1].y, rows[1].x - rows[0].y, 0)
-                                : best_rotation(columns, sweeps, line_ratio, parallel_sine);
-    double scale = 1;
-    if (alignment == SIMILARITY) {
-        double correlation = dot(r.x, rows[0]) + dot(r.y, rows[1]) + dot(r.z, rows[2]);
-        scale = spread / (correlation * largest);
-    } else if (largest == 0) {
-        r = identity;
+    if (how->alignment != YAW)
+        orthogonal_columns(columns, axes, how->sweeps);
+    for (size_t l = 0; l < count; l++) {
+        vector *c = rows[l];
+        double scale = 1;
+        matrix r = how->alignment == YAW
+                       ? turn(c[0].x + c[1].y, c[1].x - c[0].y, 0)
+                       : best_rotation(column(columns, 0, l), column(columns, 1, l),
+                                       column(axes, 0, l), column(axes, 1, l), how->line_ratio,
+                                       how->parallel_sine);
+        if (how->alignment == SIMILARITY) {
+            double correlation = dot(r.x, c[0]) + dot(r.y, c[1]) + dot(r.z, c[2]);
+            scale = m[l].spread / (correlation * largest[l]);
+        } else if (largest[l] == 0) {
+            r = identity;
+        }
+        vector translation = minus(m[l].est_mean, times(scale, rotated(r, m[l].gt_mean)));
+        fits[l] = (similarity){scale, r, translation};
     }
-    return (similarity){scale, r, minus(est_mean, times(scale, rotated(r, gt_mean)))};
+}
+
+static size_t min(size_t a, size_t b)
+{
+    return a < b ? a : b;
 }
 
 EXPORTED
@@ -592,9 +668,14 @@ void weighted_fits(const double *gt, const double *est, size_t n, const double *
                    size_t n_fits, int alignment, double smallest, int sweeps, double line_ratio,
                    double parallel_sine, similarity *fits)
 {
-    for (size_t h = 0; h < n_fits; h++)
-        fits[h] = weighted_fit(gt, est, n, weights + h * n, (group)alignment, smallest, sweeps,
-                               line_ratio, parallel_sine);
+    const solver how = {(group)alignment, smallest, sweeps, line_ratio, parallel_sine};
+    for (size_t first = 0; first < n_fits; first += LANES) {
+        size_t count = min(LANES, n_fits - first);
+        moments some[LANES];
+        for (size_t l = 0; l < count; l++)
+            some[l] = weighted_moments(gt, est, n, weights + (first + l) * n, smallest);
+        fits_of_moments(some, count, &how, fits + first);
+    }
 }
 
 /* Put the last of some similarities in its place; the others are in order, the cheapest first. */
@@ -613,6 +694,30 @@ static void insert_last(similarity *similarities, double *costs, double *gains, 
     gains[place] = gain;
 }
 
+/* Take a step from each of some similarities where it gains, and keep them in order. */
+static void step(const double *gt, const double *est, size_t n, similarity *similarities,
+                 size_t first, size_t n_steps, double threshold, double resolution,
+                 const solver *how, double *weights, double *costs, double *gains)
+{
+    moments some[LANES];
+    similarity steps[LANES];
+    for (size_t l = 0; l < n_steps; l++) {
+        reweight(gt, est, n, &similarities[first + l], threshold, resolution, weights);
+        some[l] = weighted_moments(gt, est, n, weights, how->smallest);
+    }
+    fits_of_moments(some, n_steps, how, steps);
+    for (size_t l = 0; l < n_steps; l++) {
+        size_t h = first + l;
+        double cost = truncated_cost(gt, est, n, &steps[l], threshold, resolution);
+        gains[h] = costs[h] - cost;
+        if (gains[h] > 0) {
+            similarities[h] = steps[l];
+            costs[h] = cost;
+        }
+        insert_last(similarities, costs, gains, h);
+    }
+}
+
 /* Refine similarities in place; return how many are left. `weights` is room for n numbers, `costs`
    and `gains` for as many as there are similarities. */
 EXPORTED
@@ -621,24 +726,16 @@ size_t refine(const double *gt, const double *est, size_t n, similarity *similar
               double least_gain, int alignment, double smallest, int sweeps, double line_ratio,
               double parallel_sine, double *weights, double *costs, double *gains)
 {
+    const solver how = {(group)alignment, smallest, sweeps, line_ratio, parallel_sine};
     size_t count = n_similarities;
     double largest_gain = INFINITY;
     truncated_costs(gt, est, n, similarities, count, threshold, resolution, costs);
     while (count > n_left || largest_gain > least_gain) {
-        for (size_t h = 0; h < count; h++) {
-            reweight(gt, est, n, &similarities[h], threshold, resolution, weights);
-            similarity step = weighted_fit(gt, est, n, weights, (group)alignment, smallest, sweeps,
-                                           line_ratio, parallel_sine);
-            double cost = truncated_cost(gt, est, n, &step, threshold, resolution);
-            gains[h] = costs[h] - cost;
-            if (gains[h] > 0) {
-                similarities[h] = step;
-                costs[h] = cost;
-            }
-            insert_last(similarities, costs, gains, h);
-        }
+        for (size_t first = 0; first < count; first += LANES)
+            step(gt, est, n, similarities, first, min(LANES, count - first), threshold, resolution,
+                 &how, weights, costs, gains);
         size_t half = count / 2, most = half > n_left ? half : n_left;
-        count = most < count ? most : count;
+        count = min(most, count);
         largest_gain = 0;
         for (size_t h = 0; h < count; h++)
             largest_gain = gains[h] > largest_gain ? gains[h] : largest_gain;
@@ -826,7 +923,7 @@ typedef struct {
 /* Room for what is computed of a scene. */
 typedef struct {
     stream numbers;
-    double *gt, *est, *shuffled, *first_cameras, *ratios, *errors;
+    double *gt, *est, *shuffled, *first_cameras, *ratios, *errors, *weights;
     ptrdiff_t *similar, *triplets;
     size_t most_triplets;
     double *scales;
@@ -957,11 +1054,12 @@ static void take_first(const double *points, size_t n, size_t n_taken, double *t
         memcpy(taken + k * n_taken, points + k * n, n_taken * sizeof *taken);
 }
 
-static similarity fit(const settings *set, const double *gt, const double *est, size_t n,
-                      const double *weights)
+/* Fit to as many weights. */
+static void fit(const room *r, const settings *set, const double *gt, const double *est, size_t n,
+                size_t n_fits, similarity *fits)
 {
-    return weighted_fit(gt, est, n, weights, (group)set->alignment, set->smallest, (int)set->sweeps,
-                        set->line_ratio, set->parallel_sine);
+    weighted_fits(gt, est, n, r->weights, n_fits, (int)set->alignment, set->smallest,
+                  (int)set->sweeps, set->line_ratio, set->parallel_sine, fits);
 }
 
 /* The next subset of this size in the order of combinations; whether there is one. */
@@ -996,12 +1094,16 @@ static size_t fit_subsets(room *r, const settings *set, size_t n, similarity *fi
         for (size_t i = 0; i < size; i++)
             r->order[i] = i;
         do {
-            memset(r->errors, 0, n * sizeof *r->errors);
+            double *weights = r->weights + count++ % LANES * n;
+            memset(weights, 0, n * sizeof *weights);
             for (size_t i = 0; i < size; i++)
-                r->errors[r->order[i]] = 1;
-            fits[count++] = fit(set, r->shuffled, r->shuffled + 3 * n, n, r->errors);
+                weights[r->order[i]] = 1;
+            if (count % LANES == 0)
+                fit(r, set, r->shuffled, r->shuffled + 3 * n, n, LANES, fits + count - LANES);
         } while (next_subset(n, size, r->order));
     }
+    if (fits && count % LANES)
+        fit(r, set, r->shuffled, r->shuffled + 3 * n, n, count % LANES, fits + count - count % LANES);
     return count;
 }
 
@@ -1145,10 +1247,11 @@ static size_t fit_neighbourhoods(room *r, const settings *set, const double *gt,
         count = insert(r, count, set->n_neighbourhoods, folded(sums), i);
     }
     for (size_t k = 0; k <= count; k++) {
+        double *weights = r->weights + k * n;
         for (size_t i = 0; i < n; i++)
-            r->errors[i] = k == count || distance(point(gt, n, r->order[k]), point(gt, n, i)) < threshold;
-        fits[k] = fit(set, gt, est, n, r->errors);
+            weights[i] = k == count || distance(point(gt, n, r->order[k]), point(gt, n, i)) < threshold;
     }
+    fit(r, set, gt, est, n, count + 1, fits);
     return count + 1;
 }
 
@@ -1273,6 +1376,8 @@ static size_t lay_out(room *r, const settings *set, const scenes *all, char *mem
     r->first_cameras = take(&memory, &size, 6 * set->sample, sizeof(double));
     r->ratios = take(&memory, &size, TABLE * TABLE, sizeof(double));
     r->errors = take(&memory, &size, n, sizeof(double));
+    size_t n_weights = max(LANES, set->n_neighbourhoods + 1);
+    r->weights = take(&memory, &size, n_weights * min(n, set->sample), sizeof(double));
     r->scales = take(&memory, &size, kept, sizeof(double));
     r->rotations = take(&memory, &size, kept, sizeof(matrix));
     r->translations = take(&memory, &size, kept, sizeof(vector));
