@@ -27,11 +27,13 @@ from .version import __version__ as __version__
 if TYPE_CHECKING:
     from .comparison import Comparison, compare
     from .evaluation import Evaluation, Settings, evaluate
+    from .trajectories.conventions import Convention, check_conventions
 
 __all__ = [
     "AlignmentScore",
     "AlignmentWarning",
     "Comparison",
+    "Convention",
     "Evaluation",
     "PASBatch",
     "PASResult",
@@ -43,6 +45,7 @@ __all__ = [
     "Similarity",
     "TASBatch",
     "TASResult",
+    "check_conventions",
     "closest_pair_quartile",
     "compare",
     "evaluate",
@@ -62,8 +65,10 @@ __all__ = [
 # Imported when they are asked for: who scores arrays, as every trial does, reads no files.
 OF_FILES = {
     "Comparison": "comparison",
+    "Convention": "trajectories.conventions",
     "Evaluation": "evaluation",
     "Settings": "evaluation",
+    "check_conventions": "trajectories.conventions",
     "compare": "comparison",
     "evaluate": "evaluation",
 }

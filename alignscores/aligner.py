@@ -139,9 +139,7 @@ class Aligner:
             est = Normalised(est.local * ratios, est.centres, gt.units)
         return starts, gt, est
 
-    def _registered(
-        self, thresholds: Floats, which: Indices
-    ) -> tuple[Floats, Booleans, Indices]:
+    def _registered(self, thresholds: Floats, which: Indices) -> tuple[Floats, Booleans, Indices]:
         """Register normalised positions of some scenes."""
         n = len(thresholds)
         rows, found, n_used = np.full((n, 13), np.nan), np.zeros(n, bool), np.zeros(n, np.intp)
@@ -271,9 +269,7 @@ def normalise_scenes(positions: Floats, starts: Indices) -> Normalised:
     """
     if kernel.LIBRARY is not None:
         return Normalised(*kernel.normalise_scenes(positions, starts, FARTHEST_SUMMABLE))
-    parts = [
-        _normalise(positions[start:end]) for start, end in pairwise(starts.tolist())
-    ]
+    parts = [_normalise(positions[start:end]) for start, end in pairwise(starts.tolist())]
     local, centres, units = zip(*parts, strict=True)
     return Normalised(np.concatenate(local), np.array(centres), np.array(units))
 

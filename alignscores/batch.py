@@ -552,7 +552,8 @@ def _scores(errors: Floats, thresholds: Floats, starts: Indices) -> Floats:
     n_thresholds = thresholds.shape[1]
     return np.array(
         [
-            int(cumulative_frequency(errors[start:end], steps).sum()) / (n_thresholds * (end - start))
+            int(cumulative_frequency(errors[start:end], steps).sum())
+            / (n_thresholds * (end - start))
             if end > start
             else np.nan
             for (start, end), steps in zip(pairwise(starts.tolist()), thresholds, strict=True)

@@ -18,7 +18,15 @@ from .validation import AlignmentWarning, check_positive
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["extent", "ras_angle", "search_unit", "smallest_unit", "tas_distance", "too_few", "unit_search"]
+__all__ = [
+    "extent",
+    "ras_angle",
+    "search_unit",
+    "smallest_unit",
+    "tas_distance",
+    "too_few",
+    "unit_search",
+]
 
 ErrorsAt = Callable[[float], Floats]  # of the best alignment at a largest threshold
 
@@ -220,17 +228,19 @@ def unit_search(
     programming", Management Science 1967), which converges faster than linearly.
     """
     _check_score(score)
-    found: list[Floats] = []
+    found: list[tuple[float, Floats]] = []
     start = start if 0 < start < inf else 1.0
     unit, before = start, inf
     while 0 < unit < (1 - GAIN) * before:
         before = unit if found else inf  # the first step may go up
-        found.append((yield unit))
-        unit = _continuous_unit(np.sort(found[-1]), score)
+        errors = yield unit
+        unit = _continuous_unit(np.sort(errors), score)
+        found.append((unit, errors))
         if unit < ROUNDING * start:
             break
-    found.sort(key=lambda errors: -_continuous_unit(np.sort(errors), score))
-    return smallest_unit(np.sort(found[-1]), score, n_thresholds), found
+    found.sort(key=lambda pair: -pair[0])
+    best = [errors for _, errors in found]
+    return smallest_unit(np.sort(best[-1]), score, n_thresholds), best
 
 
 def smallest_unit(sorted_errors: Floats, score: float, n_thresholds: int) -> float:

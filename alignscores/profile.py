@@ -202,7 +202,9 @@ def tas_profile(
     if aligner.has_one_alignment:
         profile = _profile(grid, [aligner.align(grid[:1]).errors], n_thresholds)
     else:
-        profile = searched_profile(lambda unit: aligner.align(np.array([unit])).errors, grid, n_thresholds)
+        profile = searched_profile(
+            lambda unit: aligner.align(np.array([unit])).errors, grid, n_thresholds
+        )
     if np.isinf(profile.errors).all():
         warnings.warn(
             "all scores are 0: the estimate cannot be aligned", AlignmentWarning, stacklevel=2

@@ -187,8 +187,9 @@ def tas(
     >>> result.registration, round(result.score, 3)
     ('least_squares', 0.663)
     """
+    gt, est, starts = one_scene(gt_positions, est_positions)
     aligner = Aligner(
-        *one_scene(gt_positions, est_positions),
+        *(gt, est, starts),
         registration=registration,
         rng=rng,
         n_hypotheses=n_hypotheses,
@@ -196,16 +197,16 @@ def tas(
         up=up,
     )
     if unit is None:
-        unit = _quartile(aligner.normalised_gt, aligner.starts)
+        unit = _quartile(aligner.normalised_gt, starts)
     check_positive(unit, "unit")
     thresholds = unit * equal_steps(max_threshold, n_thresholds, "max_threshold")
     aligned = aligner.align(thresholds[-1:])
     found = aligned.similarity(0)
     if found is None:
-        distinct = len(np.unique(aligner.est[aligner.estimated], axis=0))
+        distinct = len(np.unique(est[aligner.estimated], axis=0))
         warnings.warn(
             "TAS is 0: the estimate cannot be aligned, since none of its camera triplets resembles "
-            f"the ground truth ({distinct} distinct estimated positions of {len(aligner.gt)} cameras)",
+            f"the ground truth ({distinct} distinct estimated positions of {len(gt)} cameras)",
             AlignmentWarning,
             stacklevel=2,
         )

@@ -109,7 +109,7 @@ def finite_rows(array: Floats) -> Booleans:
 
 
 def real_array(values: Any, name: str) -> Floats:
-    """Return real numbers as float64: of a tensor, too, wherever and in whatever precision it is."""
+    """Return real numbers as float64, of a tensor on any device and in any precision, too."""
     try:
         array = _as_array(values)
     except ValueError as error:

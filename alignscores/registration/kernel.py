@@ -42,7 +42,17 @@ from .refined import (
     order_of,
 )
 
-__all__ = ["LIBRARY", "Scenes", "Seed", "closest_pair_quartiles", "load", "normalise_scenes", "pcr99", "refined", "state_of"]
+__all__ = [
+    "LIBRARY",
+    "Scenes",
+    "Seed",
+    "closest_pair_quartiles",
+    "load",
+    "normalise_scenes",
+    "pcr99",
+    "refined",
+    "state_of",
+]
 
 Seed = int | np.random.SeedSequence | np.random.Generator | None
 

@@ -185,7 +185,8 @@ def _orthogonal_columns(matrices: Floats) -> tuple[Floats, Floats]:
 def lane_sums(values: Floats) -> Floats:
     """Return sums over the cameras, the last axis: in lanes, which are then folded in halves."""
     padding = [(0, 0)] * (values.ndim - 1) + [(0, -values.shape[-1] % LANES)]
-    rows = np.pad(values, padding).reshape(*values.shape[:-1], -1, LANES)
+    padded = np.pad(values, padding)
+    rows = padded.reshape(*values.shape[:-1], padded.shape[-1] // LANES, LANES)
     lanes = rows.sum(axis=-2, initial=0.0)
     while lanes.shape[-1] > 1:
         half = lanes.shape[-1] // 2

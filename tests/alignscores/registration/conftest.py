@@ -1,8 +1,9 @@
-"""The steps of the compiled kernel, with the arguments of those in NumPy."""
+"""The compiled kernel, step by step, with the arguments of the steps in NumPy."""
 
 from ctypes import c_double, c_int, c_size_t, c_void_p
 
 import numpy as np
+import pytest
 
 from alignscores.registration import hypotheses, reweighting
 from alignscores.similarity import LINE, PARALLEL, SMALLEST
@@ -20,12 +21,10 @@ class Steps:
         points, rows = POINTS, ROWS
         similarities = c_void_p, c_void_p, c_void_p, c_void_p
         library.similar_triplets.argtypes = *points, *rows, c_double, c_void_p
-        library.three_point_similarities.argtypes = (
-            *(*points, *rows, c_int, c_double, c_double, *similarities),
-        )
-        library.cheapest.argtypes = (
-            *(*points, *similarities, c_size_t, c_size_t, c_double, c_void_p),
-        )
+        group = c_int, c_double, c_double
+        library.three_point_similarities.argtypes = *points, *rows, *group, *similarities
+        ends = c_size_t, c_size_t, c_double
+        library.cheapest.argtypes = *points, *similarities, *ends, c_void_p
         library.cheapest.restype = c_size_t
         library.truncated_costs.argtypes = *points, *rows, c_double, c_double, c_void_p
         library.weighted_fits.argtypes = *points, *rows, *SOLVER, c_void_p
@@ -57,7 +56,7 @@ class Steps:
 
     def cheapest(self, gt, est, scale, rotation, translation, flat, rank, margin):
         gt, est = floats(gt), floats(est)
-        arrays = floats(scale), floats(rotation), floats(translation), flat
+        arrays = floats(scale), floats(rotation), floats(translation), np.asarray(flat, bool)
         below = np.empty(gt.shape[1])
         return self._library.cheapest(
             *(*addresses(gt, est), gt.shape[1], *addresses(*arrays), len(flat)),
@@ -82,7 +81,7 @@ class Steps:
         return fits
 
     def refine(self, gt, est, rows, threshold, resolution, n_left, least_gain, alignment):
-        gt, est, rows = floats(gt), floats(est), np.array(rows)
+        gt, est, rows = floats(gt), floats(est), np.array(rows, order="C")
         n, count = gt.shape[1], len(rows)
         weights, costs, gains = np.empty(n), np.empty(count), np.empty(count)
         kept = self._library.refine(
@@ -103,3 +102,9 @@ def floats(array):
 
 def addresses(*arrays):
     return [array.ctypes.data for array in arrays]
+
+
+@pytest.fixture(scope="session")
+def steps():
+    """(library) -> its functions beside whole scenes."""
+    return Steps
