@@ -129,8 +129,8 @@ class Aligner:
         counts = sizes(starts)
         if self._alignment == "none":  # divided so that squares neither overflow nor vanish
             units = gt.units.repeat(counts)[:, None]
-            worlds = (p / units for p in (gt_positions, est_positions))
-            return starts, *(Normalised(world, gt.centres, gt.units) for world in worlds)
+            est = Normalised(est_positions / units, gt.centres, gt.units)
+            return starts, Normalised(gt_positions / units, gt.centres, gt.units), est
         if gt_positions is not self.gt:
             gt = normalise_scenes(gt_positions, starts)
         est = normalise_scenes(est_positions, starts)

@@ -515,6 +515,9 @@ def _checked(
     """Check all scenes at once, or, where one is wrong, each, so that the error names it."""
     flat: Any = None
     if isinstance(scenes, (list, tuple)):
+        for i, scene in enumerate(scenes):
+            if not hasattr(scene, "__len__"):
+                raise ValueError(f"{name}[{i}] must be an array of cameras, not {scene!r}")
         counts = [len(scene) for scene in scenes]
         kinds = {(type(scene), getattr(scene, "dtype", 0)) for scene in scenes}
         if len(kinds) == 1 and isinstance(scenes[0], np.ndarray):

@@ -84,7 +84,7 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
         if mask is not None:
             gt_poses = torch.where(mask[..., None, None], gt_poses, torch.nan)
         result = pas_batch(gt_poses, est_poses, **self._options)
-        columns = [result.score, result.tas.score, result.ras.score]
+        columns: list[Any] = [result.score, result.tas.score, result.ras.score]
         if self._options["distances"]:
             columns += [result.tas.distances, result.ras.angles]
         if self._protocols:

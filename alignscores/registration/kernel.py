@@ -191,36 +191,34 @@ class Scenes:
         self.found, self.is_found = np.full((n, 13), np.nan), np.zeros(n, dtype=np.bool_)
         self.n_used = np.zeros(n, dtype=np.intp)
         self._searches: dict[int, Search] = {}
-        self._state = None if LIBRARY is None else state_of(rng)
-        if self._state is not None:
-            self._prepare()
+        self._arguments: Arguments | None = None
 
     def align(self, thresholds: Floats, which: Indices) -> None:
         """Align some of the scenes, each at its largest threshold."""
-        if self._state is None:
+        state = None if LIBRARY is None else state_of(self._rng)
+        if LIBRARY is None or state is None:
             for scene in which.tolist():
                 self._align_one(scene, float(thresholds[scene]))
             return
+        if self._arguments is None:
+            self._arguments = self._prepared(LIBRARY)
         which, thresholds = np.ascontiguousarray(which), np.ascontiguousarray(thresholds)
         arguments = self._arguments
         arguments.n_scenes = len(which)
-        arguments.which, arguments.thresholds = _addresses(which, thresholds)
-        if isinstance(self._rng, np.random.Generator):
-            self._state = state_of(self._rng)
-        self._arguments.generator = _addresses(self._state)[0]
-        assert LIBRARY is not None
+        arguments.which, arguments.thresholds, arguments.generator = _addresses(
+            which, thresholds, state
+        )
         if not LIBRARY.register_scenes(
             ctypes.byref(self._settings), ctypes.byref(arguments), self._threads
         ):
             raise MemoryError(f"there is no memory for {self._n_hypotheses} hypotheses")
         if isinstance(self._rng, np.random.Generator):
-            _set_state(self._rng, self._state)
+            _set_state(self._rng, state)
 
-    def _prepare(self) -> None:
+    def _prepared(self, library: ctypes.CDLL) -> Arguments:
         """Collect what the kernel is given; all arrays must be kept as long as it may be called."""
         n = len(self.found)
         self._settings = _settings(self._n_hypotheses, self._alignment, self._prescreen)
-        assert LIBRARY is not None
         n_cameras = sizes(self._starts).tolist()
         last, has_last = np.empty((n, 13)), np.zeros(n, dtype=np.bool_)
         n_rows, rows, orders = np.full(n, NOT_DRAWN, dtype=np.uint64), None, None
@@ -229,7 +227,7 @@ class Scenes:
             orders = np.concatenate([order_of(size) for size in n_cameras])
             if self._keep:
                 address = ctypes.byref(self._settings)
-                most = max(LIBRARY.most_rows(address, size) for size in set(n_cameras))
+                most = max(library.most_rows(address, size) for size in set(n_cameras))
                 rows = np.empty((n, most, 13))
         advance = isinstance(self._rng, np.random.Generator)
         self._threads = 1 if advance else self._threads
@@ -238,7 +236,7 @@ class Scenes:
             *(has_last, self.found, self.is_found, self.n_used),
         )
         addresses = [None if array is None else _addresses(array)[0] for array in self._kept]
-        self._arguments = Arguments(
+        return Arguments(
             *(0, None, *addresses[:4], None, addresses[4], None, advance, *addresses[5:7], most),
             *addresses[7:],
         )
