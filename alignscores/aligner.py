@@ -234,13 +234,15 @@ def _errors(
     """Return the position errors of normalised cameras, as `Similarity.position_errors`."""
     counts = sizes(starts)
     scale, rotations, translation = rows[:, 0], rows[:, 1:10].reshape(-1, 3, 3), rows[:, 10:]
-    with np.errstate(over="ignore"):  # beyond the largest number: infinitely far
+    with np.errstate(over="ignore", invalid="ignore"):  # beyond the largest number: infinitely far
         residuals = (est.local - translation.repeat(counts, axis=0)) / scale.repeat(counts)[:, None]
         for scene in np.flatnonzero(found).tolist():  # each by itself, for the same bits
             cameras = slice(*starts[scene : scene + 2])
             residuals[cameras] -= gt.local[cameras] @ rotations[scene].T
-        errors = gt.units.repeat(counts) * np.linalg.norm(residuals, axis=1)
-    return np.where(found.repeat(counts), errors, np.inf)
+        residuals *= residuals
+        errors = gt.units.repeat(counts) * np.sqrt(residuals.sum(axis=1))
+    errors[~found.repeat(counts)] = np.inf
+    return errors
 
 
 def _between_worlds(rows: Floats, gt: Normalised, est: Normalised) -> Floats:

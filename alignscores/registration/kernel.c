@@ -252,36 +252,113 @@ static inline bool turn_between(const triangle *a, const triangle *b, double fla
     return !(sqrt(cosine * cosine + sine * sine) > shortest);
 }
 
-static void align_triplets(const double *gt, const double *est, size_t n, const ptrdiff_t *first,
-                           const ptrdiff_t *second, const ptrdiff_t *third, size_t n_triplets,
-                           int alignment, double flat_sine, double parallel_sine, double *scales,
-                           matrix *rotations, vector *translations, bool *flat)
+typedef struct {
+    double scale;
+    matrix rotation;
+    vector translation;
+} similarity;
+
+/* Scale and translation by least squares, given the rotation. */
+static inline similarity completed(const triangle *a, const triangle *b, matrix rotation)
 {
-    for (size_t h = 0; h < n_triplets; h++) {
-        size_t i = first[h], j = second[h], k = third[h];
+    double a_1 = dot(a->edge_1, a->first), a_2 = dot(a->edge_2, a->first);
+    double b_1 = dot(b->edge_1, b->first), b_2 = dot(b->edge_2, b->first);
+    double a_22 = dot(a->edge_2, a->edge_2), b_22 = dot(b->edge_2, rotated(rotation, a->edge_2));
+    double scale = (2 * (b_1 * a_1 + b_22) - b_1 * a_2 - b_2 * a_1)
+                   / (2 * (a_1 * a_1 + a_22 - a_1 * a_2));
+    vector translation = minus(b->centroid, times(scale, rotated(rotation, a->centroid)));
+    return (similarity){scale, rotation, translation};
+}
+
+/* Align one triplet of any kind; return whether it is flat. */
+static bool align_triplet(const vector *gt, const vector *est, int alignment, double flat_sine,
+                          double parallel_sine, similarity *found)
+{
+    triangle a, b;
+    bool flat_a = measure(&a, gt[0], gt[1], gt[2], flat_sine);
+    bool flat_b = measure(&b, est[0], est[1], est[2], flat_sine);
+    bool flat = flat_a || flat_b;
+    if (flat)
+        a.normal = b.normal = common_normal(a.first, b.first, parallel_sine);
+    complete_axes(&a);
+    complete_axes(&b);
+    matrix rotation = rotation_between(&a, &b);
+    if (alignment == YAW)
+        flat = turn_between(&a, &b, flat_sine, &rotation);
+    *found = completed(&a, &b, rotation);
+    if (alignment != SIMILARITY) {
+        found->scale = 1;
+        found->translation = minus(b.centroid, rotated(rotation, a.centroid));
+    }
+    return flat;
+}
+
+#define LANES 8 /* numbers that a processor can compute at once, if it is wide enough */
+
+/* Align as many triplets by similarities, as if none were flat; mark those that are. */
+EVERY_WIDTH
+static void align_at_once(double (*restrict gt)[3][LANES], double (*restrict est)[3][LANES],
+                          double flat_sine, double (*restrict found)[LANES], double *restrict flat)
+{
+    for (size_t l = 0; l < LANES; l++) {
+        vector p[3], q[3];
+        for (size_t k = 0; k < 3; k++) {
+            p[k] = (vector){gt[k][0][l], gt[k][1][l], gt[k][2][l]};
+            q[k] = (vector){est[k][0][l], est[k][1][l], est[k][2][l]};
+        }
         triangle a, b;
-        bool flat_a = measure(&a, point(gt, n, i), point(gt, n, j), point(gt, n, k), flat_sine);
-        bool flat_b = measure(&b, point(est, n, i), point(est, n, j), point(est, n, k), flat_sine);
-        flat[h] = flat_a || flat_b;
-        if (flat[h])
-            a.normal = b.normal = common_normal(a.first, b.first, parallel_sine);
+        double flat_a = measure(&a, p[0], p[1], p[2], flat_sine) ? 1 : 0;
+        double flat_b = measure(&b, q[0], q[1], q[2], flat_sine) ? 1 : 0;
+        flat[l] = flat_a + flat_b;
         complete_axes(&a);
         complete_axes(&b);
-        matrix rotation = rotation_between(&a, &b);
+        similarity s = completed(&a, &b, rotation_between(&a, &b));
+        const vector parts[4] = {s.rotation.x, s.rotation.y, s.rotation.z, s.translation};
+        found[0][l] = s.scale;
+        for (size_t k = 0; k < 4; k++) {
+            found[3 * k + 1][l] = parts[k].x;
+            found[3 * k + 2][l] = parts[k].y;
+            found[3 * k + 3][l] = parts[k].z;
+        }
+    }
+}
 
-        if (alignment == YAW)
-            flat[h] = turn_between(&a, &b, flat_sine, &rotation);
-
-        double a_1 = dot(a.edge_1, a.first), a_2 = dot(a.edge_2, a.first);
-        double b_1 = dot(b.edge_1, b.first), b_2 = dot(b.edge_2, b.first);
-        double a_22 = dot(a.edge_2, a.edge_2), b_22 = dot(b.edge_2, rotated(rotation, a.edge_2));
-        double scale = (2 * (b_1 * a_1 + b_22) - b_1 * a_2 - b_2 * a_1)
-                       / (2 * (a_1 * a_1 + a_22 - a_1 * a_2));
-        if (alignment != SIMILARITY)
-            scale = 1;
-        scales[h] = scale;
-        rotations[h] = rotation;
-        translations[h] = minus(b.centroid, times(scale, rotated(rotation, a.centroid)));
+static void align_triplets(const double *gt, const double *est, size_t n,
+                           const ptrdiff_t *const corners[3], size_t n_triplets, int alignment,
+                           double flat_sine, double parallel_sine, double *scales,
+                           matrix *rotations, vector *translations, bool *flat)
+{
+    double gt_lanes[3][3][LANES], est_lanes[3][3][LANES], rows[13][LANES], is_flat[LANES];
+    for (size_t h = 0; h < n_triplets; h++) {
+        size_t l = h % LANES;
+        if (l == 0 && alignment == SIMILARITY) {
+            for (size_t next = 0; next < LANES; next++)
+                for (size_t k = 0; k < 3; k++) {
+                    size_t i = (size_t)corners[k][h + next < n_triplets ? h + next : h];
+                    for (size_t x = 0; x < 3; x++) {
+                        gt_lanes[k][x][next] = gt[x * n + i];
+                        est_lanes[k][x][next] = est[x * n + i];
+                    }
+                }
+            align_at_once(gt_lanes, est_lanes, flat_sine, rows, is_flat);
+        }
+        similarity found;
+        flat[h] = alignment != SIMILARITY || is_flat[l] > 0;
+        if (flat[h]) {
+            vector a[3], b[3];
+            for (size_t k = 0; k < 3; k++) {
+                a[k] = point(gt, n, (size_t)corners[k][h]);
+                b[k] = point(est, n, (size_t)corners[k][h]);
+            }
+            flat[h] = align_triplet(a, b, alignment, flat_sine, parallel_sine, &found);
+        } else {
+            double *numbers = (double *)&found;
+            for (size_t k = 0; k < 13; k++)
+                numbers[k] = rows[k][l];
+        }
+        scales[h] = found.scale;
+        rotations[h] = found.rotation;
+        translations[h] = found.translation;
     }
 }
 
@@ -291,8 +368,9 @@ void three_point_similarities(const double *gt, const double *est, size_t n,
                               double flat_sine, double parallel_sine, double *scales, matrix *rotations,
                               vector *translations, bool *flat)
 {
-    align_triplets(gt, est, n, triplets, triplets + n_triplets, triplets + 2 * n_triplets, n_triplets,
-                   alignment, flat_sine, parallel_sine, scales, rotations, translations, flat);
+    const ptrdiff_t *const corners[3] = {triplets, triplets + n_triplets, triplets + 2 * n_triplets};
+    align_triplets(gt, est, n, corners, n_triplets, alignment, flat_sine, parallel_sine, scales,
+                   rotations, translations, flat);
 }
 
 static inline double squared_error(const double *gt, const double *est, size_t n, size_t i,
@@ -370,15 +448,7 @@ size_t cheapest(const double *gt, const double *est, size_t n, const double *sca
     return best;
 }
 
-typedef struct {
-    double scale;
-    matrix rotation;
-    vector translation;
-} similarity;
-
-#define LANES 8 /* partial sums, so that a processor can add as many numbers at once */
-
-typedef double lanes[LANES];
+typedef double lanes[LANES]; /* partial sums, so that a processor can add as many numbers at once */
 
 /* Fold the lanes in halves. */
 static inline double folded(lanes sums)
@@ -1004,10 +1074,10 @@ static size_t prescreen(room *r, const settings *set, size_t n, size_t n_wanted)
 
 static void align_kept(room *r, const settings *set, size_t n, size_t n_triplets)
 {
-    const ptrdiff_t *first = r->triplets, *second = first + r->most_triplets;
-    align_triplets(r->gt, r->est, n, first, second, second + r->most_triplets, n_triplets,
-                   (int)set->alignment, set->flat_sine, set->parallel_sine, r->scales, r->rotations,
-                   r->translations, r->flat);
+    const ptrdiff_t *const corners[3] = {r->triplets, r->triplets + r->most_triplets,
+                                         r->triplets + 2 * r->most_triplets};
+    align_triplets(r->gt, r->est, n, corners, n_triplets, (int)set->alignment, set->flat_sine,
+                   set->parallel_sine, r->scales, r->rotations, r->translations, r->flat);
 }
 
 static void component_first(const double *rows, size_t n, double *points)
