@@ -4,6 +4,7 @@ import math
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -297,3 +298,48 @@ def test_selection_of_every_rank(compiled):
                     *(gt, np.zeros_like(gt)), scale, rotation, translation, flat, rank, 0.0
                 )
                 assert best == (winner if expected > 0 else 0)
+
+
+HOSTILE = """
+import sys, warnings
+from pathlib import Path
+import numpy as np
+from alignscores import tas_batch
+from alignscores.registration import kernel
+warnings.simplefilter("ignore")
+kernel.LIBRARY = kernel.load(Path(sys.argv[1]))
+assert kernel.LIBRARY is not None
+rng = np.random.default_rng(0)
+sizes = [1, 2, 3, 4, 5, 7, 8, 9, 16, 17, 19, 20, 24, 25, 33, 60, 61, 128, 129, 251, 1003]
+gt = [rng.normal(size=(n, 3)) for n in sizes]
+est = [2 * p + 0.1 * rng.normal(size=p.shape) for p in gt]
+for p in est[::2]:
+    p[rng.random(len(p)) < 0.3] = [np.nan, 1e300, -1e300]
+    p[rng.random(len(p)) < 0.1] *= 1e200
+for n_hypotheses in (1, 2, 3, 7, 45, 1000, 30000):
+    for registration in ("pcr99", "refined"):
+        for alignment in ("similarity", "rigid", "yaw"):
+            tas_batch(gt, est, unit=0.1, registration=registration, alignment=alignment,
+                      n_hypotheses=n_hypotheses, threads=2, distances=n_hypotheses == 45)
+print("done")
+"""
+
+
+def test_reads_and_writes_nothing_beyond_its_arrays(tmp_path):
+    """By the address sanitizer, for sizes on both sides of every bound."""
+    sanitizer = COMPILER and subprocess.run(
+        [COMPILER, "-print-file-name=libasan.so"], capture_output=True, text=True, check=False
+    ).stdout.strip()
+    if not sanitizer or not Path(sanitizer).is_absolute():
+        pytest.skip("there is no address sanitizer")
+    path = tmp_path / "kernel.so"
+    flags = ["-O1", "-g", "-fsanitize=address,undefined", "-DEVERY_WIDTH="]
+    subprocess.run([COMPILER, *flags, *EXACT, "-o", path, SOURCE, "-lm"], check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", HOSTILE, path],
+        env={**os.environ, "LD_PRELOAD": sanitizer, "ASAN_OPTIONS": "detect_leaks=0"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.stdout, done.stderr) == ("done\n", "")
