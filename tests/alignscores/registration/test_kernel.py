@@ -327,9 +327,12 @@ print("done")
 
 def test_reads_and_writes_nothing_beyond_its_arrays(tmp_path):
     """By the address sanitizer, for sizes on both sides of every bound."""
-    sanitizer = COMPILER and subprocess.run(
-        [COMPILER, "-print-file-name=libasan.so"], capture_output=True, text=True, check=False
-    ).stdout.strip()
+    sanitizer = (
+        COMPILER
+        and subprocess.run(
+            [COMPILER, "-print-file-name=libasan.so"], capture_output=True, text=True, check=False
+        ).stdout.strip()
+    )
     if not sanitizer or not Path(sanitizer).is_absolute():
         pytest.skip("there is no address sanitizer")
     path = tmp_path / "kernel.so"
