@@ -240,7 +240,7 @@ def _errors(
             cameras = slice(*starts[scene : scene + 2])
             residuals[cameras] -= gt.local[cameras] @ rotations[scene].T
         residuals *= residuals
-        errors = gt.units.repeat(counts) * np.sqrt(residuals.sum(axis=1))
+        errors: Floats = gt.units.repeat(counts) * np.sqrt(residuals.sum(axis=1))
     errors[~found.repeat(counts)] = np.inf
     return errors
 

@@ -30,7 +30,15 @@ from .validation import (
     real_array,
 )
 
-__all__ = ["PASBatch", "RASBatch", "TASBatch", "pas_batch", "ras_batch", "tas_batch"]
+__all__ = [
+    "PASBatch",
+    "RASBatch",
+    "TASBatch",
+    "pas_batch",
+    "ras_batch",
+    "scenes_of_poses",
+    "tas_batch",
+]
 
 SCENES_AT_ONCE = 256  # whose hypotheses are kept for the distances, 27 MB
 
@@ -269,9 +277,7 @@ def pas_batch(
     (array([0.8, 1. ]), np.int64(200))
     """
     weight = check_weight(weight)
-    (gt_rotations, gt), (est_rotations, est), starts = _scenes(
-        gt_poses, est_poses, "poses", check_poses
-    )
+    (gt_rotations, gt), (est_rotations, est), starts = scenes_of_poses(gt_poses, est_poses)
     positions = _tas_batch(
         *(gt, est, starts, unit, max_threshold, n_thresholds, distances),
         registration=registration,
@@ -481,6 +487,11 @@ def _ras_batch(
         alignment=found,
         angles=_half_units(errors, starts) if angles else None,
     )
+
+
+def scenes_of_poses(gt_poses: Any, est_poses: Any) -> tuple[Any, Any, Indices]:
+    """Return rotations and positions of both worlds, and where each scene starts."""
+    return _scenes(gt_poses, est_poses, "poses", check_poses)
 
 
 def _scenes(gt: Any, est: Any, kind: str, check: Callable[..., Any]) -> tuple[Any, Any, Indices]:

@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 
 from alignscores import AlignmentWarning, pas_batch, ras_batch, tas_batch
 from alignscores.arrays import Floats
-from alignscores.protocols import protocol
+from alignscores.protocols import vggt_auc, vggt_auc_batch
 from experiments.scenes import make_scene
 from experiments.tables import write_files
 
@@ -31,18 +31,18 @@ TURNS = 3
 PAGE = """\
 # Benchmarks of many scenes
 
-Written by `python -m benchmarks.scenes`: seconds for {n_scenes:,} scenes of {n_cameras} poses (a cube, 30 %
-outliers, 3 cm and 3 degrees of noise), each the median of {turns} turns in which all take part.
-Processor time of one thread, BLAS on one thread, 1000 hypotheses, seed 0. The ratios are those of
-one turn, and mean more than the times.
+Written by `python -m benchmarks.scenes`: seconds for {n_scenes:,} scenes of
+{n_cameras} poses (a cube, 30 % outliers, 3 cm and 3 degrees of noise), each the median of {turns}
+turns in which all take part. Processor time of one thread, BLAS on one thread, 1000 hypotheses,
+seed 0. The ratios are those of one turn, and mean more than the times.
 
 Machine: {machine}.
 
 {table}
 
-Least squares is the alignment alone, by pycolmap (extra `bench`) and by evo, or by NumPy for all scenes at once;
-it is moved by any outlier. pycolmap's robust estimation and the floor
-([floor.c](../../benchmarks/floor.c), the inliers of 1000 given hypotheses) are what the scores compare with.
+Least squares is the alignment alone, by pycolmap (extra `bench`), by evo, or by NumPy for all at
+once; any outlier moves it. pycolmap's robust estimation has 1000 trials. The floor
+([floor.c](../../benchmarks/floor.c)) counts the inliers of 1000 given hypotheses.
 
 With two threads the busier one takes {share:.2f} of the time of one, for the refined TAS.
 """
@@ -107,7 +107,6 @@ def contenders(gt: Floats, est: Floats) -> dict[str, Callable[[], object]]:
     """Return what is measured, by its name."""
     worlds = gt[..., :3, 3].copy(), est[..., :3, 3].copy()
     turned = gt[..., :3, :3].copy(), est[..., :3, :3].copy()
-    auc = protocol("auc@30:vggt")
     calls: dict[str, Callable[[], object]] = {
         "`tas_batch`": lambda: tas_batch(*worlds),
         "`tas_batch`, refined": lambda: tas_batch(*worlds, registration="refined"),
@@ -116,8 +115,9 @@ def contenders(gt: Floats, est: Floats) -> dict[str, Callable[[], object]]:
         "`pas_batch`, refined, with distances": lambda: pas_batch(
             gt, est, registration="refined", distances=True
         ),
-        "`auc@30:vggt`, one by one": lambda: [
-            auc(*arrays) for arrays in zip(worlds[0], turned[0], worlds[1], turned[1], strict=True)
+        "`vggt_auc_batch`": lambda: vggt_auc_batch(gt, est, 30),
+        "`vggt_auc`, one by one": lambda: [
+            vggt_auc(*pair, 30) for pair in zip(gt, est, strict=True)
         ],
         "NumPy, least squares": lambda: least_squares(*worlds),
     }

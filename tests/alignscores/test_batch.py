@@ -20,6 +20,7 @@ from alignscores import (
     tas_batch,
     tas_distance,
 )
+from alignscores.protocols import vggt_auc, vggt_auc_batch
 from alignscores.registration import kernel
 from benchmarks.same_bits import differences, random_scenes
 
@@ -210,3 +211,16 @@ def test_no_memory_is_lost(scenes):
             before = resident()
         tas_batch(*positions, n_hypotheses=20, threads=1 + turn % 2)
     assert resident() - before < 4 << 20
+
+
+@pytest.mark.parametrize("convention", ["vggt", "mapanything", "da3"])
+@pytest.mark.parametrize(("k", "bins"), [(30, "degree"), (5, "histogram")])
+def test_auc_as_one_by_one(convention, k, bins):
+    gt, est = random_scenes(80)
+    options = {"convention": convention, "bins": bins}
+    batch = vggt_auc_batch(gt, est, k, **options)
+    for truth, estimate, found in zip(gt, est, batch, strict=True):
+        if len(truth) < 2:
+            assert np.isnan(found)
+        else:
+            assert found == vggt_auc(truth, estimate, k, **options)
