@@ -51,7 +51,11 @@ def test_one_version_and_one_licence():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     archive = json.loads((ROOT / ".zenodo.json").read_text())
-    assert {one["version"] for one in (citation, archive)} == {alignscores.__version__}
+    software = json.loads((ROOT / "codemeta.json").read_text())
+    assert {one["version"] for one in (citation, archive, software)} == {alignscores.__version__}
     assert {one["license"] for one in (project, citation, archive)} == {"BSD-3-Clause"}
     assert (ROOT / "LICENSE").read_text().startswith("BSD 3-Clause License")
-    assert archive["keywords"] == citation["keywords"]
+    assert software["license"].endswith("/BSD-3-Clause")
+    assert archive["keywords"] == citation["keywords"] == software["keywords"]
+    abstract = " ".join(citation["abstract"].split())
+    assert archive["description"] == software["description"] == abstract

@@ -1,7 +1,7 @@
 """Families of metrics: how their names are read, and what is known of each.
 
 A name is a head, mostly with numbers, and words behind colons in any order: ``auc@30:vggt``,
-``recall@5cm,5deg``, ``rpe@1m:rotation:reference``. This module alone reads them.
+``recall@5cm,5deg``, ``rpe@1m:rotation:all``. This module alone reads them.
 """
 
 import math
@@ -287,7 +287,7 @@ def _numbers(match: re.Match[str]) -> dict[str, float]:
     groups = {key: text for key, text in match.groupdict().items() if text is not None}
     unit = UNITS[groups.pop("unit", "m")]
     return {
-        key: int(text) if key == "k" else float(text) / (unit if key in LENGTHS else 1)
+        key: int(text) if key in ("k", "frames") else float(text) / (unit if key in LENGTHS else 1)
         for key, text in groups.items()
     }
 

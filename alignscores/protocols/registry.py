@@ -16,6 +16,7 @@ from .imc import IMC_2024, imc_maa
 from .relative import Convention, vggt_auc, vggt_rra, vggt_rta
 from .segments import kitti_relative_error, rpg_relative_error
 from .trajectory import (
+    FORMER_PAIRS,
     STATISTICS,
     Alignment,
     Pairs,
@@ -32,7 +33,7 @@ WHOLE = r"@(?P<k>\d+)(?:deg)?"
 ANGLE = rf"(?P<max_error_deg>{NUMBER})(?:deg)?"
 UNIT = rf"(?P<unit>{'|'.join(UNITS)})"
 ERROR = rf"(?P<max_error>{NUMBER}){UNIT}"
-NEIGHBOURS = rf"rpe@(?:1f|(?P<distance>{NUMBER}){UNIT})"
+NEIGHBOURS = rf"rpe@(?:(?P<frames>[1-9]\d*)f|(?P<distance>{NUMBER}){UNIT})"
 SEGMENTS = rf"rpg@(?P<length>{NUMBER}){UNIT}"
 
 
@@ -46,7 +47,7 @@ ACCURACY = {"accuracy": {"colmap": 0.001, "colmap-imc": 0.02}}
 HLOC = {"alignment": {"hloc": "none", "hloc-sim3": "sim3"}}
 STATISTIC = _words(name for name in STATISTICS if name != "sse")
 ALIGNED = {"alignment": _words(get_args(Alignment)), "statistic": STATISTIC}
-PAIRS = {"pairs": _words(get_args(Pairs))}
+PAIRS = {"pairs": {**_words(get_args(Pairs)), **FORMER_PAIRS}}
 SCALED = {"alignment": _words(["sim3", "se3"]), "statistic": {"mean": "mean"} | STATISTIC}
 LENGTH = {"error": _words(["translation", "distance"])}
 ROTATION = {"error": _words(["rotation"])}
@@ -220,18 +221,18 @@ PROTOCOLS: Sequence[Family] = (
         unit="deg",
     ),
     _motion_error(
-        "rpe@{1f,DISTANCE}[:distance][:PATH][:STATISTIC][:ALIGNMENT]",
+        "rpe@{FRAMESf,DISTANCE}[:distance][:PAIRS][:STATISTIC][:ALIGNMENT]",
         "rpe@1m",
-        "relative translation error from frame to frame, or over a distance, of evo",
+        "relative translation error over frames or a distance, of evo",
         evo_rpe,
         NEIGHBOURS,
         optional=LENGTH | ALIGNED | PAIRS,
         unit="units",
     ),
     _motion_error(
-        "rpe@{1f,DISTANCE}:rotation[:PATH][:STATISTIC][:ALIGNMENT]",
+        "rpe@{FRAMESf,DISTANCE}:rotation[:PAIRS][:STATISTIC][:ALIGNMENT]",
         "rpe@1m:rotation",
-        "relative rotation error from frame to frame, or over a distance, of evo",
+        "relative rotation error over frames or a distance, of evo",
         evo_rpe,
         NEIGHBOURS,
         required=ROTATION,

@@ -1,5 +1,6 @@
 """Absolute and relative pose errors as evo computes them, and the mean that is called an RMSE."""
 
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Literal, get_args
@@ -15,6 +16,7 @@ from .alignment import fit
 from .cameras import Cameras, NoValueError, Positions, check_choice
 
 __all__ = [
+    "FORMER_PAIRS",
     "STATISTICS",
     "Alignment",
     "Pairs",
@@ -29,7 +31,7 @@ __all__ = [
 ]
 
 Alignment = Literal["sim3", "se3", "scale", "none"]
-Pairs = Literal["estimate", "reference", "consecutive"]
+Pairs = Literal["consecutive", "consecutive-reference", "all", "all-reference"]
 Statistic = Literal["rmse", "mean", "median", "std", "min", "max", "sse"]
 
 STATISTICS: Mapping[str, Callable[[Floats], np.floating]] = {
@@ -42,6 +44,7 @@ STATISTICS: Mapping[str, Callable[[Floats], np.floating]] = {
     "sse": lambda errors: np.sum(errors * errors),
 }
 RANK = float(np.finfo(np.float64).eps)  # a smaller singular value of the covariance is none
+FORMER_PAIRS: Mapping[str, Pairs] = {"estimate": "all", "reference": "all-reference"}
 TOLERANCE = 0.1  # of a distance: how far the nearest pair may be from it
 
 
@@ -193,9 +196,10 @@ def evo_rpe(
     error: Literal["translation", "rotation", "distance"] = "translation",
     alignment: Alignment = "none",
     statistic: Statistic = "rmse",
-    pairs: Pairs = "estimate",
+    pairs: Pairs = "consecutive",
+    frames: int = 1,
 ) -> float:
-    """Relative pose error between neighbours, or over a distance along the path, as evo_rpe has it.
+    """Relative pose error over some frames, or over a distance along the path, as evo_rpe has it.
 
     With Q and P the true and the estimated motion from one pose to another, the error is of Q^-1 P.
 
@@ -205,7 +209,7 @@ def evo_rpe(
         Camera-to-world poses in the order of time, row i of both the same frame. Estimates that are
         not finite are left out first: the next frame may be many later.
     distance : float, optional
-        Path length of the pairs; by default each frame and the next.
+        Path length of the pairs; by default `frames` count.
     error : {"translation", "rotation", "distance"}
         Length of the translation, angle of the rotation, or the difference between the lengths of
         the two motions.
@@ -214,12 +218,14 @@ def evo_rpe(
         default; CUT3R, MonST3R and Pi3 take "sim3".
     statistic : {"rmse", "mean", "median", "std", "min", "max", "sse"}
         What is returned of the errors.
-    pairs : {"estimate", "reference", "consecutive"}
-        Whose path length counts. With "estimate" (evo's ``--all_pairs``) it is that of the aligned
-        *estimate*: of each frame, the later one whose path length from it is nearest to `distance`
-        if they differ by at most a tenth of that. "reference" is the same on the reference's path
-        (evo's ``--pairs_from_reference``). "consecutive": pairs one after the other, each of at
-        least `distance` of the estimate's path.
+    pairs : {"consecutive", "consecutive-reference", "all", "all-reference"}
+        "consecutive", as evo by default: pairs one after the other, each of at least `distance` of
+        the path of the aligned *estimate*. "all" (evo's ``--all_pairs``): of each frame, the later
+        one whose path length from it is nearest to `distance`, if they differ by at most a tenth of
+        that. With "-reference" (evo's ``--pairs_from_reference``) the reference's path counts.
+        Former names of "all" and "all-reference": "estimate", "reference".
+    frames : int
+        Frames with an estimate from one pose of a pair to the other, where no distance is given.
 
     Returns
     -------
@@ -232,6 +238,11 @@ def evo_rpe(
         Where the input is malformed.
     NoValueError
         Where no pair has that distance, or evo refuses to align.
+
+    Warns
+    -----
+    DeprecationWarning
+        Where `pairs` has a former name.
 
     Notes
     -----
@@ -250,22 +261,29 @@ def evo_rpe(
     >>> gt[:, 0, 3] = [0, 1, 2, 3, 4]
     >>> est = gt.copy()
     >>> est[:, 0, 3] *= 1.1
-    >>> round(evo_rpe(gt, est), 9), round(evo_rpe(gt, est, 2, pairs="reference"), 9)
+    >>> round(evo_rpe(gt, est), 9), round(evo_rpe(gt, est, 2, pairs="all-reference"), 9)
     (0.1, 0.2)
     """
     cameras = least_squares_aligned(Cameras.check(gt_poses, est_poses).matched(), alignment)
+    if pairs in FORMER_PAIRS:
+        new = FORMER_PAIRS[pairs]
+        warnings.warn(f"pairs={pairs!r} is now {new!r}", DeprecationWarning, stacklevel=2)
+        pairs = new
     check_choice(pairs, get_args(Pairs), "pairs")
+    check_positive(frames, "frames", integer=True)
     check_choice(error, ("translation", "rotation", "distance"), "error")
     if distance is None:
-        first, second = np.arange(len(cameras) - 1), np.arange(1, len(cameras))
+        every = frames if pairs.startswith("consecutive") else 1
+        first = np.arange(0, len(cameras) - frames, every)
+        second = first + frames
     else:
         check_positive(distance, "distance")
-        path = path_lengths(cameras.gt if pairs == "reference" else cameras.est)
-        find = consecutive_pairs if pairs == "consecutive" else nearest_pairs
+        path = path_lengths(cameras.gt if pairs.endswith("reference") else cameras.est)
+        find = consecutive_pairs if pairs.startswith("consecutive") else nearest_pairs
         first, second = find(path, distance)
     if len(first) == 0:
-        over = "next to each other" if distance is None else f"{distance:g} apart"
-        raise NoValueError(f"no two frames with an estimate are {over} on the path")
+        over = f"{frames} frames apart" if distance is None else f"{distance:g} apart on the path"
+        raise NoValueError(f"no two poses with an estimate are {over}")
     if error == "distance":
         lengths = (np.linalg.norm(c[first] - c[second], axis=1) for c in (cameras.gt, cameras.est))
         return statistic_of(np.abs(np.subtract(*lengths)), statistic)

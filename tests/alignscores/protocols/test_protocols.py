@@ -1,6 +1,7 @@
 """What holds for the protocols by name: worlds, missing cameras, bounds, hostile input, memory."""
 
 import tracemalloc
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ from alignscores.protocols import (
 )
 from alignscores.protocols.alignment import random_triplets
 from alignscores.protocols.colmap import _spans_space, interpolated_auc
-from alignscores.protocols.trajectory import nearest_pairs, path_lengths
+from alignscores.protocols.trajectory import Pairs, nearest_pairs, path_lengths
 from baselines import ate
 
 EXAMPLES = {family.example: family for family in PROTOCOLS}
@@ -35,7 +36,7 @@ SIM3 = """
     rra@5:vggt rta@5:vggt rta@5:mapanything auc@30:vggt auc@30:mapanything auc@30:da3
     auc@30:vggt-old auc@5:colmap recall@5deg:colmap maa:imc24 recall@50cm,30deg:hloc-sim3
     median:hloc-sim3 median:hloc-sim3:rotation ate:rmse ate:mean are:rmse rpe@1f rpe@1m
-    rpe@1m:rotation rpe@1m:scale rpe@1m:reference rpe@1m:consecutive rpg@1m rpg@1m:rotation
+    rpe@1m:rotation rpe@1m:scale rpe@1m:all-reference rpe@1m:all rpg@1m rpg@1m:rotation
 """.split()  # noqa: SIM905
 SE3 = "ate:se3 ate:mapanything are:se3 rpe@1f:none rpe@1m:none kitti kitti:rotation rpg@1m:se3"
 # To lose any one camera never helps.
@@ -204,7 +205,8 @@ def test_malformed_input_is_named(change, message):
         (evo_are, {"alignment": "rigid"}, "alignment"),
         (evo_are, {"statistic": "mode"}, "statistic"),
         (evo_rpe, {"distance": 0}, "distance"),
-        (evo_rpe, {"pairs": "all"}, "pairs"),
+        (evo_rpe, {"pairs": "some"}, "pairs"),
+        (evo_rpe, {"frames": 1.5}, "frames"),
         (kitti_relative_error, {"error": "percent"}, "error"),
         (rpg_relative_error, {"length": 1, "alignment": "none"}, "alignment"),
         (rpg_relative_error, {"length": 1, "error": "yaw"}, "error"),
@@ -220,6 +222,43 @@ def test_options_are_checked(function, options, named):
         cameras = [np.dstack([r, c]) for r, c in zip(rotations, cameras, strict=True)]
     with pytest.raises(ValueError, match=f"^{named} "):
         function(*cameras, **options)
+
+
+@pytest.mark.parametrize(("distance", "frames"), [(None, 1), (None, 7), (3.0, 1)])
+@pytest.mark.parametrize("pairs", get_args(Pairs))
+def test_pairs_are_those_of_evo(pairs, distance, frames):
+    """Of its program, with each of the two options and with both."""
+    metrics = pytest.importorskip("evo.core.metrics")
+    path = pytest.importorskip("evo.core.trajectory").PosePath3D
+    rng = np.random.default_rng(0)
+    gt, est = (np.tile(np.eye(4), (100, 1, 1)) for _ in range(2))
+    gt[:, :3, 3] = np.cumsum(rng.random((100, 3)), axis=0)
+    gt[:, :3, :3] = Rotation.random(100, rng=rng).as_matrix()
+    est[:, :3, 3] = gt[:, :3, 3] + rng.normal(scale=0.2, size=(100, 3))
+    est[:, :3, :3] = gt[:, :3, :3]
+    unit = metrics.Unit.frames if distance is None else metrics.Unit.meters
+    error = metrics.RPE(
+        metrics.PoseRelation.translation_part,
+        delta=distance or frames,
+        delta_unit=unit,
+        all_pairs=pairs.startswith("all"),
+        pairs_from_reference=pairs.endswith("reference"),
+    )
+    error.process_data((path(poses_se3=list(gt)), path(poses_se3=list(est))))
+    expected = error.get_statistic(metrics.StatisticsType.rmse)
+    assert evo_rpe(gt, est, distance, pairs=pairs, frames=frames) == pytest.approx(expected)
+
+
+def test_former_names_of_pairs():
+    """They go on working, and say so from Python."""
+    gt, _, est, _ = scene()
+    gt_poses, est_poses = (np.tile(np.eye(4), (len(gt), 1, 1)) for _ in range(2))
+    gt_poses[:, :3, 3], est_poses[:, :3, 3] = gt, est
+    for old, new in {"estimate": "all", "reference": "all-reference"}.items():
+        assert protocol(f"rpe@1m:{old}").arguments == protocol(f"rpe@1m:{new}").arguments
+        with pytest.warns(DeprecationWarning, match=f"pairs='{old}' is now '{new}'"):
+            value = evo_rpe(gt_poses, est_poses, 1, pairs=old)
+        assert value == evo_rpe(gt_poses, est_poses, 1, pairs=new)
 
 
 def test_single_precision_rotations_pass():
@@ -252,13 +291,14 @@ NAMES = {
         "error": "translation",
         "alignment": "sim3",
         "statistic": "rmse",
-        "pairs": "estimate",
+        "pairs": "consecutive",
     },
     "rpe@1f:mean:rotation": {
         "error": "rotation",
         "alignment": "sim3",
         "statistic": "mean",
-        "pairs": "estimate",
+        "pairs": "consecutive",
+        "frames": 1,
     },
     "kitti": {},
     "ate:rmse": {"alignment": "sim3", "statistic": "rmse"},
@@ -288,7 +328,7 @@ def test_each_family_has_its_own_example():
         ("auc@0:vggt", "auc@30:vggt"),
         ("auc@2.5:vggt", "auc@30:vggt"),
         ("rpe@1", "rpe@1m"),
-        ("rpe@2f", "rpe@1m"),
+        ("rpe@0f", "rpe@1m"),
         ("ate:mean:rmse", "ate:rmse"),
         ("ate:rmse:rmse", "ate:rmse"),
         ("kiti", "kitti"),

@@ -55,12 +55,12 @@ RECALLS = ((0.01, 1), (0.02, 2), (0.03, 3), (0.05, 5), (0.25, 2), (0.5, 5), (5, 
 STATISTICS = ("rmse", "mean", "median", "std", "min", "max")
 CONVENTIONS = {"vggt": "vggt", "vggt_c1": "mapanything", "vggt_da3": "da3"}
 RPE_PAIRS = {
-    "f1": (None, "estimate"),
-    "m1est": (1, "estimate"),
-    "m1ref": (1, "reference"),
+    "f1": (None, "consecutive"),
+    "m1est": (1, "all"),
+    "m1ref": (1, "all-reference"),
     "m1cons": (1, "consecutive"),
-    "m100est": (100, "estimate"),
-    "m100ref": (100, "reference"),
+    "m100est": (100, "all"),
+    "m100ref": (100, "all-reference"),
 }
 
 
