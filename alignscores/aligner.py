@@ -142,14 +142,13 @@ class Aligner:
     def _registered(self, thresholds: Floats, which: Indices) -> tuple[Floats, Booleans, Indices]:
         """Register normalised positions of some scenes."""
         n = len(thresholds)
+        if self._alignment != "none" and self._register in (pcr99, refined):
+            scenes = self._all_scenes()
+            scenes.align(thresholds, which)
+            return scenes.found[:, self._back], scenes.is_found.copy(), scenes.n_used.copy()
         rows, found, n_used = np.full((n, 13), np.nan), np.zeros(n, bool), np.zeros(n, np.intp)
         if self._alignment == "none":
             rows[which], found[which], n_used[which] = IDENTITY, True, 1
-        elif self._register in (pcr99, refined):
-            scenes = self._all_scenes()
-            scenes.align(thresholds, which)
-            rows[which] = scenes.found[which][:, self._back]
-            found[which], n_used[which] = scenes.is_found[which], scenes.n_used[which]
         else:
             for scene in which.tolist():
                 alignment, n_used[scene] = self._by_function(scene, float(thresholds[scene]))

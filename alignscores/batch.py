@@ -88,6 +88,8 @@ class TASBatch(_Batch):
         Half-score distances, if they were asked for; see `tas_distance`.
     registration : str
         Name of the registration.
+    aligned : Aligned
+        The alignments of all scenes, as rows of scale, rotation and translation.
 
     Examples
     --------

@@ -980,7 +980,7 @@ typedef struct {
     similarity *hypotheses;  /* room for `most_hypotheses` of each scene, if they are kept */
     size_t *n_hypotheses;    /* SIZE_MAX where they are not drawn yet */
     size_t most_hypotheses;
-    similarity *last; /* the one found before, at another threshold */
+    similarity *last; /* if hypotheses are kept, the one found at another threshold */
     bool *has_last;
     similarity *found;
     bool *is_found;
@@ -1370,12 +1370,12 @@ static void refined_scene(room *r, const settings *set, const scenes *all, size_
                                    r->starts + n_starts);
     n_starts = refine_some(r, set, r->first_cameras, sample_est, n_sample, r->starts, n_starts, threshold,
                            set->n_finalists, INFINITY);
-    if (all->has_last[s])
+    if (all->has_last && all->has_last[s])
         r->starts[n_starts++] = all->last[s];
     refine_some(r, set, gt, est, n, r->starts, n_starts, threshold, 1, set->tolerance);
     all->found[s] = r->starts[0];
     all->is_found[s] = is_usable(r->starts);
-    if (all->is_found[s]) {
+    if (all->has_last && all->is_found[s]) {
         all->last[s] = r->starts[0];
         all->has_last[s] = true;
     }

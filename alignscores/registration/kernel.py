@@ -115,6 +115,7 @@ def _installed() -> ctypes.CDLL | None:
 LIBRARY = _installed()
 
 
+@lru_cache(maxsize=64)
 def _settings(n_hypotheses: int, alignment: str, prescreen: float) -> Settings:
     """Return the constants of both registrations."""
     return Settings(
@@ -133,7 +134,7 @@ def normalise_scenes(
     n = len(starts) - 1
     positions = np.ascontiguousarray(positions)
     local, centres, units = np.empty_like(positions), np.zeros((n, 3)), np.empty(n)
-    values = np.empty(3 * int(sizes(starts).max(initial=0)))
+    values = np.empty(positions.size)
     assert LIBRARY is not None
     LIBRARY.normalise_scenes(
         n, *_addresses(starts, positions), farthest, *_addresses(local, centres, units, values)
@@ -194,7 +195,8 @@ class Scenes:
         self._arguments: Arguments | None = None
 
     def align(self, thresholds: Floats, which: Indices) -> None:
-        """Align some of the scenes, each at its largest threshold."""
+        """Align some of the scenes, each at its largest threshold; the others have no alignment."""
+        self.is_found[:] = False
         state = None if LIBRARY is None else state_of(self._rng)
         if LIBRARY is None or state is None:
             for scene in which.tolist():
@@ -219,16 +221,16 @@ class Scenes:
         """Collect what the kernel is given; all arrays must be kept as long as it may be called."""
         n = len(self.found)
         self._settings = _settings(self._n_hypotheses, self._alignment, self._prescreen)
-        n_cameras = sizes(self._starts).tolist()
-        last, has_last = np.empty((n, 13)), np.zeros(n, dtype=np.bool_)
-        n_rows, rows, orders = np.full(n, NOT_DRAWN, dtype=np.uint64), None, None
+        orders = rows = n_rows = last = has_last = None
         most = 0
         if self._ranks is None:
+            n_cameras = sizes(self._starts).tolist()
             orders = np.concatenate([order_of(size) for size in n_cameras])
             if self._keep:
                 address = ctypes.byref(self._settings)
                 most = max(library.most_rows(address, size) for size in set(n_cameras))
-                rows = np.empty((n, most, 13))
+                rows, n_rows = np.empty((n, most, 13)), np.full(n, NOT_DRAWN, dtype=np.uint64)
+                last, has_last = np.empty((n, 13)), np.zeros(n, dtype=np.bool_)
         advance = isinstance(self._rng, np.random.Generator)
         self._threads = 1 if advance else self._threads
         self._kept = (

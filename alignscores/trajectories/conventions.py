@@ -129,6 +129,12 @@ class Convention:
 
         A cyclic shift of the components is a reflection of the unit quaternions, and so takes q to
         a q* b with constants a and b: the rotations look inverted, in another camera frame.
+
+        Examples
+        --------
+        >>> from alignscores import Convention
+        >>> Convention().quaternions_shifted
+        False
         """
         return (
             self.rotations_inverted
