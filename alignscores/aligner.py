@@ -145,7 +145,8 @@ class Aligner:
         if self._alignment != "none" and self._register in (pcr99, refined):
             scenes = self._all_scenes()
             scenes.align(thresholds, which)
-            return scenes.found[:, self._back], scenes.is_found.copy(), scenes.n_used.copy()
+            rows = scenes.found.take(self._back, axis=1)  # by rows, on which the last bits depend
+            return rows, scenes.is_found.copy(), scenes.n_used.copy()
         rows, found, n_used = np.full((n, 13), np.nan), np.zeros(n, bool), np.zeros(n, np.intp)
         if self._alignment == "none":
             rows[which], found[which], n_used[which] = IDENTITY, True, 1

@@ -172,9 +172,13 @@ def _distances(a: Floats, b: Floats) -> Floats:
     return distances
 
 
-@lru_cache(maxsize=256)
 def order_of(n: int) -> Indices:
     """Return an order of n cameras in which the first ones are a fair sample."""
+    return _order_of_few(n) if n <= SAMPLE else np.random.default_rng(0).permutation(n)
+
+
+@lru_cache(maxsize=256)
+def _order_of_few(n: int) -> Indices:
     return np.random.default_rng(0).permutation(n)
 
 

@@ -5,8 +5,8 @@ from ctypes import c_double, c_int, c_size_t, c_void_p
 import numpy as np
 import pytest
 
+from alignscores import similarity
 from alignscores.registration import hypotheses, reweighting
-from alignscores.similarity import LINE, PARALLEL, SMALLEST
 
 POINTS = c_void_p, c_void_p, c_size_t
 ROWS = c_void_p, c_size_t
@@ -49,7 +49,7 @@ class Steps:
         similarities = np.empty(n), np.empty((n, 3, 3)), np.empty((n, 3)), np.empty(n, bool)
         self._library.three_point_similarities(
             *(*addresses(gt, est), gt.shape[1], *addresses(triplets), n),
-            *(hypotheses.GROUPS.index(alignment), hypotheses.FLAT, PARALLEL),
+            *(hypotheses.GROUPS.index(alignment), hypotheses.FLAT, similarity.PARALLEL),
             *addresses(*similarities),
         )
         return similarities
@@ -93,7 +93,8 @@ class Steps:
 
 
 def solver(alignment):
-    return hypotheses.GROUPS.index(alignment), SMALLEST, reweighting.SWEEPS, LINE, PARALLEL
+    group, line, parallel = hypotheses.GROUPS.index(alignment), similarity.LINE, similarity.PARALLEL
+    return group, similarity.SMALLEST, reweighting.SWEEPS, line, parallel
 
 
 def floats(array):

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from alignscores import similarity
 from alignscores.registration import hypotheses, kernel, pcr99, refined, reweighting
 
 COMPILER = shutil.which("cc")
@@ -229,6 +230,27 @@ def test_the_compiled_functions_are_used(noisy_scene, monkeypatch):
         rng = np.random.default_rng(0)
         alignment, _ = register(gt, est, rank=10, threshold=0.1, n_hypotheses=100, rng=rng)
         assert alignment is not None
+
+
+def test_what_counts_as_flat(compiled, monkeypatch):
+    """Both implementations go by the same bounds."""
+    worlds = [clouds(kind, 200) for kind in ("nearly a line", "diagonal lines")]
+    gt, est = (np.hstack(world) for world in zip(*worlds, strict=True))
+    triplets = np.random.default_rng(0).integers(200, size=(3, 1000))
+    triplets[:, 500:] += 200
+    shares = []
+    with np.errstate(all="ignore"):
+        for flat, parallel in ((1e-6, 1e-6), (1e-5, 1e-6), (1e-6, 1e-9)):
+            monkeypatch.setattr(hypotheses, "FLAT", flat)
+            monkeypatch.setattr(similarity, "PARALLEL", parallel)
+            similarities = compiled.three_point_similarities(gt, est, triplets)
+            expected = hypotheses.three_point_similarities(gt, est, triplets)
+            for a, b in zip(similarities, expected, strict=True):
+                assert_same_bits(a, b)
+            shares.append((similarities[3].mean(), similarities[1].tobytes()))
+    assert 0.1 < shares[0][0] < shares[1][0] < 1
+    assert shares[0][0] == shares[2][0]
+    assert shares[0][1] != shares[2][1]
 
 
 @pytest.mark.parametrize("bit_generator", [np.random.PCG64, np.random.MT19937])
