@@ -128,8 +128,7 @@ def _geodesic_l1_means(
         angles, axes = angles_and_axes(stacks, means[moving])
         away = angles > COINCIDENT
         resting = angles.shape[1] - np.count_nonzero(away, axis=1)
-        with np.errstate(divide="ignore"):
-            pull, slowness = axes.sum(axis=2), (1 / angles).sum(axis=1)
+        pull, slowness = axes.sum(axis=2), (1 / np.where(away, angles, 1.0)).sum(axis=1)
         for row in np.flatnonzero(resting).tolist():
             some = away[row]
             pull[row], slowness[row] = axes[row][:, some].sum(axis=1), (1 / angles[row, some]).sum()
