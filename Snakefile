@@ -13,6 +13,7 @@
 #   snakemake frame_rate                      what the frame rate does to each metric
 #   snakemake frame_rate --config trajectories=my.yaml    to your own trajectories, too
 #   snakemake protocols                       other projects' protocols beside the new scores
+#   snakemake real --config benchmark=my.yaml    which metric tells your own systems apart
 # And what is made of all of them:
 #   snakemake report                          all of it on one page, results/report.html
 #   snakemake crate                           and a description of the results for archives (RO-Crate)

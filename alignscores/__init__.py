@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from .averaging import nearest_rotations
 from .batch import PASBatch, RASBatch, TASBatch, pas_batch, ras_batch, tas_batch
 from .distance import ras_angle, tas_distance
+from .expectation import ExpectedScore, expected_tas, runs_needed
 from .histogram import AlignmentScore
 from .pose import PASResult, pas
 from .profile import ScoreProfile, ras_profile, tas_profile
@@ -35,6 +36,7 @@ __all__ = [
     "Comparison",
     "Convention",
     "Evaluation",
+    "ExpectedScore",
     "PASBatch",
     "PASResult",
     "RASBatch",
@@ -49,6 +51,7 @@ __all__ = [
     "closest_pair_quartile",
     "compare",
     "evaluate",
+    "expected_tas",
     "nearest_rotations",
     "pas",
     "pas_batch",
@@ -56,6 +59,7 @@ __all__ = [
     "ras_angle",
     "ras_batch",
     "ras_profile",
+    "runs_needed",
     "tas",
     "tas_batch",
     "tas_distance",

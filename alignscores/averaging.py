@@ -160,6 +160,8 @@ def tlud_mean(rotations: Floats) -> Floats:
     inliers; their geodesic L1 mean is the average (section 4, step 1). O(n) memory beyond a
     constant. The time grows little more than n where many rotations agree. Where few do, or all
     errors are about 20 degrees, it grows like n^2.
+
+    Lee and Civera, "Robust Single Rotation Averaging Revisited", arXiv 2309.05388.
     """
     return np.asarray(tlud_means(rotations[None])[0])
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 __all__ = [
+    "FITTED",
     "extent",
     "ras_angle",
     "search_unit",
@@ -144,7 +145,9 @@ def ras_angle(
     alignment: str = "similarity",
     up: str = "z",
 ) -> float:
-    """Return the smallest range of thresholds at which the RAS is a score: the half-score angle.
+    """Return the smallest range of thresholds at which the RAS is at least a score.
+
+    At one half it is the half-score angle.
 
     Parameters
     ----------
@@ -171,6 +174,11 @@ def ras_angle(
     -----
     AlignmentWarning
         Where no camera was estimated; the angle is infinite.
+
+    Notes
+    -----
+    Other than the distance, it is given for any number of cameras: the rotations are averaged, not
+    aligned for the score, so that no camera need be fitted exactly. Of one camera alone it is 0.
 
     References
     ----------

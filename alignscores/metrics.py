@@ -63,7 +63,7 @@ SCORES: Sequence[Family] = (
     named("PAS", "Pose Alignment Score", _pas, "fail", larger_is_better=True, random=True),
     named(
         "half_distance",
-        "half-score distance: the unit at which the TAS is one half",
+        "half-score distance: the smallest unit at which the TAS reaches one half",
         tas_distance,
         "fail",
         unit="units",
@@ -74,7 +74,7 @@ SCORES: Sequence[Family] = (
     ),
     named(
         "half_angle",
-        "half-score angle: the largest threshold at which the RAS is one half",
+        "half-score angle: the smallest range of thresholds at which the RAS reaches one half",
         _angle,
         "fail",
         unit="deg",
@@ -96,7 +96,7 @@ LEVELS: Sequence[Family] = (
     Family(
         "distance@SCORE",
         "distance@0.25",
-        "unit at which the TAS reaches a score",
+        "smallest unit at which the TAS reaches a score",
         tas_distance,
         rf"distance@{LEVEL}",
         missing="fail",
@@ -107,7 +107,7 @@ LEVELS: Sequence[Family] = (
     Family(
         "angle@SCORE",
         "angle@0.25",
-        "largest threshold at which the RAS reaches a score",
+        "smallest range of thresholds at which the RAS reaches a score",
         _angle,
         rf"angle@{LEVEL}",
         missing="fail",

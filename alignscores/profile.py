@@ -1,8 +1,9 @@
 """Scores over all largest thresholds."""
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import nan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .aligner import Aligner, Seed, one_scene
 from .arrays import Floats
-from .distance import ErrorsAt, extent, search_unit, smallest_unit
+from .distance import FITTED, ErrorsAt, extent, search_unit, smallest_unit
 from .histogram import equal_steps
 from .registration import Registration
 from .rotation import ras
@@ -47,6 +48,9 @@ class ScoreProfile:
         score at a unit is that of the alignment that scores best.
     n_thresholds : int
         Number of equally spaced thresholds up to the largest.
+    n_fitted : int
+        Number of cameras that an alignment fits exactly, whatever the estimate. A score that these
+        reach alone has no unit: NaN.
 
     Attributes
     ----------
@@ -54,7 +58,7 @@ class ScoreProfile:
         Score at each unit, from 0 to 1; it never falls.
     half : float
         Unit at which the score reaches one half: the half-score distance or angle. Infinite where
-        it is never reached.
+        it is never reached, NaN where there are too few cameras.
 
     Examples
     --------
@@ -71,6 +75,7 @@ class ScoreProfile:
     half: float = field(init=False)
     errors: Floats = field(repr=False)
     n_thresholds: int
+    n_fitted: int = 0
 
     def __post_init__(self) -> None:
         steps = equal_steps(1.0, self.n_thresholds, "unit")
@@ -80,6 +85,8 @@ class ScoreProfile:
 
     def unit_at(self, score: float) -> float:
         """Return the smallest unit at which a score is reached; infinite where it never is.
+
+        It is NaN where the cameras are too few; see `tas_distance`.
 
         Parameters
         ----------
@@ -104,7 +111,8 @@ class ScoreProfile:
         >>> round(profile.unit_at(0.9), 2), round(profile.unit_at(1), 2)
         (9.52, 200.0)
         """
-        return min(smallest_unit(errors, score, self.n_thresholds) for errors in self.errors)
+        unit = min(smallest_unit(errors, score, self.n_thresholds) for errors in self.errors)
+        return unit if score * self.errors.shape[1] > self.n_fitted else nan
 
     def at(self, score: float) -> float:
         """Return `unit_at` of a score; the name is deprecated since 1.1."""
@@ -131,7 +139,7 @@ def tas_profile(
     """Score camera positions over all units: the TAS as a function of d.
 
     The TAS depends on d, the distance between neighbouring cameras, and so on the frame rate. The
-    unit at which the score is one half, the half-score distance, does not: it is an error in the
+    unit at which it reaches one half, the half-score distance, does not: it is an error in the
     unit of the ground truth, and says how far off the cameras are.
 
     Parameters
@@ -199,11 +207,12 @@ def tas_profile(
         keep=True,
     )
     grid = extent_units(aligner.gt) if units is None else _checked_units(units)
+    n_fitted = FITTED[alignment]
     if aligner.has_one_alignment:
-        profile = _profile(grid, [aligner.align(grid[:1]).errors], n_thresholds)
+        profile = _profile(grid, [aligner.align(grid[:1]).errors], n_thresholds, n_fitted)
     else:
         profile = searched_profile(
-            lambda unit: aligner.align(np.array([unit])).errors, grid, n_thresholds
+            lambda unit: aligner.align(np.array([unit])).errors, grid, n_thresholds, n_fitted
         )
     if np.isinf(profile.errors).all():
         warnings.warn(
@@ -272,14 +281,18 @@ def ras_profile(
     return _profile(grid, [result.errors], n_thresholds)
 
 
-def searched_profile(errors_at: ErrorsAt, units: Floats, n_thresholds: int) -> ScoreProfile:
+def searched_profile(
+    errors_at: ErrorsAt, units: Floats, n_thresholds: int, n_fitted: int = 0
+) -> ScoreProfile:
     """Return the profile of the alignments found at all units and at the half-score unit."""
     _, found = search_unit(errors_at, float(units[-1]), 0.5, n_thresholds)
-    return _profile(units, [*found, *map(errors_at, units.tolist())], n_thresholds)
+    return _profile(units, [*found, *map(errors_at, units.tolist())], n_thresholds, n_fitted)
 
 
-def _profile(units: Floats, errors: Iterable[Floats], n_thresholds: int) -> ScoreProfile:
-    return ScoreProfile(units, np.sort(np.array(list(errors)), axis=1), n_thresholds)
+def _profile(
+    units: Floats, errors: Sequence[Floats], n_thresholds: int, n_fitted: int = 0
+) -> ScoreProfile:
+    return ScoreProfile(units, np.sort(np.array(errors), axis=1), n_thresholds, n_fitted)
 
 
 def extent_units(gt: Floats) -> Floats:

@@ -113,7 +113,8 @@ def ras(
 
     References
     ----------
-    Lee and Civera, "Alignment Scores", section 4.
+    Lee and Civera, "Alignment Scores", section 4, with the average of "Robust Single Rotation
+    Averaging Revisited", arXiv 2309.05388.
 
     Examples
     --------

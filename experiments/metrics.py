@@ -281,7 +281,7 @@ class Evaluation:
         return self._maa[options]
 
     def half_distance(self, options: HalfDistanceOptions) -> float:
-        """Return the unit at which the TAS is one half, or another score."""
+        """Return the smallest unit at which the TAS reaches one half, or another score."""
         scene = self.scene
         return tas_distance(
             scene.gt_positions,
@@ -292,7 +292,7 @@ class Evaluation:
         )
 
     def half_angle(self, options: HalfAngleOptions) -> float:
-        """Return the largest threshold at which the RAS is one half, or another score."""
+        """Return the smallest range at which the RAS reaches one half, or another score."""
         return self._rotation_profile.unit_at(options.score)
 
     @cached_property

@@ -27,7 +27,13 @@ INK = "0.15"  # text and axes
 FAINT = "0.38"  # remarks
 GREY_BAND = "0.935"  # what all series together span
 
-NAMES = {"HalfDistance": "half-score distance", "HalfAngle": "half-score angle"}  # of metrics
+NAMES = {  # of metrics
+    "HalfDistance": "half-score distance",
+    "HalfDistance(score=0.25)": "quarter-score distance",
+    "HalfAngle": "half-score angle",
+    "HalfAngle(score=0.25)": "quarter-score angle",
+    "TAS(registration=refined, max_threshold=2)": "TAS, refined, 2 d",
+}
 
 CELLS = "Blues"  # colours of cells, light to dark, so that they read in greyscale
 
@@ -168,8 +174,13 @@ def as_rows(axes: Axes) -> None:
 
 def metric_name(metric: str) -> str:
     """Return what a metric with options is called beside a row."""
+    if metric in NAMES:
+        return NAMES[metric]
     column = Column.parse(metric)
-    return ", ".join([NAMES.get(column.name, column.name), *column.options.values()])
+    name, options = NAMES.get(column.name, column.name), dict(column.options)
+    if "score" in options:
+        name = f"{name.removeprefix('half-score ')} at {options.pop('score')}"
+    return ", ".join([name, *options.values()])
 
 
 def remark(axes: Axes, title: Text, text: str) -> Annotation:

@@ -37,6 +37,7 @@ class Estimate:
     mean_low: float
     mean_high: float
     population: str
+    pooled: float | None = None  # of the trials of all replicates together
 
     @property
     def unit(self) -> str:
@@ -65,6 +66,11 @@ class Estimate:
         """The confidence interval of the mean, in its unit."""
         bounds = (self.mean_low, self.mean_high)
         return f"[{', '.join(map(self._write, bounds))}]" if self.is_finite else ""
+
+    @property
+    def pooled_number(self) -> str:
+        """The statistic of the trials of all replicates together, in the unit of the mean."""
+        return "" if self.pooled is None else self._write(self.pooled)
 
     @property
     def expected(self) -> str:

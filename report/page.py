@@ -20,7 +20,7 @@ from experiments.tables import TableError
 from studies.claims.claims import Claim, Claims, Decision, Reading, load_claims
 from studies.claims.verdicts import CENTRAL, TRUTHS, VERDICTS
 from studies.paper import FIGURES
-from studies.paper.table1 import CRITERIA, NOTES, PROPERTIES, sensitivity
+from studies.paper.table1 import CRITERIA, NOTES, PROPERTIES, agreements, sensitivity
 from studies.words import write_levels, write_number
 
 from . import origin
@@ -29,7 +29,7 @@ from .results import Results
 
 __all__ = ["PAPER_TRIALS", "contents", "environment", "render"]
 
-ESTIMATE = ("ours", "low", "high", "verdict", "mean_low", "mean_high", "population")
+ESTIMATE = ("ours", "low", "high", "verdict", "mean_low", "mean_high", "population", "pooled")
 PAPER_TRIALS = 50  # in each cell of the paper's experiments
 REPLACEMENTS = {  # by filter, what is replaced in a text that has been escaped
     "emphasis": (  # of Markdown
@@ -116,7 +116,7 @@ def contents(results: Results, machine: str = "") -> dict[str, Any]:
     """Return all that pages show, by the names that their templates have for it."""
     claims = load_claims(len(results.plans["claims"].tables))
     replicates, experiments = (results.records[name] for name in ("claims", "paper"))
-    verdicts, readings = results.answer("claims").tables.values()
+    verdicts, readings, criteria = results.answer("claims").tables.values()
     rows = [_estimate(claims.claims[row["id"]], row) for row in _rows(results, claims, verdicts)]
     described = [plan.study for plan in results.plans.values()]
     sections = {each.name: each.show(results.answer(each.name)) for each in described if each.show}
@@ -131,6 +131,7 @@ def contents(results: Results, machine: str = "") -> dict[str, Any]:
         "paper_trials": PAPER_TRIALS,
         "pictures": _pictures(results.figures, rows),
         "decisions": _decisions(results, readings, claims),
+        "other_criteria": criteria.to_dict("records"),
         "experiments": [record.sweep for record in experiments.values()],
         "machines": origin.machines(results.records),
         "machine": machine,
@@ -172,14 +173,15 @@ def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
 def _table1(table: pd.DataFrame) -> dict[str, Any]:
     table = table.astype({"value": float})
     tested = table[table["ours"] != "not tested"]
+    agreeing = agreements(tested, tested["ours"])
     return {
         "criteria": dict(zip(PROPERTIES, CRITERIA, strict=True)),
         "notes": NOTES,
         "sensitivity": sensitivity(table),
         "statistics": dict(tested.groupby("property", sort=False)["statistic"].first()),
         "table1": table.groupby("metric", sort=False),
-        "n_tested": len(tested),
-        "n_agreeing": int((tested["agrees"] == "yes").sum()),
+        "n_tested": len(agreeing),
+        "n_agreeing": int(agreeing.sum()),
         "figure_of": {name: figure for figure, names in FIGURES.items() for name in names},
     }
 
@@ -226,7 +228,8 @@ def _together(text: str) -> str:
 
 
 def _estimate(claim: Claim, record: Mapping[Any, Any]) -> Estimate:
-    return Estimate(claim, *(record[name] for name in ESTIMATE))
+    values: list[Any] = [record.get(name) for name in ESTIMATE]  # readings have none pooled
+    return Estimate(claim, *values)
 
 
 def _decisions(results: Results, table: pd.DataFrame, claims: Claims) -> list[Evidence]:

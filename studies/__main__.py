@@ -26,9 +26,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         epilog=f"studies: {' | '.join(studies)}",
     )
     parser.add_argument("name", choices=studies, metavar="NAME")
-    parser.add_argument("tables", nargs="+", type=Path, metavar="TABLE.csv")
+    parser.add_argument("tables", nargs="*", type=Path, metavar="TABLE.csv")
     parser.add_argument("--output", nargs="+", type=Path, required=True, metavar="FILE")
     parser.add_argument("--times", type=Path, metavar="FILE.csv", help="table of run times")
+    parser.add_argument(
+        "--own",
+        nargs="*",
+        default=[],
+        type=Path,
+        metavar="FILE.csv",
+        help="tables of one's own files",
+    )
     parser.add_argument("--measure", action="store_true", help="write this table instead")
     parser.add_argument("--n_jobs", type=int, default=1, help="processes that decide the claims")
 
@@ -45,7 +53,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             )
         times = read_table(options.times, dtype={"value": str}) if options.times else pd.DataFrame()
         trials = [read_trials(path) for path in options.tables]
-        answers = study.ask(Question(trials, times, options.n_jobs))
+        own = [read_table(path, dtype={"run": str}) for path in options.own]
+        together = pd.concat(own, ignore_index=True) if own else pd.DataFrame()
+        answers = study.ask(Question(trials, times, options.n_jobs, together))
         contents = [one.encode() if isinstance(one, str) else to_csv(one) for one in answers]
         write_files(dict(zip(options.output, contents, strict=True)))
         return list(options.output)

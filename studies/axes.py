@@ -51,6 +51,7 @@ class _File(Section):
     trials: dict[TableName, Part]
     settings: Any = None  # what else a study has, which it reads by itself
     maps: Any = None
+    levels: Any = None
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ chance, 1 is certain, and no monotone rescaling of a metric changes it. The stan
 of DeLong, DeLong and Clarke-Pearson (Biometrics 1988), for the mean over several pairs of levels.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise, permutations
 from math import ceil, inf
@@ -28,12 +28,23 @@ __all__ = [
     "Order",
     "Task",
     "across",
+    "apart",
     "by_level",
     "compare",
     "estimate",
     "groups",
 ]
-__all__ += ["holm", "order", "orders", "shares", "sign", "trials_needed", "within"]
+__all__ += [
+    "holm",
+    "mean_needed",
+    "needed",
+    "order",
+    "orders",
+    "shares",
+    "sign",
+    "trials_needed",
+    "within",
+]
 
 SIGNIFICANCE = 0.05  # level of p-values, which are adjusted where several are asked at once
 REACH = float(scipy.special.ndtri(1 - SIGNIFICANCE / 2))  # of a 95 % interval, in standard errors
@@ -182,6 +193,16 @@ def compare(
     return alone, {(a, b): estimate(found[a] - found[b]).rounded for a, b in pairs}
 
 
+def apart(trials: "pd.DataFrame", level: str, metric: str) -> dict[int, Order]:
+    """Return the order at each number of outliers, where this varies besides the level."""
+    if level == "n_outliers" or trials["n_outliers"].nunique() < 2:
+        return {}
+    return {
+        int(str(n)): estimate(within(group, level).shares(metric)).rounded
+        for n, group in trials.groupby("n_outliers")
+    }
+
+
 def trials_needed(probability: float) -> float:
     """Return how many trials at each of two levels tell them apart by a rank-sum test.
 
@@ -192,6 +213,16 @@ def trials_needed(probability: float) -> float:
         return inf
     reach = REACH + scipy.special.ndtri(0.8)
     return float(ceil(reach**2 / (6 * (probability - 0.5) ** 2)))
+
+
+def needed(found: Order) -> float:
+    """Return `trials_needed` of an estimate; infinite where it may be chance."""
+    return inf if found.interval[0] <= 0.5 else trials_needed(found.probability)
+
+
+def mean_needed(found: Iterable[Order]) -> float:
+    """Return the mean of those needed; it is more than what the mean order needs."""
+    return float(np.mean(list(map(needed, found))))
 
 
 def holm(p_values: ArrayLike) -> Floats:

@@ -83,6 +83,11 @@ def power(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) 
     return float(SUMMARIES[take](powers(trials, metric, level)))
 
 
+def joint_power(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
+    """Return the power with each level on its own, the smallest of them."""
+    return min(power(trials, metric, [name], take) for name in level)
+
+
 def improvement(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
     """Negate `power`: positive where the metric looks better as a level rises."""
     return float(SUMMARIES[take]([-tau for tau in powers(trials, metric, level)]))
@@ -112,6 +117,16 @@ def relative_dependence(
     return _percentage(*(dependence(trials, name, level, take, at) for name in (metric, versus)))
 
 
+def relative_dependence_change(
+    trials: "pd.DataFrame", metric: str, versus: str, level: Sequence[str], take: str, at: Where
+) -> float:
+    """Relative dependence in the cells `at` minus that in all cells."""
+    here, anywhere = (
+        relative_dependence(trials, metric, versus, level, take, where) for where in (at, {})
+    )
+    return here - anywhere
+
+
 def mean_change(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
     """Change of the mean from the first to the last level, in per cent of the first."""
     changes = []
@@ -119,12 +134,6 @@ def mean_change(trials: "pd.DataFrame", metric: str, level: Sequence[str], take:
         first, *_, last = group.sort_values(name)[metric]
         changes.append(_percentage(last - first, first))
     return float(SUMMARIES[take](changes))
-
-
-def shift(trials: "pd.DataFrame", metric: str, versus: str) -> float:
-    """Mean difference from another metric, in per cent of the range of the other's means."""
-    means = cell_means(trials)
-    return _percentage((means[metric] - means[versus]).mean(), _range(means[versus]))
 
 
 def order_percentages(trials: "pd.DataFrame", metric: str, level: Sequence[str]) -> list[float]:
@@ -214,15 +223,16 @@ STATISTICS: Mapping[str, Statistic] = {
         ("level", "take"),
         "change of the mean of {metric} over {level}, %",
     ),
-    "shift": Statistic(
-        shift,
-        ("versus",),
-        "mean of {metric} minus {versus}, % of the range of {versus}",
-    ),
     "power": Statistic(
         power,
         ("level", "take"),
         "τ of {metric} with {level}, positive where worse",
+        is_percentage=False,
+    ),
+    "joint power": Statistic(
+        joint_power,
+        ("level", "take"),
+        "τ of {metric} with {level}, the smallest, positive where worse",
         is_percentage=False,
     ),
     "improvement": Statistic(
@@ -241,6 +251,12 @@ STATISTICS: Mapping[str, Statistic] = {
         relative_dependence,
         ("versus", "level", "take"),
         "movement of the mean of {metric} over {level}, in its range, relative to {versus}, %",
+        is_local=True,
+    ),
+    "relative dependence change": Statistic(
+        relative_dependence_change,
+        ("versus", "level", "take", "at"),
+        "movement of the mean of {metric} over {level}, relative to {versus}, here minus all, %",
         is_local=True,
     ),
     "initial response": Statistic(

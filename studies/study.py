@@ -19,7 +19,18 @@ from experiments.command import ConfigError
 from experiments.config import CONFIG_DIR, EXECUTION, Sweep, load_sweep, require, split_override
 from experiments.tables import SWEEPS, Record, Trials
 
-__all__ = ["Answer", "Figure", "Plan", "Question", "Rates", "Section", "Settings", "Study", "Table"]
+__all__ = [
+    "Answer",
+    "Figure",
+    "Own",
+    "Plan",
+    "Question",
+    "Rates",
+    "Section",
+    "Settings",
+    "Study",
+    "Table",
+]
 __all__ += ["TableName", "at_rates", "config_file", "found", "plans", "rates_of", "reject"]
 __all__ += ["resolve", "table_name"]
 
@@ -58,11 +69,15 @@ class Figure:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What a study is asked: its trials, its run times, and how many processes may answer."""
+    """What a study is asked: its trials, its run times, and how many processes may answer.
+
+    Of a study of people's own files it is `own`: what was computed of these.
+    """
 
     trials: Sequence[Trials]
     times: pd.DataFrame = field(default_factory=pd.DataFrame)
     n_jobs: int = 1
+    own: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def by_name(self) -> Mapping[str, Trials]:
@@ -107,6 +122,19 @@ class Study:
     files: Sequence[Path] = ()  # that its answers rest on
     axes: Path | None = None  # file of axes whose values are timed
     is_parallel: bool = False  # whether its answers take several processes
+    own: "Own | None" = None  # what is computed of people's own files, in place of trials
+
+
+@dataclass(frozen=True)
+class Own:
+    """Tables that a study makes of a file of one's own; without the file there is no such study.
+
+    ``python -m studies.NAME FILE --part PART --output TABLE.csv`` makes each.
+    """
+
+    key: str  # that names the file
+    sources: Callable[[Path], Mapping[str, Sequence[str]]]  # by part, the files that it rests on
+    flags: Sequence[str] = ()  # keys that are options of the program, too
 
 
 @dataclass(frozen=True)
@@ -147,6 +175,26 @@ class Plan:
         }
 
     @cached_property
+    def sources(self) -> Mapping[str, Sequence[str]]:
+        """The parts of people's own files, and what each rests on."""
+        if self.study.own is None:
+            return {}
+        return self.study.own.sources(Path(self._given[self.study.own.key]))
+
+    @property
+    def arguments(self) -> list[str]:
+        """The program that makes the table of a part of these is called with them."""
+        own = self.study.own
+        if own is None:
+            return []
+        flags = [f"--{key}" for key in own.flags if self._given.get(key) == "true"]
+        return [self._given[own.key], *flags]
+
+    @property
+    def _given(self) -> dict[str, str]:
+        return dict(map(split_override, self.overrides))
+
+    @cached_property
     def tables(self) -> Mapping[str, Table]:
         """Its tables of trials by their names; a `ConfigError` says which setting is wrong."""
         return self.study.plan(self.overrides)
@@ -160,12 +208,17 @@ def found() -> list[Study]:
 
 
 def plans(overrides: Iterable[str] = ()) -> dict[str, Plan]:
-    """Return all studies, by their names, under the settings that each takes."""
+    """Return all studies, by their names, under the settings that each takes.
+
+    Those of people's own files are among them where such a file is given.
+    """
     described, given = found(), [(split_override(one)[0], one) for one in overrides]
     owned = {key for study in described for key in study.keys} | set(EXECUTION)
+    keys = {key for key, _ in given}
     return {
         study.name: Plan(study, [o for key, o in given if key in study.keys or key not in owned])
         for study in described
+        if study.own is None or study.own.key in keys
     }
 
 

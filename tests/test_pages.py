@@ -187,7 +187,7 @@ def run_python_program(command: list[str]) -> None:
                 experiments_run(["--help"])
         case ["-m", "experiments.run", *overrides]:
             load(overrides)
-        case ["-m", module]:
+        case ["-m", module] | ["-m", module, "--runs", _]:
             assert list(ROOT.glob(f"{module.replace('.', '/')}.py")) or (ROOT / module).is_dir()
         case _:
             raise AssertionError(f"not known to the tests: {command}")

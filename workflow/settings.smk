@@ -8,7 +8,7 @@ from experiments.command import ConfigError
 from experiments.config import EXECUTION, load, to_overrides
 from experiments.grid import cells
 from studies.paper import FIGURES as PAPER_FIGURES
-from studies.study import Table, plans
+from studies.study import Table, found, plans
 
 
 NOT_COMPILED = (

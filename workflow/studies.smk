@@ -12,6 +12,15 @@ def times(plan):
     return [RESULTS / plan.times] if plan.times else []
 
 
+def own_tables(plan):
+    """What is made of people's own files."""
+    return expand("{folder}/own/{part}.csv", folder=RESULTS / plan.called, part=plan.sources)
+
+
+def needs_own_file(study):
+    raise ConfigError(f"{study.name} needs --config {study.own.key}=FILE")
+
+
 def study_code(plan):
     """What its answers rest on beside the trials."""
     return [*code("studies", f"studies/{plan.study.name}"), *map(str, plan.study.files)]
@@ -27,11 +36,13 @@ for plan in STUDIES.values():
             code("studies/paper") if plan.study.name == "claims" else [],
             unpack(lambda wildcards, plan=plan: tables(*plan.study.beside, plan.study.name)),
             times=times(plan),
+            own=lambda wildcards, plan=plan: or_end(own_tables, plan),
         output:
             answers(plan),
         localrule: True
         params:
             name=plan.study.name,
+            own=lambda wildcards, input: ["--own", *input.own] if input.own else [],
             times=lambda wildcards, input: ["--times", *input.times] if input.times else [],
         threads: CORES if plan.study.is_parallel else 1
         log:
@@ -40,7 +51,7 @@ for plan in STUDIES.values():
             RESULTS / "benchmarks" / "answers" / f"{plan.called}.tsv"
         shell:
             "{sys.executable:q} -m studies {params.name} {input.trials:q} {params.times:q}"
-            " --output {output:q} --n_jobs {threads} > {log:q} 2>&1"
+            " {params.own:q} --output {output:q} --n_jobs {threads} > {log:q} 2>&1"
 
     rule:
         name:
@@ -88,6 +99,47 @@ def drawn_by(wildcards):
     plan, figure = FIGURES[wildcards.figure]
     records = [f"{RESULTS}/{table}.json" for table in figure.tables if table.startswith("trials/")]
     return [*(study_code(plan) if plan.study.name != "paper" else []), *records]
+
+
+for plan in STUDIES.values():
+    if plan.study.own:
+
+        rule:
+            name:
+                f"own_{plan.study.name}"
+            input:
+                TRIAL_CODE,
+                study_code(plan),
+                code("alignscores/comparison", "alignscores/evaluation", "alignscores/trajectories"),
+                code("alignscores/trajectories/files"),
+                lambda wildcards, plan=plan: or_end(lambda: plan.sources[wildcards.part]),
+                config[plan.study.own.key],
+            output:
+                RESULTS / plan.called / "own" / "{part}.csv",
+            localrule: True
+            params:
+                arguments=plan.arguments,
+                name=plan.study.name,
+            wildcard_constraints:
+                part="[^/]+",
+            log:
+                RESULTS / "logs" / plan.called / "{part}.log",
+            benchmark:
+                RESULTS / "benchmarks" / plan.called / "{part}.tsv"
+            shell:
+                "{sys.executable:q} -m studies.{params.name} {params.arguments:q}"
+                " --part {wildcards.part:q} --output {output:q} > {log:q} 2>&1"
+
+
+for study in found():
+    if study.name not in STUDIES:
+
+        rule:
+            name:
+                study.name
+            params:
+                lambda wildcards, study=study: or_end(needs_own_file, study),
+            localrule: True
 
 
 wildcard_constraints:

@@ -216,5 +216,6 @@ def _show(comparison: Comparison, arguments: argparse.Namespace) -> None:
         print(tables[arguments.show]())
     else:
         print(as_text(comparison.summary, by, comparison.names))
-        print("\n" + "\n".join(footnotes(comparison.summary, comparison.settings)))
+        notes = footnotes(comparison.summary, by, comparison.names, comparison.settings)
+        print("\n" + "\n".join(notes))
     sys.stdout.flush()

@@ -16,7 +16,7 @@ from .table import table
 
 __all__ = ["print_error", "print_note", "show_json", "show_progress", "show_table"]
 
-HALF = "half: largest threshold at which TAS (refined registration) or RAS is one half; -: never"
+HALF = "half: smallest threshold where TAS (refined registration) or RAS reaches one half; -: never"
 SCATTER = 0.005  # standard deviation of the TAS over the seeds from which there is a hint
 
 

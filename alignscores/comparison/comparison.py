@@ -19,6 +19,7 @@ from .patterns import Pattern
 from .processes import Pool, Progress
 from .runs import COLUMNS, Outcome, Task, evaluate_run, reference_of, step_of_run
 from .summary import Summary, summarise
+from .tables import Names
 
 __all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "settings_of_run"]
 
@@ -72,7 +73,7 @@ class Comparison:
         return [outcome.error for _, outcome in self.summary.runs if outcome.error]
 
     @property
-    def names(self) -> dict[str, str]:
+    def names(self) -> Names:
         """Names of systems and sequences as they are shown.
 
         Examples
@@ -81,13 +82,12 @@ class Comparison:
         >>> patterns = "tests/data/tum/reference.txt", "tests/data/tum/{system}.txt"
         >>> comparison = compare(*patterns, format="tum")
         >>> comparison.names
-        {'reference': 'reference', 'estimate': 'estimate'}
+        Names(systems={'estimate': 'estimate'}, sequences={'reference': 'reference'})
         """
-        named = {**self.benchmark.sequence_options, **self.benchmark.system_options}
-        return {
-            key: printable(str(named.get(key, {}).get("name", key)))
-            for key in (*self.summary.sequences, *self.summary.systems)
-        }
+        of_systems, of_sequences = self.benchmark.system_options, self.benchmark.sequence_options
+        return Names(
+            _shown(self.summary.systems, of_systems), _shown(self.summary.sequences, of_sequences)
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the command prints with ``--json``.
@@ -244,7 +244,7 @@ def compare_runs(
     runs = _scored(tasks, jobs, progress)
     if not runs:
         raise ValueError("; ".join(["nothing is left to be compared", *problems]))
-    summary = summarise(runs, settings.metrics, weight=settings.weight, form=settings.form)
+    summary = summarise(runs, settings.metrics, settings.form)
     return Comparison(benchmark, settings, summary, problems, [*notes, *_notes_of_runs(runs)])
 
 
@@ -315,6 +315,11 @@ def _notes_of_runs(runs: Sequence[tuple[Run, Outcome]]) -> list[str]:
         f"{first} (and alike for {len(others)} more of {system})" if others else first
         for (system, _), (first, *others) in alike.items()
     ]
+
+
+def _shown(keys: Sequence[str], options: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """Return names as the benchmark's file has them, or as they were found."""
+    return {key: printable(str(options.get(key, {}).get("name", key))) for key in keys}
 
 
 def _finite(value: Any) -> Any:

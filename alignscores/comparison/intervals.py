@@ -2,41 +2,47 @@
 
 A difference comes with its standard error and the degrees of freedom of that error:
 
-- over runs, of two systems with several runs each: Welch's;
-- over stretches of the trajectory, where there are fewer runs, with the alignments fixed: the
-  moving-block bootstrap, whose variance of a mean needs no drawing; over cameras where they have no
-  order;
-- over sequences, paired: of the differences of the sequences' means.
+- for new runs on these sequences: Welch's, with the variances of the runs of each system on each
+  sequence;
+- for new sequences like these: that of paired differences of the sequences' means.
 
 Its interval is Student's at the level of Sidak, ``0.95 ** (1 / pairs)``: those of all pairs of
 systems hold together. Quantiles of the studentized range would be shorter, but need a variance that
 all pairs have in common: with errors of their own they hold too seldom on few sequences.
+
+Runs that fail are counted: how probably a run fails has the interval of Clopper and Pearson
+(Biometrika 1934). Differences of such probabilities, and of means in which failures count, have
+intervals that are put together of those of their parts by the method of variance estimates recovery
+(Zou and Donner, Statistics in Medicine 2008). So they know of failures that did not happen.
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Floats
 
 __all__ = [
-    "BLOCKS",
     "LEVEL",
     "Difference",
-    "margin",
-    "over_runs",
-    "over_sequences",
-    "over_stretches",
-    "series",
+    "Failures",
+    "Interval",
+    "error_of_pair",
+    "joined",
+    "largest_scatter",
 ]
+__all__ += ["margin", "needed", "over_runs", "over_sequences"]
 
 
 LEVEL = 0.95
-BLOCKS = 10  # stretches of a trajectory that are taken for independent
-EFFICIENCY = 1.5  # degrees of freedom of overlapping blocks, for each of those side by side
+POWER = 0.8  # how often systems are told apart by the runs that are said to do
+MOST_NEEDED = 1000
+
+Interval = tuple[float, float]
 
 
 class Difference(NamedTuple):
@@ -47,20 +53,46 @@ class Difference(NamedTuple):
     dof: float
 
 
-def margin(difference: Difference, n_systems: int) -> float:
-    """Return half the length of the interval of a difference, for all pairs of the systems."""
+class Failures(NamedTuple):
+    """How many of some runs failed; of sequences the sum of the shares of failed runs."""
+
+    failed: float
+    of: float
+
+    @property
+    def share(self) -> float:
+        """The share that failed."""
+        return self.failed / self.of
+
+    def limits(self, error: float) -> Interval:
+        """Return the interval of the probability of failing; it misses it as often as `error`."""
+        rest = self.of - self.failed
+        low = scipy.special.betaincinv(self.failed, rest + 1, error / 2) if self.failed else 0.0
+        high = scipy.special.betaincinv(self.failed + 1, rest, 1 - error / 2) if rest else 1.0
+        return float(low), float(high)
+
+
+def error_of_pair(n_systems: int) -> float:
+    """Return how often the interval of a pair may miss, so that those of all pairs hold."""
     n_pairs = max(n_systems * (n_systems - 1) // 2, 1)
-    quantile = scipy.special.stdtrit(difference.dof, (1 + LEVEL ** (1 / n_pairs)) / 2)
+    return float(-math.expm1(math.log(LEVEL) / n_pairs))
+
+
+def margin(difference: Difference, error: float) -> float:
+    """Return half the length of the interval of a difference."""
+    quantile = scipy.special.stdtrit(difference.dof, 1 - error / 2)
     return float(quantile) * difference.error
 
 
-def over_runs(a: ArrayLike, b: ArrayLike) -> Difference:
-    """Compare two systems by their independent runs, two or more each, by Welch's method."""
-    of_a, of_b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
-    shares = np.array([np.var(values, ddof=1) / len(values) for values in (of_a, of_b)])
+def over_runs(cells: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Difference:
+    """Compare two systems by independent runs, two or more of each on each sequence."""
+    values = [np.asarray(of_one, dtype=np.float64) for cell in cells for of_one in cell]
+    shares = np.array([np.var(of_one, ddof=1) / len(of_one) for of_one in values])
     total = shares.sum()
-    dof = total**2 / (shares**2 / [len(of_a) - 1, len(of_b) - 1]).sum() if total > 0 else math.inf
-    return Difference(float(of_a.mean() - of_b.mean()), float(np.sqrt(total)), float(dof))
+    free = np.array([len(of_one) - 1 for of_one in values])
+    dof = total**2 / (shares**2 / free).sum() if total > 0 else math.inf
+    value = np.mean([np.mean(a) - np.mean(b) for a, b in cells])
+    return Difference(float(value), float(np.sqrt(total) / len(cells)), float(dof))
 
 
 def over_sequences(differences: ArrayLike) -> Difference:
@@ -70,32 +102,30 @@ def over_sequences(differences: ArrayLike) -> Difference:
     return Difference(float(values.mean()), float(error), len(values) - 1)
 
 
-def series(places: Floats, scores: Floats, n_cells: int) -> Floats:
-    """Return by how much the cameras in each of equal parts of a trajectory lift the mean score.
+def joined(value: float, *parts: Interval | Floats) -> Interval:
+    """Return the interval of a sum, of how far that of each part reaches down and up."""
+    down, up = np.sqrt(sum(np.square(part) for part in parts))
+    return value - float(down), value + float(up)
 
-    With s and n the sums of the scores, and the numbers of cameras, in the m parts, and r the mean
-    of all scores, it is m (s - r n) / sum(n): the linearised ratio sum(s) / sum(n). Their mean is
-    0; the mean of those in a new draw of parts is the change of the mean score.
+
+def needed(difference: Difference, n: float, error: float) -> int | None:
+    """Return how many runs, or sequences, instead of n tell this difference with `POWER`.
+
+    None where more than `MOST_NEEDED` do not.
     """
-    cell = np.minimum((places * n_cells).astype(int), n_cells - 1)
-    centred = np.bincount(cell, weights=scores - scores.mean(), minlength=n_cells)
-    return np.asarray(centred * (n_cells / len(scores)), dtype=np.float64)
+    counts = np.arange(2, MOST_NEEDED + 1)
+    reach = _reach(difference.dof * (counts - 1) / (n - 1), error)
+    enough = reach * difference.error * np.sqrt(n / counts) <= abs(difference.value)
+    return int(counts[enough.argmax()]) if difference.value and enough.any() else None
 
 
-def over_stretches(value: float, differences: Floats, *, ordered: bool) -> Difference | None:
-    """Compare two systems by the differences of their `series`; None where these are too short.
+def largest_scatter(value: float, n_runs: int, error: float) -> float:
+    """Return with what standard deviation that many runs of each tell a difference apart."""
+    reach = _reach(np.array([2.0 * (n_runs - 1)]), error)
+    return abs(value) / float(reach[0] * np.sqrt(2 / n_runs))
 
-    Where the parts are `ordered`, neighbours may depend on each other. The variance of the mean of
-    circular blocks, drawn with replacement, is the variance of the blocks' means over their number.
-    It is too small by 1 - length / m, where the parts are independent. A block, a tenth of the
-    trajectory, should be longer than errors are correlated.
-    """
-    m = len(differences)
-    if m < 2 * BLOCKS:
-        return None
-    length = m // BLOCKS if ordered else 1
-    wrapped = np.concatenate([differences, differences[: length - 1]])
-    means = np.convolve(wrapped, np.full(length, 1 / length), mode="valid")
-    variance = np.mean((means - differences.mean()) ** 2) * length / (m - length)
-    dof = EFFICIENCY * (m / length - 1) if ordered else m - 1
-    return Difference(value, float(np.sqrt(variance)), float(dof))
+
+def _reach(dof: NDArray[np.floating[Any]], error: float) -> Floats:
+    """Return how many standard errors from 0 a difference has to be, to be told with `POWER`."""
+    quantiles = scipy.special.stdtrit(dof, 1 - error / 2) + scipy.special.stdtrit(dof, POWER)
+    return np.asarray(quantiles)

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 import zipfile
 from collections.abc import Mapping
 from contextlib import suppress
@@ -20,7 +21,7 @@ from ..evaluation.matching import files_below, read_reference, step_of_frames
 from ..evaluation.notes import collected_warnings
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
-from ..metrics import metric
+from ..metrics import LEVELS, metric
 from ..trajectories.files import Trajectory
 from ..validation import finite_rows
 from ..writing import write_whole
@@ -68,12 +69,6 @@ class Outcome:
     positions: Floats = field(default_factory=partial(np.empty, (0, 3)))
     position_errors: Floats = field(default_factory=NO_NUMBERS)
     rotation_errors: Floats = field(default_factory=NO_NUMBERS)
-    # Share of the thresholds that each camera is within: their means are the scores.
-    position_scores: Floats = field(default_factory=NO_NUMBERS)
-    rotation_scores: Floats = field(default_factory=NO_NUMBERS)
-    # `half_terms`; 0 where half_distance and half_angle are 0 or infinite.
-    distance_terms: Floats = field(default_factory=NO_NUMBERS)
-    angle_terms: Floats = field(default_factory=NO_NUMBERS)
     notes: list[str] = field(default_factory=list)
     error: str = ""  # why there is no score, if there is none
 
@@ -136,15 +131,15 @@ def _outcome(evaluation: Evaluation) -> Outcome:
     matches, result = evaluation.matches, evaluation.result
     failed = ~(np.isfinite(result.tas.errors) & finite_rows(matches.est_poses))
     names = [*COLUMNS, *evaluation.settings.metrics]
-    values = {name: evaluation.value(name) for name in names}
+    scores = {name: _score(evaluation, name) for name in names}
     notes = list(evaluation.notes)
-    if unvalued := [name for name in evaluation.settings.metrics if values[name] is None]:
-        notes.append(f"without a value, counted as failures: {', '.join(unvalued)}")
-    half_distance, half_angle = evaluation.half_distance, evaluation.half_angle
+    unvalued = [name for name in evaluation.settings.metrics if evaluation.value(name) is None]
+    if counted := [name for name in unvalued if not math.isnan(scores[name])]:
+        notes.append(f"without a value, counted as failures: {', '.join(counted)}")
+    if few := [name for name in names if math.isnan(scores[name])]:
+        notes.append(f"too few cameras for {', '.join(few)}: left out of its means")
     return Outcome(
-        scores={
-            name: metric(name).worst if value is None else value for name, value in values.items()
-        },
+        scores=scores,
         n=len(matches.keys),
         failures=int(failed.sum()),
         unit=result.tas.unit,
@@ -157,31 +152,18 @@ def _outcome(evaluation: Evaluation) -> Outcome:
         positions=evaluation.positions,
         position_errors=result.tas.errors,
         rotation_errors=result.ras.errors,
-        position_scores=_shares(result.tas.errors, result.tas.thresholds),
-        rotation_scores=_shares(result.ras.errors, result.ras.thresholds),
-        distance_terms=half_terms(evaluation.half_errors, half_distance),
-        angle_terms=half_terms(result.ras.errors, half_angle),
         notes=notes,
     )
 
 
-def half_terms(errors: Floats, half: float) -> Floats:
-    """Return by how much each camera lifts the unit of half a score, to first order.
-
-    At that unit h the mean of the cameras' scores s is 1/2. Where it is S(h) for other weights of
-    the cameras, h moves by (1/2 - s) / S'(h) for each, with S'(h) the mean of e / h² over the
-    errors e < h.
-    """
-    inside = errors < half
-    if not 0 < half < np.inf or not errors[inside].any():
-        return np.zeros(len(errors))
-    slope = errors[inside].sum() / (len(errors) * half**2)
-    return np.asarray((0.5 - _shares(errors, half * np.arange(1, 101) / 100)) / slope)
-
-
-def _shares(errors: Floats, thresholds: Floats) -> Floats:
-    """Return the share of the thresholds that each error is below; the mean is the score."""
-    return 1 - np.searchsorted(thresholds, errors, side="right") / len(thresholds)
+def _score(evaluation: Evaluation, name: str) -> float:
+    """Return a value; the worst where there is none, NaN for a distance of too few cameras."""
+    value = evaluation.value(name)
+    if value is not None:
+        return value
+    known = metric(name)
+    distances = {"half_distance": evaluation.half_distance, **evaluation.metrics}
+    return distances.get(name, math.nan if known.family in LEVELS else known.worst)
 
 
 def _cached_file(task: Task, kind: str) -> Path | None:

@@ -1,32 +1,22 @@
 """What the runs say about the systems: means, differences with intervals, ranks."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Floats
 from ..metrics import header, metric
 from ..trajectories.formats import Format
+from .answers import NOTHING, Cell, answers, chosen
 from .benchmark import Run
-from .intervals import (
-    BLOCKS,
-    Difference,
-    margin,
-    over_runs,
-    over_sequences,
-    over_stretches,
-    series,
-)
+from .intervals import LEVEL, Failures, Interval, error_of_pair
 from .runs import COLUMNS, Outcome
 
 __all__ = ["Summary", "summarise"]
 
-
-MOST_CELLS = 1000  # parts of a trajectory that are told apart
 
 Entry = dict[str, Any]  # of the JSON output
 
@@ -56,8 +46,6 @@ class Summary:
 def summarise(
     runs: Sequence[tuple[Run, Outcome]],
     metrics: Sequence[str],
-    *,
-    weight: float,
     form: Format,
 ) -> Summary:
     """Summarise scored, failed and missing runs; a system without any was not tried there."""
@@ -77,7 +65,6 @@ def summarise(
                 if (run.system, run.sequence) == (system, sequence)
             ],
             names,
-            weight,
         )
         for system in systems
         for sequence in sequences
@@ -93,54 +80,39 @@ def summarise(
     for name in names:
         for place in [*sequences, None]:
             at = [system for system in systems if entries[system, place]["runs"]]
-            of_place = sequences if place is None else [place]
-            pairs, ranks = _pairs(groups, at, place, of_place, name, form.ordered)
+            pairs, ranks = _column(groups, at, place, sequences if place is None else [place], name)
             comparisons += pairs
             for system in systems:
-                rank = ranks.get(system)
-                entries[system, place].setdefault("rank", {})[name] = rank and list(rank)
+                entries[system, place].setdefault("rank", {})[name] = ranks.get(system)
     length = form.unit if form.unit == "m" else ""
     headers = {name: header(name, length) for name in names}
     return Summary(headers, sequences, systems, list(runs), results, entries, comparisons)
 
 
 class _Group:
-    """The runs of a system on a sequence, with their values by metric and the means of these."""
+    """The runs of a system on a sequence: values by metric, those of runs that did not fail apart.
 
-    def __init__(
-        self, runs: Sequence[tuple[Entry, Outcome]], names: Sequence[str], weight: float
-    ) -> None:
+    A run that has an infinite error has failed by this metric. A value that is not given (NaN), as
+    a distance of few cameras, is left out.
+    """
+
+    def __init__(self, runs: Sequence[tuple[Entry, Outcome]], names: Sequence[str]) -> None:
         self.results = [result for result, _ in runs]
-        self.outcomes = [outcome for _, outcome in runs]
-        self.values = {name: [_value(outcome, name) for outcome in self.outcomes] for name in names}
-        self.means = {name: _mean(values) for name, values in self.values.items()}
-        self.weight = weight
+        self.n_parts = {outcome.n_parts for _, outcome in runs if outcome.n}
+        self.values = {name: [_value(outcome, name) for _, outcome in runs] for name in names}
+        self.scored = {
+            name: [
+                value
+                for value, (_, outcome) in zip(values, runs, strict=True)
+                if math.isfinite(value) and not outcome.error
+            ]
+            for name, values in self.values.items()
+        }
 
-    @property
-    def n_parts(self) -> frozenset[int]:
-        """The numbers of parts that its models are in."""
-        return frozenset(outcome.n_parts for outcome in self.outcomes if outcome.n)
-
-    @property
-    def fewest(self) -> int:
-        """The number of cameras of the run that has the fewest."""
-        return min((outcome.n for outcome in self.outcomes if outcome.n), default=0)
-
-    def series(self, name: str, n_cells: int) -> Floats:
-        """Return the mean series of the runs; a failed run has 0 wherever it is looked at."""
-        total = np.zeros(n_cells)
-        for outcome in self.outcomes:
-            if outcome.n:
-                total += series(outcome.places, self._of_cameras(outcome, name), n_cells)
-        return total / len(self.outcomes)
-
-    def _of_cameras(self, outcome: Outcome, name: str) -> Floats:
-        if name == "half_distance":
-            return outcome.distance_terms
-        if name == "half_angle":
-            return outcome.angle_terms
-        weight = {"TAS": 1.0, "RAS": 0.0, "PAS": self.weight}[name]
-        return weight * outcome.position_scores + (1 - weight) * outcome.rotation_scores
+    def cell(self, name: str) -> Cell:
+        """Return what is compared: the values, and how many failed of the runs that have any."""
+        given = sum(not math.isnan(value) for value in self.values[name])
+        return Cell(self.scored[name], Failures(given - len(self.scored[name]), given))
 
 
 def _value(outcome: Outcome, name: str) -> float:
@@ -171,166 +143,128 @@ def _result(run: Run, outcome: Outcome, due: int, metrics: Sequence[str]) -> Ent
 def _entry(system: str, sequence: str, group: _Group) -> Entry:
     """Return the means of a system on a sequence, and its counts."""
     results = group.results
+    failed = sum(result["status"] != "scored" for result in results)
     return {
         "system": system,
         "sequence": sequence,
         "runs": len(results),
-        "failed_runs": sum(result["status"] != "scored" for result in results),
+        "failed_runs": failed,
         "n": sum(result["n"] for result in results),
         "failures": sum(result["failures"] for result in results),
         "lost": _mean([result["lost"] for result in results]),
         **_means(group.values),
+        "failing": _failing(failed, len(results)),
+        "scored": {name: _mean(values) for name, values in group.scored.items()},
     }
 
 
 def _overall(system: str, entries: Sequence[Entry], names: Sequence[str]) -> Entry:
     """Return the means of a system over the sequences, with the counts of all runs."""
-    counts = ("runs", "failed_runs", "n", "failures")
+    keys = ("runs", "failed_runs", "n", "failures")
+    counts = {key: sum(entry[key] for entry in entries) for key in keys}
     return {
         "system": system,
         "sequence": None,
-        **{key: sum(entry[key] for entry in entries) for key in counts},
+        **counts,
         "lost": _mean([entry["lost"] for entry in entries]),
         "sequences": len(entries),
         **_means({name: [entry[name] for entry in entries] for name in names}),
+        "failing": _failing(counts["failed_runs"], counts["runs"]),
+        "scored": {name: _mean([entry["scored"][name] for entry in entries]) for name in names},
     }
 
 
-def _mean(values: Sequence[float]) -> float:
-    return float(np.mean(values)) if len(values) else math.nan
+def _failing(failed: int, runs: int) -> Interval | None:
+    """Return the interval of the probability that a run fails."""
+    return Failures(failed, runs).limits(1 - LEVEL) if runs else None
+
+
+def _given(values: Iterable[float]) -> list[float]:
+    return [value for value in values if not math.isnan(value)]
+
+
+def _mean(values: Iterable[float]) -> float:
+    """Return the mean of the values that are given."""
+    given = _given(values)
+    return float(np.mean(given)) if given else math.nan
 
 
 def _means(values: Mapping[str, Sequence[float]]) -> dict[str, float | None]:
     """Return the mean of each metric, and its standard deviation where there is one."""
-    return {name: _mean(several) for name, several in values.items()} | {
+    given = {name: _given(several) for name, several in values.items()}
+    return {name: _mean(several) for name, several in given.items()} | {
         f"{name}_sd": float(np.std(several, ddof=1))
         if len(several) > 1 and np.isfinite(several).all()
         else None
-        for name, several in values.items()
+        for name, several in given.items()
     }
 
 
-def _pairs(
-    groups: Mapping[tuple[str, str], _Group],
+Groups = Mapping[tuple[str, str], _Group]
+
+
+def _column(
+    groups: Groups,
     systems: Sequence[str],
     place: str | None,
     sequences: Sequence[str],
     name: str,
-    ordered: bool,
-) -> tuple[list[Entry], dict[str, tuple[int, int]]]:
+) -> tuple[list[Entry], dict[str, list[int]]]:
     """Return the comparisons of systems by a metric at a place, and their ranks there.
 
     Two systems are compared on the sequences that both were tried on. Where models are in
-    different numbers of parts nothing compares.
+    different numbers of parts nothing compares. Ranks are for new runs, unless some pair can be
+    compared for new sequences alone.
     """
-    parts = {groups[system, sequence].n_parts for system in systems for sequence in sequences}
+    parts = [groups[system, sequence].n_parts for system in systems for sequence in sequences]
     if len(set().union(*parts)) > 1:
         return [], {}
-    comparisons, apart = [], {}
+    error = error_of_pair(len(systems))
+    found = {}
     for a, b in combinations(systems, 2):
-        both = [
-            sequence
+        cells = [
+            (groups[a, sequence].cell(name), groups[b, sequence].cell(name))
             for sequence in sequences
-            if groups[a, sequence].outcomes and groups[b, sequence].outcomes
         ]
-        if not both:
-            continue
-        pairs = [(groups[a, sequence], groups[b, sequence]) for sequence in both]
-        difference = _difference(pairs, name, ordered)
-        means = [_mean([group.means[name] for group in of]) for of in zip(*pairs, strict=True)]
-        comparison = _comparison(a, b, place, name, means, difference, len(systems))
-        comparisons.append({**comparison, "sequences": len(both)})
-        if comparison["distinguishable"]:
-            apart[a, b] = difference.value
-    return comparisons, _ranks(systems, apart, name)
+        if both := [pair for pair in cells if all(cell.failures.of for cell in pair)]:
+            found[a, b] = both, answers(both, name, error)
+    question = chosen([answer for _, answer in found.values()])
+    comparisons = []
+    better: dict[tuple[str, str], str] = {}
+    for (a, b), (both, answer) in found.items():
+        taken = answer[question] if question else None
+        if taken and taken["better"]:
+            better[a, b] = taken["better"]
+        comparisons.append(
+            {
+                "a": a,
+                "b": b,
+                "sequence": place,
+                "metric": name,
+                "sequences": len(both),
+                "question": question,
+                **(taken or {**NOTHING, "difference": _gap(both)}),
+                "distinguishable": bool(taken and taken["better"]),
+                **answer,
+            }
+        )
+    return comparisons, _ranks(systems, better) if question else {}
 
 
-def _difference(pairs: Sequence[tuple[_Group, _Group]], name: str, ordered: bool) -> Difference:
-    """Return the difference of two systems on a sequence, or over several.
-
-    Where errors are infinite it is of `_bounded` ones: its sign and its error tell the two apart.
-    """
-    values = [(a.values[name], b.values[name]) for a, b in pairs]
-    means = [(a.means[name], b.means[name]) for a, b in pairs]
-    finite = np.isfinite(means).all()
-    if not finite:
-        values = [_bounded(*of_pair) for of_pair in values]
-        means = [(_mean(of_a), _mean(of_b)) for of_a, of_b in values]
-    differences = [of_a - of_b for of_a, of_b in means]
-    if len(pairs) > 1:
-        return over_sequences(differences)
-    of_a, of_b = values[0]
-    if min(len(of_a), len(of_b)) > 1:
-        return over_runs(of_a, of_b)
-    found = None
-    if name in COLUMNS and finite:
-        found = _over_trajectory(differences[0], *pairs[0], name, ordered)
-    return found or Difference(differences[0], math.nan, 1)
+def _gap(pairs: Sequence[tuple[Cell, Cell]]) -> float:
+    """Return the difference of the scores of two systems, where nothing tells its interval."""
+    found = [np.mean(a.scored) - np.mean(b.scored) for a, b in pairs if a.scored and b.scored]
+    return _mean(map(float, found))
 
 
-def _over_trajectory(
-    value: float, of_a: _Group, of_b: _Group, name: str, ordered: bool
-) -> Difference | None:
-    """Return the difference, its error over parts of the trajectory; None of too few cameras."""
-    n_cells = min(n for n in (of_a.fewest, of_b.fewest, MOST_CELLS) if n)
-    if ordered:
-        n_cells -= n_cells % BLOCKS
-    if not n_cells or not (of_a.fewest or of_b.fewest):
-        return None
-    differences = of_a.series(name, n_cells) - of_b.series(name, n_cells)
-    return over_stretches(value, differences, ordered=ordered)
-
-
-def _bounded(a: Sequence[float], b: Sequence[float]) -> tuple[list[float], list[float]]:
-    """Map errors to [0, 1] in their order: the median of the finite ones to a half, inf to 1."""
-    finite = [value for value in (*a, *b) if 0 < value < math.inf]
-    scale = float(np.median(finite)) if finite else 1.0
-
-    def share(value: float) -> float:
-        return value / (value + scale) if value < math.inf else 1.0
-
-    return [share(value) for value in a], [share(value) for value in b]
-
-
-def _comparison(
-    a: str,
-    b: str,
-    sequence: str | None,
-    name: str,
-    means: Sequence[float],
-    difference: Difference,
-    n_systems: int,
-) -> Entry:
-    value, half = difference.value, margin(difference, n_systems)
-    distinguishable = abs(value) > half
-    if not np.isfinite(means).all():
-        gap = -math.inf if means[0] < means[1] else math.inf if means[1] < means[0] else math.nan
-        distinguishable = distinguishable and not gap * value < 0  # the table shows the means
-        value = half = math.nan
-    low, high = value - half, value + half
-    return {
-        "a": a,
-        "b": b,
-        "sequence": sequence,
-        "metric": name,
-        "difference": value,
-        "low": low,
-        "high": high,
-        "distinguishable": distinguishable,
-    }
-
-
-def _ranks(
-    systems: Sequence[str], apart: Mapping[tuple[str, str], float], name: str
-) -> dict[str, tuple[int, int]]:
+def _ranks(systems: Sequence[str], better: Mapping[tuple[str, str], str]) -> dict[str, list[int]]:
     """Return one more than the number of systems ahead, and the number of those not behind.
 
-    `apart` has the differences of those that can be told apart.
+    `better` tells of pairs that can be told apart which one is.
     """
-    sign = 1 if metric(name).family.larger_is_better else -1
     ahead, behind = dict.fromkeys(systems, 0), dict.fromkeys(systems, 0)
-    for (a, b), difference in apart.items():
-        better, lesser = (a, b) if sign * difference > 0 else (b, a)
-        ahead[lesser] += 1
-        behind[better] += 1
-    return {system: (1 + ahead[system], len(systems) - behind[system]) for system in systems}
+    for (a, b), which in better.items():
+        first, second = (a, b) if which == "a" else (b, a)
+        ahead[second] += 1
+        behind[first] += 1
+    return {system: [1 + ahead[system], len(systems) - behind[system]] for system in systems}

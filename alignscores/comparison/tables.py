@@ -5,20 +5,34 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from io import StringIO
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 from ..evaluation.names import WIDTH, padded, text_width
 from ..evaluation.notes import scale_note
 from ..evaluation.settings import Settings
 from ..metrics import metric
+from .answers import QUESTIONS
+from .intervals import MOST_NEEDED, error_of_pair, largest_scatter
 from .summary import Summary
 
-__all__ = ["as_csv", "as_latex", "as_markdown", "as_text", "footnotes"]
+__all__ = ["Names", "as_csv", "as_latex", "as_markdown", "as_text", "footnotes"]
 
 Row = list[str]
 
 
-def as_text(summary: Summary, by: str, names: dict[str, str]) -> str:
+class Names(NamedTuple):
+    """How systems and sequences are called."""
+
+    systems: dict[str, str]
+    sequences: dict[str, str]
+
+    def written(self, write: Callable[[str], str]) -> "Names":
+        """Return the names as they are written in some format."""
+        return Names(*({key: write(name) for key, name in names.items()} for names in self))
+
+
+def as_text(summary: Summary, by: str, names: Names) -> str:
     """Return the tables for a terminal: over all, then sequence by sequence as far as they fit."""
     blocks = []
     for header, *rows in (
@@ -35,9 +49,9 @@ def as_text(summary: Summary, by: str, names: dict[str, str]) -> str:
     return "\n\n".join("\n".join(line.rstrip() for line in lines) for lines in blocks)
 
 
-def as_markdown(summary: Summary, by: str, names: dict[str, str]) -> str:
+def as_markdown(summary: Summary, by: str, names: Names) -> str:
     """Return both tables in Markdown, the best in bold where it is certain."""
-    escaped = {key: _markdown(name) for key, name in names.items()}
+    escaped = names.written(_markdown)
 
     def table(header: Row, *rows: Row) -> str:
         rule = ["---", *["---:"] * (len(header) - 1)]
@@ -49,16 +63,20 @@ def as_markdown(summary: Summary, by: str, names: dict[str, str]) -> str:
     )
 
 
-def as_latex(summary: Summary, by: str, names: dict[str, str]) -> str:
+def as_latex(summary: Summary, by: str, names: Names) -> str:
     """Return one table for the package booktabs, the best in bold where it is certain."""
-    escaped = {key: _tex(name) for key, name in names.items()}
+    escaped = names.written(_tex)
     (_, *columns), *rows = _sequence_rows(summary, by, escaped, _tex_cell, overall=True)
-    n_systems = len(summary.systems)
     lost = ", ".join(
-        f"{names[system]} {summary.entries[system, None]['lost']:.1%}" for system in summary.systems
+        f"{names.systems[system]} {summary.entries[system, None]['lost']:.1%}"
+        for system in summary.systems
     )
+    said = [
+        f"{by}: mean over runs",
+        *ranks_explained(summary, by, names, "bold: ahead of all others"),
+    ]
     lines = [
-        f"% {by}: mean over runs; bold: better than all others (95 % for all pairs of a column)",
+        *(f"% {line}" for line in said),
         f"\\begin{{tabular}}{{l{'r' * len(columns)}}}",
         "\\toprule",
         " & ".join([_tex(summary.headers[by]), *columns]) + r" \\",
@@ -68,7 +86,7 @@ def as_latex(summary: Summary, by: str, names: dict[str, str]) -> str:
         "\\end{tabular}",
         f"% lost: {_tex(lost)}",
     ]
-    return "\n".join(lines if n_systems > 1 else lines[1:])
+    return "\n".join(lines)
 
 
 def as_csv(summary: Summary) -> str:
@@ -108,7 +126,8 @@ def _text_cell(entry: Mapping[str, Any], name: str) -> str:
     if not entry["runs"]:
         return "not tried"
     failed = f" †{entry['failed_runs']}" if entry["failed_runs"] and entry["sequence"] else ""
-    return f"{number(entry[name])} ({rank_text(entry['rank'][name])}){failed}"
+    rank = f" ({rank_text(entry['rank'][name])})" if entry["rank"][name] else ""
+    return f"{number(entry[name])}{rank}{failed}"
 
 
 def _markdown_cell(entry: Mapping[str, Any], name: str) -> str:
@@ -128,52 +147,68 @@ def _tex_cell(entry: Mapping[str, Any], name: str) -> str:
 
 
 def is_best(entry: Mapping[str, Any], name: str) -> bool:
-    """Tell whether a system is better than every other one, beyond doubt."""
+    """Tell whether a system is certainly ahead of every other one."""
     return bool(entry["rank"][name] == [1, 1])
 
 
 Cell = Callable[[Mapping[str, Any], str], str]
 
 
-def _overall_rows(summary: Summary, by: str, names: dict[str, str], cell: Cell) -> list[Row]:
+def _overall_rows(summary: Summary, by: str, names: Names, cell: Cell) -> list[Row]:
     """Return a header and the values of each system over all sequences."""
-    partly = _partly_tried(summary)
+    partly, failed = _partly_tried(summary), _some_failed(summary)
     header = ["system", f"rank ({summary.headers[by]})", *summary.headers.values()]
     rows = []
     for system in _by(summary, by):
         entry = summary.entries[system, None]
         rows.append(
             [
-                names[system],
+                names.systems[system],
                 rank_text(entry["rank"][by]),
                 *(cell(entry, name) for name in summary.headers),
                 *([f"{entry['sequences']}/{len(summary.sequences)}"] if partly else []),
-                f"{entry['failed_runs']}/{entry['runs']}",
+                *([number(entry["scored"][by])] if failed else []),
+                failures_text(entry),
                 f"{entry['lost']:.1%}",
             ]
         )
     header += ["sequences"] if partly else []
+    header += [f"{by} of scored runs"] if failed else []
     return [[*header, "failed runs", "lost"], *rows]
 
 
+def failures_text(entry: Mapping[str, Any]) -> str:
+    """Return how many runs failed, with the interval of the probability that one does."""
+    low, high = entry["failing"]
+    return f"{entry['failed_runs']}/{entry['runs']} ({100 * low:.0f}-{100 * high:.0f} %)"
+
+
 def _sequence_rows(
-    summary: Summary, by: str, names: dict[str, str], cell: Cell, *, overall: bool = False
+    summary: Summary, by: str, names: Names, cell: Cell, *, overall: bool = False
 ) -> list[Row]:
     """Return a header and the values of each system on each sequence."""
     columns = [*summary.sequences, *([None] if overall else [])]
     rows = [
-        [summary.headers[by], *(names[sequence] if sequence else "overall" for sequence in columns)]
+        [
+            summary.headers[by],
+            *(names.sequences[sequence] if sequence else "overall" for sequence in columns),
+        ]
     ]
     for system in _by(summary, by):
         cells = [cell(summary.entries[system, sequence], by) for sequence in columns]
-        rows.append([names[system], *cells])
+        rows.append([names.systems[system], *cells])
     return rows
 
 
 def _by(summary: Summary, by: str) -> list[str]:
     """Return the systems from the best to the worst by a metric, over all."""
     sign = -1 if metric(by).family.larger_is_better else 1
-    return sorted(summary.systems, key=lambda system: sign * summary.entries[system, None][by])
+
+    def place(system: str) -> tuple[bool, float]:
+        value = summary.entries[system, None][by]
+        return math.isnan(value), sign * value
+
+    return sorted(summary.systems, key=place)
 
 
 def _block(table: Sequence[Row], start: int, end: int) -> list[str]:
@@ -212,11 +247,12 @@ def _markdown(text: str) -> str:
     return re.sub(r"([\\`*\[\]<>|~&]|\b_|_\b)", r"\\\1", text)
 
 
-def footnotes(summary: Summary, settings: Settings) -> list[str]:
+def footnotes(summary: Summary, by: str, names: Names, settings: Settings) -> list[str]:
     """Return what is said below the tables."""
     lines = [
         f"means over runs, overall over sequences; {settings.how_aligned}",
         "failed and missing runs count as failures",
+        "failed runs: in brackets, how often runs fail (95 %)",
     ]
     if settings.missing_cameras:
         lines[1] = f"missing cameras: {settings.missing_cameras}; {lines[1]}"
@@ -228,16 +264,74 @@ def footnotes(summary: Summary, settings: Settings) -> list[str]:
         lines.append(
             "sequences: those that a system was tried on; pairs are ranked by those of both"
         )
-    if len(summary.systems) > 1:
-        ranked = all(entry["rank"][name] for entry in summary.in_order() for name in entry["rank"])
-        lines.append(
-            "(1-2): ranks, shared where they cannot be told apart (95 % for all pairs of a column)"
-            if ranked
-            else "no ranks where models are in different numbers of parts, which do not compare"
-        )
-    if any(entry["failed_runs"] for entry in summary.entries.values()):
+    lines += ranks_explained(
+        summary, by, names, "(1-2): ranks, shared where they cannot be told apart"
+    )
+    if _some_failed(summary):
         lines.append("†1: so many runs failed or are missing")
     return lines
+
+
+FOR = {  # by the questions of single sequences and over all
+    ("new_runs", "new_runs"): "for new runs on these sequences",
+    ("new_runs", "new_sequences"): "for new runs; over all, for new sequences like these",
+    (None, "new_sequences"): "over all, for new sequences like these",
+    ("new_runs", None): "on a sequence, for new runs",
+}
+NUMBERS = 3, 5, 10  # of runs, of which is said what they can tell
+
+
+def ranks_explained(summary: Summary, by: str, names: Names, what: str) -> list[str]:
+    """Say what ranks are for and, where there are none or shared ones, how many runs would do."""
+    pairs = [pair for pair in summary.comparisons if pair["metric"] == by]
+    questions = {pair["sequence"]: pair["question"] for pair in pairs}
+    over_all = questions.pop(None, None)
+    on_sequences = next(filter(None, questions.values()), None)
+    lines = []
+    if over_all or on_sequences:
+        lines.append(f"{what} (95 % for all pairs of a column)")
+        lines.append(
+            f"ranks are {FOR[on_sequences, over_all]}: by scores of runs that did not fail, and by "
+            "failures"
+        )
+    over_all_pairs = {
+        frozenset((pair["a"], pair["b"])): pair for pair in pairs if pair["sequence"] is None
+    }
+    neighbours = [
+        (over_all_pairs[frozenset(both)], " and ".join(names.systems[system] for system in both))
+        for both in pairwise(_by(summary, by))
+        if frozenset(both) in over_all_pairs
+    ]
+    if None in (over_all, *questions.values()) and neighbours:
+        lines += _one_run(*neighbours[0], by, len(summary.systems))
+    what = "runs of each on each sequence" if over_all == QUESTIONS[0] else "sequences"
+    lines += [
+        f"{by} of {both}: about {pair['needed'] or f'more than {MOST_NEEDED}'} {what} would do"
+        for pair, both in neighbours
+        if over_all and not pair["distinguishable"] and math.isfinite(pair["low"])
+    ]
+    if len(summary.systems) > 1 and not pairs:
+        lines.append(
+            "no ranks where models are in different numbers of parts, which do not compare"
+        )
+    return lines
+
+
+def _one_run(pair: Mapping[str, Any], both: str, by: str, n_systems: int) -> list[str]:
+    """Say why there are no ranks for new runs, and how many runs tell the first two apart."""
+    lines = ["no ranks where systems have one run each: nothing tells how runs scatter"]
+    gap = pair["difference"]
+    if gap and math.isfinite(gap):
+        scatters = [largest_scatter(gap, n, error_of_pair(n_systems)) for n in NUMBERS]
+        told = ", ".join(f"{n} by {s:.2g}" for n, s in zip(NUMBERS, scatters, strict=True))
+        lines.append(
+            f"{by} of {both}: runs of each that would do, if they scatter (sd) at most: {told}"
+        )
+    return lines
+
+
+def _some_failed(summary: Summary) -> bool:
+    return any(entry["failed_runs"] for entry in summary.entries.values())
 
 
 def _scales(summary: Summary) -> dict[str, float | None]:

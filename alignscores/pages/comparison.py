@@ -10,9 +10,10 @@ import numpy as np
 
 from ..arrays import Floats
 from ..comparison.comparison import Comparison
+from ..comparison.intervals import MOST_NEEDED
 from ..comparison.runs import Outcome
 from ..comparison.summary import Summary
-from ..comparison.tables import footnotes, is_best, number, rank_text
+from ..comparison.tables import Names, failures_text, footnotes, is_best, number, rank_text
 from ..explorer import source
 from ..explorer.document import data_element, document
 from ..metrics import metric
@@ -31,6 +32,10 @@ STRETCHES = 120  # parts of a trajectory whose median error is drawn
 N_QUANTILES = 400
 SCRIPTS = "scores.js", "charts.js", "controls.js"
 MOST = 15  # megabytes of trajectories
+FOR = {  # what a difference is to hold for, and what it takes more of
+    "new_runs": ("new runs on these sequences", "runs"),
+    "new_sequences": ("new sequences like these", "sequences"),
+}
 
 
 def page(comparison: Comparison, by: str) -> str:
@@ -69,11 +74,12 @@ def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
     """Return name, heading and content of each section."""
     summary, names, settings = comparison.summary, comparison.names, comparison.settings
     key = _key(summary, names)
+    notes = footnotes(summary, by, names, settings)
     runs = _each(summary, lambda sequence: _runs(summary, by, sequence, names), names)
     errors = _each(summary, lambda sequence: _errors(summary, sequence), names)
     trajectories = _trajectories(sequences_data(comparison, by), by, names)
     return [
-        ("overall", "Over all sequences", _table(summary, names, footnotes(summary, settings))),
+        ("overall", "Over all sequences", _table(summary, names, notes)),
         ("sequences", f"{by} by sequence", _heat_map(summary, by, names)),
         ("differences", f"Differences in {by}, over all", _differences(summary, by, names)),
         ("runs", f"{by} of each run", runs),
@@ -88,9 +94,9 @@ def _data(comparison: Comparison) -> dict[str, Any]:
     summary, names, settings = comparison.summary, comparison.names, comparison.settings
     key = _in_key(summary)
     return {
-        "systems": [names[system] for system in summary.systems],
+        "systems": [names.systems[system] for system in summary.systems],
         "lines": [_colour_and_dash(key.index(system)) for system in summary.systems],
-        "sequences": [names[sequence] for sequence in summary.sequences],
+        "sequences": [names.sequences[sequence] for sequence in summary.sequences],
         "setting": {
             "threshold": settings.max_threshold,
             "degrees": settings.max_threshold_deg,
@@ -103,7 +109,7 @@ def _data(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def _table(summary: Summary, names: Mapping[str, str], footnotes: Sequence[str]) -> str:
+def _table(summary: Summary, names: Names, footnotes: Sequence[str]) -> str:
     """Return the sortable table of the systems over all sequences."""
     headers = ["system", *summary.headers.values()]
     headers += ["failed runs", "lost"]
@@ -113,11 +119,15 @@ def _table(summary: Summary, names: Mapping[str, str], footnotes: Sequence[str])
         cells = [
             _cell(entry[name], number(entry[name]), entry["rank"][name]) for name in summary.headers
         ]
-        cells.append(_cell(entry["failed_runs"], f"{entry['failed_runs']}/{entry['runs']}"))
+        cells.append(_cell(entry["failed_runs"], failures_text(entry)))
         cells.append(_cell(entry["lost"], f"{entry['lost']:.1%}"))
-        rows.append(f'<tr><th scope="row">{escape(names[system])}</th>{"".join(cells)}</tr>')
+        rows.append(
+            f'<tr><th scope="row">{escape(names.systems[system])}</th>{"".join(cells)}</tr>'
+        )
     notes = "".join(f"<li>{escape(note)}</li>" for note in footnotes)
-    caption = "Means over all sequences; bold: better than every other system, beyond doubt."
+    caption = (
+        "Means over all sequences; bold: ahead of every other system, with 95 % for all pairs."
+    )
     return _scrolling("overall", caption, headers, rows) + f'<ul class="small">{notes}</ul>'
 
 
@@ -128,7 +138,7 @@ def _cell(value: float, text: str, rank: Sequence[int] | None = None) -> str:
     return f'<td data-key="{key}"{best}>{text}{place}</td>'
 
 
-def _heat_map(summary: Summary, by: str, names: Mapping[str, str]) -> str:
+def _heat_map(summary: Summary, by: str, names: Names) -> str:
     """Return the table of systems by sequences, shaded from the worst to the best value."""
     values = [
         summary.entries[system, sequence][by]
@@ -158,25 +168,50 @@ def _heat_map(summary: Summary, by: str, names: Mapping[str, str]) -> str:
                 f'<td class="heat{best}" style="--share:{round(100 * share)}%">{number(entry[by])} '
                 f'<span class="rank">({rank_text(entry["rank"][by])})</span>{lost}</td>'
             )
-        rows.append(f'<tr><th scope="row">{escape(names[system])}</th>{"".join(cells)}</tr>')
+        rows.append(
+            f'<tr><th scope="row">{escape(names.systems[system])}</th>{"".join(cells)}</tr>'
+        )
     caption = "Means over the runs, the stronger the colour, the better; bold as above."
-    headers = ["system", *(names[sequence] for sequence in summary.sequences)]
+    headers = ["system", *(names.sequences[sequence] for sequence in summary.sequences)]
     return _scrolling("sequences", caption, headers, rows)
 
 
-def _differences(summary: Summary, by: str, names: Mapping[str, str]) -> str:
+def _differences(summary: Summary, by: str, names: Names) -> str:
+    """Return the table of the differences of all pairs, for new runs and for new sequences."""
     rows = [
-        f'<tr><th scope="row">{escape(names[pair["a"]])} − {escape(names[pair["b"]])}</th>'
-        f"<td>{_signed(pair['difference'])}</td><td>{_signed(pair['low'])} to "
-        f"{_signed(pair['high'])}</td><td>{'yes' if pair['distinguishable'] else 'no'}</td></tr>"
+        f'<tr><th scope="row">{first} − {second}</th><td>{words}</td>{_cells(answer)}'
+        f"<td>{'first' if answer['better'] == 'a' else 'second' if answer['better'] else 'no'}</td>"
+        f"<td>{_needed(answer['needed'])} {unit}</td>"
+        f"{_cells(answer['failing'], answer['with_failures'])}</tr>"
         for pair in summary.comparisons
         if pair["sequence"] is None and pair["metric"] == by
+        for first, second in [[escape(names.systems[pair[key]]) for key in "ab"]]
+        for question, (words, unit) in FOR.items()
+        if (answer := pair[question])
     ]
     if not rows:
-        return "<p>There is one system.</p>"
-    caption = "Systems are told apart where the interval does not hold 0."
-    headers = "systems", "difference", "95 %, all pairs of this table", "told apart"
+        return "<p>There is nothing to compare: one system, or one run of each.</p>"
+    caption = (
+        "Differences with their intervals, 95 % for all pairs: of the scores of runs that did not "
+        "fail, of how often runs fail, and of means in which failures count; and with how many "
+        "runs, or sequences, of such a difference and scatter two systems are told apart."
+    )
+    headers = "systems", "for", "scores", "ahead", "would do", "failing", "with failures"
     return _scrolling("differences", caption, headers, rows)
+
+
+def _cells(*differences: Mapping[str, Any]) -> str:
+    """Return the cells of differences with their intervals."""
+    return "".join(
+        f"<td>{_signed(one['difference'])} ({_signed(one['low'])} to {_signed(one['high'])})</td>"
+        if math.isfinite(one["low"])
+        else "<td>unknown</td>"
+        for one in differences
+    )
+
+
+def _needed(count: int | None) -> str:
+    return f"more than {MOST_NEEDED}" if count is None else str(count)
 
 
 def _scrolling(section: str, caption: str, headers: Iterable[str], rows: Iterable[str]) -> str:
@@ -190,23 +225,23 @@ def _scrolling(section: str, caption: str, headers: Iterable[str], rows: Iterabl
 
 
 def _signed(value: float) -> str:
-    return f"{value:+.4f}".replace("-", "−") if math.isfinite(value) else "unknown"
+    return f"{value:+.3f}".replace("-", "−") if math.isfinite(value) else "unknown"
 
 
-def _each(summary: Summary, draw: Callable[[str], str], names: Mapping[str, str]) -> str:
+def _each(summary: Summary, draw: Callable[[str], str], names: Names) -> str:
     """Return a drawing for each sequence, the first of them unfolded."""
     return "".join(
-        f"<details{' open' if index == 0 else ''}><summary>{escape(names[sequence])}</summary>"
-        f'<div class="scroll" tabindex="0" role="group" aria-label="{escape(names[sequence])}">'
+        f"<details{' open' if index == 0 else ''}><summary>{escape(name)}</summary>"
+        f'<div class="scroll" tabindex="0" role="group" aria-label="{escape(name)}">'
         f"{draw(sequence)}</div></details>"
-        for index, sequence in enumerate(summary.sequences)
+        for index, (sequence, name) in enumerate(names.sequences.items())
     )
 
 
-def _key(summary: Summary, names: Mapping[str, str]) -> str:
+def _key(summary: Summary, names: Names) -> str:
     items = "".join(
         f'<li><svg width="34" height="10" aria-hidden="true"><path {_style(index)} d="M0 5H34"/>'
-        f"</svg> {escape(names[system])}</li>"
+        f"</svg> {escape(names.systems[system])}</li>"
         for index, system in enumerate(_in_key(summary))
     )
     return f'<ul class="key">{items}</ul>'
@@ -235,7 +270,7 @@ def _outcomes(summary: Summary, system: str, sequence: str) -> list[Outcome]:
     ]
 
 
-def _runs(summary: Summary, by: str, sequence: str, names: Mapping[str, str]) -> str:
+def _runs(summary: Summary, by: str, sequence: str, names: Names) -> str:
     """Draw each run as a dot on the line of its system."""
     width, row = CURVE[0], 26
     label = 130
@@ -255,7 +290,7 @@ def _runs(summary: Summary, by: str, sequence: str, names: Mapping[str, str]) ->
     marks = []
     for index, (system, values) in enumerate(results.items()):
         y = row * index + row / 2
-        name = escape(names[system][:18])
+        name = escape(names.systems[system][:18])
         marks.append(
             f'<text x="{label - 8}" y="{y + 4:g}" text-anchor="end">{name}</text>'
             f'<path class="axis" d="M{label} {y:g}H{width}"/>'
@@ -330,9 +365,7 @@ def _errors(summary: Summary, sequence: str) -> str:
     )
 
 
-def _trajectories(
-    trajectories: Mapping[str, Mapping[str, Any]], by: str, names: Mapping[str, str]
-) -> str:
+def _trajectories(trajectories: Mapping[str, Mapping[str, Any]], by: str, names: Names) -> str:
     """Return the data of each sequence, which a script puts into a page of trajectories."""
     if not trajectories:
         return "<p>No run was scored.</p>"
@@ -346,7 +379,7 @@ def _trajectories(
             "page of one sequence.</p>"
         )
     options = "".join(
-        f'<option value="{index}">{escape(names[sequence])}</option>'
+        f'<option value="{index}">{escape(names.sequences[sequence])}</option>'
         for index, sequence in enumerate(trajectories)
     )
     html = _file("trajectories.html").format(options=options, by=escape(by))

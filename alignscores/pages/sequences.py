@@ -1,6 +1,5 @@
 """The page of trajectories of each sequence: one run of each system against the reference."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -8,6 +7,7 @@ from ..comparison.benchmark import Run
 from ..comparison.comparison import Comparison, settings_of_run
 from ..comparison.runs import Outcome, reference_of
 from ..comparison.summary import Summary
+from ..comparison.tables import Names
 from ..evaluation.names import printable
 from ..evaluation.notes import collected_warnings
 from ..metrics import metric
@@ -41,7 +41,7 @@ def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]
         with collected_warnings():  # the comparison has told them
             reference = reference_of(file, settings.format)
         found[sequence] = page_data(
-            f"{names[sequence]}: one run of each system",
+            f"{names.sequences[sequence]}: one run of each system",
             reference,
             printable(file),
             estimates,
@@ -61,12 +61,12 @@ def _middle(summary: Summary, by: str, system: str, sequence: str) -> tuple[Run,
     return scored[len(scored) // 2][1:] if scored else None
 
 
-def _estimate(run: Run, outcome: Outcome, summary: Summary, names: Mapping[str, str]) -> Estimate:
+def _estimate(run: Run, outcome: Outcome, summary: Summary, names: Names) -> Estimate:
     entry = summary.entries[run.system, run.sequence]
     notes = [printable(note) for note in outcome.notes]
     if failed := entry["failed_runs"]:
         notes.insert(0, f"of its {entry['runs']} runs, {failed} failed or are missing")
-    name = names[run.system] + (f", run {printable(run.run)}" if entry["runs"] > 1 else "")
+    name = names.systems[run.system] + (f", run {printable(run.run)}" if entry["runs"] > 1 else "")
     scores = outcome.scores
     return Estimate(
         name=name,

@@ -22,7 +22,7 @@ def plan(overrides: Sequence[str]) -> Mapping[str, Table]:
 
 
 def ask(question: Question) -> list[pd.DataFrame | str]:
-    """Return the verdicts, and the verdicts under other readings of the paper."""
+    """Return the verdicts, those under other readings of the paper, and by other criteria."""
     trials = question.trials
     claims = load_claims(max(len(trials), 2))
     check_alike(claims, [one.path for one in trials], [one.record for one in trials])
@@ -35,7 +35,7 @@ STUDY = Study(
     title="Verdicts",
     plan=plan,
     ask=ask,
-    answers=("claims.csv", "tables/readings.csv"),
+    answers=("claims.csv", "tables/readings.csv", "tables/criteria.csv"),
     place=1,
     trials="replicates",
     keys=["replicates"],

@@ -18,7 +18,7 @@ from experiments.metrics import Column
 
 from ..statistics import STATISTICS, SUMMARIES, Where
 
-__all__ = ["CLAIMS_FILE", "Claim", "Claims", "Decision", "Reading", "load_claims"]
+__all__ = ["CLAIMS_FILE", "Claim", "Claims", "Criterion", "Decision", "Reading", "load_claims"]
 
 CLAIMS_FILE = CONFIG_DIR / "claims.yaml"
 BOUNDS = ("at least", "below", "within")
@@ -140,8 +140,9 @@ class Reading:
     reading: str
     experiments: list[ExperimentName] = field(default_factory=list)
     settings: list[str] = field(default_factory=list)
-    options: dict[str, dict[str, str]] = field(default_factory=dict)
+    metrics: dict[MetricName, MetricName] = field(default_factory=dict)
     statistics: dict[StatisticName, StatisticName] = field(default_factory=dict)
+    level: list[CellSetting] = field(default_factory=list)
     where: Filter = field(default_factory=dict)
     everywhere: bool = False
     of_means: bool = False
@@ -150,6 +151,8 @@ class Reading:
         """Return the claim under this reading: the same, where the reading does not concern it."""
         if self.experiments and claim.experiment not in self.experiments:
             return claim
+        if "at" in STATISTICS[claim.statistic].needs and (self.everywhere or self.where):
+            return claim  # it compares some cells with all by itself
         left = {
             key: [value for value in values if value in self.where.get(key, values)]
             for key, values in claim.where.items()
@@ -158,6 +161,7 @@ class Reading:
             "metric": self._of(claim.metric),
             "versus": claim.versus and self._of(claim.versus),
             "statistic": self.statistics.get(claim.statistic, claim.statistic),
+            "level": self.level or claim.level,
             "settings": [*claim.settings, *self.settings],
             "where": {**self.where, **left},
             "at": {} if self.everywhere else claim.at,
@@ -168,13 +172,14 @@ class Reading:
         return replace(claim, **values)
 
     def _of(self, metric: str) -> str:
-        """Return a metric with the options of this reading, where it has no own."""
-        if not self.options:
-            return metric
+        """Return the metric that this reading has for one, which keeps options of its own."""
         column = Column.parse(metric)
-        for key, value in self.options.get(column.name, {}).items():
-            column = column if key in column.options else column.with_option(key, value)
-        return str(column)
+        if column.name not in self.metrics:
+            return metric
+        other = Column.parse(self.metrics[column.name])
+        for key, value in column.options.items():
+            other = other.with_option(key, value)
+        return str(other)
 
 
 @dataclass(frozen=True, config=KNOWN_KEYS)
@@ -187,6 +192,21 @@ class Decision:
     choice: str
     readings: Annotated[list[Reading], Field(min_length=2)]
     claims: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True, config=KNOWN_KEYS)
+class Criterion:
+    """A bound that stands for a word of the paper, and others that could."""
+
+    word: str
+    bound: float
+    others: Annotated[list[float], Field(min_length=1)]
+
+    def replace(self, claim: Claim, other: float) -> Claim:
+        """Return a claim by another bound; the same, where it has not this one."""
+        relation, number = claim.bound
+        is_of_it = claim.criterion is not None and number == self.bound
+        return replace(claim, criterion=f"{relation} {other:g}") if is_of_it else claim
 
 
 @dataclass(frozen=True, config=KNOWN_KEYS)
@@ -203,13 +223,14 @@ class _Group:
 class _File:
     replicates: int
     replicates_of_readings: Annotated[int, Field(ge=2)]
+    criteria: list[Criterion]
     groups: list[_Group]
     decisions: list[dict[str, Any]]
 
 
 @dataclass(frozen=True)
 class Claims:
-    """All claims by their names, the decisions, and how many studies to decide them by.
+    """All claims by their names, the decisions and criteria, and how many studies decide.
 
     Only the first `replicates_of_readings` of these have what other readings need.
     """
@@ -218,6 +239,7 @@ class Claims:
     replicates_of_readings: int
     claims: Mapping[str, Claim]
     decisions: Sequence[Decision]
+    criteria: Sequence[Criterion]
 
     def needed(self, replicate: int) -> Iterator[Claim]:
         """All claims that a replicate study decides: as they are, and under other readings."""
@@ -262,7 +284,7 @@ def load_claims(replicates: int | str | None = None, path: Path = CLAIMS_FILE) -
                 raise ConfigError(f"claims.yaml: {claim.id!r} is implied by no claim: {name!r}")
     decisions = [_decision(entry, claims) for entry in file.decisions]
     of_readings = min(replicates, file.replicates_of_readings)
-    return Claims(replicates, of_readings, claims, decisions)
+    return Claims(replicates, of_readings, claims, decisions, file.criteria)
 
 
 def _expand(group: _Group, entry: Mapping[str, Any]) -> Iterator[Claim]:

@@ -1,7 +1,8 @@
 """Whether the paper's claims hold, from the replicate studies.
 
 The central 95 % of these are the spread of a single study (`verdict`); the confidence interval of
-their mean tells what is true of all studies that could be made (`population`).
+their mean tells what is true of the mean of all studies of this size (`population`). The statistic
+of the trials of all replicates together is `pooled`: a range grows with the number of trials.
 """
 
 from collections.abc import Mapping, Sequence
@@ -87,7 +88,7 @@ def _meets(claim: Claim, value: float) -> bool:
 
 
 def populations(claims: Sequence[Claim], values: Sequence[Floats]) -> list[str]:
-    """Tell whether claims are true of the mean over all studies that could be made.
+    """Tell whether claims are true of the mean over all studies of this size.
 
     "true" where the mean certainly meets the criterion (for a number of the paper: rounds to it),
     "false" where it certainly does not, "open" otherwise: by Student's t-test, adjusted for the
@@ -122,7 +123,7 @@ def _mean_interval(values: Floats) -> tuple[float, float]:
 
 def decide(
     claims: Claims, replicates: Sequence[Replicate], *, n_jobs: int = 1
-) -> tuple[pd.DataFrame, pd.DataFrame]:
+) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Give every claim its verdicts, from the tables of trials of each replicate study.
 
     Returns
@@ -130,12 +131,17 @@ def decide(
     claims : DataFrame
         One row a claim: `id, source, figure, statement, statistic, implied_by` (claims that it
         follows from), `criterion, paper, ours, low, high, replicates, verdict, mean_low, mean_high,
-        population`, and a column for each reading other than those taken, with both verdicts under
-        it; empty where the reading does not concern the claim. Percentages in per cent.
+        population, pooled` (from the trials of all replicates together), and a column for each
+        reading other than those taken, with both verdicts under it; empty where the reading does
+        not concern the claim. Percentages in per cent.
     readings : DataFrame
         One row for each claim as taken, and one for each that such a reading changes: `decision,
         question, paper_says, choice, reading, claim`, and from `criterion` on as above, all from
         the replicates that have the readings.
+    criteria : DataFrame
+        One row for each other bound of a criterion, from all replicates: `word, bound, other`, how
+        many `claims` have the bound, how many of their verdicts are others then, `changed` and
+        `population_changed`, and `changes`: the former, with what they are.
     """
     taken, readings = list(claims.claims.values()), list(claims.read())
     read = [claim for _, _, changed in readings for claim in changed.values()]
@@ -154,6 +160,10 @@ def decide(
         | {"statistic": claim.describe(), "implied_by": " ".join(claim.implied_by) or None}
         for claim in taken
     ]
+    pooled = _evaluate(
+        taken, {key: pd.concat(r[key] for r in replicates) for key in replicates[-1]}
+    )
+    table["pooled"] = list(map(_rounded, taken, pooled))
     table = pd.concat([pd.DataFrame(texts, index=table.index), table], axis=1)
     found = _decided(claims.claims, list(values[:, :n_read]))
     tables = [found.assign(decision=TAKEN, reading=TAKEN, claim=found.index)]
@@ -169,7 +179,37 @@ def decide(
         tables.append(found.assign(decision=decision.id, claim=found.index, **texts_of))
     columns = ["decision", "question", "paper_says", "choice", "reading", "claim"]
     joined = pd.concat(tables, ignore_index=True).reindex(columns=[*columns, *found.columns])
-    return table.reset_index(drop=True), joined
+    by_criteria = _by_other_criteria(claims, list(values))
+    return table.reset_index(drop=True), joined, by_criteria
+
+
+def _by_other_criteria(claims: Claims, values: Sequence[Floats]) -> pd.DataFrame:
+    """Tell which verdicts are others by other bounds."""
+    taken = dict(claims.claims)
+    before = _words(taken, values)
+    rows = []
+    for criterion in claims.criteria:
+        for other in criterion.others:
+            changed = {name: criterion.replace(claim, other) for name, claim in taken.items()}
+            after = _words(changed, values)
+            names = [name for name, claim in changed.items() if claim != taken[name]]
+            verdicts, truths = (
+                [name for name in names if before[name][place] != after[name][place]]
+                for place in (0, 1)
+            )
+            row = {"word": criterion.word, "bound": criterion.bound, "other": other}
+            row |= {"claims": len(names), "changed": len(verdicts)}
+            row |= {"population_changed": len(truths)}
+            row["changes"] = "; ".join(f"{name}: {after[name][0]}" for name in verdicts)
+            rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def _words(claims: Mapping[str, Claim], values: Sequence[Floats]) -> dict[str, list[str]]:
+    """Return both verdicts on each claim."""
+    own = list(map(verdict, claims.values(), values))
+    truths = populations(list(claims.values()), values)
+    return {name: pair for name, *pair in zip(claims, own, truths, strict=True)}
 
 
 def reading_title(decision: Decision, reading: Reading) -> str:
@@ -188,7 +228,6 @@ def _decided(claims: Mapping[str, Claim], values: Sequence[Floats]) -> pd.DataFr
         numbers = dict(zip(("low", "high"), np.quantile(found, CENTRAL), strict=True))
         numbers |= dict(zip(("mean_low", "mean_high"), _mean_interval(found), strict=True))
         numbers["ours"] = found.mean()
-        digits = 2 if claim.is_percentage else 3
         row: dict[str, object] = {
             "criterion": claim.criterion or "the paper's number",
             "paper": claim.paper,
@@ -201,8 +240,12 @@ def _decided(claims: Mapping[str, Claim], values: Sequence[Floats]) -> pd.DataFr
             "mean_high": None,
             "population": population,
         }
-        rows.append(row | {key: round(float(value), digits) for key, value in numbers.items()})
+        rows.append(row | {key: _rounded(claim, value) for key, value in numbers.items()})
     return pd.DataFrame(rows, index=list(claims))
+
+
+def _rounded(claim: Claim, value: float) -> float:
+    return round(float(value), 2 if claim.is_percentage else 3)
 
 
 def select_trials(claims: Claims, trials: Trials) -> Replicate:

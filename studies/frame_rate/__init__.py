@@ -5,15 +5,17 @@ from typing import Any
 import pandas as pd
 
 from ..study import Answer, Figure, Question, Study
-from .rates import compare, plan, summaries, to_markdown
+from .rates import compare, means, plan, summaries, to_markdown
 
 __all__ = ["STUDY"]
+
+TABLES = ["tables/{}", "tables/{}_means"]
 
 
 def ask(question: Question) -> list[pd.DataFrame | str]:
     """Return how much each metric depends on the frame rate, as a table and in words."""
     table = compare(question.by_name)
-    return [table, to_markdown(table)]
+    return [table, means(question.by_name), to_markdown(table)]
 
 
 def show(answer: Answer) -> dict[str, Any]:
@@ -26,7 +28,8 @@ STUDY = Study(
     title="Frame rates",
     plan=plan,
     ask=ask,
-    figures=[Figure("studies.frame_rate.figure:draw", ["tables/{}"])],
+    answers=[*(f"{table}.csv" for table in TABLES), "tables/{}.md"],
+    figures=[Figure("studies.frame_rate.figure:draw", TABLES)],
     show=show,
     place=50,
     keys=["trajectories"],

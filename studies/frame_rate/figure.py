@@ -1,5 +1,6 @@
-"""Two metrics over the frame rate, and the order of all metrics within and across rates."""
+"""Three metrics over the frame rate, and the order of all metrics within and across rates."""
 
+import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -9,23 +10,41 @@ from figures import style
 
 __all__ = ["draw"]
 
-CURVES = ("TAS", "HalfDistance")  # drawn over the frame rates, of one scenario
+CURVES = (  # drawn over the frame rates, of one scenario, with equal registration
+    "TAS(registration=refined)",
+    "HalfDistance",
+    "HalfDistance(score=0.25)",
+)
 SCENARIO = "car"
 SHADES = ("#0b2a4a", "#1f4e79", "#3a78ae", "#5f9fd0", "#8cc0e4")  # dark: little noise
+ORDERS = ["order", "order_across"]
 ONE_RATE, ACROSS = "#173f67", "#d9822b"
 
 
 @style.applied()
-def draw(table: pd.DataFrame) -> Figure:
+def draw(table: pd.DataFrame, means: pd.DataFrame) -> Figure:
     """Figure: what the frame rate does to each metric."""
-    figure = Figure(figsize=(style.PAGE, 2.15), layout="constrained")
-    *curves, right = figure.subplots(1, 3, width_ratios=[1, 1, 1.25])
-    scenario = SCENARIO if (table["scenario"] == SCENARIO).any() else table["scenario"].iloc[0]
-    for axes, metric in zip(curves, CURVES, strict=True):
-        _over_rates(axes, table[(table["scenario"] == scenario) & (table["metric"] == metric)])
+    figure = Figure(figsize=(style.PAGE, 4.2), layout="constrained")
+    upper, lower = np.ravel(np.asarray(figure.subfigures(2, 1, height_ratios=[1, 1.1])))
+    scenario = SCENARIO if (means["scenario"] == SCENARIO).any() else means["scenario"].iloc[0]
+    shown = means[(means["scenario"] == scenario) & (means["lost"] == means["lost"].min())]
+    for axes, metric in zip(upper.subplots(1, len(CURVES)), CURVES, strict=True):
+        _over_rates(axes, shown[shown["metric"] == metric])
         name = style.metric_name(metric)
         style.remark(axes, axes.set_title(name[0].upper() + name[1:]), f"({scenario})")
-    _orders(right, table.drop_duplicates(["scenario", "metric"]))
+    step = table["step"].min()
+    shares = list(table[table["step"] == step].groupby("lost"))
+    panels = np.ravel(lower.subplots(1, len(shares), sharey=True, sharex=True))
+    for axes, (lost, group) in zip(panels, shares, strict=True):
+        _orders(axes, group)
+        axes.set_title(f"{lost:g} % lost")
+    panels[0].set_xlim(min(40, table[ORDERS].to_numpy().min() - 2), 101)
+    handles, labels = panels[0].get_legend_handles_labels()
+    lower.legend(handles, labels, loc="outside upper right", ncols=2, fontsize=style.SMALL)
+    lower.supxlabel(
+        f"better of two estimates, whose noise differs by {step} %, comes out better, %",
+        fontsize=style.TEXT,
+    )
     return figure
 
 
@@ -54,7 +73,7 @@ def _over_rates(axes: Axes, table: pd.DataFrame) -> None:
 
 def _orders(axes: Axes, table: pd.DataFrame) -> None:
     """Draw a row for each metric: how often the better estimate wins, within and across rates."""
-    orders = table.groupby("metric", sort=False)[["order", "order_across"]].mean()
+    orders = table.groupby("metric", sort=False)[ORDERS].mean()
     rows = range(len(orders))
     for row, (same, across) in zip(rows, orders.to_numpy(), strict=True):
         axes.plot([across, same], [row, row], color="0.8", lw=1.6, marker="", zorder=1)
@@ -64,9 +83,5 @@ def _orders(axes: Axes, table: pd.DataFrame) -> None:
     ):
         axes.plot(orders[column], rows, color=colour, ls="", marker=marker, ms=3.6, label=label)
     axes.set_yticks(rows, [style.metric_name(metric) for metric in orders.index])
-    axes.invert_yaxis()
-    axes.set_xlim(min(50, orders.to_numpy().min() - 2), 101)
+    axes.set_ylim(len(orders) - 0.5, -0.5)
     style.as_rows(axes)
-    axes.set_xlabel("better of two estimates comes out better, %")
-    axes.set_title("Order of two estimates")
-    axes.legend(loc="upper left", fontsize=style.SMALL, handletextpad=0.2)

@@ -2,15 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from statistics import fmean
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
 
+from alignscores.arrays import Floats
 from experiments.config import read_yaml, split_override
 from experiments.tables import Trials
 
-from ..order import across, estimate, within
+from ..order import Order, Task, across, estimate, needed, within
 from ..study import (
     Rates,
     Section,
@@ -24,10 +25,10 @@ from ..study import (
     resolve,
 )
 
-__all__ = ["FRAME_RATE", "compare", "plan", "summaries", "to_markdown"]
+__all__ = ["FRAME_RATE", "Cell", "Summary", "compare", "means", "plan", "summaries", "to_markdown"]
 
 FRAME_RATE = config_file("frame_rate")
-KEYS = ["scenario", "geometry", "error", "metric", "every", "sigma_t"]
+KEYS = ["scenario", "geometry", "error", "lost", "metric"]
 
 
 class _File(Section):
@@ -48,86 +49,179 @@ def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
     return tables
 
 
+def means(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
+    """Return the means that the metrics have at each frame rate.
+
+    Returns
+    -------
+    DataFrame
+        One row for each scenario, share of outliers, metric, frame rate and noise level:
+
+        - `scenario, geometry, error, lost, metric, every, sigma_t`; `lost` is the share of
+          outliers in per cent
+        - `mean`: of the metric
+    """
+    tables = []
+    for name, trials in scenarios.items():
+        sweep, metrics = trials.sweep, list(trials.record.metrics)
+        grouped = _with_rates(trials).groupby(["lost", "every", "sigma_t"])[metrics].mean()
+        table = grouped.melt(var_name="metric", value_name="mean", ignore_index=False).reset_index()
+        tables.append(table.assign(scenario=name, geometry=sweep.geometry, error=sweep.error))
+    return pd.concat(tables, ignore_index=True)[[*KEYS, "every", "sigma_t", "mean"]]
+
+
 def compare(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
     """Tell how much each metric depends on the frame rate.
 
     Returns
     -------
     DataFrame
-        One row for each scenario, metric, frame rate and noise level:
+        One row for each scenario, share of outliers, metric and step of the noise:
 
-        - `scenario, geometry, error, metric, every, sigma_t`
-        - `mean`: of the metric
+        - `scenario, geometry, error, lost, metric`; `lost` is the share of outliers in per cent
         - `dependence`: how far the mean moves over the frame rates, in per cent of its range over
-          noise and frame rates; the mean over the noise levels, the same in all rows of a metric in
-          a scenario
-        - `order`: likewise, the probability in per cent that the better of two estimates at
-          neighbouring noise levels comes out better, both at the same frame rate
+          noise and frame rates; the mean over the noise levels, the same for all steps; empty where
+          a mean is infinite
+        - `step`: by how many per cent two neighbouring noise levels differ
+        - `order`: the probability in per cent that the better of two estimates at such levels comes
+          out better, both at the same frame rate, the mean over the rates
         - `order_across`: likewise where their frame rates differ
+        - `trials, trials_across`: how many at each of the two levels a rank-sum test needs;
+          infinite where the order is perhaps one of chance
     """
-    tables = [
-        _compare(trials, metric).assign(
-            scenario=name,
-            geometry=trials.sweep.geometry,
-            error=trials.sweep.error,
-            metric=metric,
-        )
-        for name, trials in scenarios.items()
-        for metric in trials.record.metrics
-    ]
-    return pd.concat(tables, ignore_index=True)[
-        [*KEYS, "mean", "dependence", "order", "order_across"]
-    ]
+    rows: list[dict[str, object]] = []
+    for name, trials in scenarios.items():
+        keys: dict[str, object] = {
+            "scenario": name,
+            "geometry": trials.sweep.geometry,
+            "error": trials.sweep.error,
+        }
+        for lost, table in _with_rates(trials).groupby("lost"):
+            steps = _steps(table)
+            for metric in trials.record.metrics:
+                row = keys | {"lost": lost, "metric": metric}
+                row["dependence"] = _dependence(table, metric)
+                rows += [
+                    row | {"step": step} | _orders(pairs, metric) for step, pairs in steps.items()
+                ]
+    return pd.DataFrame(rows).round(6)
 
 
-def _compare(trials: Trials, metric: str) -> pd.DataFrame:
-    table = trials.table.assign(every=rates_of(trials.table))
-    means = table.groupby(["every", "sigma_t"])[metric].mean()
-    at_one_rate = [within(rate, "sigma_t") for _, rate in table.groupby("every")]
-    across_rates = across(table, "sigma_t", "every", same_draws=True)
-    return means.reset_index(name="mean").assign(
-        dependence=100 * means.groupby("sigma_t").agg(np.ptp).mean() / np.ptp(means),
-        order=100 * fmean(estimate(task.shares(metric)).probability for task in at_one_rate),
-        order_across=100 * estimate(across_rates.shares(metric)).probability,
-    )
+def _with_rates(trials: Trials) -> pd.DataFrame:
+    n = trials.sweep.n_cameras[0]
+    table = trials.table
+    return table.assign(every=rates_of(table), lost=100 * table["n_outliers"] / n)
+
+
+def _dependence(table: pd.DataFrame, metric: str) -> float:
+    found = table.groupby(["every", "sigma_t"])[metric].mean()
+    if np.isinf(found).any():
+        return np.nan
+    return float(100 * found.groupby("sigma_t").agg(np.ptp).mean() / np.ptp(found))
+
+
+def _steps(table: pd.DataFrame) -> dict[int, list[tuple[list[Task], Task]]]:
+    """Return what is put in order for each pair of levels, by their difference in per cent.
+
+    That is a task for each frame rate, and one across rates. The same cameras are seen at all.
+    """
+    found: dict[int, list[tuple[list[Task], Task]]] = {}
+    for low, high in pairwise(sorted(table["sigma_t"].unique())):
+        pair = table[table["sigma_t"].isin([low, high])]
+        at_one_rate = [within(rate, "sigma_t") for _, rate in pair.groupby("every")]
+        tasks = (at_one_rate, across(pair, "sigma_t", "every", same_draws=True))
+        found.setdefault(round(100 * (high / low - 1)), []).append(tasks)
+    return found
+
+
+def _orders(pairs: Sequence[tuple[list[Task], Task]], metric: str) -> dict[str, float]:
+    """Return the mean order over pairs of levels, within and across frame rates."""
+    same = [np.mean([task.shares(metric) for task in rates], axis=0) for rates, _ in pairs]
+    apart = [task.shares(metric) for _, task in pairs]
+    one, other = (_mean(shares) for shares in (same, apart))
+    return {
+        "order": 100 * one.probability,
+        "order_across": 100 * other.probability,
+        "trials": needed(one),
+        "trials_across": needed(other),
+    }
+
+
+def _mean(shares: Sequence[Floats]) -> Order:
+    return estimate(np.concatenate(shares) / len(shares)).rounded
+
+
+@dataclass(frozen=True)
+class Cell:
+    """The mean order over the scenarios in per cent, and the trials needed, the median over them.
+
+    Both are of two estimates at one frame rate, and at different ones.
+    """
+
+    step: int
+    lost: float
+    order: float
+    order_across: float
+    trials: float
+    trials_across: float
 
 
 @dataclass(frozen=True)
 class Summary:
-    """A metric over all scenarios: its movements, and the mean probabilities in per cent."""
+    """A metric over all scenarios: its movements where nothing is lost, and what it orders."""
 
     metric: str
     smallest_move: float
     largest_move: float
-    order: float
-    order_across: float
+    cells: Sequence[Cell]  # by step and share lost
+
+    @property
+    def order(self) -> float:
+        """The mean order at one frame rate."""
+        return float(np.mean([cell.order for cell in self.cells]))
+
+    @property
+    def order_across(self) -> float:
+        """The mean order across frame rates."""
+        return float(np.mean([cell.order_across for cell in self.cells]))
 
 
 def summaries(table: pd.DataFrame) -> list[Summary]:
     """Sum up what `compare` found, metric by metric."""
-    found = table.drop_duplicates(["scenario", "metric"]).groupby("metric", sort=False)
-    return [
-        Summary(
-            str(metric),
-            group["dependence"].min(),
-            group["dependence"].max(),
-            group["order"].mean(),
-            group["order_across"].mean(),
-        )
-        for metric, group in found
-    ]
+    found = []
+    for metric, group in table.groupby("metric", sort=False):
+        moves = group[group["lost"] == group["lost"].min()]["dependence"]
+        by_cell = group.groupby(["step", "lost"])
+        numbers = by_cell[["order", "order_across"]].mean()
+        numbers = numbers.join(by_cell[["trials", "trials_across"]].median().apply(np.ceil))
+        cells = [
+            Cell(*key, *row)
+            for key, row in zip(numbers.index, numbers.to_numpy().tolist(), strict=True)
+        ]
+        found.append(Summary(str(metric), moves.min(), moves.max(), cells))
+    return found
 
 
 def to_markdown(table: pd.DataFrame) -> str:
-    """Write what `compare` found, a line for each metric."""
-    lines = [
-        "| metric | moves over frame rates, % of its range | right order at one rate, % "
-        "| across rates, % |",
-        "|---|--:|--:|--:|",
-    ]
-    for found in summaries(table):
-        span = f"{found.smallest_move:.0f} to {found.largest_move:.0f}"
-        lines.append(f"| {found.metric} | {span} | {found.order:.0f} | {found.order_across:.0f} |")
+    """Write what `compare` found: a table of movements, of orders and of trials."""
+    found = summaries(table)
     count = table["scenario"].nunique()
-    lines += ["", f"Over {count} scenarios: smallest to largest movement, mean probabilities."]
+    lines = [
+        "At one frame rate / at different ones. In the head: how many per cent of the cameras are "
+        f"outliers, and by how many the noise differs. Over {count} scenarios: the smallest and "
+        "the largest movement, where nothing is lost; the mean probability; the median of the "
+        "numbers of trials.",
+        "",
+    ]
+    heads = [f"{cell.lost:g} lost, step {cell.step}" for cell in found[0].cells]
+    lines += [f"| right order, % | moves, % of its range | {' | '.join(heads)} |"]
+    lines += ["|---|--:|" + "--:|" * len(heads)]
+    for one in found:
+        orders = [f"{cell.order:.0f} / {cell.order_across:.0f}" for cell in one.cells]
+        moves = f"{one.smallest_move:.0f} to {one.largest_move:.0f}"
+        lines.append(f"| {one.metric} | {moves} | {' | '.join(orders)} |")
+    lines += ["", f"| trials needed | {' | '.join(heads)} |", "|---|" + "--:|" * len(heads)]
+    for one in found:
+        trials = [f"{cell.trials:.0f} / {cell.trials_across:.0f}" for cell in one.cells]
+        lines.append(f"| {one.metric} | {' | '.join(trials)} |")
     return "\n".join(lines) + "\n"

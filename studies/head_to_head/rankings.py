@@ -10,7 +10,7 @@ import pandas as pd
 
 from experiments.tables import Record, TableError, Trials
 
-from ..order import SIGNIFICANCE, Order, compare, estimate, holm, trials_needed, within
+from ..order import SIGNIFICANCE, Order, apart, compare, estimate, holm, mean_needed, needed, within
 
 __all__ = ["LEVELS", "METHOD", "SURE", "Place", "Ranking", "compare_orders", "rankings"]
 __all__ += ["side_by_side", "to_markdown"]
@@ -82,12 +82,14 @@ def compare_orders(experiments: Mapping[str, Trials]) -> pd.DataFrame:
             keys: dict[str, object] = {"experiment": name, "level": level}
             alone, pairs = compare(within(trials.table, setting), trials.sweep.metrics)
             for metric, found in alone.items():
-                at_outliers = _at_each_number_of_outliers(trials.table, setting, metric)
-                needed = float(np.mean([row["trials"] for row in at_outliers] or [_needed(found)]))
+                by_outliers = apart(trials.table, setting, metric)
+                row = {"metric": metric, "trials": mean_needed(by_outliers.values() or [found])}
                 cameras = _cameras(trials.table, setting, metric)
-                row = {"metric": metric, "trials": needed, "cameras": cameras}
-                rows.append(keys | row | _numbers(found))
-                rows += [keys | {"metric": metric} | row for row in at_outliers]
+                rows.append(keys | row | {"cameras": cameras} | _numbers(found))
+                rows += [
+                    keys | row | {"outliers": n, "trials": needed(order)} | _numbers(order)
+                    for n, order in by_outliers.items()
+                ]
             for (metric, versus), found in pairs.items():
                 row = {"metric": metric, "versus": versus, "p": found.p_value}
                 rows.append(keys | row | _numbers(found))
@@ -96,25 +98,6 @@ def compare_orders(experiments: Mapping[str, Trials]) -> pd.DataFrame:
     table["p"] = holm(table["p"].to_numpy(dtype=np.float64))
     table = table.astype({"trials": float, "cameras": float, "outliers": float})
     return table.round({"order": 2, "low": 2, "high": 2, "p": 6})
-
-
-def _at_each_number_of_outliers(
-    trials: pd.DataFrame, setting: str, metric: str
-) -> list[dict[str, float]]:
-    """Return the order and the trials needed at each number of outliers, where it varies."""
-    if setting == "n_outliers" or not _varies(trials, "n_outliers"):
-        return []
-    found = []
-    for outliers, group in trials.groupby("n_outliers"):
-        order = estimate(within(group, setting).shares(metric)).rounded
-        row = {"outliers": float(str(outliers)), "trials": _needed(order)}
-        found.append(row | _numbers(order))
-    return found
-
-
-def _needed(found: Order) -> float:
-    """Return how many trials tell two levels apart; infinite where it may be chance."""
-    return inf if found.interval[0] <= 0.5 else trials_needed(found.probability)
 
 
 def _varies(trials: pd.DataFrame, setting: str) -> bool:

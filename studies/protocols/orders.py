@@ -10,10 +10,21 @@ from experiments.config import Sweep
 from experiments.metrics import Column
 from experiments.tables import Trials
 
-from ..order import SIGNIFICANCE, Order, Task, across, compare, holm, trials_needed, within
+from ..order import (
+    SIGNIFICANCE,
+    Order,
+    Task,
+    across,
+    apart,
+    compare,
+    holm,
+    mean_needed,
+    needed,
+    within,
+)
 from ..study import rates_of
 
-__all__ = ["compare_sides", "is_new"]
+__all__ = ["at_outliers", "compare_sides", "is_new"]
 
 LEVELS = ("sigma_t", "sigma_r_deg", "n_outliers")
 ACROSS = ("n_cameras", "every")  # what must not matter
@@ -39,7 +50,7 @@ def compare_sides(questions: Mapping[str, Trials]) -> pd.DataFrame:
         - `order, order_error`: probability in per cent that the better of two estimates at
           neighbouring levels comes out better, see `studies.order`; 50 is chance
         - `trials`: estimates at each of two levels that tell them apart, see
-          `studies.order.trials_needed`
+          `studies.order.mean_needed`: where the number of outliers varies besides, the mean over it
         - `p_chance`: that the order is one of chance, one-sided
         - `best`: the metric with the largest probability
         - `behind, behind_error, p_behind`: how far behind it in points, with the standard error of
@@ -58,7 +69,10 @@ def compare_sides(questions: Mapping[str, Trials]) -> pd.DataFrame:
             asked = _words(level, trials.sweep)
             keys = {"question": name, "asked": asked, "level": level, "across": other}
             alone, pairs = compare(task, trials.record.metrics)
-            rows += [keys | {"metric": metric} | _row(found) for metric, found in alone.items()]
+            rows += [
+                keys | {"metric": metric} | _row(found, apart(trials.table, level, metric))
+                for metric, found in alone.items()
+            ]
             tests += [
                 keys | {"first": a, "second": b} | _difference(found)
                 for (a, b), found in pairs.items()
@@ -70,6 +84,28 @@ def compare_sides(questions: Mapping[str, Trials]) -> pd.DataFrame:
     )
     differences["p"] = holm(differences["p"])
     return _versus(table, differences)
+
+
+def at_outliers(questions: Mapping[str, Trials]) -> pd.DataFrame:
+    """Put the questions about noise at each number of outliers apart.
+
+    Returns
+    -------
+    DataFrame
+        One row for each `question`, `asked`, `metric` and number of `outliers`: `order` and
+        `trials` as in `compare_sides`.
+    """
+    rows = []
+    for name, trials in questions.items():
+        for level, _, _ in _tasks(trials):
+            keys = {"question": name, "asked": _words(level, trials.sweep)}
+            for metric in trials.record.metrics:
+                for n, found in apart(trials.table, level, metric).items():
+                    row = {"outliers": n, "order": 100 * found.probability}
+                    rows.append(keys | {"metric": metric} | row | {"trials": needed(found)})
+    return pd.DataFrame(
+        rows, columns=["question", "asked", "metric", "outliers", "order", "trials"]
+    )
 
 
 def _tasks(trials: Trials) -> Iterator[tuple[str, str, Task]]:
@@ -96,11 +132,11 @@ def _words(level: str, sweep: Sweep) -> str:
     return "noise" if sweep.noise == "paired" else NOISE[level]
 
 
-def _row(found: Order) -> dict[str, float]:
+def _row(found: Order, by_outliers: Mapping[int, Order]) -> dict[str, float]:
     return {
         "order": 100 * found.probability,
         "order_error": 100 * found.error,
-        "trials": trials_needed(found.probability),
+        "trials": mean_needed(by_outliers.values() or [found]),
         "p_chance": found.p_above(0.5),
     }
 

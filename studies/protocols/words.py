@@ -91,10 +91,11 @@ def sentences(table: pd.DataFrame) -> list[str]:
     return [*texts, f"Better than chance on all {n_asked.max()}: {names}."]
 
 
-def to_markdown(table: pd.DataFrame) -> str:
-    """Write what `compare_sides` found: sentences, the best of both sides, and all numbers."""
+def to_markdown(table: pd.DataFrame, by_outliers: pd.DataFrame) -> str:
+    """Write what was found: sentences, the best of both sides, all numbers, those by outliers."""
     lines = [f"- {sentence}" for sentence in sentences(table)]
     lines += ["", *_duels(duels(table)), "", *_matrix(table), "", *_totals(table), "", LEGEND]
+    lines += _by_outliers(by_outliers)
     return "\n".join(lines) + "\n"
 
 
@@ -121,12 +122,29 @@ def _duels(found: Sequence[Duel]) -> list[str]:
 
 
 def _matrix(table: pd.DataFrame) -> list[str]:
-    titles = table["question"].str.replace("_", " ") + ": " + table["asked"]
+    titles = _titles(table)
     columns = list(titles.unique())
     lines = [f"| metric | {' | '.join(columns)} |", f"|---|{'--:|' * len(columns)}"]
     for metric, rows in table.assign(title=titles).groupby("metric", sort=False):
         cells = {row["title"]: _cell(row) for row in rows.to_dict("records")}
         lines.append(f"| {metric} | {' | '.join(cells.get(title, '–') for title in columns)} |")
+    return lines
+
+
+def _titles(table: pd.DataFrame) -> "pd.Series[str]":
+    return table["question"].str.replace("_", " ") + ": " + table["asked"]
+
+
+def _by_outliers(table: pd.DataFrame) -> list[str]:
+    """Write how each question about noise is answered at each number of outliers."""
+    lines = []
+    for title, rows in table.groupby(_titles(table), sort=False):
+        orders = rows.pivot(index="metric", columns="outliers", values="order")
+        lines += ["", f"| {title}; outliers | {' | '.join(map(str, orders.columns))} |"]
+        lines.append(f"|---|{'--:|' * len(orders.columns)}")
+        for metric in rows["metric"].unique():
+            numbers = [f"{order:.0f}" for order in orders.loc[metric]]
+            lines.append(f"| {metric} | {' | '.join(numbers)} |")
     return lines
 
 

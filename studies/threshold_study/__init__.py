@@ -8,7 +8,7 @@ from experiments.command import ConfigError
 
 from .. import axes
 from ..study import Figure, Question, Study, Table
-from . import maps
+from . import levels, maps
 from .effects import effects
 from .maps import THRESHOLDS
 from .show import show
@@ -18,27 +18,29 @@ __all__ = ["KINDS", "STUDY"]
 
 KINDS = ("tas", "ras", "pas", "registration")  # a table each; what the names of axes start with
 TABLES = [*(f"tables/{{}}_{kind}" for kind in KINDS), "tables/threshold_maps"]
+LEVELS = "tables/threshold_levels"
 
 
 def plan(overrides: Sequence[str]) -> Mapping[str, Table]:
-    """Return the tables in which one option varies at a time, and those of the maps."""
+    """Return the tables in which one option varies at a time, and those of maps and levels."""
     for name in axes.axis_names(THRESHOLDS):
         if name.partition("_")[0] not in KINDS:
             kinds = ", ".join(f"{kind}_" for kind in KINDS)
             raise ConfigError(f"axis {name!r} must have a name that starts with {kinds}")
-    return axes.plan(THRESHOLDS, overrides) | maps.plan(overrides)
+    return axes.plan(THRESHOLDS, overrides) | maps.plan(overrides) | levels.plan(overrides)
 
 
 def ask(question: Question) -> list[pd.DataFrame | str]:
-    """Return the effects of all values, the maps, and what both say in words."""
+    """Return the effects of all values, the maps, the levels, and what they say in words."""
     parts, times = question.by_name, question.times
     found = axes.axes_of(THRESHOLDS, {name: part.record.metrics for name, part in parts.items()})
     axes.check_parts(THRESHOLDS, found, parts)
     table = effects(found, {name: part.table for name, part in parts.items()})
     kind_of = table["axis"].str.partition("_")[0]
-    map_ = maps.compare(parts)
+    map_, read = maps.compare(parts), levels.compare(parts)
     text = to_markdown(found, table, times, parts["outliers"].sweep.trials, map_)
-    return [*(table[kind_of == kind] for kind in KINDS), map_, text]
+    text = f"{text}\n{levels.to_markdown(read)}"
+    return [*(table[kind_of == kind] for kind in KINDS), map_, read, text]
 
 
 STUDY = Study(
@@ -46,8 +48,11 @@ STUDY = Study(
     title="Thresholds",
     plan=plan,
     ask=ask,
-    answers=[*(f"{table}.csv" for table in TABLES), "tables/{}.md"],
-    figures=[Figure("studies.threshold_study.figure:draw", TABLES)],
+    answers=[*(f"{table}.csv" for table in [*TABLES, LEVELS]), "tables/{}.md"],
+    figures=[
+        Figure("studies.threshold_study.figure:draw", TABLES),
+        Figure("studies.threshold_study.levels_figure:draw", [LEVELS], "threshold_levels"),
+    ],
     show=show,
     place=20,
     keys=axes.axis_names(THRESHOLDS),

@@ -17,7 +17,7 @@ from ..axes import Axis, AxisValue, axis_names, axis_with
 from ..order import SIGNIFICANCE, Order, Task, estimate, holm
 from ..study import Section, Settings, Table, TableName, config_file, resolve
 
-__all__ = ["METHOD", "THRESHOLDS", "compare", "plan", "sentences"]
+__all__ = ["METHOD", "THRESHOLDS", "compare", "plan", "sentences", "without_axes"]
 
 THRESHOLDS = config_file("threshold_study")
 OPTIONS = ("max_threshold", "max_threshold_deg", "order", "prescreen", "n_hypotheses")
@@ -43,13 +43,13 @@ class _File(Section):
     trials: Any
     settings: Settings
     maps: dict[TableName, _Map]
+    levels: Any  # see `levels`
 
 
 def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
     """Return a table for each part of each map, called by both."""
-    file, known = read_yaml(THRESHOLDS, _File), axis_names(THRESHOLDS)
+    file, others = read_yaml(THRESHOLDS, _File), without_axes(overrides)
     given = dict(split_override(override) for override in overrides)
-    others = [override for override in overrides if split_override(override)[0] not in known]
     tables = {}
     for name, own in file.maps.items():
         axes = _axes(name, own, given)
@@ -59,6 +59,12 @@ def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
             sweep = resolve(THRESHOLDS, key, others, file.settings, own.settings, settings)
             tables[f"{name}_{part}"] = Table((replace(sweep, metrics=metrics),))
     return tables
+
+
+def without_axes(overrides: Sequence[str]) -> list[str]:
+    """Return the overrides that set no values of an axis."""
+    known = axis_names(THRESHOLDS)
+    return [override for override in overrides if split_override(override)[0] not in known]
 
 
 def _axes(name: str, own: _Map, given: Mapping[str, str]) -> list[Axis]:

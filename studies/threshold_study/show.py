@@ -10,7 +10,7 @@ import pandas as pd
 from ..axes import Axis, axes_of, value_title
 from ..study import Answer
 from ..words import NONE
-from . import maps
+from . import levels, maps
 from .effects import COMPARED, EFFECTS
 from .maps import THRESHOLDS
 from .words import NOTHING, TERMS, choices, lead, matters, method
@@ -43,6 +43,7 @@ def show(answer: Answer) -> dict[str, Any]:
     table = pd.concat([one for one in tables.values() if "paper" in one])
     times = tables[f"{answer.called}_time"]
     found = choices(axes, table)
+    read = levels.summaries(tables["threshold_levels"])
     return {
         "choices": found,
         "lead": lead(found),
@@ -54,6 +55,9 @@ def show(answer: Answer) -> dict[str, Any]:
         "values": {axis.name: _values(axis, table, times) for axis in axes},
         "maps": maps.sentences(tables["threshold_maps"]),
         "maps_method": maps.METHOD,
+        "levels": read,
+        "levels_heads": levels.heads(read),
+        "levels_method": levels.METHOD,
     }
 
 

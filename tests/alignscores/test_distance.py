@@ -138,9 +138,14 @@ def test_cameras_that_any_alignment_fits_have_no_distance(alignment, score, leas
         gt, est = rng.random((2, n, 3))
         if n < least:
             with pytest.warns(AlignmentWarning, match="of them exactly"):
-                assert np.isnan(tas_distance(gt, est, score, alignment=alignment))
+                distance = tas_distance(gt, est, score, alignment=alignment)
+            assert np.isnan(distance)
         else:
-            assert tas_distance(gt, est, score, alignment=alignment) > 0
+            distance = tas_distance(gt, est, score, alignment=alignment)
+            assert distance > 0
+        if n >= 3:
+            profile = tas_profile(gt, est, [distance if n >= least else 1.0], alignment=alignment)
+            assert profile.unit_at(score) == pytest.approx(distance, rel=0.01, nan_ok=True)
 
 
 def test_nothing_to_align():

@@ -20,8 +20,8 @@ def test_the_names_are_the_ones_that_others_rely_on():
     paper = ["histogram", "outliers", "collinear", "trajectory_length", "rotations", "combined"]
     assert list(FIGURES) == [*paper, "maa_vs_pas"]
     others = [name for name, plan in plans().items() if name != "paper" for name in plan.figures]
-    studies = ["threshold_study", "registration_study", "beyond", "paths", "frame_rate"]
-    assert others == [*studies, "protocols"]
+    studies = ["threshold_study", "threshold_levels", "registration_study", "beyond", "paths"]
+    assert others == [*studies, "frame_rate", "protocols"]
 
 
 @pytest.mark.parametrize("name", plans())

@@ -88,8 +88,9 @@ def made(original, tmp_path_factory):
         folder / "tables/head_to_head.csv", index=False
     )
     rates = pd.read_csv(folder / "tables/frame_rate.csv")
-    half = rates.assign(metric="HalfDistance", dependence=[2, 9], order=95, order_across=[88, 92])
-    pd.concat([rates, half]).to_csv(folder / "tables/frame_rate.csv", index=False)
+    half = rates.assign(metric="HalfDistance", dependence=5, order=95, order_across=90)
+    aligned = rates.assign(metric=REFINED)
+    pd.concat([rates, aligned, half]).to_csv(folder / "tables/frame_rate.csv", index=False)
     with made.table("claims.csv") as table:
         row = table["id"] == "outliers-range-tas"
         table.loc[row, ["ours", "low", "high"]] = -51.5, -53.1, -49.2
@@ -178,13 +179,14 @@ def test_the_numbers_are_those_of_the_results(article, made):
     numeric = [name for name, claim in claims.items() if claim.paper is not None]
     shown = rows_of(article, "numbers")
     assert len(shown) == len(numeric) == 14
-    for name, (source, _, paper, ours, interval, mean, verdict, truth) in zip(
+    for name, (source, _, paper, ours, interval, mean, pooled, verdict, truth) in zip(
         numeric, shown, strict=True
     ):
         row = table.loc[name]
         assert source == claims[name].source
         assert number(paper) == claims[name].paper
         assert number(ours) == pytest.approx(row["ours"], abs=0.051)
+        assert number(pooled) == pytest.approx(row["pooled"], abs=0.051)
         for text, bounds in ((interval, ("low", "high")), (mean, ("mean_low", "mean_high"))):
             found = [number(part) for part in text.strip("[]").split(", ")]
             assert found == pytest.approx(list(row[[*bounds]]), abs=0.051)
@@ -213,7 +215,11 @@ def test_verdicts_are_counted(article, made):
 
 def test_other_tables_are_shown_as_they_are(article, made):
     rates = rows_of(article, "rates")
-    assert rates == [["TAS", "40 to 60", "91", "57"], ["HalfDistance", "2 to 9", "95", "90"]]
+    assert rates == [
+        ["TAS", "40 to 60", *["91 / 57"] * 4],
+        ["TAS, refined", "40 to 60", *["91 / 57"] * 4],
+        ["HalfDistance", "5 to 5", *["95 / 90"] * 4],
+    ]
     first, *others = rows_of(article, "order")
     four = f"mAA 90.0 > {QUARTER} 88.0 > {REFINED} 85.0 > TAS 80.0"
     assert first == ["outliers", "noise", f"{four} > ATE 60.0"]

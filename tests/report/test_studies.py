@@ -178,7 +178,7 @@ def test_own_values_and_scenarios_are_shown(make_results, tmp_path):
     assert "cameras: orbit" in page.id("scenario-circle").text
     assert "outliers: cluster" in page.id("scenario-wrong_merge").text
     assert "the TAS fails in 0." in page.id("beyond").text
-    assert page.id("figure-beyond_mine").text.startswith("Figure 10 ")
+    assert page.id("figure-beyond_mine").text.startswith("Figure 11 ")
 
 
 def test_pictures_are_the_figures(results):
@@ -204,7 +204,15 @@ def test_thresholds_at_every_size_of_the_noise(page):
 
 
 def test_frame_rates_have_a_line_for_each_metric(page):
-    assert page.cells(row_of(page, "frame_rate", "TAS")) == ["40 to 60", "91", "57"]
+    orders, trials = (row_of(page, "frame_rate", "TAS", name) for name in ("orders", "trials"))
+    assert page.cells(orders) == ["40 to 60", *["91 / 57"] * 4]
+    assert page.cells(trials) == ["9 / ∞"] * 4
+
+
+def test_the_scores_that_distances_are_read_at(page):
+    row = row_of(page, "threshold_study", "HalfDistance(score=0.25)")
+    assert page.cells(row) == ["80 ▼", "80 ▼", "80 ▼", "4.0", "0.92"]
+    assert page.cells(row_of(page, "threshold_study", "HalfDistance"))[0] == "90"
 
 
 def test_protocols_say_what_is_won_and_lost(page):

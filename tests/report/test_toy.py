@@ -36,5 +36,5 @@ def test_a_new_study_has_its_section_its_figure_and_a_place_in_the_contents(toy,
     results.write("tables/toy.csv", "metric,mean\nTAS,0.75\nATE,1.5\n")
     page = results.page()
     assert "The mean TAS is 0.75." in page.id("toy").text
-    assert page.id("figure-toy").text.startswith("Figure 14 Means")
+    assert page.id("figure-toy").text.startswith("Figure 15 Means")
     assert [link.text for link in page.all("a") if link.get("href") == "#toy"] == ["A toy"]

@@ -86,7 +86,7 @@ def test_table1_is_written_as_csv_and_markdown(
 def test_claims_have_verdicts_and_decisions(
     make_up: MakeUp, written: Written, tmp_path: Path, line: Callable[[], str]
 ) -> None:
-    outputs = [tmp_path / "claims.csv", tmp_path / "readings.csv"]
+    outputs = [tmp_path / name for name in ("claims.csv", "readings.csv", "criteria.csv")]
     taken = replace(CLAIMS, decisions=())
 
     def replicates(claims: Claims, value: Callable[..., float]) -> dict[str, Trials]:
@@ -103,7 +103,7 @@ def test_claims_have_verdicts_and_decisions(
     assert (table["replicates"] == 2).all()
     assert all(": " in column for column in undescribed(decide, table))  # a reading each
     rising = replicates(taken, lambda *cell: abs(worsens(*cell))).values()
-    other, _ = decide(taken, [select_trials(taken, trials) for trials in rising])
+    other, *_ = decide(taken, [select_trials(taken, trials) for trials in rising])
     verdicts = {
         name: [str(each["verdict"][name]) for each in (table, other.set_index("id"))]
         for name in CLAIMS.claims
@@ -117,6 +117,9 @@ def test_claims_have_verdicts_and_decisions(
     readings = pd.read_csv(outputs[1])
     assert undescribed(decide, readings) == []
     assert set(readings["decision"]) == {"taken", *(decision.id for decision in CLAIMS.decisions)}
+    criteria = pd.read_csv(outputs[2])
+    assert undescribed(decide, criteria) == []
+    assert len(criteria) == sum(len(criterion.others) for criterion in CLAIMS.criteria)
 
     outputs[0].unlink()
     assert main(["claims", paths[0], "--output", *map(str, outputs)]) == 1
@@ -136,7 +139,7 @@ AXES = [
 @pytest.mark.parametrize(
     ("name", "axes", "rows", "text"),
     [
-        ("threshold_study", AXES, [6, 4, 2, 6, 540], "*Gains:*"),
+        ("threshold_study", AXES, [6, 4, 2, 6, 540, 1458], "*Gains:*"),
         ("registration_study", [], [300], "times as long"),
     ],
 )
@@ -155,7 +158,7 @@ def test_a_parameter_study_is_written_the_same_again(
     tables = plans(axes)[name].tables.items()
     sweeps = {
         part: replace(table.sweeps[0], trials=2)
-        if part.startswith(("tas_", "ras_", "registration_"))
+        if part.startswith(("tas_", "ras_", "registration_", "levels_"))
         else replace(table.sweeps[0], **grid)
         for part, table in tables
     }

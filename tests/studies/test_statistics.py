@@ -124,10 +124,17 @@ def test_dependence_sees_what_rises_and_falls_again() -> None:
     assert statistics.improvement(table, "TAS", ["n_cameras"], "mean") == pytest.approx(0)
 
 
-def test_change_of_a_mean_and_shift_from_another_metric() -> None:
-    table = trials(n_cameras=[200, 10, 10], d=[0.3, 0.3, 0.5], TAS=[1, 2, 5], PAS=[1, 3, 5])
+def test_change_of_a_mean() -> None:
+    table = trials(n_cameras=[200, 10, 10], d=[0.3, 0.3, 0.5])
     assert statistics.mean_change(table, "d", ["n_cameras"], "mean") == pytest.approx(-25)
-    assert statistics.shift(table, "PAS", "TAS") == pytest.approx(100 * 0.25 / 2.5)
+
+
+def test_joint_power_is_that_of_the_weaker_level() -> None:
+    """Perfect with the noise, wrong in one of two groups with the outliers."""
+    table = trials(sigma_t=[1, 1, 2, 2], n_outliers=[0, 10, 0, 10], DTE=[1.0, 2.0, 4.0, 3.0])
+    for levels in (["sigma_t", "n_outliers"], ["n_outliers", "sigma_t"]):
+        assert statistics.joint_power(table, "DTE", levels, "mean") == 0
+    assert statistics.joint_power(table, "DTE", ["sigma_t"], "mean") == 1
 
 
 def test_relative_dependence_compares_what_either_moves_in_its_own_range() -> None:
@@ -136,6 +143,17 @@ def test_relative_dependence_compares_what_either_moves_in_its_own_range() -> No
     )
     ratio = statistics.relative_dependence(table, "TAS", "DTE", ["n_cameras"], "mean")
     assert ratio == pytest.approx(100 * (0.1 / 0.8) / (1 / 4))
+
+
+def test_change_of_the_relative_dependence_is_that_of_some_cells() -> None:
+    """At the first noise level the TAS moves by 2 of 4, and by 1 in the mean; the DTE by 1."""
+    table = trials(
+        n_cameras=[10, 20, 10, 20], sigma_t=[1, 1, 2, 2], DTE=[1, 2, 4, 5], TAS=[0, 2, 4, 4]
+    )
+    change = statistics.relative_dependence_change(
+        table, "TAS", "DTE", ["n_cameras"], "mean", {"sigma_t": [1.0]}
+    )
+    assert change == pytest.approx(200 - 100)
 
 
 def test_initial_response_is_a_share_of_the_whole_change() -> None:

@@ -28,7 +28,7 @@ def test_a_setting_that_does_not_suit_an_experiment_is_named_with_it() -> None:
 def test_the_studies_are_those_of_the_folders_in_the_order_of_the_report() -> None:
     assert [study.name for study in found()] == [
         *("paper", "claims", "head_to_head", "threshold_study", "registration_study"),
-        *("beyond", "frame_rate", "protocols"),
+        *("beyond", "frame_rate", "protocols", "real"),
     ]
     for study in found():
         folder = Path(beyond.__file__).parents[1] / study.name

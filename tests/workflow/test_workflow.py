@@ -67,7 +67,7 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
     # All others run where Snakemake runs.
     texts = [path.read_text() for path in (SNAKEFILE, *(ROOT / "workflow").glob("*.smk"))]
     rules = re.findall(r"^ *rule\b.*:.*\n((?:(?! *rule\b).*\n)*)", "".join(texts), re.MULTILINE)
-    assert len(rules) == 12
+    assert len(rules) == 14
     assert all(("localrule: True" in rule) != ("runtime=" in rule) for rule in rules)
 
 
@@ -84,6 +84,8 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
         ("frame_rate", ["every=3"], "'every'"),
         ("beyond", ["scenarios=missing.yaml"], "No such file"),
         ("beyond", ["scenarios=mine.yaml"], "scenarios.a"),
+        ("real", ["trials=5"], "real needs --config benchmark=FILE"),
+        ("real", ["benchmark=missing.yaml"], "missing.yaml: cannot be read"),
     ],
 )
 def test_wrong_settings_end_in_one_line_before_any_trial(
@@ -242,6 +244,37 @@ print(*filter(None, files), sep="\\n")
     named = re.search(r"TRIAL_CODE = code\(([^)]*)\)", settings)
     assert named
     assert used == set(re.findall(r'"([^"]+)"', named[1]))
+
+
+def test_people_s_own_runs_are_a_study_where_they_are_given(
+    snakemake: Snakemake, tmp_path: Path
+) -> None:
+    data = ROOT / "tests" / "data" / "tum"
+    for sequence in ("desk", "room"):
+        for system in "ab":
+            for run in range(3):
+                path = tmp_path / "data" / sequence / system / f"{run}.txt"
+                path.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(data / "estimate.txt", path)
+        shutil.copy(data / "reference.txt", tmp_path / "data" / sequence / "gt.txt")
+    (tmp_path / "b.yaml").write_text(
+        'format: tum\nreference: "data/{sequence}/gt.txt"\n'
+        'estimate: "data/{sequence}/{system}/{run}.txt"\n'
+    )
+    setting = ("--config", "benchmark=b.yaml", "quick=true")
+    jobs = {"real": 1, "answers_real": 1, "figure": 1, "own_real": 2}
+    assert snakemake("real", "--dry-run", *setting).planned == jobs
+    report = snakemake("report", "--dry-run", *setting).planned
+    assert (report["own_real"], report["answers_real"]) == (2, 1)
+    done = snakemake("real", *setting)
+    assert done.returncode == 0, done.text
+    assert snakemake("real", "--dry-run", *setting).planned == {}
+    assert "moves_seed" not in (tmp_path / "results/tables/real.csv").read_text()
+    with (tmp_path / "data/desk/a/0.txt").open("a") as file:
+        file.write("\n")
+    assert snakemake("real", "--dry-run", *setting).planned["own_real"] == 1
+    whole = setting[:-1]
+    assert snakemake("real", "--dry-run", *whole).planned["own_real"] == 2
 
 
 OWN = """\

@@ -26,7 +26,7 @@ def test_table(run):
     code, out, err = run(*TUM, *PAPER, *AT_STAMPS, "--missing", "ignore")
     assert (code, err) == (0, "")
     header, row, settings, half, n, scale, hint = out.splitlines()
-    assert half.startswith("half: largest threshold at which TAS (refined registration) or RAS ")
+    assert half.startswith("half: smallest threshold where TAS (refined registration) or RAS ")
     expected = "estimate TAS sd half m RAS half deg PAS sd ATE m d m < d n lost"
     assert header.split() == expected.split()
     assert row.split()[0] == "estimate.txt"

@@ -37,9 +37,23 @@ def test_a_yaml_file(found, tmp_path, run):
     }
     (tmp_path / "b.yaml").write_text(json.dumps(described))
     named = compare("b.yaml")
-    assert named.names["car"] == "the car"
+    assert named.names.sequences["car"] == "the car"
     assert {result["unit"] for result in named.to_dict()["results"]} >= {0.5}
     assert json.loads(run("b.yaml", "--json")[1]) == named.to_dict()
+
+
+def test_a_system_and_a_sequence_of_one_name(found, tmp_path):
+    (tmp_path / "car/c").rename(tmp_path / "car/car")
+    described = {
+        "format": "tum",
+        "reference": "{sequence}/gt.txt",
+        "estimate": "{sequence}/{system}/{run}.txt",
+        "sequences": {"car": {"name": "the car"}},
+        "systems": {"car": {"name": "CAR-SLAM"}},
+    }
+    (tmp_path / "b.yaml").write_text(json.dumps(described))
+    names = compare("b.yaml").names
+    assert (names.sequences["car"], names.systems["car"]) == ("the car", "CAR-SLAM")
 
 
 def test_scores_among_the_metrics_have_their_columns_already(found, patterns):

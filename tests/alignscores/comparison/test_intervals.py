@@ -4,17 +4,21 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from alignscores import ScoreProfile, pas, tas, tas_distance
+from alignscores import pas
+from alignscores.comparison.answers import Cell, answers, chosen
 from alignscores.comparison.benchmark import Run
 from alignscores.comparison.intervals import (
     Difference,
+    Failures,
+    error_of_pair,
+    joined,
+    largest_scatter,
     margin,
+    needed,
     over_runs,
     over_sequences,
-    over_stretches,
-    series,
 )
-from alignscores.comparison.runs import Outcome, _shares, half_terms
+from alignscores.comparison.runs import Outcome
 from alignscores.comparison.summary import summarise
 from alignscores.trajectories.formats import FORMATS
 from experiments.scenes import make_scene
@@ -24,52 +28,114 @@ RNG = np.random.default_rng(0)
 
 def test_over_runs_is_welch():
     a, b = RNG.normal(0.7, 0.1, 4), RNG.normal(0.5, 0.2, 7)
-    found = over_runs(a, b)
+    found = over_runs([(a, b)])
     low, high = stats.ttest_ind(a, b, equal_var=False).confidence_interval()
     half = stats.t.ppf(0.975, found.dof) * found.error
     assert (found.value - half, found.value + half) == pytest.approx((low, high))
-    assert margin(found, 2) == pytest.approx(half)
-    assert margin(over_runs([0.5, 0.5], [0.7, 0.7]), 2) == 0
+    assert margin(found, 0.05) == pytest.approx(half)
+    assert margin(over_runs([([0.5, 0.5], [0.7, 0.7])]), 0.05) == 0
+
+
+def test_over_runs_of_several_sequences_takes_the_scatter_on_each():
+    """However far apart the sequences are: nothing but their runs is new."""
+    cells = [(RNG.normal(mean + 0.1, 0.1, 5), RNG.normal(mean, 0.1, 5)) for mean in (0, 10, 50)]
+    found, alone = over_runs(cells), [over_runs([cell]) for cell in cells]
+    assert found.value == pytest.approx(np.mean([one.value for one in alone]))
+    assert found.error == pytest.approx(np.sqrt(sum(one.error**2 for one in alone)) / 3)
+    assert max(one.dof for one in alone) < found.dof <= 3 * 8
 
 
 def test_over_sequences_is_paired():
     a, b = RNG.normal(size=(2, 6))
     low, high = stats.ttest_rel(a, b).confidence_interval()
     found = over_sequences(a - b)
-    half = margin(found, 2)
+    half = margin(found, 0.05)
     assert (found.value - half, found.value + half) == pytest.approx((low, high))
 
 
 def test_all_pairs_hold_together():
+    assert error_of_pair(2) == pytest.approx(0.05)
     errors = stats.t.rvs(4, size=(100_000, 6), random_state=RNG)  # of the pairs of 4 systems
-    held = np.abs(errors).max(axis=1) <= margin(Difference(0.0, 1.0, 4), 4)
+    held = np.abs(errors).max(axis=1) <= margin(Difference(0.0, 1.0, 4), error_of_pair(4))
     assert held.mean() == pytest.approx(0.95, abs=0.003)
 
 
-def test_the_variance_of_blocks_is_that_of_drawing_them():
-    values = np.cumsum(RNG.normal(size=100))
-    starts = RNG.integers(100, size=(20_000, 10))
-    drawn = values[(starts[..., None] + np.arange(10)) % 100].mean(axis=(1, 2))
-    error = over_stretches(0.0, values - values.mean(), ordered=True).error
-    assert error * np.sqrt(1 - 10 / 100) == pytest.approx(drawn.std(), rel=0.02)
-    unordered = over_stretches(0.0, values, ordered=False)
-    assert unordered.error == pytest.approx(stats.sem(values))
-    assert over_stretches(0.0, values[:19], ordered=True) is None
+@pytest.mark.parametrize(("failed", "of"), [(0, 3), (1, 10), (10, 10), (7, 20)])
+def test_how_often_runs_fail_has_the_exact_interval(failed, of):
+    expected = stats.binomtest(failed, of).proportion_ci(0.95, method="exact")
+    assert Failures(failed, of).limits(0.05) == pytest.approx(tuple(expected))
 
 
-def test_a_series_tells_how_a_mean_changes():
-    places, scores = RNG.random((2, 500))
-    found = series(places, scores, 10)
-    assert found.sum() == pytest.approx(0)
-    kept = places >= 0.1  # without the first of ten parts
-    assert scores[kept].mean() - scores.mean() == pytest.approx(-found[0] / 10, rel=0.2)
+def test_an_interval_of_parts():
+    assert joined(1.0, (3, 0), (4, 2)) == pytest.approx((-4, 3))
 
 
-def outcome(seed, sigma, *, error="gaussian", n=60, half_score=False):
-    """Return a run of a system on a tower; each camera is lost one time in twenty.
+@pytest.mark.parametrize("n_systems", [2, 5])
+def test_as_many_runs_as_are_needed_tell_systems_apart_in_four_of_five_cases(n_systems):
+    error = error_of_pair(n_systems)
+    n = needed(Difference(0.1, 0.1, 18), 10, error)
+    runs = RNG.normal([[[0.1], [0]]], 0.1 * np.sqrt(5), size=(2000, 2, n))  # with such an error
+    found = [over_runs([pair]) for pair in runs]
+    told = np.mean([abs(one.value) > margin(one, error) for one in found])
+    assert told == pytest.approx(0.8, abs=0.04)
+    scatter = largest_scatter(0.1, n, error)
+    assert 0.1 * np.sqrt(5) <= scatter <= 1.1 * 0.1 * np.sqrt(5)
+    assert needed(Difference(0.0, 0.1, 18), 10, error) is None
+    assert needed(Difference(0.001, 0.1, 18), 10, error) is None
 
-    The half-score distance takes several times as long as the scores.
-    """
+
+def cell(values, failed=0):
+    return Cell(values, Failures(failed, len(values) + failed))
+
+
+def test_both_questions_are_answered_where_the_data_allow():
+    one, other = cell([0.8]), cell([0.5])
+    assert answers([(one, other)], "TAS", 0.05) == {"new_runs": None, "new_sequences": None}
+    found = answers([(one, other), (one, other)], "TAS", 0.05)
+    assert found["new_runs"] is None
+    assert found["new_sequences"]["better"] == "a"
+    assert chosen([found]) == "new_sequences"
+    several = cell([0.8, 0.81, 0.79]), cell([0.5, 0.51, 0.49])
+    alone = answers([several], "TAS", 0.05)
+    assert alone["new_sequences"] is None
+    assert chosen([alone, answers([(one, other)], "TAS", 0.05)]) == "new_runs"
+    assert chosen([answers([several] * 2, "TAS", 0.05), found]) == "new_sequences"
+    assert chosen([answers([several] * 2, "TAS", 0.05)]) == "new_runs"
+    assert chosen([answers([(one, other)], "TAS", 0.05)]) is None
+
+
+def test_intervals_stay_within_what_is_possible():
+    cells = [(cell([0.9]), cell([0.1])), (cell([0.1]), cell([0.2]))]
+    found = answers(cells, "TAS", 0.05)["new_sequences"]
+    assert (found["low"], found["high"]) == (-1, 1)
+    assert found["failing"] == {"difference": 0, "low": -1, "high": 1} | found["failing"]
+    percent = [tuple(cell([100 * one.scored[0]]) for one in both) for both in cells]
+    assert answers(percent, "auc@30:vggt", 0.05)["new_sequences"]["high"] == 100
+    assert answers(percent, "ATE", 0.05)["new_sequences"]["high"] > 100
+
+
+def test_failures_are_told_apart():
+    """Better runs, a system that fails more often, and both: who is ahead."""
+    good, poor = [0.80, 0.81, 0.82] * 4, [0.40, 0.41, 0.42] * 4
+
+    def better(a, b, name="TAS"):
+        return answers([(a, b)], name, 0.05)["new_runs"]["better"]
+
+    assert better(cell(good), cell(poor)) == "a"
+    assert better(cell(good, 1), cell(poor, 2)) == "a"
+    assert better(cell(good, 1), cell([0.75, 0.76, 0.77] * 4)) is None  # better, and failed once
+    assert better(cell(good, 1), cell([0.1, 0.11, 0.12] * 4)) == "a"  # so much better
+    assert better(cell(good, 12), cell(good)) == "b"  # as good, and fails more often
+    assert better(cell([], 5), cell(poor)) == "b"
+    assert better(cell([], 2), cell(poor[:2])) is None
+    assert better(cell(good), cell(poor), "ATE") == "b"
+    assert better(cell(poor, 1), cell(good), "ATE") is None
+    found = answers([(cell(good, 1), cell(poor))], "ATE", 0.05)["new_runs"]
+    assert np.isnan(found["with_failures"]["low"])  # infinite as soon as a run fails
+
+
+def outcome(seed, sigma, *, error="drift", n=60):
+    """Return a run of a system on a tower; each camera is lost one time in twenty."""
     rng = np.random.default_rng([*seed, int(100 * sigma)])
     scene = make_scene(
         rng,
@@ -82,21 +148,7 @@ def outcome(seed, sigma, *, error="gaussian", n=60, half_score=False):
     )
     result = pas(scene.gt_poses, scene.est_poses, unit=1.0, registration="refined")
     scores = {"TAS": result.tas.score, "RAS": result.ras.score, "PAS": result.score}
-    terms = np.zeros(n)
-    if half_score:
-        positions = scene.gt_poses[:, :3, 3], scene.est_poses[:, :3, 3]
-        half = tas_distance(*positions)
-        terms = half_terms(tas(*positions, unit=half, registration="refined").errors, half)
-        scores["half_distance"] = half
-    return Outcome(
-        scores,
-        n=n,
-        distance_terms=terms,
-        n_rows=n,
-        rows=np.arange(n),
-        position_scores=_shares(result.tas.errors, result.tas.thresholds),
-        rotation_scores=_shares(result.ras.errors, result.ras.thresholds),
-    )
+    return Outcome(scores, n=n, n_rows=n, rows=np.arange(n))
 
 
 @pytest.fixture
@@ -110,7 +162,7 @@ def coverage(monkeypatch):
         monkeypatch.setattr("alignscores.comparison.summary.COLUMNS", tuple(truth))
         held = {name: [] for name in truth}
         for runs in draws:
-            comparisons = summarise(runs, [], weight=0.5, form=FORMATS["tum"]).comparisons
+            comparisons = summarise(runs, [], FORMATS["tum"]).comparisons
             for name, means in truth.items():
                 held[name].append(
                     all(
@@ -131,29 +183,19 @@ def means(outcomes, metric):
     }
 
 
-@pytest.mark.parametrize(
-    ("error", "count", "low", "high"),
-    # Where all cameras err together there is one draw of the error: nothing tells how it varies.
-    [("gaussian", 300, 0.93, 0.97), ("student_t", 300, 0.93, 0.97), ("bias", 100, 0, 0.8)],
-)
-def test_one_run_each_nominal_95_percent_holds(error, count, low, high, coverage):
-    half_score = error != "bias"
-    outcomes = {
-        name: [outcome([1, i], sigma, error=error, half_score=half_score) for i in range(count)]
-        for name, sigma in (("a", 0.2), ("b", 0.3))
-    }
-    draws = (
-        [(Run("q", name, "1", "file"), several[index]) for name, several in outcomes.items()]
-        for index in range(count)
-    )
-    names = ("PAS", "half_distance") if half_score else ("PAS",)
-    found = coverage(draws, {name: means(outcomes, name) for name in names}, "q")
-    assert all(low <= share <= high for share in found.values())
+def test_one_run_each_has_no_rank(pool):
+    """However far apart: their errors drift, and nothing tells how another run would."""
+    for index in range(0, 60, 3):
+        runs = [(Run("q", name, "1", "file"), several[index]) for name, several in pool.items()]
+        found = summarise(runs, [], FORMATS["tum"])
+        assert not any(pair["distinguishable"] for pair in found.comparisons)
+        assert {entry["rank"]["PAS"] for entry in found.in_order()} == {None}
+        assert all(np.isnan(pair["low"]) for pair in found.comparisons)
 
 
 @pytest.mark.parametrize(
     ("systems", "n_sequences", "n_runs"),
-    [("ab", 1, 3), ("ab", 1, 10), ("abcd", 1, 5), ("ab", 5, 1), ("abcd", 5, 1)],
+    [("ab", 1, 3), ("ab", 1, 10), ("abcd", 1, 5), ("ab", 5, 1), ("abcd", 5, 1), ("ab", 5, 3)],
 )
 def test_several_runs_or_sequences_nominal_95_percent_holds(
     systems, n_sequences, n_runs, pool, coverage
@@ -178,22 +220,6 @@ def test_several_runs_or_sequences_nominal_95_percent_holds(
 def pool():
     """Runs with drift, which are drawn from: their mean is the truth."""
     return {
-        name: [outcome([3, index], sigma, error="drift") for index in range(60)]
+        name: [outcome([3, index], sigma) for index in range(60)]
         for name, sigma in (("a", 0.2), ("b", 0.3), ("c", 0.4), ("d", 0.6))
     }
-
-
-def test_half_terms_tell_how_the_half_score_unit_changes():
-    errors = RNG.exponential(size=2000)
-    half = half_of(errors)
-    terms = half_terms(errors, half)
-    assert terms.mean() == pytest.approx(0, abs=0.02 * half)
-    kept = np.arange(2000) >= 100
-    change = half_of(errors[kept]) - half
-    assert change == pytest.approx(terms[kept].mean() - terms.mean(), abs=2e-3)
-    assert not half_terms(errors, np.inf).any()
-    assert not half_terms(np.zeros(5), 1e-300).any()
-
-
-def half_of(errors):
-    return ScoreProfile(np.array([1.0]), np.sort(errors)[None], 100).half

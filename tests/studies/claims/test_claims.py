@@ -47,7 +47,12 @@ def test_a_decision_shows_what_else_its_claims_would_say() -> None:
         for reading in others:
             changed = claims.under(decision, reading)
             assert changed
-            assert not decision.claims or set(changed) == set(decision.claims)
+            named = {
+                name
+                for name in decision.claims
+                if not reading.experiments or claims.claims[name].experiment in reading.experiments
+            }
+            assert not named or set(changed) == named
             for claim in changed.values():
                 lax = reading.where and not set(reading.where) & {*claim.level, *claim.at}
                 assert not lax or (claim.take, claim.bound[0]) != ("smallest", "at least")
@@ -55,7 +60,7 @@ def test_a_decision_shows_what_else_its_claims_would_say() -> None:
 
 def test_a_reading_changes_what_it_names_alone() -> None:
     claims = load_claims().claims
-    pooled = Reading("pooled", options={"mAA": {"pooled": "true"}})
+    pooled = Reading("pooled", metrics={"mAA": "mAA(pooled=true)"})
     assert pooled.of(claims["outliers-range-maa"]).metric == "mAA(pooled=true)"
     assert pooled.of(claims["outliers-tas-steadier"]).versus == "mAA(pooled=true)"
     assert pooled.of(claims["outliers-range-tas"]) == claims["outliers-range-tas"]
@@ -66,6 +71,11 @@ def test_a_reading_changes_what_it_names_alone() -> None:
     assert on_lines.of(claims["line-maa-discerns"]) == claims["line-maa-discerns"]
     everywhere = Reading("all noise", everywhere=True)
     assert everywhere.of(claims["length-tas-much-below-dte"]).at == {}
+    especially = claims["length-tas-below-dte-especially"]  # compares some noise with all
+    assert everywhere.of(especially) == especially
+    distance = Reading("distance", metrics={"TAS": "HalfDistance"}, level=["n_outliers"])
+    assert distance.of(claims["outliers-tas-discerns"]).metric == "HalfDistance"
+    assert distance.of(claims["outliers-tas-discerns"]).level == ["n_outliers"]
     ordered = Reading("order", statistics={"size of range change": "size of order change"})
     assert ordered.of(claims["outliers-tas-steadier"]).statistic == "size of order change"
     means = Reading("means", of_means=True)
@@ -74,10 +84,10 @@ def test_a_reading_changes_what_it_names_alone() -> None:
 
 
 def test_claims_that_follow_from_others_are_so_by_their_criteria() -> None:
-    """By a "much" claim, by two numbers, or since it takes fewer cells."""
+    """By "much", by "much" and "especially", by two numbers, or since it takes fewer cells."""
     claims = load_claims().claims
     implied = [claim for claim in claims.values() if claim.implied_by]
-    assert len(implied) == 22
+    assert len(implied) == 26
     for claim in implied:
         others = [claims[name] for name in claim.implied_by]
         assert not any(other.implied_by for other in others)
@@ -87,6 +97,14 @@ def test_claims_that_follow_from_others_are_so_by_their_criteria() -> None:
             assert maa is not None
             assert ours is not None
             assert abs(ours) < abs(maa)
+        elif len(others) == 2:
+            much, more = others
+            assert {(o.metric, o.versus) for o in (claim, much, more)} == {
+                (claim.metric, claim.versus)
+            }
+            assert (much.criterion, more.criterion) == ("below 50", "below 0")
+            assert (much.at, more.at) == ({}, claim.at)
+            assert claim.criterion in (much.criterion, "below 0")
         elif claim.versus:
             (other,) = others
             assert (other.metric, other.versus) == (claim.metric, claim.versus)
@@ -217,9 +235,9 @@ def test_a_broken_claim_is_named_in_one_line(
             "'volume', 'volume n/10', 'outliers-ate-discerns': where.sigma_t: needs 1 or more",
         ),
         (
-            [*DECISION, "readings", 0, "options"],
-            {"mAA": {"steps": "1"}},
-            "'volume', 'volume n/10', 'outliers-maa-beats-dte': metric: metric 'mAA(steps=1)' has",
+            [*DECISION, "readings", 0, "metrics"],
+            {"mAA": "mAA(steps=1)"},
+            "'volume': readings.0.metrics.mAA: metric 'mAA(steps=1)' has",
         ),
     ],
     ids=str,

@@ -14,9 +14,10 @@ from experiments.config import Sweep
 from experiments.grid import Cell
 from experiments.metrics import Column
 from experiments.tables import Record, TableError, Trials
-from studies.claims.claims import Claim, load_claims
+from studies.claims.claims import Claim, Criterion, load_claims
 from studies.claims.plan import needed_cells, plan
 from studies.claims.verdicts import (
+    _by_other_criteria,
     check_alike,
     decide,
     evaluate_claim,
@@ -46,6 +47,10 @@ class At:
         after = self.cell.matches(self.claim.after) and not self.cell.matches(self.claim.before)
         return (1 - share if after else 1) * (self.trial / (TRIALS - 1) + 1e-3 * self.cell.sigma_t)
 
+    def here(self) -> bool:
+        """Tell whether it is where the claim is local."""
+        return self.cell.matches(self.claim.at)
+
     def worse(self) -> float:
         """Get worse with every level."""
         sign = -1 if Column.parse(self.metric).metric.family.larger_is_better else 1
@@ -64,16 +69,14 @@ MADE_UP: dict[str, Values] = {
     "late": lambda at: {0: 0.0, 1: 0.1, 50: 1.0}[at.cell.n_outliers],
     "narrow": lambda at: at.trial / (TRIALS - 1),
     "wide": lambda at: 2 * at.trial / (TRIALS - 1),
-    "shifted": lambda at: at.cell.sigma_t + at.cell.sigma_r_deg + 5,
-    "sums": lambda at: at.cell.sigma_t + at.cell.sigma_r_deg,
+    "moves here": lambda at: at.cell.n_cameras / 200 * at.here() + at.cell.sigma_t,
+    "moves there": lambda at: at.cell.n_cameras / 200 * (not at.here()) + at.cell.sigma_t,
 }
 
 
 def columns(claim: Claim, *, holds: bool) -> list[Values]:
     """What the metrics of a claim must look like for it to hold, or not to."""
     relation = (claim.criterion or "").rpartition(" ")[0]
-    if claim.statistic == "power" and relation == "within":
-        return [At.worse, At.worse if holds else MADE_UP["blind"]]
     if claim.statistic == "power":
         discerning = holds == (relation == "at least")
         return [At.worse, MADE_UP["blind"]] if discerning else [MADE_UP["blind"], At.worse]
@@ -81,10 +84,10 @@ def columns(claim: Claim, *, holds: bool) -> list[Values]:
         return [MADE_UP["improves"] if holds else At.worse]
     if claim.statistic in ("dependence", "mean change") and claim.versus is None:
         return [MADE_UP["stays"] if holds == (relation != "at least") else MADE_UP["moves"]]
-    if claim.statistic == "shift":
-        return [MADE_UP["sums" if holds else "shifted"], MADE_UP["sums"]]
     if claim.statistic == "relative dependence":
         return [MADE_UP["stays"] if holds else MADE_UP["moves"], MADE_UP["moves"]]
+    if claim.statistic == "relative dependence change":
+        return [MADE_UP["moves there" if holds else "moves here"], MADE_UP["moves"]]
     if claim.statistic == "relative initial response":
         return [MADE_UP["late"] if holds else MADE_UP["early"], MADE_UP["early"]]
     if claim.statistic == "range change":
@@ -249,7 +252,7 @@ def test_every_reading_has_both_verdicts_beside_those_taken() -> None:
     decisions = [decision for decision in CLAIMS.decisions if decision.id in ("range", "volume")]
     few = {"a": NUMBER, "b": replace(NUMBER, implied_by=["a"])}
     claims = replace(CLAIMS, claims=few, decisions=decisions, replicates_of_readings=2)
-    verdicts, readings = decide(claims, [{NUMBER.trials: table}] * 3)
+    verdicts, readings, _ = decide(claims, [{NUMBER.trials: table}] * 3)
     assert verdicts["ours"].tolist() == [-74, -74]
     assert verdicts["replicates"].tolist() == [3, 3]
     assert verdicts["implied_by"].fillna("").tolist() == ["", "a"]
@@ -266,6 +269,32 @@ def test_every_reading_has_both_verdicts_beside_those_taken() -> None:
     assert readings["ours"].tolist() == [-74, -74, 0, 0]
     assert readings["replicates"].tolist() == [2] * 4
     assert readings["paper_says"].tolist()[2:] == [of_range.paper] * 2
+
+
+def test_trials_of_all_replicates_are_pooled() -> None:
+    """The range of each study is 1 before and 0.5 after; of both together it is 3 and 0.5."""
+    tables = [fabricate(NUMBER, [lambda at: at.shrunken(0.5)], seed=0) for _ in range(2)]
+    tables[1]["mAA"] += 2 * (tables[1]["n_outliers"] == 0)
+    claims = replace(CLAIMS, claims={"a": NUMBER}, decisions=[])
+    verdicts, *_ = decide(claims, [{NUMBER.trials: table} for table in tables])
+    assert verdicts["ours"].tolist() == pytest.approx([-50], abs=0.1)
+    assert verdicts["pooled"].tolist() == pytest.approx([-100 * 2.5 / 3], abs=0.1)
+
+
+def test_other_bounds_change_verdicts() -> None:
+    """A tau of 0.4 to 0.6: not certainly 0.5, certainly 0.3, certainly not 0.7."""
+    claims = replace(
+        CLAIMS,
+        claims={"tau": POWER, "weak": WEAK, "within": WITHIN},
+        criteria=[Criterion("discern", 0.5, [0.3, 0.7])],
+    )
+    values = [np.array([0.4, 0.5, 0.6] * 9)] * 2 + [np.zeros(27)]
+    found = _by_other_criteria(claims, values).set_index("other")
+    assert found["claims"].tolist() == [2, 2]  # not the one with another bound
+    assert found["changed"].tolist() == [2, 2]
+    assert found.at[0.3, "changes"] == "tau: reproduced; weak: not reproduced"
+    assert found.at[0.7, "changes"] == "tau: not reproduced; weak: reproduced"
+    assert found["population_changed"].tolist() == [2, 2]
 
 
 MakeUp = Callable[..., Trials]

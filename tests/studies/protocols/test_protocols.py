@@ -13,8 +13,8 @@ from experiments.config import load_sweep
 from experiments.metrics import Column
 from experiments.tables import Trials
 from studies.__main__ import main
-from studies.order import Order, compare, order, within
-from studies.protocols.orders import compare_sides
+from studies.order import Order, compare, needed, order, within
+from studies.protocols.orders import at_outliers, compare_sides
 from studies.protocols.questions import plan
 from studies.protocols.words import duels, sentences
 
@@ -90,6 +90,25 @@ def test_orders_within_are_those_of_the_ruler(questions: dict[str, Trials]) -> N
     assert found.at["TAS", "ahead_error"] == pytest.approx(error)
 
 
+def test_numbers_of_outliers_apart(questions: dict[str, Trials]) -> None:
+    """The estimates needed are the mean of what each number of outliers needs."""
+    found = at_outliers(questions)
+    assert undescribed(at_outliers, found) == []
+    assert set(found["question"]) == {"outliers"}
+    assert set(found["asked"]) == {"noise"}
+    over_all = compare_sides(questions).set_index(["question", "asked", "metric"])
+    for metric, rows in found.groupby("metric"):
+        for row in rows.to_dict("records"):
+            trials = questions["outliers"].table
+            alone, _ = compare(
+                within(trials[trials["n_outliers"] == row["outliers"]], "sigma_t"), [metric]
+            )
+            assert row["order"] == pytest.approx(100 * alone[metric].probability)
+            assert row["trials"] == needed(alone[metric])
+        mean = rows["trials"].mean()
+        assert over_all.at[("outliers", "noise", metric), "trials"] == mean
+
+
 def test_frame_rates_of_one_draw_are_no_independent_trials(questions: dict[str, Trials]) -> None:
     """The same cameras twice tell no more than once."""
     trials = questions["frame_rate"]
@@ -113,7 +132,7 @@ def test_wins_and_losses_are_told(
     assert win.startswith("The new scores win on 1 of 3: outliers: outliers (TAS +")
     assert "frame rate: noise (TAS −50.0 ± 0.0 against ate:rmse)" in lose
     assert seeing == "Better than chance on all 3: none."
-    outputs = [tmp_path / "protocols.csv", tmp_path / "protocols.md"]
+    outputs = [tmp_path / name for name in ("protocols.csv", "protocols.md", "outliers.csv")]
     assert main(["protocols", *written(questions), "--output", *map(str, outputs)]) == 0
     pd.testing.assert_frame_equal(
         pd.read_csv(outputs[0], dtype={"across": str}).fillna({"across": ""}), table
@@ -122,6 +141,8 @@ def test_wins_and_losses_are_told(
     assert "| TAS | " in text
     assert "| rpe@1f | × | × | × |" in text
     assert "| TAS | 3 | 1 | 6 | 50 | frame rate: noise |" in text
+    assert "| outliers: noise; outliers | 0 | 9 |" in text
+    assert len(pd.read_csv(outputs[2])) == 2 * len(METRICS)
 
 
 def test_what_is_of_motion_is_asked_where_there_is_some() -> None:

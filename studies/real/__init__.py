@@ -1,0 +1,55 @@
+"""Real runs: which metric tells people's own systems apart, and what moves it."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from ..study import Answer, Figure, Own, Question, Study, Table
+from .answers import agreement, pairs, summarise
+from .scores import read_benchmark, sources
+from .words import sentences, to_markdown
+
+__all__ = ["STUDY"]
+
+
+def plan(overrides: Sequence[str]) -> dict[str, Table]:
+    """Return no tables of trials: the runs are real."""
+    return {}
+
+
+def ask(question: Question) -> list[pd.DataFrame | str]:
+    """Return what runs say of each metric, pairs of systems, who agrees, and all in words."""
+    runs = question.own
+    table, by_pair, agrees = summarise(runs), pairs(runs), agreement(runs)
+    return [table, by_pair, agrees, to_markdown(table, by_pair, agrees)]
+
+
+def show(answer: Answer) -> dict[str, Any]:
+    """Return what the section is filled with."""
+    table, by_pair, agrees = answer.tables.values()
+    return {"metrics": table.to_dict("records"), "sentences": sentences(table, by_pair, agrees)}
+
+
+def parts(file: Path) -> Mapping[str, Sequence[str]]:
+    """Return the sequences of a benchmark, each with the files that its runs are in."""
+    benchmark = read_benchmark(file)
+    return {sequence: sources(benchmark, sequence) for sequence in benchmark.references}
+
+
+STUDY = Study(
+    name="real",
+    title="Your own runs",
+    plan=plan,
+    ask=ask,
+    answers=("tables/{}.csv", "tables/{}_pairs.csv", "tables/{}_agreement.csv", "tables/{}.md"),
+    figures=[
+        Figure("studies.real.figure:draw", ["tables/{}", "tables/{}_pairs", "tables/{}_agreement"])
+    ],
+    show=show,
+    place=110,
+    trials="real",
+    keys=["benchmark", "quick"],
+    own=Own("benchmark", parts, flags=["quick"]),
+)

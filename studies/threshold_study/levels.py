@@ -1,0 +1,253 @@
+"""Levels: at which score the distance and the angle order best, and what they survive."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from pydantic import Field
+
+from experiments.command import CommandError
+from experiments.config import MetricName, read_yaml
+from experiments.metrics import Column
+from experiments.tables import Trials
+
+from ..order import SIGNIFICANCE, Order, Task, estimate, holm
+from ..study import Section, Settings, Table, TableName, resolve
+from .maps import THRESHOLDS, without_axes
+
+__all__ = ["METHOD", "Level", "compare", "heads", "plan", "summaries", "to_markdown"]
+
+READ = {"HalfDistance": "sigma_t", "HalfAngle": "sigma_r_deg"}  # and the noise they measure
+HALF = 0.5  # the score that others are compared with
+METHOD = (
+    "HalfDistance (refined registration) and HalfAngle are read at each score; TAS and RAS stand "
+    "beside them, with the paper's registration where none is named, and with one threshold alone "
+    "they are the share of the cameras below it. Order: how often the better of two estimates "
+    "comes out better, per cent; chance is 50. Their noise differs by 15 %, over five sizes of it "
+    "in nine scenes where nothing is lost, and at 0.1 d where some of 100 cameras are outliers; or "
+    "their numbers of outliers do. ▲ is certainly better than the same read at one half, ▼ worse "
+    "(paired trials, 5 %, Holm). Scatter: standard deviation over the trials, per cent of the "
+    "mean. Few cameras: the median in scenes of the fewest cameras, relative to the most."
+)
+
+
+class _Levels(Section):
+    scores: list[Annotated[float, Field(gt=0, le=1)]]
+    beside: list[MetricName]
+    settings: Settings
+    parts: dict[TableName, Settings]
+
+
+class _File(Section):
+    axes: Any  # see `studies.axes`
+    trials: Any
+    settings: Settings
+    maps: Any  # see `maps`
+    levels: _Levels
+
+
+def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
+    """Return a table for each part, in which distance and angle are read at all scores."""
+    file, others = read_yaml(THRESHOLDS, _File), without_axes(overrides)
+    own = file.levels
+    scores = sorted({*own.scores, HALF})
+    metrics = [*own.beside, *(_at(metric, score) for metric in READ for score in scores)]
+    tables = {}
+    for part, settings in own.parts.items():
+        key = f"levels.parts.{part}"
+        sweep = resolve(THRESHOLDS, key, others, file.settings, own.settings, settings)
+        tables[f"levels_{part}"] = Table((replace(sweep, metrics=metrics),))
+    return tables
+
+
+def _at(metric: str, score: float) -> str:
+    return metric if score == HALF else str(Column(metric).with_option("score", f"{score:g}"))
+
+
+def _score_of(metric: str) -> float:
+    """Return the score at which a distance or an angle is read; NaN for another metric."""
+    column = Column.parse(metric)
+    return float(column.options.get("score", HALF)) if column.name in READ else np.nan
+
+
+def compare(parts: Mapping[str, Trials]) -> pd.DataFrame:
+    """Tell how well each metric orders noise and lost cameras, and what scatters and is biased.
+
+    Returns
+    -------
+    DataFrame
+        One row for each part, level, number of outliers and metric:
+
+        - `part, geometry, n_cameras`
+        - `level`: what is put in order, noise or outliers
+        - `n_outliers`: of `outliers` the lower one of the two numbers
+        - `metric`, and the `score` that it is read at; empty where it is none
+        - `right_order`: probability in per cent that the better of two trials at levels that differ
+          by 15 % comes out better, the mean over the pairs of levels
+        - `difference`: from that of the distance or angle at a score of one half on the same
+          cameras, `error`: its standard error, `p`: the p-value against no difference, adjusted for
+          all differences in the table by Holm's method
+        - `scatter`: standard deviation over the trials in per cent of the mean, the median over the
+          levels of noise; empty where a trial is infinite
+        - `in_noise`: median over the trials in units of the noise, the median over its levels
+    """
+    rows = []
+    for part in read_yaml(THRESHOLDS, _File).levels.parts:
+        if f"levels_{part}" not in parts:
+            raise CommandError(f"the levels need the trials of levels_{part}, too")
+        rows += [{"part": part} | row for row in _rows(parts[f"levels_{part}"])]
+    table = pd.DataFrame(rows)
+    table["p"] = holm(table["p"])
+    return table.round(6)
+
+
+def _rows(trials: Trials) -> list[dict[str, Any]]:
+    sweep, table = trials.sweep, trials.table
+    keys = {"geometry": sweep.geometry, "n_cameras": sweep.n_cameras[0]}
+    pairs = list(pairwise(sorted(table["n_outliers"].unique())))[::2]
+    rows = []
+    for outliers, group in table.groupby("n_outliers"):
+        key = keys | {"level": "noise", "n_outliers": outliers}
+        found = _orders(_pairs(group, ["sigma_t"]), sweep.metrics)
+        rows += [key | row | _spread(group, str(row["metric"])) for row in found]
+    for low, high in pairs:
+        both = table[table["n_outliers"].isin([low, high])]
+        key = keys | {"level": "outliers", "n_outliers": low}
+        task = _pairs(both, ["sigma_t", "n_outliers"])
+        rows += [key | row for row in _orders(task, sweep.metrics)]
+    return rows
+
+
+def _pairs(table: pd.DataFrame, levels: list[str]) -> Task:
+    """Compare the first sample of trials with the second, the third with the fourth, and so on."""
+    samples = [sample for _, sample in table.groupby(levels)]
+    pairs = [(k, k + 1) for k in range(0, len(samples) - 1, 2)]
+    return Task(samples, pairs, range(len(samples)))
+
+
+def _orders(task: Task, metrics: Sequence[str]) -> list[dict[str, Any]]:
+    """Return the order of each metric, and its difference from that read at one half."""
+    shares = {metric: task.shares(metric) for metric in metrics}
+    rows = []
+    for metric, own in shares.items():
+        row = {"metric": metric, "score": _score_of(metric)}
+        row |= {"right_order": 100 * estimate(own).probability}
+        name = Column.parse(metric).name
+        if name in READ:
+            difference = estimate(own - shares[name])
+            row |= {"difference": 100 * difference.probability, "error": 100 * difference.error}
+            row |= {"p": np.nan if metric == name else difference.p_value}
+        rows.append(row)
+    return rows
+
+
+def _spread(table: pd.DataFrame, metric: str) -> dict[str, float]:
+    """Return scatter and size of a distance or an angle."""
+    if (name := Column.parse(metric).name) not in READ:
+        return {}
+    levels = table.groupby(READ[name])[metric]
+    with np.errstate(invalid="ignore"):
+        scatter = 100 * levels.std() / levels.mean()
+    sizes = levels.median()
+    return {
+        "scatter": float(scatter.median(skipna=False)),
+        "in_noise": float((sizes / sizes.index).median()),
+    }
+
+
+class Cell(NamedTuple):
+    """An order in per cent, and where it certainly is better or worse than at one half, a mark."""
+
+    order: float
+    mark: str
+
+    def __str__(self) -> str:
+        return f"{self.order:.0f}{f' {self.mark}' if self.mark else ''}"
+
+
+@dataclass(frozen=True)
+class Level:
+    """A metric, read at a score, over all scenes."""
+
+    metric: str
+    score: float
+    noise: Mapping[int, Cell]  # by how many cameras are lost
+    outliers: Cell
+    scatter: float
+    few: float
+
+    @property
+    def cells(self) -> list[str]:
+        """What stands in its row behind its name."""
+        numbers = [f"{self.scatter:.1f}", f"{self.few:.2f}"] if self._is_read else ["–"] * 2
+        return [*map(str, self.noise.values()), str(self.outliers), *numbers]
+
+    @property
+    def _is_read(self) -> bool:
+        """Whether it is a distance or an angle."""
+        return not np.isnan(self.score)
+
+
+def summaries(table: pd.DataFrame) -> list[Level]:
+    """Sum up what `compare` found, metric by metric: means over the scenes."""
+    lower = sorted(table.loc[table["level"] == "outliers", "n_outliers"].astype(int).unique())
+    kinds = [("noise", n) for n in [0, *lower]] + [("outliers", n) for n in lower]
+    keys = table["level"].where(table["level"] == "outliers", table["n_outliers"].astype(str))
+    shown = table[pd.MultiIndex.from_frame(table[["level", "n_outliers"]]).isin(kinds)]
+    groups = shown.groupby(["metric", keys])
+    cells = _cells(groups[["right_order", "difference", "error"]])
+    intact = table[table["n_outliers"] == 0].groupby("metric")
+    scatter, few = intact["scatter"].median(), _few_cameras(table)
+    scores = table.groupby("metric", sort=False)["score"].first()
+    return [
+        Level(
+            metric,
+            score,
+            {n: cells[metric, str(n)] for n in [0, *lower]},
+            cells[metric, "outliers"],
+            float(scatter[metric]),
+            float(few.get(metric, np.nan)),
+        )
+        for metric, score in zip(map(str, scores.index), scores.tolist(), strict=True)
+    ]
+
+
+def _cells(groups: Any) -> dict[tuple[str, str], Cell]:
+    """Return the mean order of each group of scenes, and whether it is another than at one half."""
+    orders = {key: group["right_order"].mean() for key, group in groups}
+    differences = {
+        key: Order(group["difference"].mean(), float(np.linalg.norm(group["error"])) / len(group))
+        for key, group in groups
+    }
+    p = [each.p_value if each.error > 0 else np.nan for each in differences.values()]
+    return {
+        key: Cell(orders[key], ("▲" if each.probability > 0 else "▼") if sure else "")
+        for (key, each), sure in zip(differences.items(), holm(p) < SIGNIFICANCE, strict=True)
+    }
+
+
+def _few_cameras(table: pd.DataFrame) -> "pd.Series[float]":
+    """Return the size of distances and angles of the fewest cameras relative to the most."""
+    intact = table[(table["n_outliers"] == 0) & table["score"].notna()]
+    sizes = intact.pivot_table("in_noise", ["metric", "geometry"], "n_cameras")
+    ratios = sizes[sizes.columns.min()] / sizes[sizes.columns.max()]
+    few: pd.Series[float] = ratios.groupby("metric").mean()
+    return few
+
+
+def heads(found: Sequence[Level]) -> list[str]:
+    """Return what stands above `Level.cells`."""
+    lost = [f"{n} lost" if n else "noise, none lost" for n in found[0].noise]
+    return [*lost, "outliers", "scatter", "few cameras"]
+
+
+def to_markdown(table: pd.DataFrame) -> str:
+    """Write a table with a row for each metric."""
+    found = summaries(table)
+    titles = heads(found)
+    lines = [METHOD, "", f"| | {' | '.join(titles)} |", "|---|" + "--:|" * len(titles)]
+    lines += [f"| {level.metric} | {' | '.join(level.cells)} |" for level in found]
+    return "\n".join(lines) + "\n"

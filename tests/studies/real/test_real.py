@@ -1,0 +1,169 @@
+"""Repeated runs of people's own: metrics whose answers are known, from files to a section."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+from scipy.spatial.transform import Rotation
+
+import studies.real
+from experiments.command import ConfigError
+from experiments.scenes import make_scene
+from report.page import environment
+from studies.__main__ import main
+from studies.real import STUDY
+from studies.real.__main__ import main as score
+from studies.real.answers import agreement, pairs, summarise
+from studies.real.figure import draw
+from studies.real.scores import AS_IT_IS, CHANGES, read_benchmark, sources
+from studies.real.words import to_markdown
+from studies.study import Answer, plans
+
+from ..conftest import undescribed
+
+FILE = """
+format: tum
+reference: "{sequence}/gt.txt"
+estimate: "{sequence}/{system}/{run}.txt"
+"""
+
+
+@pytest.fixture(scope="module")
+def runs() -> pd.DataFrame:
+    """Two systems on two sequences, ten runs each: three metrics, and a change.
+
+    The TAS tells the systems apart, which differ by 4 standard deviations; the RAS is a monotone
+    function of it; the ATE knows nothing, and every second frame moves it by 3 deviations.
+    """
+    rng = np.random.default_rng(0)
+    rows = []
+    for sequence in ("desk", "room"):
+        for system, mean in (("a", 0.4), ("b", 0.8)):
+            for run in range(10):
+                tas, ate = rng.normal(mean, 0.1), rng.normal(5)
+                keys = {"sequence": sequence, "system": system, "run": str(run)}
+                for change, moved in ((AS_IT_IS, 0), ("every 2nd", 3)):
+                    values = {"TAS": tas, "RAS": np.exp(tas), "ATE": ate + moved}
+                    rows.append({**keys, "change": change, **values})
+    return pd.DataFrame(rows)
+
+
+def test_a_metric_that_knows_the_systems_needs_few_runs(runs: pd.DataFrame) -> None:
+    table = summarise(runs).set_index("metric")
+    assert set(table.index[:2]) == {"TAS", "RAS"}
+    assert 2 <= table.loc["TAS", "runs"] <= 4
+    assert table.loc["TAS", ["told", "between"]].tolist() == pytest.approx([100, 94], abs=4)
+    assert table.loc["TAS", "order"] > 99
+    assert table.loc["ATE", "runs"] > 20
+    assert table.loc["ATE", "between"] < 20
+    assert table.loc["TAS", "moves_every_2nd"] == 0
+    assert table.loc["ATE", "moves_every_2nd"] == pytest.approx(3, rel=0.3)
+
+
+def test_metrics_that_order_the_runs_alike_agree(runs: pd.DataFrame) -> None:
+    found = agreement(runs).set_index(["metric", "other"])
+    assert found.loc[("TAS", "RAS"), "correlation"] == pytest.approx(1)
+    assert abs(found.loc[("TAS", "ATE"), "correlation"]) < 0.5
+    assert found.loc[("TAS", "RAS"), "order"] == found.loc[("TAS", "TAS"), "order"]
+    text = to_markdown(summarise(runs), pairs(runs), agreement(runs))
+    assert "one of two is enough: RAS and TAS (1.00)." in text
+    assert "Every 2nd moves ATE (" in text
+    assert "4 pairs" not in text
+    assert text.startswith("| metric | runs needed |")
+
+
+def test_infinite_errors_order_runs_but_tell_no_number(runs: pd.DataFrame) -> None:
+    lost = runs.assign(ATE=runs["ATE"].where(runs["system"] == "b", np.inf))
+    found = pairs(lost).set_index(["metric", "sequence"]).loc[("ATE", "desk")]
+    assert (found["better"], found["order"], found["runs"]) == ("b", 100, np.inf)
+    assert not found["told"]
+
+
+def test_single_runs_tell_nothing(runs: pd.DataFrame) -> None:
+    alone = pd.concat([runs[runs["run"] == "0"].assign(system="c"), runs], ignore_index=True)
+    assert set(pairs(alone)["a"]) == {"a"}
+    assert set(pairs(alone)["b"]) == {"b"}
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """Files of two systems with three runs each on a sequence."""
+    for system, sigma in (("a", 0.05), ("b", 0.3)):
+        for run in range(3):
+            scene = make_scene(
+                np.random.default_rng(1),
+                geometry="car",
+                n_cameras=60,
+                n_outliers=0,
+                sigma_t=0,
+                sigma_r_deg=0,
+            )
+            rng = np.random.default_rng([run, int(100 * sigma)])
+            turns = Rotation.from_rotvec(rng.normal(scale=sigma / 10, size=(60, 3)))
+            noise = rng.normal(scale=sigma, size=(60, 3))
+            (tmp_path / "car" / system).mkdir(parents=True, exist_ok=True)
+            write(tmp_path / "car/gt.txt", scene.gt_rotations, scene.gt_positions)
+            moved = turns.as_matrix() @ scene.gt_rotations, scene.gt_positions + noise
+            write(tmp_path / f"car/{system}/{run}.txt", *moved)
+    path = tmp_path / "mine.yaml"
+    path.write_text(FILE)
+    return path
+
+
+def write(path: Path, rotations: np.ndarray, positions: np.ndarray) -> None:
+    quaternions = Rotation.from_matrix(rotations).as_quat()
+    np.savetxt(path, np.column_stack([np.arange(len(positions)) / 10, positions, quaternions]))
+
+
+def test_from_files_to_a_figure(file: Path, tmp_path: Path) -> None:
+    (tmp_path / "car/b/3.txt").write_text("no trajectory\n")  # is left out
+    own = tmp_path / "car.csv"
+    assert score([str(file), "--part", "car", "--output", str(own)]) == 0
+    table = pd.read_csv(own)
+    assert table["change"].value_counts().to_dict() == dict.fromkeys([AS_IT_IS, *CHANGES], 6)
+    as_it_is, scaled, fewer = (
+        table[table["change"] == change].reset_index()
+        for change in (AS_IT_IS, "scale", "every 2nd")
+    )
+    for free in ("TAS", "RAS", "ATE", "DTE"):  # of the scale
+        assert scaled[free].to_numpy() == pytest.approx(as_it_is[free].to_numpy(), rel=1e-6)
+    assert (fewer["TAS"] != as_it_is["TAS"]).any()
+    answers = [str(tmp_path / name) for name in ("1.csv", "2.csv", "3.csv", "real.md")]
+    assert main(["real", "--own", str(own), "--output", *answers]) == 0
+    tables = [pd.read_csv(path) for path in answers[:3]]
+    for function, found in zip((summarise, pairs, agreement), tables, strict=True):
+        assert [n for n in undescribed(function, found) if not n.startswith("moves_")] == []
+    assert isinstance(draw(*tables), Figure)
+    assert "real" not in plans()
+    plan = plans([f"benchmark={file}", "quick=true"])["real"]
+    assert plan.arguments == [str(file), "--quick"]
+    assert list(plan.sources) == ["car"]
+    assert len(plan.sources["car"]) == 1 + 7
+
+
+def test_quick_leaves_the_changes_out(file: Path, tmp_path: Path) -> None:
+    own = tmp_path / "car.csv"
+    assert score([str(file), "--part", "car", "--quick", "--output", str(own)]) == 0
+    assert len(pd.read_csv(own)) == 6
+
+
+def test_a_benchmark_that_tells_nothing_is_refused(file: Path, tmp_path: Path) -> None:
+    assert sources(read_benchmark(file), "car")[0].endswith("gt.txt")
+    with pytest.raises(ConfigError, match=r"none\.yaml: cannot be read"):
+        read_benchmark(tmp_path / "none.yaml")
+    file.write_text(FILE.replace("{system}", "{system}a") + "systems: {b: {}}")
+    with pytest.raises(ConfigError):
+        read_benchmark(file)
+
+
+def test_its_section_of_the_report(runs: pd.DataFrame) -> None:
+    tables = {"real": summarise(runs), "pairs": pairs(runs), "agreement": agreement(runs)}
+    source = (Path(studies.real.__file__).parent / "section.html.j2").read_text()
+    macro = "{% macro figure(name, title, seen) %}{{ caller() }}{% endmacro %}"
+    shown = STUDY.show(Answer("real", tables, {})) if STUDY.show else {}
+    html = environment().from_string(macro + source).render(real=shown)
+    assert html.count('<th scope="row">') == 3
+    assert "4 pairs" not in html
+    assert "2 pairs of systems and sequences" in html
