@@ -20,7 +20,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 FLAGS = ["-std=c99", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-shared"]
 # Windows has no -fPIC, and no library of its own for mathematics.
 COMPILER, CODE, LIBRARIES = (
-    ("clang", [], []) if sys.platform == "win32" else ("cc", ["-fPIC"], ["-lm"])
+    ("clang", [], []) if sys.platform == "win32" else ("cc", ["-fPIC", "-pthread"], ["-lm"])
 )
 
 

@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .averaging import nearest_rotations
+from .batch import PASBatch, RASBatch, TASBatch, pas_batch, ras_batch, tas_batch
 from .distance import ras_angle, tas_distance
 from .expectation import ExpectedScore, expected_tas, runs_needed
 from .histogram import AlignmentScore
@@ -27,31 +28,40 @@ from .version import __version__ as __version__
 if TYPE_CHECKING:
     from .comparison import Comparison, compare
     from .evaluation import Evaluation, Settings, evaluate
+    from .trajectories.conventions import Convention, check_conventions
 
 __all__ = [
     "AlignmentScore",
     "AlignmentWarning",
     "Comparison",
+    "Convention",
     "Evaluation",
     "ExpectedScore",
+    "PASBatch",
     "PASResult",
+    "RASBatch",
     "RASResult",
     "Registration",
     "ScoreProfile",
     "Settings",
     "Similarity",
+    "TASBatch",
     "TASResult",
+    "check_conventions",
     "closest_pair_quartile",
     "compare",
     "evaluate",
     "expected_tas",
     "nearest_rotations",
     "pas",
+    "pas_batch",
     "ras",
     "ras_angle",
+    "ras_batch",
     "ras_profile",
     "runs_needed",
     "tas",
+    "tas_batch",
     "tas_distance",
     "tas_profile",
 ]
@@ -59,8 +69,10 @@ __all__ = [
 # Imported when they are asked for: who scores arrays, as every trial does, reads no files.
 OF_FILES = {
     "Comparison": "comparison",
+    "Convention": "trajectories.conventions",
     "Evaluation": "evaluation",
     "Settings": "evaluation",
+    "check_conventions": "trajectories.conventions",
     "compare": "comparison",
     "evaluate": "evaluation",
 }

@@ -1,128 +1,197 @@
 """Alignment of estimated camera positions with the ground truth, at any largest threshold."""
 
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Floats
-from .registration import REGISTRATIONS, Registration, refined
-from .registration.refined import Search
+from .arrays import Booleans, Floats, Indices, sizes
+from .registration import REGISTRATIONS, Registration, kernel, pcr99, refined
+from .registration.kernel import Seed
 from .similarity import FARTHEST_SUMMABLE, Similarity, check_alignment
 from .validation import check_positions, check_positive, check_same_length, finite_rows
 
-__all__ = ["Aligned", "Aligner", "Normalised", "Seed", "normalise"]
-
-Normalised = tuple[Floats, Floats, float]  # positions, their origin and unit; see `normalise`
-Seed = int | np.random.SeedSequence | np.random.Generator | None
+__all__ = ["Aligned", "Aligner", "Normalised", "Seed", "normalise", "normalise_scenes", "one_scene"]
 
 ROUNDING = 1e-6  # by which a scale may differ from 1
-IDENTITY = Similarity(1.0, np.eye(3), np.zeros(3))
+IDENTITY = np.array([1.0, *np.eye(3).ravel(), 0.0, 0.0, 0.0])
+
+
+def _vertical_last(axis: str) -> tuple[Indices, Indices]:
+    """Return an order of the axes, and that of a row of an alignment to undo it."""
+    axes = np.roll(range(3), -1 - "xyz".index(axis))
+    back = np.argsort(axes)
+    return axes, np.concatenate([[0], 1 + (3 * back[:, None] + back).ravel(), 10 + back])
+
+
+VERTICAL_LAST = {axis: _vertical_last(axis) for axis in "xyz"}
+
+
+class Normalised(NamedTuple):
+    """Positions of scenes (N, 3), and origin (B, 3) and unit (B,) of each; see `normalise`."""
+
+    local: Floats
+    centres: Floats
+    units: Floats
 
 
 class Aligned(NamedTuple):
-    """An alignment, None where there is none, the errors (n,), and how many it was chosen from."""
+    """Alignments of scenes: scale, rotation, translation (B, 13), which there are, errors (N,).
 
-    alignment: Similarity | None
+    And how many they were chosen from, (B,). Errors of scenes that were not asked for, or have no
+    alignment, and of lost cameras are infinite.
+    """
+
+    rows: Floats
+    found: Booleans
     errors: Floats
-    n_hypotheses: int
+    n_hypotheses: Indices
+
+    def similarity(self, scene: int) -> Similarity | None:
+        """Return the alignment of a scene, None where there is none."""
+        return kernel.as_similarity(self.rows[scene]) if self.found[scene] else None
 
 
 class Aligner:
-    """Checks positions once, and aligns them at one or several largest thresholds.
+    """Aligns checked positions of scenes, one behind the other, at one or several thresholds.
 
-    The arguments are those of `tas`. The refined registration draws its hypotheses once, and what
-    it finds at one threshold is a start at the next.
+    Scene s has the rows from ``starts[s]`` to ``starts[s + 1]``; the other arguments are those of
+    `tas`. With `keep` the refined registration draws its hypotheses once, and what it finds at one
+    threshold is a start at the next.
     """
 
     def __init__(
         self,
-        gt_positions: ArrayLike,
-        est_positions: ArrayLike,
+        gt: Floats,
+        est: Floats,
+        starts: Indices,
         *,
         registration: str | Registration,
         rng: Seed,
         n_hypotheses: int,
         alignment: str,
         up: str,
+        keep: bool = False,
+        threads: int = 1,
     ) -> None:
-        self.gt = check_positions(gt_positions, "gt_positions", complete=True)
-        self.est = check_positions(est_positions, "est_positions", complete=False)
-        check_same_length(self.gt, self.est, "gt_positions", "est_positions")
+        self.gt, self.est, self.starts = gt, est, starts
         check_positive(n_hypotheses, "n_hypotheses", integer=True)
         check_alignment(alignment, up)
         self._register, self.registration = _registration(registration)
         try:
-            np.random.default_rng(rng)
+            kernel.state_of(rng)
         except (TypeError, ValueError) as error:
             raise ValueError(f"rng must be a seed or a Generator, not {rng!r}: {error}") from None
-        self._rng, self._n_hypotheses, self._alignment = rng, int(n_hypotheses), alignment
-        self.normalised_gt = normalise(self.gt)
-        self.estimated = finite_rows(self.est)
-        self._axes = np.roll(range(3), -1 - "xyz".index(up[-1]))  # the vertical one last
-        self._worlds: tuple[Normalised, Normalised] | None = None
-        self._search: Search | None = None
+        self._alignment = alignment
+        self._settings: dict[str, Any] = {
+            "n_hypotheses": int(n_hypotheses),
+            "rng": rng,
+            "alignment": alignment,
+        }
+        self._batch: dict[str, Any] = {"keep": keep, "threads": threads}
+        self.normalised_gt = normalise_scenes(gt, starts)
+        self.estimated = finite_rows(est)
+        self._axes, self._back = VERTICAL_LAST[up[-1]]
+        self._worlds: tuple[Indices, Normalised, Normalised] | None = None
+        self._scenes: kernel.Scenes | None = None
 
     @property
     def has_one_alignment(self) -> bool:
         """Whether the alignment is the same at all thresholds."""
         return self._alignment == "none" or self.registration == "pcr99"
 
-    def align(self, threshold: float) -> Aligned:
-        """Align for errors up to a threshold; those of lost cameras are infinite."""
-        errors, estimated = np.full(len(self.gt), np.inf), self.estimated
-        if np.count_nonzero(estimated) < (3 if self._alignment == "similarity" else 1):
-            return Aligned(None, errors, 0)
-        if self._alignment == "none":
-            unit = self.normalised_gt[2]  # so that squares neither overflow nor vanish
-            gt, est = self.gt[estimated] / unit, self.est[estimated] / unit
-            errors[estimated] = unit * IDENTITY.position_errors(gt, est)
-            return Aligned(IDENTITY, errors, 1)
+    def align(self, thresholds: Floats, which: Indices | None = None) -> Aligned:
+        """Align scenes for errors up to a threshold each, (B,); by default all scenes."""
         if self._worlds is None:
             self._worlds = self._normalised()
-        (gt, gt_centre, gt_unit), (est, est_centre, est_unit) = self._worlds
-        local, n_hypotheses = self._registered(gt, est, threshold / gt_unit)
-        if local is None:
-            return Aligned(None, errors, n_hypotheses)
-        errors[estimated] = gt_unit * local.position_errors(gt, est)
-        scale = local.scale * est_unit / gt_unit
-        translation = est_centre + est_unit * local.translation - scale * local.rotation @ gt_centre
-        return Aligned(Similarity(scale, local.rotation, translation), errors, n_hypotheses)
+        starts, gt, est = self._worlds
+        alignable = sizes(starts) >= (3 if self._alignment == "similarity" else 1)
+        if which is None:
+            which = np.arange(len(alignable))
+        rows, found, n_used = self._registered(thresholds / gt.units, which[alignable[which]])
+        errors = np.full(len(self.gt), np.inf)
+        errors[self.estimated] = _errors(rows, found, starts, gt, est)
+        if self._alignment != "none":
+            rows = _between_worlds(rows, gt, est)
+        return Aligned(rows, found, errors, n_used)
 
-    def _normalised(self) -> tuple[Normalised, Normalised]:
-        """Return the estimated cameras of both worlds; in one unit, where the scale is kept."""
-        gt = self.normalised_gt if self.estimated.all() else normalise(self.gt[self.estimated])
-        est, centre, unit = normalise(self.est[self.estimated])
+    def _normalised(self) -> tuple[Indices, Normalised, Normalised]:
+        """Return where scenes start, and their estimated cameras in both worlds.
+
+        They have one unit where the scale is kept.
+        """
+        estimated, gt_positions, est_positions = self.estimated, self.gt, self.est
+        starts, gt = self.starts, self.normalised_gt
+        if not estimated.all():
+            starts = np.append(0, np.cumsum(estimated))[starts]
+            gt_positions, est_positions = gt_positions[estimated], est_positions[estimated]
+        counts = sizes(starts)
+        if self._alignment == "none":  # divided so that squares neither overflow nor vanish
+            units = gt.units.repeat(counts)[:, None]
+            est = Normalised(est_positions / units, gt.centres, gt.units)
+            return starts, Normalised(gt_positions / units, gt.centres, gt.units), est
+        if gt_positions is not self.gt:
+            gt = normalise_scenes(gt_positions, starts)
+        est = normalise_scenes(est_positions, starts)
         if self._alignment != "similarity":
-            est, unit = est * (unit / gt[2]), gt[2]
-        return gt, (est, centre, unit)
+            ratios = (est.units / gt.units).repeat(counts)[:, None]
+            est = Normalised(est.local * ratios, est.centres, gt.units)
+        return starts, gt, est
 
-    def _registered(
-        self, gt: Floats, est: Floats, threshold: float
-    ) -> tuple[Similarity | None, int]:
-        """Register normalised positions."""
-        axes, back = self._axes, np.argsort(self._axes)
-        settings: dict[str, Any] = {
-            "n_hypotheses": self._n_hypotheses,
-            "rng": np.random.default_rng(self._rng),
-            "alignment": self._alignment,
-        }
-        if self._register is refined:
-            if self._search is None:
-                self._search = Search(gt[:, axes], est[:, axes], **settings)
-            registered: Any = self._search.best(threshold), self._search.n_used
+    def _registered(self, thresholds: Floats, which: Indices) -> tuple[Floats, Booleans, Indices]:
+        """Register normalised positions of some scenes."""
+        n = len(thresholds)
+        if self._alignment != "none" and self._register in (pcr99, refined):
+            scenes = self._all_scenes()
+            scenes.align(thresholds, which)
+            rows = scenes.found.take(self._back, axis=1)  # by rows, on which the last bits depend
+            return rows, scenes.is_found.copy(), scenes.n_used.copy()
+        rows, found, n_used = np.full((n, 13), np.nan), np.zeros(n, bool), np.zeros(n, np.intp)
+        if self._alignment == "none":
+            rows[which], found[which], n_used[which] = IDENTITY, True, 1
         else:
-            rank = min(max(4, (len(self.gt) + 5) // 10), len(est))
-            registered = self._register(
-                gt[:, axes], est[:, axes], rank=rank, threshold=threshold, **settings
-            )
+            for scene in which.tolist():
+                alignment, n_used[scene] = self._by_function(scene, float(thresholds[scene]))
+                found[scene] = alignment is not None
+                if alignment is not None:
+                    rows[scene] = _as_row(alignment)[self._back]
+        return rows, found, n_used
+
+    def _all_scenes(self) -> kernel.Scenes:
+        """Return the scenes for the kernel, made once, so that it can keep hypotheses."""
+        if self._scenes is None:
+            starts, gt, est = self._vertical_last()
+            ranks = self._ranks(sizes(starts)) if self._register is pcr99 else None
+            self._scenes = kernel.Scenes(gt, est, starts, ranks, **self._settings, **self._batch)
+        return self._scenes
+
+    def _vertical_last(self) -> tuple[Indices, Floats, Floats]:
+        assert self._worlds is not None
+        starts, gt, est = self._worlds
+        if self._axes[2] == 2:
+            return starts, gt.local, est.local
+        return starts, gt.local[:, self._axes], est.local[:, self._axes]
+
+    def _ranks(self, n_estimated: Indices) -> Indices:
+        """Return m of the paper, of all cameras, lost ones included."""
+        return np.minimum(np.maximum(4, (sizes(self.starts) + 5) // 10), n_estimated)
+
+    def _by_function(self, scene: int, threshold: float) -> tuple[Similarity | None, int]:
+        """Register one scene by a function of somebody's own."""
+        starts, gt, est = self._vertical_last()
+        rows = slice(*starts[scene : scene + 2])
+        rank = int(self._ranks(sizes(starts))[scene])
+        settings = {**self._settings, "rng": np.random.default_rng(self._settings["rng"])}
+        registered: Any = self._register(
+            gt[rows], est[rows], rank=rank, threshold=threshold, **settings
+        )
         match registered:
             case (None, int() | np.integer() as n_used):
                 return None, int(n_used)
             case (Similarity() as found, int() | np.integer() as n_used):
                 self._check(found)
-                rotation = found.rotation[np.ix_(back, back)]
-                return Similarity(found.scale, rotation, found.translation[back]), int(n_used)
+                return found, int(n_used)
             case _:
                 raise TypeError(
                     "registration must return a Similarity or None and the number of hypotheses, "
@@ -153,22 +222,77 @@ def _registration(registration: str | Registration) -> tuple[Registration, str]:
     return registration, getattr(registration, "__name__", repr(registration))
 
 
-def normalise(positions: Floats) -> Normalised:
-    """Return positions centred on their median and divided by their spread, with median and spread.
+def _as_row(alignment: Similarity) -> Floats:
+    return np.concatenate(
+        [[alignment.scale], np.ravel(alignment.rotation), np.ravel(alignment.translation)]
+    )
+
+
+def _errors(
+    rows: Floats, found: Booleans, starts: Indices, gt: Normalised, est: Normalised
+) -> Floats:
+    """Return the position errors of normalised cameras, as `Similarity.position_errors`."""
+    counts = sizes(starts)
+    scale, rotations, translation = rows[:, 0], rows[:, 1:10].reshape(-1, 3, 3), rows[:, 10:]
+    with np.errstate(over="ignore", invalid="ignore"):  # beyond the largest number: infinitely far
+        residuals = (est.local - translation.repeat(counts, axis=0)) / scale.repeat(counts)[:, None]
+        for scene in np.flatnonzero(found).tolist():  # each by itself, for the same bits
+            cameras = slice(*starts[scene : scene + 2])
+            residuals[cameras] -= gt.local[cameras] @ rotations[scene].T
+        residuals *= residuals
+        errors: Floats = gt.units.repeat(counts) * np.sqrt(residuals.sum(axis=1))
+    errors[~found.repeat(counts)] = np.inf
+    return errors
+
+
+def _between_worlds(rows: Floats, gt: Normalised, est: Normalised) -> Floats:
+    """Return alignments of normalised positions as those of the positions themselves."""
+    scale = rows[:, 0] * est.units / gt.units
+    turned = (scale[:, None, None] * rows[:, 1:10].reshape(-1, 3, 3)) @ gt.centres[:, :, None]
+    translation = est.centres + est.units[:, None] * rows[:, 10:] - turned[:, :, 0]
+    return np.column_stack([scale, rows[:, 1:10], translation])
+
+
+def one_scene(gt_positions: ArrayLike, est_positions: ArrayLike) -> tuple[Floats, Floats, Indices]:
+    """Check the positions of one scene; return them, and where scenes start."""
+    gt = check_positions(gt_positions, "gt_positions", complete=True)
+    est = check_positions(est_positions, "est_positions", complete=False)
+    check_same_length(gt, est, "gt_positions", "est_positions")
+    return gt, est, np.array([0, len(gt)])
+
+
+def normalise_scenes(positions: Floats, starts: Indices) -> Normalised:
+    """Return positions of scenes centred on their median and divided by their spread.
 
     Then neither a far-off origin nor squares of very large or small numbers cost any digits. Median
     and spread are robust: an outlier moves neither. The spread is about the median distance from
     the median along an axis, 1 where all positions coincide. It is a power of two, so that dividing
     by it rounds nothing.
     """
+    if kernel.LIBRARY is not None:
+        return Normalised(*kernel.normalise_scenes(positions, starts, FARTHEST_SUMMABLE))
+    parts = [_normalise(positions[start:end]) for start, end in pairwise(starts.tolist())]
+    local, centres, units = zip(*parts, strict=True)
+    return Normalised(np.concatenate(local), np.array(centres), np.array(units))
+
+
+def _normalise(positions: Floats) -> tuple[Floats, Floats, float]:
+    """Return the positions of one scene, centred and divided, with median and spread."""
+    if len(positions) == 0:
+        return positions, np.zeros(3), 1.0
     positions = np.clip(positions, -FARTHEST_SUMMABLE, FARTHEST_SUMMABLE)
-    centre = _upper_median(positions)
+    centre = _upper_median(positions) + 0.0  # the zero without a sign
+    local = positions - centre
+    distances = np.abs(local)
+    moved = distances[distances > 0]
+    unit = np.ldexp(1.0, np.frexp(_upper_median(moved))[1] - 1) if moved.size else 1.0
     with np.errstate(over="ignore"):  # beyond the largest number: infinitely far
-        local = positions - centre
-        distances = np.abs(local)
-        moved = distances[distances > 0]
-        unit = np.ldexp(1.0, np.frexp(_upper_median(moved))[1] - 1) if moved.size else 1.0
         return local / unit, centre, float(unit)
+
+
+def normalise(positions: Floats) -> Normalised:
+    """Return the positions of one scene as `normalise_scenes` does."""
+    return normalise_scenes(positions, np.array([0, len(positions)]))
 
 
 def _upper_median(values: Floats) -> Any:

@@ -5,8 +5,8 @@ from math import sin, sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Floats
-from .medoid import TLUD_THRESHOLD, medoid
+from .arrays import Floats, of_equal_size
+from .medoid import TLUD_THRESHOLD, medoids
 from .similarity import best_turn
 from .validation import finite_rows
 
@@ -19,6 +19,7 @@ __all__ = [
     "rotation_angles",
     "rotation_from_vector",
     "tlud_mean",
+    "tlud_means",
     "turn_mean",
 ]
 
@@ -106,24 +107,50 @@ def geodesic_l1_mean(
     multivariate L1-median and associated data depth", PNAS 2000) it cancels the pull of one other,
     so that the iterate stays where an exact majority is. With an axis all steps are about it.
     """
-    mean = start
+    means = _geodesic_l1_means(
+        *(rotations[None], start[None]), max_steps=max_steps, tolerance=tolerance, axis=axis
+    )
+    return np.asarray(means[0])
+
+
+def _geodesic_l1_means(
+    rotations: Floats,
+    starts: Floats,
+    *,
+    max_steps: int,
+    tolerance: float,
+    axis: Floats | None = None,
+) -> Floats:
+    """Return `geodesic_l1_mean` of stacks of rotations (G, n, 3, 3)."""
+    means, moving = starts.copy(), np.arange(len(starts))
     for _ in range(max_steps):
-        angles, axes = angles_and_axes(rotations, mean)
+        stacks = rotations if len(moving) == len(rotations) else rotations[moving]
+        angles, axes = angles_and_axes(stacks, means[moving])
         away = angles > COINCIDENT
-        resting = len(angles) - np.count_nonzero(away)
-        if resting:
-            angles, axes = angles[away], axes[:, away]
-        pull = axes.sum(axis=1)
+        resting = angles.shape[1] - np.count_nonzero(away, axis=1)
+        pull, slowness = axes.sum(axis=2), (1 / np.where(away, angles, 1.0)).sum(axis=1)
+        for row in np.flatnonzero(resting).tolist():
+            some = away[row]
+            pull[row], slowness[row] = axes[row][:, some].sum(axis=1), (1 / angles[row, some]).sum()
         if axis is not None:
-            pull = (axis @ pull) * axis
-        strength = sqrt(pull @ pull)
-        if strength <= resting:
+            pull = _dot(pull, np.broadcast_to(axis, pull.shape))[:, None] * axis
+        strength = np.sqrt(_dot(pull, pull))
+        going = strength > resting
+        if not going.any():
             break
-        step = (1 - resting / strength) / (1 / angles).sum() * pull
-        mean = rotation_from_vector(step) @ mean
-        if sqrt(step @ step) < tolerance:
+        moving, pull = moving[going], pull[going]
+        steps = ((1 - resting[going] / strength[going]) / slowness[going])[:, None] * pull
+        turns = np.array([rotation_from_vector(step) for step in steps])
+        means[moving] = turns @ means[moving]
+        moving = moving[np.sqrt(_dot(steps, steps)) >= tolerance]
+        if not moving.size:
             break
-    return mean
+    return means
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    """Return the scalar products of rows (G, 3)."""
+    return np.asarray((a[:, None] @ b[:, :, None])[:, 0, 0])
 
 
 def tlud_mean(rotations: Floats) -> Floats:
@@ -136,10 +163,23 @@ def tlud_mean(rotations: Floats) -> Floats:
 
     Lee and Civera, "Robust Single Rotation Averaging Revisited", arXiv 2309.05388.
     """
-    flat = rotations.reshape(-1, 9)
-    inlier = np.linalg.norm(flat - flat[medoid(rotations)], axis=1) < TLUD_THRESHOLD
+    return np.asarray(tlud_means(rotations[None])[0])
+
+
+def tlud_means(rotations: Floats) -> Floats:
+    """Return `tlud_mean` of stacks of rotations (G, n, 3, 3)."""
+    points = rotations.reshape(*rotations.shape[:2], 9)
+    centres = points[np.arange(len(points)), medoids(rotations)]
+    inlier = np.linalg.norm(points - centres[:, None], axis=2) < TLUD_THRESHOLD
     inliers = rotations[inlier]
-    return geodesic_l1_mean(inliers, chordal_mean(inliers), tolerance=TLUD_TOLERANCE)
+    means = np.empty((len(rotations), 3, 3))
+    for stacks, rows in of_equal_size(np.append(0, np.cumsum(np.count_nonzero(inlier, axis=1)))):
+        alike = inliers[rows]
+        chordal = project_to_rotation(alike.sum(axis=1))
+        means[stacks] = _geodesic_l1_means(
+            alike, chordal, max_steps=WEISZFELD_STEPS, tolerance=TLUD_TOLERANCE
+        )
+    return means
 
 
 def turn_mean(rotations: Floats, up: str) -> Floats:
@@ -166,20 +206,25 @@ def turn_mean(rotations: Floats, up: str) -> Floats:
 
 
 def rotation_angles(rotations: Floats) -> Floats:
-    """Return the angles of rotations (n, 3, 3) in degrees, precise down to 0 and up to 180."""
-    return np.degrees(angles_and_axes(rotations)[0])
+    """Return the angles of rotations (..., n, 3, 3) in degrees, precise at both ends."""
+    identities = np.broadcast_to(IDENTITY, (*rotations.shape[:-3], 3, 3))
+    return np.degrees(angles_and_axes(rotations, identities)[0])
 
 
 def angles_and_axes(rotations: Floats, reference: Floats = IDENTITY) -> tuple[Floats, Floats]:
     """Return angles (n,) and unit axes (3, n) of ``rotations @ reference.T``: the logarithms.
 
     The angles, from 0 to pi, come from sine and cosine together, which is precise at both ends. The
-    axis is zero at the angles 0 and pi, where there is none or no single one.
+    axis is zero at the angles 0 and pi, where there is none or no single one. Of stacks of
+    rotations (G, n, 3, 3), with a reference (G, 3, 3) each, they are (G, n) and (G, 3, n).
     """
-    parts = (ANTISYMMETRIC_PARTS_AND_TRACE @ reference).reshape(4, 9) @ rotations.reshape(-1, 9).T
-    axes = parts[:3]
-    sine = np.sqrt(np.einsum("in,in->n", axes, axes))  # twice the sine
-    angles = np.arctan2(sine, parts[3] - 1)  # trace - 1 is twice the cosine
+    products = ANTISYMMETRIC_PARTS_AND_TRACE @ reference[..., None, :, :]
+    flat = rotations.reshape(*rotations.shape[:-2], 9)
+    parts = products.reshape(*reference.shape[:-2], 4, 9) @ flat.swapaxes(-1, -2)
+    axes = parts[..., :3, :]
+    sine = np.sqrt(np.einsum("...in,...in->...n", axes, axes))  # twice the sine
+    angles = np.arctan2(sine, parts[..., 3, :] - 1)  # trace - 1 is twice the cosine
+    sine = sine[..., None, :]
     return angles, np.divide(axes, sine, out=axes, where=sine > 0)
 
 

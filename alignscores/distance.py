@@ -1,14 +1,14 @@
 """Distances and angles: the smallest range of thresholds at which TAS or RAS reaches a score."""
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from math import ceil, floor, inf, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .aligner import Aligner, Seed
+from .aligner import Aligner, Seed, one_scene
 from .arrays import Floats
 from .histogram import equal_steps
 from .registration import Registration
@@ -18,8 +18,16 @@ from .validation import AlignmentWarning, check_positive
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["FITTED", "extent", "ras_angle", "search_unit", "smallest_unit", "tas_distance"]
-__all__ += ["too_few"]
+__all__ = [
+    "FITTED",
+    "extent",
+    "ras_angle",
+    "search_unit",
+    "smallest_unit",
+    "tas_distance",
+    "too_few",
+    "unit_search",
+]
 
 ErrorsAt = Callable[[float], Floats]  # of the best alignment at a largest threshold
 
@@ -105,23 +113,24 @@ def tas_distance(
     [1.42, 2.9]
     """
     aligner = Aligner(
-        *(gt_positions, est_positions),
+        *one_scene(gt_positions, est_positions),
         registration=registration,
         rng=rng,
         n_hypotheses=n_hypotheses,
         alignment=alignment,
         up=up,
+        keep=True,
     )
     n, start = len(aligner.gt), extent(aligner.gt)
     if reason := too_few(n, score, alignment):
         warnings.warn(reason, AlignmentWarning, stacklevel=2)
         return nan
     if aligner.has_one_alignment:
-        errors = aligner.align(start).errors
+        errors = aligner.align(np.array([start])).errors
         distance = smallest_unit(np.sort(errors), score, N_THRESHOLDS)
     else:
         distance, (*_, errors) = search_unit(
-            lambda unit: aligner.align(unit).errors, start, score, N_THRESHOLDS
+            lambda unit: aligner.align(np.array([unit])).errors, start, score, N_THRESHOLDS
         )
     if np.isinf(errors).all():
         warnings.warn("the estimate cannot be aligned", AlignmentWarning, stacklevel=2)
@@ -205,7 +214,21 @@ def too_few(n: int, score: float, alignment: str, n_worlds: int = 1) -> str:
 def search_unit(
     errors_at: ErrorsAt, start: float, score: float, n_thresholds: int
 ) -> tuple[float, list[Floats]]:
-    """Return the smallest unit at which a score is reached, and the errors found, the best last.
+    """Return the smallest unit at which a score is reached, and the errors found, the best last."""
+    search = unit_search(start, score, n_thresholds)
+    unit = next(search)
+    while True:
+        try:
+            unit = search.send(errors_at(unit))
+        except StopIteration as stop:
+            found: tuple[float, list[Floats]] = stop.value
+            return found
+
+
+def unit_search(
+    start: float, score: float, n_thresholds: int
+) -> Generator[float, Floats, tuple[float, list[Floats]]]:
+    """Search for the smallest unit as `search_unit`: yield units, and be sent the errors at each.
 
     Where any alignment reaches the score below a unit u, the best one at u does, too: at a unit u',
     which is the next. Where the unit stays, no alignment scores more than asked for, so that no
@@ -213,17 +236,19 @@ def search_unit(
     programming", Management Science 1967), which converges faster than linearly.
     """
     _check_score(score)
-    found: list[Floats] = []
+    found: list[tuple[float, Floats]] = []
     start = start if 0 < start < inf else 1.0
     unit, before = start, inf
     while 0 < unit < (1 - GAIN) * before:
         before = unit if found else inf  # the first step may go up
-        found.append(errors_at(unit))
-        unit = _continuous_unit(np.sort(found[-1]), score)
+        errors = yield unit
+        unit = _continuous_unit(np.sort(errors), score)
+        found.append((unit, errors))
         if unit < ROUNDING * start:
             break
-    found.sort(key=lambda errors: -_continuous_unit(np.sort(errors), score))
-    return smallest_unit(np.sort(found[-1]), score, n_thresholds), found
+    found.sort(key=lambda pair: -pair[0])
+    best = [errors for _, errors in found]
+    return smallest_unit(np.sort(best[-1]), score, n_thresholds), best
 
 
 def smallest_unit(sorted_errors: Floats, score: float, n_thresholds: int) -> float:

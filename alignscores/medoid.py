@@ -7,7 +7,7 @@ import scipy
 
 from .arrays import Floats, Indices
 
-__all__ = ["TLUD_THRESHOLD", "medoid"]
+__all__ = ["TLUD_THRESHOLD", "medoid", "medoids"]
 
 TLUD_THRESHOLD = 0.5  # chordal distance at which a deviation is truncated, about 20 degrees
 NEGLIGIBLE = 1e-12  # of a mean distance; rotations whose means differ by less are equally good
@@ -30,18 +30,45 @@ def medoid(rotations: Floats) -> int:
 
     O(n) memory beyond a constant.
     """
+    return int(medoids(rotations[None])[0])
+
+
+def medoids(rotations: Floats) -> Indices:
+    """Return the medoid of each stack of rotations (G, n, 3, 3)."""
+    n = rotations.shape[1]
+    if n**2 > DISTANCES_AT_ONCE:
+        return np.array([_medoid_of_many(stack) for stack in rotations])
+    points = rotations.reshape(-1, n, 9)
+    size = DISTANCES_AT_ONCE // n**2
+    parts = [_medoids_of_few(points[i : i + size]) for i in range(0, len(points), size)]
+    return np.concatenate(parts)
+
+
+def _medoids_of_few(points: Floats) -> Indices:
+    """Return the medoids of stacks of points (G, n, 9) by all distances."""
+    n = points.shape[1]
+    # Relative to the median, so that squared distances are differences of small numbers.
+    points = points - np.partition(points, n // 2, axis=1)[:, n // 2, None]
+    squares = np.einsum("gni,gni->gn", points, points)
+    squared = points @ (-2 * points.swapaxes(1, 2))
+    squared += squares[:, None]
+    squared += squares[:, :, None]
+    distances = np.sqrt(np.clip(squared, 0, TLUD_THRESHOLD**2))
+    return np.asarray(distances.sum(axis=2).argmin(axis=1))
+
+
+def _medoid_of_many(rotations: Floats) -> int:
     points = rotations.reshape(-1, 9)
     n = len(points)
     left, bounds = np.arange(n), np.zeros(n)
-    if n**2 > DISTANCES_AT_ONCE:
-        order = np.random.default_rng(0).permutation(n)  # failures may be periodic
-        sample = points[order[:SAMPLE]]
-        squared = scipy.spatial.distance.cdist(sample, sample, "sqeuclidean")
-        share = float(np.mean(squared < TLUD_THRESHOLD**2))
-        if n >= MANY:
-            left, bounds = _candidates(points, order[:GUESSES], share)
-        if share < SPARSE and len(left) > TREE_COST * share * n:
-            return int(order[_medoid_by_tree(rotations[order], share)])
+    order = np.random.default_rng(0).permutation(n)  # failures may be periodic
+    sample = points[order[:SAMPLE]]
+    squared = scipy.spatial.distance.cdist(sample, sample, "sqeuclidean")
+    share = float(np.mean(squared < TLUD_THRESHOLD**2))
+    if n >= MANY:
+        left, bounds = _candidates(points, order[:GUESSES], share)
+    if share < SPARSE and len(left) > TREE_COST * share * n:
+        return int(order[_medoid_by_tree(rotations[order], share)])
     return _medoid_by_bounds(points, left, bounds)
 
 

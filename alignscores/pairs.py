@@ -44,8 +44,9 @@ class PairBlock:
         """Return the angles between the relative rotations in degrees, precise down to 0."""
         sign = np.where(self.half_cosines() < 0, -1.0, 1.0)
         chord = np.zeros(self.dots.shape)
-        for a, b in zip(self.i_quaternions.T, self.j_quaternions, strict=True):
-            chord += (a[:, None] - sign * b) ** 2
+        for k in range(4):
+            a, b = self.i_quaternions[..., k, None], self.j_quaternions[..., k, None, :]
+            chord += (a - sign * b) ** 2
         return np.asarray(np.degrees(4 * np.arcsin(np.minimum(np.sqrt(chord) / 2, 1.0))))
 
 
@@ -54,29 +55,32 @@ def pair_blocks(gt: Floats, est: Floats, between: "Rotation") -> Iterator[PairBl
 
     ``between`` holds, for each camera, the rotation S_i that takes its true axes to its estimated
     ones. Both errors of a pair follow from it: the rotation from S_i^T S_j, the direction from
-    (c_j - c_i)^T S_i^T (c^_j - c^_i).
+    (c_j - c_i)^T S_i^T (c^_j - c^_i). Of stacks of cameras, (G, n, 3), all has a first axis more.
     """
     # From quaternions, so that the rounding of files (S is orthonormal to 1e-6 only) does not
     # enter the cosines.
-    quaternions, rotations = between.as_quat(), between.as_matrix()
-    others, gt_others, est_others = (np.ascontiguousarray(a.T) for a in (quaternions, gt, est))
-    n, first = len(gt), 0
+    quaternions = between.as_quat().reshape(*gt.shape[:-1], 4)
+    rotations = between.as_matrix().reshape(*gt.shape, 3)
+    others, gt_others, est_others = (
+        np.ascontiguousarray(a.swapaxes(-1, -2)) for a in (quaternions, gt, est)
+    )
+    n, first = gt.shape[-2], 0
     while first < n - 1:
         # Cameras i = first, first + 1, ... in rows, j = first + 1, ..., n - 1 in columns.
         width = n - 1 - first
         # In equal shares, so that little is beyond the diagonal.
         height = ceil(width / ceil(width**2 / PAIRS_AT_ONCE))
         i, j = slice(first, first + height), slice(first + 1, n)
-        gt_steps = gt_others[:, j] - gt[i, :, None]
-        est_steps = est_others[:, j] - est[i, :, None]
+        gt_steps = gt_others[..., None, :, j] - gt[..., i, :, None]
+        est_steps = est_others[..., None, :, j] - est[..., i, :, None]
         yield PairBlock(
             i=i,
             j=j,
             pairs=np.arange(height)[:, None] <= np.arange(width),
-            i_quaternions=quaternions[i],
-            j_quaternions=others[:, j],
-            dots=np.einsum("ikj,ikj->ij", rotations[i] @ gt_steps, est_steps),
-            gt_lengths=np.sqrt(np.einsum("ikj,ikj->ij", gt_steps, gt_steps)),
-            est_lengths=np.sqrt(np.einsum("ikj,ikj->ij", est_steps, est_steps)),
+            i_quaternions=quaternions[..., i, :],
+            j_quaternions=others[..., j],
+            dots=np.einsum("...kj,...kj->...j", rotations[..., i, :, :] @ gt_steps, est_steps),
+            gt_lengths=np.sqrt(np.einsum("...kj,...kj->...j", gt_steps, gt_steps)),
+            est_lengths=np.sqrt(np.einsum("...kj,...kj->...j", est_steps, est_steps)),
         )
         first += height

@@ -11,7 +11,7 @@ from .rotation import RASResult, _checked_ras
 from .translation import TASResult, tas
 from .validation import check_poses, check_same_length
 
-__all__ = ["PASResult", "pas"]
+__all__ = ["PASResult", "check_weight", "pas"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,9 +134,7 @@ def pas(
     gt_rotations, gt_positions = check_poses(gt_poses, "gt_poses", complete=True)
     est_rotations, est_positions = check_poses(est_poses, "est_poses", complete=False)
     check_same_length(gt_rotations, est_rotations, "gt_poses", "est_poses")
-    number = isinstance(weight, (int, float, np.number)) and not isinstance(weight, bool)
-    if not number or not 0 <= weight <= 1:
-        raise ValueError(f"weight must be a number from 0 to 1, not {weight!r}")
+    weight = check_weight(weight)
     translation = tas(
         gt_positions,
         est_positions,
@@ -152,6 +150,13 @@ def pas(
     rotation = _checked_ras(
         gt_rotations, est_rotations, max_threshold_deg, n_thresholds, alignment, up
     )
-    weight = float(weight)
     score = weight * translation.score + (1 - weight) * rotation.score
     return PASResult(score=score, tas=translation, ras=rotation, weight=weight)
+
+
+def check_weight(weight: float) -> float:
+    """Refuse what is no share of the TAS."""
+    number = isinstance(weight, (int, float, np.number)) and not isinstance(weight, bool)
+    if not number or not 0 <= weight <= 1:
+        raise ValueError(f"weight must be a number from 0 to 1, not {weight!r}")
+    return float(weight)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .aligner import Aligner, Seed
+from .aligner import Aligner, Seed, one_scene
 from .arrays import Floats
 from .distance import FITTED, ErrorsAt, extent, search_unit, smallest_unit
 from .histogram import equal_steps
@@ -198,20 +198,21 @@ def tas_profile(
     (0.24, 0.5)
     """
     aligner = Aligner(
-        *(gt_positions, est_positions),
+        *one_scene(gt_positions, est_positions),
         registration=registration,
         rng=rng,
         n_hypotheses=n_hypotheses,
         alignment=alignment,
         up=up,
+        keep=True,
     )
     grid = extent_units(aligner.gt) if units is None else _checked_units(units)
     n_fitted = FITTED[alignment]
     if aligner.has_one_alignment:
-        profile = _profile(grid, [aligner.align(grid[0]).errors], n_thresholds, n_fitted)
+        profile = _profile(grid, [aligner.align(grid[:1]).errors], n_thresholds, n_fitted)
     else:
         profile = searched_profile(
-            lambda unit: aligner.align(unit).errors, grid, n_thresholds, n_fitted
+            lambda unit: aligner.align(np.array([unit])).errors, grid, n_thresholds, n_fitted
         )
     if np.isinf(profile.errors).all():
         warnings.warn(

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Floats
-from .averaging import rotation_angles, tlud_mean, turn_mean
+from .arrays import Floats, Indices, of_equal_size
+from .averaging import rotation_angles, tlud_means, turn_mean
 from .histogram import AlignmentScore, equal_steps
 from .similarity import check_alignment
 from .validation import (
@@ -142,22 +142,38 @@ def _checked_ras(
 ) -> RASResult:
     """Return the RAS of checked rotations, for `ras` and `pas`; the warning is for their caller."""
     thresholds = equal_steps(max_threshold_deg, n_thresholds, "max_threshold_deg")
-    estimated = finite_rows(est)
-    errors = np.full(len(gt), np.inf)
-    found = None
-    if estimated.any():
-        gt, est = gt[estimated], est[estimated]
-        found = _aligned(est @ gt.transpose(0, 2, 1), alignment, up)
-        errors[estimated] = rotation_angles((found @ gt).transpose(0, 2, 1) @ est)
-    else:
+    (found,), errors = align_rotations(gt, est, np.array([0, len(gt)]), alignment, up)
+    if np.isnan(found).all():
         warnings.warn(
             "RAS is 0: no camera in est_rotations was estimated", AlignmentWarning, stacklevel=3
         )
+        return RASResult(errors=errors, thresholds=thresholds, alignment=None)
     return RASResult(errors=errors, thresholds=thresholds, alignment=found)
 
 
+def align_rotations(
+    gt: Floats, est: Floats, starts: Indices, alignment: str, up: str
+) -> tuple[Floats, Floats]:
+    """Return the rotation (B, 3, 3) from ground truth to estimate of scenes, and errors (n,).
+
+    Scene s has the rows from ``starts[s]`` to ``starts[s + 1]``. Its rotation is not a number where
+    no camera was estimated.
+    """
+    found, errors = np.full((len(starts) - 1, 3, 3), np.nan), np.full(len(gt), np.inf)
+    estimated = np.flatnonzero(finite_rows(est))
+    for scenes, rows in of_equal_size(np.searchsorted(estimated, starts)):
+        cameras = estimated[rows]
+        truth, estimate = gt[cameras], est[cameras]
+        aligned = _aligned(estimate @ truth.swapaxes(2, 3), alignment, up)
+        found[scenes] = aligned
+        errors[cameras] = rotation_angles((aligned[:, None] @ truth).swapaxes(2, 3) @ estimate)
+    return found, errors
+
+
 def _aligned(rotations: Floats, alignment: str, up: str) -> Floats:
-    """Return the rotation between two worlds, given that of each camera (n, 3, 3)."""
+    """Return the rotation between two worlds, given those of the cameras (G, n, 3, 3)."""
     if alignment == "none":
-        return np.eye(3)
-    return turn_mean(rotations, up) if alignment == "yaw" else tlud_mean(rotations)
+        return np.tile(np.eye(3), (len(rotations), 1, 1))
+    if alignment == "yaw":
+        return np.array([turn_mean(stack, up) for stack in rotations])
+    return tlud_means(rotations)

@@ -7,10 +7,10 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from .aligner import Aligner, Normalised, Seed, normalise
-from .arrays import Floats
+from .aligner import Aligner, Normalised, Seed, normalise, one_scene
+from .arrays import Floats, Indices, sizes
 from .histogram import AlignmentScore, equal_steps
-from .registration import Registration
+from .registration import Registration, kernel
 from .similarity import Similarity
 from .validation import AlignmentWarning, check_positions, check_positive
 
@@ -137,7 +137,8 @@ def tas(
 
     The published registration is random: the score scatters from seed to seed (standard deviation
     about 0.02 for 100 cameras). It is deterministic where no more than `n_hypotheses` triplets of
-    cameras exist, up to 19 cameras by default. The refined one tries all triplets of up to 24
+    cameras exist, up to 19 cameras by default: all are tried, so that the result is exact over
+    triplets. The refined one tries all triplets of up to 24
     cameras, so that no seed matters there, and hardly scatters beyond (``snakemake
     registration_study``: by at most 0.0006); ``docs/explanation/registration.md`` derives it.
 
@@ -187,8 +188,9 @@ def tas(
     >>> result.registration, round(result.score, 3)
     ('least_squares', 0.663)
     """
+    gt, est, starts = one_scene(gt_positions, est_positions)
     aligner = Aligner(
-        *(gt_positions, est_positions),
+        *(gt, est, starts),
         registration=registration,
         rng=rng,
         n_hypotheses=n_hypotheses,
@@ -196,24 +198,25 @@ def tas(
         up=up,
     )
     if unit is None:
-        unit = _quartile(aligner.normalised_gt)
+        unit = _quartile(aligner.normalised_gt, starts)
     check_positive(unit, "unit")
     thresholds = unit * equal_steps(max_threshold, n_thresholds, "max_threshold")
-    found, errors, n_used = aligner.align(float(thresholds[-1]))
+    aligned = aligner.align(thresholds[-1:])
+    found = aligned.similarity(0)
     if found is None:
-        distinct = len(np.unique(aligner.est[aligner.estimated], axis=0))
+        distinct = len(np.unique(est[aligner.estimated], axis=0))
         warnings.warn(
             "TAS is 0: the estimate cannot be aligned, since none of its camera triplets resembles "
-            f"the ground truth ({distinct} distinct estimated positions of {len(errors)} cameras)",
+            f"the ground truth ({distinct} distinct estimated positions of {len(gt)} cameras)",
             AlignmentWarning,
             stacklevel=2,
         )
     return TASResult(
-        errors=errors,
+        errors=aligned.errors,
         thresholds=thresholds,
         alignment=found,
         unit=float(unit),
-        n_hypotheses=n_used,
+        n_hypotheses=int(aligned.n_hypotheses[0]),
         registration=aligner.registration,
     )
 
@@ -246,39 +249,58 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
     >>> closest_pair_quartile([[0, 0, 0], [1, 0, 0], [3, 0, 0], [7, 0, 0]])
     2.0
     """
-    return _quartile(normalise(check_positions(gt_positions, "gt_positions", complete=True)))
+    gt = check_positions(gt_positions, "gt_positions", complete=True)
+    return _quartile(normalise(gt), np.array([0, len(gt)]))
 
 
-def _quartile(normalised_gt: Normalised) -> float:
-    """Return d of normalised positions, in the unit that they had before."""
-    n = len(normalised_gt[0])
+def _quartile(normalised_gt: Normalised, starts: Indices) -> float:
+    """Return d of one scene, normalised, in the unit that it had before."""
+    d = float(quartiles(normalised_gt, starts)[0])
+    if reason := no_unit(d, int(starts[1])):
+        raise ValueError(reason)
+    return d
+
+
+def no_unit(d: float, n: int) -> str:
+    """Say why d of n cameras is of no use; else nothing."""
     if n < 4:
-        raise ValueError(
+        return (
             f"TAS needs at least 4 ground-truth cameras to derive its unit, but there are {n}; "
             "pass unit= to set it by hand"
         )
-    rank = (3 * n + 3) // 4
-    d = float(np.partition(_closest_pair_distances(normalised_gt), rank - 1)[rank - 1])
     if d == 0:
-        raise ValueError(
+        return (
             "TAS has no unit: at least three quarters of the cameras in gt_positions coincide with "
             "another one; pass unit= to set it by hand"
         )
-    return d
+    return ""
+
+
+def quartiles(normalised_gt: Normalised, starts: Indices) -> Floats:
+    """Return d of each normalised scene, NaN where there are fewer than 4 cameras."""
+    local, _, units = normalised_gt
+    found = kernel.closest_pair_quartiles(local, units, starts, MAX_WITHOUT_TREE)
+    counts = sizes(starts)
+    for scene in np.flatnonzero(np.isnan(found) & (counts >= 4)).tolist():
+        rows = slice(*starts[scene : scene + 2])
+        rank = (3 * counts[scene] + 3) // 4
+        distances = _closest_pair_distances(local[rows], float(units[scene]))
+        found[scene] = np.partition(distances, rank - 1)[rank - 1]
+    return found
 
 
 def closest_pair_distances(gt_positions: Floats) -> Floats:
     """Return the distance (n,) of each of at least 2 cameras to the closest other one."""
-    return _closest_pair_distances(normalise(gt_positions))
+    local, _, (unit,) = normalise(gt_positions)
+    return _closest_pair_distances(local, unit)
 
 
-def _closest_pair_distances(normalised_gt: Normalised) -> Floats:
+def _closest_pair_distances(local: Floats, unit: float) -> Floats:
     """Return the distances of normalised positions, in the unit that they had before."""
-    local, _, unit = normalised_gt
     if len(local) <= MAX_WITHOUT_TREE:
         squares: Floats = scipy.spatial.distance.cdist(local, local, "sqeuclidean")
         np.fill_diagonal(squares, np.inf)
-        closest: Floats = np.sqrt(squares.min(axis=0))
+        closest: Floats = np.sqrt(np.fmin.reduce(squares, axis=0))
     else:
         # Options that build the tree quickly, since it is searched only once for each camera.
         tree = scipy.spatial.cKDTree(local, leafsize=24, compact_nodes=False, balanced_tree=False)

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .arrays import Booleans, Floats
 
@@ -20,14 +20,15 @@ __all__ = [
     "check_same_length",
     "check_weights",
     "finite_rows",
+    "real_array",
 ]
 
 
 # Largest entry of R^T R - I that still counts as a rotation. Six digits are off by 1.6e-6; a
 # hundred products in single precision by 2.5e-6, also after a conversion to float64. An array in
-# float32 may be the result of any number of products.
+# float32 may be the result of any number of products; half the precision has three digits or two.
 ROTATION_TOLERANCE = 5e-6
-FLOAT32_TOLERANCE = 1e-4
+TOLERANCES = {"float32": 1e-4, "float16": 5e-3, "bfloat16": 4e-2}
 
 
 class AlignmentWarning(UserWarning):
@@ -36,7 +37,7 @@ class AlignmentWarning(UserWarning):
 
 def check_positions(values: ArrayLike, name: str, *, complete: bool) -> Floats:
     """Return camera centres as (n, 3) floats; `complete` refuses non-finite rows."""
-    positions = _real_array(values, name)
+    positions = real_array(values, name)
     if positions.ndim != 2 or positions.shape[1] != 3:
         raise ValueError(f"{name} must have shape (n, 3), not {positions.shape}")
     _check_rows(positions, name, complete)
@@ -47,7 +48,7 @@ def check_rotations(values: "ArrayLike | Rotation", name: str, *, complete: bool
     """Return rotations as (n, 3, 3) floats; `complete` refuses non-finite rows."""
     if isinstance(values, scipy.spatial.transform.Rotation):
         values = values.as_matrix()
-    rotations = _real_array(values, name)
+    rotations = real_array(values, name)
     if rotations.ndim != 3 or rotations.shape[1:] != (3, 3):
         raise ValueError(f"{name} must have shape (n, 3, 3), not {rotations.shape}")
     _check_rows(rotations, name, complete)
@@ -57,7 +58,7 @@ def check_rotations(values: "ArrayLike | Rotation", name: str, *, complete: bool
 
 def check_poses(values: ArrayLike, name: str, *, complete: bool) -> tuple[Floats, Floats]:
     """Return the rotations (n, 3, 3) and positions (n, 3) of camera-to-world poses."""
-    poses = _real_array(values, name)
+    poses = real_array(values, name)
     if poses.ndim != 3 or poses.shape[1:] not in ((4, 4), (3, 4)):
         raise ValueError(f"{name} must have shape (n, 4, 4) or (n, 3, 4), not {poses.shape}")
     _check_rows(poses[:, :3], name, complete)
@@ -82,7 +83,7 @@ def check_same_length(gt: Floats, est: Floats, gt_name: str, est_name: str) -> N
 
 def check_weights(values: ArrayLike, n: int) -> Floats:
     """Return weights of n cameras as (n,) floats; refuse negative ones, and all of them 0."""
-    weights = _real_array(values, "weights")
+    weights = real_array(values, "weights")
     if weights.shape != (n,):
         raise ValueError(f"weights must have shape ({n},), not {weights.shape}")
     wrong = ~((weights >= 0) & np.isfinite(weights))
@@ -107,17 +108,44 @@ def finite_rows(array: Floats) -> Booleans:
     return np.asarray(np.isfinite(array).reshape(len(array), -1).all(axis=1))
 
 
-def _real_array(values: Any, name: str) -> Floats:
+def real_array(values: Any, name: str) -> Floats:
+    """Return real numbers as float64, of a tensor on any device and in any precision, too."""
     try:
-        array = np.asarray(values)
+        array = _as_array(values)
     except ValueError as error:
         raise ValueError(f"{name} is not a regular array: {error}") from None
+    except Exception as error:  # whatever a library of tensors may raise
+        raise ValueError(f"{name} cannot be made an array: {error}") from None
     if array.dtype.kind not in "fiu":
         raise ValueError(f"{name} must hold real numbers, not {array.dtype}")
     if isinstance(values, np.ma.MaskedArray):
         # Masked rows were not estimated, whatever values the mask hides.
         array = np.ma.filled(values.astype(np.float64), np.nan)
     return np.asarray(array, dtype=np.float64)
+
+
+def _as_array(values: Any) -> NDArray[Any]:
+    """Return an array of anything array-like, of tensors of torch, JAX, CuPy and TensorFlow."""
+    if isinstance(values, np.ndarray):
+        return values
+    if isinstance(values, (list, tuple)):
+        if not any(map(_is_tensor, values)):
+            return np.asarray(values)
+        return np.stack([_as_array(value) for value in values])
+    for method in ("detach", "cpu"):  # of torch: without gradients, and off the GPU
+        values = getattr(values, method, lambda values=values: values)()
+    if str(getattr(values, "dtype", "")) == "torch.bfloat16":  # which NumPy does not know
+        values = values.float()
+    if hasattr(values, "__cuda_array_interface__") and hasattr(values, "get"):
+        values = values.get()  # of CuPy, which moves nothing unasked
+    if hasattr(values, "__dlpack__") and not hasattr(values, "__array__"):
+        return np.from_dlpack(values)
+    array = np.asarray(values)
+    return array.astype(np.float32) if array.dtype.name == "bfloat16" else array
+
+
+def _is_tensor(values: Any) -> bool:
+    return hasattr(values, "__dlpack__") and not isinstance(values, (np.ndarray, np.generic))
 
 
 def _check_rows(array: Floats, name: str, complete: bool) -> None:
@@ -128,8 +156,12 @@ def _check_rows(array: Floats, name: str, complete: bool) -> None:
         raise ValueError(f"{name}[{row}] is not finite")
 
 
-def _tolerance(values: ArrayLike) -> float:
-    return FLOAT32_TOLERANCE if np.asarray(values).dtype == np.float32 else ROTATION_TOLERANCE
+def _tolerance(values: Any) -> float:
+    """Return how far from orthonormal rotations may be, by the precision they are given in."""
+    while isinstance(values, (list, tuple)) and values:
+        values = values[0]
+    dtype = getattr(values, "dtype", np.float64)
+    return TOLERANCES.get(str(dtype).removeprefix("torch."), ROTATION_TOLERANCE)
 
 
 def _check_orthonormal(rotations: Floats, name: str, tolerance: float) -> None:

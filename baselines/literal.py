@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from alignscores.arrays import Floats, Indices
-from alignscores.registration.kernel import cheapest
+from alignscores.registration.hypotheses import cheapest
 from alignscores.registration.pcr99 import component_first, prescreened_triplets
 from alignscores.similarity import Similarity, cross, dot
 

@@ -17,7 +17,8 @@ from ..registration import Registration, pcr99
 from ..similarity import Similarity, least_squares_rmse
 from ..trajectories.association import Matches
 from ..trajectories.conventions import Convention, find_convention, rotate_cameras
-from ..trajectories.files import FilePath, Trajectory
+from ..trajectories.files import FilePath, Trajectory, read_colmap
+from ..trajectories.files.colmap import is_model
 from ..trajectories.parts import (
     all_cameras,
     assign_cameras,
@@ -50,8 +51,8 @@ FORMAT_OF_KEYS = {"f": "tum", "i": "kitti", "U": "nerf"}  # that trajectories in
 
 
 def evaluate(
-    reference: FilePath | Trajectory,
-    estimate: FilePath | Trajectory,
+    reference: Any,
+    estimate: Any,
     settings: Settings | None = None,
     **changes: Any,
 ) -> Evaluation:
@@ -59,9 +60,9 @@ def evaluate(
 
     Parameters
     ----------
-    reference, estimate : path or Trajectory
+    reference, estimate : path, Trajectory or pycolmap.Reconstruction
         Files in the format of the settings, or trajectories in memory: keys and camera-to-world
-        poses, (n, 4, 4). The reference is the ground truth.
+        poses, (n, 4, 4), or COLMAP models. The reference is the ground truth.
     settings : Settings, optional
         How they are matched and scored; by default `Settings()`.
     **changes : object
@@ -91,6 +92,7 @@ def evaluate(
     40
     """
     settings = replace(settings or Settings(), **changes)
+    reference, estimate = (read_colmap(m) if is_model(m) else m for m in (reference, estimate))
     if settings.format is None and isinstance(reference, Trajectory):
         kind = np.asarray(reference.keys).dtype.kind
         settings = replace(settings, format=FORMAT_OF_KEYS.get(kind))

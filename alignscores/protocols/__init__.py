@@ -17,7 +17,7 @@ from .families import Family, Metric, split_names
 from .images import ace0_recall, hloc_median, hloc_recall
 from .imc import IMC_2024, IMC_2025, imc_maa
 from .registry import PROTOCOLS, protocol
-from .relative import vggt_auc, vggt_rra, vggt_rta
+from .relative import vggt_auc, vggt_auc_batch, vggt_rra, vggt_rta
 from .segments import kitti_relative_error, rpg_relative_error
 from .trajectory import evo_are, evo_ate, evo_rpe, mapanything_ate
 
@@ -48,6 +48,7 @@ __all__ = [
     "rpg_relative_error",
     "split_names",
     "vggt_auc",
+    "vggt_auc_batch",
     "vggt_rra",
     "vggt_rta",
 ]

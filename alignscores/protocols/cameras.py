@@ -10,7 +10,7 @@ from ..arrays import Booleans, Floats
 from ..similarity import FARTHEST_SQUARABLE
 from ..validation import check_poses, check_positions, check_same_length, finite_rows
 
-__all__ = ["Cameras", "NoValueError", "Positions", "check_choice"]
+__all__ = ["Cameras", "NoValueError", "Positions", "check_choice", "moderate"]
 
 
 class NoValueError(ValueError):
@@ -31,7 +31,7 @@ class Positions:
         gt = check_positions(gt_positions, "gt_positions", complete=True)
         est = check_positions(est_positions, "est_positions", complete=False)
         check_same_length(gt, est, "gt_positions", "est_positions")
-        return cls(_moderate(gt), _moderate(est), finite_rows(est))
+        return cls(moderate(gt), moderate(est), finite_rows(est))
 
     def matched(self) -> tuple[Floats, Floats]:
         """Return the centres of the cameras with an estimate."""
@@ -55,7 +55,7 @@ class Cameras:
         est_rotations, est = check_poses(est_poses, "est_poses", complete=False)
         check_same_length(gt, est, "gt_poses", "est_poses")
         estimated = finite_rows(est_rotations) & finite_rows(est)
-        return cls(gt_rotations, _moderate(gt), est_rotations, _moderate(est), estimated)
+        return cls(gt_rotations, moderate(gt), est_rotations, moderate(est), estimated)
 
     def __len__(self) -> int:
         return len(self.gt)
@@ -79,6 +79,6 @@ def check_choice(value: str, choices: Iterable[str], name: str) -> None:
         raise ValueError(f"{name} must be {', '.join(words)} or {last}, not {value!r}")
 
 
-def _moderate(positions: Floats) -> Floats:
+def moderate(positions: Floats) -> Floats:
     """Cut coordinates whose squares would overflow."""
     return np.clip(positions, -FARTHEST_SQUARABLE, FARTHEST_SQUARABLE)

@@ -7,18 +7,28 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from ..arrays import Floats
+from ..arrays import Floats, of_equal_size, sizes
+from ..batch import scenes_of_poses
 from ..pairs import PairBlock, pair_blocks
-from ..validation import check_positive
-from .cameras import Cameras, NoValueError, check_choice
+from ..validation import check_positive, finite_rows
+from .cameras import Cameras, NoValueError, check_choice, moderate
 
-__all__ = ["Convention", "direction_blocks", "pair_errors", "vggt_auc", "vggt_rra", "vggt_rta"]
+__all__ = [
+    "Convention",
+    "direction_blocks",
+    "pair_errors",
+    "vggt_auc",
+    "vggt_auc_batch",
+    "vggt_rra",
+    "vggt_rta",
+]
 
 Convention = Literal["vggt", "mapanything", "da3"]
 
 SHORTEST = 1e-15  # added to lengths, smallest squared sine of an error
 SMALLEST_ROTATION = float(np.degrees(np.arccos(1 - 2 * SHORTEST)))
 MAX_DEGREES = 180
+STACKED_PAIRS = 1 << 16  # of scenes at once
 
 
 def vggt_rra(
@@ -155,14 +165,10 @@ def vggt_auc(
     >>> round(vggt_auc(gt, est, 3), 1)
     77.8
     """
-    check_positive(k, "k", integer=True)
-    if k > MAX_DEGREES:
-        raise ValueError(f"k must be at most {MAX_DEGREES}, not {k}")
-    check_choice(bins, ("degree", "histogram"), "bins")
+    edges = _edges(k, bins)
+    n_bins = len(edges) - 1
     cameras = Cameras.check(gt_poses, est_poses)
     n_pairs = _n_pairs(cameras)
-    n_bins = k if bins == "degree" else k + 1
-    edges = np.linspace(0, k, n_bins + 1)
     counts = np.zeros(n_bins, dtype=np.int64)
     for rotation_errors, direction_errors in pair_errors(cameras, convention):
         errors = np.maximum(rotation_errors, direction_errors)
@@ -170,14 +176,93 @@ def vggt_auc(
     return 100 * int(np.cumsum(counts).sum()) / (n_bins * n_pairs)
 
 
+def vggt_auc_batch(
+    gt_poses: ArrayLike,
+    est_poses: ArrayLike,
+    k: int,
+    *,
+    convention: Convention = "vggt",
+    bins: Literal["degree", "histogram"] = "degree",
+) -> Floats:
+    """Return AUC@k of many scenes at once: for each the value of `vggt_auc`, bit for bit.
+
+    Parameters
+    ----------
+    gt_poses, est_poses : (B, n, 4, 4) or (B, n, 3, 4) array_like, or sequence of (n, 4, 4)
+        Camera-to-world poses of each scene; see `alignscores.pas_batch`.
+    k : int
+        Whole degrees, at most 180.
+    convention : {"vggt", "mapanything", "da3"}
+        See `vggt_auc`.
+    bins : {"degree", "histogram"}
+        See `vggt_auc`.
+
+    Returns
+    -------
+    (B,) ndarray
+        Percent; NaN where there is no pair.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed; the message names scene and row.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.protocols import vggt_auc_batch
+    >>> gt = np.tile(np.eye(4), (2, 3, 1, 1))
+    >>> gt[:, :, :3, 3] = np.eye(3)
+    >>> est = gt.copy()
+    >>> est[1, 2] = np.nan
+    >>> vggt_auc_batch(gt, est, 30).round(1)
+    array([100. ,  33.3])
+    """
+    edges = _edges(k, bins)
+    check_choice(convention, get_args(Convention), "convention")
+    truth, estimate, starts = scenes_of_poses(gt_poses, est_poses)
+    estimated = np.flatnonzero(finite_rows(estimate[0]) & finite_rows(estimate[1]))
+    totals, counts = np.zeros(len(starts) - 1), sizes(starts)
+    for scenes, rows in of_equal_size(np.searchsorted(estimated, starts)):
+        if convention == "da3":  # its world is that of camera 0
+            rows = rows[estimated[rows[:, 0]] == starts[scenes]]
+            scenes = scenes[np.isin(starts[scenes], estimated)]
+        at_once = max(1, STACKED_PAIRS // rows.shape[1] ** 2)
+        for some in np.split(np.arange(len(scenes)), range(at_once, len(scenes), at_once)):
+            cameras = estimated[rows[some]]
+            gt, est = (
+                (rotations[cameras], moderate(positions[cameras]))
+                for rotations, positions in (truth, estimate)
+            )
+            for block in _blocks(*gt, *est, convention):
+                errors = np.maximum(*_errors(block))
+                below = len(edges) - 2 - np.searchsorted(edges[1:-1], errors, side="right")
+                totals[scenes[some]] += (below + (errors <= k)).sum(axis=-1)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(100 * totals / ((len(edges) - 1) * (counts * (counts - 1) // 2)))
+
+
+def _edges(k: int, bins: str) -> Floats:
+    """Return the edges of the bins."""
+    check_positive(k, "k", integer=True)
+    if k > MAX_DEGREES:
+        raise ValueError(f"k must be at most {MAX_DEGREES}, not {k}")
+    check_choice(bins, ("degree", "histogram"), "bins")
+    return np.linspace(0, k, (k if bins == "degree" else k + 1) + 1)
+
+
 def pair_errors(cameras: Cameras, convention: Convention) -> Iterator[tuple[Floats, Floats]]:
     """Go through rotation and direction errors in degrees, in the order of `direction_blocks`."""
-    for block in direction_blocks(cameras, convention):
-        lengths = (block.gt_lengths + SHORTEST) * (block.est_lengths + SHORTEST)
-        cosines = (block.dots / lengths)[block.pairs]
-        squared_sines = np.maximum(1 - cosines * cosines, SHORTEST)
-        rotation_errors = np.maximum(block.rotation_angles()[block.pairs], SMALLEST_ROTATION)
-        yield rotation_errors, np.degrees(np.arccos(np.sqrt(1 - squared_sines)))
+    yield from map(_errors, direction_blocks(cameras, convention))
+
+
+def _errors(block: PairBlock) -> tuple[Floats, Floats]:
+    """Return rotation and direction errors of the pairs of a block in degrees."""
+    lengths = (block.gt_lengths + SHORTEST) * (block.est_lengths + SHORTEST)
+    cosines = (block.dots / lengths)[..., block.pairs]
+    squared_sines = np.maximum(1 - cosines * cosines, SHORTEST)
+    rotation_errors = np.maximum(block.rotation_angles()[..., block.pairs], SMALLEST_ROTATION)
+    return rotation_errors, np.degrees(np.arccos(np.sqrt(1 - squared_sines)))
 
 
 def direction_blocks(cameras: Cameras, convention: Convention) -> Iterator[PairBlock]:
@@ -186,30 +271,35 @@ def direction_blocks(cameras: Cameras, convention: Convention) -> Iterator[PairB
     For "vggt" the cameras are in reversed order: a pair is seen from its second camera.
     """
     check_choice(convention, get_args(Convention), "convention")
+    if convention == "da3" and not cameras.estimated[0]:
+        return iter(())  # its world is that of camera 0
+    cameras = cameras.matched()
+    return _blocks(cameras.gt_rotations, cameras.gt, cameras.est_rotations, cameras.est, convention)
+
+
+def _blocks(
+    gt_rotations: Floats, gt: Floats, est_rotations: Floats, est: Floats, convention: Convention
+) -> Iterator[PairBlock]:
+    """Go through the pairs of cameras (n, 3), or of stacks of them."""
     if convention == "da3":
-        if not cameras.estimated[0]:
-            return iter(())  # its world is that of camera 0
-        cameras = cameras.matched()
         # As steps g_i - g_j with g_i = R_i^T (c_i - c_0), turned into world axes by R_i; the
         # rotations between the worlds become those of camera i, seen from camera 0.
-        gt = _in_own_axes(cameras.gt_rotations, cameras.gt)
-        est = _in_own_axes(cameras.est_rotations, cameras.est)
-        world = cameras.est_rotations[0] @ cameras.gt_rotations[0].T
-        aligned = world.T @ cameras.est_rotations
-        between = aligned.transpose(0, 2, 1) @ cameras.gt_rotations
+        gt, est = _in_own_axes(gt_rotations, gt), _in_own_axes(est_rotations, est)
+        world = est_rotations[..., 0, :, :] @ gt_rotations[..., 0, :, :].swapaxes(-1, -2)
+        aligned = world.swapaxes(-1, -2)[..., None, :, :] @ est_rotations
+        between = aligned.swapaxes(-1, -2) @ gt_rotations
     else:
-        cameras = cameras.matched()
-        gt, est = cameras.gt, cameras.est
-        between = cameras.est_rotations @ cameras.gt_rotations.transpose(0, 2, 1)
+        between = est_rotations @ gt_rotations.swapaxes(-1, -2)
         if convention == "vggt":
-            gt, est, between = gt[::-1], est[::-1], between[::-1]
-    if len(gt) < 2:
+            gt, est, between = gt[..., ::-1, :], est[..., ::-1, :], between[..., ::-1, :, :]
+    if gt.shape[-2] < 2:
         return iter(())
-    return pair_blocks(gt, est, scipy.spatial.transform.Rotation.from_matrix(between))
+    turns = scipy.spatial.transform.Rotation.from_matrix(between.reshape(-1, 3, 3))
+    return pair_blocks(gt, est, turns)
 
 
 def _in_own_axes(rotations: Floats, positions: Floats) -> Floats:
-    return np.asarray(np.einsum("nki,nk->ni", rotations, positions - positions[0]))
+    return np.asarray(np.einsum("...ki,...k->...i", rotations, positions - positions[..., :1, :]))
 
 
 def _rate(

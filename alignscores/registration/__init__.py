@@ -10,8 +10,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..similarity import Similarity
-from .pcr99 import pcr99
-from .refined import refined
+from .kernel import pcr99, refined
 
 __all__ = ["REGISTRATIONS", "Registration", "pcr99", "refined"]
 

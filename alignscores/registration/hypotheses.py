@@ -169,7 +169,7 @@ def cheapest(
 def chunks(array: NDArray[Number], n: int) -> list[NDArray[Number]]:
     """Return the rows of an array, one a similarity, in parts whose errors fit in the cache."""
     size = max(1, ERRORS_AT_ONCE // n)
-    return [array[start : start + size] for start in range(0, len(array), size)]
+    return [array[start : start + size] for start in range(0, max(1, len(array)), size)]
 
 
 def squared_errors(

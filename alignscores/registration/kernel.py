@@ -1,30 +1,90 @@
-"""The functions of `hypotheses` and `reweighting`, compiled where there was a C compiler.
+"""Registration of many scenes in one call: compiled where there was a C compiler, else in NumPy.
 
-Arguments and results are the same, to the last bit; only the time differs.
+Results are those of `pcr99` and `refined` for one scene after the other, to the last bit; only the
+time differs.
 """
 
 import ctypes
-from ctypes import c_double, c_int, c_size_t, c_void_p
+from ctypes import c_bool, c_double, c_int, c_size_t, c_ssize_t, c_void_p
+from functools import lru_cache
 from hashlib import sha256
+from math import inf
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Booleans, Floats, Indices
-from ..similarity import LINE, PARALLEL, SMALLEST
+from ..arrays import Floats, Indices, sizes
+from ..similarity import FARTHEST_SQUARABLE, LINE, PARALLEL, SMALLEST, Similarity
 from . import hypotheses, reweighting
+from .pcr99 import (
+    DRAWS_PER_HYPOTHESIS,
+    MARGIN,
+    MAX_BATCH,
+    PRESCREEN_THRESHOLD,
+    check_rank,
+    check_shapes,
+)
+from .pcr99 import pcr99 as pcr99_in_numpy
+from .refined import (
+    FEW,
+    N_FINALISTS,
+    N_NEIGHBOURHOODS,
+    N_STARTS,
+    N_SUBSETS,
+    RESOLUTION,
+    SAMPLE,
+    SEVERAL,
+    SMALL_SAMPLE,
+    TOLERANCE,
+    Search,
+    order_of,
+)
 
 __all__ = [
     "LIBRARY",
-    "cheapest",
+    "Scenes",
+    "Seed",
+    "closest_pair_quartiles",
     "load",
-    "refine",
-    "similar_triplets",
-    "three_point_similarities",
-    "truncated_costs",
-    "weighted_fits",
+    "normalise_scenes",
+    "pcr99",
+    "refined",
+    "state_of",
 ]
+
+Seed = int | np.random.SeedSequence | np.random.Generator | None
+
+NOT_DRAWN = 2**64 - 1
+WORD = 2**64 - 1
+
+
+class Settings(ctypes.Structure):
+    """What is the same for all scenes, as in ``kernel.c``."""
+
+    _fields_ = (
+        *((name, c_size_t) for name in ("n_hypotheses", "draws_per_hypothesis", "most_at_once")),
+        *((name, c_double) for name in ("factor", "margin", "flat_sine", "parallel_sine")),
+        *((name, c_double) for name in ("line_ratio", "smallest", "farthest")),
+        *((name, c_double) for name in ("resolution", "tolerance")),
+        *((name, c_ssize_t) for name in ("alignment", "sweeps")),
+        *((name, c_size_t) for name in ("n_starts", "few", "several", "n_subsets")),
+        *((name, c_size_t) for name in ("n_neighbourhoods", "n_finalists")),
+        *((name, c_size_t) for name in ("sample", "small_sample")),
+    )
+
+
+class Arguments(ctypes.Structure):
+    """The scenes, and what is known and found of them, as in ``kernel.c``."""
+
+    _fields_ = (
+        ("n_scenes", c_size_t),
+        *((name, c_void_p) for name in ("which", "starts", "ranks", "gt", "est", "thresholds")),
+        *(("orders", c_void_p), ("generator", c_void_p), ("advance", c_bool)),
+        *(("hypotheses", c_void_p), ("n_hypotheses", c_void_p), ("most_hypotheses", c_size_t)),
+        *((name, c_void_p) for name in ("last", "has_last", "found", "is_found", "n_used")),
+    )
 
 
 def load(path: Path) -> ctypes.CDLL | None:
@@ -33,23 +93,13 @@ def load(path: Path) -> ctypes.CDLL | None:
         library = ctypes.CDLL(str(path))
     except OSError:
         return None
-    points = c_void_p, c_void_p, c_size_t
-    triplets = c_void_p, c_size_t
-    sines = c_double, c_double
-    similarities = c_void_p, c_void_p, c_void_p, c_void_p
-    library.similar_triplets.argtypes = *points, *triplets, c_double, c_void_p
-    library.three_point_similarities.argtypes = *points, *triplets, c_int, *sines, *similarities
-    library.cheapest.argtypes = *points, *similarities, c_size_t, c_size_t, c_double, c_void_p
-    library.cheapest.restype = c_size_t
-    rows = c_void_p, c_size_t
-    solver = c_int, c_double, c_int, *sines
-    library.truncated_costs.argtypes = *points, *rows, c_double, c_double, c_void_p
-    library.weighted_fits.argtypes = *points, *rows, *solver, c_void_p
-    library.refine.argtypes = (
-        *(*points, *rows, c_double, c_double, c_size_t, c_double),
-        *(*solver, c_void_p, c_void_p, c_void_p),
-    )
-    library.refine.restype = c_size_t
+    library.most_rows.argtypes = c_void_p, c_size_t
+    library.most_rows.restype = c_size_t
+    library.register_scenes.argtypes = c_void_p, c_void_p, c_size_t
+    library.register_scenes.restype = c_int
+    scenes = c_size_t, c_void_p, c_void_p
+    library.normalise_scenes.argtypes = *scenes, c_double, *4 * (c_void_p,)
+    library.closest_pair_quartiles.argtypes = *scenes, c_void_p, c_size_t, c_void_p, c_void_p
     return library
 
 
@@ -65,123 +115,235 @@ def _installed() -> ctypes.CDLL | None:
 LIBRARY = _installed()
 
 
-def similar_triplets(gt: Floats, est: Floats, triplets: Indices, factor: float) -> Indices:
-    """See `hypotheses.similar_triplets`."""
-    if LIBRARY is None:
-        return hypotheses.similar_triplets(gt, est, triplets, factor)
-    gt, est, triplets = _floats(gt), _floats(est), np.ascontiguousarray(triplets, dtype=np.intp)
-    n = triplets.shape[1]
-    similar = np.empty(n, dtype=np.intp)
-    LIBRARY.similar_triplets(
-        *_addresses(gt, est), gt.shape[1], *_addresses(triplets), n, factor, *_addresses(similar)
+@lru_cache(maxsize=64)
+def _settings(n_hypotheses: int, alignment: str, prescreen: float) -> Settings:
+    """Return the constants of both registrations."""
+    return Settings(
+        *(min(n_hypotheses, 2**40), DRAWS_PER_HYPOTHESIS, MAX_BATCH),
+        *(float(np.exp(2 * prescreen)), MARGIN, hypotheses.FLAT, PARALLEL),
+        *(LINE, SMALLEST, FARTHEST_SQUARABLE, RESOLUTION, TOLERANCE),
+        *(hypotheses.GROUPS.index(alignment), reweighting.SWEEPS),
+        *(N_STARTS, FEW, SEVERAL, N_SUBSETS, N_NEIGHBOURHOODS, N_FINALISTS, SAMPLE, SMALL_SAMPLE),
     )
-    return np.flatnonzero(similar)
 
 
-def three_point_similarities(
-    gt: Floats, est: Floats, triplets: Indices, alignment: str = "similarity"
-) -> tuple[Floats, Floats, Floats, Booleans]:
-    """See `hypotheses.three_point_similarities`."""
-    if LIBRARY is None:
-        return hypotheses.three_point_similarities(gt, est, triplets, alignment)
-    gt, est, triplets = _floats(gt), _floats(est), np.ascontiguousarray(triplets, dtype=np.intp)
-    n = triplets.shape[1]
-    similarities = np.empty(n), np.empty((n, 3, 3)), np.empty((n, 3)), np.empty(n, dtype=np.bool_)
-    LIBRARY.three_point_similarities(
-        *(*_addresses(gt, est), gt.shape[1], *_addresses(triplets), n),
-        *(hypotheses.GROUPS.index(alignment), hypotheses.FLAT, PARALLEL),
-        *_addresses(*similarities),
+def normalise_scenes(
+    positions: Floats, starts: Indices, farthest: float
+) -> tuple[Floats, Floats, Floats]:
+    """See `aligner.normalise_scenes`; for where the kernel is compiled."""
+    n = len(starts) - 1
+    positions = np.ascontiguousarray(positions)
+    local, centres, units = np.empty_like(positions), np.zeros((n, 3)), np.empty(n)
+    values = np.empty(positions.size)
+    assert LIBRARY is not None
+    LIBRARY.normalise_scenes(
+        n, *_addresses(starts, positions), farthest, *_addresses(local, centres, units, values)
     )
-    return similarities
+    return local, centres, units
 
 
-def cheapest(
-    gt: Floats,
-    est: Floats,
-    scale: Floats,
-    rotation: Floats,
-    translation: Floats,
-    flat: Booleans,
+def closest_pair_quartiles(local: Floats, units: Floats, starts: Indices, most: int) -> Floats:
+    """Return d of normalised scenes of 4 to `most` cameras; NaN of others, and where in NumPy."""
+    n = len(starts) - 1
+    quartiles, values = np.full(n, np.nan), np.empty(most)
+    if LIBRARY is not None:
+        LIBRARY.closest_pair_quartiles(
+            n, *_addresses(starts, local, units), most, *_addresses(quartiles, values)
+        )
+    return quartiles
+
+
+class Scenes:
+    """Positions of scenes one behind the other, which are aligned at one or several thresholds.
+
+    Scene s has the rows from ``starts[s]`` to ``starts[s + 1]`` of both worlds, all finite. With
+    ranks they are aligned by `pcr99`, else by `refined`, whose hypotheses are kept for other
+    thresholds if so asked for.
+
+    Attributes
+    ----------
+    found : (B, 13) ndarray
+        The alignments found last: scale, rotation, translation.
+    is_found : (B,) ndarray of bool
+        Whether there is one.
+    n_used : (B,) ndarray of int
+        Number of hypotheses they were chosen from.
+    """
+
+    def __init__(
+        self,
+        gt: Floats,
+        est: Floats,
+        starts: Indices,
+        ranks: Indices | None,
+        *,
+        n_hypotheses: int,
+        rng: Seed,
+        alignment: str,
+        prescreen: float = PRESCREEN_THRESHOLD,
+        keep: bool = False,
+        threads: int = 1,
+    ) -> None:
+        self._gt, self._est = (np.ascontiguousarray(p, dtype=np.float64) for p in (gt, est))
+        self._starts, self._ranks = starts, ranks
+        self._n_hypotheses, self._rng, self._alignment = n_hypotheses, rng, alignment
+        self._prescreen, self._keep, self._threads = prescreen, keep, threads
+        n = len(starts) - 1
+        self.found, self.is_found = np.full((n, 13), np.nan), np.zeros(n, dtype=np.bool_)
+        self.n_used = np.zeros(n, dtype=np.intp)
+        self._searches: dict[int, Search] = {}
+        self._arguments: Arguments | None = None
+
+    def align(self, thresholds: Floats, which: Indices) -> None:
+        """Align some of the scenes, each at its largest threshold; the others have no alignment."""
+        self.is_found[:] = False
+        state = None if LIBRARY is None else state_of(self._rng)
+        if LIBRARY is None or state is None:
+            for scene in which.tolist():
+                self._align_one(scene, float(thresholds[scene]))
+            return
+        if self._arguments is None:
+            self._arguments = self._prepared(LIBRARY)
+        which, thresholds = np.ascontiguousarray(which), np.ascontiguousarray(thresholds)
+        arguments = self._arguments
+        arguments.n_scenes = len(which)
+        arguments.which, arguments.thresholds, arguments.generator = _addresses(
+            which, thresholds, state
+        )
+        if not LIBRARY.register_scenes(
+            ctypes.byref(self._settings), ctypes.byref(arguments), self._threads
+        ):
+            raise MemoryError(f"there is no memory for {self._n_hypotheses} hypotheses")
+        if isinstance(self._rng, np.random.Generator):
+            _set_state(self._rng, state)
+
+    def _prepared(self, library: ctypes.CDLL) -> Arguments:
+        """Collect what the kernel is given; all arrays must be kept as long as it may be called."""
+        n = len(self.found)
+        self._settings = _settings(self._n_hypotheses, self._alignment, self._prescreen)
+        orders = rows = n_rows = last = has_last = None
+        most = 0
+        if self._ranks is None:
+            n_cameras = sizes(self._starts).tolist()
+            orders = np.concatenate([order_of(size) for size in n_cameras])
+            if self._keep:
+                address = ctypes.byref(self._settings)
+                most = max(library.most_rows(address, size) for size in set(n_cameras))
+                rows, n_rows = np.empty((n, most, 13)), np.full(n, NOT_DRAWN, dtype=np.uint64)
+                last, has_last = np.empty((n, 13)), np.zeros(n, dtype=np.bool_)
+        advance = isinstance(self._rng, np.random.Generator)
+        self._threads = 1 if advance else self._threads
+        self._kept = (
+            *(self._starts, self._ranks, self._gt, self._est, orders, rows, n_rows, last),
+            *(has_last, self.found, self.is_found, self.n_used),
+        )
+        addresses = [None if array is None else _addresses(array)[0] for array in self._kept]
+        return Arguments(
+            *(0, None, *addresses[:4], None, addresses[4], None, advance, *addresses[5:7], most),
+            *addresses[7:],
+        )
+
+    def _align_one(self, scene: int, threshold: float) -> None:
+        """Align one scene in NumPy."""
+        rows = slice(*self._starts[scene : scene + 2])
+        options: dict[str, Any] = {
+            "n_hypotheses": self._n_hypotheses,
+            "rng": np.random.default_rng(self._rng),
+            "alignment": self._alignment,
+        }
+        if self._ranks is not None:
+            options["prescreen"] = self._prescreen
+            found, n_used = pcr99_in_numpy(
+                self._gt[rows], self._est[rows], rank=int(self._ranks[scene]), **options
+            )
+        else:
+            search = self._searches.get(scene) or Search(self._gt[rows], self._est[rows], **options)
+            if self._keep:
+                self._searches[scene] = search
+            found, n_used = search.best(threshold), search.n_used
+        self.n_used[scene], self.is_found[scene] = n_used, found is not None
+        if found is not None:
+            self.found[scene] = found.scale, *found.rotation.ravel(), *found.translation
+
+    def similarity(self, scene: int) -> Similarity | None:
+        """Return the alignment of a scene that was found last; None where there is none."""
+        return as_similarity(self.found[scene]) if self.is_found[scene] else None
+
+
+def as_similarity(row: Floats) -> Similarity:
+    """Return the alignment that a row holds: scale, rotation, translation."""
+    return Similarity(float(row[0]), row[1:10].reshape(3, 3), row[10:])
+
+
+def pcr99(
+    gt_positions: Floats,
+    est_positions: Floats,
+    *,
     rank: int,
-    margin: float,
-) -> int:
-    """See `hypotheses.cheapest`."""
-    if LIBRARY is None:
-        return hypotheses.cheapest(gt, est, scale, rotation, translation, flat, rank, margin)
-    gt, est = _floats(gt), _floats(est)
-    n = gt.shape[1]
-    similarities = _floats(scale), _floats(rotation), _floats(translation)
-    flat = np.ascontiguousarray(flat, dtype=np.bool_)
-    below = np.empty(n)
-    best = LIBRARY.cheapest(
-        *(*_addresses(gt, est), n, *_addresses(*similarities, flat), len(flat)),
-        *(rank, margin, *_addresses(below)),
-    )
-    return int(best)
-
-
-def truncated_costs(
-    gt: Floats, est: Floats, similarities: Floats, threshold: float, resolution: float
-) -> Floats:
-    """See `reweighting.truncated_costs`."""
-    if LIBRARY is None:
-        return reweighting.truncated_costs(gt, est, similarities, threshold, resolution)
-    gt, est, similarities = _floats(gt), _floats(est), _floats(similarities)
-    costs = np.empty(len(similarities))
-    LIBRARY.truncated_costs(
-        *(*_addresses(gt, est), gt.shape[1], *_addresses(similarities), len(similarities)),
-        *(threshold, resolution, *_addresses(costs)),
-    )
-    return costs
-
-
-def weighted_fits(
-    gt: Floats, est: Floats, weights: Floats, alignment: str = "similarity"
-) -> Floats:
-    """See `reweighting.weighted_fits`."""
-    if LIBRARY is None:
-        return reweighting.weighted_fits(gt, est, weights, alignment)
-    gt, est, weights = _floats(gt), _floats(est), _floats(weights)
-    fits = np.empty((len(weights), 13))
-    LIBRARY.weighted_fits(
-        *(*_addresses(gt, est), gt.shape[1], *_addresses(weights), len(weights)),
-        *(*_solver(alignment), *_addresses(fits)),
-    )
-    return fits
-
-
-def refine(
-    gt: Floats,
-    est: Floats,
-    similarities: Floats,
-    threshold: float,
-    resolution: float,
-    n_left: int,
-    least_gain: float,
+    threshold: float = inf,
+    n_hypotheses: int,
+    rng: np.random.Generator,
     alignment: str = "similarity",
-) -> Floats:
-    """See `reweighting.refine`."""
-    ends = threshold, resolution, n_left, least_gain
-    if LIBRARY is None:
-        return reweighting.refine(gt, est, similarities, *ends, alignment)
-    gt, est = _floats(gt), _floats(est)
-    refined = np.array(similarities, dtype=np.float64, order="C")
-    n, n_similarities = gt.shape[1], len(refined)
-    weights, costs, gains = np.empty(n), np.empty(n_similarities), np.empty(n_similarities)
-    n_kept = LIBRARY.refine(
-        *(*_addresses(gt, est), n, *_addresses(refined), n_similarities),
-        *(*ends, *_solver(alignment), *_addresses(weights, costs, gains)),
+    prescreen: float = PRESCREEN_THRESHOLD,
+) -> tuple[Similarity | None, int]:
+    """See `pcr99.pcr99`."""
+    n = check_shapes(gt_positions, est_positions)
+    check_rank(rank, n)
+    scene = Scenes(
+        *(gt_positions, est_positions, np.array([0, n]), np.array([rank])),
+        n_hypotheses=n_hypotheses,
+        rng=rng,
+        alignment=alignment,
+        prescreen=prescreen,
     )
-    return refined[:n_kept]
+    scene.align(np.array([threshold]), np.array([0]))
+    return scene.similarity(0), int(scene.n_used[0])
 
 
-def _solver(alignment: str) -> tuple[int, float, int, float, float]:
-    group = hypotheses.GROUPS.index(alignment)
-    return group, SMALLEST, reweighting.SWEEPS, LINE, PARALLEL
+def refined(
+    gt_positions: Floats,
+    est_positions: Floats,
+    *,
+    rank: int = 0,
+    threshold: float,
+    n_hypotheses: int,
+    rng: np.random.Generator,
+    alignment: str = "similarity",
+) -> tuple[Similarity | None, int]:
+    """See `refined.refined`."""
+    n = check_shapes(gt_positions, est_positions)
+    scene = Scenes(
+        *(gt_positions, est_positions, np.array([0, n]), None),
+        n_hypotheses=n_hypotheses,
+        rng=rng,
+        alignment=alignment,
+    )
+    scene.align(np.array([threshold]), np.array([0]))
+    return scene.similarity(0), int(scene.n_used[0])
 
 
-def _floats(array: Floats) -> Floats:
-    return np.ascontiguousarray(array, dtype=np.float64)
+@lru_cache(maxsize=64)
+def _state_of_seed(seed: int) -> NDArray[np.uint64] | None:
+    return state_of(np.random.default_rng(seed))
+
+
+def state_of(rng: Seed) -> NDArray[np.uint64] | None:
+    """Return the state of NumPy's default generator in words of 64 bits; None of another one."""
+    if isinstance(rng, int):
+        return _state_of_seed(rng)
+    state: Any = np.random.default_rng(rng).bit_generator.state
+    if state["bit_generator"] != "PCG64":
+        return None
+    numbers = [state["state"]["state"], state["state"]["inc"]]
+    words = [word for number in numbers for word in (number >> 64, number & WORD)]
+    return np.array([*words, state["has_uint32"], state["uinteger"]], dtype=np.uint64)
+
+
+def _set_state(rng: np.random.Generator, words: NDArray[np.uint64]) -> None:
+    high, low, _, _, has_half, half = words.tolist()
+    state: Any = rng.bit_generator.state
+    state["state"]["state"] = high << 64 | low
+    rng.bit_generator.state = {**state, "has_uint32": has_half, "uinteger": half}
 
 
 def _addresses(*arrays: NDArray[np.generic]) -> list[int]:

@@ -16,9 +16,9 @@ import numpy as np
 from ..arrays import Floats, Indices
 from ..similarity import Similarity, dot
 from ..validation import check_positive
-from .kernel import cheapest, similar_triplets, three_point_similarities
+from .hypotheses import cheapest, similar_triplets, three_point_similarities
 
-__all__ = ["component_first", "pcr99", "prescreened_triplets"]
+__all__ = ["check_rank", "check_shapes", "component_first", "pcr99", "prescreened_triplets"]
 
 
 PRESCREEN_THRESHOLD = 0.1  # largest difference between the log edge ratios of a kept triplet
@@ -47,10 +47,7 @@ def pcr99(
     O(n_hypotheses * n) time, O(n) memory.
     """
     gt, est = component_first(gt_positions, est_positions)
-    n = gt.shape[1]
-    check_positive(rank, "rank", integer=True)
-    if rank > n:
-        raise ValueError(f"rank must be at most the number of cameras, {n}, not {rank}")
+    check_rank(rank, gt.shape[1])
     with np.errstate(all="ignore"):  # NaN and infinity never win a comparison
         triplets = prescreened_triplets(gt, est, n_hypotheses, rng, prescreen)
         n_used = triplets.shape[1]
@@ -62,14 +59,27 @@ def pcr99(
     return Similarity(float(scale[best]), rotation[best], translation[best]), n_used
 
 
-def component_first(gt_positions: Floats, est_positions: Floats) -> tuple[Floats, Floats]:
-    """Return (n, 3) positions as contiguous (3, n) arrays; their shapes are not checked again."""
+def check_rank(rank: int, n: int) -> None:
+    """Refuse the rank of no error of n cameras."""
+    check_positive(rank, "rank", integer=True)
+    if rank > n:
+        raise ValueError(f"rank must be at most the number of cameras, {n}, not {rank}")
+
+
+def check_shapes(gt_positions: Floats, est_positions: Floats) -> int:
+    """Refuse arrays that are not two of the same shape (n, 3); return n."""
     shapes = np.shape(gt_positions), np.shape(est_positions)
     if shapes[0] != shapes[1] or shapes[0][1:] != (3,):
         raise ValueError(
             "gt_positions and est_positions must be (n, 3) arrays of the same length, but have the "
             f"shapes {shapes[0]} and {shapes[1]}"
         )
+    return len(gt_positions)
+
+
+def component_first(gt_positions: Floats, est_positions: Floats) -> tuple[Floats, Floats]:
+    """Return (n, 3) positions as contiguous (3, n) arrays; their shapes are not checked again."""
+    check_shapes(gt_positions, est_positions)
     gt, est = (np.asarray(p, dtype=np.float64).T.copy() for p in (gt_positions, est_positions))
     return gt, est
 

@@ -11,14 +11,14 @@ from itertools import combinations
 from math import comb
 
 import numpy as np
-import scipy
 
 from ..arrays import Floats, Indices
 from ..similarity import FARTHEST_SQUARABLE, Similarity, dot
-from .kernel import refine, three_point_similarities, truncated_costs, weighted_fits
+from .hypotheses import three_point_similarities
 from .pcr99 import all_triplets, component_first, prescreened_triplets
+from .reweighting import lane_sums, refine, truncated_costs, weighted_fits
 
-__all__ = ["refined"]
+__all__ = ["Search", "order_of", "refined"]
 
 
 N_STARTS = 64  # hypotheses that are refined; their number is halved in each step
@@ -73,7 +73,7 @@ class Search:
         alignment: str = "similarity",
     ) -> None:
         gt, est = component_first(gt_positions, est_positions)
-        order = np.random.default_rng(0).permutation(gt.shape[1])  # the first are a fair sample
+        order = order_of(gt.shape[1])
         clipped = (points.clip(-FARTHEST_SQUARABLE, FARTHEST_SQUARABLE) for points in (gt, est))
         shuffled_gt, shuffled_est = (points.take(order, axis=1) for points in clipped)
         self._cameras = Cameras(shuffled_gt, shuffled_est, alignment)
@@ -142,12 +142,10 @@ class Cameras:
         wrong it is. Where that is the best alignment, hypotheses of three cameras hardly ever find
         it.
         """
-        gt = self.gt.T
-        candidates = gt[:SMALL_SAMPLE]
-        distances = scipy.spatial.distance.cdist(candidates, candidates)
-        costs = np.minimum(distances, threshold).sum(axis=1)
-        densest = candidates[np.argsort(costs, kind="stable")[:N_NEIGHBOURHOODS]]
-        near = scipy.spatial.distance.cdist(densest, gt) < threshold
+        candidates = self.gt[:, :SMALL_SAMPLE]
+        costs = lane_sums(np.minimum(_distances(candidates, candidates), threshold))
+        densest = candidates[:, np.argsort(costs, kind="stable")[:N_NEIGHBOURHOODS]]
+        near = _distances(densest, self.gt) < threshold
         weights = np.vstack([near, np.ones_like(near[:1])]).astype(np.float64)
         return weighted_fits(self.gt, self.est, weights, self.alignment)
 
@@ -165,6 +163,23 @@ class Cameras:
             *(self.gt, self.est, similarities, threshold, resolution, n_left, least_gain),
             self.alignment,
         )
+
+
+def _distances(a: Floats, b: Floats) -> Floats:
+    """Return the distances (k, n) between positions (3, k) and (3, n)."""
+    differences = a[:, :, None] - b[:, None]
+    distances: Floats = np.sqrt(dot(differences, differences))
+    return distances
+
+
+def order_of(n: int) -> Indices:
+    """Return an order of n cameras in which the first ones are a fair sample."""
+    return _order_of_few(n) if n <= SAMPLE else np.random.default_rng(0).permutation(n)
+
+
+@lru_cache(maxsize=256)
+def _order_of_few(n: int) -> Indices:
+    return np.random.default_rng(0).permutation(n)
 
 
 @lru_cache(maxsize=2 * FEW)

@@ -14,7 +14,7 @@ from ..arrays import Floats
 from ..similarity import LINE, SMALLEST, common_normal, dot
 from .hypotheses import chunks, complete_frames, squared_errors, turns
 
-__all__ = ["refine", "truncated_costs", "weighted_fits"]
+__all__ = ["lane_sums", "refine", "truncated_costs", "weighted_fits"]
 
 
 LANES = 8  # partial sums, so that a processor can add as many numbers at once
@@ -32,7 +32,7 @@ def truncated_costs(
     errors = (
         _smoothed_errors(gt, est, chunk, resolution) for chunk in chunks(similarities, gt.shape[1])
     )
-    return np.concatenate([_sum(np.where(e < threshold, e, threshold)) for e in errors])
+    return np.concatenate([lane_sums(np.where(e < threshold, e, threshold)) for e in errors])
 
 
 def refine(
@@ -79,16 +79,16 @@ def weighted_fits(
     same rotation and the scale 1, "yaw" the best rotation about the third axis; where all rotations
     are equally good, theirs is the identity.
     """
-    total = np.maximum(_sum(weights), SMALLEST)
+    total = np.maximum(lane_sums(weights), SMALLEST)
     gt_means, est_means = (
-        np.array([_sum(weights * component) for component in points]) / total
+        np.array([lane_sums(weights * component) for component in points]) / total
         for points in (gt, est)
     )
     gt_local, est_local = (
         points[:, None] - means[:, :, None] for points, means in ((gt, gt_means), (est, est_means))
     )
-    covariance = np.array([[_sum(weights * b * a) for a in gt_local] for b in est_local])
-    spread = _sum(weights * dot(est_local, est_local))
+    covariance = np.array([[lane_sums(weights * b * a) for a in gt_local] for b in est_local])
+    spread = lane_sums(weights * dot(est_local, est_local))
 
     largest = np.fmax.reduce(np.abs(covariance), axis=(0, 1), initial=0.0)
     with np.errstate(all="ignore"):  # where no fit is the best, it is not a number
@@ -182,10 +182,11 @@ def _orthogonal_columns(matrices: Floats) -> tuple[Floats, Floats]:
     return columns, axes
 
 
-def _sum(values: Floats) -> Floats:
+def lane_sums(values: Floats) -> Floats:
     """Return sums over the cameras, the last axis: in lanes, which are then folded in halves."""
     padding = [(0, 0)] * (values.ndim - 1) + [(0, -values.shape[-1] % LANES)]
-    rows = np.pad(values, padding).reshape(*values.shape[:-1], -1, LANES)
+    padded = np.pad(values, padding)
+    rows = padded.reshape(*values.shape[:-1], padded.shape[-1] // LANES, LANES)
     lanes = rows.sum(axis=-2, initial=0.0)
     while lanes.shape[-1] > 1:
         half = lanes.shape[-1] // 2

@@ -28,6 +28,7 @@ from dataclasses import dataclass, replace
 from itertools import permutations, product
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..aligner import normalise
 from ..arrays import Floats
@@ -40,10 +41,17 @@ from ..averaging import (
     tlud_mean,
 )
 from ..registration import pcr99
-from ..validation import finite_rows
+from ..validation import check_poses, check_same_length, finite_rows
 from .files import Trajectory, inverse_poses
 
-__all__ = ["Convention", "describe_rotation", "find_convention", "rotate_cameras", "seem_swapped"]
+__all__ = [
+    "Convention",
+    "check_conventions",
+    "describe_rotation",
+    "find_convention",
+    "rotate_cameras",
+    "seem_swapped",
+]
 
 
 SAMPLE = 500  # cameras looked at, evenly spread
@@ -67,17 +75,53 @@ POSITIONS_MISFIT = 0.15  # largest median error when they do, relative to the re
 class Convention:
     """The convention under which an estimate fits its reference, as far as it can be found.
 
-    `body_rotation` is B: the estimate's camera axes (columns) in the reference's camera frame; None
-    where it is the same frame, or no other one explains the estimate.
+    Parameters
+    ----------
+    inverted : bool
+        Whether the estimated poses are world-to-camera.
+    rotations_inverted, positions_inverted : bool
+        Whether only their rotations, or only their positions, are.
+    body_rotation : (3, 3) ndarray or None
+        The estimate's camera axes (columns) in the reference's camera frame; None where it is the
+        same frame, or no other one explains the estimate.
+    mirrored : bool
+        Whether the positions fit the mirror image of the reference.
+    ras, corrected_ras : float
+        RAS of the poses as they are, and under the convention found, approximately.
+    scale : float
+        Estimated units per unit of the reference, by the positions; NaN if not looked for.
+
+    Examples
+    --------
+    >>> from alignscores import Convention
+    >>> str(Convention(inverted=True, mirrored=True))
+    'the estimated poses are world-to-camera; the estimated positions are mirrored'
     """
 
-    inverted: bool = False  # the estimated poses are world-to-camera
-    rotations_inverted: bool = False  # only their rotations are
-    positions_inverted: bool = False  # only their positions are
+    inverted: bool = False
+    rotations_inverted: bool = False
+    positions_inverted: bool = False
     body_rotation: Floats | None = None
-    mirrored: bool = False  # the positions fit the mirror image of the reference
-    ras: float = 0.0  # of the poses as they are, approximately
-    corrected_ras: float = 0.0  # under the convention found
+    mirrored: bool = False
+    ras: float = 0.0
+    corrected_ras: float = 0.0
+    scale: float = np.nan
+
+    def __str__(self) -> str:
+        found = {
+            "the estimated poses are world-to-camera": self.inverted,
+            "the quaternions have w at the wrong end": self.quaternions_shifted,
+            "the estimated rotations are world-to-camera": (
+                self.rotations_inverted and not self.quaternions_shifted
+            ),
+            "the estimated positions are world-to-camera translations": self.positions_inverted,
+            "the estimated positions are mirrored": self.mirrored,
+        }
+        words = [sentence for sentence, holds in found.items() if holds]
+        if self.body_rotation is not None and not self.quaternions_shifted:
+            turn = describe_rotation(self.body_rotation)
+            words.insert(1 if self.inverted else 0, f"the camera's frame is turned: {turn}")
+        return "; ".join(words) or "no mix-up is found"
 
     @property
     def quaternions_shifted(self) -> bool:
@@ -85,6 +129,12 @@ class Convention:
 
         A cyclic shift of the components is a reflection of the unit quaternions, and so takes q to
         a q* b with constants a and b: the rotations look inverted, in another camera frame.
+
+        Examples
+        --------
+        >>> from alignscores import Convention
+        >>> Convention().quaternions_shifted
+        False
         """
         return (
             self.rotations_inverted
@@ -111,6 +161,61 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     rotated_as_is = not found.inverted and not found.rotations_inverted
     inverted = rotated_as_is and not mirrored and _positions_inverted(gt, est)
     return replace(found, mirrored=mirrored, positions_inverted=inverted)
+
+
+def check_conventions(gt_poses: ArrayLike, est_poses: ArrayLike) -> Convention:
+    """Look for a mix-up of conventions that makes estimated poses fit badly.
+
+    Parameters
+    ----------
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Poses as they would be scored, camera-to-world; see `pas`. At least 10 cameras.
+
+    Returns
+    -------
+    Convention
+        What explains the estimate better: inverted poses, other camera axes, quaternions with w at
+        the wrong end, a mirrored world; all False or None where nothing does. Its ``str`` says it
+        in words, and `scale` has the estimate's scale.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.spatial.transform import Rotation
+    >>> from alignscores import check_conventions
+    >>> rng = np.random.default_rng(0)
+    >>> gt = np.tile(np.eye(4), (30, 1, 1))
+    >>> gt[:, :3, :3] = Rotation.random(30, rng=rng).as_matrix()
+    >>> gt[:, :3, 3] = rng.random((30, 3))
+    >>> found = check_conventions(gt, np.linalg.inv(gt))
+    >>> found.inverted, str(found)
+    (True, 'the estimated poses are world-to-camera')
+    >>> opengl = gt @ np.diag([1.0, -1.0, -1.0, 1.0])
+    >>> str(check_conventions(gt, opengl))
+    "the camera's frame is turned: 180 deg about x, as OpenGL's camera axes to OpenCV's"
+    """
+    worlds = [
+        check_poses(gt_poses, "gt_poses", complete=True),
+        check_poses(est_poses, "est_poses", complete=False),
+    ]
+    check_same_length(worlds[0][0], worlds[1][0], "gt_poses", "est_poses")
+    gt, est = (np.tile(np.eye(4), (len(positions), 1, 1)) for _, positions in worlds)
+    for world, (rotations, positions) in zip((gt, est), worlds, strict=True):
+        world[:, :3, :3], world[:, :3, 3] = rotations, positions
+    found = find_convention(gt, est)
+    estimated = finite_rows(est)
+    est = est[estimated]
+    if found.inverted:
+        est = inverse_poses(est)
+    elif found.positions_inverted:
+        est[:, :3, 3] = -np.einsum("nij,nj->ni", est[:, :3, :3], est[:, :3, 3])
+    positions = est[:, :3, 3] * [1.0, 1.0, -1.0 if found.mirrored else 1.0]
+    return replace(found, scale=_scale(gt[estimated, :3, 3], positions))
 
 
 def rotate_cameras(est_poses: Floats, body_rotation: Floats | None) -> Floats:
@@ -312,6 +417,16 @@ def _position_misfit(gt: Floats, est: Floats) -> float:
     gt, est = normalise(gt)[0], normalise(est)[0]
     extent = float(np.median(np.linalg.norm(gt, axis=1)))
     return median_error(gt, est, n_hypotheses=300) / extent if extent > 0 else np.inf
+
+
+def _scale(gt: Floats, est: Floats) -> float:
+    """Return the scale of a robust registration; NaN without one."""
+    if len(gt) < MIN_CAMERAS:
+        return np.nan
+    (gt, _, gt_units), (est, _, est_units) = normalise(gt), normalise(est)
+    rank, rng = len(gt) // 2 + 1, np.random.default_rng(0)
+    alignment, _ = pcr99(gt, est, rank=rank, n_hypotheses=HYPOTHESES, rng=rng)
+    return np.nan if alignment is None else float(alignment.scale * (est_units / gt_units)[0])
 
 
 def median_error(gt: Floats, est: Floats, *, n_hypotheses: int) -> float:

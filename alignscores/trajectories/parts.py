@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from ..aligner import Aligner
+from ..aligner import Aligner, one_scene
 from ..arrays import Floats, Indices
 from ..distance import ErrorsAt
 from ..pose import PASResult
@@ -118,12 +118,18 @@ def errors_of_parts(
     """
     options: dict[str, Any] = {"rng": rng, "alignment": alignment, "up": up}
     aligners = [
-        Aligner(gt_positions, part, registration="refined", n_hypotheses=1000, **options)
+        Aligner(
+            *one_scene(gt_positions, part),
+            registration="refined",
+            n_hypotheses=1000,
+            keep=True,
+            **options,
+        )
         for part in parts_positions
     ]
 
     def errors_at(unit: float) -> Floats:
-        errors = [aligner.align(unit).errors for aligner in aligners]
+        errors = [aligner.align(np.array([unit])).errors for aligner in aligners]
         return errors[0] if len(errors) == 1 else _errors_of_whole(errors, part_of)
 
     return errors_at

@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import ks_2samp
 
 from alignscores import AlignmentScore, AlignmentWarning, closest_pair_quartile, ras, tas
-from alignscores.registration.kernel import three_point_similarities
+from alignscores.registration.hypotheses import three_point_similarities
 
 N_SEEDS = 100  # of ours against 20 reference runs
 RUN = ["TAS", "TAS_min_mth_err"]  # what is random in a run: score, and cost of the alignment

@@ -18,8 +18,8 @@ PROJECT = (
 LAYERS = (  # each imports those before it, and itself
     {"arrays", "version", "validation", "writing"},
     {"registration", "similarity", "averaging", "medoid", "histogram", "pairs", "aligner"},
-    {"translation", "rotation", "pose", "distance", "profile", "protocols", "metrics"},
-    {"trajectories"},
+    {"translation", "rotation", "pose", "distance", "profile", "batch", "protocols", "metrics"},
+    {"trajectories", "torch"},
     {"evaluation"},
     {"comparison"},
     {"explorer", "pages", "plots"},

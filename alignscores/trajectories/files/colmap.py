@@ -4,6 +4,7 @@ import mmap
 import re
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from ..extras import require
 from .poses import Trajectory, inverse_poses, poses_from_matrices
 from .text import FileError, FilePath, Source, is_number, numbered_lines
 
-__all__ = ["read_colmap", "read_colmap_parts"]
+__all__ = ["is_model", "read_colmap", "read_colmap_parts"]
 
 PARTS = "cameras", "images", "points3D"  # files of a model, as .bin or .txt
 RECORDS = {  # bytes of a record, whether a name follows, its count of items, bytes of an item
@@ -21,13 +22,13 @@ RECORDS = {  # bytes of a record, whether a name follows, its count of items, by
 }
 
 
-def read_colmap(path: FilePath, *, complete: bool = False) -> Trajectory:
+def read_colmap(path: Any, *, complete: bool = False) -> Trajectory:
     """Read the registered images of a COLMAP model.
 
     Parameters
     ----------
-    path : path
-        The model's folder, with text or binary files.
+    path : path or pycolmap.Reconstruction
+        The model's folder, with text or binary files, or the model in memory.
     complete : bool
         As in `read_tum`.
 
@@ -50,19 +51,7 @@ def read_colmap(path: FilePath, *, complete: bool = False) -> Trajectory:
     >>> trajectory.keys[:2]  # doctest: +SKIP
     array(['0000.png', '0001.png'], dtype='<U8')
     """
-    pycolmap = require("pycolmap", "colmap")
-    folder = Path(path)
-    if not folder.is_dir():
-        raise FileError(path, "is not a folder; a COLMAP model is a folder with cameras and images")
-    for file in RECORDS:
-        if (folder / file).is_file():
-            _check_whole(folder / file)
-    try:
-        model = pycolmap.Reconstruction(str(path))
-    except (IndexError, MemoryError, OSError, RuntimeError, ValueError) as error:
-        _check_images_txt(folder / "images.txt")
-        reason = re.sub(r"^\[[^]]*\] (Check failed: )?", "", str(error).partition("\n")[0])
-        raise FileError(path, _why_no_model(folder, reason)) from None
+    model, path = (path, "the Reconstruction") if is_model(path) else (_model(path), path)
     images = sorted(
         (image for image in model.images.values() if image.has_pose), key=lambda image: image.name
     )
@@ -73,6 +62,28 @@ def read_colmap(path: FilePath, *, complete: bool = False) -> Trajectory:
     source = Source(path, lambda row: f"image {names[row]!r}")
     world_to_camera = poses_from_matrices(matrices, source, complete=complete)
     return Trajectory(np.array(names), inverse_poses(world_to_camera))
+
+
+def is_model(model: object) -> bool:
+    """Tell whether something is a COLMAP model in memory, without pycolmap for what is none."""
+    return type(model).__module__.partition(".")[0] == "pycolmap"
+
+
+def _model(path: FilePath) -> Any:
+    """Read a model from its folder."""
+    pycolmap = require("pycolmap", "colmap")
+    folder = Path(path)
+    if not folder.is_dir():
+        raise FileError(path, "is not a folder; a COLMAP model is a folder with cameras and images")
+    for file in RECORDS:
+        if (folder / file).is_file():
+            _check_whole(folder / file)
+    try:
+        return pycolmap.Reconstruction(str(path))
+    except (IndexError, MemoryError, OSError, RuntimeError, ValueError) as error:
+        _check_images_txt(folder / "images.txt")
+        reason = re.sub(r"^\[[^]]*\] (Check failed: )?", "", str(error).partition("\n")[0])
+        raise FileError(path, _why_no_model(folder, reason)) from None
 
 
 def read_colmap_parts(path: FilePath) -> dict[str, Trajectory]:

@@ -283,3 +283,15 @@ def test_a_reference_must_be_finite():
     poses[4, 0, 3] = np.nan
     with pytest.raises(ValueError, match=r"^pose 5 of the reference is not finite$"):
         evaluate(Trajectory(STAMPS, poses), Trajectory(STAMPS, STILL))
+
+
+def test_models_in_memory(examples):
+    """A COLMAP model is scored as its folder, as reference, as estimate and as both."""
+    pycolmap = pytest.importorskip("pycolmap")
+    paths = [examples / "colmap" / name for name in ("reference", "estimate")]
+    models = [pycolmap.Reconstruction(str(path)) for path in paths]
+    expected = evaluate(*paths, format="colmap")
+    for pair in (models, (models[0], paths[1]), (paths[0], models[1])):
+        assert evaluate(*pair, format="colmap").pas == expected.pas
+    with pytest.raises(ValueError, match="the Reconstruction: the model has no registered image"):
+        evaluate(pycolmap.Reconstruction(), models[1])

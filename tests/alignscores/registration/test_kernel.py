@@ -4,6 +4,7 @@ import math
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -41,14 +42,16 @@ def libraries(tmp_path_factory):
 
 
 @pytest.fixture(params=["installed", *BUILDS])
-def compiled(request, libraries, monkeypatch):
+def compiled(request, libraries, monkeypatch, steps):
+    """The steps of each build, which is also used for whole scenes."""
     if request.param not in libraries:
         pytest.skip("the kernel is not compiled")
     monkeypatch.setattr(kernel, "LIBRARY", libraries[request.param])
+    return steps(libraries[request.param])
 
 
 @pytest.fixture
-def each_library(libraries, monkeypatch):
+def each_library(libraries, monkeypatch, steps):
     """Have one after the other used, where the values of NumPy to compare with take long."""
     if not libraries:
         pytest.skip("the kernel is not compiled")
@@ -56,7 +59,7 @@ def each_library(libraries, monkeypatch):
     def each_library():
         for library in libraries.values():
             monkeypatch.setattr(kernel, "LIBRARY", library)
-            yield
+            yield steps(library)
 
     return each_library
 
@@ -131,15 +134,15 @@ def test_same_bits(kind, n, each_library):
             for rank in {1, 2, (n + 9) // 10, n // 2, n}
             for tie in (0.0, 1e-14, 0.1)
         }
-        for _ in each_library():
+        for compiled in each_library():
             for factor, expected in similar.items():
-                assert_same_bits(kernel.similar_triplets(gt, est, triplets, factor), expected)
+                assert_same_bits(compiled.similar_triplets(gt, est, triplets, factor), expected)
             for alignment, expected in fits.items():
-                found = kernel.three_point_similarities(gt, est, triplets, alignment)
+                found = compiled.three_point_similarities(gt, est, triplets, alignment)
                 for a, b in zip(found, expected, strict=True):
                     assert_same_bits(a, b)
             for which, best in cheapest.items():
-                assert kernel.cheapest(gt, est, *similarities, *which) == best
+                assert compiled.cheapest(gt, est, *similarities, *which) == best
 
 
 @pytest.mark.parametrize("alignment", hypotheses.GROUPS)
@@ -168,9 +171,9 @@ def test_same_bits_of_the_refinement(kind, n, alignment, each_library):
                     yield module.refine(gt, est, rows[32:48], threshold, resolution, *ends)
 
         refined_by_numpy = list(refinement(reweighting))
-        for _ in each_library():
-            assert_same_bits(kernel.weighted_fits(gt, est, weights, alignment), rows[:40])
-            for a, b in zip(refinement(kernel), refined_by_numpy, strict=True):
+        for compiled in each_library():
+            assert_same_bits(compiled.weighted_fits(gt, est, weights, alignment), rows[:40])
+            for a, b in zip(refinement(compiled), refined_by_numpy, strict=True):
                 assert_same_bits(a, b)
 
 
@@ -220,9 +223,8 @@ def test_same_alignment_without_a_scale(
 
 @pytest.mark.usefixtures("compiled")
 def test_the_compiled_functions_are_used(noisy_scene, monkeypatch):
-    for module in (hypotheses, reweighting):
-        for name in set(module.__all__) & set(kernel.__all__):
-            monkeypatch.delattr(module, name)
+    for name in ("pcr99_in_numpy", "Search"):
+        monkeypatch.delattr(kernel, name)
     gt, est = noisy_scene(100, 30, 0.03, 0)
     for register in (pcr99, refined):
         rng = np.random.default_rng(0)
@@ -230,8 +232,7 @@ def test_the_compiled_functions_are_used(noisy_scene, monkeypatch):
         assert alignment is not None
 
 
-@pytest.mark.usefixtures("compiled")
-def test_what_counts_as_flat(monkeypatch):
+def test_what_counts_as_flat(compiled, monkeypatch):
     """Both implementations go by the same bounds."""
     worlds = [clouds(kind, 200) for kind in ("nearly a line", "diagonal lines")]
     gt, est = (np.hstack(world) for world in zip(*worlds, strict=True))
@@ -241,9 +242,8 @@ def test_what_counts_as_flat(monkeypatch):
     with np.errstate(all="ignore"):
         for flat, parallel in ((1e-6, 1e-6), (1e-5, 1e-6), (1e-6, 1e-9)):
             monkeypatch.setattr(hypotheses, "FLAT", flat)
-            for module in (kernel, similarity):
-                monkeypatch.setattr(module, "PARALLEL", parallel)
-            similarities = kernel.three_point_similarities(gt, est, triplets)
+            monkeypatch.setattr(similarity, "PARALLEL", parallel)
+            similarities = compiled.three_point_similarities(gt, est, triplets)
             expected = hypotheses.three_point_similarities(gt, est, triplets)
             for a, b in zip(similarities, expected, strict=True):
                 assert_same_bits(a, b)
@@ -253,45 +253,49 @@ def test_what_counts_as_flat(monkeypatch):
     assert shares[0][1] != shares[2][1]
 
 
-@pytest.mark.usefixtures("compiled")
-def test_arrays_of_any_type(noisy_scene):
-    """Numbers of other types are converted, not misread."""
-    gt, est = (points.T.astype(np.float32) for points in noisy_scene(50, 10, 0.03, 0))
-    triplets = np.random.default_rng(0).integers(50, size=(3, 400), dtype=np.int32)
-    with np.errstate(all="ignore"):
-        *similarities, flat = kernel.three_point_similarities(gt, est, triplets)
-        expected = kernel.three_point_similarities(
-            gt.astype(float), est.astype(float), triplets.astype(np.intp)
-        )
-        for a, b in zip((*similarities, flat), expected, strict=True):
-            assert_same_bits(a, b)
-        flat[::3] = True
-        narrow = [array.astype(np.float32) for array in similarities]
-        wide = [array.astype(float) for array in narrow]
-        best = kernel.cheapest(gt, est, *narrow, flat.astype(int), 5, 0.0)
-        assert best == hypotheses.cheapest(gt.astype(float), est.astype(float), *wide, flat, 5, 0.0)
+@pytest.mark.parametrize("bit_generator", [np.random.PCG64, np.random.MT19937])
+@pytest.mark.parametrize("n", [1, 2, 5, 24, 25, 40, 200])
+def test_a_generator_goes_on_as_in_numpy(n, bit_generator, noisy_scene, each_library, monkeypatch):
+    """After any registration, in the middle of 64 bits, too."""
+    gt, est = noisy_scene(n, n // 3, 0.03, 0)
+
+    def registered():
+        rng = np.random.Generator(bit_generator(n))
+        rng.integers(10, size=3)
+        for alignment in ("rigid", "similarity"):
+            for register in (pcr99, refined):
+                register(
+                    gt, est, rank=1, threshold=0.1, n_hypotheses=45, rng=rng, alignment=alignment
+                )
+        return rng.integers(1 << 30, size=3), rng.random()
+
+    monkeypatch.setattr(kernel, "LIBRARY", None)
+    expected = registered()
+    for _ in each_library():
+        for a, b in zip(registered(), expected, strict=True):
+            assert_same_bits(np.asarray(a), np.asarray(b))
 
 
-@pytest.mark.usefixtures("compiled")
-def test_arrays_of_any_layout(noisy_scene):
-    """Transposed or strided arrays are read as what they are."""
-    gt, est = noisy_scene(50, 10, 0.03, 0)
-    triplets = np.random.default_rng(0).integers(50, size=(400, 3)).T[:, ::2]
-    wide = np.repeat(gt, 2, axis=0)[::2]
-    with np.errstate(all="ignore"):
-        strided = kernel.three_point_similarities(wide.T, est.T, triplets)
-        expected = kernel.three_point_similarities(gt.T.copy(), est.T.copy(), triplets.copy())
-        transposed = hypotheses.three_point_similarities(gt.T, est.T, triplets)  # rotation is
-        best = kernel.cheapest(wide.T, est.T, *transposed, 5, 0.0)
-        assert best == kernel.cheapest(gt.T.copy(), est.T.copy(), *expected, 5, 0.0)
-        similar = kernel.similar_triplets(wide.T, est.T, triplets, 1.2)
-        assert_same_bits(similar, kernel.similar_triplets(gt.T.copy(), est.T.copy(), triplets, 1.2))
-    for a, b in zip(strided, expected, strict=True):
-        assert_same_bits(a, b)
+def test_arrays_of_any_type_and_layout(noisy_scene):
+    """Numbers of other types, transposed or strided, are converted, not misread."""
+    gt, est = (np.repeat(p.astype(np.float32), 2, axis=0)[::2] for p in noisy_scene(50, 10, 0.1, 0))
+    for register in (pcr99, refined):
+        found = [
+            register(*world, rank=5, threshold=0.1, n_hypotheses=100, rng=np.random.default_rng(0))
+            for world in ((gt, est), (np.asfortranarray(gt), est.astype(float)))
+        ]
+        assert_same_bits(found[0][0].rotation, found[1][0].rotation)
 
 
-@pytest.mark.usefixtures("compiled")
-def test_selection_of_every_rank():
+def test_too_many_hypotheses(noisy_scene):
+    gt, est = noisy_scene(30_000, 10, 0.03, 0)  # with as many triplets
+    if kernel.LIBRARY is None:
+        pytest.skip("the kernel is not compiled")
+    with pytest.raises(MemoryError, match="no memory for 4000000000000 hypotheses"):
+        pcr99(gt, est, rank=5, n_hypotheses=4 * 10**12, rng=np.random.default_rng(0))
+
+
+def test_selection_of_every_rank(compiled):
     """The m-th smallest error is found whatever the order and the repetitions of the errors."""
     rng = np.random.default_rng(0)
     identity = np.ones(2), np.array(2 * [np.eye(3)]), np.zeros((2, 3))
@@ -312,7 +316,55 @@ def test_selection_of_every_rank():
                 rotation[0] = np.diag([1.0, 0.0, 0.0])
                 rotation[1] = np.diag([0.0, 1.0, 0.0])
                 flat = np.zeros(2, dtype=bool)
-                best = kernel.cheapest(
+                best = compiled.cheapest(
                     *(gt, np.zeros_like(gt)), scale, rotation, translation, flat, rank, 0.0
                 )
                 assert best == (winner if expected > 0 else 0)
+
+
+HOSTILE = """
+import sys, warnings
+from pathlib import Path
+import numpy as np
+from alignscores import tas_batch
+from alignscores.registration import kernel
+warnings.simplefilter("ignore")
+kernel.LIBRARY = kernel.load(Path(sys.argv[1]))
+assert kernel.LIBRARY is not None
+rng = np.random.default_rng(0)
+sizes = [1, 2, 3, 4, 5, 7, 8, 9, 16, 17, 19, 20, 24, 25, 33, 60, 61, 128, 129, 251, 1003]
+gt = [rng.normal(size=(n, 3)) for n in sizes]
+est = [2 * p + 0.1 * rng.normal(size=p.shape) for p in gt]
+for p in est[::2]:
+    p[rng.random(len(p)) < 0.3] = [np.nan, 1e300, -1e300]
+    p[rng.random(len(p)) < 0.1] *= 1e200
+for n_hypotheses in (1, 2, 3, 7, 45, 1000, 30000):
+    for registration in ("pcr99", "refined"):
+        for alignment in ("similarity", "rigid", "yaw"):
+            tas_batch(gt, est, unit=0.1, registration=registration, alignment=alignment,
+                      n_hypotheses=n_hypotheses, threads=2, distances=n_hypotheses == 45)
+print("done")
+"""
+
+
+def test_reads_and_writes_nothing_beyond_its_arrays(tmp_path):
+    """By the address sanitizer, for sizes on both sides of every bound."""
+    sanitizer = (
+        COMPILER
+        and subprocess.run(
+            [COMPILER, "-print-file-name=libasan.so"], capture_output=True, text=True, check=False
+        ).stdout.strip()
+    )
+    if not sanitizer or not Path(sanitizer).is_absolute():
+        pytest.skip("there is no address sanitizer")
+    path = tmp_path / "kernel.so"
+    flags = ["-O1", "-g", "-fsanitize=address,undefined", "-DEVERY_WIDTH="]
+    subprocess.run([COMPILER, *flags, *EXACT, "-o", path, SOURCE, "-lm"], check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", HOSTILE, path],
+        env={**os.environ, "LD_PRELOAD": sanitizer, "ASAN_OPTIONS": "detect_leaks=0"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.stdout, done.stderr) == ("done\n", "")

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores.registration import hypotheses, kernel, refined
-from alignscores.registration.kernel import cheapest, three_point_similarities
-from alignscores.registration.pcr99 import pcr99, prescreened_triplets
+from alignscores.registration import hypotheses, kernel, pcr99, refined
+from alignscores.registration.hypotheses import cheapest, three_point_similarities
+from alignscores.registration.pcr99 import prescreened_triplets
 
 
 class Hypothesis(NamedTuple):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import ras
+from alignscores import check_conventions, ras
 from alignscores.trajectories.conventions import (
     describe_rotation,
     find_convention,
@@ -260,3 +260,42 @@ def test_swapped():
     assert not seem_swapped(slam, trajectory(1000, at_origin=True))
     rows = [Trajectory(np.arange(len(t.poses)), t.poses) for t in (slam, mocap)]
     assert not seem_swapped(*rows)
+
+
+@pytest.mark.parametrize(
+    ("change", "words", "scale"),
+    [
+        (lambda p: p, "no mix-up is found", 1.0),
+        (np.linalg.inv, "the estimated poses are world-to-camera", 1.0),
+        (
+            lambda p: p @ np.diag([1.0, -1.0, -1.0, 1.0]),
+            "the camera's frame is turned: 180 deg",
+            1.0,
+        ),
+        (
+            lambda p: np.diag([1.0, 1.0, -1.0, 1.0]) @ p @ np.diag([1.0, 1.0, -1.0, 1.0]),
+            "mirrored",
+            1.0,
+        ),
+        (lambda p: _scaled(p, 2.5), "no mix-up is found", 2.5),
+    ],
+)
+def test_conventions_of_arrays(change, words, scale):
+    """As of files; 3 x 4 matrices and lost cameras, too."""
+    rng = np.random.default_rng(0)
+    gt = np.tile(np.eye(4), (40, 1, 1))
+    gt[:, :3, :3] = Rotation.random(40, rng=rng).as_matrix()
+    gt[:, :3, 3] = rng.random((40, 3))
+    est = change(gt.copy())
+    est[:3] = np.nan
+    for rows in (3, 4):
+        found = check_conventions(gt[:, :rows], est[:, :rows])
+        assert words in str(found)
+        assert found.scale == pytest.approx(scale)
+    with pytest.raises(ValueError, match="est_poses has 39"):
+        check_conventions(gt, est[1:])
+
+
+def _scaled(poses, factor):
+    poses[:, :3, 3] *= factor
+    return poses

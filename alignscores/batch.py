@@ -1,0 +1,632 @@
+"""Scores of thousands of small scenes at once: those of `tas`, `ras` and `pas`, bit for bit."""
+
+import contextlib
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from operator import index
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .aligner import Aligned, Aligner, Seed
+from .arrays import Floats, Indices, sizes
+from .distance import N_THRESHOLDS, extent, smallest_unit, too_few, unit_search
+from .histogram import cumulative_frequency, equal_steps
+from .pose import PASResult, check_weight
+from .registration import Registration
+from .rotation import RASResult, align_rotations
+from .similarity import check_alignment
+from .translation import TASResult, no_unit, quartiles
+from .validation import (
+    AlignmentWarning,
+    check_poses,
+    check_positions,
+    check_positive,
+    check_rotations,
+    finite_rows,
+    real_array,
+)
+
+__all__ = [
+    "PASBatch",
+    "RASBatch",
+    "TASBatch",
+    "pas_batch",
+    "ras_batch",
+    "scenes_of_poses",
+    "tas_batch",
+]
+
+SCENES_AT_ONCE = 256  # whose hypotheses are kept for the distances, 27 MB
+
+
+@dataclass(frozen=True, eq=False)
+class _Batch:
+    """Scores of scenes, whose cameras stand one behind the other."""
+
+    score: Floats
+    n_cameras: Indices
+    n_lost: Indices
+    errors: Floats = field(repr=False)
+    thresholds: Floats = field(repr=False)
+    starts: Indices = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.score)
+
+    def _scene(self, scene: int) -> tuple[int, Floats, Floats]:
+        """Return the number of a scene, from 0, with its errors and thresholds."""
+        scene = range(len(self))[index(scene)]
+        rows = slice(*self.starts[scene : scene + 2])
+        return scene, self.errors[rows], self.thresholds[scene]
+
+
+@dataclass(frozen=True, eq=False)
+class TASBatch(_Batch):
+    """Translation Alignment Scores of scenes; ``[i]`` is the `TASResult` of one.
+
+    Parameters
+    ----------
+    score : (B,) ndarray
+        TAS; NaN where d does not exist.
+    n_cameras, n_lost : (B,) ndarray of int
+        Numbers of cameras, and of those that were not estimated.
+    errors : (N,) ndarray
+        Position errors of the cameras of all scenes, one scene after the other.
+    thresholds : (B, K) ndarray
+        Error thresholds in ground-truth units.
+    starts : (B + 1,) ndarray of int
+        Scene i has the errors from ``starts[i]`` to ``starts[i + 1]``.
+    unit : (B,) ndarray
+        d of each scene; NaN where it does not exist.
+    scale : (B,) ndarray
+        Estimated units per ground-truth unit; NaN where there is no alignment.
+    distances : (B,) ndarray or None
+        Half-score distances, if they were asked for; see `tas_distance`.
+    registration : str
+        Name of the registration.
+    aligned : Aligned
+        The alignments of all scenes, as rows of scale, rotation and translation.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import tas_batch
+    >>> gt = np.random.default_rng(0).random((3, 20, 3))
+    >>> result = tas_batch(gt, 2 * gt)
+    >>> result.score, result.scale, result[2].score
+    (array([1., 1., 1.]), array([2., 2., 2.]), 1.0)
+    """
+
+    unit: Floats
+    scale: Floats
+    distances: Floats | None
+    registration: str
+    aligned: Aligned = field(repr=False)
+
+    def __getitem__(self, scene: int) -> TASResult:
+        scene, errors, thresholds = self._scene(scene)
+        if np.isnan(self.score[scene]):
+            raise ValueError(no_unit(float(self.unit[scene]), len(errors)))
+        return TASResult(
+            errors=errors,
+            thresholds=thresholds,
+            alignment=self.aligned.similarity(scene),
+            unit=float(self.unit[scene]),
+            n_hypotheses=int(self.aligned.n_hypotheses[scene]),
+            registration=self.registration,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class RASBatch(_Batch):
+    """Rotation Alignment Scores of scenes; ``[i]`` is the `RASResult` of one.
+
+    Parameters
+    ----------
+    score : (B,) ndarray
+        RAS; NaN where there are no cameras.
+    n_cameras, n_lost : (B,) ndarray of int
+        Numbers of cameras, and of those that were not estimated.
+    errors : (N,) ndarray
+        Angular errors in degrees of the cameras of all scenes, one scene after the other.
+    thresholds : (B, K) ndarray
+        Error thresholds in degrees.
+    starts : (B + 1,) ndarray of int
+        Scene i has the errors from ``starts[i]`` to ``starts[i + 1]``.
+    alignment : (B, 3, 3) ndarray
+        The rotations from the ground-truth to the estimated worlds; NaN where no camera was
+        estimated.
+    angles : (B,) ndarray or None
+        Half-score angles in degrees, if they were asked for; see `ras_angle`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import ras_batch
+    >>> gt = np.tile(np.eye(3), (2, 5, 1, 1))
+    >>> est = gt.copy()
+    >>> est[1, 0] = np.nan
+    >>> ras_batch(gt, est).score
+    array([1. , 0.8])
+    """
+
+    alignment: Floats
+    angles: Floats | None
+
+    def __getitem__(self, scene: int) -> RASResult:
+        scene, errors, thresholds = self._scene(scene)
+        if len(errors) == 0:
+            raise ValueError("gt_rotations has no cameras")
+        alignment = self.alignment[scene]
+        found = None if np.isnan(alignment).all() else alignment
+        return RASResult(errors=errors, thresholds=thresholds, alignment=found)
+
+
+@dataclass(frozen=True, eq=False)
+class PASBatch:
+    """Pose Alignment Scores of scenes; ``[i]`` is the `PASResult` of one.
+
+    Parameters
+    ----------
+    score : (B,) ndarray
+        PAS; NaN where d does not exist.
+    tas : TASBatch
+        The translation scores.
+    ras : RASBatch
+        The rotation scores.
+    weight : float
+        Share of the TAS.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import pas_batch
+    >>> poses = np.tile(np.eye(4), (2, 5, 1, 1))
+    >>> poses[..., :3, 3] = np.random.default_rng(0).random((2, 5, 3))
+    >>> result = pas_batch(poses, poses)
+    >>> len(result), result.score, result[0].tas.score
+    (2, array([1., 1.]), 1.0)
+    """
+
+    score: Floats
+    tas: TASBatch
+    ras: RASBatch
+    weight: float
+
+    def __len__(self) -> int:
+        return len(self.score)
+
+    def __getitem__(self, scene: int) -> PASResult:
+        tas, ras = self.tas[scene], self.ras[scene]
+        score = self.weight * tas.score + (1 - self.weight) * ras.score
+        return PASResult(score=score, tas=tas, ras=ras, weight=self.weight)
+
+
+def pas_batch(
+    gt_poses: ArrayLike,
+    est_poses: ArrayLike,
+    *,
+    rng: Seed = 0,
+    weight: float = 0.5,
+    unit: float | None = None,
+    n_hypotheses: int = 1000,
+    max_threshold: float = 1.0,
+    max_threshold_deg: float = 10.0,
+    n_thresholds: int = 100,
+    registration: str | Registration = "pcr99",
+    alignment: str = "similarity",
+    up: str = "z",
+    distances: bool = False,
+    threads: int = 1,
+) -> PASBatch:
+    """Score many scenes at once: for each the result of `pas`, bit for bit, in less time.
+
+    Parameters
+    ----------
+    gt_poses : (B, n, 4, 4) or (B, n, 3, 4) array_like, or sequence of (n, 4, 4) or (n, 3, 4)
+        Camera-to-world poses of each scene. A pose that is NaN throughout is no camera: it fills up
+        a scene that has fewer.
+    est_poses : as gt_poses
+        Estimated poses, row i for the camera of row i. A camera whose centre (rotation) is not
+        finite fails in the TAS (RAS).
+    rng : int, SeedSequence, Generator or None
+        Seed with which each scene is registered. A Generator goes from one scene to the next, on
+        one thread.
+    weight, unit, n_hypotheses, max_threshold, max_threshold_deg, n_thresholds : float, int
+        See `pas`; the same for all scenes.
+    registration : {"pcr99", "refined"} or Registration
+        See `tas`.
+    alignment : {"similarity", "rigid", "yaw", "none"}
+        What may differ between the two worlds; see `tas` and `ras`.
+    up : {"z", "y", "x", "-z", "-y", "-x"}
+        Vertical axis of both worlds, for "yaw".
+    distances : bool
+        Whether to find half-score distances and angles, too, as `tas_distance` and `ras_angle` do.
+    threads : int
+        Number of threads; no result depends on it.
+
+    Returns
+    -------
+    PASBatch
+        The scores as arrays, and the result of each scene.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed; the message names scene and row.
+
+    Warns
+    -----
+    AlignmentWarning
+        Where estimates cannot be aligned, so that they score 0, or scenes have no d, so that their
+        score is NaN.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import pas_batch
+    >>> rng = np.random.default_rng(0)
+    >>> gt = np.tile(np.eye(4), (100, 20, 1, 1))
+    >>> gt[..., :3, 3] = rng.random((100, 20, 3))
+    >>> est = gt.copy()
+    >>> est[:50, :4] = np.nan
+    >>> result = pas_batch(gt, est)
+    >>> result.score[[0, 99]], result.tas.n_lost.sum()
+    (array([0.8, 1. ]), np.int64(200))
+    """
+    weight = check_weight(weight)
+    (gt_rotations, gt), (est_rotations, est), starts = scenes_of_poses(gt_poses, est_poses)
+    positions = _tas_batch(
+        *(gt, est, starts, unit, max_threshold, n_thresholds, distances),
+        registration=registration,
+        rng=rng,
+        n_hypotheses=n_hypotheses,
+        alignment=alignment,
+        up=up,
+        threads=threads,
+    )
+    rotations = _ras_batch(
+        *(gt_rotations, est_rotations, starts, max_threshold_deg, n_thresholds),
+        *(alignment, up, distances),
+    )
+    score = weight * positions.score + (1 - weight) * rotations.score
+    return PASBatch(score=score, tas=positions, ras=rotations, weight=weight)
+
+
+def tas_batch(
+    gt_positions: ArrayLike,
+    est_positions: ArrayLike,
+    *,
+    rng: Seed = 0,
+    unit: float | None = None,
+    n_hypotheses: int = 1000,
+    max_threshold: float = 1.0,
+    n_thresholds: int = 100,
+    registration: str | Registration = "pcr99",
+    alignment: str = "similarity",
+    up: str = "z",
+    distances: bool = False,
+    threads: int = 1,
+) -> TASBatch:
+    """Score the positions of many scenes at once: for each the result of `tas`, bit for bit.
+
+    Parameters
+    ----------
+    gt_positions, est_positions : (B, n, 3) array_like, or sequence of (n, 3)
+        Camera centres of each scene; see `pas_batch`.
+    rng : int, SeedSequence, Generator or None
+        See `pas_batch`.
+    unit, n_hypotheses, max_threshold, n_thresholds : float, int
+        See `tas`; the same for all scenes.
+    registration : {"pcr99", "refined"} or Registration
+        See `tas`.
+    alignment : {"similarity", "rigid", "yaw", "none"}
+        What may differ between the two worlds; see `tas`.
+    up : {"z", "y", "x", "-z", "-y", "-x"}
+        Vertical axis of both worlds, for "yaw".
+    distances : bool
+        Whether to find half-score distances, too, as `tas_distance` does.
+    threads : int
+        Number of threads; no result depends on it.
+
+    Returns
+    -------
+    TASBatch
+        The scores as arrays, and the result of each scene.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed; the message names scene and row.
+
+    Warns
+    -----
+    AlignmentWarning
+        See `pas_batch`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import tas_batch
+    >>> rng = np.random.default_rng(0)
+    >>> scenes = [rng.random((n, 3)) for n in (10, 20, 30)]
+    >>> result = tas_batch(scenes, scenes, distances=True)
+    >>> result.score, result.n_cameras, bool(np.all(result.distances < 1e-9))
+    (array([1., 1., 1.]), array([10, 20, 30]), True)
+    """
+    (gt,), (est,), starts = _scenes(gt_positions, est_positions, "positions", check_positions)
+    return _tas_batch(
+        *(gt, est, starts, unit, max_threshold, n_thresholds, distances),
+        registration=registration,
+        rng=rng,
+        n_hypotheses=n_hypotheses,
+        alignment=alignment,
+        up=up,
+        threads=threads,
+    )
+
+
+def ras_batch(
+    gt_rotations: ArrayLike,
+    est_rotations: ArrayLike,
+    *,
+    max_threshold_deg: float = 10.0,
+    n_thresholds: int = 100,
+    alignment: str = "similarity",
+    up: str = "z",
+    angles: bool = False,
+) -> RASBatch:
+    """Score the rotations of many scenes at once: for each the result of `ras`, bit for bit.
+
+    Parameters
+    ----------
+    gt_rotations, est_rotations : (B, n, 3, 3) array_like, or sequence of (n, 3, 3)
+        Camera-to-world rotations of each scene; see `pas_batch`.
+    max_threshold_deg : float
+        Largest error threshold in degrees.
+    n_thresholds : int
+        Number of equally spaced thresholds up to the largest.
+    alignment : {"similarity", "rigid", "yaw", "none"}
+        How the two worlds may be turned; see `ras`.
+    up : {"z", "y", "x", "-z", "-y", "-x"}
+        Vertical axis of both worlds, for "yaw".
+    angles : bool
+        Whether to find half-score angles, too, as `ras_angle` does.
+
+    Returns
+    -------
+    RASBatch
+        The scores as arrays, and the result of each scene.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed; the message names scene and row.
+
+    Warns
+    -----
+    AlignmentWarning
+        Where no camera of a scene was estimated; its score is 0.
+
+    Examples
+    --------
+    >>> from scipy.spatial.transform import Rotation
+    >>> from alignscores import ras_batch
+    >>> gt = Rotation.from_euler("z", [[0], [40], [80], [120]], degrees=True)
+    >>> est = Rotation.from_euler("x", [[5], [5], [5], [90]], degrees=True) * gt
+    >>> ras_batch([gt.as_matrix()], [est.as_matrix()], angles=True).score
+    array([0.75])
+    """
+    (gt,), (est,), starts = _scenes(gt_rotations, est_rotations, "rotations", check_rotations)
+    return _ras_batch(gt, est, starts, max_threshold_deg, n_thresholds, alignment, up, angles)
+
+
+def _tas_batch(
+    gt: Floats,
+    est: Floats,
+    starts: Indices,
+    unit: float | None,
+    max_threshold: float,
+    n_thresholds: int,
+    distances: bool,
+    *,
+    threads: int,
+    **settings: Any,
+) -> TASBatch:
+    check_positive(threads, "threads", integer=True)
+    aligner = Aligner(gt, est, starts, threads=int(threads), **settings)
+    if unit is not None:
+        check_positive(unit, "unit")
+    n = len(starts) - 1
+    units = quartiles(aligner.normalised_gt, starts) if unit is None else np.full(n, float(unit))
+    thresholds = units[:, None] * equal_steps(max_threshold, n_thresholds, "max_threshold")
+    scored = (units > 0) & (units < np.inf) & (sizes(starts) > 0)
+    aligned = aligner.align(thresholds[:, -1], np.flatnonzero(scored))
+    _warn(~scored, "there is no TAS", "there are too few cameras, or too many in one place")
+    _warn(scored & ~aligned.found, "TAS is 0", "the estimate cannot be aligned")
+    score = _scores(aligned.errors, thresholds, starts)
+    score[~scored] = np.nan
+    return TASBatch(
+        score=score,
+        **_counts(aligner.estimated, starts),
+        errors=aligned.errors,
+        thresholds=thresholds,
+        starts=starts,
+        unit=units,
+        scale=np.where(aligned.found, aligned.rows[:, 0], np.nan),
+        distances=_distances(gt, est, starts, threads=threads, **settings) if distances else None,
+        registration=aligner.registration,
+        aligned=aligned,
+    )
+
+
+def _ras_batch(
+    gt: Floats,
+    est: Floats,
+    starts: Indices,
+    max_threshold_deg: float,
+    n_thresholds: int,
+    alignment: str,
+    up: str,
+    angles: bool,
+) -> RASBatch:
+    check_alignment(alignment, up)
+    steps = equal_steps(max_threshold_deg, n_thresholds, "max_threshold_deg")
+    thresholds = np.tile(steps, (len(starts) - 1, 1))
+    found, errors = align_rotations(gt, est, starts, alignment, up)
+    lost = np.isnan(found).all(axis=(1, 2)) & (sizes(starts) > 0)
+    _warn(lost, "RAS is 0", "no camera was estimated")
+    return RASBatch(
+        score=_scores(errors, thresholds, starts),
+        **_counts(finite_rows(est), starts),
+        errors=errors,
+        thresholds=thresholds,
+        starts=starts,
+        alignment=found,
+        angles=_half_units(errors, starts) if angles else None,
+    )
+
+
+def scenes_of_poses(gt_poses: Any, est_poses: Any) -> tuple[Any, Any, Indices]:
+    """Return rotations and positions of both worlds, and where each scene starts."""
+    return _scenes(gt_poses, est_poses, "poses", check_poses)
+
+
+def _scenes(gt: Any, est: Any, kind: str, check: Callable[..., Any]) -> tuple[Any, Any, Indices]:
+    """Return what a check returns of the cameras of all scenes, and where each scene starts."""
+    names = f"gt_{kind}", f"est_{kind}"
+    truth, counts = _checked(gt, names[0], check)
+    estimate, est_counts = _checked(est, names[1], check)
+    if len(counts) != len(est_counts):
+        raise ValueError(f"{names[0]} has {len(counts)} scenes but {names[1]} {len(est_counts)}")
+    for scene, (n, n_est) in enumerate(zip(counts, est_counts, strict=True)):
+        if n != n_est:
+            raise ValueError(
+                f"{names[0]}[{scene}] has {n} cameras but {names[1]}[{scene}] has {n_est}; "
+                "row i of both must be the same camera"
+            )
+    starts = np.append(0, np.cumsum(counts))
+    values = np.hstack([part.reshape(starts[-1], -1) for part in truth])
+    filler, finite = np.isnan(values).all(axis=1), np.isfinite(values).all(axis=1)
+    if not (filler | finite).all():
+        row = int(np.argmin(filler | finite))
+        scene = int(np.searchsorted(starts, row, side="right")) - 1
+        raise ValueError(f"{names[0]}[{scene}][{row - starts[scene]}] is not finite")
+    if filler.any():
+        truth, estimate = ([part[finite] for part in world] for world in (truth, estimate))
+        starts = np.append(0, np.cumsum(finite))[starts]
+    return truth, estimate, starts
+
+
+def _checked(
+    scenes: Any, name: str, check: Callable[..., Any]
+) -> tuple[Sequence[Floats], list[int]]:
+    """Check all scenes at once, or, where one is wrong, each, so that the error names it."""
+    flat: Any = None
+    if isinstance(scenes, (list, tuple)):
+        for i, scene in enumerate(scenes):
+            if not hasattr(scene, "__len__"):
+                raise ValueError(f"{name}[{i}] must be an array of cameras, not {scene!r}")
+        counts = [len(scene) for scene in scenes]
+        kinds = {(type(scene), getattr(scene, "dtype", 0)) for scene in scenes}
+        if len(kinds) == 1 and isinstance(scenes[0], np.ndarray):
+            with contextlib.suppress(ValueError):  # whose shapes differ
+                flat = np.concatenate(scenes)
+    else:
+        scenes = scenes if hasattr(scenes, "reshape") else real_array(scenes, name)
+        n_scenes, n, *rest = (*scenes.shape, 0, 0)[: max(2, len(scenes.shape))]
+        counts = n_scenes * [n]
+        flat = scenes.reshape(n_scenes * n, *rest)
+    if not any(counts):
+        raise ValueError(f"{name} has no cameras")
+    if flat is not None:
+        with contextlib.suppress(ValueError):
+            return _as_parts(check(flat, name, complete=False)), counts
+    checked = [
+        _as_parts(check(scenes[i], f"{name}[{i}]", complete=False))
+        for i, n in enumerate(counts)
+        if n
+    ]
+    return [np.concatenate(part) for part in zip(*checked, strict=True)], counts
+
+
+def _as_parts(checked: Any) -> Sequence[Floats]:
+    return checked if isinstance(checked, tuple) else (checked,)
+
+
+def _counts(estimated: NDArray[np.bool_], starts: Indices) -> dict[str, Indices]:
+    lost = np.append(0, np.cumsum(~estimated))[starts]
+    return {"n_cameras": sizes(starts), "n_lost": sizes(lost)}
+
+
+def _scores(errors: Floats, thresholds: Floats, starts: Indices) -> Floats:
+    """Return the score of each scene, NaN where it has no cameras."""
+    n_thresholds = thresholds.shape[1]
+    return np.array(
+        [
+            int(cumulative_frequency(errors[start:end], steps).sum())
+            / (n_thresholds * (end - start))
+            if end > start
+            else np.nan
+            for (start, end), steps in zip(pairwise(starts.tolist()), thresholds, strict=True)
+        ]
+    )
+
+
+def _half_units(errors: Floats, starts: Indices) -> Floats:
+    """Return the unit of each scene at which its score is one half."""
+    return np.array(
+        [
+            smallest_unit(np.sort(errors[start:end]), 0.5, N_THRESHOLDS) if end > start else np.nan
+            for start, end in pairwise(starts.tolist())
+        ]
+    )
+
+
+def _distances(gt: Floats, est: Floats, starts: Indices, **settings: Any) -> Floats:
+    """Return the half-score distance of each scene; the searches go on side by side."""
+    parts = []
+    for first in range(0, len(starts) - 1, SCENES_AT_ONCE):
+        some = starts[first : first + SCENES_AT_ONCE + 1]
+        rows = slice(some[0], some[-1])
+        parts.append(_distances_of_some(gt[rows], est[rows], some - some[0], **settings))
+    return np.concatenate(parts)
+
+
+def _distances_of_some(gt: Floats, est: Floats, starts: Indices, **settings: Any) -> Floats:
+    aligner = Aligner(gt, est, starts, keep=True, **{**settings, "registration": "refined"})
+    distances, units = np.full(len(starts) - 1, np.nan), np.ones(len(starts) - 1)
+    scenes = [slice(*rows) for rows in pairwise(starts.tolist())]
+    searches = {}
+    for scene, rows in enumerate(scenes):
+        if not too_few(rows.stop - rows.start, 0.5, settings["alignment"]):
+            searches[scene] = unit_search(extent(gt[rows]), 0.5, N_THRESHOLDS)
+            units[scene] = next(searches[scene])
+    if aligner.has_one_alignment:
+        errors = aligner.align(units, np.array(list(searches), dtype=np.intp)).errors
+        halves = _half_units(errors, starts)
+        return np.where(np.isin(np.arange(len(halves)), list(searches)), halves, np.nan)
+    while searches:
+        errors = aligner.align(units, np.array(list(searches))).errors
+        for scene in list(searches):
+            try:
+                units[scene] = searches[scene].send(errors[scenes[scene]])
+            except StopIteration as stop:
+                distances[scene], _ = stop.value
+                del searches[scene]
+    return distances
+
+
+def _warn(scenes: NDArray[np.bool_], what: str, why: str) -> None:
+    """Warn of some of the scenes, for a caller three calls up."""
+    if scenes.any():
+        first, count = int(np.argmax(scenes)), np.count_nonzero(scenes)
+        warnings.warn(
+            f"{what} in {count} of {len(scenes)} scenes, the first of which is [{first}]: {why}",
+            AlignmentWarning,
+            stacklevel=4,
+        )

@@ -1,0 +1,226 @@
+"""Many scenes at once score as one by one, to the last bit, whatever the threads and the compiler.
+
+``python -m benchmarks.same_bits`` does the same with 10,000 scenes.
+"""
+
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from alignscores import (
+    AlignmentWarning,
+    pas,
+    pas_batch,
+    ras_angle,
+    ras_batch,
+    tas_batch,
+    tas_distance,
+)
+from alignscores.protocols import vggt_auc, vggt_auc_batch
+from alignscores.registration import kernel
+from benchmarks.same_bits import differences, random_scenes
+
+SETTINGS = (
+    {},
+    {"registration": "refined", "distances": True},
+    {"registration": "refined", "alignment": "rigid", "unit": 1.0, "distances": True},
+    {"alignment": "yaw", "up": "y", "unit": 2.0, "n_hypotheses": 100},
+    {"alignment": "none", "unit": 1.0, "distances": True},
+    {"rng": 3, "weight": 0.7, "max_threshold": 2.0, "max_threshold_deg": 5.0, "n_thresholds": 7},
+)
+
+
+@pytest.fixture
+def scenes():
+    """Ground truth and estimate of five scenes of 12 cameras, (5, 12, 4, 4)."""
+    rng = np.random.default_rng(0)
+    gt = np.tile(np.eye(4), (5, 12, 1, 1))
+    gt[..., :3, :3] = Rotation.random(60, rng=rng).as_matrix().reshape(5, 12, 3, 3)
+    gt[..., :3, 3] = rng.random((5, 12, 3))
+    est = gt.copy()
+    est[..., :3, 3] += rng.normal(scale=0.02, size=(5, 12, 3))
+    return gt, est
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("settings", SETTINGS)
+def test_same_bits_as_one_by_one(settings, threads):
+    assert differences(random_scenes(60), threads=threads, **settings) == []
+
+
+@pytest.mark.parametrize("settings", SETTINGS[:4])
+def test_same_bits_without_a_compiler(settings, monkeypatch):
+    gt, est = random_scenes(12)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AlignmentWarning)
+        compiled = pas_batch(gt, est, **settings)
+        monkeypatch.setattr(kernel, "LIBRARY", None)
+        by_numpy = pas_batch(gt, est, **settings)
+    for a, b in ((compiled.tas, by_numpy.tas), (compiled.ras, by_numpy.ras)):
+        np.testing.assert_array_equal(a.score, b.score)
+        np.testing.assert_array_equal(a.errors, b.errors)
+    np.testing.assert_array_equal(compiled.tas.distances, by_numpy.tas.distances)
+    np.testing.assert_array_equal(compiled.tas.aligned.rows, by_numpy.tas.aligned.rows)
+
+
+def test_a_generator_goes_from_scene_to_scene():
+    gt, est = random_scenes(30)
+    one, other = np.random.default_rng(5), np.random.default_rng(5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AlignmentWarning)
+        batch = pas_batch(gt, est, rng=one, unit=1.0, threads=2)
+        loop = [
+            pas(g, e, rng=other, unit=1.0).score if len(g) else np.nan
+            for g, e in zip(gt, est, strict=True)
+        ]
+    np.testing.assert_array_equal(batch.score, loop)
+    assert one.random() == other.random()
+
+
+def test_the_kernel_is_called_once(scenes, monkeypatch):
+    if kernel.LIBRARY is None:
+        pytest.skip("the kernel is not compiled")
+    calls = []
+
+    class Counting:
+        def __getattr__(self, name):
+            if name == "register_scenes":
+                calls.append(name)
+            return getattr(library, name)
+
+    library = kernel.LIBRARY
+    monkeypatch.setattr(kernel, "LIBRARY", Counting())
+    for registration in ("pcr99", "refined"):
+        tas_batch(*(world[..., :3, 3] for world in scenes), registration=registration)
+    assert len(calls) == 2
+
+
+def test_poses_that_only_fill_up_a_scene(scenes):
+    gt, est = scenes
+    gt[1, 9:, :3], gt[3, 5:] = np.nan, np.nan
+    est[1, :2] = np.nan
+    batch = pas_batch(gt, est)
+    assert batch.tas.n_cameras.tolist() == [12, 9, 12, 5, 12]
+    assert batch.tas.n_lost.tolist() == batch.ras.n_lost.tolist() == [0, 2, 0, 0, 0]
+    assert batch[1].score == pas(gt[1, :9], est[1, :9]).score
+    assert batch[-1].score == batch.score[4] == pas(gt[4], est[4]).score
+    with pytest.raises(IndexError):
+        batch[5]
+
+
+def test_positions_or_rotations_alone(scenes):
+    gt, est = scenes
+    both = pas_batch(gt, est, registration="refined", distances=True)
+    positions = tas_batch(gt[..., :3, 3], est[..., :3, 3], registration="refined", distances=True)
+    rotations = ras_batch(gt[..., :3, :3], est[..., :3, :3], angles=True)
+    np.testing.assert_array_equal(both.tas.errors, positions.errors)
+    np.testing.assert_array_equal(both.tas.distances, positions.distances)
+    np.testing.assert_array_equal(both.ras.angles, rotations.angles)
+    assert positions.distances[0] == tas_distance(gt[0, :, :3, 3], est[0, :, :3, 3])
+    assert rotations.angles[0] == ras_angle(gt[0, :, :3, :3], est[0, :, :3, :3])
+    as_rotations = [Rotation.from_matrix(scene[:, :3, :3]) for scene in gt]
+    np.testing.assert_array_equal(ras_batch(as_rotations, as_rotations).score, np.ones(5))
+
+
+def test_a_scene_without_d_has_no_score(scenes):
+    gt, est = (list(world) for world in scenes)
+    gt[1], est[1] = gt[1][:3], est[1][:3]
+    gt[2] = gt[2].copy()
+    gt[2][:, :3, 3] = 0
+    with pytest.warns(AlignmentWarning, match=r"no TAS in 2 of 5 scenes, the first of .* \[1\]"):
+        batch = pas_batch(gt, est)
+    assert np.isnan(batch.score).tolist() == [False, True, True, False, False]
+    with pytest.raises(ValueError, match="at least 4 ground-truth cameras"):
+        batch[1]
+    with pytest.raises(ValueError, match="coincide with another one"):
+        batch[2]
+
+
+def test_warns_of_estimates_that_cannot_be_aligned(scenes):
+    gt, est = scenes
+    est[3] = np.nan
+    with pytest.warns(AlignmentWarning) as warned:
+        batch = pas_batch(gt, est)
+    assert [str(warning.message).partition(" scenes")[0] for warning in warned] == [
+        "TAS is 0 in 1 of 5",
+        "RAS is 0 in 1 of 5",
+    ]
+    assert all(warning.filename == __file__ for warning in warned)
+    assert batch.score[3] == batch[3].score == 0
+    assert batch[3].tas.alignment is None
+    assert np.isnan(batch.tas.scale[3])
+
+
+@pytest.mark.parametrize("as_list", [False, True])
+def test_errors_name_scene_and_row(scenes, as_list):
+    gt, est = scenes
+    worlds = {}
+    for name, row, value in (
+        ("gt_poses[2][4] is not finite", (0, 2, 4, 0, 3), np.inf),
+        ("gt_poses[2][4] is not a rotation", (0, 2, 4, 0, 0), 7.0),
+        ("est_poses[3][0] is not a rotation", (1, 3, 0, 0, 0), 7.0),
+        ("est_poses[3][0] has the last row", (1, 3, 0, 3, 0), 1.0),
+    ):
+        worlds[name] = np.stack([gt, est])
+        worlds[name][row] = value
+    for message, (one, other) in worlds.items():
+        pair = (list(one), list(other)) if as_list else (one, other)
+        with pytest.raises(ValueError, match=rf"^{re.escape(message)}"):
+            pas_batch(*pair)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda g, e: (g, e[:4]), "gt_poses has 5 scenes but est_poses 4"),
+        (lambda g, e: (g, e[:, :4]), r"gt_poses\[0\] has 12 cameras but est_poses\[0\] has 4"),
+        (lambda g, e: (g[:0], e[:0]), "gt_poses has no cameras"),
+        (lambda g, e: (g[0], e[0]), r"gt_poses.* must have shape \(n, 4, 4\) or \(n, 3, 4\)"),
+        (lambda _, e: ("poses", e), "gt_poses must hold real numbers"),
+        (lambda _, e: ([None], e), r"gt_poses\[0\]"),
+    ],
+)
+def test_refuses_what_are_no_scenes(scenes, change, message):
+    with pytest.raises(ValueError, match=message):
+        pas_batch(*change(*scenes))
+
+
+@pytest.mark.parametrize("threads", [0, -1, 1.5, True, "2"])
+def test_refuses_threads_that_are_no_number(scenes, threads):
+    with pytest.raises(ValueError, match="threads must be a positive whole number"):
+        pas_batch(*scenes, threads=threads)
+
+
+def test_no_memory_is_lost(scenes):
+    """Ten thousand calls, of which the first warm up."""
+    positions = [world[:, :5, :3, 3] for world in scenes]
+
+    def resident():
+        return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+
+    try:
+        resident()
+    except OSError:
+        pytest.skip("no /proc")
+    for turn in range(10_000):
+        if turn == 2000:
+            before = resident()
+        tas_batch(*positions, n_hypotheses=20, threads=1 + turn % 2)
+    assert resident() - before < 4 << 20
+
+
+@pytest.mark.parametrize("convention", ["vggt", "mapanything", "da3"])
+@pytest.mark.parametrize(("k", "bins"), [(30, "degree"), (5, "histogram")])
+def test_auc_as_one_by_one(convention, k, bins):
+    gt, est = random_scenes(80)
+    options = {"convention": convention, "bins": bins}
+    batch = vggt_auc_batch(gt, est, k, **options)
+    for truth, estimate, found in zip(gt, est, batch, strict=True):
+        if len(truth) < 2:
+            assert np.isnan(found)
+        else:
+            assert found == vggt_auc(truth, estimate, k, **options)

@@ -1,0 +1,150 @@
+"""Tensors, and the metric of torchmetrics; without torch there are stand-ins alone."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from alignscores import pas, pas_batch, tas
+from alignscores.protocols import vggt_auc
+
+
+@pytest.fixture
+def scenes():
+    """Ground truth and estimate, (3, 20, 4, 4)."""
+    rng = np.random.default_rng(0)
+    gt = np.tile(np.eye(4), (3, 20, 1, 1))
+    gt[..., :3, :3] = Rotation.random(60, rng=rng).as_matrix().reshape(3, 20, 3, 3)
+    gt[..., :3, 3] = rng.random((3, 20, 3))
+    est = gt.copy()
+    est[..., :3, 3] += rng.normal(scale=0.02, size=(3, 20, 3))
+    return gt, est
+
+
+class OnlyDLPack:
+    """A tensor of a library without ``__array__``."""
+
+    def __init__(self, array):
+        self._array = array
+        self.__dlpack__, self.__dlpack_device__ = array.__dlpack__, array.__dlpack_device__
+
+
+class OnGPU:
+    """A tensor that NumPy cannot read where it is."""
+
+    def __init__(self, array, **methods):
+        self._array = array
+        self.shape, self.dtype = array.shape, array.dtype
+        for name in methods:
+            setattr(self, name, lambda: array)
+
+    def __array__(self, dtype=None, copy=None):
+        raise TypeError("implicit conversion is not allowed; move it first")
+
+
+def test_whatever_has_dlpack_or_moves_to_the_cpu(scenes):
+    gt, est = (world[0, :, :3, 3].copy() for world in scenes)
+    expected = tas(gt, est).score
+    assert tas(OnlyDLPack(gt), OnlyDLPack(est)).score == expected
+    assert tas(OnGPU(gt, cpu=1), OnGPU(est, detach=1)).score == expected
+
+
+def test_one_sentence_for_what_cannot_be_converted(scenes):
+    gt, est = (world[0, :, :3, 3].copy() for world in scenes)
+    with pytest.raises(ValueError, match="est_positions cannot be made an array: implicit conv"):
+        tas(gt, OnGPU(est))
+
+
+@pytest.mark.parametrize("kind", ["float64", "float32", "float16", "bfloat16"])
+def test_tensors_of_torch(scenes, kind):
+    torch = pytest.importorskip("torch")
+    gt, est = (torch.tensor(world, dtype=getattr(torch, kind)) for world in scenes)
+    est.requires_grad_()
+    result = pas_batch(gt, est)
+    expected = (
+        pas_batch(*(world.detach().double().numpy() for world in (gt, est)))
+        if (kind == "float64")
+        else pas_batch(*scenes)
+    )
+    tolerance = {"float64": 0, "float32": 1e-3, "float16": 0.05, "bfloat16": 0.1}[kind]
+    np.testing.assert_allclose(result.score, expected.score, rtol=0, atol=tolerance)
+    assert pas(gt[1], est[1]).score == pas_batch(list(gt), list(est)).score[1] == result.score[1]
+
+
+@pytest.fixture
+def metric_of():
+    """(settings) -> the metric."""
+    pytest.importorskip("torchmetrics")
+    from alignscores.torch import PoseAlignmentScore
+
+    return PoseAlignmentScore
+
+
+def test_the_metric_is_the_mean_over_all_batches(scenes, metric_of):
+    import torch
+
+    gt, est = map(torch.tensor, scenes)
+    metric = metric_of(protocols=["auc@30:vggt"], distances=True)
+    metric.update(gt[:1], est[:1])
+    metric.update(gt[1:], est[1:])
+    found = {name: float(value) for name, value in metric.compute().items()}
+    expected = pas_batch(*scenes, registration="refined", distances=True)
+    assert found["PAS"] == pytest.approx(expected.score.mean())
+    assert found["TAS"] == pytest.approx(expected.tas.score.mean())
+    assert found["RAS"] == pytest.approx(expected.ras.score.mean())
+    assert found["half_distance"] == np.median(expected.tas.distances)
+    assert found["half_angle"] == np.median(expected.ras.angles)
+    aucs = [vggt_auc(g, e, 30) for g, e in zip(*scenes, strict=True)]
+    assert found["auc@30:vggt"] == pytest.approx(np.mean(aucs))
+    metric.reset()
+    assert float(metric(gt[:1], est[:1])["PAS"]) == expected.score[0]
+
+
+def test_the_mask_says_what_is_a_camera(scenes, metric_of):
+    import torch
+
+    gt, est = map(torch.tensor, scenes)
+    mask = torch.ones(3, 20, dtype=torch.bool)
+    mask[1, 7:] = False
+    metric = metric_of(registration="pcr99", protocols=["auc@30:vggt"])
+    metric.update(gt, est, mask=mask)
+    sizes = 20, 7, 20
+    expected = [pas(g[:n], e[:n]).score for g, e, n in zip(*scenes, sizes, strict=True)]
+    assert float(metric.compute()["PAS"]) == pytest.approx(np.mean(expected))
+
+
+def _score_half(rank, gt, est, port, results):
+    import torch
+
+    from alignscores.torch import PoseAlignmentScore
+
+    torch.distributed.init_process_group(
+        "gloo", init_method=f"tcp://127.0.0.1:{port}", rank=rank, world_size=2
+    )
+    metric = PoseAlignmentScore()
+    some = slice(0, 1) if rank == 0 else slice(1, 3)
+    metric.update(torch.tensor(gt[some]), torch.tensor(est[some]))
+    results[rank] = float(metric.compute()["PAS"])
+    torch.distributed.destroy_process_group()
+
+
+def test_processes_gather_their_scenes(scenes, metric_of):
+    import socket
+
+    import torch
+
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    expected = pas_batch(*scenes, registration="refined").score.mean()
+    with torch.multiprocessing.get_context("fork").Manager() as manager:
+        results = manager.dict()
+        context = torch.multiprocessing.get_context("fork")
+        processes = [
+            context.Process(target=_score_half, args=(rank, *scenes, port, results))
+            for rank in range(2)
+        ]
+        for process in processes:
+            process.start()
+        for process in processes:
+            process.join(60)
+        assert dict(results) == pytest.approx({0: expected, 1: expected})
