@@ -964,7 +964,7 @@ typedef struct {
     size_t n_hypotheses, draws_per_hypothesis, most_at_once;
     double factor, margin; /* of the prescreening, and of a squared error */
     double flat_sine, parallel_sine, line_ratio, smallest, farthest;
-    double resolution, tolerance; /* of the largest threshold */
+    double resolution, tolerance, fine_tolerance; /* of the largest threshold */
     ptrdiff_t alignment, sweeps;
     size_t n_starts, few, several, n_subsets, n_neighbourhoods, n_finalists, sample, small_sample;
 } settings;
@@ -1372,7 +1372,8 @@ static void refined_scene(room *r, const settings *set, const scenes *all, size_
                            set->n_finalists, INFINITY);
     if (all->has_last && all->has_last[s])
         r->starts[n_starts++] = all->last[s];
-    refine_some(r, set, gt, est, n, r->starts, n_starts, threshold, 1, set->tolerance);
+    refine_some(r, set, gt, est, n, r->starts, n_starts, threshold, 1,
+                n > set->several ? set->tolerance : set->fine_tolerance);
     all->found[s] = r->starts[0];
     all->is_found[s] = is_usable(r->starts);
     if (all->has_last && all->is_found[s]) {

@@ -31,6 +31,7 @@ SAMPLE = 1000  # cameras with which the starts are refined until few are left
 SMALL_SAMPLE = 250  # cameras with which hopeless hypotheses are sorted out
 RESOLUTION = 0.01  # of the largest threshold: finer differences between errors do not count
 TOLERANCE = 1e-5  # gain in score; refinement ends with the first step that gains less
+FINE_TOLERANCE = 1e-9  # of up to SEVERAL cameras, where steps cost little
 
 
 def refined(
@@ -96,12 +97,14 @@ class Search:
             starts = self._hypotheses
             if cameras.n > SMALL_SAMPLE:
                 starts = cameras.first(SMALL_SAMPLE).cheapest(starts, threshold, 4 * N_STARTS)
-            n_starts = N_STARTS if cameras.n > SEVERAL else 2 * N_STARTS
+            many = cameras.n > SEVERAL
+            n_starts = N_STARTS if many else 2 * N_STARTS
+            tolerance = TOLERANCE if many else FINE_TOLERANCE
             starts = sample.cheapest(starts, threshold, n_starts)
             starts = np.concatenate([starts, sample.neighbourhood_fits(threshold)])
             starts = sample.refine(starts, threshold, n_left=N_FINALISTS, tolerance=np.inf)
             starts = np.concatenate([starts, self._found])
-            best = cameras.refine(starts, threshold, n_left=1, tolerance=TOLERANCE)
+            best = cameras.refine(starts, threshold, n_left=1, tolerance=tolerance)
         if not (np.isfinite(best[0]).all() and best[0, 0] > 0):
             return None
         self._found = best
