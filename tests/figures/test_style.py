@@ -21,7 +21,8 @@ def test_series_are_told_apart_by_lightness(name, count):
     [
         ("TAS(registration=refined,max_threshold=2)", "TAS, refined, 2"),
         ("HalfDistance", "half-score distance"),
-        ("HalfDistance(score=0.25)", "distance at 0.25"),
+        ("HalfDistance(score=0.25)", "quarter-score distance"),
+        ("HalfDistance(score=0.3)", "distance at 0.3"),
     ],
 )
 def test_metrics_are_called_by_what_they_are(metric, name):
