@@ -965,6 +965,7 @@ typedef struct {
     double factor, margin; /* of the prescreening, and of a squared error */
     double flat_sine, parallel_sine, line_ratio, smallest, farthest;
     double resolution, tolerance, fine_tolerance; /* of the largest threshold */
+    double more; /* weight of one camera of a subset */
     ptrdiff_t alignment, sweeps;
     size_t n_starts, few, several, n_subsets, n_neighbourhoods, n_finalists, sample, small_sample;
 } settings;
@@ -1146,30 +1147,34 @@ static bool next_subset(size_t n, size_t size, size_t *members)
     return true;
 }
 
-/* As Cameras.subset_fits: to the subsets of each size that has room. Return how many there are; with
-   nothing to fit to they are only counted. */
+/* As Cameras.subset_fits; return how many there are. With nothing to fit to they are only counted. */
 static size_t fit_subsets(room *r, const settings *set, size_t n, similarity *fits)
 {
-    size_t count = 0;
-    for (size_t size = set->alignment == SIMILARITY ? 3 : 2; size <= n && n <= set->few; size++) {
-        double n_subsets = 1;
+    size_t count = 0, least = set->alignment == SIMILARITY ? 3 : 2;
+    size_t n_sizes = n <= set->few && n >= least ? n - least + 1 : 0;
+    for (size_t s = 0; s < 2 * n_sizes; s++) {
+        bool one_counts_more = s >= n_sizes;
+        size_t size = n - s % n_sizes, n_each = one_counts_more ? size : 1;
+        double n_fits = (double)n_each;
         for (size_t i = 0; i < size; i++)
-            n_subsets = n_subsets * (double)(n - i) / (double)(i + 1);
-        if ((double)count + n_subsets > (double)set->n_subsets)
+            n_fits = n_fits * (double)(n - i) / (double)(i + 1);
+        if ((double)count + n_fits > (double)set->n_subsets)
             continue;
         if (fits == NULL) {
-            count += (size_t)n_subsets;
+            count += (size_t)(n_fits + 0.5);
             continue;
         }
         for (size_t i = 0; i < size; i++)
             r->order[i] = i;
         do {
-            double *weights = r->weights + count++ % LANES * n;
-            memset(weights, 0, n * sizeof *weights);
-            for (size_t i = 0; i < size; i++)
-                weights[r->order[i]] = 1;
-            if (count % LANES == 0)
-                fit(r, set, r->shuffled, r->shuffled + 3 * n, n, LANES, fits + count - LANES);
+            for (size_t k = 0; k < n_each; k++) {
+                double *weights = r->weights + count++ % LANES * n;
+                memset(weights, 0, n * sizeof *weights);
+                for (size_t i = 0; i < size; i++)
+                    weights[r->order[i]] = one_counts_more && i == k ? set->more : 1;
+                if (count % LANES == 0)
+                    fit(r, set, r->shuffled, r->shuffled + 3 * n, n, LANES, fits + count - LANES);
+            }
         } while (next_subset(n, size, r->order));
     }
     if (fits && count % LANES)
