@@ -1369,8 +1369,11 @@ static void refined_scene(room *r, const settings *set, const scenes *all, size_
     double *sample_est = r->first_cameras + 3 * n_sample;
     take_first(gt, n, n_sample, r->first_cameras);
     take_first(est, n, n_sample, sample_est);
+    size_t most_starts = n > set->several ? set->n_starts : 2 * set->n_starts;
+    if (all->has_last && !all->has_last[s])
+        most_starts = set->n_finalists; /* only leads to the next threshold */
     n_starts = choose(r, r->first_cameras, sample_est, n_sample, threshold, resolution, starts, n_starts,
-                      n > set->several ? set->n_starts : 2 * set->n_starts, r->starts);
+                      most_starts, r->starts);
     n_starts += fit_neighbourhoods(r, set, r->first_cameras, sample_est, n_sample, threshold,
                                    r->starts + n_starts);
     n_starts = refine_some(r, set, r->first_cameras, sample_est, n_sample, r->starts, n_starts, threshold,
