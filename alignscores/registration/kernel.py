@@ -259,7 +259,9 @@ class Scenes:
                 self._gt[rows], self._est[rows], rank=int(self._ranks[scene]), **options
             )
         else:
-            search = self._searches.get(scene) or Search(self._gt[rows], self._est[rows], **options)
+            search = self._searches.get(scene) or Search(
+                self._gt[rows], self._est[rows], several=self._keep, **options
+            )
             if self._keep:
                 self._searches[scene] = search
             found, n_used = search.best(threshold), search.n_used

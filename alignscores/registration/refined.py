@@ -24,7 +24,7 @@ __all__ = ["Search", "order_of", "refined"]
 N_STARTS = 64  # hypotheses that are refined; their number is halved in each step
 FEW = 30  # cameras up to which all triplets are tried
 SEVERAL = 60  # cameras up to which twice as many triplets are drawn, and refined
-N_SUBSETS = 400  # of few cameras, fits to which are tried, too
+N_SUBSETS = 300  # of few cameras, fits to which are tried, too
 MORE = 10.0  # weight of one camera of a subset, where that of the others is 1
 N_NEIGHBOURHOODS = 4  # the densest ones; a fit to each is tried as a start, too
 N_FINALISTS = 8  # alignments left that are refined with all cameras
@@ -63,6 +63,7 @@ class Search:
     """Search for the alignment that maximises the TAS, at one or at several largest thresholds.
 
     The ``n_used`` hypotheses are drawn once. What is found at one threshold is a start at the next.
+    The first of several, the extent of the scene, only leads to the next, so few starts do there.
     """
 
     def __init__(
@@ -73,6 +74,7 @@ class Search:
         n_hypotheses: int,
         rng: np.random.Generator,
         alignment: str = "similarity",
+        several: bool = False,
     ) -> None:
         gt, est = component_first(gt_positions, est_positions)
         order = order_of(gt.shape[1])
@@ -89,6 +91,7 @@ class Search:
             self._hypotheses = hypotheses[usable]
             self.n_used = len(self._hypotheses)
         self._found = np.empty((0, 13))
+        self._several = several
 
     def best(self, threshold: float) -> Similarity | None:
         """Return the best alignment for a largest threshold; None where there is none."""
@@ -100,6 +103,8 @@ class Search:
                 starts = cameras.first(SMALL_SAMPLE).cheapest(starts, threshold, 4 * N_STARTS)
             many = cameras.n > SEVERAL
             n_starts = N_STARTS if many else 2 * N_STARTS
+            if self._several and not len(self._found):
+                n_starts = N_FINALISTS
             tolerance = TOLERANCE if many else FINE_TOLERANCE
             starts = sample.cheapest(starts, threshold, n_starts)
             starts = np.concatenate([starts, sample.neighbourhood_fits(threshold)])
