@@ -316,9 +316,8 @@ class Evaluation:
 
     def pas(self, options: PASOptions) -> float:
         """Weigh TAS and RAS."""
-        translation = TASOptions(**options.model_dump(exclude={"weight"}))
         weight = options.weight
-        return weight * self.tas(translation) + (1 - weight) * self.ras(RASOptions())
+        return weight * self.tas(_of_tas(options)) + (1 - weight) * self.ras(RASOptions())
 
     def maa(self, options: MAAOptions) -> float:
         """Count the pairs, in all ways that will be asked for at once."""
@@ -350,11 +349,7 @@ class Evaluation:
 
     def _errors(self, options: TASOptions) -> Floats:
         """Position errors under a registration, computed once for each."""
-        # PCR-99 knows nothing of unit and thresholds, whatever they are.
-        other: dict[str, float] = {"n_thresholds": 100}
-        if options.registration != "refined":
-            other |= {"max_threshold": 1.0, "quantile": 0.75, "interpolated": False}
-        key = options.model_copy(update=other)
+        key = _registered_alike(options)
         if key not in self._position_errors:
             scene = self.scene
             self._position_errors[key] = tas(
@@ -415,6 +410,22 @@ class Evaluation:
         gt, est = scene.gt_rotations, scene.est_rotations
         angles = aligned_angles(gt, est, rotation_l1_mean(gt @ est.transpose(0, 2, 1)))
         return np.append(angles, np.full(len(self.scene.gt_rotations) - len(angles), inf))
+
+
+@cache
+def _of_tas(options: PASOptions) -> TASOptions:
+    """Return the options of the TAS in a PAS."""
+    return TASOptions(**options.model_dump(exclude={"weight"}))
+
+
+@cache
+def _registered_alike(options: TASOptions) -> TASOptions:
+    """Return the same options for all that have one alignment."""
+    # PCR-99 knows nothing of unit and thresholds, whatever they are.
+    other: dict[str, float] = {"n_thresholds": 100}
+    if options.registration != "refined":
+        other |= {"max_threshold": 1.0, "quantile": 0.75, "interpolated": False}
+    return options.model_copy(update=other)
 
 
 def _score(errors: Floats, unit: float, largest: float, count: float) -> float:
