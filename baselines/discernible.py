@@ -136,9 +136,7 @@ def dre(gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation)
 
 def dre_of_stacks(gt: Floats, est: Floats) -> Floats:
     """Return `dre` of stacks of checked rotations (G, n, 3, 3)."""
-    return mean_of_mean_and_rms(
-        aligned_angles(gt, est, rotation_l1_means(gt @ est.swapaxes(2, 3)))
-    )
+    return mean_of_mean_and_rms(aligned_angles(gt, est, rotation_l1_means(gt @ est.swapaxes(2, 3))))
 
 
 def _centre(positions: Floats) -> tuple[Floats, Floats]:
