@@ -18,7 +18,6 @@ from ..trajectories.association import (
     unit_hint,
 )
 from ..trajectories.files import FilePath, Trajectory, inverse_poses, read_stamps
-from ..trajectories.formats import FORMATS
 from ..trajectories.timeline import usual_step
 from ..trajectories.timing import LEAST_GAIN, find_offset
 from ..validation import finite_rows
@@ -60,7 +59,7 @@ def read_parts(estimate: FilePath | Trajectory, settings: Settings) -> dict[str,
     if isinstance(estimate, Trajectory):
         parts = {"": checked(estimate, "estimate")}
     else:
-        form = FORMATS[settings.est_format] if settings.est_format else settings.form
+        form = settings.est_form
         parts = form.read_parts(estimate) if form.read_parts else {"": form.read(estimate)}
     if not settings.invert:
         return parts

@@ -215,7 +215,8 @@ def _convention(
         return Convention()
     largest = max(poses, key=lambda part: int(np.sum(finite_rows(part))))
     once = _each_pose_once(replace(matches, est_poses=largest))
-    return find_convention(once.gt_poses, once.est_poses)
+    quaternions = settings.est_form.quaternions
+    return find_convention(once.gt_poses, once.est_poses, quaternions=quaternions)
 
 
 def _body_rotation(convention: Convention, settings: Settings) -> Floats | None:

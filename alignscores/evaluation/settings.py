@@ -404,6 +404,18 @@ class Settings:
         return FORMATS[self.format]
 
     @property
+    def est_form(self) -> Format:
+        """The format of the estimates.
+
+        Examples
+        --------
+        >>> from alignscores import Settings
+        >>> Settings(format="euroc", est_format="tum").est_form.quaternions
+        True
+        """
+        return FORMATS[self.est_format] if self.est_format else self.form
+
+    @property
     def missing_cameras(self) -> str | None:
         """What missing cameras do; None where the format has none.
 

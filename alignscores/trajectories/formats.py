@@ -18,6 +18,7 @@ class Format:
     missing: bool  # not where each line of the reference has one of the estimate
     unit: str = "m"  # name of the reference's unit of length
     timed: bool = False  # whether poses are matched by time stamps
+    quaternions: bool = False  # whether rotations are quaternions
     ordered: bool = True  # whether poses come in the order of time
     aligned: str = ""  # format of an aligned estimate; empty where there is none
     read_parts: Callable[..., dict[str, files.Trajectory]] | None = None  # of an estimate
@@ -30,6 +31,7 @@ FORMATS = {
         files.read_tum,
         True,
         timed=True,
+        quaternions=True,
         aligned="TUM",
     ),
     "kitti": Format(
@@ -45,6 +47,7 @@ FORMATS = {
         files.read_euroc,
         True,
         timed=True,
+        quaternions=True,
         aligned="TUM",
     ),
     "colmap": Format(
@@ -53,6 +56,7 @@ FORMATS = {
         files.read_colmap,
         True,
         unit="units",
+        quaternions=True,
         ordered=False,
         read_parts=files.read_colmap_parts,
     ),
