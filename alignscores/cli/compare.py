@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..comparison.benchmark import Benchmark
+from ..comparison.cache import clear
 from ..comparison.comparison import Comparison, compare_runs, find_benchmark, settings_of_run
 from ..comparison.runs import COLUMNS
 from ..comparison.tables import as_csv, as_latex, as_markdown, as_text, footnotes
@@ -49,7 +50,10 @@ def add_parser(commands: Any) -> None:
     )
     command.set_defaults(command=command, run=run, metrics_as_given=())
     command.add_argument(
-        "source", metavar="FORMAT", help=f"{', '.join(FORMATS)}; or a YAML file, without patterns"
+        "source",
+        nargs="?",
+        metavar="FORMAT",
+        help=f"{', '.join(FORMATS)}; or a YAML file, without patterns",
     )
     command.add_argument(
         "patterns",
@@ -82,7 +86,10 @@ def add_parser(commands: Any) -> None:
         "--cache",
         metavar="FOLDER",
         default=None,
-        help="where results are kept (default: alignscores in the user's cache)",
+        help="where results are kept, at most 1 GB (default: alignscores in the user's cache)",
+    )
+    work.add_argument(
+        "--clear_cache", action="store_true", help="forget all that is kept there, first"
     )
     work.add_argument("--no_cache", action="store_true", help="compute everything anew")
     _add_output(command)
@@ -111,6 +118,11 @@ def _add_output(command: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Find, score and compare all runs; what is wrong with one does not stop the others."""
+    cache = _cache(arguments)
+    if arguments.clear_cache and cache is not None:
+        print_note(f"{clear(cache)} results removed from {cache}")
+        if arguments.source is None:
+            return 0
     settings = _settings(arguments)
     benchmark = _benchmark(arguments)
     if wrong := order_problem(settings.metrics, FORMATS[benchmark.format]):
@@ -125,7 +137,7 @@ def run(arguments: argparse.Namespace) -> int:
         benchmark,
         settings,
         jobs=arguments.jobs,
-        cache=_cache(arguments),
+        cache=cache,
         progress=show_progress,
     )
     _print_problems(comparison.problems)
@@ -153,7 +165,7 @@ def _benchmark(arguments: argparse.Namespace) -> Benchmark:
     if source in FORMATS and len(patterns) == 2:
         reference, estimate = patterns
         return find_benchmark(reference, estimate, source, expect_all)
-    if Path(source).suffix in (".yaml", ".yml") and not patterns:
+    if source and Path(source).suffix in (".yaml", ".yml") and not patterns:
         return find_benchmark(source, None, None, expect_all)
     usage = f"give one of {', '.join(FORMATS)} and two patterns, or one YAML file"
     arguments.command.error(usage)
@@ -192,11 +204,22 @@ def _show_found(benchmark: Benchmark) -> None:
 
 
 def _cache(arguments: argparse.Namespace) -> Path | None:
-    """Return the folder of the cache; None without one."""
+    """Return the folder of the cache; None without one, or where the user's is not writable."""
     if arguments.no_cache:
         return None
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(arguments.cache or Path(home) / "alignscores")
+    if arguments.cache:
+        return Path(arguments.cache)
+    folder = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache") / "alignscores"
+    try:
+        folder = folder.expanduser()
+        folder.mkdir(parents=True, exist_ok=True)
+        writable = os.access(folder, os.W_OK)
+    except (OSError, RuntimeError):  # the second without a home
+        writable = False
+    if writable:
+        return folder
+    print_note(f"results are not kept, since {folder} is not writable; --cache names another one")
+    return None
 
 
 def _show(comparison: Comparison, arguments: argparse.Namespace) -> None:

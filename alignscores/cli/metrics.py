@@ -93,8 +93,10 @@ def metre_notes(settings: Settings) -> list[str]:
     return [f"the reference's unit is taken for a metre in {', '.join(taken)}"]
 
 
-def metric_table(rows: Mapping[str, Mapping[str, float | None]], settings: Settings) -> str:
-    """Return the table of the metrics of estimates, in blocks of at most 100 columns."""
+def metric_table(
+    rows: Mapping[str, Mapping[str, float | None]], settings: Settings, columns: int = WIDTH
+) -> str:
+    """Return the table of the metrics of estimates, in blocks of at most so many columns."""
     lines = []
     longest = min(max(map(text_width, [FIRST, *rows])), LONGEST_NAME)
     labels = shortened([FIRST, *rows], longest)
@@ -102,7 +104,7 @@ def metric_table(rows: Mapping[str, Mapping[str, float | None]], settings: Setti
     for name in settings.metrics:
         column = [heading(name, settings.form), *(cell(name, row[name]) for row in rows.values())]
         block.append([text.rjust(max(map(len, column))) for text in column])
-        if longest + sum(2 + len(cells[0]) for cells in block) > WIDTH and block[1:]:
+        if longest + sum(2 + len(cells[0]) for cells in block) > columns and block[1:]:
             lines += [*_lines(labels, block[:-1]), ""]
             block = block[-1:]
     return "\n".join([*lines, *_lines(labels, block)])

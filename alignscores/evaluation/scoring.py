@@ -131,7 +131,7 @@ def score(
     are looked at, which takes longer than all else.
     """
     with collected_warnings() as file_notes:  # these name the file already
-        parts = read_parts(estimate, settings)
+        parts = _without_reference(read_parts(estimate, settings), reference)
     whole = all_cameras(list(parts.values()))
     with collected_warnings() as warned:
         matches, offset = match_estimate(reference, whole, settings, step)
@@ -170,6 +170,16 @@ def score(
         part_positions=[part[:, :3, 3] for part in poses],
         part_of_camera=scores.part_of,
     )
+
+
+def _without_reference(
+    parts: dict[str, Trajectory], reference: Trajectory
+) -> dict[str, Trajectory]:
+    """Return the parts without the reference, which lies beside them in the folder of `.`."""
+    others = {
+        name: part for name, part in parts.items() if not all(map(np.array_equal, part, reference))
+    }
+    return others or parts
 
 
 def _clock_notes(

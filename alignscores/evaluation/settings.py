@@ -304,6 +304,8 @@ class Settings:
             object.__setattr__(self, name, value)
         if self.up != Settings.up and self.alignment != "yaw":
             raise ValueError("up is used by alignment=yaw alone: set that, too, or leave up out")
+        if self.frames is not None and self.missing == "ignore":
+            raise ValueError("frames without a pose fail: leave missing=ignore out, or frames")
         if self.format:
             self._check_format()
 
@@ -425,8 +427,6 @@ class Settings:
         >>> Settings(format="tum").missing_cameras
         'fail'
         """
-        if self.frames is not None:
-            return "fail"
         return self.missing if self.form.missing else None
 
 

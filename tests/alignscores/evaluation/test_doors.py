@@ -27,7 +27,7 @@ CASES = {  # what differs from the defaults: the formats that have it, and setti
     "limits": (TIMED, {"t_start": 1.7e9 + 0.5, "t_end": 1.7e9 + 3.2}),
     "t_offset": (TIMED, {"t_offset": -0.0019, "t_max_diff": 0.0005}),
     "t_offset auto": (TIMED, {"t_offset": "auto"}),
-    "frames": (TIMED, {"frames": "frames.txt", "missing": "ignore"}),
+    "frames": (TIMED, {"frames": "frames.txt"}),
     "invert": (FORMS, {"invert": True}),
     "body_rotation": (FORMS, {"body_rotation": "auto"}),
     "both of them": (FORMS, {"invert": True, "body_rotation": "auto"}),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from alignscores import Settings
-from alignscores.cli.main import build_parser
+from alignscores.cli.command import build_parser
 from alignscores.evaluation.settings import options
 from alignscores.trajectories.formats import FORMATS
 
@@ -145,7 +145,9 @@ def test_how_aligned(changes, words):
 def test_missing_cameras():
     assert Settings(format="tum").missing_cameras == "fail"
     assert Settings(format="tum", missing="ignore").missing_cameras == "ignore"
-    assert Settings(format="tum", missing="ignore", frames="f").missing_cameras == "fail"
+    assert Settings(format="tum", frames="f").missing_cameras == "fail"
+    with pytest.raises(ValueError, match="frames without a pose fail"):
+        Settings(format="tum", missing="ignore", frames="f")
     assert Settings(format="kitti").missing_cameras is None
 
 

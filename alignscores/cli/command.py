@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NoReturn
 
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.matching import read_reference, step_of_frames
@@ -27,7 +28,7 @@ from .options import add_settings, output_file, settings_of
 from .output import print_error, show_json, show_progress, show_table
 from .saving import save, show_plot, targets
 
-__all__ = ["main"]
+__all__ = ["run_command"]
 
 EPILOG = f"""\
 examples:
@@ -42,11 +43,8 @@ SAVED = ("save_errors", "save_metrics", "profile", "save_plot", "save_page")  # 
 SAVED_EACH = ("save_aligned", "save_results")  # one file an estimate
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line; return 0 if all was scored, 1 if something could not be.
-
-    Wrong usage ends in ``SystemExit(2)``.
-    """
+def run_command(argv: Sequence[str] | None) -> int:
+    """Run the command line, but for an interruption; see `alignscores.cli.main`."""
     parser = build_parser()
     if isinstance(sys.stdout, io.TextIOWrapper):  # names may hold what it cannot encode
         sys.stdout.reconfigure(errors="backslashreplace")
@@ -54,7 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if "_ARGCOMPLETE" in os.environ:
             require("argcomplete", "completion").autocomplete(parser)
         arguments, unknown = parser.parse_known_args(with_signed_axes(argv))
-        if unknown:  # with the usage of the format, not that of the whole
+        if unknown:  # by the format's parser, not that of the whole
             arguments.command.error(f"unrecognized arguments: {' '.join(unknown)}")
         return int(arguments.run(arguments))
     except BrokenPipeError:  # the reader has closed the pipe, as `| head` does
@@ -63,8 +61,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (ModuleNotFoundError, OSError, ValueError) as error:
         print_error(one_line(error))
         return 1
-    except KeyboardInterrupt:
-        return 130
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that says what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with the message, and where to find the usage."""
+        self.exit(2, f"{self.prog}: error: {message}; see {self.prog} --help\n")
 
 
 def with_signed_axes(argv: Sequence[str] | None) -> list[str]:
@@ -78,7 +82,7 @@ def with_signed_axes(argv: Sequence[str] | None) -> list[str]:
 
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser of the command line: one subcommand a format, and ``compare``."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="alignscores",
         description="Score estimated camera trajectories against a reference: TAS (positions), RAS "
         "(rotations) and PAS (their mean), after Lee and Civera.",
@@ -128,7 +132,12 @@ def _add_output(command: argparse.ArgumentParser, form: Format) -> None:
 
     add_metrics(output, "show these instead", form)
     output.add_argument("--json", action="store_true", help="print JSON instead of a table")
-    add_file("save_errors", ".csv", help="save the errors of each camera, and why it has none")
+    add_file("save_errors", ".csv", help="save the errors of each scored camera")
+    output.add_argument(
+        "--all_cameras",
+        action="store_true",
+        help="save there those without an error, too: left out, or without a reference pose",
+    )
     add_file(
         "save_metrics",
         ".csv",
