@@ -6,9 +6,11 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ..comparison.baseline import Changes, changes, read_baseline
 from ..comparison.benchmark import Benchmark
 from ..comparison.cache import clear
 from ..comparison.comparison import Comparison, compare_runs, find_benchmark, settings_of_run
@@ -31,8 +33,10 @@ EPILOG = """\
 example:
   alignscores compare tum 'data/{sequence}/gt.txt' 'data/{sequence}/{system}/{run}.txt'
 
-exit codes: 0 all compared, 1 something was left out or failed, 2 wrong usage
+exit codes: 0 all compared, 1 something was left out or failed, 2 wrong usage,
+3 certainly worse than the baseline (--fail_on worse)
 """
+WORSE = 3  # exit code
 JOBS = Option(
     help="processes side by side (default: %(default)s)", group="work", number=int, least=1
 )
@@ -63,6 +67,16 @@ def add_parser(commands: Any) -> None:
     )
     command.add_argument(
         "--dry-run", "--dry_run", action="store_true", help="show what is found, and score nothing"
+    )
+    command.add_argument(
+        "--baseline",
+        metavar="FILE.json",
+        help="show what changed against a comparison that was saved with --json, by --by",
+    )
+    command.add_argument(
+        "--fail_on",
+        choices=("worse",),
+        help="with --baseline: exit with 3 where a system is certainly worse",
     )
     command.add_argument(
         "--expect_all",
@@ -125,6 +139,8 @@ def run(arguments: argparse.Namespace) -> int:
             return 0
     settings = _settings(arguments)
     benchmark = _benchmark(arguments)
+    if arguments.fail_on and not arguments.baseline:
+        arguments.command.error("argument --fail_on: needs --baseline FILE")
     if wrong := order_problem(settings.metrics, FORMATS[benchmark.format]):
         arguments.command.error(f"argument --metrics: {wrong}")
     if arguments.dry_run:
@@ -133,6 +149,11 @@ def run(arguments: argparse.Namespace) -> int:
         return int(bool(benchmark.problems))
     if arguments.html:
         refuse_to_replace(_inputs(benchmark, settings, arguments), [("--html", arguments.html)])
+    saved = (
+        read_baseline(arguments.baseline, replace(settings, format=benchmark.format))
+        if arguments.baseline
+        else []
+    )
     comparison = compare_runs(
         benchmark,
         settings,
@@ -144,7 +165,12 @@ def run(arguments: argparse.Namespace) -> int:
     _print_problems([f"{error}; it counts as a failure" for error in comparison.failed])
     for note in [*alias_notes(arguments.metrics_as_given), *comparison.notes]:
         print_note(printable(note))
-    _show(comparison, arguments)
+    changed = (
+        changes(comparison, arguments.baseline, saved, arguments.by) if arguments.baseline else None
+    )
+    _show(comparison, arguments, changed)
+    if changed and changed.worse and arguments.fail_on == "worse":
+        return WORSE
     return int(bool(comparison.problems or comparison.failed))
 
 
@@ -179,6 +205,8 @@ def _inputs(
     if not arguments.patterns:
         yield arguments.source
     yield from benchmark.files
+    if arguments.baseline:
+        yield arguments.baseline
     for found in benchmark.runs:
         if (frames := settings_of_run(benchmark, found, settings).frames) is not None:
             yield str(frames)
@@ -222,15 +250,16 @@ def _cache(arguments: argparse.Namespace) -> Path | None:
     return None
 
 
-def _show(comparison: Comparison, arguments: argparse.Namespace) -> None:
+def _show(comparison: Comparison, arguments: argparse.Namespace, changed: Changes | None) -> None:
     """Print the comparison as it was asked for, and save its page."""
     by = arguments.by
     if arguments.html:
         # names of files that are not UTF-8 are in it as data, too
         content = page(comparison, by).encode(errors="backslashreplace")
         write_whole(arguments.html, content)
+    found = comparison.to_dict() | ({"baseline": changed.to_dict()} if changed else {})
     tables: dict[str, Callable[[], str]] = {
-        "json": lambda: json.dumps(comparison.to_dict(), indent=2, allow_nan=False),
+        "json": lambda: json.dumps(found, indent=2, allow_nan=False),
         "csv": lambda: as_csv(comparison.summary).removesuffix("\n"),
         "markdown": lambda: as_markdown(comparison.summary, by, comparison.names),
         "latex": lambda: as_latex(comparison.summary, by, comparison.names),
@@ -241,4 +270,9 @@ def _show(comparison: Comparison, arguments: argparse.Namespace) -> None:
         print(as_text(comparison.summary, by, comparison.names))
         notes = footnotes(comparison.summary, by, comparison.names, comparison.settings)
         print("\n" + "\n".join(notes))
+    if changed:
+        print(
+            f"\n{changed.as_text()}" if not arguments.show else changed.as_text(),
+            file=sys.stderr if arguments.show else sys.stdout,
+        )
     sys.stdout.flush()

@@ -85,7 +85,7 @@ def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str
     if tied and not chosen:
         why = "PAS less than 2 standard errors apart over the seeds" if others else "of equal PAS"
         lines.append(f"ranks in common: tied, {why}")
-    if not chosen or chosen & {"half_distance", "half_angle"}:
+    if "half" in header.split() or chosen & {"half_distance", "half_angle"}:
         lines.append(HALF)
     if "nan" in header.split():
         lines.append(
@@ -93,7 +93,7 @@ def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str
         )
     if any(row["parts"] for row in rows) and not chosen:
         lines.append("parts: worlds that are each aligned on their own, which makes scores higher")
-    if settings.form.timed and not chosen:
+    if settings.form.timed and "n" in header.split():
         lines.append(
             "n: frames that were due, the same for all, and d is theirs; "
             "lost: share of the time without a pose"
