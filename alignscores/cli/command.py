@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import takewhile
 from pathlib import Path
 from typing import NoReturn
 
@@ -18,14 +19,15 @@ from ..evaluation.scoring import score
 from ..evaluation.settings import options
 from ..similarity import UP
 from ..trajectories.extras import require
-from ..trajectories.files import FileError, read_stamps
+from ..trajectories.files import STDIN, FileError, read_stamps
 from ..trajectories.formats import FORMATS, Format
+from ..trajectories.recognition import recognise
 from ..version import __version__
 from . import compare
 from .inputs import check_stdin_read_once, refuse_to_replace
 from .metrics import add_metrics, alias_notes, metre_notes
 from .options import add_settings, output_file, settings_of
-from .output import print_error, show_json, show_progress, show_table
+from .output import print_error, print_note, show_json, show_progress, show_table
 from .saving import save, show_plot, targets
 
 __all__ = ["run_command"]
@@ -34,6 +36,7 @@ EPILOG = f"""\
 examples:
 {chr(10).join(f"  alignscores {name} {form.example}" for name, form in FORMATS.items())}
 
+`alignscores REF EST` recognises the format and says which it took.
 Every score is from 0 to 1, the larger the better. `alignscores FORMAT --help` tells the options.
 exit codes: 0 scored, 1 something could not be scored, 2 wrong usage
 shell completion: eval "$(register-python-argcomplete alignscores)"
@@ -51,7 +54,7 @@ def run_command(argv: Sequence[str] | None) -> int:
     try:
         if "_ARGCOMPLETE" in os.environ:
             require("argcomplete", "completion").autocomplete(parser)
-        arguments, unknown = parser.parse_known_args(with_signed_axes(argv))
+        arguments, unknown = parser.parse_known_args(with_format(with_signed_axes(argv)))
         if unknown:  # by the format's parser, not that of the whole
             arguments.command.error(f"unrecognized arguments: {' '.join(unknown)}")
         return int(arguments.run(arguments))
@@ -78,6 +81,28 @@ def with_signed_axes(argv: Sequence[str] | None) -> list[str]:
         if arguments[index] == "--up" and arguments[index + 1] in UP:
             arguments[index : index + 2] = [f"--up={arguments[index + 1]}"]
     return arguments
+
+
+def with_format(arguments: list[str]) -> list[str]:
+    """Return the arguments with the format of the files before them, where it is not named."""
+    files = list(takewhile(lambda argument: argument == STDIN or argument[:1] != "-", arguments))
+    if (
+        len(files) < 2
+        or files[0] in (*FORMATS, "compare")
+        or not (Path(files[0]).exists() or Path(files[0]).suffix)
+    ):
+        return arguments
+    found, *others = dict.fromkeys(map(recognise, files[:2]))
+    for file in files[2:]:
+        if recognise(file) != (form := recognise(files[1])):
+            raise FileError(file, f"is not in the format of {files[1]}, {form}; score it apart")
+    kinds = [(FORMATS[name].timed, FORMATS[name].missing) for name in (found, *others)]
+    if len(set(kinds)) > 1:
+        raise ValueError(
+            f"{files[0]} is in the format {found}, {files[1]} in {others[0]}: no match"
+        )
+    print_note(f"taken for the format {found}{f'; {files[1]} for {others[0]}' if others else ''}")
+    return [found, *arguments, *(f"--est_format={other}" for other in others)]
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -117,7 +142,11 @@ def _add_settings(command: argparse.ArgumentParser, form: Format) -> None:
     left_out = ["format", "metrics"]
     left_out += [] if len(alike) > 1 else ["est_format"]
     left_out += [] if form.missing else ["missing"]
-    left_out += [name for name, option in options().items() if option.timed and not form.timed]
+    left_out += [
+        name
+        for name, option in options().items()
+        if (option.timed and not form.timed) or (option.topics and not form.topics)
+    ]
     add_settings(command, left_out=left_out, choices={"est_format": alike})
 
 

@@ -17,9 +17,9 @@ FIRST, LONGEST_NAME = "estimate", 40  # header of the names, and their character
 LEGEND = """\
 K is a whole number of degrees, ANGLE is in degrees (5deg or 5), DISTANCE in mm, cm or m, as in
 auc@30:vggt and recall@5cm,5deg. What is in [brackets] may be left out; the first choice then holds.
-STATISTIC: rmse, mean, median, std, min, max. ALIGNMENT: sim3, se3, scale, none. PATH: estimate,
-reference, consecutive. All are of the cameras that are scored, see --missing. The
-definitions are in docs/reference/protocols.md."""
+STATISTIC: rmse, mean, median, std, min, max. ALIGNMENT: sim3, se3, scale, none. PAIRS: consecutive,
+consecutive-reference, all, all-reference. All are of the cameras that are scored, see --missing.
+The definitions are in docs/reference/protocols.md."""
 
 
 def add_metrics(group: Any, purpose: str, form: Format | None = None) -> None:

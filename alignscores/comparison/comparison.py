@@ -284,7 +284,7 @@ def _tasks(
             tasks[run] = Task(file, run.file or "", of_run, cache, check=system not in checked)
             checked.add(system)
     with collected_warnings() as notes:
-        reference_of(file, of_run.format)
+        reference_of(file, of_run.format, of_run.ref_topic)
         if of_run.frames is not None:
             read_stamps(str(of_run.frames))
     return tasks, [f"{sequence}: {note}" for note in notes]

@@ -154,7 +154,7 @@ def test_estimates_of_another_format(form, other, score, run):
     """The images are in a folder in one of them, and not in the other."""
     (result,) = score(form, FILES[form][0], FILES[other][1], "--est_format", other)
     assert result["PAS"] == pytest.approx(score(form, *FILES[form])[0]["PAS"], abs=1e-12)
-    assert "matched by file name: " in result["notes"][0]
+    assert "matched by the end of their path: " in result["notes"][0]
     (result,) = score("tum", FILES["tum"][0], FILES["euroc"][0], "--est_format", "euroc")
     assert result["PAS"] == 1.0
 

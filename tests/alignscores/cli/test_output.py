@@ -216,7 +216,7 @@ def test_what_had_to_be_guessed_is_noted(run):
     files = ("nerf/reference.json", "colmap/estimate", "--est_format", "colmap")
     code, _, notes = run("nerf", *files)
     assert code == 0
-    assert "images are matched by file name: 'images/0000.png' and '0000.png'" in notes
+    assert "images are matched by the end of their path: 'images/0000.png' and '0000.png'" in notes
     code, _, notes = run(*TUM, "--t_offset", "auto")
     assert code == 0
     assert re.search(r"note: estimate.txt: time offset of -?0\.00\d\d s found", notes)
