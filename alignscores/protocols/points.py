@@ -18,6 +18,7 @@ LAMARIA_ERRORS = (0.05, 0.2, 0.5, 1.0, 2.0, 5.0)  # metres; between them points 
 LAMARIA_POINTS = (20, 18, 15, 12, 8, 4)
 LAMARIA_END = 10.0, 0  # metres, points
 LAMARIA_INLIER = 5.0  # metres
+PYCOLMAP_CONFIDENCE, PYCOLMAP_TRIALS = 0.9999, (1000, 100_000)  # defaults of its robust similarity
 
 
 def hilti_score(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
@@ -154,7 +155,11 @@ def _horizontal_errors(gt_positions: ArrayLike, est_positions: ArrayLike, rng: S
     positions = Positions.check(gt_positions, est_positions)
     gt, est = positions.matched()
     errors = np.full(len(positions.gt), np.inf)
-    to_gt = locally_optimised_ransac(est, gt, LAMARIA_INLIER, np.random.default_rng(rng))
+    to_gt = locally_optimised_ransac(
+        *(est, gt, LAMARIA_INLIER, np.random.default_rng(rng)),
+        confidence=PYCOLMAP_CONFIDENCE,
+        trials=PYCOLMAP_TRIALS,
+    )
     if to_gt is not None:
         moved = to_gt.scale * est @ to_gt.rotation.T + to_gt.translation
         errors[positions.estimated] = np.linalg.norm((moved - gt)[:, :2], axis=1)
