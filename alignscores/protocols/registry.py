@@ -370,6 +370,6 @@ def protocol(name: str) -> Metric:
     >>> protocol("auc@30")
     Traceback (most recent call last):
         ...
-    ValueError: unknown metric 'auc@30'; close to it are auc@30:vggt, auc@30:vggt-old, auc@5:colmap
+    ValueError: unknown metric 'auc@30'; close to it are auc@30:vggt, auc@30:vggt-old, auc@30:vggt-min
     """
     return find(name, PROTOCOLS)

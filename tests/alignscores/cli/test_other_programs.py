@@ -11,9 +11,6 @@ import pycolmap
 import pytest
 from evo.core.trajectory import PoseTrajectory3D
 from evo.tools import file_interface
-from rosbags.rosbag1 import Writer as Writer1
-from rosbags.rosbag2 import StoragePlugin
-from rosbags.rosbag2 import Writer as Writer2
 
 from alignscores.trajectories.files import read_nerf, read_tum
 
@@ -148,11 +145,11 @@ def test_broken_arrays(run, tmp_path, arrays, reason):
 
 def bag(path, kind, trajectories):
     """Write a bag with both trajectories by evo, and return its path."""
-    writer = (
-        Writer1(path)
-        if kind == "ROS 1"
-        else Writer2(path, version=9, storage_plugin=StoragePlugin[kind])
-    )
+    if kind == "ROS 1":
+        writer = file_interface.Rosbag1Writer(path)
+    else:
+        plugin = file_interface.ros2_bag_storage_plugin(kind)
+        writer = file_interface.Rosbag2Writer(path, version=9, storage_plugin=plugin)
     with writer as opened:
         for topic, (stamps, poses) in zip(("/gt", "/odom"), trajectories, strict=True):
             there = np.isfinite(poses).all(axis=(1, 2))

@@ -130,6 +130,8 @@ def test_json_names_its_settings(run):
     assert printed == {
         "format": "tum",
         "est_format": "tum",
+        "ref_topic": None,
+        "est_topic": None,
         "reference": "tum/reference.txt",
         "missing_cameras": "fail",
         "registration": "pcr99",

@@ -16,6 +16,7 @@ from alignscores import pas, ras_profile, tas_profile
 from alignscores.cli import main
 from alignscores.comparison.cache import prune
 from alignscores.trajectories.files import read_tum
+from alignscores.trajectories.formats import FORMATS
 
 SYSTEMS = {  # sigma_t, sigma_r in degrees, every so many frames, share lost at the end
     "best": (0.1, 1.0, 1, 0.0),
@@ -256,8 +257,8 @@ def test_processes_that_are_killed(benchmark_of, tmp_path, ended):
         (["tum", "car/gt.txt", "no/{system}.txt"], 1, "no estimate matches the pattern no/"),
         (["tum", "car/gt.txt", "{sequence}/{system}.txt"], 1, "both patterns need {sequence}, or"),
         (["tum", "car/gt.txt", "car/{run}.txt"], 1, "the pattern of the estimates needs {system}"),
-        (["tum", "car/gt.txt"], 2, "give one of tum, kitti, euroc, colmap, nerf and two patterns"),
-        (["bag", "a", "b"], 2, "give one of tum"),
+        (["tum", "car/gt.txt"], 2, f"give one of {', '.join(FORMATS)} and two patterns"),
+        (["sfm", "a", "b"], 2, "give one of tum"),
         (
             ["tum", "car/gt.txt", "car/{system}/{run}.txt", "--frames", "{run}.txt"],
             1,
