@@ -138,7 +138,7 @@ def tas(
     The published registration is random: the score scatters from seed to seed (standard deviation
     about 0.02 for 100 cameras). It is deterministic where no more than `n_hypotheses` triplets of
     cameras exist, up to 19 cameras by default: all are tried, so that the result is exact over
-    triplets. The refined one tries all triplets of up to 24
+    triplets. The refined one tries all triplets of up to 30
     cameras, so that no seed matters there, and hardly scatters beyond (``snakemake
     registration_study``: by at most 0.0006); ``docs/explanation/registration.md`` derives it.
 

@@ -50,7 +50,7 @@ FILE = re.compile(r"# ([\w-]+\.(?:yaml|txt)|Snakefile)\n")
 RUNS = {"bash", "console", "python", "text", "yaml"}
 SHOWN = {"{argparse}", "{columns}", "{eval-rst}", "{literalinclude}", "{toctree}"}  # by Sphinx
 SHOWN |= {"jinja"}  # of the article
-SHOWN |= {"py"}  # what needs PyTorch, which the lock is without
+SHOWN |= {"py"}  # what needs PyTorch, which the lock is without, or runs from elsewhere
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,15 @@ from .images import ace0_recall, hloc_median, hloc_recall
 from .imc import IMC_2024, IMC_2025, imc_maa
 from .points import hilti_score, lamaria_recall, lamaria_score
 from .registry import PROTOCOLS, protocol
-from .relative import vggt_auc, vggt_auc_batch, vggt_auc_min, vggt_rra, vggt_rta
+from .relative import (
+    vggt_auc,
+    vggt_auc_batch,
+    vggt_auc_min,
+    vggt_rra,
+    vggt_rra_batch,
+    vggt_rta,
+    vggt_rta_batch,
+)
 from .segments import kitti_relative_error, rpg_relative_error
 from .trajectory import evo_are, evo_ate, evo_rpe, mapanything_ate
 from .video import video_error
@@ -56,6 +64,8 @@ __all__ = [
     "vggt_auc_batch",
     "vggt_auc_min",
     "vggt_rra",
+    "vggt_rra_batch",
     "vggt_rta",
+    "vggt_rta_batch",
     "video_error",
 ]

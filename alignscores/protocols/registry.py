@@ -367,9 +367,9 @@ def protocol(name: str) -> Metric:
     >>> positions = np.eye(3)
     >>> ate(positions, None, positions + [2, 0, 0], None)
     2.0
-    >>> protocol("auc@30")
+    >>> protocol("rpe")
     Traceback (most recent call last):
         ...
-    ValueError: unknown metric 'auc@30'; close to it are auc@30:vggt, auc@30:vggt-old, auc@30:vggt-min
+    ValueError: unknown metric 'rpe'; close to it are rpe@1m, rpe@1m:rotation
     """
     return find(name, PROTOCOLS)

@@ -1,11 +1,11 @@
 """Accuracy of relative poses between all pairs: RRA, RTA and AUC of VGGT and its followers."""
 
-from collections.abc import Iterator
-from typing import Literal, get_args
+from collections.abc import Callable, Iterator
+from typing import Any, Literal, get_args
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Floats, of_equal_size, sizes
 from ..batch import scenes_of_poses
@@ -21,7 +21,9 @@ __all__ = [
     "vggt_auc_batch",
     "vggt_auc_min",
     "vggt_rra",
+    "vggt_rra_batch",
     "vggt_rta",
+    "vggt_rta_batch",
 ]
 
 Convention = Literal["vggt", "mapanything", "da3"]
@@ -274,6 +276,90 @@ def vggt_auc_batch(
     array([100. ,  33.3])
     """
     edges = _edges(k, bins)
+    n_bins = len(edges) - 1
+
+    def n_reached(rotation_errors: Floats, direction_errors: Floats) -> NDArray[np.intp]:
+        errors = np.maximum(rotation_errors, direction_errors)
+        return (errors <= k) + n_bins - 1 - np.searchsorted(edges[1:-1], errors, side="right")
+
+    return _percent(gt_poses, est_poses, convention, n_reached, n_bins)
+
+
+def vggt_rra_batch(
+    gt_poses: ArrayLike, est_poses: ArrayLike, k: float, *, convention: Convention = "vggt"
+) -> Floats:
+    """Return RRA@k of many scenes at once: for each the value of `vggt_rra`.
+
+    Parameters
+    ----------
+    gt_poses, est_poses : (B, n, 4, 4) or (B, n, 3, 4) array_like, or sequence of (n, 4, 4)
+        As in `vggt_auc_batch`.
+    k : float
+        Threshold in degrees.
+    convention : {"vggt", "mapanything", "da3"}
+        See `vggt_auc`.
+
+    Returns
+    -------
+    (B,) ndarray
+        Percent; NaN where there is no pair.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.protocols import vggt_rra_batch
+    >>> gt = np.tile(np.eye(4), (2, 4, 1, 1))
+    >>> est = gt.copy()
+    >>> est[1, 3] = np.nan
+    >>> vggt_rra_batch(gt, est, 5)
+    array([100.,  50.])
+    """
+    check_positive(k, "k")
+    return _percent(gt_poses, est_poses, convention, lambda rotation, _: rotation < k, 1)
+
+
+def vggt_rta_batch(
+    gt_poses: ArrayLike, est_poses: ArrayLike, k: float, *, convention: Convention = "vggt"
+) -> Floats:
+    """Return RTA@k of many scenes at once: for each the value of `vggt_rta`.
+
+    Parameters
+    ----------
+    gt_poses, est_poses : (B, n, 4, 4) or (B, n, 3, 4) array_like, or sequence of (n, 4, 4)
+        As in `vggt_auc_batch`.
+    k : float
+        Threshold in degrees.
+    convention : {"vggt", "mapanything", "da3"}
+        See `vggt_auc`.
+
+    Returns
+    -------
+    (B,) ndarray
+        Percent; NaN where there is no pair.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.protocols import vggt_rta_batch
+    >>> gt = np.tile(np.eye(4), (2, 3, 1, 1))
+    >>> gt[:, :, :3, 3] = np.eye(3)
+    >>> est = gt.copy()
+    >>> est[1, 2] = np.nan
+    >>> vggt_rta_batch(gt, est, 5).round(1)
+    array([100. ,  33.3])
+    """
+    check_positive(k, "k")
+    return _percent(gt_poses, est_poses, convention, lambda _, direction: direction < k, 1)
+
+
+def _percent(
+    gt_poses: ArrayLike,
+    est_poses: ArrayLike,
+    convention: Convention,
+    n_reached: Callable[[Floats, Floats], NDArray[Any]],
+    most: int,
+) -> Floats:
+    """Return the mean of what the pairs of each scene reach, as a percentage of the most."""
     check_choice(convention, get_args(Convention), "convention")
     truth, estimate, starts = scenes_of_poses(gt_poses, est_poses)
     estimated = np.flatnonzero(finite_rows(estimate[0]) & finite_rows(estimate[1]))
@@ -290,11 +376,9 @@ def vggt_auc_batch(
                 for rotations, positions in (truth, estimate)
             )
             for block in _blocks(*gt, *est, convention):
-                errors = np.maximum(*_errors(block))
-                below = len(edges) - 2 - np.searchsorted(edges[1:-1], errors, side="right")
-                totals[scenes[some]] += (below + (errors <= k)).sum(axis=-1)
+                totals[scenes[some]] += n_reached(*_errors(block)).sum(axis=-1)
     with np.errstate(invalid="ignore"):
-        return np.asarray(100 * totals / ((len(edges) - 1) * (counts * (counts - 1) // 2)))
+        return np.asarray(100 * totals / (most * (counts * (counts - 1) // 2)))
 
 
 def _edges(k: int, bins: str) -> Floats:

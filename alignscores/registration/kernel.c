@@ -258,14 +258,16 @@ typedef struct {
     vector translation;
 } similarity;
 
-/* Scale and translation by least squares, given the rotation. */
-static inline similarity completed(const triangle *a, const triangle *b, matrix rotation)
+/* Scale, where it is free, and translation by least squares, given the rotation. */
+static inline similarity completed(const triangle *a, const triangle *b, matrix rotation,
+                                   int alignment)
 {
     double a_1 = dot(a->edge_1, a->first), a_2 = dot(a->edge_2, a->first);
     double b_1 = dot(b->edge_1, b->first), b_2 = dot(b->edge_2, b->first);
     double a_22 = dot(a->edge_2, a->edge_2), b_22 = dot(b->edge_2, rotated(rotation, a->edge_2));
     double scale = (2 * (b_1 * a_1 + b_22) - b_1 * a_2 - b_2 * a_1)
                    / (2 * (a_1 * a_1 + a_22 - a_1 * a_2));
+    scale = alignment == SIMILARITY ? scale : 1;
     vector translation = minus(b->centroid, times(scale, rotated(rotation, a->centroid)));
     return (similarity){scale, rotation, translation};
 }
@@ -285,20 +287,17 @@ static bool align_triplet(const vector *gt, const vector *est, int alignment, do
     matrix rotation = rotation_between(&a, &b);
     if (alignment == YAW)
         flat = turn_between(&a, &b, flat_sine, &rotation);
-    *found = completed(&a, &b, rotation);
-    if (alignment != SIMILARITY) {
-        found->scale = 1;
-        found->translation = minus(b.centroid, rotated(rotation, a.centroid));
-    }
+    *found = completed(&a, &b, rotation, alignment);
     return flat;
 }
 
 #define LANES 8 /* numbers that a processor can compute at once, if it is wide enough */
 
-/* Align as many triplets by similarities, as if none were flat; mark those that are. */
+/* Align as many triplets, as if none were flat; mark those that are. */
 EVERY_WIDTH
 static void align_at_once(double (*restrict gt)[3][LANES], double (*restrict est)[3][LANES],
-                          double flat_sine, double (*restrict found)[LANES], double *restrict flat)
+                          int alignment, double flat_sine, double (*restrict found)[LANES],
+                          double *restrict flat)
 {
     for (size_t l = 0; l < LANES; l++) {
         vector p[3], q[3];
@@ -312,7 +311,10 @@ static void align_at_once(double (*restrict gt)[3][LANES], double (*restrict est
         flat[l] = flat_a + flat_b;
         complete_axes(&a);
         complete_axes(&b);
-        similarity s = completed(&a, &b, rotation_between(&a, &b));
+        matrix rotation = rotation_between(&a, &b);
+        if (alignment == YAW)
+            flat[l] = turn_between(&a, &b, flat_sine, &rotation) ? 1 : 0;
+        similarity s = completed(&a, &b, rotation, alignment);
         const vector parts[4] = {s.rotation.x, s.rotation.y, s.rotation.z, s.translation};
         found[0][l] = s.scale;
         for (size_t k = 0; k < 4; k++) {
@@ -331,7 +333,7 @@ static void align_triplets(const double *gt, const double *est, size_t n,
     double gt_lanes[3][3][LANES], est_lanes[3][3][LANES], rows[13][LANES], is_flat[LANES];
     for (size_t h = 0; h < n_triplets; h++) {
         size_t l = h % LANES;
-        if (l == 0 && alignment == SIMILARITY) {
+        if (l == 0) {
             for (size_t next = 0; next < LANES; next++)
                 for (size_t k = 0; k < 3; k++) {
                     size_t i = (size_t)corners[k][h + next < n_triplets ? h + next : h];
@@ -340,10 +342,10 @@ static void align_triplets(const double *gt, const double *est, size_t n,
                         est_lanes[k][x][next] = est[x * n + i];
                     }
                 }
-            align_at_once(gt_lanes, est_lanes, flat_sine, rows, is_flat);
+            align_at_once(gt_lanes, est_lanes, alignment, flat_sine, rows, is_flat);
         }
         similarity found;
-        flat[h] = alignment != SIMILARITY || is_flat[l] > 0;
+        flat[h] = is_flat[l] > 0;
         if (flat[h]) {
             vector a[3], b[3];
             for (size_t k = 0; k < 3; k++) {
@@ -965,6 +967,7 @@ typedef struct {
     double factor, margin; /* of the prescreening, and of a squared error */
     double flat_sine, parallel_sine, line_ratio, smallest, farthest;
     double resolution, tolerance, fine_tolerance; /* of the largest threshold */
+    double more; /* weight of one camera of a subset */
     ptrdiff_t alignment, sweeps;
     size_t n_starts, few, several, n_subsets, n_neighbourhoods, n_finalists, sample, small_sample;
 } settings;
@@ -1146,30 +1149,34 @@ static bool next_subset(size_t n, size_t size, size_t *members)
     return true;
 }
 
-/* As Cameras.subset_fits: to the subsets of each size that has room. Return how many there are; with
-   nothing to fit to they are only counted. */
+/* As Cameras.subset_fits; return how many there are. With nothing to fit to they are only counted. */
 static size_t fit_subsets(room *r, const settings *set, size_t n, similarity *fits)
 {
-    size_t count = 0;
-    for (size_t size = set->alignment == SIMILARITY ? 3 : 2; size <= n && n <= set->few; size++) {
-        double n_subsets = 1;
+    size_t count = 0, least = set->alignment == SIMILARITY ? 3 : 2;
+    size_t n_sizes = n <= set->few && n >= least ? n - least + 1 : 0;
+    for (size_t s = 0; s < 2 * n_sizes; s++) {
+        bool one_counts_more = s >= n_sizes;
+        size_t size = n - s % n_sizes, n_each = one_counts_more ? size : 1;
+        double n_fits = (double)n_each;
         for (size_t i = 0; i < size; i++)
-            n_subsets = n_subsets * (double)(n - i) / (double)(i + 1);
-        if ((double)count + n_subsets > (double)set->n_subsets)
+            n_fits = n_fits * (double)(n - i) / (double)(i + 1);
+        if ((double)count + n_fits > (double)set->n_subsets)
             continue;
         if (fits == NULL) {
-            count += (size_t)n_subsets;
+            count += (size_t)(n_fits + 0.5);
             continue;
         }
         for (size_t i = 0; i < size; i++)
             r->order[i] = i;
         do {
-            double *weights = r->weights + count++ % LANES * n;
-            memset(weights, 0, n * sizeof *weights);
-            for (size_t i = 0; i < size; i++)
-                weights[r->order[i]] = 1;
-            if (count % LANES == 0)
-                fit(r, set, r->shuffled, r->shuffled + 3 * n, n, LANES, fits + count - LANES);
+            for (size_t k = 0; k < n_each; k++) {
+                double *weights = r->weights + count++ % LANES * n;
+                memset(weights, 0, n * sizeof *weights);
+                for (size_t i = 0; i < size; i++)
+                    weights[r->order[i]] = one_counts_more && i == k ? set->more : 1;
+                if (count % LANES == 0)
+                    fit(r, set, r->shuffled, r->shuffled + 3 * n, n, LANES, fits + count - LANES);
+            }
         } while (next_subset(n, size, r->order));
     }
     if (fits && count % LANES)
@@ -1364,8 +1371,11 @@ static void refined_scene(room *r, const settings *set, const scenes *all, size_
     double *sample_est = r->first_cameras + 3 * n_sample;
     take_first(gt, n, n_sample, r->first_cameras);
     take_first(est, n, n_sample, sample_est);
+    size_t most_starts = n > set->several ? set->n_starts : 2 * set->n_starts;
+    if (all->has_last && !all->has_last[s])
+        most_starts = set->n_finalists; /* only leads to the next threshold */
     n_starts = choose(r, r->first_cameras, sample_est, n_sample, threshold, resolution, starts, n_starts,
-                      n > set->several ? set->n_starts : 2 * set->n_starts, r->starts);
+                      most_starts, r->starts);
     n_starts += fit_neighbourhoods(r, set, r->first_cameras, sample_est, n_sample, threshold,
                                    r->starts + n_starts);
     n_starts = refine_some(r, set, r->first_cameras, sample_est, n_sample, r->starts, n_starts, threshold,

@@ -30,6 +30,7 @@ from .pcr99 import pcr99 as pcr99_in_numpy
 from .refined import (
     FEW,
     FINE_TOLERANCE,
+    MORE,
     N_FINALISTS,
     N_NEIGHBOURHOODS,
     N_STARTS,
@@ -68,7 +69,7 @@ class Settings(ctypes.Structure):
         *((name, c_size_t) for name in ("n_hypotheses", "draws_per_hypothesis", "most_at_once")),
         *((name, c_double) for name in ("factor", "margin", "flat_sine", "parallel_sine")),
         *((name, c_double) for name in ("line_ratio", "smallest", "farthest")),
-        *((name, c_double) for name in ("resolution", "tolerance", "fine_tolerance")),
+        *((name, c_double) for name in ("resolution", "tolerance", "fine_tolerance", "more")),
         *((name, c_ssize_t) for name in ("alignment", "sweeps")),
         *((name, c_size_t) for name in ("n_starts", "few", "several", "n_subsets")),
         *((name, c_size_t) for name in ("n_neighbourhoods", "n_finalists")),
@@ -122,7 +123,7 @@ def _settings(n_hypotheses: int, alignment: str, prescreen: float) -> Settings:
     return Settings(
         *(min(n_hypotheses, 2**40), DRAWS_PER_HYPOTHESIS, MAX_BATCH),
         *(float(np.exp(2 * prescreen)), MARGIN, hypotheses.FLAT, PARALLEL),
-        *(LINE, SMALLEST, FARTHEST_SQUARABLE, RESOLUTION, TOLERANCE, FINE_TOLERANCE),
+        *(LINE, SMALLEST, FARTHEST_SQUARABLE, RESOLUTION, TOLERANCE, FINE_TOLERANCE, MORE),
         *(hypotheses.GROUPS.index(alignment), reweighting.SWEEPS),
         *(N_STARTS, FEW, SEVERAL, N_SUBSETS, N_NEIGHBOURHOODS, N_FINALISTS, SAMPLE, SMALL_SAMPLE),
     )
@@ -258,7 +259,9 @@ class Scenes:
                 self._gt[rows], self._est[rows], rank=int(self._ranks[scene]), **options
             )
         else:
-            search = self._searches.get(scene) or Search(self._gt[rows], self._est[rows], **options)
+            search = self._searches.get(scene) or Search(
+                self._gt[rows], self._est[rows], several=self._keep, **options
+            )
             if self._keep:
                 self._searches[scene] = search
             found, n_used = search.best(threshold), search.n_used

@@ -7,7 +7,7 @@ T being the largest threshold. So the alignment that maximises it minimises the 
 
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import combinations
+from itertools import combinations, product
 from math import comb
 
 import numpy as np
@@ -22,9 +22,10 @@ __all__ = ["Search", "order_of", "refined"]
 
 
 N_STARTS = 64  # hypotheses that are refined; their number is halved in each step
-FEW = 24  # cameras up to which all triplets are tried
+FEW = 30  # cameras up to which all triplets are tried
 SEVERAL = 60  # cameras up to which twice as many triplets are drawn, and refined
-N_SUBSETS = 500  # of few cameras, fits to which are tried, too
+N_SUBSETS = 300  # of few cameras, fits to which are tried, too
+MORE = 10.0  # weight of one camera of a subset, where that of the others is 1
 N_NEIGHBOURHOODS = 4  # the densest ones; a fit to each is tried as a start, too
 N_FINALISTS = 8  # alignments left that are refined with all cameras
 SAMPLE = 1000  # cameras with which the starts are refined until few are left
@@ -46,7 +47,7 @@ def refined(
 ) -> tuple[Similarity | None, int]:
     """Register estimated positions (n, 3) to the ground truth so that the TAS is the largest.
 
-    The hypotheses are those of PCR-99, all triplets of up to 24 cameras and twice ``n_hypotheses``
+    The hypotheses are those of PCR-99, all triplets of up to 30 cameras and twice ``n_hypotheses``
     of up to 60; ``rank`` is not used. The best of them by the truncated L1 cost, and fits to the
     densest neighbourhoods, are refined by iteratively reweighted least squares; in each step the
     worse half is dropped. The cost has local minima. The smallest is found from nearly every seed,
@@ -62,6 +63,7 @@ class Search:
     """Search for the alignment that maximises the TAS, at one or at several largest thresholds.
 
     The ``n_used`` hypotheses are drawn once. What is found at one threshold is a start at the next.
+    The first of several, the extent of the scene, only leads to the next, so few starts do there.
     """
 
     def __init__(
@@ -72,6 +74,7 @@ class Search:
         n_hypotheses: int,
         rng: np.random.Generator,
         alignment: str = "similarity",
+        several: bool = False,
     ) -> None:
         gt, est = component_first(gt_positions, est_positions)
         order = order_of(gt.shape[1])
@@ -88,6 +91,7 @@ class Search:
             self._hypotheses = hypotheses[usable]
             self.n_used = len(self._hypotheses)
         self._found = np.empty((0, 13))
+        self._several = several
 
     def best(self, threshold: float) -> Similarity | None:
         """Return the best alignment for a largest threshold; None where there is none."""
@@ -99,6 +103,8 @@ class Search:
                 starts = cameras.first(SMALL_SAMPLE).cheapest(starts, threshold, 4 * N_STARTS)
             many = cameras.n > SEVERAL
             n_starts = N_STARTS if many else 2 * N_STARTS
+            if self._several and not len(self._found):
+                n_starts = N_FINALISTS
             tolerance = TOLERANCE if many else FINE_TOLERANCE
             starts = sample.cheapest(starts, threshold, n_starts)
             starts = np.concatenate([starts, sample.neighbourhood_fits(threshold)])
@@ -153,7 +159,7 @@ class Cameras:
         return weighted_fits(self.gt, self.est, weights, self.alignment)
 
     def subset_fits(self) -> Floats:
-        """Return the least-squares fits to subsets of few cameras."""
+        """Return the least-squares fits to subsets of few cameras, see `_subsets`."""
         least = 3 if self.alignment == "similarity" else 2  # two have an exact similarity
         return weighted_fits(self.gt, self.est, _subsets(self.n, least), self.alignment)
 
@@ -187,15 +193,24 @@ def _order_of_few(n: int) -> Indices:
 
 @lru_cache(maxsize=2 * FEW)
 def _subsets(n: int, least: int) -> Floats:
-    """Return weights of n cameras, (H, n), 1 for those of a subset: each size that has room."""
-    subsets: list[tuple[int, ...]] = []
-    for size in range(least, n + 1):
-        if len(subsets) + comb(n, size) <= N_SUBSETS:
-            subsets += combinations(range(n), size)
-    weights = np.zeros((len(subsets), n))
-    for row, subset in zip(weights, subsets, strict=True):
-        row[list(subset)] = 1.0
-    return weights
+    """Return weights of n cameras, (H, n), 1 for those of a subset and 0 for the others.
+
+    Each size that has room, the largest first; then likewise with one camera that counts more: the
+    cost of few cameras has minima at which the error of one of them is zero.
+    """
+    rows: list[Floats] = []
+    sizes = range(n, least - 1, -1)
+    for one_counts_more, size in product([False, True], sizes):
+        n_each = size if one_counts_more else 1
+        if len(rows) + n_each * comb(n, size) > N_SUBSETS:
+            continue
+        for members in combinations(range(n), size):
+            for heavy in members[:n_each]:
+                row = np.zeros(n)
+                row[list(members)] = 1.0
+                row[heavy] = MORE if one_counts_more else 1.0
+                rows.append(row)
+    return np.array(rows).reshape(-1, n)
 
 
 def triplets_to_try(

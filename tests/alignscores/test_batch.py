@@ -20,7 +20,14 @@ from alignscores import (
     tas_batch,
     tas_distance,
 )
-from alignscores.protocols import vggt_auc, vggt_auc_batch
+from alignscores.protocols import (
+    vggt_auc,
+    vggt_auc_batch,
+    vggt_rra,
+    vggt_rra_batch,
+    vggt_rta,
+    vggt_rta_batch,
+)
 from alignscores.registration import kernel
 from benchmarks.same_bits import differences, random_scenes
 
@@ -214,13 +221,20 @@ def test_no_memory_is_lost(scenes):
 
 
 @pytest.mark.parametrize("convention", ["vggt", "mapanything", "da3"])
-@pytest.mark.parametrize(("k", "bins"), [(30, "degree"), (5, "histogram")])
-def test_auc_as_one_by_one(convention, k, bins):
+@pytest.mark.parametrize(
+    ("batch", "single", "options"),
+    [
+        (vggt_auc_batch, vggt_auc, {"k": 30}),
+        (vggt_auc_batch, vggt_auc, {"k": 5, "bins": "histogram"}),
+        (vggt_rra_batch, vggt_rra, {"k": 15}),
+        (vggt_rta_batch, vggt_rta, {"k": 15}),
+    ],
+)
+def test_pairwise_protocols_as_one_by_one(convention, batch, single, options):
     gt, est = random_scenes(80)
-    options = {"convention": convention, "bins": bins}
-    batch = vggt_auc_batch(gt, est, k, **options)
-    for truth, estimate, found in zip(gt, est, batch, strict=True):
+    of_all = batch(gt, est, convention=convention, **options)
+    for truth, estimate, found in zip(gt, est, of_all, strict=True):
         if len(truth) < 2:
             assert np.isnan(found)
         else:
-            assert found == vggt_auc(truth, estimate, k, **options)
+            assert found == single(truth, estimate, convention=convention, **options)

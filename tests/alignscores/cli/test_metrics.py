@@ -81,7 +81,11 @@ def test_list_of_metrics(run, form):
 @pytest.mark.parametrize(
     ("files", "names", "message"),
     [
-        (TUM, "tas,auc@30", "'auc@30'; close to it are auc@30:vggt, auc@30:vggt-old, auc@30:vggt-min"),
+        (
+            TUM,
+            "tas,auc@30",
+            "'auc@30'; close to it are auc@30:vggt, auc@30:vggt-old, auc@30:vggt-min",
+        ),
         (
             TUM,
             "pass",

@@ -134,7 +134,7 @@ def test_triplets_without_prescreening_are_of_distinct_cameras(noisy_scene, n, a
 
 
 def test_of_few_cameras_all_triplets_are_tried(noisy_scene):
-    for n in (4, 24):
+    for n in (4, 30):
         gt, est = (points.T.copy() for points in noisy_scene(n, 0, 0.01, 0))
         triplets = triplets_to_try(gt, est, 10, np.random.default_rng(0), "similarity")
         assert sorted(map(tuple, np.sort(triplets, axis=0).T.tolist())) == list(
@@ -372,7 +372,7 @@ def test_lost_cameras_hardly_ever_raise_the_score(noisy_scene):
 @given(seed=SEEDS, n=st.integers(4, 60))
 def test_few_cameras_in_any_order(noisy_scene, seed, n):
     """Where all triplets are used, neither their order nor rng matters but for rounding."""
-    gt, est = noisy_scene(min(n, 24), 3, 0.02, seed)
+    gt, est = noisy_scene(min(n, 30), 3, 0.02, seed)
     order = np.random.default_rng(seed).permutation(len(gt))
     a = tas(gt, est, rng=1, registration="refined")
     b = tas(gt[order], est[order], rng=2, registration="refined")
