@@ -7,7 +7,7 @@ and, by a mixture, for each. A run fails with a probability of its system.
 
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -19,6 +19,7 @@ from tqdm import tqdm
 from alignscores.arrays import Floats
 from alignscores.comparison.answers import QUESTIONS, Cell, answers
 from alignscores.comparison.intervals import Failures, error_of_pair, margin, over_runs
+from alignscores.metrics import metric
 
 __all__ = ["CASES", "Case", "Counts", "leave_out", "simulate"]
 
@@ -27,6 +28,7 @@ POOL = 300  # runs of a system on a sequence that are drawn from
 SEQUENCES = 40  # that are drawn from
 LARGEST = 2.0  # error that scores, of a camera whose error is 1 in the root mean square
 SCATTER = 0.3  # of how hard sequences are
+SCORE, ERROR = "TAS", "ATE"
 KEPT = 3  # of the real runs, whose interval is to hold the others
 
 
@@ -42,34 +44,59 @@ class Case:
     scales: Sequence[float] = (1.0,)  # of the errors of the systems, in turn
     failing: Sequence[float] = (0.0,)  # probabilities, in turn
     mixture: float = 0.0  # scatter of how hard a sequence is for a single system
+    metric: str = SCORE  # or ERROR
+
+    @property
+    def same(self) -> bool:
+        """Whether no system is better than another."""
+        return len(self.scales) == len(self.failing) == 1
 
 
 EQUAL = "equal"
 FAILS = "better by a tenth, fails in 10 %"
+NUMBERS = 3, 5, 10, 20
 CASES = (
-    *(Case(EQUAL, runs=n) for n in (2, 3, 5, 10)),
+    *(Case(EQUAL, runs=n) for n in (2, *NUMBERS)),
     *(Case(EQUAL, systems=n) for n in (4, 10, 20)),
     *(Case(f"errors last {100 * tau:.0f} %", correlation=tau) for tau in (0.02, 0.05, 0.1, 0.2)),
     *(Case("drift", runs=n, correlation=None) for n in (2, 3, 5, 10)),
-    *(Case("one is worse by half", scales=(1, 1.5), correlation=0.1, runs=n) for n in (3, 10)),
     *(Case(EQUAL, sequences=q, runs=n) for q in (2, 5, 10) for n in (1, 3)),
     *(Case("drift", sequences=q, correlation=None, runs=1) for q in (2, 5, 10)),
     *(
-        Case("one is worse by a fifth", sequences=q, scales=(1, 1.2), mixture=0.2, runs=n)
+        Case(f"all fail in {100 * p:.0f} %", runs=n, failing=(p,))
+        for p in (0.1, 0.3)
+        for n in NUMBERS
+    ),
+    *(Case("all fail in 10 %", sequences=5, runs=n, failing=(0.1,)) for n in (1, 3)),
+    *(Case("all fail in 10 %", systems=10, runs=n, failing=(0.1,)) for n in (5, 10)),
+    *(Case("better by a tenth", scales=(0.9, 1), runs=n) for n in NUMBERS),
+    *(Case("better by a third", scales=(2 / 3, 1), runs=n) for n in NUMBERS),
+    *(
+        Case("better by a fifth", sequences=q, scales=(0.8, 1), mixture=0.2, runs=n)
         for q in (2, 5, 10)
         for n in (1, 5)
     ),
+    *(Case("one fails in 30 %", failing=(0.3, 0), runs=n) for n in NUMBERS),
     *(
-        Case(f"both fail in {100 * p:.0f} %", runs=n, failing=(p,))
-        for p in (0.1, 0.3)
-        for n in (3, 5, 10)
+        Case("better by a third, the other fails", scales=(2 / 3, 1), failing=(0, 0.1), runs=n)
+        for n in NUMBERS
     ),
-    *(Case("both fail in 10 %", sequences=5, runs=n, failing=(0.1,)) for n in (1, 3)),
-    *(Case(FAILS, scales=(0.9, 1), failing=(0.1, 0), runs=n) for n in (3, 5, 10)),
+    *(Case(FAILS, scales=(0.9, 1), failing=(0.1, 0), runs=n) for n in NUMBERS),
+    *(Case(FAILS, sequences=5, scales=(0.9, 1), failing=(0.1, 0), runs=n) for n in (3, 10)),
     *(
         Case("drift; " + FAILS, scales=(0.9, 1), failing=(0.1, 0), correlation=None, runs=n)
-        for n in (3, 5, 10)
+        for n in NUMBERS
     ),
+    *(
+        Case("better by a third, fails in 20 %", scales=(2 / 3, 1), failing=(0.2, 0), runs=n)
+        for n in NUMBERS
+    ),
+)
+OF_ERRORS = tuple(
+    replace(case, metric=ERROR)
+    for case in CASES
+    if case.sequences == 1 and case.systems == 2 and case.runs in (3, 10)
+    if case.correlation == 0
 )
 
 
@@ -80,9 +107,14 @@ class Counts:
     answered: int = 0
     held: int = 0  # the intervals of scores
     held_with_failures: int = 0  # those of means in which failures count
-    ahead: int = 0  # a system was, that has neither the better scores nor the better means
-    worse_by_mean: int = 0  # a system was ahead whose mean, failures counted, is worse
-    ahead_with_failures: int = 0  # by means in which failures count, against the truth
+    wrong: int = 0  # a system was ahead that is not better
+    right: int = 0  # each that is better was ahead
+    wrong_by_mean: int = 0  # likewise, by the intervals of means in which failures count
+    right_by_mean: int = 0
+    fails_more: int = 0  # a system was ahead that fails more often
+
+
+ONE = "one sequence"  # new runs on one of several
 
 
 def simulate(case: Case, draws: int, seed: int = 0) -> Mapping[str, Counts]:
@@ -95,21 +127,21 @@ def simulate(case: Case, draws: int, seed: int = 0) -> Mapping[str, Counts]:
         for k in range(case.systems)
     ]
     means = np.array([pools[k].mean(axis=1) for k in pool_of])  # of system and sequence
-    counts = {question: Counts() for question in QUESTIONS}
+    counts = {question: Counts() for question in (*QUESTIONS, ONE)}
     for _ in range(draws):
         drawn = rng.integers(SEQUENCES, size=case.sequences)
         cells = [
             [_cell(pools[pool_of[k]][sequence], failing[k], case.runs, rng) for sequence in drawn]
             for k in range(case.systems)
         ]
-        truths = {"new_runs": means[:, drawn], "new_sequences": means}
-        for question, found in _answers(cells).items():
-            _count(counts[question], found, truths[question].mean(axis=1), failing)
+        truths = {"new_runs": means[:, drawn], "new_sequences": means, ONE: means[:, drawn[:1]]}
+        for question, found in _answers(cells, case.metric).items():
+            _count(counts[question], found, truths[question].mean(axis=1), failing, case.metric)
     return counts
 
 
 def _pool(case: Case, scale: float, rng: np.random.Generator) -> Floats:
-    """Return scores of runs of a system, (sequences, runs)."""
+    """Return scores, or errors, of runs of a system, (sequences, runs)."""
     hard = np.exp(SCATTER * np.random.default_rng(1).normal(size=SEQUENCES))  # for all systems
     own = np.exp(case.mixture * rng.normal(size=SEQUENCES))
     noise = rng.normal(size=(SEQUENCES, POOL, CAMERAS))
@@ -120,6 +152,8 @@ def _pool(case: Case, scale: float, rng: np.random.Generator) -> Floats:
         noise[:, :, 1:] *= np.sqrt(1 - kept**2)
         errors = lfilter([1], [1, -kept], noise, axis=2)
     errors *= scale * (hard * own)[:, None, None]
+    if not metric(case.metric).family.larger_is_better:
+        return np.asarray(np.sqrt((errors**2).mean(axis=2)))
     return np.asarray(np.clip(1 - np.abs(errors) / LARGEST, 0, 1).mean(axis=2))
 
 
@@ -131,64 +165,83 @@ def _cell(pool: Floats, failing: float, runs: int, rng: np.random.Generator) -> 
 Found = dict[tuple[int, int], dict[str, Any]]
 
 
-def _answers(cells: Sequence[Sequence[Cell]]) -> dict[str, Found]:
+def _answers(cells: Sequence[Sequence[Cell]], name: str) -> dict[str, Found]:
     """Return what `compare` says of each pair, by question."""
     error = error_of_pair(len(cells))
-    found: dict[str, Found] = {question: {} for question in QUESTIONS}
+    runs = [Failures(*np.sum([cell.failures for cell in of], axis=0)) for of in cells]
+    found: dict[str, Found] = {question: {} for question in (*QUESTIONS, ONE)}
     for a, b in combinations(range(len(cells)), 2):
         both = list(zip(cells[a], cells[b], strict=True))
-        for question, answer in answers(both, "TAS", error).items():
+        of_pair = answers(both, name, error, [runs[a], runs[b]])
+        if both[1:]:
+            of_first = answers(both[:1], name, error, [runs[a], runs[b]])
+            of_pair[ONE] = of_first["new_runs"]
+        for question, answer in of_pair.items():
             if answer:
                 found[question][a, b] = answer
     return found
 
 
-def _count(counts: Counts, found: Found, means: Floats, failing: Floats) -> None:
-    """Count what is right of the answers for all pairs; an interval that is unknown holds."""
+def _count(counts: Counts, found: Found, means: Floats, failing: Floats, name: str) -> None:
+    """Count what is right of the answers for all pairs; an interval that is unknown holds.
+
+    By scores the better system is that with the better mean, failures counted; by errors one that
+    is behind neither in these nor in how often it fails.
+    """
     if not found:
         return
     totals = means * (1 - failing)
-
-    def misses(answer: Mapping[str, Any], truth: float) -> bool:
-        return bool(answer["low"] > truth or answer["high"] < truth)
-
-    gaps = {(a, b): (means[a] - means[b], totals[a] - totals[b]) for a, b in found}
-    sign = {"a": 1, "b": -1, None: 0}
     counts.answered += 1
-    counts.held += not any(misses(found[pair], gap) for pair, (gap, _) in gaps.items())
-    counts.held_with_failures += not any(
-        misses(found[pair]["with_failures"], gap) for pair, (_, gap) in gaps.items()
-    )
-    counts.ahead += any(
-        answer["better"] and max(sign[answer["better"]] * np.array(gaps[pair])) <= 0
-        for pair, answer in found.items()
-    )
-    counts.worse_by_mean += any(
-        sign[answer["better"]] * gaps[pair][1] < 0 for pair, answer in found.items()
-    )
-    counts.ahead_with_failures += any(
-        (answer["with_failures"]["low"] > 0 and gaps[pair][1] <= 0)
-        or (answer["with_failures"]["high"] < 0 and gaps[pair][1] >= 0)
-        for pair, answer in found.items()
-    )
+    facts = []
+    for (a, b), answer in found.items():
+        counted = answer["with_failures"]
+        gap, total, less = means[a] - means[b], totals[a] - totals[b], failing[b] - failing[a]
+        orders = {int(np.sign(total))}
+        if not metric(name).family.larger_is_better:
+            orders = {int(np.sign(-gap)), int(np.sign(less))}
+        ahead = {"a": 1, "b": -1, None: 0}[answer["better"]]
+        by_mean = int(counted["low"] > 0) - int(counted["high"] < 0)
+        better = {1, -1} & orders if len(orders & {1, -1}) == 1 else {0}
+        facts.append(
+            {
+                "held": not (answer["low"] > gap or answer["high"] < gap),
+                "held_with_failures": not (counted["low"] > total or counted["high"] < total),
+                "wrong": ahead not in {0, *orders},
+                "right": ahead in better,
+                "wrong_by_mean": by_mean not in {0, *orders},
+                "right_by_mean": by_mean in better,
+                "fails_more": ahead * less < 0,
+            }
+        )
+    for key in facts[0]:
+        whole = all if key.startswith(("held", "right")) else any
+        setattr(counts, key, getattr(counts, key) + whole(fact[key] for fact in facts))
 
 
 HEADER = """\
-| case | systems | seq. | runs | new | scores | means | wrong | worse mean | by mean |
-|---|--:|--:|--:|---|--:|--:|--:|--:|--:|"""
+| case | systems | seq. | runs | new | scores | means | wrong | right | mean wrong | mean right |
+|---|--:|--:|--:|---|--:|--:|--:|--:|--:|--:|"""
+HEADER_OF_ERRORS = """\
+| case | runs | errors | wrong | right | fails more |
+|---|--:|--:|--:|--:|--:|"""
 
 
 def lines(case: Case, counts: Mapping[str, Counts]) -> Iterator[str]:
     """Yield a row of the table for each question that was answered."""
     for question, found in counts.items():
         if n := found.answered:
-            shares = list(vars(found).values())[1:]
-            values = " | ".join(f"{share / n:.3f}" for share in shares)
-            sizes = f"{case.systems} | {case.sequences} | {case.runs}"
-            yield f"| {case.name} | {sizes} | {question.removeprefix('new_')} | {values} |"
+            shares = {key: f"{count / n:.3f}" for key, count in vars(found).items()}
+            if case.same:
+                shares |= {"right": "", "right_by_mean": ""}
+            row = [case.name, case.systems, case.sequences, case.runs]
+            row += [question.removeprefix("new_"), *list(shares.values())[1:-1]]
+            if case.metric != SCORE:
+                keys = "held", "wrong", "right", "fails_more"
+                row = [case.name, case.runs, *(shares[key] for key in keys)]
+            yield f"| {' | '.join(map(str, row))} |"
 
 
-def leave_out(runs: pd.DataFrame, metric: str, draws: int, seed: int = 0) -> float:
+def leave_out(runs: pd.DataFrame, name: str, draws: int, seed: int = 0) -> float:
     """Return how often the interval of 3 of the runs holds the difference of the others.
 
     The others are several runs, too: the interval is as much longer as that makes it. `runs` are
@@ -196,7 +249,7 @@ def leave_out(runs: pd.DataFrame, metric: str, draws: int, seed: int = 0) -> flo
     """
     rng = np.random.default_rng(seed)
     pairs = [
-        [own[metric].dropna().to_numpy() for own in both]
+        [own[name].dropna().to_numpy() for own in both]
         for _, on_sequence in runs[runs["change"] == "as it is"].groupby("sequence")
         for both in combinations([own for _, own in on_sequence.groupby("system")], 2)
     ]
@@ -222,14 +275,16 @@ def main() -> None:
     draws = options.draws
     if options.runs:
         runs = pd.concat(map(pd.read_csv, options.runs), ignore_index=True)
-        for metric in ("TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"):
-            print(f"| {metric} | {leave_out(runs, metric, draws):.3f} |")
+        for name in ("TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"):
+            print(f"| {name} | {leave_out(runs, name, draws):.3f} |")
         return
-    print(HEADER)
-    for case in tqdm(CASES, disable=None):
-        n = draws if case.systems < 10 else draws // 4
-        for line in lines(case, simulate(case, n)):
-            print(line, flush=True)
+    for header, cases in ((HEADER, CASES), (HEADER_OF_ERRORS, OF_ERRORS)):
+        print(header)
+        for case in tqdm(cases, disable=None):
+            n = draws if case.systems < 10 else draws // 4
+            for line in lines(case, simulate(case, n)):
+                print(line, flush=True)
+        print()
 
 
 if __name__ == "__main__":

@@ -135,6 +135,7 @@ class Own:
     key: str  # that names the file
     sources: Callable[[Path], Mapping[str, Sequence[str]]]  # by part, the files that it rests on
     flags: Sequence[str] = ()  # keys that are options of the program, too
+    options: Sequence[str] = ()  # likewise, with a value
 
 
 @dataclass(frozen=True)
@@ -188,7 +189,12 @@ class Plan:
         if own is None:
             return []
         flags = [f"--{key}" for key in own.flags if self._given.get(key) == "true"]
-        return [self._given[own.key], *flags]
+        options = [
+            f"--{key}={self._given[key].strip('[]').replace(chr(39), '')}"
+            for key in own.options
+            if key in self._given
+        ]
+        return [self._given[own.key], *flags, *options]
 
     @property
     def _given(self) -> dict[str, str]:

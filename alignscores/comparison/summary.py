@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -51,6 +51,11 @@ def summarise(
     """Summarise scored, failed and missing runs; a system without any was not tried there."""
     names = [*COLUMNS, *metrics]
     sequences = list(dict.fromkeys(run.sequence for run, _ in runs))
+    not_given = {sequence: _not_given(runs, sequence, names) for sequence in sequences}
+    runs = [
+        (run, replace(outcome, scores=not_given[run.sequence]) if outcome.error else outcome)
+        for run, outcome in runs
+    ]
     systems = list(dict.fromkeys(run.system for run, _ in runs))
     due = {
         sequence: max(outcome.n for run, outcome in runs if run.sequence == sequence)
@@ -78,15 +83,29 @@ def summarise(
     systems.sort(key=lambda system: (-entries[system, None]["PAS"], system))
     comparisons = []
     for name in names:
+        failures = {system: _failures(groups, system, name) for system in systems}
         for place in [*sequences, None]:
             at = [system for system in systems if entries[system, place]["runs"]]
-            pairs, ranks = _column(groups, at, place, sequences if place is None else [place], name)
+            within = sequences if place is None else [place]
+            pairs, ranks = _column(groups, failures, at, place, within, name)
             comparisons += pairs
             for system in systems:
                 entries[system, place].setdefault("rank", {})[name] = ranks.get(system)
     length = form.unit if form.unit == "m" else ""
     headers = {name: header(name, length) for name in names}
     return Summary(headers, sequences, systems, list(runs), results, entries, comparisons)
+
+
+def _not_given(
+    runs: Sequence[tuple[Run, Outcome]], sequence: str, names: Sequence[str]
+) -> dict[str, float]:
+    """Return NaN for what no run on a sequence is given, so that those that failed lack nothing."""
+    scored = [of.scores for run, of in runs if run.sequence == sequence and not of.error]
+    return {
+        name: math.nan
+        for name in names
+        if scored and all(math.isnan(scores.get(name, 0.0)) for scores in scored)
+    }
 
 
 class _Group:
@@ -206,6 +225,7 @@ Groups = Mapping[tuple[str, str], _Group]
 
 def _column(
     groups: Groups,
+    failures: Mapping[str, Failures],
     systems: Sequence[str],
     place: str | None,
     sequences: Sequence[str],
@@ -213,9 +233,9 @@ def _column(
 ) -> tuple[list[Entry], dict[str, list[int]]]:
     """Return the comparisons of systems by a metric at a place, and their ranks there.
 
-    Two systems are compared on the sequences that both were tried on. Where models are in
-    different numbers of parts nothing compares. Ranks are for new runs, unless some pair can be
-    compared for new sequences alone.
+    Two systems are compared on the sequences that both were tried on; `failures` are those of all
+    runs. Where models are in different numbers of parts nothing compares. Ranks are for new runs,
+    unless some pair can be compared for new sequences alone.
     """
     parts = [groups[system, sequence].n_parts for system in systems for sequence in sequences]
     if len(set().union(*parts)) > 1:
@@ -228,7 +248,7 @@ def _column(
             for sequence in sequences
         ]
         if both := [pair for pair in cells if all(cell.failures.of for cell in pair)]:
-            found[a, b] = both, answers(both, name, error)
+            found[a, b] = both, answers(both, name, error, [failures[a], failures[b]])
     question = chosen([answer for _, answer in found.values()])
     comparisons = []
     better: dict[tuple[str, str], str] = {}
@@ -250,6 +270,12 @@ def _column(
             }
         )
     return comparisons, _ranks(systems, better) if question else {}
+
+
+def _failures(groups: Groups, system: str, name: str) -> Failures:
+    """Return how many runs of a system failed by a metric, on all sequences."""
+    cells = [group.cell(name) for (other, _), group in groups.items() if other == system]
+    return Failures(*map(sum, zip(*(cell.failures for cell in cells), strict=True)))
 
 
 def _gap(pairs: Sequence[tuple[Cell, Cell]]) -> float:

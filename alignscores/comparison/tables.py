@@ -16,7 +16,7 @@ from .answers import QUESTIONS
 from .intervals import MOST_NEEDED, error_of_pair, largest_scatter
 from .summary import Summary
 
-__all__ = ["Names", "as_csv", "as_latex", "as_markdown", "as_text", "footnotes"]
+__all__ = ["Names", "as_csv", "as_latex", "as_markdown", "as_text", "footnotes", "some_failed"]
 
 Row = list[str]
 
@@ -67,10 +67,12 @@ def as_latex(summary: Summary, by: str, names: Names) -> str:
     """Return one table for the package booktabs, the best in bold where it is certain."""
     escaped = names.written(_tex)
     (_, *columns), *rows = _sequence_rows(summary, by, escaped, _tex_cell, overall=True)
-    lost = ", ".join(
-        f"{names.systems[system]} {summary.entries[system, None]['lost']:.1%}"
-        for system in summary.systems
-    )
+    below: dict[str, Callable[[Mapping[str, Any]], str]] = {
+        "lost": lambda entry: f"{entry['lost']:.1%}"
+    }
+    if some_failed(summary):
+        below["failed runs"] = failures_text
+        below[f"{by} of scored runs"] = lambda entry: number(entry["scored"][by])
     said = [
         f"{by}: mean over runs",
         *ranks_explained(summary, by, names, "bold: ahead of all others"),
@@ -84,7 +86,14 @@ def as_latex(summary: Summary, by: str, names: Names) -> str:
         *(" & ".join(row) + r" \\" for row in rows),
         "\\bottomrule",
         "\\end{tabular}",
-        f"% lost: {_tex(lost)}",
+        *(
+            f"% {_tex(what)}: "
+            + ", ".join(
+                _tex(f"{names.systems[system]} {told(summary.entries[system, None])}")
+                for system in summary.systems
+            )
+            for what, told in below.items()
+        ),
     ]
     return "\n".join(lines)
 
@@ -156,7 +165,7 @@ Cell = Callable[[Mapping[str, Any], str], str]
 
 def _overall_rows(summary: Summary, by: str, names: Names, cell: Cell) -> list[Row]:
     """Return a header and the values of each system over all sequences."""
-    partly, failed = _partly_tried(summary), _some_failed(summary)
+    partly, failed = _partly_tried(summary), some_failed(summary)
     header = ["system", f"rank ({summary.headers[by]})", *summary.headers.values()]
     rows = []
     for system in _by(summary, by):
@@ -267,7 +276,7 @@ def footnotes(summary: Summary, by: str, names: Names, settings: Settings) -> li
     lines += ranks_explained(
         summary, by, names, "(1-2): ranks, shared where they cannot be told apart"
     )
-    if _some_failed(summary):
+    if some_failed(summary):
         lines.append("†1: so many runs failed or are missing")
     return lines
 
@@ -278,7 +287,7 @@ FOR = {  # by the questions of single sequences and over all
     (None, "new_sequences"): "over all, for new sequences like these",
     ("new_runs", None): "on a sequence, for new runs",
 }
-NUMBERS = 3, 5, 10  # of runs, of which is said what they can tell
+NUMBERS = 3, 5, 10, 20, 50, 100  # of runs, of which is said what they can tell
 
 
 def ranks_explained(summary: Summary, by: str, names: Names, what: str) -> list[str]:
@@ -290,10 +299,8 @@ def ranks_explained(summary: Summary, by: str, names: Names, what: str) -> list[
     lines = []
     if over_all or on_sequences:
         lines.append(f"{what} (95 % for all pairs of a column)")
-        lines.append(
-            f"ranks are {FOR[on_sequences, over_all]}: by scores of runs that did not fail, and by "
-            "failures"
-        )
+        lines.append(f"ranks are {FOR[on_sequences, over_all]}")
+        lines.append(f"ranks are {_how_ranked(by)}")
     over_all_pairs = {
         frozenset((pair["a"], pair["b"])): pair for pair in pairs if pair["sequence"] is None
     }
@@ -303,10 +310,11 @@ def ranks_explained(summary: Summary, by: str, names: Names, what: str) -> list[
         if frozenset(both) in over_all_pairs
     ]
     if None in (over_all, *questions.values()) and neighbours:
-        lines += _one_run(*neighbours[0], by, len(summary.systems))
+        lines += _one_run(summary, *neighbours[0], by)
     what = "runs of each on each sequence" if over_all == QUESTIONS[0] else "sequences"
     lines += [
-        f"{by} of {both}: about {pair['needed'] or f'more than {MOST_NEEDED}'} {what} would do"
+        f"{by} of {both}: {_certain_but(pair)}"
+        f"about {pair['needed'] or f'more than {MOST_NEEDED}'} {what} would do"
         for pair, both in neighbours
         if over_all and not pair["distinguishable"] and math.isfinite(pair["low"])
     ]
@@ -317,20 +325,37 @@ def ranks_explained(summary: Summary, by: str, names: Names, what: str) -> list[
     return lines
 
 
-def _one_run(pair: Mapping[str, Any], both: str, by: str, n_systems: int) -> list[str]:
+def _how_ranked(by: str) -> str:
+    if metric(by).family.larger_is_better:
+        return "by means: a failure counts as 0, and one more would not change who is ahead"
+    return "by errors of runs that did not fail, and by how often runs fail"
+
+
+def _certain_but(pair: Mapping[str, Any]) -> str:
+    """Say that failures alone leave the order open, where it is so."""
+    certain = pair["low"] > 0 or pair["high"] < 0
+    return "certain but for failures; " if certain else ""
+
+
+def _one_run(summary: Summary, pair: Mapping[str, Any], both: str, by: str) -> list[str]:
     """Say why there are no ranks for new runs, and how many runs tell the first two apart."""
     lines = ["no ranks where systems have one run each: nothing tells how runs scatter"]
-    gap = pair["difference"]
+    gap = abs(pair["difference"])
     if gap and math.isfinite(gap):
-        scatters = [largest_scatter(gap, n, error_of_pair(n_systems)) for n in NUMBERS]
-        told = ", ".join(f"{n} by {s:.2g}" for n, s in zip(NUMBERS, scatters, strict=True))
+        level = max(summary.entries[pair[key], None]["scored"][by] for key in "ab")
+        bounded = metric(by).family.larger_is_better
+        least = (level / gap - 1) / pair["sequences"] if bounded else 0  # so that one may fail
+        error = error_of_pair(len(summary.systems))
+        told = [f"{n} by {largest_scatter(gap, n, error):.2g}" for n in NUMBERS if n > least][:3]
         lines.append(
-            f"{by} of {both}: runs of each that would do, if they scatter (sd) at most: {told}"
+            f"{by} of {both}: runs of each that would do, if they scatter (sd) at most: "
+            + (", ".join(told) or f"more than {NUMBERS[-1]}")
         )
     return lines
 
 
-def _some_failed(summary: Summary) -> bool:
+def some_failed(summary: Summary) -> bool:
+    """Tell whether some run failed or is missing."""
     return any(entry["failed_runs"] for entry in summary.entries.values())
 
 

@@ -13,7 +13,15 @@ from ..comparison.comparison import Comparison
 from ..comparison.intervals import MOST_NEEDED
 from ..comparison.runs import Outcome
 from ..comparison.summary import Summary
-from ..comparison.tables import Names, failures_text, footnotes, is_best, number, rank_text
+from ..comparison.tables import (
+    Names,
+    failures_text,
+    footnotes,
+    is_best,
+    number,
+    rank_text,
+    some_failed,
+)
 from ..explorer import source
 from ..explorer.document import data_element, document
 from ..metrics import metric
@@ -79,7 +87,7 @@ def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
     errors = _each(summary, lambda sequence: _errors(summary, sequence), names)
     trajectories = _trajectories(sequences_data(comparison, by), by, names)
     return [
-        ("overall", "Over all sequences", _table(summary, names, notes)),
+        ("overall", "Over all sequences", _table(summary, by, names, notes)),
         ("sequences", f"{by} by sequence", _heat_map(summary, by, names)),
         ("differences", f"Differences in {by}, over all", _differences(summary, by, names)),
         ("runs", f"{by} of each run", runs),
@@ -109,33 +117,39 @@ def _data(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def _table(summary: Summary, names: Names, footnotes: Sequence[str]) -> str:
+def _table(summary: Summary, by: str, names: Names, footnotes: Sequence[str]) -> str:
     """Return the sortable table of the systems over all sequences."""
+    failed = some_failed(summary)
     headers = ["system", *summary.headers.values()]
-    headers += ["failed runs", "lost"]
+    headers += [*([f"{by} of scored runs"] if failed else []), "failed runs", "lost"]
     rows = []
     for system in summary.systems:
         entry = summary.entries[system, None]
         cells = [
             _cell(entry[name], number(entry[name]), entry["rank"][name]) for name in summary.headers
         ]
+        if failed:
+            cells.append(_cell(entry["scored"][by], number(entry["scored"][by])))
         cells.append(_cell(entry["failed_runs"], failures_text(entry)))
         cells.append(_cell(entry["lost"], f"{entry['lost']:.1%}"))
         rows.append(
             f'<tr><th scope="row">{escape(names.systems[system])}</th>{"".join(cells)}</tr>'
         )
     notes = "".join(f"<li>{escape(note)}</li>" for note in footnotes)
-    caption = (
-        "Means over all sequences; bold: ahead of every other system, with 95 % for all pairs."
-    )
+    caption = "Means over all sequences."
+    if any(entry["rank"][by] for entry in summary.entries.values()):
+        caption += " Bold: ahead of every other system, with 95 % for all pairs."
     return _scrolling("overall", caption, headers, rows) + f'<ul class="small">{notes}</ul>'
 
 
 def _cell(value: float, text: str, rank: Sequence[int] | None = None) -> str:
     key = f"{value:.9g}" if math.isfinite(value) else "1e999"
-    place = f' <span class="rank">({rank_text(rank)})</span>' if rank else ""
     best = ' class="best"' if rank == [1, 1] else ""
-    return f'<td data-key="{key}"{best}>{text}{place}</td>'
+    return f'<td data-key="{key}"{best}>{text}{_place(rank)}</td>'
+
+
+def _place(rank: Sequence[int] | None) -> str:
+    return f' <span class="rank">({rank_text(rank)})</span>' if rank else ""
 
 
 def _heat_map(summary: Summary, by: str, names: Names) -> str:
@@ -165,13 +179,13 @@ def _heat_map(summary: Summary, by: str, names: Names) -> str:
             lost = f'<span class="small">{failed} failed</span>' if failed else ""
             best = " best" if is_best(entry, by) else ""
             cells.append(
-                f'<td class="heat{best}" style="--share:{round(100 * share)}%">{number(entry[by])} '
-                f'<span class="rank">({rank_text(entry["rank"][by])})</span>{lost}</td>'
+                f'<td class="heat{best}" style="--share:{round(100 * share)}%">{number(entry[by])}'
+                f"{_place(entry['rank'][by])}{lost}</td>"
             )
         rows.append(
             f'<tr><th scope="row">{escape(names.systems[system])}</th>{"".join(cells)}</tr>'
         )
-    caption = "Means over the runs, the stronger the colour, the better; bold as above."
+    caption = "Means over the runs, the stronger the colour, the better."
     headers = ["system", *(names.sequences[sequence] for sequence in summary.sequences)]
     return _scrolling("sequences", caption, headers, rows)
 

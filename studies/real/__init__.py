@@ -50,6 +50,6 @@ STUDY = Study(
     show=show,
     place=110,
     trials="real",
-    keys=["benchmark", "quick"],
-    own=Own("benchmark", parts, flags=["quick"]),
+    keys=["benchmark", "quick", "more"],
+    own=Own("benchmark", parts, flags=["quick"], options=["more"]),
 )

@@ -22,11 +22,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("file", type=Path, metavar="BENCHMARK.yaml", help="as of compare")
     parser.add_argument("--part", required=True, metavar="SEQUENCE")
     parser.add_argument("--quick", action="store_true", help="as they are alone")
+    parser.add_argument("--more", default="", metavar="NAMES", help="further metrics")
     parser.add_argument("--output", type=Path, required=True, metavar="FILE.csv")
 
     def work(options: Namespace) -> list[Path]:
         benchmark = read_benchmark(options.file)
-        table = score_sequence(benchmark, options.part, changed=not options.quick)
+        table = score_sequence(
+            benchmark, options.part, changed=not options.quick, more=options.more
+        )
         write_files({options.output: to_csv(table)})
         return [options.output]
 

@@ -17,6 +17,7 @@ from alignscores.evaluation.matching import files_below, read_parts, read_refere
 from alignscores.evaluation.notes import collected_warnings
 from alignscores.evaluation.scoring import score
 from alignscores.evaluation.settings import Settings
+from alignscores.protocols import split_names
 from alignscores.trajectories.files import Trajectory
 from alignscores.validation import finite_rows
 from baselines import dre, dte, maa
@@ -110,8 +111,12 @@ def sources(benchmark: Benchmark, sequence: str) -> list[str]:
     return [str(path) for file in files for path in files_below(file)]
 
 
-def score_sequence(benchmark: Benchmark, sequence: str, *, changed: bool = True) -> pd.DataFrame:
+def score_sequence(
+    benchmark: Benchmark, sequence: str, *, changed: bool = True, more: str = ""
+) -> pd.DataFrame:
     """Score all runs on a sequence, as they are and with each of `CHANGES`.
+
+    `more` names further metrics of files, with commas between them.
 
     Returns
     -------
@@ -120,7 +125,7 @@ def score_sequence(benchmark: Benchmark, sequence: str, *, changed: bool = True)
         empty where it has no value. Runs that cannot be scored have no rows.
     """
     runs = [run for run in benchmark.runs if run.sequence == sequence and run.file]
-    settings = {run: _settings(benchmark, run) for run in runs}
+    settings = {run: _settings(benchmark, run, more) for run in runs}
     steps = [step_of_frames([str(run.file)], settings[run]) for run in runs]
     step = min((one for one in steps if one is not None), default=None)
     changes: Mapping[str, Change | None] = {AS_IT_IS: None, **(CHANGES if changed else {})}
@@ -134,10 +139,14 @@ def score_sequence(benchmark: Benchmark, sequence: str, *, changed: bool = True)
     return pd.DataFrame(rows, columns=columns).dropna(axis="columns", how="all")
 
 
-def _settings(benchmark: Benchmark, run: Run) -> Settings:
-    form = Settings(format=benchmark.format).form
-    names = (*LIBRARY, *(ORDERED if form.ordered else ()))
-    return settings_of_run(benchmark, run, Settings(format=benchmark.format, metrics=names))
+def _settings(benchmark: Benchmark, run: Run, more: str) -> Settings:
+    try:
+        asked = Settings(format=benchmark.format, metrics=tuple(split_names(more) if more else ()))
+    except ValueError as error:
+        raise ConfigError(str(error)) from None
+    known = (*LIBRARY, *(ORDERED if asked.form.ordered else ()))
+    names = dict.fromkeys((*known, *asked.metrics))
+    return settings_of_run(benchmark, run, Settings(format=benchmark.format, metrics=tuple(names)))
 
 
 def _rows(

@@ -8,6 +8,15 @@ import pandas as pd
 __all__ = ["changes_of", "sentences", "to_markdown"]
 
 ALIKE = 0.95  # correlation of the runs by two metrics, of which one says nothing new
+DONE = {  # what was done to the estimates, by the name of the change
+    "every_2nd": "keeping every 2nd pose",
+    "every_5th": "keeping every 5th pose",
+    "frames_lost": "losing a tenth of the poses",
+    "time_lost": "losing a tenth of the time",
+    "wild_stretch": "throwing a tenth of the way about",
+    "scale": "another scale",
+    "seed": "another seed",
+}
 MUCH = 1.0  # standard deviations of runs, by which a change moves one
 
 
@@ -63,12 +72,12 @@ def _against(pairs: pd.DataFrame) -> str:
 
 
 def _moved(table: pd.DataFrame, column: str) -> str:
-    change = column.removeprefix("moves_").replace("_", " ")
+    change = DONE[column.removeprefix("moves_")].capitalize()
     moved = table[table[column] >= MUCH].sort_values(column, ascending=False)
     if moved.empty:
-        return f"{change.capitalize()} moves none by as much as another run."
+        return f"{change} moves none by as much as another run."
     told = [f"{row['metric']} ({row[column]:.1f})" for _, row in moved.iterrows()]
-    return f"{change.capitalize()} moves {_listed(told)} by more than another run."
+    return f"{change} moves {_listed(told)} by more than another run."
 
 
 def to_markdown(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFrame) -> str:

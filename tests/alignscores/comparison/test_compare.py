@@ -198,6 +198,25 @@ def test_infinite_errors_have_ranks_but_no_difference(benchmark_of, compare, tmp
     assert ranks == {"good": [1, 2], "poor": [2, 3], "lost": [3, 4], "once": [1, 4]}
 
 
+def test_a_distance_that_no_run_is_given_is_no_failure(benchmark_of, compare, tmp_path):
+    """Four cameras have none; nor has a run there that fails."""
+    systems = {"a": (0.02, 1.0, 1, 0.0), "b": (0.1, 1.0, 1, 0.0)}
+    patterns = benchmark_of(systems, ["car"], n=40)
+    benchmark_of(systems, ["helix"], n=4)
+    (tmp_path / "helix/a/1.txt").write_text("")
+    found = compare(*patterns)
+    entries = {(one["system"], one["sequence"]): one for one in found["systems"]}
+    assert entries["a", "helix"]["half_distance"] is None
+    assert entries["a", "helix"]["rank"]["half_distance"] is None
+    for system in "ab":
+        of_car = entries[system, "car"]["half_distance"]
+        assert entries[system, None]["half_distance"] == of_car > 0
+    assert entries["a", None]["failed_runs"] == 1
+    assert entries["a", "helix"]["PAS"] == pytest.approx(
+        2 / 3 * entries["a", "helix"]["scored"]["PAS"]
+    )
+
+
 def test_a_metric_without_a_value_is_told(benchmark_of, run):
     patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.5)}, ["car"], runs=2, n=60)
     code, out, err = run(*patterns, "--metrics", "kitti", "--json", "--jobs", 1)

@@ -5,7 +5,8 @@ import pytest
 from scipy import stats
 
 from alignscores import pas
-from alignscores.comparison.answers import Cell, answers, chosen
+from alignscores.comparison import answers as of_pairs
+from alignscores.comparison.answers import Cell, chosen
 from alignscores.comparison.benchmark import Run
 from alignscores.comparison.intervals import (
     Difference,
@@ -66,6 +67,37 @@ def test_how_often_runs_fail_has_the_exact_interval(failed, of):
     assert Failures(failed, of).limits(0.05) == pytest.approx(tuple(expected))
 
 
+@pytest.mark.parametrize(("failed", "of"), [(0, 3), (1, 10), (10, 10), (7, 20), (0.5, 4)])
+def test_the_mid_p_interval_counts_half_of_what_was_seen(failed, of):
+    down, up = Failures(failed, of).reach(0.05)
+    low, high = failed / of - down, failed / of + up
+    if failed == int(failed):
+        tails = (
+            stats.binom.sf(failed, of, low) + stats.binom.pmf(failed, of, low) / 2,
+            stats.binom.cdf(failed - 1, of, high) + stats.binom.pmf(failed, of, high) / 2,
+        )
+        assert tails[0] == pytest.approx(0.025 if failed else 0.5)
+        assert tails[1] == pytest.approx(0.025 if failed < of else 0.5)
+    outer = Failures(failed, of).limits(0.05)
+    assert outer[0] <= low <= failed / of <= high <= outer[1]
+    # Without a failure, or nothing but them, the other side is that of one-sided intervals.
+    if not failed:
+        assert high == pytest.approx(Failures(failed, of).limits(0.1)[1])
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 5, 7, 10, 20])
+def test_systems_that_fail_alike_are_seldom_told_apart(n):
+    """Of all outcomes of n runs each, whatever the probability of failing."""
+    told = np.zeros((n + 1, n + 1))
+    for failed in np.ndindex(told.shape):
+        cells = [cell([0.5] * (n - k), k) for k in failed]
+        found = answers([tuple(cells)], "ATE", 0.05)["new_runs"]["failing"]
+        told[failed] = found["low"] > 0 or found["high"] < 0
+    for p in np.linspace(0.01, 0.99, 50):
+        chance = stats.binom.pmf(np.arange(n + 1), n, p)
+        assert chance @ told @ chance <= 0.08
+
+
 def test_an_interval_of_parts():
     assert joined(1.0, (3, 0), (4, 2)) == pytest.approx((-4, 3))
 
@@ -86,6 +118,12 @@ def test_as_many_runs_as_are_needed_tell_systems_apart_in_four_of_five_cases(n_s
 
 def cell(values, failed=0):
     return Cell(values, Failures(failed, len(values) + failed))
+
+
+def answers(pairs, name, error):
+    """Return the answers where there are no other runs."""
+    runs = [Failures(*np.sum([c.failures for c in of], axis=0)) for of in zip(*pairs, strict=True)]
+    return of_pairs.answers(pairs, name, error, runs)
 
 
 def test_both_questions_are_answered_where_the_data_allow():
@@ -132,6 +170,34 @@ def test_failures_are_told_apart():
     assert better(cell(poor, 1), cell(good), "ATE") is None
     found = answers([(cell(good, 1), cell(poor))], "ATE", 0.05)["new_runs"]
     assert np.isnan(found["with_failures"]["low"])  # infinite as soon as a run fails
+
+
+def test_one_more_failure_does_not_change_who_is_ahead():
+    """Runs elsewhere tell how often a system fails: the more there are, the less is feared."""
+    good, poor = [0.80, 0.81, 0.82], [0.60, 0.61, 0.62]
+    pair = cell(good), cell(poor)
+
+    def better(*runs):
+        return of_pairs.answers([pair], "TAS", 0.05, runs)["new_runs"]
+
+    alone, more = Failures(0, 3), Failures(0, 9)
+    assert better(alone, alone)["better"] is None  # 0.81 with a fourth that fails: 0.6075
+    assert better(more, alone)["better"] == "a"
+    assert better(Failures(2, 9), more)["better"] is None
+    assert better(alone, alone)["needed"] == 4
+    assert better(more, more)["needed"] == 2
+    assert better(Failures(4, 9), more)["needed"] is None
+    assert answers([tuple(pair)], "half_distance", 0.05)["new_runs"]["better"] == "b"
+
+
+def test_errors_and_failures_that_contradict_each_other_give_no_order():
+    small, large = [0.1, 0.11, 0.12] * 4, [0.4, 0.41, 0.42] * 4
+    found = answers([(cell(small, 12), cell(large * 2))], "ATE", 0.05)["new_runs"]
+    assert found["failing"]["low"] > 0
+    assert found["high"] < 0
+    assert found["better"] is None
+    found = answers([(cell(large, 12), cell(large * 2))], "ATE", 0.05)["new_runs"]
+    assert found["better"] == "b"
 
 
 def outcome(seed, sigma, *, error="drift", n=60):

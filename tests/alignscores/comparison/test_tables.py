@@ -81,6 +81,59 @@ def test_latex(patterns, run, tmp_path):
     assert "\n% ranks are for new runs on these sequences: " in text
 
 
+def test_what_failed_stands_beside_the_ranks_everywhere(patterns, run, tmp_path):
+    rule = "ranks are by means: a failure counts as 0, and one more would not change who is ahead"
+    entries = json.loads(run(*patterns, "--json")[1])["systems"]
+    (entry,) = (one for one in entries if (one["system"], one["sequence"]) == ("c", None))
+    scored = f"{entry['scored']['PAS']:.4f}"
+    low, high = (round(100 * limit) for limit in entry["failing"])
+    latex = run(*patterns, "--latex")[1]
+    assert re.search(rf"^% PAS of scored runs: a\\_b 0\.\d+, c {scored}$", latex, re.MULTILINE)
+    assert rf", c 1/6 ({low}-{high} \%)" in latex
+    assert f"% {rule}\n" in latex
+    run(*patterns, "--html", "page.html")
+    for text in (run(*patterns)[1], (tmp_path / "page.html").read_text()):
+        assert all(part in text for part in ("PAS of scored runs", scored, f"1/6 ({low}-{high} %)"))
+        assert rule in text
+    assert "ranks are by errors of runs that did" in run(*patterns, "--by", "half_angle")[1]
+
+
+def test_one_run_each_has_no_ranks_anywhere(benchmark_of, run, tmp_path):
+    patterns = benchmark_of(
+        {"good": (0.02, 1.0, 1, 0.0), "poor": (0.5, 9.0, 1, 0.0)}, ["car"], 1, n=60
+    )
+    outputs = {form: run(*patterns, f"--{form}")[1] for form in ("latex", "markdown", "json")}
+    run(*patterns, "--html", "page.html")
+    outputs |= {"text": run(*patterns)[1], "page": (tmp_path / "page.html").read_text()}
+    for form in ("latex", "text", "page"):
+        assert "no ranks where systems have one run each" in outputs[form]
+        assert re.search(
+            r"PAS of good and poor: runs of each that would do, if they scatter \(sd\) at most: "
+            r"3 by 0\.\d+, 5 by 0\.\d+, 10 by 0\.\d+",
+            outputs[form],
+        )
+    assert r"\textbf" not in outputs["latex"]
+    assert "**" not in outputs["markdown"]
+    assert not re.search(r"\.\d{4} \(\d", outputs["text"])
+    for part in ('class="best"', "heat best", 'class="rank"', "Bold"):
+        assert part not in outputs["page"]
+    found = json.loads(outputs["json"])
+    assert {rank for one in found["systems"] for rank in one["rank"].values()} == {None}
+    assert not any(pair["better"] or pair["distinguishable"] for pair in found["comparisons"])
+
+
+def test_little_apart_takes_as_many_runs_as_bear_a_failure(benchmark_of, run):
+    """However little they scatter: of three runs a fourth might fail."""
+    systems = {"good": (0.1, 1.0, 1, 0.0), "next": (0.13, 1.0, 1, 0.0)}
+    text = run(*benchmark_of(systems, ["car"], 1, n=120))[1]
+    (least,) = re.findall(r"at most: (\d+) by", text)
+    assert int(least) > 5
+    several = run(*benchmark_of(systems, ["car"], 3, n=120))[1]
+    assert re.search(
+        r"PAS of good and next: certain but for failures; about \d+ runs of each", several
+    )
+
+
 NAMES = r"[1] a&b%c_d#e$f~g^h\i{j}|<k>", "*{2} é"
 
 

@@ -1,6 +1,7 @@
 """Repeated runs of people's own: metrics whose answers are known, from files to a section."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -8,18 +9,15 @@ import pytest
 from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
-import studies.real
 from experiments.command import ConfigError
 from experiments.scenes import make_scene
-from report.page import environment
 from studies.__main__ import main
-from studies.real import STUDY
 from studies.real.__main__ import main as score
 from studies.real.answers import agreement, pairs, summarise
 from studies.real.figure import draw
 from studies.real.scores import AS_IT_IS, CHANGES, read_benchmark, sources
 from studies.real.words import to_markdown
-from studies.study import Answer, plans
+from studies.study import plans
 
 from ..conftest import undescribed
 
@@ -69,7 +67,7 @@ def test_metrics_that_order_the_runs_alike_agree(runs: pd.DataFrame) -> None:
     assert found.loc[("TAS", "RAS"), "order"] == found.loc[("TAS", "TAS"), "order"]
     text = to_markdown(summarise(runs), pairs(runs), agreement(runs))
     assert "one of two is enough: RAS and TAS (1.00)." in text
-    assert "Every 2nd moves ATE (" in text
+    assert "Keeping every 2nd pose moves ATE (" in text
     assert "4 pairs" not in text
     assert text.startswith("| metric | runs needed |")
 
@@ -158,12 +156,15 @@ def test_a_benchmark_that_tells_nothing_is_refused(file: Path, tmp_path: Path) -
         read_benchmark(file)
 
 
-def test_its_section_of_the_report(runs: pd.DataFrame) -> None:
-    tables = {"real": summarise(runs), "pairs": pairs(runs), "agreement": agreement(runs)}
-    source = (Path(studies.real.__file__).parent / "section.html.j2").read_text()
-    macro = "{% macro figure(name, title, seen) %}{{ caller() }}{% endmacro %}"
-    shown = STUDY.show(Answer("real", tables, {})) if STUDY.show else {}
-    html = environment().from_string(macro + source).render(real=shown)
-    assert html.count('<th scope="row">') == 3
-    assert "4 pairs" not in html
-    assert "2 pairs of systems and sequences" in html
+def test_further_metrics_by_name(file: Path, tmp_path: Path, capsys: Any) -> None:
+    own = tmp_path / "car.csv"
+    arguments = [str(file), "--part", "car", "--quick", "--output", str(own)]
+    assert score([*arguments, "--more", "rpe@5f,recall@5cm,5deg,TAS"]) == 0
+    table = pd.read_csv(own)
+    assert {"rpe@5f", "recall@5cm,5deg", "TAS"} <= set(table)
+    assert table.columns.is_unique
+    assert score([*arguments, "--more", "nonsense"]) == 2
+    assert "unknown metric 'nonsense'" in capsys.readouterr().err
+    for given in ("[rpe@5f,'recall@5cm,5deg']", "'rpe@5f,recall@5cm,5deg'"):
+        plan = plans([f"benchmark={file}", f"more={given}"])["real"]
+        assert plan.arguments == [str(file), "--more=rpe@5f,recall@5cm,5deg"]
