@@ -110,7 +110,7 @@ def test_no_hypothesis_costs_less(noisy_scene, seed, n, share, sigma):
         triplets = triplets_to_try(gt_t, est_t, 300, np.random.default_rng(seed), "similarity")
         scale, rotation, translation, _ = three_point_similarities(gt_t, est_t, triplets)
     usable = np.isfinite(np.hstack([scale[:, None], rotation.reshape(-1, 9), translation])).all(1)
-    usable &= scale > 0  # a camera may be drawn twice
+    usable &= scale > 0  # a triplet may be flat, its scale not positive
     scale, rotation, translation = scale[usable], rotation[usable], translation[usable]
     if n > 60:
         assert n_used == np.count_nonzero(usable)
