@@ -55,8 +55,8 @@ def video_error(
     References
     ----------
     ZGCTroy/CamI2V, evaluation/glomap_evaluation.py and evaluation/utils/common.py at c5d7b2f
-    (2025). He et al., "CameraCtrl", arXiv 2404.02101, and Wang et al., "MotionCtrl", arXiv 2312.03641,
-    without published code; the latter introduced CamMC.
+    (2025). Without published code: He et al., "CameraCtrl", arXiv 2404.02101; Wang et al.,
+    "MotionCtrl", arXiv 2312.03641, for CamMC.
 
     Examples
     --------
