@@ -343,7 +343,11 @@ def test_the_result_files_have_every_column(tmp_path: Path, monkeypatch: Any) ->
     shutil.copy(pair[0], copies.parent / "a.txt")
     patterns[0] = f"{tmp_path}/data/{{sequence}}.txt"
     compare = ["compare", "tum", *patterns, "--no_cache", "--jobs=1"]
-    check_keys_of_compare(json.loads(run_alignscores([*compare, "--json"])), page)
+    saved = tmp_path / "saved.json"
+    saved.write_text(run_alignscores([*compare, "--json"]))
+    changed, found = run_alignscores([*compare, "--json", f"--baseline={saved}"]).split("{", 1)
+    assert changed.startswith("PAS against")
+    check_keys_of_compare(json.loads("{" + found), page)
     names |= {*run_alignscores([*compare, "--csv"]).splitlines()[0].split(",")}
     metrics = {"TAS", "RAS", "PAS", "half_distance", "half_angle"}
     names -= {f"{metric}_sd" for metric in metrics} - {"TAS_sd", "PAS_sd"}
@@ -357,14 +361,15 @@ def check_keys_of_compare(compared: dict[str, Any], page: str) -> None:
     """Every key of the JSON is described, and every key that is described is there."""
     start = page.index("**`alignscores compare --json`**")
     _, *sections = re.split(
-        r"^`(results|systems|comparisons)` has",
+        r"^`(results|systems|comparisons|baseline)`(?: has|,)",
         page[start : page.index("## The study")],
         flags=re.M,
     )
     settings = {field.name for field in fields(library.Settings)}
     assert {key for key in compared if f"`{key}`" not in page[start:]} <= settings
     for name, section in zip(sections[::2], sections[1::2], strict=True):
-        keys = {key for entry in compared[name] for key in entry}
+        entries = compared[name]["systems"] if name == "baseline" else compared[name]
+        keys = {key for entry in entries for key in entry}
         cells = re.findall(r"^\| (`.*?) \|", section, flags=re.M) or [section]
         described = {key for cell in cells for key in re.findall(r"`(\w+)`", cell)}
         assert described - {"null"} == keys
