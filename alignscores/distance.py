@@ -260,7 +260,7 @@ def smallest_unit(sorted_errors: Floats, score: float, n_thresholds: int) -> flo
     """
     _check_score(score)
     n, steps = len(sorted_errors), equal_steps(1.0, n_thresholds, "unit")
-    rank = int(np.argmax(np.arange(1, n + 1) / n >= score))  # all errors up to it must be below
+    rank = int((np.arange(1, n + 1) / n >= score).argmax())  # all errors up to it must be below
     if sorted_errors[rank] == inf:
         return inf
     highest = min(_continuous_unit(sorted_errors, score), n_thresholds * sorted_errors[rank])
@@ -270,7 +270,7 @@ def smallest_unit(sorted_errors: Floats, score: float, n_thresholds: int) -> flo
 
     def reached(bits: int) -> bool:
         unit = float(np.int64(bits).view(np.float64))
-        frequency = int(np.searchsorted(sorted_errors, unit * steps).sum())
+        frequency = int(sorted_errors.searchsorted(unit * steps).sum())
         return frequency / (n_thresholds * n) >= score
 
     step = np.float64(_step(sorted_errors, score, n_thresholds, lowest, highest))
@@ -286,7 +286,7 @@ def _step(
     sorted_errors: Floats, score: float, n_thresholds: int, lowest: float, highest: float
 ) -> float:
     """Return the step at which the score is reached, up to rounding, between two units."""
-    errors = n_thresholds * sorted_errors[: np.searchsorted(sorted_errors, highest, side="right")]
+    errors = n_thresholds * sorted_errors[: sorted_errors.searchsorted(highest, side="right")]
     first = np.maximum(np.ceil(errors / (highest * (1 + ULPS))), 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         last = np.fmin(np.floor(errors / (lowest * (1 - ULPS))), n_thresholds)
@@ -320,11 +320,11 @@ def _continuous_unit(sorted_errors: Floats, score: float) -> float:
     if score <= 0:
         return 0.0
     missing = np.arange(1, n + 1) - score * n
-    first = int(np.searchsorted(missing, 0.0, side="right"))
+    first = int(missing.searchsorted(0.0, side="right"))
     if first == n:
         return inf
     with np.errstate(over="ignore"):
-        return float(np.min(np.cumsum(sorted_errors)[first:] / missing[first:]))
+        return float((sorted_errors.cumsum()[first:] / missing[first:]).min())
 
 
 def _check_score(score: float) -> None:
