@@ -11,24 +11,24 @@ Evaluation".
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .averaging import nearest_rotations
-from .batch import PASBatch, RASBatch, TASBatch, pas_batch, ras_batch, tas_batch
-from .distance import ras_angle, tas_distance
-from .expectation import ExpectedScore, expected_tas, runs_needed
-from .histogram import AlignmentScore
-from .pose import PASResult, pas
-from .profile import ScoreProfile, ras_profile, tas_profile
-from .registration import Registration
-from .rotation import RASResult, ras
-from .similarity import Similarity
-from .translation import TASResult, closest_pair_quartile, tas
-from .validation import AlignmentWarning
 from .version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from .averaging import nearest_rotations
+    from .batch import PASBatch, RASBatch, TASBatch, pas_batch, ras_batch, tas_batch
     from .comparison import Comparison, compare
+    from .distance import ras_angle, tas_distance
     from .evaluation import Evaluation, Settings, evaluate
+    from .expectation import ExpectedScore, expected_tas, runs_needed
+    from .histogram import AlignmentScore
+    from .pose import PASResult, pas
+    from .profile import ScoreProfile, ras_profile, tas_profile
+    from .registration import Registration
+    from .rotation import RASResult, ras
+    from .similarity import Similarity
     from .trajectories.conventions import Convention, check_conventions
+    from .translation import TASResult, closest_pair_quartile, tas
+    from .validation import AlignmentWarning
 
 __all__ = [
     "AlignmentScore",
@@ -66,22 +66,48 @@ __all__ = [
     "tas_profile",
 ]
 
-# Imported when they are asked for: who scores arrays, as every trial does, reads no files.
-OF_FILES = {
+# Imported when they are asked for, so that the command starts, and ends, at once.
+MODULES = {
+    "AlignmentScore": "histogram",
+    "AlignmentWarning": "validation",
     "Comparison": "comparison",
     "Convention": "trajectories.conventions",
     "Evaluation": "evaluation",
+    "ExpectedScore": "expectation",
+    "PASBatch": "batch",
+    "PASResult": "pose",
+    "RASBatch": "batch",
+    "RASResult": "rotation",
+    "Registration": "registration",
+    "ScoreProfile": "profile",
     "Settings": "evaluation",
+    "Similarity": "similarity",
+    "TASBatch": "batch",
+    "TASResult": "translation",
     "check_conventions": "trajectories.conventions",
+    "closest_pair_quartile": "translation",
     "compare": "comparison",
     "evaluate": "evaluation",
+    "expected_tas": "expectation",
+    "nearest_rotations": "averaging",
+    "pas": "pose",
+    "pas_batch": "batch",
+    "ras": "rotation",
+    "ras_angle": "distance",
+    "ras_batch": "batch",
+    "ras_profile": "profile",
+    "runs_needed": "expectation",
+    "tas": "translation",
+    "tas_batch": "batch",
+    "tas_distance": "distance",
+    "tas_profile": "profile",
 }
 
 
 def __getattr__(name: str) -> Any:
-    if name not in OF_FILES:
+    if name not in MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{OF_FILES[name]}", __name__), name)
+    return getattr(import_module(f".{MODULES[name]}", __name__), name)
 
 
 def __dir__() -> list[str]:

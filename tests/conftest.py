@@ -18,6 +18,8 @@ from hypothesis import settings
 
 from alignscores.arrays import Floats
 
+os.environ["COLUMNS"] = "100"  # of tables; pytest-xdist sets 80
+
 REFERENCE = (
     Path(__file__).resolve().parents[2] / "shared" / "reference" / "alignment_scores_octave.npz"
 )

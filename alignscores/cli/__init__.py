@@ -1,5 +1,18 @@
 """The command ``alignscores``: score trajectory files, ``alignscores FORMAT REF EST [EST ...]``."""
 
-from .main import main
+from collections.abc import Sequence
 
 __all__ = ["main"]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; return 0 if all was scored, 1 if something could not be.
+
+    Wrong usage ends in ``SystemExit(2)``.
+    """
+    try:
+        from .command import run_command  # here, so that an interruption finds it, too
+
+        return run_command(argv)
+    except KeyboardInterrupt:
+        return 130

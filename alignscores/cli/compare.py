@@ -6,10 +6,13 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ..comparison.baseline import Changes, changes, read_baseline
 from ..comparison.benchmark import Benchmark
+from ..comparison.cache import clear
 from ..comparison.comparison import Comparison, compare_runs, find_benchmark, settings_of_run
 from ..comparison.runs import COLUMNS
 from ..comparison.tables import as_csv, as_latex, as_markdown, as_text, footnotes
@@ -30,8 +33,10 @@ EPILOG = """\
 example:
   alignscores compare tum 'data/{sequence}/gt.txt' 'data/{sequence}/{system}/{run}.txt'
 
-exit codes: 0 all compared, 1 something was left out or failed, 2 wrong usage
+exit codes: 0 all compared, 1 something was left out or failed, 2 wrong usage,
+3 certainly worse than the baseline (--fail_on worse)
 """
+WORSE = 3  # exit code
 JOBS = Option(
     help="processes side by side (default: %(default)s)", group="work", number=int, least=1
 )
@@ -49,7 +54,10 @@ def add_parser(commands: Any) -> None:
     )
     command.set_defaults(command=command, run=run, metrics_as_given=())
     command.add_argument(
-        "source", metavar="FORMAT", help=f"{', '.join(FORMATS)}; or a YAML file, without patterns"
+        "source",
+        nargs="?",
+        metavar="FORMAT",
+        help=f"{', '.join(FORMATS)}; or a YAML file, without patterns",
     )
     command.add_argument(
         "patterns",
@@ -59,6 +67,16 @@ def add_parser(commands: Any) -> None:
     )
     command.add_argument(
         "--dry-run", "--dry_run", action="store_true", help="show what is found, and score nothing"
+    )
+    command.add_argument(
+        "--baseline",
+        metavar="FILE.json",
+        help="show what changed against a comparison that was saved with --json, by --by",
+    )
+    command.add_argument(
+        "--fail_on",
+        choices=("worse",),
+        help="with --baseline: exit with 3 where a system is certainly worse",
     )
     command.add_argument(
         "--expect_all",
@@ -82,7 +100,10 @@ def add_parser(commands: Any) -> None:
         "--cache",
         metavar="FOLDER",
         default=None,
-        help="where results are kept (default: alignscores in the user's cache)",
+        help="where results are kept, at most 1 GB (default: alignscores in the user's cache)",
+    )
+    work.add_argument(
+        "--clear_cache", action="store_true", help="forget all that is kept there, first"
     )
     work.add_argument("--no_cache", action="store_true", help="compute everything anew")
     _add_output(command)
@@ -111,8 +132,15 @@ def _add_output(command: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Find, score and compare all runs; what is wrong with one does not stop the others."""
+    cache = _cache(arguments)
+    if arguments.clear_cache and cache is not None:
+        print_note(f"{clear(cache)} results removed from {cache}")
+        if arguments.source is None:
+            return 0
     settings = _settings(arguments)
     benchmark = _benchmark(arguments)
+    if arguments.fail_on and not arguments.baseline:
+        arguments.command.error("argument --fail_on: needs --baseline FILE")
     if wrong := order_problem(settings.metrics, FORMATS[benchmark.format]):
         arguments.command.error(f"argument --metrics: {wrong}")
     if arguments.dry_run:
@@ -121,18 +149,28 @@ def run(arguments: argparse.Namespace) -> int:
         return int(bool(benchmark.problems))
     if arguments.html:
         refuse_to_replace(_inputs(benchmark, settings, arguments), [("--html", arguments.html)])
+    saved = (
+        read_baseline(arguments.baseline, replace(settings, format=benchmark.format))
+        if arguments.baseline
+        else []
+    )
     comparison = compare_runs(
         benchmark,
         settings,
         jobs=arguments.jobs,
-        cache=_cache(arguments),
+        cache=cache,
         progress=show_progress,
     )
     _print_problems(comparison.problems)
     _print_problems([f"{error}; it counts as a failure" for error in comparison.failed])
     for note in [*alias_notes(arguments.metrics_as_given), *comparison.notes]:
         print_note(printable(note))
-    _show(comparison, arguments)
+    changed = (
+        changes(comparison, arguments.baseline, saved, arguments.by) if arguments.baseline else None
+    )
+    _show(comparison, arguments, changed)
+    if changed and changed.worse and arguments.fail_on == "worse":
+        return WORSE
     return int(bool(comparison.problems or comparison.failed))
 
 
@@ -153,7 +191,7 @@ def _benchmark(arguments: argparse.Namespace) -> Benchmark:
     if source in FORMATS and len(patterns) == 2:
         reference, estimate = patterns
         return find_benchmark(reference, estimate, source, expect_all)
-    if Path(source).suffix in (".yaml", ".yml") and not patterns:
+    if source and Path(source).suffix in (".yaml", ".yml") and not patterns:
         return find_benchmark(source, None, None, expect_all)
     usage = f"give one of {', '.join(FORMATS)} and two patterns, or one YAML file"
     arguments.command.error(usage)
@@ -167,6 +205,8 @@ def _inputs(
     if not arguments.patterns:
         yield arguments.source
     yield from benchmark.files
+    if arguments.baseline:
+        yield arguments.baseline
     for found in benchmark.runs:
         if (frames := settings_of_run(benchmark, found, settings).frames) is not None:
             yield str(frames)
@@ -192,22 +232,34 @@ def _show_found(benchmark: Benchmark) -> None:
 
 
 def _cache(arguments: argparse.Namespace) -> Path | None:
-    """Return the folder of the cache; None without one."""
+    """Return the folder of the cache; None without one, or where the user's is not writable."""
     if arguments.no_cache:
         return None
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(arguments.cache or Path(home) / "alignscores")
+    if arguments.cache:
+        return Path(arguments.cache)
+    folder = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache") / "alignscores"
+    try:
+        folder = folder.expanduser()
+        folder.mkdir(parents=True, exist_ok=True)
+        writable = os.access(folder, os.W_OK)
+    except (OSError, RuntimeError):  # the second without a home
+        writable = False
+    if writable:
+        return folder
+    print_note(f"results are not kept, since {folder} is not writable; --cache names another one")
+    return None
 
 
-def _show(comparison: Comparison, arguments: argparse.Namespace) -> None:
+def _show(comparison: Comparison, arguments: argparse.Namespace, changed: Changes | None) -> None:
     """Print the comparison as it was asked for, and save its page."""
     by = arguments.by
     if arguments.html:
         # names of files that are not UTF-8 are in it as data, too
         content = page(comparison, by).encode(errors="backslashreplace")
         write_whole(arguments.html, content)
+    found = comparison.to_dict() | ({"baseline": changed.to_dict()} if changed else {})
     tables: dict[str, Callable[[], str]] = {
-        "json": lambda: json.dumps(comparison.to_dict(), indent=2, allow_nan=False),
+        "json": lambda: json.dumps(found, indent=2, allow_nan=False),
         "csv": lambda: as_csv(comparison.summary).removesuffix("\n"),
         "markdown": lambda: as_markdown(comparison.summary, by, comparison.names),
         "latex": lambda: as_latex(comparison.summary, by, comparison.names),
@@ -218,4 +270,9 @@ def _show(comparison: Comparison, arguments: argparse.Namespace) -> None:
         print(as_text(comparison.summary, by, comparison.names))
         notes = footnotes(comparison.summary, by, comparison.names, comparison.settings)
         print("\n" + "\n".join(notes))
+    if changed:
+        print(
+            f"\n{changed.as_text()}" if not arguments.show else changed.as_text(),
+            file=sys.stderr if arguments.show else sys.stdout,
+        )
     sys.stdout.flush()

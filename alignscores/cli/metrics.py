@@ -17,9 +17,9 @@ FIRST, LONGEST_NAME = "estimate", 40  # header of the names, and their character
 LEGEND = """\
 K is a whole number of degrees, ANGLE is in degrees (5deg or 5), DISTANCE in mm, cm or m, as in
 auc@30:vggt and recall@5cm,5deg. What is in [brackets] may be left out; the first choice then holds.
-STATISTIC: rmse, mean, median, std, min, max. ALIGNMENT: sim3, se3, scale, none. PATH: estimate,
-reference, consecutive. All are of the cameras that are scored, see --missing. The
-definitions are in docs/reference/protocols.md."""
+STATISTIC: rmse, mean, median, std, min, max. ALIGNMENT: sim3, se3, scale, none. PAIRS: consecutive,
+consecutive-reference, all, all-reference. All are of the cameras that are scored, see --missing.
+The definitions are in docs/reference/protocols.md."""
 
 
 def add_metrics(group: Any, purpose: str, form: Format | None = None) -> None:
@@ -93,8 +93,10 @@ def metre_notes(settings: Settings) -> list[str]:
     return [f"the reference's unit is taken for a metre in {', '.join(taken)}"]
 
 
-def metric_table(rows: Mapping[str, Mapping[str, float | None]], settings: Settings) -> str:
-    """Return the table of the metrics of estimates, in blocks of at most 100 columns."""
+def metric_table(
+    rows: Mapping[str, Mapping[str, float | None]], settings: Settings, columns: int = WIDTH
+) -> str:
+    """Return the table of the metrics of estimates, in blocks of at most so many columns."""
     lines = []
     longest = min(max(map(text_width, [FIRST, *rows])), LONGEST_NAME)
     labels = shortened([FIRST, *rows], longest)
@@ -102,7 +104,7 @@ def metric_table(rows: Mapping[str, Mapping[str, float | None]], settings: Setti
     for name in settings.metrics:
         column = [heading(name, settings.form), *(cell(name, row[name]) for row in rows.values())]
         block.append([text.rjust(max(map(len, column))) for text in column])
-        if longest + sum(2 + len(cells[0]) for cells in block) > WIDTH and block[1:]:
+        if longest + sum(2 + len(cells[0]) for cells in block) > columns and block[1:]:
             lines += [*_lines(labels, block[:-1]), ""]
             block = block[-1:]
     return "\n".join([*lines, *_lines(labels, block)])

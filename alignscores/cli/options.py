@@ -38,7 +38,7 @@ def add_settings(
         elif option.number:
             kind = {"type": number_type(option), "metavar": "X"}
         else:
-            kind = {"metavar": "FILE"}
+            kind = {"metavar": "TOPIC" if option.topics else "FILE"}
         groups[option.group].add_argument(f"--{name}", default=default, help=help, **kind)
 
 

@@ -1,12 +1,14 @@
 """What is printed: a table or JSON, notes and errors."""
 
 import json
+import re
+import shutil
 import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..evaluation.evaluation import Evaluation
-from ..evaluation.names import printable
+from ..evaluation.names import WIDTH, printable
 from ..evaluation.notes import MUCH_LOST, scale_note
 from ..evaluation.ranking import are_ranked, ranks
 from ..evaluation.settings import Settings
@@ -53,12 +55,18 @@ def show_table(scored: Sequence[Evaluation], notes: Sequence[str]) -> None:
     """Print the table on stdout and the notes on stderr."""
     print_notes(scored, notes)
     rows, settings = results(scored), scored[0].settings
+    columns = min(shutil.get_terminal_size((WIDTH, 0)).columns, WIDTH)
+    dropped: list[str] = []
     if settings.metrics:
         metrics = {row["name"]: row["metrics"] for row in rows}
-        lines = metric_table(metrics, settings).splitlines()
+        lines = metric_table(metrics, settings, columns).splitlines()
     else:
-        lines = table(rows, settings).splitlines()
-    for line in [*lines, *footnotes(rows, settings, lines[0])]:
+        shown, dropped = table(rows, settings, columns)
+        lines = shown.splitlines()
+    notes = footnotes(rows, settings, lines[0])
+    if dropped and columns < WIDTH:
+        notes.append(f"no room for: {', '.join(dropped)}; --json has all")
+    for line in [*lines, *notes]:
         print(line)
     sys.stdout.flush()
 
@@ -77,7 +85,7 @@ def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str
     if tied and not chosen:
         why = "PAS less than 2 standard errors apart over the seeds" if others else "of equal PAS"
         lines.append(f"ranks in common: tied, {why}")
-    if not chosen or chosen & {"half_distance", "half_angle"}:
+    if "half" in header.split() or chosen & {"half_distance", "half_angle"}:
         lines.append(HALF)
     if "nan" in header.split():
         lines.append(
@@ -85,7 +93,7 @@ def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str
         )
     if any(row["parts"] for row in rows) and not chosen:
         lines.append("parts: worlds that are each aligned on their own, which makes scores higher")
-    if settings.form.timed and not chosen:
+    if settings.form.timed and "n" in header.split():
         lines.append(
             "n: frames that were due, the same for all, and d is theirs; "
             "lost: share of the time without a pose"
@@ -101,9 +109,14 @@ def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str
 
 
 def print_notes(scored: Sequence[Evaluation], notes: Sequence[str]) -> None:
-    """Print the notes on all and on each estimate on stderr, a line each."""
-    for note in [*notes, *(note for evaluation in scored for note in evaluation.notes)]:
-        print_note(note)
+    """Print the notes on all and on each estimate on stderr, a line for those that are alike."""
+    alike: dict[str, list[str]] = {note: [note] for note in notes}
+    for evaluation in scored:
+        for note in evaluation.notes:
+            said = re.sub(r"[\d.]+", "", note.replace(evaluation.name, ""))
+            alike.setdefault(said, []).append(note)
+    for first, *others in alike.values():
+        print_note(f"{first} (and alike for {len(others)} more)" if others else first)
 
 
 def print_note(message: str) -> None:

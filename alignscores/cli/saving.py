@@ -48,7 +48,7 @@ def files(
     names, settings = unique_names(arguments.estimates), scored[0].settings
     file = printable(arguments.reference)
     if path := arguments.save_errors:
-        yield path, errors_csv(scored).encode()
+        yield path, errors_csv(scored, all_cameras=arguments.all_cameras).encode()
     if path := arguments.save_metrics:
         yield (
             path,
@@ -82,10 +82,11 @@ def figure_of(scored: Sequence[Evaluation], *, figure: Any = None) -> Any:
     return score_figure(scored, unit=settings.form.unit, title=title, figure=figure)
 
 
-def errors_csv(scored: Sequence[Evaluation]) -> str:
+def errors_csv(scored: Sequence[Evaluation], *, all_cameras: bool) -> str:
     """Return a table of each estimate's errors, a line a camera, with what became of it.
 
-    There are lines without errors: due frames without a reference pose, and cameras left out.
+    With all cameras there are lines without errors: due frames without a reference pose, and
+    cameras left out.
     """
     lines: list[tuple[object, ...]] = []
     for evaluation in scored:
@@ -100,8 +101,10 @@ def errors_csv(scored: Sequence[Evaluation]) -> str:
                 strict=True,
             )
         ]
-        rows += [(key, "", "", NO_REFERENCE) for key in matches.without_reference.tolist()]
-        if evaluation.settings.missing_cameras != "fail":  # else what was not scored was not due
+        if all_cameras:
+            rows += [(key, "", "", NO_REFERENCE) for key in matches.without_reference.tolist()]
+        # where missing cameras fail, what was not scored was not due
+        if all_cameras and evaluation.settings.missing_cameras != "fail":
             keys = evaluation.reference.keys
             left_out = keys[~np.isin(keys, matches.keys)]
             rows += [(key, "", "", LEFT_OUT) for key in left_out.tolist()]
@@ -174,10 +177,13 @@ def aligned_files(
 def targets(path: Path, names: Sequence[str]) -> dict[str, tuple[Path, str]]:
     """Return the file of each estimate, and its name without a slash.
 
-    Of several estimates each has its name appended; `names` are those of all, scored or not.
+    Of several estimates each has its name appended, without its ending if that tells none apart;
+    `names` are those of all, scored or not.
     """
-    flat = numbered([name.replace("/", "_") for name in names])
-    files = [path.with_name(f"{path.stem}_{name}{path.suffix}") for name in flat]
+    flat = [name.replace("/", "_") for name in names]
+    endings = {Path(name).suffix for name in flat}
+    short = numbered([Path(name).stem for name in flat] if len(endings) == 1 else flat)
+    files = [path.with_name(f"{path.stem}_{name}{path.suffix}") for name in short]
     return dict(zip(names, zip(files if names[1:] else [path], flat, strict=True), strict=True))
 
 

@@ -1,5 +1,6 @@
-"""The table of the estimates, at most 100 columns wide."""
+"""The table of the estimates, at most 100 columns wide, and no wider than the terminal."""
 
+import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -36,11 +37,14 @@ SPREADS = ("TAS_sd", "PAS_sd")  # shown where a score has one, close to it
 # For long names. (The sd of the PAS is that of the TAS times its weight.)
 FIRST_DROPPED = ("within_10_deg", "within_unit", "duplicate", "PAS_sd", "no_pose")
 NEXT_DROPPED = ("TAS_sd", "ATE", "lost")  # for names shortened to so many characters
+LAST_DROPPED = ("n_parts", "unit", "n", "half_angle", "half_distance", "rank")  # of narrow ones
 SHORTEST = 12
 
 
-def table(results: Sequence[Mapping[str, Any]], settings: Settings) -> str:
-    """Return the table of all estimates, with the keys of the JSON output, as text.
+def table(
+    results: Sequence[Mapping[str, Any]], settings: Settings, columns: int = WIDTH
+) -> tuple[str, list[str]]:
+    """Return the table of all estimates, with the keys of the JSON output, and what had no room.
 
     Columns that say nothing are left out; then, as far as there is no room, the less important
     ones and the middle of long names.
@@ -67,10 +71,12 @@ def table(results: Sequence[Mapping[str, Any]], settings: Settings) -> str:
             shown[key] = [cell + mark for cell, mark in zip(shown[key], marks, strict=True)]
     names = ["estimate", *(values["name"] for values in results)]
     longest = max(map(text_width, names))
-    for key in FIRST_DROPPED + NEXT_DROPPED:
-        if _room(shown) < (longest if key in FIRST_DROPPED else min(longest, SHORTEST)):
-            shown.pop(key, None)
-    names = shortened(names, _room(shown))
+    dropped = []
+    for key in FIRST_DROPPED + NEXT_DROPPED + LAST_DROPPED:
+        least = longest if key in FIRST_DROPPED else min(longest, SHORTEST)
+        if key in shown and _room(shown, columns) < least:
+            dropped.append(shown.pop(key)[0])
+    names = shortened(names, max(_room(shown, columns), SHORTEST))
     width = max(map(text_width, names))
     gaps = list(map(_gap, shown))
     widths = [max(map(len, cells)) for cells in shown.values()]
@@ -78,12 +84,12 @@ def table(results: Sequence[Mapping[str, Any]], settings: Settings) -> str:
     for name, *row in zip(names, *shown.values(), strict=True):
         cells = (gap + cell.rjust(wide) for gap, cell, wide in zip(gaps, row, widths, strict=True))
         lines.append("".join([padded(name, width), *cells]))
-    return "\n".join(lines)
+    return "\n".join(lines), dropped
 
 
-def _room(shown: Mapping[str, Sequence[str]]) -> int:
+def _room(shown: Mapping[str, Sequence[str]], columns: int) -> int:
     """Return the width that the columns leave for the names."""
-    return WIDTH - sum(len(_gap(key)) + max(map(len, cells)) for key, cells in shown.items())
+    return columns - sum(len(_gap(key)) + max(map(len, cells)) for key, cells in shown.items())
 
 
 def _gap(key: str) -> str:
@@ -92,11 +98,16 @@ def _gap(key: str) -> str:
 
 
 def shortened(names: list[str], width: int) -> list[str]:
-    """Cut the middle out of long names; those that become the same are numbered."""
-    for numbers in (False, True):
-        short = [_cut(name, width, f"~{row}" if numbers else "") for row, name in enumerate(names)]
-        if len(set(short)) == len(set(names)):
-            break
+    """Cut the middle out of long names, or else what they share; at last they are numbered."""
+    short = [_cut(name, width, "") for name in names]
+    if len(set(short)) < len(set(names)):
+        long = [name for name in names if text_width(name) > width]
+        start = len(os.path.commonprefix(long))  # noqa: RUF071 - of characters
+        end = len(os.path.commonprefix([name[start:][::-1] for name in long]))  # noqa: RUF071
+        apart = [f"..{name[start : len(name) - end]}.." if name in long else name for name in names]
+        short = [_cut(name, width, "") for name in apart]
+    if len(set(short)) < len(set(names)):
+        short = [_cut(name, width, f"~{row}") for row, name in enumerate(names)]
     return short
 
 

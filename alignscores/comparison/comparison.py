@@ -15,6 +15,7 @@ from ..trajectories.files import read_stamps
 from ..trajectories.formats import FORMATS
 from ..version import __version__
 from .benchmark import NO_SETTINGS, Benchmark, Run, from_patterns, read_yaml
+from .cache import prune
 from .patterns import Pattern
 from .processes import Pool, Progress
 from .runs import COLUMNS, Outcome, Task, evaluate_run, reference_of, step_of_run
@@ -242,6 +243,8 @@ def compare_runs(
             tasks |= found
             notes += said
     runs = _scored(tasks, jobs, progress)
+    if cache is not None:
+        prune(cache)
     if not runs:
         raise ValueError("; ".join(["nothing is left to be compared", *problems]))
     summary = summarise(runs, settings.metrics, settings.form)
@@ -281,7 +284,7 @@ def _tasks(
             tasks[run] = Task(file, run.file or "", of_run, cache, check=system not in checked)
             checked.add(system)
     with collected_warnings() as notes:
-        reference_of(file, of_run.format)
+        reference_of(file, of_run.format, of_run.ref_topic)
         if of_run.frames is not None:
             read_stamps(str(of_run.frames))
     return tasks, [f"{sequence}: {note}" for note in notes]

@@ -85,7 +85,7 @@ def evaluate_run(task: Task) -> Outcome:
         if file and (outcome := _loaded(file, task.estimate)):
             return outcome
         with collected_warnings():  # the comparison tells them, once for each sequence
-            reference = reference_of(task.reference, task.settings.format)
+            reference = reference_of(task.reference, task.settings.format, task.settings.ref_topic)
         evaluation = score(
             reference,
             task.estimate,
@@ -116,9 +116,9 @@ def step_of_run(task: Task) -> float | None:
 
 
 @lru_cache(maxsize=2)
-def reference_of(path: str, format: str | None) -> Trajectory:
+def reference_of(path: str, format: str | None, topic: str | None) -> Trajectory:
     """Read a reference; each is read once for the runs that follow each other."""
-    return read_reference(path, Settings(format=format))
+    return read_reference(path, Settings(format=format, ref_topic=topic))
 
 
 def _with_file(error: ValueError, file: str) -> str:

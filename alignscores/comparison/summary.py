@@ -154,6 +154,7 @@ def _result(run: Run, outcome: Outcome, due: int, metrics: Sequence[str]) -> Ent
         "failures": outcome.failures if scored else due,
         "lost": outcome.lost if scored else 1.0,
         "unit": outcome.unit if scored else None,
+        "parts": outcome.n_parts,
         "scale": outcome.scale if math.isfinite(outcome.scale) else None,
         "notes": outcome.notes,
     }

@@ -18,7 +18,6 @@ from ..trajectories.association import (
     unit_hint,
 )
 from ..trajectories.files import FilePath, Trajectory, inverse_poses, read_stamps
-from ..trajectories.formats import FORMATS
 from ..trajectories.timeline import usual_step
 from ..trajectories.timing import LEAST_GAIN, find_offset
 from ..validation import finite_rows
@@ -48,7 +47,8 @@ def files_below(path: str | Path) -> Iterator[Path]:
 def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Trajectory:
     """Return the reference in the order of time, without duplicates."""
     if not isinstance(reference, Trajectory):
-        return in_order(settings.form.read(reference, complete=True))
+        topic = {"topic": settings.ref_topic} if settings.form.topics else {}
+        return in_order(settings.form.read(reference, complete=True, **topic))
     finite = finite_rows(checked(reference, "reference").poses)
     if not finite.all():
         raise ValueError(f"pose {np.argmin(finite) + 1} of the reference is not finite")
@@ -60,8 +60,9 @@ def read_parts(estimate: FilePath | Trajectory, settings: Settings) -> dict[str,
     if isinstance(estimate, Trajectory):
         parts = {"": checked(estimate, "estimate")}
     else:
-        form = FORMATS[settings.est_format] if settings.est_format else settings.form
-        parts = form.read_parts(estimate) if form.read_parts else {"": form.read(estimate)}
+        form = settings.est_form
+        topic = {"topic": settings.est_topic} if form.topics else {}
+        parts = form.read_parts(estimate) if form.read_parts else {"": form.read(estimate, **topic)}
     if not settings.invert:
         return parts
     return {name: part._replace(poses=inverse_poses(part.poses)) for name, part in parts.items()}

@@ -131,7 +131,7 @@ def score(
     are looked at, which takes longer than all else.
     """
     with collected_warnings() as file_notes:  # these name the file already
-        parts = read_parts(estimate, settings)
+        parts = _without_reference(read_parts(estimate, settings), reference)
     whole = all_cameras(list(parts.values()))
     with collected_warnings() as warned:
         matches, offset = match_estimate(reference, whole, settings, step)
@@ -148,7 +148,8 @@ def score(
         notes += _convention_notes(matches, convention, scores, settings)
     matches = replace(matches, est_poses=in_one_world(poses, scores.of_parts, scores.part_of))
     once = _each_pose_once(matches)
-    metrics, reasons = _metric_values(once, settings, n_parts=len(parts))
+    stamps = whole.keys[once.est_rows] + offset if whole.keys.dtype.kind == "f" else None
+    metrics, reasons = _metric_values(once, stamps, settings, n_parts=len(parts))
     notes = [*notes, *parts_notes(described), *reasons]
     return Evaluation(
         name=name,
@@ -172,11 +173,21 @@ def score(
     )
 
 
+def _without_reference(
+    parts: dict[str, Trajectory], reference: Trajectory
+) -> dict[str, Trajectory]:
+    """Return the parts without the reference, which lies beside them in the folder of `.`."""
+    others = {
+        name: part for name, part in parts.items() if not all(map(np.array_equal, part, reference))
+    }
+    return others or parts
+
+
 def _clock_notes(
     reference: Trajectory, estimate: Trajectory, offset: float, settings: Settings
 ) -> list[str]:
     """Say which time offset was found, or that there seems to be one."""
-    if not settings.form.timed:
+    if not settings.form.timed or reference.keys.dtype.kind != "f":
         return []
     if settings.t_offset != "auto":
         return offset_notes(reference, estimate, offset)
@@ -215,7 +226,8 @@ def _convention(
         return Convention()
     largest = max(poses, key=lambda part: int(np.sum(finite_rows(part))))
     once = _each_pose_once(replace(matches, est_poses=largest))
-    return find_convention(once.gt_poses, once.est_poses)
+    quaternions = settings.est_form.quaternions
+    return find_convention(once.gt_poses, once.est_poses, quaternions=quaternions)
 
 
 def _body_rotation(convention: Convention, settings: Settings) -> Floats | None:
@@ -328,7 +340,8 @@ def _each_pose_once(matches: Matches) -> Matches:
     n_lost = round(len(lost) * len(first) / len(estimated))
     kept_lost = lost[np.linspace(0, len(lost) - 1, n_lost).astype(int)]
     rows = np.sort(np.concatenate([estimated[first], kept_lost]))
-    return replace(matches, gt_poses=matches.gt_poses[rows], est_poses=matches.est_poses[rows])
+    names = ("gt_poses", "est_poses", "est_rows")
+    return replace(matches, **{name: getattr(matches, name)[rows] for name in names})
 
 
 def _ate(matches: Matches, settings: Settings) -> float | None:
@@ -361,7 +374,7 @@ def _levels(matches: Matches, scores: _Scores, settings: Settings) -> dict[str, 
 
 
 def _metric_values(
-    matches: Matches, settings: Settings, *, n_parts: int
+    matches: Matches, stamps: Floats | None, settings: Settings, *, n_parts: int
 ) -> tuple[dict[str, float], list[str]]:
     """Return the metrics that have a value, and why others have none.
 
@@ -376,7 +389,9 @@ def _metric_values(
     for name in names:
         try:
             value = metric(name)(
-                gt[:, :3, 3], gt[:, :3, :3], est[:, :3, 3], est[:, :3, :3], rng=settings.seed
+                *(gt[:, :3, 3], gt[:, :3, :3], est[:, :3, 3], est[:, :3, :3]),
+                rng=settings.seed,
+                stamps=stamps,
             )
         except ValueError as error:
             reasons.append(f"no value of {name}: {error}")

@@ -38,6 +38,7 @@ class Option:
     flag: bool = False  # True or False
     optional: bool = False  # None is a value
     timed: bool = False  # of formats with time stamps alone
+    topics: bool = False  # of formats with topics alone
 
     def checked(self, value: Any) -> Any:
         """Return a value, a number as Python's; raise a ValueError where it cannot be that."""
@@ -100,9 +101,11 @@ class Settings:
     Parameters
     ----------
     format : str, optional
-        Format of the files: tum, euroc, kitti, colmap or nerf. Trajectories in memory need none.
+        Format of the files, such as tum. Trajectories in memory need none.
     est_format : str, optional
         Format of the estimates, where it is another one.
+    ref_topic, est_topic : str, optional
+        Topics of bags of ROS; by default the only one with poses.
     missing : {"fail", "ignore"}
         Whether cameras without an estimate count as failures, or are left out. Of KITTI files each
         line of the reference has one of the estimate, so that none is missing.
@@ -173,6 +176,12 @@ class Settings:
         Matching(
             "format of the estimates, if it is another one", choices=tuple(FORMATS), optional=True
         ),
+    ] = None
+    ref_topic: Annotated[
+        str | None, Matching("topic of the reference in its bag", optional=True, topics=True)
+    ] = None
+    est_topic: Annotated[
+        str | None, Matching("topic of the estimates in their bags", optional=True, topics=True)
     ] = None
     missing: Annotated[
         str,
@@ -304,6 +313,8 @@ class Settings:
             object.__setattr__(self, name, value)
         if self.up != Settings.up and self.alignment != "yaw":
             raise ValueError("up is used by alignment=yaw alone: set that, too, or leave up out")
+        if self.frames is not None and self.missing == "ignore":
+            raise ValueError("frames without a pose fail: leave missing=ignore out, or frames")
         if self.format:
             self._check_format()
 
@@ -326,6 +337,8 @@ class Settings:
         return {
             "format": self.format,
             "est_format": self.est_format or self.format,
+            "ref_topic": self.ref_topic,
+            "est_topic": self.est_topic,
             "missing_cameras": self.missing_cameras,
             "t_max_diff": self.t_max_diff if timed else None,
             "t_offset": self.t_offset if timed else None,
@@ -353,6 +366,8 @@ class Settings:
             changed = getattr(self, name) != getattr(Settings, name)
             if option.timed and changed and not self.form.timed:
                 raise ValueError(f"{name} needs time stamps, which {self.format} files lack")
+            if option.topics and changed and not (self.form.topics or self.est_form.topics):
+                raise ValueError(f"{name} is of bags, and {self.format} files have no topics")
         if wrong := order_problem(self.metrics, self.form):
             raise ValueError(wrong)
 
@@ -404,6 +419,18 @@ class Settings:
         return FORMATS[self.format]
 
     @property
+    def est_form(self) -> Format:
+        """The format of the estimates.
+
+        Examples
+        --------
+        >>> from alignscores import Settings
+        >>> Settings(format="euroc", est_format="tum").est_form.quaternions
+        True
+        """
+        return FORMATS[self.est_format] if self.est_format else self.form
+
+    @property
     def missing_cameras(self) -> str | None:
         """What missing cameras do; None where the format has none.
 
@@ -413,16 +440,16 @@ class Settings:
         >>> Settings(format="tum").missing_cameras
         'fail'
         """
-        if self.frames is not None:
-            return "fail"
         return self.missing if self.form.missing else None
 
 
 def order_problem(metrics: Sequence[str], form: Format) -> str:
-    """Say which metric needs an order of the cameras that the format lacks, if one does."""
+    """Say which metric needs an order of the cameras, or stamps, that the format lacks."""
     for name in metrics:
         if metric(name).family.ordered and not form.ordered:
             return f"{name} needs cameras in the order of time, but images are matched by name"
+        if metric(name).timed and not form.timed:
+            return f"{name} needs time stamps, which the files lack"
     return ""
 
 

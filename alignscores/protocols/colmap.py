@@ -296,15 +296,25 @@ def _absolute_errors(
 
 @np.errstate(all="ignore")  # what is not finite is never an inlier
 def locally_optimised_ransac(
-    source: Floats, target: Floats, threshold: float, rng: np.random.Generator
+    source: Floats,
+    target: Floats,
+    threshold: float,
+    rng: np.random.Generator,
+    *,
+    confidence: float = CONFIDENCE,
+    trials: tuple[int, float] = (0, inf),
 ) -> Transform | None:
-    """Return COLMAP's robust similarity from source to target; None without 3 inliers."""
+    """Return COLMAP's robust similarity from source to target; None without 3 inliers.
+
+    It draws at least and at most so many `trials`; by default as in COLMAP's benchmark.
+    """
     n = len(source)
     if n < 3:
         return None
     best: tuple[int, float] = (0, -inf)  # inliers, and minus the sum of their squared residuals
     chosen = None
-    limit = _trials(MIN_INLIER_RATIO**3)
+    least, most = trials
+    limit = min(_trials(MIN_INLIER_RATIO**3, confidence), most)
     done = 0
     while done < limit:
         batch = min(BATCH, max(1, BATCH_ERRORS // n))
@@ -323,18 +333,18 @@ def locally_optimised_ransac(
             if best[0] > 3:
                 best, chosen = _refitted(chosen, best, source, target, threshold)
             ratio = np.prod([(best[0] - i) / (n - i) for i in range(3)])
-            limit = min(limit, _trials(float(ratio)))
+            limit = max(min(limit, _trials(float(ratio), confidence)), least)
         done += batch
     return chosen if best[0] >= 3 else None
 
 
-def _trials(probability: float) -> int:
+def _trials(probability: float, confidence: float) -> int:
     """Return how many samples are drawn where each is of inliers alone with a probability."""
     if probability <= 0:
         return np.iinfo(np.int64).max
     if probability >= 1:
         return 1
-    return ceil(TRIALS_FACTOR * log(1 - CONFIDENCE) / log(1 - probability))
+    return ceil(TRIALS_FACTOR * log(1 - confidence) / log(1 - probability))
 
 
 def _refitted(

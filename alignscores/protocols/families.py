@@ -184,6 +184,18 @@ class Metric:
         return self.family.metres or not LENGTHS.isdisjoint(self.arguments)
 
     @property
+    def timed(self) -> bool:
+        """Whether it needs time stamps.
+
+        Examples
+        --------
+        >>> from alignscores.protocols import protocol
+        >>> protocol("rpe@1s").timed, protocol("rpe@1m").timed
+        (True, False)
+        """
+        return "seconds" in self.arguments
+
+    @property
     def worst(self) -> float:
         """The value of an estimate that failed: 0 of a score, else infinite.
 
@@ -203,6 +215,7 @@ class Metric:
         est_rotations: ArrayLike | None,
         *,
         rng: Seed = 0,
+        stamps: ArrayLike | None = None,
     ) -> float:
         """Evaluate the metric.
 
@@ -214,6 +227,8 @@ class Metric:
             Camera-to-world rotations; None where the metric needs none.
         rng : int, SeedSequence, Generator or None
             Seed, where the metric is random.
+        stamps : (n,) array_like, optional
+            Time stamps in seconds, where the metric needs them.
 
         Returns
         -------
@@ -230,6 +245,8 @@ class Metric:
         arguments = dict(self.arguments)
         if self.family.random:
             arguments["rng"] = rng
+        if self.timed:
+            arguments["stamps"] = stamps
         if not self.family.rotations:
             return self.family.function(gt_positions, est_positions, **arguments)
         if gt_rotations is None or est_rotations is None:

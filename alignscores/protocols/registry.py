@@ -13,7 +13,8 @@ from .colmap import (
 from .families import UNITS, Family, Metric, find
 from .images import ace0_recall, hloc_median, hloc_recall
 from .imc import IMC_2024, imc_maa
-from .relative import Convention, vggt_auc, vggt_rra, vggt_rta
+from .points import hilti_score, lamaria_recall, lamaria_score
+from .relative import Convention, vggt_auc, vggt_auc_min, vggt_rra, vggt_rta
 from .segments import kitti_relative_error, rpg_relative_error
 from .trajectory import (
     FORMER_PAIRS,
@@ -25,6 +26,7 @@ from .trajectory import (
     evo_rpe,
     mapanything_ate,
 )
+from .video import Scale, video_error
 
 __all__ = ["PROTOCOLS", "protocol"]
 
@@ -33,7 +35,7 @@ WHOLE = r"@(?P<k>\d+)(?:deg)?"
 ANGLE = rf"(?P<max_error_deg>{NUMBER})(?:deg)?"
 UNIT = rf"(?P<unit>{'|'.join(UNITS)})"
 ERROR = rf"(?P<max_error>{NUMBER}){UNIT}"
-NEIGHBOURS = rf"rpe@(?:(?P<frames>[1-9]\d*)f|(?P<distance>{NUMBER}){UNIT})"
+NEIGHBOURS = rf"rpe@(?:(?P<frames>[1-9]\d*)f|(?P<seconds>{NUMBER})s|(?P<distance>{NUMBER}){UNIT})"
 SEGMENTS = rf"rpg@(?P<length>{NUMBER}){UNIT}"
 
 
@@ -49,12 +51,14 @@ STATISTIC = _words(name for name in STATISTICS if name != "sse")
 ALIGNED = {"alignment": _words(get_args(Alignment)), "statistic": STATISTIC}
 PAIRS = {"pairs": {**_words(get_args(Pairs)), **FORMER_PAIRS}}
 SCALED = {"alignment": _words(["sim3", "se3"]), "statistic": {"mean": "mean"} | STATISTIC}
+SCALE = {"scale": _words(get_args(Scale))}
 LENGTH = {"error": _words(["translation", "distance"])}
 ROTATION = {"error": _words(["rotation"])}
 
 _rate = partial(Family, missing="fail", unit="%", larger_is_better=True)
 _centre_rate = partial(_rate, rotations=False, random=True, metres=True)
 _motion_error = partial(Family, missing="left out", ordered=True)
+_video_error = partial(Family, missing="refused", ordered=True)
 _kitti_error = partial(Family, missing="refused", ordered=True, metres=True)
 
 PROTOCOLS: Sequence[Family] = (
@@ -91,6 +95,14 @@ PROTOCOLS: Sequence[Family] = (
         origin="vggt-old",
     ),
     _rate(
+        "auc@K:vggt-min",
+        "auc@30:vggt-min",
+        "area under the smaller one of both accuracies, as papers describe it",
+        vggt_auc_min,
+        f"auc{WHOLE}",
+        origin="vggt-min",
+    ),
+    _rate(
         "auc@ANGLE:{colmap,colmap-imc}",
         "auc@5:colmap",
         "area under the interpolated recall of relative poses, of COLMAP's benchmark",
@@ -124,6 +136,31 @@ PROTOCOLS: Sequence[Family] = (
         colmap_absolute_recall,
         f"recall@{ERROR}",
         required=ACCURACY,
+    ),
+    _centre_rate(
+        "recall@DISTANCE:lamaria",
+        "recall@1m:lamaria",
+        "positions within a horizontal distance after a robust similarity, of LaMAria",
+        lamaria_recall,
+        f"recall@{ERROR}",
+        origin="lamaria",
+    ),
+    _centre_rate(
+        "score:lamaria",
+        "score:lamaria",
+        "points for horizontal distances after a robust similarity, of LaMAria",
+        lamaria_score,
+        "score",
+        origin="lamaria",
+    ),
+    _centre_rate(
+        "score:hilti",
+        "score:hilti",
+        "points for distances after a rigid alignment, of the Hilti SLAM Challenge 2022",
+        hilti_score,
+        "score",
+        origin="hilti",
+        random=False,
     ),
     Family(
         "maa:imc",
@@ -221,23 +258,47 @@ PROTOCOLS: Sequence[Family] = (
         unit="deg",
     ),
     _motion_error(
-        "rpe@{FRAMESf,DISTANCE}[:distance][:PAIRS][:STATISTIC][:ALIGNMENT]",
+        "rpe@{FRAMESf,TIMEs,DISTANCE}[:distance][:PAIRS][:STATISTIC][:ALIGNMENT]",
         "rpe@1m",
-        "relative translation error over frames or a distance, of evo",
+        "relative translation error over frames, seconds or a distance, of evo",
         evo_rpe,
         NEIGHBOURS,
         optional=LENGTH | ALIGNED | PAIRS,
         unit="units",
     ),
     _motion_error(
-        "rpe@{FRAMESf,DISTANCE}:rotation[:PAIRS][:STATISTIC][:ALIGNMENT]",
+        "rpe@{FRAMESf,TIMEs,DISTANCE}:rotation[:PAIRS][:STATISTIC][:ALIGNMENT]",
         "rpe@1m:rotation",
-        "relative rotation error over frames or a distance, of evo",
+        "relative rotation error over frames, seconds or a distance, of evo",
         evo_rpe,
         NEIGHBOURS,
         required=ROTATION,
         optional=ALIGNED | PAIRS,
         unit="deg",
+    ),
+    _video_error(
+        "roterr",
+        "roterr",
+        "sum of the angles in radians, seen from the first frame, of video generation",
+        video_error,
+        "roterr",
+        unit="rad",
+    ),
+    _video_error(
+        "transerr[:{cami2v,cami2v-abs,cameractrl}]",
+        "transerr:cami2v",
+        "sum of the distances, seen from the first frame, of video generation",
+        partial(video_error, error="translation"),
+        "transerr",
+        optional=SCALE,
+    ),
+    _video_error(
+        "cammc[:{cami2v,cami2v-abs,cameractrl}]",
+        "cammc:cami2v",
+        "sum of the norms of differences of matrices, of video generation",
+        partial(video_error, error="pose"),
+        "cammc",
+        optional=SCALE,
     ),
     _kitti_error(
         "kitti",
@@ -306,9 +367,9 @@ def protocol(name: str) -> Metric:
     >>> positions = np.eye(3)
     >>> ate(positions, None, positions + [2, 0, 0], None)
     2.0
-    >>> protocol("auc@30")
+    >>> protocol("rpe")
     Traceback (most recent call last):
         ...
-    ValueError: unknown metric 'auc@30'; close to it are auc@30:vggt, auc@30:vggt-old, auc@5:colmap
+    ValueError: unknown metric 'rpe'; close to it are rpe@1m, rpe@1m:rotation
     """
     return find(name, PROTOCOLS)

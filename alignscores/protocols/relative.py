@@ -19,6 +19,7 @@ __all__ = [
     "pair_errors",
     "vggt_auc",
     "vggt_auc_batch",
+    "vggt_auc_min",
     "vggt_rra",
     "vggt_rra_batch",
     "vggt_rta",
@@ -176,6 +177,60 @@ def vggt_auc(
         errors = np.maximum(rotation_errors, direction_errors)
         counts += np.histogram(errors[errors <= k], edges)[0]
     return 100 * int(np.cumsum(counts).sum()) / (n_bins * n_pairs)
+
+
+def vggt_auc_min(
+    gt_poses: ArrayLike, est_poses: ArrayLike, k: int, *, convention: Convention = "vggt"
+) -> float:
+    """Area under the smaller one of the accuracies of rotations and translations: the "min AUC".
+
+    The mean over m = 1, ..., k of the smaller one of RRA@m and RTA@m. Papers describe their AUC so;
+    the programs take the larger error of each pair (`vggt_auc`), which makes it smaller.
+
+    Parameters
+    ----------
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        As in `vggt_auc`.
+    k : int
+        Whole degrees, at most 180.
+    convention : {"vggt", "mapanything", "da3"}
+        As there.
+
+    Returns
+    -------
+    float
+        Percent; never less than `vggt_auc`.
+
+    Raises
+    ------
+    ValueError, NoValueError
+        As there.
+
+    References
+    ----------
+    Wang et al., "VGGT", CVPR 2025, section 4.1, in words; facebookresearch/vggt issue 219 and
+    ffrivera0/reloc3r issue 31, where the authors say that their programs take the larger error.
+
+    Examples
+    --------
+    Of one pair the rotation is wrong, of the other one the translation:
+
+    >>> import numpy as np
+    >>> from alignscores.protocols import vggt_auc, vggt_auc_min
+    >>> gt = np.tile(np.eye(4), (3, 1, 1))
+    >>> gt[:, :3, 3] = np.eye(3)
+    >>> est = gt.copy()
+    >>> est[2] = np.nan
+    >>> round(vggt_auc_min(gt, est, 30), 1)
+    33.3
+    """
+    edges = _edges(k, "degree")
+    cameras = Cameras.check(gt_poses, est_poses)
+    n_pairs = _n_pairs(cameras)
+    counts = np.zeros((2, k), dtype=np.int64)
+    for pair in pair_errors(cameras, convention):
+        counts += [np.histogram(errors[errors <= k], edges)[0] for errors in pair]
+    return 100 * int(np.cumsum(counts, axis=1).min(axis=0).sum()) / (k * n_pairs)
 
 
 def vggt_auc_batch(

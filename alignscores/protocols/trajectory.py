@@ -21,6 +21,7 @@ __all__ = [
     "Alignment",
     "Pairs",
     "Statistic",
+    "aligned_distances",
     "evo_are",
     "evo_ate",
     "evo_rpe",
@@ -45,6 +46,7 @@ STATISTICS: Mapping[str, Callable[[Floats], np.floating]] = {
 }
 RANK = float(np.finfo(np.float64).eps)  # a smaller singular value of the covariance is none
 FORMER_PAIRS: Mapping[str, Pairs] = {"estimate": "all", "reference": "all-reference"}
+ROUNDING = 1e-6  # seconds, of sums of time stamps
 TOLERANCE = 0.1  # of a distance: how far the nearest pair may be from it
 
 
@@ -101,11 +103,15 @@ def evo_ate(
     (3.0, 0.0)
     """
     positions = Positions.check(gt_positions, est_positions)
-    gt, est = positions.matched()
+    return statistic_of(aligned_distances(*positions.matched(), alignment), statistic)
+
+
+def aligned_distances(gt: Floats, est: Floats, alignment: str) -> Floats:
+    """Return the distances of positions (n, 3), all of which are finite, after evo's alignment."""
     identity = np.broadcast_to(np.eye(3), (len(gt), 3, 3))
     cameras = Cameras(identity, gt, identity, est, np.ones(len(gt), dtype=bool))
     aligned = least_squares_aligned(cameras, alignment)
-    return statistic_of(np.linalg.norm(aligned.est - aligned.gt, axis=1), statistic)
+    return np.asarray(np.linalg.norm(aligned.est - aligned.gt, axis=1))
 
 
 def evo_are(
@@ -198,8 +204,12 @@ def evo_rpe(
     statistic: Statistic = "rmse",
     pairs: Pairs = "consecutive",
     frames: int = 1,
+    seconds: float | None = None,
+    stamps: ArrayLike | None = None,
 ) -> float:
     """Relative pose error over some frames, or over a distance along the path, as evo_rpe has it.
+
+    Over seconds, which evo has not, pairs are found by time as evo finds them by the path.
 
     With Q and P the true and the estimated motion from one pose to another, the error is of Q^-1 P.
 
@@ -226,6 +236,10 @@ def evo_rpe(
         Former names of "all" and "all-reference": "estimate", "reference".
     frames : int
         Frames with an estimate from one pose of a pair to the other, where no distance is given.
+    seconds : float, optional
+        Time from one pose of a pair to the other, instead of a distance.
+    stamps : (n,) array_like, optional
+        Time stamps of the poses in seconds, ascending, where `seconds` are given.
 
     Returns
     -------
@@ -264,7 +278,8 @@ def evo_rpe(
     >>> round(evo_rpe(gt, est), 9), round(evo_rpe(gt, est, 2, pairs="all-reference"), 9)
     (0.1, 0.2)
     """
-    cameras = least_squares_aligned(Cameras.check(gt_poses, est_poses).matched(), alignment)
+    checked = Cameras.check(gt_poses, est_poses)
+    cameras = least_squares_aligned(checked.matched(), alignment)
     if pairs in FORMER_PAIRS:
         new = FORMER_PAIRS[pairs]
         warnings.warn(f"pairs={pairs!r} is now {new!r}", DeprecationWarning, stacklevel=2)
@@ -272,7 +287,14 @@ def evo_rpe(
     check_choice(pairs, get_args(Pairs), "pairs")
     check_positive(frames, "frames", integer=True)
     check_choice(error, ("translation", "rotation", "distance"), "error")
-    if distance is None:
+    if seconds is not None:
+        check_positive(seconds, "seconds")
+        times = np.asarray(stamps, dtype=np.float64)
+        if times.shape != checked.estimated.shape:
+            raise ValueError("stamps must have a time stamp of each pose, where seconds are given")
+        find = consecutive_pairs if pairs.startswith("consecutive") else nearest_pairs
+        first, second = find(times[checked.estimated], seconds - ROUNDING)
+    elif distance is None:
         every = frames if pairs.startswith("consecutive") else 1
         first = np.arange(0, len(cameras) - frames, every)
         second = first + frames
@@ -283,6 +305,7 @@ def evo_rpe(
         first, second = find(path, distance)
     if len(first) == 0:
         over = f"{frames} frames apart" if distance is None else f"{distance:g} apart on the path"
+        over = over if seconds is None else f"{seconds:g} s apart"
         raise NoValueError(f"no two poses with an estimate are {over}")
     if error == "distance":
         lengths = (np.linalg.norm(c[first] - c[second], axis=1) for c in (cameras.gt, cameras.est))

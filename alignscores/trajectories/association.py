@@ -1,8 +1,9 @@
 """Which estimated pose belongs to which reference pose: by time, by image name or by row."""
 
+import re
 import warnings
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 from numbers import Real
@@ -23,10 +24,6 @@ __all__ = ["MISSING", "SYNCS", "Matches", "checked", "in_order", "match", "prese
 MISSING = ("fail", "ignore")
 SYNCS = ("interpolate", "nearest")
 KEY_KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
-NAME_PARTS: dict[str, Callable[[str], str]] = {  # what may be equal of names whose paths differ
-    "file name": lambda name: PurePosixPath(name).name,
-    "file name without its ending": lambda name: PurePosixPath(name).stem,
-}
 SAME_DURATION = 0.5, 2.0  # range of the ratio of two durations once they are in the same unit
 EARLIEST_DATE = 1e8  # seconds; stamps since 1970 are later, those since a start earlier
 
@@ -110,9 +107,10 @@ def match(
     around it: for each due frame there, with the reference at the pose's own time. So keyframes
     are scored as all frames are. What no pose covers is lost. A pose of nan is none.
 
-    Image names must be equal, or, if none is, their file names, or these without their endings,
-    where they are unique. Whole numbers (of frames, or stamps in nanoseconds) must be equal; where
-    both are mere row numbers, 0, 1, 2, ... as of KITTI, the number of rows must be the same.
+    Image names are equal, or have the longest end of their paths in common, where that is unique:
+    of any case and slash, at last without the ending of the file. Whole numbers (of frames, or
+    stamps in nanoseconds) must be equal; where both are mere row numbers, 0, 1, 2, ... as of KITTI,
+    the number of rows must be the same.
 
     Parameters
     ----------
@@ -443,17 +441,16 @@ def _are_row_numbers(keys: NDArray[Any]) -> bool:
 def _pair_by_key(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> _Pairs:
     ref_kept, est_kept = _first_rows(ref_keys, "reference"), _first_rows(est_keys, "estimate")
     ref, est = ref_keys[ref_kept].tolist(), est_keys[est_kept].tolist()
-    pairs, part = _unique_pairs(ref, est), ""
     names = ref_keys.dtype.kind == "U"
-    for part, shorten in NAME_PARTS.items() if names and not pairs else ():
-        pairs = _unique_pairs(list(map(shorten, ref)), list(map(shorten, est)))
-        if pairs:
-            first, second = ref[pairs[0][0]], est[pairs[0][1]]
-            _warn(f"no path in common, so images are matched by {part}: {first!r} and {second!r}")
-            break
+    pairs = _unique_pairs(ref, est)
+    if names and (by_end := _pairs_by_end(ref, est, pairs)):
+        first, second = ref[by_end[0][0]], est[by_end[0][1]]
+        some = f"{len(by_end)} of {len(ref)} images" if pairs else "images"
+        _warn(f"{some} are matched by the end of their path: {first!r} and {second!r}")
+        pairs += by_end
     if not pairs:
         what = "image names" if names else "frame numbers"
-        hint = f", not even a {part} that is unique" if part else ""
+        hint = ", not even a file name without its ending that is unique" if names else ""
         raise ValueError(
             f"no {what} in common: the reference has {ref[0]!r}, the estimate {est[0]!r}, for "
             f"example{hint}"
@@ -464,7 +461,61 @@ def _pair_by_key(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> _Pairs:
     return _Pairs(est_rows, ref_kept, len(est_keys) - len(est_kept))
 
 
-def _unique_pairs(ref_keys: list[Any], est_keys: list[Any]) -> list[tuple[int, int]]:
+def _pairs_by_end(
+    ref: Sequence[str], est: Sequence[str], pairs: Sequence[tuple[int, int]]
+) -> list[tuple[int, int]]:
+    """Pair the other images by the longest end that their paths have in common.
+
+    Case and kind of slash are no difference, nor, at last, is the ending of the file. Such an end
+    must be unique. Where neither path is the end of the other one, two folders that differ are
+    taken for one by more images than either shares with another folder.
+    """
+    paths = [[tuple(re.split(r"[\\/]", name.casefold())) for name in names] for names in (ref, est)]
+    left = [set(range(len(names))) for names in (ref, est)]
+    shared: Counter[tuple[int, tuple[str, ...]]] = Counter()
+    found: list[tuple[int, int]] = []
+
+    def take(taken: Sequence[tuple[int, int]]) -> None:
+        for pair in taken:
+            for side, row in enumerate(pair):
+                left[side].discard(row)
+                shared[side, paths[side][row][:-1]] += 1
+
+    take(pairs)
+    longest = max(map(len, paths[0] + paths[1]))
+    for ending, length in [(True, n) for n in range(longest, 0, -1)] + [(False, 1)]:
+        ends = [
+            {row: _end(path, length, ending) for row, path in enumerate(of) if len(path) >= length}
+            for of in paths
+        ]
+        rows = [list(of) for of in ends]
+        new = [
+            (rows[0][i], rows[1][j])
+            for i, j in _unique_pairs(*(list(of.values()) for of in ends))
+            if rows[0][i] in left[0] and rows[1][j] in left[1]
+        ]
+        whole = [pair for pair in new if length in (len(paths[0][pair[0]]), len(paths[1][pair[1]]))]
+        folders: dict[Any, list[tuple[int, int]]] = {}
+        for pair in new:
+            if pair not in whole:
+                folder = tuple(paths[side][row][:-1] for side, row in enumerate(pair))
+                folders.setdefault(folder, []).append(pair)
+        take(whole)
+        found += whole
+        for folder, alike in sorted(folders.items(), key=lambda item: -len(item[1])):
+            if len(alike) > max(shared[side, of] for side, of in enumerate(folder)):
+                take(alike)
+                found += alike
+    return sorted(found)
+
+
+def _end(path: tuple[str, ...], length: int, ending: bool) -> tuple[str, ...]:
+    """Return the last parts of a path, with or without the ending of the file."""
+    last = path[-1] if ending else PurePosixPath(path[-1]).stem
+    return (*path[-length:-1], last)
+
+
+def _unique_pairs(ref_keys: Sequence[Any], est_keys: Sequence[Any]) -> list[tuple[int, int]]:
     """Return the positions of equal keys, of those that occur once."""
     once = [
         {key: row for row, key in enumerate(keys) if count[key] == 1}

@@ -9,9 +9,9 @@ with accuracy. With R_i, R̂_i the camera-to-world rotations and Q the rotation 
   gives B without Q; with B known, Q is the robust average of R̂_i Bᵀ R_iᵀ as in the RAS.
 - *world-to-camera*: the same for the inverted poses.
 - *quaternions with w at the wrong end* look like both of these, in the rotations alone.
-  Where a camera turns little besides about one axis they also look like mere inaccuracy, but the
-  other order of the components has no parameter to fit: half of what is missing to a RAS of 1 is
-  evidence enough.
+- Where a camera turns little, as on a short stretch of road, *a common swap of axes* and w at the
+  wrong end also look like mere inaccuracy. But they have no parameter to fit: half of what is
+  missing to a RAS of 1 is evidence enough. Where both explain it, axes were swapped.
 - *world-to-camera translations* beside camera-to-world rotations: the positions fit once they are
   -R̂_i t̂_i.
 - *mirrored*: the positions fit the reference's mirror image, as after a flip of one axis or a swap
@@ -60,8 +60,9 @@ NEAR_DEG = 10.0  # the largest threshold of the RAS: a smaller B is inaccuracy
 FRAME_STEPS = 10  # in which B and Q are fitted
 MIN_CAMERAS = 10  # fewer fit some rotation by chance
 MIN_RAS = 0.35  # smallest RAS under a convention that is reported
-SHIFTED_GAIN = 0.1, 0.5  # least gain in RAS, and share of 1 - RAS, if quaternions are reordered
 MIN_GAIN = 3.0  # smallest ratio of it to the RAS without the convention
+KNOWN_GAIN = 0.1, 0.5  # least gain in RAS, and share of 1 - RAS, of what has no parameter
+CLEARLY_BETTER = 0.02  # in RAS, than a likelier convention
 DEFINED_AXIS_DEG = (5.0, 170.0)  # angles of relative rotations whose axis is well defined
 SHIFTED_QUATERNIONS = (  # B where w first is read as w last, and the other way round
     np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
@@ -81,6 +82,10 @@ class Convention:
         Whether the estimated poses are world-to-camera.
     rotations_inverted, positions_inverted : bool
         Whether only their rotations, or only their positions, are.
+    quaternions_shifted : bool
+        Whether the rotations are those of quaternions whose w is at the wrong end. A cyclic shift
+        of the components is a reflection of the unit quaternions, and so takes q to a q* b with
+        constants a and b: the rotations look inverted, in another camera frame.
     body_rotation : (3, 3) ndarray or None
         The estimate's camera axes (columns) in the reference's camera frame; None where it is the
         same frame, or no other one explains the estimate.
@@ -101,6 +106,7 @@ class Convention:
     inverted: bool = False
     rotations_inverted: bool = False
     positions_inverted: bool = False
+    quaternions_shifted: bool = False
     body_rotation: Floats | None = None
     mirrored: bool = False
     ras: float = 0.0
@@ -123,39 +129,21 @@ class Convention:
             words.insert(1 if self.inverted else 0, f"the camera's frame is turned: {turn}")
         return "; ".join(words) or "no mix-up is found"
 
-    @property
-    def quaternions_shifted(self) -> bool:
-        """Whether the rotations are those of quaternions whose w is at the wrong end.
 
-        A cyclic shift of the components is a reflection of the unit quaternions, and so takes q to
-        a q* b with constants a and b: the rotations look inverted, in another camera frame.
-
-        Examples
-        --------
-        >>> from alignscores import Convention
-        >>> Convention().quaternions_shifted
-        False
-        """
-        return (
-            self.rotations_inverted
-            and self.body_rotation is not None
-            and any(np.allclose(self.body_rotation, frame) for frame in SHIFTED_QUATERNIONS)
-        )
-
-
-def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
+def find_convention(gt_poses: Floats, est_poses: Floats, *, quaternions: bool = True) -> Convention:
     """Find the convention under which the finite ones of estimated poses fit their reference.
 
     All of it is False and None where they fit as they are, or fit under none. With rotations about
     a single axis B is not unique: to rotate all cameras about that axis is to rotate the world. An
-    inversion can then look like another camera frame, and the positions decide.
+    inversion can then look like another camera frame, and the positions decide. `quaternions` tells
+    whether the rotations may have been quaternions.
     """
     estimated = np.flatnonzero(finite_rows(est_poses))
     if len(estimated) < MIN_CAMERAS:
         return Convention()
     rows = estimated[np.linspace(0, len(estimated) - 1, min(SAMPLE, len(estimated))).astype(int)]
     gt, est = gt_poses[rows], est_poses[rows]
-    found = _find_rotation(gt, est)
+    found = _find_rotation(gt, est, quaternions)
     positions = (inverse_poses(est) if found.inverted else est)[:, :3, 3]
     mirrored = _is_mirrored(gt[:, :3, 3], positions)
     rotated_as_is = not found.inverted and not found.rotations_inverted
@@ -262,22 +250,20 @@ def _starts_at_origin(trajectory: Trajectory) -> bool:
     return bool(unrotated and np.abs(first[:3, 3]).max() <= 1e-3 * extent)
 
 
-def _find_rotation(gt: Floats, est: Floats) -> Convention:
+def _find_rotation(gt: Floats, est: Floats, quaternions: bool) -> Convention:
     """Find the convention of the rotations: whether they are inverted, and the camera frame."""
     rotations = gt[:, :3, :3]
     ras = _approximate_ras(_residuals(rotations, est[:, :3, :3]))
     needed = max(MIN_RAS, MIN_GAIN * ras)
-    if needed > 1:
-        return _shifted_quaternions(rotations, est[:, :3, :3], ras)
     fits: dict[bool, tuple[Floats | None, float]] = {}
-    for inverted in (False, True):
+    for inverted in (False, True) if needed <= 1 else ():
         candidate = inverse_poses(est) if inverted else est
         frame, fit = _best_frame(rotations, candidate[:, :3, :3])
         near = float(rotation_angles(frame[None])[0]) <= NEAR_DEG
         if fit >= needed:
             fits[inverted] = None if near else frame, fit
     if not fits:
-        return _shifted_quaternions(rotations, est[:, :3, :3], ras)
+        return _known_mix_up(rotations, est[:, :3, :3], ras, quaternions)
 
     # The positions of inverted poses fit only once the poses are inverted. So the positions also
     # decide where rotations about a single axis fit both ways.
@@ -289,26 +275,42 @@ def _find_rotation(gt: Floats, est: Floats) -> Convention:
     body, fit = fits[inverted]
     if not inverted and body is None:  # a small misalignment
         return Convention(ras=ras, corrected_ras=ras)
+    rotations_inverted = inverted and inverted_misfit > as_is
+    shifted = body is not None and any(np.allclose(body, frame) for frame in SHIFTED_QUATERNIONS)
     return Convention(
         inverted=inverted and inverted_misfit <= as_is,
-        rotations_inverted=inverted and inverted_misfit > as_is,
+        rotations_inverted=rotations_inverted,
+        quaternions_shifted=quaternions and rotations_inverted and shifted,
         body_rotation=body,
         ras=ras,
         corrected_ras=fit,
     )
 
 
-def _shifted_quaternions(gt: Floats, est: Floats, ras: float) -> Convention:
-    """Find quaternions with w at the wrong end where the rotations do not fit badly as they are."""
-    gain, share = SHIFTED_GAIN
-    needed = max(MIN_RAS, ras + gain, 1 - share * (1 - ras))
-    for frame in SHIFTED_QUATERNIONS:
+def _known_mix_up(gt: Floats, est: Floats, ras: float, quaternions: bool) -> Convention:
+    """Find a common swap of axes, or quaternions with w at the wrong end.
+
+    They are looked for where the rotations do not fit badly as they are.
+    """
+    found = [
+        Convention(body_rotation=axes, corrected_ras=_approximate_ras(_residuals(gt, est @ axes.T)))
+        for axes in _AXES[1:N_COMMON]
+    ]
+    for frame in SHIFTED_QUATERNIONS if quaternions else ():
         fit = _approximate_ras(_residuals(gt, est.transpose(0, 2, 1) @ frame.T))
-        if fit >= needed:
-            return Convention(
-                rotations_inverted=True, body_rotation=frame, ras=ras, corrected_ras=fit
+        found.append(
+            Convention(
+                rotations_inverted=True,
+                quaternions_shifted=True,
+                body_rotation=frame,
+                corrected_ras=fit,
             )
-    return Convention(ras=ras, corrected_ras=ras)
+        )
+    gain, share = KNOWN_GAIN
+    best = max(found, key=lambda one: one.corrected_ras - CLEARLY_BETTER * one.quaternions_shifted)
+    if best.corrected_ras < max(MIN_RAS, ras + gain, 1 - share * (1 - ras)):
+        return Convention(ras=ras, corrected_ras=ras)
+    return replace(best, ras=ras)
 
 
 def _best_frame(gt: Floats, est: Floats) -> tuple[Floats, float]:
@@ -319,7 +321,7 @@ def _best_frame(gt: Floats, est: Floats) -> tuple[Floats, float]:
     best, best_ras = _AXES[0], 0.0
     for axes in _AXES:  # the likeliest first; a later one must be clearly better
         ras = _approximate_ras(_residuals(gt, est @ axes.T))
-        if ras > best_ras + 0.02:
+        if ras > best_ras + CLEARLY_BETTER:
             best, best_ras = axes, ras
     free = _refined_frame(gt, est, _frame_hypothesis(gt, est))
     ras = _approximate_ras(_residuals(gt, est @ free.T))
@@ -467,3 +469,4 @@ def _axis_rotations() -> tuple[list[Floats], list[str]]:
 
 
 _AXES, _NAMES = _axis_rotations()
+N_COMMON = 4  # of them have a use, none among them

@@ -18,6 +18,8 @@ class Format:
     missing: bool  # not where each line of the reference has one of the estimate
     unit: str = "m"  # name of the reference's unit of length
     timed: bool = False  # whether poses are matched by time stamps
+    quaternions: bool = False  # whether rotations are quaternions
+    topics: bool = False  # whether a file may hold several trajectories, by topic
     ordered: bool = True  # whether poses come in the order of time
     aligned: str = ""  # format of an aligned estimate; empty where there is none
     read_parts: Callable[..., dict[str, files.Trajectory]] | None = None  # of an estimate
@@ -30,6 +32,7 @@ FORMATS = {
         files.read_tum,
         True,
         timed=True,
+        quaternions=True,
         aligned="TUM",
     ),
     "kitti": Format(
@@ -45,6 +48,7 @@ FORMATS = {
         files.read_euroc,
         True,
         timed=True,
+        quaternions=True,
         aligned="TUM",
     ),
     "colmap": Format(
@@ -53,11 +57,39 @@ FORMATS = {
         files.read_colmap,
         True,
         unit="units",
+        quaternions=True,
         ordered=False,
         read_parts=files.read_colmap_parts,
     ),
+    "vslamlab": Format(
+        "VSLAM-LAB's CSV, 'ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw'",
+        "groundtruth.csv 00000_KeyFrameTrajectory.csv",
+        files.read_vslamlab,
+        True,
+        timed=True,
+        quaternions=True,
+        aligned="TUM",
+    ),
+    "arrays": Format(
+        "NumPy's .npy or .npz with (n,4,4) or (n,3,4) matrices, matched by their stamps or rows",
+        "reference.npz vggt.npz",
+        files.read_arrays,
+        True,
+        timed=True,
+        aligned="TUM or KITTI",
+    ),
+    "bag": Format(
+        "bags of ROS 1 and 2, and MCAP, read by evo; an estimate may be a TUM file",
+        "run.mcap run.mcap --ref_topic /gt --est_topic /odom",
+        files.read_bag,
+        True,
+        timed=True,
+        quaternions=True,
+        topics=True,
+        aligned="TUM",
+    ),
     "nerf": Format(
-        "transforms.json, matched by file_path",
+        "transforms.json, or nerfstudio's exported cameras, matched by file_path",
         "transforms.json estimate.json --body_rotation auto",
         files.read_nerf,
         True,

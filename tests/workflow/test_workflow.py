@@ -161,7 +161,8 @@ TIMED_AGAIN = {"times_registration_study": 1}
 EDITS = [  # files of the project, with the jobs that an edit of them makes run again
     (
         (
-            *("alignscores/trajectories/files/tum.py", "alignscores/cli/main.py", "report/page.py"),
+            *("alignscores/trajectories/files/tum.py", "alignscores/cli/compare.py"),
+            "report/page.py",
             *("studies/beyond/findings.py", "studies/threshold_study/effects.py"),
         ),
         {},

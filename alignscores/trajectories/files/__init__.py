@@ -1,4 +1,4 @@
-"""Readers of trajectory files: TUM, EuRoC, KITTI, COLMAP and NeRF, a module each.
+"""Readers of trajectory files: a module for each format.
 
 Every reader returns a `Trajectory`, a pair ``keys, poses`` with camera-to-world poses. An estimate
 may hold poses that are not finite, which are cameras that were not estimated; with
@@ -7,6 +7,8 @@ that ends in ``.gz``, and ``-`` is stdin. Whatever is wrong with a file is a `Fi
 file, line and reason.
 """
 
+from .arrays import read_arrays
+from .bags import read_bag
 from .colmap import read_colmap, read_colmap_parts
 from .euroc import read_euroc
 from .kitti import read_kitti
@@ -15,6 +17,7 @@ from .poses import Trajectory, TrajectoryWarning, inverse_poses
 from .stamps import read_stamps
 from .text import STDIN, FileError, FilePath
 from .tum import read_tum
+from .vslamlab import read_vslamlab
 
 __all__ = [
     "STDIN",
@@ -23,6 +26,8 @@ __all__ = [
     "Trajectory",
     "TrajectoryWarning",
     "inverse_poses",
+    "read_arrays",
+    "read_bag",
     "read_colmap",
     "read_colmap_parts",
     "read_euroc",
@@ -30,4 +35,5 @@ __all__ = [
     "read_nerf",
     "read_stamps",
     "read_tum",
+    "read_vslamlab",
 ]

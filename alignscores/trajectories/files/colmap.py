@@ -3,6 +3,7 @@
 import mmap
 import re
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -52,16 +53,27 @@ def read_colmap(path: Any, *, complete: bool = False) -> Trajectory:
     array(['0000.png', '0001.png'], dtype='<U8')
     """
     model, path = (path, "the Reconstruction") if is_model(path) else (_model(path), path)
-    images = sorted(
-        (image for image in model.images.values() if image.has_pose), key=lambda image: image.name
-    )
+    in_text = _names_in_text(Path(path))
+    images = {
+        in_text.get(number, image.name): image
+        for number, image in model.images.items()
+        if image.has_pose
+    }
     if not images:
         raise FileError(path, "the model has no registered image")
-    names = [image.name for image in images]
-    matrices = np.array([image.cam_from_world().matrix() for image in images])
+    names = sorted(images)
+    matrices = np.array([images[name].cam_from_world().matrix() for name in names])
     source = Source(path, lambda row: f"image {names[row]!r}")
     world_to_camera = poses_from_matrices(matrices, source, complete=complete)
     return Trajectory(np.array(names), inverse_poses(world_to_camera))
+
+
+def _names_in_text(folder: Path) -> dict[int, str]:
+    """Return the names in a text model, of which pycolmap reads no more than up to a blank."""
+    file = folder / "images.txt"
+    if (folder / "images.bin").is_file() or not file.is_file():
+        return {}
+    return {int(fields[0]): fields[9] for _, fields in _images_in_text(file)}
 
 
 def is_model(model: object) -> bool:
@@ -157,24 +169,26 @@ def _why_no_model(folder: Path, reason: str) -> str:
 
 
 def _check_images_txt(path: Path) -> None:
-    """Refuse a malformed line of a text model's images, since pycolmap does not say which it is.
-
-    Each image has two lines, the second of which may be empty.
-    """
+    """Refuse a malformed line of a text model's images, since pycolmap does not say which it is."""
     if not path.is_file():
         return
+    for line_number, fields in _images_in_text(path):
+        finite = [is_number(field, finite=True) for field in fields[:9]]
+        if len(fields) < 10 or not all(finite):
+            raise FileError(
+                path,
+                "must hold 'IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME', all but the last "
+                "of them numbers",
+                place=f"line {line_number}",
+            )
+
+
+def _images_in_text(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """Yield the lines of images, with their numbers: each is followed by one of points."""
     image_line = True
     for line_number, line in numbered_lines(path):
         if line.startswith("#") or (image_line and not line.strip()):
             continue
         if image_line:
-            fields = line.split()
-            finite = [is_number(field, finite=True) for field in fields[:9]]
-            if len(fields) < 10 or not all(finite):
-                raise FileError(
-                    path,
-                    "must hold 'IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME', all but the last "
-                    "of them numbers",
-                    place=f"line {line_number}",
-                )
+            yield line_number, line.strip().split(maxsplit=9)
         image_line = not image_line

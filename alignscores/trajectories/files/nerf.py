@@ -1,4 +1,4 @@
-"""NeRF's ``transforms.json``."""
+"""NeRF's ``transforms.json``, and the cameras that nerfstudio exports."""
 
 import json
 import posixpath
@@ -17,7 +17,8 @@ OPENGL_TO_OPENCV = np.array([1.0, -1.0, -1.0])  # the camera's y and z axes poin
 def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
     """Read a NeRF ``transforms.json``: camera-to-world matrices with OpenGL camera axes.
 
-    The camera's axes are changed to x right, y down, z forward, as in all other formats.
+    The list of frames with ``transform`` that nerfstudio's ``ns-export cameras`` writes is read,
+    too. The camera's axes are changed to x right, y down, z forward, as in all other formats.
 
     Parameters
     ----------
@@ -57,7 +58,8 @@ def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
     for index, frame in enumerate(_frames(path)):
         place = f"frames[{index}]"
         try:
-            name, matrix = frame["file_path"], np.array(frame["transform_matrix"], dtype=float)
+            matrix = frame["transform" if "transform" in frame else "transform_matrix"]
+            name, matrix = frame["file_path"], np.array(matrix, dtype=float)
         except (KeyError, TypeError, ValueError):
             reason = "needs a file_path and a transform_matrix of numbers"
             raise FileError(path, reason, place=place) from None
@@ -80,7 +82,7 @@ def _frames(path: FilePath) -> list[Any]:
         raise FileError(path, f"is not JSON ({error.msg})", place=f"line {error.lineno}") from None
     except RecursionError:
         raise FileError(path, "is not a transforms.json: it is nested too deeply") from None
-    frames = content.get("frames") if isinstance(content, dict) else None
+    frames = content.get("frames") if isinstance(content, dict) else content
     if not isinstance(frames, list):
         raise FileError(path, "is not a transforms.json: it has no list of frames")
     if not frames:

@@ -21,6 +21,7 @@ FilePath = str | PathLike[str]
 Lines = list[tuple[int, str]]  # lines with their numbers, from 1
 
 STDIN = "-"
+GZIP = b"\x1f\x8b"  # the first bytes
 FORMAT_OF_COLUMNS = {8: "tum", 12: "kitti", 16: "kitti"}
 
 
@@ -64,15 +65,22 @@ class Source:
             raise self.error(int(np.argmax(wrong)), reason)
 
 
-def read_text(path: FilePath) -> str:
-    """Return the text of a file, which may be compressed or stdin."""
+def read_bytes(path: FilePath) -> bytes:
+    """Return the content of a file, which may be compressed or stdin."""
     try:
         data = sys.stdin.buffer.read() if str(path) == STDIN else Path(path).read_bytes()
-        text = (gzip.decompress(data) if str(path).endswith(".gz") else data).decode("utf-8-sig")
+        compressed = data.startswith(GZIP) or str(path).endswith(".gz")
+        return gzip.decompress(data) if compressed else data
     except (EOFError, gzip.BadGzipFile, zlib.error) as error:
         raise FileError(path, f"is not a complete gzip file ({error})") from None
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror})") from None
+
+
+def read_text(path: FilePath) -> str:
+    """Return the text of a file, which may be compressed or stdin."""
+    try:
+        text = read_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
         raise FileError(path, "is not text (UTF-8)", place=f"line {line}") from None

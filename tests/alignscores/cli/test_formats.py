@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -84,7 +85,7 @@ OPTIONS = {  # the formats that have it, what it sets in the JSON
 
 @pytest.mark.parametrize("option", OPTIONS)
 def test_options_work_for_the_formats_that_have_them(run, tmp_path, option):
-    """And are refused in one line, below the usage, by the others."""
+    """And are refused in one line by the others."""
     having, settings = OPTIONS[option]
     for form, files in FILES.items():
         option_here = option.replace("OUT", str(tmp_path / form))
@@ -98,9 +99,9 @@ def test_options_work_for_the_formats_that_have_them(run, tmp_path, option):
             assert invert == (option == "--invert")
         else:
             assert (code, out) == (2, "")
-            assert err.startswith(f"usage: alignscores {form} ")
-            reason = f"error: .*({re.escape(option_here)}$|invalid choice: '{words[-1]}')"
-            assert re.match(f"alignscores {form}: {reason}", err.splitlines()[-1])
+            reason = f"error: .*({re.escape(option_here)}; see|invalid choice: '{words[-1]}')"
+            assert re.match(f"alignscores {form}: {reason}", err)
+            assert err.count("\n") == 1
 
 
 @pytest.mark.parametrize("form", sorted(TIMED | NAMED))
@@ -153,7 +154,7 @@ def test_estimates_of_another_format(form, other, score, run):
     """The images are in a folder in one of them, and not in the other."""
     (result,) = score(form, FILES[form][0], FILES[other][1], "--est_format", other)
     assert result["PAS"] == pytest.approx(score(form, *FILES[form])[0]["PAS"], abs=1e-12)
-    assert "matched by file name: " in result["notes"][0]
+    assert "matched by the end of their path: " in result["notes"][0]
     (result,) = score("tum", FILES["tum"][0], FILES["euroc"][0], "--est_format", "euroc")
     assert result["PAS"] == 1.0
 
@@ -187,6 +188,18 @@ def models(examples, tmp_path):
         return tmp_path / "sparse", names
 
     return models
+
+
+def test_the_reference_beside_the_models_is_no_part(score, models, tmp_path, examples):
+    """As in `alignscores colmap reference .`."""
+    folder, _ = models(range(18), range(13, 30))
+    before = score("colmap", "colmap/reference", folder)
+    shutil.copytree(examples / "colmap/reference", folder / "reference")
+    after = score("colmap", folder / "reference", folder)
+    assert [part["name"] for part in after[0]["parts"]] == ["0", "1"]
+    assert after[0]["TAS"] == before[0]["TAS"]
+    (same,) = score("colmap", folder / "reference", folder / "reference")
+    assert same["TAS"] == 1.0
 
 
 def test_sub_models_are_one_estimate(score, run, models, tmp_path):

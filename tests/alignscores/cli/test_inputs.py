@@ -85,7 +85,7 @@ def refused(command, tmp_path, monkeypatch):
     def computed(*arguments, **options):
         raise AssertionError("something was computed before the outputs were looked at")
 
-    main, compare = (import_module(f"alignscores.cli.{name}") for name in ("main", "compare"))
+    main, compare = (import_module(f"alignscores.cli.{name}") for name in ("command", "compare"))
     for module, name in ((main, "read_reference"), (main, "score"), (compare, "compare_runs")):
         monkeypatch.setattr(module, name, computed)
 

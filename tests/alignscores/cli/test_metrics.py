@@ -38,12 +38,12 @@ def test_values(score, run, examples, tmp_path):
     refused: list[str] = []
     for name in EXAMPLES:
         try:
-            expected = protocol(name)(*arrays, rng=3)
+            expected = protocol(name)(*arrays, rng=3, stamps=matches.keys)
         except ValueError as error:
             refused.append(f"estimate.txt: no value of {name}: {error}")
             expected = None
         assert result["metrics"][name] == expected
-    assert 0 < len(refused) < 6
+    assert 0 < len(refused) < 9  # three of them errors of videos, which lack no frame
     assert result["notes"] == refused
     with path.open() as file:
         (row,) = csv.DictReader(file)
@@ -81,7 +81,11 @@ def test_list_of_metrics(run, form):
 @pytest.mark.parametrize(
     ("files", "names", "message"),
     [
-        (TUM, "tas,auc@30", "'auc@30'; close to it are auc@30:vggt, auc@30:vggt-old, auc@5:colmap"),
+        (
+            TUM,
+            "tas,auc@30",
+            "'auc@30'; close to it are auc@30:vggt, auc@30:vggt-old, auc@30:vggt-min",
+        ),
         (
             TUM,
             "pass",

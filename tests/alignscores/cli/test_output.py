@@ -2,7 +2,10 @@
 
 import gzip
 import json
+import os
 import re
+import subprocess
+import sys
 from io import BytesIO, TextIOWrapper
 
 import numpy as np
@@ -127,6 +130,8 @@ def test_json_names_its_settings(run):
     assert printed == {
         "format": "tum",
         "est_format": "tum",
+        "ref_topic": None,
+        "est_topic": None,
         "reference": "tum/reference.txt",
         "missing_cameras": "fail",
         "registration": "pcr99",
@@ -213,7 +218,7 @@ def test_what_had_to_be_guessed_is_noted(run):
     files = ("nerf/reference.json", "colmap/estimate", "--est_format", "colmap")
     code, _, notes = run("nerf", *files)
     assert code == 0
-    assert "images are matched by file name: 'images/0000.png' and '0000.png'" in notes
+    assert "images are matched by the end of their path: 'images/0000.png' and '0000.png'" in notes
     code, _, notes = run(*TUM, "--t_offset", "auto")
     assert code == 0
     assert re.search(r"note: estimate.txt: time offset of -?0\.00\d\d s found", notes)
@@ -251,3 +256,34 @@ def test_the_alignment_takes_the_estimate_to_the_reference(score, examples):
     finite = np.isfinite(expected.errors)
     np.testing.assert_allclose(errors[finite], expected.errors[finite], atol=1e-9)
     assert list(result["alignment"]) == ["scale", "rotation", "translation"]
+
+
+def test_a_narrow_terminal(run, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    lines = run(*TUM)[1].splitlines()
+    assert max(map(len, lines[:2])) <= 40
+    assert lines[-1].startswith("no room for: < 10 deg, < d, ATE m, d m, n")
+
+
+def test_notes_that_are_alike_are_one(run, tmp_path, examples, lines, write):
+    """As of twelve estimates of one system with its clock off."""
+    names = [f"est{number}.txt" for number in range(12)]
+    shifted = [f"{float(line.split()[0]) + 0.35:.3f} {line.split(maxsplit=1)[1]}" for line in lines]
+    files = [write(shifted, name) for name in names]
+    err = run(*TUM[:2], *files)[2]
+    notes = err.splitlines()
+    assert "est0.txt: its time stamps seem to be off" in notes[0]
+    assert "est0.txt: 4 of 38 poses have no reference pose near them in time" in notes[1]
+    assert all(note.endswith(" (and alike for 11 more)") for note in notes)
+    assert len(notes) == 2
+
+
+def test_an_interruption_during_imports(tmp_path):
+    (tmp_path / "numpy.py").write_text("raise KeyboardInterrupt")
+    done = subprocess.run(
+        [sys.executable, "-m", "alignscores", *TUM],
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

@@ -24,7 +24,7 @@ KITTI = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
 
 def test_save_errors(run, tmp_path):
     path = tmp_path / "errors.csv"
-    options = "--missing", "ignore", *AT_STAMPS, "--save_errors", path
+    options = "--missing", "ignore", *AT_STAMPS, "--save_errors", path, "--all_cameras"
     code, out, _ = run(*TUM, TUM[2], *options, "--json")
     first, second = json.loads(out)["results"]
     assert code == 0
@@ -41,6 +41,15 @@ def test_save_errors(run, tmp_path):
     angles = np.array([float(row["rotation_error_deg"]) for row in scored])
     thresholds = np.arange(1, 101) / 10
     assert np.mean(angles[:, None] < thresholds) == pytest.approx(first["RAS"])
+
+
+def test_saved_files_have_the_names_of_the_estimates(run, tmp_path, examples):
+    """Without their common ending."""
+    for name in ("orb.txt", "dso.txt"):
+        shutil.copy(examples / TUM[2], tmp_path / name)
+    estimates = tmp_path / "orb.txt", tmp_path / "dso.txt"
+    assert run(*TUM[:2], *estimates, "--save_aligned", tmp_path / "al.txt")[0] == 0
+    assert sorted(path.name for path in tmp_path.glob("al*")) == ["al_dso.txt", "al_orb.txt"]
 
 
 def test_a_pose_of_nan_is_saved_as_a_failure(run, tmp_path):
@@ -85,9 +94,11 @@ def test_save_errors_has_every_frame_that_was_due(run, tum, tmp_path, write):
     files = "tum", tum(400, 100, "gt.txt"), tum(40, 10, "est.txt", lost=(10, 25))
     frames = write([str(i / 10) for i in (*range(12), 90)], "frames.txt")
     for options, expected in (
-        (["--missing", "ignore"], {"matched": 25, "left out": 375}),
-        (["--missing", "fail"], {"matched": 25, "lost": 15}),
-        (["--frames", frames], {"matched": 10, "lost": 2, "no reference pose": 1}),
+        (["--missing", "ignore"], {"matched": 25}),
+        (["--missing", "ignore", "--all_cameras"], {"matched": 25, "left out": 375}),
+        (["--missing", "fail", "--all_cameras"], {"matched": 25, "lost": 15}),
+        (["--frames", frames], {"matched": 10, "lost": 2}),
+        (["--frames", frames, "--all_cameras"], {"matched": 10, "lost": 2, "no reference pose": 1}),
     ):
         assert run(*files, *options, "--save_errors", tmp_path / "e.csv")[0] == 0
         with (tmp_path / "e.csv").open() as file:
@@ -102,7 +113,7 @@ def test_save_errors_has_every_frame_that_was_due(run, tum, tmp_path, write):
 def test_save_aligned(run, score, tmp_path, examples, files, read):
     path = tmp_path / "aligned.txt"
     options = () if files is KITTI else ("--missing", "ignore", *AT_STAMPS)
-    saved = "--save_aligned", path, "--save_errors", tmp_path / "e.csv"
+    saved = "--save_aligned", path, "--save_errors", tmp_path / "e.csv", "--all_cameras"
     assert run(*files, *options, *saved)[0] == 0
     aligned, estimate = read(path), read(examples / files[2])
     np.testing.assert_array_equal(aligned.keys, estimate.keys)
@@ -156,7 +167,7 @@ def test_save_results(run, score, tmp_path):
 def test_saved_names_do_not_depend_on_what_failed(run, tmp_path):
     code, _, _ = run(*TUM, tmp_path / "none.txt", "--save_results", tmp_path / "r.zip")
     assert code == 1
-    assert [path.name for path in tmp_path.iterdir()] == ["r_estimate.txt.zip"]
+    assert [path.name for path in tmp_path.iterdir()] == ["r_estimate.zip"]
 
 
 def test_saved_names_differ(run, tmp_path, examples, lines, write):
@@ -169,11 +180,11 @@ def test_saved_names_differ(run, tmp_path, examples, lines, write):
     ]
     assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 0
     assert {path.name for path in tmp_path.glob("*.zip")} == {
-        "r_x_estimate.txt.zip",
-        "r_y_estimate.txt.zip",
-        "r_x_estimate.txt (2).zip",
+        "r_x_estimate.zip",
+        "r_y_estimate.zip",
+        "r_x_estimate (2).zip",
     }
-    second = tmp_path / "r_x_estimate.txt (2).zip"
+    second = tmp_path / "r_x_estimate (2).zip"
     before = file_interface.load_res_file(second).stats
     files[0].unlink()  # names do not depend on what failed
     second.unlink()
@@ -187,7 +198,7 @@ def test_evo_res_reads_the_results(run, tmp_path, examples):
     files = *files, "--registration", "pcr99"
     assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 0
     archives = sorted(path.name for path in tmp_path.glob("*.zip"))
-    assert archives == ["r_other_estimate.txt.zip", "r_tum_estimate.txt.zip"]
+    assert archives == ["r_other_estimate.zip", "r_tum_estimate.zip"]
     code = "from evo.cli.entry_points import res; res()"  # what the command evo_res runs
     done = subprocess.run(
         [sys.executable, "-c", code, *archives, "--save_table", "table.csv", "--no_warnings"],

@@ -13,11 +13,11 @@ METRES, NO_UNIT = Settings(format="tum"), Settings(format="nerf")
 
 
 def test_columns_that_say_nothing_are_left_out():
-    header = table([ROW], NO_UNIT).splitlines()[0]
+    header = table([ROW], NO_UNIT)[0].splitlines()[0]
     assert header.split()[-1] == "n"
     assert "rank" not in header
     rows = [ROW | {"name": name, "unit": 0.1, "lost": 0.03} for name in ("orb.txt", "dso.txt")]
-    header = table(rows, METRES).splitlines()[0]
+    header = table(rows, METRES)[0].splitlines()[0]
     assert header.split()[:2] == ["estimate", "rank"]
     assert header.split()[-2:] == ["n", "lost"]
 
@@ -32,7 +32,7 @@ def test_width(length, failures):
         | {"lost": failures / 1000}
         for i in (0, 1)
     ]
-    header, *lines = table(rows, METRES).splitlines()
+    header, *lines = table(rows, METRES)[0].splitlines()
     assert max(map(len, [header, *lines])) <= 100
     for key in ("TAS", "RAS", "PAS", "ATE", "d", "n"):
         assert key in header.split()
@@ -45,16 +45,32 @@ def test_width(length, failures):
     assert len({line.split()[0] for line in lines}) == 2
 
 
-def test_long_names_that_differ_in_the_middle_are_numbered():
-    names = ["x" * 80 + i + "x" * 80 for i in "ab"]
-    lines = table([ROW | {"name": name} for name in names], NO_UNIT).splitlines()
-    assert [line.split()[0][-4:] for line in lines[1:]] == ["xx~1", "xx~2"]
+def test_long_names_keep_what_tells_them_apart():
+    names = [f"results_of_a_long_study_{i}_trajectory_after_optimisation_final.txt" for i in (1, 2)]
+    lines = table([ROW | {"name": name} for name in names], METRES, 90)[0].splitlines()
+    assert [line.split()[0] for line in lines[1:]] == ["..1..", "..2.."]
+
+
+def test_a_narrow_terminal_drops_columns_and_says_so():
+    rows = [ROW | {"name": name, "rank": [1, 1]} for name in ("orb_slam3.txt", "dso_stereo.txt")]
+    text, dropped = table(rows, METRES, 40)
+    assert max(map(len, text.splitlines())) <= 40
+    assert text.split()[:4] == ["estimate", "TAS", "RAS", "PAS"]
+    assert dropped == [
+        *("< 10 deg", "< d", "sd", "sd", "ATE m", "d m", "n", "half deg", "half m", "rank")
+    ]
+
+
+def test_long_names_of_which_two_differ_in_the_middle_are_numbered():
+    names = ["x" * 80 + i + "x" * 80 for i in "ab"] + ["y" * 161]
+    lines = table([ROW | {"name": name} for name in names], NO_UNIT)[0].splitlines()
+    assert [line.split()[0][-4:] for line in lines[1:]] == ["xx~1", "xx~2", "yy~3"]
     assert max(map(len, lines)) <= 100
 
 
 def test_one_estimate_with_missing_cameras_has_both_standard_deviations():
     row = ROW | {"name": "estimate.txt", "lost": 0.2, "ATE": 1.03, "unit": 0.6463}
-    header, line = table([row], METRES).splitlines()
+    header, line = table([row], METRES)[0].splitlines()
     expected = "estimate TAS sd half m RAS half deg PAS sd ATE m d m n lost"
     assert header.split() == expected.split()
     assert line.split()[2] == line.split()[7] == "0.0082"  # two digits say how far to trust a mean
@@ -75,7 +91,7 @@ def test_width_of_any_numbers_and_names():
             | {"parts": [None] * 12, "no_position": 3, "duplicate": 7}
             for name, own in zip(("ab", "軌跡"), exponents, strict=True)
         ]
-        lines = table(rows, METRES).splitlines()
+        lines = table(rows, METRES)[0].splitlines()
         widths = {len(line) + sum(ord(letter) > 0x3000 for letter in line) for line in lines}
         assert len(widths) == 1
         assert widths.pop() <= 100
@@ -84,17 +100,17 @@ def test_width_of_any_numbers_and_names():
 
 def test_numbers_without_a_value():
     none = dict.fromkeys(("ATE", "TAS_sd", "PAS_sd", "half_distance", "half_angle"))
-    header, line = table([ROW | none], NO_UNIT).splitlines()
+    header, line = table([ROW | none], NO_UNIT)[0].splitlines()
     assert "sd" not in header.split()  # where no score has one
     assert [line.split()[column] for column in (2, 4, 6)] == ["-"] * 3
-    line = table([ROW, ROW | none], NO_UNIT).splitlines()[2]
+    line = table([ROW, ROW | none], NO_UNIT)[0].splitlines()[2]
     assert [line.split()[column] for column in (3, 4, 6, 8)] == ["-"] * 4
 
 
 def test_the_score_of_a_track_that_lost_much_is_marked():
     both = [ROW, ROW | {"name": "dso.txt", "lost": 0.4}]
     ignored = Settings(format="tum", missing="ignore")
-    header, *rows = table(both, ignored).splitlines()
+    header, *rows = table(both, ignored)[0].splitlines()
     assert [row.count("*") for row in rows] == [0, 2]
     assert len({len(line) for line in (header, *rows)}) == 1
-    assert "*" not in table(both, METRES)  # where what was lost counts
+    assert "*" not in table(both, METRES)[0]  # where what was lost counts

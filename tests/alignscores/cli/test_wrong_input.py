@@ -158,7 +158,7 @@ CASES = {  # "format file what": its edit, the message
     "tum estimate binary": (always(b"0 1 2 3 0 0 0 1\n\xff\xfe\x9c"), r"bad, line 2: is not text"),
     "tum estimate zero bytes": (field(3, 7, "\0"), r"bad, line 3: is not text \(a zero byte\)"),
     "tum estimate UTF-16": (always("0 1 2 3\n".encode("utf-16")), "bad, line 1: is not text"),
-    "tum estimate compressed without .gz": (always(gzip.compress(b"1 2")), "line 1: is not text"),
+    "tum estimate compressed without .gz": (always(gzip.compress(b"1 2")), "line 1: has 2 columns"),
     "tum estimate too few columns": (
         line(3, "1 2 3"),
         "bad, line 3: has 3 columns, not 'timestamp",
@@ -234,7 +234,7 @@ CASES = {  # "format file what": its edit, the message
     "nerf estimate no JSON": (always('{\n"frames": [1,\n'), "bad, line 3: is not JSON"),
     "nerf estimate cut off": (lambda lines: lines[:9], "bad, line 9: is not JSON"),
     "nerf estimate is tum": (always("0 1 2 3 0 0 0 1"), "bad, line 1: is not JSON"),
-    "nerf estimate a list": (always("[1]"), "bad: is not a transforms.json: it has no list of fr"),
+    "nerf estimate a list": (always("[1]"), r"bad, frames\[0\]: needs a file_path and a trans"),
     "nerf estimate no frames": (always("{}"), "bad: is not a transforms.json: it has no list of f"),
     "nerf estimate frames empty": (always('{"frames": []}'), "bad: has no frames"),
     "nerf estimate a frame a number": (always('{"frames": [3]}'), r"frames\[0\]: needs a file_p"),

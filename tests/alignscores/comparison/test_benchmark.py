@@ -32,7 +32,7 @@ def test_yaml(patterns, run, compare, tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
-        ("format: tum", "format: bag", "format must be one of tum, "),
+        ("format: tum", "format: sfm", "format must be one of tum, "),
         ("runs: 3", "runs: 0", "runs must be a positive whole number or a list of names"),
         ("runs: 4", "speed: 4", "systems: a_b: unknown key 'speed'; known are name, "),
         (

@@ -14,7 +14,9 @@ import pytest
 
 from alignscores import pas, ras_profile, tas_profile
 from alignscores.cli import main
+from alignscores.comparison.cache import prune
 from alignscores.trajectories.files import read_tum
+from alignscores.trajectories.formats import FORMATS
 
 SYSTEMS = {  # sigma_t, sigma_r in degrees, every so many frames, share lost at the end
     "best": (0.1, 1.0, 1, 0.0),
@@ -231,6 +233,7 @@ def test_a_metric_without_a_value_is_told(benchmark_of, run):
 WAITING = """\
 import os, sys, time
 from alignscores.cli import main
+from alignscores.comparison.cache import prune
 from alignscores.comparison import comparison
 
 def waiting(task):
@@ -273,8 +276,8 @@ def test_processes_that_are_killed(benchmark_of, tmp_path, ended):
         (["tum", "car/gt.txt", "no/{system}.txt"], 1, "no estimate matches the pattern no/"),
         (["tum", "car/gt.txt", "{sequence}/{system}.txt"], 1, "both patterns need {sequence}, or"),
         (["tum", "car/gt.txt", "car/{run}.txt"], 1, "the pattern of the estimates needs {system}"),
-        (["tum", "car/gt.txt"], 2, "give one of tum, kitti, euroc, colmap, nerf and two patterns"),
-        (["bag", "a", "b"], 2, "give one of tum"),
+        (["tum", "car/gt.txt"], 2, f"give one of {', '.join(FORMATS)} and two patterns"),
+        (["sfm", "a", "b"], 2, "give one of tum"),
         (
             ["tum", "car/gt.txt", "car/{system}/{run}.txt", "--frames", "{run}.txt"],
             1,
@@ -378,3 +381,36 @@ def test_files_of_a_reference_that_is_a_folder_are_no_runs(run, examples, tmp_pa
     code, out, err = run("colmap", *patterns, "--dry-run")
     assert (code, err) == (0, "")
     assert [line.split(":")[0] for line in out.splitlines()[:-1]] == ["desk", "  orb, run 0"]
+
+
+def test_a_cache_that_cannot_be_written_stops_nothing(run_compare, examples, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", os.devnull)
+    tum = examples / "tum"
+    code, out, err = run_compare("tum", tum / "reference.txt", tum / "{system}.txt", "--jobs", 1)
+    assert code == 0
+    assert out
+    assert f"note: results are not kept, since {os.devnull}/alignscores is not writable" in err
+
+
+def test_the_cache_is_cleared(run_compare, command, examples, tmp_path):
+    folder, tum = tmp_path / "kept", examples / "tum"
+    files = "tum", tum / "reference.txt", tum / "{system}.txt", "--jobs", 1
+    run_compare(*files, "--cache", folder)
+    (folder / "notes.txt").write_text("mine")
+    kept = len(list(folder.iterdir())) - 1
+    assert kept > 0
+    code, out, err = command("compare", "--clear_cache", "--cache", folder)
+    assert (code, out) == (0, "")
+    assert err == f"alignscores: note: {kept} results removed from {folder}\n"
+    assert [file.name for file in folder.iterdir()] == ["notes.txt"]
+    assert command("compare", "--cache", folder)[0] == 2
+
+
+def test_the_oldest_results_go_first(tmp_path):
+    files = [tmp_path / f"{digit * 64}.npz" for digit in "abc"]
+    for age, file in enumerate(files):
+        file.write_bytes(b"x" * 10)
+        os.utime(file, (age, age))
+    (tmp_path / "notes.txt").write_bytes(b"x" * 100)
+    prune(tmp_path, 20)
+    assert sorted(tmp_path.iterdir()) == [*files[1:], tmp_path / "notes.txt"]

@@ -238,7 +238,7 @@ def test_what_cannot_be_aligned(score, examples, kitti):
 
 
 def test_other_warnings_pass(run, monkeypatch):
-    def noisy(*arguments):
+    def noisy(*arguments, quaternions):
         warnings.warn("of something else", RuntimeWarning, stacklevel=1)
         return Convention()
 

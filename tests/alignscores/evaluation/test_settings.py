@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from alignscores import Settings
-from alignscores.cli.main import build_parser
+from alignscores.cli.command import build_parser
 from alignscores.evaluation.settings import options
 from alignscores.trajectories.formats import FORMATS
 
@@ -16,8 +16,8 @@ from alignscores.trajectories.formats import FORMATS
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        ("format", "bag", "format must be one of tum, kitti, euroc, colmap, nerf, not 'bag'"),
-        ("est_format", 3, "est_format must be one of tum, kitti, euroc, colmap, nerf, not 3"),
+        ("format", "sfm", f"format must be one of {', '.join(FORMATS)}, not 'sfm'"),
+        ("est_format", 3, f"est_format must be one of {', '.join(FORMATS)}, not 3"),
         ("missing", "skip", "missing must be one of fail, ignore, not 'skip'"),
         ("missing", None, "missing must be one of fail, ignore, not None"),
         ("t_max_diff", -0.1, "t_max_diff must be a finite number of at least 0, not -0.1"),
@@ -145,7 +145,9 @@ def test_how_aligned(changes, words):
 def test_missing_cameras():
     assert Settings(format="tum").missing_cameras == "fail"
     assert Settings(format="tum", missing="ignore").missing_cameras == "ignore"
-    assert Settings(format="tum", missing="ignore", frames="f").missing_cameras == "fail"
+    assert Settings(format="tum", frames="f").missing_cameras == "fail"
+    with pytest.raises(ValueError, match="frames without a pose fail"):
+        Settings(format="tum", missing="ignore", frames="f")
     assert Settings(format="kitti").missing_cameras is None
 
 
@@ -177,6 +179,7 @@ def test_the_parser_is_made_from_them(command):
         form = FORMATS[command]
         expected -= {name for name, option in options().items() if option.timed and not form.timed}
         expected -= set() if form.missing else {"missing", "est_format"}
+        expected -= set() if form.topics else {"ref_topic", "est_topic"}
     assert expected == set(options()) & set(actions)
     for name in expected:
         action, option = actions[name], options()[name]

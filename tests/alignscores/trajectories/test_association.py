@@ -239,23 +239,47 @@ def test_names():
 
 
 @pytest.mark.parametrize(
-    ("reference", "estimate", "part"),
+    ("reference", "estimate"),
     [
-        (["images/a.png", "images/b.png", "c.png"], ["b.png", "a.png"], "file name"),
-        (["images/a.png", "b.png", "x/c.png"], ["y/b.jpg", "a"], "file name without its ending"),
+        (["images/a.png", "images/b.png", "c.png"], ["b.png", "a.png"]),
+        (["images/a.png", "b.png", "x/c.png"], ["y/b.jpg", "a"]),
+        (["images/cam1/a.png", "images/cam2/a.png", "c.png"], ["cam2/a.png", "cam1/a.png"]),
+        (["images/a.PNG", "x\\b.png", "c.png"], ["X/B.png", "a.png"]),
+        (["cam1/a.png", "cam2/a.png", "cam3/a.png"], ["x/cam2/a.png", "y/cam1/a.png"]),
     ],
 )
-def test_names_are_matched_by_file_name_where_paths_differ(reference, estimate, part):
-    with pytest.warns(TrajectoryWarning, match=f"no path .* matched by {part}: 'images/a.png' and"):
+def test_names_are_matched_by_their_longest_common_end(reference, estimate):
+    with pytest.warns(TrajectoryWarning, match="^images are matched by the end of their path: "):
         matches = match(trajectory(reference), trajectory(estimate), missing="fail")
     assert pairs(matches) == [(0, 1), (1, 0), (2, None)]
+
+
+def test_a_path_that_agrees_does_not_switch_that_off():
+    reference = [*(f"images/{i}.png" for i in range(9)), "9.png"]
+    estimate = [*(f"rgb/{i}.png" for i in range(9)), "9.png"]
+    with pytest.warns(TrajectoryWarning, match="^9 of 10 images are matched by the end"):
+        matches = match(trajectory(reference), trajectory(estimate))
+    assert pairs(matches) == [(i, i) for i in range(10)]
+    with pytest.warns(TrajectoryWarning, match="^8 of 9 images are matched by the end"):
+        matches = match(trajectory(reference[:9]), trajectory([reference[0], *estimate[1:9]]))
+    assert pairs(matches) == [(i, i) for i in range(9)]
+
+
+def test_an_image_of_another_camera_takes_no_place(recwarn):
+    """Though each of the two is the only one of its name."""
+    reference = [f"cam1/{i}.png" for i in range(9)] + [f"cam2/{i}.png" for i in range(8)]
+    estimate = [f"cam1/{i}.png" for i in range(8)] + [f"cam2/{i}.png" for i in range(9)]
+    del reference[16], estimate[15]
+    matches = match(trajectory(reference), trajectory(estimate), missing="fail")
+    assert (8, None) in pairs(matches)
+    assert not recwarn.list
 
 
 def test_file_names_that_are_not_unique_are_not_matched(recwarn):
     left_and_right = [f"{side}/{i}.png" for side in ("left", "right") for i in range(4)]
     with pytest.raises(ValueError, match=r"no image names in common: .* that is unique"):
         match(trajectory(left_and_right), trajectory(["0.png", "1.png"]))
-    some = match(trajectory([*left_and_right, "up/9.png"]), trajectory(["left/0.png", "9.png"]))
+    some = match(trajectory([*left_and_right, "up/9.png"]), trajectory(["left/0.png", "3.png"]))
     assert pairs(some) == [(0, 0)]
     assert not recwarn.list
 

@@ -154,6 +154,7 @@ def test_quaternions_with_w_at_the_wrong_end(kind, order):
     quaternions = Rotation.from_matrix(est[:, :3, :3]).as_quat()
     est[:, :3, :3] = Rotation.from_quat(quaternions[:, order]).as_matrix()
     assert find_convention(gt, est).quaternions_shifted
+    assert not find_convention(gt, est, quaternions=False).quaternions_shifted
     transposed = estimate(gt, rng)
     transposed[:, :3, :3] = transposed[:, :3, :3].transpose(0, 2, 1)
     assert not find_convention(gt, transposed).quaternions_shifted

@@ -6,7 +6,9 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import takewhile
 from pathlib import Path
+from typing import NoReturn
 
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.matching import read_reference, step_of_frames
@@ -17,22 +19,24 @@ from ..evaluation.scoring import score
 from ..evaluation.settings import options
 from ..similarity import UP
 from ..trajectories.extras import require
-from ..trajectories.files import FileError, read_stamps
+from ..trajectories.files import STDIN, FileError, read_stamps
 from ..trajectories.formats import FORMATS, Format
+from ..trajectories.recognition import recognise
 from ..version import __version__
 from . import compare
 from .inputs import check_stdin_read_once, refuse_to_replace
 from .metrics import add_metrics, alias_notes, metre_notes
 from .options import add_settings, output_file, settings_of
-from .output import print_error, show_json, show_progress, show_table
+from .output import print_error, print_note, show_json, show_progress, show_table
 from .saving import save, show_plot, targets
 
-__all__ = ["main"]
+__all__ = ["run_command"]
 
 EPILOG = f"""\
 examples:
 {chr(10).join(f"  alignscores {name} {form.example}" for name, form in FORMATS.items())}
 
+`alignscores REF EST` recognises the format and says which it took.
 Every score is from 0 to 1, the larger the better. `alignscores FORMAT --help` tells the options.
 exit codes: 0 scored, 1 something could not be scored, 2 wrong usage
 shell completion: eval "$(register-python-argcomplete alignscores)"
@@ -42,19 +46,16 @@ SAVED = ("save_errors", "save_metrics", "profile", "save_plot", "save_page")  # 
 SAVED_EACH = ("save_aligned", "save_results")  # one file an estimate
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line; return 0 if all was scored, 1 if something could not be.
-
-    Wrong usage ends in ``SystemExit(2)``.
-    """
+def run_command(argv: Sequence[str] | None) -> int:
+    """Run the command line, but for an interruption; see `alignscores.cli.main`."""
     parser = build_parser()
     if isinstance(sys.stdout, io.TextIOWrapper):  # names may hold what it cannot encode
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         if "_ARGCOMPLETE" in os.environ:
             require("argcomplete", "completion").autocomplete(parser)
-        arguments, unknown = parser.parse_known_args(with_signed_axes(argv))
-        if unknown:  # with the usage of the format, not that of the whole
+        arguments, unknown = parser.parse_known_args(with_format(with_signed_axes(argv)))
+        if unknown:  # by the format's parser, not that of the whole
             arguments.command.error(f"unrecognized arguments: {' '.join(unknown)}")
         return int(arguments.run(arguments))
     except BrokenPipeError:  # the reader has closed the pipe, as `| head` does
@@ -63,8 +64,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (ModuleNotFoundError, OSError, ValueError) as error:
         print_error(one_line(error))
         return 1
-    except KeyboardInterrupt:
-        return 130
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that says what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with the message, and where to find the usage."""
+        self.exit(2, f"{self.prog}: error: {message}; see {self.prog} --help\n")
 
 
 def with_signed_axes(argv: Sequence[str] | None) -> list[str]:
@@ -76,9 +83,31 @@ def with_signed_axes(argv: Sequence[str] | None) -> list[str]:
     return arguments
 
 
+def with_format(arguments: list[str]) -> list[str]:
+    """Return the arguments with the format of the files before them, where it is not named."""
+    files = list(takewhile(lambda argument: argument == STDIN or argument[:1] != "-", arguments))
+    if (
+        len(files) < 2
+        or files[0] in (*FORMATS, "compare")
+        or not (Path(files[0]).exists() or Path(files[0]).suffix)
+    ):
+        return arguments
+    found, *others = dict.fromkeys(map(recognise, files[:2]))
+    for file in files[2:]:
+        if recognise(file) != (form := recognise(files[1])):
+            raise FileError(file, f"is not in the format of {files[1]}, {form}; score it apart")
+    kinds = [(FORMATS[name].timed, FORMATS[name].missing) for name in (found, *others)]
+    if len(set(kinds)) > 1:
+        raise ValueError(
+            f"{files[0]} is in the format {found}, {files[1]} in {others[0]}: no match"
+        )
+    print_note(f"taken for the format {found}{f'; {files[1]} for {others[0]}' if others else ''}")
+    return [found, *arguments, *(f"--est_format={other}" for other in others)]
+
+
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser of the command line: one subcommand a format, and ``compare``."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="alignscores",
         description="Score estimated camera trajectories against a reference: TAS (positions), RAS "
         "(rotations) and PAS (their mean), after Lee and Civera.",
@@ -113,7 +142,11 @@ def _add_settings(command: argparse.ArgumentParser, form: Format) -> None:
     left_out = ["format", "metrics"]
     left_out += [] if len(alike) > 1 else ["est_format"]
     left_out += [] if form.missing else ["missing"]
-    left_out += [name for name, option in options().items() if option.timed and not form.timed]
+    left_out += [
+        name
+        for name, option in options().items()
+        if (option.timed and not form.timed) or (option.topics and not form.topics)
+    ]
     add_settings(command, left_out=left_out, choices={"est_format": alike})
 
 
@@ -128,7 +161,12 @@ def _add_output(command: argparse.ArgumentParser, form: Format) -> None:
 
     add_metrics(output, "show these instead", form)
     output.add_argument("--json", action="store_true", help="print JSON instead of a table")
-    add_file("save_errors", ".csv", help="save the errors of each camera, and why it has none")
+    add_file("save_errors", ".csv", help="save the errors of each scored camera")
+    output.add_argument(
+        "--all_cameras",
+        action="store_true",
+        help="save there those without an error, too: left out, or without a reference pose",
+    )
     add_file(
         "save_metrics",
         ".csv",

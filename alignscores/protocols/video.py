@@ -1,0 +1,95 @@
+"""Errors of cameras that were to be followed by a generated video: RotErr, TransErr and CamMC."""
+
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..averaging import rotation_angles
+from .cameras import Cameras, NoValueError, check_choice
+
+__all__ = ["Scale", "video_error"]
+
+Scale = Literal["cami2v", "cami2v-abs", "cameractrl"]
+ADDED = 1e-9  # to a length that positions are divided by
+
+
+def video_error(
+    gt_poses: ArrayLike,
+    est_poses: ArrayLike,
+    *,
+    error: Literal["rotation", "translation", "pose"] = "rotation",
+    scale: Scale = "cami2v",
+) -> float:
+    """Sum over the frames of a video of the errors of the cameras, seen from the first one.
+
+    Parameters
+    ----------
+    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses of all frames, row i of both the same one.
+    error : {"rotation", "translation", "pose"}
+        RotErr, the angles in *radians*; TransErr, the distances; CamMC, the Frobenius norms of the
+        differences of the 3 x 4 matrices.
+    scale : {"cami2v", "cami2v-abs", "cameractrl"}
+        "cami2v" divides the positions of each world by the largest distance from its first camera;
+        "cami2v-abs" both by that of the truth; "cameractrl", the formula of the paper, by nothing.
+
+    Returns
+    -------
+    float
+        The sum; it grows with the number of frames.
+
+    Raises
+    ------
+    ValueError
+        Where the input is malformed.
+    NoValueError
+        Where a frame has no estimate.
+
+    Notes
+    -----
+    The two worlds are one by their first cameras alone: an error of the first frame is one of all.
+    For "cami2v-abs" CamI2V takes the scale of the estimate from depth maps, which files of poses
+    have not.
+
+    References
+    ----------
+    ZGCTroy/CamI2V, evaluation/glomap_evaluation.py and evaluation/utils/common.py at c5d7b2f
+    (2025). He et al., "CameraCtrl", arXiv 2404.02101, section 5.1, without published code; neither
+    has MotionCtrl (Wang et al., arXiv 2312.03641), which introduced CamMC.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores.protocols import video_error
+    >>> gt = np.tile(np.eye(4), (3, 1, 1))
+    >>> gt[:, 0, 3] = [0, 1, 2]
+    >>> est = gt.copy()
+    >>> est[:, :3, 3] *= 5
+    >>> round(video_error(gt, est, error="translation"), 6)
+    0.0
+    >>> video_error(gt, est, error="translation", scale="cameractrl")
+    12.0
+    """
+    check_choice(error, ("rotation", "translation", "pose"), "error")
+    check_choice(scale, get_args(Scale), "scale")
+    cameras = Cameras.check(gt_poses, est_poses)
+    if not cameras.estimated.all():
+        raise NoValueError("it needs all frames, and some have no estimate")
+    worlds = []
+    for rotations, positions in (
+        (cameras.gt_rotations, cameras.gt),
+        (cameras.est_rotations, cameras.est),
+    ):
+        first = rotations[0].T
+        worlds.append((first @ rotations, (positions - positions[0]) @ first.T))
+    (gt_turns, gt), (est_turns, est) = worlds
+    if error == "rotation":
+        return float(np.radians(rotation_angles(gt_turns.transpose(0, 2, 1) @ est_turns)).sum())
+    if scale != "cameractrl":
+        gt_size, est_size = (np.linalg.norm(of, axis=1).max() + ADDED for of in (gt, est))
+        gt, est = gt / gt_size, est / (est_size if scale == "cami2v" else gt_size)
+    squares = ((est - gt) ** 2).sum(axis=1)
+    if error == "pose":
+        squares = squares + ((est_turns - gt_turns) ** 2).sum(axis=(1, 2))
+    return float(np.sqrt(squares).sum())

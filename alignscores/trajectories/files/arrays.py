@@ -1,0 +1,87 @@
+"""Arrays of NumPy: ``.npy`` and ``.npz``."""
+
+import zipfile
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .poses import Trajectory, poses_from_matrices
+from .text import FileError, FilePath, Source, read_bytes
+
+__all__ = ["read_arrays"]
+
+SHAPES = "(n, 4, 4) or (n, 3, 4)"
+LAST_ROW = [0.0, 0.0, 0.0, 1.0]
+
+
+def read_arrays(path: FilePath, *, complete: bool = False) -> Trajectory:
+    """Read camera-to-world matrices, (n, 4, 4) or (n, 3, 4), with or without time stamps.
+
+    Parameters
+    ----------
+    path, complete : path and bool
+        A file ``.npy`` with the matrices; or one ``.npz`` with them and, as the only array of n
+        numbers, their time stamps in seconds, whatever the names. Else as in `read_tum`.
+
+    Returns
+    -------
+    Trajectory
+        Time stamps in seconds, or row numbers, and poses; as of `read_kitti`.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read, or it has no such array, or several.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import numpy as np
+    >>> from alignscores.trajectories.files import read_arrays
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "poses.npz")
+    ...     np.savez(path, c2w=np.tile(np.eye(4), (3, 1, 1)), times=[0.0, 0.1, 0.2])
+    ...     stamps, poses = read_arrays(path)
+    >>> stamps, poses.shape
+    (array([0. , 0.1, 0.2]), (3, 4, 4))
+    """
+    arrays = _arrays(path)
+    found = [
+        name
+        for name, array in arrays.items()
+        if array.ndim == 3 and array.shape[1:] in ((4, 4), (3, 4)) and array.dtype.kind in "fiu"
+    ]
+    if len(found) != 1:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
+        raise FileError(path, f"must have one array of numbers, {SHAPES}; it has {shapes}")
+    matrices = arrays[found[0]].astype(np.float64)
+    source = Source(path, lambda row: f"{found[0]}[{row}]")
+    if len(matrices) == 0:
+        raise FileError(path, "has no poses")
+    wrong = (matrices[:, 3:] != LAST_ROW).any(axis=(1, 2)) & np.isfinite(matrices[:, 3:]).all(
+        (1, 2)
+    )
+    source.refuse(wrong, "the last row must be 0 0 0 1")
+    times = [
+        array
+        for array in arrays.values()
+        if array.shape == (len(matrices),) and array.dtype.kind in "fiu"
+    ]
+    if len(times) > 1:
+        raise FileError(
+            path, f"has {len(times)} arrays of {len(matrices)} numbers; leave the stamps"
+        )
+    poses = poses_from_matrices(matrices[:, :3], source, complete=complete)
+    keys = times[0].astype(np.float64) if times else np.arange(len(poses))
+    source.refuse(~np.isfinite(keys), "the time stamp is not finite")
+    return Trajectory(keys, poses)
+
+
+def _arrays(path: FilePath) -> dict[str, NDArray[Any]]:
+    try:
+        stored = np.load(BytesIO(read_bytes(path)), allow_pickle=False)
+        return {"the array": stored} if isinstance(stored, np.ndarray) else dict(stored)
+    except (EOFError, OSError, ValueError, zipfile.BadZipFile):
+        raise FileError(path, "is not a file of arrays, .npy or .npz, without objects") from None

@@ -1,0 +1,76 @@
+"""Bags of ROS 1 and 2, and MCAP files, through evo."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..extras import require
+from .poses import Trajectory, stamped_poses
+from .text import FileError, FilePath, Source
+
+__all__ = ["read_bag"]
+
+
+def read_bag(path: FilePath, *, topic: str | None = None, complete: bool = False) -> Trajectory:
+    """Read the poses of a topic of a bag, as evo does.
+
+    Parameters
+    ----------
+    path : path
+        A bag of ROS 1 (``.bag``), the folder of one of ROS 2, or its file, ``.mcap`` or ``.db3``.
+    topic : str, optional
+        A topic with poses, odometry or transforms; or, with evo's syntax, a transform,
+        ``/tf:map.base_link``. By default the only one that the bag has.
+    complete : bool
+        As in `read_tum`.
+
+    Returns
+    -------
+    Trajectory
+        Time stamps of the messages in seconds, and poses.
+
+    Raises
+    ------
+    FileError
+        Where the bag cannot be read, or the topic is none of poses, or there are several.
+    ModuleNotFoundError
+        Where evo is not installed.
+
+    Examples
+    --------
+    >>> from alignscores.trajectories.files import read_bag
+    >>> stamps, poses = read_bag("run.mcap", topic="/odom")  # doctest: +SKIP
+    """
+    evo = require("evo.tools.file_interface", "evo")
+    folder = Path(path)
+    if not folder.exists():
+        raise FileError(path, "cannot be read (No such file or directory)")
+    reader = evo.Rosbag1Reader if folder.suffix == ".bag" else evo.Rosbag2Reader
+    try:
+        with reader(folder) as bag:
+            read = evo.read_bag_trajectory(bag, topic or _only_topic(path, bag, evo))
+    except FileError:
+        raise
+    except Exception as error:  # of rosbags, whose readers raise whatever a broken file leads to
+        raise FileError(path, f"is not a readable bag ({_reason(error)})") from None
+    if read.num_poses == 0:
+        raise FileError(path, f"has no poses on {topic}")
+    quaternions = np.roll(read.orientations_quat_wxyz, -1, axis=1)
+    values = np.column_stack([read.timestamps, read.positions_xyz, quaternions])
+    return stamped_poses(values, Source(path, lambda row: f"message {row + 1}"), complete=complete)
+
+
+def _only_topic(path: FilePath, bag: Any, evo: Any) -> str:
+    """Return the topic with poses where there is one; else the error names them."""
+    topics = sorted(
+        {each.topic for each in bag.connections if each.msgtype in evo.SUPPORTED_ROS_MSGS}
+    )
+    if len(topics) != 1:
+        has = f"has {', '.join(topics)}" if topics else "has no topic with poses"
+        raise FileError(path, f"{has}; --ref_topic and --est_topic name one")
+    return str(topics[0])
+
+
+def _reason(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

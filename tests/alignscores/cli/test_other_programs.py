@@ -1,0 +1,258 @@
+"""Files as other programs write them: what is in them, and what is said where they are broken."""
+
+import gzip
+import io
+import json
+import shutil
+import sys
+
+import numpy as np
+import pycolmap
+import pytest
+from evo.core.trajectory import PoseTrajectory3D
+from evo.tools import file_interface
+
+from alignscores.trajectories.files import read_nerf, read_tum
+
+from ..conftest import FILES
+
+SCORES = "TAS", "RAS", "PAS", "ATE", "half_distance", "lost"
+
+
+@pytest.fixture
+def expected(score):
+    """The scores of the same poses in TUM files."""
+    (found,) = score("tum", *FILES["tum"])
+    return {name: pytest.approx(found[name], abs=1e-6) for name in SCORES}
+
+
+@pytest.fixture
+def same(score, expected):
+    """(arguments) -> the notes; the scores must be those of the TUM files."""
+
+    def same(*arguments):
+        (found,) = score(*arguments)
+        assert {name: found[name] for name in SCORES} == expected
+        return found["notes"]
+
+    return same
+
+
+@pytest.fixture
+def trajectories(examples):
+    """The poses of the reference and of the estimate."""
+    return [read_tum(examples / file) for file in FILES["tum"]]
+
+
+def test_vslamlab(same, run, examples, tmp_path):
+    """Stamps are whole, as its systems write them, or with decimals, as its COLMAP does."""
+    files = []
+    for file, form in zip(FILES["tum"], ("%d", "%.15f"), strict=True):
+        values = np.loadtxt(examples / file)
+        values[:, 0] = np.round(values[:, 0] * 1e9)
+        files.append(tmp_path / f"{file.replace('/', '_')}.csv")
+        header = "ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw"
+        columns = [form, *["%.17g"] * 7]
+        np.savetxt(files[-1], values, fmt=columns, delimiter=",", header=header, comments="")
+    assert same("vslamlab", *files) == []
+    assert "note: taken for the format vslamlab\n" in run(*files)[2]
+    lines = files[1].read_text().splitlines()
+    files[1].write_text("\n".join([*lines[:5], "1,2,3", *lines[5:]]))
+    assert run("vslamlab", *files)[2] == (
+        f"alignscores: error: {files[1]}, line 6: has 3 columns, not '{lines[0]}'\n"
+    )
+    files[1].write_text("\n".join(lines[1:]))
+    assert f"{files[1]}: must begin with 'ts (ns)," in run("vslamlab", *files)[2]
+
+
+def test_nerfstudio(run, score, examples, tmp_path):
+    """What `ns-export cameras` writes: a list of frames, with absolute paths or others."""
+    (expected,) = score("nerf", *FILES["nerf"])
+    files = []
+    for number, file in enumerate(FILES["nerf"]):
+        frames = json.loads((examples / file).read_text())["frames"]
+        exported = [
+            {
+                "file_path": ["/data/scene/images/", "images/"][number] + frame["file_path"],
+                "transform": frame["transform_matrix"][:3],
+            }
+            for frame in frames
+        ]
+        files.append(tmp_path / f"transforms_{number}.json")
+        files[-1].write_text(json.dumps(exported))
+    (found,) = score("nerf", *files)
+    assert found["TAS"] == expected["TAS"]
+    assert found["RAS"] == expected["RAS"]
+    assert len(read_nerf(files[0]).keys) == 40
+    files[1].write_text(json.dumps([{"file_path": "a.png", "transform": [[1, 2], [3, 4]]}]))
+    assert run("nerf", *files)[2] == (
+        f"alignscores: error: {files[1]}: frames[0]: file_path must be a text and transform_matrix "
+        "4 x 4\n"
+    ).replace(": frames[0]", ", frames[0]")
+
+
+@pytest.mark.parametrize("rows", [3, 4])
+def test_arrays_with_stamps(same, run, trajectories, tmp_path, rows):
+    files = [tmp_path / "reference.npz", tmp_path / "estimate.npz"]
+    for file, (stamps, poses) in zip(files, trajectories, strict=True):
+        np.savez(file, extrinsics=poses[:, :rows], t=stamps, intrinsics=np.eye(3), name="scene")
+    assert same("arrays", *files) == []
+    assert "taken for the format arrays\n" in run(*files)[2]
+    assert same("arrays", files[0], FILES["tum"][1], "--est_format", "tum") == []
+
+
+def test_arrays_without_stamps_go_by_rows(run, score, trajectories, tmp_path):
+    poses = trajectories[0].poses
+    files = [tmp_path / "reference.npy", tmp_path / "estimate.npy"]
+    np.save(files[0], poses)
+    lost = poses.astype(np.float32)
+    lost[:10] = np.nan
+    np.save(files[1], lost)
+    (found,) = score("arrays", *files)
+    assert (found["n"], found["no_position"], found["TAS"]) == (40, 10, 0.75)
+    np.save(files[1], poses[1:])
+    assert "the reference has 40 poses, the estimate 39: without stamps" in run(*files)[2]
+
+
+@pytest.mark.parametrize(
+    ("arrays", "reason"),
+    [
+        (
+            {"a": np.eye(4)},
+            "must have one array of numbers, (n, 4, 4) or (n, 3, 4); it has a (4, 4)",
+        ),
+        ({"a": np.ones((5, 4, 4)), "b": np.ones((5, 3, 4))}, "must have one array of numbers"),
+        ({"a": np.empty((0, 4, 4))}, "has no poses"),
+        ({"a": np.ones((5, 4, 4))}, "the last row must be 0 0 0 1"),
+        ({"a": np.ones((5, 3, 4))}, "the matrix is not a rotation"),
+        ({"a": np.array([[{}]])}, "is not a file of arrays, .npy or .npz, without objects"),
+        (b"PK\x03\x04", "is not a file of arrays, .npy or .npz, without objects"),
+        (b"", "is not a file of arrays, .npy or .npz, without objects"),
+    ],
+)
+def test_broken_arrays(run, tmp_path, arrays, reason):
+    file = tmp_path / "broken.npz"
+    if isinstance(arrays, bytes):
+        file.write_bytes(arrays)
+    else:
+        np.savez(file, **arrays)
+    code, out, err = run("arrays", file, file)
+    assert (code, out) == (1, "")
+    assert err.startswith(f"alignscores: error: {file}")
+    assert reason in err
+    assert err.count("\n") == 1
+
+
+def bag(path, kind, trajectories):
+    """Write a bag with both trajectories by evo, and return its path."""
+    if kind == "ROS 1":
+        writer = file_interface.Rosbag1Writer(path)
+    else:
+        plugin = file_interface.ros2_bag_storage_plugin(kind)
+        writer = file_interface.Rosbag2Writer(path, version=9, storage_plugin=plugin)
+    with writer as opened:
+        for topic, (stamps, poses) in zip(("/gt", "/odom"), trajectories, strict=True):
+            there = np.isfinite(poses).all(axis=(1, 2))
+            written = PoseTrajectory3D(poses_se3=list(poses[there]), timestamps=stamps[there])
+            file_interface.write_bag_trajectory(opened, written, topic, "map")
+    return path
+
+
+TOPICS = "--ref_topic", "/gt", "--est_topic", "/odom"
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "file"),
+    [
+        ("ROS 1", "run.bag", ""),
+        ("SQLITE3", "run", ""),
+        ("SQLITE3", "run", "run.db3"),
+        ("MCAP", "run", ""),
+        ("MCAP", "run", "run.mcap"),
+    ],
+)
+def test_bags(same, run, trajectories, tmp_path, kind, name, file):
+    path = bag(tmp_path / name, kind, trajectories) / file
+    assert same("bag", path, path, *TOPICS) == []
+    assert same("bag", path, FILES["tum"][1], "--est_format", "tum", *TOPICS[:2]) == []
+    assert "note: taken for the format bag\n" in run(path, path, *TOPICS)[2]
+    code, out, err = run("bag", path, path, *TOPICS[:2])
+    assert (code, out) == (1, "")
+    assert err == (
+        f"alignscores: error: {path}: has /gt, /odom; --ref_topic and --est_topic name one\n"
+    )
+    err = run("bag", path, path, "--ref_topic", "/none")[2]
+    assert err.startswith(f"alignscores: error: {path}: is not a readable bag (")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", ["run.bag", "run.mcap", "run.db3"])
+def test_broken_bags(run, trajectories, tmp_path, name):
+    kind = {"bag": "ROS 1", "mcap": "MCAP", "db3": "SQLITE3"}[name.partition(".")[2]]
+    path = bag(tmp_path / (name if kind == "ROS 1" else "run"), kind, trajectories)
+    file = path if path.is_file() else path / name
+    for content in (file.read_bytes()[: file.stat().st_size // 2], b"nonsense", b""):
+        file.write_bytes(content)
+        code, out, err = run("bag", file, file, *TOPICS)
+        assert (code, out) == (1, "")
+        assert err.startswith(f"alignscores: error: {file}: is not a readable bag (")
+        assert err.count("\n") == 1
+    assert "cannot be read (No such file" in run("bag", tmp_path / "none.bag", file)[2]
+
+
+def test_topics_are_of_bags(run):
+    code, _, err = run("tum", *FILES["tum"], "--ref_topic", "/gt")
+    assert code == 2
+    assert "unrecognized arguments: --ref_topic /gt" in err
+
+
+def test_names_with_blanks_in_a_text_model(score, examples, tmp_path):
+    """COLMAP writes them as they are, to the end of the line."""
+    model = tmp_path / "model"
+    shutil.copytree(examples / FILES["colmap"][0], model)
+    written = pycolmap.Reconstruction(str(model))
+    for image in written.images.values():
+        image.name = f"my photos/a b {image.name}"
+    written.write_text(str(model))
+    (found,) = score("colmap", model, model)
+    assert (found["n"], found["TAS"], found["notes"]) == (40, 1.0, [])
+
+
+def test_gzip_on_stdin(same, examples, monkeypatch):
+    content = gzip.compress((examples / FILES["tum"][1]).read_bytes())
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content)))
+    assert same("tum", FILES["tum"][0], "-") == []
+
+
+@pytest.mark.parametrize("form", FILES)
+def test_the_format_is_recognised(run, form):
+    files = FILES[form]
+    code, out, err = run(*files, "--json")
+    assert code == 0
+    assert json.loads(out)["format"] == form
+    assert f"note: taken for the format {form}" in err
+
+
+@pytest.mark.parametrize(
+    ("files", "reason"),
+    [
+        (("tum/reference.txt", "none.txt"), "none.txt: cannot be read (No such file or directory)"),
+        (("none.txt", "tum/estimate.txt"), "none.txt: cannot be read (No such file or directory)"),
+        (("tum/reference.txt", "-"), "-: nothing tells the format of what stands on stdin; name"),
+        ((".", "tum/estimate.txt"), ".: is a folder with neither a COLMAP model nor a bag; name"),
+        (
+            ("tum/reference.txt", "kitti/estimate.txt"),
+            "tum/reference.txt is in the format tum, kitti/estimate.txt in kitti: no match",
+        ),
+        (
+            ("tum/reference.txt", "tum/estimate.txt", "euroc/data.csv"),
+            "euroc/data.csv: is not in the format of tum/estimate.txt, tum; score it apart",
+        ),
+        (("make_examples.py", "x"), "make_examples.py, line 1: has "),
+    ],
+)
+def test_what_is_not_recognised(run, files, reason):
+    code, out, err = run(*files)
+    assert (code, out) == (1, "")
+    assert f"alignscores: error: {reason}" in err
+    assert "Traceback" not in err
