@@ -37,6 +37,7 @@ exit codes: 0 all compared, 1 something was left out or failed, 2 wrong usage,
 3 certainly worse than the baseline (--fail_on worse)
 """
 WORSE = 3  # exit code
+SHOWN = 50  # lines of problems
 JOBS = Option(
     help="processes side by side (default: %(default)s)", group="work", number=int, least=1
 )
@@ -213,8 +214,10 @@ def _inputs(
 
 
 def _print_problems(problems: list[str]) -> None:
-    for problem in problems:
+    for problem in problems[:SHOWN]:
         print_error(printable(problem))
+    if len(problems) > SHOWN:
+        print_error(f"and {len(problems) - SHOWN} more of these; --json has all")
 
 
 def _show_found(benchmark: Benchmark) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..evaluation.evaluation import finite_or_none
-from ..evaluation.names import printable
+from ..evaluation.names import first_few, printable
 from ..evaluation.notes import collected_warnings
 from ..evaluation.settings import Settings
 from ..trajectories.extras import require
@@ -246,7 +246,7 @@ def compare_runs(
     if cache is not None:
         prune(cache)
     if not runs:
-        raise ValueError("; ".join(["nothing is left to be compared", *problems]))
+        raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
     summary = summarise(runs, settings.metrics, settings.form)
     return Comparison(benchmark, settings, summary, problems, [*notes, *_notes_of_runs(runs)])
 

@@ -2,11 +2,41 @@
 
 import unicodedata
 from collections.abc import Sequence
+from itertools import islice
 from pathlib import Path
+from typing import Any
 
-__all__ = ["WIDTH", "numbered", "padded", "printable", "text_width", "unique_names"]
+__all__ = ["WIDTH", "brief", "first_few", "numbered", "padded"]
+__all__ += ["printable", "text_width", "unique_names"]
 
 WIDTH = 100  # columns of a table
+FEW = 5  # entries of a list that a message shows
+LONGEST = 60  # characters of a text in a message
+
+
+def first_few(texts: Sequence[str]) -> str:
+    """Return the first few of some texts, separated by commas, and how many more there are."""
+    return _joined(texts[:FEW], len(texts))
+
+
+def brief(value: Any, levels: int = 2) -> str:
+    """Return a value as Python writes it; of long texts and lists, no more than the beginning."""
+    if isinstance(value, dict | list) and value:
+        opening, closing = "{}" if isinstance(value, dict) else "[]"
+        if not levels:
+            return f"{opening}...{closing}"
+        parts = [brief(entry, levels - 1) for entry in islice(value, FEW)]
+        if isinstance(value, dict):
+            entries = zip(parts, value.values(), strict=False)
+            parts = [f"{key}: {brief(entry, levels - 1)}" for key, entry in entries]
+        return f"{opening}{_joined(parts, len(value))}{closing}"
+    text = repr(value[:LONGEST] if isinstance(value, str) else value)
+    return f"{text[:LONGEST]}..." if len(str(value)) > LONGEST else text
+
+
+def _joined(parts: Sequence[str], number: int) -> str:
+    more = f" and {number - len(parts)} more" if number > len(parts) else ""
+    return ", ".join(parts) + more
 
 
 def printable(text: str) -> str:
