@@ -13,7 +13,9 @@ from .validation import finite_rows
 __all__ = [
     "angles_and_axes",
     "chordal_mean",
+    "dots",
     "geodesic_l1_mean",
+    "geodesic_l1_means",
     "nearest_rotations",
     "project_to_rotation",
     "rotation_angles",
@@ -107,18 +109,18 @@ def geodesic_l1_mean(
     multivariate L1-median and associated data depth", PNAS 2000) it cancels the pull of one other,
     so that the iterate stays where an exact majority is. With an axis all steps are about it.
     """
-    means = _geodesic_l1_means(
+    means = geodesic_l1_means(
         *(rotations[None], start[None]), max_steps=max_steps, tolerance=tolerance, axis=axis
     )
     return np.asarray(means[0])
 
 
-def _geodesic_l1_means(
+def geodesic_l1_means(
     rotations: Floats,
     starts: Floats,
     *,
-    max_steps: int,
-    tolerance: float,
+    max_steps: int = WEISZFELD_STEPS,
+    tolerance: float = 0.0,
     axis: Floats | None = None,
 ) -> Floats:
     """Return `geodesic_l1_mean` of stacks of rotations (G, n, 3, 3)."""
@@ -133,8 +135,8 @@ def _geodesic_l1_means(
             some = away[row]
             pull[row], slowness[row] = axes[row][:, some].sum(axis=1), (1 / angles[row, some]).sum()
         if axis is not None:
-            pull = _dot(pull, np.broadcast_to(axis, pull.shape))[:, None] * axis
-        strength = np.sqrt(_dot(pull, pull))
+            pull = dots(pull, np.broadcast_to(axis, pull.shape))[:, None] * axis
+        strength = np.sqrt(dots(pull, pull))
         going = strength > resting
         if not going.any():
             break
@@ -142,13 +144,13 @@ def _geodesic_l1_means(
         steps = ((1 - resting[going] / strength[going]) / slowness[going])[:, None] * pull
         turns = np.array([rotation_from_vector(step) for step in steps])
         means[moving] = turns @ means[moving]
-        moving = moving[np.sqrt(_dot(steps, steps)) >= tolerance]
+        moving = moving[np.sqrt(dots(steps, steps)) >= tolerance]
         if not moving.size:
             break
     return means
 
 
-def _dot(a: Floats, b: Floats) -> Floats:
+def dots(a: Floats, b: Floats) -> Floats:
     """Return the scalar products of rows (G, 3)."""
     return np.asarray((a[:, None] @ b[:, :, None])[:, 0, 0])
 
@@ -176,9 +178,7 @@ def tlud_means(rotations: Floats) -> Floats:
     for stacks, rows in of_equal_size(np.append(0, np.cumsum(np.count_nonzero(inlier, axis=1)))):
         alike = inliers[rows]
         chordal = project_to_rotation(alike.sum(axis=1))
-        means[stacks] = _geodesic_l1_means(
-            alike, chordal, max_steps=WEISZFELD_STEPS, tolerance=TLUD_TOLERANCE
-        )
+        means[stacks] = geodesic_l1_means(alike, chordal, tolerance=TLUD_TOLERANCE)
     return means
 
 

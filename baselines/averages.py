@@ -1,6 +1,5 @@
 """Averages that the baselines align with: geometric median, geodesic L1 and L2 rotation mean."""
 
-from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -9,24 +8,26 @@ from alignscores.arrays import Floats
 from alignscores.averaging import (
     WEISZFELD_STEPS,
     angles_and_axes,
-    chordal_mean,
-    geodesic_l1_mean,
+    dots,
+    geodesic_l1_means,
     project_to_rotation,
     rotation_from_vector,
 )
 
-__all__ = ["geometric_median", "median", "rotation_l1_mean", "rotation_l2_mean"]
+__all__ = ["geometric_median", "geometric_medians", "median", "rotation_l1_mean"]
+__all__ += ["rotation_l1_means", "rotation_l2_mean", "rotation_l2_means"]
 
 
 L2_STEPS = 100  # bound; 4 steps do without outliers, some 20 with half of them
 L2_TOLERANCE = 1e-12  # radians; a smaller step is rounding
 
 
-def median(values: Floats) -> Any:
-    """Return the median along the first axis; NumPy's takes several times as long for few."""
-    lower, upper = (len(values) - 1) // 2, len(values) // 2
-    parted = np.partition(values, (lower, upper), axis=0)
-    return (parted[lower] + parted[upper]) / 2
+def median(values: Floats, axis: int = 0) -> Any:
+    """Return the median along an axis; NumPy's takes several times as long for few."""
+    n = values.shape[axis]
+    middle = [(n - 1) // 2, n // 2]
+    lower, upper = np.moveaxis(np.partition(values, middle, axis).take(middle, axis), axis, 0)
+    return (lower + upper) / 2
 
 
 def geometric_median(points: Floats, *, max_steps: int = WEISZFELD_STEPS) -> Floats:
@@ -36,21 +37,30 @@ def geometric_median(points: Floats, *, max_steps: int = WEISZFELD_STEPS) -> Flo
     direction: it holds the iterate against the pull of one other point. Source: Vardi and Zhang,
     "The multivariate L1-median and associated data depth", PNAS 2000.
     """
-    iterate: Floats = median(points)
-    points = np.ascontiguousarray(points.T)
+    return np.asarray(geometric_medians(points[None], max_steps=max_steps)[0])
+
+
+def geometric_medians(points: Floats, *, max_steps: int = WEISZFELD_STEPS) -> Floats:
+    """Return `geometric_median` of stacks of points (G, n, 3)."""
+    medians: Floats = median(points, axis=1)
+    points = np.ascontiguousarray(points.swapaxes(1, 2))
+    moving = np.arange(len(points))
     for _ in range(max_steps):
-        offsets = points - iterate[:, None]
-        distances = np.sqrt(np.einsum("in,in->n", offsets, offsets))
-        resting = len(distances) - np.count_nonzero(distances)
-        if resting:
-            distances[distances == 0] = np.inf
+        stacks = points if len(moving) == len(points) else points[moving]
+        offsets = stacks - medians[moving][..., None]
+        distances = np.sqrt(np.einsum("gin,gin->gn", offsets, offsets))
+        resting = distances.shape[1] - np.count_nonzero(distances, axis=1)
+        distances[distances == 0] = np.inf
         weights = 1 / distances
-        pull = offsets @ weights
-        strength = sqrt(pull @ pull)
-        if strength <= resting:
+        pull = (offsets @ weights[..., None])[..., 0]
+        strength = np.sqrt(dots(pull, pull))
+        going = strength > resting
+        moving, pull, weights = moving[going], pull[going], weights[going]
+        if not moving.size:
             break
-        iterate += (1 - resting / strength) / weights.sum() * pull
-    return iterate
+        shares = (1 - resting[going] / strength[going]) / weights.sum(axis=1)
+        medians[moving] += shares[:, None] * pull
+    return medians
 
 
 def rotation_l1_mean(rotations: Floats) -> Floats:
@@ -59,7 +69,12 @@ def rotation_l1_mean(rotations: Floats) -> Floats:
     The start is their element-wise median, projected on SO(3): Lee and Civera, "Robust Single
     Rotation Averaging", arXiv 2004.00732.
     """
-    return geodesic_l1_mean(rotations, project_to_rotation(median(rotations)))
+    return np.asarray(rotation_l1_means(rotations[None])[0])
+
+
+def rotation_l1_means(rotations: Floats) -> Floats:
+    """Return `rotation_l1_mean` of stacks of rotations (G, n, 3, 3)."""
+    return geodesic_l1_means(rotations, project_to_rotation(median(rotations, axis=1)))
 
 
 def rotation_l2_mean(rotations: Floats) -> Floats:
@@ -69,11 +84,19 @@ def rotation_l2_mean(rotations: Floats) -> Floats:
     "Rotation Averaging", IJCV 2013, section 5). The minimum is unique where all rotations lie
     within 90 degrees of a common one; otherwise it is the one that the chordal mean leads to.
     """
-    mean = chordal_mean(rotations)
+    return np.asarray(rotation_l2_means(rotations[None])[0])
+
+
+def rotation_l2_means(rotations: Floats) -> Floats:
+    """Return `rotation_l2_mean` of stacks of rotations (G, n, 3, 3)."""
+    means, moving = project_to_rotation(rotations.sum(axis=1)), np.arange(len(rotations))
     for _ in range(L2_STEPS):
-        angles, axes = angles_and_axes(rotations, mean)
-        step = axes @ angles / len(angles)
-        mean = rotation_from_vector(step) @ mean
-        if sqrt(step @ step) < L2_TOLERANCE:
+        stacks = rotations if len(moving) == len(rotations) else rotations[moving]
+        angles, axes = angles_and_axes(stacks, means[moving])
+        steps = (axes @ angles[..., None])[..., 0] / rotations.shape[1]
+        turns = np.array([rotation_from_vector(step) for step in steps])
+        means[moving] = turns @ means[moving]
+        moving = moving[np.sqrt(dots(steps, steps)) >= L2_TOLERANCE]
+        if not moving.size:
             break
-    return mean
+    return means

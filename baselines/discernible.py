@@ -8,10 +8,10 @@ from alignscores.arrays import Floats
 from alignscores.similarity import FARTHEST_SQUARABLE
 from alignscores.validation import check_poses, check_positive, check_same_length
 
-from .averages import geometric_median, median, rotation_l1_mean
+from .averages import geometric_medians, median, rotation_l1_means
 from .rotation import aligned_angles, checked
 
-__all__ = ["dre", "dte", "mean_of_mean_and_rms"]
+__all__ = ["dre", "dre_of_stacks", "dte", "dte_of_stacks", "mean_of_mean_and_rms"]
 
 
 def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float:
@@ -68,20 +68,35 @@ def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float:
     est_rotations, est_positions = check_poses(est_poses, "est_poses", complete=True)
     check_same_length(gt_rotations, est_rotations, "gt_poses", "est_poses")
 
-    gt, gt_spread = _centre(gt_positions)
-    est, est_spread = _centre(est_positions)
-    if gt_spread == 0:
+    worlds = gt_positions, gt_rotations, est_positions, est_rotations
+    return float(dte_of_stacks(*(world[None] for world in worlds), k=k)[0])
+
+
+def dte_of_stacks(
+    gt_positions: Floats,
+    gt_rotations: Floats,
+    est_positions: Floats,
+    est_rotations: Floats,
+    *,
+    k: float = 5.0,
+) -> Floats:
+    """Return `dte` of stacks of checked cameras, (G, n, 3) and (G, n, 3, 3)."""
+    gt, gt_spreads = _centre(gt_positions)
+    est, est_spreads = _centre(est_positions)
+    if (gt_spreads == 0).any():
         raise ValueError(
             "DTE has no unit: at least half of the cameras in gt_poses coincide at their geometric "
             "median"
         )
-    rotation = rotation_l1_mean(gt_rotations @ est_rotations.transpose(0, 2, 1))
-    cut = k * gt_spread
-    if est_spread > 0:
-        errors = np.linalg.norm(gt_spread / est_spread * est @ rotation.T - gt, axis=1)
-    else:
-        errors = np.where(est.any(axis=1), np.inf, np.linalg.norm(gt, axis=1))
-    return mean_of_mean_and_rms(np.minimum(errors, cut) / cut)
+    rotations = rotation_l1_means(gt_rotations @ est_rotations.swapaxes(2, 3))
+    cuts = (k * gt_spreads)[:, None]
+    degenerate = est_spreads == 0
+    ratios = gt_spreads / np.where(degenerate, 1, est_spreads)
+    errors = np.linalg.norm(ratios[:, None, None] * est @ rotations.swapaxes(1, 2) - gt, axis=2)
+    if degenerate.any():
+        limits = np.where(est.any(axis=2), np.inf, np.linalg.norm(gt, axis=2))
+        errors = np.where(degenerate[:, None], limits, errors)
+    return mean_of_mean_and_rms(np.minimum(errors, cuts) / cuts)
 
 
 def dre(gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation) -> float:
@@ -116,18 +131,21 @@ def dre(gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation)
     1.5
     """
     gt, est = checked(gt_rotations, est_rotations)
-    return mean_of_mean_and_rms(
-        aligned_angles(gt, est, rotation_l1_mean(gt @ est.transpose(0, 2, 1)))
-    )
+    return float(dre_of_stacks(gt[None], est[None])[0])
 
 
-def _centre(positions: Floats) -> tuple[Floats, float]:
-    """Return positions relative to their geometric median and the median distance to it."""
+def dre_of_stacks(gt: Floats, est: Floats) -> Floats:
+    """Return `dre` of stacks of checked rotations (G, n, 3, 3)."""
+    return mean_of_mean_and_rms(aligned_angles(gt, est, rotation_l1_means(gt @ est.swapaxes(2, 3))))
+
+
+def _centre(positions: Floats) -> tuple[Floats, Floats]:
+    """Return positions relative to their geometric medians and the median distances to these."""
     positions = np.clip(positions, -FARTHEST_SQUARABLE, FARTHEST_SQUARABLE)
-    centred = positions - geometric_median(positions)
-    return centred, float(median(np.linalg.norm(centred, axis=1)))
+    centred = positions - geometric_medians(positions)[:, None]
+    return centred, median(np.linalg.norm(centred, axis=2), axis=1)
 
 
-def mean_of_mean_and_rms(errors: Floats) -> float:
-    """Return what DTE and DRE make of the errors."""
-    return float(errors.mean() + np.sqrt((errors**2).mean())) / 2
+def mean_of_mean_and_rms(errors: Floats) -> Floats:
+    """Return what DTE and DRE make of the errors, along their last axis."""
+    return np.asarray((errors.mean(axis=-1) + np.sqrt((errors**2).mean(axis=-1))) / 2)

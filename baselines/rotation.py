@@ -8,9 +8,9 @@ from alignscores.arrays import Floats
 from alignscores.averaging import rotation_angles
 from alignscores.validation import check_rotations, check_same_length
 
-from .averages import median, rotation_l1_mean, rotation_l2_mean
+from .averages import median, rotation_l1_means, rotation_l2_means
 
-__all__ = ["aligned_angles", "checked", "rotation_statistics"]
+__all__ = ["aligned_angles", "checked", "rotation_statistics", "statistics_of_stacks"]
 
 
 def rotation_statistics(
@@ -50,13 +50,18 @@ def rotation_statistics(
     {'Median-1': 0.0, 'Mean-1': 1.0, 'RMS-1': 2.0, 'Median-2': 1.0, 'Mean-2': 1.5, 'RMS-2': 1.732}
     """
     gt, est = checked(gt_rotations, est_rotations)
-    between = gt @ est.transpose(0, 2, 1)
+    return {name: float(one) for name, (one,) in statistics_of_stacks(gt[None], est[None]).items()}
+
+
+def statistics_of_stacks(gt: Floats, est: Floats) -> dict[str, Floats]:
+    """Return `rotation_statistics` of stacks of checked rotations (G, n, 3, 3)."""
+    between = gt @ est.swapaxes(2, 3)
     statistics = {}
-    for norm, mean in (("1", rotation_l1_mean(between)), ("2", rotation_l2_mean(between))):
-        errors = aligned_angles(gt, est, mean)
-        statistics[f"Median-{norm}"] = float(median(errors))
-        statistics[f"Mean-{norm}"] = float(errors.mean())
-        statistics[f"RMS-{norm}"] = float(np.sqrt((errors**2).mean()))
+    for norm, means in (("1", rotation_l1_means(between)), ("2", rotation_l2_means(between))):
+        errors = aligned_angles(gt, est, means)
+        statistics[f"Median-{norm}"] = median(errors, axis=1)
+        statistics[f"Mean-{norm}"] = errors.mean(axis=1)
+        statistics[f"RMS-{norm}"] = np.sqrt((errors**2).mean(axis=1))
     return statistics
 
 
@@ -70,6 +75,9 @@ def checked(
     return gt, est
 
 
-def aligned_angles(gt: Floats, est: Floats, alignment: Floats) -> Floats:
-    """Return the angles of ``(alignment @ est).T @ gt`` in degrees, which are the errors."""
-    return rotation_angles((alignment @ est).transpose(0, 2, 1) @ gt)
+def aligned_angles(gt: Floats, est: Floats, alignments: Floats) -> Floats:
+    """Return the angles of ``(alignment @ est).T @ gt`` in degrees, which are the errors.
+
+    Of stacks of rotations (..., n, 3, 3), with an alignment (..., 3, 3) each.
+    """
+    return rotation_angles((alignments[..., None, :, :] @ est).swapaxes(-1, -2) @ gt)

@@ -7,14 +7,8 @@ from functools import cache
 from math import inf
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
-from hydra import compose, initialize_config_dir
-from hydra.core.global_hydra import GlobalHydra
-from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.errors import HydraException
-from omegaconf import DictConfig, OmegaConf
-from omegaconf.errors import OmegaConfBaseException
 from pydantic import (
     AfterValidator,
     ConfigDict,
@@ -31,6 +25,9 @@ from alignscores.trajectories.yaml_files import load_yaml
 from .command import ConfigError, problems
 from .metrics import Column
 from .scenes import ERRORS, OUTLIERS, PATHS
+
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
 
 __all__ = ["CONFIG_DIR", "EXECUTION", "SETTINGS", "Execution", "MetricName", "Selection", "Sweep"]
 __all__ += ["experiment_names", "load", "load_sweep", "one_of", "read_yaml", "require"]
@@ -203,6 +200,12 @@ def _compose(overrides: Sequence[str]) -> Mapping[str, Any]:
 
 @cache
 def _resolved(overrides: tuple[str, ...], folder: str, written: object) -> Mapping[str, Any]:
+    # Hydra takes long to import, and what draws and answers needs none.
+    from hydra.core.override_parser.overrides_parser import OverridesParser
+    from hydra.errors import HydraException
+    from omegaconf import OmegaConf
+    from omegaconf.errors import OmegaConfBaseException
+
     experiment = [text for text in overrides if split_override(text)[0] == "experiment"]
     try:
         composed = deepcopy(_composed(tuple(experiment), folder, written))
@@ -221,7 +224,10 @@ def _resolved(overrides: tuple[str, ...], folder: str, written: object) -> Mappi
 
 
 @cache
-def _composed(experiment: tuple[str, ...], folder: str, _: object) -> DictConfig:
+def _composed(experiment: tuple[str, ...], folder: str, _: object) -> "DictConfig":
+    from hydra import compose, initialize_config_dir
+    from hydra.core.global_hydra import GlobalHydra
+
     GlobalHydra.instance().clear()
     with initialize_config_dir(config_dir=folder, version_base="1.3"):
         return compose(config_name="config", overrides=list(experiment))

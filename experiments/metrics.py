@@ -25,7 +25,7 @@ from alignscores import (
     AlignmentScore,
     ScoreProfile,
     Similarity,
-    ras,
+    ras_batch,
     ras_profile,
     tas,
     tas_distance,
@@ -39,13 +39,14 @@ from alignscores.registration import Registration, pcr99
 from alignscores.translation import closest_pair_distances, closest_pair_quartile
 from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
 from baselines.averages import rotation_l1_mean
+from baselines.discernible import dre_of_stacks, dte_of_stacks
 from baselines.pairwise import Count, maa_by_counts
-from baselines.rotation import aligned_angles
+from baselines.rotation import aligned_angles, statistics_of_stacks
 
 from .command import ConfigError, problems
 from .scenes import Scene
 
-__all__ = ["METRICS", "Column", "Evaluation", "Options", "TrialMetric", "evaluate"]
+__all__ = ["METRICS", "Column", "Evaluation", "Options", "Scenes", "TrialMetric", "evaluate"]
 __all__ += ["order_statistic"]
 
 
@@ -222,13 +223,57 @@ def evaluate(
     return {metric: evaluation.value(column) for metric, column in columns.items()}
 
 
+class Scenes:
+    """Scenes side by side: what takes NumPy longer for one after the other, in the same bits."""
+
+    def __init__(self, scenes: Sequence[Scene]) -> None:
+        self.scenes = scenes
+
+    @cached_property
+    def rotation_errors(self) -> list[Floats]:
+        """Return the errors that the RAS of each scene counts."""
+        found = ras_batch(
+            [scene.gt_rotations for scene in self.scenes],
+            [scene.est_rotations for scene in self.scenes],
+        )
+        return np.split(found.errors, found.starts[1:-1])
+
+    @cached_property
+    def dte(self) -> Floats:
+        """Return the DTE of the estimated cameras of each scene."""
+        return self._in_stacks(lambda *world: {"": dte_of_stacks(*world)})[""]
+
+    @cached_property
+    def dre(self) -> Floats:
+        """Return the DRE of each."""
+        return self._in_stacks(lambda _, gt, __, est: {"": dre_of_stacks(gt, est)})[""]
+
+    @cached_property
+    def rotation_statistics(self) -> dict[str, Floats]:
+        """Return median, mean and RMS of the rotation errors of each, under both alignments."""
+        return self._in_stacks(lambda _, gt, __, est: statistics_of_stacks(gt, est))
+
+    def _in_stacks(self, function: Callable[..., Mapping[str, Floats]]) -> dict[str, Floats]:
+        """Have values found for all scenes with the same number of estimated cameras at once."""
+        cameras = [scene.estimated.arrays for scene in self.scenes]
+        counts = np.array([len(positions) for positions, *_ in cameras])
+        found: dict[str, Floats] = {}
+        for count in np.unique(counts):
+            places = np.flatnonzero(counts == count)
+            stacks = map(np.stack, zip(*(cameras[place] for place in places), strict=True))
+            for name, values in function(*stacks).items():
+                found.setdefault(name, np.empty(len(counts)))[places] = values
+        return found
+
+
 class Evaluation:
     """One scene under many metrics, which share what they have in common.
 
     There is one alignment for each choice of registration, and one set of errors, however many
     thresholds and weights these are scored with: metrics are compared on the same errors. The
     `columns` are those that will be asked for, as far as they are known: the mAA with several
-    options takes less time at once.
+    options takes less time at once. So do scenes side by side: those `beside` it, of which it is at
+    a `place`.
     """
 
     def __init__(
@@ -236,8 +281,12 @@ class Evaluation:
         scene: Scene,
         registration_seed: np.random.SeedSequence,
         columns: Iterable[Column] = (),
+        *,
+        beside: Scenes | None = None,
+        place: int = 0,
     ) -> None:
         self.scene = scene
+        self.beside, self.place = beside or Scenes([scene]), place
         self._seed = registration_seed
         self._counts = [column.values for column in columns if column.metric.name == "mAA"]
         self._maa: dict[Options, float] = {}
@@ -267,9 +316,8 @@ class Evaluation:
 
     def pas(self, options: PASOptions) -> float:
         """Weigh TAS and RAS."""
-        translation = TASOptions(**options.model_dump(exclude={"weight"}))
         weight = options.weight
-        return weight * self.tas(translation) + (1 - weight) * self.ras(RASOptions())
+        return weight * self.tas(_of_tas(options)) + (1 - weight) * self.ras(RASOptions())
 
     def maa(self, options: MAAOptions) -> float:
         """Count the pairs, in all ways that will be asked for at once."""
@@ -299,19 +347,9 @@ class Evaluation:
     def _rotation_profile(self) -> ScoreProfile:
         return ras_profile(self.scene.gt_rotations, self.scene.est_rotations, [10.0])
 
-    @cached_property
-    def rotation_statistics(self) -> dict[str, float]:
-        """Median, mean and RMS of the rotation errors, under both alignments."""
-        scene = self.scene.estimated
-        return rotation_statistics(scene.gt_rotations, scene.est_rotations)
-
     def _errors(self, options: TASOptions) -> Floats:
         """Position errors under a registration, computed once for each."""
-        # PCR-99 knows nothing of unit and thresholds, whatever they are.
-        other: dict[str, float] = {"n_thresholds": 100}
-        if options.registration != "refined":
-            other |= {"max_threshold": 1.0, "quantile": 0.75, "interpolated": False}
-        key = options.model_copy(update=other)
+        key = _registered_alike(options)
         if key not in self._position_errors:
             scene = self.scene
             self._position_errors[key] = tas(
@@ -361,9 +399,9 @@ class Evaluation:
     def _closest_pairs(self) -> Floats:
         return np.sort(closest_pair_distances(self.scene.gt_positions))
 
-    @cached_property
+    @property
     def _rotation_errors(self) -> Floats:
-        return ras(self.scene.gt_rotations, self.scene.est_rotations).errors
+        return self.beside.rotation_errors[self.place]
 
     @cached_property
     def _l1_errors(self) -> Floats:
@@ -372,6 +410,22 @@ class Evaluation:
         gt, est = scene.gt_rotations, scene.est_rotations
         angles = aligned_angles(gt, est, rotation_l1_mean(gt @ est.transpose(0, 2, 1)))
         return np.append(angles, np.full(len(self.scene.gt_rotations) - len(angles), inf))
+
+
+@cache
+def _of_tas(options: PASOptions) -> TASOptions:
+    """Return the options of the TAS in a PAS."""
+    return TASOptions(**options.model_dump(exclude={"weight"}))
+
+
+@cache
+def _registered_alike(options: TASOptions) -> TASOptions:
+    """Return the same options for all that have one alignment."""
+    # PCR-99 knows nothing of unit and thresholds, whatever they are.
+    other: dict[str, float] = {"n_thresholds": 100}
+    if options.registration != "refined":
+        other |= {"max_threshold": 1.0, "quantile": 0.75, "interpolated": False}
+    return options.model_copy(update=other)
 
 
 def _score(errors: Floats, unit: float, largest: float, count: float) -> float:
@@ -405,7 +459,7 @@ def _statistic(name: str, alignment: str) -> TrialMetric:
             "refused",
             unit="deg",
         ),
-        lambda evaluation, _: evaluation.rotation_statistics[name],
+        lambda evaluation, _: float(evaluation.beside.rotation_statistics[name][evaluation.place]),
     )
 
 
@@ -427,14 +481,17 @@ _UNIT = named(
 )
 _TRIAL_METRICS = (
     TrialMetric(metric("ATE").family, _ate),
-    TrialMetric(named("DTE", "discernible trajectory error", dte, "refused")),
+    TrialMetric(
+        named("DTE", "discernible trajectory error", dte, "refused"),
+        lambda evaluation, _: float(evaluation.beside.dte[evaluation.place]),
+    ),
     TrialMetric(_MAA, Evaluation.maa, MAAOptions),
     TrialMetric(metric("TAS").family, Evaluation.tas, TASOptions),
     TrialMetric(metric("RAS").family, Evaluation.ras, RASOptions),
     TrialMetric(metric("PAS").family, Evaluation.pas, PASOptions),
     TrialMetric(metric("half_distance").family, Evaluation.half_distance, HalfDistanceOptions),
     TrialMetric(metric("half_angle").family, Evaluation.half_angle, HalfAngleOptions),
-    TrialMetric(_DRE),
+    TrialMetric(_DRE, lambda evaluation, _: float(evaluation.beside.dre[evaluation.place])),
     *(_statistic(f"{name}-1", "L1") for name in ("Median", "Mean", "RMS")),
     *(_statistic(f"{name}-2", "L2") for name in ("Median", "Mean", "RMS")),
     TrialMetric(_UNIT, Evaluation.d, UnitOptions),

@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from .config import Execution, Sweep
 from .grid import KEY_COLUMNS, Cell, evaluations
-from .metrics import Column, Evaluation
+from .metrics import Column, Evaluation, Scenes
 from .parallel import executor
 from .scenes import Scene, make_scene
 
@@ -53,9 +53,13 @@ def run_trials(
 ) -> list[dict[str, Any]]:
     """Run trials side by side, so that a metric's code stays in the caches; return their rows."""
     columns = {metric: Column.parse(metric) for metric in metrics}
+    seeds = [trial_seeds(sweep, cell, trial) for trial in trials]
+    beside = Scenes([draw_scene(sweep, cell, camera_seed) for camera_seed, _ in seeds])
     scenes = [
-        Evaluation(draw_scene(sweep, cell, camera_seed), registration_seed, columns.values())
-        for camera_seed, registration_seed in (trial_seeds(sweep, cell, t) for t in trials)
+        Evaluation(scene, registration_seed, columns.values(), beside=beside, place=place)
+        for place, (scene, (_, registration_seed)) in enumerate(
+            zip(beside.scenes, seeds, strict=True)
+        )
     ]
     values = {metric: [scene.value(columns[metric]) for scene in scenes] for metric in metrics}
     keys = {"experiment": sweep.name, "geometry": sweep.geometry, **vars(cell)}

@@ -33,7 +33,9 @@ BROWSERS = (
 )
 # Root, and most containers, cannot have the sandbox; the pages are the project's own.
 FLAGS = "--headless=new --no-sandbox --disable-gpu --disable-dev-shm-usage --no-first-run"
-FLAGS += " --enable-logging=stderr --virtual-time-budget=10000 --window-size=1280,900 --dump-dom"
+FLAGS += " --disable-background-networking --disable-component-update --disable-extensions"
+FLAGS += " --disable-sync --enable-logging=stderr --virtual-time-budget=10000"
+FLAGS += " --window-size=1280,900 --dump-dom"
 # What a script has found out takes the place of the page.
 TELL = """
 const tell = (outcome) => {

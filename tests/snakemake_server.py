@@ -1,18 +1,17 @@
 """Snakemake in forks of a server that has imported it: it takes longer to import than to plan."""
 
 import os
+import sys
 from collections.abc import Sequence
 from multiprocessing import get_context
 from pathlib import Path
 
 __all__ = ["run_snakemake"]
 
+ROOT = Path(__file__).resolve().parents[1]
 FORKS = get_context("forkserver")
-# With what is imported late, but nothing of the project: some tests plan a copy of it.
 LATE = ("snakemake.report.html_reporter", "snakemake.sourcecache", "smart_open", "yte")
-FORKS.set_forkserver_preload(
-    ["snakemake.cli", *LATE, "hydra", "pandas", "pydantic", "scipy.spatial"]
-)
+FORKS.set_forkserver_preload(["snakemake.cli", *LATE, "tests.snakemake_warm"])
 
 
 def run_snakemake(arguments: Sequence[str], folder: Path, log: Path) -> int | None:
@@ -31,6 +30,16 @@ def _run(arguments: Sequence[str], folder: Path, log: Path) -> None:
     with log.open("w") as stream:
         os.dup2(stream.fileno(), 1)
         os.dup2(stream.fileno(), 2)
+    if str(ROOT / "Snakefile") not in arguments:
+        _forget_the_project()
     from snakemake.cli import main
 
     main(list(arguments))
+
+
+def _forget_the_project() -> None:
+    """Have a copy of the project import its own modules."""
+    for name, module in list(sys.modules.items()):
+        file = getattr(module, "__file__", None) or ""
+        if ROOT in Path(file).parents and not Path(file).is_relative_to(sys.prefix):
+            del sys.modules[name]

@@ -75,7 +75,8 @@ def video_error(
     check_choice(scale, get_args(Scale), "scale")
     cameras = Cameras.check(gt_poses, est_poses)
     if not cameras.estimated.all():
-        raise NoValueError("it needs all frames, and some have no estimate")
+        first_lost = int(np.argmin(cameras.estimated))
+        raise NoValueError(f"it takes all frames, and frame {first_lost} has no estimate")
     worlds = []
     for rotations, positions in (
         (cameras.gt_rotations, cameras.gt),

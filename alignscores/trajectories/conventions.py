@@ -292,6 +292,10 @@ def _known_mix_up(gt: Floats, est: Floats, ras: float, quaternions: bool) -> Con
 
     They are looked for where the rotations do not fit badly as they are.
     """
+    gain, share = KNOWN_GAIN
+    needed = max(MIN_RAS, ras + gain, 1 - share * (1 - ras))
+    if needed > 1:
+        return Convention(ras=ras, corrected_ras=ras)
     found = [
         Convention(body_rotation=axes, corrected_ras=_approximate_ras(_residuals(gt, est @ axes.T)))
         for axes in _AXES[1:N_COMMON]
@@ -306,9 +310,8 @@ def _known_mix_up(gt: Floats, est: Floats, ras: float, quaternions: bool) -> Con
                 corrected_ras=fit,
             )
         )
-    gain, share = KNOWN_GAIN
     best = max(found, key=lambda one: one.corrected_ras - CLEARLY_BETTER * one.quaternions_shifted)
-    if best.corrected_ras < max(MIN_RAS, ras + gain, 1 - share * (1 - ras)):
+    if best.corrected_ras < needed:
         return Convention(ras=ras, corrected_ras=ras)
     return replace(best, ras=ras)
 

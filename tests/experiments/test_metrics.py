@@ -20,7 +20,15 @@ from baselines.rotation import aligned_angles
 from experiments.command import ConfigError
 from experiments.config import Sweep, to_overrides
 from experiments.grid import KEY_COLUMNS, Cell, cells
-from experiments.metrics import METRICS, Column, Evaluation, Options, TrialMetric, evaluate
+from experiments.metrics import (
+    METRICS,
+    Column,
+    Evaluation,
+    Options,
+    Scenes,
+    TrialMetric,
+    evaluate,
+)
 from experiments.scenes import Scene
 from experiments.sweep import draw_scene, trial_seeds
 from studies.statistics import power
@@ -88,6 +96,25 @@ def test_all_thresholds_share_one_alignment(scene: Scene, monkeypatch: pytest.Mo
     for metric in ("TAS(n_hypotheses=30)", "TAS(n_hypotheses=30, max_threshold=2)", "TAS(seed=1)"):
         evaluation.value(Column.parse(metric))
     assert len(calls) == 2
+
+
+def test_scenes_side_by_side_have_the_bits_of_one_by_one(small: Callable[..., Sweep]) -> None:
+    """Of several sizes, in no order, with lost cameras and with coinciding ones."""
+    scenes = []
+    for seed, n, lost in ((0, 30, 0), (1, 12, 0), (2, 30, 5), (3, 25, 0), (4, 30, 0), (5, 12, 3)):
+        cell = Cell(n, lost, 0.0 if seed == 4 else 0.05, 4.0)
+        sweep = small("outliers=missing" if lost else "outliers=uniform")
+        scenes.append(draw_scene(sweep, cell, np.random.SeedSequence(seed)))
+    scenes[3].est_positions[:20] = scenes[3].est_positions[0]  # without an extent, for the DTE
+    beside = Scenes(scenes)
+    for place, scene in enumerate(scenes):
+        kept, all_rotations = scene.estimated, (scene.gt_rotations, scene.est_rotations)
+        rotations = kept.gt_rotations, kept.est_rotations
+        assert beside.dte[place] == dte(kept.gt_poses, kept.est_poses)
+        assert beside.dre[place] == dre(*rotations)
+        for name, value in rotation_statistics(*rotations).items():
+            assert beside.rotation_statistics[name][place] == value
+        np.testing.assert_array_equal(beside.rotation_errors[place], ras(*all_rotations).errors)
 
 
 def test_counts_of_pairs_share_their_angles(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,7 +19,7 @@ NERF = "nerf", "nerf/reference.json", "nerf/estimate.json"
         [],
         ["tum"],
         ["tum", "reference"],
-        ["bag", "a", "b"],
+        ["sfm", "a", "b"],
         ["tum", "a", "b", "--registration", "none"],
         ["tum", "a", "b", "--missing", "skip"],
     ],

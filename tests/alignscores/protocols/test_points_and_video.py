@@ -202,7 +202,7 @@ def test_a_video_needs_all_frames():
     gt = np.tile(np.eye(4), (3, 1, 1))
     est = gt.copy()
     est[1] = np.nan
-    with pytest.raises(NoValueError, match="it needs all frames, and some have no estimate"):
+    with pytest.raises(NoValueError, match="it takes all frames, and frame 1 has no estimate"):
         video_error(gt, est)
 
 

@@ -272,6 +272,8 @@ def test_single_precision_rotations_pass():
 def test_seeds(name):
     """One seed, one value; other seeds, other values."""
     cameras = moved(scene(n=40, sigma=0.02, sigma_deg=1, outliers=0), 0, 3.7)
+    if "lamaria" in name:  # whose inliers may be 5 m off
+        cameras = [300 * of if of.ndim == 2 else of for of in cameras]
     metric = protocol(name.replace(":colmap", ":colmap-imc"))
     values = [metric(*cameras, rng=seed) for seed in (0, 1, 2, 3, 4, 5)]
     assert metric(*cameras, rng=np.random.SeedSequence(0)) == values[0]
