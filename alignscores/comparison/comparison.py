@@ -8,10 +8,10 @@ from typing import Any
 
 from ..evaluation.evaluation import finite_or_none
 from ..evaluation.names import first_few, printable
-from ..evaluation.notes import collected_warnings
+from ..evaluation.notes import collected_warnings, why
 from ..evaluation.settings import Settings
 from ..trajectories.extras import require
-from ..trajectories.files import read_stamps
+from ..trajectories.files import FAILURES, read_stamps
 from ..trajectories.formats import FORMATS
 from ..version import __version__
 from .benchmark import NO_SETTINGS, Benchmark, Run, from_patterns, read_yaml
@@ -237,8 +237,8 @@ def compare_runs(
     for sequence in benchmark.references:
         try:
             found, said = _tasks(benchmark, sequence, settings, cache)
-        except ValueError as error:
-            problems.append(f"sequence {sequence}: left out: {error}")
+        except FAILURES as error:
+            problems.append(f"sequence {sequence}: left out: {why(error)}")
         else:
             tasks |= found
             notes += said

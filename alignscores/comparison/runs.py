@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from ..arrays import Floats, Indices
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.matching import files_below, read_reference, step_of_frames
-from ..evaluation.notes import collected_warnings
+from ..evaluation.notes import collected_warnings, why
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..metrics import LEVELS, metric
-from ..trajectories.files import Trajectory
+from ..trajectories.files import FAILURES, Trajectory
 from ..validation import finite_rows
 from ..writing import write_whole
 
@@ -95,7 +95,7 @@ def evaluate_run(task: Task) -> Outcome:
             check=task.check,
         )
         outcome = _outcome(evaluation)
-    except ValueError as error:
+    except FAILURES as error:
         return Outcome({}, error=_with_file(error, task.estimate))
     if file:
         _store(file, outcome, task.estimate)
@@ -121,8 +121,8 @@ def reference_of(path: str, format: str | None, topic: str | None) -> Trajectory
     return read_reference(path, Settings(format=format, ref_topic=topic))
 
 
-def _with_file(error: ValueError, file: str) -> str:
-    message = " ".join(str(error).split())
+def _with_file(error: Exception, file: str) -> str:
+    message = why(error)
     return message if message.startswith(file) else f"{file}: {message}"
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .poses import Trajectory, poses_from_matrices
-from .text import FileError, FilePath, Source, read_bytes
+from .text import FileError, FilePath, Source, most_bytes, read_bytes, refuse_more
 
 __all__ = ["read_arrays"]
 
@@ -80,8 +80,15 @@ def read_arrays(path: FilePath, *, complete: bool = False) -> Trajectory:
 
 
 def _arrays(path: FilePath) -> dict[str, NDArray[Any]]:
+    data = BytesIO(read_bytes(path))
     try:
-        stored = np.load(BytesIO(read_bytes(path)), allow_pickle=False)
+        if zipfile.is_zipfile(data):
+            unpacked = sum(each.file_size for each in zipfile.ZipFile(data).infolist())
+            refuse_more(path, unpacked, most_bytes())
+        data.seek(0)
+        stored = np.load(data, allow_pickle=False)
         return {"the array": stored} if isinstance(stored, np.ndarray) else dict(stored)
-    except (EOFError, OSError, ValueError, zipfile.BadZipFile):
+    except (FileError, MemoryError):
+        raise
+    except Exception:  # a broken archive or header leads to errors of many kinds
         raise FileError(path, "is not a file of arrays, .npy or .npz, without objects") from None
