@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from alignscores.evaluation.names import brief
+from alignscores.evaluation.names import brief, printable
 
 __all__ = ["CommandError", "ConfigError", "problems", "run_command"]
 
@@ -78,5 +78,5 @@ def run_command(
             problem = f"cannot write {error.filename}: {error.strerror}"
     except KeyboardInterrupt:
         code, problem = INTERRUPTED, "interrupted"
-    print(f"{parser.prog.removeprefix('python -m ')}: {problem}", file=sys.stderr)
+    print(f"{parser.prog.removeprefix('python -m ')}: {printable(problem)}", file=sys.stderr)
     return code

@@ -165,7 +165,7 @@ def run(arguments: argparse.Namespace) -> int:
     _print_problems(comparison.problems)
     _print_problems([f"{error}; it counts as a failure" for error in comparison.failed])
     for note in [*alias_notes(arguments.metrics_as_given), *comparison.notes]:
-        print_note(printable(note))
+        print_note(note)
     changed = (
         changes(comparison, arguments.baseline, saved, arguments.by) if arguments.baseline else None
     )
@@ -215,7 +215,7 @@ def _inputs(
 
 def _print_problems(problems: list[str]) -> None:
     for problem in problems[:SHOWN]:
-        print_error(printable(problem))
+        print_error(problem)
     if len(problems) > SHOWN:
         print_error(f"and {len(problems) - SHOWN} more of these; --json has all")
 

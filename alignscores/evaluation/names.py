@@ -1,15 +1,18 @@
 """Texts as they are printed: names of files, short, unique and printable, in columns."""
 
+import csv
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from io import StringIO
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
-__all__ = ["WIDTH", "brief", "first_few", "numbered", "padded"]
+__all__ = ["WIDTH", "brief", "csv_text", "first_few", "numbered", "padded"]
 __all__ += ["printable", "text_width", "unique_names"]
 
 WIDTH = 100  # columns of a table
+FORMULA = "=", "+", "-", "@"  # how one begins
 FEW = 5  # entries of a list that a message shows
 LONGEST = 60  # characters of a text in a message
 
@@ -51,6 +54,23 @@ def printable(text: str) -> str:
 def _escape(letter: str) -> str:
     byte = ord(letter) - 0xDC00  # of a byte that is not UTF-8, in os.fsdecode
     return f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("unicode_escape").decode()
+
+
+def csv_text(header: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
+    """Return a table of CSV; what a spreadsheet would take for a formula gets an apostrophe."""
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows([_cell(value) for value in line] for line in lines)
+    return text.getvalue()
+
+
+def _cell(value: object) -> object:
+    if not isinstance(value, str):
+        return value
+    kept = "".join(letter for letter in value if letter == "\n" or "\ud800" <= letter <= "\udfff")
+    shown = "".join(letter if letter in kept else printable(letter) for letter in value)
+    return f"'{shown}" if shown.startswith(FORMULA) else shown
 
 
 def text_width(text: str) -> int:
