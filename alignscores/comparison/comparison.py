@@ -15,10 +15,10 @@ from ..trajectories.files import FAILURES, read_stamps
 from ..trajectories.formats import FORMATS
 from ..version import __version__
 from .benchmark import NO_SETTINGS, Benchmark, Run, from_patterns, read_yaml
-from .cache import prune
+from .cache import make, prune
 from .patterns import Pattern
 from .processes import Pool, Progress
-from .runs import COLUMNS, Outcome, Task, evaluate_run, reference_of, step_of_run
+from .runs import COLUMNS, Outcome, Task, evaluate_run, forget_references, reference_of, step_of_run
 from .summary import Summary, summarise
 from .tables import Names
 
@@ -229,11 +229,11 @@ def compare_runs(
         raise ValueError("frames must be a file, or a pattern with {sequence}, of each sequence")
     metrics = tuple(name for name in settings.metrics if name not in COLUMNS)  # there anyway
     settings = replace(settings, format=benchmark.format, metrics=metrics)
-    if cache is not None:
-        _make_folder(cache)
+    if cache is not None and (reason := make(cache)):
+        raise ValueError(f"the cache {cache} cannot be made: it {reason}")
     problems, notes = list(benchmark.problems), []
     tasks: dict[Run, Task] = {}
-    reference_of.cache_clear()  # files may have changed
+    forget_references()  # so that their notes are told again
     for sequence in benchmark.references:
         try:
             found, said = _tasks(benchmark, sequence, settings, cache)
@@ -249,13 +249,6 @@ def compare_runs(
         raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
     summary = summarise(runs, settings.metrics, settings.form)
     return Comparison(benchmark, settings, summary, problems, [*notes, *_notes_of_runs(runs)])
-
-
-def _make_folder(path: Path) -> None:
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ValueError(f"the cache {path} cannot be made ({error.strerror})") from None
 
 
 def settings_of_run(benchmark: Benchmark, run: Run, settings: Settings) -> Settings:

@@ -63,7 +63,6 @@ def test_a_reference_fails(patterns, run, monkeypatch):
             raise MemoryError
         return read(path, *others)
 
-    fail.cache_clear = read.cache_clear
     monkeypatch.setattr(comparison, "reference_of", fail)
     code, out, err = run(*patterns, "--jobs", 1, "--no_cache")
     assert code == 1
