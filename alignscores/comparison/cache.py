@@ -13,7 +13,8 @@ __all__ = ["clear", "load", "make", "prune", "store"]
 
 LIMIT = 10**9  # bytes; beyond it the oldest results go
 DIGEST = 32  # bytes, before a result
-RESULT = re.compile(r"[0-9a-f]{64}\.(npz|json)")  # as `runs` names them
+# As `runs` names them; and what is left where a process was killed as it wrote one.
+RESULT = re.compile(r"[0-9a-f]{64}\.(npz|json)|\.[0-9a-f]{16}\.tmp")
 
 
 def make(folder: Path, *, private: bool = False) -> str:
