@@ -48,6 +48,11 @@ SAVED_EACH = ("save_aligned", "save_results")  # one file an estimate
 
 def run_command(argv: Sequence[str] | None) -> int:
     """Run the command line, but for an interruption; see `alignscores.cli.main`."""
+    if sys.stderr is None:  # closed: nobody is to be told, and no file may take its place
+        sys.stderr = Path(os.devnull).open("w")  # noqa: SIM115 - as long as the process
+    if sys.stdout is None:
+        print_error("standard output is closed, and nothing could be printed; give > /dev/null")
+        return 1
     parser = build_parser()
     if isinstance(sys.stdout, io.TextIOWrapper):  # names may hold what it cannot encode
         sys.stdout.reconfigure(errors="backslashreplace")

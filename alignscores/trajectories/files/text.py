@@ -120,6 +120,8 @@ def _unpacked(path: FilePath, most: int) -> bytes:
     """Return the content of a file; no more than `most` bytes and one."""
     try:
         if str(path) == STDIN:
+            if sys.stdin is None:
+                raise FileError(path, "standard input is closed")
             data = sys.stdin.buffer.read(most + 1)
         else:
             with Path(path).open("rb") as file:
