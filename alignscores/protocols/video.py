@@ -50,13 +50,13 @@ def video_error(
     -----
     The two worlds are one by their first cameras alone: an error of the first frame is one of all.
     For "cami2v-abs" CamI2V takes the scale of the estimate from depth maps, which files of poses
-    have not.
+    do not hold.
 
     References
     ----------
     ZGCTroy/CamI2V, evaluation/glomap_evaluation.py and evaluation/utils/common.py at c5d7b2f
-    (2025). He et al., "CameraCtrl", arXiv 2404.02101, section 5.1, without published code; neither
-    has MotionCtrl (Wang et al., arXiv 2312.03641), which introduced CamMC.
+    (2025). Without published code: He et al., "CameraCtrl", arXiv 2404.02101; Wang et al.,
+    "MotionCtrl", arXiv 2312.03641, for CamMC.
 
     Examples
     --------
