@@ -7,6 +7,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from alignscores.evaluation.names import brief, printable
+
 __all__ = ["CommandError", "ConfigError", "problems", "run_command"]
 
 INTERRUPTED = 130  # exit code by custom: 128 + SIGINT
@@ -34,7 +36,7 @@ def _problem(details: Mapping[str, Any]) -> tuple[str, str]:
     place, wrong = list(details["loc"]), _wrong(details)
     if place[-1:] == ["[key]"]:  # so pydantic marks a key that is at fault itself
         *place, key, _ = place
-        wrong = f"has the key {key!r}, which {wrong}"
+        wrong = f"has the key {brief(key)}, which {wrong}"
     return ".".join(map(str, place)), wrong
 
 
@@ -45,12 +47,13 @@ def _wrong(details: Mapping[str, Any]) -> str:
         case "extra_forbidden" | "unexpected_keyword_argument":
             return "is unknown"
         case "dict_type" | "model_type" | "dataclass_type":
-            return f"needs key: value, not {details['input']!r}"
+            return f"needs key: value, not {brief(details['input'])}"
         case "too_short":
-            return f"needs {details['ctx']['min_length']} or more entries, not {details['input']!r}"
+            least = details["ctx"]["min_length"]
+            return f"needs {least} or more entries, not {brief(details['input'])}"
         case "value_error":  # raised by our own checks, which name the value
             return str(details["ctx"]["error"])
-    return f"{details['msg'].removeprefix('Input ')}, not {details['input']!r}"
+    return f"{details['msg'].removeprefix('Input ')}, not {brief(details['input'])}"
 
 
 def run_command(
@@ -75,5 +78,5 @@ def run_command(
             problem = f"cannot write {error.filename}: {error.strerror}"
     except KeyboardInterrupt:
         code, problem = INTERRUPTED, "interrupted"
-    print(f"{parser.prog.removeprefix('python -m ')}: {problem}", file=sys.stderr)
+    print(f"{parser.prog.removeprefix('python -m ')}: {printable(problem)}", file=sys.stderr)
     return code

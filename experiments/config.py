@@ -1,6 +1,5 @@
 """Settings of a sweep: resolved from the Hydra configs, typed, checked before any trial."""
 
-import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import field, fields
@@ -19,9 +18,9 @@ from pydantic import (
     model_validator,
 )
 from pydantic.dataclasses import dataclass
-from yaml import CSafeLoader, MappingNode, YAMLError
-from yaml import load as load_yaml
-from yaml.constructor import ConstructorError
+
+from alignscores.evaluation.names import brief
+from alignscores.trajectories.yaml_files import load_yaml
 
 from .command import ConfigError, problems
 from .metrics import Column
@@ -46,7 +45,7 @@ def one_of(choices: Collection[str]) -> AfterValidator:
 
     def check(value: str) -> str:
         if value not in choices:
-            raise ValueError(f"must be one of {', '.join(choices)}, not {value!r}")
+            raise ValueError(f"must be one of {', '.join(choices)}, not {brief(value)}")
         return value
 
     return AfterValidator(check)
@@ -54,7 +53,7 @@ def one_of(choices: Collection[str]) -> AfterValidator:
 
 def _distinct(values: list[Any]) -> list[Any]:
     if len(set(values)) < len(values):
-        raise ValueError(f"has a value twice: {values}")
+        raise ValueError(f"has a value twice: {brief(values)}")
     return values
 
 
@@ -268,32 +267,12 @@ def split_override(override: str) -> tuple[str, str]:
     return key, value
 
 
-class _Loader(CSafeLoader):  # type: ignore[misc]
-    """What OmegaConf reads, twenty times as fast: 1e-3 is a number, and no key is given twice."""
-
-    def construct_mapping(self, node: MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen = set()
-        for key, _ in node.value:
-            if key.value in seen:
-                raise ConstructorError(
-                    problem=f"{key.value!r} is given twice", problem_mark=key.start_mark
-                )
-            seen.add(key.value)
-        return dict(super().construct_mapping(node, deep))
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+$"), list("-+0123456789")
-)
-
-
 def read_yaml(path: Path, kind: type[T]) -> T:
     """Read a file of YAML as what its type says: all keys, no others, of their types."""
     try:
-        with path.open(encoding="utf-8") as file:
-            content = load_yaml(file, _Loader)
-    except (OSError, ValueError, YAMLError) as error:
-        raise ConfigError(f"cannot read {path}: {' '.join(str(error).split())}") from None
+        content = load_yaml(path)
+    except ValueError as error:
+        raise ConfigError(f"cannot read {path}: {error}") from None
     try:
         return TypeAdapter(kind).validate_python({} if content is None else content)
     except ValidationError as error:

@@ -1,7 +1,6 @@
 """Tables of trials on disk: whole or not at all, each with the record of what it rests on."""
 
 import json
-import os
 import platform
 import subprocess
 from collections.abc import Mapping, Sequence
@@ -13,6 +12,8 @@ from typing import Annotated, Any
 
 import pandas as pd
 from pydantic import Field, TypeAdapter, ValidationError
+
+from alignscores import writing
 
 from .command import CommandError
 from .config import CONFIG_DIR, Sweep
@@ -81,25 +82,13 @@ class Trials:
 
 
 def write_files(files: Mapping[Path, bytes]) -> None:
-    """Write files under temporary names, then rename them: never half a file.
-
-    An `OSError` has the name of the file that cannot be written, not of the temporary one.
-    """
-    # Of this process: another one may be writing the same, as one that outlived a killed Snakemake.
-    temporary = {path: path.with_name(f".{path.name}.{os.getpid()}") for path in files}
-    try:
-        for path in files:
-            path.parent.mkdir(parents=True, exist_ok=True)
+    """Write files as a whole or not at all, with their folders; see `alignscores.writing`."""
+    for path in files:
         try:
-            for path, content in files.items():
-                temporary[path].write_bytes(content)
-            for path in files:
-                temporary[path].replace(path)
-        finally:
-            for leftover in temporary.values():
-                leftover.unlink(missing_ok=True)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(path)) from None
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(path)) from None
+    writing.write_files(files)
 
 
 def to_csv(table: pd.DataFrame) -> bytes:

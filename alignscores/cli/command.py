@@ -13,13 +13,13 @@ from typing import NoReturn
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.matching import read_reference, step_of_frames
 from ..evaluation.names import printable, unique_names
-from ..evaluation.notes import collected_warnings
+from ..evaluation.notes import collected_warnings, why
 from ..evaluation.ranking import in_rank_order, ranking_notes
 from ..evaluation.scoring import score
 from ..evaluation.settings import options
 from ..similarity import UP
 from ..trajectories.extras import require
-from ..trajectories.files import STDIN, FileError, read_stamps
+from ..trajectories.files import FAILURES, STDIN, FileError, read_stamps
 from ..trajectories.formats import FORMATS, Format
 from ..trajectories.recognition import recognise
 from ..version import __version__
@@ -48,6 +48,11 @@ SAVED_EACH = ("save_aligned", "save_results")  # one file an estimate
 
 def run_command(argv: Sequence[str] | None) -> int:
     """Run the command line, but for an interruption; see `alignscores.cli.main`."""
+    if sys.stderr is None:  # closed: nobody is to be told, and no file may take its place
+        sys.stderr = Path(os.devnull).open("w")  # noqa: SIM115 - as long as the process
+    if sys.stdout is None:
+        print_error("standard output is closed, and nothing could be printed; give > /dev/null")
+        return 1
     parser = build_parser()
     if isinstance(sys.stdout, io.TextIOWrapper):  # names may hold what it cannot encode
         sys.stdout.reconfigure(errors="backslashreplace")
@@ -61,7 +66,7 @@ def run_command(argv: Sequence[str] | None) -> int:
     except BrokenPipeError:  # the reader has closed the pipe, as `| head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
-    except (ModuleNotFoundError, OSError, ValueError) as error:
+    except (ModuleNotFoundError, *FAILURES) as error:
         print_error(one_line(error))
         return 1
 
@@ -71,7 +76,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """End with the message, and where to find the usage."""
-        self.exit(2, f"{self.prog}: error: {message}; see {self.prog} --help\n")
+        self.exit(2, f"{self.prog}: error: {printable(message)}; see {self.prog} --help\n")
 
 
 def with_signed_axes(argv: Sequence[str] | None) -> list[str]:
@@ -218,7 +223,7 @@ def run(arguments: argparse.Namespace) -> int:
     failed: list[dict[str, str]] = []
     notes: list[str] = []
 
-    def fail(file: str, error: ValueError) -> None:
+    def fail(file: str, error: Exception) -> None:
         failed.append({"file": printable(file), "error": one_line(error, file)})
         print_error(failed[-1]["error"])
 
@@ -229,7 +234,7 @@ def run(arguments: argparse.Namespace) -> int:
         if settings.frames is not None:  # once for all estimates
             file = arguments.frames
             with_stamps = replace(settings, frames=read_stamps(file))
-    except ValueError as error:
+    except FAILURES as error:
         fail(file, error)
         if arguments.json:
             show_json(settings, arguments.reference, [], failed, notes)
@@ -239,7 +244,7 @@ def run(arguments: argparse.Namespace) -> int:
         show_progress(f"{number}/{len(names)} {name}" if len(names) > 1 else "")
         try:
             scored.append(score(reference, file, with_stamps, name=name, step=step))
-        except ValueError as error:
+        except FAILURES as error:
             fail(file, error)
     show_progress("")
     scored = in_rank_order(scored)
@@ -286,5 +291,5 @@ def check_outputs_possible(arguments: argparse.Namespace) -> None:
 
 def one_line(error: Exception, file: str = "") -> str:
     """Return the message of an error in one line, with the file unless it names the file itself."""
-    message = f"{file}: {error}" if file and not isinstance(error, FileError) else str(error)
-    return printable(" ".join(message.split()))
+    message = why(error)
+    return printable(f"{file}: {message}" if file and not isinstance(error, FileError) else message)

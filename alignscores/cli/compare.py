@@ -12,7 +12,7 @@ from typing import Any
 
 from ..comparison.baseline import Changes, changes, read_baseline
 from ..comparison.benchmark import Benchmark
-from ..comparison.cache import clear
+from ..comparison.cache import clear, make
 from ..comparison.comparison import Comparison, compare_runs, find_benchmark, settings_of_run
 from ..comparison.runs import COLUMNS
 from ..comparison.tables import as_csv, as_latex, as_markdown, as_text, footnotes
@@ -37,6 +37,7 @@ exit codes: 0 all compared, 1 something was left out or failed, 2 wrong usage,
 3 certainly worse than the baseline (--fail_on worse)
 """
 WORSE = 3  # exit code
+SHOWN = 50  # lines of problems
 JOBS = Option(
     help="processes side by side (default: %(default)s)", group="work", number=int, least=1
 )
@@ -164,7 +165,7 @@ def run(arguments: argparse.Namespace) -> int:
     _print_problems(comparison.problems)
     _print_problems([f"{error}; it counts as a failure" for error in comparison.failed])
     for note in [*alias_notes(arguments.metrics_as_given), *comparison.notes]:
-        print_note(printable(note))
+        print_note(note)
     changed = (
         changes(comparison, arguments.baseline, saved, arguments.by) if arguments.baseline else None
     )
@@ -213,8 +214,10 @@ def _inputs(
 
 
 def _print_problems(problems: list[str]) -> None:
-    for problem in problems:
-        print_error(printable(problem))
+    for problem in problems[:SHOWN]:
+        print_error(problem)
+    if len(problems) > SHOWN:
+        print_error(f"and {len(problems) - SHOWN} more of these; --json has all")
 
 
 def _show_found(benchmark: Benchmark) -> None:
@@ -232,21 +235,18 @@ def _show_found(benchmark: Benchmark) -> None:
 
 
 def _cache(arguments: argparse.Namespace) -> Path | None:
-    """Return the folder of the cache; None without one, or where the user's is not writable."""
+    """Return the folder of the cache; None without one that can be used."""
     if arguments.no_cache:
         return None
-    if arguments.cache:
-        return Path(arguments.cache)
     folder = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache") / "alignscores"
     try:
-        folder = folder.expanduser()
-        folder.mkdir(parents=True, exist_ok=True)
-        writable = os.access(folder, os.W_OK)
-    except (OSError, RuntimeError):  # the second without a home
-        writable = False
-    if writable:
+        folder = Path(arguments.cache) if arguments.cache else folder.expanduser()
+        reason = make(folder, private=not arguments.cache)
+    except RuntimeError:  # without a home
+        reason = "is not writable"
+    if not reason:
         return folder
-    print_note(f"results are not kept, since {folder} is not writable; --cache names another one")
+    print_note(f"results are not kept, since {folder} {reason}; --cache names another one")
     return None
 
 

@@ -1,10 +1,12 @@
-"""What the command refuses before it computes anything: outputs that would replace an input."""
+"""What the command refuses before it computes anything: outputs that would not do."""
 
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
 from ..evaluation.matching import files_below
 from ..trajectories.files import STDIN
+from ..writing import check_target
 
 __all__ = ["check_stdin_read_once", "refuse_to_replace"]
 
@@ -16,11 +18,16 @@ def check_stdin_read_once(files: Iterable[str | None]) -> None:
 
 
 def refuse_to_replace(inputs: Iterable[str], outputs: Iterable[tuple[str, Path]]) -> None:
-    """Refuse outputs, by option, that are an input, by whatever path or link, or another output."""
+    """Refuse outputs, by option, that cannot be written or are an input or another output."""
     files = [file for path in inputs for file in files_below(path)]
     known = {_identity(file): file for file in files}
     taken: dict[Path, str] = {}
     for option, path in outputs:
+        try:
+            with suppress(IsADirectoryError):  # told in the end: other outputs are saved
+                check_target(path)
+        except OSError as error:
+            raise ValueError(f"{option} {path} cannot be written ({error.strerror})") from None
         identity = _identity(path)
         if identity and (replaced := known.get(identity)):
             raise ValueError(f"{option} {path} would replace the input {replaced}; name another")

@@ -121,13 +121,13 @@ def print_notes(scored: Sequence[Evaluation], notes: Sequence[str]) -> None:
 
 def print_note(message: str) -> None:
     """Print a note on stderr."""
-    print(f"alignscores: note: {message}", file=sys.stderr)
+    print(f"alignscores: note: {printable(message)}", file=sys.stderr)
 
 
 def print_error(message: str) -> None:
     """Print an error on stderr."""
     show_progress("")
-    print(f"alignscores: error: {message}", file=sys.stderr)
+    print(f"alignscores: error: {printable(message)}", file=sys.stderr)
 
 
 def show_progress(text: str) -> None:

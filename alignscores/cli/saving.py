@@ -1,10 +1,9 @@
 """What is saved: errors, aligned estimates, evo results, pictures and the page."""
 
 import argparse
-import csv
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from io import BytesIO, StringIO
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import numpy as np
 import scipy
 
 from ..evaluation.evaluation import STATUSES, Evaluation, finite_or_none
-from ..evaluation.names import numbered, printable, unique_names
+from ..evaluation.names import csv_text, numbered, printable, unique_names
 from ..metrics import SCORES
 from ..pages.trajectories import page
 from ..trajectories.extras import require
@@ -109,7 +108,7 @@ def errors_csv(scored: Sequence[Evaluation], *, all_cameras: bool) -> str:
             left_out = keys[~np.isin(keys, matches.keys)]
             rows += [(key, "", "", LEFT_OUT) for key in left_out.tolist()]
         lines += [(evaluation.name, *row) for row in sorted(rows, key=lambda row: row[0])]
-    return _csv(("estimate", "camera", "position_error", "rotation_error_deg", "status"), lines)
+    return csv_text(("estimate", "camera", "position_error", "rotation_error_deg", "status"), lines)
 
 
 def metrics_csv(scored: Sequence[Evaluation], names: Sequence[str]) -> str:
@@ -117,7 +116,7 @@ def metrics_csv(scored: Sequence[Evaluation], names: Sequence[str]) -> str:
     lines = [
         (evaluation.name, *(evaluation.value(name) for name in names)) for evaluation in scored
     ]
-    return _csv(("estimate", *names), lines)
+    return csv_text(("estimate", *names), lines)
 
 
 def profiles_csv(scored: Sequence[Evaluation]) -> str:
@@ -131,15 +130,7 @@ def profiles_csv(scored: Sequence[Evaluation]) -> str:
         ):
             pairs = zip(units.tolist(), values.tolist(), strict=True)
             lines += [(evaluation.name, name, *pair) for pair in pairs]
-    return _csv(("estimate", "score", "unit", "value"), lines)
-
-
-def _csv(header: Sequence[str], lines: Sequence[Sequence[object]]) -> str:
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(lines)
-    return text.getvalue()
+    return csv_text(("estimate", "score", "unit", "value"), lines)
 
 
 def aligned_files(

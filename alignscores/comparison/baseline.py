@@ -69,11 +69,12 @@ class Changes:
 
 def read_baseline(file: str, settings: Settings) -> list[Entry]:
     """Return the results of a saved comparison, which must have been made with these settings."""
+    text = read_text(file)
     try:
-        saved = json.loads(read_text(file))
+        saved = json.loads(text)
         results = saved["results"]
         known = all(result.keys() >= NEEDED for result in results) and results
-    except (AttributeError, KeyError, RecursionError, TypeError, json.JSONDecodeError):
+    except (AttributeError, KeyError, RecursionError, TypeError, ValueError):
         known = False
     if not known:
         raise FileError(file, "is not what `alignscores compare --json` prints")

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from ..evaluation.names import brief, first_few
 from ..evaluation.settings import Settings
 from ..trajectories.extras import require
 from ..trajectories.formats import FORMATS
@@ -16,6 +17,8 @@ __all__ = ["NO_SETTINGS", "Benchmark", "Run", "from_patterns", "read_yaml"]
 
 DIGITS = re.compile(r"(\d+)")
 FIELDS = ("sequence", "system", "run")
+MOST_RUNS = 10**4
+LONGEST_PATH = 4096  # characters, more than any system takes
 ONLY_RUN = "1"  # name of the run where the pattern has no {run}
 # Keys of a YAML file, and those of an entry of `sequences` and of `systems`.
 KEYS = ("format", "reference", "estimate", "runs", "sequences", "systems")
@@ -118,7 +121,7 @@ def _unique(
     for key, several in paths.items():
         if several[1:]:
             problems.append(
-                f"{', '.join(several)}: all of them match {'/'.join(key)}; none of them is taken"
+                f"{first_few(several)}: all of them match {'/'.join(key)}; none of them is taken"
             )
     return {key: several[0] for key, several in paths.items() if not several[1:]}
 
@@ -203,47 +206,52 @@ def _expected_names(
 
 def read_yaml(path: str, *, expect_all: bool = False) -> Benchmark:
     """Read a benchmark that is described in a YAML file; paths in it are relative to its folder."""
-    yaml = require("yaml", "yaml")
+    require("yaml", "yaml")
+    from ..trajectories.yaml_files import load_yaml  # needs PyYAML
+
     try:
-        content = yaml.safe_load(Path(path).read_text())
-    except (OSError, UnicodeError, yaml.YAMLError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise ValueError(f"{path}: cannot be read: {reason}") from None
+        content = load_yaml(path)
+    except ValueError as error:
+        raise ValueError(f"{path}: cannot be read: {error}") from None
     content = _mapping(content, KEYS, path)
     for key in KEYS[:3]:
-        if not isinstance(content.get(key), str):
-            raise ValueError(f"{path}: needs {key}, a text")
+        value = content.get(key)
+        if not isinstance(value, str) or len(value) > LONGEST_PATH:
+            raise ValueError(f"{path}: needs {key}, a text, not {brief(value)}")
     if content["format"] not in FORMATS:
         raise ValueError(f"{path}: format must be one of {', '.join(FORMATS)}")
     entries: dict[str, dict[str, dict[str, Any]]] = {}
     for key, keys in (("sequences", OF_SEQUENCE), ("systems", OF_SYSTEM)):
         given = _mapping(content.get(key), None, f"{path}: {key}")
         entries[key] = {
-            str(name): _mapping(values, keys, f"{path}: {key}: {name}")
+            str(name): _mapping(values, keys, f"{path}: {key}: {name!s:.60}")
             for name, values in given.items()
         }
     for key, named in entries.items():
         for name, values in named.items():
-            _check(values, content["format"], f"{path}: {key}: {name}")
+            _check(values, content["format"], f"{path}: {key}: {name:.60}")
     folder = Path(path).parent
     for values in entries["sequences"].values():
         if "frames" in values:
             values["frames"] = str(folder / values["frames"])
     expected = {
-        name: _expected(values["runs"], f"{path}: systems: {name}")
+        name: _expected(values["runs"], f"{path}: systems: {name:.60}")
         for name, values in entries["systems"].items()
         if "runs" in values
     }
     expected[""] = _expected(content.get("runs"), path)
     patterns = (str(folder / content[key]) for key in ("reference", "estimate"))
-    found = from_patterns(
-        content["format"],
-        *patterns,
-        expect_all=expect_all,
-        expected=expected,
-        systems=list(entries["systems"]),
-        sequences=list(entries["sequences"]),
-    )
+    try:
+        found = from_patterns(
+            content["format"],
+            *patterns,
+            expect_all=expect_all,
+            expected=expected,
+            systems=list(entries["systems"]),
+            sequences=list(entries["sequences"]),
+        )
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
     return replace(found, sequence_options=entries["sequences"], system_options=entries["systems"])
 
 
@@ -252,19 +260,25 @@ def _mapping(value: Any, keys: Sequence[str] | None, where: str) -> dict[Any, An
     if value is None:
         return {}
     if not isinstance(value, dict):
-        raise ValueError(f"{where}: must be a mapping, not {value!r:.60}")
+        raise ValueError(f"{where}: must be a mapping, not {brief(value)}")
     for key in value:
         if keys is not None and key not in keys:
-            raise ValueError(f"{where}: unknown key {key!r}; known are {', '.join(keys)}")
+            raise ValueError(f"{where}: unknown key {brief(key)}; known are {', '.join(keys)}")
     return value
 
 
 def _expected(value: Any, where: str) -> Expected | None:
-    if value is None or (isinstance(value, int) and not isinstance(value, bool) and value > 0):
+    if value is None:
+        return None
+    if isinstance(value, int) and not isinstance(value, bool) and 0 < value <= MOST_RUNS:
         return value
-    if isinstance(value, list) and value:
-        return [str(name) for name in value]
-    raise ValueError(f"{where}: runs must be a positive whole number or a list of names")
+    named = isinstance(value, list) and all(isinstance(name, str | int | float) for name in value)
+    if named and 0 < len(value) <= MOST_RUNS:
+        return list(dict.fromkeys(map(str, value)))
+    raise ValueError(
+        f"{where}: runs must be a positive whole number or a list of names, at most {MOST_RUNS}, "
+        f"not {brief(value)}"
+    )
 
 
 def _check(values: Mapping[str, Any], format: str, where: str) -> None:
@@ -273,7 +287,7 @@ def _check(values: Mapping[str, Any], format: str, where: str) -> None:
         if value is None:
             raise ValueError(f"{where}: {key} has no value")
         if key in ("name", "frames") and not isinstance(value, str):
-            raise ValueError(f"{where}: {key} must be a text, not {value!r}")
+            raise ValueError(f"{where}: {key} must be a text, not {brief(value)}")
     given = {key: value for key, value in values.items() if key not in NO_SETTINGS}
     try:
         Settings(**{"format": format, **given})

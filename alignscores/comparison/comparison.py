@@ -7,18 +7,18 @@ from pathlib import Path
 from typing import Any
 
 from ..evaluation.evaluation import finite_or_none
-from ..evaluation.names import printable
-from ..evaluation.notes import collected_warnings
+from ..evaluation.names import first_few, printable
+from ..evaluation.notes import collected_warnings, why
 from ..evaluation.settings import Settings
 from ..trajectories.extras import require
-from ..trajectories.files import read_stamps
+from ..trajectories.files import FAILURES, read_stamps
 from ..trajectories.formats import FORMATS
 from ..version import __version__
 from .benchmark import NO_SETTINGS, Benchmark, Run, from_patterns, read_yaml
-from .cache import prune
+from .cache import make, prune
 from .patterns import Pattern
 from .processes import Pool, Progress
-from .runs import COLUMNS, Outcome, Task, evaluate_run, reference_of, step_of_run
+from .runs import COLUMNS, Outcome, Task, evaluate_run, forget_references, reference_of, step_of_run
 from .summary import Summary, summarise
 from .tables import Names
 
@@ -229,16 +229,16 @@ def compare_runs(
         raise ValueError("frames must be a file, or a pattern with {sequence}, of each sequence")
     metrics = tuple(name for name in settings.metrics if name not in COLUMNS)  # there anyway
     settings = replace(settings, format=benchmark.format, metrics=metrics)
-    if cache is not None:
-        _make_folder(cache)
+    if cache is not None and (reason := make(cache)):
+        raise ValueError(f"the cache {cache} cannot be made: it {reason}")
     problems, notes = list(benchmark.problems), []
     tasks: dict[Run, Task] = {}
-    reference_of.cache_clear()  # files may have changed
+    forget_references()  # so that their notes are told again
     for sequence in benchmark.references:
         try:
             found, said = _tasks(benchmark, sequence, settings, cache)
-        except ValueError as error:
-            problems.append(f"sequence {sequence}: left out: {error}")
+        except FAILURES as error:
+            problems.append(f"sequence {sequence}: left out: {why(error)}")
         else:
             tasks |= found
             notes += said
@@ -246,16 +246,9 @@ def compare_runs(
     if cache is not None:
         prune(cache)
     if not runs:
-        raise ValueError("; ".join(["nothing is left to be compared", *problems]))
+        raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
     summary = summarise(runs, settings.metrics, settings.form)
     return Comparison(benchmark, settings, summary, problems, [*notes, *_notes_of_runs(runs)])
-
-
-def _make_folder(path: Path) -> None:
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ValueError(f"the cache {path} cannot be made ({error.strerror})") from None
 
 
 def settings_of_run(benchmark: Benchmark, run: Run, settings: Settings) -> Settings:

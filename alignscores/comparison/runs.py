@@ -3,10 +3,9 @@
 import hashlib
 import json
 import math
-import zipfile
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cache, lru_cache, partial
 from io import BytesIO
 from pathlib import Path
@@ -16,17 +15,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Floats, Indices
-from ..evaluation.evaluation import Evaluation
+from ..evaluation.evaluation import STATUSES, Evaluation
 from ..evaluation.matching import files_below, read_reference, step_of_frames
-from ..evaluation.notes import collected_warnings
+from ..evaluation.notes import collected_warnings, why
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..metrics import LEVELS, metric
-from ..trajectories.files import Trajectory
+from ..trajectories.files import FAILURES, FileError, Trajectory
+from ..trajectories.files.arrays import unpack_arrays
+from ..trajectories.files.text import read_bytes, reading_once
+from ..trajectories.formats import Format
 from ..validation import finite_rows
-from ..writing import write_whole
+from .cache import load, store
 
-__all__ = ["COLUMNS", "Outcome", "Task", "evaluate_run", "reference_of", "step_of_run"]
+__all__ = ["COLUMNS", "Outcome", "Task", "evaluate_run", "forget_references", "reference_of"]
+__all__ += ["step_of_run"]
 
 COLUMNS = "TAS", "RAS", "PAS", "half_distance", "half_angle"  # of every comparison
 # Files of a COLMAP model that no score depends on: their size stands for their content.
@@ -81,48 +84,63 @@ class Outcome:
 def evaluate_run(task: Task) -> Outcome:
     """Score an estimate, or take the result of the same files and settings from the cache."""
     try:
-        file = _cached_file(task, "run")
-        if file and (outcome := _loaded(file, task.estimate)):
+        with reading_once():
+            file = _cached_file(task, "run")
+            if file and (outcome := _loaded(file, task)):
+                return outcome
+            with collected_warnings():  # the comparison tells them, once for each sequence
+                reference = reference_of(
+                    task.reference, task.settings.format, task.settings.ref_topic
+                )
+            evaluation = score(
+                reference,
+                task.estimate,
+                task.settings,
+                name="",
+                step=task.step,
+                check=task.check,
+            )
+            outcome = _outcome(evaluation)
+            # pycolmap and evo read files themselves, which may have changed in between
+            if file and file == _cached_file(task, "run"):
+                _store(file, outcome, task.estimate)
             return outcome
-        with collected_warnings():  # the comparison tells them, once for each sequence
-            reference = reference_of(task.reference, task.settings.format, task.settings.ref_topic)
-        evaluation = score(
-            reference,
-            task.estimate,
-            task.settings,
-            name="",
-            step=task.step,
-            check=task.check,
-        )
-        outcome = _outcome(evaluation)
-    except ValueError as error:
+    except FAILURES as error:
         return Outcome({}, error=_with_file(error, task.estimate))
-    if file:
-        _store(file, outcome, task.estimate)
-    return outcome
 
 
 def step_of_run(task: Task) -> float | None:
     """Return the median step of an estimate, None where it has none; see `step_of_frames`."""
-    file = _cached_file(task, "step")
-    if file and file.is_file():
-        with suppress(TypeError, ValueError):
-            step: float | None = json.loads(file.read_text())
-            return step
-    step = step_of_frames([task.estimate], task.settings)
-    if file:
-        write_whole(file, json.dumps(step).encode())
-    return step
+    with reading_once():
+        file = _cached_file(task, "step")
+        with suppress(RecursionError, ValueError):
+            step = json.loads((file and load(file)) or b"")
+            if step is None or (isinstance(step, float) and 0 < step < math.inf):
+                return step
+        step = step_of_frames([task.estimate], task.settings)
+        if file and file == _cached_file(task, "step"):
+            store(file, json.dumps(step).encode())
+        return step
+
+
+def reference_of(path: str, format: str | None, topic: str | None) -> Trajectory:
+    """Read a reference; each is read once for the runs that follow each other."""
+    settings = Settings(format=format, ref_topic=topic)
+    with reading_once():
+        return _reference(path, settings, _content_hash(path, settings.form))
 
 
 @lru_cache(maxsize=2)
-def reference_of(path: str, format: str | None, topic: str | None) -> Trajectory:
-    """Read a reference; each is read once for the runs that follow each other."""
-    return read_reference(path, Settings(format=format, ref_topic=topic))
+def _reference(path: str, settings: Settings, content: bytes) -> Trajectory:
+    """Return the reference that a file with this content holds."""
+    return read_reference(path, settings)
 
 
-def _with_file(error: ValueError, file: str) -> str:
-    message = " ".join(str(error).split())
+forget_references = _reference.cache_clear
+
+
+def _with_file(error: Exception, file: str) -> str:
+    message = why(error)
     return message if message.startswith(file) else f"{file}: {message}"
 
 
@@ -175,8 +193,10 @@ def _cached_file(task: Task, kind: str) -> Path | None:
     if kind == "run":
         described += [task.step, task.check]
     digest = hashlib.sha256(json.dumps(described).encode())
-    for path in (task.reference, task.estimate, task.settings.frames):
-        digest.update(_content_hash(str(path)) if path is not None else b"-")
+    forms = task.settings.form, task.settings.est_form, None
+    paths = task.reference, task.estimate, task.settings.frames
+    for path, form in zip(paths, forms, strict=True):
+        digest.update(_content_hash(str(path), form) if path is not None else b"-")
     return task.cache / f"{digest.hexdigest()}.{'npz' if kind == 'run' else 'json'}"
 
 
@@ -189,15 +209,22 @@ def _content_of_code() -> str:
     return digest.hexdigest()
 
 
-def _content_hash(path: str) -> bytes:
+def _content_hash(path: str, form: Format | None) -> bytes:
     """Return the hash of a file, or of those of a COLMAP model or a folder of some."""
     digest = hashlib.sha256()
+    in_memory = not (form and form.topics)  # bags may be too large
     for file in files_below(path):
         try:
-            content = (
-                str(file.stat().st_size).encode() if file.stem == POINTS else file.read_bytes()
-            )
-        except OSError:  # whoever reads it says why
+            if file.stem == POINTS:
+                content = str(file.stat().st_size).encode()
+            elif file == Path(path) and in_memory:
+                content = hashlib.sha256(read_bytes(path)).digest()
+            elif file.is_file():
+                with file.open("rb") as opened:
+                    content = hashlib.file_digest(opened, "sha256").digest()
+            else:
+                content = b""
+        except (OSError, FileError):  # whoever reads it says why
             content = b""
         name = file.suffix if file == Path(path) else str(file.relative_to(path))
         digest.update(f"{name}\0{len(content)}\0".encode() + content)
@@ -217,17 +244,43 @@ def _store(file: Path, outcome: Outcome, path: str) -> None:
     buffer = BytesIO()
     arrays = {name: getattr(outcome, name) for name in ARRAYS}
     np.savez(buffer, described=np.array(json.dumps(described)), **arrays)
-    write_whole(file, buffer.getvalue())
+    store(file, buffer.getvalue())
 
 
-def _loaded(file: Path, path: str) -> Outcome | None:
+def _loaded(file: Path, task: Task) -> Outcome | None:
     """Return a stored outcome, None where there is none that can be read."""
     try:
-        with np.load(BytesIO(file.read_bytes())) as stored:
-            described = json.loads(str(stored["described"]))
-            arrays = {name: stored[name] for name in ARRAYS}
-    except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+        stored: dict[str, Any] = dict(unpack_arrays(file, load(file) or b""))
+        stored |= json.loads(str(stored.pop("described")))
+        written = stored.pop("path")
+        outcome = Outcome(**stored)
+        if not isinstance(written, str) or not _is_sound(
+            outcome, {*COLUMNS, *task.settings.metrics}
+        ):
+            return None
+        notes = [note.replace(written, task.estimate) for note in outcome.notes]
+    except (ArithmeticError, AttributeError, KeyError, RecursionError, TypeError, ValueError):
         return None
-    written = described.pop("path")
-    described["notes"] = [note.replace(written, path) for note in described["notes"]]
-    return Outcome(**described, **arrays)
+    return replace(outcome, notes=notes)
+
+
+def _is_sound(outcome: Outcome, names: Collection[str]) -> bool:
+    """Tell whether a stored outcome has the types and the bounds of one that was computed."""
+    like = Outcome({})
+    counts = outcome.n, outcome.failures, outcome.n_parts, outcome.n_rows
+    numbers = outcome.unit, outcome.lost, outcome.scale, *outcome.scores.values()
+    return (
+        outcome.scores.keys() == names
+        and all(type(count) is int and count >= 0 for count in counts)
+        and all(isinstance(number, int | float) for number in numbers)
+        and len(np.array(numbers, float)) > 0  # so that a double holds each
+        and all(0 <= outcome.scores[name] <= 1 for name in ("TAS", "RAS", "PAS"))
+        and all(isinstance(note, str) for note in outcome.notes)
+        and all(
+            getattr(outcome, name).dtype == getattr(like, name).dtype
+            and getattr(outcome, name).shape == (outcome.n, *getattr(like, name).shape[1:])
+            for name in ARRAYS
+        )
+        and bool(np.all(np.diff(outcome.rows, prepend=-1, append=outcome.n_rows) > 0))
+        and bool(np.all(outcome.statuses < len(STATUSES)))
+    )

@@ -1,14 +1,12 @@
 """The comparison as text: for a terminal, CSV, Markdown and LaTeX."""
 
-import csv
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from io import StringIO
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from ..evaluation.names import WIDTH, padded, text_width
+from ..evaluation.names import WIDTH, csv_text, padded, text_width
 from ..evaluation.notes import scale_note
 from ..evaluation.settings import Settings
 from ..metrics import metric
@@ -100,22 +98,20 @@ def as_latex(summary: Summary, by: str, names: Names) -> str:
 
 def as_csv(summary: Summary) -> str:
     """Return one line a system and sequence, and one over all with an empty sequence."""
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     columns = [column for name in summary.headers for column in (name, f"{name}_sd")]
     counts = ["runs", "failed_runs", "n", "failures", "lost"]
-    writer.writerow(["system", "sequence", *columns, "rank_best", "rank_worst", *counts])
-    for entry in summary.in_order():
-        writer.writerow(
-            [
-                entry["system"],
-                entry["sequence"] or "",
-                *("" if entry[column] is None else entry[column] for column in columns),
-                *(entry["rank"]["PAS"] or ("", "")),
-                *(entry[count] for count in counts),
-            ]
-        )
-    return text.getvalue()
+    header = ["system", "sequence", *columns, "rank_best", "rank_worst", *counts]
+    lines = (
+        [
+            entry["system"],
+            entry["sequence"] or "",
+            *("" if entry[column] is None else entry[column] for column in columns),
+            *(entry["rank"]["PAS"] or ("", "")),
+            *(entry[count] for count in counts),
+        ]
+        for entry in summary.in_order()
+    )
+    return csv_text(header, lines)
 
 
 def number(value: float) -> str:
@@ -267,7 +263,8 @@ def footnotes(summary: Summary, by: str, names: Names, settings: Settings) -> li
         lines[1] = f"missing cameras: {settings.missing_cameras}; {lines[1]}"
     if settings.form.timed:
         lines.append("lost: share of the time that was due without a pose")
-    if note := scale_note(_scales(summary), settings):
+    scales = {names.systems[system]: scale for system, scale in _scales(summary).items()}
+    if note := scale_note(scales, settings):
         lines.append(note)
     if _partly_tried(summary):
         lines.append(

@@ -17,7 +17,7 @@ from ..trajectories.association import (
     present,
     unit_hint,
 )
-from ..trajectories.files import FilePath, Trajectory, inverse_poses, read_stamps
+from ..trajectories.files import FAILURES, FilePath, Trajectory, inverse_poses, read_stamps
 from ..trajectories.timeline import usual_step
 from ..trajectories.timing import LEAST_GAIN, find_offset
 from ..validation import finite_rows
@@ -78,7 +78,7 @@ def step_of_frames(estimates: Iterable[FilePath], settings: Settings) -> float |
         return None
     steps = []
     for estimate in estimates:
-        with collected_warnings(), suppress(ValueError):
+        with collected_warnings(), suppress(*FAILURES):
             (part,) = read_parts(estimate, settings).values()
             steps.append(usual_step(part.keys[present(part.poses)]))
     return min(steps, default=None)

@@ -1,12 +1,45 @@
 """Texts as they are printed: names of files, short, unique and printable, in columns."""
 
+import csv
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from io import StringIO
+from itertools import islice
 from pathlib import Path
+from typing import Any
 
-__all__ = ["WIDTH", "numbered", "padded", "printable", "text_width", "unique_names"]
+__all__ = ["WIDTH", "brief", "csv_text", "first_few", "numbered", "padded"]
+__all__ += ["printable", "text_width", "unique_names"]
 
 WIDTH = 100  # columns of a table
+FORMULA = "=", "+", "-", "@"  # how one begins
+FEW = 5  # entries of a list that a message shows
+LONGEST = 60  # characters of a text in a message
+
+
+def first_few(texts: Sequence[str]) -> str:
+    """Return the first few of some texts, separated by commas, and how many more there are."""
+    return _joined(texts[:FEW], len(texts))
+
+
+def brief(value: Any, levels: int = 2) -> str:
+    """Return a value as Python writes it; of long texts and lists, no more than the beginning."""
+    if isinstance(value, dict | list) and value:
+        opening, closing = "{}" if isinstance(value, dict) else "[]"
+        if not levels:
+            return f"{opening}...{closing}"
+        parts = [brief(entry, levels - 1) for entry in islice(value, FEW)]
+        if isinstance(value, dict):
+            entries = zip(parts, value.values(), strict=False)
+            parts = [f"{key}: {brief(entry, levels - 1)}" for key, entry in entries]
+        return f"{opening}{_joined(parts, len(value))}{closing}"
+    text = repr(value[:LONGEST] if isinstance(value, str) else value)
+    return f"{text[:LONGEST]}..." if len(str(value)) > LONGEST else text
+
+
+def _joined(parts: Sequence[str], number: int) -> str:
+    more = f" and {number - len(parts)} more" if number > len(parts) else ""
+    return ", ".join(parts) + more
 
 
 def printable(text: str) -> str:
@@ -21,6 +54,23 @@ def printable(text: str) -> str:
 def _escape(letter: str) -> str:
     byte = ord(letter) - 0xDC00  # of a byte that is not UTF-8, in os.fsdecode
     return f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("unicode_escape").decode()
+
+
+def csv_text(header: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
+    """Return a table of CSV; what a spreadsheet would take for a formula gets an apostrophe."""
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows([_cell(value) for value in line] for line in lines)
+    return text.getvalue()
+
+
+def _cell(value: object) -> object:
+    if not isinstance(value, str):
+        return value
+    kept = "".join(letter for letter in value if letter == "\n" or "\ud800" <= letter <= "\udfff")
+    shown = "".join(letter if letter in kept else printable(letter) for letter in value)
+    return f"'{shown}" if shown.startswith(FORMULA) else shown
 
 
 def text_width(text: str) -> int:

@@ -29,11 +29,19 @@ __all__ = [
     "parts_notes",
     "scale_note",
     "swap_notes",
+    "why",
 ]
 
 MUCH_LOST = 0.1  # share of the reference; if more is lost and not scored, there is a note
 SCALE_OFF = 0.02  # by which a metric system's scale may be off without a note
 APART_DEG = 5.0  # angle between the two alignments that takes a note
+
+
+def why(error: Exception) -> str:
+    """Return the message of an error in one line."""
+    if isinstance(error, MemoryError):
+        return "there is not enough memory for it"
+    return " ".join(str(error).split()) or type(error).__name__
 
 
 @contextmanager

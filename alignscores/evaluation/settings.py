@@ -17,7 +17,7 @@ from ..similarity import ALIGNMENTS, UP
 from ..trajectories.association import MISSING, SYNCS
 from ..trajectories.files import FilePath
 from ..trajectories.formats import FORMATS, Format
-from .names import printable
+from .names import brief, printable
 
 __all__ = ["Option", "Settings", "options", "order_problem"]
 
@@ -45,13 +45,13 @@ class Option:
         if (value is None and self.optional) or (isinstance(value, str) and value in self.words):
             return value
         if self.choices and value not in self.choices:
-            raise ValueError(f"must be one of {', '.join(self.choices)}, not {value!r}")
+            raise ValueError(f"must be one of {', '.join(self.choices)}, not {brief(value)}")
         if self.flag and not isinstance(value, bool):
-            raise ValueError(f"must be true or false, not {value!r}")
+            raise ValueError(f"must be true or false, not {brief(value)}")
         if self.number is None:
             return value
         if not self._is_possible(value):
-            raise ValueError(f"must be {self._range()}, not {value!r}")
+            raise ValueError(f"must be {self._range()}, not {brief(value)}")
         return self.number(value)
 
     def parse(self, text: str) -> float | str:
@@ -64,7 +64,7 @@ class Option:
         except (OverflowError, ValueError):
             value = math.nan
         if not self._is_possible(value):
-            raise ValueError(f"must be {self._range()}, not {text!r}")
+            raise ValueError(f"must be {self._range()}, not {brief(text)}")
         return value
 
     def _is_possible(self, value: Any) -> bool:

@@ -32,9 +32,9 @@ def recognise(path: str) -> str:
 
 def _format_of_text(path: str) -> str:
     lines = data_lines(path)
-    if not lines:
+    number, line = next(lines, (0, ""))
+    if not line:
         raise FileError(path, f"has no lines that tell its format; {NAME_IT}")
-    number, line = lines[0]
     if line[0] in "{[":
         return "nerf"
     if line.replace('"', "") == vslamlab.HEADER:
@@ -47,6 +47,6 @@ def _format_of_text(path: str) -> str:
         return "euroc"
     if len(fields) != 8:
         return "kitti"
-    first = [line.split()[0] for _, line in lines]
+    first = (line.split(maxsplit=1)[0] for line in (line, *(other for _, other in lines)))
     stamps = np.array([float(stamp) for stamp in first if is_number(stamp, finite=True)])
     return "euroc" if time_unit(stamps) == "nanoseconds" else "tum"

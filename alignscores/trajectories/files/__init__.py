@@ -15,11 +15,12 @@ from .kitti import read_kitti
 from .nerf import read_nerf
 from .poses import Trajectory, TrajectoryWarning, inverse_poses
 from .stamps import read_stamps
-from .text import STDIN, FileError, FilePath
+from .text import FAILURES, STDIN, FileError, FilePath
 from .tum import read_tum
 from .vslamlab import read_vslamlab
 
 __all__ = [
+    "FAILURES",
     "STDIN",
     "FileError",
     "FilePath",

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .poses import Trajectory, poses_from_matrices
-from .text import FileError, FilePath, Source, read_bytes
+from .text import FileError, FilePath, Source, most_bytes, read_bytes, refuse_more
 
-__all__ = ["read_arrays"]
+__all__ = ["read_arrays", "unpack_arrays"]
 
 SHAPES = "(n, 4, 4) or (n, 3, 4)"
 LAST_ROW = [0.0, 0.0, 0.0, 1.0]
@@ -47,7 +47,7 @@ def read_arrays(path: FilePath, *, complete: bool = False) -> Trajectory:
     >>> stamps, poses.shape
     (array([0. , 0.1, 0.2]), (3, 4, 4))
     """
-    arrays = _arrays(path)
+    arrays = unpack_arrays(path, read_bytes(path))
     found = [
         name
         for name, array in arrays.items()
@@ -79,9 +79,17 @@ def read_arrays(path: FilePath, *, complete: bool = False) -> Trajectory:
     return Trajectory(keys, poses)
 
 
-def _arrays(path: FilePath) -> dict[str, NDArray[Any]]:
+def unpack_arrays(path: FilePath, content: bytes) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a file with this content, if they are not too large."""
+    data = BytesIO(content)
     try:
-        stored = np.load(BytesIO(read_bytes(path)), allow_pickle=False)
+        if zipfile.is_zipfile(data):
+            unpacked = sum(each.file_size for each in zipfile.ZipFile(data).infolist())
+            refuse_more(path, unpacked, most_bytes())
+        data.seek(0)
+        stored = np.load(data, allow_pickle=False)
         return {"the array": stored} if isinstance(stored, np.ndarray) else dict(stored)
-    except (EOFError, OSError, ValueError, zipfile.BadZipFile):
+    except (FileError, MemoryError):
+        raise
+    except Exception:  # a broken archive or header leads to errors of many kinds
         raise FileError(path, "is not a file of arrays, .npy or .npz, without objects") from None

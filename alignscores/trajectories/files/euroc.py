@@ -1,5 +1,7 @@
 """EuRoC's ``data.csv``, and the estimates for it."""
 
+from itertools import chain, islice
+
 from . import tum
 from .poses import Trajectory, stamped_poses
 from .stamps import in_seconds
@@ -39,10 +41,12 @@ def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
     (1500000000.5, array([1., 2., 3.]))
     """
     lines = data_lines(path)
-    if lines and "," not in lines[0][1]:
+    first = list(islice(lines, 1))
+    lines = chain(first, lines)
+    if first and "," not in first[0][1]:
         values, source = read_numbers(path, lines, tum.COLUMNS, [8])
     else:
-        lines = [(number, ",".join(line.split(",", 8)[:8])) for number, line in lines]
+        lines = ((number, ",".join(line.split(",", 8)[:8])) for number, line in lines)
         values, source = read_numbers(path, lines, COLUMNS, [8], ",")
         values = values[:, [0, 1, 2, 3, 5, 6, 7, 4]]  # qw last, as in TUM files
     stamps, poses = stamped_poses(values, source, complete=complete)

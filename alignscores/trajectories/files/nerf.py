@@ -60,7 +60,7 @@ def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
         try:
             matrix = frame["transform" if "transform" in frame else "transform_matrix"]
             name, matrix = frame["file_path"], np.array(matrix, dtype=float)
-        except (KeyError, TypeError, ValueError):
+        except (KeyError, OverflowError, TypeError, ValueError):
             reason = "needs a file_path and a transform_matrix of numbers"
             raise FileError(path, reason, place=place) from None
         if not isinstance(name, str) or matrix.shape not in ((4, 4), (3, 4)):
@@ -76,10 +76,13 @@ def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
 
 
 def _frames(path: FilePath) -> list[Any]:
+    text = read_text(path)
     try:
-        content = json.loads(read_text(path))
+        content = json.loads(text)
     except json.JSONDecodeError as error:
         raise FileError(path, f"is not JSON ({error.msg})", place=f"line {error.lineno}") from None
+    except ValueError:  # as of numbers with thousands of digits
+        raise FileError(path, "is not JSON with numbers that a double holds") from None
     except RecursionError:
         raise FileError(path, "is not a transforms.json: it is nested too deeply") from None
     frames = content.get("frames") if isinstance(content, dict) else content

@@ -1,27 +1,35 @@
 """Text files, also compressed or from stdin, and the numbers in their lines."""
 
 import gzip
+import os
 import sys
 import zlib
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from dataclasses import dataclass
-from io import StringIO
+from io import BytesIO, TextIOWrapper
+from itertools import islice
 from math import isfinite
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
-from ...arrays import Booleans, Floats
+from ...arrays import Booleans, Floats, Indices
 
-__all__ = ["STDIN", "FileError"]
+__all__ = ["FAILURES", "STDIN", "FileError"]
 
 FilePath = str | PathLike[str]
-Lines = list[tuple[int, str]]  # lines with their numbers, from 1
+Lines = Iterator[tuple[int, str]]  # lines with their numbers, from 1
 
 STDIN = "-"
 GZIP = b"\x1f\x8b"  # the first bytes
+LIMIT = "ALIGNSCORES_MAX_MB"  # the variable of the environment that raises the bound
+MOST_MB = 256
+BYTES_OF_LINE = 64  # of the bound: a file may have as many lines as this makes of it
+BLOCK = 10_000  # lines that are read at a time
+LONGEST_LINE = 10_000  # characters of a line of numbers
 FORMAT_OF_COLUMNS = {8: "tum", 12: "kitti", 16: "kitti"}
 
 
@@ -48,6 +56,13 @@ class FileError(ValueError):
         super().__init__(f"{path}{place and ', '}{place}: {reason}")
 
 
+# What a file that cannot be read or scored may end in; others go on.
+FAILURES = ArithmeticError, MemoryError, OSError, RecursionError, ValueError
+
+
+_KEPT: ContextVar[dict[str, bytes]] = ContextVar("_KEPT")  # of `reading_once`
+
+
 @dataclass(frozen=True)
 class Source:
     """The file that an array was read from, and the place of each row in it."""
@@ -65,22 +80,73 @@ class Source:
             raise self.error(int(np.argmax(wrong)), reason)
 
 
-def read_bytes(path: FilePath) -> bytes:
-    """Return the content of a file, which may be compressed or stdin."""
+def most_bytes() -> int:
+    """Return how many bytes are read of a file, unpacked, before it is refused."""
+    given = os.environ.get(LIMIT) or str(MOST_MB)
+    if not (is_number(given, finite=True) and float(given) > 0):
+        raise ValueError(f"{LIMIT} must be a number of MB above 0, not {given[:40]!r}")
+    return int(float(given) * 10**6)
+
+
+def refuse_more(path: FilePath, number: int, most: int, unit: str = "bytes") -> None:
+    """Refuse a file that holds more than it may."""
+    if number > most:
+        raise FileError(path, f"has more than {most} {unit}; set {LIMIT} higher to read it")
+
+
+@contextmanager
+def reading_once() -> Iterator[None]:
+    """Let whoever reads a file again within this have the same content, whatever became of it."""
+    token = _KEPT.set(_KEPT.get({}))
     try:
-        data = sys.stdin.buffer.read() if str(path) == STDIN else Path(path).read_bytes()
-        compressed = data.startswith(GZIP) or str(path).endswith(".gz")
-        return gzip.decompress(data) if compressed else data
+        yield
+    finally:
+        _KEPT.reset(token)
+
+
+def read_bytes(path: FilePath, most: int | None = None) -> bytes:
+    """Return the content of a file, which may be compressed or stdin, if it is not too large."""
+    most, kept = most or most_bytes(), _KEPT.get(None)
+    data = kept.get(str(path)) if kept else None
+    if data is None:
+        data = _unpacked(path, most)
+    refuse_more(path, len(data), most)
+    if kept is not None:
+        kept[str(path)] = data
+    return data
+
+
+def _unpacked(path: FilePath, most: int) -> bytes:
+    """Return the content of a file; no more than `most` bytes and one."""
+    try:
+        if str(path) == STDIN:
+            if sys.stdin is None:
+                raise FileError(path, "standard input is closed")
+            data = sys.stdin.buffer.read(most + 1)
+        else:
+            with Path(path).open("rb") as file:
+                data = file.read(most + 1)
+        refuse_more(path, len(data), most)
+        if data.startswith(GZIP) or str(path).endswith(".gz"):
+            data = gzip.GzipFile(fileobj=BytesIO(data)).read(most + 1)
     except (EOFError, gzip.BadGzipFile, zlib.error) as error:
         raise FileError(path, f"is not a complete gzip file ({error})") from None
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror})") from None
+    return data
 
 
 def read_text(path: FilePath) -> str:
-    """Return the text of a file, which may be compressed or stdin."""
+    """Return the text of a file of JSON, which may be compressed or stdin.
+
+    Its bound is lower, since what it holds takes many times as much memory.
+    """
+    return _decoded(path, read_bytes(path, most_bytes() // 4))
+
+
+def _decoded(path: FilePath, data: bytes) -> str:
     try:
-        text = read_bytes(path).decode("utf-8-sig")
+        text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
         raise FileError(path, "is not text (UTF-8)", place=f"line {line}") from None
@@ -91,14 +157,19 @@ def read_text(path: FilePath) -> str:
 
 
 def numbered_lines(path: FilePath) -> Lines:
-    """Return the lines of a text file, whatever ends them, with their numbers."""
-    return list(enumerate(StringIO(read_text(path), newline=None), 1))
+    """Yield the lines of a text file, whatever ends them, with their numbers."""
+    data = read_bytes(path)
+    _decoded(path, data)  # at once: a decoder of blocks does not tell the line
+    yield from enumerate(TextIOWrapper(BytesIO(data), "utf-8-sig"), 1)
 
 
 def data_lines(path: FilePath) -> Lines:
-    """Return the stripped lines of a text file that are neither blank nor comments."""
-    stripped = [(number, line.strip()) for number, line in numbered_lines(path)]
-    return [(number, line) for number, line in stripped if line and line[0] != "#"]
+    """Yield the stripped lines of a text file that are neither blank nor comments."""
+    most = most_bytes() // BYTES_OF_LINE
+    for number, line in numbered_lines(path):
+        if (stripped := line.strip()) and stripped[0] != "#":
+            refuse_more(path, number, most, "lines")
+            yield number, stripped
 
 
 def read_numbers(
@@ -109,28 +180,53 @@ def read_numbers(
     `columns` names the columns for errors, `counts` has the numbers of columns that a file may
     have.
     """
-    if not lines:
+    blocks: list[Floats] = []
+    numbers: list[Indices] = []
+    while block := list(islice(lines, BLOCK)):
+        width = blocks[0].shape[1] if blocks else 0
+        blocks.append(_numbers(path, block, columns, counts, delimiter, width))
+        numbers.append(np.array([number for number, _ in block]))
+    if not blocks:
         raise FileError(path, "has no poses")
-    source = Source(path, lambda row: f"line {lines[row][0]}")
+    places = np.concatenate(numbers)
+    return np.concatenate(blocks), Source(path, lambda row: f"line {places[row]}")
+
+
+def _numbers(
+    path: FilePath,
+    block: Sequence[tuple[int, str]],
+    columns: str,
+    counts: Sequence[int],
+    delimiter: str | None,
+    width: int,
+) -> Floats:
+    """Return the numbers of some lines; `width` is that of those before, 0 of the first ones."""
+    for number, line in block:
+        if len(line) > LONGEST_LINE:
+            reason = f"has more than {LONGEST_LINE} characters"
+            raise FileError(path, reason, place=f"line {number}")
     with suppress(ValueError):
-        text = [line for _, line in lines]
+        text = [line for _, line in block]
         values = np.loadtxt(text, comments=None, delimiter=delimiter, ndmin=2)
-        if values.shape[1] in counts:
-            return values, source
+        if values.shape[1] in ([width] if width else counts):
+            return values
     # Line by line takes twice as long, but tells which line is malformed.
     rows: list[list[float]] = []
-    for row, (_, line) in enumerate(lines):
+    for number, line in block:
+        place = f"line {number}"
         fields = line.split(delimiter)
         if len(fields) not in counts:
-            raise source.error(row, _wrong_columns(fields, columns))
-        if rows and len(fields) != len(rows[0]):
-            raise source.error(row, f"has {len(fields)} columns, the first line {len(rows[0])}")
-        header = "; a header line begins with #" if row == 0 else ""
+            raise FileError(path, _wrong_columns(fields, columns), place=place)
+        header = "" if width else "; a header line begins with #"
+        width = width or len(fields)
+        if len(fields) != width:
+            reason = f"has {len(fields)} columns, the first line {width}"
+            raise FileError(path, reason, place=place)
         for field in fields:
             if not is_number(field):
-                raise source.error(row, f"{field[:40]!r} is not a number{header}")
+                raise FileError(path, f"{field[:40]!r} is not a number{header}", place=place)
         rows.append(list(map(float, fields)))
-    return np.array(rows), source
+    return np.array(rows)
 
 
 def is_number(field: str, *, finite: bool = False) -> bool:

@@ -35,8 +35,9 @@ def read_vslamlab(path: FilePath, *, complete: bool = False) -> Trajectory:
     (array([0.5]), array([1., 2., 3.]))
     """
     lines = data_lines(path)
-    if not lines or lines[0][1].replace('"', "") != HEADER:
+    _, header = next(lines, (0, ""))
+    if header.replace('"', "") != HEADER:
         raise FileError(path, f"must begin with {HEADER!r}, as files of VSLAM-LAB do")
-    values, source = read_numbers(path, lines[1:], HEADER, [8], ",")
+    values, source = read_numbers(path, lines, HEADER, [8], ",")
     stamps, poses = stamped_poses(values, source, complete=complete)
     return Trajectory(stamps / 1e9, poses)

@@ -2,6 +2,8 @@
 
 import pytest
 
+from alignscores.comparison.comparison import find_benchmark
+
 YAML = """\
 format: tum
 reference: "{sequence}/gt.txt"
@@ -50,3 +52,52 @@ def test_wrong_yaml(run, tmp_path, old, new, reason):
     assert (code, out, err.count("\n")) == (1, "", 1)
     assert "b.yaml" in err
     assert reason in err
+
+
+def test_hostile_files_are_a_line_that_names_file_and_key(tmp_path):
+    """Values of every kind in place of each: no traceback, no long message."""
+    values = "[a]", "{a: 1}", "~", "true", "1e7", "1.5", "-1", "[]", "[[1]]", "&a [x, *a]", "'\\0'"
+    values += "!!int x", "9" * 400, f"[{'x,' * 100_000}x]", "[" * 30_000, "x" * 10_000, "2024-01-01"
+    keys = "format", "reference", "estimate", "runs", "sequences", "systems"
+    inner = (
+        ("sequences", "name"),
+        ("sequences", "unit"),
+        ("sequences", "frames"),
+        ("systems", "runs"),
+    )
+    inner += ("systems", "est_format"), ("systems", "invert")
+    lines = ["format: tum", "reference: '{sequence}/gt.txt'", "estimate: '{sequence}/{system}.txt'"]
+    for value in values:
+        files = {
+            key: "\n".join(
+                [*(line for line in lines if not line.startswith(key)), f"{key}: {value}"]
+            )
+            for key in keys
+        }
+        files |= {
+            f"{kind}: s: {key}": "\n".join([*lines, f"{kind}: {{s: {{{key}: {value}}}}}"])
+            for kind, key in inner
+        }
+        for where, text in files.items():
+            (tmp_path / "b.yaml").write_text(text)
+            with pytest.raises(ValueError, match=r"b\.yaml: ") as caught:
+                find_benchmark(str(tmp_path / "b.yaml"), None, None, expect_all=False)
+            message = str(caught.value)
+            assert len(message) < 1000, (where, value[:40])
+            assert "\n" not in message
+
+
+@pytest.mark.parametrize("runs", ["10001", "1e5", "1.0e+7", "[[1], 2]", "true"])
+def test_numbers_of_runs_are_bounded(run, tmp_path, runs):
+    (tmp_path / "b.yaml").write_text(YAML.replace("runs: 3", f"runs: {runs}"))
+    code, _, err = run("b.yaml")
+    assert code == 1
+    assert "b.yaml: runs must be a positive whole number or a list of names, at most 10000" in err
+
+
+def test_many_missing_runs_are_told_in_a_few_lines(patterns, run, tmp_path):
+    (tmp_path / "b.yaml").write_text(YAML.replace("runs: 4", "runs: 300"))
+    code, _, err = run("b.yaml")
+    assert code == 1
+    assert "more of these; --json has all" in err
+    assert err.count("\n") < 70

@@ -1,0 +1,108 @@
+"""Names of files that hold terminal escapes, formulas and ends of lines."""
+
+import csv
+import io
+import shutil
+
+import pandas as pd
+import pytest
+
+SYSTEMS = {  # names of folders, and how they are written to CSV
+    "=1+cmd": "'=1+cmd",
+    "+1": "'+1",
+    "-1": "'-1",
+    "@SUM(A1)": "'@SUM(A1)",
+    "a\rb": "a\\rb",
+    "\t=1": "\\t=1",
+    "\x1b[2Jx": "\\x1b[2Jx",
+    "\x9b2J": "\\x9b2J",
+    'a=b, "c"': 'a=b, "c"',
+    "grün": "grün",
+}
+
+
+def is_plain(text):
+    return text.replace("\n", "").isprintable()
+
+
+@pytest.fixture
+def hostile(run_compare, examples, tmp_path):
+    """Patterns of a comparison in which everything has such a name."""
+    for system in SYSTEMS:
+        folder = tmp_path / "s\x1b]0;t\x07" / system
+        folder.mkdir(parents=True)
+        shutil.copy(examples / "tum/estimate.txt", folder / "1\x1b[1m.txt")
+    (folder / "1\x1b[1m.txt").write_text("\x1b[2J")  # cannot be read
+    shutil.copy(examples / "tum/reference.txt", folder.parent / "gt.txt")
+    return "tum", "{sequence}/gt.txt", "{sequence}/{system}/{run}.txt"
+
+
+@pytest.mark.parametrize("show", [[], ["--csv"], ["--json"], ["--markdown"], ["--latex"]])
+def test_no_escape_reaches_the_terminal(run_compare, hostile, show):
+    code, out, err = run_compare(*hostile, "--jobs", 1, *show)
+    assert code == 1  # of the file that cannot be read
+    assert is_plain(out)
+    assert is_plain(err)
+
+
+def test_a_spreadsheet_and_pandas_read_the_names(run_compare, hostile):
+    out = run_compare(*hostile, "--jobs", 1, "--csv")[1]
+    rows = list(csv.DictReader(io.StringIO(out)))
+    table = pd.read_csv(io.StringIO(out))
+    for names in ({row["system"] for row in rows}, set(table["system"])):
+        assert names == set(SYSTEMS.values())
+    assert table["TAS"].dtype == float
+
+
+def test_numbers_below_zero_stay_numbers(run, examples, tmp_path):
+    names = ["=a.txt", "-b.txt"]
+    for name in names:
+        shutil.copy(examples / "tum/estimate.txt", tmp_path / name)
+    path = tmp_path / "m.csv"
+    code, _, _ = run(
+        "tum",
+        "tum/reference.txt",
+        *(tmp_path / name for name in names),
+        "--save_metrics",
+        path,
+        "--save_errors",
+        tmp_path / "e.csv",
+    )
+    assert code == 0
+    for saved in (path, tmp_path / "e.csv"):
+        assert set(pd.read_csv(saved)["estimate"]) == {"'=a.txt", "'-b.txt"}
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["tum", "a", "b", "--\x1b[2J"],
+        ["\x1b[2J"],
+        ["tum", "\x1b[2J", "b"],
+        ["tum", "a", "b", "--unit", "\x1b[2J"],
+        ["tum", "a", "b", "--save_plot", "\x1b[2J/x.png"],
+        ["compare", "tum", "{\x1b[2J}", "b"],
+        ["compare", "\x1b[2J.yaml"],
+        ["compare", "tum", "a", "b", "--metrics", "\x1b[2J"],
+    ],
+)
+def test_no_escape_of_an_argument_reaches_the_terminal(run, arguments):
+    code, out, err = run(*arguments)
+    assert (code in (1, 2), out) == (True, "")
+    assert is_plain(err)
+
+
+def test_no_escape_of_a_file_reaches_the_terminal(run_compare, tmp_path):
+    text = 'format: tum\nreference: "{sequence}"\nestimate: "{system}"\n"\\e[2J": 1\n'
+    (tmp_path / "b.yaml").write_text(text)
+    _, _, err = run_compare("b.yaml")
+    assert "unknown key" in err
+    assert is_plain(err)
+
+
+def test_no_escape_of_a_part_reaches_the_terminal(run, examples, tmp_path):
+    for name in ("0", "1\x1b[2J"):
+        shutil.copytree(examples / "colmap/estimate", tmp_path / "sparse" / name)
+    _, out, err = run("colmap", "colmap/reference", tmp_path / "sparse")
+    assert is_plain(out)
+    assert is_plain(err)

@@ -1,0 +1,96 @@
+"""Closed streams, no home, and an interruption at any moment: one line and the right exit code."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+COMMAND = sys.executable, "-m", "alignscores"
+TUM = "tum tum/reference.txt tum/estimate.txt"
+COMPARE = "compare tum tum/reference.txt tum/{system}.txt --jobs 1 --no_cache"
+
+
+@pytest.fixture
+def shell(examples):
+    """(arguments, redirections) -> the command under a shell, in the folder of the examples."""
+
+    def shell(arguments, redirections):
+        line = f'"$@" {redirections}'
+        return subprocess.run(
+            ["bash", "-c", line, "bash", *COMMAND, *arguments.split()],
+            cwd=examples,
+            capture_output=True,
+            text=True,
+            timeout=100,
+        )
+
+    return shell
+
+
+@pytest.mark.parametrize(
+    "arguments", [TUM, f"{TUM} --json", COMPARE, f"{COMPARE} --json", "--help"]
+)
+def test_stdout_is_closed(shell, arguments):
+    done = shell(arguments, ">&-")
+    assert done.returncode == 1
+    assert done.stderr == (
+        "alignscores: error: standard output is closed, and nothing could be printed; "
+        "give > /dev/null\n"
+    )
+
+
+@pytest.mark.parametrize("arguments", [TUM, COMPARE])
+def test_stdout_is_full(shell, arguments):
+    done = shell(arguments, ">/dev/full")
+    assert done.returncode != 0
+    assert "No space left on device" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("arguments", [TUM, COMPARE])
+def test_stderr_is_closed(shell, arguments):
+    """What is said there does not stand in the JSON instead."""
+    done = shell(f"{arguments} --json", "2>&-")
+    assert done.returncode == 0
+    assert len(json.loads(done.stdout)["results"]) == 1
+    assert shell("tum none none", "2>&-").returncode == 1
+
+
+def test_stdin_is_closed(shell):
+    done = shell("tum tum/reference.txt -", "<&-")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == "alignscores: error: -: standard input is closed\n"
+    assert shell(TUM, "<&-").returncode == 0
+    assert shell(COMPARE, "<&-").returncode == 0
+
+
+def test_there_is_no_home(process):
+    """Nor an entry of the user among the passwords, as in containers."""
+    no_home = "import os, pwd; del os.environ['HOME']; pwd.getpwuid = {}.__getitem__"
+    arguments = COMPARE.replace(" --no_cache", "").split()
+    done = process(*arguments, before=no_home, XDG_CACHE_HOME="")
+    assert done.returncode == 0
+    assert "estimate" in done.stdout
+    assert done.stderr.count("note: results are not kept, since ~/.cache/alignscores is not") == 1
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_an_interruption_at_any_moment(examples, jobs):
+    """From the interpreter's start, where the signal itself ends it, to the end of the work."""
+    arguments = COMPARE.replace("--jobs 1", f"--jobs {jobs}").split()
+    for moment in range(6):
+        running = subprocess.Popen(
+            [*COMMAND, *arguments],
+            cwd=examples,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        time.sleep(0.25 * moment)
+        running.send_signal(signal.SIGINT)
+        _, err = running.communicate(timeout=100)
+        assert running.returncode in (0, 130, -signal.SIGINT)
+        assert "Traceback" not in err or running.returncode == -signal.SIGINT

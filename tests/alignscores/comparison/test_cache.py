@@ -1,0 +1,215 @@
+"""Results that are kept: by what was read, in a folder of one's own; all else is a miss."""
+
+import json
+import shutil
+from dataclasses import replace
+from io import BytesIO
+
+import numpy as np
+import pytest
+
+from alignscores import Settings
+from alignscores.comparison import cache, runs
+from alignscores.comparison.cache import load, make, store
+from alignscores.comparison.runs import Task, evaluate_run, step_of_run
+
+NAME = "a" * 64 + ".npz"
+
+
+@pytest.fixture
+def task(examples, tmp_path):
+    """A run that is scored with a cache; the files are copies."""
+    for name in ("reference", "estimate"):
+        shutil.copy(examples / f"tum/{name}.txt", tmp_path / f"{name}.txt")
+    paths = (str(tmp_path / f"{name}.txt") for name in ("reference", "estimate"))
+    assert make(tmp_path / "cache") == ""
+    return Task(*paths, Settings(format="tum"), tmp_path / "cache")
+
+
+@pytest.fixture
+def scored(monkeypatch):
+    """How often something was scored, as the length of a list."""
+    calls, score = [], runs.score
+
+    def noted(*arguments, **options):
+        calls.append(arguments)
+        return score(*arguments, **options)
+
+    monkeypatch.setattr(runs, "score", noted)
+    return calls
+
+
+def values(outcome):
+    return json.dumps({**outcome.scores, "error": outcome.error, "rows": outcome.rows.tolist()})
+
+
+def test_a_file_that_changes_while_it_is_read_is_stored_as_it_was_read(task, tmp_path, monkeypatch):
+    file = tmp_path / "estimate.txt"
+    before, other = file.read_text(), (tmp_path / "reference.txt").read_text()
+    truth = dict.fromkeys((before, other))
+    for text in truth:
+        file.write_text(text)
+        truth[text] = values(evaluate_run(replace(task, cache=None)))
+    file.write_text(before)
+    hashed = runs._content_hash
+
+    def changed_after(path, form):
+        content = hashed(path, form)
+        if path == str(file):
+            file.write_text(other)
+        return content
+
+    with monkeypatch.context() as patch:
+        patch.setattr(runs, "_content_hash", changed_after)
+        assert values(evaluate_run(task)) == truth[before]
+    for text in (other, before, other):
+        file.write_text(text)
+        assert values(evaluate_run(task)) == truth[text]
+
+
+def test_a_reference_that_changes_is_read_anew(task, tmp_path):
+    first = values(evaluate_run(task))
+    shutil.copy(tmp_path / "estimate.txt", tmp_path / "reference.txt")
+    second = values(evaluate_run(task))
+    assert second != first
+    assert values(evaluate_run(replace(task, cache=None))) == second
+
+
+def test_a_model_that_changes_while_it_is_read_is_not_stored(examples, tmp_path, monkeypatch):
+    model = shutil.copytree(examples / "colmap/estimate", tmp_path / "model")
+    (tmp_path / "cache").mkdir()
+    reference = str(examples / "colmap/reference")
+    task = Task(reference, str(model), Settings(format="colmap"), tmp_path / "cache")
+    score = runs.score
+
+    def changing(*arguments, **options):
+        found = score(*arguments, **options)
+        (model / "images.txt").write_text((model / "images.txt").read_text() + "\n")
+        return found
+
+    monkeypatch.setattr(runs, "score", changing)
+    evaluate_run(task)
+    assert list((tmp_path / "cache").iterdir()) == []
+
+
+def damaged(content):
+    """Yield what may become of an entry on a disk, or by somebody's hand."""
+    yield b""
+    yield b"\0" * len(content)
+    yield content + b"\0"
+    yield content[32:]
+    for size in range(1, len(content), len(content) // 20):
+        yield content[:size]
+    for place in range(0, len(content), len(content) // 60):
+        yield content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :]
+
+
+def test_damaged_entries_are_misses(task, scored):
+    truth = values(evaluate_run(task))
+    (file,) = task.cache.iterdir()
+    content = file.read_bytes()
+    for number, wrong in enumerate(damaged(content), 2):
+        file.write_bytes(wrong)
+        assert values(evaluate_run(task)) == truth
+        assert len(scored) == number
+    assert file.read_bytes() == content
+    assert values(evaluate_run(task)) == truth
+    assert len(scored) == number
+
+
+def test_an_entry_of_another_run_is_a_miss(task, scored):
+    truth = values(evaluate_run(task))
+    (file,) = task.cache.iterdir()
+    other = replace(task, settings=replace(task.settings, weight=0.3))
+    evaluate_run(other)
+    (theirs,) = (path for path in task.cache.iterdir() if path != file)
+    theirs.replace(file)
+    assert values(evaluate_run(task)) == truth
+    assert len(scored) == 3
+
+
+WRONG = {
+    "n": [-1, 1.5, True, None, "1", [1], 10**400, 39],
+    "n_rows": [0, 3, None],
+    "failures": [-1, "x"],
+    "unit": [None, "x", [1.0], 10**400],
+    "scores": [{}, [], None, {"TAS": 1.0}],
+    "notes": [None, [1], 5],
+    "path": [None, 1],
+    "more": [1],
+    "rows": [np.arange(40.0), np.arange(39), np.arange(40)[::-1], np.arange(40) + 10**9],
+    "statuses": [np.full(40, 200, np.uint8), np.zeros(40)],
+    "positions": [np.zeros((40, 2)), np.zeros(40), np.array("x")],
+    "position_errors": [np.zeros(40, complex), np.zeros((40, 1))],
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_entries_of_wrong_types_are_misses(task, scored, name):
+    """Also where somebody wrote them with the right digest."""
+    truth = values(evaluate_run(task))
+    (file,) = task.cache.iterdir()
+    with np.load(BytesIO(load(file))) as archive:
+        stored = dict(archive)
+    described = json.loads(str(stored.pop("described")))
+    for number, value in enumerate(WRONG[name], 2):
+        entries, about = dict(stored), dict(described)
+        (entries if isinstance(value, np.ndarray) else about)[name] = value
+        buffer = BytesIO()
+        np.savez(buffer, described=np.array(json.dumps(about)), **entries)
+        store(file, buffer.getvalue())
+        assert values(evaluate_run(task)) == truth
+        assert len(scored) == number, value
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"x", b"[]", b"-1.0", b"0.0", b"true", b"Infinity", b'"x"', b"[" * 10**5]
+)
+def test_wrong_steps_are_misses(task, content):
+    step = step_of_run(task)
+    assert step == pytest.approx(0.1)
+    (file,) = task.cache.iterdir()
+    store(file, content)
+    assert step_of_run(task) == step
+
+
+def test_what_is_no_file_is_a_miss(tmp_path):
+    (tmp_path / NAME).mkdir()
+    assert load(tmp_path / NAME) is None
+    assert load(tmp_path / "none") is None
+
+
+def test_a_result_that_cannot_be_written_stops_nothing(task, monkeypatch):
+    truth = values(evaluate_run(replace(task, cache=None)))
+
+    def full(path, content):
+        raise ValueError("cannot be written (No space left on device)")
+
+    monkeypatch.setattr(cache, "write_whole", full)
+    assert values(evaluate_run(task)) == truth
+    assert step_of_run(task) == pytest.approx(0.1)
+    assert list(task.cache.iterdir()) == []
+
+
+def test_the_folder_is_its_owner_s_alone(tmp_path):
+    folder = tmp_path / "a/b"
+    assert make(folder) == ""
+    assert folder.stat().st_mode & 0o777 == 0o700
+    folder.chmod(0o770)
+    assert make(folder) == "may be written to by others"
+    assert make(folder, private=True) == ""
+    assert folder.stat().st_mode & 0o777 == 0o700
+    (tmp_path / "file").write_text("")
+    assert make(tmp_path / "file") == "is not writable"
+
+
+def test_a_folder_that_others_write_to_is_not_used(run_compare, examples, tmp_path):
+    folder, tum = tmp_path / "kept", examples / "tum"
+    folder.mkdir()
+    folder.chmod(0o777)
+    files = "tum", tum / "reference.txt", tum / "{system}.txt", "--jobs", 1, "--cache", folder
+    code, out, err = run_compare(*files)
+    assert code == 0
+    assert out
+    assert f"results are not kept, since {folder} may be written to by others" in err
+    assert list(folder.iterdir()) == []

@@ -1,0 +1,126 @@
+"""Files that would fill the memory, and numbers that no double holds."""
+
+import gzip
+import io
+import json
+
+import numpy as np
+import pytest
+
+from alignscores.trajectories.files import (
+    FileError,
+    read_arrays,
+    read_kitti,
+    read_nerf,
+    read_stamps,
+    read_tum,
+)
+from alignscores.trajectories.files.text import BLOCK
+from alignscores.trajectories.recognition import recognise
+
+LINE = b"%d 1 2 3 0 0 0 1\n"
+MATRIX = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """The bound at 1 MB."""
+    monkeypatch.setenv("ALIGNSCORES_MAX_MB", "1")
+
+
+def transforms(number):
+    frame = {"file_path": "a.png", "transform_matrix": MATRIX}
+    return json.dumps({"frames": [frame]}).replace("[1,", f"[{number},").encode()
+
+
+def packed(**arrays):
+    file = io.BytesIO()
+    np.savez_compressed(file, **arrays)
+    return file.getvalue()
+
+
+def header(shape):
+    file = io.BytesIO()
+    np.lib.format.write_array_header_1_0(
+        file, {"descr": "<f8", "fortran_order": False, "shape": shape}
+    )
+    return file.getvalue()
+
+
+LARGE = "has more than 1000000 bytes; set ALIGNSCORES_MAX_MB higher"
+NO_ARRAYS = "is not a file of arrays"
+
+
+@pytest.mark.parametrize(
+    ("read", "content", "reason"),
+    [
+        (read_tum, LINE * 100_000, LARGE),
+        (read_tum, gzip.compress(LINE * 100_000), LARGE),
+        (read_tum, gzip.compress(gzip.compress(b"0" * 10**8)), "is not text"),
+        (read_tum, b"#\n" * 20_000 + LINE, "has more than 15625 lines; set ALIGNSCORES_MAX_MB"),
+        (read_tum, b"1 " * 10_000, "line 1: has more than 10000 characters"),
+        (read_kitti, LINE % 0 + b"1 " * 10_000, "line 2: has more than 10000 characters"),
+        (read_stamps, b"1\n" * 20_000, "has more than 15625 lines"),
+        (recognise, b"1 1\n" * 300_000, LARGE),
+        (read_nerf, b"[" * 300_000, "has more than 250000 bytes"),
+        (read_nerf, b"[" * 200_000, "nested too deeply"),
+        (read_nerf, transforms("1" + "0" * 400), r"frames\[0\]: needs a file_path"),
+        (read_nerf, transforms("1" + "0" * 5000), "is not JSON with numbers that a double holds"),
+        (read_arrays, packed(a=np.zeros((10**6, 3, 4))), "has more than 1000000 bytes"),
+        (read_arrays, header((10**14, 4, 4)) + bytes(64), NO_ARRAYS),
+        (read_arrays, header((10**30, 4, 4)) + bytes(64), NO_ARRAYS),
+        (read_arrays, header((2, 4, 4)).replace(b"(2,", b"((("), NO_ARRAYS),
+        (read_arrays, packed(a=np.zeros((2, 4, 4)))[:-30], NO_ARRAYS),
+    ],
+)
+def test_hostile_files_are_refused(small, tmp_path, read, content, reason):
+    path = tmp_path / "x"
+    path.write_bytes(content)
+    try:
+        with pytest.raises(FileError, match=reason) as caught:
+            read(str(path))
+        assert len(str(caught.value)) < 300
+    except MemoryError:  # which whoever scores makes a line of
+        assert b"10000000000" in content
+
+
+def test_what_has_no_end_is_refused(small):
+    with pytest.raises(FileError, match=LARGE):
+        read_tum("/dev/zero")
+
+
+def test_the_bound_can_be_raised(tmp_path, monkeypatch):
+    path = tmp_path / "x.txt"
+    path.write_bytes(b"".join(LINE % n for n in range(60_000)))
+    monkeypatch.setenv("ALIGNSCORES_MAX_MB", "1")
+    with pytest.raises(FileError, match="ALIGNSCORES_MAX_MB higher"):
+        read_tum(path)
+    monkeypatch.setenv("ALIGNSCORES_MAX_MB", "4.5")
+    assert len(read_tum(path).keys) == 60_000
+    for wrong in ("0", "-1", "x", "nan", "inf"):
+        monkeypatch.setenv("ALIGNSCORES_MAX_MB", wrong)
+        with pytest.raises(ValueError, match="ALIGNSCORES_MAX_MB must be a number of MB above 0"):
+            read_tum(path)
+
+
+@pytest.mark.parametrize("n", [1, BLOCK - 1, BLOCK, BLOCK + 1, 2 * BLOCK + 3])
+def test_blocks_do_not_matter(tmp_path, n):
+    stamps = np.arange(n) / 8
+    path = tmp_path / "x.txt"
+    path.write_text(
+        "# one\n\n" + "".join(f"{stamp!r} 1 2 3 0 0 0 1\r\n" for stamp in stamps.tolist())
+    )
+    np.testing.assert_array_equal(read_tum(path).keys, stamps)
+    for wrong, reason in (("x 1 2 3 0 0 0 1", "'x' is not a number"), ("1 2", "has 2 columns")):
+        text = path.read_text()
+        (tmp_path / "y.txt").write_text(f"{text}\n{wrong}\n")
+        with pytest.raises(FileError, match=f"line {n + 4}: {reason}"):
+            read_tum(tmp_path / "y.txt")
+
+
+def test_blocks_have_one_number_of_columns(tmp_path):
+    path = tmp_path / "x.txt"
+    row = "1 0 0 0 0 1 0 0 0 0 1 0"
+    path.write_text(f"{row}\n" * BLOCK + f"{row} 0 0 0 1\n")
+    with pytest.raises(FileError, match=f"line {BLOCK + 1}: has 16 columns, the first line 12"):
+        read_kitti(path)
