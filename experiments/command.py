@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from alignscores.evaluation.names import brief, printable
+from alignscores.texts import brief, printable
 
 __all__ = ["CommandError", "ConfigError", "problems", "run_command"]
 

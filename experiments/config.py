@@ -19,8 +19,8 @@ from pydantic import (
 )
 from pydantic.dataclasses import dataclass
 
-from alignscores.evaluation.names import brief
-from alignscores.trajectories.yaml_files import load_yaml
+from alignscores.texts import brief
+from alignscores.yaml_files import load_yaml
 
 from .command import ConfigError, problems
 from .metrics import Column

@@ -12,12 +12,12 @@ from typing import NoReturn
 
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.matching import read_reference, step_of_frames
-from ..evaluation.names import printable, unique_names
 from ..evaluation.notes import collected_warnings, why
 from ..evaluation.ranking import in_rank_order, ranking_notes
 from ..evaluation.scoring import score
 from ..evaluation.settings import options
 from ..similarity import UP
+from ..texts import printable, unique_names
 from ..trajectories.extras import require
 from ..trajectories.files import FAILURES, STDIN, FileError, read_stamps
 from ..trajectories.formats import FORMATS, Format

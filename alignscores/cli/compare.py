@@ -16,10 +16,10 @@ from ..comparison.cache import clear, make
 from ..comparison.comparison import Comparison, compare_runs, find_benchmark, settings_of_run
 from ..comparison.runs import COLUMNS
 from ..comparison.tables import as_csv, as_latex, as_markdown, as_text, footnotes
-from ..evaluation.names import printable
 from ..evaluation.settings import Option, Settings, order_problem
 from ..metrics import metric
 from ..pages.comparison import page
+from ..texts import printable
 from ..trajectories.formats import FORMATS
 from ..writing import write_whole
 from .inputs import refuse_to_replace

@@ -4,10 +4,10 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..evaluation.names import WIDTH, padded, text_width
 from ..evaluation.settings import Settings, options, order_problem
 from ..metrics import FAMILIES, metric
 from ..protocols import split_names
+from ..texts import WIDTH, padded, text_width
 from ..trajectories.formats import Format
 from .table import shortened
 

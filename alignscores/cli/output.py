@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..evaluation.evaluation import Evaluation
-from ..evaluation.names import WIDTH, printable
 from ..evaluation.notes import MUCH_LOST, scale_note
 from ..evaluation.ranking import are_ranked, ranks
 from ..evaluation.settings import Settings
+from ..texts import WIDTH, printable
 from ..version import __version__
 from .metrics import metric_table
 from .table import table

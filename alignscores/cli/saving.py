@@ -11,9 +11,9 @@ import numpy as np
 import scipy
 
 from ..evaluation.evaluation import STATUSES, Evaluation, finite_or_none
-from ..evaluation.names import csv_text, numbered, printable, unique_names
 from ..metrics import SCORES
 from ..pages.trajectories import page
+from ..texts import csv_text, numbered, printable, unique_names
 from ..trajectories.extras import require
 from ..validation import finite_rows
 from ..writing import write_whole

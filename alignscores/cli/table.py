@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..evaluation.names import WIDTH, padded, text_width
 from ..evaluation.notes import MUCH_LOST
 from ..evaluation.settings import Settings
+from ..texts import WIDTH, padded, text_width
 
 __all__ = ["shortened", "table"]
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..evaluation.evaluation import finite_or_none
-from ..evaluation.names import padded, printable, text_width
 from ..evaluation.settings import Settings
 from ..metrics import metric
+from ..texts import padded, printable, text_width
 from ..trajectories.files import FileError
 from ..trajectories.files.text import read_text
 from .benchmark import Run

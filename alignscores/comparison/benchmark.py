@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from ..evaluation.names import brief, first_few
 from ..evaluation.settings import Settings
+from ..texts import brief, first_few
 from ..trajectories.extras import require
 from ..trajectories.formats import FORMATS
 from .patterns import Pattern
@@ -207,7 +207,7 @@ def _expected_names(
 def read_yaml(path: str, *, expect_all: bool = False) -> Benchmark:
     """Read a benchmark that is described in a YAML file; paths in it are relative to its folder."""
     require("yaml", "yaml")
-    from ..trajectories.yaml_files import load_yaml  # needs PyYAML
+    from ..yaml_files import load_yaml  # needs PyYAML
 
     try:
         content = load_yaml(path)

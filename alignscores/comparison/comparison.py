@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ..evaluation.evaluation import finite_or_none
-from ..evaluation.names import first_few, printable
 from ..evaluation.notes import collected_warnings, why
 from ..evaluation.settings import Settings
+from ..texts import first_few, printable
 from ..trajectories.extras import require
 from ..trajectories.files import FAILURES, read_stamps
 from ..trajectories.formats import FORMATS

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from ..evaluation.names import WIDTH, csv_text, padded, text_width
 from ..evaluation.notes import scale_note
 from ..evaluation.settings import Settings
 from ..metrics import metric
+from ..texts import WIDTH, csv_text, padded, text_width
 from .answers import QUESTIONS
 from .intervals import MOST_NEEDED, error_of_pair, largest_scatter
 from .summary import Summary

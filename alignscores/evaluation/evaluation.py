@@ -16,12 +16,12 @@ from ..metrics import metric
 from ..pose import PASResult
 from ..profile import DEGREES, ScoreProfile, extent_units, searched_profile
 from ..similarity import Similarity
+from ..texts import printable
 from ..trajectories.association import Matches
 from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
 from ..trajectories.parts import errors_of_parts
 from ..validation import finite_rows
-from .names import printable
 from .settings import Settings
 
 __all__ = ["LOST", "STATUSES", "Evaluation", "Part", "Profiles"]

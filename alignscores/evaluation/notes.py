@@ -10,13 +10,13 @@ import numpy as np
 from ..arrays import Floats
 from ..averaging import rotation_angles
 from ..pose import PASResult
+from ..texts import printable
 from ..trajectories.association import Matches, unit_hint
 from ..trajectories.conventions import Convention, describe_rotation, seem_swapped
 from ..trajectories.files import Trajectory, TrajectoryWarning
 from ..trajectories.timing import find_offset
 from ..validation import AlignmentWarning
 from .evaluation import Part
-from .names import printable
 from .settings import Settings
 
 __all__ = [

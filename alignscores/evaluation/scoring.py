@@ -15,6 +15,7 @@ from ..metrics import LEVELS, SCORES, metric
 from ..pose import PASResult, pas
 from ..registration import Registration, pcr99
 from ..similarity import Similarity, least_squares_rmse
+from ..texts import unique_names
 from ..trajectories.association import Matches
 from ..trajectories.conventions import Convention, find_convention, rotate_cameras
 from ..trajectories.files import FilePath, Trajectory, read_colmap
@@ -33,7 +34,6 @@ from ..translation import closest_pair_quartile, tas
 from ..validation import AlignmentWarning, finite_rows
 from .evaluation import Evaluation, Part, rotation_profile
 from .matching import match_estimate, read_parts, read_reference
-from .names import unique_names
 from .notes import (
     alignment_notes,
     collected_warnings,

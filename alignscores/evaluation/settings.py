@@ -14,10 +14,10 @@ from ..metrics import metric
 from ..protocols import split_names
 from ..registration import REGISTRATIONS
 from ..similarity import ALIGNMENTS, UP
+from ..texts import brief, printable
 from ..trajectories.association import MISSING, SYNCS
 from ..trajectories.files import FilePath
 from ..trajectories.formats import FORMATS, Format
-from .names import brief, printable
 
 __all__ = ["Option", "Settings", "options", "order_problem"]
 

@@ -8,9 +8,9 @@ from ..comparison.comparison import Comparison, settings_of_run
 from ..comparison.runs import Outcome, reference_of
 from ..comparison.summary import Summary
 from ..comparison.tables import Names
-from ..evaluation.names import printable
 from ..evaluation.notes import collected_warnings
 from ..metrics import metric
+from ..texts import printable
 from .trajectories import Estimate, page_data
 
 __all__ = ["sequences_data"]

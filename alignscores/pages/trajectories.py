@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from ..arrays import Floats, Indices
 from ..evaluation.evaluation import LOST, STATUSES, Evaluation
-from ..evaluation.names import printable
 from ..evaluation.settings import Settings
 from ..explorer import source
 from ..explorer.document import document
+from ..texts import printable
 from ..trajectories.files import Trajectory
 from ..translation import closest_pair_distances
 from ..version import __version__

@@ -2,8 +2,8 @@
 
 import pytest
 
-from alignscores.evaluation.names import brief, first_few
-from alignscores.trajectories.yaml_files import load_yaml
+from alignscores.texts import brief, first_few
+from alignscores.yaml_files import load_yaml
 
 BOMB = "a0: &a0 [x,x,x,x,x,x,x,x,x]\n" + "".join(
     f"a{n}: &a{n} [{','.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 9)

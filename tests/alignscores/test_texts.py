@@ -8,7 +8,7 @@ from io import BytesIO, TextIOWrapper
 
 import pytest
 
-from alignscores.evaluation.names import unique_names
+from alignscores.texts import unique_names
 
 NAMES = os.fsdecode(b"n\xff\xe9.txt"), "gr\u00fc\u00df.txt", "a\n\x1b[2J.txt", "a$\\bad$.txt"
 
