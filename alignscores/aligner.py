@@ -128,14 +128,14 @@ class Aligner:
             gt_positions, est_positions = gt_positions[estimated], est_positions[estimated]
         counts = sizes(starts)
         if self._alignment == "none":  # divided so that squares neither overflow nor vanish
-            units = gt.units.repeat(counts)[:, None]
+            units = _each(gt.units, counts)[:, None]
             est = Normalised(est_positions / units, gt.centres, gt.units)
             return starts, Normalised(gt_positions / units, gt.centres, gt.units), est
         if gt_positions is not self.gt:
             gt = normalise_scenes(gt_positions, starts)
         est = normalise_scenes(est_positions, starts)
         if self._alignment != "similarity":
-            ratios = (est.units / gt.units).repeat(counts)[:, None]
+            ratios = _each(est.units / gt.units, counts)[:, None]
             est = Normalised(est.local * ratios, est.centres, gt.units)
         return starts, gt, est
 
@@ -233,24 +233,31 @@ def _errors(
 ) -> Floats:
     """Return the position errors of normalised cameras, as `Similarity.position_errors`."""
     counts = sizes(starts)
-    scale, rotations, translation = rows[:, 0], rows[:, 1:10].reshape(-1, 3, 3), rows[:, 10:]
+    rotations = rows[:, 1:10].reshape(-1, 3, 3)
     with np.errstate(over="ignore", invalid="ignore"):  # beyond the largest number: infinitely far
-        residuals = (est.local - translation.repeat(counts, axis=0)) / scale.repeat(counts)[:, None]
+        residuals = est.local - _each(rows[:, 10:], counts)
+        residuals /= _each(rows[:, :1], counts)
         for scene in np.flatnonzero(found).tolist():  # each by itself, for the same bits
             cameras = slice(*starts[scene : scene + 2])
             residuals[cameras] -= gt.local[cameras] @ rotations[scene].T
         residuals *= residuals
-        errors: Floats = gt.units.repeat(counts) * np.sqrt(residuals.sum(axis=1))
+        errors: Floats = _each(gt.units, counts) * np.sqrt(residuals.sum(axis=1))
     errors[~found.repeat(counts)] = np.inf
     return errors
 
 
+def _each(values: Floats, counts: Indices) -> Floats:
+    """Repeat what scenes have for each of their cameras; of one scene NumPy does it by itself."""
+    return values if len(values) == 1 else values.repeat(counts, axis=0)
+
+
 def _between_worlds(rows: Floats, gt: Normalised, est: Normalised) -> Floats:
     """Return alignments of normalised positions as those of the positions themselves."""
-    scale = rows[:, 0] * est.units / gt.units
+    between = rows.copy()
+    between[:, 0] = scale = rows[:, 0] * est.units / gt.units
     turned = (scale[:, None, None] * rows[:, 1:10].reshape(-1, 3, 3)) @ gt.centres[:, :, None]
-    translation = est.centres + est.units[:, None] * rows[:, 10:] - turned[:, :, 0]
-    return np.column_stack([scale, rows[:, 1:10], translation])
+    between[:, 10:] = est.centres + est.units[:, None] * rows[:, 10:] - turned[:, :, 0]
+    return between
 
 
 def one_scene(gt_positions: ArrayLike, est_positions: ArrayLike) -> tuple[Floats, Floats, Indices]:

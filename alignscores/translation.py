@@ -281,7 +281,9 @@ def quartiles(normalised_gt: Normalised, starts: Indices) -> Floats:
     local, _, units = normalised_gt
     found = kernel.closest_pair_quartiles(local, units, starts, MAX_WITHOUT_TREE)
     counts = sizes(starts)
-    for scene in np.flatnonzero(np.isnan(found) & (counts >= 4)).tolist():
+    for scene in np.flatnonzero(np.isnan(found)).tolist():
+        if counts[scene] < 4:
+            continue
         rows = slice(*starts[scene : scene + 2])
         rank = (3 * counts[scene] + 3) // 4
         distances = _closest_pair_distances(local[rows], float(units[scene]))

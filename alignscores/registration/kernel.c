@@ -108,7 +108,9 @@ static inline int alike(double a, double b, double factor)
 }
 
 /* The squared ratios of all pairs; those that are of no use are not a number. */
-static void tabulate(const double *gt, const double *est, size_t n, double *ratios)
+EVERY_WIDTH
+static void tabulate(const double *restrict gt, const double *restrict est, size_t n,
+                     double *restrict ratios)
 {
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < n; j++) {
@@ -860,13 +862,16 @@ void closest_pair_quartiles(size_t n_scenes, const size_t *starts, const double 
         const vector *positions = (const vector *)normalised + starts[s];
         for (size_t i = 0; i < n; i++) {
             double least = INFINITY;
-            for (size_t j = 0; j < n; j++) {
+            for (size_t j = 0; j < i; j++) {
                 vector difference = minus(positions[i], positions[j]);
-                double square = i == j ? INFINITY : dot(difference, difference);
+                double square = dot(difference, difference);
                 least = square < least ? square : least;
+                values[j] = square < values[j] ? square : values[j];
             }
-            values[i] = units[s] * sqrt(least);
+            values[i] = least;
         }
+        for (size_t i = 0; i < n; i++)
+            values[i] = units[s] * sqrt(values[i]);
         quartiles[s] = nth_smallest(values, n, (3 * n + 3) / 4 - 1);
     }
 }
