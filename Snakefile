@@ -43,6 +43,7 @@ rule today: # the former name of protocols
 
 
 onstart:
+    keep_others_out()
     if LIBRARY is None:
         print(NOT_COMPILED, file=sys.stderr)
 

@@ -6,6 +6,7 @@ import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
@@ -20,7 +21,7 @@ from .config import CONFIG_DIR, Sweep
 from .grid import evaluations
 
 __all__ = ["SWEEPS", "Record", "TableError", "Trials", "package_versions", "read_record"]
-__all__ += ["read_table", "read_trials", "to_csv", "write_files", "write_recorded"]
+__all__ += ["fits", "read_table", "read_trials", "to_csv", "write_files", "write_recorded"]
 __all__ += ["write_trials"]
 
 SWEEPS = TypeAdapter[tuple[Sweep, ...]](Annotated[tuple[Sweep, ...], Field(min_length=1)])
@@ -104,7 +105,8 @@ def write_trials(path: Path, table: pd.DataFrame, sweeps: Sequence[Sweep]) -> No
 def write_recorded(path: Path, content: bytes, sweeps: Sequence[Sweep]) -> None:
     """Write what sweeps gave, and the record of what it rests on beside it as JSON."""
     settings = SWEEPS.dump_python(tuple(sweeps), mode="json", exclude_defaults=True)
-    text = json.dumps({"sweeps": settings, **_origin()}, indent=2) + "\n"
+    record = {"sweeps": settings, "sha256": _digests(content, settings), **_origin()}
+    text = json.dumps(record, indent=2) + "\n"
     write_files({path.with_suffix(".json"): text.encode(), path: content})
 
 
@@ -122,51 +124,55 @@ def read_table(path: Path, columns: Sequence[str] = (), **options: Any) -> pd.Da
     return table
 
 
+def _digests(content: bytes, settings: Any) -> dict[str, str]:
+    """Return what shows that neither a table nor the settings in its record were changed."""
+    parts = {"table": content, "sweeps": json.dumps(settings, sort_keys=True).encode()}
+    return {name: sha256(part).hexdigest() for name, part in parts.items()}
+
+
 def read_record(path: Path) -> Record:
-    """Read the record beside a table of trials."""
+    """Read the record beside a table of trials; refuse a table or settings of another record."""
     place = path.with_suffix(".json")
+    content, text = _bytes_of(path), _bytes_of(place)
     try:
-        record = json.loads(place.read_bytes())
-        sweeps = SWEEPS.validate_json(json.dumps(record.pop("sweeps")))
+        record = json.loads(text)
+        settings = record["sweeps"]
+        sweeps = SWEEPS.validate_json(json.dumps(settings))
+        digests = record["sha256"]
         keys = ("packages", "git", "python", "platform")
-        return Record(sweeps, {key: record[key] for key in keys})
-    except FileNotFoundError:
-        raise TableError(place, "does not exist") from None
-    except OSError as error:
-        raise TableError(place, f"cannot be read ({error.strerror})") from None
-    except (AttributeError, KeyError, TypeError, ValidationError, ValueError):
+        found = Record(sweeps, {key: record[key] for key in keys})
+    except (AttributeError, KeyError, RecursionError, TypeError, ValidationError, ValueError):
         raise TableError(place, "is not the record of a table of trials") from None
+    if digests != _digests(content, settings):
+        raise TableError(path, f"was changed, or {place.name} is not its record")
+    return found
+
+
+def _bytes_of(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise TableError(path, "does not exist") from None
+    except OSError as error:
+        raise TableError(path, f"cannot be read ({error.strerror})") from None
+
+
+def fits(path: Path, sweeps: Sequence[Sweep]) -> bool:
+    """Return whether a table and its record are unchanged, and of these sweeps."""
+    try:
+        return read_record(path).sweeps == tuple(sweeps)
+    except TableError:
+        return False
 
 
 def read_trials(path: Path) -> Trials:
     """Read trials, bit for bit as they were computed, with the record of what they rest on."""
     record = read_record(path)
-    expected = _expected_keys(record.sweeps)
     text = {"dtype": {"settings": str}, "keep_default_na": False, "na_values": [""]}
-    table = read_table(path, [*expected, *record.metrics], **text)
+    table = read_table(path, record.metrics, **text)
     if "settings" in table:
         table["settings"] = table["settings"].fillna("")
-    if len(table) != len(expected):
-        problem = f"has {len(table)} trials, not the {len(expected)} of the record beside it"
-        raise TableError(path, problem)
-    for key, wanted in expected.items():
-        if list(table[key]) != list(wanted):
-            raise TableError(path, f"has other trials than the record beside it: see {key}")
     return Trials(path, table, record)
-
-
-def _expected_keys(sweeps: Sequence[Sweep]) -> pd.DataFrame:
-    """Return the key columns of the table that sweeps make."""
-    rows = [
-        {"experiment": sweep.name, "settings": sweep.changes, "geometry": sweep.geometry}
-        | vars(cell)
-        | {"replicate": sweep.replicate, "trial": trial}
-        for sweep in sweeps
-        for cell in evaluations(sweep)
-        for trial in range(sweep.trials)
-    ]
-    table = pd.DataFrame(rows)
-    return table if len(sweeps) > 1 else table.drop(columns="settings")
 
 
 def _origin() -> dict[str, Any]:

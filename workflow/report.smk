@@ -71,7 +71,7 @@ for page, flags in (("report", []), ("article", ["--article"])):
 
     rule:
         name:
-            page
+            f"{page}_page"
         input:
             EXPLORER,
             PAGE_CODE,
@@ -94,10 +94,18 @@ for page, flags in (("report", []), ("article", ["--article"])):
             "{sys.executable:q} -m report {RESULTS:q} {params.flags} --settings {params.settings:q}"
             " --machine {params.machine:q} --output {output:q} > {log:q} 2>&1"
 
+    rule:
+        name:
+            page
+        input:
+            RESULTS / f"{page}.html",
+            lambda wildcards: [*chain(*tables(*STUDIES).values())], # those that were lost, too
+        localrule: True
+
 
 rule crate:
     input:
-        rules.report.output,
+        RESULTS / "report.html",
         expand(FIGURE, figure=FIGURES, ext=["pdf", "png"]),
     output:
         RESULTS / "ro-crate-metadata.json",

@@ -1,5 +1,7 @@
 # What `--config` set, and the studies that come of it, each resolved where it is asked for.
+from fcntl import LOCK_EX, LOCK_NB, flock
 from functools import cache
+from itertools import chain
 from pathlib import Path
 
 from alignscores.registration.kernel import LIBRARY
@@ -7,6 +9,7 @@ from experiments.camera_errors import errors_of_scores
 from experiments.command import ConfigError
 from experiments.config import EXECUTION, load, to_overrides
 from experiments.grid import cells
+from experiments.tables import fits
 from studies.paper import FIGURES as PAPER_FIGURES
 from studies.study import Table, found, plans
 
@@ -23,6 +26,18 @@ def or_end(resolve, *arguments):
         return resolve(*arguments)
     except ConfigError as error:
         sys.exit(f"snakemake: {error}")
+
+
+@cache
+def keep_others_out():
+    """End in one line where another run is at work in the same folder; it ends with its process."""
+    RESULTS.mkdir(parents=True, exist_ok=True)
+    lock = open(RESULTS / ".lock", "w")
+    try:
+        flock(lock, LOCK_EX | LOCK_NB)
+    except BlockingIOError:
+        sys.exit(f"snakemake: another run is at work in {RESULTS}; wait for it, or set another results_dir")
+    return lock # which is kept as long as it is open
 
 
 GIVEN = to_overrides({key: config[key] for key in config if key not in EXECUTION})
@@ -42,11 +57,32 @@ def planned(folder):
     return EXPERIMENTS if folder == "trials" else list(or_end(getattr, FOLDERS[folder], "tables"))
 
 
+@cache
+def resolved(folder, name):
+    return or_end(lambda: FOLDERS[folder].tables[name])
+
+
+@cache
+def place(folder, name):
+    """Where a table of trials is; it is emptied if it was changed, or has other settings.
+
+    An empty table is newer than what rests on it, and without a record it is made again.
+    """
+    path = RESULTS / folder / f"{name}.csv"
+    if workflow.is_main_process and path.exists() and not fits(path, resolved(folder, name).sweeps):
+        if not (workflow.dryrun or workflow.touch):
+            keep_others_out()
+            path.write_bytes(b"")
+            path.with_suffix(".json").unlink(missing_ok=True)
+        print(f"snakemake: note: {path} was changed, or has other settings: it is made again", file=sys.stderr)
+    return str(path)
+
+
 def tables(*studies):
     """The tables of trials of some studies, and the record beside each."""
     folders = [STUDIES[study].folder for study in studies]
-    paths = [f"{RESULTS}/{folder}/{name}" for folder in folders for name in planned(folder)]
-    return {"trials": expand("{path}.csv", path=paths), "records": expand("{path}.json", path=paths)}
+    paths = [place(folder, name) for folder in folders for name in planned(folder)]
+    return {"trials": paths, "records": [str(Path(path).with_suffix(".json")) for path in paths]}
 
 
 def code(*folders):

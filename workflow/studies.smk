@@ -60,6 +60,7 @@ for plan in STUDIES.values():
             answers(plan),
             OWN_FRAME_RATES if plan.study.name == "frame_rate" and "trajectories" in config else [],
             expand(FIGURE, figure=plan.figures, ext=["pdf", "png"]),
+            lambda wildcards, plan=plan: [*chain(*tables(plan.study.name).values())], # those that were lost, too
         localrule: True
 
 
@@ -91,7 +92,8 @@ for plan in filter(times, STUDIES.values()):
 
 
 def drawn_from(wildcards):
-    return [f"{RESULTS}/{table}.csv" for table in FIGURES[wildcards.figure][1].tables]
+    paths = map(Path, FIGURES[wildcards.figure][1].tables)
+    return [place(*path.parts) if path.parts[0] == "trials" else f"{RESULTS}/{path}.csv" for path in paths]
 
 
 def drawn_by(wildcards):

@@ -39,11 +39,6 @@ def table(wildcards):
     return resolved(wildcards.folder, wildcards.table)
 
 
-@cache
-def resolved(folder, name):
-    return or_end(lambda: FOLDERS[folder].tables[name])
-
-
 wildcard_constraints:
     folder="|".join(FOLDERS),
     table=r"\w+",

@@ -15,6 +15,7 @@ from experiments.config import Selection, Sweep, load
 from experiments.sweep import run_sweeps
 from experiments.tables import (
     TableError,
+    fits,
     read_record,
     read_table,
     read_trials,
@@ -97,7 +98,7 @@ def test_the_record_tells_settings_versions_commit_and_platform(
 ) -> None:
     write_trials(tmp_path / "t.csv", trials, [small()])
     record = json.loads((tmp_path / "t.json").read_text())
-    assert list(record) == ["sweeps", "packages", "git", "python", "platform"]
+    assert list(record) == ["sweeps", "sha256", "packages", "git", "python", "platform"]
     assert (record["sweeps"][0]["sigma_t"], record["sweeps"][0]["seed"]) == ([0.02, 0.05], 0)
     assert not {"n_jobs", "results_dir", "changes", "selections"} & set(record["sweeps"][0])
     assert {"alignscores", "numpy", "scipy", "pandas", "pydantic"} <= set(record["packages"])
@@ -142,48 +143,39 @@ def refusal(path: Path, of: Path) -> str:
     return line.removeprefix(start)
 
 
+CHANGED = "was changed, or outliers.json is not its record"
+
+
 @pytest.mark.parametrize(
-    ("setting", "problem"),
-    [
-        ({"trials": 9}, "has 12 trials, not the 36 of the record beside it"),
-        ({"trials": 2}, "has 12 trials, not the 8 of the record beside it"),
-        ({"name": "mine"}, "has other trials than the record beside it: see experiment"),
-        ({"geometry": "orbit"}, "has other trials than the record beside it: see geometry"),
-        ({"n_outliers": [0, 4]}, "has other trials than the record beside it: see n_outliers"),
-        ({"sigma_t": [0.05, 0.02]}, "has other trials than the record beside it: see sigma_t"),
-        ({"replicate": 1}, "has other trials than the record beside it: see replicate"),
-        ({"metrics": ["ATE", "PAS"]}, "has no column PAS"),
-    ],
-    ids=str,
+    "setting", [{"trials": 9}, {"name": "mine"}, {"sigma_t": [0.05, 0.02]}], ids=str
 )
-def test_a_table_that_is_not_of_its_record_is_refused(
-    table: Path, setting: dict[str, Any], problem: str
-) -> None:
+def test_settings_that_were_changed_are_refused(table: Path, setting: dict[str, Any]) -> None:
     record = json.loads(table.with_suffix(".json").read_text())
     record["sweeps"][0].update(setting)
     table.with_suffix(".json").write_text(json.dumps(record))
-    assert refusal(table, table).startswith(problem)
+    assert refusal(table, table).startswith(CHANGED)
 
 
-@pytest.mark.parametrize(
-    ("content", "problem"),
-    [
-        (None, "does not exist"),
-        ("", "cannot be read (No columns to parse from file)"),
-        ('"a\n1', "cannot be read ("),
-        ("\0", "has no column experiment"),
-        ("a,b\n1,2\n", "has no column experiment"),
-    ],
-    ids=repr,
-)
-def test_what_is_no_table_is_refused(table: Path, content: str | None, problem: str) -> None:
+def test_any_digit_that_was_changed_is_noticed(table: Path, small: Callable[..., Sweep]) -> None:
+    content = table.read_bytes()
+    assert fits(table, [small()])
+    assert not fits(table, [small("trials=9")])
+    digits = [place for place, letter in enumerate(content) if chr(letter).isdigit()]
+    for place in digits[:: len(digits) // 50]:
+        digit = b"%d" % ((int(content[place : place + 1]) + 1) % 10)
+        table.write_bytes(content[:place] + digit + content[place + 1 :])
+        assert refusal(table, table).startswith(CHANGED)
+        assert not fits(table, [small()])
+
+
+@pytest.mark.parametrize("content", ["", '"a\n1', "\0", "a,b\n1,2\n"], ids=repr)
+def test_what_is_no_table_is_refused(table: Path, content: str) -> None:
+    table.write_text(content)
+    assert refusal(table, table).startswith(CHANGED)
     table.unlink()
-    if content is not None:
-        table.write_text(content)
-    assert refusal(table, table).startswith(problem)
-    table.unlink(missing_ok=True)
+    assert refusal(table, table).startswith("does not exist")
     table.mkdir()
-    assert refusal(table, table).startswith("cannot be read (")
+    assert refusal(table, table).startswith("cannot be read (Is a directory)")
 
 
 @pytest.mark.parametrize(
@@ -193,13 +185,14 @@ def test_what_is_no_table_is_refused(table: Path, content: str | None, problem: 
         "{}",
         "{",
         "\xff",
+        "[" * 100_000,
         '{"sweeps": [], "packages": 1, "git": 1, "python": 1, "platform": 1}',
         '{"sweeps": 1, "packages": 1, "git": 1, "python": 1, "platform": 1}',
         {"packages": None},
         {"sweeps": [{}]},
         {"sweeps": [{"unknown": 1}]},
     ],
-    ids=str,
+    ids=lambda change: str(change)[:20],
 )
 def test_what_is_no_record_is_refused(table: Path, change: str | dict[str, Any]) -> None:
     record = table.with_suffix(".json")

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from fcntl import LOCK_EX, flock
 from pathlib import Path
 
 import pytest
@@ -35,7 +36,8 @@ def test_everything_is_made_once(snakemake: Snakemake) -> None:
         "figure": sum(len(plan.figures) for plan in PLANS.values()),
         **answered(*PLANS),
         **dict.fromkeys([f"times_{name}" for name in TIMED], 1),
-        **dict.fromkeys(("camera_errors", "explorer", "report", "article", "figures"), 1),
+        **dict.fromkeys(("camera_errors", "explorer", "figures"), 1),
+        **dict.fromkeys(("report_page", "report", "article_page", "article"), 1),
     }
 
 
@@ -67,7 +69,7 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
     # All others run where Snakemake runs.
     texts = [path.read_text() for path in (SNAKEFILE, *(ROOT / "workflow").glob("*.smk"))]
     rules = re.findall(r"^ *rule\b.*:.*\n((?:(?! *rule\b).*\n)*)", "".join(texts), re.MULTILINE)
-    assert len(rules) == 14
+    assert len(rules) == 15
     assert all(("localrule: True" in rule) != ("runtime=" in rule) for rule in rules)
 
 
@@ -124,6 +126,50 @@ def test_runs_and_reruns(snakemake: Snakemake, tmp_path: Path) -> None:
     trials.unlink()
     assert snakemake("results/trials/outliers.csv", "--config", *small).returncode == 0
     assert trials.read_bytes() == before
+
+
+def test_a_table_that_was_changed_or_is_of_other_settings_is_made_again(
+    snakemake: Snakemake, tmp_path: Path
+) -> None:
+    figure, small = "figures/outliers.pdf", ["sigma_t=[0.05]", "n_cameras=[20]", "n_outliers=[2]"]
+
+    def run(folder: str, trials: int, *arguments: str) -> Done:
+        setting = [f"results_dir={folder}", f"trials={trials}", *small]
+        return snakemake(f"{folder}/{figure}", *arguments, "--config", *setting)
+
+    def rows(folder: str) -> int:
+        return len((tmp_path / folder / "trials" / "outliers.csv").read_text().splitlines()) - 1
+
+    assert run("two", 2).returncode == 0
+    shutil.copytree(tmp_path / "two", tmp_path / "copied")
+    table = tmp_path / "two" / "trials" / "outliers.csv"
+    before = table.read_bytes()
+
+    digit = b"%d" % ((int(before[-2:-1]) + 1) % 10)
+    table.write_bytes(before[:-2] + digit + b"\n")
+    assert "was changed, or has other settings" in run("two", 2, "--dry-run").text
+    assert table.read_bytes() != before
+    done = run("two", 2)
+    assert "was changed, or has other settings" in done.text
+    assert table.read_bytes() == before
+    assert run("two", 2, "--dry-run").planned == {}
+
+    assert run("one", 1).returncode == 0
+    for name in ("outliers.csv", "outliers.json"):
+        shutil.copy(tmp_path / "one" / "trials" / name, table.parent)
+    assert rows("two") == 1
+    assert run("two", 2).returncode == 0
+    assert table.read_bytes() == before
+
+    # Of a folder that was copied Snakemake does not know how it was made.
+    assert run("copied", 1).returncode == 0
+    assert rows("copied") == 1
+
+    # A second run keeps away from a folder as long as the first is at work.
+    with (tmp_path / "copied" / ".lock").open("w") as lock:
+        flock(lock, LOCK_EX)
+        assert "another run is at work in copied" in run("copied", 2).refusal
+    assert rows("copied") == 1
 
 
 def test_the_explorer_needs_no_table_of_trials(snakemake: Snakemake, tmp_path: Path) -> None:
