@@ -69,6 +69,11 @@ settings.register_profile("alignscores", derandomize=True, deadline=None, max_ex
 settings.load_profile("alignscores")
 
 
+def pytest_xdist_auto_num_workers() -> int:
+    """One process more than cores: some tests wait for the programs that they have started."""
+    return (os.cpu_count() or 1) + 1
+
+
 def pytest_collection_finish() -> None:
     """Spare the garbage collector the thousands of tests: it would visit them again and again."""
     gc.freeze()
