@@ -70,8 +70,11 @@ def imc_maa(
     the value 0, as in 2025 (0/0 in 2024).
 
     The program examines n^3 / 6 triplets, with up to one refit for each threshold. So does this,
-    in blocks, but refits each set of inliers once and stops when all numbers are n. O(n^4) time:
-    seconds for 100 cameras, out of reach for 1000. O(n) memory.
+    but refits hardly any set of inliers twice, and stops when no number can grow: of the cameras
+    within a threshold t, distances in pairs agree up to 2 t under one scale. Where the kernel is
+    compiled it does all that rounding cannot decide; NumPy does the rest, so that the value is the
+    same. O(n^4) time: a second for 100 cameras, minutes for 500. The command says how long it will
+    take. O(n^2) memory.
 
     References
     ----------
@@ -106,6 +109,8 @@ def largest_counts(gt: Floats, est: Floats, thresholds: Floats, skip: int = 0) -
     The first `skip` thresholds are refitted for, but have no number.
     """
     n = len(gt)
+    if n < 3:
+        return np.zeros(len(thresholds) - skip, dtype=np.intp)
     order = np.argsort(thresholds, kind="stable")
     best = np.where(order < skip, n, 0)
     refits = _Refits(gt, est, thresholds[order], best)
@@ -197,9 +202,7 @@ class _Tries:
         )
         addresses = [array.ctypes.data for array in self._arrays]
         scale = float(slack.min() / (ROUNDING * np.abs(centres[1]).max()))
-        self._consensus = _Consensus(
-            *(n, len(thresholds), *addresses[:7], scale, *addresses[7:10])
-        )
+        self._consensus = _Consensus(*(n, len(thresholds), *addresses[:7], scale, *addresses[7:10]))
         self._room = addresses[10:]
 
     def unclear(self, a: int) -> Indices:
