@@ -579,6 +579,7 @@ def test_cameras_at_the_end_of_the_number_range(registration, cloud, outliers, s
     assert not np.isnan(result.errors).any()
 
 
+@ignores_alignment
 @both_registrations
 @pytest.mark.parametrize("alignment", ["similarity", "rigid", "yaw", "none"])
 @pytest.mark.parametrize("unit", [2.0**-1050, 2.0**998, 2.0**1018])
@@ -592,8 +593,9 @@ def test_any_unit(registration, alignment, cloud, unit):
     expected, found = (tas(u * gt, u * est, **settings) for u in (1, unit))
     assert 0.3 < expected.score < 0.8
     assert found.score == pytest.approx(expected.score, abs=0.001)
-    distances = [tas_distance(u * gt, u * est, **settings) / u for u in (1, unit)]
-    assert distances[1] == pytest.approx(distances[0], rel=1e-3)
+    if unit > 1:  # smaller distances than the smallest normal number are 0
+        distances = [tas_distance(u * gt, u * est, **settings) / u for u in (1, unit)]
+        assert distances[1] == pytest.approx(distances[0], rel=1e-3)
     assert 0 <= tas(unit * gt, est, **settings).score <= 1
 
 
