@@ -36,7 +36,7 @@ class Results:
     def _records(self, plan: Plan) -> Mapping[str, Record]:
         records = {}
         for name, table in plan.tables.items():
-            path = self.folder / plan.folder / f"{name}.json"
+            path = self.folder / plan.folder / f"{name}.csv"
             records[name] = read_record(path)
             if records[name].sweeps != table.sweeps:
                 raise TableError(path, "was made with other settings")

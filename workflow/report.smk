@@ -33,7 +33,8 @@ rule camera_errors:
     input:
         TRIAL_CODE,
     output:
-        CAMERA_ERRORS,
+        errors=CAMERA_ERRORS[0],
+        record=CAMERA_ERRORS[1],
     params:
         digest=lambda wildcards: all_experiments().digest,
         table=lambda wildcards: all_experiments(),
@@ -47,7 +48,7 @@ rule camera_errors:
         RESULTS / "benchmarks" / "explorer" / "camera_errors.tsv"
     shell:
         "{sys.executable:q} -m experiments.camera_errors --sweeps {params.table.json:q}"
-        " --output {output[0]:q} {EXECUTED:q} n_jobs={threads} > {log:q} 2>&1"
+        " --output {output.errors:q} {EXECUTED:q} n_jobs={threads} > {log:q} 2>&1"
 
 
 rule explorer:
@@ -110,5 +111,7 @@ rule crate:
     output:
         RESULTS / "ro-crate-metadata.json",
     localrule: True
+    log:
+        RESULTS / "logs" / "crate.log",
     shell:
-        "{sys.executable:q} -m report.crate {RESULTS:q}"
+        "{sys.executable:q} -m report.crate {RESULTS:q} > {log:q} 2>&1"

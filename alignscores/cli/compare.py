@@ -25,7 +25,7 @@ from ..writing import write_whole
 from .inputs import refuse_to_replace
 from .metrics import add_metrics, alias_notes
 from .options import add_settings, number_type, output_file, settings_of
-from .output import print_error, print_note, show_progress
+from .output import print_error, print_note, show_progress, table_width
 
 __all__ = ["add_parser"]
 
@@ -255,7 +255,7 @@ def _show(comparison: Comparison, arguments: argparse.Namespace, changed: Change
     by = arguments.by
     if arguments.html:
         # names of files that are not UTF-8 are in it as data, too
-        content = page(comparison, by).encode(errors="backslashreplace")
+        content = page(comparison, by, changed).encode(errors="backslashreplace")
         write_whole(arguments.html, content)
     found = comparison.to_dict() | ({"baseline": changed.to_dict()} if changed else {})
     tables: dict[str, Callable[[], str]] = {
@@ -267,7 +267,7 @@ def _show(comparison: Comparison, arguments: argparse.Namespace, changed: Change
     if arguments.show:
         print(tables[arguments.show]())
     else:
-        print(as_text(comparison.summary, by, comparison.names))
+        print(as_text(comparison.summary, by, comparison.names, table_width()))
         notes = footnotes(comparison.summary, by, comparison.names, comparison.settings)
         print("\n" + "\n".join(notes))
     if changed:

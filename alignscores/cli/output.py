@@ -16,7 +16,7 @@ from ..version import __version__
 from .metrics import metric_table
 from .table import table
 
-__all__ = ["print_error", "print_note", "show_json", "show_progress", "show_table"]
+__all__ = ["print_error", "print_note", "show_json", "show_progress", "show_table", "table_width"]
 
 HALF = "half: smallest threshold where TAS (refined registration) or RAS reaches one half; -: never"
 SCATTER = 0.005  # standard deviation of the TAS over the seeds from which there is a hint
@@ -51,11 +51,16 @@ def results(scored: Sequence[Evaluation]) -> list[dict[str, Any]]:
     ]
 
 
+def table_width() -> int:
+    """Return the columns that a table may have on this terminal."""
+    return min(shutil.get_terminal_size((WIDTH, 0)).columns, WIDTH)
+
+
 def show_table(scored: Sequence[Evaluation], notes: Sequence[str]) -> None:
     """Print the table on stdout and the notes on stderr."""
     print_notes(scored, notes)
     rows, settings = results(scored), scored[0].settings
-    columns = min(shutil.get_terminal_size((WIDTH, 0)).columns, WIDTH)
+    columns = table_width()
     dropped: list[str] = []
     if settings.metrics:
         metrics = {row["name"]: row["metrics"] for row in rows}

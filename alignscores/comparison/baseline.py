@@ -49,19 +49,22 @@ class Changes:
         """Return what the JSON output has of it."""
         return {**vars(self), "file": printable(self.file), "worse": self.worse}
 
-    def as_text(self) -> str:
-        """Return a table of the systems, and the notes."""
-        rows: list[tuple[str, ...]] = [
-            ("system", SAVED, NOW, "difference", "95 % interval", "change")
-        ]
+    def table(self) -> list[list[str]]:
+        """Return a header, and a row of texts for each system."""
+        rows = [["system", SAVED, NOW, "difference", "95 % interval", "change"]]
         for entry in self.systems:
-            numbers = [_number(entry[key], ".4g") for key in (SAVED, NOW)]
+            saved, now = (_number(entry[key], ".4g") for key in (SAVED, NOW))
             difference, low, high = (
-                _number(entry[k], "+.4g") for k in ("difference", "low", "high")
+                _number(entry[key], "+.4g") for key in ("difference", "low", "high")
             )
             interval = "-" if entry["low"] is None else f"{low} to {high}"
-            name, change = printable(entry["system"]), entry["change"] or "none that is certain"
-            rows.append((name, *numbers, difference, interval, change))
+            change = entry["change"] or "none that is certain"
+            rows.append([printable(entry["system"]), saved, now, difference, interval, change])
+        return rows
+
+    def as_text(self) -> str:
+        """Return the table for a terminal, and the notes."""
+        rows = self.table()
         widths = [max(map(text_width, column)) for column in zip(*rows, strict=True)]
         lines = ["  ".join(map(padded, row, widths)).rstrip() for row in rows]
         return "\n".join([f"{self.metric} against {printable(self.file)}", *lines, *self.notes])

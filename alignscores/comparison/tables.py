@@ -30,8 +30,8 @@ class Names(NamedTuple):
         return Names(*({key: write(name) for key, name in names.items()} for names in self))
 
 
-def as_text(summary: Summary, by: str, names: Names) -> str:
-    """Return the tables for a terminal: over all, then sequence by sequence as far as they fit."""
+def as_text(summary: Summary, by: str, names: Names, columns: int = WIDTH) -> str:
+    """Return the tables for a terminal, in parts where they are wider than some columns."""
     blocks = []
     for header, *rows in (
         _overall_rows(summary, by, names, _text_cell),
@@ -40,7 +40,7 @@ def as_text(summary: Summary, by: str, names: Names) -> str:
         start = 1
         while start < len(header):
             end = len(header)
-            while end > start + 1 and text_width(_block([header, *rows], start, end)[0]) > WIDTH:
+            while end > start + 1 and text_width(_block([header, *rows], start, end)[0]) > columns:
                 end -= 1
             blocks.append(_block([header, *rows], start, end))
             start = end

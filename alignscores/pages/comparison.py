@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Floats
+from ..comparison.baseline import Changes
 from ..comparison.comparison import Comparison
 from ..comparison.intervals import MOST_NEEDED
 from ..comparison.runs import Outcome
@@ -25,6 +26,7 @@ from ..comparison.tables import (
 from ..explorer import source
 from ..explorer.document import data_element, document
 from ..metrics import metric
+from ..texts import printable
 from .sequences import sequences_data
 from .trajectories import packed, page_without_data
 
@@ -46,7 +48,7 @@ FOR = {  # what a difference is to hold for, and what it takes more of
 }
 
 
-def page(comparison: Comparison, by: str) -> str:
+def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str:
     """Return the page; `by` is the metric of the heat map and of the scattered runs."""
     counts = {
         "system": len(comparison.summary.systems),
@@ -54,6 +56,8 @@ def page(comparison: Comparison, by: str) -> str:
     }
     title = " on ".join(f"{count} {what}{'s' * (count > 1)}" for what, count in counts.items())
     sections = _sections(comparison, by)
+    if changed:
+        sections.insert(1, ("changes", f"Changes in {by}", _changes(changed)))
     links = "".join(
         f'<li><a href="#{name}">{escape(heading)}</a></li>' for name, heading, _ in sections
     )
@@ -212,6 +216,20 @@ def _differences(summary: Summary, by: str, names: Names) -> str:
     )
     headers = "systems", "for", "scores", "ahead", "would do", "failing", "with failures"
     return _scrolling("differences", caption, headers, rows)
+
+
+def _changes(changed: Changes) -> str:
+    """Return the table of what changed against a saved comparison, and the notes."""
+    header, *table = changed.table()
+    rows = [
+        f'<tr><th scope="row">{escape(name)}</th>'
+        + "".join(f"<td>{escape(cell)}</td>" for cell in cells)
+        + "</tr>"
+        for name, *cells in table
+    ]
+    notes = "".join(f"<li>{escape(note)}</li>" for note in changed.notes)
+    caption = f"Against {escape(printable(changed.file))}, on what is in both."
+    return _scrolling("changes", caption, header, rows) + f'<ul class="small">{notes}</ul>'
 
 
 def _cells(*differences: Mapping[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""Agreement with the values of the published implementation, stored in ``shared/reference``.
+"""Agreement with the values of the published implementation; see `docs/explanation/evidence.md`.
 
 TAS is a distribution there (20 runs); everything else that is compared here is deterministic.
 """
@@ -30,13 +30,15 @@ NOISE_FREE = "41 63"
 ROUNDOFF_SENSITIVE = "49"
 NO_TERMINATION = "14"
 ERROR = "50"
+LARGE = "43 45 47 57"  # in the larger file alone
 
 
 def test_every_case_is_tested(reference_cases):
     """The lists above miss no case and agree with what the file says about each."""
     lists = (DETERMINISTIC, SAMPLED, NOISE_FREE, ROUNDOFF_SENSITIVE, NO_TERMINATION, ERROR)
     assert sorted(" ".join(lists).split()) == ALL.split()
-    assert sorted(reference_cases) == [f"case_{number}" for number in ALL.split()]
+    missing = {f"case_{number}" for number in ALL.split()} - set(reference_cases)
+    assert missing in (set(), {f"case_{number}" for number in LARGE.split()})
 
     def those(predicate):
         return " ".join(n[5:] for n, c in sorted(reference_cases.items()) if predicate(c.meta))
@@ -175,7 +177,8 @@ def test_distribution(reference_case, runs, what):
 @pytest.mark.parametrize("what", RUN)
 def test_all_cases_together(reference_cases, runs, what):
     """They notice a slight bias of score or cost that each of them alone would not."""
-    sampled = [reference_cases[f"case_{number}"] for number in SAMPLED.split()]
+    names = [f"case_{number}" for number in SAMPLED.split()]
+    sampled = [reference_cases[name] for name in names if name in reference_cases]
     z = np.array([z_score(runs(case)[what], case[what]) for case in sampled])
     assert abs(sum(z)) / np.sqrt(len(z)) < 4
     assert np.mean(z**2) < 3

@@ -1,6 +1,5 @@
 """Results made up in a moment, with every verdict in them, and a page read back."""
 
-import json
 import shutil
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -9,6 +8,7 @@ from html.parser import HTMLParser
 from io import BytesIO
 from itertools import cycle, islice
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
@@ -17,7 +17,7 @@ from PIL import Image
 
 import report.page
 import report.results
-from experiments.tables import SWEEPS
+from experiments.tables import write_recorded
 from report.__main__ import main
 from studies.axes import axes_of, is_seeded
 from studies.claims.claims import load_claims
@@ -147,9 +147,8 @@ def write_results(results):
             picture.save(buffer := BytesIO(), "PNG")
             results.write(f"figures/{name}.png", buffer.getvalue())
         for name, table in plan.tables.items():
-            settings = SWEEPS.dump_python(table.sweeps, mode="json", exclude_defaults=True)
-            record = json.dumps({"sweeps": settings, **ORIGIN})
-            results.write(f"{plan.folder}/{name}.json", record)
+            with patch("experiments.tables._origin", return_value=ORIGIN):
+                write_recorded(results.folder / plan.folder / f"{name}.csv", b"", table.sweeps)
     write_thresholds(results)
     write_registrations(results)
     write_findings(results)

@@ -170,7 +170,7 @@ def test_missing_errors_are_said_in_one_line(tmp_path, capsys):
     assert main([str(tmp_path / "errors.npz"), "--output", str(page)]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("report.explorer: ")
-    assert "errors.json does not exist; run: snakemake" in line
+    assert "errors.npz does not exist; run: snakemake" in line
     assert not page.exists()
 
 

@@ -1,7 +1,10 @@
 """A file at fault ends in one line that names it with the remedy, and the old page stays."""
 
+from dataclasses import replace
+
 import pytest
 
+from experiments.tables import read_record, write_recorded
 from report.__main__ import main
 
 
@@ -26,6 +29,14 @@ def swap(old, new):
     return change
 
 
+def other(**changes):
+    def change(path):
+        (sweep, *others) = read_record(path).sweeps
+        write_recorded(path, path.read_bytes(), [replace(sweep, **changes), *others])
+
+    return change
+
+
 FAULTS = [
     ("claims.csv", lose, "does not exist"),
     ("claims.csv", put(""), "cannot be read (No columns"),
@@ -44,9 +55,16 @@ FAULTS = [
     ("trials/beyond/bias.json", put("{"), "is not the record"),
     ("trials/rotations.json", lose, "does not exist"),
     ("replicates/1.json", put("{"), "is not the record of a table of trials"),
-    ("replicates/1.json", swap('"replicate": 1', '"replicate": 2'), "was made with other settings"),
-    ("replicates/2.json", swap('"trials": 7', '"trials": 5'), "was made with other settings"),
-    ("trials/beyond/orbit.json", swap('"ATE", ', ""), "was made with other settings"),
+    ("replicates/1.csv", other(replicate=2), "was made with other settings"),
+    ("replicates/2.csv", other(trials=5), "was made with other settings"),
+    ("trials/beyond/orbit.csv", other(metrics=["ATE"]), "was made with other settings"),
+    (
+        "trials/beyond/orbit.json",
+        swap('"trials": 7', '"trials": 8'),
+        "was changed, or orbit.json is not",
+    ),
+    ("trials/outliers.csv", put("1"), "was changed, or outliers.json is not its record"),
+    ("trials/outliers.csv", lose, "does not exist"),
 ]
 
 
@@ -59,6 +77,8 @@ def test_a_file_at_fault_is_named_with_the_remedy(results, capsys, name, change,
     out, err = capsys.readouterr()
     (line,) = err.splitlines()
     assert out == ""
+    if "was changed" in problem:
+        path = path.with_suffix(".csv")
     assert line.startswith(f"report: {path} ")
     assert problem in line
     remove = "delete it and " if path.exists() else ""

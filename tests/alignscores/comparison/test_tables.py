@@ -27,6 +27,14 @@ def test_text(patterns, run):
     assert max(map(len, out.splitlines())) <= 100
 
 
+def test_no_column_is_wider_than_the_terminal(patterns, run, monkeypatch):
+    wide = run(*patterns)[1].partition("means over")[0]
+    monkeypatch.setenv("COLUMNS", "40")
+    narrow = run(*patterns)[1].partition("means over")[0]
+    assert max(map(len, narrow.splitlines())) <= 40
+    assert set(narrow.split()) == set(wide.split())
+
+
 def test_the_scale_of_a_system_is_that_farthest_off_among_its_runs(benchmark_of, run, tmp_path):
     """The estimates are three times as large as the reference; those of one system are mended."""
     systems = {"large": (0.05, 1.0, 1, 0.0), "mostly_right": (0.05, 1.0, 1, 0.0)}

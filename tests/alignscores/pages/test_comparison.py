@@ -72,6 +72,19 @@ def test_page(patterns, run, tmp_path):
     assert (tmp_path / "again.html").read_text() == text
 
 
+def test_page_tells_what_changed(patterns, run, compare, tmp_path):
+    (tmp_path / "saved.json").write_text(json.dumps(compare(*patterns)))
+    _, out, _ = run(*patterns, "--baseline", "saved.json", "--html", "page.html")
+    structure = Structure()
+    structure.feed((tmp_path / "page.html").read_text())
+    assert structure.open == []
+    assert "changes" in structure.ids
+    assert "Against saved.json, on what is in both." in structure.texts
+    (_, *rows) = out.partition("against saved.json\n")[2].splitlines()
+    for cell in rows[1].split()[:4]:
+        assert cell in structure.texts
+
+
 def test_page_sorts_and_fits_a_phone(patterns, run, tmp_path, browser):
     (tmp_path / "b.yaml").write_text(YAML)
     run("b.yaml", "--html", "page.html")
