@@ -15,6 +15,7 @@ from .validation import check_positions, check_positive, check_same_length, fini
 __all__ = ["Aligned", "Aligner", "Normalised", "Seed", "normalise", "normalise_scenes", "one_scene"]
 
 ROUNDING = 1e-6  # by which a scale may differ from 1
+SHRINK = 2.0**-40  # of coordinates whose sums overflow; it rounds nothing
 IDENTITY = np.array([1.0, *np.eye(3).ravel(), 0.0, 0.0, 0.0])
 
 
@@ -116,6 +117,7 @@ class Aligner:
             rows = _between_worlds(rows, gt, est)
         return Aligned(rows, found, errors, n_used)
 
+    @np.errstate(over="ignore", invalid="ignore")  # beyond the largest number: infinitely far
     def _normalised(self) -> tuple[Indices, Normalised, Normalised]:
         """Return where scenes start, and their estimated cameras in both worlds.
 
@@ -251,6 +253,7 @@ def _each(values: Floats, counts: Indices) -> Floats:
     return values if len(values) == 1 else values.repeat(counts, axis=0)
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _between_worlds(rows: Floats, gt: Normalised, est: Normalised) -> Floats:
     """Return alignments of normalised positions as those of the positions themselves."""
     between = rows.copy()
@@ -276,11 +279,26 @@ def normalise_scenes(positions: Floats, starts: Indices) -> Normalised:
     the median along an axis, 1 where all positions coincide. It is a power of two, so that dividing
     by it rounds nothing.
     """
+    if _largest(positions) > FARTHEST_SUMMABLE:
+        return _shrunk(positions, starts)
     if kernel.LIBRARY is not None:
         return Normalised(*kernel.normalise_scenes(positions, starts, FARTHEST_SUMMABLE))
     parts = [_normalise(positions[start:end]) for start, end in pairwise(starts.tolist())]
     local, centres, units = zip(*parts, strict=True)
     return Normalised(np.concatenate(local), np.array(centres), np.array(units))
+
+
+def _largest(positions: Floats) -> float:
+    return float(np.abs(positions).max(initial=0.0))
+
+
+def _shrunk(positions: Floats, starts: Indices) -> Normalised:
+    """Normalise scenes of which some have coordinates whose sums overflow: these as if smaller."""
+    parts = [positions[start:end] for start, end in pairwise(starts.tolist())]
+    factors = np.array([SHRINK if _largest(part) > FARTHEST_SUMMABLE else 1.0 for part in parts])
+    smaller = positions * factors.repeat(sizes(starts))[:, None]
+    local, centres, units = normalise_scenes(smaller, starts)
+    return Normalised(local, centres / factors[:, None], units / factors)
 
 
 def _normalise(positions: Floats) -> tuple[Floats, Floats, float]:

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .aligner import Aligner, Seed, one_scene
+from .aligner import SHRINK, Aligner, Seed, one_scene
 from .arrays import Floats
 from .histogram import equal_steps
 from .registration import Registration
 from .rotation import ras
+from .similarity import FARTHEST_SUMMABLE
 from .validation import AlignmentWarning, check_positive
 
 if TYPE_CHECKING:
@@ -259,6 +260,8 @@ def smallest_unit(sorted_errors: Floats, score: float, n_thresholds: int) -> flo
     below, so that the last of them lies between the two units of these.
     """
     _check_score(score)
+    if sorted_errors[sorted_errors < inf].max(initial=0.0) > FARTHEST_SUMMABLE:
+        return smallest_unit(sorted_errors * SHRINK, score, n_thresholds) / SHRINK
     n, steps = len(sorted_errors), equal_steps(1.0, n_thresholds, "unit")
     rank = int((np.arange(1, n + 1) / n >= score).argmax())  # all errors up to it must be below
     if sorted_errors[rank] == inf:

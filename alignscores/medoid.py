@@ -117,7 +117,9 @@ class _Cells:
         self.starts = starts
         self.counts = np.diff(starts, append=len(self.points))
         self.means = np.add.reduceat(self.points, starts) / self.counts[:, None]
-        squares = (self.points - self.means.repeat(self.counts, axis=0)) ** 2
+        squares = self.means.repeat(self.counts, axis=0)
+        np.subtract(self.points, squares, out=squares)
+        squares *= squares
         self.radii = np.sqrt(np.maximum.reduceat(squares.sum(axis=1), starts))
         self.widest = np.add.reduceat(squares, starts).argmax(axis=1)
 

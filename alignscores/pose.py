@@ -147,6 +147,7 @@ def pas(
         alignment=alignment,
         up=up,
     )
+    del gt_positions, est_positions  # their memory is needed
     rotation = _checked_ras(
         gt_rotations, est_rotations, max_threshold_deg, n_thresholds, alignment, up
     )

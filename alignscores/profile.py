@@ -1,8 +1,9 @@
 """Scores over all largest thresholds."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import chain
 from math import nan
 from typing import TYPE_CHECKING
 
@@ -286,13 +287,18 @@ def searched_profile(
 ) -> ScoreProfile:
     """Return the profile of the alignments found at all units and at the half-score unit."""
     _, found = search_unit(errors_at, float(units[-1]), 0.5, n_thresholds)
-    return _profile(units, [*found, *map(errors_at, units.tolist())], n_thresholds, n_fitted)
+    return _profile(units, chain(found, map(errors_at, units.tolist())), n_thresholds, n_fitted)
 
 
 def _profile(
-    units: Floats, errors: Sequence[Floats], n_thresholds: int, n_fitted: int = 0
+    units: Floats, errors: Iterable[Floats], n_thresholds: int, n_fitted: int = 0
 ) -> ScoreProfile:
-    return ScoreProfile(units, np.sort(np.array(errors), axis=1), n_thresholds, n_fitted)
+    """Return the profile of alignments; their errors are moved one by one, never held twice."""
+    rows = [np.sort(row) for row in errors]
+    table = np.empty((len(rows), len(rows[0])))
+    while rows:
+        table[len(rows) - 1] = rows.pop()
+    return ScoreProfile(units, table, n_thresholds, n_fitted)
 
 
 def extent_units(gt: Floats) -> Floats:

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 __all__ = ["RASResult", "ras"]
 
+CAMERAS_AT_ONCE = 1 << 14  # whose errors are computed
+
 
 @dataclass(frozen=True, eq=False)
 class RASResult(AlignmentScore):
@@ -162,11 +164,13 @@ def align_rotations(
     found, errors = np.full((len(starts) - 1, 3, 3), np.nan), np.full(len(gt), np.inf)
     estimated = np.flatnonzero(finite_rows(est))
     for scenes, rows in of_equal_size(np.searchsorted(estimated, starts)):
-        cameras = estimated[rows]
-        truth, estimate = gt[cameras], est[cameras]
-        aligned = _aligned(estimate @ truth.swapaxes(2, 3), alignment, up)
-        found[scenes] = aligned
-        errors[cameras] = rotation_angles((aligned[:, None] @ truth).swapaxes(2, 3) @ estimate)
+        found[scenes] = aligned = _aligned(
+            est[estimated[rows]] @ gt[estimated[rows]].swapaxes(2, 3), alignment, up
+        )
+        for block in np.split(rows, range(CAMERAS_AT_ONCE, rows.shape[1], CAMERAS_AT_ONCE), axis=1):
+            cameras = estimated[block]
+            turned = (aligned[:, None] @ gt[cameras]).swapaxes(2, 3)
+            errors[cameras] = rotation_angles(turned @ est[cameras])
     return found, errors
 
 

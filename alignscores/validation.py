@@ -29,6 +29,7 @@ __all__ = [
 # float32 may be the result of any number of products; half the precision has three digits or two.
 ROTATION_TOLERANCE = 5e-6
 TOLERANCES = {"float32": 1e-4, "float16": 5e-3, "bfloat16": 4e-2}
+ROTATIONS_AT_ONCE = 1 << 14  # that are checked
 
 
 class AlignmentWarning(UserWarning):
@@ -166,6 +167,12 @@ def _tolerance(values: Any) -> float:
 
 def _check_orthonormal(rotations: Floats, name: str, tolerance: float) -> None:
     """Refuse finite matrices that are no rotation."""
+    for start in range(0, len(rotations), ROTATIONS_AT_ONCE):
+        _check_some(rotations[start : start + ROTATIONS_AT_ONCE], name, tolerance, start)
+
+
+def _check_some(rotations: Floats, name: str, tolerance: float, start: int) -> None:
+    """Refuse what is no rotation among those from row `start` on."""
     columns = np.ascontiguousarray(rotations.transpose(2, 1, 0))
     with np.errstate(all="ignore"):
         gram = np.einsum("ikn,jkn->ijn", columns, columns).reshape(9, -1)
@@ -187,4 +194,4 @@ def _check_orthonormal(rotations: Floats, name: str, tolerance: float) -> None:
             if deviation[row] > tolerance
             else "its determinant is -1, a reflection"
         )
-        raise ValueError(f"{name}[{row}] is not a rotation: {reason}")
+        raise ValueError(f"{name}[{start + row}] is not a rotation: {reason}")

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import takewhile
 from pathlib import Path
 from typing import NoReturn
@@ -16,6 +17,7 @@ from ..evaluation.notes import collected_warnings, why
 from ..evaluation.ranking import in_rank_order, ranking_notes
 from ..evaluation.scoring import score
 from ..evaluation.settings import options
+from ..progress import shown_by
 from ..similarity import UP
 from ..texts import printable, unique_names
 from ..trajectories.extras import require
@@ -211,6 +213,10 @@ def _add_output(command: argparse.ArgumentParser, form: Format) -> None:
     )
 
 
+def _show_more(doing: str, text: str) -> None:
+    show_progress(doing + text)
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Score all estimates, save and print; one that cannot be scored does not stop the others."""
     settings, names = settings_of(arguments), unique_names(arguments.estimates)
@@ -241,9 +247,11 @@ def run(arguments: argparse.Namespace) -> int:
         return 1
     step = step_of_frames(arguments.estimates, with_stamps) if arguments.estimates[1:] else None
     for number, (name, file) in enumerate(zip(names, arguments.estimates, strict=True), 1):
-        show_progress(f"{number}/{len(names)} {name}" if len(names) > 1 else "")
+        doing = f"{number}/{len(names)} {name} " if len(names) > 1 else ""
+        show_progress(doing)
         try:
-            scored.append(score(reference, file, with_stamps, name=name, step=step))
+            with shown_by(partial(_show_more, doing)):
+                scored.append(score(reference, file, with_stamps, name=name, step=step))
         except FAILURES as error:
             fail(file, error)
     show_progress("")

@@ -1534,3 +1534,293 @@ int register_scenes(const settings *set, const scenes *all, size_t n_threads)
 #endif
     return !job.failed;
 }
+
+/* The mAA of the Image Matching Challenge, protocols/imc.py: which triplets of cameras NumPy must
+   look at. All else is decided here, where no rounding can decide otherwise. */
+
+#define MOST_LEVELS 64
+#define BIN_SHIFT 46 /* a table has a 64th of an octave in each bin */
+#define BINS 131072
+#define SEVERAL_LEVELS 255 /* the bin of a threshold */
+#define KNOWN 8192
+#define MOMENTS 17
+
+typedef struct {
+    size_t n, n_levels;
+    const double *gt, *est;           /* (3, n), about a centre of each */
+    const double *rows;               /* (n, MOMENTS), what is summed for a refit */
+    const uint64_t *names;            /* (n,), random: sets have the sums of their members' */
+    const uint8_t *levels;            /* (BINS,), number of thresholds up to a squared distance */
+    const double *lower, *upper;      /* squared thresholds, less and more than any rounding */
+    double largest_scale;             /* beyond, the estimate's origin costs too many digits */
+    const ptrdiff_t *most;            /* (n_levels,), no similarity has larger numbers */
+    uint64_t *known;                  /* (KNOWN,), sets that were refitted */
+    ptrdiff_t *best;                  /* the largest numbers so far; n where none is asked for */
+} consensus;
+
+/* Squared distances of all cameras. */
+EVERY_WIDTH
+static void squared_distances(const double *restrict gt, const double *restrict est, size_t n,
+                              const similarity *restrict s, double *restrict squares)
+{
+    const matrix m = {times(s->scale, s->rotation.x), times(s->scale, s->rotation.y),
+                      times(s->scale, s->rotation.z)};
+    const vector t = s->translation;
+    for (size_t i = 0; i < n; i++) {
+        vector residual = minus(plus(rotated(m, point(est, n, i)), t), point(gt, n, i));
+        squares[i] = dot(residual, residual);
+    }
+}
+
+static inline size_t bin_of(double value)
+{
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return (bits >> BIN_SHIFT) % BINS;
+}
+
+/* Number of thresholds that a squared distance reaches; whether rounding may change it. */
+static inline size_t level_of(const consensus *all, double square, bool *unclear)
+{
+    size_t level = all->levels[bin_of(square)];
+    if (level != SEVERAL_LEVELS)
+        return level;
+    for (level = 0; level < all->n_levels && square >= all->lower[level]; level++)
+        if (square <= all->upper[level])
+            *unclear = true;
+    return level;
+}
+
+/* The similarity of three cameras from estimate to ground truth; false where rounding decides it. */
+static bool fit_triplet(const consensus *all, const size_t corners[3], similarity *found)
+{
+    triangle a, b;
+    vector p[3], q[3];
+    for (size_t k = 0; k < 3; k++) {
+        p[k] = point(all->est, all->n, corners[k]);
+        q[k] = point(all->gt, all->n, corners[k]);
+    }
+    if (measure(&a, p[0], p[1], p[2], 1e-5) || measure(&b, q[0], q[1], q[2], 1e-5))
+        return false;
+    complete_axes(&a);
+    complete_axes(&b);
+    double a_11 = dot(a.edge_1, a.first), a_21 = dot(a.edge_2, a.first), a_22 = dot(a.edge_2, a.third);
+    double b_11 = dot(b.edge_1, b.first), b_21 = dot(b.edge_2, b.first), b_22 = dot(b.edge_2, b.third);
+    /* Products in the common plane, about the centroids: its best turn is the best rotation. */
+    double xx = centred(a_11 * b_11, a_11 * b_21, a_21 * b_11, a_21 * b_21);
+    double xy = centred(0, a_11 * b_22, 0, a_21 * b_22), yx = centred(0, 0, a_22 * b_11, a_22 * b_21);
+    double yy = 2 * a_22 * b_22;
+    double norm = xx * xx + xy * xy + yx * yx + yy * yy;
+    if (!(xx * yy - xy * yx > 1e-5 * norm))
+        return false;
+    double cosine = xx + yy, sine = xy - yx, length = sqrt(cosine * cosine + sine * sine);
+    cosine /= length;
+    sine /= length;
+    triangle turned = b;
+    turned.first = plus(times(cosine, b.first), times(sine, b.third));
+    turned.third = minus(times(cosine, b.third), times(sine, b.first));
+    found->rotation = rotation_between(&a, &turned);
+    found->scale = sqrt(extent(&b) / extent(&a));
+    vector moved = times(found->scale, rotated(found->rotation, a.centroid));
+    found->translation = minus(b.centroid, moved);
+    return found->scale <= all->largest_scale;
+}
+
+/* Quaternion of the rotation that correlates best, given sums of products (estimate by ground
+   truth). Newton's method finds the largest eigenvalue from above (Horn, "Closed-form solution of
+   absolute orientation using unit quaternions", JOSA A 1987; Theobald, Acta Cryst. A 2005). */
+static bool rotation_of_sums(const double m[9], double from, matrix *rotation)
+{
+    double xx = m[0], xy = m[1], xz = m[2], yx = m[3], yy = m[4], yz = m[5];
+    double zx = m[6], zy = m[7], zz = m[8];
+    double k[4][4] = {{xx + yy + zz, yz - zy, zx - xz, xy - yx},
+                      {yz - zy, xx - yy - zz, xy + yx, zx + xz},
+                      {zx - xz, xy + yx, yy - xx - zz, yz + zy},
+                      {xy - yx, zx + xz, yz + zy, zz - xx - yy}};
+    double squares = 0, minors[6], opposite[6];
+    for (size_t i = 0; i < 9; i++)
+        squares += m[i] * m[i];
+    static const size_t first[6] = {0, 0, 0, 1, 1, 2}, second[6] = {1, 2, 3, 2, 3, 3};
+    for (size_t i = 0; i < 6; i++) {
+        minors[i] = k[0][first[i]] * k[1][second[i]] - k[0][second[i]] * k[1][first[i]];
+        opposite[i] = k[2][first[i]] * k[3][second[i]] - k[2][second[i]] * k[3][first[i]];
+    }
+    double c_0 = minors[0] * opposite[5] - minors[1] * opposite[4] + minors[2] * opposite[3]
+                 + minors[3] * opposite[2] - minors[4] * opposite[1] + minors[5] * opposite[0];
+    double c_1 = 8 * (xx * (yz * zy - yy * zz) + xy * (yx * zz - yz * zx) + xz * (yy * zx - yx * zy));
+    double value = from, slope = 0;
+    for (size_t step = 0; step < 50; step++) {
+        double square = value * value, before = value;
+        slope = 4 * value * square - 4 * squares * value + c_1;
+        value -= (square * square - 2 * squares * square + c_1 * value + c_0) / slope;
+        if (!(fabs(value - before) > 1e-14 * from))
+            break;
+    }
+    /* The gap to the next eigenvalue is at least this, as none is further from it than 2 `from`. */
+    double gap = slope / (4 * from * from);
+    for (size_t i = 0; i < 4; i++)
+        k[i][i] -= value;
+    /* The longest of the columns of the adjugate that two eliminations give. */
+    double q[4] = {0}, longest = 0;
+    for (size_t row = 0; row < 4; row++) {
+        const double *u = k[(row + 1) % 4], *v = k[(row + 2) % 4], *w = k[(row + 3) % 4];
+        double c[4], length = 0;
+        for (size_t i = 0; i < 4; i++) {
+            size_t x = (i + 1) % 4, y = (i + 2) % 4, z = (i + 3) % 4;
+            double minor = u[x] * (v[y] * w[z] - v[z] * w[y]) - u[y] * (v[x] * w[z] - v[z] * w[x])
+                           + u[z] * (v[x] * w[y] - v[y] * w[x]);
+            c[i] = i % 2 ? -minor : minor;
+            length += c[i] * c[i];
+        }
+        if (length > longest) {
+            longest = length;
+            memcpy(q, c, sizeof q);
+        }
+        if (longest > 1e-4 * from * from * from * from * from * from)
+            break;
+    }
+    double residual = 0, length = sqrt(longest);
+    for (size_t i = 0; i < 4; i++)
+        q[i] /= length;
+    for (size_t i = 0; i < 4; i++)
+        residual += fabs(k[i][0] * q[0] + k[i][1] * q[1] + k[i][2] * q[2] + k[i][3] * q[3]);
+    double w = q[0], x = q[1], y = q[2], z = q[3];
+    *rotation = (matrix){{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
+                         {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
+                         {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}};
+    return gap > 1e-5 * from && residual <= 1e-10 * gap;
+}
+
+/* The similarity of a set of cameras, by its sums. */
+static bool fit_set(const consensus *all, const double *sums, double count, similarity *found)
+{
+    double m[9], mean[6];
+    for (size_t i = 0; i < 6; i++)
+        mean[i] = sums[i] / count;
+    for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 3; j++)
+            m[3 * i + j] = sums[6 + 3 * i + j] / count - mean[i] * mean[3 + j];
+    vector x = {mean[0], mean[1], mean[2]}, y = {mean[3], mean[4], mean[5]};
+    double x_square = sums[15] / count, y_square = sums[16] / count;
+    double x_variance = x_square - dot(x, x), y_variance = y_square - dot(y, y);
+    if (!(x_variance > 1e-5 * x_square && y_variance > 1e-5 * y_square))
+        return false; /* far from the centre: too many digits are lost */
+    double from = sqrt(x_variance * y_variance);
+    found->scale = sqrt(y_variance / x_variance);
+    if (!rotation_of_sums(m, from, &found->rotation) || !(found->scale <= all->largest_scale))
+        return false;
+    found->translation = minus(y, times(found->scale, rotated(found->rotation, x)));
+    return true;
+}
+
+EVERY_WIDTH
+static ptrdiff_t count_up_to(double bound, const double *restrict squares, size_t n)
+{
+    ptrdiff_t count = 0;
+    for (size_t i = 0; i < n; i++)
+        count += squares[i] <= bound;
+    return count;
+}
+
+/* Take the numbers of a refit that are the largest; return whether rounding may hide larger ones. */
+static bool try_refit(const consensus *all, const similarity *s, double *squares)
+{
+    bool unclear = false;
+    ptrdiff_t goal = PTRDIFF_MAX;
+    for (size_t k = 0; k < all->n_levels; k++)
+        if (all->best[k] < all->most[k] && all->best[k] < goal)
+            goal = all->best[k];
+    squared_distances(all->gt, all->est, all->n, s, squares);
+    for (size_t k = all->n_levels; k-- > 0;) {
+        ptrdiff_t possible = count_up_to(all->upper[k], squares, all->n);
+        if (possible <= goal)
+            break; /* and fewer are nearer */
+        if (possible <= all->best[k] || all->best[k] >= all->most[k])
+            continue;
+        ptrdiff_t sure = count_up_to(all->lower[k], squares, all->n);
+        all->best[k] = sure > all->best[k] ? sure : all->best[k];
+        unclear |= possible > all->best[k];
+    }
+    return unclear;
+}
+
+/* Try all refits of a triplet; return whether NumPy must. */
+static bool try_triplet(const consensus *all, const size_t corners[3], double *squares,
+                        size_t *members, uint8_t *at)
+{
+    similarity s;
+    if (!fit_triplet(all, corners, &s))
+        return true;
+    size_t n = all->n, k_n = all->n_levels;
+    bool unclear = false, has_sums = false, grown = false, again = false;
+    ptrdiff_t counts[MOST_LEVELS + 1], sum = 0;
+    uint64_t names[MOST_LEVELS + 1], name = 0, own = 0;
+    memset(counts, 0, (k_n + 1) * sizeof *counts);
+    memset(names, 0, (k_n + 1) * sizeof *names);
+    double sums[MOST_LEVELS + 1][MOMENTS];
+    squared_distances(all->gt, all->est, n, &s, squares);
+    size_t n_members = 0;
+    for (size_t i = 0; i < n; i++) {
+        members[n_members] = i;
+        n_members += squares[i] <= all->upper[k_n - 1];
+    }
+    for (size_t i = 0; i < n_members; i++) {
+        size_t level = level_of(all, squares[members[i]], &unclear);
+        at[i] = (uint8_t)level;
+        counts[level]++;
+        names[level] += all->names[members[i]];
+    }
+    if (unclear)
+        return true;
+    for (size_t k = 0; k < 3; k++)
+        own += all->names[corners[k]];
+    for (size_t k = 0; k < k_n; k++) {
+        sum += counts[k];
+        grown |= counts[k] > 0;
+        counts[k] = sum;
+        name += names[k];
+        if (sum < 3 || !grown)
+            continue;
+        grown = false;
+        uint64_t *known = &all->known[name % KNOWN];
+        if (*known == name)
+            continue;
+        *known = name;
+        if (!has_sums) {
+            memset(sums, 0, (k_n + 1) * sizeof *sums);
+            for (size_t i = 0; i < n_members; i++)
+                for (size_t j = 0; j < MOMENTS; j++)
+                    sums[at[i]][j] += all->rows[members[i] * MOMENTS + j];
+            for (size_t l = 1; l < k_n; l++)
+                for (size_t j = 0; j < MOMENTS; j++)
+                    sums[l][j] += sums[l - 1][j];
+            has_sums = true;
+        }
+        if (name == own) /* the triplet again */
+            again = true;
+        else if (!fit_set(all, sums[k], (double)sum, &s) || try_refit(all, &s, squares)) {
+            *known = 0;
+            return true;
+        }
+    }
+    for (size_t k = 0; again && k < k_n; k++)
+        all->best[k] = counts[k] > all->best[k] ? counts[k] : all->best[k];
+    return false;
+}
+
+/* Try all triplets whose first camera is `a`; write down the others of those that NumPy must. */
+EXPORTED
+size_t try_triplets(const consensus *all, size_t a, double *squares, size_t *members, uint8_t *at,
+                    ptrdiff_t *others)
+{
+    size_t count = 0;
+    for (size_t b = a + 1; b < all->n; b++)
+        for (size_t c = b + 1; c < all->n; c++) {
+            const size_t corners[3] = {a, b, c};
+            if (try_triplet(all, corners, squares, members, at)) {
+                others[2 * count] = (ptrdiff_t)b;
+                others[2 * count++ + 1] = (ptrdiff_t)c;
+            }
+        }
+    return count;
+}

@@ -17,6 +17,7 @@ from alignscores import (
     Similarity,
     closest_pair_quartile,
     tas,
+    tas_distance,
     translation,
 )
 from alignscores.registration import pcr99
@@ -576,6 +577,26 @@ def test_cameras_at_the_end_of_the_number_range(registration, cloud, outliers, s
     result = tas(gt, est, registration=registration)
     assert 0 <= result.score <= 1
     assert not np.isnan(result.errors).any()
+
+
+@ignores_alignment
+@both_registrations
+@pytest.mark.parametrize("alignment", ["similarity", "rigid", "yaw", "none"])
+@pytest.mark.parametrize("unit", [2.0**-1050, 2.0**998, 2.0**1018])
+def test_any_unit(registration, alignment, cloud, unit):
+    """Up to the ends of the number range the score does not depend on the unit."""
+    rng = np.random.default_rng(0)
+    gt = cloud("cube", 30, 0)
+    est = gt + rng.normal(scale=0.05, size=gt.shape)
+    est[:6] = rng.uniform(-5, 5, (6, 3))
+    settings = {"registration": registration, "alignment": alignment}
+    expected, found = (tas(u * gt, u * est, **settings) for u in (1, unit))
+    assert 0.3 < expected.score < 0.8
+    assert found.score == pytest.approx(expected.score, abs=0.001)
+    if unit > 1:  # smaller distances than the smallest normal number are 0
+        distances = [tas_distance(u * gt, u * est, **settings) / u for u in (1, unit)]
+        assert distances[1] == pytest.approx(distances[0], rel=1e-3)
+    assert 0 <= tas(unit * gt, est, **settings).score <= 1
 
 
 @both_registrations

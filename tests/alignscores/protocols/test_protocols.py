@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from alignscores.progress import shown_by
 from alignscores.protocols import (
     PROTOCOLS,
     NoValueError,
@@ -29,6 +30,7 @@ from alignscores.protocols import (
 from alignscores.protocols.alignment import random_triplets
 from alignscores.protocols.colmap import _spans_space, interpolated_auc
 from alignscores.protocols.trajectory import Pairs, nearest_pairs, path_lengths
+from alignscores.registration.kernel import LIBRARY
 from baselines import ate
 
 EXAMPLES = {family.example: family for family in PROTOCOLS}
@@ -416,6 +418,49 @@ def test_imc_equals_a_loop():
     expected = np.mean([max(0, b - 3) / 6 for b in best])
     assert 0 < expected < 1
     assert imc_maa(gt, est, thresholds=thresholds, skip=0) == pytest.approx(expected, abs=1e-12)
+
+
+def degenerate(kind, n):
+    """A scene with outliers, on a grid, with coincident estimates, on a line, or far off."""
+    rng = np.random.default_rng(n)
+    gt, _, est, _ = moved(scene(n=n, sigma=0.03, outliers=n // 4), 3, 2.0)
+    if kind == "grid":
+        gt = np.round(4 * gt) / 4
+        est = gt + np.round(rng.normal(scale=0.1, size=gt.shape), 1)
+    if kind == "coincident":
+        est[n // 2 :] = est[0]
+    if kind == "line":
+        gt, est = gt[:, :1] * [1, 2, 3], gt[:, :1] * [1, 0, 0]
+        est += rng.normal(scale=0.01, size=(n, 1)) * [1, 0, 0]
+    if kind == "mirror":
+        est = gt * [1, 1, -1]
+    if kind == "far off":
+        gt, est = gt + 1e5, est - 1e4
+    if kind == "lost":
+        est[::3] = np.nan
+    return gt, est
+
+
+@pytest.mark.skipif(LIBRARY is None, reason="not compiled")
+@pytest.mark.parametrize("n", [3, 4, 9, 26])
+@pytest.mark.parametrize(
+    "kind", ["cube", "grid", "coincident", "line", "mirror", "far off", "lost"]
+)
+def test_imc_is_the_same_compiled(kind, n, monkeypatch):
+    gt, est = degenerate(kind, n)
+    thresholds = (0.2, 0.02, 0.05, 0.1)
+    values = [imc_maa(gt, est, thresholds=thresholds, skip=skip) for skip in (0, 2)]
+    monkeypatch.setattr("alignscores.registration.kernel.LIBRARY", None)
+    assert values == [imc_maa(gt, est, thresholds=thresholds, skip=skip) for skip in (0, 2)]
+
+
+def test_imc_says_how_long_it_takes(monkeypatch):
+    monkeypatch.setattr("alignscores.protocols.imc.PATIENCE", 0.0)
+    said = []
+    with shown_by(said.append):
+        imc_maa(*degenerate("cube", 12))
+    assert said[0].startswith("maa:imc: 25% of the triplets, about ")
+    assert said[-1].startswith("maa:imc: 100% of the triplets, about 0 s left")
 
 
 def test_ate_is_the_baseline():
