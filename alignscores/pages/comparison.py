@@ -289,7 +289,7 @@ def _style(index: int) -> str:
 
 
 def _colour_and_dash(index: int) -> tuple[str, str]:
-    dash = DASHES[index // N_COLOURS % len(DASHES)] or DASHES[index % 2]
+    dash = DASHES[(2 * (index // N_COLOURS) + index % 2) % len(DASHES)]
     return f"var(--c{index % N_COLOURS})", dash or "none"
 
 

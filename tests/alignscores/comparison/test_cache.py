@@ -12,6 +12,7 @@ from alignscores import Settings
 from alignscores.comparison import cache, runs
 from alignscores.comparison.cache import load, make, store
 from alignscores.comparison.runs import Task, evaluate_run, step_of_run
+from alignscores.evaluation.evaluation import STATUSES
 
 NAME = "a" * 64 + ".npz"
 
@@ -137,8 +138,9 @@ WRONG = {
     "notes": [None, [1], 5],
     "path": [None, 1],
     "more": [1],
-    "rows": [np.arange(40.0), np.arange(39), np.arange(40)[::-1], np.arange(40) + 10**9],
-    "statuses": [np.full(40, 200, np.uint8), np.zeros(40)],
+    "rows": [np.arange(40.0), np.arange(39), np.arange(40)[::-1], np.arange(40) + 10**9]
+    + [np.arange(40) // 2],
+    "statuses": [np.full(40, len(STATUSES), np.uint8), np.zeros(40)],
     "positions": [np.zeros((40, 2)), np.zeros(40), np.array("x")],
     "position_errors": [np.zeros(40, complex), np.zeros((40, 1))],
 }

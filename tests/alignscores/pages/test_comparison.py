@@ -9,6 +9,7 @@ import pytest
 
 import alignscores
 from alignscores.cli import main
+from alignscores.pages.comparison import _colour_and_dash
 
 YAML = """\
 format: tum
@@ -171,6 +172,22 @@ def test_the_page_tells_which_system_is_ahead(patterns, run, compare, tmp_path):
     assert re.findall(row, (tmp_path / "page.html").read_text()) == expected
 
 
+def test_the_best_are_bold(patterns, run, compare, tmp_path):
+    run(*patterns, "--html", "page.html")
+    table = (tmp_path / "page.html").read_text().partition('<section id="overall"')[2]
+    systems = [one for one in compare(*patterns)["systems"] if one["sequence"] is None]
+    rows = re.findall(r'<tr><th scope="row">(.*?)</th>(.*?)</tr>', table)
+    for (name, row), system in zip(rows[:2], systems, strict=True):
+        assert name == system["system"]
+        cells = re.findall(r'<td data-key="[^"]*"( class="best")?>', row)
+        ranks = system["rank"].values()
+        assert list(map(bool, cells[: len(ranks)])) == [rank == [1, 1] for rank in ranks]
+
+
+def test_curves_of_forty_systems_look_different():
+    assert len({_colour_and_dash(index) for index in range(40)}) == 40
+
+
 def test_page_sorts_and_fits_a_phone(patterns, run, tmp_path, browser):
     (tmp_path / "b.yaml").write_text(YAML)
     run("b.yaml", "--html", "page.html")
@@ -298,8 +315,13 @@ def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, 
 
 
 def test_trajectories_that_are_too_large_are_left_out(patterns, run, tmp_path, monkeypatch):
+    run(*patterns, "--html", "page.html")
+    text = (tmp_path / "page.html").read_text()
+    elements = re.findall(r'<script type="application/json" id="own-\d.*?</script>', text)
+    size = sum(map(len, elements)) / 1e6
     monkeypatch.setattr("alignscores.pages.comparison.MOST", 0.01)
     run(*patterns, "--html", "page.html")
     text = (tmp_path / "page.html").read_text()
     assert own_pages(text) == {}
-    assert " MB, more than 0.01 MB, and are left out. <code>alignscores FORMAT " in text
+    left_out = f"take {size:.3g} MB, more than 0.01 MB, and are left out. <code>alignscores FORMAT "
+    assert left_out in text

@@ -322,6 +322,19 @@ def test_what_is_no_trajectory(keys, poses, message):
         match(trajectory([0.0, 1.0]), Trajectory(keys, poses))
 
 
+def test_a_folder_is_no_second_one_by_as_many_images():
+    with pytest.warns(TrajectoryWarning, match="by the end of their path: 'a/1.png' and 'b/1.png'"):
+        matches = match(trajectory(["a/1.png", "a/2.png"]), trajectory(["b/1.png", "c/2.png"]))
+    assert matches.matched == 1
+
+
+def test_stamps_as_far_apart_as_they_may_be_match():
+    stamps = np.arange(3.0)
+    matches = match(trajectory(stamps), trajectory(stamps + 0.25), t_max_diff=0.25, **AT_ITS_STAMP)
+    assert matches.lost == 0
+    assert matches.unmatched == 0
+
+
 def test_rows():
     estimate = trajectory([0, 1, 2])
     estimate.poses[1] = np.nan

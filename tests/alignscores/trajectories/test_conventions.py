@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import check_conventions, ras
+from alignscores import Convention, check_conventions, ras
 from alignscores.trajectories.conventions import (
     describe_rotation,
     find_convention,
@@ -252,6 +252,12 @@ def test_descriptions():
     assert describe_rotation(turn) == "25.0 deg about (0.00, 1.00, 0.00)"
 
 
+def test_the_frame_is_that_of_poses_the_right_way_round():
+    found = str(Convention(inverted=True, mirrored=True, body_rotation=OPENGL))
+    order = "are world-to-camera", "frame is turned", "positions are mirrored"
+    assert [part in said for part, said in zip(order, found.split("; "), strict=True)] == [True] * 3
+
+
 def trajectory(n, *, at_origin):
     poses = reference("wandering", n, np.random.default_rng(n))
     if at_origin:
@@ -265,6 +271,8 @@ def test_swapped():
     assert not seem_swapped(mocap, slam)
     assert seem_swapped(slam, trajectory(200, at_origin=False))  # twice as many are many
     assert not seem_swapped(slam, trajectory(199, at_origin=False))
+    standing = Trajectory(slam.keys, np.tile(np.eye(4), (100, 1, 1)))
+    assert seem_swapped(standing, mocap)
     # One sign alone is none.
     assert not seem_swapped(trajectory(1000, at_origin=True), trajectory(1100, at_origin=False))
     assert not seem_swapped(trajectory(100, at_origin=False), mocap)

@@ -40,6 +40,12 @@ def test_a_camera_is_counted_by_the_largest_part_that_holds_it(scene):
     assert assign_cameras(scene[1]).tolist() == [0] * 20 + [1] * 12 + [2] * 6 + [-1] * 4
 
 
+def test_a_part_of_three_cameras_counts(scene):
+    parts = scene[1][2:]
+    parts[0, 35:] = np.nan
+    assert np.flatnonzero(assign_cameras(parts) == 0).tolist() == [32, 33, 34]
+
+
 def test_cameras_and_their_poses_by_name():
     poses = np.arange(64.0).reshape(4, 4, 4)
     parts = [
