@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from alignscores import Settings
+from alignscores.cli.output import footnotes
 from alignscores.cli.table import COLUMNS, table
 
 ROW = {key: 0.008191 for _, key, form in COLUMNS if form[-1] in "f%g"}
@@ -114,3 +115,10 @@ def test_the_score_of_a_track_that_lost_much_is_marked():
     assert [row.count("*") for row in rows] == [0, 2]
     assert len({len(line) for line in (header, *rows)}) == 1
     assert "*" not in table(both, METRES)[0]  # where what was lost counts
+    said = footnotes([row | {"scale": 1.0} for row in both], ignored, header)
+    assert "* without what the estimate lost; --missing fail counts it" in said
+
+
+def test_a_number_of_eight_characters_is_written_out():
+    assert "0.008191" in table([ROW], NO_UNIT)[0]
+    assert "8.19e-05" in table([ROW | {"ATE": 0.00008191}], NO_UNIT)[0]

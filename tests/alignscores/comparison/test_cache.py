@@ -138,8 +138,10 @@ WRONG = {
     "notes": [None, [1], 5],
     "path": [None, 1],
     "more": [1],
-    "rows": [np.arange(40.0), np.arange(39), np.arange(40)[::-1], np.arange(40) + 10**9]
-    + [np.arange(40) // 2],
+    "rows": [
+        *(np.arange(40.0), np.arange(39), np.arange(40)[::-1]),
+        *(np.arange(40) + 10**9, np.arange(40) // 2),
+    ],
     "statuses": [np.full(40, len(STATUSES), np.uint8), np.zeros(40)],
     "positions": [np.zeros((40, 2)), np.zeros(40), np.array("x")],
     "position_errors": [np.zeros(40, complex), np.zeros((40, 1))],

@@ -7,9 +7,12 @@ import re
 import shutil
 import subprocess
 from io import StringIO
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
+from alignscores.comparison import tables
 
 
 def test_text(patterns, run):
@@ -128,6 +131,23 @@ def test_one_run_each_has_no_ranks_anywhere(benchmark_of, run, tmp_path):
     found = json.loads(outputs["json"])
     assert {rank for one in found["systems"] for rank in one["rank"].values()} == {None}
     assert not any(pair["better"] or pair["distinguishable"] for pair in found["comparisons"])
+
+
+def test_the_best_is_the_first_and_what_is_unknown_the_last():
+    values = {"a": np.nan, "b": 3.0, "c": np.inf, "d": 1.0}
+    entries = {(name, None): {"half_distance": value} for name, value in values.items()}
+    summary = SimpleNamespace(systems=list(values), entries=entries)
+    assert tables._by(summary, "half_distance") == ["d", "b", "c", "a"]
+    assert list(map(tables.number, (np.nan, np.inf, 9.99999, 10.0))) == ["-", "∞", "10.0000", "10"]
+
+
+def test_the_runs_that_would_do_leave_the_first_ahead_though_one_more_fails():
+    """With one failure of n + 1 runs 0.9 is still above 0.7 where n > 3.5."""
+    means = {"a": 0.9, "b": 0.7}
+    entries = {(name, None): {"scored": {"PAS": mean}} for name, mean in means.items()}
+    pair = {"a": "a", "b": "b", "difference": 0.2, "sequences": 1}
+    said = tables._one_run(SimpleNamespace(systems="ab", entries=entries), pair, "a and b", "PAS")
+    assert "at most: 5 by " in said[1]
 
 
 def test_one_system_needs_no_reason_for_having_no_ranks(benchmark_of, run):
