@@ -279,15 +279,8 @@ def normalise_scenes(positions: Floats, starts: Indices) -> Normalised:
     the median along an axis, 1 where all positions coincide. It is a power of two, so that dividing
     by it rounds nothing.
     """
-    for start, end in pairwise(starts.tolist() if _overflows(positions) else ()):
-        if _overflows(positions[start:end]):
-            positions = positions.copy()
-            positions[start:end] *= SHRINK
-            normalised = normalise_scenes(positions, starts)
-            scene = starts.searchsorted(end) - 1
-            normalised.centres[scene] /= SHRINK
-            normalised.units[scene] /= SHRINK
-            return normalised
+    if _largest(positions) > FARTHEST_SUMMABLE:
+        return _shrunk(positions, starts)
     if kernel.LIBRARY is not None:
         return Normalised(*kernel.normalise_scenes(positions, starts, FARTHEST_SUMMABLE))
     parts = [_normalise(positions[start:end]) for start, end in pairwise(starts.tolist())]
@@ -295,8 +288,17 @@ def normalise_scenes(positions: Floats, starts: Indices) -> Normalised:
     return Normalised(np.concatenate(local), np.array(centres), np.array(units))
 
 
-def _overflows(positions: Floats) -> bool:
-    return bool(np.abs(positions).max(initial=0.0) > FARTHEST_SUMMABLE)
+def _largest(positions: Floats) -> float:
+    return float(np.abs(positions).max(initial=0.0))
+
+
+def _shrunk(positions: Floats, starts: Indices) -> Normalised:
+    """Normalise scenes of which some have coordinates whose sums overflow: these as if smaller."""
+    parts = [positions[start:end] for start, end in pairwise(starts.tolist())]
+    factors = np.array([SHRINK if _largest(part) > FARTHEST_SUMMABLE else 1.0 for part in parts])
+    smaller = positions * factors.repeat(sizes(starts))[:, None]
+    local, centres, units = normalise_scenes(smaller, starts)
+    return Normalised(local, centres / factors[:, None], units / factors)
 
 
 def _normalise(positions: Floats) -> tuple[Floats, Floats, float]:

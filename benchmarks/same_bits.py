@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from tqdm import tqdm
 
 from alignscores import AlignmentWarning, PASResult, pas, pas_batch, ras_angle, tas_distance
 from alignscores.arrays import Floats
@@ -123,6 +122,8 @@ def _scene(rng: np.random.Generator, kind: int) -> tuple[Floats, Floats]:
 
 def main() -> int:
     """Compare all scenes under all settings, on one and two threads."""
+    from tqdm import tqdm  # which the scenes, in the tests of the library, do without
+
     parser = argparse.ArgumentParser(prog="python -m benchmarks.same_bits", description=__doc__)
     parser.add_argument("--scenes", type=int, default=10_000, help="their number (10000)")
     scenes = random_scenes(parser.parse_args().scenes)

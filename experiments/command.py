@@ -3,6 +3,7 @@
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import BrokenExecutor
 from typing import Any
 
 from pydantic import ValidationError
@@ -12,6 +13,7 @@ from alignscores.texts import brief, printable
 __all__ = ["CommandError", "ConfigError", "problems", "run_command"]
 
 INTERRUPTED = 130  # exit code by custom: 128 + SIGINT
+LESS = "set n_jobs=1, or fewer cameras"
 
 
 class CommandError(ValueError):
@@ -51,6 +53,8 @@ def _wrong(details: Mapping[str, Any]) -> str:
         case "too_short":
             least = details["ctx"]["min_length"]
             return f"needs {least} or more entries, not {brief(details['input'])}"
+        case "less_than_equal":  # a large bound would be written with all its zeros
+            return f"should be at most {details['ctx']['le']:g}, not {brief(details['input'])}"
         case "value_error":  # raised by our own checks, which name the value
             return str(details["ctx"]["error"])
     return f"{details['msg'].removeprefix('Input ')}, not {brief(details['input'])}"
@@ -64,7 +68,7 @@ def run_command(
     """Do the work of ``python -m MODULE``, print a line for each result, and return the exit code.
 
     What goes wrong is told in one line on standard error: a `CommandError` ends with its exit code,
-    an `OSError` with 1, an interruption with 130.
+    an `OSError`, too little memory and a killed process with 1, an interruption with 130.
     """
     options = parser.parse_intermixed_args(arguments)
     try:
@@ -76,6 +80,10 @@ def run_command(
         code, problem = 1, str(error)
         if error.filename:
             problem = f"cannot write {error.filename}: {error.strerror}"
+    except MemoryError:
+        code, problem = 1, f"there is too little memory; {LESS}"
+    except BrokenExecutor:  # as joblib's is
+        code, problem = 1, f"a worker process was killed, likely for lack of memory; {LESS}"
     except KeyboardInterrupt:
         code, problem = INTERRUPTED, "interrupted"
     print(f"{parser.prog.removeprefix('python -m ')}: {printable(problem)}", file=sys.stderr)

@@ -4,7 +4,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import field, fields
 from functools import cache
-from math import inf
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
@@ -23,7 +22,7 @@ from alignscores.texts import brief
 from alignscores.yaml_files import load_yaml
 
 from .command import ConfigError, problems
-from .metrics import Column
+from .metrics import LARGEST, MOST, Column, Positive
 from .scenes import ERRORS, OUTLIERS, PATHS
 
 if TYPE_CHECKING:
@@ -36,6 +35,7 @@ __all__ += ["split_override", "to_overrides"]
 CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
 STRICT = ConfigDict(strict=True, extra="forbid")
 SHOWN = 3  # problems of a file: a key that is missing is often one that is misspelt
+MOST_PROCESSES = 1000
 
 T = TypeVar("T")
 
@@ -57,18 +57,25 @@ def _distinct(values: list[Any]) -> list[Any]:
     return values
 
 
+def _folder(name: str) -> str:
+    require(name.isprintable(), "may not have line breaks or other control characters")
+    require(not set("{}") & set(name), f"may not have braces, which are Snakemake's: {brief(name)}")
+    advice = "the shell replaces it at the start of a word alone; write $HOME"
+    require(not name.startswith("~"), f"may not begin with ~: {advice}")
+    return name
+
+
 def _metric(name: str) -> str:
     Column.parse(name)
     return name
 
 
 MetricName = Annotated[str, AfterValidator(_metric)]
-Noise = Annotated[float, Field(ge=0, lt=inf)]
+Noise = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False)]
 Levels = Annotated[list[Noise], Field(min_length=1), AfterValidator(_distinct)]
 Metrics = Annotated[list[MetricName], Field(min_length=1), AfterValidator(_distinct)]
-Cameras = Annotated[int, Field(ge=4)]  # with fewer the TAS is undefined
+Cameras = Annotated[int, Field(ge=4, le=MOST)]  # with fewer the TAS is undefined
 Outliers = Annotated[int, Field(ge=0)]
-Positive = Annotated[float, Field(gt=0, lt=inf)]
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -95,7 +102,7 @@ class Sweep:
     sigma_r_deg: Levels
     noise: Literal["product", "paired"]
     metrics: Metrics
-    trials: Annotated[int, Field(ge=1)]
+    trials: Annotated[int, Field(ge=1, le=MOST)]
     seed: Annotated[int, Field(ge=0)]
     replicate: Annotated[int, Field(ge=0)]
     every: Annotated[int, Field(ge=1)] = 1
@@ -130,10 +137,10 @@ class Sweep:
 class Execution:
     """How sweeps are run and where results go: nothing that results depend on."""
 
-    n_jobs: Annotated[int, Field(ge=-1)]
+    n_jobs: Annotated[int, Field(ge=-1, le=MOST_PROCESSES)]
     backend: Literal["loky", "threading", "sequential", "dask"]
     dask_address: str | None
-    results_dir: Annotated[str, Field(min_length=1)]
+    results_dir: Annotated[str, Field(min_length=1), AfterValidator(_folder)]
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -209,7 +216,9 @@ def _resolved(overrides: tuple[str, ...], folder: str, written: object) -> Mappi
     experiment = [text for text in overrides if split_override(text)[0] == "experiment"]
     try:
         composed = deepcopy(_composed(tuple(experiment), folder, written))
-        others = [text for text in overrides if text not in experiment]
+        paths = [text for text in overrides if _is_path(text)]
+        composed.update(split_override(text) for text in paths)
+        others = [text for text in overrides if text not in (*experiment, *paths)]
         for override in OverridesParser.create().parse_overrides(others):
             if override.is_sweep_override():
                 example = f"{override.key_or_group}=[1,2], or quote it"
@@ -221,6 +230,12 @@ def _resolved(overrides: tuple[str, ...], folder: str, written: object) -> Mappi
         raise ConfigError(f"cannot read {' '.join(overrides)}: {reason}") from None
     assert isinstance(settings, dict)
     return {str(key): value for key, value in settings.items()}
+
+
+def _is_path(override: str) -> bool:
+    """Tell what is taken as it stands: Hydra's grammar knows no umlauts, and no second =."""
+    key, value = split_override(override)
+    return key == "results_dir" and value != "null" and value[:1] not in ("", "'", '"')
 
 
 @cache
@@ -255,7 +270,7 @@ def _hydra_value(value: Any) -> str:
         return f"[{','.join(map(_hydra_value, value))}]"
     # A metric with options is no function of Hydra's; the name of a protocol may have a comma.
     if isinstance(value, str) and (value.endswith(")") or "," in value):
-        return f"'{value}'"
+        return "'{}'".format(value.replace("'", r"\'"))
     return "null" if value is None else str(value)
 
 

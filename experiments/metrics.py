@@ -16,7 +16,6 @@ from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
-    PositiveInt,
     ValidationError,
     model_validator,
 )
@@ -46,19 +45,24 @@ from baselines.rotation import aligned_angles, statistics_of_stacks
 from .command import ConfigError, problems
 from .scenes import Scene
 
-__all__ = ["METRICS", "Column", "Evaluation", "Options", "Scenes", "TrialMetric", "evaluate"]
+__all__ = ["LARGEST", "METRICS", "MOST", "Column", "Evaluation", "Options", "Positive", "Scenes"]
+__all__ += ["TrialMetric", "evaluate"]
 __all__ += ["order_statistic"]
 
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+LARGEST = 1e100  # noise, length or volume: they are squared, and a double ends at 1e308
+MOST = 10**6  # thresholds, hypotheses, cameras, or trials of a cell
+
+Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False)]
+Whole = Annotated[int, Field(gt=0, le=MOST)]
 PositiveOrInfinite = Annotated[float, Field(gt=0)]
 Share = Annotated[float, Field(gt=0, le=1)]
 Seed = Annotated[int, Field(ge=0)]
 
 
 def _count_or_infinite(value: float) -> float:
-    if value <= 0 or not (value == inf or value.is_integer()):
-        raise ValueError(f"must be a positive whole number or inf, not {value:g}")
+    if value <= 0 or not (value == inf or (value.is_integer() and value <= MOST)):
+        raise ValueError(f"must be a whole number from 1 to {MOST}, or inf, not {value:g}")
     return value
 
 
@@ -77,7 +81,7 @@ class MAAOptions(Options):
     """Thresholds of the mAA, whether the sign of a translation is ignored, and what is counted."""
 
     max_threshold_deg: Positive = 10.0
-    n_thresholds: PositiveInt = 100
+    n_thresholds: Whole = 100
     fold_sign: bool = False
     pooled: bool = False
 
@@ -101,7 +105,7 @@ class TASOptions(AlignmentOptions):
     max_threshold: Positive = 1.0
     n_thresholds: CountOrInfinite = 100
     quantile: Share = 0.75  # of the closest-pair distances: d
-    n_hypotheses: PositiveInt = 1000
+    n_hypotheses: Whole = 1000
     prescreen: PositiveOrInfinite = 0.1
     order: Share = 0.1  # of the cameras: m
 

@@ -51,11 +51,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise CommandError(
                 f"{study.name} writes {len(study.answers)} files, not {len(options.output)}"
             )
+        if not (options.tables or options.own):
+            raise CommandError(f"no tables are given; run: snakemake {study.name}")
         times = read_table(options.times, dtype={"value": str}) if options.times else pd.DataFrame()
         trials = [read_trials(path) for path in options.tables]
         own = [read_table(path, dtype={"run": str}) for path in options.own]
         together = pd.concat(own, ignore_index=True) if own else pd.DataFrame()
-        answers = study.ask(Question(trials, times, options.n_jobs, together))
+        try:
+            answers = study.ask(Question(trials, times, options.n_jobs, together))
+        except KeyError as error:
+            problem = f"these tables, which lack {error}, are not those of {study.name}"
+            raise CommandError(f"{problem}; run: snakemake {study.name}") from None
         contents = [one.encode() if isinstance(one, str) else to_csv(one) for one in answers]
         write_files(dict(zip(options.output, contents, strict=True)))
         return list(options.output)

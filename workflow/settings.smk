@@ -31,8 +31,11 @@ def or_end(resolve, *arguments):
 @cache
 def keep_others_out():
     """End in one line where another run is at work in the same folder; it ends with its process."""
-    RESULTS.mkdir(parents=True, exist_ok=True)
-    lock = open(RESULTS / ".lock", "w")
+    try:
+        RESULTS.mkdir(parents=True, exist_ok=True)
+        lock = open(RESULTS / ".lock", "w")
+    except OSError as error:
+        sys.exit(f"snakemake: cannot write in results_dir={RESULTS}: {error.strerror}")
     try:
         flock(lock, LOCK_EX | LOCK_NB)
     except BlockingIOError:
@@ -45,6 +48,15 @@ EXECUTED = to_overrides({key: config[key] for key in EXECUTION if key in config 
 RESULTS = Path(
     or_end(load, to_overrides({key: config[key] for key in EXECUTION if key in config}))[1].results_dir
 )
+try:
+    (RESULTS / "trials").stat()
+except FileNotFoundError:
+    pass
+except OSError as error:
+    sys.exit(f"snakemake: cannot use results_dir={RESULTS}: {error.strerror}")
+for key in ("scenarios", "trajectories", "benchmark"):
+    if not isinstance(config.get(key, ""), str):
+        sys.exit(f"snakemake: {key} needs the name of a file, not {config[key]}")
 CORES = workflow.cores or 1
 STUDIES = or_end(plans, GIVEN)
 FOLDERS = {plan.folder: plan for plan in STUDIES.values()}

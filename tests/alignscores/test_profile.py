@@ -5,12 +5,12 @@ import warnings
 import numpy as np
 import pytest
 import scipy
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from alignscores import AlignmentWarning, ScoreProfile, ras, ras_profile, tas, tas_profile
-from alignscores.registration import pcr99
+from alignscores.registration import kernel, pcr99
 
 SEEDS = st.integers(0, 10_000)
 
@@ -144,6 +144,8 @@ def test_scores_of_rotations_are_those_of_ras():
     assert (profile.units[0], profile.units[-1], len(profile.units)) == (0.01, 180, 64)
 
 
+# Without the kernel, to the same bits, an example takes seconds.
+@settings(max_examples=50 if kernel.LIBRARY else 10)
 @given(seed=SEEDS, n=st.integers(3, 60), share=st.floats(0, 0.6), sigma=st.floats(1e-6, 0.3))
 def test_scores_never_fall(noisy_scene, seed, n, share, sigma):
     gt, est = noisy_scene(n, int(share * n), sigma, seed)

@@ -5,6 +5,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from experiments import config
@@ -20,6 +21,8 @@ from experiments.config import (
     read_yaml,
     to_overrides,
 )
+from experiments.grid import cells
+from experiments.sweep import run_trials
 
 TEN_LEVELS = [0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08, 0.09, 0.1]
 
@@ -86,7 +89,8 @@ def test_a_copied_experiment_needs_a_name_of_its_own(
         ("error=none", "'error': must be one of gaussian, student_t, drift, "),
         ("outliers=many", "'outliers': must be one of uniform, cluster, frozen, "),
         ("outlier_side=0", "'outlier_side': should be greater than 0, not 0"),
-        ("outlier_side=inf", "'outlier_side': should be less than inf, not inf"),
+        ("outlier_side=inf", "'outlier_side': should be a finite number, not inf"),
+        ("outlier_side=1e308", "'outlier_side': should be at most 1e+100, not 1e+308"),
         ("noise=both", "'noise': should be 'product' or 'paired', not 'both'"),
         ("noise=paired", "'noise' is paired, so sigma_t and sigma_r_deg need the same number"),
         ("sigma_t=0.1", "'sigma_t': must be a list in brackets, for example [1, 2]"),
@@ -98,12 +102,22 @@ def test_a_copied_experiment_needs_a_name_of_its_own(
         ("trials=range(1,3)", "that is several values"),
         ("sigma_t=[0.1", "cannot read experiment=outliers sigma_t=[0.1: "),
         ("sigma_t=[-0.1]", "'sigma_t': should be greater than or equal to 0, not -0.1"),
-        ("sigma_t=[nan]", "'sigma_t': should be less than inf, not nan"),
+        ("sigma_t=[nan]", "'sigma_t': should be a finite number, not nan"),
+        ("sigma_t=[1e308]", "'sigma_t': should be at most 1e+100, not 1e+308"),
+        ("sigma_t=[true]", "'sigma_t': should be a valid number, not True"),
         ("sigma_t=[0.1,0.1]", "'sigma_t': has a value twice: [0.1, 0.1]"),
         ("n_outliers=[101]", "'n_outliers' has 101, more than the 100 cameras"),
         ("n_outliers=[-1]", "'n_outliers': should be greater than or equal to 0, not -1"),
         ("n_outliers=[1.5]", "'n_outliers': should be a valid integer, not 1.5"),
         ("n_cameras=[3]", "'n_cameras': should be greater than or equal to 4, not 3"),
+        (f"n_cameras=[{10**18}]", f"'n_cameras': should be at most 1e+06, not {10**18}"),
+        (f"trials={10**9}", f"'trials': should be at most 1e+06, not {10**9}"),
+        (f"n_jobs={10**20}", f"'n_jobs': should be at most 1000, not {10**20}"),
+        ("results_dir=null", "'results_dir': should be a valid string, not None"),
+        ("results_dir=a{b}", "'results_dir': may not have braces, which are Snakemake's: 'a{b}'"),
+        ("results_dir=~/a", "'results_dir': may not begin with ~: the shell "),
+        ("results_dir=a\x07", "'results_dir': may not have line breaks or other control"),
+        ("results_dir=${nothing}", "cannot read experiment=outliers results_dir=${nothing}: "),
         ("volume_per_camera=0", "'volume_per_camera': should be greater than 0, not 0"),
         ("every=0", "'every': should be greater than or equal to 1, not 0"),
         ("every=26", "'every' leaves fewer than 4 of the 100 cameras"),
@@ -119,6 +133,20 @@ def test_wrong_settings_are_named_in_one_line(override: str, problem: str) -> No
         load(["experiment=outliers", *volume, override])
     assert problem in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["größe", "a=b", "it's (1), [2]", "a b;#$*?\\", "5", "日本"])
+def test_a_folder_of_results_is_taken_as_it_stands(name: str) -> None:
+    for override in (f"results_dir={name}", *to_overrides({"results_dir": name})):
+        assert load([override])[1].results_dir == name
+
+
+@pytest.mark.parametrize("noise", ["sigma_t", "sigma_r_deg"])
+def test_the_largest_noise_gives_numbers_without_a_warning(noise: str) -> None:
+    settings = ["n_cameras=[20]", "n_outliers=[2]", "outlier_side=1e100", f"{noise}=[1e100]"]
+    sweep = load_sweep([*settings, "volume_per_camera=1e100", "metrics=[TAS,DTE,mAA,DRE,ATE]"])
+    (row,) = run_trials(sweep, cells(sweep)[0], [0], sweep.metrics)
+    assert np.isfinite([row[metric] for metric in sweep.metrics]).all()
 
 
 @pytest.mark.parametrize("kind", ["cluster", "frozen", "diverging", "missing"])

@@ -308,20 +308,25 @@ def test_seeds_differ_and_repeat(scene: Scene) -> None:
         ("TAS(max_threshold=-1)", "max_threshold should be greater than 0, not '-1'"),
         ("TAS(max_threshold=inf)", "max_threshold should be a finite number, not 'inf'"),
         ("TAS(max_threshold=much)", "max_threshold should be a valid number, "),
-        ("TAS(n_thresholds=2.5)", "n_thresholds must be a positive whole number or inf, not 2.5"),
+        (
+            "TAS(n_thresholds=2.5)",
+            "n_thresholds must be a whole number from 1 to 1000000, or inf, not 2.5",
+        ),
         ("RAS(n_thresholds=True)", "n_thresholds should be a valid number, "),
         ("mAA(fold_sign=maybe)", "fold_sign should be a valid boolean, "),
         ("TAS(quantile=0)", "quantile should be greater than 0, not '0'"),
         ("TAS(n_hypotheses=0)", "n_hypotheses should be greater than 0, not '0'"),
         ("TAS(prescreen=0)", "prescreen should be greater than 0, not '0'"),
-        ("TAS(order=1.5)", "order should be less than or equal to 1, not '1.5'"),
+        ("TAS(n_thresholds=1e20)", "n_thresholds must be a whole number from 1 to 1000000, or inf"),
+        ("TAS(max_threshold=1e308)", "max_threshold should be at most 1e+100, not '1e308'"),
+        ("TAS(order=1.5)", "order should be at most 1, not '1.5'"),
         (
             "TAS(registration=umeyama)",
             "registration should be 'pcr99', 'refined' or 'literal_frames', not 'umeyama'",
         ),
         ("TAS(registration=refined, order=0.2)", "order can be set for pcr99 alone"),
         ("TAS(seed=-1)", "seed should be greater than or equal to 0, not '-1'"),
-        ("PAS(weight=1.1)", "weight should be less than or equal to 1, not '1.1'"),
+        ("PAS(weight=1.1)", "weight should be at most 1, not '1.1'"),
     ],
 )
 def test_impossible_options_are_refused_in_one_line(metric: str, problem: str) -> None:

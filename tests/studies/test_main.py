@@ -212,3 +212,16 @@ def test_scenarios_have_findings(
     assert main(["beyond", *paths, "--output", str(output)]) == 1
     assert f"{paths[0]} has no column PAS; delete it and run: snakemake {paths[0]}" == line()
     assert not output.exists()
+
+
+def test_tables_of_another_study_are_one_line(
+    make_up: MakeUp, written: Written, tmp_path: Path, line: Callable[[], str]
+) -> None:
+    settings = ["experiment=maa_vs_pas_outliers", "metrics=[TAS,ATE]", "trials=2"]
+    paths = written({"a": make_up(load_sweep(settings), value=worsens)})
+    output = ["--output", *(str(tmp_path / name) for name in ("a.csv", "b.csv", "c.md"))]
+    assert main(["frame_rate", *output]) == 1
+    assert line() == "no tables are given; run: snakemake frame_rate"
+    assert main(["frame_rate", *paths, *output]) == 1
+    problem = "these tables, which lack 'settings', are not those of frame_rate"
+    assert line() == f"{problem}; run: snakemake frame_rate"
