@@ -135,6 +135,14 @@ def test_save_aligned(run, score, tmp_path, examples, files, read):
     }
 
 
+def test_an_aligned_estimate_has_the_time_of_the_reference(run, tmp_path, examples):
+    """Its stamps and the offset."""
+    path = tmp_path / "aligned.txt"
+    assert run(*TUM, "--t_offset", 0.2, "--save_aligned", path)[0] == 0
+    stamps = read_tum(examples / TUM[2]).keys
+    np.testing.assert_allclose(read_tum(path).keys, stamps + 0.2, rtol=0, atol=1e-6)
+
+
 def test_what_was_not_aligned_is_not_saved(run, tmp_path, write, lines):
     standing = [" ".join([line.split()[0], "1 2 3 0 0 0 1"]) for line in lines]
     path = tmp_path / "aligned.txt"

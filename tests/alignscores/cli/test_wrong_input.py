@@ -306,6 +306,7 @@ CASES = {  # "format file what": its edit, the message
     ),
     "colmap reference a word": (image("2 abc "), COLMAP_LINE),
     "colmap reference nan": (image("2 nan "), COLMAP_LINE),
+    "colmap reference no name": (image("2 1 0 0 0 0 0 0 1\n"), COLMAP_LINE),
     "colmap reference a line less": (image(""), COLMAP_LINE),
     "colmap reference is sparse/": (
         inside,

@@ -86,6 +86,15 @@ def test_a_run_is_scored_as_the_library_does(benchmark_of, compare, tmp_path):
     assert 0.2 < entry["metrics"][name] < 0.5
 
 
+def test_other_sequences_tell_nothing_of_the_frames_that_were_due(benchmark_of, compare, tmp_path):
+    """On one a run has every third frame, on the other all; each lacks the second run."""
+    patterns = benchmark_of({"a": (0.1, 1.0, 3, 0.0)}, ["car"], runs=2, n=60)
+    benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["helix"], runs=1, n=60)
+    (tmp_path / "car/a/1.txt").write_text("")
+    found = [(one["sequence"], one["n"], one["failures"]) for one in compare(*patterns)["results"]]
+    assert found == [("car", 20, 0), ("car", 20, 20), ("helix", 60, 0), ("helix", 60, 60)]
+
+
 def test_a_run_that_is_added_is_computed_alone(benchmark_of, compare, tmp_path, monkeypatch):
     import alignscores.comparison.runs as module
 

@@ -130,6 +130,12 @@ def test_one_run_each_has_no_ranks_anywhere(benchmark_of, run, tmp_path):
     assert not any(pair["better"] or pair["distinguishable"] for pair in found["comparisons"])
 
 
+def test_one_system_needs_no_reason_for_having_no_ranks(benchmark_of, run):
+    out = run(*benchmark_of({"only": (0.1, 1.0, 1, 0.0)}, ["car"], 1, n=40))[1]
+    assert "means over runs" in out
+    assert "no ranks" not in out
+
+
 def test_little_apart_takes_as_many_runs_as_bear_a_failure(benchmark_of, run):
     """However little they scatter: of three runs a fourth might fail."""
     systems = {"good": (0.1, 1.0, 1, 0.0), "next": (0.13, 1.0, 1, 0.0)}

@@ -4,8 +4,10 @@ import json
 import re
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 
+import alignscores
 from alignscores.cli import main
 
 YAML = """\
@@ -83,6 +85,90 @@ def test_page_tells_what_changed(patterns, run, compare, tmp_path):
     (_, *rows) = out.partition("against saved.json\n")[2].splitlines()
     for cell in rows[1].split()[:4]:
         assert cell in structure.texts
+
+
+def cells_of_heat_map(patterns, run, tmp_path, by):
+    """Return the values of the heat map and how strong the colours are, in per cent."""
+    run(*patterns, "--by", by, "--html", "page.html")
+    found = re.findall(r'--share:(\d+)%">([\d.]+|∞)', (tmp_path / "page.html").read_text())
+    strengths, values = zip(*found, strict=True)
+    return np.array([float(value.replace("∞", "inf")) for value in values]), list(
+        map(int, strengths)
+    )
+
+
+def test_the_stronger_the_colour_the_better(patterns, run, tmp_path):
+    """Scores go from 0 to 1, errors from the largest to the smallest."""
+    scores, strengths = cells_of_heat_map(patterns, run, tmp_path, "PAS")
+    assert strengths == pytest.approx(100 * scores, abs=0.51)
+    errors, strengths = cells_of_heat_map(patterns, run, tmp_path, "half_distance")
+    assert np.isinf(errors).sum() == 1  # a run is missing
+    low, high = errors.min(), errors[np.isfinite(errors)].max()
+    assert strengths == pytest.approx(
+        100 * (high - np.minimum(errors, high)) / (high - low), abs=0.6
+    )
+
+
+@pytest.mark.parametrize("by", ["PAS", "half_distance"])
+def test_dots_are_where_the_runs_are(patterns, run, compare, tmp_path, by):
+    """From 0 to 1, or to the largest error of the sequence."""
+    run(*patterns, "--by", by, "--html", "page.html")
+    text = (tmp_path / "page.html").read_text()
+    results = compare(*patterns)["results"]
+    expected = []
+    for sequence in ("car", "helix"):
+        values = [
+            one[by]
+            for system in ("a_b", "c")
+            for one in results
+            if (one["system"], one["sequence"]) == (system, sequence) and one[by] is not None
+        ]
+        end = 1.0 if by == "PAS" else max(values)
+        expected += [130 + 502 * value / end for value in values]
+        assert f'text-anchor="end">{end:.3g}</text>' in text
+    dots = re.findall(r'class="dot" cx="([\d.]+)"', text)
+    assert list(map(float, dots)) == pytest.approx(expected, abs=0.06)
+
+
+def test_the_curves_are_the_errors_of_their_sequence(patterns, run, tmp_path):
+    """Each of the 60 cameras has a part of the way of its own: the median is that of the runs."""
+    run(*patterns, "--html", "page.html")
+    text = (tmp_path / "page.html").read_text()
+    runs = alignscores.compare(patterns[1], patterns[2], format="tum").summary.runs
+    expected = []
+    for sequence in ("car", "helix"):
+        for system in ("a_b", "c"):
+            scored = [
+                one
+                for run, one in runs
+                if (run.system, run.sequence) == (system, sequence) and one.n
+            ]
+            errors = np.median([one.position_errors for one in scored], axis=0) / scored[0].unit
+            expected.append(20 + 260 * (1 - np.minimum(errors, 4) / 4))
+        assert f"≥ {4 * scored[0].unit:.3g} (4 d)" in text
+        assert own_pages(text)[sequence]["settings"]["unit"] == scored[0].unit
+    curves = re.findall(r'<polyline .*?stroke="var\(--c(\d)\)".*?points="(.*?)"', text)
+    assert [int(colour) for colour, _ in curves] == [0, 1, 0, 1]
+    for (_, points), heights in zip(curves, expected, strict=True):
+        x, y = np.transpose([list(map(float, point.split(","))) for point in points.split()])
+        assert x == pytest.approx(52 + 640 * (2 * np.arange(60) + 1.5) / 120, abs=0.06)
+        assert y == pytest.approx(heights, abs=0.06)
+
+
+def test_the_page_tells_which_system_is_ahead(patterns, run, compare, tmp_path):
+    """Over all sequences, for each question."""
+    run(*patterns, "--html", "page.html")
+    cell = "<td>[^<]*</td>"
+    row = rf'<th scope="row">([^<]*) − ([^<]*)</th>{cell}{cell}<td>(first|second|no)</td>'
+    words = {"a": "first", "b": "second", None: "no"}
+    expected = [
+        (pair["a"], pair["b"], words[pair[question]["better"]])
+        for pair in compare(*patterns)["comparisons"]
+        if (pair["sequence"], pair["metric"]) == (None, "PAS")
+        for question in ("new_runs", "new_sequences")
+    ]
+    assert ("a_b", "c", "first") in expected
+    assert re.findall(row, (tmp_path / "page.html").read_text()) == expected
 
 
 def test_page_sorts_and_fits_a_phone(patterns, run, tmp_path, browser):

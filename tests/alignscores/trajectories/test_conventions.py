@@ -234,6 +234,14 @@ def test_cameras_that_were_not_estimated_are_left_out():
     assert find_convention(gt, est).body_rotation is None
 
 
+def test_ten_cameras_are_enough():
+    rng = np.random.default_rng(9)
+    gt = reference("anywhere", 10, rng)
+    est = in_frame(estimate(gt, rng), OPENGL)
+    np.testing.assert_array_equal(find_convention(gt, est).body_rotation, OPENGL)
+    assert find_convention(gt[1:], est[1:]).body_rotation is None
+
+
 def test_descriptions():
     assert describe_rotation(OPENGL) == "180 deg about x, as OpenGL's camera axes to OpenCV's"
     assert describe_rotation(BODY).startswith("as a frame with x forward")
@@ -255,6 +263,8 @@ def test_swapped():
     slam, mocap = trajectory(100, at_origin=True), trajectory(1000, at_origin=False)
     assert seem_swapped(slam, mocap)
     assert not seem_swapped(mocap, slam)
+    assert seem_swapped(slam, trajectory(200, at_origin=False))  # twice as many are many
+    assert not seem_swapped(slam, trajectory(199, at_origin=False))
     # One sign alone is none.
     assert not seem_swapped(trajectory(1000, at_origin=True), trajectory(1100, at_origin=False))
     assert not seem_swapped(trajectory(100, at_origin=False), mocap)
