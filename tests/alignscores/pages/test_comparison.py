@@ -249,6 +249,7 @@ def test_the_page_has_the_cameras_of_the_command(
     monkeypatch.chdir(examples)
     run(format, reference, estimates, "--html", tmp_path / "page.html", "--jobs", 1)
     (one,) = own_pages((tmp_path / "page.html").read_text()).values()
+    assert one["estimates"][0]["name"] == "esti"  # of one run it is not said which
     settings = ["--registration", "refined", "--unit", str(one["settings"]["unit"])]
     settings += [] if format == "kitti" else ["--missing", "fail"]
     files = [reference, estimates.replace("{system}", "esti")]
