@@ -90,7 +90,7 @@ def _candidates(points: Floats, guesses: Indices, share: float) -> tuple[Indices
         sums = cells.split(points[tried])
         if sums.min() < smallest:
             best, smallest = tried[np.argmin(sums)], sums.min()
-        bounds[left] = cells.bounds(points[left])
+        bounds[left] = cells.bounds(points, left)
         looks += len(left) * len(cells.counts)
         left = left[bounds[left] < smallest - NEGLIGIBLE * n]
         if share < SPARSE and looks > share * n**2:
@@ -143,11 +143,12 @@ class _Cells:
         sums: Floats = distances.sum(axis=1)
         return sums
 
-    def bounds(self, points: Floats) -> Floats:
-        """Return lower bounds of the sums of truncated distances from points to all."""
-        size = max(1, DISTANCES_AT_ONCE // len(self.counts))
-        parts = np.split(points, range(size, len(points), size))
-        sums: Floats = np.concatenate([self._least(part).sum(axis=1) for part in parts])
+    def bounds(self, points: Floats, rows: Indices) -> Floats:
+        """Return lower bounds of the sums of truncated distances from some points to all."""
+        sums, size = np.empty(len(rows)), max(1, DISTANCES_AT_ONCE // len(self.counts))
+        for start in range(0, len(rows), size):
+            some = slice(start, start + size)
+            sums[some] = self._least(points[rows[some]]).sum(axis=1)
         return sums
 
     def _least(self, points: Floats) -> Floats:

@@ -58,7 +58,7 @@ def check_rotations(values: "ArrayLike | Rotation", name: str, *, complete: bool
 
 
 def check_poses(values: ArrayLike, name: str, *, complete: bool) -> tuple[Floats, Floats]:
-    """Return the rotations (n, 3, 3) and positions (n, 3) of camera-to-world poses."""
+    """Return the rotations (n, 3, 3), a view, and positions (n, 3) of camera-to-world poses."""
     poses = real_array(values, name)
     if poses.ndim != 3 or poses.shape[1:] not in ((4, 4), (3, 4)):
         raise ValueError(f"{name} must have shape (n, 4, 4) or (n, 3, 4), not {poses.shape}")
@@ -70,7 +70,7 @@ def check_poses(values: ArrayLike, name: str, *, complete: bool) -> tuple[Floats
         if wrong.any():
             row = int(np.argmax(wrong))
             raise ValueError(f"{name}[{row}] has the last row {poses[row, 3]}, not [0, 0, 0, 1]")
-    return np.ascontiguousarray(poses[:, :3, :3]), np.ascontiguousarray(poses[:, :3, 3])
+    return poses[:, :3, :3], np.ascontiguousarray(poses[:, :3, 3])
 
 
 def check_same_length(gt: Floats, est: Floats, gt_name: str, est_name: str) -> None:
