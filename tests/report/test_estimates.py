@@ -29,6 +29,7 @@ def test_an_interval_beside_where_the_claim_holds(name, low, high, outside):
     first, last = plot.holds
     assert (plot.high < first or plot.low > last) == outside
     assert first < last
+    assert 0 < plot.low < plot.mean < plot.high < 100
 
 
 def test_a_percentage_of_another_metric_is_no_change():

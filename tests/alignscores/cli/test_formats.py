@@ -53,6 +53,13 @@ def test_every_format_scores_the_same_scene_the_same(form, score, examples):
     assert result["matched"] + result["missing"] == 40
 
 
+@pytest.mark.parametrize("form", FILES)
+def test_metres_are_named_where_the_unit_is_one(form, run):
+    _, out, _ = run(form, *FILES[form])
+    header = out.splitlines()[0].split()
+    assert ("m" in header) == (form not in NAMED)
+
+
 TIMED, NAMED = {"tum", "euroc"}, {"colmap", "nerf"}
 OPTIONS = {  # the formats that have it, what it sets in the JSON
     "--missing ignore": (TIMED | NAMED, {"missing_cameras": "ignore"}),

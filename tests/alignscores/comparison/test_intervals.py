@@ -98,6 +98,12 @@ def test_systems_that_fail_alike_are_seldom_told_apart(n):
         assert chance @ told @ chance <= 0.08
 
 
+def test_failures_tell_equal_scores_apart():
+    for more in (0, 1e-9):
+        pair = cell([0.4, 0.6, 0.5, 0.5]), cell([0.4, 0.6, 0.5, 0.5 + more], 2)
+        assert answers([pair], "PAS", 0.05)["new_runs"]["needed"] == 27
+
+
 def test_an_interval_of_parts():
     assert joined(1.0, (3, 0), (4, 2)) == pytest.approx((-4, 3))
 

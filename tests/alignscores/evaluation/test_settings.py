@@ -174,6 +174,7 @@ def parsers():
 def test_the_parser_is_made_from_them(command):
     """Of a format it has the settings that there are for it, each with its default and its help."""
     actions = {action.dest: action for action in parsers()[command]._actions}
+    assert all(action.help for action in actions.values())
     expected = set(options()) - {"format"}
     if command != "compare":
         form = FORMATS[command]
