@@ -18,8 +18,9 @@ def test_provenance_has_the_command_and_no_place(page, original):
 
 def test_the_command_has_the_settings_and_no_folder():
     assert command([]) == "snakemake report"
-    given = command(["trials=5", "sigma_t=[0.05]", "scenarios=/home/me/mine.yaml"])
-    assert given == "snakemake report --config trials=5 'sigma_t=[0.05]' scenarios=mine.yaml"
+    for name in ("mine.yaml", "mine.yml"):
+        given = command(["trials=5", "sigma_t=[0.05]", f"scenarios=/home/me/{name}"])
+        assert given == f"snakemake report --config trials=5 'sigma_t=[0.05]' scenarios={name}"
 
 
 def test_run_times_are_summed_over_the_jobs_of_a_target(results):
