@@ -72,6 +72,7 @@ def test_equal_scores_have_themselves_as_mean(score):
     (result,) = score(*KITTI[:2], KITTI[1], *PAPER)
     assert (result["TAS"], result["PAS"], result["TAS_sd"], result["PAS_sd"]) == (1, 1, 0, 0)
     assert score(*TUM, *PAPER, "--repeat", 1)[0]["TAS_sd"] is None
+    assert score(*TUM, *PAPER, "--repeat", 2)[0]["TAS_sd"] > 0
 
 
 def test_unit(score):
