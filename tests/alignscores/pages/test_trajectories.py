@@ -1,7 +1,9 @@
 """The page of one's own files in a browser: numbers, sliders, the address, picking, names."""
 
+import base64
 import json
 import os
+import re
 import shutil
 
 import numpy as np
@@ -66,6 +68,16 @@ def numbers(browser):
         return [row[1:7] for row in told["table"]]
 
     return numbers
+
+
+def test_an_exact_estimate_is_drawn_on_the_reference(saved):
+    """Both about the middle, so that single precision is enough."""
+    page, _ = saved("kitti", "kitti/reference.txt", "kitti/reference.txt")
+    found = re.findall('"positions":"([^"]*)"', page)
+    reference, estimate = (np.frombuffer(base64.b64decode(each), "<f4") for each in found)
+    np.testing.assert_allclose(estimate, reference, atol=1e-6)
+    reference = reference.reshape(-1, 3)
+    np.testing.assert_allclose(reference.min(axis=0), -reference.max(axis=0), atol=1e-6)
 
 
 def test_the_page_knows_the_alignment(saved):
