@@ -148,7 +148,7 @@ def score(
         notes += _convention_notes(matches, convention, scores, settings)
     matches = replace(matches, est_poses=in_one_world(poses, scores.of_parts, scores.part_of))
     once = _each_pose_once(matches)
-    stamps = whole.keys[once.est_rows] + offset if whole.keys.dtype.kind == "f" else None
+    stamps = whole.keys[once.est_rows] if whole.keys.dtype.kind == "f" else None
     metrics, reasons = _metric_values(once, stamps, settings, n_parts=len(parts))
     notes = [*notes, *parts_notes(described), *reasons]
     return Evaluation(

@@ -53,12 +53,13 @@ def test_long_names_keep_what_tells_them_apart():
 
 
 def test_a_narrow_terminal_drops_columns_and_says_so():
-    rows = [ROW | {"name": name, "rank": [1, 1]} for name in ("orb_slam3.txt", "dso_stereo.txt")]
-    text, dropped = table(rows, METRES, 40)
+    row = ROW | {"rank": [1, 1], "no_position": 1, "duplicate": 1}
+    text, dropped = table([row | {"name": f"orb_slam{n}.txt"} for n in (2, 3)], METRES, 40)
     assert max(map(len, text.splitlines())) <= 40
     assert text.split()[:4] == ["estimate", "TAS", "RAS", "PAS"]
     assert dropped == [
-        *("< 10 deg", "< d", "sd", "sd", "ATE m", "d m", "n", "half deg", "half m", "rank")
+        *("< 10 deg", "< d", "dupl.", "sd", "nan", "sd", "ATE m", "d m", "n", "half deg"),
+        *("half m", "rank"),
     ]
 
 

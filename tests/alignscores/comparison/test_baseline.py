@@ -44,6 +44,7 @@ def test_nothing_changed(gate):
 def test_a_system_that_is_certainly_worse(gate, benchmark_of):
     code, out, _ = gate(lambda: benchmark_of(WORSE, n=60))
     assert code == 3
+    assert "\n\nPAS against" in out
     changes = {row[0]: row[-1] for row in rows_of(out)[1:]}
     assert changes == {"orb": "worse", "dso": "certain"}
 

@@ -38,8 +38,8 @@ def test_one_run_fails(failing, patterns, run, error, reason):
     failing(runs, "score", error)
     code, out, err = run(*patterns, "--jobs", 1, "--json", "--no_cache")
     results = json.loads(out)["results"]
-    failed = {entry["run"] for entry in results if entry["status"] == "failed"}
-    assert (code, failed) == (1, {"0"})
+    failed = {(entry["run"], entry["lost"]) for entry in results if entry["status"] == "failed"}
+    assert (code, failed) == (1, {("0", 1.0)})
     assert sum(entry["PAS"] is not None for entry in results) >= 7
     assert f"0.txt: {reason}" in err or reason in err
 
