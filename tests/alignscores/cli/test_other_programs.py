@@ -175,7 +175,9 @@ def test_bags(same, run, trajectories, tmp_path, kind, name, file):
     path = bag(tmp_path / name, kind, trajectories) / file
     assert same("bag", path, path, *TOPICS) == []
     assert same("bag", path, FILES["tum"][1], "--est_format", "tum", *TOPICS[:2]) == []
-    assert "note: taken for the format bag\n" in run(path, path, *TOPICS)[2]
+    options = *TOPICS, "--save_aligned", tmp_path / "aligned.txt"
+    assert "note: taken for the format bag\n" in run(path, path, *options)[2]
+    assert len(read_tum(tmp_path / "aligned.txt").keys) > 30
     code, out, err = run("bag", path, path, *TOPICS[:2])
     assert (code, out) == (1, "")
     assert err == (
