@@ -336,6 +336,15 @@ def test_dry_run(benchmark_of, run, tmp_path):
     )
 
 
+def test_as_many_runs_are_missing_as_there_are_fewer(benchmark_of, run, tmp_path):
+    """Whatever their names."""
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, runs=2, n=5)
+    (tmp_path / "helix/a/1.txt").unlink()
+    (tmp_path / "car/a/0.txt").rename(tmp_path / "car/a/9.txt")
+    out = run(*patterns, "--dry-run")[1]
+    assert "helix/gt.txt\n  a, run 0: helix/a/0.txt\n  a, run 1: missing\n2 seq" in out
+
+
 IMAGES = """\
 format: {format}
 reference: "{{sequence}}/gt{ending}"
