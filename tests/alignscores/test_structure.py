@@ -115,3 +115,9 @@ def test_nothing_imports_the_command():
     }
     inside = {module for module in MODULES if module.startswith("alignscores.cli")}
     assert importing - inside == {"alignscores.__main__"}
+
+
+def test_no_instance_of_a_dataclass_can_be_changed():
+    for module in LIBRARY:
+        for line in MODULES[module].read_text("utf-8").splitlines():
+            assert "@dataclass" not in line or "frozen=True" in line, module

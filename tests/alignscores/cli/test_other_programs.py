@@ -54,7 +54,7 @@ def test_vslamlab(same, run, examples, tmp_path):
         header = "ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw"
         columns = [form, *["%.17g"] * 7]
         np.savetxt(files[-1], values, fmt=columns, delimiter=",", header=header, comments="")
-    assert same("vslamlab", *files) == []
+    assert same("vslamlab", *files, "--t_offset", 0) == []
     assert "note: taken for the format vslamlab\n" in run(*files)[2]
     lines = files[1].read_text().splitlines()
     files[1].write_text("\n".join([*lines[:5], "1,2,3", *lines[5:]]))
@@ -173,7 +173,7 @@ TOPICS = "--ref_topic", "/gt", "--est_topic", "/odom"
 )
 def test_bags(same, run, trajectories, tmp_path, kind, name, file):
     path = bag(tmp_path / name, kind, trajectories) / file
-    assert same("bag", path, path, *TOPICS) == []
+    assert same("bag", path, path, *TOPICS, "--t_offset", 0) == []
     assert same("bag", path, FILES["tum"][1], "--est_format", "tum", *TOPICS[:2]) == []
     options = *TOPICS, "--save_aligned", tmp_path / "aligned.txt"
     assert "note: taken for the format bag\n" in run(path, path, *options)[2]

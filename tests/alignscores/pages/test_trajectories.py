@@ -70,9 +70,11 @@ def numbers(browser):
     return numbers
 
 
-def test_an_exact_estimate_is_drawn_on_the_reference(saved):
+def test_an_exact_estimate_is_drawn_on_the_reference(saved, examples, tmp_path):
     """Both about the middle, so that single precision is enough."""
-    page, _ = saved("kitti", "kitti/reference.txt", "kitti/reference.txt")
+    path = tmp_path / "far.txt"
+    np.savetxt(path, np.loadtxt(examples / "kitti/reference.txt") + [0, 0, 0, 1000] * 3)
+    page, _ = saved("kitti", path, path)
     found = re.findall('"positions":"([^"]*)"', page)
     reference, estimate = (np.frombuffer(base64.b64decode(each), "<f4") for each in found)
     np.testing.assert_allclose(estimate, reference, atol=1e-6)
