@@ -31,6 +31,13 @@ FOLDER = CONFIG_DIR.parent / "docs" / "article"
 TEMPLATE = "article.html.j2"
 CAPTIONS = ("Figure 5", "Figure 6", "Figure 7")  # whose statements stand beside what came out
 KEYS = ("trials=", "replicates=", "benchmark=", "quick=", "more=")  # that leave the study as it is
+SHORT = {  # names of metrics with their options, as tables have room for
+    "(registration=refined)": " refined",
+    "(registration=refined,max_threshold=2)": " refined 2 d",
+    "(registration=refined, max_threshold=2)": " refined 2 d",
+    "HalfDistance(score=0.25)": "QuarterDistance",
+    "HalfAngle(score=0.25)": "QuarterAngle",
+}
 LEFT_OUT = Markup('<span class="left-out">[left out: not so in this quick look]</span>')
 
 
@@ -82,10 +89,10 @@ class Statement:
 
     @property
     def verdict(self) -> str:
-        """The verdict, or of how many metrics it is reproduced."""
+        """The verdict; of several metrics, for how many it is reproduced."""
         if len(self.rows) == 1:
             return self.rows[0].verdict
-        return f"{sum(row.holds for row in self.rows)} of {len(self.rows)} reproduced"
+        return f"{sum(row.holds for row in self.rows)} of {len(self.rows)}"
 
 
 def render(results: Results, machine: str = "") -> str:
@@ -104,6 +111,7 @@ def render(results: Results, machine: str = "") -> str:
     orders = found["head_to_head"]
     text = environment(FOLDER)
     text.filters["listed"] = _listed
+    text.filters["short"] = _shortened
     rates = {summary.metric: summary for summary in found["frame_rate"]["metrics"]}
     names: dict[str, Any] = {
         "is_quick": is_quick,
@@ -116,7 +124,7 @@ def render(results: Results, machine: str = "") -> str:
         "place": _finder("order", _places(orders["rankings"])),
         "ahead": lambda *key: _comparison(orders["table"], *key),
         "tallies": _tallies(found["counted"]),
-        "captions": _captions(found["rows"]),
+        "captions": _captions(found["counted"]),
         "doubted": lambda ids: [
             row for row in found["exceptions"] if re.fullmatch(ids, row.claim.id)
         ],
@@ -207,6 +215,12 @@ def _captions(rows: Sequence[Estimate]) -> list[Statement]:
             key = row.claim.source, Statement([row]).text
             groups.setdefault(key, []).append(row)
     return [Statement(group) for group in groups.values()]
+
+
+def _shortened(text: str) -> str:
+    for name, short in SHORT.items():
+        text = text.replace(name, short)
+    return text
 
 
 def _listed(words: Sequence[object]) -> str:
