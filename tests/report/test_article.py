@@ -301,7 +301,7 @@ def test_real_runs_are_shown_where_there_are_any(article, made, tmp_path):
     assert main([*real.arguments("--article"), "--output", str(path)]) == 0
     page = Page(path.read_text(encoding="utf-8"))
     assert rows_of(page, "real") == [["TAS", "∞", "50", "75", "60"]]
-    assert "dso, orb on 1 sequences" in page.html
+    assert "dso, orb on 1 sequence." in page.html
     assert "All data but those of the real runs" in page.html
 
 
