@@ -297,9 +297,11 @@ def test_real_runs_are_shown_where_there_are_any(article, made, tmp_path):
     for name, table in zip(("real", "real_pairs", "real_agreement"), tables, strict=True):
         real.write(f"tables/{name}.csv", table)
     shutil.copy(folder / "figures/outliers.png", folder / "figures/real.png")
+    real.write("benchmarks/real/desk.tsv", "s\tcpu_time\tmax_rss\n4.0\t2.5\t90.0\n")
     path = tmp_path / "article.html"
     assert main([*real.arguments("--article"), "--output", str(path)]) == 0
     page = Page(path.read_text(encoding="utf-8"))
+    assert ["real", "1", "4.0 s", "4.0 s", "2.5 s", "90 MB"] in rows_of(page, "costs")
     assert rows_of(page, "real") == [["TAS", "∞", "50", "75", "60"]]
     assert "dso, orb on 1 sequence." in page.html
     assert "All data but those of the real runs" in page.html
