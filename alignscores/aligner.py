@@ -102,6 +102,7 @@ class Aligner:
         """Whether the alignment is the same at all thresholds."""
         return self._alignment == "none" or self.registration == "pcr99"
 
+    @np.errstate(over="ignore", invalid="ignore")  # beyond the largest number: infinitely far
     def align(self, thresholds: Floats, which: Indices | None = None) -> Aligned:
         """Align scenes for errors up to a threshold each, (B,); by default all scenes."""
         if self._worlds is None:
@@ -117,7 +118,6 @@ class Aligner:
             rows = _between_worlds(rows, gt, est)
         return Aligned(rows, found, errors, n_used)
 
-    @np.errstate(over="ignore", invalid="ignore")  # beyond the largest number: infinitely far
     def _normalised(self) -> tuple[Indices, Normalised, Normalised]:
         """Return where scenes start, and their estimated cameras in both worlds.
 
@@ -236,14 +236,13 @@ def _errors(
     """Return the position errors of normalised cameras, as `Similarity.position_errors`."""
     counts = sizes(starts)
     rotations = rows[:, 1:10].reshape(-1, 3, 3)
-    with np.errstate(over="ignore", invalid="ignore"):  # beyond the largest number: infinitely far
-        residuals = est.local - _each(rows[:, 10:], counts)
-        residuals /= _each(rows[:, :1], counts)
-        for scene in np.flatnonzero(found).tolist():  # each by itself, for the same bits
-            cameras = slice(*starts[scene : scene + 2])
-            residuals[cameras] -= gt.local[cameras] @ rotations[scene].T
-        residuals *= residuals
-        errors: Floats = _each(gt.units, counts) * np.sqrt(residuals.sum(axis=1))
+    residuals = est.local - _each(rows[:, 10:], counts)
+    residuals /= _each(rows[:, :1], counts)
+    for scene in np.flatnonzero(found).tolist():  # each by itself, for the same bits
+        cameras = slice(*starts[scene : scene + 2])
+        residuals[cameras] -= gt.local[cameras] @ rotations[scene].T
+    residuals *= residuals
+    errors: Floats = _each(gt.units, counts) * np.sqrt(residuals.sum(axis=1))
     errors[~found.repeat(counts)] = np.inf
     return errors
 
@@ -253,7 +252,6 @@ def _each(values: Floats, counts: Indices) -> Floats:
     return values if len(values) == 1 else values.repeat(counts, axis=0)
 
 
-@np.errstate(over="ignore", invalid="ignore")
 def _between_worlds(rows: Floats, gt: Normalised, est: Normalised) -> Floats:
     """Return alignments of normalised positions as those of the positions themselves."""
     between = rows.copy()
@@ -279,10 +277,10 @@ def normalise_scenes(positions: Floats, starts: Indices) -> Normalised:
     the median along an axis, 1 where all positions coincide. It is a power of two, so that dividing
     by it rounds nothing.
     """
+    if normalised := kernel.normalise_scenes(positions, starts, FARTHEST_SUMMABLE):
+        return Normalised(*normalised)
     if _largest(positions) > FARTHEST_SUMMABLE:
         return _shrunk(positions, starts)
-    if kernel.LIBRARY is not None:
-        return Normalised(*kernel.normalise_scenes(positions, starts, FARTHEST_SUMMABLE))
     parts = [_normalise(positions[start:end]) for start, end in pairwise(starts.tolist())]
     local, centres, units = zip(*parts, strict=True)
     return Normalised(np.concatenate(local), np.array(centres), np.array(units))
@@ -305,7 +303,6 @@ def _normalise(positions: Floats) -> tuple[Floats, Floats, float]:
     """Return the positions of one scene, centred and divided, with median and spread."""
     if len(positions) == 0:
         return positions, np.zeros(3), 1.0
-    positions = np.clip(positions, -FARTHEST_SUMMABLE, FARTHEST_SUMMABLE)
     centre = _upper_median(positions) + 0.0  # the zero without a sign
     local = positions - centre
     distances = np.abs(local)

@@ -14,7 +14,7 @@ import pandas as pd
 from experiments.tables import Record
 from studies.words import NONE
 
-__all__ = ["Machine", "command", "machines", "runtimes"]
+__all__ = ["Machine", "command", "machines", "runtimes", "time_of"]
 
 
 @dataclass(frozen=True)
@@ -71,6 +71,11 @@ def _sum(jobs: pd.DataFrame) -> dict[str, str]:
         "Processor time": _write_seconds(jobs["cpu_time"].sum(min_count=1)),
         "Largest memory": NONE if isnan(memory) else f"{memory:.0f} MB",
     }
+
+
+def time_of(jobs: pd.DataFrame, job: str) -> str:
+    """Return how long a job took, in words."""
+    return _write_seconds(jobs.loc[jobs["job"] == job, "s"].sum(min_count=1))
 
 
 def _write_seconds(seconds: float) -> str:

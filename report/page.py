@@ -133,6 +133,8 @@ def contents(results: Results, machine: str = "") -> dict[str, Any]:
         "decisions": _decisions(results, readings, claims),
         "other_criteria": criteria.to_dict("records"),
         "experiments": [record.sweep for record in experiments.values()],
+        "claims_of": Counter(row.claim.experiment for row in rows),
+        "times": {name: origin.time_of(results.jobs, f"trials/{name}") for name in experiments},
         "machines": origin.machines(results.records),
         "machine": machine,
         "command": origin.command(results.settings),

@@ -61,13 +61,15 @@ class Results:
 
     @property
     def jobs(self) -> pd.DataFrame:
-        """What Snakemake measured of the jobs of each target: seconds and megabytes."""
+        """What Snakemake measured of each job of each target: seconds and megabytes."""
         tables = [
-            pd.read_csv(path, sep="\t", na_values="-").reindex(columns=JOB).assign(target=name)
+            pd.read_csv(path, sep="\t", na_values="-")
+            .reindex(columns=JOB)
+            .assign(target=name, job=f"{path.parent.name}/{path.stem}")
             for name, plan in self.plans.items()
             for path in self._benchmarks(plan)
         ]
-        return pd.concat(tables) if tables else pd.DataFrame(columns=["target", *JOB])
+        return pd.concat(tables) if tables else pd.DataFrame(columns=["target", "job", *JOB])
 
     def _benchmarks(self, plan: Plan) -> list[Path]:
         """Return what was measured; nothing where Snakemake did not run a job."""

@@ -311,7 +311,8 @@ def ranks_explained(summary: Summary, by: str, names: Names, what: str) -> list[
     what = "runs of each on each sequence" if over_all == QUESTIONS[0] else "sequences"
     lines += [
         f"{by} of {both}: {_certain_but(pair)}"
-        f"about {pair['needed'] or f'more than {MOST_NEEDED}'} {what} would do"
+        f"{f'about {needed}' if (needed := pair['needed']) else f'more than {MOST_NEEDED}'} {what}"
+        " would do"
         for pair, both in neighbours
         if over_all and not pair["distinguishable"] and math.isfinite(pair["low"])
     ]

@@ -342,10 +342,15 @@ def _runs(summary: Summary, by: str, sequence: str, names: Names) -> str:
     return _svg(width, height, marks, f"{by} of each run. {spoken}")
 
 
-def _pooled_errors(summary: Summary, system: str, sequence: str) -> dict[str, str]:
-    """Return errors of positions, in d, and of rotations that stand for those of all runs."""
+def _pooled_errors(summary: Summary, system: str, sequence: str) -> dict[str, str] | None:
+    """Return errors of positions, in d, and of rotations that stand for those of all runs.
+
+    None where the system was not tried.
+    """
     runs = _outcomes(summary, system, sequence)
     n_runs = summary.entries[system, sequence]["runs"]
+    if not n_runs:
+        return None
     return {
         "position": _quantiles([run.position_errors / run.unit for run in runs], n_runs),
         "rotation": _quantiles([run.rotation_errors for run in runs], n_runs),

@@ -39,7 +39,7 @@
   const KINDS = { position: { name: "TAS", unit: "d" }, rotation: { name: "RAS", unit: "degrees" } };
   const UNITS = { position: geometric(0.02, 100), rotation: geometric(0.05, 180) };
   const unpacked = (text) => new Float32Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
-  const errors = data.errors.map((systems) => systems.map((one) => ({ position: unpacked(one.position), rotation: unpacked(one.rotation) })));
+  const errors = data.errors.map((systems) => systems.map((one) => one && { position: unpacked(one.position), rotation: unpacked(one.rotation) }));
   const everything = data.sequences.map((_, index) => index);
 
   function geometric(low, high) {
@@ -62,9 +62,12 @@
   const chosen = () => (state.sequence < 0 ? everything : [state.sequence]);
   const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
 
+  // Over the sequences that the system was tried on; not a number where there are none.
   function scoreOf(system, kind, unit) {
-    return mean(chosen().map((sequence) => score(errors[sequence][system][kind], unit, { thresholds: state.steps })));
+    const tried = chosen().map((sequence) => errors[sequence][system]).filter(Boolean);
+    return mean(tried.map((one) => score(one[kind], unit, { thresholds: state.steps })));
   }
+  const write = (value) => (Number.isNaN(value) ? "not tried" : value.toFixed(3));
   const remembered = new Map(); // profiles depend on two of the settings alone
   function profileOf(system, kind) {
     const key = [system, kind, state.sequence, state.steps].join();
@@ -149,7 +152,7 @@
       if (limit >= UNITS[kind][0] && limit <= UNITS[kind].at(-1)) rule(made, limit, "here");
       cursor(made, {
         places: UNITS[kind],
-        describe: (index) => `${number(UNITS[kind][index])} ${unit}: ${data.systems.map((system, k) => `${system} ${profiles[k][index].toFixed(3)}`).join(", ")}`,
+        describe: (index) => `${number(UNITS[kind][index])} ${unit}: ${data.systems.map((system, k) => `${system} ${write(profiles[k][index])}`).join(", ")}`,
         name: `${name} over its largest threshold`,
       });
     };
@@ -160,7 +163,7 @@
   function render() {
     rows.forEach((cells, system) => {
       const [tas, ras] = Object.keys(KINDS).map((kind) => scoreOf(system, kind, largest(kind)));
-      [tas, ras, pas(tas, ras, state.weight)].forEach((value, column) => { cells[column].textContent = value.toFixed(3); });
+      [tas, ras, pas(tas, ras, state.weight)].forEach((value, column) => { cells[column].textContent = write(value); });
     });
     showSliders(state);
     at("sequence").value = state.sequence;

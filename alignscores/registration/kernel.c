@@ -817,26 +817,28 @@ size_t refine(const double *gt, const double *est, size_t n, similarity *similar
     return count;
 }
 
-/* As aligner.normalise, of scenes one behind the other; `values` is room for the largest. */
+/* As aligner.normalise, of scenes one behind the other; `values` is room for the largest. Return
+   whether no coordinate is beyond the farthest; else nothing is normalised. */
 EXPORTED
-void normalise_scenes(size_t n_scenes, const size_t *starts, const double *positions, double farthest,
+bool normalise_scenes(size_t n_scenes, const size_t *starts, const double *positions, double farthest,
                       double *normalised, double *centres, double *units, double *values)
 {
+    double largest = 0;
+    for (size_t i = 3 * starts[0]; i < 3 * starts[n_scenes]; i++)
+        largest = fabs(positions[i]) > largest ? fabs(positions[i]) : largest;
+    if (largest > farthest)
+        return false;
     for (size_t s = 0; s < n_scenes; s++) {
         size_t n = starts[s + 1] - starts[s], n_moved = 0;
         const double *rows = positions + 3 * starts[s];
         double *local = normalised + 3 * starts[s], *centre = centres + 3 * s;
-        for (size_t i = 0; i < 3 * n; i++) {
-            double x = rows[i] < -farthest ? -farthest : rows[i];
-            local[i] = x > farthest ? farthest : x;
-        }
         for (size_t k = 0; k < 3 && n > 0; k++) {
             for (size_t i = 0; i < n; i++)
-                values[i] = local[3 * i + k];
+                values[i] = rows[3 * i + k];
             centre[k] = nth_smallest(values, n, n / 2) + 0.0; /* the zero without a sign */
         }
         for (size_t i = 0; i < 3 * n; i++) {
-            local[i] -= centre[i % 3];
+            local[i] = rows[i] - centre[i % 3];
             if (fabs(local[i]) > 0)
                 values[n_moved++] = fabs(local[i]);
         }
@@ -847,6 +849,7 @@ void normalise_scenes(size_t n_scenes, const size_t *starts, const double *posit
         for (size_t i = 0; i < 3 * n; i++)
             local[i] /= units[s];
     }
+    return true;
 }
 
 /* As translation.closest_pair_quartile, of normalised scenes of 4 to `most` cameras; NaN of others. */

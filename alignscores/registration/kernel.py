@@ -101,6 +101,7 @@ def load(path: Path) -> ctypes.CDLL | None:
     library.register_scenes.restype = c_int
     scenes = c_size_t, c_void_p, c_void_p
     library.normalise_scenes.argtypes = *scenes, c_double, *4 * (c_void_p,)
+    library.normalise_scenes.restype = c_bool
     library.closest_pair_quartiles.argtypes = *scenes, c_void_p, c_size_t, c_void_p, c_void_p
     library.try_triplets.argtypes = c_void_p, c_size_t, *4 * (c_void_p,)
     library.try_triplets.restype = c_size_t
@@ -133,17 +134,18 @@ def _settings(n_hypotheses: int, alignment: str, prescreen: float) -> Settings:
 
 def normalise_scenes(
     positions: Floats, starts: Indices, farthest: float
-) -> tuple[Floats, Floats, Floats]:
-    """See `aligner.normalise_scenes`; for where the kernel is compiled."""
+) -> tuple[Floats, Floats, Floats] | None:
+    """See `aligner.normalise_scenes`; None where the kernel cannot: a coordinate is beyond."""
+    if LIBRARY is None:
+        return None
     n = len(starts) - 1
     positions = np.ascontiguousarray(positions)
     local, centres, units = np.empty_like(positions), np.zeros((n, 3)), np.empty(n)
     values = np.empty(positions.size)
-    assert LIBRARY is not None
-    LIBRARY.normalise_scenes(
+    done = LIBRARY.normalise_scenes(
         n, *_addresses(starts, positions), farthest, *_addresses(local, centres, units, values)
     )
-    return local, centres, units
+    return (local, centres, units) if done else None
 
 
 def closest_pair_quartiles(local: Floats, units: Floats, starts: Indices, most: int) -> Floats:

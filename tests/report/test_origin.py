@@ -4,6 +4,7 @@ import json
 import shutil
 
 from report.origin import command
+from studies.claims.claims import load_claims
 
 
 def test_provenance_has_the_command_and_no_place(page, original):
@@ -26,6 +27,7 @@ def test_run_times_are_summed_over_the_jobs_of_a_target(results):
     benchmark = "s\tcpu_time\tmax_rss\n4.0\t2.5\t90.0\n"
     results.write("benchmarks/figures/paths.tsv", benchmark)
     results.write("benchmarks/trials/beyond/bias.tsv", benchmark)
+    results.write("benchmarks/trials/outliers.tsv", benchmark)
     results.write("benchmarks/figures/another.tsv", benchmark)
     page = results.page("--machine", "2 cores of a kind")
     rows = {}
@@ -34,9 +36,15 @@ def test_run_times_are_summed_over_the_jobs_of_a_target(results):
         rows[header.text] = page.cells(row)
     assert rows["claims"] == ["3", "2 min 33 s", "52.0 s", "–", "100 MB"]
     assert rows["beyond"] == ["2", "8.0 s", "4.0 s", "5.0 s", "90 MB"]
-    assert rows["all"] == ["5", "2 min 41 s", "52.0 s", "5.0 s", "100 MB"]
+    assert rows["all"] == ["6", "2 min 45 s", "52.0 s", "7.5 s", "100 MB"]
+    assert rows["outliers"][-2:] == [str(n_claims("outliers")), "4.0 s"]
+    assert rows["collinear"][-2:] == [str(n_claims("collinear")), "–"]
     assert "figures" not in rows
     assert "on 2 cores of a kind" in page.id("provenance").text
+
+
+def n_claims(experiment):
+    return sum(claim.experiment == experiment for claim in load_claims().claims.values())
 
 
 def test_what_was_made_elsewhere_is_told_apart(results):

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from html.parser import HTMLParser
 
 import numpy as np
@@ -199,9 +200,10 @@ def test_page_sorts_and_fits_a_phone(patterns, run, tmp_path, browser):
 SLIDERS = """
 const text = (cell) => cell.textContent;
 const rows = [...document.querySelectorAll("#scores tr")];
-const scores = rows.map((row) => [...row.cells].slice(1).map((cell) => Number(text(cell))));
+const texts = rows.map((row) => [...row.cells].slice(1).map(text));
+const scores = texts.map((cells) => cells.map(Number));
 const names = rows.map((row) => text(row.cells[0]));
-tell({ names, scores, setting: text(document.getElementById("setting")) });
+tell({ names, texts, scores, setting: text(document.getElementById("setting")) });
 """
 
 
@@ -225,6 +227,26 @@ def test_scores_at_other_thresholds(patterns, run, compare, tmp_path, browser, o
             assert 0 < min(expected) < max(expected) < 1
             assert found == pytest.approx(expected, abs=0.0018)  # and three digits
         assert told["setting"].endswith("not as in the run." if options else ": as in the run.")
+
+
+def test_scores_of_a_system_that_was_not_tried_everywhere(patterns, run, tmp_path, browser):
+    """Overall they are those of the other sequence."""
+    html = {}
+    for name in ("everywhere", "elsewhere"):
+        run(*patterns, "--html", f"{name}.html")
+        html[name] = (tmp_path / f"{name}.html").read_text()
+        shutil.rmtree(tmp_path / "helix" / "a_b", ignore_errors=True)
+    all_of_it, there, not_there = (
+        dict(zip(told["names"], told["texts"], strict=True))
+        for told in (
+            browser.run(html["elsewhere"], SLIDERS, "#sequence=-1"),
+            browser.run(html["everywhere"], SLIDERS, "#sequence=0"),
+            browser.run(html["elsewhere"], SLIDERS, "#sequence=1"),
+        )
+    )
+    assert all_of_it["a_b"] == there["a_b"]
+    assert all_of_it["c"] != there["c"]
+    assert not_there["a_b"] == ["not tried"] * 3
 
 
 def own_pages(text):
