@@ -31,7 +31,7 @@ def executor(execution: Execution, tasks: int) -> Iterator[Parallel]:
     has other packages than this process, or the cluster is lost in the middle.
     """
     if execution.backend != "dask":
-        n_jobs = min(effective_n_jobs(execution.n_jobs), tasks)
+        n_jobs = max(1, min(effective_n_jobs(execution.n_jobs), tasks))
         yield Parallel(n_jobs=n_jobs, backend=execution.backend, return_as="generator")
         return
     address = str(execution.dask_address)
