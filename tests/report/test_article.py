@@ -13,6 +13,7 @@ import pytest
 
 import report.article
 import report.page
+import report.results
 from report.__main__ import main
 from report.article import FOLDER, TEMPLATE
 from studies.claims.claims import load_claims
@@ -106,13 +107,24 @@ def article(made):
     return Page(path.read_text(encoding="utf-8"))
 
 
+@pytest.fixture(scope="module")
+def found(made):
+    """What any template is filled with."""
+    return report.page.contents(report.results.Results(made.folder, made.settings))
+
+
 @pytest.fixture
-def write(made, capsys, tmp_path):
+def write(made, found, capsys, monkeypatch, tmp_path):
     """Write the article; return the exit code, what was said, and the page."""
+
+    def contents(*_):
+        return found | {"paper_trials": report.page.PAPER_TRIALS}
 
     def run():
         path = tmp_path / "article.html"
-        code = main([*made.arguments("--article"), "--output", str(path)])
+        with monkeypatch.context() as patch:
+            patch.setattr(report.article, "contents", contents)
+            code = main([*made.arguments("--article"), "--output", str(path)])
         page = Page(path.read_text(encoding="utf-8")) if code == 0 else None
         return code, capsys.readouterr().err, page
 
