@@ -65,7 +65,7 @@ def measure(sweeps: Sequence[Sweep], execution: Execution) -> list[CameraErrors]
     """Run the first trials of each cell, with the seeds that they have in a table of trials."""
     firsts = [replace(sweep, trials=min(sweep.trials, FIRST)) for sweep in sweeps]
     tasks = [(sweep, cell, *errors_of_scores(sweep)) for sweep in firsts for cell in cells(sweep)]
-    with one_blas_thread(), executor(execution) as parallel:
+    with one_blas_thread(), executor(execution, len(tasks)) as parallel:
         found: Iterator[Arrays] = parallel(delayed(_measure_cell)(*task) for task in tasks)
         errors = []
         for sweep in firsts:

@@ -7,7 +7,7 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from joblib import Parallel, parallel_config
+from joblib import Parallel, effective_n_jobs, parallel_config
 
 from .command import ConfigError
 from .config import Execution
@@ -22,14 +22,17 @@ PATIENCE = 10  # seconds for the scheduler to answer, and for its first worker t
 
 
 @contextmanager
-def executor(execution: Execution) -> Iterator[Parallel]:
+def executor(execution: Execution, tasks: int) -> Iterator[Parallel]:
     """Open the backend of the settings: a joblib ``Parallel`` that generates results in order.
+
+    No more processes are started than there are tasks: each takes a second to begin.
 
     It is a `ConfigError` where dask is not installed, no scheduler with a worker answers, a worker
     has other packages than this process, or the cluster is lost in the middle.
     """
     if execution.backend != "dask":
-        yield Parallel(n_jobs=execution.n_jobs, backend=execution.backend, return_as="generator")
+        n_jobs = max(1, min(effective_n_jobs(execution.n_jobs), tasks))
+        yield Parallel(n_jobs=n_jobs, backend=execution.backend, return_as="generator")
         return
     address = str(execution.dask_address)
     with _connect(address) as client, parallel_config("dask", client=client):

@@ -114,7 +114,7 @@ def run_sweeps(sweeps: Sequence[Sweep], execution: Execution) -> pd.DataFrame:
 def _run_sweep(sweep: Sweep, execution: Execution) -> pd.DataFrame:
     wanted = evaluations(sweep)
     # The limit of the cells stays in their process; here it ends with the sweep.
-    with one_blas_thread(), executor(execution) as parallel:
+    with one_blas_thread(), executor(execution, len(wanted)) as parallel:
         results: Iterator[list[dict[str, Any]]] = parallel(
             delayed(run_cell)(sweep, cell, metrics) for cell, metrics in wanted.items()
         )

@@ -21,7 +21,7 @@ from studies.claims.verdicts import TRUTHS, VERDICTS
 from studies.order import SIGNIFICANCE
 from studies.statistics import LEAST_POWER
 
-from .estimates import Estimate
+from .estimates import SPACE, Estimate
 from .page import contents, environment
 from .results import Results
 
@@ -29,6 +29,15 @@ __all__ = ["FOLDER", "TEMPLATE", "render"]
 
 FOLDER = CONFIG_DIR.parent / "docs" / "article"
 TEMPLATE = "article.html.j2"
+CAPTIONS = ("Figure 5", "Figure 6", "Figure 7")  # whose statements stand beside what came out
+KEYS = ("trials=", "replicates=", "benchmark=", "quick=", "more=")  # that leave the study as it is
+SHORT = {  # names of metrics with their options, as tables have room for
+    "(registration=refined)": " refined",
+    "(registration=refined,max_threshold=2)": " refined 2 d",
+    "(registration=refined, max_threshold=2)": " refined 2 d",
+    "HalfDistance(score=0.25)": "QuarterDistance",
+    "HalfAngle(score=0.25)": "QuarterAngle",
+}
 LEFT_OUT = Markup('<span class="left-out">[left out: not so in this quick look]</span>')
 
 
@@ -57,6 +66,35 @@ class Tally:
     populations: Mapping[str, int]
 
 
+@dataclass(frozen=True)
+class Statement:
+    """What a caption says of several metrics, and what came out for each."""
+
+    rows: Sequence[Estimate]
+
+    @property
+    def text(self) -> str:
+        """The statement, with *it* for a metric."""
+        claim = self.rows[0].claim
+        text = claim.statement.replace(f"The {claim.metric} ", "It ", 1)
+        return text.replace(f"the {claim.metric} ", "it ", 1)
+
+    @property
+    def value(self) -> str:
+        """The means, from the smallest to the largest, with their unit."""
+        if not all(row.is_finite for row in self.rows):
+            return "undefined"
+        ends = [end(self.rows, key=lambda row: row.mean).number for end in (min, max)]
+        return f"{' to '.join(dict.fromkeys(ends))}{SPACE}{self.rows[0].unit}"
+
+    @property
+    def verdict(self) -> str:
+        """The verdict; of several metrics, for how many it is reproduced."""
+        if len(self.rows) == 1:
+            return self.rows[0].verdict
+        return f"{sum(row.holds for row in self.rows)} of {len(self.rows)}"
+
+
 def render(results: Results, machine: str = "") -> str:
     """Write the article as HTML that needs no other file; it has no date.
 
@@ -64,7 +102,7 @@ def render(results: Results, machine: str = "") -> str:
     out.
     """
     found = contents(results, machine)
-    others = [one for one in results.settings if not one.startswith(("trials=", "replicates="))]
+    others = [one for one in results.settings if not one.startswith(KEYS)]
     is_quick = bool(
         others
         or found["replicate"].trials < found["paper_trials"]
@@ -73,6 +111,7 @@ def render(results: Results, machine: str = "") -> str:
     orders = found["head_to_head"]
     text = environment(FOLDER)
     text.filters["listed"] = _listed
+    text.filters["short"] = _shortened
     rates = {summary.metric: summary for summary in found["frame_rate"]["metrics"]}
     names: dict[str, Any] = {
         "is_quick": is_quick,
@@ -85,6 +124,10 @@ def render(results: Results, machine: str = "") -> str:
         "place": _finder("order", _places(orders["rankings"])),
         "ahead": lambda *key: _comparison(orders["table"], *key),
         "tallies": _tallies(found["counted"]),
+        "captions": _captions(found["counted"]),
+        "doubted": lambda ids: [
+            row for row in found["exceptions"] if re.fullmatch(ids, row.claim.id)
+        ],
         "fixed": lambda text: text,
         "says": _guard(is_quick),
     }
@@ -162,6 +205,22 @@ def _tallies(counted: Sequence[Estimate]) -> list[Tally]:
             )
         )
     return tallies
+
+
+def _captions(rows: Sequence[Estimate]) -> list[Statement]:
+    """Group what captions say in words by what they say; it may be the same of several metrics."""
+    groups: dict[tuple[str, str], list[Estimate]] = {}
+    for row in rows:
+        if row.claim.source.startswith(CAPTIONS) and row.claim.paper is None:
+            key = row.claim.source, Statement([row]).text
+            groups.setdefault(key, []).append(row)
+    return [Statement(group) for group in groups.values()]
+
+
+def _shortened(text: str) -> str:
+    for name, short in SHORT.items():
+        text = text.replace(name, short)
+    return text
 
 
 def _listed(words: Sequence[object]) -> str:

@@ -76,7 +76,9 @@ class Results:
         one_job = [f"answers/{plan.called}", f"times/{plan.called}"]
         one_job += [f"figures/{figure}" for figure in plan.figures]
         one_job += [f"{plan.folder}/{table}" for table in plan.tables]
-        paths = [self.folder / "benchmarks" / f"{name}.tsv" for name in one_job]
+        folder = self.folder / "benchmarks"
+        own = sorted((folder / plan.called).glob("*.tsv")) if plan.study.own else []
+        paths = [*(folder / f"{name}.tsv" for name in one_job), *own]
         return [path for path in paths if path.exists()]
 
 

@@ -113,8 +113,9 @@ def by_level(trials: "pd.DataFrame", metric: str, level: str) -> list[Floats]:
 
 def groups(trials: "pd.DataFrame", level: str) -> list["pd.DataFrame"]:
     """Return the trials that share all settings but a level, and those that rise with it."""
+    others = [name for name in CELL_SETTINGS if name != level and trials[name].nunique() > 1]
     at_a_level = trials.groupby(level)
-    free = [name for name in CELL_SETTINGS if at_a_level[name].nunique().max() > 1]
+    free = [name for name in others if at_a_level[name].nunique().max() > 1]
     return [group for _, group in trials.groupby(free)] if free else [trials]
 
 

@@ -5,10 +5,9 @@ import json
 import os
 import shutil
 import subprocess
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
-from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -31,13 +30,16 @@ BROWSERS = (
     "chromium-browser",
     "google-chrome",
     "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
-    "C:/Program Files/Google/Chrome/Application/chrome.exe",
 )
 # Root, and most containers, cannot have the sandbox; the pages are the project's own.
 FLAGS = "--headless=new --no-sandbox --disable-gpu --disable-dev-shm-usage --no-first-run"
 FLAGS += " --disable-background-networking --disable-component-update --disable-extensions"
-FLAGS += " --disable-sync --enable-logging=stderr --virtual-time-budget=10000"
-FLAGS += " --window-size=1280,900 --dump-dom"
+FLAGS += " --disable-sync --window-size=1280,900 --remote-debugging-pipe"
+# Ten seconds that pass as fast as scripts and frames have something to do or to load.
+CLOCK = {"policy": "pauseIfNetworkFetchesPending", "budget": 10_000}
+CLOCK |= {"maxVirtualTimeTaskStarvationCount": 9999}
+RUN_OUT = "Emulation.virtualTimeBudgetExpired"
+COMPLAINTS = {"Log.entryAdded", "Runtime.consoleAPICalled", "Runtime.exceptionThrown"}
 # What a script has found out takes the place of the page.
 TELL = """
 const tell = (outcome) => {
@@ -45,6 +47,7 @@ const tell = (outcome) => {
   document.body.firstChild.textContent = JSON.stringify(outcome);
 };
 """
+TOLD = "document.querySelector('body > pre:only-child')?.textContent"
 # A window has a least width, a frame has not; each tells the page around it.
 FRAMES = """<!DOCTYPE html><html><body>{frames}<script>
 {tell}
@@ -121,11 +124,40 @@ def reference_case(
 
 
 class Browser:
-    """Chromium or Chrome without a window; every page is opened in a profile of its own."""
+    """Chromium or Chrome without a window, started once: pages follow each other in one tab.
+
+    It takes messages of the Chrome DevTools Protocol from a pipe and answers through another.
+    """
 
     def __init__(self, program: str, new_folder: Callable[[str], Path]) -> None:
-        self.program, self.new_folder = program, new_folder
+        self.new_folder = new_folder
         self.told: dict[tuple[str, str, str], Any] = {}
+        self.events: list[Any] = []  # since the page was opened
+        self.number, self.unread = 0, b""
+        folder = new_folder("browser")
+        theirs, self.requests = os.pipe()
+        self.answers, their_answers = os.pipe()
+        flags = [*FLAGS.split(), f"--user-data-dir={folder / 'profile'}"]
+        self.process = subprocess.Popen(
+            ["bash", "-c", f'exec "$@" 3<&{theirs} 4>&{their_answers}', "", program, *flags],
+            pass_fds=(theirs, their_answers),
+            stderr=subprocess.DEVNULL,
+            env=os.environ | {"HOME": str(folder)},
+        )
+        os.close(theirs)
+        os.close(their_answers)
+        self.tab: dict[str, str] = {}
+        target = self._ask("Target.createTarget", url="about:blank")
+        self.tab = self._ask("Target.attachToTarget", flatten=True, **target)
+        for domain in ("Page", "Runtime", "Log"):
+            self._ask(f"{domain}.enable")
+
+    def close(self) -> None:
+        """End it."""
+        self.process.kill()
+        self.process.wait()
+        os.close(self.requests)
+        os.close(self.answers)
 
     def run(self, html: str, script: str, fragment: str = "") -> Any:
         """Open a page, run a script at its end, and return what it passes to ``tell``.
@@ -134,12 +166,9 @@ class Browser:
         """
         key = html, script, fragment
         if key not in self.told:
-            self.told[key] = self._run(html, script, fragment)
+            path = _write(self.new_folder("browser") / "page.html", html, TELL + script)
+            self.told[key] = self._open(path, fragment)
         return deepcopy(self.told[key])
-
-    def _run(self, html: str, script: str, fragment: str) -> Any:
-        folder = self.new_folder("browser")
-        return self._open(_write(folder / "page.html", html, TELL + script), fragment)
 
     def run_at_widths(self, html: str, script: str, widths: Sequence[int]) -> dict[int, Any]:
         """Do so on screens of some widths, down to a phone's."""
@@ -153,19 +182,36 @@ class Browser:
         return {int(width): told for width, told in self._open(folder / "frames.html").items()}
 
     def _open(self, path: Path, fragment: str = "") -> Any:
-        profile = f"--user-data-dir={path.parent / 'profile'}"
-        address = path.as_uri() + fragment
-        done = subprocess.run(
-            [self.program, *FLAGS.split(), profile, address],
-            capture_output=True,
-            encoding="utf-8",
-            timeout=100,
-            env=os.environ | {"HOME": str(path.parent)},
-        )
-        assert [line for line in done.stderr.splitlines() if "CONSOLE" in line] == []
-        _, found, text = done.stdout.rpartition("<pre>")
-        assert found, done.stdout[-2000:] + done.stderr[-2000:]
-        return json.loads(unescape(text.partition("</pre>")[0]))
+        """Open a page, let its clock run out, and return what it has told."""
+        self._ask("Emulation.setVirtualTimePolicy", policy="pause")
+        self.events.clear()
+        self._ask("Page.navigate", url=path.as_uri() + fragment)
+        self._ask("Emulation.setVirtualTimePolicy", **CLOCK)
+        while not any(event["method"] == RUN_OUT for event in self.events):
+            self.events.append(self._read())
+        found = self._ask("Runtime.evaluate", expression=TOLD)["result"].get("value")
+        assert [event for event in self.events if event["method"] in COMPLAINTS] == []
+        assert found is not None, "the script has told nothing"
+        return json.loads(found)
+
+    def _ask(self, method: str, **parameters: Any) -> Any:
+        """Send a message, and return what is answered to it."""
+        self.number += 1
+        message = {"id": self.number, "method": method, "params": parameters, **self.tab}
+        os.write(self.requests, json.dumps(message).encode() + b"\0")
+        while (answer := self._read()).get("id") != self.number:
+            self.events.append(answer)
+        assert "error" not in answer, answer
+        return answer["result"]
+
+    def _read(self) -> Any:
+        """Wait for the next message, an answer or an event; each ends in a zero."""
+        while b"\0" not in self.unread:
+            piece = os.read(self.answers, 1 << 20)
+            assert piece, "the browser has ended"
+            self.unread += piece
+        message, _, self.unread = self.unread.partition(b"\0")
+        return json.loads(message)
 
 
 def _write(path: Path, html: str, script: str) -> Path:
@@ -176,7 +222,7 @@ def _write(path: Path, html: str, script: str) -> Path:
 
 
 @pytest.fixture(scope="session")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Browser:
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     """The browser; without one the test is skipped, but where CI is true it fails."""
     program = next(filter(None, map(shutil.which, BROWSERS)), None)
     if program is None:
@@ -184,4 +230,6 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Browser:
         if os.environ.get("CI") == "true":
             pytest.fail(f"{reason}, and with CI=true no browser test may be skipped")
         pytest.skip(reason)
-    return Browser(program, tmp_path_factory.mktemp)
+    browser = Browser(program, tmp_path_factory.mktemp)
+    yield browser
+    browser.close()

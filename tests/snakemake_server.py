@@ -1,17 +1,24 @@
 """Snakemake in forks of a server that has imported it: it takes longer to import than to plan."""
 
 import os
+import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from importlib import import_module
 from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from pathlib import Path
 
-__all__ = ["run_snakemake"]
+__all__ = ["copied_project", "run_snakemake"]
 
 ROOT = Path(__file__).resolve().parents[1]
 FORKS = get_context("forkserver")
+WARM = "tests.snakemake_warm"
 LATE = ("snakemake.report.html_reporter", "snakemake.sourcecache", "smart_open", "yte")
-FORKS.set_forkserver_preload(["snakemake.cli", *LATE, "tests.snakemake_warm"])
+FORKS.set_forkserver_preload(["snakemake.cli", *LATE, WARM])
+
+Run = Callable[[Sequence[str], Path, Path], int | None]
 
 
 def run_snakemake(arguments: Sequence[str], folder: Path, log: Path) -> int | None:
@@ -25,21 +32,48 @@ def run_snakemake(arguments: Sequence[str], folder: Path, log: Path) -> int | No
     return process.exitcode
 
 
+@contextmanager
+def copied_project(project: Path) -> Iterator[Run]:
+    """Yield what does so in forks of a process that has imported a copy of the project."""
+    ours, theirs = FORKS.Pipe()
+    process = FORKS.Process(target=_serve, args=(project, theirs))
+    process.start()
+    ours.recv()  # when it is ready, and leads a group of its own
+
+    def run(*task: object) -> int | None:
+        ours.send(task)
+        code: int | None = ours.recv()
+        return code
+
+    try:
+        yield run
+    finally:
+        os.killpg(process.ident or 0, signal.SIGKILL)
+        process.join()
+
+
 def _run(arguments: Sequence[str], folder: Path, log: Path) -> None:
     os.chdir(folder)
     with log.open("w") as stream:
         os.dup2(stream.fileno(), 1)
         os.dup2(stream.fileno(), 2)
-    if str(ROOT / "Snakefile") not in arguments:
-        _forget_the_project()
     from snakemake.cli import main
 
     main(list(arguments))
 
 
-def _forget_the_project() -> None:
-    """Have a copy of the project import its own modules."""
+def _serve(project: Path, tasks: Connection) -> None:
+    os.setsid()
     for name, module in list(sys.modules.items()):
         file = getattr(module, "__file__", None) or ""
         if ROOT in Path(file).parents and not Path(file).is_relative_to(sys.prefix):
             del sys.modules[name]
+    sys.path.insert(0, str(project))
+    import_module(WARM)
+    forks = get_context("fork")
+    tasks.send(None)
+    while True:
+        process = forks.Process(target=_run, args=tasks.recv())
+        process.start()
+        process.join()
+        tasks.send(process.exitcode)

@@ -36,9 +36,10 @@ def sentences(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFrame)
 def _scope(pairs: pd.DataFrame) -> str:
     places = pairs.drop_duplicates(["sequence", "a", "b"])
     systems = sorted({*places["a"], *places["b"]})
+    n_sequences = places["sequence"].nunique()
     return (
         f"{len(places)} pairs of systems and sequences with three or more runs of each: "
-        f"{', '.join(systems)} on {places['sequence'].nunique()} sequences."
+        f"{', '.join(systems)} on {n_sequences} sequence{'s' if n_sequences > 1 else ''}."
     )
 
 

@@ -1,6 +1,7 @@
 """Who imports whom: one way, without a circle; the command alone knows argparse."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -37,6 +38,7 @@ MODULES = {
 }
 
 
+@cache
 def imported(module):
     """Return what a module imports anywhere, in functions and under TYPE_CHECKING, too."""
     path = MODULES[module]
@@ -55,10 +57,11 @@ def imported(module):
     return found
 
 
-IMPORTS = {module: imported(module) for module in MODULES}
-LIBRARY = {
-    module: IMPORTS[module] & set(MODULES) for module in MODULES if module.startswith("alignscores")
-}
+LIBRARY = [module for module in MODULES if module.startswith("alignscores")]
+
+
+def of_project(module):
+    return imported(module) & set(MODULES)
 
 
 def layer(module):
@@ -86,7 +89,7 @@ def circle(imports):
 
 
 def test_no_circle():
-    assert circle(LIBRARY) == []
+    assert circle({module: of_project(module) for module in LIBRARY}) == []
 
 
 def test_a_circle_is_found():
@@ -96,22 +99,22 @@ def test_a_circle_is_found():
 
 @pytest.mark.parametrize("module", LIBRARY)
 def test_imports_go_one_way(module):
-    wrong = {other for other in LIBRARY[module] if layer(other) > layer(module)}
+    wrong = {other for other in of_project(module) if layer(other) > layer(module)}
     assert wrong == set()
 
 
 def test_the_command_alone_knows_argparse():
     for module in LIBRARY:
         if not module.startswith("alignscores.cli"):
-            assert "argparse" not in IMPORTS[module], module
+            assert "argparse" not in imported(module), module
             assert "Namespace" not in MODULES[module].read_text("utf-8"), module
 
 
 def test_nothing_imports_the_command():
     importing = {
         module
-        for module, found in IMPORTS.items()
-        if any(name.startswith("alignscores.cli") for name in found)
+        for module in MODULES
+        if any(name.startswith("alignscores.cli") for name in imported(module))
     }
     inside = {module for module in MODULES if module.startswith("alignscores.cli")}
     assert importing - inside == {"alignscores.__main__"}

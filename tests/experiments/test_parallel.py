@@ -14,12 +14,18 @@ from distributed import LocalCluster
 
 from alignscores import __version__
 from experiments import parallel, sweep, tables
-from experiments.config import Sweep
+from experiments.config import Sweep, load
 from experiments.run import main
 
 MANY_CELLS = f"sigma_t={[level / 200 for level in range(1, 21)]}"
 Refused = Callable[[str], str]
 LOOPBACK = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0"}
+
+
+@pytest.mark.parametrize(("tasks", "processes"), [(0, 1), (1, 1), (2, 2), (9, 3)])
+def test_no_more_processes_are_started_than_there_are_cells(tasks: int, processes: int) -> None:
+    with parallel.executor(load(["n_jobs=3"])[1], tasks) as joblib:
+        assert joblib.n_jobs == processes
 
 
 @pytest.fixture(scope="module")

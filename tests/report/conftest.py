@@ -50,6 +50,7 @@ class Element:
     attributes: dict
     parents: tuple
     pieces: list = field(default_factory=list)
+    inner: list = field(default_factory=list)
 
     @property
     def text(self):
@@ -73,11 +74,13 @@ class Page(HTMLParser):
     def handle_starttag(self, tag, attrs):
         names = [name for name, _ in attrs]
         assert len(names) == len(set(names)), f"an attribute twice in <{tag}>"
-        self.elements.append(Element(tag, dict(attrs), tuple(self.open)))
+        self.handle_startendtag(tag, attrs)
         self.open += self.elements[-1:] if tag not in self.VOID else []
 
     def handle_startendtag(self, tag, attrs):
         self.elements.append(Element(tag, dict(attrs), tuple(self.open)))
+        for outer in self.open:
+            outer.inner.append(self.elements[-1])
 
     def handle_endtag(self, tag):
         assert self.open.pop().tag == tag
@@ -94,7 +97,7 @@ class Page(HTMLParser):
         return element
 
     def within(self, outer, *tags):
-        return [element for element in self.all(*tags) if outer in element.parents]
+        return [element for element in outer.inner if element.tag in tags]
 
     def cells(self, row):
         return [cell.text for cell in self.within(row, "td")]

@@ -1,14 +1,15 @@
 """Snakemake with the project's workflow, in an empty working directory."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
 
 import pytest
 
-from ..snakemake_server import run_snakemake
+from ..snakemake_server import copied_project, run_snakemake
 
 ROOT = Path(__file__).resolve().parents[2]
 SNAKEFILE = ROOT / "Snakefile"
@@ -58,11 +59,16 @@ def options(project: Path = ROOT, profile: str = "default") -> list[str]:
 
 
 @pytest.fixture
-def snakemake(tmp_path: Path) -> Snakemake:
-    def run(*arguments: str, project: Path = ROOT, profile: str = "default") -> Done:
-        folder = tmp_path if project == ROOT else project
-        log = tmp_path / "snakemake.log"
-        code = run_snakemake([*options(project, profile), *arguments], folder, log)
-        return Done(code, log.read_text())
+def snakemake(tmp_path: Path) -> Iterator[Snakemake]:
+    runs = {ROOT: run_snakemake}
+    with ExitStack() as stack:
 
-    return run
+        def run(*arguments: str, project: Path = ROOT, profile: str = "default") -> Done:
+            if project not in runs:
+                runs[project] = stack.enter_context(copied_project(project))
+            folder = tmp_path if project == ROOT else project
+            log = tmp_path / "snakemake.log"
+            code = runs[project]([*options(project, profile), *arguments], folder, log)
+            return Done(code, log.read_text())
+
+        yield run
