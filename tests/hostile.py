@@ -206,7 +206,7 @@ CASES: dict[str, tuple[str, Case]] = {
     "interrupted": ("Ctrl-C at 20 moments: one line, 130", interrupted),
     "killed": ("kill -9 thrice during the figures: same bytes in the end", killed),
     "pas": ("a million poses: at most twice the input beside it", memory(PAS, 2)),
-    "tas_profile": ("likewise, beside its 64 rows of errors", memory(TAS_PROFILE, 15)),
+    "tas_profile": ("likewise, beside its rows of errors", memory(TAS_PROFILE, 15)),
     "imc_100": ("IMC's mAA of 100 cameras: 1 s", seconds(100, 1)),
     "imc_200": ("of 200: 10 s", seconds(200, 10)),
     "imc_500": ("of 500: 5 minutes", seconds(500, 300)),
