@@ -21,7 +21,7 @@ from studies.claims.claims import Claim, Claims, Decision, Reading, load_claims
 from studies.claims.verdicts import CENTRAL, TRUTHS, VERDICTS
 from studies.paper import FIGURES
 from studies.paper.table1 import CRITERIA, NOTES, PROPERTIES, agreements, sensitivity
-from studies.words import write_levels, write_number
+from studies.words import NONE, write_levels, write_number
 
 from . import origin
 from .estimates import SPACE, Estimate
@@ -131,7 +131,7 @@ def contents(results: Results, machine: str = "") -> dict[str, Any]:
         "paper_trials": PAPER_TRIALS,
         "pictures": _pictures(results.figures, rows),
         "decisions": _decisions(results, readings, claims),
-        "other_criteria": criteria.to_dict("records"),
+        "other_criteria": criteria.fillna({"changes": NONE}).to_dict("records"),
         "experiments": [record.sweep for record in experiments.values()],
         "claims_of": Counter(row.claim.experiment for row in rows),
         "times": {name: origin.time_of(results.jobs, f"trials/{name}") for name in experiments},

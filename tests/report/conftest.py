@@ -192,6 +192,7 @@ def write_verdicts(results):
         for criterion in claims.criteria
         for other in criterion.others
     ]
+    criteria[-1] |= {"changed": 0, "changes": ""}
     results.write("tables/criteria.csv", pd.DataFrame(criteria))
     cells = [
         {
