@@ -189,6 +189,8 @@ def run_python_program(command: list[str]) -> None:
             load(overrides)
         case ["-m", module] | ["-m", module, "--runs", _]:
             assert list(ROOT.glob(f"{module.replace('.', '/')}.py")) or (ROOT / module).is_dir()
+        case [script]:
+            assert (ROOT / script).is_file(), command
         case _:
             raise AssertionError(f"not known to the tests: {command}")
 
