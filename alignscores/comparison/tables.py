@@ -310,9 +310,7 @@ def ranks_explained(summary: Summary, by: str, names: Names, what: str) -> list[
         lines += _one_run(summary, *neighbours[0], by)
     what = "runs of each on each sequence" if over_all == QUESTIONS[0] else "sequences"
     lines += [
-        f"{by} of {both}: {_certain_but(pair)}"
-        f"{f'about {needed}' if (needed := pair['needed']) else f'more than {MOST_NEEDED}'} {what}"
-        " would do"
+        f"{by} of {both}: {_certain_but(pair)}{_number_needed(pair)} {what} would do"
         for pair, both in neighbours
         if over_all and not pair["distinguishable"] and math.isfinite(pair["low"])
     ]
@@ -333,6 +331,10 @@ def _certain_but(pair: Mapping[str, Any]) -> str:
     """Say that failures alone leave the order open, where it is so."""
     certain = pair["low"] > 0 or pair["high"] < 0
     return "certain but for failures; " if certain else ""
+
+
+def _number_needed(pair: Mapping[str, Any]) -> str:
+    return f"about {pair['needed']}" if pair["needed"] else f"more than {MOST_NEEDED}"
 
 
 def _one_run(summary: Summary, pair: Mapping[str, Any], both: str, by: str) -> list[str]:

@@ -135,7 +135,7 @@ def _settings(n_hypotheses: int, alignment: str, prescreen: float) -> Settings:
 def normalise_scenes(
     positions: Floats, starts: Indices, farthest: float
 ) -> tuple[Floats, Floats, Floats] | None:
-    """See `aligner.normalise_scenes`; None where the kernel cannot: a coordinate is beyond."""
+    """See `aligner.normalise_scenes`; None without a kernel, or where coordinates are farther."""
     if LIBRARY is None:
         return None
     n = len(starts) - 1
