@@ -85,6 +85,7 @@ def _candidates(points: Floats, best: int, share: float) -> tuple[Indices, Float
     n = len(points)
     left, bounds, smallest = np.arange(n), np.zeros(n), np.inf
     bounds[best] = -1
+    far = np.linalg.norm(points, axis=1) > TLUD_THRESHOLD
     cells = _Cells(points)
     n_cells = looks = 0
     while n_cells < len(cells.counts) <= n / FULL and len(left) > BATCH:
@@ -96,6 +97,8 @@ def _candidates(points: Floats, best: int, share: float) -> tuple[Indices, Float
         bounds[left] = cells.bounds(points, left)
         looks += len(left) * len(cells.counts)
         left = left[bounds[left] < smallest - NEGLIGIBLE * n]
+        if BATCH * len(left) < n and np.count_nonzero(far[left]) < BATCH:
+            break  # planes are faster
         if share < SPARSE and looks > share * n**2:
             break  # near pairs are fewer
     bounds[best] = -1
