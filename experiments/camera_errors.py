@@ -22,11 +22,11 @@ from alignscores.arrays import Floats
 from alignscores.translation import closest_pair_distances
 
 from .command import ConfigError, run_command
-from .config import Execution, Sweep, load
+from .config import Execution, Sweep
 from .grid import Cell, cells
 from .metrics import Column
 from .parallel import executor
-from .run import read_sweeps
+from .run import resolved
 from .sweep import draw_scene, one_blas_thread, trial_seeds
 from .tables import read_record, write_recorded
 
@@ -135,10 +135,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _work(options: Namespace) -> list[Path]:
-    sweep, execution = load(options.overrides)
-    sweeps: Sequence[Sweep] = [sweep]
-    if options.sweeps is not None:
-        sweeps = read_sweeps(options.sweeps, options.overrides)
+    sweeps, execution = resolved(options)
     # Rather fail now than after the trials.
     options.output.parent.mkdir(parents=True, exist_ok=True)
     write_camera_errors(options.output, measure(sweeps, execution))

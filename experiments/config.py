@@ -8,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
+import yaml
 from pydantic import (
     AfterValidator,
     ConfigDict,
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
     from omegaconf import DictConfig
 
 __all__ = ["CONFIG_DIR", "EXECUTION", "SETTINGS", "Execution", "MetricName", "Selection", "Sweep"]
-__all__ += ["experiment_names", "load", "load_sweep", "one_of", "read_yaml", "require"]
-__all__ += ["split_override", "to_overrides"]
+__all__ += ["experiment_names", "load", "load_execution", "load_sweep", "one_of", "read_yaml"]
+__all__ += ["require", "split_override", "to_overrides"]
 
 CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
 STRICT = ConfigDict(strict=True, extra="forbid")
@@ -197,6 +198,18 @@ def load_sweep(
 ) -> Sweep:
     """Resolve the settings of one experiment that results depend on; see `load`."""
     return load(overrides, settings)[0]
+
+
+def load_execution(overrides: Sequence[str]) -> Execution:
+    """Resolve how sweeps are run, without Hydra: it takes as long as the trials of a quick look."""
+    settings = read_yaml(CONFIG_DIR / "config.yaml", dict[str, Any])
+    for override in overrides:
+        key, value = split_override(override)
+        try:
+            settings[key] = value if _is_path(override) else yaml.safe_load(value)
+        except yaml.YAMLError:
+            raise ConfigError(f"cannot read {override}") from None
+    return make(Execution, {key: settings[key] for key in EXECUTION})
 
 
 def _compose(overrides: Sequence[str]) -> Mapping[str, Any]:

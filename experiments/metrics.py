@@ -328,7 +328,7 @@ class Evaluation:
         if options not in self._maa:
             ways = list(dict.fromkeys([options, *self._counts]))
             counts = [Count(**way.model_dump()) for way in ways]
-            found = maa_by_counts(self.scene.gt_poses, self.scene.est_poses, counts)
+            found = maa_by_counts(self.scene.cameras, counts)
             self._maa.update(zip(ways, found, strict=True))
         return self._maa[options]
 

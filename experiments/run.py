@@ -11,10 +11,18 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from .command import ConfigError, problems, run_command
-from .config import EXECUTION, Sweep, experiment_names, load, split_override
+from .config import (
+    EXECUTION,
+    Execution,
+    Sweep,
+    experiment_names,
+    load,
+    load_execution,
+    split_override,
+)
 from .tables import SWEEPS, write_trials
 
-__all__ = ["main", "read_sweeps"]
+__all__ = ["main", "resolved"]
 
 HELP = """\
 settings are Hydra overrides:
@@ -50,25 +58,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _work(options: Namespace) -> list[Path]:
     from .sweep import run_sweeps
 
-    sweep, execution = load(options.overrides)
-    sweeps: tuple[Sweep, ...] = (sweep,)
-    if options.sweeps is not None:
-        if options.table is None:
-            raise ConfigError("--sweeps needs --table: where to write")
-        sweeps = read_sweeps(options.sweeps, options.overrides)
-    path = options.table or Path(execution.results_dir) / "trials" / f"{sweep.name}.csv"
+    sweeps, execution = resolved(options)
+    if options.sweeps is not None and options.table is None:
+        raise ConfigError("--sweeps needs --table: where to write")
+    path = options.table or Path(execution.results_dir) / "trials" / f"{sweeps[0].name}.csv"
     path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials than after
     write_trials(path, run_sweeps(sweeps, execution), sweeps)
     return [path]
 
 
-def read_sweeps(text: str, overrides: Sequence[str]) -> tuple[Sweep, ...]:
-    """Read resolved settings, beside which overrides may only set how they are run."""
-    for override in overrides:
+def resolved(options: Namespace) -> tuple[tuple[Sweep, ...], Execution]:
+    """Return what to run, and how: beside ``--sweeps`` overrides may only set the latter."""
+    if options.sweeps is None:
+        sweep, execution = load(options.overrides)
+        return (sweep,), execution
+    for override in options.overrides:
         if split_override(override)[0] not in EXECUTION:
             raise ConfigError(f"{override} cannot be set beside --sweeps, which has it")
     try:
-        return SWEEPS.validate_json(text)
+        return SWEEPS.validate_json(options.sweeps), load_execution(options.overrides)
     except ValidationError as error:
         raise ConfigError(f"--sweeps: {' '.join(problems(error)[0]).strip()}") from None
 

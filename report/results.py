@@ -59,7 +59,7 @@ class Results:
         names = [name for plan in self.plans.values() for name in plan.figures]
         return {name: _read_figure(self.folder / "figures" / f"{name}.png") for name in names}
 
-    @property
+    @cached_property
     def jobs(self) -> pd.DataFrame:
         """What Snakemake measured of each job of each target: seconds and megabytes."""
         tables = [

@@ -108,14 +108,19 @@ def sign(metric: str) -> int:
 
 def by_level(trials: "pd.DataFrame", metric: str, level: str) -> list[Floats]:
     """Return the trials of each level, in rising order, so that larger is worse."""
-    return [sign(metric) * values.to_numpy() for _, values in trials.groupby(level)[metric]]
+    values, levels = sign(metric) * trials[metric].to_numpy(), trials[level].to_numpy()
+    return [values[levels == one] for one in np.unique(levels)]
 
 
 def groups(trials: "pd.DataFrame", level: str) -> list["pd.DataFrame"]:
     """Return the trials that share all settings but a level, and those that rise with it."""
-    others = [name for name in CELL_SETTINGS if name != level and trials[name].nunique() > 1]
-    at_a_level = trials.groupby(level)
-    free = [name for name in others if at_a_level[name].nunique().max() > 1]
+    levels = trials[level].tolist()
+    n_levels = len(set(levels))
+    free = [
+        name
+        for name in CELL_SETTINGS
+        if name != level and len(set(zip(levels, trials[name].tolist(), strict=True))) > n_levels
+    ]
     return [group for _, group in trials.groupby(free)] if free else [trials]
 
 

@@ -29,9 +29,12 @@ def processes(wildcards):
 
 
 def share_of(tables):
-    """As many that no core is idle at the end, where these tables are made side by side."""
+    """As many that no core is idle at the end, where these tables are made side by side.
+
+    Of many tables one each: the last are short, and starting another process takes longer.
+    """
     if "n_jobs" not in config:
-        return CORES // gcd(CORES, tables)
+        return 1 if tables > 2 * CORES else CORES // gcd(CORES, tables)
     return CORES if config["n_jobs"] == -1 else config["n_jobs"]
 
 

@@ -130,16 +130,21 @@ def _rows(trials: Trials, noise: str, axes: Sequence[Axis]) -> list[dict[str, An
     keys = {"geometry": sweep.geometry, "n_cameras": sweep.n_cameras[0]}
     keys["n_outliers"] = sweep.n_outliers[0]
     paper = axes[0].metric
+    tasks = {
+        float(np.sqrt(low * high)): Task(
+            [table[table[noise] == level] for level in (low, high)], [(0, 1)], range(2)
+        )
+        for low, high in list(pairwise(levels))[::2]
+    }
+    ours = {size: task.shares(paper) for size, task in tasks.items()}
     rows = []
     for metric in sweep.metrics:
         options = _options(Column.parse(metric), axes)
-        for low, high in list(pairwise(levels))[::2]:
-            samples = [table[table[noise] == level] for level in (low, high)]
-            task = Task(samples, [(0, 1)], range(2))
+        for size, task in tasks.items():
             shares = task.shares(metric)
-            difference = estimate(shares - task.shares(paper))
+            difference = estimate(shares - ours[size])
             rows.append(
-                {**keys, "noise": float(np.sqrt(low * high)), "metric": metric, **options}
+                {**keys, "noise": size, "metric": metric, **options}
                 | {"right_order": 100 * estimate(shares).probability}
                 | {"difference": 100 * difference.probability, "error": 100 * difference.error}
                 | {"p": np.nan if metric == paper else difference.p_value}

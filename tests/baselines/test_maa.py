@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import alignscores.pairs
 from alignscores.arrays import Floats
+from alignscores.protocols.cameras import Cameras
 from baselines import maa
 from baselines.pairwise import Count, maa_by_counts
 
@@ -247,10 +248,11 @@ def test_several_counts_at_once_are_those_one_by_one(scene: Scene) -> None:
         for fold_sign, pooled in product([False, True], repeat=2)
         for n, largest in [(100, 10.0), (10, 10.0), (7, 120.0)]
     ]
-    together = maa_by_counts(gt, est, counts)
+    cameras = Cameras.check(gt, est)
+    together = maa_by_counts(cameras, counts)
     assert together == [maa(gt, est, **asdict(count)) for count in counts]
     assert len(set(together)) == len(counts)
-    assert maa_by_counts(gt, est, []) == []
+    assert maa_by_counts(cameras, []) == []
 
 
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 20), log_scale=st.floats(-6, 6))

@@ -17,6 +17,7 @@ from experiments.config import (
     Sweep,
     experiment_names,
     load,
+    load_execution,
     load_sweep,
     read_yaml,
     to_overrides,
@@ -155,6 +156,26 @@ def test_outliers_that_leave_too_few_cameras_are_refused(kind: str) -> None:
     assert load_sweep([*settings, "n_outliers=[16]"]).outliers == kind
     with pytest.raises(ConfigError, match=f"'n_outliers' must leave at least 4 .* outliers={kind}"):
         load([*settings, "n_outliers=[17]"])
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        [],
+        ["n_jobs=2", "backend='threading'", "dask_address=null"],
+        ["backend=dask", "dask_address=tcp://127.0.0.1:8786", "results_dir=größe=1"],
+        ["results_dir=5"],
+    ],
+)
+def test_how_sweeps_are_run_is_the_same_without_hydra(overrides: list[str]) -> None:
+    assert load_execution(overrides) == load(overrides)[1]
+
+
+@pytest.mark.parametrize("override", ["n_jobs=[", "n_jobs=two", "backend=spark", "n_jobs=0"])
+def test_how_sweeps_cannot_be_run_is_named_in_one_line(override: str) -> None:
+    with pytest.raises(ConfigError, match=override.partition("=")[0]) as caught:
+        load_execution([override])
+    assert "\n" not in str(caught.value)
 
 
 def test_snakemake_settings_reach_hydra() -> None:

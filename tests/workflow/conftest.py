@@ -54,8 +54,7 @@ Snakemake = Callable[..., Done]
 
 def options(project: Path = ROOT, profile: str = "default") -> list[str]:
     chosen = ["--snakefile", str(project / "Snakefile")]
-    chosen += ["--profile", str(ROOT / "profiles" / profile)]
-    return [*chosen, "--max-jobs-per-timespan", "100/1s"]  # so long it waits before it exits
+    return [*chosen, "--profile", str(ROOT / "profiles" / profile)]
 
 
 @pytest.fixture
