@@ -11,7 +11,7 @@ from typing import Any
 import yaml
 from yaml.constructor import ConstructorError
 
-__all__ = ["load_yaml"]
+__all__ = ["load_yaml", "parse_yaml"]
 
 MOST_BYTES = 10**6
 MOST_NODES = 10**5  # texts, lists and mappings, counted anew wherever an alias repeats them
@@ -80,16 +80,22 @@ def load_yaml(path: str | PathLike[str]) -> Any:
     try:
         with Path(path).open("rb") as file:
             data = file.read(MOST_BYTES + 1)
-        if len(data) > MOST_BYTES:
-            raise ValueError(f"it has more than {MOST_BYTES // 10**6} MB")
-        text = data.decode("utf-8-sig")
-        _check_size(text)
-        return yaml.load(text, _Loader)
     except OSError as error:
         raise ValueError(error.strerror) from None
+    if len(data) > MOST_BYTES:
+        raise ValueError(f"it has more than {MOST_BYTES // 10**6} MB")
+    try:
+        return parse_yaml(data.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise ValueError(f"line {line} is not text (UTF-8)") from None
+
+
+def parse_yaml(text: str) -> Any:
+    """Return what a text holds; ValueError as of `load_yaml`."""
+    try:
+        _check_size(text)
+        return yaml.load(text, _Loader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = f"line {mark.line + 1}: " if mark else ""

@@ -8,7 +8,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
-import yaml
 from pydantic import (
     AfterValidator,
     ConfigDict,
@@ -20,7 +19,7 @@ from pydantic import (
 from pydantic.dataclasses import dataclass
 
 from alignscores.texts import brief
-from alignscores.yaml_files import load_yaml
+from alignscores.yaml_files import load_yaml, parse_yaml
 
 from .command import ConfigError, problems
 from .metrics import LARGEST, MOST, Column, Positive
@@ -206,9 +205,9 @@ def load_execution(overrides: Sequence[str]) -> Execution:
     for override in overrides:
         key, value = split_override(override)
         try:
-            settings[key] = value if _is_path(override) else yaml.safe_load(value)
-        except yaml.YAMLError:
-            raise ConfigError(f"cannot read {override}") from None
+            settings[key] = value if _is_path(override) else parse_yaml(value)
+        except ValueError as error:
+            raise ConfigError(f"cannot read {override}: {error}") from None
     return make(Execution, {key: settings[key] for key in EXECUTION})
 
 
