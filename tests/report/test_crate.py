@@ -11,6 +11,13 @@ from experiments.sweep import run_sweeps
 from experiments.tables import write_trials
 from report.crate import FILE, main
 
+KEYS = {  # of the profile, and what tells files apart
+    "Dataset": {"name", "description", "conformsTo", "license", "datePublished", "hasPart"},
+    "CreateAction": {"name", "instrument", "object", "result", "endTime"},
+    "SoftwareApplication": {"name", "version"},
+    "File": {"name", "encodingFormat", "contentSize", "sha256"},
+}
+
 
 @pytest.fixture
 def results(tmp_path):
@@ -60,6 +67,7 @@ def test_every_file_with_its_digest_and_what_made_it(results, capsys):
         assert entity["name"] == "python" or entity["version"] == packages[entity["name"]]
     # Whatever is referred to is described, and the same folder has the same description.
     for entity in entities.values():
+        assert KEYS.get(entity["@type"], set()) <= entity.keys()
         for value in entity.values():
             for reference in value if isinstance(value, list) else [value]:
                 if isinstance(reference, dict):

@@ -76,6 +76,22 @@ def test_a_reference_that_changes_is_read_anew(task, tmp_path):
     assert values(evaluate_run(replace(task, cache=None))) == second
 
 
+def test_files_of_other_names_are_hits(task, scored, tmp_path):
+    """Whatever the file of frames is called: its content counts."""
+    runs = []
+    for number in "12":
+        copies = [tmp_path / f"{name}{number}.txt" for name in ("reference", "estimate", "frames")]
+        for copy, source in zip(copies, ("reference", "estimate", "estimate"), strict=True):
+            shutil.copy(tmp_path / f"{source}.txt", copy)
+        reference, estimate, frames = map(str, copies)
+        settings = replace(task.settings, frames=frames)
+        runs.append(values(evaluate_run(Task(reference, estimate, settings, task.cache))))
+    assert runs[0] == runs[1]
+    assert len(scored) == 1
+    (tmp_path / "frames2.txt").write_text("1700000000.002\n1700000000.102\n1700000000.202\n")
+    assert values(evaluate_run(Task(reference, estimate, settings, task.cache))) != runs[0]
+
+
 def test_a_model_that_changes_while_it_is_read_is_not_stored(examples, tmp_path, monkeypatch):
     model = shutil.copytree(examples / "colmap/estimate", tmp_path / "model")
     (tmp_path / "cache").mkdir()
