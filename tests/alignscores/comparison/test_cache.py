@@ -223,6 +223,11 @@ def test_the_folder_is_its_owner_s_alone(tmp_path):
     assert make(tmp_path / "file") == "is not writable"
 
 
+def test_a_folder_of_somebody_else_is_not_used(tmp_path, monkeypatch):
+    monkeypatch.setattr("os.geteuid", lambda: tmp_path.stat().st_uid + 1, raising=False)
+    assert make(tmp_path) == "belongs to somebody else"
+
+
 def test_a_folder_that_others_write_to_is_not_used(run_compare, examples, tmp_path):
     folder, tum = tmp_path / "kept", examples / "tum"
     folder.mkdir()

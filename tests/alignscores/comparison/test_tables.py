@@ -93,6 +93,21 @@ def test_latex(patterns, run, tmp_path):
     assert "\n% ranks are for new runs on these sequences" in text
 
 
+def test_where_a_system_was_not_tried_the_tables_say_so(patterns, run, tmp_path):
+    shutil.rmtree(tmp_path / "car/c")
+    assert re.search(r"^c .* not tried ", run(*patterns)[1], re.MULTILINE)
+    (row,) = re.findall(r"^c & .*", run(*patterns, "--latex")[1], re.MULTILINE)
+    assert "--" in row.split(" & ")
+
+
+def test_models_in_different_numbers_of_parts_have_no_ranks(run, examples, tmp_path):
+    for name in ("reference", "whole/0", "parts/0/0", "parts/0/1"):
+        source = examples / "colmap" / ("reference" if name == "reference" else "estimate")
+        shutil.copytree(source, tmp_path / name)
+    out = run("colmap", "reference", "{system}/{run}", "--jobs", 1)[1]
+    assert "no ranks where models are in different numbers of parts" in out
+
+
 def test_what_failed_stands_beside_the_ranks_everywhere(patterns, run, tmp_path):
     rule = "ranks are by means: a failure counts as 0, and one more would not change who is ahead"
     entries = json.loads(run(*patterns, "--json")[1])["systems"]

@@ -69,6 +69,14 @@ def test_the_half_score_distance_is_by_the_refined_registration(tum):
     assert tum(registration="pcr99").half_distance == tum(registration="refined").half_distance
 
 
+def test_cameras_in_one_place_have_a_profile_of_the_unit_that_is_given():
+    """No position has an extent; all are within any unit of where they should be."""
+    still = Trajectory(np.arange(5), np.tile(np.eye(4), (5, 1, 1)))
+    found = evaluate(still, still, format="kitti", unit=2.0, alignment="none")
+    assert found.profiles.units[[0, -1]].tolist() == [0.125, 8.0]
+    assert found.profiles.tas.tolist() == [1.0] * len(found.profiles.units)
+
+
 def test_trajectories_of_lists_and_of_three_rows_are_scored_alike(examples):
     reference, estimate = (read_nerf(examples / file) for file in FILES["nerf"])
     expected = evaluate(reference, estimate).to_dict()

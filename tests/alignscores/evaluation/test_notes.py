@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import evaluate
-from alignscores.trajectories.files import read_colmap, read_kitti
+from alignscores.trajectories.files import inverse_poses, read_colmap, read_kitti
 from alignscores.trajectories.files.vslamlab import HEADER as VSLAMLAB
 
 from ..conftest import write_poses
@@ -118,6 +118,10 @@ def test_mix_ups(run, kitti, examples, lines, write):
     transposed[:, :3, :3] = poses[:, :3, :3].transpose(0, 2, 1)
     _, _, err = run(*KITTI[:2], kitti(transposed))
     assert "the rotations seem to be world-to-camera, but the positions are camera centres" in err
+    translations = poses.copy()
+    translations[:, :3, 3] = inverse_poses(poses)[:, :3, 3]
+    _, _, err = run(*KITTI[:2], kitti(translations))
+    assert "the positions seem to be world-to-camera translations t, but the rotations R are" in err
 
 
 WRONG_END = "the quaternions seem to have w at the wrong end"

@@ -281,6 +281,17 @@ def test_swapped():
     assert not seem_swapped(*rows)
 
 
+def _scaled(poses, factor):
+    poses[:, :3, 3] *= factor
+    return poses
+
+
+def _with_translations(poses):
+    poses = _scaled(poses, 2.5)
+    poses[:, :3, 3] = inverse_poses(poses)[:, :3, 3]
+    return poses
+
+
 @pytest.mark.parametrize(
     ("change", "words", "scale"),
     [
@@ -297,6 +308,7 @@ def test_swapped():
             1.0,
         ),
         (lambda p: _scaled(p, 2.5), "no mix-up is found", 2.5),
+        (_with_translations, "the estimated positions are world-to-camera translations", 2.5),
     ],
 )
 def test_conventions_of_arrays(change, words, scale):
@@ -313,8 +325,3 @@ def test_conventions_of_arrays(change, words, scale):
         assert found.scale == pytest.approx(scale)
     with pytest.raises(ValueError, match="est_poses has 39"):
         check_conventions(gt, est[1:])
-
-
-def _scaled(poses, factor):
-    poses[:, :3, 3] *= factor
-    return poses
