@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from alignscores import Evaluation, Settings, evaluate, tas_profile
+from alignscores.metrics import metric
+from alignscores.trajectories.association import match
 from alignscores.trajectories.files import Trajectory, read_kitti, read_nerf, read_tum
 
 from ..conftest import FILES
@@ -63,6 +65,18 @@ def test_numbers_hang_together(tum):
     gt, est = (poses[:, :3, 3] for poses in (found.matches.gt_poses, found.matches.est_poses))
     profile = tas_profile(gt, est, [found.half_distance])
     assert profile.scores[0] == pytest.approx(0.5, abs=0.01)
+
+
+def test_other_metrics_of_keyframes_are_those_of_their_own_poses(examples):
+    """A pose that stands for several frames weighs no more than another."""
+    reference, estimate = (read_tum(examples / file) for file in TUM)
+    rows = [*range(20), *range(20, 38, 4)]
+    keyframes = Trajectory(estimate.keys[rows], estimate.poses[rows])
+    found = evaluate(reference, keyframes, format="tum", metrics="ate:rmse").metrics["ate:rmse"]
+    own = match(reference, keyframes, missing="ignore", sync="nearest", max_gap=0.0)
+    gt, est = (one[:, :3] for one in (own.gt_poses, own.est_poses))
+    expected = metric("ate:rmse")(gt[..., 3], gt[..., :3], est[..., 3], est[..., :3])
+    assert found == pytest.approx(expected, rel=0.005)  # of every frame it is 2 % less
 
 
 def test_the_half_score_distance_is_by_the_refined_registration(tum):
