@@ -199,6 +199,14 @@ def test_what_is_no_file_is_a_miss(tmp_path):
     assert load(tmp_path / "none") is None
 
 
+def test_a_result_may_be_as_large_as_the_cache(tmp_path, monkeypatch):
+    store(tmp_path / NAME, b"result")
+    size = (tmp_path / NAME).stat().st_size
+    for limit, content in ((size, b"result"), (size - 1, None)):
+        monkeypatch.setattr(cache, "LIMIT", limit)
+        assert load(tmp_path / NAME) == content
+
+
 def test_a_result_that_cannot_be_written_stops_nothing(task, monkeypatch):
     truth = values(evaluate_run(replace(task, cache=None)))
 

@@ -337,6 +337,13 @@ def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, 
         assert row[5:7] == ["60", "0"]
 
 
+def test_without_a_run_that_was_scored_the_page_says_so(patterns, run, tmp_path):
+    for path in tmp_path.glob("*/*/*.txt"):
+        path.write_text("")
+    run(*patterns, "--html", "page.html")
+    assert "No run was scored." in (tmp_path / "page.html").read_text()
+
+
 def test_trajectories_that_are_too_large_are_left_out(patterns, run, tmp_path, monkeypatch):
     run(*patterns, "--html", "page.html")
     text = (tmp_path / "page.html").read_text()
