@@ -109,6 +109,7 @@ def test_what_chance_brings_is_told(page, table):
 
 
 def test_it_needs_no_other_file_and_every_link_leads_somewhere(page):
+    assert page.html.endswith("</html>\n")
     assert not page.all("link", "iframe", "object", "base", "form")
     assert "url(" not in page.html
     assert "@import" not in page.html

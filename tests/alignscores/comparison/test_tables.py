@@ -95,7 +95,9 @@ def test_latex(patterns, run, tmp_path):
 
 def test_where_a_system_was_not_tried_the_tables_say_so(patterns, run, tmp_path):
     shutil.rmtree(tmp_path / "car/c")
-    assert re.search(r"^c .* not tried ", run(*patterns)[1], re.MULTILINE)
+    text = run(*patterns)[1]
+    assert re.search(r"^c .* not tried ", text, re.MULTILINE)
+    assert "sequences: those that a system was tried on" in text
     (row,) = re.findall(r"^c & .*", run(*patterns, "--latex")[1], re.MULTILINE)
     assert "--" in row.split(" & ")
 

@@ -8,6 +8,7 @@ from alignscores import Convention, check_conventions, ras
 from alignscores.trajectories.conventions import (
     describe_rotation,
     find_convention,
+    median_error,
     rotate_cameras,
     seem_swapped,
 )
@@ -61,6 +62,10 @@ def in_frame(est, body):
     turned = est.copy()
     turned[:, :3, :3] = est[:, :3, :3] @ body
     return turned
+
+
+def random_turns(rng, sigma_deg):
+    return Rotation.from_rotvec(rng.normal(0, sigma_deg, (60, 3)), degrees=True).as_matrix()
 
 
 def told(found):
@@ -214,6 +219,17 @@ def test_a_small_misalignment_is_no_convention(kind, angle):
     assert told(found) == []
 
 
+def test_of_cameras_that_hardly_turn_a_swap_of_axes_is_told_that_has_a_use():
+    """Of the others one or another fits by chance."""
+    rng = np.random.default_rng(0)
+    gt = make_poses(random_turns(rng, 2.0), rng.normal(size=(60, 3)))
+    noisy = gt[:, :3, :3] @ random_turns(rng, 0.2)
+    swaps = Rotation.create_group("O").as_matrix().round()
+    found = [find_convention(gt, make_poses(noisy @ axes, gt[:, :3, 3])) for axes in swaps]
+    told = {tuple(one.body_rotation.ravel()) for one in found if one.body_rotation is not None}
+    assert told == {tuple(axes.ravel()) for axes in (OPENGL, BODY, BODY.T)}
+
+
 def test_identity_quaternions_are_no_convention():
     """As of a system that knows positions alone."""
     rng = np.random.default_rng(6)
@@ -325,3 +341,11 @@ def test_conventions_of_arrays(change, words, scale):
         assert found.scale == pytest.approx(scale)
     with pytest.raises(ValueError, match="est_poses has 39"):
         check_conventions(gt, est[1:])
+
+
+def test_half_of_the_positions_and_one_fit_exactly():
+    rng = np.random.default_rng(0)
+    gt = rng.normal(size=(20, 3))
+    est = 2 * gt + 1
+    est[:9] = rng.uniform(-50, 50, (9, 3))
+    assert median_error(gt, est, n_hypotheses=300) == pytest.approx(0, abs=1e-9)
