@@ -32,6 +32,13 @@ def test_an_interval_beside_where_the_claim_holds(name, low, high, outside):
     assert 0 < plot.low < plot.mean < plot.high < 100
 
 
+def test_an_interval_that_holds_all_has_a_margin_on_either_side():
+    claim = load_claims().claims["outliers-range-maa"]
+    plot = Estimate(claim, -74.0, -77.0, -71.0, "inconclusive", -75, -73, "open").plot
+    assert plot is not None
+    assert (plot.mean, plot.low + plot.high) == (50.0, 100.0)
+
+
 def test_a_percentage_of_another_metric_is_no_change():
     claim = load_claims().claims["length-tas-much-below-dte"]
     estimate = Estimate(claim, 50.2, 45, 55.5, "inconclusive", 49, 51.2, "open")

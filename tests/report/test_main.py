@@ -62,6 +62,6 @@ def test_the_same_inputs_give_the_same_bytes_in_another_process(results):
 def test_the_workflow_runs_modules(module, capsys, monkeypatch):
     monkeypatch.delitem(sys.modules, module, raising=False)
     monkeypatch.setattr(sys, "argv", ["", "--help"])
-    with pytest.raises(SystemExit, match="^0$"):
+    with pytest.raises(SystemExit, match=r"^0$"):
         runpy.run_module(module, run_name="__main__")
     assert capsys.readouterr().out.startswith("usage: ")

@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from alignscores import Evaluation, Settings, evaluate, tas_profile
 from alignscores.metrics import metric
@@ -65,6 +66,25 @@ def test_numbers_hang_together(tum):
     gt, est = (poses[:, :3, 3] for poses in (found.matches.gt_poses, found.matches.est_poses))
     profile = tas_profile(gt, est, [found.half_distance])
     assert profile.scores[0] == pytest.approx(0.5, abs=0.01)
+
+
+def test_shares_below_d_and_10_degrees_end_there():
+    """Two cameras are off by 5 % less and by 5 % more, the others by nothing."""
+    rng = np.random.default_rng(0)
+    poses = np.tile(np.eye(4), (40, 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = (
+        Rotation.random(40, rng=rng).as_matrix(),
+        rng.random((40, 3)),
+    )
+    off = poses.copy()
+    for row, factor in enumerate((0.95, 1.05)):
+        off[row, :3, 3] += [2 * factor, 0, 0]
+        off[row, :3, :3] @= Rotation.from_rotvec([10 * factor, 0, 0], degrees=True).as_matrix()
+    found = evaluate(
+        *(Trajectory(np.arange(40), one) for one in (poses, off)), format="kitti", unit=2.0
+    )
+    entry = found.to_dict()
+    assert (entry["within_unit"], entry["within_10_deg"]) == (39 / 40, 39 / 40)
 
 
 def test_other_metrics_of_keyframes_are_those_of_their_own_poses(examples):
