@@ -93,6 +93,12 @@ def test_latex(patterns, run, tmp_path):
     assert "\n% ranks are for new runs on these sequences" in text
 
 
+def test_ranks_over_sequences_with_a_run_each_say_what_they_are_for(benchmark_of, run):
+    systems = {"good": (0.02, 1.0, 1, 0.0), "poor": (0.5, 9.0, 1, 0.0)}
+    text = run(*benchmark_of(systems, ["car", "helix", "cube"], 1, n=60))[1]
+    assert "\nranks are over all, for new sequences like these\n" in text
+
+
 def test_where_a_system_was_not_tried_the_tables_say_so(patterns, run, tmp_path):
     shutil.rmtree(tmp_path / "car/c")
     text = run(*patterns)[1]
