@@ -98,6 +98,14 @@ def test_another_camera_frame(kind, frame, lost):
         assert np.degrees(off) < (2.0 if frame == "IMU" else 1e-9)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_the_camera_frame_is_that_of_most_cameras_not_of_the_first(seed):
+    rng = np.random.default_rng(seed)
+    gt = reference("anywhere", 120, rng)
+    found = find_convention(gt, in_frame(estimate(gt, rng, lost=0.5), IMU))
+    assert found.body_rotation == pytest.approx(IMU, abs=0.02)
+
+
 @pytest.mark.parametrize("lost", [0.0, 0.4])
 @pytest.mark.parametrize("frame", [None, "OpenGL", "IMU"])
 def test_world_to_camera(kind, frame, lost):
