@@ -254,6 +254,17 @@ def test_where_positions_fix_no_rotation_the_two_are_not_compared(run, kitti):
         assert APART not in run("kitti", kitti(gt, "gt.txt"), kitti(moved(gt, body, noise)))[2]
 
 
+@pytest.mark.parametrize("n", [1, 2])
+@pytest.mark.parametrize("alignment", [["rigid"], ["yaw", "--up", "y"]])
+def test_two_positions_fix_no_rotation(run, kitti, alignment, n):
+    """Though so few fit exactly, as the rotations of all do."""
+    est = moved(drive(), Rotation.from_euler("y", 15, degrees=True), noise=0)
+    est[n:, :3, 3] = np.nan
+    files = kitti(drive(), "gt.txt"), kitti(est)
+    code, _, err = run("kitti", *files, "--alignment", *alignment)
+    assert (code, APART in err) == (0, False)
+
+
 @pytest.mark.parametrize("wrong", ["positions", "rotations", "all rotations alike"])
 def test_where_one_of_the_two_is_bad_it_has_no_alignment_to_compare(run, kitti, wrong):
     est, rng = moved(drive(), Rotation.identity()), np.random.default_rng(1)
