@@ -234,7 +234,7 @@ def seem_swapped(reference: Trajectory, estimate: Trajectory) -> bool:
     reference is usually sampled more densely: where both are the other way round, the two seem
     swapped.
     """
-    if reference.keys.dtype.kind != "f" or estimate.keys.dtype.kind != "f":
+    if reference.keys.dtype.kind != "f":
         return False
     start = max(reference.keys.min(), estimate.keys.min())
     end = min(reference.keys.max(), estimate.keys.max())

@@ -192,6 +192,15 @@ def test_little_apart_takes_as_many_runs_as_bear_a_failure(benchmark_of, run):
     )
 
 
+def test_the_runs_that_would_do_are_those_over_all_sequences(benchmark_of, run):
+    systems = {"good": (0.1, 1.0, 1, 0.0), "next": (0.115, 1.0, 1, 0.0)}
+    patterns = benchmark_of(systems, n=40)
+    pairs = json.loads(run(*patterns, "--json")[1])["comparisons"]
+    needed = {pair["sequence"]: pair["needed"] for pair in pairs if pair["metric"] == "PAS"}
+    assert len(set(needed.values())) == 3
+    assert f"about {needed[None]} " in run(*patterns)[1]
+
+
 NAMES = r"[1] a&b%c_d#e$f~g^h\i{j}|<k>", "*{2} é"
 
 
