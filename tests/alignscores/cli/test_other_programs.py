@@ -201,6 +201,16 @@ def test_the_only_topic_of_a_bag_needs_no_name(same, trajectories, tmp_path):
     assert same("bag", reference, estimate, "--t_offset", 0) == []
 
 
+def test_a_message_without_a_rotation_is_named(run, tmp_path):
+    path, quaternions = tmp_path / "run.bag", np.tile([1.0, 0.0, 0.0, 0.0], (5, 1))
+    quaternions[2] = 0
+    written = PoseTrajectory3D(np.arange(15.0).reshape(5, 3), quaternions, np.arange(5.0))
+    with file_interface.Rosbag1Writer(path) as opened:
+        file_interface.write_bag_trajectory(opened, written, "/gt", "map")
+    code, _, err = run("bag", path, path)
+    assert (code, err.startswith(f"alignscores: error: {path}, message 3: ")) == (1, True)
+
+
 @pytest.mark.parametrize("name", ["run.bag", "run.mcap", "run.db3"])
 def test_broken_bags(run, trajectories, tmp_path, name):
     kind = {"bag": "ROS 1", "mcap": "MCAP", "db3": "SQLITE3"}[name.partition(".")[2]]
