@@ -238,9 +238,8 @@ def _errors(
     rotations = rows[:, 1:10].reshape(-1, 3, 3)
     residuals = est.local - _each(rows[:, 10:], counts)
     residuals /= _each(rows[:, :1], counts)
-    for scene in np.flatnonzero(found).tolist():  # each by itself, for the same bits
-        cameras = slice(*starts[scene : scene + 2])
-        residuals[cameras] -= gt.local[cameras] @ rotations[scene].T
+    for rotation, (start, end) in zip(rotations, pairwise(starts.tolist()), strict=True):
+        residuals[start:end] -= gt.local[start:end] @ rotation.T  # by itself, for the same bits
     residuals *= residuals
     errors: Floats = _each(gt.units, counts) * np.sqrt(residuals.sum(axis=1))
     errors[~found.repeat(counts)] = np.inf

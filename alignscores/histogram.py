@@ -57,11 +57,11 @@ class AlignmentScore:
 
 def cumulative_frequency(errors: Floats, thresholds: Floats) -> NDArray[np.int64]:
     """Return the number of errors strictly below each threshold: ``f_k`` of figure 1."""
-    return np.searchsorted(np.sort(errors), thresholds, side="left").astype(np.int64)
+    return np.searchsorted(np.sort(errors), thresholds, side="left").astype(np.int64, copy=False)
 
 
 def equal_steps(largest: float, count: int, name: str) -> Floats:
     """Return ``count`` equally spaced thresholds up to the largest; `name` is for the error."""
     check_positive(largest, name)
     check_positive(count, "n_thresholds", integer=True)
-    return largest * np.arange(1, count + 1) / count
+    return largest * np.arange(1.0, count + 1) / count

@@ -13,15 +13,17 @@ TLUD_THRESHOLD = 0.5  # chordal distance at which a deviation is truncated, abou
 NEGLIGIBLE = 1e-12  # of a mean distance; rotations whose means differ by less are equally good
 DISTANCES_AT_ONCE = 1 << 17  # 1 MiB, which fits in the cache
 BATCH = 8  # smallest number of rotations that are compared with all others at once
-SAMPLE = 128  # rotations from which the share of near pairs is estimated
+N_PLANES = 4  # of each such number, by which the sums of the others are bounded
+FLAT = 1e-4  # of a mean distance; nearer rotations have no direction
+N_KNOTS = 64  # of the loss of a plane by truncation
+SAMPLE = 256  # rotations whose medoid is the first guess, and their share of near pairs that of all
 SPARSE = 1 / 32  # share of near pairs below which a tree is faster than bounds
 NEAR_PAIRS_AT_ONCE = 1 << 20  # 24 MiB
 TREE_COST = 10  # of a near pair in the tree, in distances
 
-MANY = 10_000  # rotations from which on cells are faster than bounds alone
-GUESSES = 512  # rotations whose medoid is the first guess
+MANY = 2_000  # rotations from which on cells are faster than bounds alone
 SPLITS = 3  # of cells between two looks at all candidates
-FULL = 16  # rotations in a cell on average: with fewer, their distances cost no more than bounds
+FULL = 64  # rotations in a cell on average: with fewer, planes are faster
 CLOSE = 1 / 4  # of the mean gap; bounds of cells with less are close enough
 
 
@@ -60,28 +62,30 @@ def _medoids_of_few(points: Floats) -> Indices:
 def _medoid_of_many(rotations: Floats) -> int:
     points = rotations.reshape(-1, 9)
     n = len(points)
-    left, bounds = np.arange(n), np.zeros(n)
     order = np.random.default_rng(0).permutation(n)  # failures may be periodic
     sample = points[order[:SAMPLE]]
-    squared = scipy.spatial.distance.cdist(sample, sample, "sqeuclidean")
-    share = float(np.mean(squared < TLUD_THRESHOLD**2))
+    distances = _distances(sample, sample)
+    share = float(np.mean(distances < TLUD_THRESHOLD))
+    guess = int(order[distances.sum(axis=1).argmin()])
+    points = points - points[guess]  # squared distances are differences of small numbers
+    left, bounds = np.arange(n), np.zeros(n)
+    bounds[guess] = -1  # to be tried first
     if n >= MANY:
-        left, bounds = _candidates(points, order[:GUESSES], share)
+        left, bounds = _candidates(points, guess, share)
     if share < SPARSE and len(left) > TREE_COST * share * n:
         return int(order[_medoid_by_tree(rotations[order], share)])
     return _medoid_by_bounds(points, left, bounds)
 
 
-def _candidates(points: Floats, guesses: Indices, share: float) -> tuple[Indices, Floats]:
+def _candidates(points: Floats, best: int, share: float) -> tuple[Indices, Floats]:
     """Return the points (n, 9) that may be the medoid, and lower bounds of all points' sums.
 
     Bounds by cells that are split until few points are left, or the cells hold few points.
     """
     n = len(points)
-    best = guesses[np.argmin(_distances(points[guesses], points[guesses]).sum(axis=1))]
-    points = points - points[best]  # squared distances are differences of small numbers
     left, bounds, smallest = np.arange(n), np.zeros(n), np.inf
-    bounds[best] = -1  # to be tried first
+    bounds[best] = -1
+    far = np.linalg.norm(points, axis=1) > TLUD_THRESHOLD
     cells = _Cells(points)
     n_cells = looks = 0
     while n_cells < len(cells.counts) <= n / FULL and len(left) > BATCH:
@@ -89,13 +93,15 @@ def _candidates(points: Floats, guesses: Indices, share: float) -> tuple[Indices
         tried = left[np.argpartition(bounds[left], 1)[:2]]
         sums = cells.split(points[tried])
         if sums.min() < smallest:
-            best, smallest = tried[np.argmin(sums)], sums.min()
+            best, smallest = int(tried[np.argmin(sums)]), sums.min()
         bounds[left] = cells.bounds(points, left)
         looks += len(left) * len(cells.counts)
         left = left[bounds[left] < smallest - NEGLIGIBLE * n]
+        if BATCH * len(left) < n and np.count_nonzero(far[left]) < BATCH:
+            break  # planes are faster
         if share < SPARSE and looks > share * n**2:
             break  # near pairs are fewer
-    bounds[best] = 0
+    bounds[best] = -1
     return np.union1d(left, best), bounds
 
 
@@ -172,11 +178,11 @@ def _medoid_by_bounds(points: Floats, left: Indices, bounds: Floats) -> int:
     Truncated distances obey the triangle inequality. With f_i the sum and d the truncated distance
     to i, f_j >= n d - f_i. Where d is not truncated, only the terms of points within two thresholds
     of i differ: if these are m, f_j >= f_i - m d. The points with the lowest bounds come first
-    (Newling and Fleuret, "A sub-quadratic exact medoid algorithm", AISTATS 2017).
+    (Newling and Fleuret, "A sub-quadratic exact medoid algorithm", AISTATS 2017). Near the medoid,
+    where sums hardly differ, planes below the sums rule out more, as in Kelley's cutting planes
+    ("The cutting-plane method for solving convex programs", J. SIAM 1960).
     """
     n = len(points)
-    # Relative to the median, so that squared distances are differences of small numbers.
-    points = points - np.partition(points, n // 2, axis=0)[n // 2]
     squares = np.einsum("ni,ni->n", points, points)
     size = max(BATCH, DISTANCES_AT_ONCE // n)
     best, best_sum = 0, np.inf
@@ -197,9 +203,34 @@ def _medoid_by_bounds(points: Floats, left: Indices, bounds: Floats) -> int:
             near = [np.count_nonzero(row < (2 * TLUD_THRESHOLD) ** 2) for row in squared]
             d, f, m = distances[:, left], sums[:, None], np.array(near)[:, None]
             bound = np.maximum(n * d - f, np.where(d < TLUD_THRESHOLD, f - m * d, 0)).max(axis=0)
+            for i in np.argsort(sums)[:N_PLANES].tolist():
+                plane = _plane(points, int(batch[i]), left, np.sqrt(np.maximum(squared[i], 0)))
+                np.maximum(bound, plane, out=bound)
             bounds[left] = np.maximum(bounds[left], bound)
             left = left[bounds[left] < best_sum - NEGLIGIBLE * n]
     return best
+
+
+def _plane(points: Floats, i: int, left: Indices, distances: Floats) -> Floats:
+    """Bound the sums of those left by a plane below them, given the distances from i to all points.
+
+    The distance from x to a point p is convex: it is at least the distance from i and u (x - i),
+    where u points from p to i. Truncated at T, and with D from i to x, this holds less at most
+    D - |distance from i - T|, where that is positive: where x may be on the other side of T. The
+    sum of these losses is convex in D, so between knots it is below its chord.
+    """
+    truncated, near = np.minimum(distances, TLUD_THRESHOLD), distances < TLUD_THRESHOLD
+    flat = max(FLAT * float(distances[near].mean()), NEGLIGIBLE)
+    pull = np.where(near, 1 / np.maximum(distances, flat), 0.0)
+    slope = points[i] * pull.sum() - pull @ points
+    gaps = np.abs(distances - TLUD_THRESHOLD) * (N_KNOTS / TLUD_THRESHOLD)
+    counts = np.bincount(np.minimum(gaps, N_KNOTS).astype(np.intp), minlength=N_KNOTS + 1)
+    losses = np.cumsum(np.cumsum(counts[:-1])) * (TLUD_THRESHOLD / N_KNOTS)
+    knots = np.linspace(0, TLUD_THRESHOLD, N_KNOTS + 1)
+    lost = np.interp(truncated[left], knots, np.append(0.0, losses))
+    lost += truncated[distances < flat].sum()  # whose directions are not known
+    bounds: Floats = truncated.sum() + (points[left] - points[i]) @ slope - lost
+    return np.where(near[left], bounds, 0.0)
 
 
 def _medoid_by_tree(rotations: Floats, share: float) -> int:
