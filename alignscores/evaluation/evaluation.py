@@ -3,7 +3,7 @@
 import math
 import statistics
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -123,8 +123,8 @@ class Evaluation:
     body_rotation: Floats | None
     parts: list[Part]
     notes: list[str]
-    part_positions: list[Floats] = field(repr=False)
-    part_of_camera: Indices = field(repr=False)
+    part_positions: list[Floats]
+    part_of_camera: Indices
 
     @property
     def tas(self) -> float:

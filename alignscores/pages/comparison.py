@@ -167,7 +167,7 @@ def _heat_map(summary: Summary, by: str, names: Names) -> str:
     finite = [value for value in values if math.isfinite(value)] or [0.0]
     low, high = min(finite), max(finite)
     if metric(by).family.larger_is_better:
-        low, high = 0.0, max(1.0, high) if high <= 1 else high
+        low, high = 0.0, max(1.0, high)
     rows = []
     for system in summary.systems:
         cells = []

@@ -41,6 +41,7 @@ from ..averaging import (
     tlud_mean,
 )
 from ..registration import pcr99
+from ..similarity import Similarity
 from ..validation import check_poses, check_same_length, finite_rows
 from .files import Trajectory, inverse_poses
 
@@ -233,7 +234,7 @@ def seem_swapped(reference: Trajectory, estimate: Trajectory) -> bool:
     reference is usually sampled more densely: where both are the other way round, the two seem
     swapped.
     """
-    if reference.keys.dtype.kind != "f" or estimate.keys.dtype.kind != "f":
+    if reference.keys.dtype.kind != "f":
         return False
     start = max(reference.keys.min(), estimate.keys.min())
     end = min(reference.keys.max(), estimate.keys.max())
@@ -429,16 +430,20 @@ def _scale(gt: Floats, est: Floats) -> float:
     if len(gt) < MIN_CAMERAS:
         return np.nan
     (gt, _, gt_units), (est, _, est_units) = normalise(gt), normalise(est)
-    rank, rng = len(gt) // 2 + 1, np.random.default_rng(0)
-    alignment, _ = pcr99(gt, est, rank=rank, n_hypotheses=HYPOTHESES, rng=rng)
+    alignment = _registered(gt, est, HYPOTHESES)
     return np.nan if alignment is None else float(alignment.scale * (est_units / gt_units)[0])
 
 
 def median_error(gt: Floats, est: Floats, *, n_hypotheses: int) -> float:
     """Return the median position error after a robust registration; infinite without one."""
-    rank, rng = len(gt) // 2 + 1, np.random.default_rng(0)
-    alignment, _ = pcr99(gt, est, rank=rank, n_hypotheses=n_hypotheses, rng=rng)
+    alignment = _registered(gt, est, n_hypotheses)
     return np.inf if alignment is None else float(np.median(alignment.position_errors(gt, est)))
+
+
+def _registered(gt: Floats, est: Floats, n_hypotheses: int) -> Similarity | None:
+    """Return the similarity with the least median position error, if there is one."""
+    rank, rng = len(gt) // 2 + 1, np.random.default_rng(0)
+    return pcr99(gt, est, rank=rank, n_hypotheses=n_hypotheses, rng=rng)[0]
 
 
 def _log(rotations: Floats) -> Floats:

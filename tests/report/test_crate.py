@@ -9,7 +9,14 @@ import pytest
 from experiments.config import load
 from experiments.sweep import run_sweeps
 from experiments.tables import write_trials
-from report.crate import FILE, main
+from report.crate import FILE, crate, main
+
+KEYS = {  # of the profile, and what tells files apart
+    "Dataset": {"name", "description", "conformsTo", "license", "datePublished", "hasPart"},
+    "CreateAction": {"name", "instrument", "object", "result", "endTime"},
+    "SoftwareApplication": {"name", "version"},
+    "File": {"name", "encodingFormat", "contentSize", "sha256"},
+}
 
 
 @pytest.fixture
@@ -60,6 +67,7 @@ def test_every_file_with_its_digest_and_what_made_it(results, capsys):
         assert entity["name"] == "python" or entity["version"] == packages[entity["name"]]
     # Whatever is referred to is described, and the same folder has the same description.
     for entity in entities.values():
+        assert KEYS.get(entity["@type"], set()) <= entity.keys()
         for value in entity.values():
             for reference in value if isinstance(value, list) else [value]:
                 if isinstance(reference, dict):
@@ -75,3 +83,18 @@ def test_without_trials_or_a_record_there_is_nothing_to_describe(results, tmp_pa
     assert main([str(results)]) == 1
     assert "does not exist; run: snakemake" in capsys.readouterr().err
     assert not (results / FILE).exists()
+
+
+@pytest.mark.parametrize(
+    ("git", "identifier"),
+    [
+        (None, []),
+        ({"commit": "c0ffee", "dirty": False}, ["commit c0ffee"]),
+        ({"commit": "c0ffee", "dirty": True}, ["commit c0ffee, with changes"]),
+    ],
+)
+def test_the_software_has_its_commit_where_it_is_known(results, git, identifier):
+    for path in results.glob("trials/*.json"):
+        path.write_text(json.dumps(json.loads(path.read_text()) | {"git": git}))
+    graph = crate(results)["@graph"]
+    assert [one["identifier"] for one in graph if "identifier" in one] == identifier

@@ -32,6 +32,26 @@ def test_an_interval_beside_where_the_claim_holds(name, low, high, outside):
     assert 0 < plot.low < plot.mean < plot.high < 100
 
 
+def test_an_interval_that_holds_all_has_a_margin_on_either_side():
+    claim = load_claims().claims["outliers-range-maa"]
+    plot = Estimate(claim, -74.0, -77.0, -71.0, "inconclusive", -75, -73, "open").plot
+    assert plot is not None
+    assert (plot.mean, plot.low + plot.high) == (50.0, 100.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("outliers-tas-steadier", "+0.5\u202fpoints"),
+        ("length-tas-much-below-dte", "0.5\u202f%"),
+        ("outliers-ate-discerns", "0.500\u202fτ"),
+    ],
+)
+def test_the_unit_is_that_of_the_statistic(name, value):
+    claim = load_claims().claims[name]
+    assert Estimate(claim, 0.5, 0.4, 0.6, "inconclusive", 0.4, 0.6, "open").value == value
+
+
 def test_a_percentage_of_another_metric_is_no_change():
     claim = load_claims().claims["length-tas-much-below-dte"]
     estimate = Estimate(claim, 50.2, 45, 55.5, "inconclusive", 49, 51.2, "open")

@@ -1,6 +1,7 @@
 """The command line: files are told, and a page is written whole or not at all."""
 
 import os
+import runpy
 import subprocess
 import sys
 
@@ -55,3 +56,12 @@ def test_the_same_inputs_give_the_same_bytes_in_another_process(results):
         env=os.environ | {"PYTHONHASHSEED": "7"},
     )
     assert results.html.read_text(encoding="utf-8") == before
+
+
+@pytest.mark.parametrize("module", ["report.__main__", "report.crate", "report.explorer"])
+def test_the_workflow_runs_modules(module, capsys, monkeypatch):
+    monkeypatch.delitem(sys.modules, module, raising=False)
+    monkeypatch.setattr(sys, "argv", ["", "--help"])
+    with pytest.raises(SystemExit, match=r"^0$"):
+        runpy.run_module(module, run_name="__main__")
+    assert capsys.readouterr().out.startswith("usage: ")

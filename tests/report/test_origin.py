@@ -38,6 +38,8 @@ def test_run_times_are_summed_over_the_jobs_of_a_target(results):
     assert rows["claims"] == ["3", "2 min 33 s", "52.0 s", "–", "100 MB"]
     assert rows["beyond"] == ["2", "8.0 s", "4.0 s", "5.0 s", "90 MB"]
     assert rows["all"] == ["6", "2 min 45 s", "52.0 s", "7.5 s", "100 MB"]
+    named = [name for name in rows if name in ("claims", "beyond", "all")]
+    assert named == ["claims", "beyond", "all"]  # the studies in their order
     assert rows["outliers"][-2:] == [str(n_claims("outliers")), "4.0 s"]
     assert rows["collinear"][-2:] == [str(n_claims("collinear")), "–"]
     assert "figures" not in rows

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import report.article
 import report.page
 from studies.claims.claims import load_claims
 from studies.paper import FIGURES
@@ -91,7 +92,24 @@ def test_statements_are_escaped(results, monkeypatch):
     assert text in rows(page)[0].text
 
 
+@pytest.mark.parametrize("folder", [[], [report.article.FOLDER]])
+def test_names_are_escaped(folder):
+    template = report.page.environment(*folder).from_string("{{ name }}")
+    assert template.render(name="<script>") == "&lt;script&gt;"
+
+
+def test_what_chance_brings_is_told(page, table):
+    """Of three replicates the central 95 % hold less than half of all studies."""
+    numbers = table["paper"].notna().sum()
+    said = " ".join(dd.text for dd in page.all("dd"))
+    assert "central 95 %: the spread that a single study has" in said
+    assert f"{numbers} claims are numbers" in said
+    assert f"5 % of them, about {0.05 * numbers:.1f}, would be expected outside" in said
+    assert "a new study’s statistic with a probability of 48 %" in said
+
+
 def test_it_needs_no_other_file_and_every_link_leads_somewhere(page):
+    assert page.html.endswith("</html>\n")
     assert not page.all("link", "iframe", "object", "base", "form")
     assert "url(" not in page.html
     assert "@import" not in page.html

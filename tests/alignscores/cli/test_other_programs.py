@@ -112,6 +112,8 @@ def test_arrays_without_stamps_go_by_rows(run, score, trajectories, tmp_path):
     assert (found["n"], found["no_position"], found["TAS"]) == (40, 10, 0.75)
     np.save(files[1], poses[1:])
     assert "the reference has 40 poses, the estimate 39: without stamps" in run(*files)[2]
+    np.save(files[1], np.concatenate([poses[1:], np.full((1, 4, 4), np.nan)]))
+    assert "stamps seem to be off" not in run("arrays", *files)[2]  # a row is no time
 
 
 @pytest.mark.parametrize(
@@ -125,6 +127,10 @@ def test_arrays_without_stamps_go_by_rows(run, score, trajectories, tmp_path):
         ({"a": np.empty((0, 4, 4))}, "has no poses"),
         ({"a": np.ones((5, 4, 4))}, "the last row must be 0 0 0 1"),
         ({"a": np.ones((5, 3, 4))}, "the matrix is not a rotation"),
+        (
+            {"a": np.tile(np.eye(4), (5, 1, 1)), "t": np.arange(5), "ids": np.arange(5)},
+            "has 2 arrays of 5 numbers; leave the stamps",
+        ),
         ({"a": np.array([[{}]])}, "is not a file of arrays, .npy or .npz, without objects"),
         (b"PK\x03\x04", "is not a file of arrays, .npy or .npz, without objects"),
         (b"", "is not a file of arrays, .npy or .npz, without objects"),
@@ -151,7 +157,7 @@ def bag(path, kind, trajectories):
         plugin = file_interface.ros2_bag_storage_plugin(kind)
         writer = file_interface.Rosbag2Writer(path, version=9, storage_plugin=plugin)
     with writer as opened:
-        for topic, (stamps, poses) in zip(("/gt", "/odom"), trajectories, strict=True):
+        for topic, (stamps, poses) in zip(("/gt", "/odom"), trajectories, strict=False):
             there = np.isfinite(poses).all(axis=(1, 2))
             written = PoseTrajectory3D(poses_se3=list(poses[there]), timestamps=stamps[there])
             file_interface.write_bag_trajectory(opened, written, topic, "map")
@@ -186,6 +192,23 @@ def test_bags(same, run, trajectories, tmp_path, kind, name, file):
     err = run("bag", path, path, "--ref_topic", "/none")[2]
     assert err.startswith(f"alignscores: error: {path}: is not a readable bag (")
     assert err.count("\n") == 1
+
+
+def test_the_only_topic_of_a_bag_needs_no_name(same, trajectories, tmp_path):
+    reference, estimate = (
+        bag(tmp_path / f"{number}.bag", "ROS 1", [one]) for number, one in enumerate(trajectories)
+    )
+    assert same("bag", reference, estimate, "--t_offset", 0) == []
+
+
+def test_a_message_without_a_rotation_is_named(run, tmp_path):
+    path, quaternions = tmp_path / "run.bag", np.tile([1.0, 0.0, 0.0, 0.0], (5, 1))
+    quaternions[2] = 0
+    written = PoseTrajectory3D(np.arange(15.0).reshape(5, 3), quaternions, np.arange(5.0))
+    with file_interface.Rosbag1Writer(path) as opened:
+        file_interface.write_bag_trajectory(opened, written, "/gt", "map")
+    code, _, err = run("bag", path, path)
+    assert (code, err.startswith(f"alignscores: error: {path}, message 3: ")) == (1, True)
 
 
 @pytest.mark.parametrize("name", ["run.bag", "run.mcap", "run.db3"])

@@ -172,6 +172,17 @@ def test_save_results(run, score, tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_what_has_no_value_is_not_saved(run, kitti, examples, tmp_path):
+    """Most frames are lost: no distance has half of the cameras."""
+    poses = read_kitti(examples / KITTI[2]).poses
+    poses[:30] = np.nan
+    path = tmp_path / "one.zip"
+    assert run(*KITTI[:2], kitti(poses), "--save_results", path)[0] == 0
+    stats = file_interface.load_res_file(path).stats
+    assert {"half_distance", "half_angle"}.isdisjoint(stats)
+    assert None not in stats.values()
+
+
 def test_saved_names_do_not_depend_on_what_failed(run, tmp_path):
     code, _, _ = run(*TUM, tmp_path / "none.txt", "--save_results", tmp_path / "r.zip")
     assert code == 1

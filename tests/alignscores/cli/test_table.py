@@ -5,7 +5,7 @@ import pytest
 
 from alignscores import Settings
 from alignscores.cli.output import footnotes
-from alignscores.cli.table import COLUMNS, table
+from alignscores.cli.table import COLUMNS, shortened, table
 
 ROW = {key: 0.008191 for _, key, form in COLUMNS if form[-1] in "f%g"}
 ROW |= {"name": "orb.txt", "rank": [1, 1], "n": 4541}
@@ -50,6 +50,10 @@ def test_long_names_keep_what_tells_them_apart():
     names = [f"results_of_a_long_study_{i}_trajectory_after_optimisation_final.txt" for i in (1, 2)]
     lines = table([ROW | {"name": name} for name in names], METRES, 90)[0].splitlines()
     assert [line.split()[0] for line in lines[1:]] == ["..1..", "..2.."]
+
+
+def test_of_a_long_name_the_beginning_and_the_end_are_left():
+    assert shortened(["abcdefghijklmnopqrstuvwxyz"], 12) == ["abcde..vwxyz"]
 
 
 def test_a_narrow_terminal_drops_columns_and_says_so():

@@ -123,6 +123,17 @@ def test_a_broken_file(run_compare, examples, tmp_path, content, reason):
     assert (code, out, err) == (1, "", f"alignscores: error: {file}: {reason}\n")
 
 
+def test_a_file_of_which_a_run_lacks_a_score(gate, tmp_path):
+    def change():
+        saved = json.loads((tmp_path / "saved.json").read_text())
+        del saved["results"][1]["PAS"]
+        (tmp_path / "saved.json").write_text(json.dumps(saved))
+
+    code, out, err = gate(change)
+    assert (code, out) == (1, "")
+    assert "saved.json: is not what `alignscores compare --json` prints" in err
+
+
 def test_other_settings_do_not_compare(gate):
     code, out, err = gate(lambda: None, "--registration", "pcr99")
     assert (code, out) == (1, "")
@@ -132,7 +143,8 @@ def test_other_settings_do_not_compare(gate):
     )
 
 
-def test_the_gate_needs_a_baseline(run_compare):
-    code, _, err = run_compare("tum", "a", "{system}", "--fail_on", "worse")
-    assert code in (1, 2)
-    assert err.count("\n") == 1
+def test_the_gate_needs_a_baseline(run_compare, examples):
+    files = examples / "tum/reference.txt", examples / "tum/{system}.txt"
+    code, out, err = run_compare("tum", *files, "--fail_on", "worse")
+    assert (code, out) == (2, "")
+    assert "error: argument --fail_on: needs --baseline FILE; see" in err

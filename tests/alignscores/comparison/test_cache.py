@@ -76,6 +76,22 @@ def test_a_reference_that_changes_is_read_anew(task, tmp_path):
     assert values(evaluate_run(replace(task, cache=None))) == second
 
 
+def test_files_of_other_names_are_hits(task, scored, tmp_path):
+    """Whatever the file of frames is called: its content counts."""
+    runs = []
+    for number in "12":
+        copies = [tmp_path / f"{name}{number}.txt" for name in ("reference", "estimate", "frames")]
+        for copy, source in zip(copies, ("reference", "estimate", "estimate"), strict=True):
+            shutil.copy(tmp_path / f"{source}.txt", copy)
+        reference, estimate, frames = map(str, copies)
+        settings = replace(task.settings, frames=frames)
+        runs.append(values(evaluate_run(Task(reference, estimate, settings, task.cache))))
+    assert runs[0] == runs[1]
+    assert len(scored) == 1
+    (tmp_path / "frames2.txt").write_text("1700000000.002\n1700000000.102\n1700000000.202\n")
+    assert values(evaluate_run(Task(reference, estimate, settings, task.cache))) != runs[0]
+
+
 def test_a_model_that_changes_while_it_is_read_is_not_stored(examples, tmp_path, monkeypatch):
     model = shutil.copytree(examples / "colmap/estimate", tmp_path / "model")
     (tmp_path / "cache").mkdir()
@@ -183,6 +199,14 @@ def test_what_is_no_file_is_a_miss(tmp_path):
     assert load(tmp_path / "none") is None
 
 
+def test_a_result_may_be_as_large_as_the_cache(tmp_path, monkeypatch):
+    store(tmp_path / NAME, b"result")
+    size = (tmp_path / NAME).stat().st_size
+    for limit, content in ((size, b"result"), (size - 1, None)):
+        monkeypatch.setattr(cache, "LIMIT", limit)
+        assert load(tmp_path / NAME) == content
+
+
 def test_a_result_that_cannot_be_written_stops_nothing(task, monkeypatch):
     truth = values(evaluate_run(replace(task, cache=None)))
 
@@ -205,6 +229,11 @@ def test_the_folder_is_its_owner_s_alone(tmp_path):
     assert folder.stat().st_mode & 0o777 == 0o700
     (tmp_path / "file").write_text("")
     assert make(tmp_path / "file") == "is not writable"
+
+
+def test_a_folder_of_somebody_else_is_not_used(tmp_path, monkeypatch):
+    monkeypatch.setattr("os.geteuid", lambda: tmp_path.stat().st_uid + 1, raising=False)
+    assert make(tmp_path) == "belongs to somebody else"
 
 
 def test_a_folder_that_others_write_to_is_not_used(run_compare, examples, tmp_path):

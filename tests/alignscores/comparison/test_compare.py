@@ -15,6 +15,7 @@ import pytest
 from alignscores import pas, ras_profile, tas_profile
 from alignscores.cli import main
 from alignscores.comparison.cache import prune
+from alignscores.comparison.processes import Pool
 from alignscores.trajectories.files import read_tum
 from alignscores.trajectories.formats import FORMATS
 
@@ -133,6 +134,14 @@ def test_processes_do_not_matter(benchmark_of, run, tmp_path):
     )
 
 
+def test_no_process_is_left():
+    said = []
+    with Pool(2, said.append) as pool:
+        assert sorted(pool.work(str, {"a": 1, "b": 2}, "counting")) == [("a", "1"), ("b", "2")]
+    assert said == ["counting 1/2", "counting 2/2", ""]
+    assert multiprocessing.active_children() == []
+
+
 def test_wrong_files_are_a_line_each_and_the_rest_is_compared(benchmark_of, run, tmp_path):
     patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0), "b": (0.3, 1.0, 1, 0.0)}, runs=2)
     (tmp_path / "car/a/0.txt").write_text("")
@@ -243,6 +252,7 @@ WAITING = """\
 import os, sys, time
 from alignscores.cli import main
 from alignscores.comparison.cache import prune
+from alignscores.comparison.processes import Pool
 from alignscores.comparison import comparison
 
 def waiting(task):

@@ -93,6 +93,29 @@ def test_latex(patterns, run, tmp_path):
     assert "\n% ranks are for new runs on these sequences" in text
 
 
+def test_ranks_over_sequences_with_a_run_each_say_what_they_are_for(benchmark_of, run):
+    systems = {"good": (0.02, 1.0, 1, 0.0), "poor": (0.5, 9.0, 1, 0.0)}
+    text = run(*benchmark_of(systems, ["car", "helix", "cube"], 1, n=60))[1]
+    assert "\nranks are over all, for new sequences like these\n" in text
+
+
+def test_where_a_system_was_not_tried_the_tables_say_so(patterns, run, tmp_path):
+    shutil.rmtree(tmp_path / "car/c")
+    text = run(*patterns)[1]
+    assert re.search(r"^c .* not tried ", text, re.MULTILINE)
+    assert "sequences: those that a system was tried on" in text
+    (row,) = re.findall(r"^c & .*", run(*patterns, "--latex")[1], re.MULTILINE)
+    assert "--" in row.split(" & ")
+
+
+def test_models_in_different_numbers_of_parts_have_no_ranks(run, examples, tmp_path):
+    for name in ("reference", "whole/0", "parts/0/0", "parts/0/1"):
+        source = examples / "colmap" / ("reference" if name == "reference" else "estimate")
+        shutil.copytree(source, tmp_path / name)
+    out = run("colmap", "reference", "{system}/{run}", "--jobs", 1)[1]
+    assert "no ranks where models are in different numbers of parts" in out
+
+
 def test_what_failed_stands_beside_the_ranks_everywhere(patterns, run, tmp_path):
     rule = "ranks are by means: a failure counts as 0, and one more would not change who is ahead"
     entries = json.loads(run(*patterns, "--json")[1])["systems"]
@@ -167,6 +190,15 @@ def test_little_apart_takes_as_many_runs_as_bear_a_failure(benchmark_of, run):
     assert re.search(
         r"PAS of good and next: certain but for failures; about \d+ runs of each", several
     )
+
+
+def test_the_runs_that_would_do_are_those_over_all_sequences(benchmark_of, run):
+    systems = {"good": (0.1, 1.0, 1, 0.0), "next": (0.115, 1.0, 1, 0.0)}
+    patterns = benchmark_of(systems, n=40)
+    pairs = json.loads(run(*patterns, "--json")[1])["comparisons"]
+    needed = {pair["sequence"]: pair["needed"] for pair in pairs if pair["metric"] == "PAS"}
+    assert len(set(needed.values())) == 3
+    assert f"about {needed[None]} " in run(*patterns)[1]
 
 
 NAMES = r"[1] a&b%c_d#e$f~g^h\i{j}|<k>", "*{2} é"

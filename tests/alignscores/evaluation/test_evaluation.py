@@ -5,8 +5,11 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from alignscores import Evaluation, Settings, evaluate, tas_profile
+from alignscores.metrics import metric
+from alignscores.trajectories.association import match
 from alignscores.trajectories.files import Trajectory, read_kitti, read_nerf, read_tum
 
 from ..conftest import FILES
@@ -65,8 +68,47 @@ def test_numbers_hang_together(tum):
     assert profile.scores[0] == pytest.approx(0.5, abs=0.01)
 
 
+def test_shares_below_d_and_10_degrees_end_there():
+    """Two cameras are off by 5 % less and by 5 % more, the others by nothing."""
+    rng = np.random.default_rng(0)
+    poses = np.tile(np.eye(4), (40, 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = (
+        Rotation.random(40, rng=rng).as_matrix(),
+        rng.random((40, 3)),
+    )
+    off = poses.copy()
+    for row, factor in enumerate((0.95, 1.05)):
+        off[row, :3, 3] += [2 * factor, 0, 0]
+        off[row, :3, :3] @= Rotation.from_rotvec([10 * factor, 0, 0], degrees=True).as_matrix()
+    found = evaluate(
+        *(Trajectory(np.arange(40), one) for one in (poses, off)), format="kitti", unit=2.0
+    )
+    entry = found.to_dict()
+    assert (entry["within_unit"], entry["within_10_deg"]) == (39 / 40, 39 / 40)
+
+
+def test_other_metrics_of_keyframes_are_those_of_their_own_poses(examples):
+    """A pose that stands for several frames weighs no more than another."""
+    reference, estimate = (read_tum(examples / file) for file in TUM)
+    rows = [*range(20), *range(20, 38, 4)]
+    keyframes = Trajectory(estimate.keys[rows], estimate.poses[rows])
+    found = evaluate(reference, keyframes, format="tum", metrics="ate:rmse").metrics["ate:rmse"]
+    own = match(reference, keyframes, missing="ignore", sync="nearest", max_gap=0.0)
+    gt, est = (one[:, :3] for one in (own.gt_poses, own.est_poses))
+    expected = metric("ate:rmse")(gt[..., 3], gt[..., :3], est[..., 3], est[..., :3])
+    assert found == pytest.approx(expected, rel=0.005)  # of every frame it is 2 % less
+
+
 def test_the_half_score_distance_is_by_the_refined_registration(tum):
     assert tum(registration="pcr99").half_distance == tum(registration="refined").half_distance
+
+
+def test_cameras_in_one_place_have_a_profile_of_the_unit_that_is_given():
+    """No position has an extent; all are within any unit of where they should be."""
+    still = Trajectory(np.arange(5), np.tile(np.eye(4), (5, 1, 1)))
+    found = evaluate(still, still, format="kitti", unit=2.0, alignment="none")
+    assert found.profiles.units[[0, -1]].tolist() == [0.125, 8.0]
+    assert found.profiles.tas.tolist() == [1.0] * len(found.profiles.units)
 
 
 def test_trajectories_of_lists_and_of_three_rows_are_scored_alike(examples):

@@ -7,7 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import evaluate
-from alignscores.trajectories.files import read_kitti
+from alignscores.trajectories.files import inverse_poses, read_colmap, read_kitti
+from alignscores.trajectories.files.vslamlab import HEADER as VSLAMLAB
+
+from ..conftest import write_poses
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 KITTI = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
@@ -115,10 +118,33 @@ def test_mix_ups(run, kitti, examples, lines, write):
     transposed[:, :3, :3] = poses[:, :3, :3].transpose(0, 2, 1)
     _, _, err = run(*KITTI[:2], kitti(transposed))
     assert "the rotations seem to be world-to-camera, but the positions are camera centres" in err
+    translations = poses.copy()
+    translations[:, :3, 3] = inverse_poses(poses)[:, :3, 3]
+    _, _, err = run(*KITTI[:2], kitti(translations))
+    assert "the positions seem to be world-to-camera translations t, but the rotations R are" in err
+
+
+WRONG_END = "the quaternions seem to have w at the wrong end"
+
+
+@pytest.mark.parametrize(
+    ("form", "separator", "header"),
+    [("tum", " ", "#"), ("euroc", " ", "#"), ("vslamlab", ",", VSLAMLAB)],
+)
+def test_quaternions_with_w_at_the_wrong_end(run, lines, write, form, separator, header):
+    if form != "tum":  # in nanoseconds
+        lines = [line.replace(".", "", 1).replace(" ", "000 ", 1) for line in lines]
     fields = [line.split() for line in lines]
-    shifted = [" ".join([*line[:4], line[7], *line[4:7]]) for line in fields]
-    _, _, err = run(*TUM[:2], write(shifted))
-    assert "the quaternions seem to have w at the wrong end" in err
+    shifted = [separator.join([*line[:4], line[7], *line[4:7]]) for line in fields]
+    assert WRONG_END in run(*TUM[:2], write([header, *shifted]), "--est_format", form)[2]
+
+
+def test_quaternions_of_a_model_with_w_at_the_wrong_end(run, examples, tmp_path):
+    names, poses = read_colmap(examples / "colmap/estimate")
+    quaternions = Rotation.from_matrix(poses[:, :3, :3]).inv().as_quat()[:, [3, 0, 1, 2]]
+    poses[:, :3, :3] = Rotation.from_quat(quaternions).inv().as_matrix()
+    write_poses["colmap"](tmp_path / "model", names, poses)
+    assert WRONG_END in run("colmap", "colmap/reference", tmp_path / "model")[2]
 
 
 def test_a_time_offset(run, score, tmp_path):
@@ -226,6 +252,17 @@ def test_where_positions_fix_no_rotation_the_two_are_not_compared(run, kitti):
     straight, body = drive(turning=False), Rotation.from_euler("y", 15, degrees=True)
     for gt, noise in ((straight, 0.01), (drive(), 8)):
         assert APART not in run("kitti", kitti(gt, "gt.txt"), kitti(moved(gt, body, noise)))[2]
+
+
+@pytest.mark.parametrize("n", [1, 2])
+@pytest.mark.parametrize("alignment", [["rigid"], ["yaw", "--up", "y"]])
+def test_two_positions_fix_no_rotation(run, kitti, alignment, n):
+    """Though so few fit exactly, as the rotations of all do."""
+    est = moved(drive(), Rotation.from_euler("y", 15, degrees=True), noise=0)
+    est[n:, :3, 3] = np.nan
+    files = kitti(drive(), "gt.txt"), kitti(est)
+    code, _, err = run("kitti", *files, "--alignment", *alignment)
+    assert (code, APART in err) == (0, False)
 
 
 @pytest.mark.parametrize("wrong", ["positions", "rotations", "all rotations alike"])

@@ -68,6 +68,18 @@ def test_what_needs_time_stamps_is_refused_without(form, changes):
         replace(Settings(**changes), format=form)
 
 
+def test_frames_that_were_due_are_told_as_they_were_given():
+    for frames in ("frames.txt", (1.0, 2.5)):
+        assert Settings(format="tum", frames=frames).to_dict()["frames"] == frames
+    assert Settings(format="tum", frames="a\x1b[1m.txt").to_dict()["frames"] == "a\\x1b[1m.txt"
+
+
+def test_a_topic_is_refused_where_the_format_has_none():
+    with pytest.raises(ValueError, match="ref_topic is of bags, and tum files have no topics"):
+        Settings(format="tum", ref_topic="/gt")
+    assert Settings(format="bag", est_format="tum", ref_topic="/gt").ref_topic == "/gt"
+
+
 def test_what_needs_an_order_of_time_is_refused_without():
     message = "rpe@1m needs cameras in the order of time, but images are matched by name"
     with pytest.raises(ValueError, match=message):

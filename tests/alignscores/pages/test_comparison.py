@@ -161,16 +161,21 @@ def test_the_page_tells_which_system_is_ahead(patterns, run, compare, tmp_path):
     """Over all sequences, for each question."""
     run(*patterns, "--html", "page.html")
     cell = "<td>[^<]*</td>"
-    row = rf'<th scope="row">([^<]*) − ([^<]*)</th>{cell}{cell}<td>(first|second|no)</td>'
+    pair = r'<th scope="row">([^<]*) − ([^<]*)</th>'
+    row = rf"{pair}{cell}<td>([^<]*)</td><td>(first|second|no)</td>"
     words = {"a": "first", "b": "second", None: "no"}
     expected = [
-        (pair["a"], pair["b"], words[pair[question]["better"]])
+        (pair["a"], pair["b"], interval(**pair[question]), words[pair[question]["better"]])
         for pair in compare(*patterns)["comparisons"]
         if (pair["sequence"], pair["metric"]) == (None, "PAS")
         for question in ("new_runs", "new_sequences")
     ]
-    assert ("a_b", "c", "first") in expected
+    assert {one[-1] for one in expected} >= {"first"}
     assert re.findall(row, (tmp_path / "page.html").read_text()) == expected
+
+
+def interval(difference, low, high, **_):
+    return f"{difference:+.3f} ({low:+.3f} to {high:+.3f})".replace("-", "−")
 
 
 def test_the_best_are_bold(patterns, run, compare, tmp_path):
@@ -335,6 +340,13 @@ def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, 
         assert row[0] == f"{system}, run {chosen['run']}"
         assert row[1:4] == [f"{chosen[name]:.4f}" for name in ("TAS", "RAS", "PAS")]
         assert row[5:7] == ["60", "0"]
+
+
+def test_without_a_run_that_was_scored_the_page_says_so(patterns, run, tmp_path):
+    for path in tmp_path.glob("*/*/*.txt"):
+        path.write_text("")
+    run(*patterns, "--html", "page.html")
+    assert "No run was scored." in (tmp_path / "page.html").read_text()
 
 
 def test_trajectories_that_are_too_large_are_left_out(patterns, run, tmp_path, monkeypatch):

@@ -12,6 +12,7 @@ from matplotlib import colormaps
 
 from alignscores import closest_pair_quartile, pas
 from alignscores.histogram import AlignmentScore, equal_steps
+from alignscores.pages.trajectories import QUANTILES, _quantiles
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_tum
 from alignscores.translation import closest_pair_distances
@@ -159,6 +160,16 @@ def test_numbers_after_a_change_are_python_s(saved, numbers, matches, seed):
     fragment = "#threshold=0.07&degrees=2.3&quantile=0.4&steps=7&weight=0.15"
     (row,) = numbers(html, fragment)
     assert row[:4] == of_python(result.tas, result.ras, 0.15, unit)
+
+
+def test_quantiles_are_distances_of_cameras():
+    """The smallest that the share k of all does not exceed, for each k that the page has."""
+    positions = np.random.default_rng(0).random((7, 3))
+    distances = np.sort(closest_pair_distances(positions))
+    shares = np.arange(1, QUANTILES + 1) / QUANTILES
+    expected = [distances[np.count_nonzero(np.arange(1, 8) / 7 < share)] for share in shares]
+    assert _quantiles(positions) == expected
+    assert _quantiles(positions[:1]) == []
 
 
 def test_missing_cameras_fail_or_are_left_out_under_the_same_alignment(saved, numbers, matches):

@@ -8,6 +8,7 @@ from alignscores import Convention, check_conventions, ras
 from alignscores.trajectories.conventions import (
     describe_rotation,
     find_convention,
+    median_error,
     rotate_cameras,
     seem_swapped,
 )
@@ -63,6 +64,10 @@ def in_frame(est, body):
     return turned
 
 
+def random_turns(rng, sigma_deg):
+    return Rotation.from_rotvec(rng.normal(0, sigma_deg, (60, 3)), degrees=True).as_matrix()
+
+
 def told(found):
     """What is told besides the camera's frame."""
     kinds = "inverted", "rotations_inverted", "positions_inverted", "mirrored"
@@ -91,6 +96,14 @@ def test_another_camera_frame(kind, frame, lost):
     if kind != "vehicle":  # about one axis, other frames explain it as well
         off = Rotation.from_matrix(found.body_rotation.T @ FRAMES[frame]).magnitude()
         assert np.degrees(off) < (2.0 if frame == "IMU" else 1e-9)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_camera_frame_is_that_of_most_cameras_not_of_the_first(seed):
+    rng = np.random.default_rng(seed)
+    gt = reference("anywhere", 120, rng)
+    found = find_convention(gt, in_frame(estimate(gt, rng, lost=0.5), IMU))
+    assert found.body_rotation == pytest.approx(IMU, abs=0.02)
 
 
 @pytest.mark.parametrize("lost", [0.0, 0.4])
@@ -214,6 +227,17 @@ def test_a_small_misalignment_is_no_convention(kind, angle):
     assert told(found) == []
 
 
+def test_of_cameras_that_hardly_turn_a_swap_of_axes_is_told_that_has_a_use():
+    """Of the others one or another fits by chance."""
+    rng = np.random.default_rng(0)
+    gt = make_poses(random_turns(rng, 2.0), rng.normal(size=(60, 3)))
+    noisy = gt[:, :3, :3] @ random_turns(rng, 0.2)
+    swaps = Rotation.create_group("O").as_matrix().round()
+    found = [find_convention(gt, make_poses(noisy @ axes, gt[:, :3, 3])) for axes in swaps]
+    told = {tuple(one.body_rotation.ravel()) for one in found if one.body_rotation is not None}
+    assert told == {tuple(axes.ravel()) for axes in (OPENGL, BODY, BODY.T)}
+
+
 def test_identity_quaternions_are_no_convention():
     """As of a system that knows positions alone."""
     rng = np.random.default_rng(6)
@@ -281,6 +305,17 @@ def test_swapped():
     assert not seem_swapped(*rows)
 
 
+def _scaled(poses, factor):
+    poses[:, :3, 3] *= factor
+    return poses
+
+
+def _with_translations(poses):
+    poses = _scaled(poses, 2.5)
+    poses[:, :3, 3] = inverse_poses(poses)[:, :3, 3]
+    return poses
+
+
 @pytest.mark.parametrize(
     ("change", "words", "scale"),
     [
@@ -297,6 +332,7 @@ def test_swapped():
             1.0,
         ),
         (lambda p: _scaled(p, 2.5), "no mix-up is found", 2.5),
+        (_with_translations, "the estimated positions are world-to-camera translations", 2.5),
     ],
 )
 def test_conventions_of_arrays(change, words, scale):
@@ -315,6 +351,9 @@ def test_conventions_of_arrays(change, words, scale):
         check_conventions(gt, est[1:])
 
 
-def _scaled(poses, factor):
-    poses[:, :3, 3] *= factor
-    return poses
+def test_half_of_the_positions_and_one_fit_exactly():
+    rng = np.random.default_rng(0)
+    gt = rng.normal(size=(20, 3))
+    est = 2 * gt + 1
+    est[:9] = rng.uniform(-50, 50, (9, 3))
+    assert median_error(gt, est, n_hypotheses=300) == pytest.approx(0, abs=1e-9)

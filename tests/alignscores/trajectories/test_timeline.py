@@ -85,6 +85,14 @@ def test_a_tenth_of_the_time_costs_a_tenth(truth, step, start):
     assert pas(matches.gt_poses, matches.est_poses, unit=1.0).score == 1 - matches.lost
 
 
+def test_a_frame_that_is_lost_keeps_its_place(truth):
+    first = Trajectory(*(one[: len(one) // 2] for one in truth))
+    matches = match(truth, first, missing="fail")
+    lost = matches.est_rows < 0
+    assert lost.sum() > len(truth.keys) / 3
+    assert np.array_equal(matches.gt_poses[lost], truth.poses[matches.gt_rows[lost]])
+
+
 def test_frames_dropped_at_random_cost_nothing(truth):
     kept = np.flatnonzero(np.random.default_rng(1).random(N) < 0.9)
     assert match(truth, of_rows(truth, kept), missing="fail").lost == 0

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from alignscores.trajectories import timing
 from alignscores.trajectories.files import Trajectory
 from alignscores.trajectories.timing import find_offset
 
@@ -70,6 +71,16 @@ def test_a_perfect_estimate_has_no_offset():
     assert not find_offset(line, Trajectory(times[::3] - 0.002, poses[::3])).significant
     poses[:, :3, 3] = 1.0
     assert find_offset(line, line) is None
+
+
+def test_what_interpolation_misses_is_no_misfit():
+    """Of a parabola it is the same everywhere: the most that a chord is away from it."""
+    times = np.arange(0.0, 40.0, 2.0)
+    curve = np.column_stack([times, times**2, np.zeros_like(times)])
+    chords = np.interp(times[:-1] + 1, times, times**2)
+    error = np.max(chords - (times[:-1] + 1) ** 2)
+    fit = timing._ShiftedPositions(times, times, curve, curve)
+    assert fit.interpolation_error() == pytest.approx(error)
 
 
 def test_too_few_poses_tell_nothing():
