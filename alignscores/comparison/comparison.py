@@ -27,7 +27,7 @@ __all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "settings_
 YAML = ".yaml", ".yml"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
     """Systems with their means, differences and ranks; `compare` makes it.
 
@@ -48,9 +48,8 @@ class Comparison:
     --------
     >>> from alignscores import compare
     >>> patterns = "tests/data/tum/reference.txt", "tests/data/tum/{system}.txt"
-    >>> comparison = compare(*patterns, format="tum")
-    >>> comparison.summary.systems
-    ['estimate']
+    >>> compare(*patterns, format="tum")
+    Comparison(systems=['estimate'], sequences=['reference'], runs=1, failed=0)
     """
 
     benchmark: Benchmark
@@ -58,6 +57,11 @@ class Comparison:
     summary: Summary
     problems: list[str]
     notes: list[str]
+
+    def __repr__(self) -> str:
+        systems, sequences = self.summary.systems, self.summary.sequences
+        runs, failed = len(self.summary.runs), len(self.failed)
+        return f"Comparison({systems=}, {sequences=}, {runs=}, {failed=})"
 
     @property
     def failed(self) -> list[str]:

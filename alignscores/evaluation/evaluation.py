@@ -52,7 +52,7 @@ class Profiles:
     ras: Floats
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Evaluation:
     """An estimate with its scores and all that is said about it; `evaluate` makes it.
 
@@ -102,9 +102,8 @@ class Evaluation:
     >>> poses = np.tile(np.eye(4), (40, 1, 1))
     >>> poses[:, :3, 3] = np.random.default_rng(0).random((40, 3))
     >>> reference = Trajectory(np.arange(40) / 10, poses)
-    >>> evaluation = evaluate(reference, Trajectory(reference.keys[:20], poses[:20]))
-    >>> evaluation.tas, evaluation.ras, evaluation.pas
-    (0.5, 0.5, 0.5)
+    >>> evaluate(reference, Trajectory(reference.keys[:20], poses[:20]))
+    Evaluation(name='estimate', tas=0.5, ras=0.5, pas=0.5, lost=0.5)
     """
 
     name: str
@@ -125,6 +124,10 @@ class Evaluation:
     notes: list[str]
     part_positions: list[Floats]
     part_of_camera: Indices
+
+    def __repr__(self) -> str:
+        names = "name", "tas", "ras", "pas", "lost"
+        return f"Evaluation({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
 
     @property
     def tas(self) -> float:
