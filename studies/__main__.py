@@ -38,6 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         help="tables of one's own files",
     )
     parser.add_argument("--measure", action="store_true", help="write this table instead")
+    parser.add_argument("--n_jobs", type=int, default=1, help="processes that decide the claims")
 
     def work(options: Namespace) -> list[Path]:
         study = studies[options.name]
@@ -57,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         own = [read_table(path, dtype={"run": str}) for path in options.own]
         together = pd.concat(own, ignore_index=True) if own else pd.DataFrame()
         try:
-            answers = study.ask(Question(trials, times, together))
+            answers = study.ask(Question(trials, times, options.n_jobs, together))
         except KeyError as error:
             problem = f"these tables, which lack {error}, are not those of {study.name}"
             raise CommandError(f"{problem}; run: snakemake {study.name}") from None

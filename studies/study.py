@@ -69,13 +69,14 @@ class Figure:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What a study is asked: its trials, and its run times.
+    """What a study is asked: its trials, its run times, and how many processes may answer.
 
     Of a study of people's own files it is `own`: what was computed of these.
     """
 
     trials: Sequence[Trials]
     times: pd.DataFrame = field(default_factory=pd.DataFrame)
+    n_jobs: int = 1
     own: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
@@ -120,6 +121,7 @@ class Study:
     called: Callable[[Sequence[str]], str] | None = None  # from the overrides
     files: Sequence[Path] = ()  # that its answers rest on
     axes: Path | None = None  # file of axes whose values are timed
+    is_parallel: bool = False  # whether its answers take several processes
     own: "Own | None" = None  # what is computed of people's own files, in place of trials
 
 

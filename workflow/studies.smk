@@ -44,13 +44,14 @@ for plan in STUDIES.values():
             name=plan.study.name,
             own=lambda wildcards, input: ["--own", *input.own] if input.own else [],
             times=lambda wildcards, input: ["--times", *input.times] if input.times else [],
+        threads: CORES if plan.study.is_parallel else 1
         log:
             RESULTS / "logs" / "answers" / f"{plan.called}.log",
         benchmark:
             RESULTS / "benchmarks" / "answers" / f"{plan.called}.tsv"
         shell:
             "{sys.executable:q} -m studies {params.name} {input.trials:q} {params.times:q}"
-            " {params.own:q} --output {output:q} > {log:q} 2>&1"
+            " {params.own:q} --output {output:q} --n_jobs {threads} > {log:q} 2>&1"
 
     rule:
         name:

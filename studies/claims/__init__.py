@@ -27,7 +27,7 @@ def ask(question: Question) -> list[pd.DataFrame | str]:
     claims = load_claims(max(len(trials), 2))
     check_alike(claims, [one.path for one in trials], [one.record for one in trials])
     tables = [select_trials(claims, replicate) for replicate in trials]
-    return list(decide(claims, tables))
+    return list(decide(claims, tables, n_jobs=question.n_jobs))
 
 
 STUDY = Study(
@@ -40,4 +40,5 @@ STUDY = Study(
     trials="replicates",
     keys=["replicates"],
     files=[CLAIMS_FILE],
+    is_parallel=True,
 )

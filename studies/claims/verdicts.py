@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import scipy
+from joblib import Parallel, delayed
 
 from alignscores.arrays import Floats
 from experiments.command import CommandError, ConfigError
@@ -121,7 +122,7 @@ def _mean_interval(values: Floats) -> tuple[float, float]:
 
 
 def decide(
-    claims: Claims, replicates: Sequence[Replicate]
+    claims: Claims, replicates: Sequence[Replicate], *, n_jobs: int = 1
 ) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Give every claim its verdicts, from the tables of trials of each replicate study.
 
@@ -145,10 +146,10 @@ def decide(
     taken, readings = list(claims.claims.values()), list(claims.read())
     read = [claim for _, _, changed in readings for claim in changed.values()]
     n_read = claims.replicates_of_readings
-    evaluated = [
-        _evaluate([*taken, *(read if number < n_read else [])], trials)
+    evaluated = Parallel(n_jobs=n_jobs)(
+        delayed(_evaluate)([*taken, *(read if number < n_read else [])], trials)
         for number, trials in enumerate(replicates)
-    ]
+    )
     values = np.array([found[: len(taken)] for found in evaluated]).T
     values_read = iter(np.array([found[len(taken) :] for found in evaluated[:n_read]]).T)
 
