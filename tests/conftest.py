@@ -40,14 +40,11 @@ CLOCK = {"policy": "pauseIfNetworkFetchesPending", "budget": 10_000}
 CLOCK |= {"maxVirtualTimeTaskStarvationCount": 9999}
 RUN_OUT = "Emulation.virtualTimeBudgetExpired"
 COMPLAINTS = {"Log.entryAdded", "Runtime.consoleAPICalled", "Runtime.exceptionThrown"}
-# What a script has found out takes the place of the page.
+# What a script has found out is kept beside the page, which may go on drawing.
 TELL = """
-const tell = (outcome) => {
-  document.body.innerHTML = "<pre></pre>";
-  document.body.firstChild.textContent = JSON.stringify(outcome);
-};
+const tell = (outcome) => { document.told = JSON.stringify(outcome); };
 """
-TOLD = "document.querySelector('body > pre:only-child')?.textContent"
+TOLD = "document.told"
 # A window has a least width, a frame has not; each tells the page around it.
 FRAMES = """<!DOCTYPE html><html><body>{frames}<script>
 {tell}
