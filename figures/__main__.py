@@ -11,8 +11,6 @@ from typing import Any
 from experiments.command import CommandError, run_command
 from experiments.tables import read_table, read_trials
 
-__all__ = ["main"]
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Draw one figure; return the exit code."""

@@ -11,8 +11,6 @@ from alignscores.arrays import Floats
 from experiments.grid import CELL_SETTINGS
 from experiments.tables import TableError, Trials
 
-__all__ = ["Curves", "write_value"]
-
 
 @dataclass(frozen=True, eq=False)
 class Curves:

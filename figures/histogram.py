@@ -11,8 +11,6 @@ from experiments.tables import Trials
 
 from . import style
 
-__all__ = ["draw"]
-
 CELL = Cell(n_cameras=100, n_outliers=10, sigma_t=0.03, sigma_r_deg=3.0)
 TRIAL = 0
 

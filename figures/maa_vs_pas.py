@@ -8,8 +8,6 @@ from . import style
 from .curves import Curves
 from .panels import glyph_key, new_figure, panel, series_key, x_labels
 
-__all__ = ["draw"]
-
 METRICS = ("mAA", "PAS")
 NOISE = ("sigma_t", "sigma_r_deg")
 COLUMNS = (

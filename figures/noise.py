@@ -8,8 +8,6 @@ from . import style
 from .curves import Curves
 from .panels import small_multiples
 
-__all__ = ["collinear", "combined", "outliers", "rotations", "trajectory_length"]
-
 POSITIONS = ("ATE", "DTE", "mAA", "TAS")
 # Alignment by L1 (-1) above, by L2 (-2) below.
 ROTATIONS = ("Median-1", "Mean-1", "RMS-1", "DRE", "Median-2", "Mean-2", "RMS-2", "RAS")

@@ -9,8 +9,6 @@ from experiments.tables import write_files
 
 from . import style
 
-__all__ = ["write_figure"]
-
 
 @style.applied()
 def write_figure(figure: Figure, path: Path, title: str) -> list[Path]:

@@ -23,8 +23,6 @@ from experiments.metrics import Column
 from . import style
 from .curves import Curves, write_value
 
-__all__ = ["glyph_key", "new_figure", "panel", "series_key", "small_multiples", "x_labels"]
-
 # What the settings are called in a key, and under an axis; and the word for all of their values.
 NAMES = {
     "n_cameras": ("Cameras", "cameras", "camera counts"),

@@ -12,10 +12,6 @@ from matplotlib.text import Annotation, Text
 from alignscores.arrays import Floats
 from experiments.metrics import Column
 
-__all__ = ["CELLS", "COLUMN", "FAINT", "GREY_BAND", "INK", "PAGE", "SMALL", "TEXT", "TITLE"]
-__all__ += ["NAMES", "applied", "as_rows", "as_table", "colours", "direction", "draw_cells"]
-__all__ += ["metric_name", "remark", "tint", "without_lines", "write"]
-
 Colour = tuple[float, float, float]
 
 COLUMN = 3.3  # width of a column of the paper in inches

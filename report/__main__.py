@@ -11,8 +11,6 @@ from experiments.tables import write_files
 from . import article, page
 from .results import Results
 
-__all__ = ["main"]
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write the page; return the exit code."""

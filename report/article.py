@@ -25,8 +25,6 @@ from .estimates import SPACE, Estimate
 from .page import contents, environment
 from .results import Results
 
-__all__ = ["FOLDER", "TEMPLATE", "render"]
-
 FOLDER = CONFIG_DIR.parent / "docs" / "article"
 TEMPLATE = "article.html.j2"
 CAPTIONS = ("Figure 5", "Figure 6", "Figure 7")  # whose statements stand beside what came out

@@ -13,8 +13,6 @@ from urllib.parse import quote
 from experiments.command import CommandError, run_command
 from experiments.tables import read_record, write_files
 
-__all__ = ["FILE", "crate", "main"]
-
 FILE = "ro-crate-metadata.json"
 PROFILE = "https://w3id.org/ro/wfrun/process/0.5"
 LICENSE = "https://spdx.org/licenses/BSD-3-Clause"

@@ -7,8 +7,6 @@ from studies.claims.claims import Claim
 from studies.claims.verdicts import REPRODUCED
 from studies.words import write_number
 
-__all__ = ["SPACE", "Estimate", "Plot"]
-
 UNITS = ("%", "points", "τ")
 MARGIN = 0.08  # left and right in a plot, as a share of what it shows
 SPACE = "\u202f"  # narrow, and no line breaks there

@@ -24,8 +24,6 @@ from figures.style import colours
 
 from .page import environment
 
-__all__ = ["main", "pack", "render"]
-
 TITLES = {  # of the paper's experiments: its figure, and a name
     "outliers": ("Figure 2", "Outliers"),
     "collinear": ("Figure 3", "Collinear"),

@@ -14,8 +14,6 @@ import pandas as pd
 from experiments.tables import Record
 from studies.words import NONE
 
-__all__ = ["Machine", "command", "machines", "runtimes", "time_of"]
-
 
 @dataclass(frozen=True)
 class Machine:

@@ -27,8 +27,6 @@ from . import origin
 from .estimates import SPACE, Estimate
 from .results import Results
 
-__all__ = ["PAPER_TRIALS", "contents", "environment", "render"]
-
 ESTIMATE = ("ours", "low", "high", "verdict", "mean_low", "mean_high", "population", "pooled")
 PAPER_TRIALS = 50  # in each cell of the paper's experiments
 REPLACEMENTS = {  # by filter, what is replaced in a text that has been escaped

@@ -11,8 +11,6 @@ from PIL import Image
 from experiments.tables import Record, TableError, read_record, read_table
 from studies.study import Answer, Plan, plans
 
-__all__ = ["Results"]
-
 JOB = ["s", "cpu_time", "max_rss"]
 
 

@@ -14,8 +14,6 @@ from .axes import axes_of, is_seeded
 from .study import Question, Study, found
 from .times import measure
 
-__all__ = ["main"]
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write the answers of one study; return the exit code."""

@@ -14,9 +14,6 @@ from experiments.tables import TableError, Trials
 
 from .study import Section, Settings, Table, TableName, reject, resolve
 
-__all__ = ["Axis", "AxisValue", "axes_of", "axis_names", "axis_with", "check_parts", "is_seeded"]
-__all__ += ["option_title", "over_seeds", "plan", "seeded", "value_title"]
-
 FIXED = ("experiment", "metrics")  # settings that the study itself decides
 TITLES = {
     "max_threshold": "largest threshold, units of d",

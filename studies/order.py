@@ -22,30 +22,6 @@ from experiments.metrics import Column
 if TYPE_CHECKING:  # heavy, and Snakemake only wants to know what trials are needed
     import pandas as pd
 
-__all__ = [
-    "REACH",
-    "SIGNIFICANCE",
-    "Order",
-    "Task",
-    "across",
-    "apart",
-    "by_level",
-    "compare",
-    "estimate",
-    "groups",
-]
-__all__ += [
-    "holm",
-    "mean_needed",
-    "needed",
-    "order",
-    "orders",
-    "shares",
-    "sign",
-    "trials_needed",
-    "within",
-]
-
 SIGNIFICANCE = 0.05  # level of p-values, which are adjusted where several are asked at once
 REACH = float(scipy.special.ndtri(1 - SIGNIFICANCE / 2))  # of a 95 % interval, in standard errors
 ROUNDING = 12  # decimals, so that certainty is 1 and chance 1/2

@@ -15,9 +15,6 @@ from .order import groups, orders, sign
 if TYPE_CHECKING:  # heavy, and Snakemake only wants to know what the claims need
     import pandas as pd
 
-__all__ = ["LEAST_POWER", "STATISTICS", "SUMMARIES", "Statistic", "Where", "cell_means"]
-__all__ += ["correlation", "dependence", "power", "powers", "select"]
-
 # The discerning power of a metric that discerns a level. Tau-b counts the pairs of trials at one
 # level against it: of those at two levels, 76 % are in the right order then where there are ten
 # levels, 78 % where there are five and 81 % where there are three.

@@ -19,21 +19,6 @@ from experiments.command import ConfigError
 from experiments.config import CONFIG_DIR, EXECUTION, Sweep, load_sweep, require, split_override
 from experiments.tables import SWEEPS, Record, Trials
 
-__all__ = [
-    "Answer",
-    "Figure",
-    "Own",
-    "Plan",
-    "Question",
-    "Rates",
-    "Section",
-    "Settings",
-    "Study",
-    "Table",
-]
-__all__ += ["TableName", "at_rates", "config_file", "found", "plans", "rates_of", "reject"]
-__all__ += ["resolve", "table_name"]
-
 EVERY = "every="  # in the column `settings` of tables with several frame rates
 
 

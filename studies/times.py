@@ -12,8 +12,6 @@ from experiments.sweep import draw_scene, one_blas_thread, trial_seeds
 
 from .axes import Axis
 
-__all__ = ["measure"]
-
 REPETITIONS = 5
 
 

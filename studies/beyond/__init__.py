@@ -12,8 +12,6 @@ from .findings import findings
 from .scenarios import BEYOND, load_scenarios, study_name
 from .show import show
 
-__all__ = ["STUDY"]
-
 
 def plan(overrides: Sequence[str]) -> Mapping[str, Table]:
     """Return a table for each scenario."""

@@ -13,8 +13,6 @@ from figures import style
 
 from .findings import LEAST_ORDER
 
-__all__ = ["draw"]
-
 PANELS = {  # column of the table, title, remark
     "noise_order": ("Noise", "ordered at every number of outliers"),
     "outlier_order": ("Outliers", "ordered at every noise level"),

@@ -16,8 +16,6 @@ from experiments.tables import Trials
 
 from ..order import orders
 
-__all__ = ["LEAST_ORDER", "LEVELS", "ORDERS", "SCORES", "findings"]
-
 LEVELS = {"noise": "sigma_t", "outliers": "n_outliers"}
 ORDERS = {"noise": "noise_order", "outliers": "outlier_order"}  # columns of the findings
 LEAST_ORDER = 200 / 3  # per cent: two of three

@@ -7,8 +7,6 @@ from matplotlib.figure import Figure
 from experiments.scenes import PATHS
 from figures import style
 
-__all__ = ["draw"]
-
 NAMES = {
     "random_walk": "steps in random directions",
     "orbit": "looking at the centre",

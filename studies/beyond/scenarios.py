@@ -12,8 +12,6 @@ from experiments.config import Sweep, read_yaml
 
 from ..study import Section, Settings, Table, TableName, config_file, resolve, table_name
 
-__all__ = ["BEYOND", "load_scenarios", "study_name"]
-
 BEYOND = config_file("beyond")
 
 

@@ -13,8 +13,6 @@ from ..study import Answer
 from ..words import NONE, write_levels, write_number
 from .findings import LEAST_ORDER, ORDERS, SCORES
 
-__all__ = ["show"]
-
 LABELS = {
     "geometry": "cameras",
     "error": "errors",

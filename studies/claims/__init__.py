@@ -11,8 +11,6 @@ from .claims import CLAIMS_FILE, load_claims
 from .plan import replicates
 from .verdicts import check_alike, decide, select_trials
 
-__all__ = ["STUDY"]
-
 
 def plan(overrides: Sequence[str]) -> Mapping[str, Table]:
     """Return a table for each replicate study."""

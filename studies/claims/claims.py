@@ -18,8 +18,6 @@ from experiments.metrics import Column
 
 from ..statistics import STATISTICS, SUMMARIES, Where
 
-__all__ = ["CLAIMS_FILE", "Claim", "Claims", "Criterion", "Decision", "Reading", "load_claims"]
-
 CLAIMS_FILE = CONFIG_DIR / "claims.yaml"
 BOUNDS = ("at least", "below", "within")
 ROUNDING = 0.5  # of the last digit of the paper's numbers

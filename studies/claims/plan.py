@@ -12,8 +12,6 @@ from ..statistics import STATISTICS
 from ..study import Table, reject
 from .claims import Claim, Claims
 
-__all__ = ["needed_cells", "plan", "replicates"]
-
 FIXED = ("experiment", "metrics", "replicate")  # settings that the claims decide
 
 

@@ -25,10 +25,6 @@ from ..statistics import STATISTICS, cell_means, select
 from .claims import Claim, Claims, Decision, Reading
 from .plan import needed_cells
 
-__all__ = ["CENTRAL", "FALSE", "INCONCLUSIVE", "NOT_REPRODUCED", "OPEN", "TRUTHS"]
-__all__ += ["REPRODUCED", "TAKEN", "TRUE", "VERDICTS", "check_alike", "decide", "evaluate_claim"]
-__all__ += ["populations", "reading_title", "select_trials", "verdict"]
-
 CENTRAL = (SIGNIFICANCE / 2, 1 - SIGNIFICANCE / 2)
 REPRODUCED, NOT_REPRODUCED, INCONCLUSIVE = "reproduced", "not reproduced", "inconclusive"
 VERDICTS = (NOT_REPRODUCED, INCONCLUSIVE, REPRODUCED)

@@ -7,8 +7,6 @@ import pandas as pd
 from ..study import Answer, Figure, Question, Study
 from .rates import compare, means, plan, summaries, to_markdown
 
-__all__ = ["STUDY"]
-
 TABLES = ["tables/{}", "tables/{}_means"]
 
 

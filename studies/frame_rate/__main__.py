@@ -10,8 +10,6 @@ from experiments.tables import to_csv, write_files
 
 from .trajectories import read_recordings, score_rates
 
-__all__ = ["main"]
-
 HELP = """\
 the file, with paths relative to it:
   KITTI 00:

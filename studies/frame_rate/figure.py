@@ -8,8 +8,6 @@ from matplotlib.figure import Figure
 from experiments.metrics import Column
 from figures import style
 
-__all__ = ["draw"]
-
 CURVES = (  # drawn over the frame rates, of one scenario, with equal registration
     "TAS(registration=refined)",
     "HalfDistance",

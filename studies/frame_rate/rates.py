@@ -25,8 +25,6 @@ from ..study import (
     resolve,
 )
 
-__all__ = ["FRAME_RATE", "Cell", "Summary", "compare", "means", "plan", "summaries", "to_markdown"]
-
 FRAME_RATE = config_file("frame_rate")
 KEYS = ["scenario", "geometry", "error", "lost", "metric"]
 

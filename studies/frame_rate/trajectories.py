@@ -20,8 +20,6 @@ from experiments.scenes import Scene
 
 from ..study import Section
 
-__all__ = ["Recording", "read_recordings", "score_rates"]
-
 RATES = (1, 2, 5, 10, 20, 50, 100)
 METRICS = ("TAS", "TAS(registration=refined)", "HalfDistance", "ATE", "RAS", "HalfAngle")
 FEWEST = 10  # cameras that are worth scoring

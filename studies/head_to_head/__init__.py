@@ -10,8 +10,6 @@ from ..paper import Experiments
 from ..study import Answer, Question, Study, Table
 from .rankings import METHOD, compare_orders, rankings, side_by_side, to_markdown
 
-__all__ = ["BESIDE", "STUDY", "plan"]
-
 BESIDE = {  # what a score is compared with besides the paper's metrics, at equal registration
     "TAS": (
         "TAS(registration=refined)",

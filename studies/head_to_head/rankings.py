@@ -12,9 +12,6 @@ from experiments.tables import Record, TableError, Trials
 
 from ..order import SIGNIFICANCE, Order, apart, compare, estimate, holm, mean_needed, needed, within
 
-__all__ = ["LEVELS", "METHOD", "SURE", "Place", "Ranking", "compare_orders", "rankings"]
-__all__ += ["side_by_side", "to_markdown"]
-
 LEVELS = {  # what is put in order, by what it is called: the settings that may stand for it
     "noise": ("sigma_t", "sigma_r_deg"),
     "rotation noise": ("sigma_r_deg",),

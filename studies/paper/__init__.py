@@ -8,8 +8,6 @@ from experiments.config import Sweep, experiment_names, load_sweep
 from ..study import Figure, Study, Table
 from .table1 import ask
 
-__all__ = ["FIGURES", "STUDY", "Experiments", "load_experiment"]
-
 FIGURES: Mapping[str, tuple[str, ...]] = {
     "histogram": ("combined",),  # one trial under its settings
     "outliers": ("outliers",),

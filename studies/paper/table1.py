@@ -16,9 +16,6 @@ from experiments.tables import TableError, Trials
 from ..statistics import LEAST_POWER, dependence, power
 from ..study import Question
 
-__all__ = ["CRITERIA", "EXPERIMENTS", "NOTES", "PROPERTIES", "ROWS", "agreements", "ask", "compare"]
-__all__ += ["sensitivity", "to_markdown"]
-
 OUTLIER_SHARE = 0.1  # robust: still discerns noise with so many of the cameras lost
 SCALE = 1000.0  # metres to millimetres
 SCALE_TOLERANCE = 0.01  # relative; a score may move by single counts through rounding

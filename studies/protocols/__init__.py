@@ -9,8 +9,6 @@ from .orders import at_outliers, compare_sides
 from .questions import plan
 from .words import duels, sentences, to_markdown
 
-__all__ = ["STUDY"]
-
 
 def ask(question: Question) -> list[pd.DataFrame | str]:
     """Return how often each metric is right on each question, as a table and in words."""

@@ -16,8 +16,6 @@ from figures import style
 from ..order import SIGNIFICANCE
 from .orders import is_new
 
-__all__ = ["draw"]
-
 CHANCE, CERTAIN = 50, 100
 DARKEST = 0.93  # of the colours: the frame has to stand out
 WHITE_ABOVE = 80  # the text

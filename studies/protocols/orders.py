@@ -24,8 +24,6 @@ from ..order import (
 )
 from ..study import rates_of
 
-__all__ = ["at_outliers", "compare_sides", "is_new"]
-
 LEVELS = ("sigma_t", "sigma_r_deg", "n_outliers")
 ACROSS = ("n_cameras", "every")  # what must not matter
 NOISE = {"sigma_t": "position noise", "sigma_r_deg": "rotation noise"}  # where each is on its own

@@ -20,8 +20,6 @@ from ..study import (
     resolve,
 )
 
-__all__ = ["PROTOCOLS", "plan"]
-
 PROTOCOLS = config_file("protocols")
 NO_PATH = ("cube", "uneven")  # where the cameras stand in no order
 

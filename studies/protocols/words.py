@@ -9,8 +9,6 @@ import pandas as pd
 from ..order import REACH, SIGNIFICANCE
 from .orders import is_new
 
-__all__ = ["Duel", "duels", "sentences", "to_markdown"]
-
 VERDICTS = {"wins": "win", "loses": "lose", "even": "are not certainly ahead or behind"}
 
 

@@ -11,8 +11,6 @@ from .answers import agreement, pairs, summarise
 from .scores import read_benchmark, sources
 from .words import sentences, to_markdown
 
-__all__ = ["STUDY"]
-
 
 def plan(overrides: Sequence[str]) -> dict[str, Table]:
     """Return no tables of trials: the runs are real."""

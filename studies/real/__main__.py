@@ -10,8 +10,6 @@ from experiments.tables import to_csv, write_files
 
 from .scores import read_benchmark, score_sequence
 
-__all__ = ["main"]
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write the table of a sequence; return the exit code."""

@@ -13,8 +13,6 @@ from experiments.metrics import METRICS
 
 from .scores import AS_IT_IS, CHANGES, KEYS
 
-__all__ = ["agreement", "pairs", "summarise"]
-
 FEWEST = 3  # runs of a system on a sequence, to tell how they scatter
 
 

@@ -11,8 +11,6 @@ from figures import style
 
 from .words import changes_of
 
-__all__ = ["draw"]
-
 MOST = 1000  # runs that are drawn
 ROW = 0.16  # inches
 MEDIAN, PAIR = "#173f67", "#d9822b"

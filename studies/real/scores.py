@@ -23,8 +23,6 @@ from alignscores.validation import finite_rows
 from baselines import dre, dte, maa
 from experiments.command import ConfigError
 
-__all__ = ["AS_IT_IS", "CHANGES", "read_benchmark", "score_sequence", "sources"]
-
 LIBRARY = (  # of files of one's own, those that need no order of time first
     *("TAS", "RAS", "PAS", "half_distance", "half_angle", "distance@0.25", "angle@0.25"),
     *("ATE", "are:rmse", "auc@30:vggt", "median:hloc"),

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-__all__ = ["changes_of", "sentences", "to_markdown"]
-
 ALIKE = 0.95  # correlation of the runs by two metrics, of which one says nothing new
 DONE = {  # what was done to the estimates, by the name of the change
     "every_2nd": "keeping every 2nd pose",

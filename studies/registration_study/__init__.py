@@ -9,8 +9,6 @@ from ..study import Figure, Question, Study, Table, config_file
 from .registrations import compare, to_markdown
 from .show import show
 
-__all__ = ["STUDY"]
-
 REGISTRATIONS = config_file("registration_study")
 
 

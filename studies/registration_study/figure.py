@@ -10,8 +10,6 @@ from figures import style
 
 from .registrations import GEOMETRIES, ORDER
 
-__all__ = ["draw"]
-
 COLOURS = {"pcr99": "#d9822b", "refined": "#173f67"}  # far apart in lightness, too
 NAMES = {"pcr99": "the paper's registration (PCR-99)", "refined": "refined"}
 PARTS = {  # whose order is drawn: title, setting along the x axis and its label

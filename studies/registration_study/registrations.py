@@ -9,9 +9,6 @@ from experiments.tables import Trials
 from .. import order, statistics
 from ..axes import Axis, is_seeded, over_seeds
 
-__all__ = ["DEPENDENCE", "GEOMETRIES", "ORDER", "REPEATABLE", "SCENE", "compare", "gain"]
-__all__ += ["meaning", "other", "spread", "summarise", "to_markdown"]
-
 CELL = ("n_cameras", "n_outliers", "sigma_t")
 SCENE = (*CELL, "trial")
 OVER_SEEDS: Mapping[str, Callable[[pd.DataFrame], "pd.Series[float]"]] = {

@@ -13,8 +13,6 @@ from ..axes import Axis, axes_of, is_seeded
 from ..study import Answer
 from . import registrations
 
-__all__ = ["show"]
-
 DIGITS = {  # of the statistics; one of an order, three of all others
     "median standard deviation": 5,
     "largest standard deviation": 4,

@@ -14,8 +14,6 @@ from .maps import THRESHOLDS
 from .show import show
 from .words import to_markdown
 
-__all__ = ["KINDS", "STUDY"]
-
 KINDS = ("tas", "ras", "pas", "registration")  # a table each; what the names of axes start with
 TABLES = [*(f"tables/{{}}_{kind}" for kind in KINDS), "tables/threshold_maps"]
 LEVELS = "tables/threshold_levels"

@@ -15,8 +15,6 @@ from experiments.grid import KEY_COLUMNS
 from .. import order, statistics
 from ..axes import Axis, over_seeds
 
-__all__ = ["COMPARED", "EFFECTS", "Effect", "Parts", "effects"]
-
 RESAMPLES = 999  # of the trials
 
 Parts = Mapping[str, pd.DataFrame]  # the trials of each part of a study

@@ -19,8 +19,6 @@ from ..order import SIGNIFICANCE
 from .effects import COMPARED, EFFECTS
 from .maps import OPTIONS
 
-__all__ = ["draw"]
-
 THRESHOLDS = {  # map: option, title, label of x, label of y
     "tas": ("max_threshold", "TAS", "noise, units of d", "largest threshold, units of d"),
     "ras": ("max_threshold_deg", "RAS", "noise, degrees", "largest threshold, degrees"),

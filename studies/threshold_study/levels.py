@@ -18,8 +18,6 @@ from ..order import SIGNIFICANCE, Order, Task, estimate, holm
 from ..study import Section, Settings, Table, TableName, resolve
 from .maps import THRESHOLDS, without_axes
 
-__all__ = ["METHOD", "Level", "compare", "heads", "plan", "summaries", "to_markdown"]
-
 READ = {"HalfDistance": "sigma_t", "HalfAngle": "sigma_r_deg"}  # and the noise they measure
 HALF = 0.5  # the score that others are compared with
 METHOD = (

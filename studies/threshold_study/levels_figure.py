@@ -8,8 +8,6 @@ from figures import style
 
 from .levels import Level, summaries
 
-__all__ = ["draw"]
-
 KINDS = {"HalfDistance": "Distance", "HalfAngle": "Angle"}
 CHANCE = 50
 MARKERS = "osD^vP"

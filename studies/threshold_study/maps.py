@@ -17,8 +17,6 @@ from ..axes import Axis, AxisValue, axis_names, axis_with
 from ..order import SIGNIFICANCE, Order, Task, estimate, holm
 from ..study import Section, Settings, Table, TableName, config_file, resolve
 
-__all__ = ["METHOD", "THRESHOLDS", "compare", "plan", "sentences", "without_axes"]
-
 THRESHOLDS = config_file("threshold_study")
 OPTIONS = ("max_threshold", "max_threshold_deg", "order", "prescreen", "n_hypotheses")
 NEARLY_BEST = 1.0  # per cent

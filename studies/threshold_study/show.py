@@ -15,8 +15,6 @@ from .effects import COMPARED, EFFECTS
 from .maps import THRESHOLDS
 from .words import NOTHING, TERMS, choices, lead, matters, method
 
-__all__ = ["show"]
-
 
 @dataclass(frozen=True)
 class Cell:

@@ -10,8 +10,6 @@ from ..order import SIGNIFICANCE
 from . import maps
 from .effects import COMPARED, EFFECTS
 
-__all__ = ["NOTHING", "TERMS", "Choice", "choices", "lead", "matters", "method", "to_markdown"]
-
 RELEVANT = 0.02  # of the paper's value
 SLOWER = 1.5  # ratio of run times from which they are worth a sentence
 NOTHING = "nothing that these trials can tell"
