@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from inspect import Parameter, signature
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -183,88 +185,67 @@ def _groups(trials: "pd.DataFrame", level: Sequence[str]) -> Iterator[tuple[str,
 
 @dataclass(frozen=True)
 class Statistic:
-    """What can decide a claim: computed from trials, a metric and the keys that it needs."""
+    """What can decide a claim: computed from trials, a metric and keys of the claim."""
 
     function: Callable[..., float]
-    needs: Sequence[str]  # keys of a claim
     text: str  # with the names of keys in braces
     is_percentage: bool = True  # a correlation otherwise
     has_ranges: bool = False  # which could also be those of mean curves
     least_levels: int = 2  # of each level
-    is_local: bool = False  # takes the cells `at`, too, among those of `where`
+
+    @cached_property
+    def keys(self) -> Sequence[str]:
+        """The keys of a claim that it takes."""
+        return list(signature(self.function).parameters)[2:]
+
+    @cached_property
+    def needs(self) -> Sequence[str]:
+        """Those that a claim must have."""
+        parameters = signature(self.function).parameters
+        return [key for key in self.keys if parameters[key].default is Parameter.empty]
 
 
 STATISTICS: Mapping[str, Statistic] = {
-    "range change": Statistic(
-        range_change, ("before", "after"), "change of the range of {metric}, %", has_ranges=True
-    ),
+    "range change": Statistic(range_change, "change of the range of {metric}, %", has_ranges=True),
     "size of range change": Statistic(
-        range_change_size,
-        ("before", "after"),
-        "|change of the range| of {metric}, %",
-        has_ranges=True,
+        range_change_size, "|change of the range| of {metric}, %", has_ranges=True
     ),
     "relative range": Statistic(
-        relative_range,
-        ("versus",),
-        "width of the range of {metric} relative to {versus}, %",
-        has_ranges=True,
+        relative_range, "width of the range of {metric} relative to {versus}, %", has_ranges=True
     ),
     "size of order change": Statistic(
-        order_change_size,
-        ("level", "take", "before", "after"),
-        "|change of the order| of {metric} by {level}, %",
+        order_change_size, "|change of the order| of {metric} by {level}, %"
     ),
-    "mean change": Statistic(
-        mean_change,
-        ("level", "take"),
-        "change of the mean of {metric} over {level}, %",
-    ),
+    "mean change": Statistic(mean_change, "change of the mean of {metric} over {level}, %"),
     "power": Statistic(
-        power,
-        ("level", "take"),
-        "τ of {metric} with {level}, positive where worse",
-        is_percentage=False,
+        power, "τ of {metric} with {level}, positive where worse", is_percentage=False
     ),
     "joint power": Statistic(
         joint_power,
-        ("level", "take"),
         "τ of {metric} with {level}, the smallest, positive where worse",
         is_percentage=False,
     ),
     "improvement": Statistic(
-        improvement,
-        ("level", "take"),
-        "τ of {metric} with {level}, positive where better",
-        is_percentage=False,
+        improvement, "τ of {metric} with {level}, positive where better", is_percentage=False
     ),
     "dependence": Statistic(
-        dependence,
-        ("level", "take"),
-        "movement of the mean of {metric} over {level}, % of its range",
-        is_local=True,
+        dependence, "movement of the mean of {metric} over {level}, % of its range"
     ),
     "relative dependence": Statistic(
         relative_dependence,
-        ("versus", "level", "take"),
         "movement of the mean of {metric} over {level}, in its range, relative to {versus}, %",
-        is_local=True,
     ),
     "relative dependence change": Statistic(
         relative_dependence_change,
-        ("versus", "level", "take", "at"),
         "movement of the mean of {metric} over {level}, relative to {versus}, here minus all, %",
-        is_local=True,
     ),
     "initial response": Statistic(
         initial_response,
-        ("level", "take"),
         "share of the first step of {level} in the change of {metric}, %",
         least_levels=3,
     ),
     "relative initial response": Statistic(
         relative_initial_response,
-        ("versus", "level", "take"),
         "share of the first step of {level} in the change of {metric}, relative to {versus}, %",
         least_levels=3,
     ),

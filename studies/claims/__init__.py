@@ -4,12 +4,13 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
+from experiments.command import CommandError
 from experiments.config import split_override
 
 from ..study import Question, Study, Table
 from .claims import CLAIMS_FILE, load_claims
 from .plan import replicates
-from .verdicts import check_alike, decide, select_trials
+from .verdicts import decide, select_trials
 
 
 def plan(overrides: Sequence[str]) -> Mapping[str, Table]:
@@ -21,11 +22,12 @@ def plan(overrides: Sequence[str]) -> Mapping[str, Table]:
 
 def ask(question: Question) -> list[pd.DataFrame | str]:
     """Return the verdicts, those under other readings of the paper, and by other criteria."""
-    trials = question.trials
-    claims = load_claims(max(len(trials), 2))
-    check_alike(claims, [one.path for one in trials], [one.record for one in trials])
-    tables = [select_trials(claims, replicate) for replicate in trials]
-    return list(decide(claims, tables, n_jobs=question.n_jobs))
+    if len(question.trials) < 2:
+        raise CommandError(
+            "verdicts take at least two replicate studies: the spread is between them"
+        )
+    claims = load_claims(len(question.trials))
+    return list(decide(claims, list(map(select_trials, question.trials)), n_jobs=question.n_jobs))
 
 
 STUDY = Study(

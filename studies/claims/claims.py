@@ -60,7 +60,7 @@ class Claim:
     def _can_be_decided(self) -> Self:
         for key in STATISTICS[self.statistic].needs:
             require(bool(getattr(self, key)), f"needs {key!r} for its statistic")
-        local = STATISTICS[self.statistic].is_local
+        local = "at" in STATISTICS[self.statistic].keys
         require(local or not self.at, "has 'at', which its statistic does not take")
         has_one = (self.paper is None) != (self.criterion is None)
         require(has_one, "needs either a number of the paper or a criterion")

@@ -6,8 +6,6 @@ of the trials of all replicates together is `pooled`: a range grows with the num
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -15,15 +13,12 @@ import scipy
 from joblib import Parallel, delayed
 
 from alignscores.arrays import Floats
-from experiments.command import CommandError, ConfigError
-from experiments.config import Sweep
-from experiments.grid import CELL_SETTINGS, evaluations
-from experiments.tables import Record, TableError, Trials
+from experiments.grid import CELL_SETTINGS
+from experiments.tables import Trials
 
 from ..order import SIGNIFICANCE, holm
 from ..statistics import STATISTICS, cell_means, select
 from .claims import Claim, Claims, Decision, Reading
-from .plan import needed_cells
 
 CENTRAL = (SIGNIFICANCE / 2, 1 - SIGNIFICANCE / 2)
 REPRODUCED, NOT_REPRODUCED, INCONCLUSIVE = "reproduced", "not reproduced", "inconclusive"
@@ -42,8 +37,7 @@ def evaluate_claim(claim: Claim, trials: pd.DataFrame) -> float:
     if claim.of_means:
         trials = cell_means(trials)
     statistic = STATISTICS[claim.statistic]
-    keys = (*statistic.needs, "at") if statistic.is_local else statistic.needs
-    settings = {key: getattr(claim, key) for key in keys}
+    settings = {key: getattr(claim, key) for key in statistic.keys}
     metrics = claim.metrics if claim.is_difference else (claim.metric,)
     value, *others = [statistic.function(trials, metric, **settings) for metric in metrics]
     return value - sum(others)
@@ -221,22 +215,22 @@ def _decided(claims: Mapping[str, Claim], values: Sequence[Floats]) -> pd.DataFr
     words = populations(list(claims.values()), values)
     rows = []
     for claim, found, population in zip(claims.values(), values, words, strict=True):
-        numbers = dict(zip(("low", "high"), np.quantile(found, CENTRAL), strict=True))
-        numbers |= dict(zip(("mean_low", "mean_high"), _mean_interval(found), strict=True))
-        numbers["ours"] = found.mean()
-        row: dict[str, object] = {
-            "criterion": claim.criterion or "the paper's number",
-            "paper": claim.paper,
-            "ours": None,
-            "low": None,
-            "high": None,
-            "replicates": len(found),
-            "verdict": verdict(claim, found),
-            "mean_low": None,
-            "mean_high": None,
-            "population": population,
-        }
-        rows.append(row | {key: _rounded(claim, value) for key, value in numbers.items()})
+        low, high = np.quantile(found, CENTRAL)
+        mean_low, mean_high = _mean_interval(found)
+        rows.append(
+            {
+                "criterion": claim.criterion or "the paper's number",
+                "paper": claim.paper,
+                "ours": _rounded(claim, found.mean()),
+                "low": _rounded(claim, low),
+                "high": _rounded(claim, high),
+                "replicates": len(found),
+                "verdict": verdict(claim, found),
+                "mean_low": _rounded(claim, mean_low),
+                "mean_high": _rounded(claim, mean_high),
+                "population": population,
+            }
+        )
     return pd.DataFrame(rows, index=list(claims))
 
 
@@ -244,57 +238,7 @@ def _rounded(claim: Claim, value: float) -> float:
     return round(float(value), 2 if claim.is_percentage else 3)
 
 
-def select_trials(claims: Claims, trials: Trials) -> Replicate:
-    """Return the trials of a replicate by experiment and settings, if they are what claims need."""
-    sweeps = {(sweep.name, tuple(sweep.changes.split())): sweep for sweep in trials.record.sweeps}
-    evaluated = {key: evaluations(sweep) for key, sweep in sweeps.items()}
-    for claim in claims.needed(trials.record.sweep.replicate):
-        if claim.trials not in sweeps:
-            raise TableError(trials.path, f"has no trials for the claim {claim.id!r}")
-        sweep = sweeps[claim.trials]
-        try:
-            needed = needed_cells(claim, sweep)
-        except ConfigError as error:
-            raise TableError(trials.path, f"cannot decide the claims: {error}") from None
-        metrics = evaluated[claim.trials]
-        if any(set(claim.metrics) - set(metrics.get(cell, ())) for cell in needed):
-            raise TableError(trials.path, f"lacks trials for the claim {claim.id!r}")
+def select_trials(trials: Trials) -> Replicate:
+    """Return the trials of a replicate by experiment and settings."""
     groups = trials.table.groupby(["experiment", "settings"], sort=False)
-    tables = {(str(name), tuple(str(differs).split())): rows for (name, differs), rows in groups}
-    for key, sweep in sweeps.items():
-        if _lacks_values(tables[key], sweep):
-            raise TableError(trials.path, f"lacks values in trials of {sweep.name}")
-    return tables
-
-
-def _lacks_values(trials: pd.DataFrame, sweep: Sweep) -> bool:
-    """Tell whether a metric is empty in a trial that it was evaluated in."""
-    rows = [dict.fromkeys(metrics, 1) for metrics in evaluations(sweep).values()]
-    evaluated = pd.DataFrame(rows).notna().loc[np.repeat(range(len(rows)), sweep.trials)]
-    empty = trials[evaluated.columns].isna().to_numpy()
-    return bool((empty & evaluated.to_numpy()).any())
-
-
-def check_alike(claims: Claims, paths: Sequence[Path], records: Sequence[Record]) -> None:
-    """Make sure that replicate studies differ in their number alone."""
-    if len(records) < 2:
-        raise CommandError(
-            "verdicts take at least two replicate studies: the spread is between them"
-        )
-    first = {(sweep.name, sweep.changes): sweep for sweep in records[0].sweeps}
-    n_read = claims.replicates_of_readings
-    for number, (path, record) in enumerate(zip(paths, records, strict=True)):
-        if {sweep.replicate for sweep in record.sweeps} != {number}:
-            raise TableError(path, f"is not replicate {number}")
-        like = 0 if number < n_read else n_read
-        if list(map(_unnumbered, record.sweeps)) != list(map(_unnumbered, records[like].sweeps)):
-            raise TableError(path, f"has other settings than {paths[like]}")
-        for sweep in record.sweeps:  # more or less of the same trials
-            other = first.get((sweep.name, sweep.changes), sweep)
-            other = replace(other, replicate=0, selections=sweep.selections, metrics=sweep.metrics)
-            if other != _unnumbered(sweep):
-                raise TableError(path, f"has other settings than {paths[0]}")
-
-
-def _unnumbered(sweep: Sweep) -> Sweep:
-    return replace(sweep, replicate=0)
+    return {(str(name), tuple(str(differs).split())): rows for (name, differs), rows in groups}

@@ -1,12 +1,11 @@
 """Table 1 of the paper, derived from the trials by stated criteria."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
-from experiments.command import CommandError
 from experiments.config import Execution, Sweep
 from experiments.grid import cells
 from experiments.metrics import evaluate
@@ -61,47 +60,16 @@ NOTES = (
     "here, a single one blinds both.",
     "How many cameras may be lost decides who is robust to outliers: see the other thresholds.",
 )
-OUTLIERS = {
-    "ATE": "outliers",
-    "mAA": "outliers",
-    "DTE": "outliers",
-    "TAS": "outliers",
-    "DRE": "rotations",
-    "RAS": "rotations",
-    "PAS": "maa_vs_pas_outliers",
-}
-COLLINEAR = {
-    "ATE": "collinear",
-    "mAA": "collinear",
-    "DTE": "collinear",
-    "TAS": "collinear",
-    "PAS": "maa_vs_pas_collinear",
-}
-LENGTH = {
-    "ATE": "trajectory_length",
-    "mAA": "trajectory_length",
-    "DTE": "trajectory_length",
-    "TAS": "trajectory_length",
-    "PAS": "maa_vs_pas_length",
-    "DRE": "maa_vs_pas_length",
-    "RAS": "maa_vs_pas_length",
-}
-ADDED = ("DRE", "RAS")  # metrics that the paper's experiment on the length does not show
 SCALE_EXPERIMENT = "combined"
-EXPERIMENTS = tuple(
-    dict.fromkeys([*OUTLIERS.values(), *COLLINEAR.values(), *LENGTH.values(), SCALE_EXPERIMENT])
-)
+ADDED = ("DRE", "RAS")  # metrics that the paper's experiment on the length does not show
+LENGTHS = ("trajectory_length", "maa_vs_pas_length")
+TOLD_BY = {  # the experiments on outliers, on a line and on the length; none: not tested
+    **dict.fromkeys(("ATE", "mAA", "DTE", "TAS"), ("outliers", "collinear", LENGTHS[0])),
+    **dict.fromkeys(ADDED, ("rotations", None, LENGTHS[1])),
+    "PAS": ("maa_vs_pas_outliers", "maa_vs_pas_collinear", LENGTHS[1]),
+}
 
-
-@dataclass(frozen=True)
-class Finding:
-    """Whether a metric has a property, what tells so, and the answers by other thresholds."""
-
-    holds: bool
-    value: float
-    statistic: str
-    experiment: str
-    others: Mapping[str, bool]
+Finding = dict[str, str | float]  # whether a metric has a property, as columns of the table
 
 
 def ask(question: Question) -> list[pd.DataFrame | str]:
@@ -111,7 +79,7 @@ def ask(question: Question) -> list[pd.DataFrame | str]:
 
 
 def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
-    """Derive Table 1 from the trials of `EXPERIMENTS`.
+    """Derive Table 1 from the trials of the paper's experiments.
 
     Returns
     -------
@@ -122,37 +90,27 @@ def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
         `sensitivity`: our answers by other thresholds. Where nothing could tell, `ours` is "not
         tested".
     """
-    missing = [name for name in EXPERIMENTS if name not in experiments]
-    if missing:
-        raise CommandError(f"Table 1 needs the trials of {', '.join(missing)}, too")
-    trials = {name: _checked(experiments[name]) for name in EXPERIMENTS if name != SCALE_EXPERIMENT}
-    lengths = {metric: trials[name] for metric, name in LENGTH.items()}
-    lengths |= dict.fromkeys(ADDED, _run_added(experiments[LENGTH[ADDED[0]]].sweep))
+    trials = {
+        name: _checked(found) for name, found in experiments.items() if name != SCALE_EXPERIMENT
+    }
+    added = _run_added(experiments[LENGTHS[1]].sweep)
     scale_changes = _scale_changes(experiments[SCALE_EXPERIMENT].sweep)
     rows = []
     for metric, answers in PAPER.items():
+        outliers, line, length = TOLD_BY[metric]
         findings = (
             _scale(scale_changes[metric]),
-            _outliers(trials[OUTLIERS[metric]], metric),
-            _collinear(trials[COLLINEAR[metric]], metric) if metric in COLLINEAR else None,
-            _length(lengths[metric], metric),
+            _outliers(trials[outliers], metric),
+            _collinear(trials[line], metric) if line else {},
+            _length(added if metric in ADDED else trials[length], metric),
         )
-        for name, criterion, paper, finding in zip(
-            PROPERTIES, CRITERIA, answers, findings, strict=True
-        ):
-            row: dict[str, str | float] = {"row": ROWS.get(metric, metric), "metric": metric}
-            row |= {"property": name, "paper": _yes(paper), "ours": "not tested"}
-            if finding is not None:
-                row |= {
-                    "ours": _yes(finding.holds),
-                    "statistic": finding.statistic,
-                    "value": round(finding.value, 4),
-                    "experiment": finding.experiment,
-                    "sensitivity": ", ".join(
-                        f"{threshold}: {_yes(holds)}" for threshold, holds in finding.others.items()
-                    ),
-                }
-            rows.append(row | {"criterion": criterion})
+        row = {"row": ROWS.get(metric, metric), "metric": metric, "ours": "not tested"}
+        rows += [
+            {**row, "property": name, "criterion": criterion, "paper": _yes(paper), **finding}
+            for name, criterion, paper, finding in zip(
+                PROPERTIES, CRITERIA, answers, findings, strict=True
+            )
+        ]
     columns = ["row", "metric", "property", "paper", "ours", "agrees", "statistic", "value"]
     table = pd.DataFrame(rows, columns=[*columns, "criterion", "experiment", "sensitivity"])
     tested = table[table["ours"] != "not tested"]
@@ -244,8 +202,8 @@ def _run_added(sweep: Sweep) -> pd.DataFrame:
 
 def _scale(change: float) -> Finding:
     others = {f"within {other:g}": change <= other for other in OTHER_TOLERANCES}
-    holds = change <= SCALE_TOLERANCE
-    return Finding(holds, change, "largest relative change", SCALE_EXPERIMENT, others)
+    holds, statistic = change <= SCALE_TOLERANCE, "largest relative change"
+    return _finding(holds, change, statistic, SCALE_EXPERIMENT, others)
 
 
 def _outliers(trials: pd.DataFrame, metric: str) -> Finding:
@@ -255,27 +213,42 @@ def _outliers(trials: pd.DataFrame, metric: str) -> Finding:
         few = trials[trials["n_outliers"].between(1, share * n_cameras)]
         return power(few, metric, _noise(trials), "smallest")
 
-    value = weakest(OUTLIER_SHARE)
     others = {f"{share:.0%} lost": weakest(share) >= LEAST_POWER for share in OTHER_SHARES}
     statistic = f"smallest tau with 1 to {OUTLIER_SHARE:.0%} outliers"
-    return _discerns(value, statistic, _name(trials), others)
+    return _discerns(weakest(OUTLIER_SHARE), statistic, trials, others)
 
 
 def _collinear(trials: pd.DataFrame, metric: str) -> Finding:
     none = trials[trials["n_outliers"] == 0]
     value = power(none, metric, _noise(trials), "smallest")
-    return _discerns(value, "tau without outliers", _name(trials), {})
+    return _discerns(value, "tau without outliers", trials, {})
 
 
-def _discerns(tau: float, statistic: str, experiment: str, others: Mapping[str, bool]) -> Finding:
+def _discerns(
+    tau: float, statistic: str, trials: pd.DataFrame, others: Mapping[str, bool]
+) -> Finding:
     powers = {f"tau {least:g}": tau >= least for least in OTHER_POWERS}
-    return Finding(tau >= LEAST_POWER, tau, statistic, experiment, {**others, **powers})
+    return _finding(tau >= LEAST_POWER, tau, statistic, _name(trials), {**others, **powers})
 
 
 def _length(trials: pd.DataFrame, metric: str) -> Finding:
     moves = dependence(trials, metric, ["n_cameras"], "mean")
     others = {f"less than {other:g} %": moves < other for other in OTHER_DEPENDENCES}
-    return Finding(moves < MOST_DEPENDENCE, moves, "movement of the mean, %", _name(trials), others)
+    holds, statistic = moves < MOST_DEPENDENCE, "movement of the mean, %"
+    return _finding(holds, moves, statistic, _name(trials), others)
+
+
+def _finding(
+    holds: bool, value: float, statistic: str, experiment: str, others: Mapping[str, bool]
+) -> Finding:
+    """Return what was found, and the answers by other thresholds."""
+    return {
+        "ours": _yes(holds),
+        "statistic": statistic,
+        "value": round(value, 4),
+        "experiment": experiment,
+        "sensitivity": ", ".join(f"{threshold}: {_yes(yes)}" for threshold, yes in others.items()),
+    }
 
 
 def _noise(trials: pd.DataFrame) -> list[str]:
@@ -293,17 +266,14 @@ def _yes(answer: bool) -> str:
 def _checked(experiment: Trials) -> pd.DataFrame:
     """Return a table that the criteria can be applied to."""
     path, trials, name = experiment.path, experiment.table, experiment.sweep.name
-    for metric, tested in [*OUTLIERS.items(), *COLLINEAR.items(), *LENGTH.items()]:
-        if tested == name and metric not in (*trials, *(ADDED if name in LENGTH.values() else ())):
-            raise TableError(path, f"has no column {metric}")
     noise = trials["sigma_t"].nunique() * trials["sigma_r_deg"].nunique()
     if noise < 2:
         raise TableError(path, "has one noise level, which nothing can be correlated with")
-    if name in LENGTH.values():
+    if name in LENGTHS:
         if trials["n_cameras"].nunique() < 2:
             raise TableError(path, "has one number of cameras")
     elif not trials["n_outliers"].between(1, OUTLIER_SHARE * trials["n_cameras"].min()).any():
         raise TableError(path, f"has no trials with 1 to {OUTLIER_SHARE:.0%} outliers")
-    elif name in COLLINEAR.values() and not (trials["n_outliers"] == 0).any():
+    elif "collinear" in name and not (trials["n_outliers"] == 0).any():
         raise TableError(path, "has no trials without outliers")
     return trials

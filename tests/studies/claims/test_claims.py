@@ -271,7 +271,7 @@ def test_a_statistic_is_one_entry_of_the_registry(
     def largest(trials: pd.DataFrame, metric: str, versus: str) -> float:
         return float(trials[metric].max() - trials[versus].min())
 
-    entry = statistics.Statistic(largest, ("versus",), "largest {metric} above {versus}")
+    entry = statistics.Statistic(largest, "largest {metric} above {versus}")
     monkeypatch.setitem(statistics.STATISTICS, "largest", entry)
     given = {"id": "{metric}-new", "statistic": "largest", "metric": ["TAS", "PAS(weight=1)"]}
     claim = {**given, "statement": "{metric}.", "criterion": "below 1", "where": {"sigma_t": [1]}}

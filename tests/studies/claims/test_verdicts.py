@@ -2,23 +2,18 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from experiments.command import CommandError
-from experiments.config import Sweep
 from experiments.grid import Cell
 from experiments.metrics import Column
-from experiments.tables import Record, TableError, Trials
+from experiments.tables import Trials
 from studies.claims.claims import Claim, Criterion, load_claims
 from studies.claims.plan import needed_cells, plan
 from studies.claims.verdicts import (
     _by_other_criteria,
-    check_alike,
     decide,
     evaluate_claim,
     populations,
@@ -300,80 +295,12 @@ def test_other_bounds_change_verdicts() -> None:
 MakeUp = Callable[..., Trials]
 
 
-@pytest.fixture(scope="module")
-def replicate(make_up: MakeUp) -> MakeUp:
-    """A replicate study of other sweeps than the claims need, or of theirs."""
-
-    def of(*sweeps: Sweep, number: int = 0) -> Trials:
-        chosen = [replace(sweep, trials=1, replicate=number) for sweep in sweeps or SWEEPS.values()]
-        return make_up(*chosen, value=lambda *_: 0.5, path=f"{number}.csv")
-
-    return of
-
-
-def test_trials_of_a_replicate_are_selected_by_experiment_and_settings(replicate: MakeUp) -> None:
-    trials = replicate()
-    tables = select_trials(CLAIMS, trials)
+def test_trials_of_a_replicate_are_selected_by_experiment_and_settings(make_up: MakeUp) -> None:
+    sweeps = [replace(sweep, trials=1) for sweep in SWEEPS.values()]
+    trials = make_up(*sweeps, value=lambda *_: 0.5)
+    tables = select_trials(trials)
     assert set(tables) == set(SWEEPS)
     for (name, settings), table in tables.items():
         assert set(table["experiment"]) == {name}
         assert set(table["settings"]) == {" ".join(settings)}
     assert sum(map(len, tables.values())) == len(trials.table)
-
-
-@pytest.mark.parametrize(
-    ("key", "change", "problem"),
-    [
-        (("rotations", ()), None, "has no trials for the claim 'rotations-"),
-        (("outliers", ()), {"n_outliers": [0, 1]}, "cannot decide the claims: claim 'outliers-"),
-        (("outliers", ()), {"sigma_t": [0.05]}, "cannot decide the claims: claim 'outliers-"),
-        (("combined", ()), {"only": 1}, "lacks trials for the claim 'combined-"),
-    ],
-)
-def test_trials_that_do_not_decide_the_claims_are_refused(
-    replicate: MakeUp, key: tuple[str, tuple[str, ...]], change: dict[str, Any] | None, problem: str
-) -> None:
-    sweeps = dict(SWEEPS)
-    if change is None:
-        del sweeps[key]
-    elif "only" in change:
-        sweeps[key] = replace(sweeps[key], selections=sweeps[key].selections[:1])
-    else:
-        sweeps[key] = replace(sweeps[key], **change)
-    with pytest.raises(TableError, match=rf"^0\.csv {problem}.*; run: snakemake 0\.csv$"):
-        select_trials(CLAIMS, replicate(*sweeps.values()))
-
-
-def test_values_that_are_missing_are_refused(replicate: MakeUp) -> None:
-    """Those that no claim needs are, in any replicate."""
-    trials = replicate()
-    table = trials.table.copy()
-    needed = table["TAS"].notna()
-    table.loc[needed.idxmax(), "TAS"] = np.nan
-    with pytest.raises(TableError, match=r"^0\.csv lacks values in trials of \w+; run: snakemake"):
-        select_trials(CLAIMS, replace(trials, table=table))
-    assert not needed.all()
-
-
-def test_replicates_differ_in_their_number_alone() -> None:
-    first, second = ([replace(sweep, replicate=k) for sweep in SWEEPS.values()] for k in (0, 1))
-    paths = [Path("0.csv"), Path("1.csv")]
-
-    def check(*sweeps: list[Sweep], n_read: int = 2) -> None:
-        claims = replace(CLAIMS, replicates_of_readings=n_read)
-        check_alike(claims, paths[: len(sweeps)], [Record(tuple(own), {}) for own in sweeps])
-
-    check(first, second)
-    with pytest.raises(CommandError, match="at least two replicate studies"):
-        check(first)
-    fewer = [replace(second[0], metrics=["TAS"], selections=second[0].selections[:1])]
-    check(first, fewer, n_read=1)  # the others are not read otherwise
-    with pytest.raises(TableError, match=r"^1\.csv has other settings than 0\.csv; run: "):
-        check(first, [replace(fewer[0], trials=3)], n_read=1)
-    others = [replace(second[0], seed=1), *second[1:]]
-    for other in (others, second[:-1]):
-        with pytest.raises(TableError, match=r"^1\.csv has other settings than 0\.csv; run: "):
-            check(first, other)
-    for other in (first, [*second[:-1], first[-1]]):
-        with pytest.raises(TableError, match=r"^1\.csv is not replicate 1; run: snakemake 1\.csv"):
-            check(first, other)
