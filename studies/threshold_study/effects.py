@@ -1,6 +1,5 @@
 """What the values of an axis do to a score: statistics of the trials of the study's parts."""
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -12,7 +11,7 @@ import scipy
 from alignscores.arrays import Floats, Indices
 from experiments.grid import KEY_COLUMNS
 
-from .. import order, statistics
+from .. import order
 from ..axes import Axis, over_seeds
 
 RESAMPLES = 999  # of the trials
@@ -25,14 +24,14 @@ Weighted = Callable[[Floats], Floats]  # of weights of the trials (B, T), a valu
 class Effect:
     """A statistic that the values of an axis are compared by.
 
-    It is what `of` computes from trials and a metric. Its error is that of the order, where it has
-    a `level`, or a bootstrap's, where `weighted` computes it for any weights of the trials.
+    Its error is that of the order, where it has a `level`, or a bootstrap's, where `weighted`
+    computes it for any weights of the trials.
     """
 
     words: str
     larger_is_better: bool
     digits: int  # that matter
-    of: Callable[[pd.DataFrame, str], float]
+    of: Callable[[pd.DataFrame, str], float]  # from trials and a metric
     unit: str = ""
     part: str = "outliers"
     level: str = ""
@@ -43,24 +42,34 @@ class Effect:
         return f"{value:.{self.digits}f}{self.unit}"
 
 
-def _order_effect(words: str, level: str, part: str = "outliers") -> Effect:
+def _order_effect(
+    words: str, level: str, part: str = "outliers", *, smallest: bool = False
+) -> Effect:
     """Return how often neighbouring levels are put in the right order, the mean over groups."""
 
     def of(trials: pd.DataFrame, metric: str) -> float:
         if not _varies(trials, level):
             return np.nan
-        return 100 * order.estimate(order.within(trials, level).shares(metric)).probability
+        found = [one.probability for one in order.orders(trials, metric, level)]
+        return 100 * float(min(found) if smallest else np.mean(found))
 
-    return Effect(words, True, 1, of, " %", part, level)
+    return Effect(words, True, 1, of, " %", part, "" if smallest else level)
 
 
-def _smallest_order(words: str, level: str) -> Effect:
+def _weighted_effect(
+    words: str,
+    larger_is_better: bool,
+    digits: int,
+    weighted: Callable[[pd.DataFrame, str], Weighted],
+    unit: str = "",
+    part: str = "outliers",
+) -> Effect:
+    """Return what is computed for any weights; of the trials themselves they are 1."""
+
     def of(trials: pd.DataFrame, metric: str) -> float:
-        if not _varies(trials, level):
-            return np.nan
-        return 100 * min(found.probability for found in order.orders(trials, metric, level))
+        return float(weighted(trials, metric)(np.ones((1, trials["trial"].nunique())))[0])
 
-    return Effect(words, True, 1, of, " %")
+    return Effect(words, larger_is_better, digits, of, unit, part, weighted=weighted)
 
 
 def _noise_range(trials: pd.DataFrame, metric: str) -> float:
@@ -68,22 +77,13 @@ def _noise_range(trials: pd.DataFrame, metric: str) -> float:
     return float(trials.groupby("n_outliers")[metric].agg(np.ptp).mean())
 
 
-def _noise_range_of_means(trials: pd.DataFrame, metric: str) -> float:
-    return _noise_range(statistics.cell_means(trials), metric)
-
-
 def _weighted_noise_range(table: pd.DataFrame, metric: str) -> Weighted:
     means = [_weighted_means(group, metric) for _, group in table.groupby("n_outliers")]
     return lambda weights: np.mean([np.ptp(of(weights), axis=0) for of in means], axis=0)
 
 
-def _camera_dependence(trials: pd.DataFrame, metric: str) -> float:
-    if not _varies(trials, "n_cameras"):
-        return np.nan
-    return statistics.dependence(trials, metric, ["n_cameras"], "mean")
-
-
 def _weighted_dependence(table: pd.DataFrame, metric: str) -> Weighted:
+    """Return `studies.statistics.dependence` on the number of cameras."""
     if not _varies(table, "n_cameras"):
         return lambda weights: np.full(len(weights), np.nan)
     groups = [
@@ -122,22 +122,16 @@ def _varies(trials: pd.DataFrame, level: str) -> bool:
 
 EFFECTS: Mapping[str, Effect] = {
     "noise_order": _order_effect("order of noise", "sigma_t"),
-    "noise_order_smallest": _smallest_order("smallest order of noise", "sigma_t"),
+    "noise_order_smallest": _order_effect("smallest order of noise", "sigma_t", smallest=True),
     "outlier_order": _order_effect("order of outliers", "n_outliers"),
-    "outlier_order_smallest": _smallest_order("smallest order of outliers", "n_outliers"),
+    "outlier_order_smallest": _order_effect(
+        "smallest order of outliers", "n_outliers", smallest=True
+    ),
     "majority_order": _order_effect("order of noise where most are lost", "sigma_t", "majority"),
     "noise_range": Effect("range of trials over noise", True, 3, _noise_range),
-    "noise_range_of_means": Effect(
-        "range over noise", True, 3, _noise_range_of_means, weighted=_weighted_noise_range
-    ),
-    "camera_dependence": Effect(
-        "dependence on cameras",
-        False,
-        1,
-        _camera_dependence,
-        " %",
-        "length",
-        weighted=_weighted_dependence,
+    "noise_range_of_means": _weighted_effect("range over noise", True, 3, _weighted_noise_range),
+    "camera_dependence": _weighted_effect(
+        "dependence on cameras", False, 1, _weighted_dependence, " %", "length"
     ),
     "seed_noise": Effect("seed noise", False, 4, _seed_noise, part="seeds"),
 }
@@ -218,38 +212,22 @@ def _compare(trials: pd.DataFrame, effect: Effect, column: str, paper: str) -> t
         return _compare_scenes(_deviations(trials, column), _deviations(trials, paper))
     theirs, ours = (effect.weighted(trials[[*KEY_COLUMNS, name]], name) for name in (column, paper))
     n = trials["trial"].nunique()
-
-    def difference(chosen: Indices, axis: int = -1) -> Floats:
-        weights = np.eye(n)[chosen].sum(axis=-2).reshape(-1, n)
-        return (theirs(weights) - ours(weights)).reshape(chosen.shape[:-1])
-
-    error = _standard_error(np.arange(n), difference)
-    found = order.Order(float(difference(np.arange(n))), error)
-    return error, np.nan if np.isnan(found.probability) else found.p_value
+    weights = np.concatenate([np.ones((1, n)), np.eye(n)[_resampled(n)].sum(axis=1)])
+    difference, *resampled = theirs(weights) - ours(weights)
+    found = order.Order(float(difference), float(np.std(resampled, ddof=1)))
+    return found.error, np.nan if np.isnan(difference) else found.p_value
 
 
 def _compare_scenes(theirs: Floats, ours: Floats) -> tuple[float, float]:
     """Compare standard deviations scene by scene."""
-
-    def difference(scenes: Indices, axis: int = -1) -> Floats:
-        medians: Floats = np.median(theirs[scenes], axis=-1) - np.median(ours[scenes], axis=-1)
-        return medians
-
-    error = _standard_error(np.arange(len(ours)), difference)
+    scenes = _resampled(len(ours))
+    differences = np.median(theirs[scenes], axis=1) - np.median(ours[scenes], axis=1)
+    error = float(np.std(differences, ddof=1))
     if np.array_equal(theirs, ours):
         return error, 1.0
     return error, float(scipy.stats.wilcoxon(theirs, ours).pvalue)
 
 
-def _standard_error(sample: Indices, statistic: Callable[..., Floats]) -> float:
-    with warnings.catch_warnings():  # where nothing scatters, the error is 0
-        warnings.simplefilter("ignore", scipy.stats.DegenerateDataWarning)
-        found = scipy.stats.bootstrap(
-            (sample,),
-            statistic,
-            n_resamples=RESAMPLES,
-            vectorized=True,
-            method="percentile",
-            rng=np.random.default_rng(0),
-        )
-    return float(found.standard_error)
+def _resampled(n: int) -> Indices:
+    """Draw as many as there are, with replacement, time and again."""
+    return np.random.default_rng(0).integers(n, size=(RESAMPLES, n))
