@@ -8,6 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from experiments.command import CommandError, run_command
+from experiments.config import split_override
 from experiments.tables import read_record, read_table, read_trials, to_csv, write_files
 
 from .axes import axes_of, is_seeded
@@ -36,12 +37,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         help="tables of one's own files",
     )
     parser.add_argument("--measure", action="store_true", help="write this table instead")
+    parser.add_argument("--part", help="of one's own files, whose table to write instead")
+    parser.add_argument("--settings", nargs="*", default=[], metavar="key=value", help="its own")
     parser.add_argument("--n_jobs", type=int, default=1, help="processes that decide the claims")
 
     def work(options: Namespace) -> list[Path]:
         study = studies[options.name]
-        if options.measure:
-            write_files({options.output[0]: to_csv(_measure(study, options.tables))})
+        if options.measure or options.part:
+            table = _score(study, options) if options.part else _measure(study, options.tables)
+            write_files({options.output[0]: to_csv(table)})
             return list(options.output)
         if study.axes and not options.times:
             raise CommandError("this study reports run times, too: --times FILE.csv")
@@ -65,6 +69,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return list(options.output)
 
     return run_command(parser, work, arguments)
+
+
+def _score(study: Study, options: Namespace) -> pd.DataFrame:
+    """Score a part of people's own files."""
+    if study.score is None:
+        raise CommandError(f"{study.name} scores no files of one's own")
+    return study.score(dict(map(split_override, options.settings)), options.part)
 
 
 def _measure(study: Study, tables: Sequence[Path]) -> pd.DataFrame:

@@ -107,20 +107,16 @@ class Study:
     files: Sequence[Path] = ()  # that its answers rest on
     axes: Path | None = None  # file of axes whose values are timed
     is_parallel: bool = False  # whether its answers take several processes
-    own: "Own | None" = None  # what is computed of people's own files, in place of trials
+    own: "Own | None" = None  # people's own files, in place of trials
+    score: Callable[[Mapping[str, str], str], pd.DataFrame] | None = None  # of a part of own files
 
 
 @dataclass(frozen=True)
 class Own:
-    """Tables that a study makes of a file of one's own; without the file there is no such study.
-
-    ``python -m studies.NAME FILE --part PART --output TABLE.csv`` makes each.
-    """
+    """A file of one's own, without which there is no such study."""
 
     key: str  # that names the file
     sources: Callable[[Path], Mapping[str, Sequence[str]]]  # by part, the files that it rests on
-    flags: Sequence[str] = ()  # keys that are options of the program, too
-    options: Sequence[str] = ()  # likewise, with a value
 
 
 @dataclass(frozen=True)
@@ -165,25 +161,14 @@ class Plan:
         """The parts of people's own files, and what each rests on."""
         if self.study.own is None:
             return {}
-        return self.study.own.sources(Path(self._given[self.study.own.key]))
+        return self.study.own.sources(
+            Path(dict(map(split_override, self.given))[self.study.own.key])
+        )
 
     @property
-    def arguments(self) -> list[str]:
-        """The program that makes the table of a part of these is called with them."""
-        own = self.study.own
-        if own is None:
-            return []
-        flags = [f"--{key}" for key in own.flags if self._given.get(key) == "true"]
-        options = [
-            f"--{key}={self._given[key].strip('[]').replace(chr(39), '')}"
-            for key in own.options
-            if key in self._given
-        ]
-        return [self._given[own.key], *flags, *options]
-
-    @property
-    def _given(self) -> dict[str, str]:
-        return dict(map(split_override, self.overrides))
+    def given(self) -> list[str]:
+        """The settings that are its own."""
+        return [one for one in self.overrides if split_override(one)[0] in self.study.keys]
 
     @cached_property
     def tables(self) -> Mapping[str, Table]:

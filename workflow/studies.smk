@@ -120,7 +120,7 @@ for plan in STUDIES.values():
                 RESULTS / plan.called / "own" / "{part}.csv",
             localrule: True
             params:
-                arguments=plan.arguments,
+                settings=plan.given,
                 name=plan.study.name,
             wildcard_constraints:
                 part="[^/]+",
@@ -129,8 +129,8 @@ for plan in STUDIES.values():
             benchmark:
                 RESULTS / "benchmarks" / plan.called / "{part}.tsv"
             shell:
-                "{sys.executable:q} -m studies.{params.name} {params.arguments:q}"
-                " --part {wildcards.part:q} --output {output:q} > {log:q} 2>&1"
+                "{sys.executable:q} -m studies {params.name} --part {wildcards.part:q}"
+                " --settings {params.settings:q} --output {output:q} > {log:q} 2>&1"
 
 
 for study in found():
@@ -182,4 +182,5 @@ rule own_frame_rates:
     log:
         RESULTS / "logs" / "tables" / "frame_rate_trajectories.log",
     shell:
-        "{sys.executable:q} -m studies.frame_rate {input.file:q} --output {output:q} > {log:q} 2>&1"
+        "{sys.executable:q} -m studies frame_rate --part own --settings trajectories={input.file:q}"
+        " --output {output:q} > {log:q} 2>&1"

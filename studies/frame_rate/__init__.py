@@ -1,11 +1,14 @@
 """Frame rate: what each metric makes of the same estimates with fewer of their cameras."""
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from ..study import Answer, Figure, Question, Study
 from .rates import compare, means, plan, summaries, to_markdown
+from .trajectories import read_recordings, score_rates
 
 TABLES = ["tables/{}", "tables/{}_means"]
 
@@ -21,6 +24,11 @@ def show(answer: Answer) -> dict[str, Any]:
     return {"metrics": summaries(answer.table)}
 
 
+def score(given: Mapping[str, str], part: str) -> pd.DataFrame:
+    """Return the scores of one's own trajectories at several frame rates."""
+    return score_rates(read_recordings(Path(given["trajectories"])))
+
+
 STUDY = Study(
     name="frame_rate",
     title="Frame rates",
@@ -31,4 +39,5 @@ STUDY = Study(
     show=show,
     place=50,
     keys=["trajectories"],
+    score=score,
 )

@@ -8,7 +8,7 @@ import pandas as pd
 
 from ..study import Answer, Figure, Own, Question, Study, Table
 from .answers import agreement, pairs, summarise
-from .scores import read_benchmark, sources
+from .scores import read_benchmark, score_sequence, sources
 from .words import sentences, to_markdown
 
 
@@ -36,6 +36,13 @@ def parts(file: Path) -> Mapping[str, Sequence[str]]:
     return {sequence: sources(benchmark, sequence) for sequence in benchmark.references}
 
 
+def score(given: Mapping[str, str], part: str) -> pd.DataFrame:
+    """Return the table of a sequence, of runs as they are and, but for a quick look, changed."""
+    more = given.get("more", "").strip("[]").replace("'", "")
+    benchmark = read_benchmark(Path(given["benchmark"]))
+    return score_sequence(benchmark, part, changed=given.get("quick") != "true", more=more)
+
+
 STUDY = Study(
     name="real",
     title="Your own runs",
@@ -49,5 +56,6 @@ STUDY = Study(
     place=110,
     trials="real",
     keys=["benchmark", "quick", "more"],
-    own=Own("benchmark", parts, flags=["quick"], options=["more"]),
+    own=Own("benchmark", parts),
+    score=score,
 )

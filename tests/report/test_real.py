@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 
 from studies.__main__ import main as answer
 from studies.real import STUDY
-from studies.real.__main__ import main as score
 from studies.real.figure import draw
 
 from .conftest import SETTINGS, Results, write_results
@@ -41,8 +40,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Results:
     own = [results.folder / f"real/own/{sequence}.csv" for sequence in ("desk", "room")]
     for path in own:
         path.parent.mkdir(parents=True, exist_ok=True)
-        arguments = [str(folder / "mine.yaml"), "--part", path.stem, "--more", "rpe@5f,TAS"]
-        assert score([*arguments, "--output", str(path)]) == 0
+        given = ["--settings", f"benchmark={folder / 'mine.yaml'}", "more=[rpe@5f,TAS]"]
+        assert answer(["real", "--part", path.stem, *given, "--output", str(path)]) == 0
     answers = [str(results.folder / name) for name in results.plans["real"].answers]
     assert answer(["real", "--own", *map(str, own), "--output", *answers]) == 0
     tables = [pd.read_csv(path) for path in answers[:-1]]

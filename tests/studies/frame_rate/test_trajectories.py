@@ -7,7 +7,7 @@ import pytest
 
 from alignscores import ras, tas_profile
 from alignscores.trajectories.files import read_kitti
-from studies.frame_rate.__main__ import main
+from studies.__main__ import main
 
 DATA = Path(__file__).resolve().parents[2] / "data" / "kitti"
 FILE = """
@@ -25,9 +25,14 @@ def write(folder: Path, **changes: object) -> Path:
     return path
 
 
+def score(path: Path, output: Path) -> int:
+    given = ["--part", "own", "--settings", f"trajectories={path}"]
+    return main(["frame_rate", *given, "--output", str(output)])
+
+
 def test_each_rate_is_scored(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "rates.csv"
-    assert main([str(write(tmp_path)), "--output", str(output)]) == 0
+    assert score(write(tmp_path), output) == 0
     assert capsys.readouterr().out == f"{output}\n"
     table = pd.read_csv(output)
     assert table["every"].tolist() == [1, 2]  # with a fifth of them too few are left
@@ -49,7 +54,7 @@ def test_each_rate_is_scored(tmp_path: Path, capsys: pytest.CaptureFixture[str])
 def test_wrong_files_end_in_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], changes: dict[str, str], problem: str
 ) -> None:
-    assert main([str(write(tmp_path, **changes)), "--output", str(tmp_path / "o.csv")]) == 2
+    assert score(write(tmp_path, **changes), tmp_path / "o.csv") == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert problem in line
     assert not (tmp_path / "o.csv").exists()

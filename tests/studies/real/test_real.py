@@ -12,7 +12,6 @@ from scipy.spatial.transform import Rotation
 from experiments.command import ConfigError
 from experiments.scenes import make_scene
 from studies.__main__ import main
-from studies.real.__main__ import main as score
 from studies.real.answers import agreement, pairs, summarise
 from studies.real.figure import draw
 from studies.real.scores import AS_IT_IS, CHANGES, read_benchmark, sources
@@ -110,6 +109,11 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
+def score(path: Path, output: Path, *settings: str) -> int:
+    given = ["--settings", f"benchmark={path}", *settings]
+    return main(["real", "--part", "car", *given, "--output", str(output)])
+
+
 def write(path: Path, rotations: np.ndarray, positions: np.ndarray) -> None:
     quaternions = Rotation.from_matrix(rotations).as_quat()
     np.savetxt(path, np.column_stack([np.arange(len(positions)) / 10, positions, quaternions]))
@@ -118,7 +122,7 @@ def write(path: Path, rotations: np.ndarray, positions: np.ndarray) -> None:
 def test_from_files_to_a_figure(file: Path, tmp_path: Path) -> None:
     (tmp_path / "car/b/3.txt").write_text("no trajectory\n")  # is left out
     own = tmp_path / "car.csv"
-    assert score([str(file), "--part", "car", "--output", str(own)]) == 0
+    assert score(file, own) == 0
     table = pd.read_csv(own)
     assert table["change"].value_counts().to_dict() == dict.fromkeys([AS_IT_IS, *CHANGES], 6)
     as_it_is, scaled, fewer = (
@@ -136,14 +140,14 @@ def test_from_files_to_a_figure(file: Path, tmp_path: Path) -> None:
     assert isinstance(draw(*tables), Figure)
     assert "real" not in plans()
     plan = plans([f"benchmark={file}", "quick=true"])["real"]
-    assert plan.arguments == [str(file), "--quick"]
+    assert plan.given == [f"benchmark={file}", "quick=true"]
     assert list(plan.sources) == ["car"]
     assert len(plan.sources["car"]) == 1 + 7
 
 
 def test_quick_leaves_the_changes_out(file: Path, tmp_path: Path) -> None:
     own = tmp_path / "car.csv"
-    assert score([str(file), "--part", "car", "--quick", "--output", str(own)]) == 0
+    assert score(file, own, "quick=true") == 0
     assert len(pd.read_csv(own)) == 6
 
 
@@ -158,13 +162,10 @@ def test_a_benchmark_that_tells_nothing_is_refused(file: Path, tmp_path: Path) -
 
 def test_further_metrics_by_name(file: Path, tmp_path: Path, capsys: Any) -> None:
     own = tmp_path / "car.csv"
-    arguments = [str(file), "--part", "car", "--quick", "--output", str(own)]
-    assert score([*arguments, "--more", "rpe@5f,recall@5cm,5deg,TAS"]) == 0
-    table = pd.read_csv(own)
-    assert {"rpe@5f", "recall@5cm,5deg", "TAS"} <= set(table)
-    assert table.columns.is_unique
-    assert score([*arguments, "--more", "nonsense"]) == 2
+    for more in ("[rpe@5f,'recall@5cm,5deg',TAS]", "'rpe@5f,recall@5cm,5deg,TAS'"):
+        assert score(file, own, "quick=true", f"more={more}") == 0
+        table = pd.read_csv(own)
+        assert {"rpe@5f", "recall@5cm,5deg", "TAS"} <= set(table)
+        assert table.columns.is_unique
+    assert score(file, own, "quick=true", "more=nonsense") == 2
     assert "unknown metric 'nonsense'" in capsys.readouterr().err
-    for given in ("[rpe@5f,'recall@5cm,5deg']", "'rpe@5f,recall@5cm,5deg'"):
-        plan = plans([f"benchmark={file}", f"more={given}"])["real"]
-        assert plan.arguments == [str(file), "--more=rpe@5f,recall@5cm,5deg"]
