@@ -110,7 +110,7 @@ def render(results: Results, machine: str = "") -> str:
     text = environment(FOLDER)
     text.filters["listed"] = _listed
     text.filters["short"] = _shortened
-    rates = {summary.metric: summary for summary in found["frame_rate"]["metrics"]}
+    rates = {summary["metric"]: summary for summary in found["frame_rate"]["metrics"]}
     names: dict[str, Any] = {
         "is_quick": is_quick,
         "refined": "TAS(registration=refined)",
@@ -166,9 +166,9 @@ def _guard(is_quick: bool) -> Callable[..., Markup]:
 
 def _places(rankings: Sequence[Any]) -> dict[tuple[str, str, str], Any]:
     return {
-        (ranking.experiment, ranking.level, place.metric): place
+        (ranking["experiment"], ranking["level"], place["metric"]): place
         for ranking in rankings
-        for place in ranking.places
+        for place in ranking["places"]
     }
 
 

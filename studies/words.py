@@ -1,6 +1,6 @@
-"""Numbers as they are read."""
+"""Numbers and tables as they are read."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 NONE = "–"
@@ -20,3 +20,15 @@ def write_levels(values: Sequence[float]) -> str:
     if len(values) > 4 and len(steps) == 1:
         return f"{values[0]:g}, {values[1]:g}, …, {values[-1]:g}"
     return ", ".join(f"{value:g}" for value in values)
+
+
+def markdown_table(
+    head: Sequence[str], rows: Iterable[Sequence[str]], columns: str = ""
+) -> list[str]:
+    """Return the lines of a table; columns stand left or right (l, r), all but the first right."""
+    rules = {"l": "---|", "r": "--:|"}
+    rule = "".join(rules[side] for side in columns or "l" + "r" * (len(head) - 1))
+    lines = [
+        "".join(f"| {cell} ".replace("|  ", "| ") for cell in row) + "|" for row in (head, *rows)
+    ]
+    return [lines[0], f"|{rule}", *lines[1:]]

@@ -1,7 +1,5 @@
 """The section of the report: where the scores fail."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
@@ -25,48 +23,6 @@ LABELS = {
 MAIN = ("geometry", "error", "outliers", "n_cameras", "n_outliers", "sigma_t", "sigma_r_deg")
 
 
-@dataclass(frozen=True)
-class Judged:
-    """How well a metric orders the levels of noise, or the numbers of outliers, in per cent."""
-
-    level: str
-    order: float
-
-    @property
-    def is_defined(self) -> bool:
-        """Whether there are levels to be ordered."""
-        return isfinite(self.order)
-
-    @property
-    def fails(self) -> bool:
-        """Whether it does not order them."""
-        return self.order < LEAST_ORDER
-
-    @property
-    def number(self) -> str:
-        """The order."""
-        return write_number(self.order, 0) if self.is_defined else NONE
-
-
-@dataclass(frozen=True)
-class Scenario:
-    """A scenario with what each metric still orders there."""
-
-    name: str
-    settings: Sequence[tuple[str, str]]
-    orders: Mapping[str, Sequence[Judged]]
-    finding: str
-
-    @property
-    def title(self) -> str:
-        """The name as it is read."""
-        return self.name.replace("_", " ")
-
-    def failures(self, metric: str) -> list[Judged]:
-        """Return what a metric does not order."""
-        return [judged for judged in self.orders.get(metric, ()) if judged.fails]
-
-
 def show(answer: Answer) -> dict[str, Any]:
     """Return what the section is filled with."""
     findings, records = answer.table, answer.records
@@ -84,18 +40,35 @@ def show(answer: Answer) -> dict[str, Any]:
         "trials": first.trials,
         "scenarios": scenarios,
         "failing": {
-            metric: [scenario for scenario in scenarios if scenario.failures(metric)]
+            metric: [
+                scenario
+                for scenario in scenarios
+                if any(judged["fails"] for judged in scenario["orders"].get(metric, ()))
+            ]
             for metric in scores
         },
     }
 
 
-def _scenario(name: str, sweep: Sweep, first: Sweep, rows: pd.DataFrame) -> Scenario:
+def _scenario(name: str, sweep: Sweep, first: Sweep, rows: pd.DataFrame) -> dict[str, Any]:
+    """Return a scenario with what each metric still orders there."""
     orders = {
-        str(row["metric"]): [Judged(level, float(row[column])) for level, column in ORDERS.items()]
+        row["metric"]: [_judged(level, row[column]) for level, column in ORDERS.items()]
         for row in rows.to_dict("records")
     }
-    return Scenario(name, _settings(sweep, first), orders, str(rows["finding"].iloc[0]))
+    return {
+        "name": name,
+        "title": name.replace("_", " "),
+        "settings": _settings(sweep, first),
+        "orders": orders,
+        "finding": rows["finding"].iloc[0],
+    }
+
+
+def _judged(level: str, order: float) -> dict[str, Any]:
+    """Return how well a metric orders the levels, in per cent, where there are any."""
+    number = write_number(order) if isfinite(order) else NONE
+    return {"level": level, "number": number, "fails": order < LEAST_ORDER}
 
 
 def _settings(sweep: Sweep, first: Sweep) -> list[tuple[str, str]]:

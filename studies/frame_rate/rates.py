@@ -1,8 +1,9 @@
 """Synthetic trajectories of which each camera, each second, each fifth ... is kept."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -24,6 +25,7 @@ from ..study import (
     reject,
     resolve,
 )
+from ..words import markdown_table
 
 FRAME_RATE = config_file("frame_rate")
 KEYS = ["scenario", "geometry", "error", "lost", "metric"]
@@ -149,77 +151,46 @@ def _mean(shares: Sequence[Floats]) -> Order:
     return estimate(np.concatenate(shares) / len(shares)).rounded
 
 
-@dataclass(frozen=True)
-class Cell:
-    """The mean order over the scenarios in per cent, and the trials needed, the median over them.
+def summaries(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Sum up what `compare` found, metric by metric.
 
-    Both are of two estimates at one frame rate, and at different ones.
+    The movements are those where nothing is lost. A cell, by step and share lost, has the mean
+    order over the scenarios in per cent, and the trials needed, the median over them.
     """
-
-    step: int
-    lost: float
-    order: float
-    order_across: float
-    trials: float
-    trials_across: float
-
-
-@dataclass(frozen=True)
-class Summary:
-    """A metric over all scenarios: its movements where nothing is lost, and what it orders."""
-
-    metric: str
-    smallest_move: float
-    largest_move: float
-    cells: Sequence[Cell]  # by step and share lost
-
-    @property
-    def order(self) -> float:
-        """The mean order at one frame rate."""
-        return float(np.mean([cell.order for cell in self.cells]))
-
-    @property
-    def order_across(self) -> float:
-        """The mean order across frame rates."""
-        return float(np.mean([cell.order_across for cell in self.cells]))
-
-
-def summaries(table: pd.DataFrame) -> list[Summary]:
-    """Sum up what `compare` found, metric by metric."""
     found = []
     for metric, group in table.groupby("metric", sort=False):
         moves = group[group["lost"] == group["lost"].min()]["dependence"]
         by_cell = group.groupby(["step", "lost"])
-        numbers = by_cell[["order", "order_across"]].mean()
-        numbers = numbers.join(by_cell[["trials", "trials_across"]].median().apply(np.ceil))
-        cells = [
-            Cell(*key, *row)
-            for key, row in zip(numbers.index, numbers.to_numpy().tolist(), strict=True)
-        ]
-        found.append(Summary(str(metric), moves.min(), moves.max(), cells))
+        cells = by_cell[["order", "order_across"]].mean()
+        means = cells.mean().to_dict()
+        cells = cells.join(by_cell[["trials", "trials_across"]].median().apply(np.ceil))
+        found.append(
+            {"metric": metric, "smallest_move": moves.min(), "largest_move": moves.max(), **means}
+            | {"cells": cells.reset_index().to_dict("records")}
+        )
     return found
 
 
 def to_markdown(table: pd.DataFrame) -> str:
     """Write what `compare` found: a table of movements, of orders and of trials."""
     found = summaries(table)
-    count = table["scenario"].nunique()
+    heads = [f"{cell['lost']:g} lost, step {cell['step']}" for cell in found[0]["cells"]]
+    orders, trials = [], []
+    for one in found:
+        moves = f"{one['smallest_move']:.0f} to {one['largest_move']:.0f}"
+        cells = one["cells"]
+        pairs = [f"{cell['order']:.0f} / {cell['order_across']:.0f}" for cell in cells]
+        orders.append([one["metric"], moves, *pairs])
+        pairs = [f"{cell['trials']:.0f} / {cell['trials_across']:.0f}" for cell in cells]
+        trials.append([one["metric"], *pairs])
     lines = [
         "At one frame rate / at different ones. In the head: how many per cent of the cameras are "
-        f"outliers, and by how many the noise differs. Over {count} scenarios: the smallest and "
-        "the largest movement, where nothing is lost; the mean probability; the median of the "
-        "numbers of trials.",
+        "outliers, and by how many the noise differs. Over "
+        f"{table['scenario'].nunique()} scenarios: the smallest and the largest movement, where "
+        "nothing is lost; the mean probability; the median of the numbers of trials.",
         "",
+        *markdown_table(["right order, %", "moves, % of its range", *heads], orders),
+        "",
+        *markdown_table(["trials needed", *heads], trials),
     ]
-    heads = [f"{cell.lost:g} lost, step {cell.step}" for cell in found[0].cells]
-    lines += [f"| right order, % | moves, % of its range | {' | '.join(heads)} |"]
-    lines += ["|---|--:|" + "--:|" * len(heads)]
-    for one in found:
-        orders = [f"{cell.order:.0f} / {cell.order_across:.0f}" for cell in one.cells]
-        moves = f"{one.smallest_move:.0f} to {one.largest_move:.0f}"
-        lines.append(f"| {one.metric} | {moves} | {' | '.join(orders)} |")
-    lines += ["", f"| trials needed | {' | '.join(heads)} |", "|---|" + "--:|" * len(heads)]
-    for one in found:
-        trials = [f"{cell.trials:.0f} / {cell.trials_across:.0f}" for cell in one.cells]
-        lines.append(f"| {one.metric} | {' | '.join(trials)} |")
     return "\n".join(lines) + "\n"

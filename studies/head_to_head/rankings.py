@@ -1,9 +1,10 @@
 """Rankings of metrics by the order of neighbouring levels, and what it takes to tell them apart."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from math import inf
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,6 +12,7 @@ import pandas as pd
 from experiments.tables import Record, TableError, Trials
 
 from ..order import SIGNIFICANCE, Order, apart, compare, estimate, holm, mean_needed, needed, within
+from ..words import markdown_table
 
 LEVELS = {  # what is put in order, by what it is called: the settings that may stand for it
     "noise": ("sigma_t", "sigma_r_deg"),
@@ -125,82 +127,50 @@ def _cameras(trials: pd.DataFrame, setting: str, metric: str) -> float:
     return enough
 
 
-@dataclass(frozen=True)
-class Place:
-    """A metric in a ranking: its order in per cent, and what it takes to tell neighbours apart."""
+def rankings(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Rank the metrics at each level of each experiment, from what `compare_orders` returns.
 
-    metric: str
-    order: float
-    trials: float
-    cameras: float  # NaN where their number does not vary
-    is_certain: bool | None  # whether it certainly is better than the next; None for the last
-
-
-@dataclass(frozen=True)
-class Ranking:
-    """The metrics of an experiment, the best first, by the order of one kind of level."""
-
-    experiment: str
-    level: str
-    places: Sequence[Place]
-
-    @property
-    def in_words(self) -> str:
-        """The metrics with their orders: > certainly better than the next, = perhaps not."""
-        parts = []
-        for place in self.places:
-            link = {True: " > ", False: " = ", None: ""}[place.is_certain]
-            parts.append(f"{place.metric} {place.order:.1f}{link}")
-        return "".join(parts)
-
-
-def rankings(table: pd.DataFrame) -> list[Ranking]:
-    """Rank the metrics at each level of each experiment, from what `compare_orders` returns."""
+    The best comes first; in words > is certainly better than the next, = perhaps not.
+    """
     found = []
     over_all = table[table["outliers"].isna()]
-    for key, rows in over_all.groupby(["experiment", "level"], sort=False):
-        experiment, level = map(str, key)
+    for (experiment, level), rows in over_all.groupby(["experiment", "level"], sort=False):
         alone = rows[rows["versus"].isna()].sort_values("order", ascending=False, kind="stable")
+        places = alone[["metric", "order", "trials", "cameras"]].to_dict("records")
         pairs = rows[rows["versus"].notna()]
         columns = (pairs[column] for column in ("metric", "versus", "p"))
         p = {frozenset(pair): p for *pair, p in zip(*columns, strict=True)}
-        names = [str(metric) for metric in alone["metric"]]
-        certain = [p[frozenset(pair)] < SIGNIFICANCE for pair in pairwise(names)]
-        numbers = alone[["order", "trials", "cameras"]].to_numpy()
-        places = [
-            Place(name, order=row[0], trials=row[1], cameras=row[2], is_certain=sure)
-            for name, row, sure in zip(names, numbers.tolist(), [*certain, None], strict=True)
+        certain = [p[frozenset(pair)] < SIGNIFICANCE for pair in pairwise(alone["metric"])]
+        links = [*(" > " if sure else " = " for sure in certain), ""]
+        words = [
+            f"{place['metric']} {place['order']:.1f}{link}"
+            for place, link in zip(places, links, strict=True)
         ]
-        found.append(Ranking(experiment, level, places))
+        keys = {"experiment": experiment, "level": level, "places": places}
+        found.append(keys | {"in_words": "".join(words)})
     return found
-
-
-def at_outliers(table: pd.DataFrame) -> list[tuple[tuple[str, str], pd.DataFrame]]:
-    """Return the order of each metric (rows) at each number of outliers, where it varies."""
-    apart = table[table["outliers"].notna()].astype({"outliers": int})
-    return [
-        ((str(key[0]), str(key[1])), rows.pivot(index="metric", columns="outliers", values="order"))
-        for key, rows in apart.groupby(["experiment", "level"], sort=False)
-    ]
 
 
 def to_markdown(table: pd.DataFrame) -> str:
     """Write who orders what best, and what it takes."""
-    lines = [METHOD, "", "| experiment | level | order, % | trials |", "|---|---|---|---|"]
+    orders, cameras = [], []
     for ranking in rankings(table):
-        trials = ", ".join(f"{place.metric} {place.trials:.3g}" for place in ranking.places)
-        words = ranking.in_words
-        lines.append(f"| {ranking.experiment} | {ranking.level} | {words} | {trials} |")
-    lines += ["", "| experiment | cameras |", "|---|---|"]
-    for ranking in rankings(table):
-        cameras = [place for place in ranking.places if not np.isnan(place.cameras)]
-        if cameras:
-            words = ", ".join(f"{place.metric} {place.cameras:g}" for place in cameras)
-            lines.append(f"| {ranking.experiment} | {words} |")
-    for (experiment, level), rows in at_outliers(table):
-        heads = " | ".join(map(str, rows.columns))
-        lines += ["", f"| {experiment}, {level}: order, %, at outliers | {heads} |"]
-        lines += ["|---|" + "--:|" * len(rows.columns)]
-        for metric, orders in zip(rows.index, rows.to_numpy().tolist(), strict=True):
-            lines.append(f"| {metric} | {' | '.join(f'{order:.1f}' for order in orders)} |")
+        places = ranking["places"]
+        trials = ", ".join(f"{place['metric']} {place['trials']:.3g}" for place in places)
+        orders.append([ranking["experiment"], ranking["level"], ranking["in_words"], trials])
+        enough = [place for place in places if not np.isnan(place["cameras"])]
+        if enough:
+            words = ", ".join(f"{place['metric']} {place['cameras']:g}" for place in enough)
+            cameras.append([ranking["experiment"], words])
+    lines = [METHOD, ""]
+    lines += markdown_table(["experiment", "level", "order, %", "trials"], orders, "llll")
+    lines += ["", *markdown_table(["experiment", "cameras"], cameras, "ll")]
+    apart = table[table["outliers"].notna()].astype({"outliers": int})
+    for (experiment, level), rows in apart.groupby(["experiment", "level"], sort=False):
+        orders_at = rows.pivot(index="metric", columns="outliers", values="order")
+        head = [f"{experiment}, {level}: order, %, at outliers", *map(str, orders_at.columns)]
+        cells = [
+            [str(name), *(f"{order:.1f}" for order in row)] for name, row in orders_at.iterrows()
+        ]
+        lines += ["", *markdown_table(head, cells)]
     return "\n".join(lines) + "\n"

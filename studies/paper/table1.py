@@ -14,6 +14,7 @@ from experiments.tables import TableError, Trials
 
 from ..statistics import LEAST_POWER, dependence, power
 from ..study import Question
+from ..words import markdown_table
 
 OUTLIER_SHARE = 0.1  # robust: still discerns noise with so many of the cameras lost
 SCALE = 1000.0  # metres to millimetres
@@ -147,13 +148,18 @@ def sensitivity(table: pd.DataFrame) -> dict[str, tuple[int, list[str]]]:
 
 def to_markdown(table: pd.DataFrame) -> str:
     """Write the table as the paper has it, with the numbers that decide."""
-    lines = [f"| | {' | '.join(PROPERTIES)} |", f"|---{'|---' * len(PROPERTIES)}|"]
-    for metric, rows in table.groupby("metric", sort=False):
-        marks = [_mark(row) for _, row in rows.iterrows()]
-        lines.append(f"| {metric} | {' | '.join(marks)} |")
+    marks = [
+        [str(metric), *(_mark(row) for _, row in rows.iterrows())]
+        for metric, rows in table.groupby("metric", sort=False)
+    ]
     tested = table[table["ours"] != "not tested"]
     agreeing = agreements(tested, tested["ours"])
-    lines += [
+    others = [
+        [threshold, f"{agree} of {len(agreeing)}", ", ".join(cells) or "none"]
+        for threshold, (agree, cells) in sensitivity(table).items()
+    ]
+    lines = [
+        *markdown_table(["", *PROPERTIES], marks, "l" * (1 + len(PROPERTIES))),
         "",
         f"{agreeing.sum()} of {len(agreeing)} cells of the paper's Table 1 are borne out; "
         "**bold**: what is not. In brackets what decides. –: positions play no part in it.",
@@ -161,12 +167,7 @@ def to_markdown(table: pd.DataFrame) -> str:
         *(f"- *{name}*: {text}" for name, text in zip(PROPERTIES, CRITERIA, strict=True)),
         "",
         *(f"{note}\n" for note in NOTES),
-        "| another threshold | cells that agree | other answers |",
-        "|---|---|---|",
-        *(
-            f"| {threshold} | {agree} of {len(agreeing)} | {', '.join(cells) or 'none'} |"
-            for threshold, (agree, cells) in sensitivity(table).items()
-        ),
+        *markdown_table(["another threshold", "cells that agree", "other answers"], others, "lll"),
     ]
     return "\n".join(lines) + "\n"
 

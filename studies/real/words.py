@@ -5,6 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
+from ..words import markdown_table
+
 ALIKE = 0.95  # correlation of the runs by two metrics, of which one says nothing new
 DONE = {  # what was done to the estimates, by the name of the change
     "every_2nd": "keeping every 2nd pose",
@@ -84,13 +86,14 @@ def to_markdown(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFram
     changes = changes_of(table)
     names = [name.removeprefix("moves_").replace("_", " ") for name in changes]
     header = ["metric", "runs needed", "told, %", "order, %", "by others, %", "between, %", *names]
-    lines = [f"| {' | '.join(header)} |", f"|---|{'--:|' * (len(header) - 1)}"]
+    rows = []
     for _, row in table.iterrows():
-        cells = [_runs(row["runs"])]
+        cells = [row["metric"], _runs(row["runs"])]
         cells += [f"{row[name]:.0f}" for name in ("told", "order", "agrees", "between")]
-        cells += [f"{row[name]:.2f}" for name in changes]
-        lines.append(f"| {row['metric']} | {' | '.join(cells)} |")
-    return "\n".join([*lines, "", *sentences(table, pairs, agreement)]) + "\n"
+        rows.append([*cells, *(f"{row[name]:.2f}" for name in changes)])
+    return (
+        "\n".join([*markdown_table(header, rows), "", *sentences(table, pairs, agreement)]) + "\n"
+    )
 
 
 def _runs(count: float) -> str:

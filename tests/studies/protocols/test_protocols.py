@@ -127,7 +127,7 @@ def test_wins_and_losses_are_told(
 ) -> None:
     table = compare_sides(questions)
     assert undescribed(compare_sides, table) == []
-    assert [duel.verdict for duel in duels(table)] == ["even", "wins", "loses"]
+    assert [duel["verdict"] for duel in duels(table)] == ["even", "wins", "loses"]
     win, lose, _, seeing = sentences(table)
     assert win.startswith("The new scores win on 1 of 3: outliers: outliers (TAS +")
     assert "frame rate: noise (TAS −50.0 ± 0.0 against ate:rmse)" in lose
