@@ -7,10 +7,9 @@ from typing import Any
 
 import pandas as pd
 
-from experiments.command import CommandError, ConfigError
+from experiments.command import ConfigError
 from experiments.config import read_yaml, split_override
 from experiments.metrics import Column
-from experiments.tables import TableError, Trials
 
 from .study import Section, Settings, Table, TableName, reject, resolve
 
@@ -130,18 +129,6 @@ def axes_of(path: Path, trials: Mapping[str, Sequence[str]]) -> list[Axis]:
         ]
         axes.append(_axis(name, entry, values))
     return axes
-
-
-def check_parts(path: Path, axes: Sequence[Axis], parts: Mapping[str, Trials]) -> None:
-    """Make sure that all parts of a study are there, and have all values of its axes."""
-    columns = [Column.parse(metric) for metric in _metrics(axes)]
-    for name, part in _read(path).trials.items():
-        if name not in parts:
-            raise CommandError(f"the study {path.stem} needs the trials of {name}, too")
-        wanted = _seeded(columns, 1) if part.seeds else list(map(str, columns))
-        for metric in wanted:
-            if metric not in parts[name].record.metrics:
-                raise TableError(parts[name].path, f"has no column {metric}")
 
 
 def is_seeded(metrics: Sequence[str]) -> bool:

@@ -22,7 +22,6 @@ def ask(question: Question) -> list[pd.DataFrame | str]:
     parts, times = question.by_name, question.times
     metrics = {name: part.record.metrics for name, part in parts.items()}
     (axis,) = axes.axes_of(REGISTRATIONS, metrics)
-    axes.check_parts(REGISTRATIONS, [axis], parts)
     table = compare(axis, parts)
     return [table, to_markdown(axis, table, times)]
 

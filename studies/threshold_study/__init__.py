@@ -32,7 +32,6 @@ def ask(question: Question) -> list[pd.DataFrame | str]:
     """Return the effects of all values, the maps, the levels, and what they say in words."""
     parts, times = question.by_name, question.times
     found = axes.axes_of(THRESHOLDS, {name: part.record.metrics for name, part in parts.items()})
-    axes.check_parts(THRESHOLDS, found, parts)
     table = effects(found, {name: part.table for name, part in parts.items()})
     kind_of = table["axis"].str.partition("_")[0]
     map_, read = maps.compare(parts), levels.compare(parts)

@@ -1,22 +1,20 @@
 """Levels: at which score the distance and the angle order best, and what they survive."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
-from typing import Annotated, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from pydantic import Field
 
-from experiments.command import CommandError
-from experiments.config import MetricName, read_yaml
 from experiments.metrics import Column
 from experiments.tables import Trials
 
 from ..order import SIGNIFICANCE, Order, Task, estimate, holm
-from ..study import Section, Settings, Table, TableName, resolve
-from .maps import THRESHOLDS, without_axes
+from ..study import Table, resolve
+from ..words import markdown_table
+from .maps import THRESHOLDS, read_thresholds, without_axes
 
 READ = {"HalfDistance": "sigma_t", "HalfAngle": "sigma_r_deg"}  # and the noise they measure
 HALF = 0.5  # the score that others are compared with
@@ -32,24 +30,9 @@ METHOD = (
 )
 
 
-class _Levels(Section):
-    scores: list[Annotated[float, Field(gt=0, le=1)]]
-    beside: list[MetricName]
-    settings: Settings
-    parts: dict[TableName, Settings]
-
-
-class _File(Section):
-    axes: Any  # see `studies.axes`
-    trials: Any
-    settings: Settings
-    maps: Any  # see `maps`
-    levels: _Levels
-
-
 def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
     """Return a table for each part, in which distance and angle are read at all scores."""
-    file, others = read_yaml(THRESHOLDS, _File), without_axes(overrides)
+    file, others = read_thresholds(), without_axes(overrides)
     own = file.levels
     scores = sorted({*own.scores, HALF})
     metrics = [*own.beside, *(_at(metric, score) for metric in READ for score in scores)]
@@ -93,9 +76,7 @@ def compare(parts: Mapping[str, Trials]) -> pd.DataFrame:
         - `in_noise`: median over the trials in units of the noise, the median over its levels
     """
     rows = []
-    for part in read_yaml(THRESHOLDS, _File).levels.parts:
-        if f"levels_{part}" not in parts:
-            raise CommandError(f"the levels need the trials of levels_{part}, too")
+    for part in read_thresholds().levels.parts:
         rows += [{"part": part} | row for row in _rows(parts[f"levels_{part}"])]
     table = pd.DataFrame(rows)
     table["p"] = holm(table["p"])
@@ -156,75 +137,46 @@ def _spread(table: pd.DataFrame, metric: str) -> dict[str, float]:
     }
 
 
-class Cell(NamedTuple):
-    """An order in per cent, and where it certainly is better or worse than at one half, a mark."""
+def summaries(table: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Sum up what `compare` found, a row for each metric: means over the scenes, and their text.
 
-    order: float
-    mark: str
-
-    def __str__(self) -> str:
-        return f"{self.order:.0f}{f' {self.mark}' if self.mark else ''}"
-
-
-@dataclass(frozen=True)
-class Level:
-    """A metric, read at a score, over all scenes."""
-
-    metric: str
-    score: float
-    noise: Mapping[int, Cell]  # by how many cameras are lost
-    outliers: Cell
-    scatter: float
-    few: float
-
-    @property
-    def cells(self) -> list[str]:
-        """What stands in its row behind its name."""
-        numbers = [f"{self.scatter:.1f}", f"{self.few:.2f}"] if self._is_read else ["–"] * 2
-        return [*map(str, self.noise.values()), str(self.outliers), *numbers]
-
-    @property
-    def _is_read(self) -> bool:
-        """Whether it is a distance or an angle."""
-        return not np.isnan(self.score)
-
-
-def summaries(table: pd.DataFrame) -> list[Level]:
-    """Sum up what `compare` found, metric by metric: means over the scenes."""
+    Orders in per cent, of noise by how many cameras are lost and of outliers, have a mark where
+    they certainly are better or worse than at one half.
+    """
     lower = sorted(table.loc[table["level"] == "outliers", "n_outliers"].astype(int).unique())
+    lost = {str(n): f"{n} lost" if n else "noise, none lost" for n in [0, *lower]}
     kinds = [("noise", n) for n in [0, *lower]] + [("outliers", n) for n in lower]
     keys = table["level"].where(table["level"] == "outliers", table["n_outliers"].astype(str))
     shown = table[pd.MultiIndex.from_frame(table[["level", "n_outliers"]]).isin(kinds)]
     groups = shown.groupby(["metric", keys])
-    cells = _cells(groups[["right_order", "difference", "error"]])
+    metrics, titles = table["metric"].unique(), lost | {"outliers": "outliers"}
+    orders, marks = (
+        found.unstack().reindex(metrics)[list(titles)].rename(columns=titles)
+        for found in (groups["right_order"].mean(), _marks(groups))
+    )
     intact = table[table["n_outliers"] == 0].groupby("metric")
-    scatter, few = intact["scatter"].median(), _few_cameras(table)
-    scores = table.groupby("metric", sort=False)["score"].first()
-    return [
-        Level(
-            metric,
-            score,
-            {n: cells[metric, str(n)] for n in [0, *lower]},
-            cells[metric, "outliers"],
-            float(scatter[metric]),
-            float(few.get(metric, np.nan)),
-        )
-        for metric, score in zip(map(str, scores.index), scores.tolist(), strict=True)
-    ]
+    numbers = orders.assign(
+        score=table.groupby("metric")["score"].first(),
+        scatter=intact["scatter"].median(),
+        **{"few cameras": _few_cameras(table)},
+    )
+    written = orders.map("{:.0f}".format) + marks
+    for name, digits in (("scatter", 1), ("few cameras", 2)):
+        written[name] = [
+            "–" if np.isnan(score) else f"{value:.{digits}f}"
+            for score, value in zip(numbers["score"], numbers[name], strict=True)
+        ]
+    return numbers, written
 
 
-def _cells(groups: Any) -> dict[tuple[str, str], Cell]:
-    """Return the mean order of each group of scenes, and whether it is another than at one half."""
-    orders = {key: group["right_order"].mean() for key, group in groups}
-    differences = {
-        key: Order(group["difference"].mean(), float(np.linalg.norm(group["error"])) / len(group))
-        for key, group in groups
-    }
-    p = [each.p_value if each.error > 0 else np.nan for each in differences.values()]
-    return {
-        key: Cell(orders[key], ("▲" if each.probability > 0 else "▼") if sure else "")
-        for (key, each), sure in zip(differences.items(), holm(p) < SIGNIFICANCE, strict=True)
-    }
+def _marks(groups: Any) -> "pd.Series[str]":
+    """Return a mark for each group of scenes whose mean order is another than at one half."""
+    differences = groups["difference"].mean()
+    errors = groups["error"].apply(np.linalg.norm) / groups.size()
+    found = [Order(*one) for one in zip(differences, errors, strict=True)]
+    sure = holm([one.p_value if one.error > 0 else np.nan for one in found]) < SIGNIFICANCE
+    signs = np.where(differences > 0, " ▲", " ▼")
+    return pd.Series(np.where(sure, signs, "").tolist(), differences.index)
 
 
 def _few_cameras(table: pd.DataFrame) -> "pd.Series[float]":
@@ -236,16 +188,8 @@ def _few_cameras(table: pd.DataFrame) -> "pd.Series[float]":
     return few
 
 
-def heads(found: Sequence[Level]) -> list[str]:
-    """Return what stands above `Level.cells`."""
-    lost = [f"{n} lost" if n else "noise, none lost" for n in found[0].noise]
-    return [*lost, "outliers", "scatter", "few cameras"]
-
-
 def to_markdown(table: pd.DataFrame) -> str:
     """Write a table with a row for each metric."""
-    found = summaries(table)
-    titles = heads(found)
-    lines = [METHOD, "", f"| | {' | '.join(titles)} |", "|---|" + "--:|" * len(titles)]
-    lines += [f"| {level.metric} | {' | '.join(level.cells)} |" for level in found]
-    return "\n".join(lines) + "\n"
+    _, written = summaries(table)
+    rows = [list(row) for row in written.itertuples(name=None)]
+    return "\n".join([METHOD, "", *markdown_table(["", *written.columns], rows)]) + "\n"

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from figures import style
 
-from .levels import Level, summaries
+from .levels import summaries
 
 KINDS = {"HalfDistance": "Distance", "HalfAngle": "Angle"}
 CHANCE = 50
@@ -19,11 +19,21 @@ def draw(table: pd.DataFrame) -> Figure:
     """Figure: at which score to read the distance."""
     figure = Figure(figsize=(style.PAGE, 2.3), layout="constrained")
     spread, *orders = figure.subplots(1, 3)
-    found = summaries(table)
-    of = {kind: [one for one in found if one.metric.startswith(kind)] for kind in KINDS}
+    numbers, _ = summaries(table)
     for axes, (kind, title) in zip(orders, KINDS.items(), strict=True):
-        _orders(axes, of[kind])
+        levels = numbers[numbers.index.str.startswith(kind)].set_index("score")
+        _orders(axes, levels.filter(like="lost"))
         axes.set_title(title)
+        scatter = levels["scatter"]
+        spread.plot(scatter.index, scatter, color="#1f4e79", ls=DASHES[kind], marker="o", ms=3)
+        spread.annotate(
+            title.lower(),
+            (scatter.index[-1], scatter.iloc[-1]),
+            (0, 4),
+            textcoords="offset points",
+            ha="right",
+            fontsize=style.SMALL,
+        )
     handles, labels = orders[0].get_legend_handles_labels()
     small = style.SMALL
     figure.legend(
@@ -34,16 +44,6 @@ def draw(table: pd.DataFrame) -> Figure:
         fontsize=small,
     )
     orders[0].set_ylabel("right order of noise, %")
-    for kind, levels in of.items():
-        spread.plot(*_points(levels, "scatter"), color="#1f4e79", ls=DASHES[kind], marker="o", ms=3)
-        spread.annotate(
-            KINDS[kind].lower(),
-            (levels[-1].score, levels[-1].scatter),
-            (0, 4),
-            textcoords="offset points",
-            ha="right",
-            fontsize=style.SMALL,
-        )
     spread.set_ylim(bottom=0)
     spread.set_title("Scatter, %")
     for axes in (*orders, spread):
@@ -52,25 +52,11 @@ def draw(table: pd.DataFrame) -> Figure:
     return figure
 
 
-def _orders(axes: Axes, levels: list[Level]) -> None:
+def _orders(axes: Axes, orders: pd.DataFrame) -> None:
     """Draw a line for each number of lost cameras."""
-    counts = list(levels[0].noise)
-    colours = style.colours("n_outliers", len(counts))
-    for n, colour, marker in zip(counts, colours, MARKERS, strict=False):
-        orders = [level.noise[n].order for level in levels]
-        scores = [level.score for level in levels]
-        axes.plot(
-            scores,
-            orders,
-            color=colour,
-            marker=marker,
-            ms=3,
-            lw=1,
-            label=f"{n} %" if n else "0, any noise",
-        )
+    colours = style.colours("n_outliers", orders.shape[1])
+    for name, colour, marker in zip(map(str, orders), colours, MARKERS, strict=False):
+        label = "0, any noise" if "none" in name else name.replace("lost", "%")
+        axes.plot(orders.index, orders[name], color=colour, marker=marker, ms=3, lw=1, label=label)
     axes.axhline(CHANCE, color=style.FAINT, lw=0.6, ls=":", marker="")
     axes.set_ylim(35, 102)
-
-
-def _points(levels: list[Level], name: str) -> tuple[list[float], list[float]]:
-    return [level.score for level in levels], [getattr(level, name) for level in levels]

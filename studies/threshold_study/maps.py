@@ -3,12 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise, product
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pandas as pd
+from pydantic import Field
 
-from experiments.command import CommandError, ConfigError
+from experiments.command import ConfigError
 from experiments.config import MetricName, read_yaml, split_override
 from experiments.metrics import Column
 from experiments.tables import Trials
@@ -36,17 +37,29 @@ class _Map(Section):
     parts: dict[TableName, Settings]
 
 
+class _Levels(Section):
+    scores: list[Annotated[float, Field(gt=0, le=1)]]
+    beside: list[MetricName]
+    settings: Settings
+    parts: dict[TableName, Settings]
+
+
 class _File(Section):
     axes: Any  # see `studies.axes`
     trials: Any
     settings: Settings
     maps: dict[TableName, _Map]
-    levels: Any  # see `levels`
+    levels: _Levels
+
+
+def read_thresholds() -> _File:
+    """Return the file of the study."""
+    return read_yaml(THRESHOLDS, _File)
 
 
 def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
     """Return a table for each part of each map, called by both."""
-    file, others = read_yaml(THRESHOLDS, _File), without_axes(overrides)
+    file, others = read_thresholds(), without_axes(overrides)
     given = dict(split_override(override) for override in overrides)
     tables = {}
     for name, own in file.maps.items():
@@ -106,10 +119,7 @@ def compare(parts: Mapping[str, Trials]) -> pd.DataFrame:
           Holm's method
     """
     tables = []
-    for name, own in read_yaml(THRESHOLDS, _File).maps.items():
-        missing = [part for part in own.parts if f"{name}_{part}" not in parts]
-        if missing:
-            raise CommandError(f"the map {name} needs the trials of {', '.join(missing)}, too")
+    for name, own in read_thresholds().maps.items():
         axes = _axes(name, own, {})
         rows = [
             {"map": name, "part": part} | row

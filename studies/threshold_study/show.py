@@ -1,7 +1,5 @@
 """The section of the report: what choices cost and gain."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
@@ -16,24 +14,6 @@ from .maps import THRESHOLDS
 from .words import NOTHING, TERMS, choices, lead, matters, method
 
 
-@dataclass(frozen=True)
-class Cell:
-    """A number, and where it certainly is better or worse than the paper's value's, that word."""
-
-    text: str
-    mark: str = ""
-
-
-@dataclass(frozen=True)
-class Value:
-    """A value of an option with its effects and run times."""
-
-    text: str
-    is_paper: bool
-    effects: Sequence[Cell]
-    times: Sequence[str]
-
-
 def show(answer: Answer) -> dict[str, Any]:
     """Return what the section is filled with."""
     axes = axes_of(THRESHOLDS, {name: one.metrics for name, one in answer.records.items()})
@@ -41,7 +21,7 @@ def show(answer: Answer) -> dict[str, Any]:
     table = pd.concat([one for one in tables.values() if "paper" in one])
     times = tables[f"{answer.called}_time"]
     found = choices(axes, table)
-    read = levels.summaries(tables["threshold_levels"])
+    _, read = levels.summaries(tables["threshold_levels"])
     return {
         "choices": found,
         "lead": lead(found),
@@ -54,30 +34,30 @@ def show(answer: Answer) -> dict[str, Any]:
         "maps": maps.sentences(tables["threshold_maps"]),
         "maps_method": maps.METHOD,
         "levels": read,
-        "levels_heads": levels.heads(read),
         "levels_method": levels.METHOD,
     }
 
 
-def _values(axis: Axis, table: pd.DataFrame, times: pd.DataFrame) -> list[Value]:
-    """Return the values of an axis with their effects and run times."""
+def _values(axis: Axis, table: pd.DataFrame, times: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the values of an axis with their effects, marked where certain, and run times."""
     effects, timed = (rows[rows["axis"] == axis.name].set_index("value") for rows in (table, times))
     return [
-        Value(
-            value_title(axis.option, value),
-            value == axis.paper,
-            [_cell(effects, name, value, axis.paper) for name in COMPARED],
-            [f"{milliseconds:.2f} ms" for milliseconds in timed.loc[[value], "milliseconds"]],
-        )
+        {
+            "text": value_title(axis.option, value),
+            "is_paper": value == axis.paper,
+            "effects": [_cell(effects, name, value, axis.paper) for name in COMPARED],
+            "times": [f"{time:.2f} ms" for time in timed.loc[[value], "milliseconds"]],
+        }
         for value in axis.values
     ]
 
 
-def _cell(table: pd.DataFrame, name: str, value: str, paper: str) -> Cell:
+def _cell(table: pd.DataFrame, name: str, value: str, paper: str) -> dict[str, str]:
+    """Return a number, and where it certainly is better or worse than the paper's, that word."""
     effect = EFFECTS[name]
     ours, theirs = (float(table[name][each]) for each in (paper, value))
     if not isfinite(theirs):
-        return Cell(NONE)
+        return {"text": NONE, "mark": ""}
     marked = value != paper and matters(ours, theirs, float(table[f"{name}_p"][value]))
     mark = "better" if (theirs > ours) == effect.larger_is_better else "worse"
-    return Cell(effect.write(theirs), mark if marked else "")
+    return {"text": effect.write(theirs), "mark": mark if marked else ""}

@@ -1,7 +1,7 @@
 """What the paper's thresholds cost and gain, in words with the emphasis of Markdown."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
 import pandas as pd
 
@@ -28,24 +28,7 @@ TERMS = {
 """What the effects mean."""
 
 
-@dataclass(frozen=True)
-class Choice:
-    """A value that the paper chose, with what it costs and gains against others."""
-
-    axis: Axis
-    costs: Sequence[str]
-    gains: Sequence[str]
-
-    @property
-    def paper(self) -> str:
-        """The paper's value."""
-        return value_title(self.axis.option, self.axis.paper)
-
-    @property
-    def others(self) -> str:
-        """The values that it is compared with."""
-        values = (value for value in self.axis.values if value != self.axis.paper)
-        return ", ".join(value_title(self.axis.option, value) for value in values)
+Choice = dict[str, Any]  # a value that the paper chose, with what it costs and gains
 
 
 def choices(axes: Sequence[Axis], table: pd.DataFrame) -> list[Choice]:
@@ -60,7 +43,11 @@ def choices(axes: Sequence[Axis], table: pd.DataFrame) -> list[Choice]:
             larger = EFFECTS[name].larger_is_better
             costs += _sentence(rows, axis, name, larger, "instead of")
             gains += _sentence(rows, axis, name, not larger, "against")
-        found.append(Choice(axis, costs, gains))
+        others = [value_title(axis.option, value) for value in axis.values if value != axis.paper]
+        found.append(
+            {"axis": axis, "paper": value_title(axis.option, axis.paper)}
+            | {"others": ", ".join(others), "costs": costs, "gains": gains}
+        )
     return found
 
 
@@ -88,13 +75,13 @@ def matters(ours: float, theirs: float, p_value: float) -> bool:
 
 def lead(found: Sequence[Choice]) -> str:
     """Sum up in a sentence or two how many of the paper's values cost something."""
-    costly = sum(bool(choice.costs) for choice in found)
-    useful = sum(bool(choice.gains) for choice in found)
+    costly = sum(bool(choice["costs"]) for choice in found)
+    useful = sum(bool(choice["gains"]) for choice in found)
     text = (
         f"Of {len(found)} values that the paper chose by experience, **{costly} cost something** "
         f"that another value would give, and **{useful} gain something** that another would lose."
     )
-    axes = (choice.axis for choice in found if not choice.costs)
+    axes = (choice["axis"] for choice in found if not choice["costs"])
     free = [f"{option_title(axis.option)} ({axis.metric})" for axis in axes]
     return f"{text} No cost shows for these: {', '.join(free)}." if free else text
 
@@ -120,9 +107,9 @@ def to_markdown(
     found = choices(axes, table)
     lines = [lead(found), "", method(trials), ""]
     for choice in found:
-        costs, gains = ("; ".join(part) or NOTHING for part in (choice.costs, choice.gains))
+        costs, gains = ("; ".join(choice[part]) or NOTHING for part in ("costs", "gains"))
         lines.append(
-            f"- **{choice.axis.title}, {choice.paper}**, against {choice.others}. "
+            f"- **{choice['axis'].title}, {choice['paper']}**, against {choice['others']}. "
             f"*Costs:* {costs}. *Gains:* {gains}."
         )
     lines += ["", *(f"- *{term}*: {text}" for term, text in TERMS.items()), ""]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.command import CommandError, ConfigError
+from experiments.command import ConfigError
 from experiments.grid import Cell
 from experiments.tables import Trials
 from studies.threshold_study.maps import THRESHOLDS, compare, plan, sentences
@@ -96,9 +96,3 @@ def test_an_axis_of_no_study_is_refused(tmp_path: Path, monkeypatch: pytest.Monk
         ConfigError, match=r"maps\.yaml: maps\.tas: unknown axis 'tas_max_treshold'"
     ):
         plan()
-
-
-def test_all_parts_are_needed(parts: dict[str, Trials]) -> None:
-    del parts["tas_line_30"]
-    with pytest.raises(CommandError, match="map tas needs the trials of line_30, too"):
-        compare(parts)

@@ -1,17 +1,14 @@
 """The parts of the threshold study: their trials, and what is refused."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
-from experiments.command import CommandError
 from experiments.config import ConfigError, load, load_sweep
 from experiments.sweep import run_sweeps
-from experiments.tables import Record, TableError, Trials
-from studies.axes import Axis, check_parts
+from experiments.tables import Trials
 from studies.threshold_study import STUDY
 from studies.threshold_study.maps import THRESHOLDS
 
@@ -32,18 +29,3 @@ def test_trials_are_those_of_the_experiment(
     ours = parts["outliers"].table
     pd.testing.assert_series_equal(ours["PAS"], plain["PAS"], check_exact=True)
     assert {"TAS", "TAS(max_threshold=0.5)", "RAS(n_thresholds=10)"} <= set(ours)
-
-
-def test_parts_are_complete_and_have_all_values(axes: list[Axis], parts: dict[str, Trials]) -> None:
-    check_parts(THRESHOLDS, axes, parts)
-    few = {name: part for name, part in parts.items() if name not in ("length", "seeds")}
-    with pytest.raises(CommandError, match="threshold_study needs the trials of length, too"):
-        check_parts(THRESHOLDS, axes, few)
-    for name, metric in (("length", "RAS(n_thresholds=10)"), ("seeds", "TAS(order=0.3, seed=0)")):
-        sweep = parts[name].sweep
-        others = replace(sweep, metrics=[name for name in sweep.metrics if name != metric])
-        part = Trials(Path(f"{name}.csv"), parts[name].table, Record((others,), {}))
-        with pytest.raises(TableError) as caught:
-            check_parts(THRESHOLDS, axes, {**parts, name: part})
-        line = f"{name}.csv has no column {metric}; run: snakemake {name}.csv"
-        assert str(caught.value) == line

@@ -58,13 +58,13 @@ def test_sentences_tell_certain_differences_alone(
 def test_a_value_without_end_is_in_words(axes: list[Axis]) -> None:
     table = same(axes)
     table.loc[table["value"] == "inf", "camera_dependence"] = 0.1
-    found = {choice.axis.name: choice for choice in choices(axes, table)}
+    found = {choice["axis"].name: choice for choice in choices(axes, table)}
     costs = "dependence on cameras 0.5 % instead of 0.1 % "
-    assert found["registration_prescreen"].costs == [costs + "(off)"]
-    assert found["tas_n_thresholds"].costs == [costs + "(exact area)"]
-    assert found["tas_n_thresholds"].others == "exact area"
-    assert found["tas_n_thresholds"].paper == "100"
-    assert {name for name, sentence in found.items() if sentence.costs or sentence.gains} == {
+    assert found["registration_prescreen"]["costs"] == [costs + "(off)"]
+    assert found["tas_n_thresholds"]["costs"] == [costs + "(exact area)"]
+    assert found["tas_n_thresholds"]["others"] == "exact area"
+    assert found["tas_n_thresholds"]["paper"] == "100"
+    assert {name for name, one in found.items() if one["costs"] or one["gains"]} == {
         "registration_prescreen",
         "tas_n_thresholds",
     }
@@ -81,5 +81,5 @@ def test_the_best_of_the_certain_values_is_told(name: str) -> None:
     (choice,) = choices([axis], table)
     effect = EFFECTS[name]
     ours, best, worst = (effect.write(0.5 + sign * step) for step in (0, 0.08, -0.06))
-    assert choice.costs == [f"{effect.words} {ours} instead of {best} at 2"]
-    assert choice.gains == [f"{effect.words} {ours} against {worst} at 0.5"]
+    assert choice["costs"] == [f"{effect.words} {ours} instead of {best} at 2"]
+    assert choice["gains"] == [f"{effect.words} {ours} against {worst} at 0.5"]
