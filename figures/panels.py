@@ -214,15 +214,6 @@ def _key(
     handlelength: float,
 ) -> None:
     width, height = figure.get_size_inches()
-    legend = figure.legend(
-        list(handles.values()),
-        list(handles),
-        loc="upper left",
-        bbox_to_anchor=(x / width, 1 - y / height),
-        ncols=len(handles),
-        fontsize=size,
-        handlelength=handlelength,
-        handletextpad=0.5,
-        columnspacing=0.8,
-    )
-    legend.set_in_layout(False)
+    placed = {"loc": "upper left", "bbox_to_anchor": (x / width, 1 - y / height)}
+    spaced = {"handlelength": handlelength, "handletextpad": 0.5, "columnspacing": 0.8}
+    style.key(figure, handles, fontsize=size, **placed, **spaced).set_in_layout(False)

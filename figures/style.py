@@ -1,12 +1,15 @@
 """One look for all figures: sizes on the printed page, type, lines and colours."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.legend import Legend
 from matplotlib.text import Annotation, Text
 
 from alignscores.arrays import Floats
@@ -115,15 +118,8 @@ def tint(colour: Colour) -> Colour:
 
 def direction(axes: Axes, *, larger_is_better: bool) -> None:
     """Write which values are the good ones, between a panel and its title."""
-    axes.annotate(
-        "↑ higher is better" if larger_is_better else "↓ lower is better",
-        (0, 1),
-        (0, 3),
-        xycoords="axes fraction",
-        textcoords="offset points",
-        fontsize=SMALL,
-        color=FAINT,
-    )
+    text = "↑ higher is better" if larger_is_better else "↓ lower is better"
+    note(axes, text, (0, 1), (0, 3), xycoords="axes fraction", color=FAINT)
 
 
 def as_table(axes: Axes, size: float) -> None:
@@ -181,12 +177,20 @@ def metric_name(metric: str) -> str:
 
 def remark(axes: Axes, title: Text, text: str) -> Annotation:
     """Write a remark behind a title, on its line."""
+    offset = (2.5, 1.75)  # the title's box reaches below its line
+    return note(axes, text, (1, 0), offset, xycoords=title, color=FAINT)
+
+
+def note(
+    axes: Axes, text: str, at: tuple[float, float], offset: tuple[float, float], **options: Any
+) -> Annotation:
+    """Write in small type at a place, some points away from it."""
     return axes.annotate(
-        text,
-        (1, 0),
-        (2.5, 1.75),  # the title's box reaches below its line
-        xycoords=title,
-        textcoords="offset points",
-        fontsize=SMALL,
-        color=FAINT,
+        text, at, offset, textcoords="offset points", **{"fontsize": SMALL, **options}
     )
+
+
+def key(figure: Figure | SubFigure, handles: Mapping[str, Artist], **options: Any) -> Legend:
+    """Draw a key in one row, of what lines and marks stand for, by its words."""
+    chosen = {"ncols": len(handles), "fontsize": SMALL, **options}
+    return figure.legend(list(handles.values()), list(handles), **chosen)

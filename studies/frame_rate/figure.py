@@ -38,7 +38,7 @@ def draw(table: pd.DataFrame, means: pd.DataFrame) -> Figure:
         axes.set_title(f"{lost:g} % lost")
     panels[0].set_xlim(min(40, table[ORDERS].to_numpy().min() - 2), 101)
     handles, labels = panels[0].get_legend_handles_labels()
-    lower.legend(handles, labels, loc="outside upper right", ncols=2, fontsize=style.SMALL)
+    style.key(lower, dict(zip(labels, handles, strict=True)), loc="outside upper right")
     lower.supxlabel(
         f"better of two estimates, whose noise differs by {step} %, comes out better, %",
         fontsize=style.TEXT,
@@ -51,16 +51,8 @@ def _over_rates(axes: Axes, table: pd.DataFrame) -> None:
     step = max(1, len(SHADES) // max(1, len(means.columns)))
     for shade, (sigma, values) in zip(SHADES[::step], means.items(), strict=False):
         axes.plot(range(len(values)), values, color=shade, ms=4)
-        axes.annotate(
-            rf"$\sigma_t$ {sigma:g}",
-            (0, values.iloc[0]),
-            (-5, 0),
-            textcoords="offset points",
-            ha="right",
-            va="center",
-            fontsize=style.SMALL,
-            color=style.FAINT,
-        )
+        label, end = rf"$\sigma_t$ {sigma:g}", (0.0, values.iloc[0])
+        style.note(axes, label, end, (-5, 0), ha="right", va="center", color=style.FAINT)
     axes.set_xticks(range(len(means)), [f"{k}" for k in means.index])
     axes.set_xlim(-1.4, len(means) - 0.8)
     axes.set_ylim(bottom=0)

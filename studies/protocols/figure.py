@@ -91,30 +91,14 @@ def _titles(
     axes.set_yticks([y for _, y in rows.values()], [style.metric_name(metric) for metric in rows])
     for question, group in groupby(columns.items(), key=lambda item: item[0][0]):
         places = [x for _, x in group]
-        axes.annotate(
-            question.replace("_", " ").capitalize(),
-            ((places[0] + places[-1]) / 2, 1),
-            (0, 21),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            ha="center",
-            fontweight="bold",
-            fontsize=style.SMALL,
-        )
+        place, title = ((places[0] + places[-1]) / 2, 1), question.replace("_", " ").capitalize()
+        above: Any = {"xycoords": ("data", "axes fraction"), "ha": "center"}
+        style.note(axes, title, place, (0, 21), fontweight="bold", **above)
     for kind, title in KINDS.items():
         places = [y for name, y in rows.values() if name == kind]
         if places:
-            axes.annotate(
-                title,
-                (0, places[0] - 0.95),
-                (-3, 0),
-                xycoords=("axes fraction", "data"),
-                textcoords="offset points",
-                ha="right",
-                va="center",
-                fontweight="bold",
-                fontsize=style.SMALL,
-            )
+            left: Any = {"xycoords": ("axes fraction", "data"), "ha": "right", "va": "center"}
+            style.note(axes, title, (0, places[0] - 0.95), (-3, 0), fontweight="bold", **left)
     style.as_table(axes, TIGHT)
 
 

@@ -95,17 +95,7 @@ def _orders(axes: Axes, table: pd.DataFrame, setting: str, lowest: float) -> Non
 
 
 def _key(figure: Figure) -> None:
-    handles = {
-        NAMES[name]: Line2D([], [], color=c, lw=2.2, marker="") for name, c in COLOURS.items()
-    }
-    handles["mean over seeds, and from the smallest to the largest"] = Line2D(
-        [], [], color=style.FAINT, ls="", marker="_", ms=6
-    )
-    figure.legend(
-        list(handles.values()),
-        list(handles),
-        loc="outside upper center",
-        ncols=len(handles),
-        fontsize=style.SMALL,
-        borderaxespad=0.4,
-    )
+    both = {NAMES[name]: Line2D([], [], color=c, lw=2.2, marker="") for name, c in COLOURS.items()}
+    mark = Line2D([], [], color=style.FAINT, ls="", marker="_", ms=6)
+    handles = {**both, "mean over seeds, and from the smallest to the largest": mark}
+    style.key(figure, handles, loc="outside upper center", borderaxespad=0.4)

@@ -194,14 +194,7 @@ def _column(
         zorder=2,
     )
     for chosen, face in ((~paper, "white"), (paper, style.INK)):
-        axes.plot(
-            table.loc[chosen, effect],
-            place[chosen],
-            ls="",
-            mfc=face,
-            zorder=3,
-            **DOT,
-        )
+        axes.plot(table.loc[chosen, effect], place[chosen], ls="", mfc=face, zorder=3, **DOT)
     axes.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
     axes.xaxis.set_major_formatter("{x:g}")
     style.as_rows(axes)
@@ -242,15 +235,7 @@ def _key(figure: SubFigure) -> None:
         "95 % of all differences at once": Line2D([], [], color=style.INK, lw=0.6, marker=""),
         "smallest order, range of trials": Line2D([], [], ls="", color=style.FAINT, **TICK),
     }
-    figure.legend(
-        list(handles.values()),
-        list(handles),
-        loc="outside lower center",
-        ncols=len(handles),
-        fontsize=style.SMALL,
-        handletextpad=0.4,
-        columnspacing=1.6,
-    )
+    style.key(figure, handles, loc="outside lower center", handletextpad=0.4, columnspacing=1.6)
 
 
 def _dot(face: str) -> Line2D:

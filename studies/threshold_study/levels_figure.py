@@ -26,23 +26,11 @@ def draw(table: pd.DataFrame) -> Figure:
         axes.set_title(title)
         scatter = levels["scatter"]
         spread.plot(scatter.index, scatter, color="#1f4e79", ls=DASHES[kind], marker="o", ms=3)
-        spread.annotate(
-            title.lower(),
-            (scatter.index[-1], scatter.iloc[-1]),
-            (0, 4),
-            textcoords="offset points",
-            ha="right",
-            fontsize=style.SMALL,
-        )
+        end = scatter.index[-1], scatter.iloc[-1]
+        style.note(spread, title.lower(), end, (0, 4), ha="right")
     handles, labels = orders[0].get_legend_handles_labels()
-    small = style.SMALL
-    figure.legend(
-        *(handles, labels),
-        loc="outside right center",
-        title="lost",
-        title_fontsize=small,
-        fontsize=small,
-    )
+    placed = {"loc": "outside right center", "title": "lost", "title_fontsize": style.SMALL}
+    style.key(figure, dict(zip(labels, handles, strict=True)), ncols=1, **placed)
     orders[0].set_ylabel("right order of noise, %")
     spread.set_ylim(bottom=0)
     spread.set_title("Scatter, %")
