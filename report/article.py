@@ -6,7 +6,6 @@ A sentence that the results do not bear out any more is refused; in a quick look
 import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from html import unescape
 from typing import Any
 
@@ -37,60 +36,6 @@ SHORT = {  # names of metrics with their options, as tables have room for
     "HalfAngle(score=0.25)": "QuarterAngle",
 }
 LEFT_OUT = Markup('<span class="left-out">[left out: not so in this quick look]</span>')
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """How much better one metric orders the levels of an experiment than another, in points."""
-
-    order: float
-    low: float
-    high: float
-    p: float
-
-    @property
-    def is_certain(self) -> bool:
-        """Whether it certainly is better."""
-        return self.order > 0 and self.p < SIGNIFICANCE
-
-
-@dataclass(frozen=True)
-class Tally:
-    """The claims of one source that are counted, and how many have each verdict."""
-
-    source: str
-    counted: int
-    verdicts: Mapping[str, int]
-    populations: Mapping[str, int]
-
-
-@dataclass(frozen=True)
-class Statement:
-    """What a caption says of several metrics, and what came out for each."""
-
-    rows: Sequence[Estimate]
-
-    @property
-    def text(self) -> str:
-        """The statement, with *it* for a metric."""
-        claim = self.rows[0].claim
-        text = claim.statement.replace(f"The {claim.metric} ", "It ", 1)
-        return text.replace(f"the {claim.metric} ", "it ", 1)
-
-    @property
-    def value(self) -> str:
-        """The means, from the smallest to the largest, with their unit."""
-        if not all(row.is_finite for row in self.rows):
-            return "undefined"
-        ends = [end(self.rows, key=lambda row: row.mean).number for end in (min, max)]
-        return f"{' to '.join(dict.fromkeys(ends))}{SPACE}{self.rows[0].unit}"
-
-    @property
-    def verdict(self) -> str:
-        """The verdict; of several metrics, for how many it is reproduced."""
-        if len(self.rows) == 1:
-            return self.rows[0].verdict
-        return f"{sum(row.holds for row in self.rows)} of {len(self.rows)}"
 
 
 def render(results: Results, machine: str = "") -> str:
@@ -174,45 +119,67 @@ def _places(rankings: Sequence[Any]) -> dict[tuple[str, str, str], Any]:
 
 def _comparison(
     order: pd.DataFrame, experiment: str, level: str, metric: str, versus: str
-) -> Comparison:
-    """Return by how much a metric orders levels better than another."""
+) -> dict[str, Any]:
+    """Return by how much a metric orders levels better than another, in points."""
     rows = order[(order["experiment"] == experiment) & (order["level"] == level)]
     for first, second, sign in ((metric, versus, 1), (versus, metric, -1)):
         row = rows[(rows["metric"] == first) & (rows["versus"] == second)]
         if len(row) == 1:
             better, low, high, p = row[["order", "low", "high", "p"]].to_numpy()[0]
             lowest, highest = sorted((sign * low, sign * high))
-            return Comparison(sign * better, lowest, highest, p)
+            certain = sign * better > 0 and p < SIGNIFICANCE
+            return {"order": sign * better, "low": lowest, "high": highest, "is_certain": certain}
     words = f"{experiment} {level} {metric} {versus}"
     raise CommandError(f"{FOLDER / TEMPLATE} asks for no comparison: {words}")
 
 
-def _tallies(counted: Sequence[Estimate]) -> list[Tally]:
-    sources = dict.fromkeys(row.claim.source for row in counted)
+def _tallies(counted: Sequence[Estimate]) -> list[dict[str, Any]]:
+    """Count the claims of each source, and how many have each verdict."""
     tallies = []
-    for source in sources:
+    for source in dict.fromkeys(row.claim.source for row in counted):
         rows = [row for row in counted if row.claim.source == source]
         verdicts = Counter(row.verdict for row in rows)
         populations = Counter(row.population for row in rows)
         tallies.append(
-            Tally(
-                source,
-                len(rows),
-                {word: verdicts[word] for word in reversed(VERDICTS)},
-                {word: populations[word] for word in reversed(TRUTHS)},
-            )
+            {
+                "source": source,
+                "counted": len(rows),
+                "verdicts": {word: verdicts[word] for word in reversed(VERDICTS)},
+                "populations": {word: populations[word] for word in reversed(TRUTHS)},
+            }
         )
     return tallies
 
 
-def _captions(rows: Sequence[Estimate]) -> list[Statement]:
-    """Group what captions say in words by what they say; it may be the same of several metrics."""
+def _captions(rows: Sequence[Estimate]) -> list[dict[str, Any]]:
+    """Return what captions say in words, which may be of several metrics, and what came out."""
     groups: dict[tuple[str, str], list[Estimate]] = {}
     for row in rows:
         if row.claim.source.startswith(CAPTIONS) and row.claim.paper is None:
-            key = row.claim.source, Statement([row]).text
-            groups.setdefault(key, []).append(row)
-    return [Statement(group) for group in groups.values()]
+            groups.setdefault((row.claim.source, _statement(row)), []).append(row)
+    return [
+        {"rows": group, "text": text, "value": _means(group), "verdict": _verdict(group)}
+        for (_, text), group in groups.items()
+    ]
+
+
+def _statement(row: Estimate) -> str:
+    """Return what is claimed, with *it* for the metric."""
+    text = row.claim.statement.replace(f"The {row.claim.metric} ", "It ", 1)
+    return text.replace(f"the {row.claim.metric} ", "it ", 1)
+
+
+def _means(rows: Sequence[Estimate]) -> str:
+    """Write the means, from the smallest to the largest, with their unit."""
+    if not all(row.is_finite for row in rows):
+        return "undefined"
+    ends = [end(rows, key=lambda row: row.mean).number for end in (min, max)]
+    return f"{' to '.join(dict.fromkeys(ends))}{SPACE}{rows[0].unit}"
+
+
+def _verdict(rows: Sequence[Estimate]) -> str:
+    """Return the verdict; of several metrics, for how many it is reproduced."""
+    return rows[0].verdict if len(rows) == 1 else f"{sum(row.holds for row in rows)} of {len(rows)}"
 
 
 def _shortened(text: str) -> str:

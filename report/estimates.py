@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from math import isfinite
+from typing import Any
 
 from studies.claims.claims import Claim
 from studies.claims.verdicts import REPRODUCED
@@ -10,17 +11,6 @@ from studies.words import write_number
 UNITS = ("%", "points", "τ")
 MARGIN = 0.08  # left and right in a plot, as a share of what it shows
 SPACE = "\u202f"  # narrow, and no line breaks there
-
-
-@dataclass(frozen=True)
-class Plot:
-    """Positions in an interval plot, from 0 at its left to 100 at its right."""
-
-    low: float
-    high: float
-    mean: float
-    holds: tuple[float, float]  # where the claim holds: from, to
-    marks: tuple[float, ...]  # the paper's number, or the criterion's bounds
 
 
 @dataclass(frozen=True)
@@ -40,7 +30,7 @@ class Estimate:
     @property
     def unit(self) -> str:
         """``%``, ``points`` for a difference of percentages, or ``τ`` for correlations."""
-        if not self.claim.is_percentage:
+        if not self.claim.rule.is_percentage:
             return "τ"
         return "points" if self.claim.is_difference else "%"
 
@@ -109,8 +99,8 @@ class Estimate:
         return f"{1 + UNITS.index(self.unit)} {self.claim.bound[1]:g}"
 
     @property
-    def plot(self) -> Plot | None:
-        """The interval beside what it is compared with; None where it is undefined."""
+    def plot(self) -> dict[str, Any] | None:
+        """The interval beside what it is compared with, from 0 at the left to 100 at the right."""
         if not self.is_finite:
             return None
         lowest, highest = self.claim.interval
@@ -126,14 +116,14 @@ class Estimate:
         def at(value: float) -> float:
             return round(min(max(100 * (value - left) / (right - left), 0.0), 100.0), 1)
 
-        return Plot(
-            low=at(self.low),
-            high=at(self.high),
-            mean=at(self.mean),
-            holds=(at(lowest), at(highest)),
-            marks=tuple(map(at, marks)),
-        )
+        return {
+            "low": at(self.low),
+            "high": at(self.high),
+            "mean": at(self.mean),
+            "holds": (at(lowest), at(highest)),  # where the claim holds: from, to
+            "marks": [at(mark) for mark in marks],  # the paper's number, or the criterion's bounds
+        }
 
     def _write(self, value: float) -> str:
-        signed = self.claim.has_ranges or self.claim.is_difference
-        return write_number(value, 1 if self.claim.is_percentage else 3, signed=signed)
+        signed = self.claim.rule.has_ranges or self.claim.is_difference
+        return write_number(value, 1 if self.claim.rule.is_percentage else 3, signed=signed)

@@ -4,7 +4,6 @@ import re
 from base64 import b64encode
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache, partial
 from io import BytesIO
 from pathlib import Path
@@ -17,8 +16,8 @@ from PIL import Image
 
 import studies
 from experiments.tables import TableError
-from studies.claims.claims import Claim, Claims, Decision, Reading, load_claims
-from studies.claims.verdicts import CENTRAL, TRUTHS, VERDICTS
+from studies.claims.claims import Claim, Claims, Decision, load_claims
+from studies.claims.verdicts import CENTRAL, TAKEN, TRUTHS, VERDICTS
 from studies.paper import FIGURES
 from studies.paper.table1 import CRITERIA, NOTES, PROPERTIES, agreements, sensitivity
 from studies.words import NONE, write_levels, write_number
@@ -49,59 +48,6 @@ REPLACEMENTS = {  # by filter, what is replaced in a text that has been escaped
 }
 WIDE = 1500  # pixels: 5 inches
 COLOURS = 256  # in a picture: all that can be seen, at a third of the size
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """A decision, and by claim the estimates under its readings; None where one changes nothing."""
-
-    decision: Decision
-    rows: Mapping[str, Sequence[Estimate | None]]
-
-    @property
-    def others(self) -> Sequence[Reading]:
-        """The readings other than the one taken."""
-        return self.decision.readings[1:]
-
-    @property
-    def tallies(self) -> list[tuple[Reading, int, int]]:
-        """Of how many claims the other readings concern, how many they change the verdict."""
-        tallies = []
-        for place, reading in enumerate(self.others, start=1):
-            pairs = [(row[0], other) for row in self.rows.values() if (other := row[place])]
-            changed = sum(taken is not None and _differ(taken, other) for taken, other in pairs)
-            tallies.append((reading, len(pairs), changed))
-        return tallies
-
-    @property
-    def dependent(self) -> dict[str, Sequence[Estimate | None]]:
-        """The claims whose verdict depends on the reading."""
-        return {
-            name: row
-            for name, row in self.rows.items()
-            if any(row[0] and other and _differ(row[0], other) for other in row[1:])
-        }
-
-
-def _differ(taken: Estimate, other: Estimate) -> bool:
-    """Whether one study would show something else."""
-    return taken.verdict != other.verdict
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure as it stands in the page, with the estimates of its claims."""
-
-    number: int
-    source: str
-    width: int
-    height: int
-    rows: Sequence[Estimate]
-
-    @property
-    def is_wide(self) -> bool:
-        """Whether it is as wide as the paper's text, not as one of its columns."""
-        return self.width > WIDE
 
 
 def render(results: Results, machine: str = "") -> str:
@@ -232,39 +178,59 @@ def _estimate(claim: Claim, record: Mapping[Any, Any]) -> Estimate:
     return Estimate(claim, *values)
 
 
-def _decisions(results: Results, table: pd.DataFrame, claims: Claims) -> list[Evidence]:
-    readings = list(claims.read())
-    expected = [("taken", "taken", name) for name in claims.claims]
-    expected += [
-        (decision.id, reading.reading, name)
-        for decision, reading, changed in readings
-        for name in changed
-    ]
-    if list(table[["decision", "reading", "claim"]].itertuples(index=False, name=None)) != expected:
-        raise TableError(results.folder / "tables" / "readings.csv", "was made for other claims")
-    records = iter(table.to_dict("records"))
-    taken = {name: _estimate(claim, next(records)) for name, claim in claims.claims.items()}
-    others: dict[str, list[dict[str, Estimate]]] = {
-        decision.id: [] for decision in claims.decisions
+def _decisions(results: Results, table: pd.DataFrame, claims: Claims) -> list[dict[str, Any]]:
+    records = table.set_index(["decision", "reading", "claim"]).to_dict("index")
+
+    def estimates(decision: str, reading: str, of: Mapping[str, Claim]) -> dict[str, Estimate]:
+        return {
+            name: _estimate(claim, records[decision, reading, name]) for name, claim in of.items()
+        }
+
+    try:
+        taken = estimates(TAKEN, TAKEN, claims.claims)
+        others: dict[str, list[dict[str, Estimate]]] = {one.id: [] for one in claims.decisions}
+        for decision, reading, changed in claims.read():
+            others[decision.id].append(estimates(decision.id, reading.reading, changed))
+    except KeyError:
+        path = results.folder / "tables" / "readings.csv"
+        raise TableError(path, "was made for other claims") from None
+    return [_evidence(one, taken, others[one.id]) for one in claims.decisions]
+
+
+def _evidence(
+    decision: Decision, taken: Mapping[str, Estimate], others: Sequence[Mapping[str, Estimate]]
+) -> dict[str, Any]:
+    """Return a decision with the estimates of each claim, None where a reading changes nothing."""
+    tallies, dependent = [], set()
+    for reading, found in zip(decision.readings[1:], others, strict=True):
+        changed = {name for name, one in found.items() if one.verdict != taken[name].verdict}
+        tallies.append((reading, len(found), len(changed)))
+        dependent |= changed
+    names = [name for name in taken if any(name in found for found in others)]
+    rows = {name: [taken[name], *(found.get(name) for found in others)] for name in names}
+    return {
+        "decision": decision,
+        "rows": rows,
+        "others": decision.readings[1:],
+        "tallies": tallies,
+        "dependent": {name: row for name, row in rows.items() if name in dependent},
     }
-    for decision, _, changed in readings:
-        estimates = {name: _estimate(claim, next(records)) for name, claim in changed.items()}
-        others[decision.id].append(estimates)
-    decisions = []
-    for decision in claims.decisions:
-        found = others[decision.id]
-        names = [name for name in taken if any(name in changed for changed in found)]
-        rows = {name: [taken[name], *(changed.get(name) for changed in found)] for name in names}
-        decisions.append(Evidence(decision, rows))
-    return decisions
 
 
-def _pictures(figures: Mapping[str, Image.Image], rows: Sequence[Estimate]) -> dict[str, Picture]:
+def _pictures(
+    figures: Mapping[str, Image.Image], rows: Sequence[Estimate]
+) -> dict[str, dict[str, Any]]:
+    """Return the figures as they stand in the page, with the estimates of their claims."""
     pictures = {}
     for number, (name, image) in enumerate(figures.items(), start=1):
         buffer = BytesIO()
         image.convert("RGB").quantize(COLOURS).save(buffer, "PNG", optimize=True)
-        source = f"data:image/png;base64,{b64encode(buffer.getvalue()).decode()}"
-        own = [row for row in rows if row.claim.figure == name]
-        pictures[name] = Picture(number, source, *image.size, own)
+        pictures[name] = {
+            "number": number,
+            "source": f"data:image/png;base64,{b64encode(buffer.getvalue()).decode()}",
+            "width": image.width,
+            "height": image.height,
+            "is_wide": image.width > WIDE,
+            "rows": [row for row in rows if row.claim.figure == name],
+        }
     return pictures

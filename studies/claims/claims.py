@@ -16,7 +16,7 @@ from experiments.config import CONFIG_DIR, MetricName, experiment_names, one_of,
 from experiments.grid import CELL_SETTINGS
 from experiments.metrics import Column
 
-from ..statistics import STATISTICS, SUMMARIES, Where
+from ..statistics import STATISTICS, SUMMARIES, Statistic, Where
 
 CLAIMS_FILE = CONFIG_DIR / "claims.yaml"
 BOUNDS = ("at least", "below", "within")
@@ -58,9 +58,9 @@ class Claim:
 
     @model_validator(mode="after")
     def _can_be_decided(self) -> Self:
-        for key in STATISTICS[self.statistic].needs:
+        for key in self.rule.needs:
             require(bool(getattr(self, key)), f"needs {key!r} for its statistic")
-        local = "at" in STATISTICS[self.statistic].keys
+        local = "at" in self.rule.keys
         require(local or not self.at, "has 'at', which its statistic does not take")
         has_one = (self.paper is None) != (self.criterion is None)
         require(has_one, "needs either a number of the paper or a criterion")
@@ -71,19 +71,14 @@ class Claim:
         return self
 
     @property
-    def is_percentage(self) -> bool:
-        """Whether the statistic is in per cent; a correlation otherwise."""
-        return STATISTICS[self.statistic].is_percentage
+    def rule(self) -> Statistic:
+        """What its statistic is."""
+        return STATISTICS[self.statistic]
 
     @property
     def is_difference(self) -> bool:
         """Whether it is the statistic of `metric` minus that of `versus`."""
-        return self.versus is not None and "versus" not in STATISTICS[self.statistic].needs
-
-    @property
-    def has_ranges(self) -> bool:
-        """Whether the statistic compares ranges, which could also be those of mean curves."""
-        return STATISTICS[self.statistic].has_ranges
+        return self.versus is not None and "versus" not in self.rule.needs
 
     @property
     def bound(self) -> tuple[str, float]:
@@ -117,7 +112,7 @@ class Claim:
     def describe(self) -> str:
         """Write the statistic out."""
         metric = f"{self.metric} minus {self.versus}" if self.is_difference else self.metric
-        text = STATISTICS[self.statistic].text.format(
+        text = self.rule.text.format(
             metric=metric, versus=self.versus, level=" and ".join(self.level)
         )
         cells = [_write(self.where)] if self.where else []
@@ -149,7 +144,7 @@ class Reading:
         """Return the claim under this reading: the same, where the reading does not concern it."""
         if self.experiments and claim.experiment not in self.experiments:
             return claim
-        if "at" in STATISTICS[claim.statistic].needs and (self.everywhere or self.where):
+        if "at" in claim.rule.needs and (self.everywhere or self.where):
             return claim  # it compares some cells with all by itself
         left = {
             key: [value for value in values if value in self.where.get(key, values)]
@@ -163,7 +158,7 @@ class Reading:
             "settings": [*claim.settings, *self.settings],
             "where": {**self.where, **left},
             "at": {} if self.everywhere else claim.at,
-            "of_means": self.of_means and claim.has_ranges,
+            "of_means": self.of_means and claim.rule.has_ranges,
         }
         if all(value == getattr(claim, key) for key, value in values.items()):
             return claim  # as most are: without checking them again

@@ -8,7 +8,6 @@ from experiments.config import Selection, Sweep
 from experiments.grid import Cell, cells
 
 from ..paper import load_experiment
-from ..statistics import STATISTICS
 from ..study import Table, reject
 from .claims import Claim, Claims
 
@@ -79,7 +78,7 @@ def needed_cells(claim: Claim, sweep: Sweep) -> list[Cell]:
                     f"claim {claim.id!r} needs trials of {sweep.name} with {key} {missing[0]:g}, "
                     "which these settings leave out"
                 )
-    least = STATISTICS[claim.statistic].least_levels
+    least = claim.rule.least_levels
     for key in claim.level:
         levels = _levels(found, key)
         if len(levels) < least:

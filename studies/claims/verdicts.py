@@ -17,7 +17,7 @@ from experiments.grid import CELL_SETTINGS
 from experiments.tables import Trials
 
 from ..order import SIGNIFICANCE, holm
-from ..statistics import STATISTICS, cell_means, select
+from ..statistics import cell_means, select
 from .claims import Claim, Claims, Decision, Reading
 
 CENTRAL = (SIGNIFICANCE / 2, 1 - SIGNIFICANCE / 2)
@@ -36,10 +36,9 @@ def evaluate_claim(claim: Claim, trials: pd.DataFrame) -> float:
     trials = select(needed, claim.where)
     if claim.of_means:
         trials = cell_means(trials)
-    statistic = STATISTICS[claim.statistic]
-    settings = {key: getattr(claim, key) for key in statistic.keys}
+    settings = {key: getattr(claim, key) for key in claim.rule.keys}
     metrics = claim.metrics if claim.is_difference else (claim.metric,)
-    value, *others = [statistic.function(trials, metric, **settings) for metric in metrics]
+    value, *others = [claim.rule.function(trials, metric, **settings) for metric in metrics]
     return value - sum(others)
 
 
@@ -235,7 +234,7 @@ def _decided(claims: Mapping[str, Claim], values: Sequence[Floats]) -> pd.DataFr
 
 
 def _rounded(claim: Claim, value: float) -> float:
-    return round(float(value), 2 if claim.is_percentage else 3)
+    return round(float(value), 2 if claim.rule.is_percentage else 3)
 
 
 def select_trials(trials: Trials) -> Replicate:

@@ -55,7 +55,7 @@ def _spread(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]:
     for i, scene in enumerate(trials[list(SCENE)].itertuples(index=False, name=None)):
         for name, of in OVER_SEEDS.items():
             values = {value: float(of(table).iloc[i]) for value, table in scores.items()}
-            yield _row(dict(zip(SCENE, scene, strict=True)), name, values)
+            yield {**dict(zip(SCENE, scene, strict=True)), "statistic": name, **values}
 
 
 def _experiment(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]:
@@ -70,19 +70,14 @@ def _experiment(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]
                 value: 100 * order.estimate(task.shares(column)).probability
                 for value, column in axis.columns.items()
             }
-            yield _row(dict(zip(groups, cell, strict=True)), f"{ORDER}{words}, %", orders)
+            keys = dict(zip(groups, cell, strict=True))
+            yield {**keys, "statistic": f"{ORDER}{words}, %", **orders}
     if trials["n_cameras"].nunique() > 1:
         dependence = {
             value: statistics.dependence(trials, column, ["n_cameras"], "mean")
             for value, column in axis.columns.items()
         }
-        yield _row({}, DEPENDENCE, dependence)
-
-
-def _row(
-    cell: Mapping[str, object], statistic: str, values: Mapping[str, float]
-) -> dict[str, object]:
-    return {**cell, "statistic": statistic, **values}
+        yield {"statistic": DEPENDENCE, **dependence}
 
 
 def summarise(axis: Axis, table: pd.DataFrame) -> Summary:

@@ -1,7 +1,6 @@
 """The section of the report: both registrations on the same cameras."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +18,6 @@ DIGITS = {  # of the statistics; one of an order, three of all others
     "scattered inputs": 0,
     registrations.DEPENDENCE: 1,
 }
-
-
-@dataclass(frozen=True)
-class Group:
-    """Statistics of the same trials: words, and a number for each registration."""
-
-    title: str
-    part: str  # empty where they are not of one
-    rows: Sequence[tuple[str, Sequence[str]]]
 
 
 def show(path: Path, answer: Answer) -> dict[str, Any]:
@@ -50,7 +40,10 @@ def show(path: Path, answer: Answer) -> dict[str, Any]:
         "spread": registrations.spread(axis, table),
         "meaning": registrations.meaning(axis, table),
         "repeatable": registrations.REPEATABLE,
-        "groups": [*groups, Group("Processor time of one evaluation", "", timed)],
+        "groups": [
+            *groups,
+            {"title": "Processor time of one evaluation", "part": "", "rows": timed},
+        ],
         "inputs": _inputs(axis, table),
     }
 
@@ -63,13 +56,15 @@ def _inputs_title(axis: Axis, answer: Answer) -> str:
 
 def _group(
     axis: Axis, part: str, statistics: Mapping[str, "pd.Series[float]"], inputs: str
-) -> Group:
+) -> dict[str, Any]:
+    """Return statistics of the same trials: words, and a number for each registration."""
     rows = []
     for name, numbers in statistics.items():
         digits = DIGITS.get(name, 1 if registrations.ORDER in name else 3)
         texts = [f"{numbers[value]:.{digits}f}" for value in axis.values]
         rows.append((f"{name[0].upper()}{name[1:]}", texts))
-    return Group(f"Experiment {part.replace('_', ' ')}" if part else inputs, part, rows)
+    title = f"Experiment {part.replace('_', ' ')}" if part else inputs
+    return {"title": title, "part": part, "rows": rows}
 
 
 def _inputs(axis: Axis, table: pd.DataFrame) -> list[tuple[str, Sequence[str]]]:

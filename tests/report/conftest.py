@@ -221,7 +221,7 @@ def write_verdicts(results):
 
 def estimates(claims, verdicts):
     number = np.arange(len(claims))
-    percentage = [claim.is_percentage for claim in claims]
+    percentage = [claim.rule.is_percentage for claim in claims]
     ours = np.where(percentage, -60.0 + number, np.round(0.3 + 0.01 * number, 3))
     verdict = list(islice(cycle(verdicts), len(claims)))
     words = {"reproduced": "true", "not reproduced": "false", "inconclusive": "open"}

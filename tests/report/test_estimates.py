@@ -26,17 +26,17 @@ def test_an_interval_beside_where_the_claim_holds(name, low, high, outside):
     assert estimate.is_outside == outside
     plot = estimate.plot
     assert plot is not None
-    first, last = plot.holds
-    assert (plot.high < first or plot.low > last) == outside
+    first, last = plot["holds"]
+    assert (plot["high"] < first or plot["low"] > last) == outside
     assert first < last
-    assert 0 < plot.low < plot.mean < plot.high < 100
+    assert 0 < plot["low"] < plot["mean"] < plot["high"] < 100
 
 
 def test_an_interval_that_holds_all_has_a_margin_on_either_side():
     claim = load_claims().claims["outliers-range-maa"]
     plot = Estimate(claim, -74.0, -77.0, -71.0, "inconclusive", -75, -73, "open").plot
     assert plot is not None
-    assert (plot.mean, plot.low + plot.high) == (50.0, 100.0)
+    assert (plot["mean"], plot["low"] + plot["high"]) == (50.0, 100.0)
 
 
 @pytest.mark.parametrize(
