@@ -19,6 +19,7 @@ from studies.claims.claims import load_claims
 from studies.claims.verdicts import TRUTHS, VERDICTS
 from studies.order import SIGNIFICANCE
 from studies.statistics import LEAST_POWER
+from studies.words import listed
 
 from .estimates import SPACE, Estimate
 from .page import contents, environment
@@ -53,7 +54,7 @@ def render(results: Results, machine: str = "") -> str:
     )
     orders = found["head_to_head"]
     text = environment(FOLDER)
-    text.filters["listed"] = _listed
+    text.filters["listed"] = lambda words: listed(words or ["none"])
     text.filters["short"] = _shortened
     rates = {summary["metric"]: summary for summary in found["frame_rate"]["metrics"]}
     names: dict[str, Any] = {
@@ -186,8 +187,3 @@ def _shortened(text: str) -> str:
     for name, short in SHORT.items():
         text = text.replace(name, short)
     return text
-
-
-def _listed(words: Sequence[object]) -> str:
-    *others, last = map(str, words) if words else ["none"]
-    return f"{', '.join(others)} and {last}" if others else last

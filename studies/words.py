@@ -32,3 +32,9 @@ def markdown_table(
         "".join(f"| {cell} ".replace("|  ", "| ") for cell in row) + "|" for row in (head, *rows)
     ]
     return [lines[0], f"|{rule}", *lines[1:]]
+
+
+def listed(words: Sequence[object]) -> str:
+    """List words with commas, and *and* before the last."""
+    *others, last = map(str, words)
+    return f"{', '.join(others)} and {last}" if others else last

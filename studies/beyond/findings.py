@@ -15,6 +15,7 @@ import pandas as pd
 from experiments.tables import Trials
 
 from ..order import orders
+from ..words import listed
 
 LEVELS = {"noise": "sigma_t", "outliers": "n_outliers"}
 ORDERS = {"noise": "noise_order", "outliers": "outlier_order"}  # columns of the findings
@@ -82,14 +83,14 @@ def _who_orders_what(judged: Sequence[Mapping[str, Any]]) -> str:
         metrics = [row["metric"] for row in judged if row["verdict"] == verdict]
         what = verdict.removeprefix("orders ")
         if metrics:
-            parts.append(f"{_names(metrics)} {'order' if metrics[1:] else 'orders'} {what}")
+            parts.append(f"{listed(metrics)} {'order' if metrics[1:] else 'orders'} {what}")
     return f"{'; '.join(parts)}."
 
 
 def _failure(row: Mapping[str, Any]) -> str:
     found = {level: row[column] for level, column in ORDERS.items()}
     failures = [f"{level} ({order:.0f} %)" for level, order in found.items() if order < LEAST_ORDER]
-    return f"{row['metric']} fails on {_names(failures)}." if failures else ""
+    return f"{row['metric']} fails on {listed(failures)}." if failures else ""
 
 
 def _near_zero(trials: pd.DataFrame, ours: Sequence[Mapping[str, Any]]) -> str:
@@ -102,7 +103,7 @@ def _near_zero(trials: pd.DataFrame, ours: Sequence[Mapping[str, Any]]) -> str:
     if not low:
         return ""
     be = "are" if low[1:] else "is"
-    return f"At the strongest noise, with {fewest} outliers, {_names(low)} {be} near 0."
+    return f"At the strongest noise, with {fewest} outliers, {listed(low)} {be} near 0."
 
 
 def _no_worse(trials: pd.DataFrame, metric: str) -> str:
@@ -116,7 +117,3 @@ def _no_worse(trials: pd.DataFrame, metric: str) -> str:
         f"{metric} is no worse with {more} outliers than with {few} "
         f"(mean {means[more]:.2f} and {means[few]:.2f})."
     )
-
-
-def _names(names: Sequence[str]) -> str:
-    return " and ".join([part for part in (", ".join(names[:-1]), names[-1]) if part])

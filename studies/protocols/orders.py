@@ -61,27 +61,27 @@ def compare_sides(questions: Mapping[str, Trials]) -> pd.DataFrame:
         p-values are adjusted by Holm's method: `p_chance` for all rows, the others for all pairs of
         metrics in all questions, for the best one is chosen by the same trials.
     """
-    rows, tests = [], []
+    rows = []
+    pairs: dict[tuple[str, ...], Order] = {}
     for name, trials in questions.items():
         for level, other, task in _tasks(trials):
             asked = _words(level, trials.sweep)
             keys = {"question": name, "asked": asked, "level": level, "across": other}
-            alone, pairs = compare(task, trials.record.metrics)
+            alone, differences = compare(task, trials.record.metrics)
             rows += [
                 keys | {"metric": metric} | _row(found, apart(trials.table, level, metric))
                 for metric, found in alone.items()
             ]
-            tests += [
-                keys | {"first": a, "second": b} | _difference(found)
-                for (a, b), found in pairs.items()
-            ]
+            pairs |= {(*keys.values(), *pair): found for pair, found in differences.items()}
     table = pd.DataFrame(rows)
     table["p_chance"] = holm(table["p_chance"])
-    differences = pd.DataFrame(
-        tests, columns=[*KEYS[:-1], "first", "second", "difference", "error", "p"]
-    )
-    differences["p"] = holm(differences["p"])
-    return _versus(table, differences)
+    p_values = holm([found.p_value for found in pairs.values()])
+    tests: dict[tuple[str, ...], tuple[float, ...]] = {}
+    for (*asked_of, first, second), found, p in zip(pairs, pairs.values(), p_values, strict=True):
+        difference, error = 100 * found.probability, 100 * found.error
+        tests[*asked_of, first, second] = difference, error, p
+        tests[*asked_of, second, first] = -difference, error, p
+    return _versus(table, tests)
 
 
 def at_outliers(questions: Mapping[str, Trials]) -> pd.DataFrame:
@@ -139,16 +139,8 @@ def _row(found: Order, by_outliers: Mapping[int, Order]) -> dict[str, float]:
     }
 
 
-def _difference(found: Order) -> dict[str, float]:
-    return {"difference": 100 * found.probability, "error": 100 * found.error, "p": found.p_value}
-
-
-def _versus(table: pd.DataFrame, pairs: pd.DataFrame) -> pd.DataFrame:
+def _versus(table: pd.DataFrame, tests: Mapping[Any, tuple[float, ...]]) -> pd.DataFrame:
     """Add the comparisons with the best metric, and with the best one of the other side."""
-    swapped = {"first": pairs["second"], "second": pairs["first"]}
-    both = pd.concat([pairs, pairs.assign(**swapped, difference=-pairs["difference"])])
-    found = both.set_index([*KEYS[:-1], "first", "second"])[["difference", "error", "p"]]
-    tests = dict(zip(found.index, found.itertuples(index=False, name=None), strict=True))
     rows = []
     for _, task in table.groupby(KEYS[:-1], sort=False):
         orders = task.set_index("metric")["order"]

@@ -67,7 +67,4 @@ def _cells(
         style.write(axes, x, y, text, "white" if share[y, x] > 0.6 else style.INK, style.SMALL - 1)
     axes.set_xticks(range(len(names)), names, rotation=90)
     axes.set_yticks([])
-    axes.grid(visible=False)
-    for side in ("left", "bottom"):
-        axes.spines[side].set_visible(False)
-    axes.tick_params(length=0)
+    style.without_lines(axes)

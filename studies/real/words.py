@@ -1,11 +1,9 @@
 """What repeated runs say of metrics, in words."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import pandas as pd
 
-from ..words import markdown_table
+from ..words import listed, markdown_table
 
 ALIKE = 0.95  # correlation of the runs by two metrics, of which one says nothing new
 DONE = {  # what was done to the estimates, by the name of the change
@@ -48,7 +46,7 @@ def _fewest(table: pd.DataFrame) -> str:
         f"{row['metric']} ({_runs(row['runs'])} runs, {row['order']:.0f} % in the right order)"
         for _, row in table.head(3).iterrows()
     ]
-    return f"Fewest runs tell two systems apart, in the median, by {_listed(told)}."
+    return f"Fewest runs tell two systems apart, in the median, by {listed(told)}."
 
 
 def _alike(agreement: pd.DataFrame) -> str:
@@ -57,7 +55,7 @@ def _alike(agreement: pd.DataFrame) -> str:
     told = [f"{row.metric} and {row.other} ({row.correlation:.2f})" for row in alike.itertuples()]
     if not told:
         return f"No two metrics order the runs alike (no rank correlation reaches {ALIKE})."
-    return f"These order the runs alike, so that one of two is enough: {_listed(told)}."
+    return f"These order the runs alike, so that one of two is enough: {listed(told)}."
 
 
 def _against(pairs: pd.DataFrame) -> str:
@@ -68,7 +66,7 @@ def _against(pairs: pd.DataFrame) -> str:
         votes = group["better"].value_counts()
         if len(votes) > 1 and votes.iloc[0] > votes.iloc[1]:
             against = group.loc[group["better"] != votes.index[0], "metric"]
-            found.append(f"{_listed(list(against))} on {sequence} ({a} or {b})")
+            found.append(f"{listed(list(against))} on {sequence} ({a} or {b})")
     return f"Certain against most of the others: {'; '.join(found)}." if found else ""
 
 
@@ -78,7 +76,7 @@ def _moved(table: pd.DataFrame, column: str) -> str:
     if moved.empty:
         return f"{change} moves none by as much as another run."
     told = [f"{row['metric']} ({row[column]:.1f})" for _, row in moved.iterrows()]
-    return f"{change} moves {_listed(told)} by more than another run."
+    return f"{change} moves {listed(told)} by more than another run."
 
 
 def to_markdown(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFrame) -> str:
@@ -98,8 +96,3 @@ def to_markdown(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFram
 
 def _runs(count: float) -> str:
     return f"{count:.0f}" if np.isfinite(count) else "> 1000"
-
-
-def _listed(texts: Sequence[str]) -> str:
-    *most, last = texts
-    return f"{', '.join(most)} and {last}" if most else last

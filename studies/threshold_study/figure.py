@@ -163,15 +163,10 @@ def _effects(
 
 def _layout(table: pd.DataFrame) -> tuple[list[int], dict[str, int]]:
     """Return the place of each value, and of a title above each axis."""
-    rows: list[int] = []
-    titles: dict[str, int] = {}
-    for axis in table["axis"]:
-        if axis not in titles:
-            titles[axis] = rows[-1] + 1 if rows else 0
-            rows.append(titles[axis] + 1)
-        else:
-            rows.append(rows[-1] + 1)
-    return rows, titles
+    axes, names = pd.factorize(table["axis"])
+    rows = np.arange(len(table)) + axes + 1
+    titles = {str(name): int(rows[axes == place][0]) - 1 for place, name in enumerate(names)}
+    return rows.tolist(), titles
 
 
 def _column(
