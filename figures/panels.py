@@ -5,6 +5,7 @@ levels: the heights of both are the ranges that the paper compares.
 """
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -125,16 +126,9 @@ def x_labels(axes: Axes, curves: Curves) -> None:
         (last / 2, noise, len(curves.levels)),
         (middle, NAMES[curves.series][1], 1),
     ):
-        axes.annotate(
-            text,
-            (x, 0),
-            (0, -4 - 7 * lines),  # below the labels of the ticks
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            ha="center",
-            va="top",
-            linespacing=1.1,
-        )
+        below = 0, -4 - 7 * lines  # the labels of the ticks
+        beneath: Any = {"xycoords": ("data", "axes fraction"), "ha": "center", "va": "top"}
+        style.note(axes, text, (x, 0), below, fontsize=style.TEXT, linespacing=1.1, **beneath)
 
 
 def new_figure(

@@ -55,11 +55,11 @@ def crate(results: Path) -> dict[str, Any]:
     tables = _files(results, TRIALS, {".csv"})
     if not tables:
         raise CommandError(f"{results} has no tables of trials; run: snakemake report")
-    softwares: dict[str, list[Entity]] = {}
+    softwares: dict[str, Entity] = {}
     made: dict[str, list[Path]] = {}
     for table in tables:
         entities = _software(read_record(table).origin)
-        softwares.setdefault(entities[0]["@id"], entities)
+        softwares |= {entity["@id"]: entity for entity in entities}
         made.setdefault(entities[0]["@id"], []).append(table)
     findings = [
         *_files(results, FINDINGS, set(MEDIA_TYPES)),
@@ -71,7 +71,7 @@ def crate(results: Path) -> dict[str, Any]:
         used = [table.with_suffix(".json") for table in own]
         actions.append(_action(results, f"#trials-{number}", "Trials", software, used, own))
     if findings:
-        last = list(softwares)[-1]
+        last = list(made)[-1]
         actions.append(_action(results, "#evaluation", "Evaluation", last, tables, findings))
     files = [*tables, *records, *findings]
     graph = [
@@ -90,13 +90,13 @@ def crate(results: Path) -> dict[str, Any]:
             "conformsTo": {"@id": PROFILE},
             "license": {"@id": LICENSE},
             "datePublished": _time(files)[:10],
-            "hasPart": _references(_id(results, path) for path in files),
+            "hasPart": _parts(results, files),
             "mentions": _references(action["@id"] for action in actions),
         },
         {"@id": PROFILE, "@type": "CreativeWork", "name": "Process Run Crate", "version": "0.5"},
         {"@id": LICENSE, "@type": "CreativeWork", "name": "BSD 3-Clause License"},
         *actions,
-        *{entity["@id"]: entity for group in softwares.values() for entity in group}.values(),
+        *softwares.values(),
         *(_file(results, path) for path in files),
     ]
     return {"@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph}
@@ -145,8 +145,8 @@ def _action(
         "@type": "CreateAction",
         "name": title,
         "instrument": {"@id": software},
-        "object": _references(_id(results, path) for path in inputs),
-        "result": _references(_id(results, path) for path in outputs),
+        "object": _parts(results, inputs),
+        "result": _parts(results, outputs),
         "endTime": _time(outputs),
     }
 
@@ -165,6 +165,10 @@ def _file(results: Path, path: Path) -> Entity:
 
 def _id(results: Path, path: Path) -> str:
     return quote(path.relative_to(results).as_posix())
+
+
+def _parts(results: Path, paths: Iterable[Path]) -> list[dict[str, str]]:
+    return _references(_id(results, path) for path in paths)
 
 
 def _references(names: Iterable[str]) -> list[dict[str, str]]:

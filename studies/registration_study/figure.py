@@ -1,5 +1,7 @@
 """The scores over the seeds on fixed inputs, and below how well they order the noise."""
 
+from typing import Any
+
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -66,15 +68,9 @@ def _scores(axes: Axes, table: pd.DataFrame, title: str) -> None:
     levels = wide.index.get_level_values("sigma_t")
     for sigma in levels.unique():
         places = [i for i, level in enumerate(levels) if level == sigma]
-        axes.annotate(
-            rf"$\sigma_t$ {sigma:g}",
-            (sum(places) / len(places), 0.98),
-            xycoords=("data", "axes fraction"),
-            ha="center",
-            va="top",
-            fontsize=style.SMALL,
-            color=style.FAINT,
-        )
+        top: Any = {"xycoords": ("data", "axes fraction"), "ha": "center", "va": "top"}
+        middle = sum(places) / len(places), 0.98
+        style.note(axes, rf"$\sigma_t$ {sigma:g}", middle, (0, 0), color=style.FAINT, **top)
         if places[0]:
             axes.axvline(places[0] - 0.5, color="0.75", lw=0.5, marker="")
     axes.set_xticks(range(len(ticks)), ticks)

@@ -11,8 +11,7 @@ from ..study import Figure, Question, Study, Table
 from . import levels, maps
 from .effects import effects
 from .maps import THRESHOLDS
-from .show import show
-from .words import to_markdown
+from .words import show, to_markdown
 
 KINDS = ("tas", "ras", "pas", "registration")  # a table each; what the names of axes start with
 TABLES = [*(f"tables/{{}}_{kind}" for kind in KINDS), "tables/threshold_maps"]
