@@ -28,10 +28,10 @@ def markdown_table(
     """Return the lines of a table; columns stand left or right (l, r), all but the first right."""
     rules = {"l": "---|", "r": "--:|"}
     rule = "".join(rules[side] for side in columns or "l" + "r" * (len(head) - 1))
-    lines = [
-        "".join(f"| {cell} ".replace("|  ", "| ") for cell in row) + "|" for row in (head, *rows)
-    ]
-    return [lines[0], f"|{rule}", *lines[1:]]
+    first, *others = (
+        " ".join(f"| {cell}".rstrip() for cell in row) + " |" for row in (head, *rows)
+    )
+    return [first, f"|{rule}", *others]
 
 
 def listed(words: Sequence[object]) -> str:

@@ -32,6 +32,7 @@ def show(path: Path, answer: Answer) -> dict[str, Any]:
         (f"{n} cameras", [f"{milliseconds:.2f} ms" for milliseconds in rows["milliseconds"]])
         for n, rows in times.groupby("n_cameras")
     ]
+    groups.append({"title": "Processor time of one evaluation", "part": "", "rows": timed})
     once = (one.sweep for one in answer.records.values() if not is_seeded(one.metrics))
     return {
         "values": axis.values,
@@ -40,10 +41,7 @@ def show(path: Path, answer: Answer) -> dict[str, Any]:
         "spread": registrations.spread(axis, table),
         "meaning": registrations.meaning(axis, table),
         "repeatable": registrations.REPEATABLE,
-        "groups": [
-            *groups,
-            {"title": "Processor time of one evaluation", "part": "", "rows": timed},
-        ],
+        "groups": groups,
         "inputs": _inputs(axis, table),
     }
 
