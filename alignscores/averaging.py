@@ -20,6 +20,7 @@ __all__ = [
     "project_to_rotation",
     "rotation_angles",
     "rotation_from_vector",
+    "rotations_from_quaternions",
     "tlud_mean",
     "tlud_means",
     "turn_mean",
@@ -242,3 +243,14 @@ def rotation_from_vector(vector: Floats) -> Floats:
             [c * x * z - s * y, c * y * z + s * x, 1 - c * (x * x + y * y)],
         ]
     )
+
+
+def rotations_from_quaternions(quaternions: Floats) -> Floats:
+    """Return the rotations (n, 3, 3) of unit quaternions (n, 4), w last."""
+    x, y, z, w = quaternions.T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), 2, 0)

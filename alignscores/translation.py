@@ -17,6 +17,7 @@ from .validation import AlignmentWarning, check_positions, check_positive
 __all__ = ["TASResult", "closest_pair_distances", "closest_pair_quartile", "tas"]
 
 MAX_WITHOUT_TREE = 128  # cameras; up to there it is faster to compute all distances
+MAX_COMPILED = 1000  # likewise, where the kernel computes them
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,7 +280,7 @@ def no_unit(d: float, n: int) -> str:
 def quartiles(normalised_gt: Normalised, starts: Indices) -> Floats:
     """Return d of each normalised scene, NaN where there are fewer than 4 cameras."""
     local, _, units = normalised_gt
-    found = kernel.closest_pair_quartiles(local, units, starts, MAX_WITHOUT_TREE)
+    found = kernel.closest_pair_quartiles(local, units, starts, MAX_COMPILED)
     counts = sizes(starts)
     for scene in np.flatnonzero(np.isnan(found)).tolist():
         if counts[scene] < 4:

@@ -2,8 +2,11 @@
 
 import ctypes
 import math
+import os
+import threading
 import time
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +21,7 @@ __all__ = ["IMC_2024", "IMC_2025", "imc_maa"]
 
 
 MOST_KNOWN = 1 << 18  # sets of inliers that are remembered
+PER_THREAD = 50  # cameras; with fewer a thread costs more than it saves
 PATIENCE = 2.0  # seconds, after which it says how long it will take
 NEAR = 1e-9  # relative; what is so near a threshold, rounding could decide
 ROUNDING = 1e-13  # relative, of coordinates
@@ -72,9 +76,9 @@ def imc_maa(
     The program examines n^3 / 6 triplets, with up to one refit for each threshold. So does this,
     but refits hardly any set of inliers twice, and stops when no number can grow: of the cameras
     within a threshold t, distances in pairs agree up to 2 t under one scale. Where the kernel is
-    compiled it does all that rounding cannot decide; NumPy does the rest, so that the value is the
-    same. O(n^4) time: a second for 100 cameras, minutes for 500. The command says how long it will
-    take. O(n^2) memory.
+    compiled it does all that rounding cannot decide, on all processors; NumPy does the rest, so
+    that the value is the same. O(n^4) time: a second for 100 cameras, minutes for 500. The command
+    says how long it will take. O(n^2) memory.
 
     References
     ----------
@@ -115,16 +119,30 @@ def largest_counts(gt: Floats, est: Floats, thresholds: Floats, skip: int = 0) -
     best = np.where(order < skip, n, 0)
     refits = _Refits(gt, est, thresholds[order], best)
     most = _most_near(gt, est, thresholds[order])
-    tries = _Tries(gt, est, thresholds[order], best, most) if _can_try(order) else None
+    own = threading.local()
+
+    def attempt(a: int) -> tuple[Indices, Indices]:
+        if not _can_try(order):
+            return _triplets(a, n), best
+        if not hasattr(own, "tries"):
+            own.tries = _Tries(gt, est, thresholds[order], most)
+        tries: _Tries = own.tries
+        return tries.unclear(a, best)
+
     started, total = time.monotonic(), math.comb(n, 3)
-    for a in range(n - 2):
-        if np.all(best >= most):
-            break
-        refits.try_all(_triplets(a, n) if tries is None else tries.unclear(a))
-        share, seconds = 1 - math.comb(n - a - 1, 3) / total, time.monotonic() - started
-        if seconds > PATIENCE:
-            left = seconds / share - seconds
-            show.get()(f"maa:imc: {share:.0%} of the triplets, about {left:.0f} s left")
+    pool = ThreadPoolExecutor(min(os.cpu_count() or 1, 1 + n // PER_THREAD))
+    try:
+        for a, (triplets, found) in enumerate(pool.map(attempt, range(n - 2))):
+            np.maximum(best, found, out=best)
+            refits.try_all(triplets)
+            if np.all(best >= most):
+                break
+            share, seconds = 1 - math.comb(n - a - 1, 3) / total, time.monotonic() - started
+            if seconds > PATIENCE:
+                left = seconds / share - seconds
+                show.get()(f"maa:imc: {share:.0%} of the triplets, about {left:.0f} s left")
+    finally:
+        pool.shutdown(cancel_futures=True)
     counts = np.empty_like(best)
     counts[order] = best
     return counts[skip:]
@@ -177,10 +195,9 @@ class _Tries:
     """The same, compiled, but for triplets and refits that rounding could decide."""
 
     @np.errstate(all="ignore")
-    def __init__(
-        self, gt: Floats, est: Floats, thresholds: Floats, best: Indices, most: Indices
-    ) -> None:
+    def __init__(self, gt: Floats, est: Floats, thresholds: Floats, most: Indices) -> None:
         n = len(gt)
+        self._best = np.zeros_like(most)
         centres = np.median(gt, axis=0), np.median(est, axis=0)
         y, x = gt - centres[0], est - centres[1]
         products = (x[:, :, None] * y[:, None, :]).reshape(n, 9)
@@ -196,7 +213,7 @@ class _Tries:
             np.hstack([x, y, products, squares]),
             np.random.default_rng(0).integers(1 << 63, size=n, dtype=np.uint64),
             *(levels.astype(np.uint8), lower, upper),
-            *(most, np.zeros(KNOWN, dtype=np.uint64), best, np.empty(n)),
+            *(most, np.zeros(KNOWN, dtype=np.uint64), self._best, np.empty(n)),
             *(np.empty(n + 1, dtype=np.intp), np.empty(n, dtype=np.uint8)),
             np.empty(n * n, dtype=np.intp),
         )
@@ -205,12 +222,16 @@ class _Tries:
         self._consensus = _Consensus(*(n, len(thresholds), *addresses[:7], scale, *addresses[7:10]))
         self._room = addresses[10:]
 
-    def unclear(self, a: int) -> Indices:
-        """Try all triplets whose first camera is a; return those that are left to NumPy."""
+    def unclear(self, a: int, best: Indices) -> tuple[Indices, Indices]:
+        """Try all triplets whose first camera is a, given the largest numbers so far.
+
+        Return those that are left to NumPy, and the largest numbers now.
+        """
         assert kernel.LIBRARY is not None
+        np.maximum(self._best, best, out=self._best)
         count = kernel.LIBRARY.try_triplets(ctypes.byref(self._consensus), a, *self._room)
         others = self._arrays[-1][: 2 * count].reshape(-1, 2)
-        return np.insert(others, 0, a, axis=1)
+        return np.insert(others, 0, a, axis=1), self._best.copy()
 
 
 def _new(inliers: Booleans, known: set[bytes]) -> Iterator[Booleans]:

@@ -1735,10 +1735,12 @@ static bool try_refit(const consensus *all, const similarity *s, double *squares
             goal = all->best[k];
     squared_distances(all->gt, all->est, all->n, s, squares);
     for (size_t k = all->n_levels; k-- > 0;) {
+        if (all->best[k] >= all->most[k])
+            continue;
         ptrdiff_t possible = count_up_to(all->upper[k], squares, all->n);
         if (possible <= goal)
             break; /* and fewer are nearer */
-        if (possible <= all->best[k] || all->best[k] >= all->most[k])
+        if (possible <= all->best[k])
             continue;
         ptrdiff_t sure = count_up_to(all->lower[k], squares, all->n);
         all->best[k] = sure > all->best[k] ? sure : all->best[k];

@@ -8,9 +8,9 @@ of keyframes is scored as that of all frames, while the time of a lost track cou
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from ..arrays import Booleans, Floats, Indices
+from ..averaging import angles_and_axes, rotations_from_quaternions
 from .files import Trajectory
 
 __all__ = ["Standing", "due_rows", "nearest_stamps", "stand_in", "usual_step"]
@@ -115,10 +115,11 @@ def _between(first: Floats, second: Floats, share: Floats) -> Floats:
     """Interpolate poses: positions on a line, rotations about one axis at a constant speed."""
     poses = first.copy()
     poses[:, :3, 3] += share[:, None] * (second[:, :3, 3] - first[:, :3, 3])
-    rotation = scipy.spatial.transform.Rotation
-    start = rotation.from_matrix(first[:, :3, :3])
-    turn = (start.inv() * rotation.from_matrix(second[:, :3, :3])).as_rotvec()
-    poses[:, :3, :3] = (start * rotation.from_rotvec(share[:, None] * turn)).as_matrix()
+    start = first[:, :3, :3]
+    angles, axes = angles_and_axes(second[:, :3, :3] @ start.swapaxes(1, 2))
+    half = share * angles / 2
+    turns = rotations_from_quaternions(np.vstack([np.sin(half) * axes, np.cos(half)]).T)
+    poses[:, :3, :3] = turns @ start
     return poses
 
 

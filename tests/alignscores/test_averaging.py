@@ -17,6 +17,7 @@ from alignscores.averaging import (
     project_to_rotation,
     rotation_angles,
     rotation_from_vector,
+    rotations_from_quaternions,
     tlud_mean,
 )
 
@@ -187,6 +188,12 @@ def test_logarithm_and_exponential():
     angles, axes = angles_and_axes(rotations @ reference, reference)
     np.testing.assert_allclose((angles * axes).T, vectors, atol=1e-13)
     np.testing.assert_array_equal(angles_and_axes(np.eye(3)[None])[1], np.zeros((3, 1)))
+
+
+def test_rotations_of_quaternions():
+    turns = Rotation.random(50, rng=np.random.default_rng(0))
+    rotations = rotations_from_quaternions(turns.as_quat())
+    np.testing.assert_allclose(rotations, turns.as_matrix(), atol=1e-15)
 
 
 def test_rotation_angles_of_rounded_matrices():

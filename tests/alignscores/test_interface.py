@@ -12,6 +12,7 @@ import pytest
 
 import alignscores
 from alignscores import pas, ras, tas
+from alignscores.registration.kernel import LIBRARY
 
 
 @pytest.fixture
@@ -119,6 +120,19 @@ def test_what_reads_files_is_imported_when_it_is_asked_for():
     assert set(dir(alignscores)) >= {"Comparison", "Evaluation", "Settings", "compare", "evaluate"}
     with pytest.raises(AttributeError, match="'alignscores' has no attribute 'score'"):
         _ = alignscores.score
+
+
+@pytest.mark.skipif(LIBRARY is None, reason="not compiled")
+def test_a_small_file_is_scored_before_scipy_is_imported():
+    """It takes half the time of the command; `Rotation` alone imports most of it."""
+    folder = Path(__file__).parents[1] / "data" / "tum"
+    code = f"""
+import sys
+from alignscores import evaluate
+evaluate({str(folder / "reference.txt")!r}, {str(folder / "estimate.txt")!r}, format="tum")
+print(*sys.modules)
+"""
+    assert "scipy.spatial" not in in_fresh_process(code).split()
 
 
 def test_same_bits_in_another_process():

@@ -83,15 +83,17 @@ def test_d_scales_with_the_ground_truth(seed, n, exponent):
     assert closest_pair_quartile(Rotation.random(rng=rng).apply(gt) + 5) == pytest.approx(d)
 
 
-@pytest.mark.parametrize("n", [8, 50, 128])
+@pytest.mark.parametrize(("n", "seeds"), [(8, 20), (50, 20), (128, 20), (900, 2)])
 @pytest.mark.parametrize("copies", [1, 2])
-def test_closest_distances_with_and_without_a_tree(monkeypatch, n, copies):
+def test_closest_distances_with_and_without_a_tree(monkeypatch, n, seeds, copies):
     """The same d, bit for bit, whichever way the closest cameras are found."""
-    for seed in range(20):
+    for seed in range(seeds):
         gt = np.random.default_rng(seed).normal(size=(n // copies, 3))
         gt = np.concatenate([gt, gt[: n // 4 * (copies - 1)]])
         few = closest_pair_quartile(gt)
         with monkeypatch.context() as patch:
+            patch.setattr(translation, "MAX_COMPILED", 0)
+            assert closest_pair_quartile(gt) == few
             patch.setattr(translation, "MAX_WITHOUT_TREE", 0)
             assert closest_pair_quartile(gt) == few
 

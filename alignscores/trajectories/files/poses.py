@@ -4,10 +4,10 @@ import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from ...arrays import Floats
+from ...averaging import rotations_from_quaternions
 from ...validation import finite_rows
 from .text import Source
 
@@ -64,8 +64,8 @@ def stamped_poses(values: Floats, source: Source, *, complete: bool) -> Trajecto
     poses = np.tile(np.eye(4), (len(stamps), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = np.nan, positions
     estimated = np.isfinite(lengths)
-    rotations = scipy.spatial.transform.Rotation.from_quat(quaternions[estimated])
-    poses[estimated, :3, :3] = rotations.as_matrix()
+    unit = quaternions[estimated] / lengths[estimated, None]
+    poses[estimated, :3, :3] = rotations_from_quaternions(unit)
     _check_finite(poses, source, complete)
     return Trajectory(stamps, poses)
 

@@ -454,6 +454,17 @@ def test_imc_is_the_same_compiled(kind, n, monkeypatch):
     assert values == [imc_maa(gt, est, thresholds=thresholds, skip=skip) for skip in (0, 2)]
 
 
+@pytest.mark.parametrize("kind", ["cube", "grid"])
+def test_imc_is_the_same_in_threads(kind, monkeypatch):
+    gt, est = degenerate(kind, 30)
+    values = []
+    for n_cpus in (1, 4):
+        monkeypatch.setattr("os.cpu_count", lambda n_cpus=n_cpus: n_cpus)
+        monkeypatch.setattr("alignscores.protocols.imc.PER_THREAD", 10)
+        values.append(imc_maa(gt, est, thresholds=[0.05, 0.1, 0.2], skip=0))
+    assert values[0] == values[1]
+
+
 def test_imc_says_how_long_it_takes(monkeypatch):
     monkeypatch.setattr("alignscores.protocols.imc.PATIENCE", 0.0)
     said = []
