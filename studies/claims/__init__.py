@@ -26,6 +26,9 @@ def ask(question: Question) -> list[pd.DataFrame | str]:
         raise CommandError(
             "verdicts take at least two replicate studies: the spread is between them"
         )
+    for number, trials in enumerate(question.trials):
+        if trials.record.sweep.replicate != number:
+            raise CommandError(f"{trials.path} is not replicate {number}: name them in order, once")
     claims = load_claims(len(question.trials))
     return list(decide(claims, list(map(select_trials, question.trials)), n_jobs=question.n_jobs))
 

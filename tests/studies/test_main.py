@@ -125,6 +125,8 @@ def test_claims_have_verdicts_and_decisions(
     outputs[0].unlink()
     assert main(["claims", paths[0], "--output", *map(str, outputs)]) == 1
     assert "at least two replicate studies" in line()
+    assert main(["claims", paths[0], paths[0], "--output", *map(str, outputs)]) == 1
+    assert line() == f"{paths[0]} is not replicate 1: name them in order, once"
     assert not outputs[0].exists()
 
 
