@@ -5,8 +5,10 @@ import math
 import os
 import threading
 import time
+from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +23,9 @@ __all__ = ["IMC_2024", "IMC_2025", "imc_maa"]
 
 
 MOST_KNOWN = 1 << 18  # sets of inliers that are remembered
+MOST_CAMERAS = 1000  # which take an hour
 PER_THREAD = 50  # cameras; with fewer a thread costs more than it saves
+TRIED_AT_ONCE = 10_000_000  # distances, about a quarter of a second
 PATIENCE = 2.0  # seconds, after which it says how long it will take
 NEAR = 1e-9  # relative; what is so near a threshold, rounding could decide
 ROUNDING = 1e-13  # relative, of coordinates
@@ -65,7 +69,7 @@ def imc_maa(
     Raises
     ------
     ValueError
-        Where the input is malformed.
+        Where the input is malformed, or more than 1000 cameras were estimated.
 
     Notes
     -----
@@ -102,6 +106,11 @@ def imc_maa(
         raise ValueError(f"thresholds must be positive, finite numbers, not {levels.tolist()}")
     if not 0 <= skip < len(levels):
         raise ValueError(f"skip must leave one of {len(levels)} thresholds, not be {skip!r}")
+    if (estimated := np.count_nonzero(positions.estimated)) > MOST_CAMERAS:
+        raise ValueError(
+            f"the mAA of the Image Matching Challenge tries all triplets of cameras: of {estimated}"
+            f" that would take days; score at most {MOST_CAMERAS}, or leave it out"
+        )
     counts = largest_counts(*positions.matched(), levels, skip)
     counted = int(np.maximum(counts - 3, 0).sum())
     return counted / (len(counts) * (n - 3)) if counted else 0.0
@@ -121,23 +130,27 @@ def largest_counts(gt: Floats, est: Floats, thresholds: Floats, skip: int = 0) -
     most = _most_near(gt, est, thresholds[order])
     own = threading.local()
 
-    def attempt(a: int) -> tuple[Indices, Indices]:
+    def attempt(block: tuple[int, int, int]) -> tuple[Indices, Indices]:
         if not _can_try(order):
-            return _triplets(a, n), best
+            return _triplets(*block, n), best
         if not hasattr(own, "tries"):
             own.tries = _Tries(gt, est, thresholds[order], most)
         tries: _Tries = own.tries
-        return tries.unclear(a, best)
+        return tries.unclear(*block, best)
 
-    started, total = time.monotonic(), math.comb(n, 3)
-    pool = ThreadPoolExecutor(min(os.cpu_count() or 1, 1 + n // PER_THREAD))
+    started, done, total = time.monotonic(), 0, math.comb(n, 3)
+    threads = min(os.cpu_count() or 1, 1 + n // PER_THREAD)
+    pool, blocks = ThreadPoolExecutor(threads), _blocks(n)
+    waiting = deque((block, pool.submit(attempt, block)) for block in islice(blocks, 2 * threads))
     try:
-        for a, (triplets, found) in enumerate(pool.map(attempt, range(n - 2))):
+        while waiting and np.any(best < most):
+            (_, start, end), future = waiting.popleft()
+            triplets, found = future.result()
+            waiting.extend((block, pool.submit(attempt, block)) for block in islice(blocks, 1))
             np.maximum(best, found, out=best)
             refits.try_all(triplets)
-            if np.all(best >= most):
-                break
-            share, seconds = 1 - math.comb(n - a - 1, 3) / total, time.monotonic() - started
+            done += sum(range(n - end, n - start))
+            share, seconds = done / total, time.monotonic() - started
             if seconds > PATIENCE:
                 left = seconds / share - seconds
                 show.get()(f"maa:imc: {share:.0%} of the triplets, about {left:.0f} s left")
@@ -222,14 +235,15 @@ class _Tries:
         self._consensus = _Consensus(*(n, len(thresholds), *addresses[:7], scale, *addresses[7:10]))
         self._room = addresses[10:]
 
-    def unclear(self, a: int, best: Indices) -> tuple[Indices, Indices]:
-        """Try all triplets whose first camera is a, given the largest numbers so far.
+    def unclear(self, a: int, start: int, end: int, best: Indices) -> tuple[Indices, Indices]:
+        """Try the triplets of a block, given the largest numbers so far.
 
         Return those that are left to NumPy, and the largest numbers now.
         """
         assert kernel.LIBRARY is not None
         np.maximum(self._best, best, out=self._best)
-        count = kernel.LIBRARY.try_triplets(ctypes.byref(self._consensus), a, *self._room)
+        block = ctypes.byref(self._consensus), a, start, end
+        count = kernel.LIBRARY.try_triplets(*block, *self._room)
         others = self._arrays[-1][: 2 * count].reshape(-1, 2)
         return np.insert(others, 0, a, axis=1), self._best.copy()
 
@@ -282,7 +296,15 @@ def _bin(values: Floats) -> Indices:
     return (bits >> np.uint64(BIN_SHIFT)).astype(np.intp)
 
 
-def _triplets(a: int, n: int) -> Indices:
-    """Return all a < b < c of n."""
-    b, c = np.triu_indices(n - a - 1, 1)
-    return np.stack([np.full_like(b, a), b + a + 1, c + a + 1], axis=1)
+def _blocks(n: int) -> Iterator[tuple[int, int, int]]:
+    """Go through all triplets in blocks: the first camera, and the second from one to another."""
+    size = max(1, TRIED_AT_ONCE // n**2)
+    for a in range(n - 2):
+        for start in range(a + 1, n - 1, size):
+            yield a, start, min(start + size, n - 1)
+
+
+def _triplets(a: int, start: int, end: int, n: int) -> Indices:
+    """Return the triplets of a block, of n cameras."""
+    b, c = np.nonzero(np.arange(start, end)[:, None] < np.arange(n))
+    return np.stack([np.full_like(b, a), b + start, c], axis=1)

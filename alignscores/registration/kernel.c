@@ -1813,13 +1813,14 @@ static bool try_triplet(const consensus *all, const size_t corners[3], double *s
     return false;
 }
 
-/* Try all triplets whose first camera is `a`; write down the others of those that NumPy must. */
+/* Try all triplets whose first camera is `a`, and the second one from `start` to `end`; write down
+   the others of those that NumPy must. */
 EXPORTED
-size_t try_triplets(const consensus *all, size_t a, double *squares, size_t *members, uint8_t *at,
-                    ptrdiff_t *others)
+size_t try_triplets(const consensus *all, size_t a, size_t start, size_t end, double *squares,
+                    size_t *members, uint8_t *at, ptrdiff_t *others)
 {
     size_t count = 0;
-    for (size_t b = a + 1; b < all->n; b++)
+    for (size_t b = start; b < end; b++)
         for (size_t c = b + 1; c < all->n; c++) {
             const size_t corners[3] = {a, b, c};
             if (try_triplet(all, corners, squares, members, at)) {

@@ -465,6 +465,12 @@ def test_imc_is_the_same_in_threads(kind, monkeypatch):
     assert values[0] == values[1]
 
 
+def test_imc_of_a_video_is_refused_at_once():
+    gt = np.random.default_rng(0).random((1001, 3))
+    with pytest.raises(ValueError, match="all triplets of cameras: of 1001 that would take days"):
+        imc_maa(gt, gt)
+
+
 def test_imc_says_how_long_it_takes(monkeypatch):
     monkeypatch.setattr("alignscores.protocols.imc.PATIENCE", 0.0)
     said = []
