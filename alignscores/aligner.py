@@ -12,7 +12,16 @@ from .registration.kernel import Seed
 from .similarity import FARTHEST_SUMMABLE, Similarity, check_alignment
 from .validation import check_positions, check_positive, check_same_length, finite_rows
 
-__all__ = ["Aligned", "Aligner", "Normalised", "Seed", "normalise", "normalise_scenes", "one_scene"]
+__all__ = [
+    "Aligned",
+    "Aligner",
+    "Normalised",
+    "Seed",
+    "Worlds",
+    "normalise",
+    "normalise_scenes",
+    "one_scene",
+]
 
 ROUNDING = 1e-6  # by which a scale may differ from 1
 SHRINK = 2.0**-40  # of coordinates whose sums overflow; it rounds nothing
@@ -37,16 +46,35 @@ class Normalised(NamedTuple):
     units: Floats
 
 
+class Worlds(NamedTuple):
+    """Normalised positions of the estimated cameras of scenes, and which of all cameras they are.
+
+    Both worlds have one unit where the scale is kept.
+    """
+
+    estimated: Booleans
+    starts: Indices
+    gt: Normalised
+    est: Normalised
+
+    def errors(self, rows: Floats, found: Booleans) -> Floats:
+        """Return the errors of all cameras under alignments of scenes, (B, 13), as `Aligned`."""
+        errors = np.full(len(self.estimated), np.inf)
+        errors[self.estimated] = _errors(rows, found, self.starts, self.gt, self.est)
+        return errors
+
+
 class Aligned(NamedTuple):
     """Alignments of scenes: scale, rotation, translation (B, 13), which there are, errors (N,).
 
-    And how many they were chosen from, (B,). Errors of scenes that were not asked for, or have no
-    alignment, and of lost cameras are infinite.
+    And the alignments of the normalised positions, and how many they were chosen from, (B,). Errors
+    of scenes that were not asked for, or have no alignment, and of lost cameras are infinite.
     """
 
     rows: Floats
     found: Booleans
     errors: Floats
+    normalised: Floats
     n_hypotheses: Indices
 
     def similarity(self, scene: int) -> Similarity | None:
@@ -94,7 +122,7 @@ class Aligner:
         self.normalised_gt = normalise_scenes(gt, starts)
         self.estimated = finite_rows(est)
         self._axes, self._back = VERTICAL_LAST[up[-1]]
-        self._worlds: tuple[Indices, Normalised, Normalised] | None = None
+        self._worlds: Worlds | None = None
         self._scenes: kernel.Scenes | None = None
 
     @property
@@ -105,24 +133,26 @@ class Aligner:
     @np.errstate(over="ignore", invalid="ignore")  # beyond the largest number: infinitely far
     def align(self, thresholds: Floats, which: Indices | None = None) -> Aligned:
         """Align scenes for errors up to a threshold each, (B,); by default all scenes."""
-        if self._worlds is None:
-            self._worlds = self._normalised()
-        starts, gt, est = self._worlds
-        alignable = sizes(starts) >= (3 if self._alignment == "similarity" else 1)
+        worlds = self.worlds
+        alignable = sizes(worlds.starts) >= (3 if self._alignment == "similarity" else 1)
         if which is None:
             which = np.arange(len(alignable))
-        rows, found, n_used = self._registered(thresholds / gt.units, which[alignable[which]])
-        errors = np.full(len(self.gt), np.inf)
-        errors[self.estimated] = _errors(rows, found, starts, gt, est)
+        relative = thresholds / worlds.gt.units
+        normalised, found, n_used = self._registered(relative, which[alignable[which]])
+        errors = worlds.errors(normalised, found)
+        rows = normalised
         if self._alignment != "none":
-            rows = _between_worlds(rows, gt, est)
-        return Aligned(rows, found, errors, n_used)
+            rows = _between_worlds(normalised, worlds.gt, worlds.est)
+        return Aligned(rows, found, errors, normalised, n_used)
 
-    def _normalised(self) -> tuple[Indices, Normalised, Normalised]:
-        """Return where scenes start, and their estimated cameras in both worlds.
+    @property
+    def worlds(self) -> Worlds:
+        """What is aligned."""
+        if self._worlds is None:
+            self._worlds = self._normalised()
+        return self._worlds
 
-        They have one unit where the scale is kept.
-        """
+    def _normalised(self) -> Worlds:
         estimated, gt_positions, est_positions = self.estimated, self.gt, self.est
         starts, gt = self.starts, self.normalised_gt
         if not estimated.all():
@@ -132,14 +162,15 @@ class Aligner:
         if self._alignment == "none":  # divided so that squares neither overflow nor vanish
             units = _each(gt.units, counts)[:, None]
             est = Normalised(est_positions / units, gt.centres, gt.units)
-            return starts, Normalised(gt_positions / units, gt.centres, gt.units), est
+            gt = Normalised(gt_positions / units, gt.centres, gt.units)
+            return Worlds(estimated, starts, gt, est)
         if gt_positions is not self.gt:
             gt = normalise_scenes(gt_positions, starts)
         est = normalise_scenes(est_positions, starts)
         if self._alignment != "similarity":
             ratios = _each(est.units / gt.units, counts)[:, None]
             est = Normalised(est.local * ratios, est.centres, gt.units)
-        return starts, gt, est
+        return Worlds(estimated, starts, gt, est)
 
     def _registered(self, thresholds: Floats, which: Indices) -> tuple[Floats, Booleans, Indices]:
         """Register normalised positions of some scenes."""
@@ -169,8 +200,7 @@ class Aligner:
         return self._scenes
 
     def _vertical_last(self) -> tuple[Indices, Floats, Floats]:
-        assert self._worlds is not None
-        starts, gt, est = self._worlds
+        _, starts, gt, est = self.worlds
         if self._axes[2] == 2:
             return starts, gt.local, est.local
         return starts, gt.local[:, self._axes], est.local[:, self._axes]

@@ -130,7 +130,7 @@ def tas_distance(
         errors = aligner.align(np.array([start])).errors
         distance = smallest_unit(np.sort(errors), score, N_THRESHOLDS)
     else:
-        distance, (*_, errors) = search_unit(
+        distance, errors = search_unit(
             lambda unit: aligner.align(np.array([unit])).errors, start, score, N_THRESHOLDS
         )
     if np.isinf(errors).all():
@@ -214,21 +214,21 @@ def too_few(n: int, score: float, alignment: str, n_worlds: int = 1) -> str:
 
 def search_unit(
     errors_at: ErrorsAt, start: float, score: float, n_thresholds: int
-) -> tuple[float, list[Floats]]:
-    """Return the smallest unit at which a score is reached, and the errors found, the best last."""
+) -> tuple[float, Floats]:
+    """Return the smallest unit at which a score is reached, and the errors that reach it."""
     search = unit_search(start, score, n_thresholds)
     unit = next(search)
     while True:
         try:
             unit = search.send(errors_at(unit))
         except StopIteration as stop:
-            found: tuple[float, list[Floats]] = stop.value
+            found: tuple[float, Floats] = stop.value
             return found
 
 
 def unit_search(
     start: float, score: float, n_thresholds: int
-) -> Generator[float, Floats, tuple[float, list[Floats]]]:
+) -> Generator[float, Floats, tuple[float, Floats]]:
     """Search for the smallest unit as `search_unit`: yield units, and be sent the errors at each.
 
     Where any alignment reaches the score below a unit u, the best one at u does, too: at a unit u',
@@ -237,19 +237,17 @@ def unit_search(
     programming", Management Science 1967), which converges faster than linearly.
     """
     _check_score(score)
-    found: list[tuple[float, Floats]] = []
     start = start if 0 < start < inf else 1.0
-    unit, before = start, inf
+    unit, before, smallest, best = start, inf, inf, np.empty(0)
     while 0 < unit < (1 - GAIN) * before:
-        before = unit if found else inf  # the first step may go up
-        errors = yield unit
-        unit = _continuous_unit(np.sort(errors), score)
-        found.append((unit, errors))
+        before = unit if best.size else inf  # the first step may go up
+        errors = np.sort((yield unit))
+        unit = _continuous_unit(errors, score)
+        if unit <= smallest:
+            smallest, best = unit, errors
         if unit < ROUNDING * start:
             break
-    found.sort(key=lambda pair: -pair[0])
-    best = [errors for _, errors in found]
-    return smallest_unit(np.sort(best[-1]), score, n_thresholds), best
+    return smallest_unit(best, score, n_thresholds), best
 
 
 def smallest_unit(sorted_errors: Floats, score: float, n_thresholds: int) -> float:

@@ -123,11 +123,13 @@ class _Cells:
         self.starts = starts
         self.counts = np.diff(starts, append=len(self.points))
         self.means = np.add.reduceat(self.points, starts) / self.counts[:, None]
-        squares = self.means.repeat(self.counts, axis=0)
-        np.subtract(self.points, squares, out=squares)
-        squares *= squares
-        self.radii = np.sqrt(np.maximum.reduceat(squares.sum(axis=1), starts))
-        self.widest = np.add.reduceat(squares, starts).argmax(axis=1)
+        sums, spreads = np.zeros(len(self.points)), []
+        for column, mean in zip(self.points.T, self.means.T, strict=True):  # all take much memory
+            squares = (column - mean.repeat(self.counts)) ** 2
+            sums += squares
+            spreads.append(np.add.reduceat(squares, starts))
+        self.radii = np.sqrt(np.maximum.reduceat(sums, starts))
+        self.widest = np.argmax(spreads, axis=0)
 
     def split(self, tried: Floats) -> Floats:
         """Split cells whose bounds for one of the points tried are far off; return their sums."""
@@ -141,7 +143,8 @@ class _Cells:
             axis = self.widest[label]
             upper = self.points[rows, axis] > self.means[label, axis]
             order = rows[np.argsort(2 * label + upper, kind="stable")]
-            self.points[rows], distances[:, rows] = self.points[order], distances[:, order]
+            for column in (*self.points.T, *distances):
+                column[rows] = column[order]
             n_upper = np.bincount(label[upper], minlength=len(self.starts))
             middles = self.starts + self.counts - n_upper
             divided = (n_upper > 0) & (n_upper < self.counts)
@@ -191,18 +194,23 @@ def _medoid_by_bounds(points: Floats, left: Indices, bounds: Floats) -> int:
         if left.size > size:
             left = left[np.argpartition(bounds[left], size)]
         batch, left = left[:size], left[size:]
-        squared = points[batch] @ (-2 * points.T)
+        squared = (-2 * points[batch]) @ points.T
         squared += squares
         squared += squares[batch, None]
-        distances = np.sqrt(np.clip(squared, 0, TLUD_THRESHOLD**2))
+        distances = np.clip(squared, 0, TLUD_THRESHOLD**2)
+        np.sqrt(distances, out=distances)
         sums = distances.sum(axis=1)
         smallest = int(np.argmin(sums))
         if sums[smallest] < best_sum:
             best, best_sum = int(batch[smallest]), sums[smallest]
         if left.size:
             near = [np.count_nonzero(row < (2 * TLUD_THRESHOLD) ** 2) for row in squared]
-            d, f, m = distances[:, left], sums[:, None], np.array(near)[:, None]
-            bound = np.maximum(n * d - f, np.where(d < TLUD_THRESHOLD, f - m * d, 0)).max(axis=0)
+            bound, step = np.zeros(left.size), ceil(DISTANCES_AT_ONCE / left.size)
+            for start in range(0, len(batch), step):
+                some = slice(start, start + step)
+                d, f, m = distances[some, left], sums[some, None], np.array(near[some])[:, None]
+                found = np.maximum(n * d - f, np.where(d < TLUD_THRESHOLD, f - m * d, 0))
+                np.maximum(bound, found.max(axis=0), out=bound)
             for i in np.argsort(sums)[:N_PLANES].tolist():
                 plane = _plane(points, int(batch[i]), left, np.sqrt(np.maximum(squared[i], 0)))
                 np.maximum(bound, plane, out=bound)

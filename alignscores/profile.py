@@ -1,16 +1,15 @@
 """Scores over all largest thresholds."""
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import chain
 from math import nan
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .aligner import Aligner, Seed, one_scene
+from .aligner import Aligner, Seed, Worlds, one_scene
 from .arrays import Floats
 from .distance import FITTED, ErrorsAt, extent, search_unit, smallest_unit
 from .histogram import equal_steps
@@ -44,9 +43,10 @@ class ScoreProfile:
     ----------
     units : (U,) ndarray
         Largest thresholds, ascending: in ground-truth units for positions, degrees for rotations.
-    errors : (A, n) ndarray
+    errors : (A, n) sequence of float
         Errors of the cameras under each alignment that was found, each row in ascending order. The
-        score at a unit is that of the alignment that scores best.
+        score at a unit is that of the alignment that scores best. Those of `tas_profile` are
+        computed row by row where they are asked for; ``np.array(profile.errors)`` has all.
     n_thresholds : int
         Number of equally spaced thresholds up to the largest.
     n_fitted : int
@@ -74,7 +74,7 @@ class ScoreProfile:
     units: Floats
     scores: Floats = field(init=False)
     half: float = field(init=False)
-    errors: Floats = field(repr=False)
+    errors: Sequence[Floats] | Floats = field(repr=False)
     n_thresholds: int
     n_fitted: int = 0
 
@@ -113,7 +113,7 @@ class ScoreProfile:
         (9.52, 200.0)
         """
         unit = min(smallest_unit(errors, score, self.n_thresholds) for errors in self.errors)
-        return unit if score * self.errors.shape[1] > self.n_fitted else nan
+        return unit if score * len(self.errors[0]) > self.n_fitted else nan
 
     def at(self, score: float) -> float:
         """Return `unit_at` of a score; the name is deprecated since 1.1."""
@@ -209,13 +209,20 @@ def tas_profile(
     )
     grid = extent_units(aligner.gt) if units is None else _checked_units(units)
     n_fitted = FITTED[alignment]
+    alignments: list[Floats] = []
+
+    def errors_at(unit: float) -> Floats:
+        aligned = aligner.align(np.array([unit]))
+        alignments.append(np.where(aligned.found, aligned.normalised[0], nan))
+        return aligned.errors
+
     if aligner.has_one_alignment:
-        profile = _profile(grid, [aligner.align(grid[:1]).errors], n_thresholds, n_fitted)
+        errors_at(float(grid[0]))
     else:
-        profile = searched_profile(
-            lambda unit: aligner.align(np.array([unit])).errors, grid, n_thresholds, n_fitted
-        )
-    if np.isinf(profile.errors).all():
+        _search(errors_at, grid, n_thresholds)
+    errors = _ErrorRows(aligner.worlds, alignments)
+    profile = ScoreProfile(grid, errors, n_thresholds, n_fitted)
+    if not aligner.estimated.any() or np.isnan(alignments).all():
         warnings.warn(
             "all scores are 0: the estimate cannot be aligned", AlignmentWarning, stacklevel=2
         )
@@ -279,26 +286,43 @@ def ras_profile(
     """
     grid = DEGREES if units is None else _checked_units(units)
     result = ras(gt_rotations, est_rotations, n_thresholds=n_thresholds, alignment=alignment, up=up)
-    return _profile(grid, [result.errors], n_thresholds)
+    return ScoreProfile(grid, [np.sort(result.errors)], n_thresholds)
 
 
-def searched_profile(
-    errors_at: ErrorsAt, units: Floats, n_thresholds: int, n_fitted: int = 0
-) -> ScoreProfile:
+def searched_profile(errors_at: ErrorsAt, units: Floats, n_thresholds: int) -> ScoreProfile:
     """Return the profile of the alignments found at all units and at the half-score unit."""
-    _, found = search_unit(errors_at, float(units[-1]), 0.5, n_thresholds)
-    return _profile(units, chain(found, map(errors_at, units.tolist())), n_thresholds, n_fitted)
+    rows: list[Floats] = []
+
+    def kept(unit: float) -> Floats:
+        rows.append(np.sort(errors_at(unit)))
+        return rows[-1]
+
+    _search(kept, units, n_thresholds)
+    return ScoreProfile(units, rows, n_thresholds)
 
 
-def _profile(
-    units: Floats, errors: Iterable[Floats], n_thresholds: int, n_fitted: int = 0
-) -> ScoreProfile:
-    """Return the profile of alignments; their errors are moved one by one, never held twice."""
-    rows = [np.sort(row) for row in errors]
-    table = np.empty((len(rows), len(rows[0])))
-    while rows:
-        table[len(rows) - 1] = rows.pop()
-    return ScoreProfile(units, table, n_thresholds, n_fitted)
+def _search(errors_at: ErrorsAt, units: Floats, n_thresholds: int) -> None:
+    """Align for the half-score unit, and for all units."""
+    search_unit(errors_at, float(units[-1]), 0.5, n_thresholds)
+    for unit in units.tolist():
+        errors_at(unit)
+
+
+@dataclass(frozen=True, eq=False)
+class _ErrorRows(Sequence[Floats]):
+    """The sorted errors under each alignment: of a million cameras not all of them have room."""
+
+    worlds: Worlds
+    alignments: Sequence[Floats]  # (13,), of the normalised positions; NaN where there is none
+
+    def __len__(self) -> int:
+        return len(self.alignments)
+
+    def __getitem__(self, k: Any) -> Any:
+        if isinstance(k, slice):
+            return [self[place] for place in range(*k.indices(len(self)))]
+        row = self.alignments[k][None]
+        return np.sort(self.worlds.errors(row, ~np.isnan(row[:, 0])))
 
 
 def extent_units(gt: Floats) -> Floats:

@@ -405,7 +405,7 @@ class Evaluation:
 
 def rotation_profile(ras: AlignmentScore) -> ScoreProfile:
     """Return the profile of the RAS."""
-    return ScoreProfile(DEGREES, np.sort(ras.errors)[None], len(ras.thresholds))
+    return ScoreProfile(DEGREES, [np.sort(ras.errors)], len(ras.thresholds))
 
 
 def finite_or_none(value: float | None) -> float | None:

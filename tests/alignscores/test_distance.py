@@ -17,6 +17,7 @@ from alignscores import (
     tas_distance,
     tas_profile,
 )
+from alignscores.arrays import Floats
 from alignscores.distance import search_unit, smallest_unit
 from alignscores.histogram import equal_steps
 
@@ -165,9 +166,16 @@ def test_a_perfect_estimate_has_the_distance_0():
 def test_the_search_may_start_anywhere():
     errors = np.sort(np.random.default_rng(8).exponential(size=50))
     for start in (1e-6, 1.0, 1e6, 0.0, np.inf):
-        distance, found = search_unit(lambda _: errors, start, 0.5, 100)
+        asked: list[float] = []
+
+        def errors_at(unit: float, asked: list[float] = asked) -> Floats:
+            asked.append(unit)
+            return errors
+
+        distance, found = search_unit(errors_at, start, 0.5, 100)
         assert distance == smallest_unit(errors, 0.5, 100)
-        assert 0 < len(found) < 5
+        np.testing.assert_array_equal(found, errors)
+        assert 0 < len(asked) < 5
 
 
 @pytest.mark.parametrize("score", [0, -1, 1.1, np.nan, "half", True])

@@ -1,5 +1,6 @@
 """Scores over their thresholds, against the scores at each unit and against closed forms."""
 
+import pickle
 import warnings
 
 import numpy as np
@@ -20,6 +21,32 @@ def half_normal_score(ratio):
     return scipy.special.erf(ratio / np.sqrt(2)) + np.sqrt(2 / np.pi) * (
         np.expm1(-(ratio**2) / 2) / ratio
     )
+
+
+# --- the errors -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("registration", ["refined", "pcr99"])
+@pytest.mark.parametrize("alignment", ["similarity", "rigid", "none"])
+def test_rows_are_the_errors_of_what_was_found_also_elsewhere(registration, alignment):
+    rng = np.random.default_rng(1)
+    gt = rng.random((40, 3))
+    est = gt + rng.normal(scale=0.01, size=gt.shape)
+    est[:5] = np.nan
+    profile = tas_profile(gt, est, [0.01, 0.1], registration=registration, alignment=alignment)
+    errors = np.array(profile.errors)
+    one = alignment == "none" or registration == "pcr99"
+    assert (len(errors) == 1) == one
+    assert (np.diff(errors[:, :35]) >= 0).all()
+    assert np.isinf(errors[:, 35:]).all()
+    if one:
+        best = tas(gt, est, unit=0.1, registration=registration, alignment=alignment)
+        np.testing.assert_array_equal(errors[0], np.sort(best.errors))
+    again = ScoreProfile(profile.units, errors, profile.n_thresholds, profile.n_fitted)
+    np.testing.assert_array_equal(profile.scores, again.scores)
+    assert profile.unit_at(0.7) == again.unit_at(0.7)
+    copied = pickle.loads(pickle.dumps(profile))
+    np.testing.assert_array_equal(copied.errors[-2:], errors[-2:])
 
 
 # --- the crossing ---------------------------------------------------------------------------------
