@@ -48,7 +48,6 @@ COLOURS = {
 SETTINGS: dict[Any, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],  # comes with Matplotlib: the same on every machine
-    "mathtext.fontset": "dejavusans",
     "font.size": TEXT,
     "text.color": INK,
     "axes.titlesize": TITLE,

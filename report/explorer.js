@@ -2,10 +2,8 @@
 (() => {
   "use strict";
   const { cursor, curves, element, endLabels, frame, html, line, number, responsive } = AlignmentCharts;
-  const { WEIGHTS, controls, memory, roundNumbers, setting } = AlignmentControls;
+  const { WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked } = AlignmentControls;
   const { half, order, pas, quantile, score } = AlignmentScores;
-  const data = JSON.parse(document.getElementById("data").textContent);
-  const byId = (id) => document.getElementById(id);
 
   // Where each slider stops, and what its output says.
   const RANGES = {
@@ -41,13 +39,9 @@
 
   // Numbers of two bytes each on a logarithmic scale; see `pack` in report/explorer.py.
   function unpack({ low, high, codes }) {
-    const bytes = Uint8Array.from(atob(codes), (letter) => letter.charCodeAt(0));
-    const view = new DataView(bytes.buffer);
     const step = Math.log(high / low) / 65533;
-    return Float64Array.from({ length: bytes.length / 2 }, (_, k) => {
-      const code = view.getUint16(2 * k, true);
-      return code === 0 ? 0 : code === 65535 ? Infinity : low * Math.exp(step * (code - 1));
-    });
+    return Float64Array.from(unpacked(Uint16Array, codes), (code) =>
+      (code === 0 ? 0 : code === 65535 ? Infinity : low * Math.exp(step * (code - 1))));
   }
 
   // The trials of an experiment by curve and noise level; unpacked when it is first shown.
@@ -144,22 +138,23 @@
     const used = usedBy(experiment);
     showSetting();
     for (const name of Object.keys(RANGES)) {
-      byId(name).parentNode.hidden = !used[name];
-      byId(name).parentNode.classList.toggle("changed", !kept.isDefault([name]));
+      at(name).parentNode.hidden = !used[name];
+      at(name).parentNode.classList.toggle("changed", !kept.isDefault([name]));
     }
-    byId("outliers").hidden = !used.outliers;
+    at("outliers").hidden = !used.outliers;
     const labels = experiment.levels.labels;
-    Object.assign(byId("level"), { min: 1, max: labels.length, value: levelOf(experiment) + 1 });
-    byId("level-value").textContent = `${experiment.levels.name} = ${labels[levelOf(experiment)]}`;
-    byId("level").setAttribute("aria-valuetext", byId("level-value").textContent);
+    Object.assign(at("level"), { min: 1, max: labels.length, value: levelOf(experiment) + 1 });
+    at("level-value").textContent = `${experiment.levels.name} = ${labels[levelOf(experiment)]}`;
+    at("level").setAttribute("aria-valuetext", at("level-value").textContent);
   }
 
   // ---- Drawing ----------------------------------------------------------------------------------
 
   const percent = (value) => `${(100 * value).toFixed(1)} %`;
+
   // A table with a name for each row.
   function table(caption, head, rows) {
-    const cells = (kind, scope, texts) => texts.map((text) => made(kind, scope ? { scope } : {}, text));
+    const cells = (kind, scope, texts) => texts.map((text) => html(kind, scope ? { scope } : {}, text));
     const row = ([name, ...rest]) => html("tr", {}, ...cells("th", "row", [name]), ...cells("td", "", rest));
     return html("div", { class: "scroll", role: "group", tabindex: 0, "aria-label": caption },
       html("table", {}, html("caption", {}, caption),
@@ -264,9 +259,9 @@
   const basis = (name) => [state.experiment, name, state.quantile, state.thresholds, state.outliers].join();
 
   function drawOrders(experiment, names, kinds) {
-    const charts = hosts(byId("order-charts"), experiment, names, (name) => [`Order by the ${name}`]);
+    const charts = hosts(at("order-charts"), experiment, names, (name) => [`Order by the ${name}`]);
     const look = [{ colour: "#1d4f91" }, { colour: "#b3411c", dash: "7 3" }];
-    byId("order-tables").replaceChildren(...names.map((name) => {
+    at("order-tables").replaceChildren(...names.map((name) => {
       const stops = every(stopsOf(name), 3);
       const found = once(`order ${basis(name)}`, () => stops.map((stop) =>
         ordersOf(experiment, scoresOf(experiment, name, state, stop)).map(([, value]) => value)));
@@ -282,15 +277,15 @@
   }
 
   function drawProfiles(experiment, names) {
-    const charts = hosts(byId("profile-charts"), experiment, names, (name) => [`${name} over its largest threshold`]);
+    const charts = hosts(at("profile-charts"), experiment, names, (name) => [`${name} over its largest threshold`]);
     const { series, levels } = experiment;
     const level = levelOf(experiment);
-    const at = `at ${levels.name} ${levels.labels[level]}`;
-    byId("profile-tables").replaceChildren(...names.map((name) => {
+    const where = `at ${levels.name} ${levels.labels[level]}`;
+    at("profile-tables").replaceChildren(...names.map((name) => {
       const stops = every(stopsOf(name), 2);
       const [means, halves] = once(`profile ${basis(name)} ${level}`, () => profilesOf(experiment, name, level, stops));
       const chart = drawOver(charts[name], name, {
-        label: `Mean ${name} ${at}`,
+        label: `Mean ${name} ${where}`,
         stops, lines: series.labels.map((text, k) => ({ text, colour: series.colours[k], values: means[k] })),
         y: { domain: [0, 1], ticks: [0, 0.25, 0.5, 0.75, 1] },
         reading: (text, value) => `${text}: ${three(value)}`,
@@ -302,7 +297,7 @@
       });
       const { unit } = KINDS[name];
       const few = [...stops.keys()].filter((k) => k % 4 === 0);
-      return table(`${name} ${at} over its largest threshold; one half: where it is reached, the median trial`,
+      return table(`${name} ${where} over its largest threshold; one half: where it is reached, the median trial`,
         [series.name, "one half at", ...few.map((k) => `${number(stops[k])} ${unit}`)],
         series.labels.map((label, k) =>
           [label, `${number(halves[k])} ${unit}`, ...few.map((i) => three(means[k][i]))]));
@@ -329,7 +324,7 @@
     const box = table("From 50 to 100 %: the bar is now, the stroke the paper’s setting",
       ["Score", "neighbours in", "now", "paper", ""],
       rows.map(({ name, kind, now, paper }) => [name, kind, percent(now), percent(paper), bar(now, paper)]));
-    byId("orders").replaceChildren(box.firstChild);
+    at("orders").replaceChildren(box.firstChild);
   }
 
   // ---- What it says -----------------------------------------------------------------------------
@@ -363,7 +358,7 @@
   }
 
   // Seen at once, and spoken when the slider rests.
-  const [said, spoken] = [byId("said"), byId("spoken")];
+  const [said, spoken] = [at("said"), at("spoken")];
   let resting;
   function say(text) {
     said.textContent = text;
@@ -374,12 +369,12 @@
   function draw() {
     const experiment = current();
     const { figure, title, about, scores, series } = experiment;
-    byId("which").textContent = [figure, title, ...about].filter(Boolean).join(" · ");
+    at("which").textContent = [figure, title, ...about].filter(Boolean).join(" · ");
     const remark = `by ${series.name} · ↑ higher is better`;
-    const charts = hosts(byId("panels"), experiment, ["PAS", "TAS", "RAS"].filter((name) => scores.includes(name)),
+    const charts = hosts(at("panels"), experiment, ["PAS", "TAS", "RAS"].filter((name) => scores.includes(name)),
       (name) => [name, html("span", { class: "small" }, remark)]);
     const rows = [];
-    byId("scores-tables").replaceChildren(...scores.map((name) => {
+    at("scores-tables").replaceChildren(...scores.map((name) => {
       const grid = scoresOf(experiment, name, state);
       const before = once(`paper ${experiment.name} ${name}`, () => scoresOf(experiment, name, PAPER));
       drawScores(experiment, name, charts[name], grid, before);
@@ -391,7 +386,7 @@
     }));
     orderTable(rows);
     const kinds = [...new Set(rows.map(({ kind }) => kind))];
-    byId("orders").parentNode.hidden = kinds.length === 0; // one level has no neighbours
+    at("orders").parentNode.hidden = kinds.length === 0; // one level has no neighbours
     const names = scores.filter((name) => name !== "PAS");
     if (kinds.length) drawOrders(experiment, names, kinds);
     drawProfiles(experiment, names);
@@ -411,11 +406,11 @@
     });
   }
 
-  byId("level").addEventListener("input", () => change({ level: Number(byId("level").value) }));
-  byId("more").open = matchMedia("(min-width: 64.0625rem)").matches;
+  at("level").addEventListener("input", () => change({ level: Number(at("level").value) }));
+  at("more").open = matchMedia("(min-width: 64.0625rem)").matches;
   showControls();
   const chosen = document.querySelector('[name="experiment"]:checked').parentNode;
   chosen.parentNode.scrollLeft = chosen.offsetLeft - chosen.parentNode.offsetLeft - 16; // on a phone
   draw();
-  responsive(byId("panels"), update);
+  responsive(at("panels"), update);
 })();

@@ -22,7 +22,7 @@ from experiments.tables import write_files
 from figures.curves import write_value
 from figures.style import colours
 
-from .page import environment
+from .page import environment, own
 
 TITLES = {  # of the paper's experiments: its figure, and a name
     "outliers": ("Figure 2", "Outliers"),
@@ -62,18 +62,13 @@ def render(experiments: Sequence[CameraErrors]) -> str:
             cameras=sum(one.sweep.trials * sum(one.counts) for one in experiments),
         )
     )
-    styles, scripts = (source("style.css"), _own("explorer.css")), map(source, SCRIPTS)
     return document(
         "What if the threshold were another one? Alignment scores to play with",
         body,
-        styles=styles,
-        scripts=(*scripts, _own("explorer.js")),
+        styles=(source("style.css"), own("explorer.css")),
+        scripts=(*map(source, SCRIPTS), own("explorer.js")),
         data={"paper": paper, "quantiles": QUANTILES, "experiments": shown},
     )
-
-
-def _own(name: str) -> str:
-    return Path(__file__).with_name(name).read_text("utf-8")
 
 
 def _experiment(errors: CameraErrors) -> dict[str, Any]:

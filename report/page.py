@@ -15,6 +15,8 @@ from markupsafe import Markup, escape
 from PIL import Image
 
 import studies
+from alignscores.explorer import source
+from alignscores.explorer.document import document
 from experiments.tables import TableError
 from studies.claims.claims import Claim, Claims, Decision, load_claims
 from studies.claims.verdicts import CENTRAL, TAKEN, TRUTHS, VERDICTS
@@ -52,8 +54,19 @@ COLOURS = 256  # in a picture: all that can be seen, at a third of the size
 
 def render(results: Results, machine: str = "") -> str:
     """Write the page as HTML that needs no other file; it has no date."""
-    found = contents(results, machine)
-    return environment().get_template("page.html.j2").render(found)
+    body = environment().get_template("page.html.j2").render(contents(results, machine))
+    return document(
+        "Which claims hold: alignment scores, repeated",
+        body,
+        styles=(source("style.css"), own("page.css")),
+        scripts=(source("tables.js"), own("page.js")),
+        allowed="img-src data:",
+    )
+
+
+def own(name: str) -> str:
+    """Return a style or a script of this folder."""
+    return Path(__file__).with_name(name).read_text("utf-8")
 
 
 def contents(results: Results, machine: str = "") -> dict[str, Any]:

@@ -6,6 +6,11 @@ const AlignmentControls = (() => {
   const STEPS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000]; // numbers of thresholds
   const WEIGHTS = Array.from({ length: 21 }, (_, k) => k / 20);
 
+  const at = (id) => document.getElementById(id);
+  const data = JSON.parse(at("data").textContent);
+  // Numbers of a kind, such as Float32Array, from the base64 of their bytes.
+  const unpacked = (Kind, text) => new Kind(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
+
   // Round numbers from one to another, some 22 for each power of ten.
   function roundNumbers(low, high) {
     const found = [];
@@ -64,14 +69,14 @@ const AlignmentControls = (() => {
   function controls(ranges, { change, defaults, state }, keys) {
     const shows = Object.entries(ranges).map(([key, [values, describe]]) => {
       const all = [...new Set([...values, defaults[key]])].sort((a, b) => a - b);
-      const show = slider(document.getElementById(key), all, describe, (value) => change({ [key]: value }));
+      const show = slider(at(key), all, describe, (value) => change({ [key]: value }));
       return () => show(state[key]);
     });
     for (const radio of document.querySelectorAll('input[type="radio"]')) {
       radio.addEventListener("change", () => change({ [radio.name]: radio.value }));
       shows.push(() => { radio.checked = radio.value === String(state[radio.name]); });
     }
-    document.getElementById("reset").addEventListener("click", () => {
+    at("reset").addEventListener("click", () => {
       change(Object.fromEntries(keys.map((key) => [key, defaults[key]])));
     });
     return () => { for (const show of shows) show(); };
@@ -99,5 +104,5 @@ const AlignmentControls = (() => {
     };
   }
 
-  return Object.freeze({ STEPS, WEIGHTS, controls, memory, roundNumbers, setting });
+  return Object.freeze({ STEPS, WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked });
 })();

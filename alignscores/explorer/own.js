@@ -2,10 +2,8 @@
 (() => {
   "use strict";
   const { curves, element, frame, html, line, number, responsive } = AlignmentCharts;
-  const { STEPS, WEIGHTS, controls, memory, roundNumbers, setting } = AlignmentControls;
+  const { STEPS, WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked } = AlignmentControls;
   const { score, pas, profile } = AlignmentScores;
-  const at = (id) => document.getElementById(id);
-  const data = JSON.parse(at("data").textContent);
   const run = data.settings;
   const QUANTILES = data.quantiles;
   const KINDS = {
@@ -19,7 +17,6 @@
   const BEYOND = "#1289c9"; // in no place of the ramp
   const UNITS = 48; // of a profile
 
-  const unpacked = (Kind, text) => new Kind(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
   const text = (id, words) => { at(id).textContent = words; };
   const digits = (value) => (Number.isFinite(value) ? value.toFixed(4) : "–");
 

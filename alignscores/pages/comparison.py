@@ -73,7 +73,7 @@ def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str
         styles=[source("style.css"), _file("page.css")],
         scripts=[*map(source, SCRIPTS), _file("page.js")],
         data=_data(comparison),
-        frames=True,
+        allowed="frame-src blob:",
     )
 
 

@@ -9,14 +9,12 @@
 (() => {
   "use strict";
   const { curves, html, number, responsive } = AlignmentCharts;
-  const { STEPS, WEIGHTS, controls, memory, roundNumbers, setting } = AlignmentControls;
+  const { STEPS, WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked } = AlignmentControls;
   const { score, pas } = AlignmentScores;
-  const at = (id) => document.getElementById(id);
-  const data = JSON.parse(at("data").textContent);
   const KINDS = { position: { name: "TAS", unit: "d" }, rotation: { name: "RAS", unit: "degrees" } };
   const UNITS = { position: geometric(0.02, 100), rotation: geometric(0.05, 180) };
-  const unpacked = (text) => new Float32Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
-  const errors = data.errors.map((systems) => systems.map((one) => one && { position: unpacked(one.position), rotation: unpacked(one.rotation) }));
+  const numbers = (text) => unpacked(Float32Array, text);
+  const errors = data.errors.map((systems) => systems.map((one) => one && { position: numbers(one.position), rotation: numbers(one.rotation) }));
   const everything = data.sequences.map((_, index) => index);
 
   function geometric(low, high) {
