@@ -146,15 +146,12 @@ def new_figure(
     return figure, grid.tolist()
 
 
-def small_multiples(
-    curves: Curves, *, columns: int, width: float, log: Sequence[str] = ()
-) -> Figure:
+def small_multiples(curves: Curves, columns: int, log: Sequence[str] = ()) -> Figure:
     """Draw a panel for each metric, some on a logarithmic axis, with one key above."""
-    key_rows = 1 if width > style.COLUMN else 2
-    figure, grid = new_figure(
-        len(curves.metrics) // columns, columns, width=width, head=0.23 + 0.13 * key_rows
-    )
-    for axes, metric in zip((axes for row in grid for axes in row), curves.metrics, strict=True):
+    width, key_rows = (style.COLUMN, 2) if columns == 2 else (style.PAGE, 1)
+    rows = len(curves.metrics) // columns
+    figure, grid = new_figure(rows, columns, width=width, head=0.23 + 0.13 * key_rows)
+    for axes, metric in zip(figure.axes, curves.metrics, strict=True):
         panel(axes, curves, metric, log=metric in log)
     for axes in grid[-1]:
         x_labels(axes, curves)
