@@ -3,7 +3,7 @@
   "use strict";
   const { cursor, curves, element, endLabels, frame, html, line, number, responsive } = AlignmentCharts;
   const { WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked } = AlignmentControls;
-  const { half, order, pas, quantile, score } = AlignmentScores;
+  const { half, mean, order, pas, quantile, score } = AlignmentScores;
 
   // Where each slider stops, and what its output says.
   const RANGES = {
@@ -90,9 +90,6 @@
       curve.map((trials) => trials.map((trial) => scoreOf(trial, name, chosen, largest))));
   }
 
-  const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
-  const least = (values) => values.reduce((one, other) => Math.min(one, other), Infinity);
-  const most = (values) => values.reduce((one, other) => Math.max(one, other), -Infinity);
   const transposed = (grid) => grid[0].map((_, level) => grid.map((curve) => curve[level]));
   const negated = (levels) => levels.map((trials) => trials.map((value) => -value));
 
@@ -215,10 +212,10 @@
     const apart = (chart.x(1) - chart.x(0)) * 0.7 / labels.length;
     const hairs = curve.map((trials, level) => {
       const x = chart.x(level) + (k + 0.5 - labels.length / 2) * apart;
-      return `M${x.toFixed(1)} ${chart.y(least(trials)).toFixed(1)}V${chart.y(most(trials)).toFixed(1)}`;
+      return `M${x.toFixed(1)} ${chart.y(Math.min(...trials)).toFixed(1)}V${chart.y(Math.max(...trials)).toFixed(1)}`;
     });
     const all = curve.flat();
-    const [top, bottom] = [chart.y(most(all)), chart.y(least(all))];
+    const [top, bottom] = [chart.y(Math.max(...all)), chart.y(Math.min(...all))];
     const x = chart.width - BAR * (labels.length - k) + 1.5;
     const height = Math.max(bottom - top, 1);
     chart.plot.append(
@@ -232,7 +229,7 @@
   function scoreTable({ levels, series }, name, grid) {
     const rows = grid.map((curve, k) => {
       const all = curve.flat();
-      return [series.labels[k], ...[...curve.map(mean), least(all), most(all)].map(three)];
+      return [series.labels[k], ...[...curve.map(mean), Math.min(...all), Math.max(...all)].map(three)];
     });
     const caption = `${name}, means by ${series.name} and ${levels.name}; range of all trials`;
     return table(caption, [series.name, ...levels.labels, "smallest", "largest"], rows);
@@ -354,7 +351,7 @@
     const orders = rows.map(({ kind, now, paper }) => `${kind} ${percent(now)}${beside(percent(paper))}`);
     const average = `mean ${three(mean(all))}${beside(`in the paper’s setting ${three(mean(before.flat(2)))}`)}`;
     const ordered = orders.length ? `; neighbours in the right order: ${orders.join(", ")}` : "";
-    return `${inWords(experiment, name)}: ${average}, from ${least(all).toFixed(2)} to ${most(all).toFixed(2)}${ordered}.`;
+    return `${inWords(experiment, name)}: ${average}, from ${Math.min(...all).toFixed(2)} to ${Math.max(...all).toFixed(2)}${ordered}.`;
   }
 
   // Seen at once, and spoken when the slider rests.

@@ -74,7 +74,9 @@ def contents(results: Results, machine: str = "") -> dict[str, Any]:
     claims = load_claims(len(results.plans["claims"].tables))
     replicates, experiments = (results.records[name] for name in ("claims", "paper"))
     verdicts, readings, criteria = results.answer("claims").tables.values()
-    rows = [_estimate(claims.claims[row["id"]], row) for row in _rows(results, claims, verdicts)]
+    if list(verdicts["id"]) != list(claims.claims):
+        raise TableError(results.folder / "claims.csv", "was made for other claims")
+    rows = list(map(_estimate, claims.claims.values(), verdicts.to_dict("records")))
     described = [plan.study for plan in results.plans.values()]
     sections = {each.name: each.show(results.answer(each.name)) for each in described if each.show}
     return {
@@ -99,16 +101,8 @@ def contents(results: Results, machine: str = "") -> dict[str, Any]:
     }
 
 
-def _rows(results: Results, claims: Claims, verdicts: pd.DataFrame) -> list[dict[Any, Any]]:
-    """Return the verdicts, if they are those of the claims as they stand."""
-    if list(verdicts["id"]) != list(claims.claims):
-        raise TableError(results.folder / "claims.csv", "was made for other claims")
-    return verdicts.to_dict("records")
-
-
 def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
     counted = [row for row in rows if not row.claim.implied_by]
-    counts = Counter(row.verdict for row in counted)
     populations = Counter(row.population for row in counted)
     numeric = [row for row in rows if row.claim.paper is not None]
     return {
@@ -119,7 +113,7 @@ def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
         "rows": rows,
         "claims": {row.claim.id: row for row in rows},
         "verdicts": VERDICTS,
-        "counts": {verdict: counts[verdict] for verdict in VERDICTS},
+        "counts": Counter(row.verdict for row in counted),
         "sources": list(dict.fromkeys(row.claim.source for row in rows)),
         "exceptions": [row for name in VERDICTS[:-1] for row in counted if row.verdict == name],
         "central": CENTRAL[1] - CENTRAL[0],
@@ -156,11 +150,8 @@ def environment(folder: Path = Path(__file__).parent) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.filters["levels"] = write_levels
-    made.filters["number"] = write_number
-    made.filters["together"] = _together
-    for name in REPLACEMENTS:
-        made.filters[name] = partial(_replace, name)
+    made.filters |= {"levels": write_levels, "number": write_number, "together": _together}
+    made.filters |= {name: partial(_replace, name) for name in REPLACEMENTS}
     return made
 
 

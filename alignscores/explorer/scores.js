@@ -84,5 +84,7 @@ const AlignmentScores = (() => {
     return right / (better.length * worse.length);
   }
 
-  return Object.freeze({ PAPER, score, quantile, pas, profile, half, order });
+  const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
+
+  return Object.freeze({ PAPER, score, quantile, pas, profile, half, mean, order });
 })();

@@ -10,7 +10,7 @@
   "use strict";
   const { curves, html, number, responsive } = AlignmentCharts;
   const { STEPS, WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked } = AlignmentControls;
-  const { score, pas } = AlignmentScores;
+  const { mean, pas, score } = AlignmentScores;
   const KINDS = { position: { name: "TAS", unit: "d" }, rotation: { name: "RAS", unit: "degrees" } };
   const UNITS = { position: geometric(0.02, 100), rotation: geometric(0.05, 180) };
   const numbers = (text) => unpacked(Float32Array, text);
@@ -35,7 +35,6 @@
   const SETTING = ["threshold", "degrees", "steps", "weight"];
   const largest = (kind) => (kind === "position" ? state.threshold : state.degrees);
   const chosen = () => (state.sequence < 0 ? everything : [state.sequence]);
-  const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
 
   // Over the sequences that the system was tried on; not a number where there are none.
   function scoreOf(system, kind, unit) {
