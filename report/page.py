@@ -103,23 +103,31 @@ def contents(results: Results, machine: str = "") -> dict[str, Any]:
 
 def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
     counted = [row for row in rows if not row.claim.implied_by]
-    populations = Counter(row.population for row in counted)
     numeric = [row for row in rows if row.claim.paper is not None]
     return {
         "counted": counted,
-        "populations": {word: populations[word] for word in reversed(TRUTHS)},
+        **tally(counted),
         "population_words": TRUTHS,
         "shown": Counter(row.verdict for row in rows),
         "rows": rows,
         "claims": {row.claim.id: row for row in rows},
         "verdicts": VERDICTS,
-        "counts": Counter(row.verdict for row in counted),
         "sources": list(dict.fromkeys(row.claim.source for row in rows)),
         "exceptions": [row for name in VERDICTS[:-1] for row in counted if row.verdict == name],
         "central": CENTRAL[1] - CENTRAL[0],
         "missed": _missed(n_replicates),
         "n_numbers": len(numeric),
         "n_outside": sum(row.is_outside for row in numeric),
+    }
+
+
+def tally(rows: Sequence[Estimate]) -> dict[str, dict[str, int]]:
+    """Count the verdicts of claims, and what is true of the mean, the best first."""
+    verdicts = Counter(row.verdict for row in rows)
+    populations = Counter(row.population for row in rows)
+    return {
+        "counts": {word: verdicts[word] for word in reversed(VERDICTS)},
+        "populations": {word: populations[word] for word in reversed(TRUTHS)},
     }
 
 
