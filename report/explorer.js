@@ -247,6 +247,7 @@
       describe: (k) => `up to ${write(threshold, stops[k])}: ${read(k)}`,
       name: `Read the curves of the ${name}`,
     });
+    chart.plot.prepend(...chart.plot.querySelectorAll(".rule, .name")); // beneath the curves
     endLabels(chart, lines.map(({ text, colour, values }) => ({ text, colour, y: values.at(-1) })));
     return chart;
   }
