@@ -2,9 +2,8 @@
 
 from matplotlib.figure import Figure
 
-from alignscores import PASResult, pas
+from alignscores import pas
 from alignscores.plots import score_panel
-from experiments.config import Sweep
 from experiments.grid import Cell
 from experiments.sweep import draw_scene, trial_seeds
 from experiments.tables import Trials
@@ -18,7 +17,9 @@ TRIAL = 0
 @style.applied()
 def draw(trials: Trials) -> Figure:
     """Figure 1: cumulative frequency histograms of one trial, whose areas are TAS and RAS."""
-    scores = _run(trials.sweep)
+    camera_seed, registration_seed = trial_seeds(trials.sweep, CELL, TRIAL)
+    scene = draw_scene(trials.sweep, CELL, camera_seed)
+    scores = pas(scene.gt_poses, scene.est_poses, rng=registration_seed)
     unit = scores.tas.unit
     figure = Figure(figsize=(style.COLUMN, 3.1), layout="constrained")
     for axes, name, result, scale, errors, label in zip(
@@ -41,9 +42,3 @@ def draw(trials: Trials) -> Figure:
         axes.set_xlabel(label)
         style.remark(axes, axes.set_title(errors), "number of cameras below the threshold")
     return figure
-
-
-def _run(sweep: Sweep) -> PASResult:
-    camera_seed, registration_seed = trial_seeds(sweep, CELL, TRIAL)
-    scene = draw_scene(sweep, CELL, camera_seed)
-    return pas(scene.gt_poses, scene.est_poses, rng=registration_seed)

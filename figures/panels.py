@@ -146,15 +146,12 @@ def new_figure(
     return figure, grid.tolist()
 
 
-def small_multiples(
-    curves: Curves, *, columns: int, width: float, log: Sequence[str] = ()
-) -> Figure:
+def small_multiples(curves: Curves, columns: int, log: Sequence[str] = ()) -> Figure:
     """Draw a panel for each metric, some on a logarithmic axis, with one key above."""
-    key_rows = 1 if width > style.COLUMN else 2
-    figure, grid = new_figure(
-        len(curves.metrics) // columns, columns, width=width, head=0.23 + 0.13 * key_rows
-    )
-    for axes, metric in zip((axes for row in grid for axes in row), curves.metrics, strict=True):
+    width, key_rows = (style.COLUMN, 2) if columns == 2 else (style.PAGE, 1)
+    rows = len(curves.metrics) // columns
+    figure, grid = new_figure(rows, columns, width=width, head=0.23 + 0.13 * key_rows)
+    for axes, metric in zip(figure.axes, curves.metrics, strict=True):
         panel(axes, curves, metric, log=metric in log)
     for axes in grid[-1]:
         x_labels(axes, curves)
@@ -173,7 +170,7 @@ def series_key(figure: Figure, curves: Curves, x: float, y: float, *, named: boo
     entries = np.linspace(0, len(colours) - 1, min(len(colours), MAX_ENTRIES)).round().astype(int)
     for value, colour in ((curves.values[i], colours[i]) for i in entries):
         handles[write_value(curves.series, value)] = Line2D([], [], color=colour, lw=3, marker="")
-    _key(figure, handles, x, y, style.TEXT, handlelength=0.9 if named else 0.7)
+    _key(figure, handles, x, y, fontsize=style.TEXT, handlelength=0.9 if named else 0.7)
 
 
 def glyph_key(
@@ -192,7 +189,7 @@ def glyph_key(
     names = list(handles)
     for row, part in enumerate([names] if rows == 1 else [names[:3], names[3:]]):
         some = {name: handles[name] for name in part}
-        _key(figure, some, x, y + 0.13 * row, style.SMALL, handlelength=1.2)
+        _key(figure, some, x, y + 0.13 * row, handlelength=1.2)
 
 
 def _stroke(width: float) -> Line2D:
@@ -200,14 +197,9 @@ def _stroke(width: float) -> Line2D:
 
 
 def _key(
-    figure: Figure,
-    handles: Mapping[str, Artist],
-    x: float,
-    y: float,
-    size: float,
-    handlelength: float,
+    figure: Figure, handles: Mapping[str, Artist], x: float, y: float, **options: float
 ) -> None:
     width, height = figure.get_size_inches()
     placed = {"loc": "upper left", "bbox_to_anchor": (x / width, 1 - y / height)}
-    spaced = {"handlelength": handlelength, "handletextpad": 0.5, "columnspacing": 0.8}
-    style.key(figure, handles, fontsize=size, **placed, **spaced).set_in_layout(False)
+    spaced = {"handletextpad": 0.5, "columnspacing": 0.8}
+    style.key(figure, handles, **placed, **spaced, **options).set_in_layout(False)

@@ -48,7 +48,6 @@ COLOURS = {
 SETTINGS: dict[Any, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],  # comes with Matplotlib: the same on every machine
-    "mathtext.fontset": "dejavusans",
     "font.size": TEXT,
     "text.color": INK,
     "axes.titlesize": TITLE,
@@ -125,8 +124,7 @@ def direction(axes: Axes, *, larger_is_better: bool) -> None:
 def as_table(axes: Axes, size: float) -> None:
     """Draw no lines around coloured cells, and name their columns above them, in small type."""
     without_lines(axes)
-    axes.tick_params(top=False, labeltop=True, labelbottom=False)
-    axes.tick_params(axis="x", labelsize=size)
+    axes.tick_params(axis="x", top=False, labeltop=True, labelbottom=False, labelsize=size)
 
 
 def draw_cells(axes: Axes, values: Floats, lightest: float, darkest: float, gap: float) -> None:

@@ -4,7 +4,6 @@ A sentence that the results do not bear out any more is refused; in a quick look
 """
 
 import re
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from html import unescape
 from typing import Any
@@ -16,13 +15,12 @@ from markupsafe import Markup
 from experiments.command import CommandError
 from experiments.config import CONFIG_DIR
 from studies.claims.claims import load_claims
-from studies.claims.verdicts import TRUTHS, VERDICTS
 from studies.order import SIGNIFICANCE
 from studies.statistics import LEAST_POWER
 from studies.words import listed
 
 from .estimates import SPACE, Estimate
-from .page import contents, environment
+from .page import contents, environment, tally
 from .results import Results
 
 FOLDER = CONFIG_DIR.parent / "docs" / "article"
@@ -136,20 +134,12 @@ def _comparison(
 
 def _tallies(counted: Sequence[Estimate]) -> list[dict[str, Any]]:
     """Count the claims of each source, and how many have each verdict."""
-    tallies = []
-    for source in dict.fromkeys(row.claim.source for row in counted):
-        rows = [row for row in counted if row.claim.source == source]
-        verdicts = Counter(row.verdict for row in rows)
-        populations = Counter(row.population for row in rows)
-        tallies.append(
-            {
-                "source": source,
-                "counted": len(rows),
-                "verdicts": {word: verdicts[word] for word in reversed(VERDICTS)},
-                "populations": {word: populations[word] for word in reversed(TRUTHS)},
-            }
-        )
-    return tallies
+    groups: dict[str, list[Estimate]] = {}
+    for row in counted:
+        groups.setdefault(row.claim.source, []).append(row)
+    return [
+        {"source": source, "counted": len(rows), **tally(rows)} for source, rows in groups.items()
+    ]
 
 
 def _captions(rows: Sequence[Estimate]) -> list[dict[str, Any]]:

@@ -1,81 +1,69 @@
 // Scores the errors of the trials under the setting of the controls, and draws what comes out.
 (() => {
   "use strict";
-  const { cursor, element, endLabels, frame, line, number, responsive, rule } = AlignmentCharts;
-  const { address, roundNumbers, sliders } = AlignmentControls;
-  const { half, order, pas, quantile, score } = AlignmentScores;
-  const data = JSON.parse(document.getElementById("data").textContent);
-  const byId = (id) => document.getElementById(id);
+  const { cursor, curves, element, endLabels, frame, html, line, number, responsive } = AlignmentCharts;
+  const { WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked } = AlignmentControls;
+  const { half, mean, order, pas, quantile, score } = AlignmentScores;
 
-  // Where the sliders stop.
-  const STOPS = {
-    tas: roundNumbers(0.05, 10),
-    ras: roundNumbers(0.5, 90),
-    quantile: data.quantiles,
-    thresholds: [1, 2, 3, 5, 10, 20, 50, 100, 200, 500, 1000, Infinity],
-    weight: Array.from({ length: 21 }, (_, k) => k / 20),
+  // Where each slider stops, and what its output says.
+  const RANGES = {
+    tas: [roundNumbers(0.05, 10), (value) => `${number(value)} d`],
+    ras: [roundNumbers(0.5, 90), (value) => `${number(value)}°`],
+    quantile: [data.quantiles, (value) => `${number(100 * value)} %`],
+    thresholds: [[1, 2, 3, 5, 10, 20, 50, 100, 200, 500, 1000, Infinity], (value) => number(value, 4)],
+    weight: [WEIGHTS, (value) => number(value)],
   };
   const OUTLIERS = ["counted", "failures", "ignored"];
-  const UNIT = { TAS: "d", RAS: "°" };
-  const THRESHOLD = { TAS: "tas", RAS: "ras" };
-  const SHOWN = { // in a control's output
-    tas: (value) => `${number(value)} d`,
-    ras: (value) => `${number(value)}°`,
-    quantile: (value) => `${number(100 * value)} %`,
-    thresholds: (value) => number(value, 4),
-    weight: (value) => number(value),
+  const KINDS = {
+    TAS: { unit: "d", words: "units of d", threshold: "tas" },
+    RAS: { unit: "°", words: "degrees", threshold: "ras" },
   };
-  const within = (stops) => (value) => value >= stops[0] && value <= stops[stops.length - 1];
+  const stopsOf = (name) => RANGES[KINDS[name].threshold][0];
+  const write = (name, value) => RANGES[name][1](value); // as the slider's output
+  const within = (stops) => (value) => value >= stops[0] && value <= stops.at(-1);
   const whole = (value) => Number.isInteger(value) && value > 0;
-  const PAPER = { ...data.paper, outliers: "counted" };
-  const setting = address({
+  const kept = setting({
     experiment: [data.experiments[0].name, (name) => data.experiments.some((one) => one.name === name)],
-    tas: [PAPER.tas, within(STOPS.tas)],
-    ras: [PAPER.ras, within(STOPS.ras)],
-    quantile: [PAPER.quantile, (value) => data.quantiles.includes(value)],
-    thresholds: [PAPER.thresholds, (value) => whole(value) || value === Infinity],
-    weight: [PAPER.weight, within(STOPS.weight)],
-    outliers: [PAPER.outliers, (value) => OUTLIERS.includes(value)],
+    tas: [data.paper.tas, within(RANGES.tas[0])],
+    ras: [data.paper.ras, within(RANGES.ras[0])],
+    quantile: [data.paper.quantile, (value) => data.quantiles.includes(value)],
+    thresholds: [data.paper.thresholds, (value) => whole(value) || value === Infinity],
+    weight: [data.paper.weight, within(WEIGHTS)],
+    outliers: ["counted", (value) => OUTLIERS.includes(value)],
     level: [0, whole], // of the profiles: the first is 1, and 0 stands for the one in the middle
-  });
-  const state = setting.read();
+  }, update);
+  const { change, defaults: PAPER, state } = kept;
+  const SETTING = [...Object.keys(RANGES), "outliers"];
 
   // ---- The trials -------------------------------------------------------------------------------
 
   // Numbers of two bytes each on a logarithmic scale; see `pack` in report/explorer.py.
   function unpack({ low, high, codes }) {
-    const bytes = Uint8Array.from(atob(codes), (letter) => letter.charCodeAt(0));
-    const view = new DataView(bytes.buffer);
     const step = Math.log(high / low) / 65533;
-    return Float64Array.from({ length: bytes.length / 2 }, (_, k) => {
-      const code = view.getUint16(2 * k, true);
-      return code === 0 ? 0 : code === 65535 ? Infinity : low * Math.exp(step * (code - 1));
-    });
+    return Float64Array.from(unpacked(Uint16Array, codes), (code) =>
+      (code === 0 ? 0 : code === 65535 ? Infinity : low * Math.exp(step * (code - 1))));
   }
 
   // The trials of an experiment by curve and noise level; unpacked when it is first shown.
-  const unpacked = new Map();
-  function trialsOf(experiment) {
-    if (!unpacked.has(experiment)) {
-      const [positions, rotations, units] =
-        [experiment.positions, experiment.rotations, experiment.units].map(unpack);
-      const grid = experiment.series.labels.map(() => experiment.levels.labels.map(() => []));
-      let [camera, trial] = [0, 0];
-      experiment.cells.forEach(([curve, level], cell) => {
-        const count = experiment.cameras[cell];
-        for (let t = 0; t < experiment.trials; t++, trial++, camera += count) {
-          grid[curve][level].push({
-            TAS: positions.subarray(camera, camera + count),
-            RAS: rotations.subarray(camera, camera + count),
-            units: units.subarray(trial * data.quantiles.length, (trial + 1) * data.quantiles.length),
-            outliers: experiment.outliers[trial],
-          });
-        }
-      });
-      unpacked.set(experiment, grid);
-    }
-    return unpacked.get(experiment);
-  }
+  const once = memory();
+  const trialsOf = (experiment) => once(experiment, () => {
+    const [positions, rotations, units] =
+      [experiment.positions, experiment.rotations, experiment.units].map(unpack);
+    const grid = experiment.series.labels.map(() => experiment.levels.labels.map(() => []));
+    let [camera, trial] = [0, 0];
+    experiment.cells.forEach(([curve, level], cell) => {
+      const count = experiment.cameras[cell];
+      for (let t = 0; t < experiment.trials; t++, trial++, camera += count) {
+        grid[curve][level].push({
+          TAS: positions.subarray(camera, camera + count),
+          RAS: rotations.subarray(camera, camera + count),
+          units: units.subarray(trial * data.quantiles.length, (trial + 1) * data.quantiles.length),
+          outliers: experiment.outliers[trial],
+        });
+      }
+    });
+    return grid;
+  });
 
   // ---- Their scores -----------------------------------------------------------------------------
 
@@ -88,23 +76,20 @@
     return [errors, unit, { thresholds, total }];
   }
 
-  function scoreOf(trial, name, chosen, maxThreshold = chosen[THRESHOLD[name]]) {
+  function scoreOf(trial, name, chosen, largest) {
     if (name === "PAS") {
       return pas(scoreOf(trial, "TAS", chosen), scoreOf(trial, "RAS", chosen), chosen.weight);
     }
     const [errors, unit, options] = scored(trial, name, chosen);
-    return score(errors, unit, { ...options, maxThreshold });
+    return score(errors, unit, { ...options, maxThreshold: largest ?? chosen[KINDS[name].threshold] });
   }
 
   // The scores of all trials, by curve and level.
-  function scoresOf(experiment, name, chosen, maxThreshold) {
+  function scoresOf(experiment, name, chosen, largest) {
     return trialsOf(experiment).map((curve) =>
-      curve.map((trials) => trials.map((trial) => scoreOf(trial, name, chosen, maxThreshold))));
+      curve.map((trials) => trials.map((trial) => scoreOf(trial, name, chosen, largest))));
   }
 
-  const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
-  const least = (values) => values.reduce((one, other) => Math.min(one, other), Infinity);
-  const most = (values) => values.reduce((one, other) => Math.max(one, other), -Infinity);
   const transposed = (grid) => grid[0].map((_, level) => grid.map((curve) => curve[level]));
   const negated = (levels) => levels.map((trials) => trials.map((value) => -value));
 
@@ -118,16 +103,6 @@
     if (grid[0].length > 1) found.push([levels.worsens, orderOf(grid)]);
     if (grid.length > 1 && series.worsens) found.push([series.worsens, orderOf(transposed(grid))]);
     return found;
-  }
-
-  // Computed once for each setting that it depends on.
-  const remembered = new Map();
-  function once(key, compute) {
-    if (!remembered.has(key)) {
-      if (remembered.size > 60) remembered.clear();
-      remembered.set(key, compute());
-    }
-    return remembered.get(key);
   }
 
   // ---- The controls -----------------------------------------------------------------------------
@@ -144,7 +119,7 @@
 
   function isPaper() {
     const used = usedBy(current());
-    return Object.keys(PAPER).every((name) => !used[name] || state[name] === PAPER[name]);
+    return kept.isDefault(SETTING.filter((name) => used[name]));
   }
 
   // The noise level of the profiles, from 0.
@@ -153,53 +128,44 @@
     return state.level >= 1 && state.level <= count ? state.level - 1 : Math.floor((count - 1) / 2);
   }
 
-  const showSliders = sliders(Object.fromEntries(Object.entries(STOPS).map(([name, values]) => [name, [values, SHOWN[name]]])), PAPER, change);
+  const showSetting = controls(RANGES, kept, SETTING);
 
   function showControls() {
     const experiment = current();
     const used = usedBy(experiment);
-    showSliders(state);
-    for (const name of Object.keys(STOPS)) {
-      byId(name).parentNode.hidden = !used[name];
-      byId(name).parentNode.classList.toggle("changed", state[name] !== PAPER[name]);
+    showSetting();
+    for (const name of Object.keys(RANGES)) {
+      at(name).parentNode.hidden = !used[name];
+      at(name).parentNode.classList.toggle("changed", !kept.isDefault([name]));
     }
-    byId("outliers").hidden = !used.outliers;
-    for (const radio of document.querySelectorAll('input[type="radio"]')) {
-      radio.checked = radio.value === state[radio.name];
-    }
+    at("outliers").hidden = !used.outliers;
     const labels = experiment.levels.labels;
-    Object.assign(byId("level"), { min: 1, max: labels.length, value: levelOf(experiment) + 1 });
-    byId("level-value").textContent = `${experiment.levels.name} = ${labels[levelOf(experiment)]}`;
-    byId("level").setAttribute("aria-valuetext", byId("level-value").textContent);
+    Object.assign(at("level"), { min: 1, max: labels.length, value: levelOf(experiment) + 1 });
+    at("level-value").textContent = `${experiment.levels.name} = ${labels[levelOf(experiment)]}`;
+    at("level").setAttribute("aria-valuetext", at("level-value").textContent);
   }
 
   // ---- Drawing ----------------------------------------------------------------------------------
 
   const percent = (value) => `${(100 * value).toFixed(1)} %`;
-  const made = (name, attributes = {}, ...children) => {
-    const node = document.createElement(name);
-    for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
-    node.append(...children);
-    return node;
-  };
 
   // A table with a name for each row.
   function table(caption, head, rows) {
-    const cells = (kind, scope, texts) => texts.map((text) => made(kind, scope ? { scope } : {}, text));
-    const row = ([name, ...rest]) => made("tr", {}, ...cells("th", "row", [name]), ...cells("td", "", rest));
-    return made("div", { class: "scroll", role: "group", tabindex: 0, "aria-label": caption },
-      made("table", {}, made("caption", {}, caption),
-        made("thead", {}, made("tr", {}, ...cells("th", "col", head))),
-        made("tbody", {}, ...rows.map(row))));
+    const cells = (kind, scope, texts) => texts.map((text) => html(kind, scope ? { scope } : {}, text));
+    const row = ([name, ...rest]) => html("tr", {}, ...cells("th", "row", [name]), ...cells("td", "", rest));
+    return html("div", { class: "scroll", role: "group", tabindex: 0, "aria-label": caption },
+      html("table", {}, html("caption", {}, caption),
+        html("thead", {}, html("tr", {}, ...cells("th", "col", head))),
+        html("tbody", {}, ...rows.map(row))));
   }
 
   // Where charts are drawn, by name; they stay while the experiment does.
   function hosts(parent, experiment, names, title) {
     if (parent.dataset.experiment !== experiment.name) {
       parent.dataset.experiment = experiment.name;
-      parent.hosts = Object.fromEntries(names.map((name) => [name, made("div")]));
+      parent.hosts = Object.fromEntries(names.map((name) => [name, html("div")]));
       parent.replaceChildren(...names.map((name) =>
-        made("div", { class: "sheet" }, made("h3", {}, ...title(name)), parent.hosts[name])));
+        html("div", { class: "sheet" }, html("h3", {}, ...title(name)), parent.hosts[name])));
     }
     return parent.hosts;
   }
@@ -246,10 +212,10 @@
     const apart = (chart.x(1) - chart.x(0)) * 0.7 / labels.length;
     const hairs = curve.map((trials, level) => {
       const x = chart.x(level) + (k + 0.5 - labels.length / 2) * apart;
-      return `M${x.toFixed(1)} ${chart.y(least(trials)).toFixed(1)}V${chart.y(most(trials)).toFixed(1)}`;
+      return `M${x.toFixed(1)} ${chart.y(Math.min(...trials)).toFixed(1)}V${chart.y(Math.max(...trials)).toFixed(1)}`;
     });
     const all = curve.flat();
-    const [top, bottom] = [chart.y(most(all)), chart.y(least(all))];
+    const [top, bottom] = [chart.y(Math.max(...all)), chart.y(Math.min(...all))];
     const x = chart.width - BAR * (labels.length - k) + 1.5;
     const height = Math.max(bottom - top, 1);
     chart.plot.append(
@@ -263,33 +229,26 @@
   function scoreTable({ levels, series }, name, grid) {
     const rows = grid.map((curve, k) => {
       const all = curve.flat();
-      return [series.labels[k], ...[...curve.map(mean), least(all), most(all)].map(three)];
+      return [series.labels[k], ...[...curve.map(mean), Math.min(...all), Math.max(...all)].map(three)];
     });
     const caption = `${name}, means by ${series.name} and ${levels.name}; range of all trials`;
     return table(caption, [series.name, ...levels.labels, "smallest", "largest"], rows);
   }
 
   // Curves over the largest threshold, with a rule at the one that is set.
-  function drawOver(host, name, { label, curves, y, reading }) {
-    const stops = curves[0].points.map(([x]) => x);
-    const widest = Math.max(...curves.map(({ text }) => text.length));
-    const chart = frame(host, {
+  function drawOver(host, name, { label, stops, lines, y, reading }) {
+    const { threshold, words } = KINDS[name];
+    const widest = Math.max(...lines.map(({ text }) => text.length));
+    const read = (k) => lines.map(({ text, values }) => reading(text, values[k])).join(", ");
+    const chart = curves(host, {
       label: `${label}, over the largest threshold; a table below`,
-      x: {
-        domain: [stops[0], stops[stops.length - 1]], log: true,
-        label: `largest threshold, ${name === "TAS" ? "units of d" : "degrees"}`,
-      },
-      y, height: 250, left: 40, right: 14 + 7 * widest,
+      places: stops, unit: words, lines, y, height: 250, left: 40, right: 14 + 7 * widest,
+      at: state[threshold], word: write(threshold, state[threshold]),
+      describe: (k) => `up to ${write(threshold, stops[k])}: ${read(k)}`,
+      name: `Read the curves of the ${name}`,
     });
-    const shown = SHOWN[THRESHOLD[name]];
-    rule(chart, state[THRESHOLD[name]], shown(state[THRESHOLD[name]]));
-    curves.forEach(({ points, colour, dash }) => line(chart, points, { colour, dash }));
-    endLabels(chart, curves.map(({ text, colour, points }) => ({ text, colour, y: points[points.length - 1][1] })));
-    const values = (k) => curves.map(({ text, points }) => reading(text, points[k][1])).join(", ");
-    cursor(chart, {
-      places: stops, name: `Read the curves of the ${name}`,
-      describe: (k) => `up to ${shown(stops[k])}: ${values(k)}`,
-    });
+    chart.plot.prepend(...chart.plot.querySelectorAll(".rule, .name")); // beneath the curves
+    endLabels(chart, lines.map(({ text, colour, values }) => ({ text, colour, y: values.at(-1) })));
     return chart;
   }
 
@@ -298,36 +257,34 @@
   const basis = (name) => [state.experiment, name, state.quantile, state.thresholds, state.outliers].join();
 
   function drawOrders(experiment, names, kinds) {
-    const charts = hosts(byId("order-charts"), experiment, names, (name) => [`Order by the ${name}`]);
+    const charts = hosts(at("order-charts"), experiment, names, (name) => [`Order by the ${name}`]);
     const look = [{ colour: "#1d4f91" }, { colour: "#b3411c", dash: "7 3" }];
-    byId("order-tables").replaceChildren(...names.map((name) => {
-      const stops = every(STOPS[THRESHOLD[name]], 3);
+    at("order-tables").replaceChildren(...names.map((name) => {
+      const stops = every(stopsOf(name), 3);
       const found = once(`order ${basis(name)}`, () => stops.map((stop) =>
         ordersOf(experiment, scoresOf(experiment, name, state, stop)).map(([, value]) => value)));
       drawOver(charts[name], name, {
         label: `Probability of the right order by the ${name}`,
-        curves: kinds.map((text, k) => ({ text, ...look[k], points: stops.map((stop, i) => [stop, found[i][k]]) })),
+        stops, lines: kinds.map((text, k) => ({ text, ...look[k], values: found.map((orders) => orders[k]) })),
         y: { domain: [0.4, 1], format: (value) => `${Math.round(100 * value)} %` },
         reading: (text, value) => `${text} ${percent(value)}`,
       });
-      return table(`Order by the ${name} over its largest threshold`, [UNIT[name], ...kinds],
+      return table(`Order by the ${name} over its largest threshold`, [KINDS[name].unit, ...kinds],
         stops.map((stop, i) => [number(stop), ...found[i].map(percent)]));
     }));
   }
 
   function drawProfiles(experiment, names) {
-    const charts = hosts(byId("profile-charts"), experiment, names, (name) => [`${name} over its largest threshold`]);
+    const charts = hosts(at("profile-charts"), experiment, names, (name) => [`${name} over its largest threshold`]);
     const { series, levels } = experiment;
     const level = levelOf(experiment);
-    const at = `at ${levels.name} ${levels.labels[level]}`;
-    byId("profile-tables").replaceChildren(...names.map((name) => {
-      const stops = every(STOPS[THRESHOLD[name]], 2);
+    const where = `at ${levels.name} ${levels.labels[level]}`;
+    at("profile-tables").replaceChildren(...names.map((name) => {
+      const stops = every(stopsOf(name), 2);
       const [means, halves] = once(`profile ${basis(name)} ${level}`, () => profilesOf(experiment, name, level, stops));
       const chart = drawOver(charts[name], name, {
-        label: `Mean ${name} ${at}`,
-        curves: series.labels.map((text, k) => ({
-          text, colour: series.colours[k], points: stops.map((stop, i) => [stop, means[k][i]]),
-        })),
+        label: `Mean ${name} ${where}`,
+        stops, lines: series.labels.map((text, k) => ({ text, colour: series.colours[k], values: means[k] })),
         y: { domain: [0, 1], ticks: [0, 0.25, 0.5, 0.75, 1] },
         reading: (text, value) => `${text}: ${three(value)}`,
       });
@@ -336,11 +293,12 @@
         const circle = { cx: chart.x(value).toFixed(1), cy: chart.y(0.5), r: 3.5, fill: "#fff" };
         chart.plot.append(element("circle", { ...circle, stroke: series.colours[k], "stroke-width": 1.8 }));
       });
+      const { unit } = KINDS[name];
       const few = [...stops.keys()].filter((k) => k % 4 === 0);
-      return table(`${name} ${at} over its largest threshold; one half: where it is reached, the median trial`,
-        [series.name, "one half at", ...few.map((k) => `${number(stops[k])} ${UNIT[name]}`)],
+      return table(`${name} ${where} over its largest threshold; one half: where it is reached, the median trial`,
+        [series.name, "one half at", ...few.map((k) => `${number(stops[k])} ${unit}`)],
         series.labels.map((label, k) =>
-          [label, `${number(halves[k])} ${UNIT[name]}`, ...few.map((i) => three(means[k][i]))]));
+          [label, `${number(halves[k])} ${unit}`, ...few.map((i) => three(means[k][i]))]));
     }));
   }
 
@@ -359,12 +317,12 @@
 
   function orderTable(rows) {
     const share = (value) => `${Math.max(200 * (value - 0.5), 0).toFixed(1)}%`;
-    const bar = (now, paper) => made("span", { class: "bar", "aria-hidden": "true" },
-      made("i", { style: `width: ${share(now)}` }), made("b", { style: `left: ${share(paper)}` }));
+    const bar = (now, paper) => html("span", { class: "bar", "aria-hidden": "true" },
+      html("i", { style: `width: ${share(now)}` }), html("b", { style: `left: ${share(paper)}` }));
     const box = table("From 50 to 100 %: the bar is now, the stroke the paper’s setting",
       ["Score", "neighbours in", "now", "paper", ""],
       rows.map(({ name, kind, now, paper }) => [name, kind, percent(now), percent(paper), bar(now, paper)]));
-    byId("orders").replaceChildren(box.firstChild);
+    at("orders").replaceChildren(box.firstChild);
   }
 
   // ---- What it says -----------------------------------------------------------------------------
@@ -372,15 +330,15 @@
   // The setting as far as it concerns a score, in words.
   function inWords(experiment, name) {
     const words = [];
-    const quantileSaid = state.quantile === PAPER.quantile ? "" : ` (d the ${SHOWN.quantile(state.quantile)} quantile)`;
-    if (name !== "RAS") words.push(`${SHOWN.tas(state.tas)}${quantileSaid}`);
-    if (name !== "TAS") words.push(SHOWN.ras(state.ras));
+    const quantileSaid = state.quantile === PAPER.quantile ? "" : ` (d the ${write("quantile", state.quantile)} quantile)`;
+    if (name !== "RAS") words.push(`${write("tas", state.tas)}${quantileSaid}`);
+    if (name !== "TAS") words.push(write("ras", state.ras));
     const parts = [`${name} up to ${words.join(" and ")}`];
     if (isPaper()) parts.push("the paper’s setting");
     if (state.thresholds !== PAPER.thresholds) {
-      parts.push(`${SHOWN.thresholds(state.thresholds)} ${state.thresholds === 1 ? "threshold" : "thresholds"}`);
+      parts.push(`${write("thresholds", state.thresholds)} ${state.thresholds === 1 ? "threshold" : "thresholds"}`);
     }
-    if (name === "PAS" && state.weight !== PAPER.weight) parts.push(`weight ${SHOWN.weight(state.weight)}`);
+    if (name === "PAS" && state.weight !== PAPER.weight) parts.push(`weight ${write("weight", state.weight)}`);
     if (usedBy(experiment).outliers && state.outliers !== "counted") {
       parts.push(state.outliers === "failures" ? "outliers as failures" : "without the outliers");
     }
@@ -388,19 +346,17 @@
   }
 
   // What came out, with the paper's setting in brackets where it is another.
-  function sentence(experiment, name, grid, paper) {
+  function sentence(experiment, name, grid, before, rows) {
     const beside = (text) => (isPaper() ? "" : ` (${text})`);
     const all = grid.flat(2);
-    const before = ordersOf(experiment, paper);
-    const orders = ordersOf(experiment, grid).map(([kind, value], k) =>
-      `${kind} ${percent(value)}${beside(percent(before[k][1]))}`);
-    const average = `mean ${three(mean(all))}${beside(`in the paper’s setting ${three(mean(paper.flat(2)))}`)}`;
+    const orders = rows.map(({ kind, now, paper }) => `${kind} ${percent(now)}${beside(percent(paper))}`);
+    const average = `mean ${three(mean(all))}${beside(`in the paper’s setting ${three(mean(before.flat(2)))}`)}`;
     const ordered = orders.length ? `; neighbours in the right order: ${orders.join(", ")}` : "";
-    return `${inWords(experiment, name)}: ${average}, from ${least(all).toFixed(2)} to ${most(all).toFixed(2)}${ordered}.`;
+    return `${inWords(experiment, name)}: ${average}, from ${Math.min(...all).toFixed(2)} to ${Math.max(...all).toFixed(2)}${ordered}.`;
   }
 
   // Seen at once, and spoken when the slider rests.
-  const [said, spoken] = [byId("said"), byId("spoken")];
+  const [said, spoken] = [at("said"), at("spoken")];
   let resting;
   function say(text) {
     said.textContent = text;
@@ -411,24 +367,24 @@
   function draw() {
     const experiment = current();
     const { figure, title, about, scores, series } = experiment;
-    byId("which").textContent = [figure, title, ...about].filter(Boolean).join(" · ");
+    at("which").textContent = [figure, title, ...about].filter(Boolean).join(" · ");
     const remark = `by ${series.name} · ↑ higher is better`;
-    const charts = hosts(byId("panels"), experiment, ["PAS", "TAS", "RAS"].filter((name) => scores.includes(name)),
-      (name) => [name, made("span", { class: "small" }, remark)]);
-    const [tables, rows] = [[], []];
-    for (const name of scores) {
+    const charts = hosts(at("panels"), experiment, ["PAS", "TAS", "RAS"].filter((name) => scores.includes(name)),
+      (name) => [name, html("span", { class: "small" }, remark)]);
+    const rows = [];
+    at("scores-tables").replaceChildren(...scores.map((name) => {
       const grid = scoresOf(experiment, name, state);
-      const paper = once(`paper ${experiment.name} ${name}`, () => scoresOf(experiment, name, PAPER));
-      drawScores(experiment, name, charts[name], grid, paper);
-      tables.push(scoreTable(experiment, name, grid));
-      const before = ordersOf(experiment, paper);
-      ordersOf(experiment, grid).forEach(([kind, now], k) => rows.push({ name, kind, now, paper: before[k][1] }));
-      if (name === scores[scores.length - 1]) say(sentence(experiment, name, grid, paper));
-    }
-    byId("scores-tables").replaceChildren(...tables);
+      const before = once(`paper ${experiment.name} ${name}`, () => scoresOf(experiment, name, PAPER));
+      drawScores(experiment, name, charts[name], grid, before);
+      const paper = ordersOf(experiment, before);
+      const own = ordersOf(experiment, grid).map(([kind, now], k) => ({ name, kind, now, paper: paper[k][1] }));
+      rows.push(...own);
+      if (name === scores.at(-1)) say(sentence(experiment, name, grid, before, own));
+      return scoreTable(experiment, name, grid);
+    }));
     orderTable(rows);
     const kinds = [...new Set(rows.map(({ kind }) => kind))];
-    byId("orders").parentNode.hidden = kinds.length === 0; // one level has no neighbours
+    at("orders").parentNode.hidden = kinds.length === 0; // one level has no neighbours
     const names = scores.filter((name) => name !== "PAS");
     if (kinds.length) drawOrders(experiment, names, kinds);
     drawProfiles(experiment, names);
@@ -448,27 +404,11 @@
     });
   }
 
-  function change(changes) {
-    Object.assign(state, changes);
-    setting.write(state);
-    update();
-  }
-
-  byId("level").addEventListener("input", () => change({ level: Number(byId("level").value) }));
-  byId("controls").addEventListener("change", ({ target }) => {
-    if (target.type === "radio") change({ [target.name]: target.value });
-  });
-  byId("reset").addEventListener("click", () => change(PAPER));
-  window.addEventListener("hashchange", () => {
-    if (document.getElementById(location.hash.slice(1))) return; // a link within the page
-    Object.assign(state, setting.read());
-    update();
-  });
-
-  byId("more").open = matchMedia("(min-width: 64.0625rem)").matches;
+  at("level").addEventListener("input", () => change({ level: Number(at("level").value) }));
+  at("more").open = matchMedia("(min-width: 64.0625rem)").matches;
   showControls();
   const chosen = document.querySelector('[name="experiment"]:checked').parentNode;
   chosen.parentNode.scrollLeft = chosen.offsetLeft - chosen.parentNode.offsetLeft - 16; // on a phone
   draw();
-  responsive(byId("panels"), update);
+  responsive(at("panels"), update);
 })();

@@ -22,7 +22,7 @@ from experiments.tables import write_files
 from figures.curves import write_value
 from figures.style import colours
 
-from .page import environment
+from .page import environment, own
 
 TITLES = {  # of the paper's experiments: its figure, and a name
     "outliers": ("Figure 2", "Outliers"),
@@ -53,36 +53,27 @@ def render(experiments: Sequence[CameraErrors]) -> str:
     places = {name: place for place, name in enumerate(TITLES)}
     ordered = sorted(experiments, key=lambda one: places.get(one.sweep.name, len(places)))
     shown = [_experiment(one) for one in ordered]
-    body = (
-        environment()
-        .get_template("explorer.html.j2")
-        .render(
+    template = environment().get_template("explorer.html.j2")
+    return document(
+        "What if the threshold were another one? Alignment scores to play with",
+        template.render(
             experiments=shown,
             trials=max(one.sweep.trials for one in experiments),
             cameras=sum(one.sweep.trials * sum(one.counts) for one in experiments),
-        )
-    )
-    styles, scripts = (source("style.css"), _own("explorer.css")), map(source, SCRIPTS)
-    return document(
-        "What if the threshold were another one? Alignment scores to play with",
-        body,
-        styles=styles,
-        scripts=(*scripts, _own("explorer.js")),
+        ),
+        styles=(source("style.css"), own("explorer.css")),
+        scripts=(*map(source, SCRIPTS), own("explorer.js")),
         data={"paper": paper, "quantiles": QUANTILES, "experiments": shown},
     )
-
-
-def _own(name: str) -> str:
-    return Path(__file__).with_name(name).read_text("utf-8")
 
 
 def _experiment(errors: CameraErrors) -> dict[str, Any]:
     """Return what the page needs of an experiment."""
     sweep = errors.sweep
     levels, series = _layout(sweep)
-    grid = cells(sweep)
-    noise = sorted({tuple(getattr(cell, key) for key in levels) for cell in grid})
-    values = sorted({getattr(cell, series) for cell in grid})
+    of_cells = [getattr(cell, series) for cell in cells(sweep)]
+    levels_of_cells = [tuple(getattr(cell, key) for key in levels) for cell in cells(sweep)]
+    values, noise = sorted(set(of_cells)), sorted(set(levels_of_cells))
     figure, name = TITLES.get(sweep.name, ("", sweep.name))
     fixed = [(key, *getattr(sweep, key)) for key in CELL_SETTINGS if key not in (*levels, series)]
     units = [
@@ -111,11 +102,8 @@ def _experiment(errors: CameraErrors) -> dict[str, Any]:
             "worsens": WORSE.get(series, ""),
         },
         "cells": [
-            [
-                values.index(getattr(cell, series)),
-                noise.index(tuple(getattr(cell, key) for key in levels)),
-            ]
-            for cell in grid
+            [values.index(value), noise.index(level)]
+            for value, level in zip(of_cells, levels_of_cells, strict=True)
         ],
         "positions": pack(errors.positions),
         "rotations": pack(errors.rotations),
@@ -150,12 +138,12 @@ def pack(values: Floats) -> Mapping[str, Any]:
 
     0 is zero, 65535 is infinite, and those between divide the range from low to high evenly.
     """
-    finite = values[np.isfinite(values) & (values > 0)]
+    inside = np.isfinite(values) & (values > 0)
+    finite = values[inside]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (1.0, 1.0)
     step = np.log(high / low) / (FAILURE - 2) or 1.0
     codes = np.where(values > 0, FAILURE, 0)
-    inside = np.isfinite(values) & (values > 0)
-    codes[inside] = 1 + np.round(np.log(values[inside] / low) / step)
+    codes[inside] = 1 + np.round(np.log(finite / low) / step)
     return {"low": low, "high": high, "codes": b64encode(codes.astype("<u2").tobytes()).decode()}
 
 

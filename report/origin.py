@@ -55,9 +55,8 @@ def command(settings: Sequence[str]) -> str:
 
 def runtimes(jobs: pd.DataFrame) -> dict[str, dict[str, str]]:
     """Sum the jobs of each target, and of all: numbers by what they are."""
-    groups = {str(target): group for target, group in jobs.groupby("target", sort=False)}
-    whole = {"all": jobs} if groups else {}
-    return {target: _sum(group) for target, group in {**groups, **whole}.items()}
+    sums = {str(target): _sum(group) for target, group in jobs.groupby("target", sort=False)}
+    return {**sums, "all": _sum(jobs)} if sums else {}
 
 
 def _sum(jobs: pd.DataFrame) -> dict[str, str]:

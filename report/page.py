@@ -15,6 +15,8 @@ from markupsafe import Markup, escape
 from PIL import Image
 
 import studies
+from alignscores.explorer import source
+from alignscores.explorer.document import document
 from experiments.tables import TableError
 from studies.claims.claims import Claim, Claims, Decision, load_claims
 from studies.claims.verdicts import CENTRAL, TAKEN, TRUTHS, VERDICTS
@@ -52,8 +54,19 @@ COLOURS = 256  # in a picture: all that can be seen, at a third of the size
 
 def render(results: Results, machine: str = "") -> str:
     """Write the page as HTML that needs no other file; it has no date."""
-    found = contents(results, machine)
-    return environment().get_template("page.html.j2").render(found)
+    body = environment().get_template("page.html.j2").render(contents(results, machine))
+    return document(
+        "Which claims hold: alignment scores, repeated",
+        body,
+        styles=(source("style.css"), own("page.css")),
+        scripts=(source("tables.js"), own("page.js")),
+        allowed="img-src data:",
+    )
+
+
+def own(name: str) -> str:
+    """Return a style or a script of this folder."""
+    return Path(__file__).with_name(name).read_text("utf-8")
 
 
 def contents(results: Results, machine: str = "") -> dict[str, Any]:
@@ -61,7 +74,9 @@ def contents(results: Results, machine: str = "") -> dict[str, Any]:
     claims = load_claims(len(results.plans["claims"].tables))
     replicates, experiments = (results.records[name] for name in ("claims", "paper"))
     verdicts, readings, criteria = results.answer("claims").tables.values()
-    rows = [_estimate(claims.claims[row["id"]], row) for row in _rows(results, claims, verdicts)]
+    if list(verdicts["id"]) != list(claims.claims):
+        raise TableError(results.folder / "claims.csv", "was made for other claims")
+    rows = list(map(_estimate, claims.claims.values(), verdicts.to_dict("records")))
     described = [plan.study for plan in results.plans.values()]
     sections = {each.name: each.show(results.answer(each.name)) for each in described if each.show}
     return {
@@ -86,33 +101,33 @@ def contents(results: Results, machine: str = "") -> dict[str, Any]:
     }
 
 
-def _rows(results: Results, claims: Claims, verdicts: pd.DataFrame) -> list[dict[Any, Any]]:
-    """Return the verdicts, if they are those of the claims as they stand."""
-    if list(verdicts["id"]) != list(claims.claims):
-        raise TableError(results.folder / "claims.csv", "was made for other claims")
-    return verdicts.to_dict("records")
-
-
 def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
     counted = [row for row in rows if not row.claim.implied_by]
-    counts = Counter(row.verdict for row in counted)
-    populations = Counter(row.population for row in counted)
     numeric = [row for row in rows if row.claim.paper is not None]
     return {
         "counted": counted,
-        "populations": {word: populations[word] for word in reversed(TRUTHS)},
+        **tally(counted),
         "population_words": TRUTHS,
         "shown": Counter(row.verdict for row in rows),
         "rows": rows,
         "claims": {row.claim.id: row for row in rows},
         "verdicts": VERDICTS,
-        "counts": {verdict: counts[verdict] for verdict in VERDICTS},
         "sources": list(dict.fromkeys(row.claim.source for row in rows)),
         "exceptions": [row for name in VERDICTS[:-1] for row in counted if row.verdict == name],
         "central": CENTRAL[1] - CENTRAL[0],
         "missed": _missed(n_replicates),
         "n_numbers": len(numeric),
         "n_outside": sum(row.is_outside for row in numeric),
+    }
+
+
+def tally(rows: Sequence[Estimate]) -> dict[str, dict[str, int]]:
+    """Count the verdicts of claims, and what is true of the mean, the best first."""
+    verdicts = Counter(row.verdict for row in rows)
+    populations = Counter(row.population for row in rows)
+    return {
+        "counts": {word: verdicts[word] for word in reversed(VERDICTS)},
+        "populations": {word: populations[word] for word in reversed(TRUTHS)},
     }
 
 
@@ -143,11 +158,8 @@ def environment(folder: Path = Path(__file__).parent) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.filters["levels"] = write_levels
-    made.filters["number"] = write_number
-    made.filters["together"] = _together
-    for name in REPLACEMENTS:
-        made.filters[name] = partial(_replace, name)
+    made.filters |= {"levels": write_levels, "number": write_number, "together": _together}
+    made.filters |= {name: partial(_replace, name) for name in REPLACEMENTS}
     return made
 
 

@@ -1,7 +1,7 @@
 """What the interactive pages are made of: ``scores.js`` computes, ``charts.js`` draws.
 
-``controls.js`` has the sliders and the state in the address; ``style.css`` is the look. ``own.*``
-is the page of people's own files.
+``controls.js`` has the sliders and the state in the address, ``tables.js`` sorts; ``style.css`` is
+the look. ``own.*`` is the page of people's own files.
 """
 
 from importlib.resources import files

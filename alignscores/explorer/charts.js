@@ -4,27 +4,25 @@ const AlignmentCharts = (() => {
   const NAMESPACE = "http://www.w3.org/2000/svg";
   const LINE = 14; // pixels from one line of text to the next
 
-  // An SVG element; children may be elements or text.
-  function element(name, attributes = {}, ...children) {
-    const made = document.createElementNS(NAMESPACE, name);
+  // Elements with attributes and children, which may be elements or text: of SVG, and of HTML.
+  const maker = (create) => (name, attributes = {}, ...children) => {
+    const node = create(name);
     for (const [key, value] of Object.entries(attributes)) {
-      if (value !== undefined && value !== null) made.setAttribute(key, value);
+      if (value !== undefined && value !== null) node.setAttribute(key, value);
     }
-    made.append(...children);
-    return made;
-  }
+    node.append(...children);
+    return node;
+  };
+  const element = maker((name) => document.createElementNS(NAMESPACE, name));
+  const html = maker((name) => document.createElement(name));
 
   // A map from numbers to pixels, linear or logarithmic, that also knows its ticks.
   function scale([low, high], [start, end], { log = false } = {}) {
     const place = log ? Math.log : Number;
     const [first, last] = [place(low), place(high)];
     const map = (value) => start + (end - start) * (place(value) - first) / (last - first);
-    map.invert = (pixel) => {
-      const found = first + (last - first) * (pixel - start) / (end - start);
-      return log ? Math.exp(found) : found;
-    };
     map.ticks = (count = 5) => (log ? logTicks(low, high) : linearTicks(low, high, count));
-    return Object.assign(map, { domain: [low, high], range: [start, end] });
+    return Object.assign(map, { range: [start, end] });
   }
 
   function linearTicks(low, high, count) {
@@ -150,10 +148,8 @@ const AlignmentCharts = (() => {
       height: chart.height - chart.top - chart.bottom, tabindex: 0, role: "slider", "aria-label": name,
       "aria-valuemin": 0, "aria-valuemax": places.length - 1,
     });
-    const readout = document.createElement("p");
-    readout.className = "readout";
-    readout.textContent = "Point at the chart, or press the arrow keys in it, to read values.";
-    readout.setAttribute("aria-hidden", "true"); // the slider's value says it
+    const readout = html("p", { class: "readout", "aria-hidden": "true" }, // the slider's value says it
+      "Point at the chart, or press the arrow keys in it, to read values.");
     chart.svg.append(rule, area);
     chart.host.append(readout);
 
@@ -196,6 +192,17 @@ const AlignmentCharts = (() => {
     return { move, show };
   }
 
+  // Curves over places on a logarithmic axis, { values, colour, dash, … }, with a rule at the place that
+  // is set, if it is one of these, and a cursor; other options are those of the frame.
+  function curves(host, { places, unit, lines, at, word = "here", describe, name, ...options }) {
+    const [low, high] = [places[0], places.at(-1)];
+    const chart = frame(host, { ...options, x: { domain: [low, high], log: true, label: `largest threshold, ${unit}` } });
+    for (const { values, ...look } of lines) line(chart, values.map((value, k) => [places[k], value]), look);
+    if (at >= low && at <= high) rule(chart, at, word);
+    cursor(chart, { places, describe, name });
+    return chart;
+  }
+
   // Calls `draw` now, and whenever the width of the host changes.
   function responsive(host, draw) {
     let width = 0;
@@ -208,5 +215,5 @@ const AlignmentCharts = (() => {
     observer.observe(host);
   }
 
-  return Object.freeze({ cursor, element, endLabels, frame, line, number, responsive, rule, scale });
+  return Object.freeze({ cursor, curves, element, endLabels, frame, html, line, number, responsive });
 })();

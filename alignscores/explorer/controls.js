@@ -1,7 +1,15 @@
-// Sliders over the values of a setting, and the settings in the address, so that a view can be shared.
+// The controls of a page, and its setting in the address, so that a view can be shared.
 const AlignmentControls = (() => {
   "use strict";
   const MANTISSAS = [1, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2, 2.2, 2.5, 2.8, 3, 3.5, 4, 4.5, 5, 5.5, 6, 7, 8, 9];
+
+  const STEPS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000]; // numbers of thresholds
+  const WEIGHTS = Array.from({ length: 21 }, (_, k) => k / 20);
+
+  const at = (id) => document.getElementById(id);
+  const data = JSON.parse(at("data").textContent);
+  // Numbers of a kind, such as Float32Array, from the base64 of their bytes.
+  const unpacked = (Kind, text) => new Kind(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
 
   // Round numbers from one to another, some 22 for each power of ten.
   function roundNumbers(low, high) {
@@ -15,15 +23,63 @@ const AlignmentControls = (() => {
     return found;
   }
 
-  // Makes sliders of the range inputs with the keys of `fields` as ids: { key: [values, describe] }.
-  // What `describe(value)` says stands in the input's output and is spoken. `defaults` has values that
-  // a run may have besides; `change({ key: value })` hears of moves. The returned function shows a state.
-  function sliders(fields, defaults, change) {
-    const shows = Object.entries(fields).map(([key, [values, describe]]) => {
-      const all = [...new Set([...values, defaults[key]])].sort((a, b) => a - b);
-      return [key, slider(document.getElementById(key), all, describe, (value) => change({ [key]: value }))];
+  // The setting of a page, which stands after the # of its address: { key: [default, accepts] }. What is
+  // not accepted, or not there, has its default; defaults are left out. `render()` hears of changes.
+  function setting(fields, render) {
+    const defaults = Object.fromEntries(Object.entries(fields).map(([key, [value]]) => [key, value]));
+    const state = {};
+    const typed = (key, value) => (typeof defaults[key] === "number" ? Number(value) : value);
+    const isDefault = (keys) => keys.every((key) => state[key] === defaults[key]);
+    let waiting;
+
+    function read() {
+      Object.assign(state, defaults);
+      for (const [key, text] of new URLSearchParams(location.hash.slice(1))) {
+        if (!Object.hasOwn(fields, key) || text === "") continue;
+        const value = typed(key, text);
+        if (fields[key][1](value)) state[key] = value;
+      }
+    }
+    function write() {
+      clearTimeout(waiting); // browsers refuse too many changes in a short time
+      waiting = setTimeout(() => {
+        const changed = Object.entries(state).filter(([key, value]) => value !== defaults[key]);
+        history.replaceState(null, "", `#${new URLSearchParams(changed)}`);
+        if (parent !== window) parent.postMessage(location.hash.slice(1), "*"); // whose address can be shared
+      }, 200);
+    }
+    function change(changes) {
+      for (const [key, value] of Object.entries(changes)) state[key] = typed(key, value);
+      write();
+      render();
+    }
+    addEventListener("hashchange", () => {
+      if (location.hash && !location.hash.includes("=")) return; // a link to a place on the page
+      read();
+      render();
     });
-    return (state) => { for (const [key, show] of shows) show(state[key]); };
+    read();
+    return { change, defaults, isDefault, state, write };
+  }
+
+  // Makes sliders of the range inputs with the keys of `ranges` as ids, { key: [values, describe] }. What
+  // `describe(value)` says stands in the input's output and is spoken; the default is a value, too. Radio
+  // buttons set the key that is their name, and the button `reset` some keys to their defaults. The
+  // returned function shows the state.
+  function controls(ranges, { change, defaults, state }, keys) {
+    const shows = Object.entries(ranges).map(([key, [values, describe]]) => {
+      const all = [...new Set([...values, defaults[key]])].sort((a, b) => a - b);
+      const show = slider(at(key), all, describe, (value) => change({ [key]: value }));
+      return () => show(state[key]);
+    });
+    for (const radio of document.querySelectorAll('input[type="radio"]')) {
+      radio.addEventListener("change", () => change({ [radio.name]: radio.value }));
+      shows.push(() => { radio.checked = radio.value === String(state[radio.name]); });
+    }
+    at("reset").addEventListener("click", () => {
+      change(Object.fromEntries(keys.map((key) => [key, defaults[key]])));
+    });
+    return () => { for (const show of shows) show(); };
   }
 
   function slider(input, all, describe, change) {
@@ -38,31 +94,15 @@ const AlignmentControls = (() => {
     };
   }
 
-  // The state after the # of the address: { key: [default, accepts] }. What is not accepted, or not
-  // there, has its default; defaults are left out.
-  function address(fields) {
-    const defaults = Object.fromEntries(Object.entries(fields).map(([key, [value]]) => [key, value]));
-    let waiting;
-
-    function read() {
-      const state = { ...defaults };
-      for (const [key, text] of new URLSearchParams(location.hash.slice(1))) {
-        if (!Object.hasOwn(fields, key) || text === "") continue;
-        const value = typeof defaults[key] === "number" ? Number(text) : text;
-        if (fields[key][1](value)) state[key] = value;
-      }
-      return state;
-    }
-    function write(state) {
-      clearTimeout(waiting); // browsers refuse too many changes in a short time
-      waiting = setTimeout(() => {
-        const changed = Object.entries(state).filter(([key, value]) => value !== defaults[key]);
-        history.replaceState(null, "", `#${new URLSearchParams(changed)}`);
-        if (parent !== window) parent.postMessage(location.hash.slice(1), "*"); // whose address can be shared
-      }, 200);
-    }
-    return { defaults, read, write };
+  // What is computed once for a key.
+  function memory() {
+    const known = new Map();
+    return (key, compute) => {
+      if (known.size > 1000) known.clear();
+      if (!known.has(key)) known.set(key, compute());
+      return known.get(key);
+    };
   }
 
-  return Object.freeze({ address, roundNumbers, sliders });
+  return Object.freeze({ STEPS, WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked });
 })();

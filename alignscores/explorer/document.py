@@ -25,18 +25,18 @@ def document(
     *,
     styles: Iterable[str],
     scripts: Iterable[str],
-    data: Any,
-    frames: bool = False,
+    data: Any = None,
+    allowed: str = "",
 ) -> str:
     """Return a page of a body in HTML, with styles, scripts, and data in the element ``data``.
 
-    With ``frames`` the scripts may show pages that they made.
+    What may be shown beside its own text is ``allowed``: ``"frame-src blob:"``, for example.
     """
-    head = HEAD.format(more="; frame-src blob:" if frames else "")
+    head = HEAD.format(more=f"; {allowed}" if allowed else "")
     parts = [head, f"<title>{escape(title)}</title>\n"]
     parts += [f"<style>\n{style}</style>\n" for style in styles]
     parts.append(f"</head>\n<body>\n{body}\n")
-    parts.append(data_element("data", data))
+    parts += [] if data is None else [data_element("data", data)]
     parts += [f"<script>\n{script}</script>\n" for script in scripts]
     return "".join([*parts, "</body>\n</html>\n"])
 

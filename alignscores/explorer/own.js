@@ -1,11 +1,9 @@
 // The page of one's own files: scores for any setting, and the errors behind them, camera by camera.
 (() => {
   "use strict";
-  const { element, frame, line, number, responsive, rule } = AlignmentCharts;
-  const { address, roundNumbers, sliders } = AlignmentControls;
+  const { curves, element, frame, html, line, number, responsive } = AlignmentCharts;
+  const { STEPS, WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked } = AlignmentControls;
   const { score, pas, profile } = AlignmentScores;
-  const at = (id) => document.getElementById(id);
-  const data = JSON.parse(at("data").textContent);
   const run = data.settings;
   const QUANTILES = data.quantiles;
   const KINDS = {
@@ -19,7 +17,6 @@
   const BEYOND = "#1289c9"; // in no place of the ramp
   const UNITS = 48; // of a profile
 
-  const unpacked = (Kind, text) => new Kind(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
   const text = (id, words) => { at(id).textContent = words; };
   const digits = (value) => (Number.isFinite(value) ? value.toFixed(4) : "–");
 
@@ -49,7 +46,7 @@
   // The cameras that count under a policy, with their errors in the same order, and those ascending.
   function of(one, cameras) {
     const errors = (kind) => Float64Array.from(cameras, (camera) => one[kind][camera]);
-    const found = { cameras, position: errors("position"), rotation: errors("rotation"), profiles: new Map() };
+    const found = { cameras, position: errors("position"), rotation: errors("rotation") };
     found.sorted = { position: found.position.slice().sort(), rotation: found.rotation.slice().sort() };
     return found;
   }
@@ -57,7 +54,7 @@
   const twentieths = Array.from({ length: QUANTILES + 1 }, (_, k) => k / QUANTILES);
   // State. Keys are those of the address.
   const positive = (value) => value > 0 && value < Infinity;
-  const kept = address({
+  const kept = setting({
     estimate: [1, (value) => estimates[value - 1] !== undefined],
     threshold: [run.threshold, positive],
     degrees: [run.degrees, positive],
@@ -70,16 +67,16 @@
     turn: [0, Number.isFinite],
     tilt: [0, (value) => Math.abs(value) <= 180],
     near: [1, positive],
-  });
+  }, render);
+  const { change, state } = kept;
   const SETTING = ["threshold", "degrees", "quantile", "steps", "weight", "missing"];
-  let state = kept.read();
   const shown = () => estimates[state.estimate - 1];
   const due = (one = shown()) => one.due[state.missing];
   const unitOf = (one) => run.unit ?? one.units[Math.round(state.quantile * QUANTILES) - 1] ?? NaN;
   const options = (kind) => ({ thresholds: state.steps, maxThreshold: kind === "position" ? state.threshold : state.degrees });
   const unit = (kind, one = shown()) => (kind === "position" ? unitOf(one) : 1);
   const largest = (kind, one = shown()) => unit(kind, one) * options(kind).maxThreshold;
-  const isRun = () => SETTING.every((key) => state[key] === kept.defaults[key]);
+  const isRun = () => kept.isDefault(SETTING);
 
   const scoreOf = (kind, one = shown()) => (positive(unit(kind, one)) ? score(due(one)[kind], unit(kind, one), options(kind)) : NaN);
   function scores(one) {
@@ -87,52 +84,18 @@
     return { TAS: tas, RAS: ras, PAS: pas(tas, ras, state.weight) };
   }
 
-  function change(changes) {
-    Object.assign(state, changes);
-    kept.write(state);
-    render();
-  }
-
-  // Controls.
-  const showSliders = sliders({
-    threshold: [roundNumbers(0.01, 100), (value) => `${number(value)} d = ${number(value * unitOf(shown()), 4)} ${data.unit}`],
-    degrees: [roundNumbers(0.1, 180), (value) => `${number(value)} degrees`],
-    quantile: [twentieths.slice(1), (value) => `${run.unit === null ? `${number(value)}: ` : ""}d = ${number(unitOf(shown()), 4)} `
-      + `${data.unit}${run.unit === null ? "" : ", fixed by the run"}`],
-    steps: [[1, 2, 5, 10, 20, 50, 100, 200, 500, 1000], (value) => number(value, 5)],
-    weight: [twentieths, (value) => `${number(value)} TAS + ${number(1 - value)} RAS`],
-  }, kept.defaults, change);
-  at("quantile").disabled = run.unit !== null;
-  at("missing").disabled = !estimates.some((one) => one.due.fail.cameras.length > one.due.ignore.cameras.length);
-  for (const input of document.querySelectorAll("[name=missing], [name=colour]")) {
-    input.addEventListener("change", () => change({ [input.name]: input.value }));
-  }
-  at("reset").addEventListener("click", () => {
-    change(Object.fromEntries(SETTING.map((key) => [key, kept.defaults[key]])));
-  });
-  addEventListener("hashchange", () => {
-    if (location.hash && !location.hash.includes("=")) return; // a link to a place on this page
-    state = kept.read();
-    render();
-  });
-
   // The table: one row an estimate, made once and filled anew.
   const rows = estimates.map((one, index) => {
-    const row = at("rows").insertRow();
-    const head = document.createElement("th");
-    head.scope = "row";
-    const label = document.createElement("label");
-    const radio = Object.assign(document.createElement("input"), { type: "radio", name: "estimate", value: index + 1 });
-    radio.addEventListener("change", () => change({ estimate: index + 1 }));
-    label.append(radio, ` ${one.name}`);
-    head.append(label);
-    row.append(head);
-    return { one, radio, cells: Array.from({ length: 10 }, () => row.insertCell()) };
+    const radio = html("input", { type: "radio", name: "estimate", value: index + 1 });
+    const cells = Array.from({ length: 10 }, () => html("td"));
+    const head = html("th", { scope: "row" }, html("label", {}, radio, ` ${one.name}`));
+    at("rows").append(html("tr", {}, head, ...cells));
+    return { one, cells };
   });
   const withSd = ([mean, sd]) => (sd === null ? digits(mean) : `${digits(mean)} ± ${digits(sd)}`);
 
   function fillTable() {
-    for (const { one, radio, cells } of rows) {
+    for (const { one, cells } of rows) {
       const found = scores(one);
       const errors = due(one);
       const failed = errors.cameras.filter((camera) => one.position[camera] === Infinity || one.rotation[camera] === Infinity).length;
@@ -141,7 +104,6 @@
         withSd(one.TAS), withSd(one.PAS), ...one.half.map((value) => (value === null ? "–" : number(value))),
       ];
       cells.forEach((cell, column) => { cell.textContent = values[column]; });
-      radio.checked = one === shown();
     }
   }
 
@@ -153,10 +115,21 @@
       + `weight ${number(state.weight)}, cameras without an estimate ${state.missing === "fail" ? "fail" : "are left out"}: `
       + `${isRun() ? "as in the run" : "not as in the run"}.`);
     at("reset").disabled = isRun();
-    at("notes").replaceChildren(...shown().notes.map((note) => Object.assign(document.createElement("li"), { textContent: note })));
-    showSliders(state);
-    for (const input of document.querySelectorAll("[name=missing], [name=colour]")) input.checked = state[input.name] === input.value;
+    at("notes").replaceChildren(...shown().notes.map((note) => html("li", {}, note)));
+    showControls();
   }
+
+  // Controls.
+  const showControls = controls({
+    threshold: [roundNumbers(0.01, 100), (value) => `${number(value)} d = ${number(value * unitOf(shown()), 4)} ${data.unit}`],
+    degrees: [roundNumbers(0.1, 180), (value) => `${number(value)} degrees`],
+    quantile: [twentieths.slice(1), (value) => `${run.unit === null ? `${number(value)}: ` : ""}d = ${number(unitOf(shown()), 4)} `
+      + `${data.unit}${run.unit === null ? "" : ", fixed by the run"}`],
+    steps: [STEPS, (value) => number(value, 5)],
+    weight: [WEIGHTS, (value) => `${number(value)} TAS + ${number(1 - value)} RAS`],
+  }, kept, SETTING);
+  at("quantile").disabled = run.unit !== null;
+  at("missing").disabled = !estimates.some((one) => one.due.fail.cameras.length > one.due.ignore.cameras.length);
 
   // Picking: one camera, a row of the reference, that is marked wherever it is.
   const marks = new Map(); // place -> function that marks the picked camera there
@@ -166,7 +139,7 @@
     const row = camera < 0 ? -1 : shown().rows[camera];
     if (row === state.camera) return;
     state.camera = row;
-    kept.write(state);
+    kept.write();
     showPicked();
     if (aloud) text("spoken", describe(camera));
   }
@@ -329,11 +302,10 @@
   }
   const geometric = (low, high) => Array.from({ length: UNITS }, (_, k) => low * (high / low) ** (k / (UNITS - 1)));
 
+  const once = memory();
   function profileOf(one, kind, units) {
-    const key = `${kind} ${state.steps}`;
-    const { profiles } = due(one);
-    if (!profiles.has(key)) profiles.set(key, profile(due(one)[kind], units, { thresholds: state.steps }));
-    return profiles.get(key);
+    const key = [kind, state.steps, state.missing, estimates.indexOf(one)].join();
+    return once(key, () => profile(due(one)[kind], units, { thresholds: state.steps }));
   }
 
   function profileChart(kind) {
@@ -344,24 +316,19 @@
         host.replaceChildren("There is no profile, since d is 0.");
         return;
       }
-      const made = frame(host, {
-        label: `${name} over its largest threshold`,
-        x: { domain: [units[0], units.at(-1)], log: true, label: `largest threshold, ${word}` },
-        y: { domain: [0, 1], label: "score" },
-      });
-      for (const other of estimates) {
-        if (other !== shown()) line(made, profileOf(other, kind, units).map((value, k) => [units[k], value]), { colour, ghost: true, width: 1.4 });
-      }
+      const others = estimates.filter((one) => one !== shown());
       const values = profileOf(shown(), kind, units);
-      line(made, values.map((value, k) => [units[k], value]), { colour });
-      made.plot.append(element("path", { class: "grid", d: `M${made.left} ${made.y(0.5)}H${made.width - made.right}` }));
-      const limit = largest(kind);
-      if (limit >= units[0] && limit <= units.at(-1)) rule(made, limit, "here");
-      AlignmentCharts.cursor(made, {
-        places: units,
+      const made = curves(host, {
+        label: `${name} over its largest threshold`,
+        places: units, unit: word, y: { domain: [0, 1], label: "score" }, at: largest(kind),
+        lines: [
+          ...others.map((one) => ({ values: profileOf(one, kind, units), colour, ghost: true, width: 1.4 })),
+          { values, colour },
+        ],
         describe: (index) => `${name} ${digits(values[index])} up to ${number(units[index])} ${word}`,
         name: `${name} over its largest threshold`,
       });
+      made.plot.append(element("path", { class: "grid", d: `M${made.left} ${made.y(0.5)}H${made.width - made.right}` }));
       marker(made, id, null, (camera) => camera, (camera) => {
         const error = shown()[kind][camera];
         return error >= units[0] && error <= units.at(-1) ? [made.x(error), made.y(0)] : null;
@@ -516,7 +483,7 @@
     state.near = Math.min(Math.max(state.near, 0.25), 64);
     state.turn = Math.round(state.turn * 10) / 10;
     state.tilt = Math.round(state.tilt * 10) / 10;
-    kept.write(state);
+    kept.write();
     drawScene();
   }
   let held = null; // where the pointer went down, and how far it has moved since

@@ -6,11 +6,9 @@ const AlignmentScores = (() => {
   // Each function that scores takes these options: the number of equal steps to the largest threshold
   // (Infinity: a straight line instead of stairs), the largest threshold in units, and how many
   // cameras count, those without an error as failures.
-  const PAPER = { thresholds: 100, maxThreshold: 1 };
 
   // The area under the cumulative frequencies of the errors up to the largest threshold (eq. 3, 4).
-  function score(errors, unit, { thresholds = PAPER.thresholds, maxThreshold = PAPER.maxThreshold,
-    total = errors.length } = {}) {
+  function score(errors, unit, { thresholds = 100, maxThreshold = 1, total = errors.length } = {}) {
     if (!total) return NaN;
     const largest = unit * maxThreshold;
     let area = 0;
@@ -84,5 +82,7 @@ const AlignmentScores = (() => {
     return right / (better.length * worse.length);
   }
 
-  return Object.freeze({ PAPER, score, quantile, pas, profile, half, order });
+  const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
+
+  return Object.freeze({ score, quantile, pas, profile, half, mean, order });
 })();

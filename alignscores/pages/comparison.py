@@ -40,7 +40,7 @@ LEFT, TOP, BOTTOM = 52, 20, 40
 STRETCHES = 120  # parts of a trajectory whose median error is drawn
 # Quantiles of the errors of a system on a sequence; scores by them are off by 0.00125 at most.
 N_QUANTILES = 400
-SCRIPTS = "scores.js", "charts.js", "controls.js"
+SCRIPTS = "scores.js", "charts.js", "controls.js", "tables.js"
 MOST = 15  # megabytes of trajectories
 FOR = {  # what a difference is to hold for, and what it takes more of
     "new_runs": ("new runs on these sequences", "runs"),
@@ -73,7 +73,7 @@ def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str
         styles=[source("style.css"), _file("page.css")],
         scripts=[*map(source, SCRIPTS), _file("page.js")],
         data=_data(comparison),
-        frames=True,
+        allowed="frame-src blob:",
     )
 
 

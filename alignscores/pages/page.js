@@ -1,45 +1,20 @@
-// Sorting of the first table by any column. Without it the table stands there complete.
+// The first table is sorted by any column.
 (() => {
   "use strict";
   const table = document.querySelector("#overall table");
-  const body = table.tBodies[0];
-  const headers = [...table.tHead.rows[0].cells];
-  const names = new Intl.Collator("en", { numeric: true });
-  const keyOf = (row, column) => row.cells[column].dataset.key;
-
-  function compare(one, other, column) {
-    const [first, second] = [keyOf(one, column), keyOf(other, column)];
-    if (first === undefined) return names.compare(one.cells[column].textContent, other.cells[column].textContent);
-    return first === second ? 0 : Number(first) - Number(second);
-  }
-
-  headers.forEach((header, column) => {
-    const button = document.createElement("button");
-    button.type = "button";
-    button.textContent = header.textContent;
-    header.replaceChildren(button);
-    header.setAttribute("aria-sort", "none");
-    button.addEventListener("click", () => {
-      const direction = header.getAttribute("aria-sort") === "descending" ? "ascending" : "descending";
-      headers.forEach((other) => other.setAttribute("aria-sort", other === header ? direction : "none"));
-      const sign = direction === "ascending" ? 1 : -1;
-      body.append(...[...body.rows].sort((one, other) => sign * compare(one, other, column)));
-    });
-  });
+  AlignmentTables.sortable(table, ["descending", "ascending"], () => table.tBodies[0].rows);
 })();
 
 // The scores of all systems at any thresholds, from errors that stand for those of all runs.
 (() => {
   "use strict";
-  const { cursor, frame, line, number, responsive, rule } = AlignmentCharts;
-  const { address, roundNumbers, sliders } = AlignmentControls;
-  const { score, pas } = AlignmentScores;
-  const at = (id) => document.getElementById(id);
-  const data = JSON.parse(at("data").textContent);
+  const { curves, html, number, responsive } = AlignmentCharts;
+  const { STEPS, WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked } = AlignmentControls;
+  const { mean, pas, score } = AlignmentScores;
   const KINDS = { position: { name: "TAS", unit: "d" }, rotation: { name: "RAS", unit: "degrees" } };
   const UNITS = { position: geometric(0.02, 100), rotation: geometric(0.05, 180) };
-  const unpacked = (text) => new Float32Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
-  const errors = data.errors.map((systems) => systems.map((one) => one && { position: unpacked(one.position), rotation: unpacked(one.rotation) }));
+  const numbers = (text) => unpacked(Float32Array, text);
+  const errors = data.errors.map((systems) => systems.map((one) => one && { position: numbers(one.position), rotation: numbers(one.rotation) }));
   const everything = data.sequences.map((_, index) => index);
 
   function geometric(low, high) {
@@ -47,7 +22,7 @@
   }
 
   const positive = (value) => value > 0 && value < Infinity;
-  const kept = address({
+  const kept = setting({
     sequence: [-1, (value) => value in data.sequences],
     trajectory: [0, (value) => at(`own-${value}`) !== null],
     view: ["", () => true],
@@ -55,12 +30,11 @@
     degrees: [data.setting.degrees, positive],
     steps: [100, (value) => Number.isInteger(value) && value > 0 && value <= 10000],
     weight: [data.setting.weight, (value) => value >= 0 && value <= 1],
-  });
+  }, render);
+  const { change, state } = kept;
   const SETTING = ["threshold", "degrees", "steps", "weight"];
-  let state = kept.read();
   const largest = (kind) => (kind === "position" ? state.threshold : state.degrees);
   const chosen = () => (state.sequence < 0 ? everything : [state.sequence]);
-  const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
 
   // Over the sequences that the system was tried on; not a number where there are none.
   function scoreOf(system, kind, unit) {
@@ -68,32 +42,20 @@
     return mean(tried.map((one) => score(one[kind], unit, { thresholds: state.steps })));
   }
   const write = (value) => (Number.isNaN(value) ? "not tried" : value.toFixed(3));
-  const remembered = new Map(); // profiles depend on two of the settings alone
+  const once = memory(); // profiles depend on two of the settings alone
   function profileOf(system, kind) {
     const key = [system, kind, state.sequence, state.steps].join();
-    if (!remembered.has(key)) remembered.set(key, UNITS[kind].map((unit) => scoreOf(system, kind, unit)));
-    return remembered.get(key);
+    return once(key, () => UNITS[kind].map((unit) => scoreOf(system, kind, unit)));
   }
 
-  function change(changes) {
-    Object.assign(state, changes);
-    kept.write(state);
-    render();
-  }
-  const showSliders = sliders({
+  const showControls = controls({
     threshold: [roundNumbers(0.02, 100), (value) => `${number(value)} d`],
     degrees: [roundNumbers(0.1, 180), (value) => `${number(value)} degrees`],
-    steps: [[1, 2, 5, 10, 20, 50, 100, 200, 500, 1000], (value) => number(value, 5)],
-    weight: [Array.from({ length: 21 }, (_, k) => k / 20), (value) => `${number(value)} TAS + ${number(1 - value)} RAS`],
-  }, kept.defaults, change);
+    steps: [STEPS, (value) => number(value, 5)],
+    weight: [WEIGHTS, (value) => `${number(value)} TAS + ${number(1 - value)} RAS`],
+  }, kept, SETTING);
   data.sequences.forEach((name, index) => at("sequence").add(new Option(name, index)));
-  at("sequence").addEventListener("change", (event) => change({ sequence: Number(event.target.value) }));
-  at("reset").addEventListener("click", () => change(Object.fromEntries(SETTING.map((key) => [key, kept.defaults[key]]))));
-  addEventListener("hashchange", () => {
-    if (!location.hash.includes("=")) return; // a link to a section
-    state = kept.read();
-    render();
-  });
+  at("sequence").addEventListener("change", (event) => change({ sequence: event.target.value }));
 
   // The page of one's own files on a sequence, in a frame; it is made of its data and what is around
   // the data in all of them. `view` is what stands after the # of its address.
@@ -118,41 +80,32 @@
     at("trajectory").value = state.trajectory;
     const name = at("trajectory").selectedOptions[0].text;
     // Each is a new frame: another page in the same one would be a step of the browser's history.
-    at("own").replaceChildren(Object.assign(document.createElement("iframe"), { src: framed, title: `Trajectories on ${name}` }));
+    at("own").replaceChildren(html("iframe", { src: framed, title: `Trajectories on ${name}` }));
   }
-  at("trajectory")?.addEventListener("change", (event) => change({ trajectory: Number(event.target.value), view: "" }));
+  at("trajectory")?.addEventListener("change", (event) => change({ trajectory: event.target.value, view: "" }));
   addEventListener("message", (event) => {
     if (event.source !== document.querySelector("#own iframe")?.contentWindow || typeof event.data !== "string") return;
     state.view = event.data;
     addressFrame();
-    kept.write(state);
+    kept.write();
   });
 
   const rows = data.systems.map((name) => {
-    const row = at("scores").insertRow();
-    const head = Object.assign(document.createElement("th"), { scope: "row", textContent: name });
-    row.append(head);
-    return [0, 1, 2].map(() => row.insertCell());
+    const cells = [0, 1, 2].map(() => html("td"));
+    at("scores").append(html("tr", {}, html("th", { scope: "row" }, name), ...cells));
+    return cells;
   });
 
   const draws = Object.entries(KINDS).map(([kind, { name, unit }]) => {
     const host = at(`${kind}-profile`);
     const draw = () => {
-      const made = frame(host, {
-        label: `${name} of all systems over its largest threshold`,
-        x: { domain: [UNITS[kind][0], UNITS[kind].at(-1)], log: true, label: `largest threshold, ${unit}` },
-        y: { domain: [0, 1], label: name },
-      });
       const profiles = data.systems.map((_, system) => profileOf(system, kind));
-      profiles.forEach((values, system) => {
-        const [colour, dash] = data.lines[system];
-        line(made, values.map((value, k) => [UNITS[kind][k], value]), { colour, dash });
-      });
-      const limit = largest(kind);
-      if (limit >= UNITS[kind][0] && limit <= UNITS[kind].at(-1)) rule(made, limit, "here");
-      cursor(made, {
-        places: UNITS[kind],
-        describe: (index) => `${number(UNITS[kind][index])} ${unit}: ${data.systems.map((system, k) => `${system} ${write(profiles[k][index])}`).join(", ")}`,
+      const read = (index) => data.systems.map((system, k) => `${system} ${write(profiles[k][index])}`).join(", ");
+      curves(host, {
+        label: `${name} of all systems over its largest threshold`,
+        places: UNITS[kind], unit, y: { domain: [0, 1], label: name }, at: largest(kind),
+        lines: data.lines.map(([colour, dash], system) => ({ values: profiles[system], colour, dash })),
+        describe: (index) => `${number(UNITS[kind][index])} ${unit}: ${read(index)}`,
         name: `${name} over its largest threshold`,
       });
     };
@@ -165,9 +118,9 @@
       const [tas, ras] = Object.keys(KINDS).map((kind) => scoreOf(system, kind, largest(kind)));
       [tas, ras, pas(tas, ras, state.weight)].forEach((value, column) => { cells[column].textContent = write(value); });
     });
-    showSliders(state);
+    showControls();
     at("sequence").value = state.sequence;
-    const isRun = SETTING.every((key) => state[key] === kept.defaults[key]);
+    const isRun = kept.isDefault(SETTING);
     at("setting").textContent = `${state.sequence < 0 ? "Over all sequences" : data.sequences[state.sequence]}, up to ${number(state.threshold)} d and `
       + `${number(state.degrees)} degrees, ${state.steps} thresholds, weight ${number(state.weight)}: ${isRun ? "as in the run" : "not as in the run"}.`;
     at("reset").disabled = isRun;

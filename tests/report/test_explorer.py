@@ -492,8 +492,8 @@ setTimeout(() => {
 @pytest.mark.parametrize("experiment", ["maa_vs_pas_collinear", "outliers"])
 def test_it_is_no_wider_than_its_screen(browser, html, experiment):
     shown = html.replace(
-        "const state = setting.read();",
-        f"""const state = setting.read();
+        "const { change, defaults: PAPER, state } = kept;",
+        f"""const {{ change, defaults: PAPER, state }} = kept;
   state.experiment = "{experiment}";""",
     )
     assert shown != html

@@ -4,18 +4,18 @@ import re
 from collections import Counter
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
 
 import report.article
 import report.page
+from alignscores.explorer import source
 from studies.claims.claims import load_claims
 from studies.paper import FIGURES
 
 from .conftest import TRIALS
 
-CSS = Path(report.page.__file__).with_name("style.css").read_text(encoding="utf-8")
+CSS = source("style.css") + report.page.own("page.css")
 
 
 def rows(page):
@@ -245,8 +245,8 @@ def contrast(colour, other):
 @pytest.mark.parametrize("scheme", [0, 1], ids=["light", "dark"])
 def test_text_has_contrast_in_both_schemes(scheme):
     blocks = re.findall(r":root \{(.*?)\}", CSS, re.DOTALL)
-    assert len(blocks) == 2
-    colour = dict(re.findall(r"--([\w-]+): (#\w{6});", blocks[scheme]))
+    assert len(blocks) == 4  # of the library's pages, and of this one
+    colour = dict(re.findall(r"--([\w-]+): (#\w{6});", blocks[scheme] + blocks[2 + scheme]))
     assert len(colour) == 12
     on = {
         "paper": ("ink", "quiet", "link", "good", "bad", "open"),

@@ -172,7 +172,9 @@ def test_the_order_of_levels_is_the_share_of_right_pairs_of_neighbours(browser):
     np.testing.assert_allclose(ask(browser, cases), expected, rtol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["scores.js", "charts.js", "controls.js", "style.css"])
+@pytest.mark.parametrize(
+    "name", ["scores.js", "charts.js", "controls.js", "tables.js", "style.css"]
+)
 def test_the_files_need_no_network(name):
     text = source(name)
     addresses = [word for word in text.split('"') if "://" in word]
