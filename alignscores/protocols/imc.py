@@ -109,7 +109,7 @@ def imc_maa(
     if (estimated := np.count_nonzero(positions.estimated)) > MOST_CAMERAS:
         raise ValueError(
             f"the mAA of the Image Matching Challenge tries all triplets of cameras: of {estimated}"
-            f" that would take days; score at most {MOST_CAMERAS}, or leave it out"
+            f" that would take hours or days; score at most {MOST_CAMERAS}, or leave it out"
         )
     counts = largest_counts(*positions.matched(), levels, skip)
     counted = int(np.maximum(counts - 3, 0).sum())

@@ -1629,6 +1629,33 @@ static bool fit_triplet(const consensus *all, const size_t corners[3], similarit
     return found->scale <= all->largest_scale;
 }
 
+/* The unit vector that a singular symmetric matrix takes nearly to 0: the longest of the columns of
+   the adjugate that a few eliminations give. */
+static inline void null_vector(double k[4][4], double size, double q[4])
+{
+    double longest = 0;
+    memset(q, 0, 4 * sizeof *q);
+    for (size_t row = 0; row < 4; row++) {
+        const double *u = k[(row + 1) % 4], *v = k[(row + 2) % 4], *w = k[(row + 3) % 4];
+        double c[4], length = 0;
+        for (size_t i = 0; i < 4; i++) {
+            size_t x = (i + 1) % 4, y = (i + 2) % 4, z = (i + 3) % 4;
+            double minor = u[x] * (v[y] * w[z] - v[z] * w[y]) - u[y] * (v[x] * w[z] - v[z] * w[x])
+                           + u[z] * (v[x] * w[y] - v[y] * w[x]);
+            c[i] = i % 2 ? -minor : minor;
+            length += c[i] * c[i];
+        }
+        if (length > longest) {
+            longest = length;
+            memcpy(q, c, sizeof c);
+        }
+        if (longest > 1e-4 * size * size * size * size * size * size)
+            break;
+    }
+    for (size_t i = 0; i < 4; i++)
+        q[i] /= sqrt(longest);
+}
+
 /* Quaternion of the rotation that correlates best, given sums of products (estimate by ground
    truth). Newton's method finds the largest eigenvalue from above (Horn, "Closed-form solution of
    absolute orientation using unit quaternions", JOSA A 1987; Theobald, Acta Cryst. A 2005). */
@@ -1660,33 +1687,23 @@ static bool rotation_of_sums(const double m[9], double from, matrix *rotation)
             break;
     }
     /* The gap to the next eigenvalue is at least this, as none is further from it than 2 `from`. */
-    double gap = slope / (4 * from * from);
+    double gap = slope / (4 * from * from), q[4], residual;
     for (size_t i = 0; i < 4; i++)
         k[i][i] -= value;
-    /* The longest of the columns of the adjugate that two eliminations give. */
-    double q[4] = {0}, longest = 0;
-    for (size_t row = 0; row < 4; row++) {
-        const double *u = k[(row + 1) % 4], *v = k[(row + 2) % 4], *w = k[(row + 3) % 4];
-        double c[4], length = 0;
+    for (size_t step = 0; step < 3; step++) {
+        null_vector(k, from, q);
+        double image[4], shift = 0;
+        residual = 0;
         for (size_t i = 0; i < 4; i++) {
-            size_t x = (i + 1) % 4, y = (i + 2) % 4, z = (i + 3) % 4;
-            double minor = u[x] * (v[y] * w[z] - v[z] * w[y]) - u[y] * (v[x] * w[z] - v[z] * w[x])
-                           + u[z] * (v[x] * w[y] - v[y] * w[x]);
-            c[i] = i % 2 ? -minor : minor;
-            length += c[i] * c[i];
+            image[i] = k[i][0] * q[0] + k[i][1] * q[1] + k[i][2] * q[2] + k[i][3] * q[3];
+            residual += fabs(image[i]);
+            shift += q[i] * image[i];
         }
-        if (length > longest) {
-            longest = length;
-            memcpy(q, c, sizeof q);
-        }
-        if (longest > 1e-4 * from * from * from * from * from * from)
+        if (residual <= 1e-10 * gap)
             break;
+        for (size_t i = 0; i < 4; i++) /* Rayleigh's quotient is nearer to the eigenvalue */
+            k[i][i] -= shift;
     }
-    double residual = 0, length = sqrt(longest);
-    for (size_t i = 0; i < 4; i++)
-        q[i] /= length;
-    for (size_t i = 0; i < 4; i++)
-        residual += fabs(k[i][0] * q[0] + k[i][1] * q[1] + k[i][2] * q[2] + k[i][3] * q[3]);
     double w = q[0], x = q[1], y = q[2], z = q[3];
     *rotation = (matrix){{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
                          {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
