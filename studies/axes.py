@@ -60,10 +60,17 @@ class Axis:
     paper: str
     values: tuple[str, ...]
 
-    def column(self, value: str) -> Column:
-        """Return the metric with this value of the option; the paper's value needs no option."""
-        column = Column(self.metric)
+    def of(self, column: Column, value: str) -> Column:
+        """Return a metric with a value of the option; the paper's value needs no option."""
         return column if value == self.paper else column.with_option(self.option, value)
+
+    def column(self, value: str) -> Column:
+        """Return the metric of the axis with this value of the option, and no other."""
+        return self.of(Column(self.metric), value)
+
+    def keys(self, value: str) -> dict[str, str]:
+        """Return what a row on one of its values begins with."""
+        return {"axis": self.name, "metric": self.metric, "option": self.option, "value": value}
 
     @property
     def columns(self) -> dict[str, str]:

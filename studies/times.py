@@ -29,21 +29,13 @@ def measure(axes: Sequence[Axis], sweeps: Sequence[Sweep]) -> pd.DataFrame:
     with one_blas_thread():
         times = pd.DataFrame([row for sweep in sweeps for row in _measure(sweep, columns)])
     medians = times.groupby("n_cameras").median()
-    return pd.DataFrame(
-        [
-            {
-                "n_cameras": n,
-                "axis": axis.name,
-                "metric": axis.metric,
-                "option": axis.option,
-                "value": value,
-                "milliseconds": round(1e3 * medians.loc[n, column], 3),
-            }
-            for n in medians.index
-            for axis in axes
-            for value, column in axis.columns.items()
-        ]
-    )
+    rows = [
+        {"n_cameras": n, **axis.keys(value), "milliseconds": 1e3 * medians.loc[n, column]}
+        for n in medians.index
+        for axis in axes
+        for value, column in axis.columns.items()
+    ]
+    return pd.DataFrame(rows).round(3)
 
 
 def _measure(sweep: Sweep, columns: dict[str, Column]) -> list[dict[str, float]]:

@@ -94,7 +94,7 @@ def compare_orders(experiments: Mapping[str, Trials]) -> pd.DataFrame:
                 rows.append(keys | row | _numbers(found))
     columns = ["experiment", "level", "metric", "versus", "order", "low", "high", "p", "trials"]
     table = pd.DataFrame(rows, columns=[*columns, "cameras", "outliers"])
-    table["p"] = holm(table["p"].to_numpy(dtype=np.float64))
+    table["p"] = holm(table["p"])
     table = table.astype({"trials": float, "cameras": float, "outliers": float})
     return table.round({"order": 2, "low": 2, "high": 2, "p": 6})
 

@@ -179,9 +179,8 @@ def effects(axes: Sequence[Axis], parts: Parts) -> pd.DataFrame:
     for axis in axes:
         paper = axis.columns[axis.paper]
         for value, column in axis.columns.items():
-            row: dict[str, object] = {"axis": axis.name, "metric": axis.metric}
-            row |= {"option": axis.option, "value": value}
-            row |= {"paper": "yes" if value == axis.paper else "no"}
+            row: dict[str, object] = dict(axis.keys(value))
+            row["paper"] = "yes" if value == axis.paper else "no"
             for name, effect in EFFECTS.items():
                 trials = parts[effect.part]
                 # The columns that are needed: to group all of them takes long.
@@ -201,8 +200,7 @@ def effects(axes: Sequence[Axis], parts: Parts) -> pd.DataFrame:
             rows.append(row)
     table = pd.DataFrame(rows)
     p_values = [f"{name}_p" for name in COMPARED]
-    adjusted = order.holm(table[p_values].to_numpy(dtype=np.float64).ravel())
-    table[p_values] = adjusted.reshape(-1, len(p_values))
+    table[p_values] = order.holm(table[p_values])
     return table.round(6)
 
 
