@@ -85,28 +85,29 @@ class Axis:
 
 def plan(path: Path, overrides: Sequence[str] = ()) -> dict[str, Table]:
     """Return a table for each part of a file of axes; overrides may have other values of axes."""
-    file = _read(path)
+    file = read_yaml(path, _File)
     reject(overrides, FIXED, "the study decides it")
     given = dict(split_override(override) for override in overrides)
     settings = [one for one in overrides if split_override(one)[0] not in file.axes]
     axes = [axis_with(path, name, given.get(name)) for name in file.axes]
-    columns = [Column.parse(text) for text in _metrics(axes)]
+    written = dict.fromkeys(metric for axis in axes for metric in axis.columns.values())
+    columns = list(map(Column.parse, written))
     tables = {}
     for key, part in file.trials.items():
         sweep = resolve(path, f"trials.{key}", settings, part)
-        metrics = _seeded(columns, part.seeds) if part.seeds else list(map(str, columns))
+        metrics = _seeded(columns, part.seeds) if part.seeds else list(written)
         tables[key] = Table((replace(sweep, metrics=metrics),))
     return tables
 
 
 def axis_names(path: Path) -> list[str]:
     """Return the names of the axes of a file."""
-    return list(_read(path).axes)
+    return list(read_yaml(path, _File).axes)
 
 
 def axis_with(path: Path, name: str, values: str | Sequence[object] | None) -> Axis:
     """Return an axis of a file, with other values if there are any: a list, or as typed."""
-    known = _read(path).axes
+    known = read_yaml(path, _File).axes
     if name not in known:
         raise ConfigError(f"unknown axis {name!r}; the axes are {', '.join(known)}")
     if values is None:
@@ -124,7 +125,7 @@ def axis_with(path: Path, name: str, values: str | Sequence[object] | None) -> A
 
 def axes_of(path: Path, trials: Mapping[str, Sequence[str]]) -> list[Axis]:
     """Return the axes of a file with the values that the metrics of its tables of trials have."""
-    file = _read(path)
+    file = read_yaml(path, _File)
     once = [trials[name] for name, part in file.trials.items() if name in trials and not part.seeds]
     columns = [Column.parse(metric) for metric in (once[0] if once else ())]
     axes = []
@@ -163,10 +164,6 @@ def value_title(option: str, value: str) -> str:
     return INFINITE.get(option, "∞") if value == "inf" else value
 
 
-def _read(path: Path) -> _File:
-    return read_yaml(path, _File)
-
-
 def _list(name: str, text: str) -> list[str]:
     values = [value.strip() for value in text.strip("[]").split(",")]
     if not (text.startswith("[") and text.endswith("]") and all(values)):
@@ -183,10 +180,6 @@ def _axis(name: str, entry: _Axis, values: Sequence[object]) -> Axis:
         return replace(axis, values=tuple(sorted(written, key=float)))
     except ValueError:  # words, the paper's first
         return replace(axis, values=tuple(sorted(written, key=lambda value: value != paper)))
-
-
-def _metrics(axes: Sequence[Axis]) -> list[str]:
-    return list(dict.fromkeys(metric for axis in axes for metric in axis.columns.values()))
 
 
 def _seeded(columns: Sequence[Column], seeds: int) -> list[str]:

@@ -1,6 +1,6 @@
 """The paper's registration and the refined one, on the same cameras, and the words for it."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 import pandas as pd
 
@@ -11,12 +11,7 @@ from ..axes import Axis, is_seeded, over_seeds
 
 CELL = ("n_cameras", "n_outliers", "sigma_t")
 SCENE = (*CELL, "trial")
-OVER_SEEDS: Mapping[str, Callable[[pd.DataFrame], "pd.Series[float]"]] = {
-    "mean": lambda scores: scores.mean(axis=1),
-    "standard deviation": lambda scores: scores.std(axis=1, ddof=1),
-    "smallest": lambda scores: scores.min(axis=1),
-    "largest": lambda scores: scores.max(axis=1),
-}
+OVER_SEEDS = {"mean": "mean", "standard deviation": "std", "smallest": "min", "largest": "max"}
 Summary = dict[str, dict[str, "pd.Series[float]"]]  # of each part, each statistic
 DEPENDENCE = "dependence on cameras, %"
 ORDER = "order of "  # noise or outliers
@@ -51,11 +46,14 @@ def compare(axis: Axis, parts: Mapping[str, Trials]) -> pd.DataFrame:
 
 def _spread(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]:
     """Statistics over the seeds, of each input."""
-    scores = {value: over_seeds(trials, column) for value, column in axis.columns.items()}
-    for i, scene in enumerate(trials[list(SCENE)].itertuples(index=False, name=None)):
+    spreads = {
+        value: over_seeds(trials, column).agg(list(OVER_SEEDS.values()), axis=1)
+        for value, column in axis.columns.items()
+    }
+    for i, scene in trials[list(SCENE)].iterrows():
         for name, of in OVER_SEEDS.items():
-            values = {value: float(of(table).iloc[i]) for value, table in scores.items()}
-            yield {**dict(zip(SCENE, scene, strict=True)), "statistic": name, **values}
+            values = {value: table.at[i, of] for value, table in spreads.items()}
+            yield {**scene, "statistic": name, **values}
 
 
 def _experiment(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]:
@@ -178,15 +176,16 @@ def _orders(axis: Axis, table: pd.DataFrame) -> Iterator[str]:
         found = []
         for name in (name for name in numbers if name.startswith(f"mean {ORDER}")):
             means, smallest = numbers[name], numbers[name.replace("mean", "smallest", 1)]
-            written = " and ".join(f"{means[value]:.1f} % ({value})" for value in axis.values)
             lowest = " and ".join(f"{smallest[value]:.1f} %" for value in axis.values)
-            found.append(f"{name.removesuffix(', %')} {written}, smallest {lowest}")
+            found.append(f"{name.removesuffix(', %')} {_both(means)}, smallest {lowest}")
         if found:
             yield f"**Right order, {part}.** {'; '.join(found)}."
         if DEPENDENCE in numbers:
-            moved = numbers[DEPENDENCE]
-            values = " and ".join(f"{moved[value]:.1f} % ({value})" for value in axis.values)
             yield (
-                f"**Number of cameras, {part}.** The mean score moves by {values} of its range "
-                "over all noise levels."
+                f"**Number of cameras, {part}.** The mean score moves by "
+                f"{_both(numbers[DEPENDENCE])} of its range over all noise levels."
             )
+
+
+def _both(numbers: "pd.Series[float]") -> str:
+    return " and ".join(f"{number:.1f} % ({value})" for value, number in numbers.items())

@@ -24,52 +24,34 @@ Weighted = Callable[[Floats], Floats]  # of weights of the trials (B, T), a valu
 class Effect:
     """A statistic that the values of an axis are compared by.
 
-    Its error is that of the order, where it has a `level`, or a bootstrap's, where `weighted`
-    computes it for any weights of the trials.
+    It is the order of a `level`, or what `weighted` computes for any weights of the trials, or
+    `alone` from them as they are. Its error is that of the order, or a bootstrap's over weights.
     """
 
     words: str
     larger_is_better: bool
     digits: int  # that matter
-    of: Callable[[pd.DataFrame, str], float]  # from trials and a metric
     unit: str = ""
     part: str = "outliers"
     level: str = ""
+    smallest: bool = False  # of the groups, not their mean
     weighted: Callable[[pd.DataFrame, str], Weighted] | None = None
+    alone: Callable[[pd.DataFrame, str], float] | None = None
+
+    def of(self, trials: pd.DataFrame, metric: str) -> float:
+        """Compute it from the trials of a metric; NaN where the level does not vary."""
+        if self.alone:
+            return self.alone(trials, metric)
+        if self.weighted:
+            return float(self.weighted(trials, metric)(np.ones((1, trials["trial"].nunique())))[0])
+        if not _varies(trials, self.level):
+            return np.nan
+        found = [one.probability for one in order.orders(trials, metric, self.level)]
+        return 100 * float(min(found) if self.smallest else np.mean(found))
 
     def write(self, value: float) -> str:
         """Write a value with the digits that matter, and its unit."""
         return f"{value:.{self.digits}f}{self.unit}"
-
-
-def _order_effect(
-    words: str, level: str, part: str = "outliers", *, smallest: bool = False
-) -> Effect:
-    """Return how often neighbouring levels are put in the right order, the mean over groups."""
-
-    def of(trials: pd.DataFrame, metric: str) -> float:
-        if not _varies(trials, level):
-            return np.nan
-        found = [one.probability for one in order.orders(trials, metric, level)]
-        return 100 * float(min(found) if smallest else np.mean(found))
-
-    return Effect(words, True, 1, of, " %", part, "" if smallest else level)
-
-
-def _weighted_effect(
-    words: str,
-    larger_is_better: bool,
-    digits: int,
-    weighted: Callable[[pd.DataFrame, str], Weighted],
-    unit: str = "",
-    part: str = "outliers",
-) -> Effect:
-    """Return what is computed for any weights; of the trials themselves they are 1."""
-
-    def of(trials: pd.DataFrame, metric: str) -> float:
-        return float(weighted(trials, metric)(np.ones((1, trials["trial"].nunique())))[0])
-
-    return Effect(words, larger_is_better, digits, of, unit, part, weighted=weighted)
 
 
 def _noise_range(trials: pd.DataFrame, metric: str) -> float:
@@ -120,27 +102,28 @@ def _varies(trials: pd.DataFrame, level: str) -> bool:
     return trials[level].nunique() > 1
 
 
+NOISE, OUTLIERS = "order of noise", "order of outliers"
 EFFECTS: Mapping[str, Effect] = {
-    "noise_order": _order_effect("order of noise", "sigma_t"),
-    "noise_order_smallest": _order_effect("smallest order of noise", "sigma_t", smallest=True),
-    "outlier_order": _order_effect("order of outliers", "n_outliers"),
-    "outlier_order_smallest": _order_effect(
-        "smallest order of outliers", "n_outliers", smallest=True
+    "noise_order": Effect(NOISE, True, 1, " %", level="sigma_t"),
+    "noise_order_smallest": Effect(
+        f"smallest {NOISE}", True, 1, " %", level="sigma_t", smallest=True
     ),
-    "majority_order": _order_effect("order of noise where most are lost", "sigma_t", "majority"),
-    "noise_range": Effect("range of trials over noise", True, 3, _noise_range),
-    "noise_range_of_means": _weighted_effect("range over noise", True, 3, _weighted_noise_range),
-    "camera_dependence": _weighted_effect(
-        "dependence on cameras", False, 1, _weighted_dependence, " %", "length"
+    "outlier_order": Effect(OUTLIERS, True, 1, " %", level="n_outliers"),
+    "outlier_order_smallest": Effect(
+        f"smallest {OUTLIERS}", True, 1, " %", level="n_outliers", smallest=True
     ),
-    "seed_noise": Effect("seed noise", False, 4, _seed_noise, part="seeds"),
+    "majority_order": Effect(f"{NOISE} where most are lost", True, 1, " %", "majority", "sigma_t"),
+    "noise_range": Effect("range of trials over noise", True, 3, alone=_noise_range),
+    "noise_range_of_means": Effect("range over noise", True, 3, weighted=_weighted_noise_range),
+    "camera_dependence": Effect(
+        "dependence on cameras", False, 1, " %", "length", weighted=_weighted_dependence
+    ),
+    "seed_noise": Effect("seed noise", False, 4, part="seeds", alone=_seed_noise),
 }
 """Effects by their columns in the tables of the threshold study; see `effects`."""
 
 COMPARED = tuple(
-    name
-    for name, effect in EFFECTS.items()
-    if effect.level or effect.weighted or name == "seed_noise"
+    name for name, effect in EFFECTS.items() if not effect.smallest and name != "noise_range"
 )
 """The effects that values are compared by: those whose sampling error is known."""
 
