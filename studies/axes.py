@@ -93,9 +93,9 @@ def plan(path: Path, overrides: Sequence[str] = ()) -> dict[str, Table]:
     written = dict.fromkeys(metric for axis in axes for metric in axis.columns.values())
     columns = list(map(Column.parse, written))
     tables = {}
-    for key, part in file.trials.items():
-        sweep = resolve(path, f"trials.{key}", settings, part)
-        metrics = _seeded(columns, part.seeds) if part.seeds else list(written)
+    for key, sweep in resolve(path, "trials", settings, file.trials).items():
+        seeds = file.trials[key].seeds
+        metrics = _seeded(columns, seeds) if seeds else list(written)
         tables[key] = Table((replace(sweep, metrics=metrics),))
     return tables
 

@@ -73,12 +73,11 @@ def tables_of(
     """Return the tables of what the file has for a key, all with the same metrics."""
     shared, axes = read_thresholds().settings, axis_names(THRESHOLDS)
     others = [override for override in overrides if split_override(override)[0] not in axes]
-    tables = {}
-    for part, last in own.parts.items():
-        sweep = resolve(THRESHOLDS, f"{key}.parts.{part}", others, shared, own.settings, last)
-        name = f"{key.removeprefix('maps.')}_{part}"
-        tables[name] = Table((replace(sweep, metrics=list(metrics)),))
-    return tables
+    sweeps = resolve(THRESHOLDS, f"{key}.parts", others, own.parts, shared, own.settings)
+    return {
+        f"{key.removeprefix('maps.')}_{part}": Table((replace(sweep, metrics=list(metrics)),))
+        for part, sweep in sweeps.items()
+    }
 
 
 def _axes(name: str, own: _Map, given: Mapping[str, str]) -> list[Axis]:
