@@ -79,6 +79,11 @@ def sign(metric: str) -> int:
     return -1 if Column.parse(metric).metric.family.larger_is_better else 1
 
 
+def varies(trials: pd.DataFrame, setting: str) -> bool:
+    """Tell whether there are levels of a setting that could be put in order."""
+    return trials[setting].nunique() > 1
+
+
 def groups(trials: pd.DataFrame, level: str) -> list[pd.DataFrame]:
     """Return the trials that share all settings but a level, and those that rise with it."""
     levels = trials[level].tolist()
@@ -138,12 +143,18 @@ def shares(
     compared = list(pairwise(range(len(levels)))) if pairs is None else pairs
     found = [np.zeros(len(level)) for level in levels]
     for better, worse in compared:
-        lower, upper = levels[better][:, None], levels[worse]
-        right = (lower < upper) + (lower == upper) / 2
-        right[np.isnan(lower) | np.isnan(upper)] = 0.5
+        right = in_order(levels[better], levels[worse])
         found[better] += right.mean(axis=1) / len(compared)
         found[worse] += right.mean(axis=0) / len(compared)
     return found
+
+
+def in_order(better: Floats, worse: Floats) -> Floats:
+    """Tell of each pair of trials whether it is in the right order, (n, m); a tie is a half."""
+    lower, upper = better[:, None], worse
+    right = (lower < upper) + (lower == upper) / 2
+    right[np.isnan(lower) | np.isnan(upper)] = 0.5
+    return np.asarray(right)
 
 
 def estimate(found: Sequence[Floats] | Floats) -> Order:
@@ -193,7 +204,7 @@ def beside(found: Floats, other: Floats) -> dict[str, float]:
 
 def apart(trials: pd.DataFrame, level: str, metric: str) -> dict[int, Order]:
     """Return the order at each number of outliers, where this varies besides the level."""
-    if level == "n_outliers" or trials["n_outliers"].nunique() < 2:
+    if level == "n_outliers" or not varies(trials, "n_outliers"):
         return {}
     return {
         int(str(n)): estimate(within(group, level).shares(metric)).rounded

@@ -8,18 +8,8 @@ from experiments.config import Sweep
 from experiments.metrics import Column
 from experiments.tables import Trials
 
-from ..order import (
-    SIGNIFICANCE,
-    Order,
-    Task,
-    across,
-    apart,
-    compare,
-    holm,
-    mean_needed,
-    needed,
-    within,
-)
+from .. import order
+from ..order import SIGNIFICANCE, Order, Task
 from ..study import rates_of
 
 LEVELS = ("sigma_t", "sigma_r_deg", "n_outliers")
@@ -64,9 +54,9 @@ def compare_sides(questions: Mapping[str, Trials]) -> pd.DataFrame:
         for level, other, task in _tasks(trials):
             asked = _words(level, trials.sweep)
             keys = {"question": name, "asked": asked, "level": level, "across": other}
-            alone, differences = compare(task, trials.record.metrics)
+            alone, differences = order.compare(task, trials.record.metrics)
             rows += [
-                keys | {"metric": metric} | _row(found, apart(trials.table, level, metric))
+                keys | {"metric": metric} | _row(found, order.apart(trials.table, level, metric))
                 for metric, found in alone.items()
             ]
             pairs += [
@@ -74,9 +64,9 @@ def compare_sides(questions: Mapping[str, Trials]) -> pd.DataFrame:
                 for pair, found in differences.items()
             ]
     table = pd.DataFrame(rows)
-    table["p_chance"] = holm(table["p_chance"])
+    table["p_chance"] = order.holm(table["p_chance"])
     tests = pd.DataFrame(pairs, columns=[*KEYS, "other", "difference", "error", "p"])
-    tests["p"] = holm(tests["p"])
+    tests["p"] = order.holm(tests["p"])
     turned = tests.rename(columns={"metric": "other", "other": "metric"})
     turned["difference"] *= -1
     itself = table[KEYS].assign(other=table["metric"], difference=0.0, error=0.0, p=1.0)
@@ -97,9 +87,9 @@ def at_outliers(questions: Mapping[str, Trials]) -> pd.DataFrame:
         for level, _, _ in _tasks(trials):
             keys = {"question": name, "asked": _words(level, trials.sweep)}
             for metric in trials.record.metrics:
-                for n, found in apart(trials.table, level, metric).items():
+                for n, found in order.apart(trials.table, level, metric).items():
                     row = {"outliers": n, "order": 100 * found.probability}
-                    rows.append(keys | {"metric": metric} | row | {"trials": needed(found)})
+                    rows.append(keys | {"metric": metric} | row | {"trials": order.needed(found)})
     return pd.DataFrame(
         rows, columns=["question", "asked", "metric", "outliers", "order", "trials"]
     )
@@ -116,9 +106,9 @@ def _tasks(trials: Trials) -> Iterator[tuple[str, str, Task]]:
     other = next((name for name in ACROSS if table[name].nunique() > 1), "")
     for level in levels:
         task = (
-            across(table, level, other, same_draws=other == "every")
+            order.across(table, level, other, same_draws=other == "every")
             if other
-            else within(table, level)
+            else order.within(table, level)
         )
         yield level, other, task
 
@@ -133,7 +123,7 @@ def _row(found: Order, by_outliers: Mapping[int, Order]) -> dict[str, float]:
     return {
         "order": 100 * found.probability,
         "order_error": 100 * found.error,
-        "trials": mean_needed(by_outliers.values() or [found]),
+        "trials": order.mean_needed(by_outliers.values() or [found]),
         "p_chance": found.p_above(0.5),
     }
 

@@ -8,6 +8,7 @@ from experiments.tables import Trials
 
 from .. import order, statistics
 from ..axes import Axis, is_seeded, over_seeds
+from ..study import config_file
 
 CELL = ("n_cameras", "n_outliers", "sigma_t")
 SCENE = (*CELL, "trial")
@@ -15,6 +16,7 @@ OVER_SEEDS = {"mean": "mean", "standard deviation": "std", "smallest": "min", "l
 Summary = dict[str, dict[str, "pd.Series[float]"]]  # of each part, each statistic
 DEPENDENCE = "dependence on cameras, %"
 ORDER = "order of "  # noise or outliers
+REGISTRATIONS = config_file("registration_study")
 GEOMETRIES = {"cube": "in a cube", "line": "on a line", "uneven": "in clusters"}
 REPEATABLE = 0.003  # standard deviation over seeds of a score whose second digit is certain
 
@@ -59,7 +61,7 @@ def _spread(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]:
 def _experiment(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]:
     """Return the order in each group of trials, and the dependence on the number of cameras."""
     for level, words in (("sigma_t", "noise"), ("n_outliers", "outliers")):
-        if trials[level].nunique() < 2:
+        if not order.varies(trials, level):
             continue
         groups = [key for key in CELL if key != level]
         for cell, group in trials.groupby(groups):
@@ -70,7 +72,7 @@ def _experiment(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]
             }
             keys = dict(zip(groups, cell, strict=True))
             yield {**keys, "statistic": f"{ORDER}{words}, %", **orders}
-    if trials["n_cameras"].nunique() > 1:
+    if order.varies(trials, "n_cameras"):
         dependence = {
             value: statistics.dependence(trials, column, ["n_cameras"], "mean")
             for value, column in axis.columns.items()

@@ -44,7 +44,7 @@ class Effect:
             return self.alone(trials, metric)
         if self.weighted:
             return float(self.weighted(trials, metric)(np.ones((1, trials["trial"].nunique())))[0])
-        if not _varies(trials, self.level):
+        if not order.varies(trials, self.level):
             return np.nan
         found = [one.probability for one in order.orders(trials, metric, self.level)]
         return 100 * float(min(found) if self.smallest else np.mean(found))
@@ -66,7 +66,7 @@ def _weighted_noise_range(table: pd.DataFrame, metric: str) -> Weighted:
 
 def _weighted_dependence(table: pd.DataFrame, metric: str) -> Weighted:
     """Return `studies.statistics.dependence` on the number of cameras."""
-    if not _varies(table, "n_cameras"):
+    if not order.varies(table, "n_cameras"):
         return lambda weights: np.full(len(weights), np.nan)
     groups = [
         _weighted_means(group, metric) for _, group in table.groupby(["n_outliers", "sigma_t"])
@@ -96,10 +96,6 @@ def _deviations(trials: pd.DataFrame, metric: str) -> Floats:
 
 def _seed_noise(trials: pd.DataFrame, metric: str) -> float:
     return float(np.median(_deviations(trials, metric)))
-
-
-def _varies(trials: pd.DataFrame, level: str) -> bool:
-    return trials[level].nunique() > 1
 
 
 NOISE, OUTLIERS = "order of noise", "order of outliers"
@@ -173,7 +169,7 @@ def effects(axes: Sequence[Axis], parts: Parts) -> pd.DataFrame:
                     continue
                 error, p = np.nan, np.nan
                 if column != paper and trials["trial"].nunique() > 1:
-                    if effect.level and _varies(trials, effect.level):
+                    if effect.level and order.varies(trials, effect.level):
                         of = task(effect.part, effect.level).shares
                         found = order.estimate(of(column) - of(paper))
                         error, p = 100 * found.error, found.p_value

@@ -125,14 +125,12 @@ def summaries(table: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
     they certainly are better or worse than at one half.
     """
     lower = sorted(table.loc[table["level"] == "outliers", "n_outliers"].astype(int).unique())
-    lost = {str(n): f"{n} lost" if n else "noise, none lost" for n in [0, *lower]}
-    kinds = [("noise", n) for n in [0, *lower]] + [("outliers", n) for n in lower]
-    keys = table["level"].where(table["level"] == "outliers", table["n_outliers"].astype(str))
-    shown = table[pd.MultiIndex.from_frame(table[["level", "n_outliers"]]).isin(kinds)]
-    groups = shown.groupby(["metric", keys])
-    metrics, titles = table["metric"].unique(), lost | {"outliers": "outliers"}
+    titles = {0: "noise, none lost"} | {n: f"{n} lost" for n in lower if n}
+    columns = table["n_outliers"].map(titles).where(table["level"] == "noise", "outliers")
+    groups = table.groupby(["metric", columns])
+    metrics = table["metric"].unique()
     orders, marks = (
-        found.unstack().reindex(metrics)[list(titles)].rename(columns=titles)
+        found.unstack().reindex(metrics)[[*titles.values(), "outliers"]]
         for found in (groups["right_order"].mean(), _marks(groups))
     )
     intact = table[table["n_outliers"] == 0].groupby("metric")

@@ -172,35 +172,28 @@ def _threshold(table: pd.DataFrame, option: str, unit: str) -> str:
     values = table.dropna(subset=[option])
     metric = Column.parse(values["metric"].iloc[0]).name
     paper = values[values["metric"] == metric]
-    best = values.groupby(["part", "noise"])["right_order"].max()
+    best = values.groupby(["part", "noise"])["right_order"].transform("max")
     better = values[(values["difference"] > 0) & (values["p"] < SIGNIFICANCE)]
-    loss = best.reindex(pd.MultiIndex.from_frame(values[["part", "noise"]])).to_numpy()
     ratios = (values[option] / values["noise"]).round(6)
-    good = (loss - values["right_order"]).groupby(np.round(np.log2(ratios))).mean() <= NEARLY_BEST
+    good = (best - values["right_order"]).groupby(np.round(np.log2(ratios))).mean() <= NEARLY_BEST
     range_of = 2.0 ** good[good].index
-    line = (
+    lines = [
         f"**{metric}.** With the paper's {paper[option].iloc[0]:g}{unit} it is "
         f"{paper['right_order'].mean():.0f} % in the mean over noise and cameras, with the best of "
         f"{values[option].nunique()} thresholds at each noise, found afterwards, "
-        f"{best.mean():.0f} %. "
-    )
-    line += (
+        f"{best.mean():.0f} %.",
         f"Thresholds of about {range_of.min():g} to {range_of.max():g} times the noise come within "
         f"{NEARLY_BEST:g} % of the best."
         if good.any()
-        else f"None comes within {NEARLY_BEST:g} % of the best at every noise."
-    )
-    if better.empty:
-        line += " No other threshold is certainly better anywhere."
-    else:
-        noise = better["noise"]
-        line += (
-            f" Another threshold is certainly better at noise of {noise.min():.2g} to "
-            f"{noise.max():.2g}{unit}, at most by {better['difference'].max():.0f} %."
-        )
+        else f"None comes within {NEARLY_BEST:g} % of the best at every noise.",
+        "No other threshold is certainly better anywhere."
+        if better.empty
+        else f"Another threshold is certainly better at noise of {better['noise'].min():.2g} to "
+        f"{better['noise'].max():.2g}{unit}, at most by {better['difference'].max():.0f} %.",
+    ]
     others = table[table[option].isna()].groupby("metric", sort=False)["right_order"].mean()
     listed = " and ".join(f"{name} {value:.0f} %" for name, value in others.items())
-    return f"{line} Beside it: {listed}."
+    return f"{' '.join(lines)} Beside it: {listed}."
 
 
 def _registration(table: pd.DataFrame) -> str:
