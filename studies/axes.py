@@ -64,10 +64,6 @@ class Axis:
         """Return a metric with a value of the option; the paper's value needs no option."""
         return column if value == self.paper else column.with_option(self.option, value)
 
-    def column(self, value: str) -> Column:
-        """Return the metric of the axis with this value of the option, and no other."""
-        return self.of(Column(self.metric), value)
-
     def keys(self, value: str) -> dict[str, str]:
         """Return what a row on one of its values begins with."""
         return {"axis": self.name, "metric": self.metric, "option": self.option, "value": value}
@@ -75,7 +71,7 @@ class Axis:
     @property
     def columns(self) -> dict[str, str]:
         """The names of the metrics by their values."""
-        return {value: str(self.column(value)) for value in self.values}
+        return {value: str(self.of(Column(self.metric), value)) for value in self.values}
 
     @property
     def title(self) -> str:

@@ -25,7 +25,7 @@ def measure(axes: Sequence[Axis], sweeps: Sequence[Sweep]) -> pd.DataFrame:
         `milliseconds`, the median over scenes and repetitions of the processor time of one
         evaluation, registration included.
     """
-    columns = {str(column): column for axis in axes for column in map(axis.column, axis.values)}
+    columns = {name: Column.parse(name) for axis in axes for name in axis.columns.values()}
     with one_blas_thread():
         times = pd.DataFrame([row for sweep in sweeps for row in _measure(sweep, columns)])
     medians = times.groupby("n_cameras").median()
