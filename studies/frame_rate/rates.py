@@ -173,11 +173,8 @@ def to_markdown(table: pd.DataFrame) -> str:
     orders, trials = [], []
     for one in found:
         moves = f"{one['smallest_move']:.0f} to {one['largest_move']:.0f}"
-        cells = one["cells"]
-        pairs = [f"{cell['order']:.0f} / {cell['order_across']:.0f}" for cell in cells]
-        orders.append([one["metric"], moves, *pairs])
-        pairs = [f"{cell['trials']:.0f} / {cell['trials_across']:.0f}" for cell in cells]
-        trials.append([one["metric"], *pairs])
+        orders.append([one["metric"], moves, *_pairs(one, "order")])
+        trials.append([one["metric"], *_pairs(one, "trials")])
     lines = [
         "At one frame rate / at different ones. In the head: how many per cent of the cameras are "
         "outliers, and by how many the noise differs. Over "
@@ -189,3 +186,7 @@ def to_markdown(table: pd.DataFrame) -> str:
         *markdown_table(["trials needed", *heads], trials),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _pairs(summary: Mapping[str, Any], name: str) -> list[str]:
+    return [f"{cell[name]:.0f} / {cell[f'{name}_across']:.0f}" for cell in summary["cells"]]

@@ -137,9 +137,8 @@ def rankings(table: pd.DataFrame) -> list[dict[str, Any]]:
     for (experiment, level), rows in over_all.groupby(["experiment", "level"], sort=False):
         alone = rows[rows["versus"].isna()].sort_values("order", ascending=False, kind="stable")
         places = alone[["metric", "order", "trials", "cameras"]].to_dict("records")
-        pairs = rows[rows["versus"].notna()]
-        columns = (pairs[column] for column in ("metric", "versus", "p"))
-        p = {frozenset(pair): p for *pair, p in zip(*columns, strict=True)}
+        pairs = rows.loc[rows["versus"].notna(), ["metric", "versus", "p"]]
+        p = {frozenset(pair): p for *pair, p in pairs.itertuples(index=False)}
         certain = [p[frozenset(pair)] < SIGNIFICANCE for pair in pairwise(alone["metric"])]
         links = [*(" > " if sure else " = " for sure in certain), ""]
         words = [

@@ -105,12 +105,10 @@ def _tasks(trials: Trials) -> Iterator[tuple[str, str, Task]]:
     levels = [level for level in levels if not (paired and level == "sigma_r_deg")]
     other = next((name for name in ACROSS if table[name].nunique() > 1), "")
     for level in levels:
-        task = (
-            order.across(table, level, other, same_draws=other == "every")
-            if other
-            else order.within(table, level)
-        )
-        yield level, other, task
+        if other:
+            yield level, other, order.across(table, level, other, same_draws=other == "every")
+        else:
+            yield level, other, order.within(table, level)
 
 
 def _words(level: str, sweep: Sweep) -> str:

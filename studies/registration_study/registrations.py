@@ -127,10 +127,8 @@ def spread(axis: Axis, table: pd.DataFrame) -> str:
     if numbers is None:
         return ""
     paper, refined, n = axis.paper, other(axis), len(gain(axis, table))
-    scattered, median, largest = (
-        numbers[name]
-        for name in ("scattered inputs", "median standard deviation", "largest standard deviation")
-    )
+    scattered = numbers["scattered inputs"]
+    median, largest = (numbers[f"{name} standard deviation"] for name in ("median", "largest"))
     return (
         f"The TAS scatters with the seed of the paper’s registration: on **{scattered[paper]} of "
         f"{n} inputs** by more than {REPEATABLE} (standard deviation), so that its second digit is "

@@ -60,32 +60,31 @@ def _noise_range(trials: pd.DataFrame, metric: str) -> float:
 
 
 def _weighted_noise_range(table: pd.DataFrame, metric: str) -> Weighted:
-    means = [_weighted_means(group, metric) for _, group in table.groupby("n_outliers")]
-    return lambda weights: np.mean([np.ptp(of(weights), axis=0) for of in means], axis=0)
+    means_of = _weighted_means(table, metric)
+    return lambda weights: np.ptp(means_of(weights), axis=(0, 2)).mean(axis=0)
 
 
 def _weighted_dependence(table: pd.DataFrame, metric: str) -> Weighted:
     """Return `studies.statistics.dependence` on the number of cameras."""
     if not order.varies(table, "n_cameras"):
         return lambda weights: np.full(len(weights), np.nan)
-    groups = [
-        _weighted_means(group, metric) for _, group in table.groupby(["n_outliers", "sigma_t"])
-    ]
+    means_of = _weighted_means(table, metric)
 
     def of(weights: Floats) -> Floats:
-        means = [means_of(weights) for means_of in groups]
-        moves = np.mean([np.ptp(mean, axis=0) for mean in means], axis=0)
-        share: Floats = 100 * moves / np.ptp(np.concatenate(means), axis=0)
+        means = means_of(weights)
+        moves = np.ptp(means, axis=0).mean(axis=(0, 1))
+        share: Floats = 100 * moves / np.ptp(means, axis=(0, 1, 2))
         return share
 
     return of
 
 
 def _weighted_means(table: pd.DataFrame, metric: str) -> Weighted:
-    """Return the means of cells (C, B) for weights of the trials (B, T)."""
-    ordered = table.sort_values("trial").groupby(["n_cameras", "n_outliers", "sigma_t"])[metric]
-    values = np.array([cell.to_numpy() for _, cell in ordered])
-    return lambda weights: values @ weights.T / values.shape[1]
+    """Return the means (cameras, outliers, noise, B) for weights of the trials (B, T)."""
+    keys = ["n_cameras", "n_outliers", "sigma_t", "trial"]
+    shape = [table[key].nunique() for key in keys]
+    values = table.sort_values(keys)[metric].to_numpy().reshape(shape)
+    return lambda weights: values @ weights.T / shape[-1]
 
 
 def _deviations(trials: pd.DataFrame, metric: str) -> Floats:
