@@ -85,7 +85,7 @@ def plan(path: Path, overrides: Sequence[str] = ()) -> dict[str, Table]:
     reject(overrides, FIXED, "the study decides it")
     given = dict(split_override(override) for override in overrides)
     settings = [one for one in overrides if split_override(one)[0] not in file.axes]
-    axes = [axis_with(path, name, given.get(name)) for name in file.axes]
+    axes = [axis_with(path, name, given.get(name, one.values)) for name, one in file.axes.items()]
     written = dict.fromkeys(metric for axis in axes for metric in axis.columns.values())
     columns = list(map(Column.parse, written))
     tables = {}
@@ -101,13 +101,11 @@ def axis_names(path: Path) -> list[str]:
     return list(read_yaml(path, _File).axes)
 
 
-def axis_with(path: Path, name: str, values: str | Sequence[object] | None) -> Axis:
-    """Return an axis of a file, with other values if there are any: a list, or as typed."""
+def axis_with(path: Path, name: str, values: str | Sequence[object]) -> Axis:
+    """Return an axis of a file with some values: a list, or as typed."""
     known = read_yaml(path, _File).axes
     if name not in known:
         raise ConfigError(f"unknown axis {name!r}; the axes are {', '.join(known)}")
-    if values is None:
-        values = known[name].values
     axis = _axis(name, known[name], _list(name, values) if isinstance(values, str) else values)
     for value in axis.values:
         try:
