@@ -235,7 +235,7 @@ def mean_needed(found: Iterable[Order]) -> float:
 
 
 def holm(p_values: ArrayLike) -> Floats:
-    """Adjust the p-values of a family by Holm's method; NaN is a test that cannot be made.
+    """Adjust p-values, of any shape, by Holm's method; NaN is a test that cannot be made.
 
     Where those below a level are called significant, the probability that any is so by chance is
     at most this level (Holm, Scand. J. Statistics 1979).
