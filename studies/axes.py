@@ -60,15 +60,18 @@ class Axis:
     paper: str
     values: tuple[str, ...]
 
-    def column(self, value: str) -> Column:
-        """Return the metric with this value of the option; the paper's value needs no option."""
-        column = Column(self.metric)
+    def of(self, column: Column, value: str) -> Column:
+        """Return a metric with a value of the option; the paper's value needs no option."""
         return column if value == self.paper else column.with_option(self.option, value)
+
+    def keys(self, value: str) -> dict[str, str]:
+        """Return what a row on one of its values begins with."""
+        return {"axis": self.name, "metric": self.metric, "option": self.option, "value": value}
 
     @property
     def columns(self) -> dict[str, str]:
         """The names of the metrics by their values."""
-        return {value: str(self.column(value)) for value in self.values}
+        return {value: str(self.of(Column(self.metric), value)) for value in self.values}
 
     @property
     def title(self) -> str:
@@ -78,32 +81,31 @@ class Axis:
 
 def plan(path: Path, overrides: Sequence[str] = ()) -> dict[str, Table]:
     """Return a table for each part of a file of axes; overrides may have other values of axes."""
-    file = _read(path)
+    file = read_yaml(path, _File)
     reject(overrides, FIXED, "the study decides it")
     given = dict(split_override(override) for override in overrides)
     settings = [one for one in overrides if split_override(one)[0] not in file.axes]
-    axes = [axis_with(path, name, given.get(name)) for name in file.axes]
-    columns = [Column.parse(text) for text in _metrics(axes)]
+    axes = [axis_with(path, name, given.get(name, one.values)) for name, one in file.axes.items()]
+    written = dict.fromkeys(metric for axis in axes for metric in axis.columns.values())
+    columns = list(map(Column.parse, written))
     tables = {}
-    for key, part in file.trials.items():
-        sweep = resolve(path, f"trials.{key}", settings, part)
-        metrics = _seeded(columns, part.seeds) if part.seeds else list(map(str, columns))
+    for key, sweep in resolve(path, "trials", settings, file.trials).items():
+        seeds = file.trials[key].seeds
+        metrics = _seeded(columns, seeds) if seeds else list(written)
         tables[key] = Table((replace(sweep, metrics=metrics),))
     return tables
 
 
 def axis_names(path: Path) -> list[str]:
     """Return the names of the axes of a file."""
-    return list(_read(path).axes)
+    return list(read_yaml(path, _File).axes)
 
 
-def axis_with(path: Path, name: str, values: str | Sequence[object] | None) -> Axis:
-    """Return an axis of a file, with other values if there are any: a list, or as typed."""
-    known = _read(path).axes
+def axis_with(path: Path, name: str, values: str | Sequence[object]) -> Axis:
+    """Return an axis of a file with some values: a list, or as typed."""
+    known = read_yaml(path, _File).axes
     if name not in known:
         raise ConfigError(f"unknown axis {name!r}; the axes are {', '.join(known)}")
-    if values is None:
-        values = known[name].values
     axis = _axis(name, known[name], _list(name, values) if isinstance(values, str) else values)
     for value in axis.values:
         try:
@@ -117,7 +119,7 @@ def axis_with(path: Path, name: str, values: str | Sequence[object] | None) -> A
 
 def axes_of(path: Path, trials: Mapping[str, Sequence[str]]) -> list[Axis]:
     """Return the axes of a file with the values that the metrics of its tables of trials have."""
-    file = _read(path)
+    file = read_yaml(path, _File)
     once = [trials[name] for name, part in file.trials.items() if name in trials and not part.seeds]
     columns = [Column.parse(metric) for metric in (once[0] if once else ())]
     axes = []
@@ -156,10 +158,6 @@ def value_title(option: str, value: str) -> str:
     return INFINITE.get(option, "∞") if value == "inf" else value
 
 
-def _read(path: Path) -> _File:
-    return read_yaml(path, _File)
-
-
 def _list(name: str, text: str) -> list[str]:
     values = [value.strip() for value in text.strip("[]").split(",")]
     if not (text.startswith("[") and text.endswith("]") and all(values)):
@@ -176,10 +174,6 @@ def _axis(name: str, entry: _Axis, values: Sequence[object]) -> Axis:
         return replace(axis, values=tuple(sorted(written, key=float)))
     except ValueError:  # words, the paper's first
         return replace(axis, values=tuple(sorted(written, key=lambda value: value != paper)))
-
-
-def _metrics(axes: Sequence[Axis]) -> list[str]:
-    return list(dict.fromkeys(metric for axis in axes for metric in axis.columns.values()))
 
 
 def _seeded(columns: Sequence[Column], seeds: int) -> list[str]:

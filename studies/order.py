@@ -9,18 +9,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise, permutations
 from math import ceil, inf
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 import scipy
 from numpy.typing import ArrayLike
 
 from alignscores.arrays import Floats
 from experiments.grid import CELL_SETTINGS
 from experiments.metrics import Column
-
-if TYPE_CHECKING:  # heavy, and Snakemake only wants to know what trials are needed
-    import pandas as pd
 
 SIGNIFICANCE = 0.05  # level of p-values, which are adjusted where several are asked at once
 REACH = float(scipy.special.ndtri(1 - SIGNIFICANCE / 2))  # of a 95 % interval, in standard errors
@@ -64,7 +61,7 @@ class Task:
     `units` tells which draws of cameras each sample is of: those of one unit are not independent.
     """
 
-    samples: Sequence["pd.DataFrame"]
+    samples: Sequence[pd.DataFrame]
     pairs: Sequence[tuple[int, int]]
     units: Sequence[int]
 
@@ -82,13 +79,12 @@ def sign(metric: str) -> int:
     return -1 if Column.parse(metric).metric.family.larger_is_better else 1
 
 
-def by_level(trials: "pd.DataFrame", metric: str, level: str) -> list[Floats]:
-    """Return the trials of each level, in rising order, so that larger is worse."""
-    values, levels = sign(metric) * trials[metric].to_numpy(), trials[level].to_numpy()
-    return [values[levels == one] for one in np.unique(levels)]
+def varies(trials: pd.DataFrame, setting: str) -> bool:
+    """Tell whether there are levels of a setting that could be put in order."""
+    return trials[setting].nunique() > 1
 
 
-def groups(trials: "pd.DataFrame", level: str) -> list["pd.DataFrame"]:
+def groups(trials: pd.DataFrame, level: str) -> list[pd.DataFrame]:
     """Return the trials that share all settings but a level, and those that rise with it."""
     levels = trials[level].tolist()
     n_levels = len(set(levels))
@@ -100,7 +96,7 @@ def groups(trials: "pd.DataFrame", level: str) -> list["pd.DataFrame"]:
     return [group for _, group in trials.groupby(free)] if free else [trials]
 
 
-def within(trials: "pd.DataFrame", level: str) -> Task:
+def within(trials: pd.DataFrame, level: str) -> Task:
     """Compare neighbouring levels where all else is the same."""
     samples: list[pd.DataFrame] = []
     pairs: list[tuple[int, int]] = []
@@ -111,7 +107,14 @@ def within(trials: "pd.DataFrame", level: str) -> Task:
     return Task(samples, pairs, range(len(samples)))
 
 
-def across(trials: "pd.DataFrame", level: str, other: str, *, same_draws: bool = False) -> Task:
+def paired(trials: pd.DataFrame, levels: list[str]) -> Task:
+    """Compare the first level with the second, the third with the fourth, and so on."""
+    samples = [sample for _, sample in trials.groupby(levels)]
+    pairs = [(k, k + 1) for k in range(0, len(samples) - 1, 2)]
+    return Task(samples, pairs, range(len(samples)))
+
+
+def across(trials: pd.DataFrame, level: str, other: str, *, same_draws: bool = False) -> Task:
     """Compare neighbouring levels where another setting differs, each value with each other one.
 
     With `same_draws` the same cameras are seen at all values of the other setting.
@@ -140,12 +143,18 @@ def shares(
     compared = list(pairwise(range(len(levels)))) if pairs is None else pairs
     found = [np.zeros(len(level)) for level in levels]
     for better, worse in compared:
-        lower, upper = levels[better][:, None], levels[worse]
-        right = (lower < upper) + (lower == upper) / 2
-        right[np.isnan(lower) | np.isnan(upper)] = 0.5
+        right = in_order(levels[better], levels[worse])
         found[better] += right.mean(axis=1) / len(compared)
         found[worse] += right.mean(axis=0) / len(compared)
     return found
+
+
+def in_order(better: Floats, worse: Floats) -> Floats:
+    """Tell of each pair of trials whether it is in the right order, (n, m); a tie is a half."""
+    lower, upper = better[:, None], worse
+    right = (lower < upper) + (lower == upper) / 2
+    right[np.isnan(lower) | np.isnan(upper)] = 0.5
+    return np.asarray(right)
 
 
 def estimate(found: Sequence[Floats] | Floats) -> Order:
@@ -160,9 +169,13 @@ def order(values: Sequence[ArrayLike]) -> Order:
     return estimate(shares(values))
 
 
-def orders(trials: "pd.DataFrame", metric: str, level: str) -> list[Order]:
+def orders(trials: pd.DataFrame, metric: str, level: str) -> list[Order]:
     """Return the order in each group of trials that share all other settings."""
-    return [order(by_level(group, metric, level)) for group in groups(trials, level)]
+    found = []
+    for group in groups(trials, level):
+        values, levels = sign(metric) * group[metric].to_numpy(), group[level].to_numpy()
+        found.append(order([values[levels == one] for one in np.unique(levels)]))
+    return found
 
 
 def compare(
@@ -175,9 +188,23 @@ def compare(
     return alone, {(a, b): estimate(found[a] - found[b]).rounded for a, b in pairs}
 
 
-def apart(trials: "pd.DataFrame", level: str, metric: str) -> dict[int, Order]:
+def beside(found: Floats, other: Floats) -> dict[str, float]:
+    """Return an order, and the difference from another of the same trials, in per cent.
+
+    There is no p-value of an order beside itself.
+    """
+    difference = estimate(found - other)
+    return {
+        "right_order": 100 * estimate(found).probability,
+        "difference": 100 * difference.probability,
+        "error": 100 * difference.error,
+        "p": np.nan if found is other else difference.p_value,
+    }
+
+
+def apart(trials: pd.DataFrame, level: str, metric: str) -> dict[int, Order]:
     """Return the order at each number of outliers, where this varies besides the level."""
-    if level == "n_outliers" or trials["n_outliers"].nunique() < 2:
+    if level == "n_outliers" or not varies(trials, "n_outliers"):
         return {}
     return {
         int(str(n)): estimate(within(group, level).shares(metric)).rounded
@@ -208,14 +235,14 @@ def mean_needed(found: Iterable[Order]) -> float:
 
 
 def holm(p_values: ArrayLike) -> Floats:
-    """Adjust the p-values of a family by Holm's method; NaN is a test that cannot be made.
+    """Adjust p-values, of any shape, by Holm's method; NaN is a test that cannot be made.
 
     Where those below a level are called significant, the probability that any is so by chance is
     at most this level (Holm, Scand. J. Statistics 1979).
     """
-    p = np.asarray(p_values, dtype=np.float64)
+    p = np.ravel(np.asarray(p_values, dtype=np.float64))
     adjusted = np.full(len(p), np.nan)
     rising = [k for k in np.argsort(p, kind="stable") if not np.isnan(p[k])]
     factors = np.arange(len(rising), 0, -1)
     adjusted[rising] = np.minimum(np.maximum.accumulate(factors * p[rising]), 1) if rising else []
-    return adjusted
+    return adjusted.reshape(np.shape(p_values))

@@ -5,17 +5,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from inspect import Parameter, signature
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import scipy
 
 from experiments.grid import CELL_SETTINGS
 
 from .order import groups, orders, sign
-
-if TYPE_CHECKING:  # heavy, and Snakemake only wants to know what the claims need
-    import pandas as pd
 
 # The discerning power of a metric that discerns a level. Tau-b counts the pairs of trials at one
 # level against it: of those at two levels, 76 % are in the right order then where there are ten
@@ -31,14 +29,14 @@ Where = Mapping[str, Sequence[float]]  # for some settings of a cell, the values
 EVERYWHERE: Where = MappingProxyType({})
 
 
-def select(trials: "pd.DataFrame", where: Where) -> "pd.DataFrame":
+def select(trials: pd.DataFrame, where: Where) -> pd.DataFrame:
     """Return the trials whose settings have one of the values named for each."""
     for column, values in where.items():
         trials = trials[trials[column].isin(values)]
     return trials
 
 
-def cell_means(trials: "pd.DataFrame") -> "pd.DataFrame":
+def cell_means(trials: pd.DataFrame) -> pd.DataFrame:
     """Return the means of the trials of each cell, one row a cell."""
     return trials.groupby(list(CELL_SETTINGS), as_index=False).mean(numeric_only=True)
 
@@ -50,23 +48,23 @@ def correlation(values: "pd.Series[float]", levels: "pd.Series[float]") -> float
     return float(scipy.stats.kendalltau(values, levels).statistic)
 
 
-def range_change(trials: "pd.DataFrame", metric: str, before: Where, after: Where) -> float:
+def range_change(trials: pd.DataFrame, metric: str, before: Where, after: Where) -> float:
     """Change of the range from some cells to others in per cent; NaN where it was 0."""
     ranges = (_range(select(trials, where)[metric]) for where in (after, before))
     return _percentage(*ranges) - 100
 
 
-def range_change_size(trials: "pd.DataFrame", metric: str, before: Where, after: Where) -> float:
+def range_change_size(trials: pd.DataFrame, metric: str, before: Where, after: Where) -> float:
     """Change of the range, up or down."""
     return abs(range_change(trials, metric, before, after))
 
 
-def relative_range(trials: "pd.DataFrame", metric: str, versus: str) -> float:
+def relative_range(trials: pd.DataFrame, metric: str, versus: str) -> float:
     """How much wider the range of a metric is than that of another, in per cent."""
     return _percentage(_range(trials[metric]), _range(trials[versus])) - 100
 
 
-def powers(trials: "pd.DataFrame", metric: str, level: Sequence[str]) -> list[float]:
+def powers(trials: pd.DataFrame, metric: str, level: Sequence[str]) -> list[float]:
     """Rank correlations with each level, positive where the metric gets worse as it rises.
 
     There is one for each group of trials that share all other settings.
@@ -77,23 +75,23 @@ def powers(trials: "pd.DataFrame", metric: str, level: Sequence[str]) -> list[fl
     ]
 
 
-def power(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
+def power(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:
     """Discerning power: what is taken of `powers`."""
     return float(SUMMARIES[take](powers(trials, metric, level)))
 
 
-def joint_power(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
+def joint_power(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:
     """Return the power with each level on its own, the smallest of them."""
     return min(power(trials, metric, [name], take) for name in level)
 
 
-def improvement(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
+def improvement(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:
     """Negate `power`: positive where the metric looks better as a level rises."""
     return float(SUMMARIES[take]([-tau for tau in powers(trials, metric, level)]))
 
 
 def dependence(
-    trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str, at: Where = EVERYWHERE
+    trials: pd.DataFrame, metric: str, level: Sequence[str], take: str, at: Where = EVERYWHERE
 ) -> float:
     """How far the mean of a metric moves over a level, in per cent of the range of all means.
 
@@ -105,7 +103,7 @@ def dependence(
 
 
 def relative_dependence(
-    trials: "pd.DataFrame",
+    trials: pd.DataFrame,
     metric: str,
     versus: str,
     level: Sequence[str],
@@ -117,7 +115,7 @@ def relative_dependence(
 
 
 def relative_dependence_change(
-    trials: "pd.DataFrame", metric: str, versus: str, level: Sequence[str], take: str, at: Where
+    trials: pd.DataFrame, metric: str, versus: str, level: Sequence[str], take: str, at: Where
 ) -> float:
     """Relative dependence in the cells `at` minus that in all cells."""
     here, anywhere = (
@@ -126,7 +124,7 @@ def relative_dependence_change(
     return here - anywhere
 
 
-def mean_change(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
+def mean_change(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:
     """Change of the mean from the first to the last level, in per cent of the first."""
     changes = []
     for name, group in _groups(cell_means(trials), level):
@@ -135,13 +133,13 @@ def mean_change(trials: "pd.DataFrame", metric: str, level: Sequence[str], take:
     return float(SUMMARIES[take](changes))
 
 
-def order_percentages(trials: "pd.DataFrame", metric: str, level: Sequence[str]) -> list[float]:
+def order_percentages(trials: pd.DataFrame, metric: str, level: Sequence[str]) -> list[float]:
     """Probabilities of the right order, in per cent; for each group, as in `powers`."""
     return [100 * found.probability for name in level for found in orders(trials, metric, name)]
 
 
 def order_change_size(
-    trials: "pd.DataFrame",
+    trials: pd.DataFrame,
     metric: str,
     level: Sequence[str],
     take: str,
@@ -154,7 +152,7 @@ def order_change_size(
     return float(abs(now - then))
 
 
-def initial_response(trials: "pd.DataFrame", metric: str, level: Sequence[str], take: str) -> float:
+def initial_response(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:
     """Share of the mean's change, first to last level, that happens up to the second; per cent."""
     steps = []
     for name, group in _groups(cell_means(trials), level):
@@ -164,7 +162,7 @@ def initial_response(trials: "pd.DataFrame", metric: str, level: Sequence[str], 
 
 
 def relative_initial_response(
-    trials: "pd.DataFrame", metric: str, versus: str, level: Sequence[str], take: str
+    trials: pd.DataFrame, metric: str, versus: str, level: Sequence[str], take: str
 ) -> float:
     """Return the initial response of a metric in per cent of that of another."""
     return _percentage(*(initial_response(trials, name, level, take) for name in (metric, versus)))
@@ -178,7 +176,7 @@ def _range(values: "pd.Series[float]") -> float:
     return float(np.ptp(values.to_numpy()))
 
 
-def _groups(trials: "pd.DataFrame", level: Sequence[str]) -> Iterator[tuple[str, "pd.DataFrame"]]:
+def _groups(trials: pd.DataFrame, level: Sequence[str]) -> Iterator[tuple[str, pd.DataFrame]]:
     """Split trials, for each level, by the settings that vary where it does not."""
     yield from ((name, group) for name in level for group in groups(trials, name))
 

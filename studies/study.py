@@ -238,12 +238,18 @@ def config_file(name: str) -> Path:
     return CONFIG_DIR / "study" / f"{name}.yaml"
 
 
-def resolve(path: Path, key: str, overrides: Sequence[str], *parts: Settings) -> Sweep:
-    """Resolve the settings that stand in the parts of a study's file; later ones win."""
-    try:
-        return load_sweep(overrides, reduce(or_, (part.settings for part in parts)))
-    except ConfigError as error:
-        raise ConfigError(f"{path}: {key}: {error}") from None
+def resolve(
+    path: Path, key: str, overrides: Sequence[str], parts: Mapping[str, Settings], *shared: Settings
+) -> dict[str, Sweep]:
+    """Resolve the settings of the parts of a study's file, which win over those that they share."""
+    sweeps = {}
+    for name, part in parts.items():
+        settings = reduce(or_, (one.settings for one in (*shared, part)))
+        try:
+            sweeps[name] = load_sweep(overrides, settings)
+        except ConfigError as error:
+            raise ConfigError(f"{path}: {key}.{name}: {error}") from None
+    return sweeps
 
 
 def at_rates(sweep: Sweep, rates: Sequence[int]) -> Table:

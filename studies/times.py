@@ -25,25 +25,17 @@ def measure(axes: Sequence[Axis], sweeps: Sequence[Sweep]) -> pd.DataFrame:
         `milliseconds`, the median over scenes and repetitions of the processor time of one
         evaluation, registration included.
     """
-    columns = {str(column): column for axis in axes for column in map(axis.column, axis.values)}
+    columns = {name: Column.parse(name) for axis in axes for name in axis.columns.values()}
     with one_blas_thread():
         times = pd.DataFrame([row for sweep in sweeps for row in _measure(sweep, columns)])
     medians = times.groupby("n_cameras").median()
-    return pd.DataFrame(
-        [
-            {
-                "n_cameras": n,
-                "axis": axis.name,
-                "metric": axis.metric,
-                "option": axis.option,
-                "value": value,
-                "milliseconds": round(1e3 * medians.loc[n, column], 3),
-            }
-            for n in medians.index
-            for axis in axes
-            for value, column in axis.columns.items()
-        ]
-    )
+    rows = [
+        {"n_cameras": n, **axis.keys(value), "milliseconds": 1e3 * medians.loc[n, column]}
+        for n in medians.index
+        for axis in axes
+        for value, column in axis.columns.items()
+    ]
+    return pd.DataFrame(rows).round(3)
 
 
 def _measure(sweep: Sweep, columns: dict[str, Column]) -> list[dict[str, float]]:

@@ -28,12 +28,11 @@ def load_scenarios(path: Path = BEYOND, overrides: Sequence[str] = ()) -> dict[s
     except ValueError as error:
         raise ConfigError(f"{path}: the name {study!r} {error}") from None
     shared, file = read_yaml(BEYOND, _File), read_yaml(path, _File)
-    tables = {}
-    for name, own in file.scenarios.items():
-        sweep = resolve(path, f"scenarios.{name}", overrides, shared.settings, file.settings, own)
+    settings = shared.settings, file.settings
+    sweeps = resolve(path, "scenarios", overrides, file.scenarios, *settings)
+    for name, sweep in sweeps.items():
         _check_order(path, name, sweep)
-        tables[name] = Table((replace(sweep, name=f"{study}/{name}"),))
-    return tables
+    return {name: Table((replace(one, name=f"{study}/{name}"),)) for name, one in sweeps.items()}
 
 
 def study_name(path: Path) -> str:

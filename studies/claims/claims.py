@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import field, replace
 from math import inf, isfinite
 from pathlib import Path
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, Self
 
 from pydantic import ConfigDict, Field, ValidationError, model_validator
 from pydantic.dataclasses import dataclass
@@ -22,8 +22,6 @@ CLAIMS_FILE = CONFIG_DIR / "claims.yaml"
 BOUNDS = ("at least", "below", "within")
 ROUNDING = 0.5  # of the last digit of the paper's numbers
 KNOWN_KEYS = ConfigDict(extra="forbid")
-
-T = TypeVar("T")
 
 
 CellSetting = Annotated[str, one_of(CELL_SETTINGS)]
@@ -292,12 +290,14 @@ def _expand(group: _Group, entry: Mapping[str, Any]) -> Iterator[Claim]:
         if isinstance(values.get("implied_by"), list):
             values["implied_by"] = [str(n).replace("{metric}", slug) for n in values["implied_by"]]
         called = repr(values["id"]) if "id" in values else f"a claim of {group.source}"
-        yield _make(Claim, values, called)
+        with _named(called):
+            yield Claim(**values)
 
 
 def _decision(entry: Mapping[str, Any], claims: Mapping[str, Claim]) -> Decision:
     called = repr(entry["id"]) if "id" in entry else "a decision"
-    decision = _make(Decision, entry, called)
+    with _named(called):
+        decision = Decision(**entry)
     for name in decision.claims:
         if name not in claims:
             raise ConfigError(f"claims.yaml: {decision.id!r} names no claim: {name!r}")
@@ -306,12 +306,6 @@ def _decision(entry: Mapping[str, Any], claims: Mapping[str, Claim]) -> Decision
             with _named(f"{decision.id!r}, {reading.reading!r}, {name!r}"):
                 reading.of(claims[name])
     return decision
-
-
-def _make(kind: type[T], values: Mapping[str, Any], name: str) -> T:
-    """Make a dataclass of what the file has for it: all its keys, no others, of their types."""
-    with _named(name):
-        return kind(**values)
 
 
 @contextmanager

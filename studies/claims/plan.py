@@ -43,14 +43,13 @@ def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
     return [
         replace(
             sweep,
-            changes=" ".join(settings),
+            changes=" ".join(key[1]),
             metrics=list(
                 dict.fromkeys(m for selection in selections[key] for m in selection.metrics)
             ),
             selections=selections[key],
         )
         for key, sweep in sweeps.items()
-        for _, settings in [key]
     ]
 
 

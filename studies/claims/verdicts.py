@@ -168,37 +168,27 @@ def decide(
         tables.append(found.assign(decision=decision.id, claim=found.index, **texts_of))
     columns = ["decision", "question", "paper_says", "choice", "reading", "claim"]
     joined = pd.concat(tables, ignore_index=True).reindex(columns=[*columns, *found.columns])
-    by_criteria = _by_other_criteria(claims, list(values))
-    return table.reset_index(drop=True), joined, by_criteria
+    return table.reset_index(drop=True), joined, _by_other_criteria(claims, list(values))
 
 
 def _by_other_criteria(claims: Claims, values: Sequence[Floats]) -> pd.DataFrame:
     """Tell which verdicts are others by other bounds."""
-    taken = dict(claims.claims)
-    before = _words(taken, values)
+    taken, both = claims.claims, ["verdict", "population"]
+    before = _decided(taken, values)
     rows = []
     for criterion in claims.criteria:
         for other in criterion.others:
             changed = {name: criterion.replace(claim, other) for name, claim in taken.items()}
-            after = _words(changed, values)
             names = [name for name, claim in changed.items() if claim != taken[name]]
-            verdicts, truths = (
-                [name for name in names if before[name][place] != after[name][place]]
-                for place in (0, 1)
-            )
+            after = _decided(changed, values).loc[names]
+            others = after[both] != before.loc[names, both]
+            verdicts = after.loc[others["verdict"], "verdict"]
             row = {"word": criterion.word, "bound": criterion.bound, "other": other}
             row |= {"claims": len(names), "changed": len(verdicts)}
-            row |= {"population_changed": len(truths)}
-            row["changes"] = "; ".join(f"{name}: {after[name][0]}" for name in verdicts)
+            row |= {"population_changed": others["population"].sum()}
+            row["changes"] = "; ".join(f"{name}: {word}" for name, word in verdicts.items())
             rows.append(row)
     return pd.DataFrame(rows)
-
-
-def _words(claims: Mapping[str, Claim], values: Sequence[Floats]) -> dict[str, list[str]]:
-    """Return both verdicts on each claim."""
-    own = list(map(verdict, claims.values(), values))
-    truths = populations(list(claims.values()), values)
-    return {name: pair for name, *pair in zip(claims, own, truths, strict=True)}
 
 
 def reading_title(decision: Decision, reading: Reading) -> str:

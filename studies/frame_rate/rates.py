@@ -42,11 +42,11 @@ def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
     overrides = [one for one in overrides if split_override(one)[0] != "trajectories"]
     reject(overrides, ["every"], f"the frame rates stand in {FRAME_RATE.name}")
     file = read_yaml(FRAME_RATE, _File)
-    tables = {}
-    for name, scenario in file.scenarios.items():
-        sweep = resolve(FRAME_RATE, f"scenarios.{name}", overrides, file.settings, scenario)
-        tables[name] = at_rates(replace(sweep, name=f"frame_rate/{name}"), file.every)
-    return tables
+    sweeps = resolve(FRAME_RATE, "scenarios", overrides, file.scenarios, file.settings)
+    return {
+        name: at_rates(replace(sweep, name=f"frame_rate/{name}"), file.every)
+        for name, sweep in sweeps.items()
+    }
 
 
 def means(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
@@ -63,10 +63,10 @@ def means(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
     """
     tables = []
     for name, trials in scenarios.items():
-        sweep, metrics = trials.sweep, list(trials.record.metrics)
-        grouped = _with_rates(trials).groupby(["lost", "every", "sigma_t"])[metrics].mean()
-        table = grouped.melt(var_name="metric", value_name="mean", ignore_index=False).reset_index()
-        tables.append(table.assign(scenario=name, geometry=sweep.geometry, error=sweep.error))
+        groups = _with_keys(name, trials).groupby([*KEYS[:-1], "every", "sigma_t"])
+        grouped = groups[list(trials.record.metrics)].mean()
+        table = grouped.melt(var_name="metric", value_name="mean", ignore_index=False)
+        tables.append(table.reset_index())
     return pd.concat(tables, ignore_index=True)[[*KEYS, "every", "sigma_t", "mean"]]
 
 
@@ -91,15 +91,10 @@ def compare(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
     """
     rows: list[dict[str, object]] = []
     for name, trials in scenarios.items():
-        keys: dict[str, object] = {
-            "scenario": name,
-            "geometry": trials.sweep.geometry,
-            "error": trials.sweep.error,
-        }
-        for lost, table in _with_rates(trials).groupby("lost"):
+        for keys, table in _with_keys(name, trials).groupby(KEYS[:-1]):
             steps = _steps(table)
             for metric in trials.record.metrics:
-                row = keys | {"lost": lost, "metric": metric}
+                row = dict(zip(KEYS, (*keys, metric), strict=True))
                 row["dependence"] = _dependence(table, metric)
                 rows += [
                     row | {"step": step} | _orders(pairs, metric) for step, pairs in steps.items()
@@ -107,10 +102,10 @@ def compare(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
     return pd.DataFrame(rows).round(6)
 
 
-def _with_rates(trials: Trials) -> pd.DataFrame:
-    n = trials.sweep.n_cameras[0]
-    table = trials.table
-    return table.assign(every=rates_of(table), lost=100 * table["n_outliers"] / n)
+def _with_keys(name: str, trials: Trials) -> pd.DataFrame:
+    sweep, table = trials.sweep, trials.table.assign(every=rates_of(trials.table))
+    lost = 100 * table["n_outliers"] / sweep.n_cameras[0]
+    return table.assign(scenario=name, geometry=sweep.geometry, error=sweep.error, lost=lost)
 
 
 def _dependence(table: pd.DataFrame, metric: str) -> float:
@@ -178,11 +173,8 @@ def to_markdown(table: pd.DataFrame) -> str:
     orders, trials = [], []
     for one in found:
         moves = f"{one['smallest_move']:.0f} to {one['largest_move']:.0f}"
-        cells = one["cells"]
-        pairs = [f"{cell['order']:.0f} / {cell['order_across']:.0f}" for cell in cells]
-        orders.append([one["metric"], moves, *pairs])
-        pairs = [f"{cell['trials']:.0f} / {cell['trials_across']:.0f}" for cell in cells]
-        trials.append([one["metric"], *pairs])
+        orders.append([one["metric"], moves, *_pairs(one, "order")])
+        trials.append([one["metric"], *_pairs(one, "trials")])
     lines = [
         "At one frame rate / at different ones. In the head: how many per cent of the cameras are "
         "outliers, and by how many the noise differs. Over "
@@ -194,3 +186,7 @@ def to_markdown(table: pd.DataFrame) -> str:
         *markdown_table(["trials needed", *heads], trials),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _pairs(summary: Mapping[str, Any], name: str) -> list[str]:
+    return [f"{cell[name]:.0f} / {cell[f'{name}_across']:.0f}" for cell in summary["cells"]]

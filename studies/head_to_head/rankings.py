@@ -11,7 +11,8 @@ import pandas as pd
 
 from experiments.tables import Record, TableError, Trials
 
-from ..order import SIGNIFICANCE, Order, apart, compare, estimate, holm, mean_needed, needed, within
+from .. import order
+from ..order import SIGNIFICANCE, Order
 from ..words import markdown_table
 
 LEVELS = {  # what is put in order, by what it is called: the settings that may stand for it
@@ -75,32 +76,31 @@ def compare_orders(experiments: Mapping[str, Trials]) -> pd.DataFrame:
     rows: list[dict[str, object]] = []
     for name, trials in experiments.items():
         for level, settings in LEVELS.items():
-            setting = next((key for key in settings if _varies(trials.table, key)), None)
+            setting = next((key for key in settings if order.varies(trials.table, key)), None)
             if setting is None or _is_said(level, setting, trials.table):
                 continue
             keys: dict[str, object] = {"experiment": name, "level": level}
-            alone, pairs = compare(within(trials.table, setting), trials.sweep.metrics)
+            alone, pairs = order.compare(order.within(trials.table, setting), trials.sweep.metrics)
             for metric, found in alone.items():
-                by_outliers = apart(trials.table, setting, metric)
-                row = {"metric": metric, "trials": mean_needed(by_outliers.values() or [found])}
+                by_outliers = order.apart(trials.table, setting, metric)
+                row = {
+                    "metric": metric,
+                    "trials": order.mean_needed(by_outliers.values() or [found]),
+                }
                 cameras = _cameras(trials.table, setting, metric)
                 rows.append(keys | row | {"cameras": cameras} | _numbers(found))
                 rows += [
-                    keys | row | {"outliers": n, "trials": needed(order)} | _numbers(order)
-                    for n, order in by_outliers.items()
+                    keys | row | {"outliers": n, "trials": order.needed(own)} | _numbers(own)
+                    for n, own in by_outliers.items()
                 ]
             for (metric, versus), found in pairs.items():
                 row = {"metric": metric, "versus": versus, "p": found.p_value}
                 rows.append(keys | row | _numbers(found))
     columns = ["experiment", "level", "metric", "versus", "order", "low", "high", "p", "trials"]
     table = pd.DataFrame(rows, columns=[*columns, "cameras", "outliers"])
-    table["p"] = holm(table["p"].to_numpy(dtype=np.float64))
+    table["p"] = order.holm(table["p"])
     table = table.astype({"trials": float, "cameras": float, "outliers": float})
     return table.round({"order": 2, "low": 2, "high": 2, "p": 6})
-
-
-def _varies(trials: pd.DataFrame, setting: str) -> bool:
-    return trials[setting].nunique() > 1
 
 
 def _is_said(level: str, setting: str, trials: pd.DataFrame) -> bool:
@@ -116,12 +116,12 @@ def _numbers(found: Order) -> dict[str, float]:
 
 def _cameras(trials: pd.DataFrame, setting: str, metric: str) -> float:
     """Return the number of cameras from which on one trial is enough; NaN where it is fixed."""
-    if not _varies(trials, "n_cameras"):
+    if not order.varies(trials, "n_cameras"):
         return np.nan
     enough = inf
     for n in sorted(trials["n_cameras"].unique(), reverse=True):
-        task = within(trials[trials["n_cameras"] == n], setting)
-        if estimate(task.shares(metric)).probability < SURE:
+        task = order.within(trials[trials["n_cameras"] == n], setting)
+        if order.estimate(task.shares(metric)).probability < SURE:
             break
         enough = float(n)
     return enough
@@ -137,9 +137,8 @@ def rankings(table: pd.DataFrame) -> list[dict[str, Any]]:
     for (experiment, level), rows in over_all.groupby(["experiment", "level"], sort=False):
         alone = rows[rows["versus"].isna()].sort_values("order", ascending=False, kind="stable")
         places = alone[["metric", "order", "trials", "cameras"]].to_dict("records")
-        pairs = rows[rows["versus"].notna()]
-        columns = (pairs[column] for column in ("metric", "versus", "p"))
-        p = {frozenset(pair): p for *pair, p in zip(*columns, strict=True)}
+        pairs = rows.loc[rows["versus"].notna(), ["metric", "versus", "p"]]
+        p = {frozenset(pair): p for *pair, p in pairs.itertuples(index=False)}
         certain = [p[frozenset(pair)] < SIGNIFICANCE for pair in pairwise(alone["metric"])]
         links = [*(" > " if sure else " = " for sure in certain), ""]
         words = [
@@ -169,8 +168,6 @@ def to_markdown(table: pd.DataFrame) -> str:
     for (experiment, level), rows in apart.groupby(["experiment", "level"], sort=False):
         orders_at = rows.pivot(index="metric", columns="outliers", values="order")
         head = [f"{experiment}, {level}: order, %, at outliers", *map(str, orders_at.columns)]
-        cells = [
-            [str(name), *(f"{order:.1f}" for order in row)] for name, row in orders_at.iterrows()
-        ]
+        cells = [[str(name), *map("{:.1f}".format, row)] for name, row in orders_at.iterrows()]
         lines += ["", *markdown_table(head, cells)]
     return "\n".join(lines) + "\n"

@@ -74,13 +74,13 @@ def _cell(axes: Axes, x: float, y: float, row: Mapping[Hashable, Any]) -> None:
     shade = matplotlib.colormaps[style.CELLS](0.08 + (DARKEST - 0.08) * share)
     colour = "0.965" if blind else shade
     axes.add_patch(Rectangle((x - 0.48, y - 0.47), 0.96, 0.94, facecolor=colour))
-    if row["p_behind"] >= SIGNIFICANCE and not blind:
-        box = Rectangle((x - 0.43, y - 0.4), 0.86, 0.8, fill=False, edgecolor=FRAME, linewidth=1.1)
-        axes.add_patch(box)
     if blind:
         style.write(axes, x, y, "×", style.INK)
-    else:
-        style.write(axes, x, y, f"{value:.0f}", "white" if value > WHITE_ABOVE else style.INK)
+        return
+    if row["p_behind"] >= SIGNIFICANCE:
+        box = Rectangle((x - 0.43, y - 0.4), 0.86, 0.8, fill=False, edgecolor=FRAME, linewidth=1.1)
+        axes.add_patch(box)
+    style.write(axes, x, y, f"{value:.0f}", "white" if value > WHITE_ABOVE else style.INK)
 
 
 def _titles(

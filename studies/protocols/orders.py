@@ -1,27 +1,15 @@
 """How often each metric puts two estimates in the right order, question by question."""
 
-from collections.abc import Hashable, Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping
 
-import numpy as np
 import pandas as pd
 
 from experiments.config import Sweep
 from experiments.metrics import Column
 from experiments.tables import Trials
 
-from ..order import (
-    SIGNIFICANCE,
-    Order,
-    Task,
-    across,
-    apart,
-    compare,
-    holm,
-    mean_needed,
-    needed,
-    within,
-)
+from .. import order
+from ..order import SIGNIFICANCE, Order, Task
 from ..study import rates_of
 
 LEVELS = ("sigma_t", "sigma_r_deg", "n_outliers")
@@ -61,27 +49,28 @@ def compare_sides(questions: Mapping[str, Trials]) -> pd.DataFrame:
         p-values are adjusted by Holm's method: `p_chance` for all rows, the others for all pairs of
         metrics in all questions, for the best one is chosen by the same trials.
     """
-    rows = []
-    pairs: dict[tuple[str, ...], Order] = {}
+    rows, pairs = [], []
     for name, trials in questions.items():
         for level, other, task in _tasks(trials):
             asked = _words(level, trials.sweep)
             keys = {"question": name, "asked": asked, "level": level, "across": other}
-            alone, differences = compare(task, trials.record.metrics)
+            alone, differences = order.compare(task, trials.record.metrics)
             rows += [
-                keys | {"metric": metric} | _row(found, apart(trials.table, level, metric))
+                keys | {"metric": metric} | _row(found, order.apart(trials.table, level, metric))
                 for metric, found in alone.items()
             ]
-            pairs |= {(*keys.values(), *pair): found for pair, found in differences.items()}
+            pairs += [
+                (*keys.values(), *pair, 100 * found.probability, 100 * found.error, found.p_value)
+                for pair, found in differences.items()
+            ]
     table = pd.DataFrame(rows)
-    table["p_chance"] = holm(table["p_chance"])
-    p_values = holm([found.p_value for found in pairs.values()])
-    tests: dict[tuple[str, ...], tuple[float, ...]] = {}
-    for (*asked_of, first, second), found, p in zip(pairs, pairs.values(), p_values, strict=True):
-        difference, error = 100 * found.probability, 100 * found.error
-        tests[*asked_of, first, second] = difference, error, p
-        tests[*asked_of, second, first] = -difference, error, p
-    return _versus(table, tests)
+    table["p_chance"] = order.holm(table["p_chance"])
+    tests = pd.DataFrame(pairs, columns=[*KEYS, "other", "difference", "error", "p"])
+    tests["p"] = order.holm(tests["p"])
+    turned = tests.rename(columns={"metric": "other", "other": "metric"})
+    turned["difference"] *= -1
+    itself = table[KEYS].assign(other=table["metric"], difference=0.0, error=0.0, p=1.0)
+    return _versus(table, pd.concat([tests, turned, itself]).set_index(KEYS).sort_index())
 
 
 def at_outliers(questions: Mapping[str, Trials]) -> pd.DataFrame:
@@ -98,9 +87,9 @@ def at_outliers(questions: Mapping[str, Trials]) -> pd.DataFrame:
         for level, _, _ in _tasks(trials):
             keys = {"question": name, "asked": _words(level, trials.sweep)}
             for metric in trials.record.metrics:
-                for n, found in apart(trials.table, level, metric).items():
+                for n, found in order.apart(trials.table, level, metric).items():
                     row = {"outliers": n, "order": 100 * found.probability}
-                    rows.append(keys | {"metric": metric} | row | {"trials": needed(found)})
+                    rows.append(keys | {"metric": metric} | row | {"trials": order.needed(found)})
     return pd.DataFrame(
         rows, columns=["question", "asked", "metric", "outliers", "order", "trials"]
     )
@@ -116,12 +105,10 @@ def _tasks(trials: Trials) -> Iterator[tuple[str, str, Task]]:
     levels = [level for level in levels if not (paired and level == "sigma_r_deg")]
     other = next((name for name in ACROSS if table[name].nunique() > 1), "")
     for level in levels:
-        task = (
-            across(table, level, other, same_draws=other == "every")
-            if other
-            else within(table, level)
-        )
-        yield level, other, task
+        if other:
+            yield level, other, order.across(table, level, other, same_draws=other == "every")
+        else:
+            yield level, other, order.within(table, level)
 
 
 def _words(level: str, sweep: Sweep) -> str:
@@ -134,12 +121,12 @@ def _row(found: Order, by_outliers: Mapping[int, Order]) -> dict[str, float]:
     return {
         "order": 100 * found.probability,
         "order_error": 100 * found.error,
-        "trials": mean_needed(by_outliers.values() or [found]),
+        "trials": order.mean_needed(by_outliers.values() or [found]),
         "p_chance": found.p_above(0.5),
     }
 
 
-def _versus(table: pd.DataFrame, tests: Mapping[Any, tuple[float, ...]]) -> pd.DataFrame:
+def _versus(table: pd.DataFrame, tests: pd.DataFrame) -> pd.DataFrame:
     """Add the comparisons with the best metric, and with the best one of the other side."""
     rows = []
     for _, task in table.groupby(KEYS[:-1], sort=False):
@@ -147,20 +134,17 @@ def _versus(table: pd.DataFrame, tests: Mapping[Any, tuple[float, ...]]) -> pd.D
         for row in task.to_dict("records"):
             others = orders[[is_new(name) != is_new(row["metric"]) for name in orders.index]]
             best, rival = (str(some.idxmax()) if len(some) else "" for some in (orders, others))
-            behind = _test(tests, row, best)
-            ahead = _test(tests, row, rival)
-            sure = [
-                difference
-                for difference, _, p in (_test(tests, row, other) for other in others.index)
-                if p < SIGNIFICANCE
-            ]
+            versus = tests.loc[[tuple(row[key] for key in KEYS)]].set_index("other")
+            behind, ahead = versus.loc[best], versus.reindex([rival]).iloc[0]
+            versus = versus.loc[others.index]
+            sure = versus.loc[versus["p"] < SIGNIFICANCE, "difference"]
             rows.append(
                 row
-                | {"best": best, "behind": 0 - behind[0]}
-                | {"behind_error": behind[1], "p_behind": behind[2], "rival": rival}
-                | {"ahead": ahead[0], "ahead_error": ahead[1], "p_ahead": ahead[2]}
-                | {"beats": sum(difference > 0 for difference in sure)}
-                | {"beaten": sum(difference < 0 for difference in sure), "rivals": len(others)}
+                | {"best": best, "behind": 0 - behind["difference"]}
+                | {"behind_error": behind["error"], "p_behind": behind["p"], "rival": rival}
+                | {"ahead": ahead["difference"], "ahead_error": ahead["error"]}
+                | {"p_ahead": ahead["p"], "beats": (sure > 0).sum()}
+                | {"beaten": (sure < 0).sum(), "rivals": len(others)}
             )
     return pd.DataFrame(rows)[[*KEYS, *FOUND]]
 
@@ -168,11 +152,3 @@ def _versus(table: pd.DataFrame, tests: Mapping[Any, tuple[float, ...]]) -> pd.D
 def is_new(metric: str) -> bool:
     """Tell whether it is one of the alignment scores, or made of them."""
     return Column.parse(metric).name in NEW
-
-
-def _test(
-    tests: Mapping[Any, tuple[float, ...]], row: Mapping[Hashable, Any], other: str
-) -> tuple[float, ...]:
-    if other in ("", row["metric"]):
-        return (0.0, 0.0, 1.0) if other else (np.nan, np.nan, np.nan)
-    return tests[(*(row[key] for key in KEYS), other)]

@@ -43,11 +43,8 @@ def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
     """
     reject(overrides, ["every"], f"the frame rates stand in {PROTOCOLS.name}")
     file = read_yaml(PROTOCOLS, _File)
-    tables = {}
-    for name, question in file.questions.items():
-        sweep = resolve(PROTOCOLS, f"questions.{name}", overrides, file.settings, question)
-        tables[name] = _table(name, question, sweep)
-    return tables
+    sweeps = resolve(PROTOCOLS, "questions", overrides, file.questions, file.settings)
+    return {name: _table(name, file.questions[name], sweep) for name, sweep in sweeps.items()}
 
 
 def _table(name: str, question: Question, sweep: Sweep) -> Table:

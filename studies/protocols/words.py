@@ -53,7 +53,8 @@ def sentences(table: pd.DataFrame) -> list[str]:
 def to_markdown(table: pd.DataFrame, by_outliers: pd.DataFrame) -> str:
     """Write what was found: sentences, the best of both sides, all numbers, those by outliers."""
     lines = [f"- {sentence}" for sentence in sentences(table)]
-    lines += ["", *_duels(duels(table)), "", *_matrix(table), "", *_totals(table), "", LEGEND]
+    titled = table.assign(title=_titles(table))
+    lines += ["", *_duels(duels(table)), "", *_matrix(titled), "", *_totals(titled), "", LEGEND]
     lines += _by_outliers(by_outliers)
     return "\n".join(lines) + "\n"
 
@@ -78,10 +79,9 @@ def _duels(found: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _matrix(table: pd.DataFrame) -> list[str]:
-    titles = _titles(table)
-    columns = list(titles.unique())
+    columns = list(table["title"].unique())
     rows = []
-    for metric, asked in table.assign(title=titles).groupby("metric", sort=False):
+    for metric, asked in table.groupby("metric", sort=False):
         cells = {row["title"]: _cell(row) for row in asked.to_dict("records")}
         rows.append([str(metric), *(cells.get(title, "–") for title in columns)])
     return markdown_table(["metric", *columns], rows)
@@ -108,8 +108,7 @@ def _totals(table: pd.DataFrame) -> list[str]:
     """Sum up new scores against the others, and the others against them, over all questions."""
     head = ["metric", "certainly ahead of the other side", "behind", "of", "weakest, %", "where"]
     rows = []
-    titled = table.assign(title=_titles(table))
-    for metric, asked in titled.groupby("metric", sort=False):
+    for metric, asked in table.groupby("metric", sort=False):
         counts = [f"{asked[name].sum():.0f}" for name in ("beats", "beaten", "rivals")]
         weakest = asked.iloc[int(asked["order"].argmin())]
         rows.append([str(metric), *counts, f"{weakest['order']:.0f}", weakest["title"]])

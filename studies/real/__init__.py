@@ -6,15 +6,10 @@ from typing import Any
 
 import pandas as pd
 
-from ..study import Answer, Figure, Own, Question, Study, Table
+from ..study import Answer, Figure, Own, Question, Study
 from .answers import agreement, pairs, summarise
 from .scores import read_benchmark, score_sequence, sources
 from .words import sentences, to_markdown
-
-
-def plan(overrides: Sequence[str]) -> dict[str, Table]:
-    """Return no tables of trials: the runs are real."""
-    return {}
 
 
 def ask(question: Question) -> list[pd.DataFrame | str]:
@@ -46,7 +41,7 @@ def score(given: Mapping[str, str], part: str) -> pd.DataFrame:
 STUDY = Study(
     name="real",
     title="Your own runs",
-    plan=plan,
+    plan=lambda _: {},  # no tables of trials: the runs are real
     ask=ask,
     answers=("tables/{}.csv", "tables/{}_pairs.csv", "tables/{}_agreement.csv", "tables/{}.md"),
     figures=[

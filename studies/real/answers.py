@@ -11,6 +11,7 @@ from alignscores.comparison.intervals import error_of_pair, margin, needed, over
 from alignscores.metrics import metric as find
 from experiments.metrics import METRICS
 
+from ..order import in_order
 from .scores import AS_IT_IS, CHANGES, KEYS
 
 FEWEST = 3  # runs of a system on a sequence, to tell how they scatter
@@ -34,9 +35,7 @@ def _duels(table: pd.DataFrame) -> Iterator[tuple[str, str, str, pd.DataFrame, p
 def _first_is_better(of_a: pd.DataFrame, of_b: pd.DataFrame, metric: str) -> Floats:
     """Return of each pair of runs whether the first is better, (runs, runs); a tie is a half."""
     a, b = (_sign(metric) * runs[metric].to_numpy(dtype=np.float64) for runs in (of_a, of_b))
-    better = (a[:, None] < b) + (a[:, None] == b) / 2
-    better[np.isnan(a)[:, None] | np.isnan(b)] = 0.5
-    return np.asarray(better)
+    return in_order(a, b)
 
 
 def pairs(table: pd.DataFrame) -> pd.DataFrame:

@@ -27,13 +27,11 @@ def draw(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFrame) -> F
     _needs(needs, table, pairs)
     orders = agreement.pivot(index="metric", columns="other", values="order")
     _cells(agrees, orders.loc[metrics, metrics].to_numpy(), metrics, (50, 100))
-    title = agrees.set_title("Order by another metric")
-    style.remark(agrees, title, "(dark: always)")
+    style.remark(agrees, agrees.set_title("Order by another metric"), "(dark: always)")
     if changes:
         names = [name.removeprefix("moves_").replace("_", " ") for name in changes]
         _cells(moves[0], table[changes].to_numpy(), names, (0, 2), "{:.1f}")
-        title = moves[0].set_title("Moved by")
-        style.remark(moves[0], title, "(sd of runs)")
+        style.remark(moves[0], moves[0].set_title("Moved by"), "(sd of runs)")
     return figure
 
 
@@ -50,8 +48,7 @@ def _needs(axes: Axes, table: pd.DataFrame, pairs: pd.DataFrame) -> None:
     axes.set_yticks(rows, list(table["metric"]))
     axes.set_ylim(len(table) - 0.5, -0.5)
     style.as_rows(axes)
-    title = axes.set_title("Runs needed")
-    style.remark(axes, title, "(dot: median)")
+    style.remark(axes, axes.set_title("Runs needed"), "(dot: median)")
 
 
 def _cells(

@@ -57,14 +57,6 @@ def _stretch(estimate: Trajectory, rng: np.random.Generator) -> Booleans:
     return (place >= start) & (place < start + SHARE * n)
 
 
-def _frames_lost(estimate: Trajectory, rng: np.random.Generator) -> Trajectory:
-    return _kept(estimate, rng.random(len(estimate.keys)) >= SHARE)
-
-
-def _time_lost(estimate: Trajectory, rng: np.random.Generator) -> Trajectory:
-    return _kept(estimate, ~_stretch(estimate, rng))
-
-
 def _wild(estimate: Trajectory, rng: np.random.Generator) -> Trajectory:
     """Throw the positions of a stretch about, as far as the trajectory is large."""
     wild, poses = _stretch(estimate, rng), estimate.poses.copy()
@@ -82,8 +74,8 @@ def _scaled(estimate: Trajectory, _: np.random.Generator) -> Trajectory:
 CHANGES: Mapping[str, Change] = {
     "every 2nd": _every(2),
     "every 5th": _every(5),
-    "frames lost": _frames_lost,
-    "time lost": _time_lost,
+    "frames lost": lambda estimate, rng: _kept(estimate, rng.random(len(estimate.keys)) >= SHARE),
+    "time lost": lambda estimate, rng: _kept(estimate, ~_stretch(estimate, rng)),
     "wild stretch": _wild,
     "scale": _scaled,
     "seed": lambda estimate, _: estimate,

@@ -26,8 +26,7 @@ def changes_of(table: pd.DataFrame) -> list[str]:
 def sentences(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFrame) -> list[str]:
     """Say which metric needs the fewest runs, which say the same, and what moves them."""
     found = [_scope(pairs), _fewest(table), _alike(agreement), _against(pairs)]
-    for column in changes_of(table):
-        found.append(_moved(table, column))
+    found += [_moved(table, column) for column in changes_of(table)]
     return [sentence for sentence in found if sentence]
 
 

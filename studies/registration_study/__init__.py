@@ -1,20 +1,13 @@
 """The paper's registration and the refined one: spread over seeds, and what they order."""
 
-from collections.abc import Mapping, Sequence
+from functools import partial
 
 import pandas as pd
 
 from .. import axes
-from ..study import Figure, Question, Study, Table, config_file
-from .registrations import compare, to_markdown
+from ..study import Figure, Question, Study
+from .registrations import REGISTRATIONS, compare, to_markdown
 from .show import show
-
-REGISTRATIONS = config_file("registration_study")
-
-
-def plan(overrides: Sequence[str]) -> Mapping[str, Table]:
-    """Return a table for each experiment, and for each set of inputs with several seeds."""
-    return axes.plan(REGISTRATIONS, overrides)
 
 
 def ask(question: Question) -> list[pd.DataFrame | str]:
@@ -29,10 +22,10 @@ def ask(question: Question) -> list[pd.DataFrame | str]:
 STUDY = Study(
     name="registration_study",
     title="Registrations",
-    plan=plan,
+    plan=partial(axes.plan, REGISTRATIONS),
     ask=ask,
     figures=[Figure("studies.registration_study.figure:draw", ["tables/{}"])],
-    show=lambda answer: show(REGISTRATIONS, answer),
+    show=show,
     place=30,
     keys=axes.axis_names(REGISTRATIONS),
     files=[REGISTRATIONS],

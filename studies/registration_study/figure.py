@@ -32,14 +32,11 @@ def draw(table: pd.DataFrame) -> Figure:
     rows = len(geometries) + 1
     figure = Figure(figsize=(style.PAGE, 0.3 + 1.45 * rows), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False)
-    for axes in grid.flat:
-        axes.set_axis_off()
     for row, geometry in zip(grid, geometries, strict=False):
+        where = GEOMETRIES.get(geometry, geometry).capitalize()
         for axes, n in zip(row, counts, strict=False):
             chosen = inputs[(inputs["geometry"] == geometry) & (inputs["n_cameras"] == n)]
-            _scores(
-                axes, chosen, f"{GEOMETRIES.get(geometry, geometry).capitalize()}, {n:g} cameras"
-            )
+            _scores(axes, chosen, f"{where}, {n:g} cameras")
     orders = table[table["statistic"] == f"{ORDER}noise, %"]
     lowest = 0.98 * float(orders[list(COLOURS)].to_numpy(dtype=float).min(initial=100.0))
     for axes, (part, (title, setting, label)) in zip(grid[-1], PARTS.items(), strict=False):
@@ -48,13 +45,15 @@ def draw(table: pd.DataFrame) -> Figure:
             _orders(axes, chosen, setting, lowest)
             axes.set_title(f"{title}: right order of noise, %")
             axes.set_xlabel(label)
+    for axes in grid.flat:
+        if not axes.has_data():
+            axes.set_axis_off()
     _key(figure)
     return figure
 
 
 def _scores(axes: Axes, table: pd.DataFrame, title: str) -> None:
     """Draw the scores of each input: a dot at the mean, a bar from the smallest to the largest."""
-    axes.set_axis_on()
     scenes = table.set_index(["sigma_t", "n_outliers", "trial", "statistic"])
     wide = scenes[list(COLOURS)].unstack()
     ticks = []
@@ -81,7 +80,6 @@ def _scores(axes: Axes, table: pd.DataFrame, title: str) -> None:
 
 
 def _orders(axes: Axes, table: pd.DataFrame, setting: str, lowest: float) -> None:
-    axes.set_axis_on()
     for name, colour in COLOURS.items():
         axes.plot(range(len(table)), table[name], color=colour, ms=5)
     axes.set_xticks(range(len(table)), [f"{value:g}" for value in table[setting]])

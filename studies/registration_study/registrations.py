@@ -1,6 +1,6 @@
 """The paper's registration and the refined one, on the same cameras, and the words for it."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 import pandas as pd
 
@@ -8,18 +8,15 @@ from experiments.tables import Trials
 
 from .. import order, statistics
 from ..axes import Axis, is_seeded, over_seeds
+from ..study import config_file
 
 CELL = ("n_cameras", "n_outliers", "sigma_t")
 SCENE = (*CELL, "trial")
-OVER_SEEDS: Mapping[str, Callable[[pd.DataFrame], "pd.Series[float]"]] = {
-    "mean": lambda scores: scores.mean(axis=1),
-    "standard deviation": lambda scores: scores.std(axis=1, ddof=1),
-    "smallest": lambda scores: scores.min(axis=1),
-    "largest": lambda scores: scores.max(axis=1),
-}
+OVER_SEEDS = {"mean": "mean", "standard deviation": "std", "smallest": "min", "largest": "max"}
 Summary = dict[str, dict[str, "pd.Series[float]"]]  # of each part, each statistic
 DEPENDENCE = "dependence on cameras, %"
 ORDER = "order of "  # noise or outliers
+REGISTRATIONS = config_file("registration_study")
 GEOMETRIES = {"cube": "in a cube", "line": "on a line", "uneven": "in clusters"}
 REPEATABLE = 0.003  # standard deviation over seeds of a score whose second digit is certain
 
@@ -51,17 +48,20 @@ def compare(axis: Axis, parts: Mapping[str, Trials]) -> pd.DataFrame:
 
 def _spread(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]:
     """Statistics over the seeds, of each input."""
-    scores = {value: over_seeds(trials, column) for value, column in axis.columns.items()}
-    for i, scene in enumerate(trials[list(SCENE)].itertuples(index=False, name=None)):
+    spreads = {
+        value: over_seeds(trials, column).agg(list(OVER_SEEDS.values()), axis=1)
+        for value, column in axis.columns.items()
+    }
+    for i, scene in trials[list(SCENE)].iterrows():
         for name, of in OVER_SEEDS.items():
-            values = {value: float(of(table).iloc[i]) for value, table in scores.items()}
-            yield {**dict(zip(SCENE, scene, strict=True)), "statistic": name, **values}
+            values = {value: table.at[i, of] for value, table in spreads.items()}
+            yield {**scene, "statistic": name, **values}
 
 
 def _experiment(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]:
     """Return the order in each group of trials, and the dependence on the number of cameras."""
     for level, words in (("sigma_t", "noise"), ("n_outliers", "outliers")):
-        if trials[level].nunique() < 2:
+        if not order.varies(trials, level):
             continue
         groups = [key for key in CELL if key != level]
         for cell, group in trials.groupby(groups):
@@ -72,7 +72,7 @@ def _experiment(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]
             }
             keys = dict(zip(groups, cell, strict=True))
             yield {**keys, "statistic": f"{ORDER}{words}, %", **orders}
-    if trials["n_cameras"].nunique() > 1:
+    if order.varies(trials, "n_cameras"):
         dependence = {
             value: statistics.dependence(trials, column, ["n_cameras"], "mean")
             for value, column in axis.columns.items()
@@ -127,10 +127,8 @@ def spread(axis: Axis, table: pd.DataFrame) -> str:
     if numbers is None:
         return ""
     paper, refined, n = axis.paper, other(axis), len(gain(axis, table))
-    scattered, median, largest = (
-        numbers[name]
-        for name in ("scattered inputs", "median standard deviation", "largest standard deviation")
-    )
+    scattered = numbers["scattered inputs"]
+    median, largest = (numbers[f"{name} standard deviation"] for name in ("median", "largest"))
     return (
         f"The TAS scatters with the seed of the paper’s registration: on **{scattered[paper]} of "
         f"{n} inputs** by more than {REPEATABLE} (standard deviation), so that its second digit is "
@@ -178,15 +176,16 @@ def _orders(axis: Axis, table: pd.DataFrame) -> Iterator[str]:
         found = []
         for name in (name for name in numbers if name.startswith(f"mean {ORDER}")):
             means, smallest = numbers[name], numbers[name.replace("mean", "smallest", 1)]
-            written = " and ".join(f"{means[value]:.1f} % ({value})" for value in axis.values)
             lowest = " and ".join(f"{smallest[value]:.1f} %" for value in axis.values)
-            found.append(f"{name.removesuffix(', %')} {written}, smallest {lowest}")
+            found.append(f"{name.removesuffix(', %')} {_both(means)}, smallest {lowest}")
         if found:
             yield f"**Right order, {part}.** {'; '.join(found)}."
         if DEPENDENCE in numbers:
-            moved = numbers[DEPENDENCE]
-            values = " and ".join(f"{moved[value]:.1f} % ({value})" for value in axis.values)
             yield (
-                f"**Number of cameras, {part}.** The mean score moves by {values} of its range "
-                "over all noise levels."
+                f"**Number of cameras, {part}.** The mean score moves by "
+                f"{_both(numbers[DEPENDENCE])} of its range over all noise levels."
             )
+
+
+def _both(numbers: "pd.Series[float]") -> str:
+    return " and ".join(f"{number:.1f} % ({value})" for value, number in numbers.items())

@@ -1,7 +1,6 @@
 """The section of the report: both registrations on the same cameras."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -20,9 +19,10 @@ DIGITS = {  # of the statistics; one of an order, three of all others
 }
 
 
-def show(path: Path, answer: Answer) -> dict[str, Any]:
+def show(answer: Answer) -> dict[str, Any]:
     """Return what the section is filled with."""
-    (axis,) = axes_of(path, {name: record.metrics for name, record in answer.records.items()})
+    metrics = {name: record.metrics for name, record in answer.records.items()}
+    (axis,) = axes_of(registrations.REGISTRATIONS, metrics)
     table, times = answer.table, answer.tables[f"{answer.called}_time"]
     groups = [
         _group(axis, part, numbers, _inputs_title(axis, answer))

@@ -24,52 +24,34 @@ Weighted = Callable[[Floats], Floats]  # of weights of the trials (B, T), a valu
 class Effect:
     """A statistic that the values of an axis are compared by.
 
-    Its error is that of the order, where it has a `level`, or a bootstrap's, where `weighted`
-    computes it for any weights of the trials.
+    It is the order of a `level`, or what `weighted` computes for any weights of the trials, or
+    `alone` from them as they are. Its error is that of the order, or a bootstrap's over weights.
     """
 
     words: str
     larger_is_better: bool
     digits: int  # that matter
-    of: Callable[[pd.DataFrame, str], float]  # from trials and a metric
     unit: str = ""
     part: str = "outliers"
     level: str = ""
+    smallest: bool = False  # of the groups, not their mean
     weighted: Callable[[pd.DataFrame, str], Weighted] | None = None
+    alone: Callable[[pd.DataFrame, str], float] | None = None
+
+    def of(self, trials: pd.DataFrame, metric: str) -> float:
+        """Compute it from the trials of a metric; NaN where the level does not vary."""
+        if self.alone:
+            return self.alone(trials, metric)
+        if self.weighted:
+            return float(self.weighted(trials, metric)(np.ones((1, trials["trial"].nunique())))[0])
+        if not order.varies(trials, self.level):
+            return np.nan
+        found = [one.probability for one in order.orders(trials, metric, self.level)]
+        return 100 * float(min(found) if self.smallest else np.mean(found))
 
     def write(self, value: float) -> str:
         """Write a value with the digits that matter, and its unit."""
         return f"{value:.{self.digits}f}{self.unit}"
-
-
-def _order_effect(
-    words: str, level: str, part: str = "outliers", *, smallest: bool = False
-) -> Effect:
-    """Return how often neighbouring levels are put in the right order, the mean over groups."""
-
-    def of(trials: pd.DataFrame, metric: str) -> float:
-        if not _varies(trials, level):
-            return np.nan
-        found = [one.probability for one in order.orders(trials, metric, level)]
-        return 100 * float(min(found) if smallest else np.mean(found))
-
-    return Effect(words, True, 1, of, " %", part, "" if smallest else level)
-
-
-def _weighted_effect(
-    words: str,
-    larger_is_better: bool,
-    digits: int,
-    weighted: Callable[[pd.DataFrame, str], Weighted],
-    unit: str = "",
-    part: str = "outliers",
-) -> Effect:
-    """Return what is computed for any weights; of the trials themselves they are 1."""
-
-    def of(trials: pd.DataFrame, metric: str) -> float:
-        return float(weighted(trials, metric)(np.ones((1, trials["trial"].nunique())))[0])
-
-    return Effect(words, larger_is_better, digits, of, unit, part, weighted=weighted)
 
 
 def _noise_range(trials: pd.DataFrame, metric: str) -> float:
@@ -78,32 +60,31 @@ def _noise_range(trials: pd.DataFrame, metric: str) -> float:
 
 
 def _weighted_noise_range(table: pd.DataFrame, metric: str) -> Weighted:
-    means = [_weighted_means(group, metric) for _, group in table.groupby("n_outliers")]
-    return lambda weights: np.mean([np.ptp(of(weights), axis=0) for of in means], axis=0)
+    means_of = _weighted_means(table, metric)
+    return lambda weights: np.ptp(means_of(weights), axis=(0, 2)).mean(axis=0)
 
 
 def _weighted_dependence(table: pd.DataFrame, metric: str) -> Weighted:
     """Return `studies.statistics.dependence` on the number of cameras."""
-    if not _varies(table, "n_cameras"):
+    if not order.varies(table, "n_cameras"):
         return lambda weights: np.full(len(weights), np.nan)
-    groups = [
-        _weighted_means(group, metric) for _, group in table.groupby(["n_outliers", "sigma_t"])
-    ]
+    means_of = _weighted_means(table, metric)
 
     def of(weights: Floats) -> Floats:
-        means = [means_of(weights) for means_of in groups]
-        moves = np.mean([np.ptp(mean, axis=0) for mean in means], axis=0)
-        share: Floats = 100 * moves / np.ptp(np.concatenate(means), axis=0)
+        means = means_of(weights)
+        moves = np.ptp(means, axis=0).mean(axis=(0, 1))
+        share: Floats = 100 * moves / np.ptp(means, axis=(0, 1, 2))
         return share
 
     return of
 
 
 def _weighted_means(table: pd.DataFrame, metric: str) -> Weighted:
-    """Return the means of cells (C, B) for weights of the trials (B, T)."""
-    ordered = table.sort_values("trial").groupby(["n_cameras", "n_outliers", "sigma_t"])[metric]
-    values = np.array([cell.to_numpy() for _, cell in ordered])
-    return lambda weights: values @ weights.T / values.shape[1]
+    """Return the means (cameras, outliers, noise, B) for weights of the trials (B, T)."""
+    keys = ["n_cameras", "n_outliers", "sigma_t", "trial"]
+    shape = [table[key].nunique() for key in keys]
+    values = table.sort_values(keys)[metric].to_numpy().reshape(shape)
+    return lambda weights: values @ weights.T / shape[-1]
 
 
 def _deviations(trials: pd.DataFrame, metric: str) -> Floats:
@@ -116,31 +97,28 @@ def _seed_noise(trials: pd.DataFrame, metric: str) -> float:
     return float(np.median(_deviations(trials, metric)))
 
 
-def _varies(trials: pd.DataFrame, level: str) -> bool:
-    return trials[level].nunique() > 1
-
-
+NOISE, OUTLIERS = "order of noise", "order of outliers"
 EFFECTS: Mapping[str, Effect] = {
-    "noise_order": _order_effect("order of noise", "sigma_t"),
-    "noise_order_smallest": _order_effect("smallest order of noise", "sigma_t", smallest=True),
-    "outlier_order": _order_effect("order of outliers", "n_outliers"),
-    "outlier_order_smallest": _order_effect(
-        "smallest order of outliers", "n_outliers", smallest=True
+    "noise_order": Effect(NOISE, True, 1, " %", level="sigma_t"),
+    "noise_order_smallest": Effect(
+        f"smallest {NOISE}", True, 1, " %", level="sigma_t", smallest=True
     ),
-    "majority_order": _order_effect("order of noise where most are lost", "sigma_t", "majority"),
-    "noise_range": Effect("range of trials over noise", True, 3, _noise_range),
-    "noise_range_of_means": _weighted_effect("range over noise", True, 3, _weighted_noise_range),
-    "camera_dependence": _weighted_effect(
-        "dependence on cameras", False, 1, _weighted_dependence, " %", "length"
+    "outlier_order": Effect(OUTLIERS, True, 1, " %", level="n_outliers"),
+    "outlier_order_smallest": Effect(
+        f"smallest {OUTLIERS}", True, 1, " %", level="n_outliers", smallest=True
     ),
-    "seed_noise": Effect("seed noise", False, 4, _seed_noise, part="seeds"),
+    "majority_order": Effect(f"{NOISE} where most are lost", True, 1, " %", "majority", "sigma_t"),
+    "noise_range": Effect("range of trials over noise", True, 3, alone=_noise_range),
+    "noise_range_of_means": Effect("range over noise", True, 3, weighted=_weighted_noise_range),
+    "camera_dependence": Effect(
+        "dependence on cameras", False, 1, " %", "length", weighted=_weighted_dependence
+    ),
+    "seed_noise": Effect("seed noise", False, 4, part="seeds", alone=_seed_noise),
 }
 """Effects by their columns in the tables of the threshold study; see `effects`."""
 
 COMPARED = tuple(
-    name
-    for name, effect in EFFECTS.items()
-    if effect.level or effect.weighted or name == "seed_noise"
+    name for name, effect in EFFECTS.items() if not effect.smallest and name != "noise_range"
 )
 """The effects that values are compared by: those whose sampling error is known."""
 
@@ -179,9 +157,8 @@ def effects(axes: Sequence[Axis], parts: Parts) -> pd.DataFrame:
     for axis in axes:
         paper = axis.columns[axis.paper]
         for value, column in axis.columns.items():
-            row: dict[str, object] = {"axis": axis.name, "metric": axis.metric}
-            row |= {"option": axis.option, "value": value}
-            row |= {"paper": "yes" if value == axis.paper else "no"}
+            row: dict[str, object] = dict(axis.keys(value))
+            row["paper"] = "yes" if value == axis.paper else "no"
             for name, effect in EFFECTS.items():
                 trials = parts[effect.part]
                 # The columns that are needed: to group all of them takes long.
@@ -191,7 +168,7 @@ def effects(axes: Sequence[Axis], parts: Parts) -> pd.DataFrame:
                     continue
                 error, p = np.nan, np.nan
                 if column != paper and trials["trial"].nunique() > 1:
-                    if effect.level and _varies(trials, effect.level):
+                    if effect.level and order.varies(trials, effect.level):
                         of = task(effect.part, effect.level).shares
                         found = order.estimate(of(column) - of(paper))
                         error, p = 100 * found.error, found.p_value
@@ -201,8 +178,7 @@ def effects(axes: Sequence[Axis], parts: Parts) -> pd.DataFrame:
             rows.append(row)
     table = pd.DataFrame(rows)
     p_values = [f"{name}_p" for name in COMPARED]
-    adjusted = order.holm(table[p_values].to_numpy(dtype=np.float64).ravel())
-    table[p_values] = adjusted.reshape(-1, len(p_values))
+    table[p_values] = order.holm(table[p_values])
     return table.round(6)
 
 

@@ -54,14 +54,15 @@ def draw(*tables: pd.DataFrame) -> Figure:
     *effects, map_ = tables
     table = pd.concat(effects, ignore_index=True)
     table = table[~table["option"].isin(OPTIONS)].reset_index(drop=True)
-    rows, titles = _layout(table)
-    height = 0.9 + ROW * (max(rows) + 1)
+    # The place of each value, with room for a title above each axis.
+    table["row"] = table.index + pd.factorize(table["axis"])[0] + 1
+    height = 0.9 + ROW * (table["row"].max() + 1)
     figure = Figure(figsize=(style.PAGE, MAPS_HEIGHT + height), layout="constrained")
     upper, lower = np.ravel(
         np.asarray(figure.subfigures(2, 1, height_ratios=[MAPS_HEIGHT, height]))
     )
     _maps(upper, map_)
-    _effects(lower, table, rows, titles)
+    _effects(lower, table)
     return figure
 
 
@@ -72,14 +73,12 @@ def _maps(figure: SubFigure, table: pd.DataFrame) -> None:
     ):
         own = table[table["map"] == name]
         counts = sorted(own["n_cameras"].unique())
-        for place, (axes, n) in enumerate(
-            zip(np.atleast_1d(part.subplots(1, len(counts), sharey=True)), counts, strict=True)
-        ):
+        panels = part.subplots(1, len(counts), sharey=True, squeeze=False)[0]
+        for axes, n in zip(panels, counts, strict=True):
             _thresholds(axes, own[own["n_cameras"] == n], option)
             axes.set_title(f"{title}, {n} cameras")
             axes.set_xlabel(xlabel)
-            if place == 0:
-                axes.set_ylabel(ylabel)
+        panels[0].set_ylabel(ylabel)
     own = table[table["map"] == "registration"]
     for axes, (option, (title, paper)) in zip(
         rows[2].subplots(1, len(REGISTRATION)), REGISTRATION.items(), strict=True
@@ -97,10 +96,10 @@ def _maps(figure: SubFigure, table: pd.DataFrame) -> None:
 
 def _thresholds(axes: Axes, table: pd.DataFrame, option: str) -> None:
     """Draw a row for each threshold, the largest at the top, and above them those without one."""
-    values = table.dropna(subset=[option]).pivot_table("right_order", option, "noise")
+    values = table.pivot_table("right_order", option, "noise")
     others = [metric for metric in OTHERS if metric in set(table["metric"])]
-    above = table[table["metric"].isin(others)].pivot_table("right_order", "metric", "noise")
-    orders = pd.concat([values, above.reindex(others)])
+    above = table.pivot_table("right_order", "metric", "noise").reindex(others)
+    orders = pd.concat([values, above])
     labels = [*(f"{value:g}" for value in values.index), *(OTHERS[m] for m in others)]
     places = range(0, orders.shape[1], 2)
     lower = orders.columns / np.sqrt(1.15)  # of the two levels
@@ -112,7 +111,7 @@ def _thresholds(axes: Axes, table: pd.DataFrame, option: str) -> None:
 
 def _registration(axes: Axes, table: pd.DataFrame, option: str, paper: float) -> None:
     """Draw a row for each value of an option, the others as in the paper."""
-    alone = table.dropna(subset=[option])
+    alone = table
     for other, (_, value) in REGISTRATION.items():
         if other != option:
             alone = alone[alone[other] == value]
@@ -149,31 +148,18 @@ def _frame(axes: Axes, row: int, width: int) -> None:
     )
 
 
-def _effects(
-    figure: SubFigure, table: pd.DataFrame, rows: list[int], titles: dict[str, int]
-) -> None:
+def _effects(figure: SubFigure, table: pd.DataFrame) -> None:
     panels = figure.subplots(1, len(PANELS), sharey=True)
     for axes, (effect, (title, beside)) in zip(panels, PANELS.items(), strict=True):
-        _column(axes, table, rows, effect, beside)
+        _column(axes, table, effect, beside)
         axes.set_title(title, pad=11)
         style.direction(axes, larger_is_better=EFFECTS[effect].larger_is_better)
-    _labels(panels[0], table, rows, titles)
+    _labels(panels[0], table)
     _key(figure)
 
 
-def _layout(table: pd.DataFrame) -> tuple[list[int], dict[str, int]]:
-    """Return the place of each value, and of a title above each axis."""
-    axes, names = pd.factorize(table["axis"])
-    rows = np.arange(len(table)) + axes + 1
-    titles = {str(name): int(rows[axes == place][0]) - 1 for place, name in enumerate(names)}
-    return rows.tolist(), titles
-
-
-def _column(
-    axes: Axes, table: pd.DataFrame, rows: list[int], effect: str, beside: str | None
-) -> None:
-    paper = table["paper"] == "yes"
-    place = pd.Series(rows, index=table.index)
+def _column(axes: Axes, table: pd.DataFrame, effect: str, beside: str | None) -> None:
+    paper, place = table["paper"] == "yes", table["row"]
     for _, group in table.groupby("axis", sort=False):  # what the values are compared with
         x, y = group.loc[paper, effect].iloc[0], place[group.index]
         axes.plot([x, x], [y.min() - 0.4, y.max() + 0.4], color="0.72", lw=0.6, marker="", zorder=1)
@@ -201,37 +187,26 @@ def _reach(table: pd.DataFrame) -> float:
     return float(scipy.special.ndtri(1 - SIGNIFICANCE / 2 / max(n, 1)))
 
 
-def _labels(axes: Axes, table: pd.DataFrame, rows: list[int], titles: dict[str, int]) -> None:
+def _labels(axes: Axes, table: pd.DataFrame) -> None:
     """Name the values, and above them the options; the paper's values are bold."""
-    options = table.drop_duplicates("axis").set_index("axis")
-    heads = {
-        row: f"{options['metric'][axis]}: {option_title(options['option'][axis])}"
-        for axis, row in titles.items()
-    }
-    values = {
-        row: value_title(option, value)
-        for row, option, value in zip(rows, table["option"], table["value"], strict=True)
-    }
-    labels = heads | values
-    axes.set_yticks(list(labels), list(labels.values()))
-    bold = {row for row, paper in zip(rows, table["paper"], strict=True) if paper == "yes"}
-    for row, text in zip(labels, axes.get_yticklabels(), strict=True):
-        if row in bold or row in heads:
+    first = table.drop_duplicates("axis")
+    heads = first["metric"] + ": " + first["option"].map(option_title)
+    values = list(map(value_title, table["option"], table["value"]))
+    axes.set_yticks([*(first["row"] - 1), *table["row"]], [*heads, *values])
+    bold = [True] * len(heads) + list(table["paper"] == "yes")
+    for place, text in enumerate(axes.get_yticklabels()):
+        if bold[place]:
             text.set_fontweight("bold")
-        if row in heads:
+        if place < len(heads):
             text.set_fontsize(style.TEXT)
-    axes.set_ylim(max(rows) + 0.8, -0.8)
+    axes.set_ylim(table["row"].max() + 0.8, -0.8)
 
 
 def _key(figure: SubFigure) -> None:
     handles = {
-        "the paper's value": _dot(style.INK),
-        "another": _dot("white"),
+        "the paper's value": Line2D([], [], ls="", mfc=style.INK, **DOT),
+        "another": Line2D([], [], ls="", mfc="white", **DOT),
         "95 % of all differences at once": Line2D([], [], color=style.INK, lw=0.6, marker=""),
         "smallest order, range of trials": Line2D([], [], ls="", color=style.FAINT, **TICK),
     }
     style.key(figure, handles, loc="outside lower center", handletextpad=0.4, columnspacing=1.6)
-
-
-def _dot(face: str) -> Line2D:
-    return Line2D([], [], ls="", mfc=face, **DOT)

@@ -1,8 +1,6 @@
 """Levels: at which score the distance and the angle order best, and what they survive."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,10 +9,10 @@ import pandas as pd
 from experiments.metrics import Column
 from experiments.tables import Trials
 
-from ..order import SIGNIFICANCE, Order, Task, estimate, holm
-from ..study import Table, resolve
+from ..order import SIGNIFICANCE, Order, Task, beside, estimate, holm, paired
+from ..study import Table
 from ..words import markdown_table
-from .maps import THRESHOLDS, read_thresholds, without_axes
+from .maps import read_thresholds, tables_of
 
 READ = {"HalfDistance": "sigma_t", "HalfAngle": "sigma_r_deg"}  # and the noise they measure
 HALF = 0.5  # the score that others are compared with
@@ -32,16 +30,10 @@ METHOD = (
 
 def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
     """Return a table for each part, in which distance and angle are read at all scores."""
-    file, others = read_thresholds(), without_axes(overrides)
-    own = file.levels
+    own = read_thresholds().levels
     scores = sorted({*own.scores, HALF})
     metrics = [*own.beside, *(_at(metric, score) for metric in READ for score in scores)]
-    tables = {}
-    for part, settings in own.parts.items():
-        key = f"levels.parts.{part}"
-        sweep = resolve(THRESHOLDS, key, others, file.settings, own.settings, settings)
-        tables[f"levels_{part}"] = Table((replace(sweep, metrics=metrics),))
-    return tables
+    return tables_of("levels", own, metrics, overrides)
 
 
 def _at(metric: str, score: float) -> str:
@@ -86,25 +78,18 @@ def compare(parts: Mapping[str, Trials]) -> pd.DataFrame:
 def _rows(trials: Trials) -> list[dict[str, Any]]:
     sweep, table = trials.sweep, trials.table
     keys = {"geometry": sweep.geometry, "n_cameras": sweep.n_cameras[0]}
-    pairs = list(pairwise(sorted(table["n_outliers"].unique())))[::2]
+    counts = sorted(table["n_outliers"].unique())
     rows = []
     for outliers, group in table.groupby("n_outliers"):
         key = keys | {"level": "noise", "n_outliers": outliers}
-        found = _orders(_pairs(group, ["sigma_t"]), sweep.metrics)
+        found = _orders(paired(group, ["sigma_t"]), sweep.metrics)
         rows += [key | row | _spread(group, str(row["metric"])) for row in found]
-    for low, high in pairs:
+    for low, high in zip(counts[::2], counts[1::2], strict=False):
         both = table[table["n_outliers"].isin([low, high])]
         key = keys | {"level": "outliers", "n_outliers": low}
-        task = _pairs(both, ["sigma_t", "n_outliers"])
+        task = paired(both, ["sigma_t", "n_outliers"])
         rows += [key | row for row in _orders(task, sweep.metrics)]
     return rows
-
-
-def _pairs(table: pd.DataFrame, levels: list[str]) -> Task:
-    """Compare the first sample of trials with the second, the third with the fourth, and so on."""
-    samples = [sample for _, sample in table.groupby(levels)]
-    pairs = [(k, k + 1) for k in range(0, len(samples) - 1, 2)]
-    return Task(samples, pairs, range(len(samples)))
 
 
 def _orders(task: Task, metrics: Sequence[str]) -> list[dict[str, Any]]:
@@ -112,14 +97,10 @@ def _orders(task: Task, metrics: Sequence[str]) -> list[dict[str, Any]]:
     shares = {metric: task.shares(metric) for metric in metrics}
     rows = []
     for metric, own in shares.items():
-        row = {"metric": metric, "score": _score_of(metric)}
-        row |= {"right_order": 100 * estimate(own).probability}
         name = Column.parse(metric).name
-        if name in READ:
-            difference = estimate(own - shares[name])
-            row |= {"difference": 100 * difference.probability, "error": 100 * difference.error}
-            row |= {"p": np.nan if metric == name else difference.p_value}
-        rows.append(row)
+        alone = {"right_order": 100 * estimate(own).probability}
+        found = beside(own, shares[name]) if name in READ else alone
+        rows.append({"metric": metric, "score": _score_of(metric)} | found)
     return rows
 
 
@@ -144,14 +125,12 @@ def summaries(table: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
     they certainly are better or worse than at one half.
     """
     lower = sorted(table.loc[table["level"] == "outliers", "n_outliers"].astype(int).unique())
-    lost = {str(n): f"{n} lost" if n else "noise, none lost" for n in [0, *lower]}
-    kinds = [("noise", n) for n in [0, *lower]] + [("outliers", n) for n in lower]
-    keys = table["level"].where(table["level"] == "outliers", table["n_outliers"].astype(str))
-    shown = table[pd.MultiIndex.from_frame(table[["level", "n_outliers"]]).isin(kinds)]
-    groups = shown.groupby(["metric", keys])
-    metrics, titles = table["metric"].unique(), lost | {"outliers": "outliers"}
+    titles = {0: "noise, none lost"} | {n: f"{n} lost" for n in lower if n}
+    columns = table["n_outliers"].map(titles).where(table["level"] == "noise", "outliers")
+    groups = table.groupby(["metric", columns])
+    metrics = table["metric"].unique()
     orders, marks = (
-        found.unstack().reindex(metrics)[list(titles)].rename(columns=titles)
+        found.unstack().reindex(metrics)[[*titles.values(), "outliers"]]
         for found in (groups["right_order"].mean(), _marks(groups))
     )
     intact = table[table["n_outliers"] == 0].groupby("metric")

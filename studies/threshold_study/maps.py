@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise, product
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -15,7 +14,7 @@ from experiments.metrics import Column
 from experiments.tables import Trials
 
 from ..axes import Axis, AxisValue, axis_names, axis_with
-from ..order import SIGNIFICANCE, Order, Task, estimate, holm
+from ..order import SIGNIFICANCE, Order, beside, holm, paired
 from ..study import Section, Settings, Table, TableName, config_file, resolve
 
 THRESHOLDS = config_file("threshold_study")
@@ -29,19 +28,19 @@ METHOD = (
 )
 
 
-class _Map(Section):
+class _Parts(Section):
+    beside: list[MetricName]
+    settings: Settings
+    parts: dict[TableName, Settings]
+
+
+class _Map(_Parts):
     noise: Literal["sigma_t", "sigma_r_deg"]
     values: dict[str, list[AxisValue]]
-    beside: list[MetricName]
-    settings: Settings
-    parts: dict[TableName, Settings]
 
 
-class _Levels(Section):
+class _Levels(_Parts):
     scores: list[Annotated[float, Field(gt=0, le=1)]]
-    beside: list[MetricName]
-    settings: Settings
-    parts: dict[TableName, Settings]
 
 
 class _File(Section):
@@ -59,23 +58,26 @@ def read_thresholds() -> _File:
 
 def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
     """Return a table for each part of each map, called by both."""
-    file, others = read_thresholds(), without_axes(overrides)
-    given = dict(split_override(override) for override in overrides)
-    tables = {}
-    for name, own in file.maps.items():
-        axes = _axes(name, own, given)
-        metrics = [*dict.fromkeys(str(column) for column in _columns(axes)), *own.beside]
-        for part, settings in own.parts.items():
-            key = f"maps.{name}.parts.{part}"
-            sweep = resolve(THRESHOLDS, key, others, file.settings, own.settings, settings)
-            tables[f"{name}_{part}"] = Table((replace(sweep, metrics=metrics),))
+    given = dict(map(split_override, overrides))
+    tables: dict[str, Table] = {}
+    for name, own in read_thresholds().maps.items():
+        columns = _columns(_axes(name, own, given))
+        metrics = [*dict.fromkeys(map(str, columns)), *own.beside]
+        tables |= tables_of(f"maps.{name}", own, metrics, overrides)
     return tables
 
 
-def without_axes(overrides: Sequence[str]) -> list[str]:
-    """Return the overrides that set no values of an axis."""
-    known = axis_names(THRESHOLDS)
-    return [override for override in overrides if split_override(override)[0] not in known]
+def tables_of(
+    key: str, own: _Parts, metrics: Sequence[str], overrides: Sequence[str]
+) -> dict[str, Table]:
+    """Return the tables of what the file has for a key, all with the same metrics."""
+    shared, axes = read_thresholds().settings, axis_names(THRESHOLDS)
+    others = [override for override in overrides if split_override(override)[0] not in axes]
+    sweeps = resolve(THRESHOLDS, f"{key}.parts", others, own.parts, shared, own.settings)
+    return {
+        f"{key.removeprefix('maps.')}_{part}": Table((replace(sweep, metrics=list(metrics)),))
+        for part, sweep in sweeps.items()
+    }
 
 
 def _axes(name: str, own: _Map, given: Mapping[str, str]) -> list[Axis]:
@@ -91,13 +93,9 @@ def _axes(name: str, own: _Map, given: Mapping[str, str]) -> list[Axis]:
 
 def _columns(axes: Sequence[Axis]) -> list[Column]:
     """Return the metric with all combinations of values; the paper's are not written."""
-    columns = []
-    for values in product(*(axis.values for axis in axes)):
-        column = Column(axes[0].metric)
-        for axis, value in zip(axes, values, strict=True):
-            if value != axis.paper:
-                column = column.with_option(axis.option, value)
-        columns.append(column)
+    columns = [Column(axes[0].metric)]
+    for axis in axes:
+        columns = [axis.of(column, value) for column in columns for value in axis.values]
     return columns
 
 
@@ -137,27 +135,17 @@ def _rows(trials: Trials, noise: str, axes: Sequence[Axis]) -> list[dict[str, An
     levels = sorted(table[noise].unique())
     keys = {"geometry": sweep.geometry, "n_cameras": sweep.n_cameras[0]}
     keys["n_outliers"] = sweep.n_outliers[0]
-    paper = axes[0].metric
-    tasks = {
-        float(np.sqrt(low * high)): Task(
-            [table[table[noise] == level] for level in (low, high)], [(0, 1)], range(2)
-        )
-        for low, high in list(pairwise(levels))[::2]
-    }
-    ours = {size: task.shares(paper) for size, task in tasks.items()}
-    rows = []
-    for metric in sweep.metrics:
-        options = _options(Column.parse(metric), axes)
-        for size, task in tasks.items():
-            shares = task.shares(metric)
-            difference = estimate(shares - ours[size])
-            rows.append(
-                {**keys, "noise": size, "metric": metric, **options}
-                | {"right_order": 100 * estimate(shares).probability}
-                | {"difference": 100 * difference.probability, "error": 100 * difference.error}
-                | {"p": np.nan if metric == paper else difference.p_value}
-            )
-    return rows
+    by_size = {}
+    for low, high in zip(levels[::2], levels[1::2], strict=False):
+        task = paired(table[table[noise].isin([low, high])], [noise])
+        shares = {metric: task.shares(metric) for metric in sweep.metrics}
+        by_size[float(np.sqrt(low * high))] = shares
+    return [
+        {**keys, "noise": size, "metric": metric, **_options(Column.parse(metric), axes)}
+        | beside(shares[metric], shares[axes[0].metric])
+        for metric in sweep.metrics
+        for size, shares in by_size.items()
+    ]
 
 
 def _options(column: Column, axes: Sequence[Axis]) -> dict[str, float | None]:
@@ -184,35 +172,28 @@ def _threshold(table: pd.DataFrame, option: str, unit: str) -> str:
     values = table.dropna(subset=[option])
     metric = Column.parse(values["metric"].iloc[0]).name
     paper = values[values["metric"] == metric]
-    best = values.groupby(["part", "noise"])["right_order"].max()
+    best = values.groupby(["part", "noise"])["right_order"].transform("max")
     better = values[(values["difference"] > 0) & (values["p"] < SIGNIFICANCE)]
-    loss = best.reindex(pd.MultiIndex.from_frame(values[["part", "noise"]])).to_numpy()
     ratios = (values[option] / values["noise"]).round(6)
-    good = (loss - values["right_order"]).groupby(np.round(np.log2(ratios))).mean() <= NEARLY_BEST
+    good = (best - values["right_order"]).groupby(np.round(np.log2(ratios))).mean() <= NEARLY_BEST
     range_of = 2.0 ** good[good].index
-    line = (
+    lines = [
         f"**{metric}.** With the paper's {paper[option].iloc[0]:g}{unit} it is "
         f"{paper['right_order'].mean():.0f} % in the mean over noise and cameras, with the best of "
         f"{values[option].nunique()} thresholds at each noise, found afterwards, "
-        f"{best.mean():.0f} %. "
-    )
-    line += (
+        f"{best.mean():.0f} %.",
         f"Thresholds of about {range_of.min():g} to {range_of.max():g} times the noise come within "
         f"{NEARLY_BEST:g} % of the best."
         if good.any()
-        else f"None comes within {NEARLY_BEST:g} % of the best at every noise."
-    )
-    if better.empty:
-        line += " No other threshold is certainly better anywhere."
-    else:
-        noise = better["noise"]
-        line += (
-            f" Another threshold is certainly better at noise of {noise.min():.2g} to "
-            f"{noise.max():.2g}{unit}, at most by {better['difference'].max():.0f} %."
-        )
+        else f"None comes within {NEARLY_BEST:g} % of the best at every noise.",
+        "No other threshold is certainly better anywhere."
+        if better.empty
+        else f"Another threshold is certainly better at noise of {better['noise'].min():.2g} to "
+        f"{better['noise'].max():.2g}{unit}, at most by {better['difference'].max():.0f} %.",
+    ]
     others = table[table[option].isna()].groupby("metric", sort=False)["right_order"].mean()
     listed = " and ".join(f"{name} {value:.0f} %" for name, value in others.items())
-    return f"{line} Beside it: {listed}."
+    return f"{' '.join(lines)} Beside it: {listed}."
 
 
 def _registration(table: pd.DataFrame) -> str:

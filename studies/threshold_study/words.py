@@ -43,9 +43,8 @@ def choices(axes: Sequence[Axis], table: pd.DataFrame) -> list[Choice]:
         for name in COMPARED:
             if name == "noise_order" and axis.option in maps.OPTIONS:
                 continue  # the maps answer it, at each size of the noise
-            larger = EFFECTS[name].larger_is_better
-            costs += _sentence(rows, axis, name, larger, "instead of")
-            gains += _sentence(rows, axis, name, not larger, "against")
+            costs += _sentence(rows, axis, name, "better", "instead of")
+            gains += _sentence(rows, axis, name, "worse", "against")
         others = [value_title(axis.option, value) for value in axis.values if value != axis.paper]
         found.append(
             {"axis": axis, "paper": value_title(axis.option, axis.paper)}
@@ -54,26 +53,26 @@ def choices(axes: Sequence[Axis], table: pd.DataFrame) -> list[Choice]:
     return found
 
 
-def _sentence(rows: pd.DataFrame, axis: Axis, name: str, larger: bool, words: str) -> list[str]:
-    """Name the most extreme of the values that certainly have a larger, or smaller, effect."""
-    effect, ours = EFFECTS[name], float(rows[name][axis.paper])
-    certain = {
-        str(value): theirs
-        for value, theirs, p in zip(rows.index, rows[name], rows[f"{name}_p"], strict=True)
-        if matters(ours, theirs, p) and (theirs > ours) == larger
-    }
+def _sentence(rows: pd.DataFrame, axis: Axis, name: str, mark: str, words: str) -> list[str]:
+    """Name the most extreme of the values that certainly are better, or worse."""
+    effect, of = EFFECTS[name], rows[name]
+    certain = [value for value in axis.values if _mark(rows, name, value, axis.paper) == mark]
     if not certain:
         return []
-    other = (max if larger else min)(certain, key=certain.__getitem__)
-    theirs = certain[other]
+    extreme = max if effect.larger_is_better == (mark == "better") else min
+    other = extreme(certain, key=of.__getitem__)
     written = value_title(axis.option, other)
     at = f"at {other}" if written == other else f"({written})"
-    return [f"{effect.words} {effect.write(ours)} {words} {effect.write(theirs)} {at}"]
+    ours, theirs = effect.write(of[axis.paper]), effect.write(of[other])
+    return [f"{effect.words} {ours} {words} {theirs} {at}"]
 
 
-def matters(ours: float, theirs: float, p_value: float) -> bool:
-    """Tell whether another value's effect certainly is another than the paper's, by enough."""
-    return p_value < SIGNIFICANCE and abs(theirs - ours) >= RELEVANT * abs(ours)
+def _mark(rows: pd.DataFrame, name: str, value: str, paper: str) -> str:
+    """Tell whether a value certainly is better or worse than the paper's, by enough."""
+    ours, theirs = rows[name][paper], rows[name][value]
+    if not (rows[f"{name}_p"][value] < SIGNIFICANCE and abs(theirs - ours) >= RELEVANT * abs(ours)):
+        return ""
+    return "better" if (theirs > ours) == EFFECTS[name].larger_is_better else "worse"
 
 
 def lead(found: Sequence[Choice]) -> str:
@@ -174,10 +173,6 @@ def _values(axis: Axis, table: pd.DataFrame, times: pd.DataFrame) -> list[dict[s
 
 def _cell(table: pd.DataFrame, name: str, value: str, paper: str) -> dict[str, str]:
     """Return a number, and where it certainly is better or worse than the paper's, that word."""
-    effect = EFFECTS[name]
-    ours, theirs = (float(table[name][each]) for each in (paper, value))
-    if not isfinite(theirs):
-        return {"text": NONE, "mark": ""}
-    marked = value != paper and matters(ours, theirs, float(table[f"{name}_p"][value]))
-    mark = "better" if (theirs > ours) == effect.larger_is_better else "worse"
-    return {"text": effect.write(theirs), "mark": mark if marked else ""}
+    theirs = table[name][value]
+    text = EFFECTS[name].write(theirs) if isfinite(theirs) else NONE
+    return {"text": text, "mark": _mark(table, name, value, paper)}

@@ -32,7 +32,7 @@ def registration() -> Tables:
 
 
 def test_the_papers_values_are_the_defaults_of_the_library(threshold: Tables) -> None:
-    # `Axis.column` leaves the option out, so a wrong value here would compare it with itself.
+    # `Axis.of` leaves the option out, so a wrong value here would compare it with itself.
     axes = axes_in(THRESHOLDS, threshold).values()
     written = {f"{axis.metric}({axis.option}={axis.paper})": axis.metric for axis in axes}
     assert len(written) == 9
