@@ -152,6 +152,7 @@ def loaded(place):
     return facts
 
 
+@pytest.mark.slow
 @COMPILES
 @pytest.mark.parametrize("options", ["", " -g"])
 def test_wheel_with_a_compiler(checkout, tmp_path, quick_compiler, options):
@@ -168,6 +169,7 @@ def test_wheel_with_a_compiler(checkout, tmp_path, quick_compiler, options):
     assert loaded(tmp_path / "site") == ["True", "True"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compiler", ["no-such-compiler", "false", "true", "/etc/hostname", "cc '"])
 def test_wheel_without_a_compiler(checkout, tmp_path, compiler):
     """Said, and no reason not to install: the library works."""
@@ -198,6 +200,7 @@ def test_editable_installation(editable):
     assert list((editable / KERNEL).glob("kernel-*")) == [library]
 
 
+@pytest.mark.slow
 @COMPILES
 def test_kernel_of_another_source_is_not_loaded(editable, quick_compiler):
     """As after an update of a checkout, until it is installed again."""
@@ -208,6 +211,7 @@ def test_kernel_of_another_source_is_not_loaded(editable, quick_compiler):
     assert loaded(editable) == ["True", "True"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["kernel-*.so", "kernel.c"])
 def test_kernel_that_cannot_be_loaded(editable, name):
     """One for another platform, or Python files that were bundled alone."""
@@ -242,6 +246,7 @@ TEXT_FILES = {
 }
 
 
+@pytest.mark.slow
 def test_numpy_and_scipy_alone_score_text_files(bare_environment, monkeypatch, capsys):
     """With the numbers, to the last bit, that the command has where everything is installed."""
     monkeypatch.chdir(ROOT / "tests/data")

@@ -75,6 +75,7 @@ def test_blocks_are_found() -> None:
 WITH_CODE = [page for page in PAGES if {one.language for one in blocks(page)} & RUNS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", WITH_CODE, ids=lambda page: str(page.relative_to(ROOT)))
 def test_the_code_on_a_page(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, snakemake: Callable[..., None]

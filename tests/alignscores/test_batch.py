@@ -202,6 +202,7 @@ def test_refuses_threads_that_are_no_number(scenes, threads):
         pas_batch(*scenes, threads=threads)
 
 
+@pytest.mark.slow
 def test_no_memory_is_lost(scenes):
     """Ten thousand calls, of which the first warm up."""
     positions = [world[:, :5, :3, 3] for world in scenes]

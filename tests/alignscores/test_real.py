@@ -133,6 +133,7 @@ def test_conventions(real, pair):
     assert find_convention(matches.gt_poses, shifted).quaternions_shifted
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ORB", "SPTAM"])
 def test_conventions_of_short_stretches(real, name):
     """On 20 s of road a camera turns so little that a swap of axes leaves some RAS."""

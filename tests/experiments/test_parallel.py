@@ -35,6 +35,7 @@ def cluster() -> Iterator[LocalCluster]:
         yield cluster
 
 
+@pytest.mark.slow
 def test_a_worker_killed_in_the_middle_changes_no_bit(
     small: Callable[..., Sweep],
     run: Callable[..., pd.DataFrame],
@@ -118,6 +119,7 @@ def test_a_scheduler_without_workers_is_one_line(
         assert "has no workers after 2 s" in refused(empty.scheduler_address)
 
 
+@pytest.mark.slow
 def test_a_cluster_lost_in_the_middle_is_one_line(
     refused: Refused, monkeypatch: pytest.MonkeyPatch
 ) -> None:

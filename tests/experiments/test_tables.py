@@ -26,6 +26,7 @@ from experiments.tables import (
 ROOT = Path(__file__).resolve().parents[2]
 
 
+@pytest.mark.slow
 def test_two_processes_write_the_same_file_whole(tmp_path: Path) -> None:
     path = tmp_path / "t.csv"
     code = """

@@ -20,6 +20,7 @@ def table(run, tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_it_writes_both_files_the_same_bytes_in_another_process(table, tmp_path, capsys):
     arguments = [OUTLIERS, str(table), "--output", str(tmp_path / "figures" / "one")]
     assert main(arguments) == 0

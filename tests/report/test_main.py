@@ -46,6 +46,7 @@ def test_a_place_that_cannot_be_written_to_is_named(results, capsys):
     assert capsys.readouterr().err == message
 
 
+@pytest.mark.slow
 def test_the_same_inputs_give_the_same_bytes_in_another_process(results):
     before = results.page().html
     results.html.unlink()

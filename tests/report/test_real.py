@@ -55,6 +55,7 @@ def write(path: Path, positions: np.ndarray, turns: np.ndarray) -> None:
     np.savetxt(path, np.column_stack([np.arange(40) / 10, positions, quaternions]))
 
 
+@pytest.mark.slow
 def test_the_section_shows_the_tables_the_sentences_and_the_figure(made: Results) -> None:
     page = made.page()
     section = page.id("real")

@@ -30,6 +30,7 @@ def toy(tmp_path, monkeypatch):
     environment.cache_clear()
 
 
+@pytest.mark.slow
 def test_a_new_study_has_its_section_its_figure_and_a_place_in_the_contents(toy, tmp_path):
     results = Results(tmp_path / "results")
     write_results(results)

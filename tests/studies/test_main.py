@@ -84,6 +84,7 @@ def test_table1_is_written_as_csv_and_markdown(
     assert not table.exists()
 
 
+@pytest.mark.slow
 def test_claims_have_verdicts_and_decisions(
     make_up: MakeUp, written: Written, tmp_path: Path, line: Callable[[], str]
 ) -> None:
@@ -137,6 +138,7 @@ AXES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "axes", "rows", "text"),
     [

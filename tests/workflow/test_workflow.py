@@ -33,6 +33,7 @@ def answered(*names: str) -> dict[str, int]:
     return {f"answers_{name}": 1 for name in names}
 
 
+@pytest.mark.slow
 def test_everything_is_made_once(snakemake: Snakemake) -> None:
     done = snakemake("report", "article", "figures", "--dry-run", "--config", "replicates=2")
     assert done.planned == {
@@ -110,6 +111,7 @@ def test_wrong_settings_end_in_one_line_before_any_trial(
     assert not (tmp_path / "results").exists()
 
 
+@pytest.mark.slow
 def test_runs_and_reruns(snakemake: Snakemake, tmp_path: Path) -> None:
     target = "results/figures/outliers.pdf"
     small = ["trials=2", "sigma_t=[0.02,0.05]", "n_cameras=[25]", "n_outliers=[0,2]"]
@@ -140,6 +142,7 @@ def test_runs_and_reruns(snakemake: Snakemake, tmp_path: Path) -> None:
     assert trials.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_a_table_that_was_changed_or_is_of_other_settings_is_made_again(
     snakemake: Snakemake, tmp_path: Path
 ) -> None:
@@ -184,6 +187,7 @@ def test_a_table_that_was_changed_or_is_of_other_settings_is_made_again(
     assert rows("copied") == 1
 
 
+@pytest.mark.slow
 def test_the_explorer_needs_no_table_of_trials(snakemake: Snakemake, tmp_path: Path) -> None:
     jobs = {"camera_errors": 1, "explorer": 1}
     small = ["n_cameras=[25]", "n_outliers=[0]", "sigma_t=[0.05]", "sigma_r_deg=[3]", "n_jobs=1"]
@@ -239,6 +243,7 @@ CLAIMS = [  # a text, what takes its place, whether other trials are needed then
 ]
 
 
+@pytest.mark.slow
 def test_an_edit_reruns_what_depends_on_it_and_nothing_else(
     snakemake: Snakemake, tmp_path: Path
 ) -> None:
@@ -315,6 +320,7 @@ print(*filter(None, files), sep="\\n")
     assert used == set(re.findall(r'"([^"]+)"', named[1]))
 
 
+@pytest.mark.slow
 def test_people_s_own_runs_are_a_study_where_they_are_given(
     snakemake: Snakemake, tmp_path: Path
 ) -> None:
@@ -354,6 +360,7 @@ scenarios:
 """
 
 
+@pytest.mark.slow
 def test_a_study_of_ones_own_runs_and_reruns_what_changed(
     snakemake: Snakemake, tmp_path: Path
 ) -> None:
@@ -395,6 +402,7 @@ def test_another_value_of_an_axis_runs_its_trials_again(snakemake: Snakemake) ->
     assert snakemake(target, "--dry-run", "--config", *other).planned == {"trials": 1}
 
 
+@pytest.mark.slow
 def test_a_killed_run_goes_on_to_the_same_bytes(snakemake: Snakemake, tmp_path: Path) -> None:
     """Kill it, workers and all, when one table is there; the names of folders may be anybody's."""
     names = ("outliers", "collinear")
@@ -489,6 +497,7 @@ def draw(table):
 }
 
 
+@pytest.mark.slow
 def test_a_new_study_is_one_folder(snakemake: Snakemake, tmp_path: Path) -> None:
     """The recipe of docs/develop/extend.md: a target, a figure, and a place in the report."""
     copy = tmp_path / "copy"

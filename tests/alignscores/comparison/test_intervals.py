@@ -265,6 +265,7 @@ def test_one_run_each_has_no_rank(pool):
         assert all(np.isnan(pair["low"]) for pair in found.comparisons)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("systems", "n_sequences", "n_runs"),
     [("ab", 1, 3), ("ab", 1, 10), ("abcd", 1, 5), ("ab", 5, 1), ("abcd", 5, 1), ("ab", 5, 3)],

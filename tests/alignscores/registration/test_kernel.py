@@ -347,6 +347,7 @@ print("done")
 """
 
 
+@pytest.mark.slow
 def test_reads_and_writes_nothing_beyond_its_arrays(tmp_path):
     """By the address sanitizer, for sizes on both sides of every bound."""
     sanitizer = (

@@ -122,6 +122,7 @@ def verdict_on(claim: Claim, makers: Sequence[Values]) -> str:
     return verdict(claim, np.array([evaluate_claim(claim, table) for table in tables]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CLAIMS.claims)
 def test_every_claim_can_hold_and_can_fail(name: str) -> None:
     claim = CLAIMS.claims[name]
