@@ -65,6 +65,7 @@ def test_every_file_with_its_digest_and_what_made_it(results, capsys):
     for reference in software["softwareRequirements"]:
         entity = entities[reference["@id"]]
         assert entity["name"] == "python" or entity["version"] == packages[entity["name"]]
+        assert reference["@id"] == f"#{entity['name']}-{entity['version']}"
     # Whatever is referred to is described, and the same folder has the same description.
     for entity in entities.values():
         assert KEYS.get(entity["@type"], set()) <= entity.keys()

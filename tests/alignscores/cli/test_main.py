@@ -118,6 +118,7 @@ def test_as_a_module(examples, tmp_path, monkeypatch):
         ("evo", [*NERF, "--save_results", "/tmp/never.zip"], "evo"),
         ("pycolmap", COLMAP, "colmap"),
         ("matplotlib", [*NERF, "--save_plot", "/tmp/never.png"], "plots"),
+        ("yaml", ["compare", "never.yaml", "--no_cache"], "yaml"),
     ],
 )
 def test_missing_extras_are_named(run, monkeypatch, blocked, arguments, extra):

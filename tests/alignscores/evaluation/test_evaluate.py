@@ -1,6 +1,7 @@
 """One estimate from its options to its scores, and what cannot be scored."""
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -236,6 +237,17 @@ def test_what_cannot_be_aligned(score, examples, kitti):
     assert result["ATE"] is result["half_distance"] is None
     assert len(result["notes"]) == 1  # once, not for every seed
     assert "TAS is 0" in result["notes"][0]
+
+
+def test_four_cameras_have_no_half_distance(score, examples, kitti):
+    """An alignment fits two of them, whatever the estimate."""
+    reference, estimate = (
+        kitti(read_kitti(examples / file).poses[:4], Path(file).name) for file in KITTI[1:]
+    )
+    (result,) = score("kitti", reference, estimate)
+    assert result["TAS"] > 0
+    assert result["half_distance"] is None
+    assert "no distance at a score of 0.5 for 4 cameras: it takes 5" in " ".join(result["notes"])
 
 
 def test_other_warnings_pass(run, monkeypatch):

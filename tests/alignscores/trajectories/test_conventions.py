@@ -238,6 +238,17 @@ def test_of_cameras_that_hardly_turn_a_swap_of_axes_is_told_that_has_a_use():
     assert told == {tuple(axes.ravel()) for axes in (OPENGL, BODY, BODY.T)}
 
 
+def test_a_swap_of_axes_is_likelier_than_quaternions_with_w_at_the_wrong_end():
+    """Of a camera that pans a little the one fits as well as the other."""
+    rng = np.random.default_rng(1)
+    pans = Rotation.from_rotvec(rng.normal(0, [0, 3, 0], (60, 3)), degrees=True)
+    gt = make_poses(pans.as_matrix(), rng.normal(size=(60, 3)))
+    est = in_frame(gt, random_turns(rng, 0.2) @ OPENGL)
+    found = find_convention(gt, est)
+    np.testing.assert_array_equal(found.body_rotation, OPENGL)
+    assert not found.quaternions_shifted
+
+
 def test_identity_quaternions_are_no_convention():
     """As of a system that knows positions alone."""
     rng = np.random.default_rng(6)

@@ -81,6 +81,10 @@ def test_what_interpolation_misses_is_no_misfit():
     error = np.max(chords - (times[:-1] + 1) ** 2)
     fit = timing._ShiftedPositions(times, times, curve, curve)
     assert fit.interpolation_error() == pytest.approx(error)
+    # A perfect fit counts as one with that error.
+    moved = curve + np.where(np.arange(20) % 2, 3 * error, -3 * error)[:, None] * [0.0, 0.0, 1.0]
+    fit = timing._ShiftedPositions(times, times, curve, moved)
+    assert fit.gain(0.0, 0.0) == pytest.approx(1 + fit.misfit(0.0) / error, rel=0.05)
 
 
 def test_too_few_poses_tell_nothing():
