@@ -130,8 +130,14 @@ def test_dots_are_where_the_runs_are(patterns, run, compare, tmp_path, by):
         end = 1.0 if by == "PAS" else max(values)
         expected += [130 + 502 * value / end for value in values]
         assert f'text-anchor="end">{end:.3g}</text>' in text
-    dots = re.findall(r'class="dot" cx="([\d.]+)"', text)
-    assert list(map(float, dots)) == pytest.approx(expected, abs=0.06)
+    dots = re.findall(r'class="dot" cx="([\d.]+)" cy="([\d.]+)"', text)
+    assert [float(x) for x, _ in dots] == pytest.approx(expected, abs=0.06)
+    # The name of a system ends before its line, in the middle of which its dots are.
+    lines = re.findall(
+        r'<text x="(\d+)" y="(\d+)" text-anchor="end">(a_b|c)</text>.*?M(.*?)H', text
+    )
+    assert lines == 2 * [("122", "17", "a_b", "130 13"), ("122", "43", "c", "130 39")]
+    assert {y for _, y in dots} == {"13", "39"}
 
 
 def test_the_curves_are_the_errors_of_their_sequence(patterns, run, tmp_path):
