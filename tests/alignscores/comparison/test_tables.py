@@ -86,6 +86,7 @@ def test_latex(patterns, run, tmp_path):
     for part in (r"a\_b & ", r"\textsuperscript{\dag1}"):
         assert part in text
     lines = [line for line in text.splitlines() if line.endswith(r"\\")]
+    assert lines[0] == r"PAS & car & helix & overall \\"
     assert {line.count(" & ") for line in lines} == {3}
     (best,) = (line for line in lines if line.startswith(r"a\_b & "))
     assert best.count("textbf") == 3  # certain on both sequences, and over all

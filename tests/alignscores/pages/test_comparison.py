@@ -78,6 +78,48 @@ def test_page(patterns, run, tmp_path):
     assert (tmp_path / "again.html").read_text() == text
 
 
+HEADINGS = {
+    "overall": "Over all sequences",
+    "sequences": "PAS by sequence",
+    "differences": "Differences in PAS, over all",
+    "runs": "PAS of each run",
+    "thresholds": "Scores at other thresholds",
+    "errors": "Position error along the way",
+    "trajectories": "Trajectories, camera by camera",
+}
+TABLES = {  # their columns
+    "overall": "system TAS RAS PAS half_m half_deg PAS_of_scored_runs failed_runs lost",
+    "sequences": "system car helix",
+    "differences": "systems for scores ahead would_do failing with_failures",
+}
+
+
+def test_sections_and_tables_of_the_page(patterns, run, tmp_path):
+    run(*patterns, "--html", "page.html")
+    text = (tmp_path / "page.html").read_text()
+    assert re.findall(r"<(?:title|h1)>(.*?)<", text) == 2 * ["2 systems on 2 sequences"]
+    assert dict(re.findall(r'<a href="#(.*?)">(.*?)</a>', text)) == HEADINGS
+    sections = dict(re.findall(r'<section id="(\w+)".*?</h2>(.*?)</section>', text, flags=re.S))
+    assert list(sections) == list(HEADINGS)
+    rows = {}
+    for name, headers in TABLES.items():
+        found = re.findall(r'<th scope="col">(.*?)</th>', sections[name])
+        assert " ".join(header.replace(" ", "_") for header in found) == headers
+        body = re.findall("<tr>(.*?)</tr>", sections[name].partition("<tbody>")[2])
+        rows[name] = [re.sub("(<.*?>)+", "|", row) for row in body]
+    assert [row.split("|")[-4:-1] for row in rows["overall"]] == [
+        ["0.8799", "0/6 (0-46 %)", "0.0%"],
+        ["0.6407", "1/6 (0-64 %)", "16.7%"],
+    ]
+    assert rows["sequences"][1] == "|c|0.4223 |(2)|1 failed|0.6480 |(2)|"
+    assert [row.split("|")[1:6:2] for row in rows["differences"]] == [
+        ["a_b − c", "+0.239 (+0.223 to +0.256)", "2 runs"],
+        ["a_b − c", "+0.239 (+0.137 to +0.341)", "2 sequences"],
+    ]
+    assert 'role="img" aria-label="PAS of each run. a_b: 0.8755, 0.8807, 0.8858; c: ' in text
+    assert 'aria-label="Median position error along the way, up to 4 d. Typical: a_b: 0.14' in text
+
+
 def test_page_tells_what_changed(patterns, run, compare, tmp_path):
     (tmp_path / "saved.json").write_text(json.dumps(compare(*patterns)))
     _, out, _ = run(*patterns, "--baseline", "saved.json", "--html", "page.html")

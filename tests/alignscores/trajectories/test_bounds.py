@@ -56,6 +56,7 @@ NO_ARRAYS = "is not a file of arrays"
     [
         (read_tum, lambda: LINE * 100_000, LARGE),
         (read_tum, lambda: gzip.compress(LINE * 100_000), LARGE),
+        (read_tum, lambda: gzip.compress(np.random.default_rng(0).bytes(10**6 + 1)), LARGE),
         (read_tum, lambda: gzip.compress(gzip.compress(b"0" * 10**8)), "is not text"),
         (
             read_tum,
