@@ -339,6 +339,19 @@ def test_a_whole_study_is_refused_where_the_text_says_what_it_does_not(write):
 
 
 @pytest.mark.usefixtures("whole_study")
+@pytest.mark.parametrize(
+    "setting", ["trials=", "replicates=", "benchmark=", "quick=", "more=", "seed="]
+)
+def test_a_study_is_whole_with_settings_that_leave_it_as_it_is(
+    made, found, template, monkeypatch, setting
+):
+    numbers = found | {"paper_trials": report.page.PAPER_TRIALS}
+    monkeypatch.setattr(report.article, "contents", lambda *_: numbers)
+    template.write_text("{{ is_quick }}")
+    assert report.article.render(replace(made, settings=[f"{setting}1"])) == str(setting == "seed=")
+
+
+@pytest.mark.usefixtures("whole_study")
 @pytest.mark.parametrize(("condition", "expected"), [("", 0), ("not ", 1)])
 def test_a_sentence_stands_where_its_condition_holds(write, template, condition, expected):
     holds = f'{condition}at_rates("TAS").order_across == 57'

@@ -199,6 +199,13 @@ def test_the_curves_are_the_errors_of_their_sequence(patterns, run, tmp_path):
             expected.append(20 + 260 * (1 - np.minimum(errors, 4) / 4))
         assert f"≥ {4 * scored[0].unit:.3g} (4 d)" in text
         assert own_pages(text)[sequence]["settings"]["unit"] == scored[0].unit
+    for mark in (
+        '<path class="axis" d="M52 20V280H692"/>',
+        '<text x="52" y="298">start</text>',
+        '<text x="692" y="298" text-anchor="end">end of the trajectory</text>',
+        '<text x="46" y="280" text-anchor="end">0</text>',
+    ):
+        assert text.count(mark) == 2
     curves = re.findall(r'<polyline .*?stroke="var\(--c(\d)\)".*?points="(.*?)"', text)
     assert [int(colour) for colour, _ in curves] == [0, 1, 0, 1]
     for (_, points), heights in zip(curves, expected, strict=True):

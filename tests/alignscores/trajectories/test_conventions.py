@@ -274,7 +274,9 @@ def test_ten_cameras_are_enough():
     gt = reference("anywhere", 10, rng)
     est = in_frame(estimate(gt, rng), OPENGL)
     np.testing.assert_array_equal(find_convention(gt, est).body_rotation, OPENGL)
-    assert find_convention(gt[1:], est[1:]).body_rotation is None
+    of_nine = find_convention(gt[1:], est[1:])
+    assert of_nine.body_rotation is None
+    assert of_nine.ras == of_nine.corrected_ras == 0
 
 
 def test_descriptions():
@@ -368,3 +370,11 @@ def test_half_of_the_positions_and_one_fit_exactly():
     est = 2 * gt + 1
     est[:9] = rng.uniform(-50, 50, (9, 3))
     assert median_error(gt, est, n_hypotheses=300) == pytest.approx(0, abs=1e-9)
+
+
+def test_the_most_fit_though_fewer_fit_exactly():
+    rng = np.random.default_rng(0)
+    gt = rng.normal(size=(20, 3))
+    est = 2 * gt + rng.normal(0, 0.02, (20, 3))
+    est[:9] = 2 * gt[:9] + 30
+    assert median_error(gt, est, n_hypotheses=300) < 0.1
