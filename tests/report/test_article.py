@@ -338,6 +338,11 @@ def test_a_whole_study_is_refused_where_the_text_says_what_it_does_not(write):
     assert re.fullmatch(r"report: .*article\.html\.j2 says what the results do not: .*\n", error)
 
 
+def test_the_range_of_a_metric_without_a_mean_is_undefined(found):
+    row = found["counted"][0]
+    assert report.article._means([row, replace(row, mean=np.nan)]) == "undefined"
+
+
 @pytest.mark.usefixtures("whole_study")
 @pytest.mark.parametrize(
     "setting", ["trials=", "replicates=", "benchmark=", "quick=", "more=", "seed="]

@@ -1,5 +1,6 @@
 """One estimate from its options to its scores, and what cannot be scored."""
 
+import json
 import warnings
 from pathlib import Path
 
@@ -210,6 +211,17 @@ def test_too_few_matches_are_an_error_of_matching(run, score, write, lines):
         assert "--t_max_diff 0.02" in err
     (result,) = score(*files, "--missing", "fail")  # 37 of 40 cameras lost is no error
     assert (result["n"], result["matched"]) == (40, 3)
+
+
+def test_too_few_images_in_common_are_told_without_a_hint_at_time(run, examples, write):
+    content = json.loads((examples / "nerf/estimate.json").read_text())
+    few = write(json.dumps(content | {"frames": content["frames"][:3]}), "few.json")
+    code, _, err = run("nerf", "nerf/reference.json", few, "--missing", "ignore")
+    assert code == 1
+    assert err == (
+        f"alignscores: error: {few}: only 3 of 3 poses could be matched to the reference, and it "
+        "takes 4 (--missing ignore)\n"
+    )
 
 
 def test_where_there_is_no_d_the_option_is_named(run, score, kitti, examples):

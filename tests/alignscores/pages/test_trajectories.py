@@ -183,6 +183,7 @@ def test_quantiles_are_distances_of_cameras():
     shares = np.arange(1, QUANTILES + 1) / QUANTILES
     expected = [distances[np.count_nonzero(np.arange(1, 8) / 7 < share)] for share in shares]
     assert _quantiles(positions) == expected
+    assert _quantiles(positions[:2]) == QUANTILES * [np.linalg.norm(positions[0] - positions[1])]
     assert _quantiles(positions[:1]) == []
 
 

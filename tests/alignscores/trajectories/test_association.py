@@ -336,6 +336,14 @@ def test_a_folder_is_the_one_with_the_most_images_in_common():
     assert pairs(matches) == [(1, 1), (2, 2)]
 
 
+def test_clocks_without_a_moment_in_common_are_told():
+    with pytest.raises(ValueError, match="no time stamps in common") as caught:
+        match(trajectory([0.0, 1.0, 2.0]), trajectory([5.0, 6.0, 7.0]))
+    assert "goes from 0.000000 to 2.000000 s, the estimate from 5.000000 to 7.000000 s (t_" in str(
+        caught.value
+    )
+
+
 def test_stamps_as_far_apart_as_they_may_be_match():
     stamps = np.arange(3.0)
     matches = match(trajectory(stamps), trajectory(stamps + 0.25), t_max_diff=0.25, **AT_ITS_STAMP)

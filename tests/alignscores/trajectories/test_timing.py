@@ -40,6 +40,14 @@ def test_an_offset_is_found(offset, lost, seed):
     assert found.significant
 
 
+def test_an_offset_is_found_by_the_poses_that_have_a_position():
+    reference = scene(0)
+    some = estimate(reference, 0, offset=0.3)
+    some.poses[:, :3, :3] = np.nan
+    some.poses[::3, :3, 3] = np.nan
+    assert find_offset(reference, some).seconds == pytest.approx(0.3, abs=0.02)
+
+
 @pytest.mark.parametrize("inaccuracy", [{}, {"sigma": 0.3}, {"lost": 0.4}, {"lost": 1.0}])
 @pytest.mark.parametrize("rows", [slice(None, None, 5), slice(0, 1000, 10), slice(0, 500, 100)])
 def test_inaccuracy_is_no_offset(inaccuracy, rows):
