@@ -193,6 +193,15 @@ def test_mirrored(kind, mirror, lost):
         np.testing.assert_allclose(found.body_rotation, half_turn, atol=1e-9)
 
 
+def test_mirrored_positions_fit_relative_to_the_reference():
+    """Not to the estimate, which lost cameras make wide: they are not close enough to tell."""
+    rng = np.random.default_rng(4)
+    gt = reference("anywhere", 80, rng)
+    est = estimate(gt, rng, sigma_t=0.12, lost=0.48)
+    est[:, :3, 3] *= [1, 1, -1]
+    assert not find_convention(gt, est).mirrored
+
+
 INACCURACIES = {
     "exact": {"sigma_t": 0.0, "sigma_deg": 0.0},
     "noise": {"sigma_t": 0.1, "sigma_deg": 4.0},
