@@ -156,8 +156,8 @@ def _captions(rows: Sequence[Estimate]) -> list[dict[str, Any]]:
 
 def _statement(row: Estimate) -> str:
     """Return what is claimed, with *it* for the metric."""
-    text = row.claim.statement.replace(f"The {row.claim.metric} ", "It ", 1)
-    return text.replace(f"the {row.claim.metric} ", "it ", 1)
+    text = row.claim.statement.replace(f"The {row.claim.metric} ", "It ")
+    return text.replace(f"the {row.claim.metric} ", "it ")
 
 
 def _means(rows: Sequence[Estimate]) -> str:

@@ -66,11 +66,20 @@ def run_command(argv: Sequence[str] | None) -> int:
             arguments.command.error(f"unrecognized arguments: {' '.join(unknown)}")
         return int(arguments.run(arguments))
     except BrokenPipeError:  # the reader has closed the pipe, as `| head` does
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _discard_output()
         return 1
     except (ModuleNotFoundError, *FAILURES) as error:
         print_error(one_line(error))
+        try:
+            sys.stdout.flush()
+        except OSError:  # as on a full disk; the interpreter would try again and say so itself
+            _discard_output()
         return 1
+
+
+def _discard_output() -> None:
+    """Let nobody have what is printed, nor what waits to be."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class Parser(argparse.ArgumentParser):

@@ -98,7 +98,7 @@ def _reference_at(
     stamps, poses = reference
     nearest, distance = nearest_stamps(stamps, times)
     found, known = poses[nearest], distance <= t_max_diff
-    if not interpolate or len(stamps) < 2:
+    if not interpolate:
         return found, known
     after = np.clip(np.searchsorted(stamps, times), 1, len(stamps) - 1)
     before = after - 1

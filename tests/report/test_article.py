@@ -338,6 +338,24 @@ def test_a_whole_study_is_refused_where_the_text_says_what_it_does_not(write):
     assert re.fullmatch(r"report: .*article\.html\.j2 says what the results do not: .*\n", error)
 
 
+def test_the_range_of_a_metric_without_a_mean_is_undefined(found):
+    row = found["counted"][0]
+    assert report.article._means([row, replace(row, mean=np.nan)]) == "undefined"
+
+
+@pytest.mark.usefixtures("whole_study")
+@pytest.mark.parametrize(
+    "setting", ["trials=", "replicates=", "benchmark=", "quick=", "more=", "seed="]
+)
+def test_a_study_is_whole_with_settings_that_leave_it_as_it_is(
+    made, found, template, monkeypatch, setting
+):
+    numbers = found | {"paper_trials": report.page.PAPER_TRIALS}
+    monkeypatch.setattr(report.article, "contents", lambda *_: numbers)
+    template.write_text("{{ is_quick }}")
+    assert report.article.render(replace(made, settings=[f"{setting}1"])) == str(setting == "seed=")
+
+
 @pytest.mark.usefixtures("whole_study")
 @pytest.mark.parametrize(("condition", "expected"), [("", 0), ("not ", 1)])
 def test_a_sentence_stands_where_its_condition_holds(write, template, condition, expected):

@@ -18,6 +18,13 @@ KEYS = {  # of the profile, and what tells files apart
     "File": {"name", "encodingFormat", "contentSize", "sha256"},
 }
 
+MEDIA_TYPES = {
+    "csv": "text/csv",
+    "json": "application/json",
+    "md": "text/markdown",
+    "png": "image/png",
+}
+
 
 @pytest.fixture
 def results(tmp_path):
@@ -50,6 +57,7 @@ def test_every_file_with_its_digest_and_what_made_it(results, capsys):
             str(len(content)),
             sha256(content).hexdigest(),
         )
+        assert entity["encodingFormat"] == MEDIA_TYPES[name.rpartition(".")[2]]
 
     def named(references):
         return sorted(reference["@id"] for reference in references)
@@ -65,6 +73,7 @@ def test_every_file_with_its_digest_and_what_made_it(results, capsys):
     for reference in software["softwareRequirements"]:
         entity = entities[reference["@id"]]
         assert entity["name"] == "python" or entity["version"] == packages[entity["name"]]
+        assert reference["@id"] == f"#{entity['name']}-{entity['version']}"
     # Whatever is referred to is described, and the same folder has the same description.
     for entity in entities.values():
         assert KEYS.get(entity["@type"], set()) <= entity.keys()

@@ -1,5 +1,7 @@
 """Statistics of claims: where their intervals lie, and how they are written."""
 
+from math import isinf
+
 import pytest
 
 from report.estimates import Estimate
@@ -29,6 +31,7 @@ def test_an_interval_beside_where_the_claim_holds(name, low, high, outside):
     first, last = plot["holds"]
     assert (plot["high"] < first or plot["low"] > last) == outside
     assert first < last
+    assert (first == 0, last == 100) == tuple(isinf(bound) for bound in claim.interval)
     assert 0 < plot["low"] < plot["mean"] < plot["high"] < 100
 
 

@@ -130,6 +130,8 @@ def test_curves_and_levels_rise_and_have_the_trials_of_their_cells(errors, html)
 def test_experiments_stand_in_the_paper_s_order(html):
     assert [experiment["name"] for experiment in data_of(html)["experiments"]] == list(SMALL)
     assert sorted(TITLES) == experiment_names()
+    figures = [figure for figure, _ in TITLES.values()]
+    assert figures == [f"Figure {number}" for number in ("2", "3", "4", "5", "6", "7a", "7b", "7c")]
 
 
 def test_the_same_errors_give_the_same_bytes_and_no_network_is_needed(errors, html):

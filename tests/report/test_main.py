@@ -65,4 +65,6 @@ def test_the_workflow_runs_modules(module, capsys, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["", "--help"])
     with pytest.raises(SystemExit, match=r"^0$"):
         runpy.run_module(module, run_name="__main__")
-    assert capsys.readouterr().out.startswith("usage: ")
+    usage = capsys.readouterr().out
+    assert usage.startswith(f"usage: python -m {module.removesuffix('.__main__')} ")
+    assert ("[--settings [key=value ...]]" in usage) == (module == "report.__main__")

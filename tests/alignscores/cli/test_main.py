@@ -91,11 +91,13 @@ def test_version(run):
 def test_help(run):
     code, out, _ = run("--help")
     assert code == 0
-    for form in FORMATS:
-        assert f"alignscores {form} " in out
-        code, text, _ = run(form, "--help")
+    for name, form in FORMATS.items():
+        assert f"alignscores {name} {form.example}\n" in out
+        assert f" {name} {form.help} " in " ".join(out.split())
+        code, text, _ = run(name, "--help")
         assert code == 0
-        assert f"example: alignscores {form}" in text
+        assert f" {name}: {form.help}. positional arguments: " in " ".join(text.split())
+        assert f"example: alignscores {name}" in text
 
 
 def test_as_a_module(examples, tmp_path, monkeypatch):
@@ -118,6 +120,7 @@ def test_as_a_module(examples, tmp_path, monkeypatch):
         ("evo", [*NERF, "--save_results", "/tmp/never.zip"], "evo"),
         ("pycolmap", COLMAP, "colmap"),
         ("matplotlib", [*NERF, "--save_plot", "/tmp/never.png"], "plots"),
+        ("yaml", ["compare", "never.yaml", "--no_cache"], "yaml"),
     ],
 )
 def test_missing_extras_are_named(run, monkeypatch, blocked, arguments, extra):

@@ -61,6 +61,9 @@ def test_vslamlab(same, run, examples, tmp_path):
     assert run("vslamlab", *files)[2] == (
         f"alignscores: error: {files[1]}, line 6: has 3 columns, not '{lines[0]}'\n"
     )
+    quoted = ",".join(f'"{column}"' for column in lines[0].split(","))
+    files[1].write_text("\n".join([quoted, *lines[1:]]))
+    assert run("vslamlab", *files)[0] == 0
     files[1].write_text("\n".join(lines[1:]))
     assert f"{files[1]}: must begin with 'ts (ns)," in run("vslamlab", *files)[2]
 

@@ -278,6 +278,18 @@ def test_notes_that_are_alike_are_one(run, tmp_path, examples, lines, write):
     assert len(notes) == 2
 
 
+def test_progress_is_for_a_terminal_and_leaves_nothing_there(run, monkeypatch):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    err = run(*TUM, "tum/none.txt")[2]
+    assert "\r\x1b[K1/2 estimate.txt " in err
+    assert "\r\x1b[K2/2 none.txt " in err
+    left = [line.rpartition("\r\x1b[K")[2] for line in err.split("\n")]
+    assert left == [
+        "alignscores: error: tum/none.txt: cannot be read (No such file or directory)",
+        "",
+    ]
+
+
 def test_an_interruption_during_imports(tmp_path):
     (tmp_path / "numpy.py").write_text("raise KeyboardInterrupt")
     done = subprocess.run(

@@ -56,9 +56,12 @@ def test_a_pose_of_nan_is_saved_as_a_failure(run, tmp_path):
     """Where it stands for a camera of its own, as in KITTI's files."""
     csv_path, zip_path = tmp_path / "errors.csv", tmp_path / "one.zip"
     kitti = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
-    assert run(*kitti, "--save_errors", csv_path, "--save_results", zip_path)[0] == 0
+    saved = "--save_errors", csv_path, "--all_cameras", "--save_results", zip_path
+    assert run(*kitti, *saved)[0] == 0
     with csv_path.open() as file:
-        failures = [row for row in csv.DictReader(file) if row["status"] != "matched"]
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 40
+    failures = [row for row in rows if row["status"] != "matched"]
     assert {row["status"] for row in failures} == {"no pose"}
     assert {row["position_error"] for row in failures} == {"inf"}
     errors = file_interface.load_res_file(zip_path).np_arrays["position_error_array"]

@@ -1,6 +1,7 @@
 """Closed streams, no home, and an interruption at any moment: one line and the right exit code."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -15,13 +16,17 @@ COMPARE = "compare tum tum/reference.txt tum/{system}.txt --jobs 1 --no_cache"
 
 @pytest.fixture
 def shell(examples):
-    """(arguments, redirections) -> the command under a shell, in the folder of the examples."""
+    """(arguments, redirections) -> the command under a shell, in the folder of the examples.
+
+    What it prints waits in a buffer, as for users, whatever the tests run in.
+    """
 
     def shell(arguments, redirections):
         line = f'"$@" {redirections}'
         return subprocess.run(
             ["bash", "-c", line, "bash", *COMMAND, *arguments.split()],
             cwd=examples,
+            env={**os.environ, "PYTHONUNBUFFERED": ""},
             capture_output=True,
             text=True,
             timeout=100,
@@ -42,7 +47,7 @@ def test_stdout_is_closed(shell, arguments):
     )
 
 
-@pytest.mark.parametrize("arguments", [TUM, COMPARE])
+@pytest.mark.parametrize("arguments", [TUM, f"{TUM} --json", COMPARE])
 def test_stdout_is_full(shell, arguments):
     done = shell(arguments, ">/dev/full")
     assert done.returncode == 1

@@ -46,6 +46,12 @@ def test_width(length, failures):
     assert len({line.split()[0] for line in lines}) == 2
 
 
+def test_names_are_cut_to_next_to_nothing():
+    """Of characters that take two columns none may fit."""
+    assert shortened(["abcdef"], 2) == [".."]
+    assert shortened(["\u65e5" * 9], 3) == [".."]
+
+
 def test_long_names_keep_what_tells_them_apart():
     names = [f"results_of_a_long_study_{i}_trajectory_after_optimisation_final.txt" for i in (1, 2)]
     lines = table([ROW | {"name": name} for name in names], METRES, 90)[0].splitlines()

@@ -36,7 +36,22 @@ def test_yaml(patterns, run, compare, tmp_path):
     [
         ("format: tum", "format: sfm", "format must be one of tum, "),
         ("runs: 3", "runs: 0", "runs must be a positive whole number or a list of names"),
-        ("runs: 4", "speed: 4", "systems: a_b: unknown key 'speed'; known are name, "),
+        (
+            "runs: 3",
+            "speed: 3",
+            "b.yaml: unknown key 'speed'; known are format, reference, estimate, runs, sequences, "
+            "systems\n",
+        ),
+        (
+            "unit: 0.5",
+            "speed: 4",
+            "sequences: car: unknown key 'speed'; known are name, format, t_offset, frames, unit\n",
+        ),
+        (
+            "runs: 4",
+            "speed: 4",
+            "systems: a_b: unknown key 'speed'; known are name, est_format, runs, invert\n",
+        ),
         (
             "unit: 0.5",
             "unit: small",

@@ -22,6 +22,7 @@ def test_to_dict_is_what_the_command_prints(found, patterns, run):
     code, out, err = run(*patterns, "--metrics", "ate:rmse", "--json", "--jobs", 1)
     assert code == 1
     assert json.loads(out) == found.to_dict()
+    assert out == json.dumps(found.to_dict(), indent=2) + "\n"
     (failed,) = found.failed
     assert err == f"alignscores: error: {failed}; it counts as a failure\n"
     assert found.problems == []

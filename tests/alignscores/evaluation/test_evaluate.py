@@ -1,6 +1,8 @@
 """One estimate from its options to its scores, and what cannot be scored."""
 
+import json
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -211,6 +213,17 @@ def test_too_few_matches_are_an_error_of_matching(run, score, write, lines):
     assert (result["n"], result["matched"]) == (40, 3)
 
 
+def test_too_few_images_in_common_are_told_without_a_hint_at_time(run, examples, write):
+    content = json.loads((examples / "nerf/estimate.json").read_text())
+    few = write(json.dumps(content | {"frames": content["frames"][:3]}), "few.json")
+    code, _, err = run("nerf", "nerf/reference.json", few, "--missing", "ignore")
+    assert code == 1
+    assert err == (
+        f"alignscores: error: {few}: only 3 of 3 poses could be matched to the reference, and it "
+        "takes 4 (--missing ignore)\n"
+    )
+
+
 def test_where_there_is_no_d_the_option_is_named(run, score, kitti, examples):
     poses = read_kitti(examples / KITTI[1]).poses
     standing = poses.copy()
@@ -236,6 +249,17 @@ def test_what_cannot_be_aligned(score, examples, kitti):
     assert result["ATE"] is result["half_distance"] is None
     assert len(result["notes"]) == 1  # once, not for every seed
     assert "TAS is 0" in result["notes"][0]
+
+
+def test_four_cameras_have_no_half_distance(score, examples, kitti):
+    """An alignment fits two of them, whatever the estimate."""
+    reference, estimate = (
+        kitti(read_kitti(examples / file).poses[:4], Path(file).name) for file in KITTI[1:]
+    )
+    (result,) = score("kitti", reference, estimate)
+    assert result["TAS"] > 0
+    assert result["half_distance"] is None
+    assert "no distance at a score of 0.5 for 4 cameras: it takes 5" in " ".join(result["notes"])
 
 
 def test_other_warnings_pass(run, monkeypatch):

@@ -2,12 +2,14 @@
 
 import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import Evaluation, Settings, evaluate, tas_profile
+from alignscores.evaluation.evaluation import STATUSES
 from alignscores.metrics import metric
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import Trajectory, read_kitti, read_nerf, read_tum
@@ -85,6 +87,26 @@ def test_shares_below_d_and_10_degrees_end_there():
     )
     entry = found.to_dict()
     assert (entry["within_unit"], entry["within_10_deg"]) == (39 / 40, 39 / 40)
+    on_the_border = replace(
+        found.result,
+        tas=replace(found.result.tas, errors=np.full(40, 2.0)),
+        ras=replace(found.result.ras, errors=np.full(40, 10.0)),
+    )
+    entry = replace(found, result=on_the_border).to_dict()
+    assert (entry["within_unit"], entry["within_10_deg"]) == (0, 0)
+
+
+def test_statuses_tell_what_of_a_pose_is_missing():
+    rng = np.random.default_rng(0)
+    poses = np.tile(np.eye(4), (20, 1, 1))
+    poses[:, :3, 3] = rng.random((20, 3))
+    some = poses.copy()
+    some[1, 0, 0] = some[2, 2, 3] = some[3, 0, 0] = some[3, 0, 3] = np.nan
+    estimate = Trajectory(np.arange(20.0)[:-1], some[:-1])
+    found = evaluate(Trajectory(np.arange(20.0), poses), estimate, format="tum", max_gap=0.0)
+    told = [STATUSES[code] for code in found.statuses]
+    assert told[:4] == ["matched", "no rotation", "no position", "no pose"]
+    assert told[4:] == ["matched"] * 15 + ["lost"]
 
 
 def test_other_metrics_of_keyframes_are_those_of_their_own_poses(examples):

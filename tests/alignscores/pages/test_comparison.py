@@ -71,9 +71,53 @@ def test_page(patterns, run, tmp_path):
     assert structure.links
     assert all(link[0] == "#" and link[1:] in structure.ids for link in structure.links)
     assert "<A>" in structure.texts
+    for key in re.findall(r'<ul class="key">(.*?)</ul>', text):
+        assert re.findall(r"</svg> ([^<]*)</li>", key) == ["&lt;A&gt;", "c"]
     assert text.count("<svg") == 2 * 2 + 2 * 2  # drawings, and keys of two systems
     run("b.yaml", "--html", "again.html", "--no_cache", "--jobs", 1)
     assert (tmp_path / "again.html").read_text() == text
+
+
+HEADINGS = {
+    "overall": "Over all sequences",
+    "sequences": "PAS by sequence",
+    "differences": "Differences in PAS, over all",
+    "runs": "PAS of each run",
+    "thresholds": "Scores at other thresholds",
+    "errors": "Position error along the way",
+    "trajectories": "Trajectories, camera by camera",
+}
+TABLES = {  # their columns
+    "overall": "system TAS RAS PAS half_m half_deg PAS_of_scored_runs failed_runs lost",
+    "sequences": "system car helix",
+    "differences": "systems for scores ahead would_do failing with_failures",
+}
+
+
+def test_sections_and_tables_of_the_page(patterns, run, tmp_path):
+    run(*patterns, "--html", "page.html")
+    text = (tmp_path / "page.html").read_text()
+    assert re.findall(r"<(?:title|h1)>(.*?)<", text) == 2 * ["2 systems on 2 sequences"]
+    assert dict(re.findall(r'<a href="#(.*?)">(.*?)</a>', text)) == HEADINGS
+    sections = dict(re.findall(r'<section id="(\w+)".*?</h2>(.*?)</section>', text, flags=re.S))
+    assert list(sections) == list(HEADINGS)
+    rows = {}
+    for name, headers in TABLES.items():
+        found = re.findall(r'<th scope="col">(.*?)</th>', sections[name])
+        assert " ".join(header.replace(" ", "_") for header in found) == headers
+        body = re.findall("<tr>(.*?)</tr>", sections[name].partition("<tbody>")[2])
+        rows[name] = [re.sub("(<.*?>)+", "|", row) for row in body]
+    assert [row.split("|")[-4:-1] for row in rows["overall"]] == [
+        ["0.8799", "0/6 (0-46 %)", "0.0%"],
+        ["0.6407", "1/6 (0-64 %)", "16.7%"],
+    ]
+    assert rows["sequences"][1] == "|c|0.4223 |(2)|1 failed|0.6480 |(2)|"
+    assert [row.split("|")[1:6:2] for row in rows["differences"]] == [
+        ["a_b − c", "+0.239 (+0.223 to +0.256)", "2 runs"],
+        ["a_b − c", "+0.239 (+0.137 to +0.341)", "2 sequences"],
+    ]
+    assert 'role="img" aria-label="PAS of each run. a_b: 0.8755, 0.8807, 0.8858; c: ' in text
+    assert 'aria-label="Median position error along the way, up to 4 d. Typical: a_b: 0.14' in text
 
 
 def test_page_tells_what_changed(patterns, run, compare, tmp_path):
@@ -128,8 +172,14 @@ def test_dots_are_where_the_runs_are(patterns, run, compare, tmp_path, by):
         end = 1.0 if by == "PAS" else max(values)
         expected += [130 + 502 * value / end for value in values]
         assert f'text-anchor="end">{end:.3g}</text>' in text
-    dots = re.findall(r'class="dot" cx="([\d.]+)"', text)
-    assert list(map(float, dots)) == pytest.approx(expected, abs=0.06)
+    dots = re.findall(r'class="dot" cx="([\d.]+)" cy="([\d.]+)"', text)
+    assert [float(x) for x, _ in dots] == pytest.approx(expected, abs=0.06)
+    # The name of a system ends before its line, in the middle of which its dots are.
+    lines = re.findall(
+        r'<text x="(\d+)" y="(\d+)" text-anchor="end">(a_b|c)</text>.*?M(.*?)H', text
+    )
+    assert lines == 2 * [("122", "17", "a_b", "130 13"), ("122", "43", "c", "130 39")]
+    assert {y for _, y in dots} == {"13", "39"}
 
 
 def test_the_curves_are_the_errors_of_their_sequence(patterns, run, tmp_path):
@@ -149,6 +199,13 @@ def test_the_curves_are_the_errors_of_their_sequence(patterns, run, tmp_path):
             expected.append(20 + 260 * (1 - np.minimum(errors, 4) / 4))
         assert f"≥ {4 * scored[0].unit:.3g} (4 d)" in text
         assert own_pages(text)[sequence]["settings"]["unit"] == scored[0].unit
+    for mark in (
+        '<path class="axis" d="M52 20V280H692"/>',
+        '<text x="52" y="298">start</text>',
+        '<text x="692" y="298" text-anchor="end">end of the trajectory</text>',
+        '<text x="46" y="280" text-anchor="end">0</text>',
+    ):
+        assert text.count(mark) == 2
     curves = re.findall(r'<polyline .*?stroke="var\(--c(\d)\)".*?points="(.*?)"', text)
     assert [int(colour) for colour, _ in curves] == [0, 1, 0, 1]
     for (_, points), heights in zip(curves, expected, strict=True):

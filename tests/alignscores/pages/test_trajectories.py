@@ -83,6 +83,20 @@ def test_an_exact_estimate_is_drawn_on_the_reference(saved, examples, tmp_path):
     np.testing.assert_allclose(reference.min(axis=0), -reference.max(axis=0), atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("name", "start"),
+    [
+        ("tum", '"stamps":"'),
+        ("kitti", '"names":["0","1",'),
+        ("nerf", '"names":["images/0000.png",'),
+    ],
+)
+def test_the_page_knows_the_times_or_the_names_of_cameras(saved, name, start):
+    """With times the axis of the errors is in seconds."""
+    page, _ = saved(*FORMATS[name])
+    assert f'"cameras":{{{start}' in page
+
+
 def test_the_page_knows_the_alignment(saved):
     page, _ = saved(*TUM, "--alignment", "yaw")
     words = "registration refined, aligned about the z axis, without scale"
@@ -169,6 +183,7 @@ def test_quantiles_are_distances_of_cameras():
     shares = np.arange(1, QUANTILES + 1) / QUANTILES
     expected = [distances[np.count_nonzero(np.arange(1, 8) / 7 < share)] for share in shares]
     assert _quantiles(positions) == expected
+    assert _quantiles(positions[:2]) == QUANTILES * [np.linalg.norm(positions[0] - positions[1])]
     assert _quantiles(positions[:1]) == []
 
 

@@ -328,6 +328,22 @@ def test_a_folder_is_no_second_one_by_as_many_images():
     assert matches.matched == 1
 
 
+def test_a_folder_is_the_one_with_the_most_images_in_common():
+    """Whatever comes first: the other folder's image is another one of the same name."""
+    reference = trajectory(["all/a/1.png", "all/b/2.png", "all/b/3.png"])
+    with pytest.warns(TrajectoryWarning, match="by the end of their path"):
+        matches = match(reference, trajectory(["x/1.png", "x/2.png", "x/3.png"]))
+    assert pairs(matches) == [(1, 1), (2, 2)]
+
+
+def test_clocks_without_a_moment_in_common_are_told():
+    with pytest.raises(ValueError, match="no time stamps in common") as caught:
+        match(trajectory([0.0, 1.0, 2.0]), trajectory([5.0, 6.0, 7.0]))
+    assert "goes from 0.000000 to 2.000000 s, the estimate from 5.000000 to 7.000000 s (t_" in str(
+        caught.value
+    )
+
+
 def test_stamps_as_far_apart_as_they_may_be_match():
     stamps = np.arange(3.0)
     matches = match(trajectory(stamps), trajectory(stamps + 0.25), t_max_diff=0.25, **AT_ITS_STAMP)

@@ -15,7 +15,7 @@ from alignscores.trajectories.files import (
     read_stamps,
     read_tum,
 )
-from alignscores.trajectories.files.text import BLOCK
+from alignscores.trajectories.files.text import BLOCK, read_bytes
 from alignscores.trajectories.recognition import recognise
 
 LINE = b"%d 1 2 3 0 0 0 1\n"
@@ -56,6 +56,7 @@ NO_ARRAYS = "is not a file of arrays"
     [
         (read_tum, lambda: LINE * 100_000, LARGE),
         (read_tum, lambda: gzip.compress(LINE * 100_000), LARGE),
+        (read_tum, lambda: gzip.compress(np.random.default_rng(0).bytes(10**6 + 1)), LARGE),
         (read_tum, lambda: gzip.compress(gzip.compress(b"0" * 10**8)), "is not text"),
         (
             read_tum,
@@ -109,6 +110,20 @@ def test_the_bound_can_be_raised(tmp_path, monkeypatch):
         monkeypatch.setenv("ALIGNSCORES_MAX_MB", wrong)
         with pytest.raises(ValueError, match="ALIGNSCORES_MAX_MB must be a number of MB above 0"):
             read_tum(path)
+
+
+@pytest.mark.parametrize("source", ["x.txt", "-"])
+@pytest.mark.parametrize("pack", [bytes, gzip.compress])
+def test_as_many_bytes_as_the_bound_are_read(small, tmp_path, monkeypatch, source, pack):
+    def read(content):
+        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(pack(content))))
+        (tmp_path / "x.txt").write_bytes(pack(content))
+        return read_bytes(source)
+
+    monkeypatch.chdir(tmp_path)
+    assert read(b"1" * 10**6) == b"1" * 10**6
+    with pytest.raises(FileError, match=LARGE):
+        read(b"1" * (10**6 + 1))
 
 
 @pytest.mark.parametrize("n", [1, BLOCK - 1, BLOCK, BLOCK + 1, 2 * BLOCK + 3])

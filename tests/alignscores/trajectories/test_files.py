@@ -195,7 +195,7 @@ def test_quaternions_are_normalised(write, recwarn):
     _, poses = read_tum(write(lines[:2]))
     np.testing.assert_allclose(poses[:, :3, :3], [rotation.as_matrix()] * 2, atol=1e-14)
     assert not recwarn.list
-    message = r"line 3: .* unit length \(off by 2\) and so have 1 more"
+    message = r"line 3: .* unit length \(off by 2\) and so have 1 more; normalised"
     with pytest.warns(TrajectoryWarning, match=message):
         _, poses = read_tum(write(lines))
     np.testing.assert_allclose(poses[:, :3, :3], [rotation.as_matrix()] * 4, atol=1e-14)

@@ -40,6 +40,14 @@ def test_an_offset_is_found(offset, lost, seed):
     assert found.significant
 
 
+def test_an_offset_is_found_by_the_poses_that_have_a_position():
+    reference = scene(0)
+    some = estimate(reference, 0, offset=0.3)
+    some.poses[:, :3, :3] = np.nan
+    some.poses[::3, :3, 3] = np.nan
+    assert find_offset(reference, some).seconds == pytest.approx(0.3, abs=0.02)
+
+
 @pytest.mark.parametrize("inaccuracy", [{}, {"sigma": 0.3}, {"lost": 0.4}, {"lost": 1.0}])
 @pytest.mark.parametrize("rows", [slice(None, None, 5), slice(0, 1000, 10), slice(0, 500, 100)])
 def test_inaccuracy_is_no_offset(inaccuracy, rows):
@@ -81,6 +89,10 @@ def test_what_interpolation_misses_is_no_misfit():
     error = np.max(chords - (times[:-1] + 1) ** 2)
     fit = timing._ShiftedPositions(times, times, curve, curve)
     assert fit.interpolation_error() == pytest.approx(error)
+    # A perfect fit counts as one with that error.
+    moved = curve + np.where(np.arange(20) % 2, 3 * error, -3 * error)[:, None] * [0.0, 0.0, 1.0]
+    fit = timing._ShiftedPositions(times, times, curve, moved)
+    assert fit.gain(0.0, 0.0) == pytest.approx(1 + fit.misfit(0.0) / error, rel=0.05)
 
 
 def test_too_few_poses_tell_nothing():
