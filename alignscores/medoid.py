@@ -124,7 +124,7 @@ class _Cells:
         self.counts = np.diff(starts, append=len(self.points))
         self.means = np.add.reduceat(self.points, starts) / self.counts[:, None]
         sums, spreads = np.zeros(len(self.points)), []
-        for column, mean in zip(self.points.T, self.means.T, strict=True):  # all take much memory
+        for column, mean in zip(self.points.T, self.means.T, strict=True):  # to save memory
             squares = (column - mean.repeat(self.counts)) ** 2
             sums += squares
             spreads.append(np.add.reduceat(squares, starts))
