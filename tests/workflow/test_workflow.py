@@ -429,7 +429,6 @@ def test_a_killed_run_goes_on_to_the_same_bytes(snakemake: Snakemake, tmp_path: 
         # On one core the second job starts when Snakemake has put down the first as done.
         while process.poll() is None and started("killed") < 2:
             time.sleep(0.05)
-        time.sleep(1)
         os.killpg(process.pid, signal.SIGKILL)
     assert len(tables("killed")) == 1
 
