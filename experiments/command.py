@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from alignscores.streams import discard_output, replace_closed_errors
 from alignscores.texts import brief, printable
 
 __all__ = ["CommandError", "ConfigError", "problems", "run_command"]
@@ -70,9 +71,18 @@ def run_command(
     What goes wrong is told in one line on standard error: a `CommandError` ends with its exit code,
     an `OSError`, too little memory and a killed process with 1, an interruption with 130.
     """
+    replace_closed_errors()
     options = parser.parse_intermixed_args(arguments)
     try:
-        print(*work(options), sep="\n")
+        made = list(work(options))
+        try:
+            print(*(printable(str(result)) for result in made), sep="\n", flush=True)
+        except BrokenPipeError:  # the reader has closed the pipe, as `| head` does
+            discard_output()
+            return 1
+        except OSError:
+            discard_output()
+            raise
         return 0
     except CommandError as error:
         code, problem = error.exit_code, str(error)

@@ -19,6 +19,7 @@ from ..evaluation.scoring import score
 from ..evaluation.settings import options
 from ..progress import shown_by
 from ..similarity import UP
+from ..streams import discard_output, replace_closed_errors
 from ..texts import printable, unique_names
 from ..trajectories.extras import require
 from ..trajectories.files import FAILURES, STDIN, FileError, read_stamps
@@ -50,8 +51,7 @@ SAVED_EACH = ("save_aligned", "save_results")  # one file an estimate
 
 def run_command(argv: Sequence[str] | None) -> int:
     """Run the command line, but for an interruption; see `alignscores.cli.main`."""
-    if sys.stderr is None:  # closed: nobody is to be told, and no file may take its place
-        sys.stderr = Path(os.devnull).open("w")  # noqa: SIM115 - as long as the process
+    replace_closed_errors()
     if sys.stdout is None:
         print_error("standard output is closed, and nothing could be printed; give > /dev/null")
         return 1
@@ -59,27 +59,29 @@ def run_command(argv: Sequence[str] | None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):  # names may hold what it cannot encode
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        if "_ARGCOMPLETE" in os.environ:
-            require("argcomplete", "completion").autocomplete(parser)
-        arguments, unknown = parser.parse_known_args(with_format(with_signed_axes(argv)))
-        if unknown:  # by the format's parser, not that of the whole
-            arguments.command.error(f"unrecognized arguments: {' '.join(unknown)}")
-        return int(arguments.run(arguments))
+        try:
+            return _run(parser, argv)
+        finally:  # of help, too, which ends in the parser
+            sys.stdout.flush()
     except BrokenPipeError:  # the reader has closed the pipe, as `| head` does
-        _discard_output()
+        discard_output()
         return 1
     except (ModuleNotFoundError, *FAILURES) as error:
         print_error(one_line(error))
         try:
             sys.stdout.flush()
-        except OSError:  # as on a full disk; the interpreter would try again and say so itself
-            _discard_output()
+        except OSError:  # as on a full disk
+            discard_output()
         return 1
 
 
-def _discard_output() -> None:
-    """Let nobody have what is printed, nor what waits to be."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _run(parser: argparse.ArgumentParser, argv: Sequence[str] | None) -> int:
+    if "_ARGCOMPLETE" in os.environ:
+        require("argcomplete", "completion").autocomplete(parser)
+    arguments, unknown = parser.parse_known_args(with_format(with_signed_axes(argv)))
+    if unknown:  # by the format's parser, not that of the whole
+        arguments.command.error(f"unrecognized arguments: {' '.join(unknown)}")
+    return int(arguments.run(arguments))
 
 
 class Parser(argparse.ArgumentParser):

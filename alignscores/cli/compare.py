@@ -275,4 +275,3 @@ def _show(comparison: Comparison, arguments: argparse.Namespace, changed: Change
             f"\n{changed.as_text()}" if not arguments.show else changed.as_text(),
             file=sys.stderr if arguments.show else sys.stdout,
         )
-    sys.stdout.flush()

@@ -40,7 +40,7 @@ def show_json(
         "results": results(scored),
         "failed": failed,
     }
-    print(json.dumps(printed, indent=2, allow_nan=False), flush=True)
+    print(json.dumps(printed, indent=2, allow_nan=False))
 
 
 def results(scored: Sequence[Evaluation]) -> list[dict[str, Any]]:
@@ -73,7 +73,6 @@ def show_table(scored: Sequence[Evaluation], notes: Sequence[str]) -> None:
         notes.append(f"no room for: {', '.join(dropped)}; --json has all")
     for line in [*lines, *notes]:
         print(line)
-    sys.stdout.flush()
 
 
 def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str) -> list[str]:

@@ -47,11 +47,21 @@ def test_stdout_is_closed(shell, arguments):
     )
 
 
-@pytest.mark.parametrize("arguments", [TUM, f"{TUM} --json", COMPARE])
+PRINTS = [TUM, f"{TUM} --json", f"{TUM} --metrics help", COMPARE, f"{COMPARE} --dry-run"]
+PRINTS += ["--help", "--version", "tum --help"]
+
+
+@pytest.mark.parametrize("arguments", PRINTS)
 def test_stdout_is_full(shell, arguments):
     done = shell(arguments, ">/dev/full")
     assert done.returncode == 1
     assert done.stderr == "alignscores: error: [Errno 28] No space left on device\n"
+
+
+@pytest.mark.parametrize("arguments", PRINTS)
+def test_nobody_reads_stdout(shell, arguments):
+    done = shell(arguments, "| true; exit ${PIPESTATUS[0]}")
+    assert (done.returncode, done.stderr) == (1, "")
 
 
 @pytest.mark.parametrize("arguments", [TUM, COMPARE])
