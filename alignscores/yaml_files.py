@@ -26,15 +26,22 @@ _Parser: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 class _Loader(_Parser):  # type: ignore[misc]
     """Texts, numbers, lists and mappings: 1e-3 is a number, a date a text, no key given twice."""
 
-    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self._checked: set[Any] = set()
+
+    def flatten_mapping(self, node: Any) -> None:
+        """Merge what the mapping takes from others, once its own keys are checked."""
         seen = set()
-        for key, _ in node.value:
+        for key, _ in () if node in self._checked else node.value:
             if not isinstance(key, yaml.ScalarNode):
                 raise _problem("a key must be a text or a number", key)
-            if key.value in seen:
+            value = self.construct_object(key)
+            if value in seen:
                 raise _problem(f"{key.value[:40]!r} is given twice", key)
-            seen.add(key.value)
-        return dict(super().construct_mapping(node, deep))
+            seen.add(value)
+        self._checked.add(node)
+        super().flatten_mapping(node)
 
     def construct_number(self, node: Any) -> float:
         """Return a number that a double or 64 bits hold."""
@@ -59,12 +66,13 @@ def _problem(problem: str, node: Any) -> ConstructorError:
 
 
 _Loader.yaml_implicit_resolvers = {
-    letter: [pair for pair in pairs if not pair[0].endswith(":timestamp")]
+    letter: [pair for pair in pairs if not pair[0].endswith((":timestamp", ":value"))]
     for letter, pairs in _Parser.yaml_implicit_resolvers.items()
 }
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float", re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+$"), list("-+0123456789")
 )
+_Loader.add_constructor("tag:yaml.org,2002:merge", _Loader.construct_yaml_str)
 for _kind in ("int", "float"):
     _Loader.add_constructor(f"tag:yaml.org,2002:{_kind}", _Loader.construct_number)
 
@@ -102,6 +110,8 @@ def parse_yaml(text: str) -> Any:
         raise ValueError(f"{place}{error.problem or error.context}") from None
     except yaml.YAMLError as error:
         raise ValueError(" ".join(str(error).split())) from None
+    except OverflowError:  # of the parser in Python
+        raise ValueError("a character has too large a number") from None
 
 
 def _check_size(text: str) -> None:
@@ -117,6 +127,8 @@ def _check_size(text: str) -> None:
             total += sizes[event.anchor]
         elif isinstance(event, yaml.NodeEvent):
             total += 1
+            if event.anchor in sizes:
+                raise _problem(f"&{event.anchor[:40]} is given twice", event)
             if event.tag is not None:
                 raise _problem(f"a tag, {event.tag[:40]}, is not taken; write the value", event)
             if isinstance(event, yaml.ScalarEvent):
