@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...texts import first_few
 from .poses import Trajectory, poses_from_matrices
 from .text import FileError, FilePath, Source, most_bytes, read_bytes, refuse_more
 
@@ -54,7 +55,7 @@ def read_arrays(path: FilePath, *, complete: bool = False) -> Trajectory:
         if array.ndim == 3 and array.shape[1:] in ((4, 4), (3, 4)) and array.dtype.kind in "fiu"
     ]
     if len(found) != 1:
-        shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
+        shapes = first_few([f"{name[:40]} {array.shape}" for name, array in arrays.items()])
         raise FileError(path, f"must have one array of numbers, {SHAPES}; it has {shapes}")
     matrices = arrays[found[0]].astype(np.float64)
     source = Source(path, lambda row: f"{found[0]}[{row}]")

@@ -13,6 +13,7 @@ from itertools import islice
 from math import isfinite
 from os import PathLike
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -28,7 +29,7 @@ GZIP = b"\x1f\x8b"  # the first bytes
 LIMIT = "ALIGNSCORES_MAX_MB"  # the variable of the environment that raises the bound
 MOST_MB = 256
 BYTES_OF_LINE = 64  # of the bound: a file may have as many lines as this makes of it
-BLOCK = 10_000  # lines that are read at a time
+BYTES, BLOCK = 1 << 20, 10_000  # bytes and lines that are read at a time
 LONGEST_LINE = 10_000  # characters of a line of numbers
 FORMAT_OF_COLUMNS = {8: "tum", 12: "kitti", 16: "kitti"}
 
@@ -85,7 +86,7 @@ def most_bytes() -> int:
     given = os.environ.get(LIMIT) or str(MOST_MB)
     if not (is_number(given, finite=True) and float(given) > 0):
         raise ValueError(f"{LIMIT} must be a number of MB above 0, not {given[:40]!r}")
-    return int(float(given) * 10**6)
+    return int(min(float(given) * 10**6, sys.maxsize / 2))
 
 
 def refuse_more(path: FilePath, number: int, most: int, unit: str = "bytes") -> None:
@@ -122,18 +123,26 @@ def _unpacked(path: FilePath, most: int) -> bytes:
         if str(path) == STDIN:
             if sys.stdin is None:
                 raise FileError(path, "standard input is closed")
-            data = sys.stdin.buffer.read(most + 1)
+            data = _begin(sys.stdin.buffer, most)
         else:
             with Path(path).open("rb") as file:
-                data = file.read(most + 1)
+                data = _begin(file, most)
         refuse_more(path, len(data), most)
         if data.startswith(GZIP) or str(path).endswith(".gz"):
-            data = gzip.GzipFile(fileobj=BytesIO(data)).read(most + 1)
+            data = _begin(gzip.GzipFile(fileobj=BytesIO(data)), most)
     except (EOFError, gzip.BadGzipFile, zlib.error) as error:
         raise FileError(path, f"is not a complete gzip file ({error})") from None
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror})") from None
     return data
+
+
+def _begin(stream: BinaryIO | gzip.GzipFile, most: int) -> bytes:
+    """Return what a stream holds; block by block, as to ask for much at once takes the memory."""
+    content = BytesIO()
+    while content.tell() <= most and (block := stream.read(min(BYTES, most + 1 - content.tell()))):
+        content.write(block)
+    return content.getvalue()
 
 
 def read_text(path: FilePath) -> str:

@@ -112,6 +112,19 @@ def test_the_bound_can_be_raised(tmp_path, monkeypatch):
             read_tum(path)
 
 
+def test_no_bound_is_too_high(tmp_path, monkeypatch):
+    (tmp_path / "x.txt").write_bytes(LINE % 1 + LINE % 2)
+    monkeypatch.setenv("ALIGNSCORES_MAX_MB", "1e308")
+    assert len(read_tum(tmp_path / "x.txt").keys) == 2
+
+
+def test_of_many_arrays_a_message_shows_few(tmp_path):
+    np.savez(tmp_path / "x.npz", **{f"{'a' * 100}{k}": np.zeros(3) for k in range(300)})
+    with pytest.raises(FileError, match=r"and 295 more$") as caught:
+        read_arrays(tmp_path / "x.npz")
+    assert len(str(caught.value)) < 500
+
+
 @pytest.mark.parametrize("source", ["x.txt", "-"])
 @pytest.mark.parametrize("pack", [bytes, gzip.compress])
 def test_as_many_bytes_as_the_bound_are_read(small, tmp_path, monkeypatch, source, pack):
