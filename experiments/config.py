@@ -229,7 +229,6 @@ def _resolved(overrides: tuple[str, ...], folder: str, written: object) -> Mappi
     try:
         composed = deepcopy(_composed(tuple(experiment), folder, written))
         paths = [text for text in overrides if _is_path(text)]
-        composed.update(split_override(text) for text in paths)
         others = [text for text in overrides if text not in (*experiment, *paths)]
         for override in OverridesParser.create().parse_overrides(others):
             if override.is_sweep_override():
@@ -241,6 +240,7 @@ def _resolved(overrides: tuple[str, ...], folder: str, written: object) -> Mappi
         reason = " ".join(str(error).partition("See https")[0].split())
         raise ConfigError(f"cannot read {' '.join(overrides)}: {reason}") from None
     assert isinstance(settings, dict)
+    settings |= dict(map(split_override, paths))
     return {str(key): value for key, value in settings.items()}
 
 

@@ -149,6 +149,8 @@ def read_record(path: Path) -> Record:
 
 
 def _bytes_of(path: Path) -> bytes:
+    if path.is_char_device() or path.is_fifo():  # which may never end
+        raise TableError(path, "is no file")
     try:
         return path.read_bytes()
     except FileNotFoundError:

@@ -118,7 +118,7 @@ def test_a_copied_experiment_needs_a_name_of_its_own(
         ("results_dir=a{b}", "'results_dir': may not have braces, which are Snakemake's: 'a{b}'"),
         ("results_dir=~/a", "'results_dir': may not begin with ~: the shell "),
         ("results_dir=a\x07", "'results_dir': may not have line breaks or other control"),
-        ("results_dir=${nothing}", "cannot read experiment=outliers results_dir=${nothing}: "),
+        ("results_dir=${seed}", "'results_dir': may not have braces"),
         ("volume_per_camera=0", "'volume_per_camera': should be greater than 0, not 0"),
         ("every=0", "'every': should be greater than or equal to 1, not 0"),
         ("every=26", "'every' leaves fewer than 4 of the 100 cameras"),

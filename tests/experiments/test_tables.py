@@ -211,6 +211,9 @@ def test_what_is_no_record_is_refused(table: Path, change: str | dict[str, Any])
     assert refusal(table, record).startswith("does not exist")
     record.mkdir()
     assert refusal(table, record).startswith("cannot be read (Is a directory)")
+    record.rmdir()
+    record.symlink_to("/dev/zero")
+    assert refusal(table, record).startswith("is no file")
 
 
 def test_a_table_needs_the_columns_that_are_asked_for(tmp_path: Path) -> None:

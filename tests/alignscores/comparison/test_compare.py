@@ -426,11 +426,12 @@ def test_the_cache_is_cleared(run_compare, command, examples, tmp_path):
     run_compare(*files, "--cache", folder)
     (folder / "notes.txt").write_text("mine")
     kept = len(list(folder.iterdir())) - 1
+    (folder / f"{'0' * 64}.npz").mkdir()
     assert kept > 0
     code, out, err = command("compare", "--clear_cache", "--cache", folder)
     assert (code, out) == (0, "")
     assert err == f"alignscores: note: {kept} results removed from {folder}\n"
-    assert [file.name for file in folder.iterdir()] == ["notes.txt"]
+    assert sorted(file.name for file in folder.iterdir()) == [f"{'0' * 64}.npz", "notes.txt"]
     assert command("compare", "--cache", folder)[0] == 2
 
 
