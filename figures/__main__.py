@@ -19,19 +19,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         description="Draw a figure from tables of results.",
         epilog="snakemake results/figures/NAME.pdf makes the tables, and the figure",
     )
-    parser.add_argument(
-        "draw", metavar="MODULE:FUNCTION", help="what draws it: figures.noise:outliers, for example"
-    )
-    parser.add_argument(
-        "tables", nargs="*", type=Path, metavar="TABLE.csv", help="the tables that it is drawn from"
-    )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        required=True,
-        metavar="PATH",
-        help="without extension: PATH.pdf and PATH.png are written",
-    )
+    example = "figures.noise:outliers, for example"
+    parser.add_argument("draw", metavar="MODULE:FUNCTION", help=example)
+    parser.add_argument("tables", nargs="*", type=Path, metavar="TABLE.csv")
+    parser.add_argument("--output", type=Path, required=True, metavar="PATH", help="of both files")
     return run_command(parser, _work, arguments)
 
 

@@ -45,9 +45,16 @@ COLOURS = {
     "sigma_r_deg": ("viridis", 0.00, 0.20, 0.80),
 }
 
-SETTINGS: dict[Any, Any] = {
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],  # comes with Matplotlib: the same on every machine
+TICKS = {  # on either axis
+    "color": INK,
+    "labelsize": SMALL,
+    "major.size": 2.2,
+    "major.width": 0.5,
+    "major.pad": 2,
+    "minor.size": 1.2,
+    "minor.width": 0.4,
+}
+SETTINGS: dict[Any, Any] = {  # the font is Matplotlib's own, the same on every machine
     "font.size": TEXT,
     "text.color": INK,
     "axes.titlesize": TITLE,
@@ -71,20 +78,8 @@ SETTINGS: dict[Any, Any] = {
     "lines.marker": ".",
     "lines.markersize": 1.6,
     "patch.linewidth": 0,
-    "xtick.color": INK,
-    "xtick.labelsize": SMALL,
-    "xtick.major.size": 2.2,
-    "xtick.major.width": 0.5,
-    "xtick.major.pad": 2,
-    "xtick.minor.size": 1.2,
-    "xtick.minor.width": 0.4,
-    "ytick.color": INK,
-    "ytick.labelsize": SMALL,
-    "ytick.major.size": 2.2,
-    "ytick.major.width": 0.5,
-    "ytick.major.pad": 2,
+    **{f"{axis}tick.{key}": value for axis in "xy" for key, value in TICKS.items()},
     "ytick.minor.size": 0,
-    "ytick.minor.width": 0.4,
     "legend.frameon": False,
     "legend.borderpad": 0,
     "legend.borderaxespad": 0,
