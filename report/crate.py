@@ -6,6 +6,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from hashlib import sha256
+from mimetypes import guess_type
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -16,16 +17,6 @@ from experiments.tables import read_record, write_files
 FILE = "ro-crate-metadata.json"
 PROFILE = "https://w3id.org/ro/wfrun/process/0.5"
 LICENSE = "https://spdx.org/licenses/BSD-3-Clause"
-TRIALS = ("trials", "replicates")  # folders of tables with records
-FINDINGS = ("tables", "figures")
-MEDIA_TYPES = {
-    ".csv": "text/csv",
-    ".html": "text/html",
-    ".json": "application/json",
-    ".md": "text/markdown",
-    ".pdf": "application/pdf",
-    ".png": "image/png",
-}
 
 Entity = dict[str, Any]
 
@@ -52,7 +43,7 @@ def crate(results: Path) -> dict[str, Any]:
 
     Times are those of the files, so that the same folder has the same description.
     """
-    tables = _files(results, TRIALS, {".csv"})
+    tables = _files(results, "trials/**/*.csv", "replicates/**/*.csv")
     if not tables:
         raise CommandError(f"{results} has no tables of trials; run: snakemake report")
     softwares: dict[str, Entity] = {}
@@ -61,19 +52,15 @@ def crate(results: Path) -> dict[str, Any]:
         entities = _software(read_record(table).origin)
         softwares |= {entity["@id"]: entity for entity in entities}
         made.setdefault(entities[0]["@id"], []).append(table)
-    findings = [
-        *_files(results, FINDINGS, set(MEDIA_TYPES)),
-        *sorted(path for path in results.iterdir() if path.suffix in (".csv", ".html")),
+    actions = [
+        _action(results, f"#trials-{number}", "Trials", software, _records(own), own)
+        for number, (software, own) in enumerate(made.items(), start=1)
     ]
-    records = [table.with_suffix(".json") for table in tables]
-    actions = []
-    for number, (software, own) in enumerate(made.items(), start=1):
-        used = [table.with_suffix(".json") for table in own]
-        actions.append(_action(results, f"#trials-{number}", "Trials", software, used, own))
+    findings = _files(results, "tables/**/*", "figures/**/*", "*.csv", "*.html")
     if findings:
         last = list(made)[-1]
         actions.append(_action(results, "#evaluation", "Evaluation", last, tables, findings))
-    files = [*tables, *records, *findings]
+    files = [*tables, *_records(tables), *findings]
     graph = [
         {
             "@id": FILE,
@@ -102,10 +89,14 @@ def crate(results: Path) -> dict[str, Any]:
     return {"@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph}
 
 
-def _files(results: Path, folders: Iterable[str], endings: set[str]) -> list[Path]:
-    """Return the files of some folders with some endings, in order; temporary ones are hidden."""
-    found = (path for folder in folders for path in sorted((results / folder).rglob("*")))
-    return [path for path in found if path.suffix in endings and not path.name.startswith(".")]
+def _files(results: Path, *patterns: str) -> list[Path]:
+    """Return the files of a known type, in order; temporary ones are hidden."""
+    found = (path for pattern in patterns for path in sorted(results.glob(pattern)))
+    return [path for path in found if guess_type(path)[0] and not path.name.startswith(".")]
+
+
+def _records(tables: Iterable[Path]) -> list[Path]:
+    return [table.with_suffix(".json") for table in tables]
 
 
 def _software(origin: Mapping[str, Any]) -> list[Entity]:
@@ -157,7 +148,7 @@ def _file(results: Path, path: Path) -> Entity:
         "@id": _id(results, path),
         "@type": "File",
         "name": path.name,
-        "encodingFormat": MEDIA_TYPES[path.suffix],
+        "encodingFormat": guess_type(path)[0],
         "contentSize": str(len(content)),
         "sha256": sha256(content).hexdigest(),
     }
