@@ -27,13 +27,6 @@ FOLDER = CONFIG_DIR.parent / "docs" / "article"
 TEMPLATE = "article.html.j2"
 CAPTIONS = ("Figure 5", "Figure 6", "Figure 7")  # whose statements stand beside what came out
 KEYS = ("trials=", "replicates=", "benchmark=", "quick=", "more=")  # that leave the study as it is
-SHORT = {  # names of metrics with their options, as tables have room for
-    "(registration=refined)": " refined",
-    "(registration=refined,max_threshold=2)": " refined 2 d",
-    "(registration=refined, max_threshold=2)": " refined 2 d",
-    "HalfDistance(score=0.25)": "QuarterDistance",
-    "HalfAngle(score=0.25)": "QuarterAngle",
-}
 LEFT_OUT = Markup('<span class="left-out">[left out: not so in this quick look]</span>')
 
 
@@ -53,7 +46,6 @@ def render(results: Results, machine: str = "") -> str:
     orders = found["head_to_head"]
     text = environment(FOLDER)
     text.filters["listed"] = lambda words: listed(words or ["none"])
-    text.filters["short"] = _shortened
     rates = {summary["metric"]: summary for summary in found["frame_rate"]["metrics"]}
     names: dict[str, Any] = {
         "is_quick": is_quick,
@@ -64,7 +56,7 @@ def render(results: Results, machine: str = "") -> str:
         "picture": _finder("figure", found["pictures"]),
         "at_rates": _finder("frame rate of", rates),
         "place": _finder("order", _places(orders["rankings"])),
-        "ahead": lambda *key: _comparison(orders["table"], *key),
+        "ahead": _finder("comparison", _comparisons(orders["table"])),
         "tallies": _tallies(found["counted"]),
         "captions": _captions(found["counted"]),
         "doubted": lambda ids: [
@@ -116,20 +108,14 @@ def _places(rankings: Sequence[Any]) -> dict[tuple[str, str, str], Any]:
     }
 
 
-def _comparison(
-    order: pd.DataFrame, experiment: str, level: str, metric: str, versus: str
-) -> dict[str, Any]:
-    """Return by how much a metric orders levels better than another, in points."""
-    rows = order[(order["experiment"] == experiment) & (order["level"] == level)]
-    for first, second, sign in ((metric, versus, 1), (versus, metric, -1)):
-        row = rows[(rows["metric"] == first) & (rows["versus"] == second)]
-        if len(row) == 1:
-            better, low, high, p = row[["order", "low", "high", "p"]].to_numpy()[0]
-            lowest, highest = sorted((sign * low, sign * high))
-            certain = sign * better > 0 and p < SIGNIFICANCE
-            return {"order": sign * better, "low": lowest, "high": highest, "is_certain": certain}
-    words = f"{experiment} {level} {metric} {versus}"
-    raise CommandError(f"{FOLDER / TEMPLATE} asks for no comparison: {words}")
+def _comparisons(table: pd.DataFrame) -> dict[Any, Any]:
+    """Return by how much each metric orders levels better than each other, in points."""
+    pairs = table.dropna(subset="versus").astype({"order": float, "low": float, "high": float})
+    turned = pairs.rename(columns={"metric": "versus", "versus": "metric"})
+    turned = turned.assign(order=-pairs["order"], low=-pairs["high"], high=-pairs["low"])
+    both = pd.concat([pairs, turned])
+    both = both.assign(is_certain=(both["order"] > 0) & (both["p"] < SIGNIFICANCE))
+    return both.set_index(["experiment", "level", "metric", "versus"]).to_dict("index")
 
 
 def _tallies(counted: Sequence[Estimate]) -> list[dict[str, Any]]:
@@ -171,9 +157,3 @@ def _means(rows: Sequence[Estimate]) -> str:
 def _verdict(rows: Sequence[Estimate]) -> str:
     """Return the verdict; of several metrics, for how many it is reproduced."""
     return rows[0].verdict if len(rows) == 1 else f"{sum(row.holds for row in rows)} of {len(rows)}"
-
-
-def _shortened(text: str) -> str:
-    for name, short in SHORT.items():
-        text = text.replace(name, short)
-    return text

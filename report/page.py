@@ -47,6 +47,11 @@ REPLACEMENTS = {  # by filter, what is replaced in a text that has been escaped
         (r"\btau\b", "τ"),
         (r"\b\w+-[12]\b", r'<span class="whole">\g<0></span>'),
     ),
+    "short": (  # names of metrics with their options, as tables have room for
+        (r"\(registration=refined, ?max_threshold=2\)", " refined 2 d"),
+        (r"\(registration=refined\)", " refined"),
+        (r"Half(\w+)\(score=0.25\)", r"Quarter\1"),
+    ),
 }
 WIDE = 1500  # pixels: 5 inches
 COLOURS = 256  # in a picture: all that can be seen, at a third of the size
