@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
+import numpy as np
+
 from studies.claims.claims import Claim
 from studies.claims.verdicts import REPRODUCED
 from studies.words import write_number
@@ -109,20 +111,11 @@ class Estimate:
         whole = [self.low, self.high, *bounds]
         if self.unit == "τ":
             whole += [0.0, 1.0]  # on one scale from claim to claim
-        left, right = min(whole), max(whole)
-        margin = MARGIN * (right - left)
-        left, right = left - margin, right + margin
-
-        def at(value: float) -> float:
-            return round(min(max(100 * (value - left) / (right - left), 0.0), 100.0), 1)
-
-        return {
-            "low": at(self.low),
-            "high": at(self.high),
-            "mean": at(self.mean),
-            "holds": (at(lowest), at(highest)),  # where the claim holds: from, to
-            "marks": [at(mark) for mark in marks],  # the paper's number, or the criterion's bounds
-        }
+        margin = MARGIN * (max(whole) - min(whole))
+        ends = min(whole) - margin, max(whole) + margin
+        shown = [self.low, self.mean, self.high, lowest, highest, *marks]
+        low, mean, high, first, last, *marks = np.interp(shown, ends, (0, 100)).round(1).tolist()
+        return {"low": low, "mean": mean, "high": high, "holds": (first, last), "marks": marks}
 
     def _write(self, value: float) -> str:
         signed = self.claim.rule.has_ranges or self.claim.is_difference

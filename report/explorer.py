@@ -50,8 +50,7 @@ def render(experiments: Sequence[CameraErrors]) -> str:
         "thresholds": TASOptions().n_thresholds,
         "weight": PASOptions().weight,
     }
-    places = {name: place for place, name in enumerate(TITLES)}
-    ordered = sorted(experiments, key=lambda one: places.get(one.sweep.name, len(places)))
+    ordered = sorted(experiments, key=lambda one: list(TITLES).index(one.sweep.name))
     shown = [_experiment(one) for one in ordered]
     template = environment().get_template("explorer.html.j2")
     return document(
@@ -74,7 +73,7 @@ def _experiment(errors: CameraErrors) -> dict[str, Any]:
     of_cells = [getattr(cell, series) for cell in cells(sweep)]
     levels_of_cells = [tuple(getattr(cell, key) for key in levels) for cell in cells(sweep)]
     values, noise = sorted(set(of_cells)), sorted(set(levels_of_cells))
-    figure, name = TITLES.get(sweep.name, ("", sweep.name))
+    figure, name = TITLES[sweep.name]
     fixed = [(key, *getattr(sweep, key)) for key in CELL_SETTINGS if key not in (*levels, series)]
     units = [
         order_statistic(trial, quantile)
@@ -114,10 +113,9 @@ def _experiment(errors: CameraErrors) -> dict[str, Any]:
 def _layout(sweep: Sweep) -> tuple[tuple[str, ...], str]:
     """Return the settings along the x axis, and the one that curves differ in."""
     varied = [key for key in CELL_SETTINGS if len(getattr(sweep, key)) > 1]
-    if sweep.noise == "paired":
-        levels: tuple[str, ...] = ("sigma_t", "sigma_r_deg")
-    else:
-        levels = (next((key for key in ("sigma_t", "sigma_r_deg") if key in varied), "sigma_t"),)
+    levels: tuple[str, ...] = ("sigma_t", "sigma_r_deg")
+    if sweep.noise != "paired":
+        levels = tuple(key for key in levels if key in varied)[:1] or levels[:1]
     others = [key for key in varied if key not in levels]
     if len(others) > 1:
         settings = " and ".join(others)
