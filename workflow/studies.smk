@@ -1,6 +1,7 @@
 # From the description of each study: its answers, its run times, its figures, and a target of its name.
 OWN_FRAME_RATES = RESULTS / "tables" / "frame_rate_trajectories.csv"
 FIGURE = RESULTS / "figures" / "{figure}.{ext}"
+NEEDS_OWN_FILE = "snakemake: {0.name} needs --config {0.own.key}=FILE"
 FIGURES = {name: (plan, figure) for plan in STUDIES.values() for name, figure in plan.figures.items()}
 
 
@@ -15,10 +16,6 @@ def times(plan):
 def own_tables(plan):
     """What is made of people's own files."""
     return expand("{folder}/own/{part}.csv", folder=RESULTS / plan.called, part=plan.sources)
-
-
-def needs_own_file(study):
-    raise ConfigError(f"{study.name} needs --config {study.own.key}=FILE")
 
 
 def study_code(plan):
@@ -140,7 +137,7 @@ for study in found():
             name:
                 study.name
             params:
-                lambda wildcards, study=study: or_end(needs_own_file, study),
+                lambda wildcards, study=study: sys.exit(NEEDS_OWN_FILE.format(study)),
             localrule: True
 
 
