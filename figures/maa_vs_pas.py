@@ -20,7 +20,7 @@ COLUMNS = (
 @style.applied()
 def draw(outliers: Trials, length: Trials, collinear: Trials) -> Figure:
     """Figure 7: mAA and PAS against noise in position and rotation that rises together."""
-    figure, grid = new_figure(len(COLUMNS), width=style.PAGE, head=0.56, foot=0.46)
+    figure, grid = new_figure(len(COLUMNS), head=0.56, foot=0.46)
     columns = zip(COLUMNS, (outliers, length, collinear), strict=True)
     for i, ((heading, remark, series), trials) in enumerate(columns):
         curves = Curves(trials, METRICS, series, NOISE)
@@ -32,5 +32,5 @@ def draw(outliers: Trials, length: Trials, collinear: Trials) -> Figure:
         title = figure.text(*place, heading, size=style.TITLE, weight="bold", va="top")
         style.remark(grid[0][i], title, remark).set_in_layout(False)
         series_key(figure, curves, left, 0.21, named=False)
-    glyph_key(figure, curves, 0.05, 0.37, series="outlier or camera counts")
+    glyph_key(figure, curves, 0.37, series="outlier or camera counts")
     return figure

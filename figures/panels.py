@@ -86,8 +86,7 @@ def _x_axis(axes: Axes, curves: Curves, strip: Floats, ends: Floats) -> None:
 def _y_axis(axes: Axes, kind: Family, smallest: float, largest: float, log: bool) -> None:
     """Scores from 0 to 1, so that their ranges compare from panel to panel; errors from 0."""
     if log:
-        axes.set_yscale("log")
-        axes.set_ylim(smallest / 1.3, largest * 1.2)
+        axes.set(yscale="log", ylim=(smallest / 1.3, largest * 1.2))
         subs = (1.0,) if largest > 30 * smallest else (1.0, 2.0, 5.0)
         axes.yaxis.set_major_locator(LogLocator(subs=subs, numticks=6))
         axes.yaxis.set_minor_formatter(NullFormatter())
@@ -121,11 +120,9 @@ def x_labels(axes: Axes, curves: Curves) -> None:
         style.note(axes, text, (x, 0), below, fontsize=style.TEXT, linespacing=1.1, **beneath)
 
 
-def new_figure(
-    columns: int, *, width: float, head: float, foot: float = 0.26
-) -> tuple[Figure, list[list[Axes]]]:
+def new_figure(columns: int, *, head: float, foot: float = 0.26) -> tuple[Figure, Any]:
     """Return a figure with two rows of panels, and inches for keys above and labels below."""
-    height = head + foot + 2 * 1.37
+    width, height = style.COLUMN if columns == 2 else style.PAGE, head + foot + 2 * 1.37
     layout = ConstrainedLayoutEngine(
         rect=(0, 0, 1, 1 - head / height), w_pad=0.03, h_pad=0.03, wspace=0.03, hspace=0.02
     )
@@ -133,20 +130,20 @@ def new_figure(
     grid = figure.subplots(2, columns)
     for axes in grid[0]:
         axes.tick_params(labelbottom=False)
-    return figure, grid.tolist()
+    return figure, grid
 
 
 def small_multiples(curves: Curves, log: Sequence[str] = ()) -> Figure:
     """Draw a panel for each metric, some on a logarithmic axis, with one key above."""
     columns = len(curves.metrics) // 2
-    width, key_rows = (style.COLUMN, 2) if columns == 2 else (style.PAGE, 1)
-    figure, grid = new_figure(columns, width=width, head=0.23 + 0.13 * key_rows)
+    key_rows = 2 if columns == 2 else 1
+    figure, grid = new_figure(columns, head=0.23 + 0.13 * key_rows)
     for axes, metric in zip(figure.axes, curves.metrics, strict=True):
         panel(axes, curves, metric, log=metric in log)
     for axes in grid[-1]:
         x_labels(axes, curves)
     series_key(figure, curves, 0.05, 0.04)
-    glyph_key(figure, curves, 0.05, 0.19, rows=key_rows)
+    glyph_key(figure, curves, 0.19, rows=key_rows)
     return figure
 
 
@@ -163,9 +160,7 @@ def series_key(figure: Figure, curves: Curves, x: float, y: float, *, named: boo
     _key(figure, handles, x, y, fontsize=style.TEXT, handlelength=0.9 if named else 0.7)
 
 
-def glyph_key(
-    figure: Figure, curves: Curves, x: float, y: float, *, rows: int = 1, series: str = ""
-) -> None:
+def glyph_key(figure: Figure, curves: Curves, y: float, *, rows: int = 1, series: str = "") -> None:
     """Draw the key of lines and bars; `series` says what they are where panels differ in it."""
     n = curves.trials.sweep.trials
     along = NAMES[curves.levels[0]][2] if len(curves.levels) == 1 else "noise levels"
@@ -179,7 +174,7 @@ def glyph_key(
     names = list(handles)
     for row, part in enumerate([names] if rows == 1 else [names[:3], names[3:]]):
         some = {name: handles[name] for name in part}
-        _key(figure, some, x, y + 0.13 * row, handlelength=1.2)
+        _key(figure, some, 0.05, y + 0.13 * row, handlelength=1.2)
 
 
 def _stroke(width: float) -> Line2D:

@@ -1,10 +1,11 @@
 """One look for all figures: sizes on the printed page, type, lines and colours."""
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import matplotlib
+import matplotlib.style
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -88,13 +89,8 @@ SETTINGS: dict[Any, Any] = {  # the font is Matplotlib's own, the same on every 
 }
 
 
-@contextmanager
-def applied() -> Iterator[None]:
-    """Apply the style within a block or a decorated function, whatever the user's own settings."""
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(SETTINGS)
-        yield
+# Applies the style within a block or a decorated function, whatever the user's own settings.
+applied = partial(matplotlib.style.context, ["default", SETTINGS])
 
 
 def colours(column: str, count: int) -> list[Colour]:
