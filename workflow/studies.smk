@@ -39,7 +39,6 @@ for plan in STUDIES.values():
         localrule: True
         params:
             name=plan.study.name,
-            own=lambda wildcards, input: ["--own", *input.own] if input.own else [],
             times=lambda wildcards, input: ["--times", *input.times] if input.times else [],
         threads: CORES if plan.study.is_parallel else 1
         log:
@@ -48,7 +47,7 @@ for plan in STUDIES.values():
             RESULTS / "benchmarks" / "answers" / f"{plan.called}.tsv"
         shell:
             "{sys.executable:q} -m studies {params.name} {input.trials:q} {params.times:q}"
-            " {params.own:q} --output {output:q} --n_jobs {threads} > {log:q} 2>&1"
+            " --own {input.own:q} --output {output:q} --n_jobs {threads} > {log:q} 2>&1"
 
     rule:
         name:
@@ -152,19 +151,17 @@ rule figure:
         drawn_by,
         tables=drawn_from,
     output:
-        pdf=RESULTS / "figures" / "{figure}.pdf",
-        png=RESULTS / "figures" / "{figure}.png",
+        expand(FIGURE, ext=["pdf", "png"], allow_missing=True),
     localrule: True
     params:
         draw=lambda wildcards: FIGURES[wildcards.figure][1].draw,
-        path=str(RESULTS / "figures" / "{figure}"),
     log:
         RESULTS / "logs" / "figures" / "{figure}.log",
     benchmark:
         RESULTS / "benchmarks" / "figures" / "{figure}.tsv"
     shell:
-        "{sys.executable:q} -m figures {params.draw} {input.tables:q} --output {params.path:q}"
-        " > {log:q} 2>&1"
+        "{sys.executable:q} -m figures {params.draw} {input.tables:q} "
+        "--output {RESULTS:q}/figures/{wildcards.figure} > {log:q} 2>&1"
 
 
 rule own_frame_rates:
