@@ -91,10 +91,10 @@
   }
 
   const transposed = (grid) => grid[0].map((_, level) => grid.map((curve) => curve[level]));
-  const negated = (levels) => levels.map((trials) => trials.map((value) => -value));
 
-  // The probability of the right order of neighbours along each row, the mean over the rows.
-  const orderOf = (rows) => mean(rows.map((levels) => order(negated(levels))));
+  // The probability of the right order of neighbours along each row, the mean over the rows: the last
+  // level has the lowest scores.
+  const orderOf = (rows) => mean(rows.map((levels) => order([...levels].reverse())));
 
   // What the order is asked of: the noise along the x axis, and what curves differ in where more of it
   // is worse.
@@ -319,10 +319,9 @@
     const share = (value) => `${Math.max(200 * (value - 0.5), 0).toFixed(1)}%`;
     const bar = (now, paper) => html("span", { class: "bar", "aria-hidden": "true" },
       html("i", { style: `width: ${share(now)}` }), html("b", { style: `left: ${share(paper)}` }));
-    const box = table("From 50 to 100 %: the bar is now, the stroke the paper’s setting",
+    at("orders").replaceChildren(table("From 50 to 100 %: the bar is now, the stroke the paper’s setting",
       ["Score", "neighbours in", "now", "paper", ""],
-      rows.map(({ name, kind, now, paper }) => [name, kind, percent(now), percent(paper), bar(now, paper)]));
-    at("orders").replaceChildren(box.firstChild);
+      rows.map(({ name, kind, now, paper }) => [name, kind, percent(now), percent(paper), bar(now, paper)])));
   }
 
   // ---- What it says -----------------------------------------------------------------------------
@@ -356,12 +355,11 @@
   }
 
   // Seen at once, and spoken when the slider rests.
-  const [said, spoken] = [at("said"), at("spoken")];
   let resting;
   function say(text) {
-    said.textContent = text;
+    at("said").textContent = text;
     clearTimeout(resting);
-    resting = setTimeout(() => { spoken.textContent = text; }, 700);
+    resting = setTimeout(() => { at("spoken").textContent = text; }, 700);
   }
 
   function draw() {
@@ -393,15 +391,11 @@
   // ---- Events -----------------------------------------------------------------------------------
 
   // Drawn once for all changes that come together.
-  let waiting = false;
+  let waiting;
   function update() {
     showControls();
-    if (waiting) return;
-    waiting = true;
-    setTimeout(() => {
-      waiting = false;
-      draw();
-    });
+    clearTimeout(waiting);
+    waiting = setTimeout(draw);
   }
 
   at("level").addEventListener("input", () => change({ level: Number(at("level").value) }));
