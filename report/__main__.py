@@ -31,8 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _work(options: Namespace) -> list[Path]:
     render = article.render if options.article else page.render
     text = render(Results(options.results, options.settings), options.machine)
-    write_files({options.output: text.encode()})
-    return [options.output]
+    return write_files({options.output: text.encode()})
 
 
 if __name__ == "__main__":

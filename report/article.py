@@ -5,7 +5,6 @@ A sentence that the results do not bear out any more is refused; in a quick look
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from html import unescape
 from typing import Any
 
 import pandas as pd
@@ -43,10 +42,12 @@ def render(results: Results, machine: str = "") -> str:
         or found["replicate"].trials < found["paper_trials"]
         or found["n_replicates"] < load_claims().replicates
     )
-    orders = found["head_to_head"]
+    orders = found["head_to_head"]["table"]
     text = environment(FOLDER)
     text.filters["listed"] = lambda words: listed(words or ["none"])
     rates = {summary["metric"]: summary for summary in found["frame_rate"]["metrics"]}
+    alone = orders[orders["versus"].isna() & orders["outliers"].isna()]
+    places = alone.set_index(["experiment", "level", "metric"]).to_dict("index")
     names: dict[str, Any] = {
         "is_quick": is_quick,
         "refined": "TAS(registration=refined)",
@@ -55,8 +56,8 @@ def render(results: Results, machine: str = "") -> str:
         "claim": _finder("claim", found["claims"]),
         "picture": _finder("figure", found["pictures"]),
         "at_rates": _finder("frame rate of", rates),
-        "place": _finder("order", _places(orders["rankings"])),
-        "ahead": _finder("comparison", _comparisons(orders["table"])),
+        "place": _finder("order", places),
+        "ahead": _finder("comparison", _comparisons(orders)),
         "tallies": _tallies(found["counted"]),
         "captions": _captions(found["counted"]),
         "doubted": lambda ids: [
@@ -92,20 +93,10 @@ def _guard(is_quick: bool) -> Callable[..., Markup]:
             return text
         if is_quick:
             return LEFT_OUT
-        sentence = " ".join(unescape(re.sub(r"<[^>]*>", "", text)).split())
-        raise CommandError(
-            f"{FOLDER / TEMPLATE} says what the results do not: {sentence!r}; write what they do"
-        )
+        problem = f"says what the results do not: {text.striptags()!r}; write what they do"
+        raise CommandError(f"{FOLDER / TEMPLATE} {problem}")
 
     return says
-
-
-def _places(rankings: Sequence[Any]) -> dict[tuple[str, str, str], Any]:
-    return {
-        (ranking["experiment"], ranking["level"], place["metric"]): place
-        for ranking in rankings
-        for place in ranking["places"]
-    }
 
 
 def _comparisons(table: pd.DataFrame) -> dict[Any, Any]:

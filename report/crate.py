@@ -34,8 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _work(options: Namespace) -> list[Path]:
     text = json.dumps(crate(options.results), indent=2, ensure_ascii=False) + "\n"
-    write_files({options.results / FILE: text.encode()})
-    return [options.results / FILE]
+    return write_files({options.results / FILE: text.encode()})
 
 
 def crate(results: Path) -> dict[str, Any]:

@@ -39,7 +39,7 @@ class Estimate:
     @property
     def number(self) -> str:
         """The mean."""
-        return self._write(self.mean) if self.is_finite else "undefined"
+        return self.write(self.mean) if self.is_finite else "undefined"
 
     @property
     def value(self) -> str:
@@ -49,18 +49,13 @@ class Estimate:
     @property
     def interval(self) -> str:
         """The interval, in the unit of the mean."""
-        return f"[{self._write(self.low)}, {self._write(self.high)}]" if self.is_finite else ""
+        return f"[{self.write(self.low)}, {self.write(self.high)}]" if self.is_finite else ""
 
     @property
     def mean_interval(self) -> str:
         """The confidence interval of the mean, in its unit."""
         bounds = (self.mean_low, self.mean_high)
-        return f"[{', '.join(map(self._write, bounds))}]" if self.is_finite else ""
-
-    @property
-    def pooled_number(self) -> str:
-        """The statistic of the trials of all replicates together, in the unit of the mean."""
-        return "" if self.pooled is None else self._write(self.pooled)
+        return f"[{', '.join(map(self.write, bounds))}]" if self.is_finite else ""
 
     @property
     def expected(self) -> str:
@@ -117,6 +112,7 @@ class Estimate:
         low, mean, high, first, last, *marks = np.interp(shown, ends, (0, 100)).round(1).tolist()
         return {"low": low, "mean": mean, "high": high, "holds": (first, last), "marks": marks}
 
-    def _write(self, value: float) -> str:
+    def write(self, value: float) -> str:
+        """Write a number in the unit of the mean."""
         signed = self.claim.rule.has_ranges or self.claim.is_difference
         return write_number(value, 1 if self.claim.rule.is_percentage else 3, signed=signed)

@@ -1,11 +1,11 @@
 """Where the results come from: settings, machines, run times and the command to repeat them."""
 
 import json
+import re
 import shlex
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from math import isnan
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -15,10 +15,7 @@ from studies.words import NONE
 
 
 def machines(records: Mapping[str, Mapping[str, Record]]) -> list[dict[str, Any]]:
-    """Group the tables of all studies by the code, packages and platform they were made with.
-
-    A study stands for its tables where all of them were made with the same.
-    """
+    """Group tables, or studies whose tables have all one, by the code and platform behind them."""
     groups: dict[str, list[str]] = defaultdict(list)
     for study, tables in records.items():
         origins = {
@@ -34,10 +31,7 @@ def machines(records: Mapping[str, Mapping[str, Record]]) -> list[dict[str, Any]
 
 def command(settings: Sequence[str]) -> str:
     """Return the command that repeats the results; files are named without their folders."""
-    named = [
-        f"{key}={Path(value).name}" if value.endswith((".yaml", ".yml")) else f"{key}={value}"
-        for key, _, value in (setting.partition("=") for setting in settings)
-    ]
+    named = [re.sub(r"=.*/(.*\.ya?ml)$", r"=\1", setting) for setting in settings]
     return shlex.join(["snakemake", "report", *(["--config", *named] if named else [])])
 
 

@@ -83,7 +83,6 @@ def _read_figure(path: Path) -> Image.Image:
         with Image.open(path, formats=["PNG"]) as image:
             image.load()
             return image
-    except FileNotFoundError:
-        raise TableError(path, "does not exist") from None
     except (OSError, SyntaxError, ValueError):
-        raise TableError(path, "is not a PNG") from None
+        problem = "is not a PNG" if path.exists() else "does not exist"
+        raise TableError(path, problem) from None
