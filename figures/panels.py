@@ -48,11 +48,13 @@ def panel(axes: Axes, curves: Curves, metric: str, *, log: bool = False) -> None
 
     bottom, top = smallest.min(axis=0), largest.max(axis=0)
     axes.bar(levels, top - bottom, 0.94, bottom, color=style.GREY_BAND, zorder=0.5)
-    for j, colour in enumerate(style.colours(curves.series, count)):
+    colours = style.colours(curves.series, count)
+    tints = 1 - 0.72 * (1 - np.array(colours))  # closer to the paper's white
+    for j, colour in enumerate(colours):
         label = write_value(curves.series, curves.values[j])
         axes.plot(levels, mean[j], color=colour, label=label, zorder=3)
         for start, end, linewidth in ((smallest, largest, 0.4), (lower, upper, 1.0)):
-            axes.vlines(levels + offsets[j], start[j], end[j], style.tint(colour), lw=linewidth)
+            axes.vlines(levels + offsets[j], start[j], end[j], tints[j], lw=linewidth)
         low, high = smallest[j].min(), largest[j].max()
         axes.bar(strip[j], high - low, 0.8 * step, low, color=colour, linewidth=0.3, zorder=2)
 
@@ -120,27 +122,26 @@ def x_labels(axes: Axes, curves: Curves) -> None:
         style.note(axes, text, (x, 0), below, fontsize=style.TEXT, linespacing=1.1, **beneath)
 
 
-def new_figure(columns: int, *, head: float, foot: float = 0.26) -> tuple[Figure, Any]:
+def new_figure(columns: int, *, head: float, foot: float = 0.26) -> Figure:
     """Return a figure with two rows of panels, and inches for keys above and labels below."""
     width, height = style.COLUMN if columns == 2 else style.PAGE, head + foot + 2 * 1.37
     layout = ConstrainedLayoutEngine(
         rect=(0, 0, 1, 1 - head / height), w_pad=0.03, h_pad=0.03, wspace=0.03, hspace=0.02
     )
     figure = Figure(figsize=(width, height), layout=layout)
-    grid = figure.subplots(2, columns)
-    for axes in grid[0]:
+    for axes in figure.subplots(2, columns)[0]:
         axes.tick_params(labelbottom=False)
-    return figure, grid
+    return figure
 
 
 def small_multiples(curves: Curves, log: Sequence[str] = ()) -> Figure:
     """Draw a panel for each metric, some on a logarithmic axis, with one key above."""
     columns = len(curves.metrics) // 2
     key_rows = 2 if columns == 2 else 1
-    figure, grid = new_figure(columns, head=0.23 + 0.13 * key_rows)
+    figure = new_figure(columns, head=0.23 + 0.13 * key_rows)
     for axes, metric in zip(figure.axes, curves.metrics, strict=True):
         panel(axes, curves, metric, log=metric in log)
-    for axes in grid[-1]:
+    for axes in figure.axes[columns:]:
         x_labels(axes, curves)
     series_key(figure, curves, 0.05, 0.04)
     glyph_key(figure, curves, 0.19, rows=key_rows)

@@ -16,8 +16,6 @@ from matplotlib.text import Annotation, Text
 from alignscores.arrays import Floats
 from experiments.metrics import Column
 
-Colour = tuple[float, float, float]
-
 COLUMN = 3.3  # width of a column of the paper in inches
 PAGE = 6.9  # width of its text
 
@@ -93,17 +91,11 @@ SETTINGS: dict[Any, Any] = {  # the font is Matplotlib's own, the same on every 
 applied = partial(matplotlib.style.context, ["default", SETTINGS])
 
 
-def colours(column: str, count: int) -> list[Colour]:
+def colours(column: str, count: int) -> list[tuple[float, float, float]]:
     """Return a colour for each of `count` values of a key column, in their order."""
     name, first, second, last = COLOURS[column]
     positions = [first, *np.linspace(last, second, count - 1)[::-1]]
     return [(r, g, b) for r, g, b, _ in matplotlib.colormaps[name](positions).tolist()]
-
-
-def tint(colour: Colour) -> Colour:
-    """Return a colour that is closer to the paper's white."""
-    r, g, b = (1 - 0.72 * (1 - part) for part in colour)
-    return r, g, b
 
 
 def direction(axes: Axes, *, larger_is_better: bool) -> None:
