@@ -34,12 +34,11 @@ def keep_others_out():
     try:
         RESULTS.mkdir(parents=True, exist_ok=True)
         lock = open(RESULTS / ".lock", "w")
-    except OSError as error:
-        sys.exit(f"snakemake: cannot write in results_dir={RESULTS}: {error.strerror}")
-    try:
         flock(lock, LOCK_EX | LOCK_NB)
     except BlockingIOError:
         sys.exit(f"snakemake: another run is at work in {RESULTS}; wait for it, or set another results_dir")
+    except OSError as error:
+        sys.exit(f"snakemake: cannot write in results_dir={RESULTS}: {error.strerror}")
     return lock # which is kept as long as it is open
 
 

@@ -99,45 +99,43 @@ def drawn_by(wildcards):
     return [*(study_code(plan) if plan.study.name != "paper" else []), *records]
 
 
-for plan in STUDIES.values():
-    if plan.study.own:
+for plan in [plan for plan in STUDIES.values() if plan.study.own]:
 
-        rule:
-            name:
-                f"own_{plan.study.name}"
-            input:
-                TRIAL_CODE,
-                study_code(plan),
-                code("alignscores/comparison", "alignscores/evaluation", "alignscores/trajectories"),
-                code("alignscores/trajectories/files"),
-                lambda wildcards, plan=plan: or_end(lambda: plan.sources[wildcards.part]),
-                config[plan.study.own.key],
-            output:
-                RESULTS / plan.called / "own" / "{part}.csv",
-            localrule: True
-            params:
-                settings=plan.given,
-                name=plan.study.name,
-            wildcard_constraints:
-                part="[^/]+",
-            log:
-                RESULTS / "logs" / plan.called / "{part}.log",
-            benchmark:
-                RESULTS / "benchmarks" / plan.called / "{part}.tsv"
-            shell:
-                "{sys.executable:q} -m studies {params.name} --part {wildcards.part:q}"
-                " --settings {params.settings:q} --output {output:q} > {log:q} 2>&1"
+    rule:
+        name:
+            f"own_{plan.study.name}"
+        input:
+            TRIAL_CODE,
+            study_code(plan),
+            code("alignscores/comparison", "alignscores/evaluation", "alignscores/trajectories"),
+            code("alignscores/trajectories/files"),
+            lambda wildcards, plan=plan: or_end(lambda: plan.sources[wildcards.part]),
+            config[plan.study.own.key],
+        output:
+            RESULTS / plan.called / "own" / "{part}.csv",
+        localrule: True
+        params:
+            settings=plan.given,
+            name=plan.study.name,
+        wildcard_constraints:
+            part="[^/]+",
+        log:
+            RESULTS / "logs" / plan.called / "{part}.log",
+        benchmark:
+            RESULTS / "benchmarks" / plan.called / "{part}.tsv"
+        shell:
+            "{sys.executable:q} -m studies {params.name} --part {wildcards.part:q}"
+            " --settings {params.settings:q} --output {output:q} > {log:q} 2>&1"
 
 
-for study in found():
-    if study.name not in STUDIES:
+for study in [study for study in found() if study.name not in STUDIES]:
 
-        rule:
-            name:
-                study.name
-            params:
-                lambda wildcards, study=study: sys.exit(NEEDS_OWN_FILE.format(study)),
-            localrule: True
+    rule:
+        name:
+            study.name
+        params:
+            lambda wildcards, study=study: sys.exit(NEEDS_OWN_FILE.format(study)),
+        localrule: True
 
 
 wildcard_constraints:

@@ -12,11 +12,9 @@ def effort(wildcards):
 
 
 def share_of(tables):
-    """As many that no core is idle at the end, where these tables are made side by side.
-
-    Of many tables one each: the last are short, and starting another process takes longer.
-    """
+    """Share the cores among tables that are made side by side, so that none is idle at the end."""
     if "n_jobs" not in config:
+        # Of many tables one each: the last are short, and starting another process takes longer.
         return 1 if tables > 2 * CORES else CORES // gcd(CORES, tables)
     return CORES if config["n_jobs"] == -1 else config["n_jobs"]
 
