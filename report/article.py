@@ -5,6 +5,7 @@ A sentence that the results do not bear out any more is refused; in a quick look
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import pandas as pd
@@ -53,18 +54,18 @@ def render(results: Results, machine: str = "") -> str:
         "refined": "TAS(registration=refined)",
         "quarter": "HalfDistance(score=0.25)",
         "least_power": LEAST_POWER,
-        "claim": _finder("claim", found["claims"]),
-        "picture": _finder("figure", found["pictures"]),
-        "at_rates": _finder("frame rate of", rates),
-        "place": _finder("order", places),
-        "ahead": _finder("comparison", _comparisons(orders)),
+        "claim": partial(_find, "claim", found["claims"]),
+        "picture": partial(_find, "figure", found["pictures"]),
+        "at_rates": partial(_find, "frame rate of", rates),
+        "place": partial(_find, "order", places),
+        "ahead": partial(_find, "comparison", _comparisons(orders)),
         "tallies": _tallies(found["counted"]),
         "captions": _captions(found["counted"]),
         "doubted": lambda ids: [
             row for row in found["exceptions"] if re.fullmatch(ids, row.claim.id)
         ],
         "fixed": lambda text: text,
-        "says": _guard(is_quick),
+        "says": partial(_say, is_quick),
     }
     try:
         return text.get_template(TEMPLATE).render(found | names)
@@ -72,31 +73,23 @@ def render(results: Results, machine: str = "") -> str:
         raise CommandError(f"{FOLDER / TEMPLATE}: {error}") from None
 
 
-def _finder(kind: str, found: Mapping[Any, Any]) -> Callable[..., Any]:
-    """Return a function of a name, or of its parts, that refuses those that there are not."""
-
-    def find(*parts: str) -> Any:
-        key = parts[0] if len(parts) == 1 else parts
-        if key not in found:
-            raise CommandError(f"{FOLDER / TEMPLATE} asks for no {kind}: {' '.join(parts)}")
-        return found[key]
-
-    return find
+def _find(kind: str, found: Mapping[Any, Any], *parts: str) -> Any:
+    """Return what has a name, or these parts of one; refuse what there is not."""
+    key = parts[0] if len(parts) == 1 else parts
+    if key not in found:
+        raise CommandError(f"{FOLDER / TEMPLATE} asks for no {kind}: {' '.join(parts)}")
+    return found[key]
 
 
-def _guard(is_quick: bool) -> Callable[..., Markup]:
-    """Return the block of a sentence that holds under a condition."""
-
-    def says(*conditions: bool, caller: Callable[[], str]) -> Markup:
-        text = Markup(caller())
-        if all(conditions):
-            return text
-        if is_quick:
-            return LEFT_OUT
-        problem = f"says what the results do not: {text.striptags()!r}; write what they do"
-        raise CommandError(f"{FOLDER / TEMPLATE} {problem}")
-
-    return says
+def _say(is_quick: bool, *conditions: bool, caller: Callable[[], str]) -> Markup:
+    """Return a sentence that holds under some conditions."""
+    text = Markup(caller())
+    if all(conditions):
+        return text
+    if is_quick:
+        return LEFT_OUT
+    problem = f"says what the results do not: {text.striptags()!r}; write what they do"
+    raise CommandError(f"{FOLDER / TEMPLATE} {problem}")
 
 
 def _comparisons(table: pd.DataFrame) -> dict[Any, Any]:

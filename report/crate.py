@@ -51,15 +51,15 @@ def crate(results: Path) -> dict[str, Any]:
         entities = _software(read_record(table).origin)
         softwares |= {entity["@id"]: entity for entity in entities}
         made.setdefault(entities[0]["@id"], []).append(table)
+    findings = _files(results, "tables/**/*", "figures/**/*", "*.csv", "*.html")
+    files = [*tables, *_records(tables), *findings]
+    names = {path: quote(path.relative_to(results).as_posix()) for path in files}
     actions = [
-        _action(results, f"#trials-{number}", "Trials", software, _records(own), own)
+        _action(names, f"#trials-{number}", "Trials", software, _records(own), own)
         for number, (software, own) in enumerate(made.items(), start=1)
     ]
-    findings = _files(results, "tables/**/*", "figures/**/*", "*.csv", "*.html")
     if findings:
-        last = list(made)[-1]
-        actions.append(_action(results, "#evaluation", "Evaluation", last, tables, findings))
-    files = [*tables, *_records(tables), *findings]
+        actions.append(_action(names, "#evaluation", "Evaluation", [*made][-1], tables, findings))
     graph = [
         {
             "@id": FILE,
@@ -76,14 +76,14 @@ def crate(results: Path) -> dict[str, Any]:
             "conformsTo": {"@id": PROFILE},
             "license": {"@id": LICENSE},
             "datePublished": _time(files)[:10],
-            "hasPart": _parts(results, files),
+            "hasPart": _references(names.values()),
             "mentions": _references(action["@id"] for action in actions),
         },
         {"@id": PROFILE, "@type": "CreativeWork", "name": "Process Run Crate", "version": "0.5"},
         {"@id": LICENSE, "@type": "CreativeWork", "name": "BSD 3-Clause License"},
         *actions,
         *softwares.values(),
-        *(_file(results, path) for path in files),
+        *map(_file, names, names.values()),
     ]
     return {"@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph}
 
@@ -123,7 +123,7 @@ def _software(origin: Mapping[str, Any]) -> list[Entity]:
 
 
 def _action(
-    results: Path,
+    names: Mapping[Path, str],
     name: str,
     title: str,
     software: str,
@@ -135,30 +135,22 @@ def _action(
         "@type": "CreateAction",
         "name": title,
         "instrument": {"@id": software},
-        "object": _parts(results, inputs),
-        "result": _parts(results, outputs),
+        "object": _references(names[path] for path in inputs),
+        "result": _references(names[path] for path in outputs),
         "endTime": _time(outputs),
     }
 
 
-def _file(results: Path, path: Path) -> Entity:
+def _file(path: Path, name: str) -> Entity:
     content = path.read_bytes()
     return {
-        "@id": _id(results, path),
+        "@id": name,
         "@type": "File",
         "name": path.name,
         "encodingFormat": guess_type(path)[0],
         "contentSize": str(len(content)),
         "sha256": sha256(content).hexdigest(),
     }
-
-
-def _id(results: Path, path: Path) -> str:
-    return quote(path.relative_to(results).as_posix())
-
-
-def _parts(results: Path, paths: Iterable[Path]) -> list[dict[str, str]]:
-    return _references(_id(results, path) for path in paths)
 
 
 def _references(names: Iterable[str]) -> list[dict[str, str]]:

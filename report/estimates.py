@@ -63,9 +63,8 @@ class Estimate:
         if self.claim.paper is not None:
             return f"{write_number(self.claim.paper, 0, signed=True)}{SPACE}{self.unit}"
         relation, bound = self.claim.bound
-        number = f"{bound:g}".replace("-", "−")
-        number = f"±{number}" if relation == "within" else number
-        return f"{relation} {number}{SPACE}{self.unit}"
+        sign = "±" if relation == "within" else ""
+        return f"{relation} {sign}{bound:g}{SPACE}{self.unit}".replace("-", "−")
 
     @property
     def is_finite(self) -> bool:

@@ -124,7 +124,8 @@ def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
         "sources": list(dict.fromkeys(row.claim.source for row in rows)),
         "exceptions": [row for name in VERDICTS[:-1] for row in counted if row.verdict == name],
         "central": CENTRAL[1] - CENTRAL[0],
-        "missed": _missed(n_replicates),
+        # Share of studies outside of the interval of n replicates: the k-th is above k / (n + 1).
+        "missed": 2 * (1 + CENTRAL[0] * (n_replicates - 1)) / (n_replicates + 1),
         "n_numbers": len(numeric),
         "n_outside": sum(row.is_outside for row in numeric),
     }
@@ -170,11 +171,6 @@ def environment(folder: Path = Path(__file__).parent) -> Environment:
     made.filters |= {"levels": write_levels, "number": write_number}
     made.filters |= {name: partial(_replace, name) for name in REPLACEMENTS}
     return made
-
-
-def _missed(n: int) -> float:
-    """Share of studies outside of the interval of n replicates: the k-th is above k / (n + 1)."""
-    return 2 * (1 + CENTRAL[0] * (n - 1)) / (n + 1)
 
 
 def _replace(name: str, text: str) -> Markup:
