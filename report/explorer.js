@@ -13,7 +13,6 @@
     thresholds: [[1, 2, 3, 5, 10, 20, 50, 100, 200, 500, 1000, Infinity], (value) => number(value, 4)],
     weight: [WEIGHTS, (value) => number(value)],
   };
-  const OUTLIERS = ["counted", "failures", "ignored"];
   const KINDS = {
     TAS: { unit: "d", words: "units of d", threshold: "tas" },
     RAS: { unit: "°", words: "degrees", threshold: "ras" },
@@ -29,7 +28,7 @@
     quantile: [data.paper.quantile, (value) => data.quantiles.includes(value)],
     thresholds: [data.paper.thresholds, (value) => whole(value) || value === Infinity],
     weight: [data.paper.weight, within(WEIGHTS)],
-    outliers: ["counted", (value) => OUTLIERS.includes(value)],
+    outliers: ["counted", (value) => ["counted", "failures", "ignored"].includes(value)],
     level: [0, whole], // of the profiles: the first is 1, and 0 stands for the one in the middle
   }, update);
   const { change, defaults: PAPER, state } = kept;
@@ -110,11 +109,9 @@
   const current = () => data.experiments.find((one) => one.name === state.experiment);
 
   // Which settings change anything in an experiment, by their names.
-  function usedBy(experiment) {
-    const has = (name) => experiment.scores.includes(name);
-    const outliers = experiment.outliers.some((count) => count > 0);
-    const [tas, ras] = [has("TAS"), has("RAS")];
-    return { tas, ras, quantile: tas, thresholds: true, weight: has("PAS"), outliers };
+  function usedBy({ scores, outliers }) {
+    const [tas, ras, both] = ["TAS", "RAS", "PAS"].map((name) => scores.includes(name));
+    return { tas, ras, quantile: tas, thresholds: true, weight: both, outliers: outliers.some(Boolean) };
   }
 
   function isPaper() {
@@ -171,7 +168,6 @@
   }
 
   const BAR = 13; // width of a range, with the gap beside it
-  const meansOf = (grid) => grid.map((curve) => curve.map(mean));
 
   // The scores of all trials against the noise, as the figures of the study have them.
   function drawScores(experiment, name, host, grid, paper) {
@@ -187,7 +183,7 @@
       y: { domain: [0, 1], ticks: [0, 0.2, 0.4, 0.6, 0.8, 1] },
       height: 250, left: 32, right: strip + 44,
     });
-    const [means, before] = [grid, paper].map(meansOf);
+    const [means, before] = [grid, paper].map((scores) => scores.map((curve) => curve.map(mean)));
     series.colours.forEach((colour, k) => {
       drawRanges(chart, grid[k], k, series);
       if (!isPaper()) line(chart, [...before[k].entries()], { colour, ghost: true });
