@@ -33,8 +33,7 @@ LEFT_OUT = Markup('<span class="left-out">[left out: not so in this quick look]<
 def render(results: Results, machine: str = "") -> str:
     """Write the article as HTML that needs no other file; it has no date.
 
-    A `CommandError` says what the text asks for and there is not, or what the results do not bear
-    out.
+    A `CommandError` says what there is not, or what the results do not bear out.
     """
     found = contents(results, machine)
     others = [one for one in results.settings if not one.startswith(KEYS)]

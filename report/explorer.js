@@ -212,11 +212,10 @@
     });
     const all = curve.flat();
     const [top, bottom] = [chart.y(Math.max(...all)), chart.y(Math.min(...all))];
-    const x = chart.width - BAR * (labels.length - k) + 1.5;
-    const height = Math.max(bottom - top, 1);
+    const bar = { x: chart.width - BAR * (labels.length - k) + 1.5, y: top.toFixed(1), width: BAR - 3 };
     chart.plot.append(
       element("path", { class: "hair", d: hairs.join(""), stroke: colours[k], opacity: 0.45 }),
-      element("rect", { x, y: top.toFixed(1), width: BAR - 3, height: height.toFixed(1), fill: colours[k] }),
+      element("rect", { ...bar, height: Math.max(bottom - top, 1).toFixed(1), fill: colours[k] }),
     );
   }
 
