@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from hashlib import sha256
-from mimetypes import guess_type
+from mimetypes import MimeTypes
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -17,6 +17,8 @@ from experiments.tables import read_record, write_files
 FILE = "ro-crate-metadata.json"
 PROFILE = "https://w3id.org/ro/wfrun/process/0.5"
 LICENSE = "https://spdx.org/licenses/BSD-3-Clause"
+MEDIA = MimeTypes()  # Python's own list, whatever the system has
+MEDIA.add_type("text/markdown", ".md")
 
 Entity = dict[str, Any]
 
@@ -91,7 +93,7 @@ def crate(results: Path) -> dict[str, Any]:
 def _files(results: Path, *patterns: str) -> list[Path]:
     """Return the files of a known type, in order; temporary ones are hidden."""
     found = (path for pattern in patterns for path in sorted(results.glob(pattern)))
-    return [path for path in found if guess_type(path)[0] and not path.name.startswith(".")]
+    return [path for path in found if MEDIA.guess_type(path)[0] and not path.name.startswith(".")]
 
 
 def _records(tables: Iterable[Path]) -> list[Path]:
@@ -147,7 +149,7 @@ def _file(path: Path, name: str) -> Entity:
         "@id": name,
         "@type": "File",
         "name": path.name,
-        "encodingFormat": guess_type(path)[0],
+        "encodingFormat": MEDIA.guess_type(path)[0],
         "contentSize": str(len(content)),
         "sha256": sha256(content).hexdigest(),
     }
