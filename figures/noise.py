@@ -22,9 +22,8 @@ def outliers(trials: Trials) -> Figure:
 @style.applied()
 def collinear(trials: Trials) -> Figure:
     """Figure 3: translation metrics of collinear cameras against position noise, for outliers."""
-    curves = Curves(trials, POSITIONS, series="n_outliers")
     # One outlier multiplies ATE and DTE by a hundred: the curves without any would lie on the axis.
-    return small_multiples(curves, log=("ATE", "DTE"))
+    return small_multiples(Curves(trials, POSITIONS, series="n_outliers"), log=("ATE", "DTE"))
 
 
 @style.applied()
@@ -36,8 +35,7 @@ def trajectory_length(trials: Trials) -> Figure:
 @style.applied()
 def rotations(trials: Trials) -> Figure:
     """Figure 5: rotation metrics against rotation noise, for each number of outliers."""
-    curves = Curves(trials, ROTATIONS, series="n_outliers", levels=("sigma_r_deg",))
-    figure = small_multiples(curves)
+    figure = small_multiples(Curves(trials, ROTATIONS, "n_outliers", levels=("sigma_r_deg",)))
     for upper, lower in zip(figure.axes[:3], figure.axes[4:7], strict=True):
         top = max(upper.get_ylim()[1], lower.get_ylim()[1])
         upper.set_ylim(0, top)

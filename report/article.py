@@ -36,9 +36,8 @@ def render(results: Results, machine: str = "") -> str:
     A `CommandError` says what there is not, or what the results do not bear out.
     """
     found = contents(results, machine)
-    others = [one for one in results.settings if not one.startswith(KEYS)]
-    is_quick = bool(
-        others
+    is_quick = (
+        not all(one.startswith(KEYS) for one in results.settings)
         or found["replicate"].trials < found["paper_trials"]
         or found["n_replicates"] < load_claims().replicates
     )

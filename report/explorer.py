@@ -50,7 +50,7 @@ def render(experiments: Sequence[CameraErrors]) -> str:
         "thresholds": TASOptions().n_thresholds,
         "weight": PASOptions().weight,
     }
-    ordered = sorted(experiments, key=lambda one: list(TITLES).index(one.sweep.name))
+    ordered = sorted(experiments, key=lambda one: [*TITLES, one.sweep.name].index(one.sweep.name))
     shown = [_experiment(one) for one in ordered]
     template = environment().get_template("explorer.html.j2")
     return document(
@@ -73,7 +73,7 @@ def _experiment(errors: CameraErrors) -> dict[str, Any]:
     curves = [getattr(cell, series) for cell in cells(sweep)]
     places = [tuple(getattr(cell, key) for key in levels) for cell in cells(sweep)]
     values, noise = sorted(set(curves)), sorted(set(places))
-    figure, name = TITLES[sweep.name]
+    figure, name = TITLES.get(sweep.name, ("", sweep.name))
     fixed = [(key, *getattr(sweep, key)) for key in CELL_SETTINGS if key not in (*levels, series)]
     ends = np.cumsum(np.repeat(errors.counts, sweep.trials))
     trials = np.split(errors.closest, ends[:-1]) if errors.closest.size else []
