@@ -6,6 +6,7 @@ Every table of trials is made by this program; Snakemake passes it the resolved 
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -20,6 +21,7 @@ from .config import (
     load_execution,
     split_override,
 )
+from .lock import hold
 from .tables import SWEEPS, write_trials
 
 __all__ = ["main", "resolved"]
@@ -63,7 +65,8 @@ def _work(options: Namespace) -> list[Path]:
         raise ConfigError("--sweeps needs --table: where to write")
     path = options.table or Path(execution.results_dir) / "trials" / f"{sweeps[0].name}.csv"
     path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials than after
-    write_trials(path, run_sweeps(sweeps, execution), sweeps)
+    with nullcontext() if options.table else hold(path.parents[1], is_shared=True):
+        write_trials(path, run_sweeps(sweeps, execution), sweeps)
     return [path]
 
 

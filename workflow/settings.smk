@@ -1,14 +1,15 @@
 # What `--config` set, and the studies that come of it, each resolved where it is asked for.
-from fcntl import LOCK_EX, LOCK_NB, flock
 from functools import cache
 from itertools import chain
 from pathlib import Path
 
 from alignscores.registration.kernel import LIBRARY
+from alignscores.texts import brief, printable
 from experiments.camera_errors import errors_of_scores
-from experiments.command import ConfigError
+from experiments.command import CommandError, ConfigError
 from experiments.config import EXECUTION, load, to_overrides
 from experiments.grid import cells
+from experiments.lock import hold
 from experiments.tables import fits
 from studies.paper import FIGURES as PAPER_FIGURES
 from studies.study import Table, found, plans
@@ -24,22 +25,14 @@ def or_end(resolve, *arguments):
     """Wrong settings end in one line, before any trial."""
     try:
         return resolve(*arguments)
-    except ConfigError as error:
-        sys.exit(f"snakemake: {error}")
+    except CommandError as error:
+        sys.exit(f"snakemake: {printable(str(error))}")
 
 
 @cache
 def keep_others_out():
-    """End in one line where another run is at work in the same folder; it ends with its process."""
-    try:
-        RESULTS.mkdir(parents=True, exist_ok=True)
-        lock = open(RESULTS / ".lock", "w")
-        flock(lock, LOCK_EX | LOCK_NB)
-    except BlockingIOError:
-        sys.exit(f"snakemake: another run is at work in {RESULTS}; wait for it, or set another results_dir")
-    except OSError as error:
-        sys.exit(f"snakemake: cannot write in results_dir={RESULTS}: {error.strerror}")
-    return lock # which is kept as long as it is open
+    """End in one line where another run is at work in the same folder."""
+    return or_end(hold, RESULTS)
 
 
 GIVEN = to_overrides({key: config[key] for key in config if key not in EXECUTION})
@@ -53,7 +46,7 @@ except OSError as error:
     sys.exit(f"snakemake: cannot use results_dir={RESULTS}: {error.strerror}")
 for key in ("scenarios", "trajectories", "benchmark"):
     if not isinstance(config.get(key, ""), str):
-        sys.exit(f"snakemake: {key} needs the name of a file, not {config[key]}")
+        sys.exit(f"snakemake: {key} needs the name of a file, not {printable(brief(config[key]))}")
 CORES = workflow.cores or 1
 STUDIES = or_end(plans, GIVEN)
 FOLDERS = {plan.folder: plan for plan in STUDIES.values()}
@@ -73,17 +66,21 @@ def resolved(folder, name):
 
 @cache
 def place(folder, name):
-    """Where a table of trials is; it is emptied if it was changed, or has other settings.
+    """Where a table of trials is; it is emptied if it was changed or lost, or has other settings.
 
     An empty table is newer than what rests on it, and without a record it is made again.
     """
     path = RESULTS / folder / f"{name}.csv"
-    if workflow.is_main_process and path.exists() and not fits(path, resolved(folder, name).sweeps):
+    is_there = path.exists()
+    may_be_lost = any((RESULTS / made).exists() for made in ("figures", "tables"))
+    if workflow.is_main_process and (is_there or may_be_lost) and not fits(path, resolved(folder, name).sweeps):
         if not (workflow.dryrun or workflow.touch):
             keep_others_out()
+            path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(b"")
             path.with_suffix(".json").unlink(missing_ok=True)
-        print(f"snakemake: note: {path} was changed, or has other settings: it is made again", file=sys.stderr)
+        if is_there:
+            print(f"snakemake: note: {path} was changed, or has other settings: it is made again", file=sys.stderr)
     return str(path)
 
 

@@ -96,6 +96,7 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
         ("beyond", ["scenarios=missing.yaml"], "No such file"),
         ("beyond", ["scenarios=mine.yaml"], "scenarios.a"),
         ("beyond", ["scenarios=keys.yaml"], "keys.yaml: line 1: a key must be a text or a number"),
+        ("figures", ['metrics=["\x1b[2J"]'], r"unknown metric '\x1b[2J'"),
         ("beyond", ["scenarios=5"], "scenarios needs the name of a file, not 5"),
         ("frame_rate", ["trajectories="], "trajectories needs the name of a file, not None"),
         ("real", ["trials=5"], "real needs --config benchmark=FILE"),
@@ -179,11 +180,19 @@ def test_a_table_that_was_changed_or_is_of_other_settings_is_made_again(
     # Of a folder that was copied Snakemake does not know how it was made.
     assert run("copied", 1).returncode == 0
     assert rows("copied") == 1
+    shutil.copytree(tmp_path / "copied", tmp_path / "lost")
+    shutil.rmtree(tmp_path / "lost" / "trials")
+    assert run("lost", 2).returncode == 0
+    assert (tmp_path / "lost" / "trials" / "outliers.csv").read_bytes() == before
 
     # A second run keeps away from a folder as long as the first is at work.
     with (tmp_path / "copied" / ".lock").open("w") as lock:
         flock(lock, LOCK_EX)
         assert "another run is at work in copied" in run("copied", 2).refusal
+        alone = ["-m", "experiments.run", f"results_dir={tmp_path / 'copied'}"]
+        done = subprocess.run([sys.executable, *alone], cwd=ROOT, capture_output=True, text=True)
+        assert done.returncode == 1
+        assert f"another run is at work in {tmp_path / 'copied'}; wait for it" in done.stderr
     assert rows("copied") == 1
 
 
