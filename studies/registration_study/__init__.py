@@ -6,8 +6,7 @@ import pandas as pd
 
 from .. import axes
 from ..study import Figure, Question, Study
-from .registrations import REGISTRATIONS, compare, to_markdown
-from .show import show
+from .registrations import REGISTRATIONS, compare, show, to_markdown
 
 
 def ask(question: Question) -> list[pd.DataFrame | str]:

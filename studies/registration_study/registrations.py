@@ -1,14 +1,18 @@
-"""The paper's registration and the refined one, on the same cameras, and the words for it."""
+"""The paper's registration and the refined one, on the same cameras: numbers, words, a section."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import starmap
+from typing import Any
 
 import pandas as pd
 
+from experiments.metrics import Column
 from experiments.tables import Trials
 
 from .. import order, statistics
-from ..axes import Axis, is_seeded, over_seeds
-from ..study import config_file
+from ..axes import Axis, axes_of, is_seeded, over_seeds
+from ..study import Answer, config_file
+from ..words import document
 
 CELL = ("n_cameras", "n_outliers", "sigma_t")
 SCENE = (*CELL, "trial")
@@ -19,6 +23,13 @@ ORDER = "order of "  # noise or outliers
 REGISTRATIONS = config_file("registration_study")
 GEOMETRIES = {"cube": "in a cube", "line": "on a line", "uneven": "in clusters"}
 REPEATABLE = 0.003  # standard deviation over seeds of a score whose second digit is certain
+
+DIGITS = {  # of the statistics; one of an order, three of all others
+    "median standard deviation": 5,
+    "largest standard deviation": 4,
+    "scattered inputs": 0,
+    DEPENDENCE: 1,
+}
 
 
 def compare(axis: Axis, parts: Mapping[str, Trials]) -> pd.DataFrame:
@@ -108,13 +119,8 @@ def summarise(axis: Axis, table: pd.DataFrame) -> Summary:
 def gain(axis: Axis, table: pd.DataFrame) -> "pd.Series[float]":
     """Return how much higher the other mean score of each input over its seeds is."""
     mean = _of_inputs(axis, table, "mean")
-    return mean[other(axis)] - mean[axis.paper]
-
-
-def other(axis: Axis) -> str:
-    """Return the registration that is not the paper's."""
-    (value,) = (value for value in axis.values if value != axis.paper)
-    return value
+    paper, refined = axis.values
+    return mean[refined] - mean[paper]
 
 
 def _of_inputs(axis: Axis, table: pd.DataFrame, statistic: str) -> pd.DataFrame:
@@ -126,7 +132,7 @@ def spread(axis: Axis, table: pd.DataFrame) -> str:
     numbers = summarise(axis, table).get("")
     if numbers is None:
         return ""
-    paper, refined, n = axis.paper, other(axis), len(gain(axis, table))
+    (paper, refined), n = axis.values, len(gain(axis, table))
     scattered = numbers["scattered inputs"]
     median, largest = (numbers[f"{name} standard deviation"] for name in ("median", "largest"))
     return (
@@ -141,7 +147,7 @@ def spread(axis: Axis, table: pd.DataFrame) -> str:
 
 def meaning(axis: Axis, table: pd.DataFrame) -> str:
     """Tell that the scores mean something else, and how much higher they are."""
-    gains, refined = gain(axis, table), other(axis)
+    gains, (_, refined) = gain(axis, table), axis.values
     higher = (
         f"higher on {int((gains > 0).sum())} of {len(gains)} inputs and lower on "
         f"{int((gains < 0).sum())} ({gains.median():+.3f} in the median, from {gains.min():+.4f} "
@@ -156,19 +162,20 @@ def meaning(axis: Axis, table: pd.DataFrame) -> str:
 
 def to_markdown(axis: Axis, table: pd.DataFrame, times: pd.DataFrame) -> str:
     """Write what the other registration changes."""
-    paper, refined = axis.paper, other(axis)
+    paper, refined = axis.values
     sentences = [spread(axis, table), meaning(axis, table), *_orders(axis, table)]
-    lines = [f"The registration of the paper, {paper}, and {refined}, on the same cameras.", ""]
-    lines += [f"- {sentence}" for sentence in sentences if sentence]
-    lines += ["", "Processor time of one evaluation; it is another in every run and on every"]
-    lines += ["machine.", ""]
-    for n, group in times[times["axis"] == axis.name].groupby("n_cameras"):
-        ms = group.set_index("value")["milliseconds"]
-        lines.append(
+    own = times[times["axis"] == axis.name]
+    both = own.pivot(index="n_cameras", columns="value", values="milliseconds")
+    return document(
+        f"The registration of the paper, {paper}, and {refined}, on the same cameras.",
+        [f"- {sentence}" for sentence in sentences if sentence],
+        "Processor time of one evaluation; it is another in every run and on every\nmachine.",
+        [
             f"- {n} cameras: {paper} {ms[paper]:.2f} ms, {refined} {ms[refined]:.2f} ms, "
             f"{ms[refined] / ms[paper]:.1f} times as long."
-        )
-    return "\n".join(lines) + "\n"
+            for n, ms in both.iterrows()
+        ],
+    )
 
 
 def _orders(axis: Axis, table: pd.DataFrame) -> Iterator[str]:
@@ -189,3 +196,62 @@ def _orders(axis: Axis, table: pd.DataFrame) -> Iterator[str]:
 
 def _both(numbers: "pd.Series[float]") -> str:
     return " and ".join(f"{number:.1f} % ({value})" for value, number in numbers.items())
+
+
+def show(answer: Answer) -> dict[str, Any]:
+    """Return what the section is filled with."""
+    metrics = {name: record.metrics for name, record in answer.records.items()}
+    (axis,) = axes_of(REGISTRATIONS, metrics)
+    table, times = answer.table, answer.tables[f"{answer.called}_time"]
+    inputs = _inputs(axis, table)
+    columns = [Column.parse(metric) for part in metrics.values() for metric in part]
+    n_seeds = len({column.options["seed"] for column in columns if "seed" in column.options})
+    titles = {"": f"{len(inputs)} inputs, {n_seeds} seeds each"}
+    groups = [
+        {
+            "title": titles.get(part, f"Experiment {part.replace('_', ' ')}"),
+            "part": part,
+            "rows": list(starmap(_row, numbers.items())),
+        }
+        for part, numbers in summarise(axis, table).items()
+    ]
+    timed = [
+        (f"{n} cameras", [f"{milliseconds:.2f} ms" for milliseconds in rows["milliseconds"]])
+        for n, rows in times.groupby("n_cameras")
+    ]
+    groups.append({"title": "Processor time of one evaluation", "part": "", "rows": timed})
+    once = (one.sweep for one in answer.records.values() if not is_seeded(one.metrics))
+    return {
+        "values": axis.values,
+        "paper": axis.paper,
+        "trials": next(once).trials,
+        "spread": spread(axis, table),
+        "meaning": meaning(axis, table),
+        "repeatable": REPEATABLE,
+        "groups": groups,
+        "inputs": inputs,
+    }
+
+
+def _row(name: str, numbers: "pd.Series[float]") -> tuple[str, list[str]]:
+    digits = DIGITS.get(name, 1 if ORDER in name else 3)
+    return name[0].upper() + name[1:], [f"{number:.{digits}f}" for number in numbers]
+
+
+def _inputs(axis: Axis, table: pd.DataFrame) -> list[tuple[str, Sequence[str]]]:
+    """Return each input with the mean and the standard deviation of its scores over the seeds."""
+    scene = ["part", "geometry", *SCENE]
+    several = table["trial"].nunique() > 1
+    rows: list[tuple[str, Sequence[str]]] = []
+    for _, group in table.groupby(scene, sort=False):
+        first, of = group.iloc[0], group.set_index("statistic")
+        where = GEOMETRIES.get(first["geometry"], first["geometry"])
+        words = f"{first['n_cameras']:.0f} {where}, {first['n_outliers']:.0f} outliers, "
+        words += f"sigma_t {first['sigma_t']:g}"
+        words += f", trial {1 + first['trial']:.0f}" if several else ""
+        texts = [
+            f"{of[value]['mean']:.4f} ± {of[value]['standard deviation']:.4f}"
+            for value in axis.values
+        ]
+        rows.append((words, texts))
+    return rows
