@@ -47,7 +47,7 @@ STUDY = Study(
     answers=[*(f"{table}.csv" for table in [*TABLES, LEVELS]), "tables/{}.md"],
     figures=[
         Figure("studies.threshold_study.figure:draw", TABLES),
-        Figure("studies.threshold_study.levels_figure:draw", [LEVELS], "threshold_levels"),
+        Figure("studies.threshold_study.figure:draw_levels", [LEVELS], "threshold_levels"),
     ],
     show=show,
     place=20,

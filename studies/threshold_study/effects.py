@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 import pandas as pd
@@ -17,15 +16,14 @@ from ..axes import Axis, over_seeds
 RESAMPLES = 999  # of the trials
 
 Parts = Mapping[str, pd.DataFrame]  # the trials of each part of a study
-Weighted = Callable[[Floats], Floats]  # of weights of the trials (B, T), a value for each of the B
 
 
 @dataclass(frozen=True)
 class Effect:
     """A statistic that the values of an axis are compared by.
 
-    It is the order of a `level`, or what `weighted` computes for any weights of the trials, or
-    `alone` from them as they are. Its error is that of the order, or a bootstrap's over weights.
+    It is the order of a `level`, or what `of_means` computes from those of the cells (cameras,
+    outliers, noise, ...), or `alone` from the trials. The error of the second is a bootstrap's.
     """
 
     words: str
@@ -35,56 +33,71 @@ class Effect:
     part: str = "outliers"
     level: str = ""
     smallest: bool = False  # of the groups, not their mean
-    weighted: Callable[[pd.DataFrame, str], Weighted] | None = None
+    of_means: Callable[[Floats], Floats] | None = None
     alone: Callable[[pd.DataFrame, str], float] | None = None
 
     def of(self, trials: pd.DataFrame, metric: str) -> float:
         """Compute it from the trials of a metric; NaN where the level does not vary."""
         if self.alone:
             return self.alone(trials, metric)
-        if self.weighted:
-            return float(self.weighted(trials, metric)(np.ones((1, trials["trial"].nunique())))[0])
+        if self.of_means:
+            weights = np.ones((1, trials["trial"].nunique()))
+            return float(self.of_means(weighted_means(trials, metric, weights))[0])
         if not order.varies(trials, self.level):
             return np.nan
-        found = [one.probability for one in order.orders(trials, metric, self.level)]
+        needed = trials[[*KEY_COLUMNS, metric]]  # to group all columns takes long
+        found = [one.probability for one in order.orders(needed, metric, self.level)]
         return 100 * float(min(found) if self.smallest else np.mean(found))
+
+    def compare(self, trials: pd.DataFrame, metric: str, paper: str) -> tuple[float, float]:
+        """Return the standard error of the difference from the paper's metric, and its p-value."""
+        if metric == paper or trials["trial"].nunique() == 1:
+            return np.nan, np.nan
+        if self.alone:
+            return _compare_scenes(_deviations(trials, metric), _deviations(trials, paper))
+        if self.of_means:
+            n = trials["trial"].nunique()
+            weights = np.concatenate([np.ones((1, n)), np.eye(n)[_resampled(n)].sum(axis=1)])
+            means = (weighted_means(trials, name, weights) for name in (metric, paper))
+            difference, *resampled = np.subtract(*map(self.of_means, means))
+            found = order.Order(float(difference), float(np.std(resampled, ddof=1)))
+            return found.error, np.nan if np.isnan(difference) else found.p_value
+        if not order.varies(trials, self.level):
+            return np.nan, np.nan
+        task = order.within(trials[[*KEY_COLUMNS, metric, paper]], self.level)
+        found = order.estimate(task.shares(metric) - task.shares(paper))
+        return 100 * found.error, found.p_value
 
     def write(self, value: float) -> str:
         """Write a value with the digits that matter, and its unit."""
         return f"{value:.{self.digits}f}{self.unit}"
 
 
-def _noise_range(trials: pd.DataFrame, metric: str) -> float:
+def weighted_means(trials: pd.DataFrame, metric: str, weights: Floats) -> Floats:
+    """Return the means (cameras, outliers, noise, B) for weights of the trials (B, T)."""
+    keys = ["n_cameras", "n_outliers", "sigma_t", "trial"]
+    shape = [trials[key].nunique() for key in keys]
+    values = trials[[*keys, metric]].sort_values(keys)[metric].to_numpy().reshape(shape)
+    means: Floats = values @ weights.T / shape[-1]
+    return means
+
+
+def _noise_range(means: Floats) -> Floats:
     """Return the range over the noise levels; the mean over the outlier counts."""
+    return np.asarray(np.ptp(means, axis=(0, 2)).mean(axis=0))
+
+
+def _range_of_trials(trials: pd.DataFrame, metric: str) -> float:
+    """Return the same of single trials."""
     return float(trials.groupby("n_outliers")[metric].agg(np.ptp).mean())
 
 
-def _weighted_noise_range(table: pd.DataFrame, metric: str) -> Weighted:
-    means_of = _weighted_means(table, metric)
-    return lambda weights: np.ptp(means_of(weights), axis=(0, 2)).mean(axis=0)
-
-
-def _weighted_dependence(table: pd.DataFrame, metric: str) -> Weighted:
+def _dependence(means: Floats) -> Floats:
     """Return `studies.statistics.dependence` on the number of cameras."""
-    if not order.varies(table, "n_cameras"):
-        return lambda weights: np.full(len(weights), np.nan)
-    means_of = _weighted_means(table, metric)
-
-    def of(weights: Floats) -> Floats:
-        means = means_of(weights)
-        moves = np.ptp(means, axis=0).mean(axis=(0, 1))
-        share: Floats = 100 * moves / np.ptp(means, axis=(0, 1, 2))
-        return share
-
-    return of
-
-
-def _weighted_means(table: pd.DataFrame, metric: str) -> Weighted:
-    """Return the means (cameras, outliers, noise, B) for weights of the trials (B, T)."""
-    keys = ["n_cameras", "n_outliers", "sigma_t", "trial"]
-    shape = [table[key].nunique() for key in keys]
-    values = table.sort_values(keys)[metric].to_numpy().reshape(shape)
-    return lambda weights: values @ weights.T / shape[-1]
+    if len(means) == 1:
+        return np.full(means.shape[-1], np.nan)
+    moves = np.ptp(means, axis=0).mean(axis=(0, 1))
+    return np.asarray(100 * moves / np.ptp(means, axis=(0, 1, 2)))
 
 
 def _deviations(trials: pd.DataFrame, metric: str) -> Floats:
@@ -95,6 +108,20 @@ def _deviations(trials: pd.DataFrame, metric: str) -> Floats:
 
 def _seed_noise(trials: pd.DataFrame, metric: str) -> float:
     return float(np.median(_deviations(trials, metric)))
+
+
+def _compare_scenes(theirs: Floats, ours: Floats) -> tuple[float, float]:
+    """Compare standard deviations scene by scene."""
+    scenes = _resampled(len(ours))
+    differences = np.median(theirs[scenes], axis=1) - np.median(ours[scenes], axis=1)
+    error = float(np.std(differences, ddof=1))
+    same = np.array_equal(theirs, ours)
+    return error, 1.0 if same else float(scipy.stats.wilcoxon(theirs, ours).pvalue)
+
+
+def _resampled(n: int) -> Indices:
+    """Draw as many as there are, with replacement, time and again."""
+    return np.random.default_rng(0).integers(n, size=(RESAMPLES, n))
 
 
 NOISE, OUTLIERS = "order of noise", "order of outliers"
@@ -108,10 +135,10 @@ EFFECTS: Mapping[str, Effect] = {
         f"smallest {OUTLIERS}", True, 1, " %", level="n_outliers", smallest=True
     ),
     "majority_order": Effect(f"{NOISE} where most are lost", True, 1, " %", "majority", "sigma_t"),
-    "noise_range": Effect("range of trials over noise", True, 3, alone=_noise_range),
-    "noise_range_of_means": Effect("range over noise", True, 3, weighted=_weighted_noise_range),
+    "noise_range": Effect("range of trials over noise", True, 3, alone=_range_of_trials),
+    "noise_range_of_means": Effect("range over noise", True, 3, of_means=_noise_range),
     "camera_dependence": Effect(
-        "dependence on cameras", False, 1, " %", "length", weighted=_weighted_dependence
+        "dependence on cameras", False, 1, " %", "length", of_means=_dependence
     ),
     "seed_noise": Effect("seed noise", False, 4, part="seeds", alone=_seed_noise),
 }
@@ -152,58 +179,19 @@ def effects(axes: Sequence[Axis], parts: Parts) -> pd.DataFrame:
     those of `studies.order`, others come from a bootstrap over the trials, and the p-value of the
     seed noise is that of Wilcoxon's signed ranks over the scenes.
     """
-    rows: list[dict[str, object]] = []
-    task = cache(lambda part, level: order.within(parts[part], level))
+    rows = []
     for axis in axes:
-        paper = axis.columns[axis.paper]
         for value, column in axis.columns.items():
             row: dict[str, object] = dict(axis.keys(value))
             row["paper"] = "yes" if value == axis.paper else "no"
             for name, effect in EFFECTS.items():
                 trials = parts[effect.part]
-                # The columns that are needed: to group all of them takes long.
-                needed = trials if name == "seed_noise" else trials[[*KEY_COLUMNS, column]]
-                row[name] = effect.of(needed, column)
-                if name not in COMPARED:
-                    continue
-                error, p = np.nan, np.nan
-                if column != paper and trials["trial"].nunique() > 1:
-                    if effect.level and order.varies(trials, effect.level):
-                        of = task(effect.part, effect.level).shares
-                        found = order.estimate(of(column) - of(paper))
-                        error, p = 100 * found.error, found.p_value
-                    elif not effect.level:
-                        error, p = _compare(trials, effect, column, paper)
-                row |= {f"{name}_error": error, f"{name}_p": p}
+                row[name] = effect.of(trials, column)
+                if name in COMPARED:
+                    found = effect.compare(trials, column, axis.columns[axis.paper])
+                    row[f"{name}_error"], row[f"{name}_p"] = found
             rows.append(row)
     table = pd.DataFrame(rows)
     p_values = [f"{name}_p" for name in COMPARED]
     table[p_values] = order.holm(table[p_values])
     return table.round(6)
-
-
-def _compare(trials: pd.DataFrame, effect: Effect, column: str, paper: str) -> tuple[float, float]:
-    """Return the standard error of a difference, and the p-value against none, by resampling."""
-    if effect.weighted is None:
-        return _compare_scenes(_deviations(trials, column), _deviations(trials, paper))
-    theirs, ours = (effect.weighted(trials[[*KEY_COLUMNS, name]], name) for name in (column, paper))
-    n = trials["trial"].nunique()
-    weights = np.concatenate([np.ones((1, n)), np.eye(n)[_resampled(n)].sum(axis=1)])
-    difference, *resampled = theirs(weights) - ours(weights)
-    found = order.Order(float(difference), float(np.std(resampled, ddof=1)))
-    return found.error, np.nan if np.isnan(difference) else found.p_value
-
-
-def _compare_scenes(theirs: Floats, ours: Floats) -> tuple[float, float]:
-    """Compare standard deviations scene by scene."""
-    scenes = _resampled(len(ours))
-    differences = np.median(theirs[scenes], axis=1) - np.median(ours[scenes], axis=1)
-    error = float(np.std(differences, ddof=1))
-    if np.array_equal(theirs, ours):
-        return error, 1.0
-    return error, float(scipy.stats.wilcoxon(theirs, ours).pvalue)
-
-
-def _resampled(n: int) -> Indices:
-    """Draw as many as there are, with replacement, time and again."""
-    return np.random.default_rng(0).integers(n, size=(RESAMPLES, n))

@@ -1,4 +1,4 @@
-"""What other thresholds do: maps over the size of the noise, and effects of options without one."""
+"""What other thresholds do: maps over the size of the noise, effects of options, and levels."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -17,6 +17,7 @@ from figures import style
 from ..axes import option_title, value_title
 from ..order import SIGNIFICANCE
 from .effects import COMPARED, EFFECTS
+from .levels import summaries
 from .maps import OPTIONS
 
 THRESHOLDS = {  # map: option, title, label of x, label of y
@@ -47,6 +48,10 @@ ROW = 0.118  # inches
 DOT: dict[str, Any] = {"marker": "o", "ms": 3.2, "mew": 0.7, "mec": style.INK}
 TICK: dict[str, Any] = {"marker": "|", "ms": 3.6, "mew": 0.7}
 
+READ = {"HalfDistance": "Distance", "HalfAngle": "Angle"}  # at levels of the score
+MARKERS = "osD^vP"
+DASHES = {"HalfDistance": "-", "HalfAngle": "--"}
+
 
 @style.applied()
 def draw(*tables: pd.DataFrame) -> Figure:
@@ -58,9 +63,8 @@ def draw(*tables: pd.DataFrame) -> Figure:
     table["row"] = table.index + pd.factorize(table["axis"])[0] + 1
     height = 0.9 + ROW * (table["row"].max() + 1)
     figure = Figure(figsize=(style.PAGE, MAPS_HEIGHT + height), layout="constrained")
-    upper, lower = np.ravel(
-        np.asarray(figure.subfigures(2, 1, height_ratios=[MAPS_HEIGHT, height]))
-    )
+    halves = figure.subfigures(2, 1, height_ratios=[MAPS_HEIGHT, height])
+    upper, lower = np.ravel(np.asarray(halves))
     _maps(upper, map_)
     _effects(lower, table)
     return figure
@@ -68,9 +72,8 @@ def draw(*tables: pd.DataFrame) -> Figure:
 
 def _maps(figure: SubFigure, table: pd.DataFrame) -> None:
     rows = np.ravel(np.asarray(figure.subfigures(3, 1, height_ratios=[1.15, 1.0, 0.72])))
-    for part, (name, (option, title, xlabel, ylabel)) in zip(
-        rows, THRESHOLDS.items(), strict=False
-    ):
+    for part, (name, labels) in zip(rows, THRESHOLDS.items(), strict=False):
+        option, title, xlabel, ylabel = labels
         own = table[table["map"] == name]
         counts = sorted(own["n_cameras"].unique())
         panels = part.subplots(1, len(counts), sharey=True, squeeze=False)[0]
@@ -80,9 +83,8 @@ def _maps(figure: SubFigure, table: pd.DataFrame) -> None:
             axes.set_xlabel(xlabel)
         panels[0].set_ylabel(ylabel)
     own = table[table["map"] == "registration"]
-    for axes, (option, (title, paper)) in zip(
-        rows[2].subplots(1, len(REGISTRATION)), REGISTRATION.items(), strict=True
-    ):
+    panels = rows[2].subplots(1, len(REGISTRATION))
+    for axes, (option, (title, paper)) in zip(panels, REGISTRATION.items(), strict=True):
         _registration(axes, own, option, paper)
         axes.set_title(title)
         axes.set_xlabel("outliers of 100 cameras")
@@ -103,49 +105,34 @@ def _thresholds(axes: Axes, table: pd.DataFrame, option: str) -> None:
     labels = [*(f"{value:g}" for value in values.index), *(OTHERS[m] for m in others)]
     places = range(0, orders.shape[1], 2)
     lower = orders.columns / np.sqrt(1.15)  # of the two levels
-    _heat_map(axes, orders, labels, [f"{noise:.3g}" for noise in lower])
+    _heat_map(axes, orders, labels, framed=list(values.index).index(PAPER[option]))
     axes.set_xticks(places, [f"{lower[place]:.3g}" for place in places])
-    _frame(axes, list(values.index).index(PAPER[option]), orders.shape[1])
     axes.axhline(len(values) - 0.5, color=style.INK, lw=0.6, marker="")
 
 
 def _registration(axes: Axes, table: pd.DataFrame, option: str, paper: float) -> None:
     """Draw a row for each value of an option, the others as in the paper."""
-    alone = table
-    for other, (_, value) in REGISTRATION.items():
-        if other != option:
-            alone = alone[alone[other] == value]
+    others = pd.Series({other: value for other, (_, value) in REGISTRATION.items()}).drop(option)
+    alone = table[(table[others.index] == others).all(axis=1)]
     values = alone.pivot_table("right_order", option, "n_outliers")
     refined = table[table["metric"].isin(OTHERS)].pivot_table("right_order", "metric", "n_outliers")
     orders = pd.concat([values, refined]) if option == "order" else values
     labels = [value_title(option, f"{value:g}") for value in values.index]
     labels += ["refined"] * (len(orders) - len(values))
-    _heat_map(axes, orders, labels, [f"{count:g}" for count in orders.columns], numbers=True)
-    _frame(axes, list(values.index).index(paper), orders.shape[1])
-
-
-def _heat_map(
-    axes: Axes,
-    orders: pd.DataFrame,
-    labels: Sequence[str],
-    columns: Sequence[str],
-    *,
-    numbers: bool = False,
-) -> None:
-    values = orders.to_numpy(dtype=float)
-    style.draw_cells(axes, values, CHANCE, LARGEST, gap=0.6)
-    for (row, column), value in np.ndenumerate(values) if numbers else ():
+    _heat_map(axes, orders, labels, framed=list(values.index).index(paper))
+    axes.set_xticks(range(orders.shape[1]), [f"{count:g}" for count in orders.columns])
+    for (row, column), value in np.ndenumerate(orders.to_numpy(dtype=float)):
         colour = "white" if value > WHITE_ABOVE else style.INK
         style.write(axes, column, row, f"{value:.0f}", colour, TIGHT)
+
+
+def _heat_map(axes: Axes, orders: pd.DataFrame, labels: Sequence[str], framed: int) -> None:
+    style.draw_cells(axes, orders.to_numpy(dtype=float), CHANCE, LARGEST, gap=0.6)
     axes.set_yticks(range(len(labels)), labels)
-    axes.set_xticks(range(len(columns)), columns)
     style.without_lines(axes)
-
-
-def _frame(axes: Axes, row: int, width: int) -> None:
-    axes.add_patch(
-        Rectangle((-0.5, row - 0.5), width, 1, fill=False, ec=style.INK, lw=0.9, clip_on=False)
-    )
+    corner, width = (-0.5, framed - 0.5), orders.shape[1]
+    frame = Rectangle(corner, width, 1, fill=False, ec=style.INK, lw=0.9, clip_on=False)
+    axes.add_patch(frame)
 
 
 def _effects(figure: SubFigure, table: pd.DataFrame) -> None:
@@ -210,3 +197,39 @@ def _key(figure: SubFigure) -> None:
         "smallest order, range of trials": Line2D([], [], ls="", color=style.FAINT, **TICK),
     }
     style.key(figure, handles, loc="outside lower center", handletextpad=0.4, columnspacing=1.6)
+
+
+@style.applied()
+def draw_levels(table: pd.DataFrame) -> Figure:
+    """Figure: at which score to read the distance."""
+    figure = Figure(figsize=(style.PAGE, 2.3), layout="constrained")
+    spread, *orders = figure.subplots(1, 3)
+    numbers, _ = summaries(table)
+    for axes, (kind, title) in zip(orders, READ.items(), strict=True):
+        levels = numbers[numbers.index.str.startswith(kind)].set_index("score")
+        _level_orders(axes, levels.filter(like="lost"))
+        axes.set_title(title)
+        scatter = levels["scatter"]
+        spread.plot(scatter.index, scatter, color="#1f4e79", ls=DASHES[kind], marker="o", ms=3)
+        end = scatter.index[-1], scatter.iloc[-1]
+        style.note(spread, title.lower(), end, (0, 4), ha="right")
+    handles, labels = orders[0].get_legend_handles_labels()
+    placed = {"loc": "outside right center", "title": "lost", "title_fontsize": style.SMALL}
+    style.key(figure, dict(zip(labels, handles, strict=True)), ncols=1, **placed)
+    orders[0].set_ylabel("right order of noise, %")
+    spread.set_ylim(bottom=0)
+    spread.set_title("Scatter, %")
+    for axes in (*orders, spread):
+        axes.set_xlabel("score at which it is read")
+        axes.set_xlim(0.05, 0.95)
+    return figure
+
+
+def _level_orders(axes: Axes, orders: pd.DataFrame) -> None:
+    """Draw a line for each number of lost cameras."""
+    colours = style.colours("n_outliers", orders.shape[1])
+    for name, colour, marker in zip(map(str, orders), colours, MARKERS, strict=False):
+        label = "0, any noise" if "none" in name else name.replace("lost", "%")
+        axes.plot(orders.index, orders[name], color=colour, marker=marker, ms=3, lw=1, label=label)
+    axes.axhline(CHANCE, color=style.FAINT, lw=0.6, ls=":", marker="")
+    axes.set_ylim(35, 102)

@@ -11,7 +11,7 @@ from experiments.tables import Trials
 
 from ..order import SIGNIFICANCE, Order, Task, beside, estimate, holm, paired
 from ..study import Table
-from ..words import markdown_table
+from ..words import NONE, document, markdown_table
 from .maps import read_thresholds, tables_of
 
 READ = {"HalfDistance": "sigma_t", "HalfAngle": "sigma_r_deg"}  # and the noise they measure
@@ -141,10 +141,8 @@ def summaries(table: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
     )
     written = orders.map("{:.0f}".format) + marks
     for name, digits in (("scatter", 1), ("few cameras", 2)):
-        written[name] = [
-            "–" if np.isnan(score) else f"{value:.{digits}f}"
-            for score, value in zip(numbers["score"], numbers[name], strict=True)
-        ]
+        texts = numbers[name].map(f"{{:.{digits}f}}".format)
+        written[name] = texts.where(numbers["score"].notna(), NONE)
     return numbers, written
 
 
@@ -152,7 +150,7 @@ def _marks(groups: Any) -> "pd.Series[str]":
     """Return a mark for each group of scenes whose mean order is another than at one half."""
     differences = groups["difference"].mean()
     errors = groups["error"].apply(np.linalg.norm) / groups.size()
-    found = [Order(*one) for one in zip(differences, errors, strict=True)]
+    found = list(map(Order, differences, errors))
     sure = holm([one.p_value if one.error > 0 else np.nan for one in found]) < SIGNIFICANCE
     signs = np.where(differences > 0, " ▲", " ▼")
     return pd.Series(np.where(sure, signs, "").tolist(), differences.index)
@@ -162,13 +160,12 @@ def _few_cameras(table: pd.DataFrame) -> "pd.Series[float]":
     """Return the size of distances and angles of the fewest cameras relative to the most."""
     intact = table[(table["n_outliers"] == 0) & table["score"].notna()]
     sizes = intact.pivot_table("in_noise", ["metric", "geometry"], "n_cameras")
-    ratios = sizes[sizes.columns.min()] / sizes[sizes.columns.max()]
-    few: pd.Series[float] = ratios.groupby("metric").mean()
-    return few
+    ratios: pd.Series[float] = sizes[sizes.columns.min()] / sizes[sizes.columns.max()]
+    return ratios.groupby("metric").mean()
 
 
 def to_markdown(table: pd.DataFrame) -> str:
     """Write a table with a row for each metric."""
     _, written = summaries(table)
     rows = [list(row) for row in written.itertuples(name=None)]
-    return "\n".join([METHOD, "", *markdown_table(["", *written.columns], rows)]) + "\n"
+    return document(METHOD, markdown_table(["", *written.columns], rows))

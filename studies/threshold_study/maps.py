@@ -203,8 +203,8 @@ def _registration(table: pd.DataFrame) -> str:
     cells = table[table["metric"].isin(alone)].groupby(["metric", "n_outliers"], sort=False)
     means = cells["difference"].mean()
     errors = cells["error"].apply(np.linalg.norm) / cells.size()  # of independent noise levels
-    found = [Order(*one).p_value for one in zip(means, errors, strict=True)]
-    p = pd.Series(holm(found), index=means.index)
+    found = map(Order, means, errors)
+    p = pd.Series(holm([one.p_value for one in found]), index=means.index)
     parts, uncertain = [], []
     for metric in alone:
         certain = means[metric][p[metric] < SIGNIFICANCE]

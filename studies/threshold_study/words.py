@@ -1,6 +1,6 @@
 """What the paper's thresholds cost and gain: words with the emphasis of Markdown, and a section."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import isfinite
 from typing import Any
 
@@ -9,7 +9,7 @@ import pandas as pd
 from ..axes import Axis, axes_of, option_title, value_title
 from ..order import SIGNIFICANCE
 from ..study import Answer
-from ..words import NONE
+from ..words import NONE, document
 from . import levels, maps
 from .effects import COMPARED, EFFECTS
 
@@ -107,30 +107,31 @@ def to_markdown(
 ) -> str:
     """Write what the paper's values cost and gain, and what the maps say."""
     found = choices(axes, table)
-    lines = [lead(found), "", method(trials), ""]
-    for choice in found:
-        costs, gains = ("; ".join(choice[part]) or NOTHING for part in ("costs", "gains"))
-        lines.append(
+    return document(
+        lead(found),
+        method(trials),
+        [
             f"- **{choice['axis'].title}, {choice['paper']}**, against {choice['others']}. "
-            f"*Costs:* {costs}. *Gains:* {gains}."
-        )
-    lines += ["", *(f"- *{term}*: {text}" for term, text in TERMS.items()), ""]
-    lines += [f"At every size of the noise. {maps.METHOD}", ""]
-    lines += [*(f"- {sentence}" for sentence in maps.sentences(map_)), ""]
-    lines += ["Processor time of one evaluation, where the values differ in it. It is another in"]
-    lines += ["every run and on every machine.", "", *_times(axes, times)]
-    return "\n".join(lines) + "\n"
+            f"*Costs:* {'; '.join(choice['costs']) or NOTHING}. "
+            f"*Gains:* {'; '.join(choice['gains']) or NOTHING}."
+            for choice in found
+        ],
+        [f"- *{term}*: {text}" for term, text in TERMS.items()],
+        f"At every size of the noise. {maps.METHOD}",
+        [f"- {sentence}" for sentence in maps.sentences(map_)],
+        "Processor time of one evaluation, where the values differ in it. It is another in\n"
+        "every run and on every machine.",
+        _times(axes, times),
+    )
 
 
-def _times(axes: Sequence[Axis], times: pd.DataFrame) -> list[str]:
-    lines = []
+def _times(axes: Sequence[Axis], times: pd.DataFrame) -> Iterator[str]:
     for n, group in times.groupby("n_cameras"):
         for axis in axes:
             values = group[group["axis"] == axis.name].set_index("value")["milliseconds"]
             if values.max() >= SLOWER * values.min():
                 listed = ", ".join(f"{value} {time:.2f} ms" for value, time in values.items())
-                lines.append(f"- {axis.metric}, {axis.option}, {n} cameras: {listed}.")
-    return lines
+                yield f"- {axis.metric}, {axis.option}, {n} cameras: {listed}."
 
 
 def show(answer: Answer) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from scipy.stats import wilcoxon
 from studies.axes import Axis, over_seeds
 from studies.order import orders
 from studies.statistics import dependence
-from studies.threshold_study.effects import COMPARED, EFFECTS, effects
+from studies.threshold_study.effects import COMPARED, EFFECTS, effects, weighted_means
 
 Tables = dict[str, pd.DataFrame]
 
@@ -60,15 +60,15 @@ def test_a_weighted_effect_is_that_of_the_trials_that_count(tables: Tables) -> N
     again = {0: 0, 1: 2, 2: 2}
     for name in COMPARED:
         effect = EFFECTS[name]
-        if effect.weighted is None:
+        if effect.of_means is None:
             continue
         table = tables[effect.part]
-        weighted = effect.weighted(table, "TAS")
+        weighted = effect.of_means(weighted_means(table, "TAS", np.array([[1.0, 0, 2]])))
         drawn = pd.concat(
             [table[table["trial"] == other].assign(trial=trial) for trial, other in again.items()]
         )
         expected = effect.of(drawn, "TAS")
-        assert weighted(np.array([[1.0, 0, 2]]))[0] == pytest.approx(expected, rel=1e-9)
+        assert weighted[0] == pytest.approx(expected, rel=1e-9)
 
 
 def test_errors_are_those_of_the_difference_from_the_papers_value(axes: list[Axis]) -> None:

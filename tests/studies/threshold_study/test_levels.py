@@ -9,8 +9,8 @@ import pytest
 
 from experiments.grid import Cell
 from experiments.tables import Trials
+from studies.threshold_study.figure import draw_levels
 from studies.threshold_study.levels import compare, plan, summaries, to_markdown
-from studies.threshold_study.levels_figure import draw
 
 from ..conftest import undescribed
 
@@ -91,7 +91,7 @@ def test_the_scenes_are_summed_up_with_what_is_certain(table: pd.DataFrame) -> N
 
 
 def test_the_figure_has_a_line_for_each_number_of_lost_cameras(table: pd.DataFrame) -> None:
-    scatter, distance, angle = draw(table).axes
+    scatter, distance, angle = draw_levels(table).axes
     assert [axes.get_title("left") for axes in (distance, angle)] == ["Distance", "Angle"]
     for axes in (distance, angle):
         *lines, chance = axes.lines
