@@ -86,14 +86,12 @@ def plan(path: Path, overrides: Sequence[str] = ()) -> dict[str, Table]:
     given = dict(split_override(override) for override in overrides)
     settings = [one for one in overrides if split_override(one)[0] not in file.axes]
     axes = [axis_with(path, name, given.get(name, one.values)) for name, one in file.axes.items()]
-    written = dict.fromkeys(metric for axis in axes for metric in axis.columns.values())
-    columns = list(map(Column.parse, written))
-    tables = {}
-    for key, sweep in resolve(path, "trials", settings, file.trials).items():
-        seeds = file.trials[key].seeds
-        metrics = _seeded(columns, seeds) if seeds else list(written)
-        tables[key] = Table((replace(sweep, metrics=metrics),))
-    return tables
+    metrics = list(dict.fromkeys(metric for axis in axes for metric in axis.columns.values()))
+    sweeps = resolve(path, "trials", settings, file.trials)
+    return {
+        key: Table((replace(sweep, metrics=_seeded(metrics, file.trials[key].seeds)),))
+        for key, sweep in sweeps.items()
+    }
 
 
 def axis_names(path: Path) -> list[str]:
@@ -120,8 +118,8 @@ def axis_with(path: Path, name: str, values: str | Sequence[object]) -> Axis:
 def axes_of(path: Path, trials: Mapping[str, Sequence[str]]) -> list[Axis]:
     """Return the axes of a file with the values that the metrics of its tables of trials have."""
     file = read_yaml(path, _File)
-    once = [trials[name] for name, part in file.trials.items() if name in trials and not part.seeds]
-    columns = [Column.parse(metric) for metric in (once[0] if once else ())]
+    once = [name for name, part in file.trials.items() if not part.seeds]
+    columns = [Column.parse(metric) for name in once for metric in trials.get(name, ())]
     axes = []
     for name, entry in file.axes.items():
         values = [
@@ -168,17 +166,19 @@ def _list(name: str, text: str) -> list[str]:
 def _axis(name: str, entry: _Axis, values: Sequence[object]) -> Axis:
     """Make an axis of what the file has for it and of its values; numbers are sorted."""
     paper = _write(entry.paper)
-    written = list(dict.fromkeys([*map(_write, values), paper]))
-    axis = Axis(name, entry.metric, entry.option, paper, tuple(written))
+    written = dict.fromkeys([*map(_write, values), paper])
     try:
-        return replace(axis, values=tuple(sorted(written, key=float)))
+        ordered = sorted(written, key=float)
     except ValueError:  # words, the paper's first
-        return replace(axis, values=tuple(sorted(written, key=lambda value: value != paper)))
+        ordered = sorted(written, key=lambda value: value != paper)
+    return Axis(name, entry.metric, entry.option, paper, tuple(ordered))
 
 
-def _seeded(columns: Sequence[Column], seeds: int) -> list[str]:
-    """Return the metrics under each seed, without those whose registration is not random."""
-    random = [str(c) for c in columns if "seed" in type(c.values).model_fields]
+def _seeded(metrics: list[str], seeds: int) -> list[str]:
+    """Return metrics under each seed, but for those whose registration is not random."""
+    if not seeds:
+        return metrics
+    random = [m for m in metrics if "seed" in type(Column.parse(m).values).model_fields]
     return [seeded(metric, seed) for seed in range(seeds) for metric in random]
 
 

@@ -159,11 +159,8 @@ class Plan:
     @cached_property
     def sources(self) -> Mapping[str, Sequence[str]]:
         """The parts of people's own files, and what each rests on."""
-        if self.study.own is None:
-            return {}
-        return self.study.own.sources(
-            Path(dict(map(split_override, self.given))[self.study.own.key])
-        )
+        own = self.study.own
+        return own.sources(Path(dict(map(split_override, self.given))[own.key])) if own else {}
 
     @property
     def given(self) -> list[str]:
@@ -224,13 +221,8 @@ class Settings(Section):
     def _results_depend_on_them(self) -> Self:
         for key in EXECUTION:
             problem = f"may not set {key}, which holds for all studies; set it with --config"
-            require(key not in self.settings, problem)
+            require(key not in (self.model_extra or {}), problem)
         return self
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """Those that `experiments.config.load_sweep` takes."""
-        return self.model_extra or {}
 
 
 def config_file(name: str) -> Path:
@@ -244,7 +236,7 @@ def resolve(
     """Resolve the settings of the parts of a study's file, which win over those that they share."""
     sweeps = {}
     for name, part in parts.items():
-        settings = reduce(or_, (one.settings for one in (*shared, part)))
+        settings = reduce(or_, (one.model_extra or {} for one in (*shared, part)))
         try:
             sweeps[name] = load_sweep(overrides, settings)
         except ConfigError as error:

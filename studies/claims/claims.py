@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import field, replace
+from itertools import chain, starmap
 from math import inf, isfinite
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -124,6 +125,14 @@ class Claim:
         return f"{text} ({'; '.join(cells)})" if cells else text
 
 
+def within(where: Filter, other: Filter) -> Filter:
+    """Return what both let pass."""
+    return {
+        key: [value for value in values if value in other.get(key, values)]
+        for key, values in {**other, **where}.items()
+    }
+
+
 @dataclass(frozen=True, config=KNOWN_KEYS)
 class Reading:
     """One way to read what the paper leaves open, and how it changes a claim."""
@@ -144,17 +153,13 @@ class Reading:
             return claim
         if "at" in claim.rule.needs and (self.everywhere or self.where):
             return claim  # it compares some cells with all by itself
-        left = {
-            key: [value for value in values if value in self.where.get(key, values)]
-            for key, values in claim.where.items()
-        }
         values: dict[str, Any] = {
             "metric": self._of(claim.metric),
             "versus": claim.versus and self._of(claim.versus),
             "statistic": self.statistics.get(claim.statistic, claim.statistic),
             "level": self.level or claim.level,
             "settings": [*claim.settings, *self.settings],
-            "where": {**self.where, **left},
+            "where": within(claim.where, self.where),
             "at": {} if self.everywhere else claim.at,
             "of_means": self.of_means and claim.rule.has_ranges,
         }
@@ -168,9 +173,7 @@ class Reading:
         if column.name not in self.metrics:
             return metric
         other = Column.parse(self.metrics[column.name])
-        for key, value in column.options.items():
-            other = other.with_option(key, value)
-        return str(other)
+        return str(Column(other.name, {**other.options, **column.options}))
 
 
 @dataclass(frozen=True, config=KNOWN_KEYS)
@@ -262,14 +265,12 @@ def load_claims(replicates: int | str | None = None, path: Path = CLAIMS_FILE) -
             f"setting 'replicates' must be a whole number of at least 2, not {replicates!r}: "
             "one study tells nothing of the spread"
         )
-    claims: dict[str, Claim] = {}
-    for group in file.groups:
-        for entry in group.claims:
-            for claim in _expand(group, entry):
-                if claim.id in claims:
-                    raise ConfigError(f"claims.yaml: {claim.id!r} is defined twice")
-                claims[claim.id] = claim
-    for claim in claims.values():
+    entries = [(group, entry) for group in file.groups for entry in group.claims]
+    expanded = list(chain.from_iterable(starmap(_expand, entries)))
+    claims = {claim.id: claim for claim in expanded}
+    for claim in expanded:
+        if claim is not claims[claim.id]:
+            raise ConfigError(f"claims.yaml: {claim.id!r} is defined twice")
         for name in claim.implied_by:
             if name not in claims or name == claim.id:
                 raise ConfigError(f"claims.yaml: {claim.id!r} is implied by no claim: {name!r}")
@@ -289,32 +290,31 @@ def _expand(group: _Group, entry: Mapping[str, Any]) -> Iterator[Claim]:
                 values[key] = values[key].replace("{metric}", name)
         if isinstance(values.get("implied_by"), list):
             values["implied_by"] = [str(n).replace("{metric}", slug) for n in values["implied_by"]]
-        called = repr(values["id"]) if "id" in values else f"a claim of {group.source}"
-        with _named(called):
+        with _named(values, f"a claim of {group.source}"):
             yield Claim(**values)
 
 
 def _decision(entry: Mapping[str, Any], claims: Mapping[str, Claim]) -> Decision:
-    called = repr(entry["id"]) if "id" in entry else "a decision"
-    with _named(called):
+    with _named(entry, "a decision"):
         decision = Decision(**entry)
     for name in decision.claims:
         if name not in claims:
             raise ConfigError(f"claims.yaml: {decision.id!r} names no claim: {name!r}")
     for reading in decision.readings:
         for name in decision.claims or claims:
-            with _named(f"{decision.id!r}, {reading.reading!r}, {name!r}"):
+            with _named({}, f"{decision.id!r}, {reading.reading!r}, {name!r}"):
                 reading.of(claims[name])
     return decision
 
 
 @contextmanager
-def _named(name: str) -> Iterator[None]:
-    """Say in one line which part of the file is wrong."""
+def _named(entry: Mapping[str, Any], otherwise: str) -> Iterator[None]:
+    """Say in one line which part of the file is wrong, by its id if it has one."""
     try:
         yield
     except ValidationError as error:
         key, problem = problems(error)[0]
+        name = repr(entry["id"]) if "id" in entry else otherwise
         raise ConfigError(f"claims.yaml: {name}: {f'{key}: ' if key else ''}{problem}") from None
 
 

@@ -9,7 +9,7 @@ from experiments.grid import Cell, cells
 
 from ..paper import load_experiment
 from ..study import Table, reject
-from .claims import Claim, Claims
+from .claims import Claim, Claims, within
 
 FIXED = ("experiment", "metrics", "replicate")  # settings that the claims decide
 
@@ -17,52 +17,37 @@ FIXED = ("experiment", "metrics", "replicate")  # settings that the claims decid
 def replicates(claims: Claims, overrides: Sequence[str] = ()) -> dict[str, Table]:
     """Return a table for each replicate study, of all sweeps that the claims need."""
     reject(overrides, FIXED, "the claims decide what is run")
-    first, others = (plan(claims.needed(k), overrides) for k in (0, claims.replicates_of_readings))
+    n_read = claims.replicates_of_readings
+    first, others = (plan(claims.needed(k), overrides) for k in (0, n_read))
+    tables = [first] * n_read + [others] * (claims.replicates - n_read)
     return {
-        str(number): Table(
-            tuple(
-                replace(sweep, replicate=number)
-                for sweep in (first if number < claims.replicates_of_readings else others)
-            )
-        )
-        for number in range(claims.replicates)
+        str(number): Table(tuple(replace(sweep, replicate=number) for sweep in sweeps))
+        for number, sweeps in enumerate(tables)
     }
 
 
 def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
     """Collect what the claims need: a sweep for each experiment and way to read it."""
-    sweeps: dict[tuple[str, tuple[str, ...]], Sweep] = {}
-    selections: dict[tuple[str, tuple[str, ...]], list[Selection]] = {}
+    found: dict[tuple[str, tuple[str, ...]], tuple[Sweep, list[Selection]]] = {}
     for claim in claims:
-        if claim.trials not in sweeps:
+        if claim.trials not in found:
             experiment, settings = claim.trials
-            sweeps[claim.trials] = load_experiment(experiment, [*overrides, *settings])
-        needed_cells(claim, sweeps[claim.trials])
-        wanted = selections.setdefault(claim.trials, [])
+            found[claim.trials] = load_experiment(experiment, [*overrides, *settings]), []
+        sweep, wanted = found[claim.trials]
+        needed_cells(claim, sweep)
         wanted += [selection for selection in _selections(claim) if selection not in wanted]
-    return [
-        replace(
-            sweep,
-            changes=" ".join(key[1]),
-            metrics=list(
-                dict.fromkeys(m for selection in selections[key] for m in selection.metrics)
-            ),
-            selections=selections[key],
-        )
-        for key, sweep in sweeps.items()
-    ]
+    sweeps = []
+    for (_, settings), (sweep, wanted) in found.items():
+        metrics = list(dict.fromkeys(metric for one in wanted for metric in one.metrics))
+        changes = " ".join(settings)
+        sweeps.append(replace(sweep, changes=changes, metrics=metrics, selections=wanted))
+    return sweeps
 
 
 def _selections(claim: Claim) -> list[Selection]:
     """Return the cells that a claim takes, those before and after a change apart."""
-    both = []
-    for part in (claim.before, claim.after) if claim.before or claim.after else ({},):
-        where = {
-            key: [value for value in values if value in part.get(key, values)]
-            for key, values in {**part, **claim.where}.items()
-        }
-        both.append(Selection(list(claim.metrics), where))
-    return both
+    parts = (claim.before, claim.after) if claim.before or claim.after else ({},)
+    return [Selection(list(claim.metrics), within(claim.where, part)) for part in parts]
 
 
 def needed_cells(claim: Claim, sweep: Sweep) -> list[Cell]:

@@ -63,8 +63,7 @@ def verdict(claim: Claim, values: Floats) -> str:
     lowest, highest = claim.interval
     if lowest <= high and low <= highest:
         return INCONCLUSIVE if low <= 0 <= high else REPRODUCED
-    n = len(values)
-    reach = scipy.stats.t.ppf(CENTRAL[1], n - 1) * values.std(ddof=1) * np.sqrt(1 + 1 / n)
+    reach = _reach(values, 1 + 1 / len(values))
     predicted = lowest <= values.mean() + reach and values.mean() - reach <= highest
     return INCONCLUSIVE if predicted else NOT_REPRODUCED
 
@@ -102,12 +101,11 @@ def _test(claim: Claim, values: Floats) -> tuple[bool, float]:
     return meets, float(2 * scipy.stats.t.sf(abs(inside) / error, len(values) - 1))
 
 
-def _mean_interval(values: Floats) -> tuple[float, float]:
-    """Return the 95 % confidence interval of the mean over all studies."""
-    reach = (
-        scipy.stats.t.ppf(CENTRAL[1], len(values) - 1) * values.std(ddof=1) / np.sqrt(len(values))
+def _reach(values: Floats, share: float) -> float:
+    """Return how far the 95 % interval of what has a share of the variance reaches."""
+    return float(
+        scipy.stats.t.ppf(CENTRAL[1], len(values) - 1) * np.sqrt(share * values.var(ddof=1))
     )
-    return float(values.mean() - reach), float(values.mean() + reach)
 
 
 def decide(
@@ -205,18 +203,18 @@ def _decided(claims: Mapping[str, Claim], values: Sequence[Floats]) -> pd.DataFr
     rows = []
     for claim, found, population in zip(claims.values(), values, words, strict=True):
         low, high = np.quantile(found, CENTRAL)
-        mean_low, mean_high = _mean_interval(found)
+        mean, reach = found.mean(), _reach(found, 1 / len(found))
         rows.append(
             {
                 "criterion": claim.criterion or "the paper's number",
                 "paper": claim.paper,
-                "ours": _rounded(claim, found.mean()),
+                "ours": _rounded(claim, mean),
                 "low": _rounded(claim, low),
                 "high": _rounded(claim, high),
                 "replicates": len(found),
                 "verdict": verdict(claim, found),
-                "mean_low": _rounded(claim, mean_low),
-                "mean_high": _rounded(claim, mean_high),
+                "mean_low": _rounded(claim, mean - reach),
+                "mean_high": _rounded(claim, mean + reach),
                 "population": population,
             }
         )
