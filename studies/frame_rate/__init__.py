@@ -8,7 +8,7 @@ import pandas as pd
 
 from ..study import Answer, Figure, Question, Study
 from .rates import compare, means, plan, summaries, to_markdown
-from .trajectories import read_recordings, score_rates
+from .trajectories import score_rates
 
 TABLES = ["tables/{}", "tables/{}_means"]
 
@@ -26,7 +26,7 @@ def show(answer: Answer) -> dict[str, Any]:
 
 def score(given: Mapping[str, str], part: str) -> pd.DataFrame:
     """Return the scores of one's own trajectories at several frame rates."""
-    return score_rates(read_recordings(Path(given["trajectories"])))
+    return score_rates(Path(given["trajectories"]))
 
 
 STUDY = Study(

@@ -12,39 +12,28 @@ from alignscores.arrays import Floats
 from experiments.config import read_yaml, split_override
 from experiments.tables import Trials
 
+from .. import study
 from ..order import Order, Task, across, estimate, needed, within
-from ..study import (
-    Rates,
-    Section,
-    Settings,
-    Table,
-    TableName,
-    at_rates,
-    config_file,
-    rates_of,
-    reject,
-    resolve,
-)
-from ..words import markdown_table
+from ..words import document, markdown_table
 
-FRAME_RATE = config_file("frame_rate")
+FRAME_RATE = study.config_file("frame_rate")
 KEYS = ["scenario", "geometry", "error", "lost", "metric"]
 
 
-class _File(Section):
-    settings: Settings
-    every: Rates
-    scenarios: dict[TableName, Settings]
+class _File(study.Section):
+    settings: study.Settings
+    every: study.Rates
+    scenarios: dict[study.TableName, study.Settings]
 
 
-def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
+def plan(overrides: Sequence[str] = ()) -> dict[str, study.Table]:
     """Return a table for each scenario, with a sweep for each frame rate: of the same trials."""
     overrides = [one for one in overrides if split_override(one)[0] != "trajectories"]
-    reject(overrides, ["every"], f"the frame rates stand in {FRAME_RATE.name}")
+    study.reject(overrides, ["every"], f"the frame rates stand in {FRAME_RATE.name}")
     file = read_yaml(FRAME_RATE, _File)
-    sweeps = resolve(FRAME_RATE, "scenarios", overrides, file.scenarios, file.settings)
+    sweeps = study.resolve(FRAME_RATE, "scenarios", overrides, file.scenarios, file.settings)
     return {
-        name: at_rates(replace(sweep, name=f"frame_rate/{name}"), file.every)
+        name: study.at_rates(replace(sweep, name=f"frame_rate/{name}"), file.every)
         for name, sweep in sweeps.items()
     }
 
@@ -103,7 +92,7 @@ def compare(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
 
 
 def _with_keys(name: str, trials: Trials) -> pd.DataFrame:
-    sweep, table = trials.sweep, trials.table.assign(every=rates_of(trials.table))
+    sweep, table = trials.sweep, trials.table.assign(every=study.rates_of(trials.table))
     lost = 100 * table["n_outliers"] / sweep.n_cameras[0]
     return table.assign(scenario=name, geometry=sweep.geometry, error=sweep.error, lost=lost)
 
@@ -175,17 +164,14 @@ def to_markdown(table: pd.DataFrame) -> str:
         moves = f"{one['smallest_move']:.0f} to {one['largest_move']:.0f}"
         orders.append([one["metric"], moves, *_pairs(one, "order")])
         trials.append([one["metric"], *_pairs(one, "trials")])
-    lines = [
+    return document(
         "At one frame rate / at different ones. In the head: how many per cent of the cameras are "
         "outliers, and by how many the noise differs. Over "
         f"{table['scenario'].nunique()} scenarios: the smallest and the largest movement, where "
         "nothing is lost; the mean probability; the median of the numbers of trials.",
-        "",
-        *markdown_table(["right order, %", "moves, % of its range", *heads], orders),
-        "",
-        *markdown_table(["trials needed", *heads], trials),
-    ]
-    return "\n".join(lines) + "\n"
+        markdown_table(["right order, %", "moves, % of its range", *heads], orders),
+        markdown_table(["trials needed", *heads], trials),
+    )
 
 
 def _pairs(summary: Mapping[str, Any], name: str) -> list[str]:

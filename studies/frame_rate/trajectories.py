@@ -1,7 +1,7 @@
 """Trajectories of one's own at several frame rates: each camera, each second, each fifth ..."""
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +11,7 @@ from pydantic import Field, RootModel
 
 from alignscores import AlignmentWarning
 from alignscores.trajectories.association import match
-from alignscores.trajectories.files import TrajectoryWarning
+from alignscores.trajectories.files import Trajectory, TrajectoryWarning
 from alignscores.trajectories.formats import FORMATS
 from experiments.command import ConfigError
 from experiments.config import one_of, read_yaml
@@ -25,33 +25,18 @@ METRICS = ("TAS", "TAS(registration=refined)", "HalfDistance", "ATE", "RAS", "Ha
 FEWEST = 10  # cameras that are worth scoring
 
 
-class Recording(Section):
-    """A reference trajectory, and the files of estimates of it by the names of the systems."""
-
+class _Recording(Section):
     format: Annotated[str, one_of(FORMATS)]
     reference: Path
-    estimates: Annotated[dict[str, Path], Field(min_length=1)]
+    estimates: Annotated[dict[str, Path], Field(min_length=1)]  # by the names of the systems
 
 
-class _File(RootModel[dict[str, Recording]]):
-    root: Annotated[dict[str, Recording], Field(min_length=1)]
+class _File(RootModel[dict[str, _Recording]]):
+    root: Annotated[dict[str, _Recording], Field(min_length=1)]
 
 
-def read_recordings(path: Path) -> dict[str, Recording]:
-    """Read a file of recordings; its paths are relative to it."""
-    return {
-        name: recording.model_copy(
-            update={
-                "reference": path.parent / recording.reference,
-                "estimates": {s: path.parent / file for s, file in recording.estimates.items()},
-            }
-        )
-        for name, recording in read_yaml(path, _File).root.items()
-    }
-
-
-def score_rates(recordings: Mapping[str, Recording]) -> pd.DataFrame:
-    """Score all estimates with each camera kept, each second, each fifth, and so on.
+def score_rates(file: Path) -> pd.DataFrame:
+    """Score all estimates of a file with each camera kept, each second, each fifth, and so on.
 
     Returns
     -------
@@ -60,9 +45,10 @@ def score_rates(recordings: Mapping[str, Recording]) -> pd.DataFrame:
         column a metric.
     """
     rows = []
-    for name, recording in recordings.items():
-        for system, path in recording.estimates.items():
-            scene = _scene(recording, path)
+    for name, recording in read_yaml(file, _File).root.items():
+        for system, estimate in recording.estimates.items():
+            read = FORMATS[recording.format].read
+            scene = _scene(read, file.parent / recording.reference, file.parent / estimate)
             for k in RATES:
                 kept = scene[::k]
                 n = len(kept.gt_positions)
@@ -72,13 +58,12 @@ def score_rates(recordings: Mapping[str, Recording]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _scene(recording: Recording, estimate: Path) -> Scene:
-    read = FORMATS[recording.format].read
+def _scene(read: Callable[..., Trajectory], reference: Path, estimate: Path) -> Scene:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", TrajectoryWarning)
             warnings.simplefilter("ignore", AlignmentWarning)
-            matches = match(read(recording.reference, complete=True), read(estimate))
+            matches = match(read(reference, complete=True), read(estimate))
     except (OSError, ValueError) as error:
         raise ConfigError(str(error)) from None
     gt, est = matches.gt_poses, matches.est_poses

@@ -4,15 +4,13 @@ from collections.abc import Iterator, Mapping
 
 import pandas as pd
 
-from experiments.config import Sweep
 from experiments.metrics import Column
 from experiments.tables import Trials
 
 from .. import order
-from ..order import SIGNIFICANCE, Order, Task
+from ..order import SIGNIFICANCE, Task
 from ..study import rates_of
 
-LEVELS = ("sigma_t", "sigma_r_deg", "n_outliers")
 ACROSS = ("n_cameras", "every")  # what must not matter
 NOISE = {"sigma_t": "position noise", "sigma_r_deg": "rotation noise"}  # where each is on its own
 DISTURBANCES = {"uniform": "outliers", "missing": "missing", "cluster": "merged"}
@@ -50,19 +48,17 @@ def compare_sides(questions: Mapping[str, Trials]) -> pd.DataFrame:
         metrics in all questions, for the best one is chosen by the same trials.
     """
     rows, pairs = [], []
-    for name, trials in questions.items():
-        for level, other, task in _tasks(trials):
-            asked = _words(level, trials.sweep)
-            keys = {"question": name, "asked": asked, "level": level, "across": other}
-            alone, differences = order.compare(task, trials.record.metrics)
-            rows += [
-                keys | {"metric": metric} | _row(found, order.apart(trials.table, level, metric))
-                for metric, found in alone.items()
-            ]
-            pairs += [
-                (*keys.values(), *pair, 100 * found.probability, 100 * found.error, found.p_value)
-                for pair, found in differences.items()
-            ]
+    for trials, keys, task in _tasks(questions):
+        alone, differences = order.compare(task, trials.record.metrics)
+        for metric, found in alone.items():
+            by_outliers = order.apart(trials.table, keys["level"], metric)
+            numbers = {"order": 100 * found.probability, "order_error": 100 * found.error}
+            numbers["trials"] = order.mean_needed(by_outliers.values() or [found])
+            rows.append(keys | {"metric": metric} | numbers | {"p_chance": found.p_above(0.5)})
+        pairs += [
+            (*keys.values(), *pair, 100 * found.probability, 100 * found.error, found.p_value)
+            for pair, found in differences.items()
+        ]
     table = pd.DataFrame(rows)
     table["p_chance"] = order.holm(table["p_chance"])
     tests = pd.DataFrame(pairs, columns=[*KEYS, "other", "difference", "error", "p"])
@@ -82,48 +78,35 @@ def at_outliers(questions: Mapping[str, Trials]) -> pd.DataFrame:
         One row for each `question`, `asked`, `metric` and number of `outliers`: `order` and
         `trials` as in `compare_sides`.
     """
-    rows = []
-    for name, trials in questions.items():
-        for level, _, _ in _tasks(trials):
-            keys = {"question": name, "asked": _words(level, trials.sweep)}
-            for metric in trials.record.metrics:
-                for n, found in order.apart(trials.table, level, metric).items():
-                    row = {"outliers": n, "order": 100 * found.probability}
-                    rows.append(keys | {"metric": metric} | row | {"trials": order.needed(found)})
-    return pd.DataFrame(
-        rows, columns=["question", "asked", "metric", "outliers", "order", "trials"]
-    )
+    rows = [
+        keys
+        | {"metric": metric, "outliers": n}
+        | {"order": 100 * found.probability, "trials": order.needed(found)}
+        for trials, keys, _ in _tasks(questions)
+        for metric in trials.record.metrics
+        for n, found in order.apart(trials.table, keys["level"], metric).items()
+    ]
+    columns = ["question", "asked", "metric", "outliers", "order", "trials"]
+    return pd.DataFrame(rows, columns=columns)
 
 
-def _tasks(trials: Trials) -> Iterator[tuple[str, str, Task]]:
+def _tasks(questions: Mapping[str, Trials]) -> Iterator[tuple[Trials, dict[str, str], Task]]:
     """Return what has to be ordered: all that varies, but for what must not matter."""
-    table = trials.table.assign(every=1)
-    if "settings" in table:
-        table["every"] = rates_of(table)
-    paired = trials.sweep.noise == "paired"
-    levels = [level for level in LEVELS if table[level].nunique() > 1]
-    levels = [level for level in levels if not (paired and level == "sigma_r_deg")]
-    other = next((name for name in ACROSS if table[name].nunique() > 1), "")
-    for level in levels:
-        if other:
-            yield level, other, order.across(table, level, other, same_draws=other == "every")
-        else:
-            yield level, other, order.within(table, level)
-
-
-def _words(level: str, sweep: Sweep) -> str:
-    if level == "n_outliers":
-        return DISTURBANCES.get(sweep.outliers, sweep.outliers)
-    return "noise" if sweep.noise == "paired" else NOISE[level]
-
-
-def _row(found: Order, by_outliers: Mapping[int, Order]) -> dict[str, float]:
-    return {
-        "order": 100 * found.probability,
-        "order_error": 100 * found.error,
-        "trials": order.mean_needed(by_outliers.values() or [found]),
-        "p_chance": found.p_above(0.5),
-    }
+    for name, trials in questions.items():
+        table, sweep = trials.table.assign(every=1), trials.sweep
+        if "settings" in table:
+            table["every"] = rates_of(table)
+        noise = {"sigma_t": "noise"} if sweep.noise == "paired" else NOISE
+        asked = noise | {"n_outliers": DISTURBANCES.get(sweep.outliers, sweep.outliers)}
+        other = next((setting for setting in ACROSS if order.varies(table, setting)), "")
+        for level, words in asked.items():
+            if order.varies(table, level):
+                keys = {"question": name, "asked": words, "level": level, "across": other}
+                if other:
+                    task = order.across(table, level, other, same_draws=other == "every")
+                else:
+                    task = order.within(table, level)
+                yield trials, keys, task
 
 
 def _versus(table: pd.DataFrame, tests: pd.DataFrame) -> pd.DataFrame:

@@ -1,12 +1,12 @@
 """What the new scores win and what they lose against today's protocols, in sentences and tables."""
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
 
 from ..order import REACH, SIGNIFICANCE
-from ..words import markdown_table
+from ..words import document, markdown_table
 from .orders import is_new
 
 VERDICTS = {"wins": "win", "loses": "lose", "even": "are not certainly ahead or behind"}
@@ -52,11 +52,10 @@ def sentences(table: pd.DataFrame) -> list[str]:
 
 def to_markdown(table: pd.DataFrame, by_outliers: pd.DataFrame) -> str:
     """Write what was found: sentences, the best of both sides, all numbers, those by outliers."""
-    lines = [f"- {sentence}" for sentence in sentences(table)]
     titled = table.assign(title=_titles(table))
-    lines += ["", *_duels(duels(table)), "", *_matrix(titled), "", *_totals(titled), "", LEGEND]
-    lines += _by_outliers(by_outliers)
-    return "\n".join(lines) + "\n"
+    said = [f"- {sentence}" for sentence in sentences(table)]
+    numbers = _duels(duels(table)), _matrix(titled), _totals(titled)
+    return document(said, *numbers, LEGEND, *_by_outliers(by_outliers))
 
 
 LEGEND = (
@@ -91,17 +90,13 @@ def _titles(table: pd.DataFrame) -> "pd.Series[str]":
     return table["question"].str.replace("_", " ") + ": " + table["asked"]
 
 
-def _by_outliers(table: pd.DataFrame) -> list[str]:
+def _by_outliers(table: pd.DataFrame) -> Iterator[list[str]]:
     """Write how each question about noise is answered at each number of outliers."""
-    lines = []
     for title, rows in table.groupby(_titles(table), sort=False):
         orders = rows.pivot(index="metric", columns="outliers", values="order")
-        cells = [
-            [metric, *(f"{order:.0f}" for order in orders.loc[metric])]
-            for metric in rows["metric"].unique()
-        ]
-        lines += ["", *markdown_table([f"{title}; outliers", *map(str, orders.columns)], cells)]
-    return lines
+        ordered = orders.loc[rows["metric"].unique()]
+        cells = [[name, *map("{:.0f}".format, row)] for name, *row in ordered.itertuples()]
+        yield markdown_table([f"{title}; outliers", *map(str, orders.columns)], cells)
 
 
 def _totals(table: pd.DataFrame) -> list[str]:
