@@ -130,22 +130,19 @@ def across(trials: pd.DataFrame, level: str, other: str, *, same_draws: bool = F
     return Task(samples, pairs, units)
 
 
-def shares(
-    values: Sequence[ArrayLike], pairs: Sequence[tuple[int, int]] | None = None
-) -> list[Floats]:
-    """Return each trial's share of the probability, by level; by default neighbours are compared.
+def shares(values: Sequence[ArrayLike], pairs: Sequence[tuple[int, int]]) -> list[Floats]:
+    """Return each trial's share of the probability, by level, over pairs of a better and a worse.
 
     Larger values are worse. A metric without a value (NaN) cannot put two trials in order: a tie.
     Each pair of trials is in the shares of both, so the means of all levels sum to twice the
     probability.
     """
     levels = [np.asarray(level, dtype=np.float64) for level in values]
-    compared = list(pairwise(range(len(levels)))) if pairs is None else pairs
     found = [np.zeros(len(level)) for level in levels]
-    for better, worse in compared:
+    for better, worse in pairs:
         right = in_order(levels[better], levels[worse])
-        found[better] += right.mean(axis=1) / len(compared)
-        found[worse] += right.mean(axis=0) / len(compared)
+        found[better] += right.mean(axis=1) / len(pairs)
+        found[worse] += right.mean(axis=0) / len(pairs)
     return found
 
 
@@ -166,16 +163,13 @@ def estimate(found: Sequence[Floats] | Floats) -> Order:
 
 def order(values: Sequence[ArrayLike]) -> Order:
     """Return how probably neighbouring levels come in the right order; larger is worse."""
-    return estimate(shares(values))
+    return estimate(shares(values, list(pairwise(range(len(values))))))
 
 
 def orders(trials: pd.DataFrame, metric: str, level: str) -> list[Order]:
     """Return the order in each group of trials that share all other settings."""
-    found = []
-    for group in groups(trials, level):
-        values, levels = sign(metric) * group[metric].to_numpy(), group[level].to_numpy()
-        found.append(order([values[levels == one] for one in np.unique(levels)]))
-    return found
+    samples = [group.groupby(level)[metric] for group in groups(trials, level)]
+    return [order([sign(metric) * values for _, values in own]) for own in samples]
 
 
 def compare(
@@ -240,9 +234,8 @@ def holm(p_values: ArrayLike) -> Floats:
     Where those below a level are called significant, the probability that any is so by chance is
     at most this level (Holm, Scand. J. Statistics 1979).
     """
-    p = np.ravel(np.asarray(p_values, dtype=np.float64))
-    adjusted = np.full(len(p), np.nan)
-    rising = [k for k in np.argsort(p, kind="stable") if not np.isnan(p[k])]
-    factors = np.arange(len(rising), 0, -1)
-    adjusted[rising] = np.minimum(np.maximum.accumulate(factors * p[rising]), 1) if rising else []
-    return adjusted.reshape(np.shape(p_values))
+    p = pd.Series(np.ravel(np.asarray(p_values, dtype=np.float64)))
+    rising = p.dropna().sort_values(kind="stable")
+    adjusted = (rising * np.arange(len(rising), 0, -1)).cummax().clip(upper=1)
+    found: Floats = np.reshape(adjusted.reindex(p.index).to_numpy(), np.shape(p_values))
+    return found

@@ -34,6 +34,12 @@ def markdown_table(
     return [first, f"|{rule}", *others]
 
 
+def document(*blocks: str | Iterable[str]) -> str:
+    """Join paragraphs, and lists and tables of lines, with an empty line between them."""
+    texts = [block if isinstance(block, str) else "\n".join(block) for block in blocks]
+    return "\n\n".join(texts) + "\n"
+
+
 def listed(words: Sequence[object]) -> str:
     """List words with commas, and *and* before the last."""
     *others, last = map(str, words)

@@ -5,7 +5,7 @@ two of three pairs of trials at neighbouring levels in the right order; likewise
 outliers. Of evenly spaced levels that is a Kendall correlation of about one half.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
@@ -71,9 +71,9 @@ def _smallest(trials: pd.DataFrame, metric: str, level: str) -> float:
 
 
 def _sentences(trials: pd.DataFrame, judged: Sequence[Mapping[str, Any]]) -> list[str]:
-    ours = [row for row in judged if row["metric"] in SCORES]
-    found = [_who_orders_what(judged), *map(_failure, ours), _near_zero(trials, ours)]
-    found += [_no_worse(trials, row["metric"]) for row in ours]
+    ours = {row["metric"]: row for row in judged if row["metric"] in SCORES}
+    found = [_who_orders_what(judged), *map(_failure, ours.values()), _near_zero(trials, ours)]
+    found += [_no_worse(trials, metric) for metric in ours]
     return [sentence for sentence in found if sentence]
 
 
@@ -93,13 +93,12 @@ def _failure(row: Mapping[str, Any]) -> str:
     return f"{row['metric']} fails on {listed(failures)}." if failures else ""
 
 
-def _near_zero(trials: pd.DataFrame, ours: Sequence[Mapping[str, Any]]) -> str:
+def _near_zero(trials: pd.DataFrame, scores: Iterable[str]) -> str:
     """Tell which scores have nothing left for outliers to take away."""
     strongest = trials[trials["sigma_t"] == trials["sigma_t"].max()]
     fewest = strongest["n_outliers"].min()
     means = strongest[strongest["n_outliers"] == fewest].mean(numeric_only=True)
-    low = [row["metric"] for row in ours if means[row["metric"]] < NEAR_ZERO]
-    low = [f"{metric} ({means[metric]:.2f})" for metric in low]
+    low = [f"{score} ({means[score]:.2f})" for score in scores if means[score] < NEAR_ZERO]
     if not low:
         return ""
     be = "are" if low[1:] else "is"

@@ -1,5 +1,6 @@
 """The section of the report: where the scores fail."""
 
+from collections.abc import Mapping
 from math import isfinite
 from typing import Any
 
@@ -39,15 +40,12 @@ def show(answer: Answer) -> dict[str, Any]:
         "scores": scores,
         "trials": first.trials,
         "scenarios": scenarios,
-        "failing": {
-            metric: [
-                scenario
-                for scenario in scenarios
-                if any(judged["fails"] for judged in scenario["orders"].get(metric, ()))
-            ]
-            for metric in scores
-        },
+        "failing": {metric: [one for one in scenarios if _fails(metric, one)] for metric in scores},
     }
+
+
+def _fails(metric: str, scenario: Mapping[str, Any]) -> bool:
+    return any(judged["fails"] for judged in scenario["orders"].get(metric, ()))
 
 
 def _scenario(name: str, sweep: Sweep, first: Sweep, rows: pd.DataFrame) -> dict[str, Any]:

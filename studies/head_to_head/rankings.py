@@ -13,7 +13,7 @@ from experiments.tables import Record, TableError, Trials
 
 from .. import order
 from ..order import SIGNIFICANCE, Order
-from ..words import markdown_table
+from ..words import document, markdown_table
 
 LEVELS = {  # what is put in order, by what it is called: the settings that may stand for it
     "noise": ("sigma_t", "sigma_r_deg"),
@@ -83,19 +83,17 @@ def compare_orders(experiments: Mapping[str, Trials]) -> pd.DataFrame:
             alone, pairs = order.compare(order.within(trials.table, setting), trials.sweep.metrics)
             for metric, found in alone.items():
                 by_outliers = order.apart(trials.table, setting, metric)
-                row = {
-                    "metric": metric,
-                    "trials": order.mean_needed(by_outliers.values() or [found]),
-                }
-                cameras = _cameras(trials.table, setting, metric)
-                rows.append(keys | row | {"cameras": cameras} | _numbers(found))
+                row = keys | {"metric": metric}
+                needed = order.mean_needed(by_outliers.values() or [found])
+                whole = {"trials": needed, "cameras": _cameras(trials.table, setting, metric)}
+                rows.append(row | whole | _numbers(found))
                 rows += [
-                    keys | row | {"outliers": n, "trials": order.needed(own)} | _numbers(own)
+                    row | {"outliers": n, "trials": order.needed(own)} | _numbers(own)
                     for n, own in by_outliers.items()
                 ]
             for (metric, versus), found in pairs.items():
-                row = {"metric": metric, "versus": versus, "p": found.p_value}
-                rows.append(keys | row | _numbers(found))
+                row = keys | {"metric": metric, "versus": versus, "p": found.p_value}
+                rows.append(row | _numbers(found))
     columns = ["experiment", "level", "metric", "versus", "order", "low", "high", "p", "trials"]
     table = pd.DataFrame(rows, columns=[*columns, "cameras", "outliers"])
     table["p"] = order.holm(table["p"])
@@ -161,13 +159,14 @@ def to_markdown(table: pd.DataFrame) -> str:
         if enough:
             words = ", ".join(f"{place['metric']} {place['cameras']:g}" for place in enough)
             cameras.append([ranking["experiment"], words])
-    lines = [METHOD, ""]
-    lines += markdown_table(["experiment", "level", "order, %", "trials"], orders, "llll")
-    lines += ["", *markdown_table(["experiment", "cameras"], cameras, "ll")]
+    tables = [
+        markdown_table(["experiment", "level", "order, %", "trials"], orders, "llll"),
+        markdown_table(["experiment", "cameras"], cameras, "ll"),
+    ]
     apart = table[table["outliers"].notna()].astype({"outliers": int})
     for (experiment, level), rows in apart.groupby(["experiment", "level"], sort=False):
         orders_at = rows.pivot(index="metric", columns="outliers", values="order")
         head = [f"{experiment}, {level}: order, %, at outliers", *map(str, orders_at.columns)]
         cells = [[str(name), *map("{:.1f}".format, row)] for name, row in orders_at.iterrows()]
-        lines += ["", *markdown_table(head, cells)]
-    return "\n".join(lines) + "\n"
+        tables.append(markdown_table(head, cells))
+    return document(METHOD, *tables)

@@ -14,7 +14,7 @@ from experiments.tables import TableError, Trials
 
 from ..statistics import LEAST_POWER, dependence, power
 from ..study import Question
-from ..words import markdown_table
+from ..words import document, markdown_table
 
 OUTLIER_SHARE = 0.1  # robust: still discerns noise with so many of the cameras lost
 SCALE = 1000.0  # metres to millimetres
@@ -99,18 +99,21 @@ def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
     rows = []
     for metric, answers in PAPER.items():
         outliers, line, length = TOLD_BY[metric]
+        told_by = SCALE_EXPERIMENT, outliers, line, length
         findings = (
             _scale(scale_changes[metric]),
             _outliers(trials[outliers], metric),
             _collinear(trials[line], metric) if line else {},
             _length(added if metric in ADDED else trials[length], metric),
         )
-        row = {"row": ROWS.get(metric, metric), "metric": metric, "ours": "not tested"}
+        row: dict[str, object] = {"row": ROWS.get(metric, metric), "metric": metric}
+        row["ours"] = "not tested"
+        told = zip(PROPERTIES, CRITERIA, answers, told_by, findings, strict=True)
         rows += [
-            {**row, "property": name, "criterion": criterion, "paper": _yes(paper), **finding}
-            for name, criterion, paper, finding in zip(
-                PROPERTIES, CRITERIA, answers, findings, strict=True
-            )
+            row
+            | {"property": name, "criterion": criterion, "paper": _yes(paper)}
+            | {"experiment": experiment, **finding}
+            for name, criterion, paper, experiment, finding in told
         ]
     columns = ["row", "metric", "property", "paper", "ours", "agrees", "statistic", "value"]
     table = pd.DataFrame(rows, columns=[*columns, "criterion", "experiment", "sensitivity"])
@@ -158,18 +161,14 @@ def to_markdown(table: pd.DataFrame) -> str:
         [threshold, f"{agree} of {len(agreeing)}", ", ".join(cells) or "none"]
         for threshold, (agree, cells) in sensitivity(table).items()
     ]
-    lines = [
-        *markdown_table(["", *PROPERTIES], marks, "l" * (1 + len(PROPERTIES))),
-        "",
+    return document(
+        markdown_table(["", *PROPERTIES], marks, "l" * (1 + len(PROPERTIES))),
         f"{agreeing.sum()} of {len(agreeing)} cells of the paper's Table 1 are borne out; "
         "**bold**: what is not. In brackets what decides. –: positions play no part in it.",
-        "",
-        *(f"- *{name}*: {text}" for name, text in zip(PROPERTIES, CRITERIA, strict=True)),
-        "",
-        *(f"{note}\n" for note in NOTES),
-        *markdown_table(["another threshold", "cells that agree", "other answers"], others, "lll"),
-    ]
-    return "\n".join(lines) + "\n"
+        [f"- *{name}*: {text}" for name, text in zip(PROPERTIES, CRITERIA, strict=True)],
+        *NOTES,
+        markdown_table(["another threshold", "cells that agree", "other answers"], others, "lll"),
+    )
 
 
 def _mark(row: "pd.Series[str]") -> str:
@@ -204,7 +203,7 @@ def _run_added(sweep: Sweep) -> pd.DataFrame:
 def _scale(change: float) -> Finding:
     others = {f"within {other:g}": change <= other for other in OTHER_TOLERANCES}
     holds, statistic = change <= SCALE_TOLERANCE, "largest relative change"
-    return _finding(holds, change, statistic, SCALE_EXPERIMENT, others)
+    return _finding(holds, change, statistic, others)
 
 
 def _outliers(trials: pd.DataFrame, metric: str) -> Finding:
@@ -216,48 +215,39 @@ def _outliers(trials: pd.DataFrame, metric: str) -> Finding:
 
     others = {f"{share:.0%} lost": weakest(share) >= LEAST_POWER for share in OTHER_SHARES}
     statistic = f"smallest tau with 1 to {OUTLIER_SHARE:.0%} outliers"
-    return _discerns(weakest(OUTLIER_SHARE), statistic, trials, others)
+    return _discerns(weakest(OUTLIER_SHARE), statistic, others)
 
 
 def _collinear(trials: pd.DataFrame, metric: str) -> Finding:
     none = trials[trials["n_outliers"] == 0]
     value = power(none, metric, _noise(trials), "smallest")
-    return _discerns(value, "tau without outliers", trials, {})
+    return _discerns(value, "tau without outliers", {})
 
 
-def _discerns(
-    tau: float, statistic: str, trials: pd.DataFrame, others: Mapping[str, bool]
-) -> Finding:
+def _discerns(tau: float, statistic: str, others: Mapping[str, bool]) -> Finding:
     powers = {f"tau {least:g}": tau >= least for least in OTHER_POWERS}
-    return _finding(tau >= LEAST_POWER, tau, statistic, _name(trials), {**others, **powers})
+    return _finding(tau >= LEAST_POWER, tau, statistic, {**others, **powers})
 
 
 def _length(trials: pd.DataFrame, metric: str) -> Finding:
     moves = dependence(trials, metric, ["n_cameras"], "mean")
     others = {f"less than {other:g} %": moves < other for other in OTHER_DEPENDENCES}
     holds, statistic = moves < MOST_DEPENDENCE, "movement of the mean, %"
-    return _finding(holds, moves, statistic, _name(trials), others)
+    return _finding(holds, moves, statistic, others)
 
 
-def _finding(
-    holds: bool, value: float, statistic: str, experiment: str, others: Mapping[str, bool]
-) -> Finding:
+def _finding(holds: bool, value: float, statistic: str, others: Mapping[str, bool]) -> Finding:
     """Return what was found, and the answers by other thresholds."""
     return {
         "ours": _yes(holds),
         "statistic": statistic,
         "value": round(value, 4),
-        "experiment": experiment,
         "sensitivity": ", ".join(f"{threshold}: {_yes(yes)}" for threshold, yes in others.items()),
     }
 
 
 def _noise(trials: pd.DataFrame) -> list[str]:
     return ["sigma_t" if trials["sigma_t"].nunique() > 1 else "sigma_r_deg"]
-
-
-def _name(trials: pd.DataFrame) -> str:
-    return str(trials["experiment"].iloc[0])
 
 
 def _yes(answer: bool) -> str:

@@ -152,12 +152,10 @@ def _rows(
     with collected_warnings():
         reference = read_reference(file, settings)
         (estimate,) = read_parts(str(run.file), settings).values()
-        settings = replace(settings, invert=False)
         for name, change in changes.items():
             rng = np.random.default_rng(crc32("/".join([*keys, name]).encode()))
             changed = change(estimate, rng) if change else estimate
-            seed = settings.seed + (name == "seed")
-            chosen = replace(settings, seed=seed)
+            chosen = replace(settings, invert=False, seed=settings.seed + (name == "seed"))
             found = score(reference, changed, chosen, name="", step=step, check=False)
             rows.append({**dict(zip(KEYS, (*keys, name), strict=True)), **_values(found)})
     return rows

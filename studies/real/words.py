@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from ..words import listed, markdown_table
+from ..words import document, listed, markdown_table
 
 ALIKE = 0.95  # correlation of the runs by two metrics, of which one says nothing new
 DONE = {  # what was done to the estimates, by the name of the change
@@ -88,9 +88,7 @@ def to_markdown(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFram
         cells = [row["metric"], _runs(row["runs"])]
         cells += [f"{row[name]:.0f}" for name in ("told", "order", "agrees", "between")]
         rows.append([*cells, *(f"{row[name]:.2f}" for name in changes)])
-    return (
-        "\n".join([*markdown_table(header, rows), "", *sentences(table, pairs, agreement)]) + "\n"
-    )
+    return document(markdown_table(header, rows), sentences(table, pairs, agreement))
 
 
 def _runs(count: float) -> str:
