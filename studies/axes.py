@@ -11,7 +11,7 @@ from experiments.command import ConfigError
 from experiments.config import read_yaml, split_override
 from experiments.metrics import Column
 
-from .study import Section, Settings, Table, TableName, reject, resolve
+from .study import Section, Settings, Table, TableName, naming, reject, resolve
 
 FIXED = ("experiment", "metrics")  # settings that the study itself decides
 TITLES = {
@@ -42,7 +42,9 @@ class _Axis(Section):
     values: list[AxisValue]
 
 
-class _File(Section):
+class AxesFile(Section):
+    """What the file of a study with axes has."""
+
     axes: dict[str, _Axis]
     trials: dict[TableName, Part]
     settings: Any = None  # what else a study has, which it reads by itself
@@ -81,7 +83,7 @@ class Axis:
 
 def plan(path: Path, overrides: Sequence[str] = ()) -> dict[str, Table]:
     """Return a table for each part of a file of axes; overrides may have other values of axes."""
-    file = read_yaml(path, _File)
+    file = read_yaml(path, AxesFile)
     reject(overrides, FIXED, "the study decides it")
     given = dict(split_override(override) for override in overrides)
     settings = [one for one in overrides if split_override(one)[0] not in file.axes]
@@ -96,20 +98,18 @@ def plan(path: Path, overrides: Sequence[str] = ()) -> dict[str, Table]:
 
 def axis_names(path: Path) -> list[str]:
     """Return the names of the axes of a file."""
-    return list(read_yaml(path, _File).axes)
+    return list(read_yaml(path, AxesFile).axes)
 
 
 def axis_with(path: Path, name: str, values: str | Sequence[object]) -> Axis:
     """Return an axis of a file with some values: a list, or as typed."""
-    known = read_yaml(path, _File).axes
+    known = read_yaml(path, AxesFile).axes
     if name not in known:
         raise ConfigError(f"unknown axis {name!r}; the axes are {', '.join(known)}")
     axis = _axis(name, known[name], _list(name, values) if isinstance(values, str) else values)
     for value in axis.values:
-        try:
+        with naming(f"setting {name!r}: "):
             Column.parse(f"{axis.metric}({axis.option}={value})")
-        except ConfigError as error:
-            raise ConfigError(f"setting {name!r}: {error}") from None
     if len(axis.values) < 2:
         raise ConfigError(f"setting {name!r} needs another value than the paper's {axis.paper}")
     return axis
@@ -117,7 +117,7 @@ def axis_with(path: Path, name: str, values: str | Sequence[object]) -> Axis:
 
 def axes_of(path: Path, trials: Mapping[str, Sequence[str]]) -> list[Axis]:
     """Return the axes of a file with the values that the metrics of its tables of trials have."""
-    file = read_yaml(path, _File)
+    file = read_yaml(path, AxesFile)
     once = [name for name, part in file.trials.items() if not part.seeds]
     columns = [Column.parse(metric) for name in once for metric in trials.get(name, ())]
     axes = []

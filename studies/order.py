@@ -114,17 +114,20 @@ def paired(trials: pd.DataFrame, levels: list[str]) -> Task:
     return Task(samples, pairs, range(len(samples)))
 
 
-def across(trials: pd.DataFrame, level: str, other: str, *, same_draws: bool = False) -> Task:
+def across(
+    trials: pd.DataFrame, level: str, other: str, *, same_draws: bool = False, differ: bool = True
+) -> Task:
     """Compare neighbouring levels where another setting differs, each value with each other one.
 
-    With `same_draws` the same cameras are seen at all values of the other setting.
+    With `same_draws` the same cameras are seen at all values of the other setting; it is the same
+    for both without `differ`.
     """
     names, samples = zip(*trials.groupby([level, other]), strict=True)
     levels, others = (sorted(trials[name].unique()) for name in (level, other))
     pairs = [
         (names.index((low, a)), names.index((high, b)))
         for low, high in pairwise(levels)
-        for a, b in permutations(others, 2)
+        for a, b in (permutations(others, 2) if differ else zip(others, others, strict=True))
     ]
     units = [levels.index(key[0]) if same_draws else place for place, key in enumerate(names)]
     return Task(samples, pairs, units)
@@ -183,16 +186,13 @@ def compare(
 
 
 def beside(found: Floats, other: Floats) -> dict[str, float]:
-    """Return an order, and the difference from another of the same trials, in per cent.
-
-    There is no p-value of an order beside itself.
-    """
+    """Return an order, and the difference from another of the same trials, in per cent."""
     difference = estimate(found - other)
     return {
         "right_order": 100 * estimate(found).probability,
         "difference": 100 * difference.probability,
         "error": 100 * difference.error,
-        "p": np.nan if found is other else difference.p_value,
+        "p": np.nan if found is other else difference.p_value,  # none beside itself
     }
 
 

@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from inspect import Parameter, signature
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,6 @@ SUMMARIES: Mapping[str, Callable[[Any], Any]] = {
 }
 
 Where = Mapping[str, Sequence[float]]  # for some settings of a cell, the values that it may have
-EVERYWHERE: Where = MappingProxyType({})
 
 
 def select(trials: pd.DataFrame, where: Where) -> pd.DataFrame:
@@ -65,10 +63,7 @@ def relative_range(trials: pd.DataFrame, metric: str, versus: str) -> float:
 
 
 def powers(trials: pd.DataFrame, metric: str, level: Sequence[str]) -> list[float]:
-    """Rank correlations with each level, positive where the metric gets worse as it rises.
-
-    There is one for each group of trials that share all other settings.
-    """
+    """Rank correlations with each level in each group, positive where the metric gets worse."""
     return [
         sign(metric) * correlation(group[metric], group[name])
         for name, group in _groups(trials, level)
@@ -91,14 +86,14 @@ def improvement(trials: pd.DataFrame, metric: str, level: Sequence[str], take: s
 
 
 def dependence(
-    trials: pd.DataFrame, metric: str, level: Sequence[str], take: str, at: Where = EVERYWHERE
+    trials: pd.DataFrame, metric: str, level: Sequence[str], take: str, at: Where | None = None
 ) -> float:
     """How far the mean of a metric moves over a level, in per cent of the range of all means.
 
     The movements are those in the cells that `at` names; the range is that of all means.
     """
     means = cell_means(trials)
-    moves = [_range(group[metric]) for _, group in _groups(select(means, at), level)]
+    moves = [_range(group[metric]) for _, group in _groups(select(means, at or {}), level)]
     return _percentage(SUMMARIES[take](moves), _range(means[metric]))
 
 
@@ -108,7 +103,7 @@ def relative_dependence(
     versus: str,
     level: Sequence[str],
     take: str,
-    at: Where = EVERYWHERE,
+    at: Where | None = None,
 ) -> float:
     """Dependence of a metric in per cent of that of another."""
     return _percentage(*(dependence(trials, name, level, take, at) for name in (metric, versus)))

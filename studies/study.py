@@ -2,7 +2,8 @@
 
 import pkgutil
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 from hashlib import sha256
@@ -54,15 +55,12 @@ class Figure:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What a study is asked: its trials, its run times, and how many processes may answer.
-
-    Of a study of people's own files it is `own`: what was computed of these.
-    """
+    """What a study is asked: its trials, its run times, and how many processes may answer."""
 
     trials: Sequence[Trials]
     times: pd.DataFrame = field(default_factory=pd.DataFrame)
     n_jobs: int = 1
-    own: pd.DataFrame = field(default_factory=pd.DataFrame)
+    own: pd.DataFrame = field(default_factory=pd.DataFrame)  # computed of people's own files
 
     @property
     def by_name(self) -> Mapping[str, Trials]:
@@ -181,10 +179,7 @@ def found() -> list[Study]:
 
 
 def plans(overrides: Iterable[str] = ()) -> dict[str, Plan]:
-    """Return all studies, by their names, under the settings that each takes.
-
-    Those of people's own files are among them where such a file is given.
-    """
+    """Return all studies whose files are given, by their names, under the settings of each."""
     described, given = found(), [(split_override(one)[0], one) for one in overrides]
     owned = {key for study in described for key in study.keys} | set(EXECUTION)
     keys = {key for key, _ in given}
@@ -225,6 +220,15 @@ class Settings(Section):
         return self
 
 
+@contextmanager
+def naming(before: str = "", after: str = "") -> Iterator[None]:
+    """Say in one line what is wrong with a setting or a file, and where it stands."""
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{before}{error}{after}") from None
+
+
 def config_file(name: str) -> Path:
     """Return the file of a study's settings."""
     return CONFIG_DIR / "study" / f"{name}.yaml"
@@ -237,10 +241,8 @@ def resolve(
     sweeps = {}
     for name, part in parts.items():
         settings = reduce(or_, (one.model_extra or {} for one in (*shared, part)))
-        try:
+        with naming(f"{path}: {key}.{name}: "):
             sweeps[name] = load_sweep(overrides, settings)
-        except ConfigError as error:
-            raise ConfigError(f"{path}: {key}.{name}: {error}") from None
     return sweeps
 
 
@@ -256,7 +258,6 @@ def rates_of(table: pd.DataFrame) -> pd.Series:
 
 def reject(overrides: Sequence[str], keys: Sequence[str], reason: str) -> None:
     """Refuse settings that a study decides by itself."""
-    for override in overrides:
-        key, _ = split_override(override)
+    for key, _ in map(split_override, overrides):
         if key in keys:
             raise ConfigError(f"setting {key!r} cannot be set: {reason}")

@@ -1,42 +1,72 @@
 """What the paper leaves out: the main experiment with other paths, errors and outliers."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Annotated
 
 import pandas as pd
+from pydantic import Field
 
-from experiments.config import split_override
+from experiments.command import ConfigError
+from experiments.config import read_yaml, split_override
 
-from ..study import Figure, Question, Study, Table
-from .findings import findings
-from .scenarios import BEYOND, load_scenarios, study_name
-from .show import show
+from .. import study
+from .findings import findings, show
+
+BEYOND = study.config_file("beyond")
 
 
-def plan(overrides: Sequence[str]) -> Mapping[str, Table]:
-    """Return a table for each scenario."""
+class _File(study.Section):
+    scenarios: Annotated[dict[study.TableName, study.Settings], Field(min_length=1)]
+    settings: study.Settings = study.Settings()
+
+
+def plan(overrides: Sequence[str] = ()) -> dict[str, study.Table]:
+    """Return a table for each scenario; what a file does not set is as in ``beyond.yaml``."""
+    path = _file(overrides)
+    called = study_name(path)
+    with study.naming(f"{path}: the name {called!r} "):
+        study.table_name(called)
+    shared, file = read_yaml(BEYOND, _File), read_yaml(path, _File)
+    settings = shared.settings, file.settings
     others = [one for one in overrides if split_override(one)[0] != "scenarios"]
-    return load_scenarios(_file(overrides), others)
+    sweeps = study.resolve(path, "scenarios", others, file.scenarios, *settings)
+    tables = {}
+    for name, sweep in sweeps.items():
+        if sweep.noise != "paired":
+            problem = "needs noise=paired: one order of levels"
+            raise ConfigError(f"{path}: scenarios.{name} {problem}")
+        if len(sweep.sigma_t) == len(sweep.n_outliers) == 1:
+            problem = "needs two levels of noise, or numbers of outliers"
+            raise ConfigError(f"{path}: scenarios.{name} {problem}")
+        tables[name] = study.Table((replace(sweep, name=f"{called}/{name}"),))
+    return tables
 
 
-def ask(question: Question) -> list[pd.DataFrame | str]:
+def study_name(path: Path) -> str:
+    """Return what the results of a file of scenarios are called."""
+    return "beyond" if path.resolve() == BEYOND else f"beyond_{path.stem}"
+
+
+def ask(question: study.Question) -> list[pd.DataFrame | str]:
     """Return what each metric orders in each scenario."""
     return [findings(question.by_name)]
 
 
 def _file(overrides: Sequence[str]) -> Path:
-    return Path(dict(split_override(one) for one in overrides).get("scenarios", BEYOND))
+    return Path(dict(map(split_override, overrides)).get("scenarios", BEYOND))
 
 
-STUDY = Study(
+STUDY = study.Study(
     name="beyond",
     title="Beyond the paper",
     plan=plan,
     ask=ask,
     answers=["tables/{}.csv"],
     figures=[
-        Figure("studies.beyond.figure:draw", ["tables/{}"]),
-        Figure("studies.beyond.paths:draw", name="paths"),
+        study.Figure("studies.beyond.figure:draw", ["tables/{}"]),
+        study.Figure("studies.beyond.paths:draw", name="paths"),
     ],
     show=show,
     place=40,

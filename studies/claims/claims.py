@@ -114,15 +114,15 @@ class Claim:
         text = self.rule.text.format(
             metric=metric, versus=self.versus, level=" and ".join(self.level)
         )
-        cells = [_write(self.where)] if self.where else []
-        if self.before:
-            cells.append(f"{_write(self.before)} → {_write(self.after)}")
         others = {len(values) for key, values in self.where.items() if key not in self.level}
-        if self.at:
-            cells.insert(0, f"at {_write(self.at)} of")
-        if self.level and others != {1}:  # there are many groups
-            cells.insert(0, self.take)
-        return f"{text} ({'; '.join(cells)})" if cells else text
+        parts = [
+            self.take if self.level and others != {1} else "",  # there are many groups
+            f"at {_write(self.at)} of" if self.at else "",
+            _write(self.where),
+            f"{_write(self.before)} → {_write(self.after)}" if self.before else "",
+        ]
+        cells = "; ".join(filter(None, parts))
+        return f"{text} ({cells})" if cells else text
 
 
 def within(where: Filter, other: Filter) -> Filter:
@@ -224,13 +224,10 @@ class _File:
 
 @dataclass(frozen=True)
 class Claims:
-    """All claims by their names, the decisions and criteria, and how many studies decide.
-
-    Only the first `replicates_of_readings` of these have what other readings need.
-    """
+    """All claims by their names, the decisions and criteria, and how many studies decide."""
 
     replicates: int
-    replicates_of_readings: int
+    replicates_of_readings: int  # the first ones, which have what other readings need, too
     claims: Mapping[str, Claim]
     decisions: Sequence[Decision]
     criteria: Sequence[Criterion]

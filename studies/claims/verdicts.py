@@ -69,10 +69,8 @@ def verdict(claim: Claim, values: Floats) -> str:
 
 
 def _meets(claim: Claim, value: float) -> bool:
-    relation, number = claim.bound
-    if relation == "at least":
-        return value >= number
-    return value < number if relation == "below" else abs(value) <= number
+    lowest, highest = claim.interval
+    return lowest <= value <= highest and (claim.bound[0] != "below" or value < highest)
 
 
 def populations(claims: Sequence[Claim], values: Sequence[Floats]) -> list[str]:
@@ -94,11 +92,10 @@ def _test(claim: Claim, values: Floats) -> tuple[bool, float]:
         return False, np.nan
     mean, error = float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
     lowest, highest = claim.interval
-    meets = lowest <= mean <= highest if claim.paper is not None else _meets(claim, mean)
     if error == 0:
-        return meets, 0.0
+        return _meets(claim, mean), 0.0
     inside = min(mean - lowest, highest - mean)  # negative outside: how far
-    return meets, float(2 * scipy.stats.t.sf(abs(inside) / error, len(values) - 1))
+    return _meets(claim, mean), float(2 * scipy.stats.t.sf(abs(inside) / error, len(values) - 1))
 
 
 def _reach(values: Floats, share: float) -> float:

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from alignscores.arrays import Floats
 from experiments.config import read_yaml, split_override
 from experiments.tables import Trials
 
 from .. import study
-from ..order import Order, Task, across, estimate, needed, within
+from ..order import Task, across, estimate, needed
 from ..words import document, markdown_table
 
 FRAME_RATE = study.config_file("frame_rate")
@@ -104,25 +103,24 @@ def _dependence(table: pd.DataFrame, metric: str) -> float:
     return float(100 * found.groupby("sigma_t").agg(np.ptp).mean() / np.ptp(found))
 
 
-def _steps(table: pd.DataFrame) -> dict[int, list[tuple[list[Task], Task]]]:
-    """Return what is put in order for each pair of levels, by their difference in per cent.
-
-    That is a task for each frame rate, and one across rates. The same cameras are seen at all.
-    """
-    found: dict[int, list[tuple[list[Task], Task]]] = {}
+def _steps(table: pd.DataFrame) -> dict[int, list[tuple[Task, Task]]]:
+    """Return tasks at each frame rate and across them, by the step of the noise in per cent."""
+    found: dict[int, list[tuple[Task, Task]]] = {}
     for low, high in pairwise(sorted(table["sigma_t"].unique())):
         pair = table[table["sigma_t"].isin([low, high])]
-        at_one_rate = [within(rate, "sigma_t") for _, rate in pair.groupby("every")]
-        tasks = (at_one_rate, across(pair, "sigma_t", "every", same_draws=True))
-        found.setdefault(round(100 * (high / low - 1)), []).append(tasks)
+        found.setdefault(round(100 * (high / low - 1)), []).append(
+            (
+                across(pair, "sigma_t", "every", same_draws=True, differ=False),
+                across(pair, "sigma_t", "every", same_draws=True),
+            )
+        )
     return found
 
 
-def _orders(pairs: Sequence[tuple[list[Task], Task]], metric: str) -> dict[str, float]:
+def _orders(pairs: Sequence[tuple[Task, Task]], metric: str) -> dict[str, float]:
     """Return the mean order over pairs of levels, within and across frame rates."""
-    same = [np.mean([task.shares(metric) for task in rates], axis=0) for rates, _ in pairs]
-    apart = [task.shares(metric) for _, task in pairs]
-    one, other = (_mean(shares) for shares in (same, apart))
+    shares = ([task.shares(metric) for task in tasks] for tasks in zip(*pairs, strict=True))
+    one, other = (estimate(np.concatenate(own) / len(own)).rounded for own in shares)
     return {
         "order": 100 * one.probability,
         "order_across": 100 * other.probability,
@@ -131,16 +129,8 @@ def _orders(pairs: Sequence[tuple[list[Task], Task]], metric: str) -> dict[str, 
     }
 
 
-def _mean(shares: Sequence[Floats]) -> Order:
-    return estimate(np.concatenate(shares) / len(shares)).rounded
-
-
 def summaries(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Sum up what `compare` found, metric by metric.
-
-    The movements are those where nothing is lost. A cell, by step and share lost, has the mean
-    order over the scenarios in per cent, and the trials needed, the median over them.
-    """
+    """Sum up what `compare` found over the scenarios: each metric with a cell by step and loss."""
     found = []
     for metric, group in table.groupby("metric", sort=False):
         moves = group[group["lost"] == group["lost"].min()]["dependence"]

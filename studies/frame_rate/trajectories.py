@@ -13,12 +13,11 @@ from alignscores import AlignmentWarning
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import Trajectory, TrajectoryWarning
 from alignscores.trajectories.formats import FORMATS
-from experiments.command import ConfigError
 from experiments.config import one_of, read_yaml
 from experiments.metrics import evaluate
 from experiments.scenes import Scene
 
-from ..study import Section
+from ..study import Section, naming
 
 RATES = (1, 2, 5, 10, 20, 50, 100)
 METRICS = ("TAS", "TAS(registration=refined)", "HalfDistance", "ATE", "RAS", "HalfAngle")
@@ -59,13 +58,10 @@ def score_rates(file: Path) -> pd.DataFrame:
 
 
 def _scene(read: Callable[..., Trajectory], reference: Path, estimate: Path) -> Scene:
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", TrajectoryWarning)
-            warnings.simplefilter("ignore", AlignmentWarning)
-            matches = match(read(reference, complete=True), read(estimate))
-    except (OSError, ValueError) as error:
-        raise ConfigError(str(error)) from None
+    with naming(), warnings.catch_warnings():
+        warnings.simplefilter("ignore", TrajectoryWarning)
+        warnings.simplefilter("ignore", AlignmentWarning)
+        matches = match(read(reference, complete=True), read(estimate))
     gt, est = matches.gt_poses, matches.est_poses
     unknown = np.zeros(len(gt), dtype=np.bool_)
     return Scene(gt[:, :3, :3], gt[:, :3, 3], est[:, :3, :3], est[:, :3, 3], unknown)

@@ -22,10 +22,7 @@ BESIDE = {  # what a score is compared with besides the paper's metrics, at equa
 
 
 def plan(overrides: Sequence[str] = ()) -> Mapping[str, Table]:
-    """Return the paper's experiments once more, for distances, angles and refined scores alone.
-
-    They are not in the tables of the experiments, which have the paper's metrics.
-    """
+    """Return the paper's experiments once more, for distances, angles and refined scores alone."""
     tables = {}
     for name, table in Experiments(overrides).items():
         (sweep,) = table.sweeps

@@ -126,10 +126,7 @@ def _cameras(trials: pd.DataFrame, setting: str, metric: str) -> float:
 
 
 def rankings(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Rank the metrics at each level of each experiment, from what `compare_orders` returns.
-
-    The best comes first; in words > is certainly better than the next, = perhaps not.
-    """
+    """Rank the metrics at each level of each experiment, the best first: see `METHOD`."""
     found = []
     over_all = table[table["outliers"].isna()]
     for (experiment, level), rows in over_all.groupby(["experiment", "level"], sort=False):

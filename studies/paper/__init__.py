@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from experiments.command import ConfigError
 from experiments.config import Sweep, experiment_names, load_sweep
 
-from ..study import Figure, Study, Table
+from ..study import Figure, Study, Table, naming
 from .table1 import ask
 
 FIGURES: Mapping[str, tuple[str, ...]] = {
@@ -40,10 +39,9 @@ class Experiments(Mapping[str, Table]):
 def load_experiment(name: str, overrides: Sequence[str]) -> Sweep:
     """Resolve an experiment of the paper; a `ConfigError` names it with all settings."""
     settings = [f"experiment={name}", *overrides]
-    try:
-        return load_sweep(settings)
-    except ConfigError as error:
-        raise ConfigError(f"{error} ({' '.join(settings)})") from None
+    with naming(after=f" ({' '.join(settings)})"):
+        sweep = load_sweep(settings)
+    return sweep
 
 
 STUDY = Study(

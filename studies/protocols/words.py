@@ -13,10 +13,7 @@ VERDICTS = {"wins": "win", "loses": "lose", "even": "are not certainly ahead or 
 
 
 def duels(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the best new score and its best rival for each question of `compare_sides`.
-
-    The verdict on the new score is ``wins`` or ``loses`` where that is certain, else ``even``.
-    """
+    """Return the best new score and its best rival for each question, and who certainly wins."""
     found = []
     for title, rows in table.groupby(_titles(table), sort=False):
         new = rows[rows["metric"].map(is_new)]

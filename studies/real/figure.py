@@ -37,15 +37,14 @@ def draw(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFrame) -> F
 
 def _needs(axes: Axes, table: pd.DataFrame, pairs: pd.DataFrame) -> None:
     """Draw a row for each metric: the runs that tell each pair of systems, and the median."""
-    rows = range(len(table))
-    for row, metric in zip(rows, table["metric"], strict=True):
-        needed = pairs.loc[pairs["metric"] == metric, "runs"].clip(upper=MOST)
-        axes.plot(needed, [row] * len(needed), ls="", marker="|", ms=4.5, color=PAIR, mew=0.8)
+    rows = pd.Series(range(len(table)), table["metric"])
+    needed, places = pairs["runs"].clip(upper=MOST), pairs["metric"].map(rows)
+    axes.plot(needed, places, ls="", marker="|", ms=4.5, color=PAIR, mew=0.8)
     axes.plot(table["runs"].clip(upper=MOST), rows, ls="", marker="o", ms=3.6, color=MEDIAN)
     axes.set_xscale("log")
     axes.set_xlim(1.7, 1.3 * MOST)
     axes.set_xticks([2, 5, 10, 100, MOST], ["2", "5", "10", "100", "more"])
-    axes.set_yticks(rows, list(table["metric"]))
+    axes.set_yticks(rows, list(rows.index))
     axes.set_ylim(len(table) - 0.5, -0.5)
     style.as_rows(axes)
     style.remark(axes, axes.set_title("Runs needed"), "(dot: median)")

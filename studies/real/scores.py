@@ -23,6 +23,8 @@ from alignscores.validation import finite_rows
 from baselines import dre, dte, maa
 from experiments.command import ConfigError
 
+from ..study import naming
+
 LIBRARY = (  # of files of one's own, those that need no order of time first
     *("TAS", "RAS", "PAS", "half_distance", "half_angle", "distance@0.25", "angle@0.25"),
     *("ATE", "are:rmse", "auc@30:vggt", "median:hloc"),
@@ -39,6 +41,7 @@ SHARE = 0.1  # of the poses, or of the time, that is lost or wild
 FACTOR = 1.1  # by which the scale is off
 
 Change = Callable[[Trajectory, np.random.Generator], Trajectory]
+Changes = Mapping[str, Change | None]
 
 
 def _kept(estimate: Trajectory, kept: Booleans) -> Trajectory:
@@ -85,10 +88,8 @@ CHANGES: Mapping[str, Change] = {
 
 def read_benchmark(path: Path) -> Benchmark:
     """Read the file of a benchmark, as of ``alignscores compare``; errors are for the user."""
-    try:
+    with naming():
         benchmark = read_yaml(str(path))
-    except ValueError as error:
-        raise ConfigError(str(error)) from None
     if len({run.system for run in benchmark.runs}) < 2:
         raise ConfigError(f"{path}: has one system; it takes two or more")
     return benchmark
@@ -118,7 +119,7 @@ def score_sequence(
     settings = {run: _settings(benchmark, run, more) for run in runs}
     steps = [step_of_frames([str(run.file)], settings[run]) for run in runs]
     step = min((one for one in steps if one is not None), default=None)
-    changes: Mapping[str, Change | None] = {AS_IT_IS: None, **(CHANGES if changed else {})}
+    changes: Changes = {AS_IT_IS: None, **(CHANGES if changed else {})}
     rows = []
     for run in tqdm(runs, desc=sequence, disable=None):
         try:
@@ -130,21 +131,15 @@ def score_sequence(
 
 
 def _settings(benchmark: Benchmark, run: Run, more: str) -> Settings:
-    try:
+    with naming():
         asked = Settings(format=benchmark.format, metrics=tuple(split_names(more) if more else ()))
-    except ValueError as error:
-        raise ConfigError(str(error)) from None
     known = (*LIBRARY, *(ORDERED if asked.form.ordered else ()))
-    names = dict.fromkeys((*known, *asked.metrics))
-    return settings_of_run(benchmark, run, Settings(format=benchmark.format, metrics=tuple(names)))
+    metrics = tuple(dict.fromkeys((*known, *asked.metrics)))
+    return settings_of_run(benchmark, run, Settings(format=benchmark.format, metrics=metrics))
 
 
 def _rows(
-    run: Run,
-    file: str,
-    settings: Settings,
-    step: float | None,
-    changes: Mapping[str, Change | None],
+    run: Run, file: str, settings: Settings, step: float | None, changes: Changes
 ) -> list[dict[str, str | float | None]]:
     """Return the rows of a run, one a change."""
     keys = run.sequence, run.system, run.run

@@ -17,7 +17,7 @@ from ..words import document
 CELL = ("n_cameras", "n_outliers", "sigma_t")
 SCENE = (*CELL, "trial")
 OVER_SEEDS = {"mean": "mean", "standard deviation": "std", "smallest": "min", "largest": "max"}
-Summary = dict[str, dict[str, "pd.Series[float]"]]  # of each part, each statistic
+Summary = dict[str, dict[str, "pd.Series[float]"]]  # of each part ("": inputs), each statistic
 DEPENDENCE = "dependence on cameras, %"
 ORDER = "order of "  # noise or outliers
 REGISTRATIONS = config_file("registration_study")
@@ -76,26 +76,20 @@ def _experiment(trials: pd.DataFrame, axis: Axis) -> Iterator[dict[str, object]]
             continue
         groups = [key for key in CELL if key != level]
         for cell, group in trials.groupby(groups):
+            row = {**dict(zip(groups, cell, strict=True)), "statistic": f"{ORDER}{words}, %"}
             task = order.within(group, level)
-            orders = {
-                value: 100 * order.estimate(task.shares(column)).probability
-                for value, column in axis.columns.items()
-            }
-            keys = dict(zip(groups, cell, strict=True))
-            yield {**keys, "statistic": f"{ORDER}{words}, %", **orders}
+            for value, column in axis.columns.items():
+                row[value] = 100 * order.estimate(task.shares(column)).probability
+            yield row
     if order.varies(trials, "n_cameras"):
-        dependence = {
-            value: statistics.dependence(trials, column, ["n_cameras"], "mean")
-            for value, column in axis.columns.items()
-        }
-        yield {"statistic": DEPENDENCE, **dependence}
+        row = {"statistic": DEPENDENCE}
+        for value, column in axis.columns.items():
+            row[value] = statistics.dependence(trials, column, ["n_cameras"], "mean")
+        yield row
 
 
 def summarise(axis: Axis, table: pd.DataFrame) -> Summary:
-    """Summarise what `compare` returns: by part, and by statistic, each registration's number.
-
-    Those of the inputs with several seeds have the part "".
-    """
+    """Summarise what `compare` returns: by part, and by statistic, each registration's number."""
     summary: Summary = {}
     deviation, mean = (_of_inputs(axis, table, name) for name in ("standard deviation", "mean"))
     if not mean.empty:

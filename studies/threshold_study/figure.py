@@ -48,9 +48,8 @@ ROW = 0.118  # inches
 DOT: dict[str, Any] = {"marker": "o", "ms": 3.2, "mew": 0.7, "mec": style.INK}
 TICK: dict[str, Any] = {"marker": "|", "ms": 3.6, "mew": 0.7}
 
-READ = {"HalfDistance": "Distance", "HalfAngle": "Angle"}  # at levels of the score
+READ = {"HalfDistance": ("Distance", "-"), "HalfAngle": ("Angle", "--")}  # at levels of the score
 MARKERS = "osD^vP"
-DASHES = {"HalfDistance": "-", "HalfAngle": "--"}
 
 
 @style.applied()
@@ -205,12 +204,12 @@ def draw_levels(table: pd.DataFrame) -> Figure:
     figure = Figure(figsize=(style.PAGE, 2.3), layout="constrained")
     spread, *orders = figure.subplots(1, 3)
     numbers, _ = summaries(table)
-    for axes, (kind, title) in zip(orders, READ.items(), strict=True):
+    for axes, (kind, (title, dashes)) in zip(orders, READ.items(), strict=True):
         levels = numbers[numbers.index.str.startswith(kind)].set_index("score")
         _level_orders(axes, levels.filter(like="lost"))
         axes.set_title(title)
         scatter = levels["scatter"]
-        spread.plot(scatter.index, scatter, color="#1f4e79", ls=DASHES[kind], marker="o", ms=3)
+        spread.plot(scatter.index, scatter, color="#1f4e79", ls=dashes, marker="o", ms=3)
         end = scatter.index[-1], scatter.iloc[-1]
         style.note(spread, title.lower(), end, (0, 4), ha="right")
     handles, labels = orders[0].get_legend_handles_labels()

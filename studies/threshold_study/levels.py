@@ -67,9 +67,8 @@ def compare(parts: Mapping[str, Trials]) -> pd.DataFrame:
           levels of noise; empty where a trial is infinite
         - `in_noise`: median over the trials in units of the noise, the median over its levels
     """
-    rows = []
-    for part in read_thresholds().levels.parts:
-        rows += [{"part": part} | row for row in _rows(parts[f"levels_{part}"])]
+    names = read_thresholds().levels.parts
+    rows = [{"part": part} | row for part in names for row in _rows(parts[f"levels_{part}"])]
     table = pd.DataFrame(rows)
     table["p"] = holm(table["p"])
     return table.round(6)
@@ -119,11 +118,7 @@ def _spread(table: pd.DataFrame, metric: str) -> dict[str, float]:
 
 
 def summaries(table: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Sum up what `compare` found, a row for each metric: means over the scenes, and their text.
-
-    Orders in per cent, of noise by how many cameras are lost and of outliers, have a mark where
-    they certainly are better or worse than at one half.
-    """
+    """Sum up what `compare` found, a row for each metric: means over the scenes, and their text."""
     lower = sorted(table.loc[table["level"] == "outliers", "n_outliers"].astype(int).unique())
     titles = {0: "noise, none lost"} | {n: f"{n} lost" for n in lower if n}
     columns = table["n_outliers"].map(titles).where(table["level"] == "noise", "outliers")

@@ -8,14 +8,13 @@ import numpy as np
 import pandas as pd
 from pydantic import Field
 
-from experiments.command import ConfigError
 from experiments.config import MetricName, read_yaml, split_override
 from experiments.metrics import Column
 from experiments.tables import Trials
 
-from ..axes import Axis, AxisValue, axis_names, axis_with
+from ..axes import AxesFile, Axis, AxisValue, axis_names, axis_with
 from ..order import SIGNIFICANCE, Order, beside, holm, paired
-from ..study import Section, Settings, Table, TableName, config_file, resolve
+from ..study import Section, Settings, Table, TableName, config_file, naming, resolve
 
 THRESHOLDS = config_file("threshold_study")
 OPTIONS = ("max_threshold", "max_threshold_deg", "order", "prescreen", "n_hypotheses")
@@ -43,9 +42,7 @@ class _Levels(_Parts):
     scores: list[Annotated[float, Field(gt=0, le=1)]]
 
 
-class _File(Section):
-    axes: Any  # see `studies.axes`
-    trials: Any
+class _File(AxesFile):
     settings: Settings
     maps: dict[TableName, _Map]
     levels: _Levels
@@ -82,13 +79,10 @@ def tables_of(
 
 def _axes(name: str, own: _Map, given: Mapping[str, str]) -> list[Axis]:
     """Return the axes of a map, with the values that are given instead of its own."""
-    try:
-        return [
-            axis_with(THRESHOLDS, axis, given.get(axis, values))
-            for axis, values in own.values.items()
-        ]
-    except ConfigError as error:
-        raise ConfigError(f"{THRESHOLDS}: maps.{name}: {error}") from None
+    values = own.values.items()
+    with naming(f"{THRESHOLDS}: maps.{name}: "):
+        axes = [axis_with(THRESHOLDS, axis, given.get(axis, usual)) for axis, usual in values]
+    return axes
 
 
 def _columns(axes: Sequence[Axis]) -> list[Column]:

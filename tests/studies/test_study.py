@@ -54,7 +54,7 @@ def test_settings_of_a_table_are_handed_on_whole_and_have_a_digest_of_their_own(
     ("study", "name", "section", "first"),
     [
         (frame_rate.STUDY, "frame_rate.rates.FRAME_RATE", "scenarios", "car"),
-        (protocols.STUDY, "protocols.questions.PROTOCOLS", "questions", "outliers"),
+        (protocols.STUDY, "protocols.PROTOCOLS", "questions", "outliers"),
         (threshold_study.STUDY, "threshold_study.THRESHOLDS", "trials", "outliers"),
     ],
 )

@@ -7,13 +7,13 @@ import pytest
 
 from experiments.config import ConfigError, Sweep, experiment_names, load_sweep
 from experiments.scenes import ERRORS, OUTLIERS, PATHS
-from studies.beyond.scenarios import load_scenarios, study_name
+from studies.beyond import plan, study_name
 from studies.study import Table, plans
 
 
 @pytest.fixture(scope="module")
 def beyond() -> dict[str, Table]:
-    return load_scenarios()
+    return plan()
 
 
 def sweeps(tables: dict[str, Table]) -> dict[str, Sweep]:
@@ -65,7 +65,7 @@ def test_a_file_of_ones_own_takes_the_rest_from_beyond(
         "  circle: {geometry: orbit}\n"
         "  pieces: {outliers: cluster, trials: 3}\n",
     )
-    study = load_scenarios(path, ["seed=4"])
+    study = plan([f"scenarios={path}", "seed=4"])
     assert study_name(path) == "beyond_mine"
     assert plans([f"scenarios={path}"])["beyond"].answers == ["tables/beyond_mine.csv"]
     circle, pieces = sweeps(study).values()
@@ -74,14 +74,14 @@ def test_a_file_of_ones_own_takes_the_rest_from_beyond(
     for config in (circle, pieces):
         assert (config.seed, config.n_outliers) == (4, [0, 5])
         assert config.sigma_t == sweeps(beyond)["paper"].sigma_t
-    given = sweeps(load_scenarios(path, ["trials=1"]))["pieces"]
+    given = sweeps(plan([f"scenarios={path}", "trials=1"]))["pieces"]
     assert given.trials == 1  # the command line wins
 
 
 def test_a_metric_may_have_options(tmp_path: Path) -> None:
     metrics = ["TAS", "TAS(max_threshold=0.5, n_thresholds=10)"]
     path = write(tmp_path, f"settings: {{metrics: {metrics}}}\nscenarios: {{a: {{}}}}\n")
-    assert sweeps(load_scenarios(path))["a"].metrics == metrics
+    assert sweeps(plan([f"scenarios={path}"]))["a"].metrics == metrics
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_a_metric_may_have_options(tmp_path: Path) -> None:
 def test_a_file_at_fault_is_named_in_one_line(tmp_path: Path, text: Any, named: str) -> None:
     path = tmp_path / "mine.yaml" if text is None else write(tmp_path, text)
     with pytest.raises(ConfigError) as caught:
-        load_scenarios(path)
+        plan([f"scenarios={path}"])
     assert named in str(caught.value)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -125,12 +125,13 @@ def test_a_file_at_fault_is_named_in_one_line(tmp_path: Path, text: Any, named: 
 def test_a_file_whose_name_would_not_do_for_results_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path, "scenarios: {a: {}}", "my study.yaml")
     with pytest.raises(ConfigError, match="the name 'beyond_my study' may have letters"):
-        load_scenarios(path)
+        plan([f"scenarios={path}"])
 
 
 def test_the_worked_example_is_a_study_of_five_lines(tmp_path: Path) -> None:
     page = Path(__file__).resolve().parents[3] / "docs" / "how-to" / "parameter-study.md"
     example = page.read_text().partition("```yaml\n# my_study.yaml\n")[2].partition("```")[0]
     assert len(example.splitlines()) == 5
-    study = load_scenarios(write(tmp_path, example, "my_study.yaml"))
+    path = write(tmp_path, example, "my_study.yaml")
+    study = plan([f"scenarios={path}"])
     assert list(study) == ["circle", "circle_with_drift", "circle_in_two_pieces"]

@@ -14,8 +14,8 @@ from experiments.metrics import Column
 from experiments.tables import Trials
 from studies.__main__ import main
 from studies.order import Order, compare, needed, order, within
+from studies.protocols import plan
 from studies.protocols.orders import at_outliers, compare_sides
-from studies.protocols.questions import plan
 from studies.protocols.words import duels, sentences
 
 from ..conftest import undescribed
