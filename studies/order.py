@@ -56,14 +56,11 @@ class Order:
 
 @dataclass(frozen=True)
 class Task:
-    """Pairs of samples of trials that are to be put in order, the better one first.
-
-    `units` tells which draws of cameras each sample is of: those of one unit are not independent.
-    """
+    """Pairs of samples of trials that are to be put in order, the better one first."""
 
     samples: Sequence[pd.DataFrame]
     pairs: Sequence[tuple[int, int]]
-    units: Sequence[int]
+    units: Sequence[int]  # draws of cameras that samples are of: those of one are not independent
 
     def shares(self, metric: str) -> Floats:
         """Return each draw's share of the probability of the right order, (units, trials)."""

@@ -100,9 +100,8 @@ def _test(claim: Claim, values: Floats) -> tuple[bool, float]:
 
 def _reach(values: Floats, share: float) -> float:
     """Return how far the 95 % interval of what has a share of the variance reaches."""
-    return float(
-        scipy.stats.t.ppf(CENTRAL[1], len(values) - 1) * np.sqrt(share * values.var(ddof=1))
-    )
+    error = np.sqrt(share * values.var(ddof=1))
+    return float(scipy.stats.t.ppf(CENTRAL[1], len(values) - 1) * error)
 
 
 def decide(

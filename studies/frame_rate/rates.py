@@ -108,12 +108,10 @@ def _steps(table: pd.DataFrame) -> dict[int, list[tuple[Task, Task]]]:
     found: dict[int, list[tuple[Task, Task]]] = {}
     for low, high in pairwise(sorted(table["sigma_t"].unique())):
         pair = table[table["sigma_t"].isin([low, high])]
-        found.setdefault(round(100 * (high / low - 1)), []).append(
-            (
-                across(pair, "sigma_t", "every", same_draws=True, differ=False),
-                across(pair, "sigma_t", "every", same_draws=True),
-            )
+        same, other = (
+            across(pair, "sigma_t", "every", same_draws=True, differ=one) for one in (False, True)
         )
+        found.setdefault(round(100 * (high / low - 1)), []).append((same, other))
     return found
 
 

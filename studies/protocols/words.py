@@ -6,7 +6,7 @@ from typing import Any
 import pandas as pd
 
 from ..order import REACH, SIGNIFICANCE
-from ..words import document, markdown_table
+from ..words import NONE, document, markdown_table
 from .orders import is_new
 
 VERDICTS = {"wins": "win", "loses": "lose", "even": "are not certainly ahead or behind"}
@@ -75,12 +75,10 @@ def _duels(found: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _matrix(table: pd.DataFrame) -> list[str]:
-    columns = list(table["title"].unique())
-    rows = []
-    for metric, asked in table.groupby("metric", sort=False):
-        cells = {row["title"]: _cell(row) for row in asked.to_dict("records")}
-        rows.append([str(metric), *(cells.get(title, "–") for title in columns)])
-    return markdown_table(["metric", *columns], rows)
+    cells = table.assign(cell=list(map(_cell, table.to_dict("records"))))
+    wide = cells.pivot(index="metric", columns="title", values="cell").fillna(NONE)
+    wide = wide.loc[table["metric"].unique(), table["title"].unique()]
+    return markdown_table(["metric", *wide.columns], wide.itertuples(name=None))
 
 
 def _titles(table: pd.DataFrame) -> "pd.Series[str]":

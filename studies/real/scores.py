@@ -48,10 +48,6 @@ def _kept(estimate: Trajectory, kept: Booleans) -> Trajectory:
     return Trajectory(estimate.keys[kept], estimate.poses[kept])
 
 
-def _every(k: int) -> Change:
-    return lambda estimate, _: _kept(estimate, np.arange(len(estimate.keys)) % k == 0)
-
-
 def _stretch(estimate: Trajectory, rng: np.random.Generator) -> Booleans:
     """Return which poses are in a stretch of the trajectory, at a random place inside."""
     n = len(estimate.keys)
@@ -75,8 +71,8 @@ def _scaled(estimate: Trajectory, _: np.random.Generator) -> Trajectory:
 
 
 CHANGES: Mapping[str, Change] = {
-    "every 2nd": _every(2),
-    "every 5th": _every(5),
+    "every 2nd": lambda estimate, _: _kept(estimate, np.arange(len(estimate.keys)) % 2 == 0),
+    "every 5th": lambda estimate, _: _kept(estimate, np.arange(len(estimate.keys)) % 5 == 0),
     "frames lost": lambda estimate, rng: _kept(estimate, rng.random(len(estimate.keys)) >= SHARE),
     "time lost": lambda estimate, rng: _kept(estimate, ~_stretch(estimate, rng)),
     "wild stretch": _wild,

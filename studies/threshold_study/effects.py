@@ -20,21 +20,17 @@ Parts = Mapping[str, pd.DataFrame]  # the trials of each part of a study
 
 @dataclass(frozen=True)
 class Effect:
-    """A statistic that the values of an axis are compared by.
-
-    It is the order of a `level`, or what `of_means` computes from those of the cells (cameras,
-    outliers, noise, ...), or `alone` from the trials. The error of the second is a bootstrap's.
-    """
+    """A statistic that the values of an axis are compared by."""
 
     words: str
     larger_is_better: bool
     digits: int  # that matter
     unit: str = ""
     part: str = "outliers"
-    level: str = ""
+    level: str = ""  # whose order it is
     smallest: bool = False  # of the groups, not their mean
-    of_means: Callable[[Floats], Floats] | None = None
-    alone: Callable[[pd.DataFrame, str], float] | None = None
+    of_means: Callable[[Floats], Floats] | None = None  # (cameras, outliers, noise, B)
+    alone: Callable[[pd.DataFrame, str], float] | None = None  # of the trials as they are
 
     def of(self, trials: pd.DataFrame, metric: str) -> float:
         """Compute it from the trials of a metric; NaN where the level does not vary."""
@@ -51,19 +47,17 @@ class Effect:
 
     def compare(self, trials: pd.DataFrame, metric: str, paper: str) -> tuple[float, float]:
         """Return the standard error of the difference from the paper's metric, and its p-value."""
-        if metric == paper or trials["trial"].nunique() == 1:
+        n = trials["trial"].nunique()
+        if metric == paper or n == 1 or (self.level and not order.varies(trials, self.level)):
             return np.nan, np.nan
         if self.alone:
             return _compare_scenes(_deviations(trials, metric), _deviations(trials, paper))
         if self.of_means:
-            n = trials["trial"].nunique()
             weights = np.concatenate([np.ones((1, n)), np.eye(n)[_resampled(n)].sum(axis=1)])
             means = (weighted_means(trials, name, weights) for name in (metric, paper))
             difference, *resampled = np.subtract(*map(self.of_means, means))
             found = order.Order(float(difference), float(np.std(resampled, ddof=1)))
             return found.error, np.nan if np.isnan(difference) else found.p_value
-        if not order.varies(trials, self.level):
-            return np.nan, np.nan
         task = order.within(trials[[*KEY_COLUMNS, metric, paper]], self.level)
         found = order.estimate(task.shares(metric) - task.shares(paper))
         return 100 * found.error, found.p_value

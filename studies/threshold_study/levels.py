@@ -162,5 +162,5 @@ def _few_cameras(table: pd.DataFrame) -> "pd.Series[float]":
 def to_markdown(table: pd.DataFrame) -> str:
     """Write a table with a row for each metric."""
     _, written = summaries(table)
-    rows = [list(row) for row in written.itertuples(name=None)]
+    rows = written.itertuples(name=None)
     return document(METHOD, markdown_table(["", *written.columns], rows))
