@@ -6,6 +6,7 @@ import sys
 import pytest
 
 import alignscores
+from alignscores.cli.command import build_parser
 from alignscores.trajectories.formats import FORMATS
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
@@ -98,6 +99,23 @@ def test_help(run):
         assert code == 0
         assert f" {name}: {form.help}. positional arguments: " in " ".join(text.split())
         assert f"example: alignscores {name}" in text
+
+
+def test_help_of_compare(run):
+    code, out, _ = run("compare", "--help")
+    assert code == 0
+    assert " compare: systems over sequences and runs. Lost frames, " in " ".join(out.split())
+    assert "\n3 certainly worse than the baseline (--fail_on worse)\n" in out  # a line of its own
+
+
+def test_every_argument_is_explained_and_its_value_named():
+    """No help says ``--save_errors SAVE_ERRORS``."""
+    (commands,) = (each.choices for each in build_parser()._actions if each.choices)
+    assert set(commands) == {*FORMATS, "compare"}
+    for command in commands.values():
+        for argument in command._actions:
+            assert argument.help
+            assert argument.nargs == 0 or argument.metavar or argument.choices
 
 
 def test_as_a_module(examples, tmp_path, monkeypatch):

@@ -65,7 +65,8 @@ def test_of_errors_the_larger_is_worse(gate, benchmark_of):
     code, out, _ = gate(lambda: benchmark_of(WORSE, n=60), *by, "--json", first=by)
     assert code == 3
     (orb,) = (e for e in json.loads(out)["baseline"]["systems"] if e["system"] == "orb")
-    assert orb["low"] > 0
+    assert 0 < orb["low"] < orb["difference"] < orb["high"]
+    assert orb["difference"] == pytest.approx(orb["now"] - orb["saved"])
 
 
 def test_runs_that_all_fail_are_worse(gate, tmp_path):
@@ -132,6 +133,16 @@ def test_a_file_of_which_a_run_lacks_a_score(gate, tmp_path):
     code, out, err = gate(change)
     assert (code, out) == (1, "")
     assert "saved.json: is not what `alignscores compare --json` prints" in err
+
+
+def test_models_in_another_number_of_parts_do_not_compare(gate, tmp_path):
+    def change():
+        saved = json.loads((tmp_path / "saved.json").read_text())
+        saved["results"] = [result | {"parts": 2} for result in saved["results"]]
+        (tmp_path / "saved.json").write_text(json.dumps(saved))
+
+    found = json.loads(gate(change, "--json")[1])["baseline"]["systems"]
+    assert {(entry["difference"], entry["change"]) for entry in found} == {(None, None)}
 
 
 def test_other_settings_do_not_compare(gate):

@@ -31,6 +31,15 @@ def test_yaml(patterns, run, compare, tmp_path):
     assert "Car & co" in run("b.yaml")[1]
 
 
+def test_runs_that_are_missing_have_the_first_numbers_that_are_free(tmp_path):
+    for name in ("gt.txt", "a/x.txt", "a/2.txt"):
+        (tmp_path / "s" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "s" / name).touch()
+    (tmp_path / "b.yaml").write_text(YAML.partition("sequences")[0].replace("3", "4"))
+    runs = find_benchmark(str(tmp_path / "b.yaml"), None, None, expect_all=False).runs
+    assert [run.run for run in runs if run.file is None] == ["1", "3"]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [

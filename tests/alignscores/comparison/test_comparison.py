@@ -43,6 +43,13 @@ def test_a_yaml_file(found, tmp_path, run):
     assert json.loads(run("b.yaml", "--json")[1]) == named.to_dict()
 
 
+def test_a_system_that_was_to_be_run_everywhere(found, patterns, tmp_path):
+    shutil.rmtree(tmp_path / "car/c")
+    assert compare(*patterns[1:], format=patterns[0]).failed == []
+    expected = compare(*patterns[1:], format=patterns[0], expect_all=True)
+    assert expected.failed == [f"c: has no run {run} on car" for run in range(3)]
+
+
 def test_a_system_and_a_sequence_of_one_name(found, tmp_path):
     (tmp_path / "car/c").rename(tmp_path / "car/car")
     described = {

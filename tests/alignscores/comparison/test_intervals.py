@@ -54,6 +54,14 @@ def test_over_sequences_is_paired():
     assert (found.value - half, found.value + half) == pytest.approx((low, high))
 
 
+@pytest.mark.parametrize("name", ["PAS", "ate:rmse"])
+def test_systems_with_the_same_values_in_all_runs_are_not_told_apart(name):
+    cell = Cell([0.5, 0.5], Failures(0, 2))
+    found = of_pairs.answers([(cell, cell)] * 2, name, 0.05, [Failures(0, 4)] * 2)
+    for answer in found.values():
+        assert (answer["difference"], answer["better"], answer["needed"]) == (0, None, None)
+
+
 def test_all_pairs_hold_together():
     assert error_of_pair(2) == pytest.approx(0.05)
     errors = stats.t.rvs(4, size=(100_000, 6), random_state=RNG)  # of the pairs of 4 systems

@@ -234,6 +234,7 @@ def test_a_small_misalignment_is_no_convention(kind, angle):
     found = find_convention(gt, in_frame(estimate(gt, rng), turn))
     assert found.body_rotation is None
     assert told(found) == []
+    assert found.corrected_ras == found.ras
 
 
 def test_of_cameras_that_hardly_turn_a_swap_of_axes_is_told_that_has_a_use():
@@ -290,8 +291,9 @@ def test_ten_cameras_are_enough():
 
 def test_descriptions():
     assert describe_rotation(OPENGL) == "180 deg about x, as OpenGL's camera axes to OpenCV's"
-    assert describe_rotation(BODY).startswith("as a frame with x forward")
-    assert describe_rotation(BODY.T).startswith("as a camera with x right")
+    body, camera = "a frame with x forward, y left, z up", "a camera with x right, y down, z forward"
+    assert describe_rotation(BODY) == f"as {body} to {camera}"
+    assert describe_rotation(BODY.T) == f"as {camera} to {body}"
     turn = Rotation.from_euler("z", 90, degrees=True).as_matrix()
     assert describe_rotation(turn) == "its x, y, z are the reference's +y, -x, +z"
     turn = Rotation.from_rotvec([0, 25, 0], degrees=True).as_matrix()
