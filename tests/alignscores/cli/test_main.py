@@ -1,5 +1,6 @@
 """Usage, options, and the command as a process."""
 
+import re
 import subprocess
 import sys
 
@@ -99,6 +100,8 @@ def test_help(run):
         assert code == 0
         assert f" {name}: {form.help}. positional arguments: " in " ".join(text.split())
         assert f"example: alignscores {name}" in text
+        assert "(default: refined)" in text
+        assert not re.search(r"default: (None|False)", text)
 
 
 def test_help_of_compare(run):

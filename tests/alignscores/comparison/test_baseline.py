@@ -80,6 +80,18 @@ def test_runs_that_all_fail_are_worse(gate, tmp_path):
     assert orb[2] == "0"
 
 
+def test_a_saved_run_that_failed_has_no_score(gate, tmp_path):
+    def change():
+        saved = json.loads((tmp_path / "saved.json").read_text())
+        saved["results"][0] |= {"PAS": 0, "status": "failed", "error": "lost"}
+        (tmp_path / "saved.json").write_text(json.dumps(saved))
+
+    systems = json.loads(gate(change, "--json")[1])["baseline"]["systems"]
+    (failed,) = (entry for entry in systems if entry["now"] != entry["saved"])
+    assert failed["now"] - failed["saved"] > 0.1
+    assert abs(failed["difference"]) < 0.01
+
+
 def test_what_is_new_or_gone_is_named(gate, tmp_path):
     def change():
         shutil.move(tmp_path / "car/dso", tmp_path / "car/lsd")

@@ -126,6 +126,7 @@ def test_as_many_runs_as_are_needed_tell_systems_apart_in_four_of_five_cases(n_s
     assert told == pytest.approx(0.8, abs=0.04)
     scatter = largest_scatter(0.1, n, error)
     assert 0.1 * np.sqrt(5) <= scatter <= 1.1 * 0.1 * np.sqrt(5)
+    assert needed(Difference(0.1, 1e-9, 18), 10, error, 7.5) == 8
     assert needed(Difference(0.0, 0.1, 18), 10, error) is None
     assert needed(Difference(0.001, 0.1, 18), 10, error) is None
 
@@ -271,6 +272,15 @@ def test_one_run_each_has_no_rank(pool):
         assert not any(pair["distinguishable"] for pair in found.comparisons)
         assert {entry["rank"]["PAS"] for entry in found.in_order()} == {None}
         assert all(np.isnan(pair["low"]) for pair in found.comparisons)
+
+
+def test_systems_stand_in_the_order_of_their_means():
+    scores = {"c": 0.5, "b": 0.9, "a": 0.5}
+    outcomes = {
+        name: Outcome(dict.fromkeys(("TAS", "RAS", "PAS"), of)) for name, of in scores.items()
+    }
+    runs = [(Run("q", name, "1", "file"), outcome) for name, outcome in outcomes.items()]
+    assert summarise(runs, [], FORMATS["tum"]).systems == ["b", "a", "c"]
 
 
 @pytest.mark.slow

@@ -175,6 +175,10 @@ def test_the_runs_that_would_do_leave_the_first_ahead_though_one_more_fails():
     pair = {"a": "a", "b": "b", "difference": 0.2, "sequences": 1}
     said = tables._one_run(SimpleNamespace(systems="ab", entries=entries), pair, "a and b", "PAS")
     assert "at most: 5 by " in said[1]
+    entries["b", None]["scored"]["PAS"] = 0.895
+    pair["difference"] = 0.005
+    said = tables._one_run(SimpleNamespace(systems="ab", entries=entries), pair, "a and b", "PAS")
+    assert said[1].endswith("at most: more than 100")
 
 
 def test_one_system_needs_no_reason_for_having_no_ranks(benchmark_of, run):

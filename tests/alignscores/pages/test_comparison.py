@@ -1,5 +1,6 @@
 """The page of a comparison: structure, sliders, and the pages of single sequences in it."""
 
+import base64
 import json
 import re
 import shutil
@@ -10,7 +11,7 @@ import pytest
 
 import alignscores
 from alignscores.cli import main
-from alignscores.pages.comparison import _colour_and_dash
+from alignscores.pages.comparison import N_QUANTILES, _colour_and_dash, _quantiles
 
 YAML = """\
 format: tum
@@ -101,6 +102,10 @@ def test_sections_and_tables_of_the_page(patterns, run, tmp_path):
     assert dict(re.findall(r'<a href="#(.*?)">(.*?)</a>', text)) == HEADINGS
     sections = dict(re.findall(r'<section id="(\w+)".*?</h2>(.*?)</section>', text, flags=re.S))
     assert list(sections) == list(HEADINGS)
+    for name in ("runs", "errors"):  # the first sequence is unfolded
+        assert re.findall(r"<details( open)?><summary>(\w+)<", sections[name]) == [
+            *((" open", "car"), ("", "helix"))
+        ]
     rows = {}
     for name, headers in TABLES.items():
         found = re.findall(r'<th scope="col">(.*?)</th>', sections[name])
@@ -120,13 +125,25 @@ def test_sections_and_tables_of_the_page(patterns, run, tmp_path):
     assert 'aria-label="Median position error along the way, up to 4 d. Typical: a_b: 0.14' in text
 
 
+def test_quantiles_are_those_of_the_runs_each_of_which_counts_the_same():
+    few, many = np.arange(N_QUANTILES), np.full(10 * N_QUANTILES, N_QUANTILES)
+    for errors, n_runs, expected in (
+        ([few], 1, few),
+        ([few[::2], many], 2, [*few[::2], *many[: N_QUANTILES // 2]]),
+        ([few[::2]], 2, [*few[::2], *np.full(N_QUANTILES // 2, np.inf)]),
+    ):
+        packed = _quantiles(list(map(np.float64, errors)), n_runs)
+        np.testing.assert_array_equal(np.frombuffer(base64.b64decode(packed), "<f4"), expected)
+
+
 def test_page_tells_what_changed(patterns, run, compare, tmp_path):
     (tmp_path / "saved.json").write_text(json.dumps(compare(*patterns)))
     _, out, _ = run(*patterns, "--baseline", "saved.json", "--html", "page.html")
     structure = Structure()
     structure.feed((tmp_path / "page.html").read_text())
     assert structure.open == []
-    assert "changes" in structure.ids
+    text = (tmp_path / "page.html").read_text()
+    assert re.findall(r'<section id="(\w+)"', text)[:3] == ["overall", "changes", "sequences"]
     assert "Against saved.json, on what is in both." in structure.texts
     (_, *rows) = out.partition("against saved.json\n")[2].splitlines()
     for cell in rows[1].split()[:4]:

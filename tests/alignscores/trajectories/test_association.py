@@ -389,6 +389,8 @@ def test_other_units_and_origins_of_time_are_named():
         (seconds, seconds - 1.7e9 + 5, r"--t_offset 1699999995.000 lets both begin together"),
         (seconds, seconds + 1e6, r"t_max_diff 0.01 s\)$"),
         (seconds - 4e9, seconds, r"t_max_diff 0.01 s\)$"),
+        # that began when a count from a start and a date look alike
+        ([9.99e7, 1.001e8], seconds, r"t_max_diff 0.01 s\)$"),
     ):
         with pytest.raises(ValueError, match=message):
             match(trajectory(reference), trajectory(estimate), sync="nearest")

@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from alignscores import Convention, check_conventions, ras
 from alignscores.trajectories.conventions import (
+    _smallest_equivalent,
     describe_rotation,
     find_convention,
     median_error,
@@ -289,9 +290,26 @@ def test_ten_cameras_are_enough():
     assert of_nine.ras == of_nine.corrected_ras == 0
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_of_motion_about_one_axis_the_frame_is_the_smallest_that_explains_it(seed):
+    rng = np.random.default_rng(seed)
+    axis, start, body = rng.normal(size=3), Rotation.random(rng=rng), Rotation.random(rng=rng)
+    turns = rng.uniform(-1, 1, (50, 1)) * axis
+    rotations = (start * Rotation.from_rotvec(turns)).as_matrix()
+    found = Rotation.from_matrix(_smallest_equivalent(rotations, body.as_matrix()))
+    others = Rotation.from_rotvec(
+        np.linspace(0, 2 * np.pi, 721)[:, None] * axis / np.linalg.norm(axis)
+    )
+    assert found.magnitude() == pytest.approx((others * body).magnitude().min(), abs=1e-2)
+    assert found.magnitude() < body.magnitude()
+
+
 def test_descriptions():
     assert describe_rotation(OPENGL) == "180 deg about x, as OpenGL's camera axes to OpenCV's"
-    body, camera = "a frame with x forward, y left, z up", "a camera with x right, y down, z forward"
+    body, camera = (
+        "a frame with x forward, y left, z up",
+        "a camera with x right, y down, z forward",
+    )
     assert describe_rotation(BODY) == f"as {body} to {camera}"
     assert describe_rotation(BODY.T) == f"as {camera} to {body}"
     turn = Rotation.from_euler("z", 90, degrees=True).as_matrix()
