@@ -1,6 +1,7 @@
 """Usage, options, and the command as a process."""
 
 import re
+import shutil
 import subprocess
 import sys
 
@@ -74,6 +75,13 @@ def test_an_axis_with_a_sign_is_no_option(run, up, before):
     assert "; registration refined, aligned about the y axis, without scale\n" in out
 
 
+def test_files_may_have_the_names_of_axes(command, examples, tmp_path, monkeypatch):
+    for name, file in zip("xy", TUM[1:], strict=True):
+        shutil.copy(examples / file, tmp_path / name)
+    monkeypatch.chdir(tmp_path)
+    assert command("tum", "x", "y", "--alignment", "yaw", "--up", "-y")[::2] == (0, "")
+
+
 def test_other_axes_are_refused(run):
     for up in (["--up", "-q"], ["--up"], ["--up", "north"]):
         code, out, err = run(*TUM, "--alignment", "yaw", *up)
@@ -93,6 +101,7 @@ def test_version(run):
 def test_help(run):
     code, out, _ = run("--help")
     assert code == 0
+    assert "\nScore estimated camera trajectories against a reference: TAS " in out
     for name, form in FORMATS.items():
         assert f"alignscores {name} {form.example}\n" in out
         assert f" {name} {form.help} " in " ".join(out.split())

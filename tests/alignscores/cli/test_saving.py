@@ -154,6 +154,8 @@ def test_what_was_not_aligned_is_not_saved(run, tmp_path, write, lines):
     assert f"error: {path}: is not written, since est.txt could not be aligned\n" in err
     assert out.startswith("estimate ")
     assert not path.exists()
+    run(*TUM[:2], tmp_path / "est.txt", TUM[2], "--save_aligned", path)
+    assert [file.name for file in tmp_path.glob("al*")] == ["aligned_estimate.txt"]
 
 
 def test_save_results(run, score, tmp_path):

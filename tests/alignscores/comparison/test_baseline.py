@@ -49,6 +49,14 @@ def test_a_system_that_is_certainly_worse(gate, benchmark_of):
     assert changes == {"orb": "worse", "dso": "certain"}
 
 
+def test_the_difference_is_that_of_now_and_then(gate, benchmark_of):
+    code, out, _ = gate(lambda: benchmark_of(WORSE, n=60), "--json")
+    assert code == 3
+    (orb,) = (e for e in json.loads(out)["baseline"]["systems"] if e["system"] == "orb")
+    assert orb["low"] < orb["difference"] < orb["high"] < 0
+    assert orb["difference"] == pytest.approx(orb["now"] - orb["saved"])
+
+
 def test_a_system_that_is_better_is_no_failure(gate, benchmark_of):
     code, out, _ = gate(lambda: benchmark_of(SYSTEMS, n=60), "--json", systems=WORSE)
     assert code == 0
@@ -78,6 +86,14 @@ def test_runs_that_all_fail_are_worse(gate, tmp_path):
     assert code == 3
     (orb,) = (row for row in rows_of(out) if row[0] == "orb")
     assert orb[2] == "0"
+
+
+def test_a_sequence_on_which_no_run_is_scored_is_not_one_of_another_reference(gate, tmp_path):
+    def fail():
+        for file in tmp_path.glob("car/*/*.txt"):
+            file.write_text("nothing")
+
+    assert "left out" not in gate(fail)[1]
 
 
 def test_a_saved_run_that_failed_has_no_score(gate, tmp_path):

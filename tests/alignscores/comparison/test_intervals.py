@@ -116,6 +116,14 @@ def test_an_interval_of_parts():
     assert joined(1.0, (3, 0), (4, 2)) == pytest.approx((-4, 3))
 
 
+@pytest.mark.parametrize("n", [3, 10])
+def test_a_difference_that_so_many_runs_tell_just_so_takes_these_runs(n):
+    dof = 2 * (n - 1)
+    reach = stats.t.ppf(0.975, dof) + stats.t.ppf(0.8, dof)
+    assert needed(Difference(-1.001 * reach, 1.0, dof), n, 0.05) == n
+    assert needed(Difference(0.999 * reach, 1.0, dof), n, 0.05) == n + 1
+
+
 @pytest.mark.parametrize("n_systems", [2, 5])
 def test_as_many_runs_as_are_needed_tell_systems_apart_in_four_of_five_cases(n_systems):
     error = error_of_pair(n_systems)
@@ -155,6 +163,13 @@ def test_both_questions_are_answered_where_the_data_allow():
     assert chosen([answers([several] * 2, "TAS", 0.05), found]) == "new_sequences"
     assert chosen([answers([several] * 2, "TAS", 0.05)]) == "new_runs"
     assert chosen([answers([(one, other)], "TAS", 0.05)]) is None
+
+
+@pytest.mark.parametrize("name", ["TAS", "ATE"])
+def test_of_equal_values_the_system_is_ahead_that_fails_less_often(name):
+    never, often = cell([0.5] * 20), cell([0.5] * 2, failed=18)
+    assert answers([(never, often)], name, 0.05)["new_runs"]["better"] == "a"
+    assert answers([(often, never)], name, 0.05)["new_runs"]["better"] == "b"
 
 
 def test_intervals_stay_within_what_is_possible():

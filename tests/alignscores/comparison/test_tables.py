@@ -27,6 +27,7 @@ def test_text(patterns, run):
     assert re.fullmatch(r"a_b +0\.\d{4} \([12-]+\) +0\.\d{4} \(1\)", first)
     assert re.fullmatch(r"c +0\.\d{4} \([12-]+\) †1 +0\.\d{4} \(2\)", second)
     assert "†1: so many runs failed or are missing" in notes
+    assert "\nlost: share of the time that was due without a pose\n" in notes
     assert "would do" not in notes  # to tell the two apart over all
     assert "\nmissing cameras: fail; failed and missing runs count as failures\n" in notes
     assert max(map(len, out.splitlines())) <= 100

@@ -423,6 +423,22 @@ def test_without_a_run_that_was_scored_the_page_says_so(patterns, run, tmp_path)
     assert "No run was scored." in (tmp_path / "page.html").read_text()
 
 
+def test_one_system_has_nothing_to_be_compared_with(benchmark_of, run, tmp_path):
+    run(*benchmark_of({"only": (0.1, 1.0, 1, 0.0)}, ["car"], 1, n=20), "--html", "page.html")
+    section = (tmp_path / "page.html").read_text().partition('<section id="differences"')[2]
+    assert "</h2><p>There is nothing to compare: one system, or one run of each.</p>" in section
+
+
+def test_what_was_not_tried_is_told_in_the_heat_map(patterns, run, tmp_path):
+    shutil.rmtree(tmp_path / "car/a_b")
+    run(*patterns, "--html", "page.html")
+    (table,) = re.findall(
+        '<section id="sequences".*?</section>', (tmp_path / "page.html").read_text()
+    )
+    (row,) = re.findall("<tr><th[^>]*>a_b</th>(.*?)</tr>", table)
+    assert row.startswith("<td>not tried</td><td ")
+
+
 def test_trajectories_that_are_too_large_are_left_out(patterns, run, tmp_path, monkeypatch):
     run(*patterns, "--html", "page.html")
     text = (tmp_path / "page.html").read_text()

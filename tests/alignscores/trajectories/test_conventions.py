@@ -226,6 +226,12 @@ def test_inaccuracy_is_no_convention(kind, what, n):
         assert found.body_rotation is None
 
 
+def test_what_fits_as_it_is_has_the_same_score_under_its_convention(kind):
+    gt = reference(kind, 120, np.random.default_rng(5))
+    found = find_convention(gt, gt)
+    assert found.ras == found.corrected_ras == pytest.approx(1)
+
+
 @pytest.mark.parametrize("angle", [1.0, 2.0, 5.0, 9.0])
 def test_a_small_misalignment_is_no_convention(kind, angle):
     rng = np.random.default_rng(5)
@@ -337,6 +343,8 @@ def test_swapped():
     assert not seem_swapped(mocap, slam)
     assert seem_swapped(slam, trajectory(200, at_origin=False))  # twice as many are many
     assert not seem_swapped(slam, trajectory(199, at_origin=False))
+    long = Trajectory(np.linspace(-90, 10, 1000), mocap.poses)  # as many while both run
+    assert not seem_swapped(slam, long)
     standing = Trajectory(slam.keys, np.tile(np.eye(4), (100, 1, 1)))
     assert seem_swapped(standing, mocap)
     # One sign alone is none.
