@@ -44,6 +44,13 @@ def test_an_interval_that_holds_all_has_a_margin_on_either_side():
     assert (plot["mean"], plot["low"] + plot["high"]) == (50.0, 100.0)
 
 
+def test_claims_of_tau_are_drawn_from_0_to_1():
+    claim = load_claims().claims["outliers-tas-discerns"]
+    plot = Estimate(claim, 0.5, 0.0, 1.0, "inconclusive", 0, 1, "open").plot
+    assert plot is not None
+    assert (plot["mean"], plot["low"] + plot["high"]) == (50.0, 100.0)
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [

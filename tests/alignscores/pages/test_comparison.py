@@ -11,7 +11,12 @@ import pytest
 
 import alignscores
 from alignscores.cli import main
+from alignscores.comparison.benchmark import Run
+from alignscores.comparison.runs import Outcome
+from alignscores.comparison.summary import summarise
 from alignscores.pages.comparison import N_QUANTILES, _colour_and_dash, _quantiles
+from alignscores.pages.sequences import _middle
+from alignscores.trajectories.formats import FORMATS
 
 YAML = """\
 format: tum
@@ -361,6 +366,7 @@ def test_the_page_has_the_cameras_of_the_command(
         assert data.pop("title")
         assert data["estimates"][0].pop("name").startswith("esti")
         data["estimates"][0].pop("notes")
+        assert [type(level) for level in data["estimates"][0]["half"]] == [float, float]
     assert one == alone
 
 
@@ -414,6 +420,25 @@ def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, 
         assert row[0] == f"{system}, run {chosen['run']}"
         assert row[1:4] == [f"{chosen[name]:.4f}" for name in ("TAS", "RAS", "PAS")]
         assert row[5:7] == ["60", "0"]
+
+
+@pytest.mark.parametrize(("n", "middle"), [(1, "0"), (2, "0"), (5, "2"), (6, "2")])
+def test_the_run_in_the_middle_stands_for_its_system(n, middle):
+    runs = [
+        (
+            Run("q", "a", str(number), "file"),
+            Outcome(dict.fromkeys(("TAS", "RAS", "PAS"), number / 10), n=1),
+        )
+        for number in range(n)
+    ]
+    run, _ = _middle(summarise(runs, [], FORMATS["tum"]), "PAS", "a", "q")
+    assert run.run == middle
+
+
+def test_a_page_of_one_s_own_tells_of_runs_that_failed(patterns, run, tmp_path):
+    run(*patterns, "--html", "page.html")
+    _, lacking = own_pages((tmp_path / "page.html").read_text())["car"]["estimates"]
+    assert lacking["notes"][0].endswith(": of its 3 runs, 1 failed or are missing")
 
 
 def test_without_a_run_that_was_scored_the_page_says_so(patterns, run, tmp_path):
