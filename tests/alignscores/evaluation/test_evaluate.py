@@ -245,6 +245,16 @@ def test_where_there_is_no_d_the_option_is_named(run, score, kitti, examples):
     assert "reference poses coincide with another one; --unit" in run("kitti", four, four)[2]
 
 
+@pytest.mark.parametrize("inverted", [False, True])
+def test_a_camera_frame_is_not_taken_out_of_poses_that_are_inverted(examples, inverted):
+    """It is that of the poses the right way round."""
+    reference, (stamps, poses) = (read_tum(examples / file) for file in TUM[1:])
+    poses = poses @ OPENGL
+    estimate = Trajectory(stamps, inverse_poses(poses) if inverted else poses)
+    found = evaluate(reference, estimate, format="tum", body_rotation="auto")
+    assert (found.body_rotation is None) == inverted
+
+
 @pytest.mark.parametrize(
     ("rows", "repeated"), [([0, 1, 2, -1, -1], False), ([0, 1, 1, -1], True), ([0, 0, 1], True)]
 )

@@ -134,6 +134,7 @@ def test_quantiles_are_those_of_the_runs_each_of_which_counts_the_same():
     few, many = np.arange(N_QUANTILES), np.full(10 * N_QUANTILES, N_QUANTILES)
     for errors, n_runs, expected in (
         ([few], 1, few),
+        ([np.arange(3 * N_QUANTILES)], 1, 3 * few + 1),
         ([few[::2], many], 2, [*few[::2], *many[: N_QUANTILES // 2]]),
         ([few[::2]], 2, [*few[::2], *np.full(N_QUANTILES // 2, np.inf)]),
     ):
@@ -206,9 +207,9 @@ def test_dots_are_where_the_runs_are(patterns, run, compare, tmp_path, by):
 
 def test_the_curves_are_the_errors_of_their_sequence(patterns, run, tmp_path):
     """Each of the 60 cameras has a part of the way of its own: the median is that of the runs."""
-    run(*patterns, "--html", "page.html")
+    run(*patterns, "--unit", 0.8, "--html", "page.html")
     text = (tmp_path / "page.html").read_text()
-    runs = alignscores.compare(patterns[1], patterns[2], format="tum").summary.runs
+    runs = alignscores.compare(*patterns[1:], format="tum", unit=0.8).summary.runs
     expected = []
     for sequence in ("car", "helix"):
         for system in ("a_b", "c"):
