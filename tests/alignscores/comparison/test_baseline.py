@@ -93,7 +93,8 @@ def test_a_sequence_on_which_no_run_is_scored_is_not_one_of_another_reference(ga
         for file in tmp_path.glob("car/*/*.txt"):
             file.write_text("nothing")
 
-    assert "left out" not in gate(fail)[1]
+    unit = "--unit", 0.8
+    assert "left out" not in gate(fail, *unit, first=unit)[1]
 
 
 def test_a_saved_run_that_failed_has_no_score(gate, tmp_path):

@@ -123,6 +123,17 @@ def test_a_model_that_changed_is_a_miss(examples, scored, tmp_path):
     assert len(scored) == 2
 
 
+def test_other_code_has_other_results(tmp_path, monkeypatch):
+    code = tmp_path / "package/folder/code.py"
+    code.parent.mkdir(parents=True)
+    monkeypatch.setattr(runs, "__file__", str(code))
+    hashes = []
+    for text in ("1", "2", "1"):
+        code.write_text(text)
+        hashes.append(runs._content_of_code.__wrapped__())
+    assert hashes[0] == hashes[2] != hashes[1]
+
+
 def test_the_cache_of_the_user_is_private_another_one_as_any_folder(
     run_compare, examples, tmp_path
 ):

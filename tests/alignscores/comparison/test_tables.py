@@ -206,7 +206,8 @@ def test_the_runs_that_would_do_are_those_over_all_sequences(benchmark_of, run):
     pairs = json.loads(run(*patterns, "--json")[1])["comparisons"]
     needed = {pair["sequence"]: pair["needed"] for pair in pairs if pair["metric"] == "PAS"}
     assert len(set(needed.values())) == 3
-    assert f"about {needed[None]} " in run(*patterns)[1]
+    out = run(*patterns)[1]
+    assert f"PAS of good and next: about {needed[None]} " in out  # not certain in any respect
 
 
 NAMES = r"[1] a&b%c_d#e$f~g^h\i{j}|<k>", "*{2} é"

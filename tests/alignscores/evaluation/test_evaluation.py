@@ -122,6 +122,12 @@ def test_other_metrics_of_keyframes_are_those_of_their_own_poses(examples):
     assert found == pytest.approx(expected, rel=0.005)  # of every frame it is 2 % less
 
 
+def test_metrics_over_time_have_the_stamps(tum):
+    found = tum(metrics="rpe@0.5s")
+    assert found.value("rpe@0.5s") > 0
+    assert found.notes == []
+
+
 def test_the_half_score_distance_is_by_the_refined_registration(tum):
     assert tum(registration="pcr99").half_distance == tum(registration="refined").half_distance
 
