@@ -138,7 +138,9 @@ def test_the_cache_of_the_user_is_private_another_one_as_any_folder(
     run_compare, examples, tmp_path
 ):
     files = "tum", examples / "tum/reference.txt", examples / "tum/{system}.txt", "--jobs", 1
-    (tmp_path / "kept").mkdir(mode=0o755)
+    for name in ("cache/alignscores", "kept"):
+        (tmp_path / name).mkdir(parents=True)
+        (tmp_path / name).chmod(0o755)
     run_compare(*files)
     run_compare(*files, "--cache", tmp_path / "kept")
     modes = [(tmp_path / name).stat().st_mode & 0o777 for name in ("cache/alignscores", "kept")]
