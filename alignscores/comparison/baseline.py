@@ -128,7 +128,6 @@ def _saved_run(result: Mapping[str, Any], name: str) -> tuple[Run, Outcome]:
         {name: metric(name).worst if value is None else value},
         n=result["n"],
         unit=result["unit"] or math.nan,
-        lost=result["lost"],
         n_parts=result.get("parts", 1),
         error=result["error"] or "",
     )

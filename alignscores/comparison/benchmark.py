@@ -4,6 +4,7 @@ import re
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count, islice
 from pathlib import Path
 from typing import Any
 
@@ -187,7 +188,7 @@ def _runs_of_system(
 
 def _natural(name: str) -> list[tuple[int, str]]:
     """Return what names are sorted by: the numbers in them count as such."""
-    return [(int(part), part) if part.isdecimal() else (-1, part) for part in DIGITS.split(name)]
+    return [(int(part), part) if part.isdecimal() else (0, part) for part in DIGITS.split(name)]
 
 
 def _expected_names(
@@ -200,8 +201,8 @@ def _expected_names(
     most = sorted(longest, key=_natural)
     if expected is None:
         return most
-    numbers = (str(number) for number in range(1, expected + len(most) + 1))
-    return [*most, *(number for number in numbers if number not in most)][:expected]
+    free = (number for number in map(str, count(1)) if number not in most)
+    return [*most, *islice(free, expected)][:expected]
 
 
 def read_yaml(path: str, *, expect_all: bool = False) -> Benchmark:

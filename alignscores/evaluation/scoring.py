@@ -281,7 +281,8 @@ def _scores(
 
 def _registration(matches: Matches, settings: Settings) -> str | Registration:
     """Return the registration: of PCR-99 with each pose once, since a repeated one fits itself."""
-    repeated = len(np.unique(matches.est_rows)) < len(matches.est_rows[matches.est_rows >= 0])
+    matched = matches.est_rows[matches.est_rows >= 0]
+    repeated = len(np.unique(matched)) < len(matched)
     if settings.registration != "pcr99" or not repeated:
         return settings.registration
 

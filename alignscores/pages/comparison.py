@@ -383,7 +383,7 @@ def _errors(summary: Summary, sequence: str) -> str:
             places = np.concatenate([run.places for run in runs])
             unit = runs[0].unit
             errors = np.concatenate([run.position_errors for run in runs]) / unit
-            part = np.minimum((places * STRETCHES).astype(int), STRETCHES - 1)
+            part = (places * STRETCHES).astype(int)
             order = np.argsort(part, kind="stable")
             found, starts = np.unique(part[order], return_index=True)
             medians = [np.median(piece) for piece in np.split(errors[order], starts[1:])]

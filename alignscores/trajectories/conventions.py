@@ -399,7 +399,7 @@ def _approximate_ras(residuals: Floats) -> float:
     """Return the RAS with infinitely many thresholds; 0 where only few cameras fit, by chance."""
     if np.sum(residuals < NEAR_DEG) < MIN_CAMERAS:
         return 0.0
-    return float(np.clip(1 - residuals / NEAR_DEG, 0, 1).mean())
+    return float(np.maximum(1 - residuals / NEAR_DEG, 0).mean())
 
 
 def _is_mirrored(gt: Floats, est: Floats) -> bool:

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -240,6 +241,21 @@ def test_other_tables_are_shown_as_they_are(article, made):
     table = pd.read_csv(made.folder / "tables/method_comparison.csv")
     brackets = sum(cell.count("[") for row in rows_of(article, "properties") for cell in row)
     assert brackets == (table["agrees"] == "no").sum()
+
+
+@pytest.mark.parametrize("experiment", ["lines", "planes"])
+@pytest.mark.parametrize("level", ["noise", "outliers"])
+@pytest.mark.parametrize(("pair", "sign"), [(("TAS", "ATE"), 1), (("ATE", "TAS"), -1)])
+def test_metrics_are_compared_in_one_experiment_by_one_level(experiment, level, pair, sign):
+    rows = [
+        {"experiment": where, "level": what, "metric": "TAS", "versus": "ATE", "order": number}
+        for number, (where, what) in enumerate(product(("lines", "planes"), ("noise", "outliers")))
+    ]
+    order = pd.DataFrame(rows).assign(low=-9.0, high=10.0, p=0.01)
+    (expected,) = order.query("experiment == @experiment and level == @level")["order"]
+    found = report.article._comparison(order, experiment, level, *pair)
+    assert found["order"] == sign * expected
+    assert (found["low"], found["high"]) == ((-9, 10) if sign == 1 else (-10, 9))
 
 
 def test_what_captions_say_stands_beside_what_came_out(article, made):

@@ -15,9 +15,11 @@ from studies.claims.claims import load_claims
         ("outliers-range-maa", -77.0, -74.6, True),
         ("outliers-range-maa", -73.6, -71.0, False),
         ("outliers-range-maa", -73.4, -71.0, True),
+        ("outliers-range-maa", -73.5, -71.0, False),
         ("outliers-tas-discerns", 0.2, 0.5, False),
         ("outliers-tas-discerns", 0.2, 0.49, True),
         ("outliers-ate-blind", 0.4, 0.9, False),
+        ("outliers-ate-blind", 0.5, 0.9, False),
         ("outliers-ate-blind", 0.51, 0.9, True),
     ],
 )
@@ -42,6 +44,13 @@ def test_an_interval_that_holds_all_has_a_margin_on_either_side():
     assert (plot["mean"], plot["low"] + plot["high"]) == (50.0, 100.0)
 
 
+def test_claims_of_tau_are_drawn_from_0_to_1():
+    claim = load_claims().claims["outliers-tas-discerns"]
+    plot = Estimate(claim, 0.5, 0.0, 1.0, "inconclusive", 0, 1, "open").plot
+    assert plot is not None
+    assert (plot["mean"], plot["low"] + plot["high"]) == (50.0, 100.0)
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [
@@ -53,6 +62,18 @@ def test_an_interval_that_holds_all_has_a_margin_on_either_side():
 def test_the_unit_is_that_of_the_statistic(name, value):
     claim = load_claims().claims[name]
     assert Estimate(claim, 0.5, 0.4, 0.6, "inconclusive", 0.4, 0.6, "open").value == value
+
+
+@pytest.mark.parametrize(
+    ("name", "expected", "key"),
+    [
+        ("outliers-range-maa", "−74\u202f%", "0 -74"),
+        ("outliers-tas-discerns", "at least 0.5\u202fτ", "3 0.5"),
+    ],
+)
+def test_a_number_of_the_paper_is_sorted_before_the_criteria(name, expected, key):
+    estimate = Estimate(load_claims().claims[name], 0, 0, 0, "inconclusive", 0, 0, "open")
+    assert (estimate.expected, estimate.expected_key) == (expected, key)
 
 
 def test_a_percentage_of_another_metric_is_no_change():

@@ -18,6 +18,17 @@ def test_the_folder_is_told(capsys):
     assert "required: --output" in capsys.readouterr().err
 
 
+def test_every_argument_is_explained(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    said = " ".join(capsys.readouterr().out.split())
+    for words in (
+        *("python -m report", "self-contained page", "snakemake report makes all", "RESULTS the"),
+        *("key=value ...] what", "--machine MACHINE where", "--article write", "--output HTML"),
+    ):
+        assert words in said
+
+
 def test_the_page_is_named(results, capsys):
     results.html.unlink(missing_ok=True)
     assert main(results.arguments()) == 0

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from PIL import Image
 
 from experiments.tables import read_record, write_recorded
 from report.__main__ import main
@@ -37,6 +38,10 @@ def other(**changes):
     return change
 
 
+def as_jpeg(path):
+    Image.open(path).convert("L").save(path, "JPEG")
+
+
 FAULTS = [
     ("claims.csv", lose, "does not exist"),
     ("claims.csv", put(""), "cannot be read (No columns"),
@@ -48,6 +53,7 @@ FAULTS = [
     ("figures/combined.png", lose, "does not exist"),
     ("figures/combined.png", put("GIF89a"), "is not a PNG"),
     ("figures/combined.png", cut, "is not a PNG"),
+    ("figures/combined.png", as_jpeg, "is not a PNG"),
     ("tables/threshold_study_ras.csv", lose, "does not exist"),
     ("tables/threshold_study_time.csv", lose, "does not exist"),
     ("tables/beyond.csv", lose, "does not exist"),

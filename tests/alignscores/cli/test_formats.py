@@ -209,6 +209,14 @@ def test_the_reference_beside_the_models_is_no_part(score, models, tmp_path, exa
     assert same["TAS"] == 1.0
 
 
+def test_of_a_part_that_cannot_be_aligned_no_note_is_as_of_the_whole(score, models):
+    folder, _ = models(range(18), range(18, 20))
+    (whole,) = score("colmap", "colmap/reference", folder)
+    upper, parts = (note.partition(": ")[2] for note in whole["notes"])
+    assert upper.startswith("in 2 parts, each aligned on its own: ")
+    assert parts == "cannot be aligned, so that their cameras fail: the parts 1"
+
+
 def test_sub_models_are_one_estimate(score, run, models, tmp_path):
     """Of 37 images 33 are in parts that can be aligned, and 5 of them in two."""
     folder, names = models(range(18), range(13, 30), range(30, 33), range(33, 35))

@@ -1,11 +1,14 @@
 """Usage, options, and the command as a process."""
 
+import re
+import shutil
 import subprocess
 import sys
 
 import pytest
 
 import alignscores
+from alignscores.cli.command import build_parser
 from alignscores.trajectories.formats import FORMATS
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
@@ -72,6 +75,13 @@ def test_an_axis_with_a_sign_is_no_option(run, up, before):
     assert "; registration refined, aligned about the y axis, without scale\n" in out
 
 
+def test_files_may_have_the_names_of_axes(command, examples, tmp_path, monkeypatch):
+    for name, file in zip("xy", TUM[1:], strict=True):
+        shutil.copy(examples / file, tmp_path / name)
+    monkeypatch.chdir(tmp_path)
+    assert command("tum", "x", "y", "--alignment", "yaw", "--up", "-y")[::2] == (0, "")
+
+
 def test_other_axes_are_refused(run):
     for up in (["--up", "-q"], ["--up"], ["--up", "north"]):
         code, out, err = run(*TUM, "--alignment", "yaw", *up)
@@ -91,6 +101,7 @@ def test_version(run):
 def test_help(run):
     code, out, _ = run("--help")
     assert code == 0
+    assert "\nScore estimated camera trajectories against a reference: TAS " in out
     for name, form in FORMATS.items():
         assert f"alignscores {name} {form.example}\n" in out
         assert f" {name} {form.help} " in " ".join(out.split())
@@ -98,6 +109,25 @@ def test_help(run):
         assert code == 0
         assert f" {name}: {form.help}. positional arguments: " in " ".join(text.split())
         assert f"example: alignscores {name}" in text
+        assert "(default: refined)" in text
+        assert not re.search(r"default: (None|False)", text)
+
+
+def test_help_of_compare(run):
+    code, out, _ = run("compare", "--help")
+    assert code == 0
+    assert " compare: systems over sequences and runs. Lost frames, " in " ".join(out.split())
+    assert "\n3 certainly worse than the baseline (--fail_on worse)\n" in out  # a line of its own
+
+
+def test_every_argument_is_explained_and_its_value_named():
+    """No help says ``--save_errors SAVE_ERRORS``."""
+    (commands,) = (each.choices for each in build_parser()._actions if each.choices)
+    assert set(commands) == {*FORMATS, "compare"}
+    for command in commands.values():
+        for argument in command._actions:
+            assert argument.help
+            assert argument.nargs == 0 or argument.metavar or argument.choices
 
 
 def test_as_a_module(examples, tmp_path, monkeypatch):

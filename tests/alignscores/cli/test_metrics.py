@@ -144,3 +144,11 @@ def test_width(length):
     blocks = "\n".join(lines).split("\n\n")
     assert all(re.match(r"estimate .*\na\S*y .*\nb\S*z .*$", block) for block in blocks)
     np.testing.assert_array_less([block.count("\n") for block in blocks], 3)
+
+
+def test_a_table_as_wide_as_there_is_room_is_one_block():
+    settings = Settings(format="tum", metrics=("TAS", "RAS"))
+    rows = {"one": {"TAS": 0.5, "RAS": 0.25}}
+    text = "estimate     TAS     RAS\none       0.5000  0.2500"
+    assert metric_table(rows, settings, 24) == text
+    assert metric_table(rows, settings, 23).count("estimate") == 2

@@ -15,6 +15,7 @@ from evo.tools import file_interface
 
 import alignscores
 from alignscores import pas, tas
+from alignscores.progress import show
 from alignscores.trajectories.association import match
 from alignscores.trajectories.evo import PAS
 from alignscores.trajectories.files import read_kitti, read_tum
@@ -283,11 +284,24 @@ def test_progress_is_for_a_terminal_and_leaves_nothing_there(run, monkeypatch):
     err = run(*TUM, "tum/none.txt")[2]
     assert "\r\x1b[K1/2 estimate.txt " in err
     assert "\r\x1b[K2/2 none.txt " in err
+    last = run(TUM[0], TUM[1], "tum/none.txt", TUM[2])[2]
+    assert last.endswith("\r\x1b[K2/2 estimate.txt \r\x1b[K")
     left = [line.rpartition("\r\x1b[K")[2] for line in err.split("\n")]
     assert left == [
         "alignscores: error: tum/none.txt: cannot be read (No such file or directory)",
         "",
     ]
+
+
+def test_what_takes_long_says_how_far_it_is(run, monkeypatch):
+    def long(*_, name, **options):
+        show.get()(f"half of {name}")
+        raise ValueError("no more")
+
+    monkeypatch.setattr("alignscores.cli.command.score", long)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    err = run(*TUM, "tum/none.txt")[2]
+    assert "\r\x1b[K1/2 estimate.txt half of estimate.txt\r\x1b[K" in err
 
 
 def test_an_interruption_during_imports(tmp_path):

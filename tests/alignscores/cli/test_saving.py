@@ -147,13 +147,22 @@ def test_an_aligned_estimate_has_the_time_of_the_reference(run, tmp_path, exampl
 
 
 def test_what_was_not_aligned_is_not_saved(run, tmp_path, write, lines):
-    standing = [" ".join([line.split()[0], "1 2 3 0 0 0 1"]) for line in lines]
+    fields = [line.split() for line in lines]
+    standing = [" ".join([stamp, "1 2 3", *rotation]) for stamp, _, _, _, *rotation in fields]
+    poor = [
+        " ".join([stamp, *pose])
+        for (stamp, *_), (_, *pose) in zip(fields, fields[::-1], strict=True)
+    ]
     path = tmp_path / "aligned.txt"
     code, out, err = run(*TUM[:2], write(standing), "--save_aligned", path)
     assert code == 1
     assert f"error: {path}: is not written, since est.txt could not be aligned\n" in err
     assert out.startswith("estimate ")
     assert not path.exists()
+    estimates = tmp_path / "est.txt", write(poor, "poor.txt")
+    _, out, _ = run(*TUM[:2], *estimates, "--save_aligned", path)
+    assert [line.split()[0] for line in out.splitlines()[1:3]] == ["est.txt", "poor.txt"]
+    assert [file.name for file in tmp_path.glob("al*")] == ["aligned_poor.txt"]
 
 
 def test_save_results(run, score, tmp_path):

@@ -126,6 +126,8 @@ def test_the_score_of_a_track_that_lost_much_is_marked():
     assert [row.count("*") for row in rows] == [0, 2]
     assert len({len(line) for line in (header, *rows)}) == 1
     assert "*" not in table(both, METRES)[0]  # where what was lost counts
+    lost = [table([ROW | {"lost": share}], ignored)[0].count("*") for share in (0.1, 0.11)]
+    assert lost == [0, 2]
     said = footnotes([row | {"scale": 1.0} for row in both], ignored, header)
     assert "* without what the estimate lost; --missing fail counts it" in said
 

@@ -156,6 +156,8 @@ CASES = {  # "format file what": its edit, the message
     "tum frames empty": (always(""), "bad: has no time stamps"),
     "tum frames no stamps": (line(4, "x"), "bad, line 4: must begin with a time stamp, n"),
     "tum estimate binary": (always(b"0 1 2 3 0 0 0 1\n\xff\xfe\x9c"), r"bad, line 2: is not text"),
+    "tum frames nan": (line(4, "nan"), "bad, line 4: must begin with a time stamp, not 'nan'"),
+    "tum estimate a remark": (field(3, 7, "1 # lost"), "bad, line 3: has 10 columns, not 'times"),
     "tum estimate zero bytes": (field(3, 7, "\0"), r"bad, line 3: is not text \(a zero byte\)"),
     "tum estimate UTF-16": (always("0 1 2 3\n".encode("utf-16")), "bad, line 1: is not text"),
     "tum estimate compressed without .gz": (always(gzip.compress(b"1 2")), "line 1: has 2 columns"),

@@ -49,6 +49,14 @@ def test_a_system_that_is_certainly_worse(gate, benchmark_of):
     assert changes == {"orb": "worse", "dso": "certain"}
 
 
+def test_the_difference_is_that_of_now_and_then(gate, benchmark_of):
+    code, out, _ = gate(lambda: benchmark_of(WORSE, n=60), "--json")
+    assert code == 3
+    (orb,) = (e for e in json.loads(out)["baseline"]["systems"] if e["system"] == "orb")
+    assert orb["low"] < orb["difference"] < orb["high"] < 0
+    assert orb["difference"] == pytest.approx(orb["now"] - orb["saved"])
+
+
 def test_a_system_that_is_better_is_no_failure(gate, benchmark_of):
     code, out, _ = gate(lambda: benchmark_of(SYSTEMS, n=60), "--json", systems=WORSE)
     assert code == 0
@@ -65,7 +73,8 @@ def test_of_errors_the_larger_is_worse(gate, benchmark_of):
     code, out, _ = gate(lambda: benchmark_of(WORSE, n=60), *by, "--json", first=by)
     assert code == 3
     (orb,) = (e for e in json.loads(out)["baseline"]["systems"] if e["system"] == "orb")
-    assert orb["low"] > 0
+    assert 0 < orb["low"] < orb["difference"] < orb["high"]
+    assert orb["difference"] == pytest.approx(orb["now"] - orb["saved"])
 
 
 def test_runs_that_all_fail_are_worse(gate, tmp_path):
@@ -77,6 +86,27 @@ def test_runs_that_all_fail_are_worse(gate, tmp_path):
     assert code == 3
     (orb,) = (row for row in rows_of(out) if row[0] == "orb")
     assert orb[2] == "0"
+
+
+def test_a_sequence_on_which_no_run_is_scored_is_not_one_of_another_reference(gate, tmp_path):
+    def fail():
+        for file in tmp_path.glob("car/*/*.txt"):
+            file.write_text("nothing")
+
+    unit = "--unit", 0.8
+    assert "left out" not in gate(fail, *unit, first=unit)[1]
+
+
+def test_a_saved_run_that_failed_has_no_score(gate, tmp_path):
+    def change():
+        saved = json.loads((tmp_path / "saved.json").read_text())
+        saved["results"][0] |= {"PAS": 0, "status": "failed", "error": "lost"}
+        (tmp_path / "saved.json").write_text(json.dumps(saved))
+
+    systems = json.loads(gate(change, "--json")[1])["baseline"]["systems"]
+    (failed,) = (entry for entry in systems if entry["now"] != entry["saved"])
+    assert failed["now"] - failed["saved"] > 0.1
+    assert abs(failed["difference"]) < 0.01
 
 
 def test_what_is_new_or_gone_is_named(gate, tmp_path):
@@ -132,6 +162,16 @@ def test_a_file_of_which_a_run_lacks_a_score(gate, tmp_path):
     code, out, err = gate(change)
     assert (code, out) == (1, "")
     assert "saved.json: is not what `alignscores compare --json` prints" in err
+
+
+def test_models_in_another_number_of_parts_do_not_compare(gate, tmp_path):
+    def change():
+        saved = json.loads((tmp_path / "saved.json").read_text())
+        saved["results"] = [result | {"parts": 2} for result in saved["results"]]
+        (tmp_path / "saved.json").write_text(json.dumps(saved))
+
+    found = json.loads(gate(change, "--json")[1])["baseline"]["systems"]
+    assert {(entry["difference"], entry["change"]) for entry in found} == {(None, None)}
 
 
 def test_other_settings_do_not_compare(gate):

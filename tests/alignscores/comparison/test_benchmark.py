@@ -1,5 +1,7 @@
 """Benchmarks that are described in a YAML file."""
 
+import re
+
 import pytest
 
 from alignscores.comparison.comparison import find_benchmark
@@ -25,10 +27,21 @@ def test_yaml(patterns, run, compare, tmp_path):
     results = compare("named.yaml")["results"]
     missing = [(entry["system"], entry["run"]) for entry in results if entry["status"] == "missing"]
     assert missing == [("a_b", "7"), ("c", "2"), ("a_b", "7")]
+    (tmp_path / "once.yaml").write_text(YAML.replace("runs: 3", "runs: 1"))
+    assert {entry["system"] for entry in compare("once.yaml")["results"]} == {"a_b", "c"}
     results = compare("b.yaml")["results"]
     units = {entry["unit"] for entry in results if entry["sequence"] == "car"}
     assert units == {0.5, None}
     assert "Car & co" in run("b.yaml")[1]
+
+
+def test_runs_that_are_missing_have_the_first_numbers_that_are_free(tmp_path):
+    for name in ("gt.txt", "a/x.txt", "a/2.txt"):
+        (tmp_path / "s" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "s" / name).touch()
+    (tmp_path / "b.yaml").write_text(YAML.partition("sequences")[0].replace("3", "4"))
+    runs = find_benchmark(str(tmp_path / "b.yaml"), None, None, expect_all=False).runs
+    assert [run.run for run in runs if run.file is None] == ["1", "3"]
 
 
 @pytest.mark.parametrize(
@@ -114,5 +127,6 @@ def test_many_missing_runs_are_told_in_a_few_lines(patterns, run, tmp_path):
     (tmp_path / "b.yaml").write_text(YAML.replace("runs: 4", "runs: 300"))
     code, _, err = run("b.yaml")
     assert code == 1
-    assert "more of these; --json has all" in err
+    (more,) = re.findall(r"error: and (\d+) more of these; --json has all", err)
+    assert int(more) == 2 * (300 - 3) + 1 - 50
     assert err.count("\n") < 70

@@ -101,12 +101,50 @@ def test_a_model_that_changes_while_it_is_read_is_not_stored(examples, tmp_path,
 
     def changing(*arguments, **options):
         found = score(*arguments, **options)
-        (model / "images.txt").write_text((model / "images.txt").read_text() + "\n")
+        (model / "images.bin").write_bytes((model / "images.bin").read_bytes() + b"\0")
         return found
 
     monkeypatch.setattr(runs, "score", changing)
-    evaluate_run(task)
+    assert evaluate_run(task).error == ""
     assert list((tmp_path / "cache").iterdir()) == []
+
+
+def test_a_model_that_changed_is_a_miss(examples, scored, tmp_path):
+    model = shutil.copytree(examples / "colmap/estimate", tmp_path / "model")
+    (tmp_path / "cache").mkdir()
+    reference = str(examples / "colmap/reference")
+    task = Task(reference, str(model), Settings(format="colmap"), tmp_path / "cache")
+    for times in (1, 1):
+        evaluate_run(task)
+        assert len(scored) == times
+    images = (model / "images.bin").read_bytes()
+    (model / "images.bin").write_bytes(images.replace(b"0003.png", b"0099.png"))
+    evaluate_run(task)
+    assert len(scored) == 2
+
+
+def test_other_code_has_other_results(tmp_path, monkeypatch):
+    code = tmp_path / "package/folder/code.py"
+    code.parent.mkdir(parents=True)
+    monkeypatch.setattr(runs, "__file__", str(code))
+    hashes = []
+    for text in ("1", "2", "1"):
+        code.write_text(text)
+        hashes.append(runs._content_of_code.__wrapped__())
+    assert hashes[0] == hashes[2] != hashes[1]
+
+
+def test_the_cache_of_the_user_is_private_another_one_as_any_folder(
+    run_compare, examples, tmp_path
+):
+    files = "tum", examples / "tum/reference.txt", examples / "tum/{system}.txt", "--jobs", 1
+    for name in ("cache/alignscores", "kept"):
+        (tmp_path / name).mkdir(parents=True)
+        (tmp_path / name).chmod(0o755)
+    run_compare(*files)
+    run_compare(*files, "--cache", tmp_path / "kept")
+    modes = [(tmp_path / name).stat().st_mode & 0o777 for name in ("cache/alignscores", "kept")]
+    assert modes == [0o700, 0o755]
 
 
 def damaged(content):

@@ -87,6 +87,15 @@ def test_a_run_is_scored_as_the_library_does(benchmark_of, compare, tmp_path):
     assert 0.2 < entry["metrics"][name] < 0.5
 
 
+def test_cameras_without_a_rotation_are_failures(benchmark_of, compare, tmp_path):
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], 2, n=20)
+    stamped = np.loadtxt(tmp_path / "car/a/1.txt")
+    stamped[3, 4:] = np.nan
+    stamped[5:7, 1:4] = np.nan
+    np.savetxt(tmp_path / "car/a/1.txt", stamped)
+    assert [result["failures"] for result in compare(*patterns)["results"]] == [0, 3]
+
+
 def test_other_sequences_tell_nothing_of_the_frames_that_were_due(benchmark_of, compare, tmp_path):
     """On one a run has every third frame, on the other all; each lacks the second run."""
     patterns = benchmark_of({"a": (0.1, 1.0, 3, 0.0)}, ["car"], runs=2, n=60)

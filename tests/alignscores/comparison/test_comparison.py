@@ -43,6 +43,24 @@ def test_a_yaml_file(found, tmp_path, run):
     assert json.loads(run("b.yaml", "--json")[1]) == named.to_dict()
 
 
+def test_a_mix_up_is_told_of_the_first_run_of_a_system(patterns, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for file in (tmp_path / "helix/c").iterdir():
+        stamped = np.loadtxt(file)
+        stamped[:, 4:7] *= -1  # of the inverse rotation
+        np.savetxt(file, stamped)
+    (note,) = compare(*patterns[1:], format=patterns[0]).notes
+    assert note.startswith("helix, c, run 0: the camera's frame is turned")
+    assert "alike" not in note
+
+
+def test_a_system_that_was_to_be_run_everywhere(found, patterns, tmp_path):
+    shutil.rmtree(tmp_path / "car/c")
+    assert compare(*patterns[1:], format=patterns[0]).failed == []
+    expected = compare(*patterns[1:], format=patterns[0], expect_all=True)
+    assert expected.failed == [f"c: has no run {run} on car" for run in range(3)]
+
+
 def test_a_system_and_a_sequence_of_one_name(found, tmp_path):
     (tmp_path / "car/c").rename(tmp_path / "car/car")
     described = {

@@ -54,6 +54,14 @@ def test_over_sequences_is_paired():
     assert (found.value - half, found.value + half) == pytest.approx((low, high))
 
 
+@pytest.mark.parametrize("name", ["PAS", "ate:rmse"])
+def test_systems_with_the_same_values_in_all_runs_are_not_told_apart(name):
+    cell = Cell([0.5, 0.5], Failures(0, 2))
+    found = of_pairs.answers([(cell, cell)] * 2, name, 0.05, [Failures(0, 4)] * 2)
+    for answer in found.values():
+        assert (answer["difference"], answer["better"], answer["needed"]) == (0, None, None)
+
+
 def test_all_pairs_hold_together():
     assert error_of_pair(2) == pytest.approx(0.05)
     errors = stats.t.rvs(4, size=(100_000, 6), random_state=RNG)  # of the pairs of 4 systems
@@ -108,6 +116,14 @@ def test_an_interval_of_parts():
     assert joined(1.0, (3, 0), (4, 2)) == pytest.approx((-4, 3))
 
 
+@pytest.mark.parametrize("n", [3, 10])
+def test_a_difference_that_so_many_runs_tell_just_so_takes_these_runs(n):
+    dof = 2 * (n - 1)
+    reach = stats.t.ppf(0.975, dof) + stats.t.ppf(0.8, dof)
+    assert needed(Difference(-1.001 * reach, 1.0, dof), n, 0.05) == n
+    assert needed(Difference(0.999 * reach, 1.0, dof), n, 0.05) == n + 1
+
+
 @pytest.mark.parametrize("n_systems", [2, 5])
 def test_as_many_runs_as_are_needed_tell_systems_apart_in_four_of_five_cases(n_systems):
     error = error_of_pair(n_systems)
@@ -118,6 +134,7 @@ def test_as_many_runs_as_are_needed_tell_systems_apart_in_four_of_five_cases(n_s
     assert told == pytest.approx(0.8, abs=0.04)
     scatter = largest_scatter(0.1, n, error)
     assert 0.1 * np.sqrt(5) <= scatter <= 1.1 * 0.1 * np.sqrt(5)
+    assert needed(Difference(0.1, 1e-9, 18), 10, error, 7.5) == 8
     assert needed(Difference(0.0, 0.1, 18), 10, error) is None
     assert needed(Difference(0.001, 0.1, 18), 10, error) is None
 
@@ -146,6 +163,13 @@ def test_both_questions_are_answered_where_the_data_allow():
     assert chosen([answers([several] * 2, "TAS", 0.05), found]) == "new_sequences"
     assert chosen([answers([several] * 2, "TAS", 0.05)]) == "new_runs"
     assert chosen([answers([(one, other)], "TAS", 0.05)]) is None
+
+
+@pytest.mark.parametrize("name", ["TAS", "ATE"])
+def test_of_equal_values_the_system_is_ahead_that_fails_less_often(name):
+    never, often = cell([0.5] * 20), cell([0.5] * 2, failed=18)
+    assert answers([(never, often)], name, 0.05)["new_runs"]["better"] == "a"
+    assert answers([(often, never)], name, 0.05)["new_runs"]["better"] == "b"
 
 
 def test_intervals_stay_within_what_is_possible():
@@ -263,6 +287,15 @@ def test_one_run_each_has_no_rank(pool):
         assert not any(pair["distinguishable"] for pair in found.comparisons)
         assert {entry["rank"]["PAS"] for entry in found.in_order()} == {None}
         assert all(np.isnan(pair["low"]) for pair in found.comparisons)
+
+
+def test_systems_stand_in_the_order_of_their_means():
+    scores = {"c": 0.5, "b": 0.9, "a": 0.5}
+    outcomes = {
+        name: Outcome(dict.fromkeys(("TAS", "RAS", "PAS"), of)) for name, of in scores.items()
+    }
+    runs = [(Run("q", name, "1", "file"), outcome) for name, outcome in outcomes.items()]
+    assert summarise(runs, [], FORMATS["tum"]).systems == ["b", "a", "c"]
 
 
 @pytest.mark.slow

@@ -2,13 +2,15 @@
 
 import json
 import warnings
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from evo.core.geometry import umeyama_alignment
 
-from alignscores import closest_pair_quartile, evaluate, pas, tas
+from alignscores import Settings, closest_pair_quartile, evaluate, pas, tas
 from alignscores.evaluation import scoring
 from alignscores.trajectories.association import match
 from alignscores.trajectories.conventions import Convention
@@ -239,6 +241,28 @@ def test_where_there_is_no_d_the_option_is_named(run, score, kitti, examples):
         assert err.endswith("--unit sets it\n")
         (result,) = score("kitti", path, path, "--unit", 0.1)
         assert result["TAS"] == 1.0
+    four = kitti(standing[-4:], "four.txt")
+    assert "reference poses coincide with another one; --unit" in run("kitti", four, four)[2]
+
+
+@pytest.mark.parametrize("inverted", [False, True])
+def test_a_camera_frame_is_not_taken_out_of_poses_that_are_inverted(examples, inverted):
+    """It is that of the poses the right way round."""
+    reference, (stamps, poses) = (read_tum(examples / file) for file in TUM[1:])
+    poses = poses @ OPENGL
+    estimate = Trajectory(stamps, inverse_poses(poses) if inverted else poses)
+    found = evaluate(reference, estimate, format="tum", body_rotation="auto")
+    assert (found.body_rotation is None) == inverted
+
+
+@pytest.mark.parametrize(
+    ("rows", "repeated"), [([0, 1, 2, -1, -1], False), ([0, 1, 1, -1], True), ([0, 0, 1], True)]
+)
+def test_a_pose_that_is_repeated_is_known_beside_missing_ones(rows, repeated):
+    """A triplet of PCR-99 with the same pose twice would fit itself."""
+    matches, settings = SimpleNamespace(est_rows=np.array(rows)), Settings(registration="pcr99")
+    assert callable(scoring._registration(matches, settings)) == repeated
+    assert not callable(scoring._registration(matches, replace(settings, registration="refined")))
 
 
 def test_what_cannot_be_aligned(score, examples, kitti):

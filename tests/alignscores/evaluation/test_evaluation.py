@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from alignscores import Evaluation, Settings, evaluate, tas_profile
 from alignscores.evaluation.evaluation import STATUSES
 from alignscores.metrics import metric
+from alignscores.similarity import least_squares_rmse
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import Trajectory, read_kitti, read_nerf, read_tum
 
@@ -121,8 +122,28 @@ def test_other_metrics_of_keyframes_are_those_of_their_own_poses(examples):
     assert found == pytest.approx(expected, rel=0.005)  # of every frame it is 2 % less
 
 
+def test_metrics_over_time_have_the_stamps(tum):
+    found = tum(metrics="rpe@0.5s")
+    assert found.value("rpe@0.5s") > 0
+    assert found.notes == []
+
+
 def test_the_half_score_distance_is_by_the_refined_registration(tum):
     assert tum(registration="pcr99").half_distance == tum(registration="refined").half_distance
+
+
+@pytest.mark.parametrize("up", ["x", "-y", "z"])
+def test_all_that_is_aligned_about_an_axis_is_so_about_this_one(examples, up):
+    files, index = [examples / file for file in FILES["kitti"]], 58
+    found = evaluate(*files, format="kitti", alignment="yaw", up=up)
+    unit = found.profiles.units[index]
+    at_unit = evaluate(*files, found.settings, unit=unit, max_threshold=1.0)
+    assert found.profiles.tas[index] == pytest.approx(at_unit.tas, abs=0.01)
+    assert at_unit.tas > 0.2
+    gt, est = (poses[:, :3, 3] for poses in (found.matches.gt_poses, found.matches.est_poses))
+    known = np.isfinite(est[:, 0])
+    expected = least_squares_rmse(gt[known], est[known], alignment="yaw", up=up)
+    assert found.ate == pytest.approx(expected)
 
 
 def test_cameras_in_one_place_have_a_profile_of_the_unit_that_is_given():

@@ -1,5 +1,6 @@
 """The page of a comparison: structure, sliders, and the pages of single sequences in it."""
 
+import base64
 import json
 import re
 import shutil
@@ -10,7 +11,12 @@ import pytest
 
 import alignscores
 from alignscores.cli import main
-from alignscores.pages.comparison import _colour_and_dash
+from alignscores.comparison.benchmark import Run
+from alignscores.comparison.runs import Outcome
+from alignscores.comparison.summary import summarise
+from alignscores.pages.comparison import N_QUANTILES, _colour_and_dash, _quantiles
+from alignscores.pages.sequences import _middle
+from alignscores.trajectories.formats import FORMATS
 
 YAML = """\
 format: tum
@@ -101,6 +107,10 @@ def test_sections_and_tables_of_the_page(patterns, run, tmp_path):
     assert dict(re.findall(r'<a href="#(.*?)">(.*?)</a>', text)) == HEADINGS
     sections = dict(re.findall(r'<section id="(\w+)".*?</h2>(.*?)</section>', text, flags=re.S))
     assert list(sections) == list(HEADINGS)
+    for name in ("runs", "errors"):  # the first sequence is unfolded
+        assert re.findall(r"<details( open)?><summary>(\w+)<", sections[name]) == [
+            *((" open", "car"), ("", "helix"))
+        ]
     rows = {}
     for name, headers in TABLES.items():
         found = re.findall(r'<th scope="col">(.*?)</th>', sections[name])
@@ -120,13 +130,26 @@ def test_sections_and_tables_of_the_page(patterns, run, tmp_path):
     assert 'aria-label="Median position error along the way, up to 4 d. Typical: a_b: 0.14' in text
 
 
+def test_quantiles_are_those_of_the_runs_each_of_which_counts_the_same():
+    few, many = np.arange(N_QUANTILES), np.full(10 * N_QUANTILES, N_QUANTILES)
+    for errors, n_runs, expected in (
+        ([few], 1, few),
+        ([np.arange(3 * N_QUANTILES)], 1, 3 * few + 1),
+        ([few[::2], many], 2, [*few[::2], *many[: N_QUANTILES // 2]]),
+        ([few[::2]], 2, [*few[::2], *np.full(N_QUANTILES // 2, np.inf)]),
+    ):
+        packed = _quantiles(list(map(np.float64, errors)), n_runs)
+        np.testing.assert_array_equal(np.frombuffer(base64.b64decode(packed), "<f4"), expected)
+
+
 def test_page_tells_what_changed(patterns, run, compare, tmp_path):
     (tmp_path / "saved.json").write_text(json.dumps(compare(*patterns)))
     _, out, _ = run(*patterns, "--baseline", "saved.json", "--html", "page.html")
     structure = Structure()
     structure.feed((tmp_path / "page.html").read_text())
     assert structure.open == []
-    assert "changes" in structure.ids
+    text = (tmp_path / "page.html").read_text()
+    assert re.findall(r'<section id="(\w+)"', text)[:3] == ["overall", "changes", "sequences"]
     assert "Against saved.json, on what is in both." in structure.texts
     (_, *rows) = out.partition("against saved.json\n")[2].splitlines()
     for cell in rows[1].split()[:4]:
@@ -184,9 +207,9 @@ def test_dots_are_where_the_runs_are(patterns, run, compare, tmp_path, by):
 
 def test_the_curves_are_the_errors_of_their_sequence(patterns, run, tmp_path):
     """Each of the 60 cameras has a part of the way of its own: the median is that of the runs."""
-    run(*patterns, "--html", "page.html")
+    run(*patterns, "--unit", 0.8, "--html", "page.html")
     text = (tmp_path / "page.html").read_text()
-    runs = alignscores.compare(patterns[1], patterns[2], format="tum").summary.runs
+    runs = alignscores.compare(*patterns[1:], format="tum", unit=0.8).summary.runs
     expected = []
     for sequence in ("car", "helix"):
         for system in ("a_b", "c"):
@@ -344,6 +367,7 @@ def test_the_page_has_the_cameras_of_the_command(
         assert data.pop("title")
         assert data["estimates"][0].pop("name").startswith("esti")
         data["estimates"][0].pop("notes")
+        assert [type(level) for level in data["estimates"][0]["half"]] == [float, float]
     assert one == alone
 
 
@@ -399,11 +423,46 @@ def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, 
         assert row[5:7] == ["60", "0"]
 
 
+@pytest.mark.parametrize(("n", "middle"), [(1, "0"), (2, "0"), (5, "2"), (6, "2")])
+def test_the_run_in_the_middle_stands_for_its_system(n, middle):
+    runs = [
+        (
+            Run("q", "a", str(number), "file"),
+            Outcome(dict.fromkeys(("TAS", "RAS", "PAS"), number / 10), n=1),
+        )
+        for number in range(n)
+    ]
+    run, _ = _middle(summarise(runs, [], FORMATS["tum"]), "PAS", "a", "q")
+    assert run.run == middle
+
+
+def test_a_page_of_one_s_own_tells_of_runs_that_failed(patterns, run, tmp_path):
+    run(*patterns, "--html", "page.html")
+    _, lacking = own_pages((tmp_path / "page.html").read_text())["car"]["estimates"]
+    assert lacking["notes"][0].endswith(": of its 3 runs, 1 failed or are missing")
+
+
 def test_without_a_run_that_was_scored_the_page_says_so(patterns, run, tmp_path):
     for path in tmp_path.glob("*/*/*.txt"):
         path.write_text("")
     run(*patterns, "--html", "page.html")
     assert "No run was scored." in (tmp_path / "page.html").read_text()
+
+
+def test_one_system_has_nothing_to_be_compared_with(benchmark_of, run, tmp_path):
+    run(*benchmark_of({"only": (0.1, 1.0, 1, 0.0)}, ["car"], 1, n=20), "--html", "page.html")
+    section = (tmp_path / "page.html").read_text().partition('<section id="differences"')[2]
+    assert "</h2><p>There is nothing to compare: one system, or one run of each.</p>" in section
+
+
+def test_what_was_not_tried_is_told_in_the_heat_map(patterns, run, tmp_path):
+    shutil.rmtree(tmp_path / "car/a_b")
+    run(*patterns, "--html", "page.html")
+    (table,) = re.findall(
+        '<section id="sequences".*?</section>', (tmp_path / "page.html").read_text()
+    )
+    (row,) = re.findall("<tr><th[^>]*>a_b</th>(.*?)</tr>", table)
+    assert row.startswith("<td>not tried</td><td ")
 
 
 def test_trajectories_that_are_too_large_are_left_out(patterns, run, tmp_path, monkeypatch):

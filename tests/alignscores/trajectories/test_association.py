@@ -193,6 +193,8 @@ def test_frames_say_what_was_to_be_estimated():
     late = match(reference, trajectory(kept - 5), frames=frames - 5, t_offset=5.0, **options)
     assert (late.matched, late.missing) == (18, 2)
     assert late.without_reference.tolist() == after
+    exact = match(reference, trajectory(kept), frames=kept, missing="fail", t_max_diff=0)
+    assert (exact.matched, exact.without_reference.tolist()) == (18, after[:3])
 
 
 def covered(stamps, estimated):
@@ -389,6 +391,8 @@ def test_other_units_and_origins_of_time_are_named():
         (seconds, seconds - 1.7e9 + 5, r"--t_offset 1699999995.000 lets both begin together"),
         (seconds, seconds + 1e6, r"t_max_diff 0.01 s\)$"),
         (seconds - 4e9, seconds, r"t_max_diff 0.01 s\)$"),
+        # that began when a count from a start and a date look alike
+        ([9.99e7, 1.001e8], seconds, r"t_max_diff 0.01 s\)$"),
     ):
         with pytest.raises(ValueError, match=message):
             match(trajectory(reference), trajectory(estimate), sync="nearest")
@@ -409,6 +413,9 @@ def test_stamps_that_are_all_the_same(whose):
     both = {"reference": trajectory(STAMPS), "estimate": trajectory(STAMPS)}
     both[whose] = trajectory(np.ones(5))
     with pytest.raises(ValueError, match=f"^all 5 time stamps of the {whose} are the same$"):
+        match(**both)
+    both[whose] = trajectory(np.ones(2))
+    with pytest.raises(ValueError, match=f"^all 2 time stamps of the {whose} are the same$"):
         match(**both)
 
 

@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from alignscores import Convention, check_conventions, ras
 from alignscores.trajectories.conventions import (
+    _smallest_equivalent,
     describe_rotation,
     find_convention,
     median_error,
@@ -225,6 +226,12 @@ def test_inaccuracy_is_no_convention(kind, what, n):
         assert found.body_rotation is None
 
 
+def test_what_fits_as_it_is_has_the_same_score_under_its_convention(kind):
+    gt = reference(kind, 120, np.random.default_rng(5))
+    found = find_convention(gt, gt)
+    assert found.ras == found.corrected_ras == pytest.approx(1)
+
+
 @pytest.mark.parametrize("angle", [1.0, 2.0, 5.0, 9.0])
 def test_a_small_misalignment_is_no_convention(kind, angle):
     rng = np.random.default_rng(5)
@@ -234,6 +241,7 @@ def test_a_small_misalignment_is_no_convention(kind, angle):
     found = find_convention(gt, in_frame(estimate(gt, rng), turn))
     assert found.body_rotation is None
     assert told(found) == []
+    assert found.corrected_ras == found.ras
 
 
 def test_of_cameras_that_hardly_turn_a_swap_of_axes_is_told_that_has_a_use():
@@ -288,10 +296,28 @@ def test_ten_cameras_are_enough():
     assert of_nine.ras == of_nine.corrected_ras == 0
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_of_motion_about_one_axis_the_frame_is_the_smallest_that_explains_it(seed):
+    rng = np.random.default_rng(seed)
+    axis, start, body = rng.normal(size=3), Rotation.random(rng=rng), Rotation.random(rng=rng)
+    turns = rng.uniform(-1, 1, (50, 1)) * axis
+    rotations = (start * Rotation.from_rotvec(turns)).as_matrix()
+    found = Rotation.from_matrix(_smallest_equivalent(rotations, body.as_matrix()))
+    others = Rotation.from_rotvec(
+        np.linspace(0, 2 * np.pi, 721)[:, None] * axis / np.linalg.norm(axis)
+    )
+    assert found.magnitude() == pytest.approx((others * body).magnitude().min(), abs=1e-2)
+    assert found.magnitude() < body.magnitude()
+
+
 def test_descriptions():
     assert describe_rotation(OPENGL) == "180 deg about x, as OpenGL's camera axes to OpenCV's"
-    assert describe_rotation(BODY).startswith("as a frame with x forward")
-    assert describe_rotation(BODY.T).startswith("as a camera with x right")
+    body, camera = (
+        "a frame with x forward, y left, z up",
+        "a camera with x right, y down, z forward",
+    )
+    assert describe_rotation(BODY) == f"as {body} to {camera}"
+    assert describe_rotation(BODY.T) == f"as {camera} to {body}"
     turn = Rotation.from_euler("z", 90, degrees=True).as_matrix()
     assert describe_rotation(turn) == "its x, y, z are the reference's +y, -x, +z"
     turn = Rotation.from_rotvec([0, 25, 0], degrees=True).as_matrix()
@@ -317,6 +343,8 @@ def test_swapped():
     assert not seem_swapped(mocap, slam)
     assert seem_swapped(slam, trajectory(200, at_origin=False))  # twice as many are many
     assert not seem_swapped(slam, trajectory(199, at_origin=False))
+    long = Trajectory(np.linspace(-90, 10, 1000), mocap.poses)  # as many while both run
+    assert not seem_swapped(slam, long)
     standing = Trajectory(slam.keys, np.tile(np.eye(4), (100, 1, 1)))
     assert seem_swapped(standing, mocap)
     # One sign alone is none.
