@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from alignscores import Convention, check_conventions, ras
 from alignscores.trajectories.conventions import (
+    _axis_rotations,
     _smallest_equivalent,
     describe_rotation,
     find_convention,
@@ -322,6 +323,24 @@ def test_descriptions():
     assert describe_rotation(turn) == "its x, y, z are the reference's +y, -x, +z"
     turn = Rotation.from_rotvec([0, 25, 0], degrees=True).as_matrix()
     assert describe_rotation(turn) == "25.0 deg about (0.00, 1.00, 0.00)"
+
+
+def test_every_frame_along_the_axes_is_known_once_and_described():
+    axes, names = _axis_rotations()
+    assert len(axes) == 24
+    for k, (rotation, name) in enumerate(zip(axes, names, strict=True)):
+        np.testing.assert_array_equal(rotation @ rotation.T, np.eye(3))
+        assert np.linalg.det(rotation) == 1
+        assert [np.array_equal(rotation, other) for other in axes].index(True) == k
+        if k >= 4:
+            columns = name.removeprefix("its x, y, z are the reference's ").split(", ")
+            signed = [{"+": 1, "-": -1}[c[0]] * np.eye(3)["xyz".index(c[1])] for c in columns]
+            np.testing.assert_array_equal(rotation.T, signed)
+    # The camera's axes stand in the columns, as the frame sees them.
+    named = [np.eye(3), OPENGL, BODY, BODY.T]
+    np.testing.assert_array_equal(axes[:4], named)
+    assert names[0] == "none"
+    assert [describe_rotation(rotation) for rotation in axes[1:]] == names[1:]
 
 
 def test_the_frame_is_that_of_poses_the_right_way_round():

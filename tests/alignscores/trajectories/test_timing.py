@@ -95,9 +95,33 @@ def test_what_interpolation_misses_is_no_misfit():
     assert fit.gain(0.0, 0.0) == pytest.approx(1 + fit.misfit(0.0) / error, rel=0.05)
 
 
+@pytest.mark.parametrize("offset", [-0.777, 0.3131, 40.0237])
+def test_without_noise_an_offset_is_found_to_a_millisecond(offset):
+    reference = scene(0)
+    found = find_offset(reference, estimate(reference, 0, offset=offset, sigma=0))
+    assert found.seconds == pytest.approx(offset, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "gain", "significant"),
+    [(0.3, 1.5, True), (0.3, 1.49, False), (-1.0, 1.5, True), (1.01, 4.99, False), (-9, 5, True)],
+)
+def test_a_far_offset_must_explain_more_than_a_near_one(seconds, gain, significant):
+    assert timing.TimeOffset(seconds, gain).significant is significant
+
+
 def test_too_few_poses_tell_nothing():
     reference = scene(0)
     assert find_offset(reference, estimate(reference, 0, rows=slice(0, 19))) is None
+    assert find_offset(reference, estimate(reference, 0, rows=slice(0, 1000, 50))) is not None
+
+
+def test_of_poses_at_both_ends_the_reference_knows_the_positions():
+    keys, positions = np.arange(3.0), np.arange(9.0).reshape(3, 3)
+    fit = timing._ShiftedPositions(keys, np.array([-1.0, 0.0, 0.5, 2.0, 3.0]), positions, positions)
+    inside, known = fit._reference_at(0.0)
+    assert inside.tolist() == [False, True, True, True, False]
+    np.testing.assert_allclose(known, [[0, 1, 2], [1.5, 2.5, 3.5], [6, 7, 8]])
 
 
 def rosette(n=600):
