@@ -122,6 +122,15 @@ def test_other_metrics_of_keyframes_are_those_of_their_own_poses(examples):
     assert found == pytest.approx(expected, rel=0.005)  # of every frame it is 2 % less
 
 
+def test_what_of_a_pose_is_not_finite_is_counted_apart(examples):
+    reference, (rows, poses) = (read_kitti(examples / FILES["kitti"][0]) for _ in range(2))
+    poses[3:5, :3, 3] = np.nan
+    poses[7, :3, :3] = np.nan
+    counts = evaluate(reference, Trajectory(rows, poses), format="kitti").to_dict()
+    names = "non_finite", "no_position", "no_rotation"
+    assert [counts[name] for name in names] == [3, 2, 1]
+
+
 def test_metrics_over_time_have_the_stamps(tum):
     found = tum(metrics="rpe@0.5s")
     assert found.value("rpe@0.5s") > 0
