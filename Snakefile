@@ -36,12 +36,6 @@ rule figures:
     localrule: True
 
 
-rule today: # the former name of protocols
-    input:
-        rules.protocols.input,
-    localrule: True
-
-
 onstart:
     keep_others_out()
     # To start no more than so many jobs a second, Snakemake 9 looks at all inputs of the ready jobs again and again,

@@ -82,14 +82,15 @@ class Trials:
         return self.record.sweep
 
 
-def write_files(files: Mapping[Path, bytes]) -> None:
-    """Write files as a whole or not at all, with their folders; see `alignscores.writing`."""
+def write_files(files: Mapping[Path, bytes]) -> list[Path]:
+    """Write files as a whole or not at all, with their folders, and return their paths."""
     for path in files:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise OSError(error.errno, error.strerror, str(path)) from None
     writing.write_files(files)
+    return list(files)
 
 
 def to_csv(table: pd.DataFrame) -> bytes:

@@ -5,11 +5,16 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from importlib import import_module
 from inspect import getdoc, signature
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
+
 from experiments.command import CommandError, run_command
-from experiments.tables import read_table, read_trials
+from experiments.tables import read_table, read_trials, write_files
+
+from . import style
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -19,25 +24,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         description="Draw a figure from tables of results.",
         epilog="snakemake results/figures/NAME.pdf makes the tables, and the figure",
     )
-    parser.add_argument(
-        "draw", metavar="MODULE:FUNCTION", help="what draws it: figures.noise:outliers, for example"
-    )
-    parser.add_argument(
-        "tables", nargs="*", type=Path, metavar="TABLE.csv", help="the tables that it is drawn from"
-    )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        required=True,
-        metavar="PATH",
-        help="without extension: PATH.pdf and PATH.png are written",
-    )
+    example = "figures.noise:outliers, for example"
+    parser.add_argument("draw", metavar="MODULE:FUNCTION", help=example)
+    parser.add_argument("tables", nargs="*", type=Path, metavar="TABLE.csv")
+    parser.add_argument("--output", type=Path, required=True, metavar="PATH", help="of both files")
     return run_command(parser, _work, arguments)
 
 
 def _work(options: Namespace) -> list[Path]:
-    from .output import write_figure
-
     module, _, name = options.draw.partition(":")
     try:
         draw = getattr(import_module(module), name)
@@ -56,6 +50,21 @@ def _read(path: Path) -> Any:
     if path.parent.name == "tables":
         return read_table(path, dtype={"value": str})
     return read_trials(path)
+
+
+@style.applied()
+def write_figure(figure: Figure, path: Path, title: str) -> list[Path]:
+    """Write a figure as PDF and PNG without dates, and return both paths."""
+    formats = {
+        "pdf": {"Title": title, "CreationDate": None},
+        "png": {"Title": title, "Software": None},
+    }
+    files: dict[Path, bytes] = {}
+    for extension, metadata in formats.items():
+        buffer = BytesIO()
+        figure.savefig(buffer, format=extension, metadata=metadata)
+        files[path.with_name(f"{path.name}.{extension}")] = buffer.getvalue()
+    return write_files(files)
 
 
 if __name__ == "__main__":

@@ -65,10 +65,8 @@ class Curves:
 
     def spread(self, metric: str) -> Floats:
         """Return smallest, lower quartile, mean, upper quartile, largest: (5, series, levels)."""
-        groups = self.trials.table.groupby([self.series, self.levels[0]])[metric]
-        lower, upper = groups.quantile(0.25), groups.quantile(0.75)
-        statistics = [groups.min(), lower, groups.mean(), upper, groups.max()]
-        return np.stack([statistic.unstack().to_numpy(dtype=float) for statistic in statistics])
+        found = self.trials.table.groupby([self.series, self.levels[0]])[metric].describe()
+        return np.stack([found[name].unstack() for name in ("min", "25%", "mean", "75%", "max")])
 
 
 def write_value(setting: str, value: float) -> str:

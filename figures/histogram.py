@@ -22,23 +22,14 @@ def draw(trials: Trials) -> Figure:
     scores = pas(scene.gt_poses, scene.est_poses, rng=registration_seed)
     unit = scores.tas.unit
     figure = Figure(figsize=(style.COLUMN, 3.1), layout="constrained")
-    for axes, name, result, scale, errors, label in zip(
-        figure.subplots(2),
-        ("TAS", "RAS"),
-        (scores.tas, scores.ras),
-        (unit, 1.0),
-        ("Position errors", "Rotation errors"),
-        (f"threshold in units of d (d = {unit:.3f})", "threshold in degrees"),
-        strict=True,
+    top, bottom = figure.subplots(2)
+    top.set_xlabel(f"threshold in units of d (d = {unit:.3f})")
+    bottom.set_xlabel("threshold in degrees")
+    for axes, errors, name, found, scale in (
+        (top, "Position errors", "TAS", scores.tas, unit),
+        (bottom, "Rotation errors", "RAS", scores.ras, 1.0),
     ):
-        score_panel(
-            axes,
-            result.thresholds / scale,
-            result.cumulative_frequency,
-            len(result.errors),
-            name=name,
-            score=result.score,
-        )
-        axes.set_xlabel(label)
+        thresholds, frequency = found.thresholds / scale, found.cumulative_frequency
+        score_panel(axes, thresholds, frequency, len(found.errors), name=name, score=found.score)
         style.remark(axes, axes.set_title(errors), "number of cameras below the threshold")
     return figure

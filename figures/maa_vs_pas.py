@@ -20,23 +20,18 @@ COLUMNS = (
 @style.applied()
 def draw(outliers: Trials, length: Trials, collinear: Trials) -> Figure:
     """Figure 7: mAA and PAS against noise in position and rotation that rises together."""
-    figure, grid = new_figure(len(METRICS), len(COLUMNS), width=style.PAGE, head=0.56, foot=0.46)
+    figure = new_figure(len(COLUMNS), head=0.56, foot=0.46)
     columns = zip(COLUMNS, (outliers, length, collinear), strict=True)
     for i, ((heading, remark, series), trials) in enumerate(columns):
         curves = Curves(trials, METRICS, series, NOISE)
-        for row, metric in zip(grid, METRICS, strict=True):
-            panel(row[i], curves, metric)
-        x_labels(grid[-1][i], curves)
+        top, bottom = figure.axes[i :: len(COLUMNS)]
+        for axes, metric in zip((top, bottom), METRICS, strict=True):
+            panel(axes, curves, metric)
+        x_labels(bottom, curves)
         left = 0.05 + i * style.PAGE / len(COLUMNS)
-        title = figure.text(
-            left / style.PAGE,
-            1 - 0.04 / figure.get_figheight(),
-            heading,
-            fontsize=style.TITLE,
-            fontweight="bold",
-            verticalalignment="top",
-        )
-        style.remark(grid[0][i], title, remark).set_in_layout(False)
+        place = left / style.PAGE, 1 - 0.04 / figure.get_figheight()
+        title = figure.text(*place, heading, size=style.TITLE, weight="bold", va="top")
+        style.remark(top, title, remark).set_in_layout(False)
         series_key(figure, curves, left, 0.21, named=False)
-    glyph_key(figure, curves, 0.05, 0.37, series="outlier or camera counts")
+    glyph_key(figure, curves, 0.37, series="outlier or camera counts")
     return figure

@@ -16,30 +16,26 @@ ROTATIONS = ("Median-1", "Mean-1", "RMS-1", "DRE", "Median-2", "Mean-2", "RMS-2"
 @style.applied()
 def outliers(trials: Trials) -> Figure:
     """Figure 2: translation metrics against position noise, for each number of outliers."""
-    curves = Curves(trials, POSITIONS, series="n_outliers")
-    return small_multiples(curves, columns=2)
+    return small_multiples(Curves(trials, POSITIONS, series="n_outliers"))
 
 
 @style.applied()
 def collinear(trials: Trials) -> Figure:
     """Figure 3: translation metrics of collinear cameras against position noise, for outliers."""
-    curves = Curves(trials, POSITIONS, series="n_outliers")
     # One outlier multiplies ATE and DTE by a hundred: the curves without any would lie on the axis.
-    return small_multiples(curves, columns=2, log=("ATE", "DTE"))
+    return small_multiples(Curves(trials, POSITIONS, series="n_outliers"), log=("ATE", "DTE"))
 
 
 @style.applied()
 def trajectory_length(trials: Trials) -> Figure:
     """Figure 4: translation metrics against position noise, for each number of cameras."""
-    curves = Curves(trials, POSITIONS, series="n_cameras")
-    return small_multiples(curves, columns=2)
+    return small_multiples(Curves(trials, POSITIONS, series="n_cameras"))
 
 
 @style.applied()
 def rotations(trials: Trials) -> Figure:
     """Figure 5: rotation metrics against rotation noise, for each number of outliers."""
-    curves = Curves(trials, ROTATIONS, series="n_outliers", levels=("sigma_r_deg",))
-    figure = small_multiples(curves, columns=4)
+    figure = small_multiples(Curves(trials, ROTATIONS, "n_outliers", levels=("sigma_r_deg",)))
     for upper, lower in zip(figure.axes[:3], figure.axes[4:7], strict=True):
         top = max(upper.get_ylim()[1], lower.get_ylim()[1])
         upper.set_ylim(0, top)
@@ -51,4 +47,4 @@ def rotations(trials: Trials) -> Figure:
 def combined(trials: Trials) -> Figure:
     """Figure 6: six metrics against noise in position and in rotation."""
     curves = Curves(trials, ("ATE", "DTE", "mAA", "TAS", "RAS", "PAS"), series="sigma_r_deg")
-    return small_multiples(curves, columns=3)
+    return small_multiples(curves)

@@ -1,10 +1,11 @@
 """One look for all figures: sizes on the printed page, type, lines and colours."""
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import matplotlib
+import matplotlib.style
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -14,8 +15,6 @@ from matplotlib.text import Annotation, Text
 
 from alignscores.arrays import Floats
 from experiments.metrics import Column
-
-Colour = tuple[float, float, float]
 
 COLUMN = 3.3  # width of a column of the paper in inches
 PAGE = 6.9  # width of its text
@@ -45,9 +44,16 @@ COLOURS = {
     "sigma_r_deg": ("viridis", 0.00, 0.20, 0.80),
 }
 
-SETTINGS: dict[Any, Any] = {
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],  # comes with Matplotlib: the same on every machine
+TICKS = {  # on either axis
+    "color": INK,
+    "labelsize": SMALL,
+    "major.size": 2.2,
+    "major.width": 0.5,
+    "major.pad": 2,
+    "minor.size": 1.2,
+    "minor.width": 0.4,
+}
+SETTINGS: dict[Any, Any] = {  # the font is Matplotlib's own, the same on every machine
     "font.size": TEXT,
     "text.color": INK,
     "axes.titlesize": TITLE,
@@ -71,20 +77,8 @@ SETTINGS: dict[Any, Any] = {
     "lines.marker": ".",
     "lines.markersize": 1.6,
     "patch.linewidth": 0,
-    "xtick.color": INK,
-    "xtick.labelsize": SMALL,
-    "xtick.major.size": 2.2,
-    "xtick.major.width": 0.5,
-    "xtick.major.pad": 2,
-    "xtick.minor.size": 1.2,
-    "xtick.minor.width": 0.4,
-    "ytick.color": INK,
-    "ytick.labelsize": SMALL,
-    "ytick.major.size": 2.2,
-    "ytick.major.width": 0.5,
-    "ytick.major.pad": 2,
+    **{f"{axis}tick.{key}": value for axis in "xy" for key, value in TICKS.items()},
     "ytick.minor.size": 0,
-    "ytick.minor.width": 0.4,
     "legend.frameon": False,
     "legend.borderpad": 0,
     "legend.borderaxespad": 0,
@@ -93,26 +87,15 @@ SETTINGS: dict[Any, Any] = {
 }
 
 
-@contextmanager
-def applied() -> Iterator[None]:
-    """Apply the style within a block or a decorated function, whatever the user's own settings."""
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(SETTINGS)
-        yield
+# Applies the style within a block or a decorated function, whatever the user's own settings.
+applied = partial(matplotlib.style.context, ["default", SETTINGS])
 
 
-def colours(column: str, count: int) -> list[Colour]:
+def colours(column: str, count: int) -> list[tuple[float, float, float]]:
     """Return a colour for each of `count` values of a key column, in their order."""
     name, first, second, last = COLOURS[column]
     positions = [first, *np.linspace(last, second, count - 1)[::-1]]
     return [(r, g, b) for r, g, b, _ in matplotlib.colormaps[name](positions).tolist()]
-
-
-def tint(colour: Colour) -> Colour:
-    """Return a colour that is closer to the paper's white."""
-    r, g, b = (1 - 0.72 * (1 - part) for part in colour)
-    return r, g, b
 
 
 def direction(axes: Axes, *, larger_is_better: bool) -> None:

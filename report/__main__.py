@@ -20,17 +20,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         epilog="snakemake report makes all that the page needs, and the page",
     )
     parser.add_argument("results", type=Path, metavar="RESULTS", help="the folder of all results")
-    parser.add_argument(
-        "--settings",
-        nargs="*",
-        default=[],
-        metavar="key=value",
-        help="what snakemake --config was given, but for how it was run",
-    )
+    given = "what snakemake --config was given, but for how it was run"
+    parser.add_argument("--settings", nargs="*", default=[], metavar="key=value", help=given)
     parser.add_argument("--machine", default="", help="where it was run, in words")
-    parser.add_argument(
-        "--article", action="store_true", help="write the article of docs/article instead"
-    )
+    parser.add_argument("--article", action="store_true", help="write the article instead")
     parser.add_argument("--output", type=Path, required=True, metavar="HTML")
     return run_command(parser, _work, arguments)
 
@@ -38,8 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _work(options: Namespace) -> list[Path]:
     render = article.render if options.article else page.render
     text = render(Results(options.results, options.settings), options.machine)
-    write_files({options.output: text.encode()})
-    return [options.output]
+    return write_files({options.output: text.encode()})
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ A sentence that the results do not bear out any more is refused; in a quick look
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from html import unescape
+from functools import partial
 from typing import Any
 
 import pandas as pd
@@ -27,51 +27,43 @@ FOLDER = CONFIG_DIR.parent / "docs" / "article"
 TEMPLATE = "article.html.j2"
 CAPTIONS = ("Figure 5", "Figure 6", "Figure 7")  # whose statements stand beside what came out
 KEYS = ("trials=", "replicates=", "benchmark=", "quick=", "more=")  # that leave the study as it is
-SHORT = {  # names of metrics with their options, as tables have room for
-    "(registration=refined)": " refined",
-    "(registration=refined,max_threshold=2)": " refined 2 d",
-    "(registration=refined, max_threshold=2)": " refined 2 d",
-    "HalfDistance(score=0.25)": "QuarterDistance",
-    "HalfAngle(score=0.25)": "QuarterAngle",
-}
 LEFT_OUT = Markup('<span class="left-out">[left out: not so in this quick look]</span>')
 
 
 def render(results: Results, machine: str = "") -> str:
     """Write the article as HTML that needs no other file; it has no date.
 
-    A `CommandError` says what the text asks for and there is not, or what the results do not bear
-    out.
+    A `CommandError` says what there is not, or what the results do not bear out.
     """
     found = contents(results, machine)
-    others = [one for one in results.settings if not one.startswith(KEYS)]
-    is_quick = bool(
-        others
+    is_quick = (
+        not all(one.startswith(KEYS) for one in results.settings)
         or found["replicate"].trials < found["paper_trials"]
         or found["n_replicates"] < load_claims().replicates
     )
-    orders = found["head_to_head"]
+    orders = found["head_to_head"]["table"]
     text = environment(FOLDER)
     text.filters["listed"] = lambda words: listed(words or ["none"])
-    text.filters["short"] = _shortened
     rates = {summary["metric"]: summary for summary in found["frame_rate"]["metrics"]}
+    alone = orders[orders["versus"].isna() & orders["outliers"].isna()]
+    places = alone.set_index(["experiment", "level", "metric"]).to_dict("index")
     names: dict[str, Any] = {
         "is_quick": is_quick,
         "refined": "TAS(registration=refined)",
         "quarter": "HalfDistance(score=0.25)",
         "least_power": LEAST_POWER,
-        "claim": _finder("claim", found["claims"]),
-        "picture": _finder("figure", found["pictures"]),
-        "at_rates": _finder("frame rate of", rates),
-        "place": _finder("order", _places(orders["rankings"])),
-        "ahead": lambda *key: _comparison(orders["table"], *key),
+        "claim": partial(_find, "claim", found["claims"]),
+        "picture": partial(_find, "figure", found["pictures"]),
+        "at_rates": partial(_find, "frame rate of", rates),
+        "place": partial(_find, "order", places),
+        "ahead": partial(_find, "comparison", _comparisons(orders)),
         "tallies": _tallies(found["counted"]),
         "captions": _captions(found["counted"]),
         "doubted": lambda ids: [
             row for row in found["exceptions"] if re.fullmatch(ids, row.claim.id)
         ],
         "fixed": lambda text: text,
-        "says": _guard(is_quick),
+        "says": partial(_say, is_quick),
     }
     try:
         return text.get_template(TEMPLATE).render(found | names)
@@ -79,57 +71,33 @@ def render(results: Results, machine: str = "") -> str:
         raise CommandError(f"{FOLDER / TEMPLATE}: {error}") from None
 
 
-def _finder(kind: str, found: Mapping[Any, Any]) -> Callable[..., Any]:
-    """Return a function of a name, or of its parts, that refuses those that there are not."""
-
-    def find(*parts: str) -> Any:
-        key = parts[0] if len(parts) == 1 else parts
-        if key not in found:
-            raise CommandError(f"{FOLDER / TEMPLATE} asks for no {kind}: {' '.join(parts)}")
-        return found[key]
-
-    return find
+def _find(kind: str, found: Mapping[Any, Any], *parts: str) -> Any:
+    """Return what has a name, or these parts of one; refuse what there is not."""
+    key = parts[0] if len(parts) == 1 else parts
+    if key not in found:
+        raise CommandError(f"{FOLDER / TEMPLATE} asks for no {kind}: {' '.join(parts)}")
+    return found[key]
 
 
-def _guard(is_quick: bool) -> Callable[..., Markup]:
-    """Return the block of a sentence that holds under a condition."""
-
-    def says(*conditions: bool, caller: Callable[[], str]) -> Markup:
-        text = Markup(caller())
-        if all(conditions):
-            return text
-        if is_quick:
-            return LEFT_OUT
-        sentence = " ".join(unescape(re.sub(r"<[^>]*>", "", text)).split())
-        raise CommandError(
-            f"{FOLDER / TEMPLATE} says what the results do not: {sentence!r}; write what they do"
-        )
-
-    return says
+def _say(is_quick: bool, *conditions: bool, caller: Callable[[], str]) -> Markup:
+    """Return a sentence that holds under some conditions."""
+    text = Markup(caller())
+    if all(conditions):
+        return text
+    if is_quick:
+        return LEFT_OUT
+    problem = f"says what the results do not: {text.striptags()!r}; write what they do"
+    raise CommandError(f"{FOLDER / TEMPLATE} {problem}")
 
 
-def _places(rankings: Sequence[Any]) -> dict[tuple[str, str, str], Any]:
-    return {
-        (ranking["experiment"], ranking["level"], place["metric"]): place
-        for ranking in rankings
-        for place in ranking["places"]
-    }
-
-
-def _comparison(
-    order: pd.DataFrame, experiment: str, level: str, metric: str, versus: str
-) -> dict[str, Any]:
-    """Return by how much a metric orders levels better than another, in points."""
-    rows = order[(order["experiment"] == experiment) & (order["level"] == level)]
-    for first, second, sign in ((metric, versus, 1), (versus, metric, -1)):
-        row = rows[(rows["metric"] == first) & (rows["versus"] == second)]
-        if len(row) == 1:
-            better, low, high, p = row[["order", "low", "high", "p"]].to_numpy()[0]
-            lowest, highest = sorted((sign * low, sign * high))
-            certain = sign * better > 0 and p < SIGNIFICANCE
-            return {"order": sign * better, "low": lowest, "high": highest, "is_certain": certain}
-    words = f"{experiment} {level} {metric} {versus}"
-    raise CommandError(f"{FOLDER / TEMPLATE} asks for no comparison: {words}")
+def _comparisons(table: pd.DataFrame) -> dict[Any, Any]:
+    """Return by how much each metric orders levels better than each other, in points."""
+    pairs = table.dropna(subset="versus").astype({"order": float, "low": float, "high": float})
+    turned = pairs.rename(columns={"metric": "versus", "versus": "metric"})
+    turned = turned.assign(order=-pairs["order"], low=-pairs["high"], high=-pairs["low"])
+    both = pd.concat([pairs, turned])
+    both = both.assign(is_certain=(both["order"] > 0) & (both["p"] < SIGNIFICANCE))
+    return both.set_index(["experiment", "level", "metric", "versus"]).to_dict("index")
 
 
 def _tallies(counted: Sequence[Estimate]) -> list[dict[str, Any]]:
@@ -171,9 +139,3 @@ def _means(rows: Sequence[Estimate]) -> str:
 def _verdict(rows: Sequence[Estimate]) -> str:
     """Return the verdict; of several metrics, for how many it is reproduced."""
     return rows[0].verdict if len(rows) == 1 else f"{sum(row.holds for row in rows)} of {len(rows)}"
-
-
-def _shortened(text: str) -> str:
-    for name, short in SHORT.items():
-        text = text.replace(name, short)
-    return text

@@ -6,6 +6,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from hashlib import sha256
+from mimetypes import MimeTypes
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -16,16 +17,8 @@ from experiments.tables import read_record, write_files
 FILE = "ro-crate-metadata.json"
 PROFILE = "https://w3id.org/ro/wfrun/process/0.5"
 LICENSE = "https://spdx.org/licenses/BSD-3-Clause"
-TRIALS = ("trials", "replicates")  # folders of tables with records
-FINDINGS = ("tables", "figures")
-MEDIA_TYPES = {
-    ".csv": "text/csv",
-    ".html": "text/html",
-    ".json": "application/json",
-    ".md": "text/markdown",
-    ".pdf": "application/pdf",
-    ".png": "image/png",
-}
+MEDIA = MimeTypes()  # Python's own list, whatever the system has
+MEDIA.add_type("text/markdown", ".md")
 
 Entity = dict[str, Any]
 
@@ -43,8 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _work(options: Namespace) -> list[Path]:
     text = json.dumps(crate(options.results), indent=2, ensure_ascii=False) + "\n"
-    write_files({options.results / FILE: text.encode()})
-    return [options.results / FILE]
+    return write_files({options.results / FILE: text.encode()})
 
 
 def crate(results: Path) -> dict[str, Any]:
@@ -52,7 +44,7 @@ def crate(results: Path) -> dict[str, Any]:
 
     Times are those of the files, so that the same folder has the same description.
     """
-    tables = _files(results, TRIALS, {".csv"})
+    tables = _files(results, "trials/**/*.csv", "replicates/**/*.csv")
     if not tables:
         raise CommandError(f"{results} has no tables of trials; run: snakemake report")
     softwares: dict[str, Entity] = {}
@@ -61,19 +53,15 @@ def crate(results: Path) -> dict[str, Any]:
         entities = _software(read_record(table).origin)
         softwares |= {entity["@id"]: entity for entity in entities}
         made.setdefault(entities[0]["@id"], []).append(table)
-    findings = [
-        *_files(results, FINDINGS, set(MEDIA_TYPES)),
-        *sorted(path for path in results.iterdir() if path.suffix in (".csv", ".html")),
+    findings = _files(results, "tables/**/*", "figures/**/*", "*.csv", "*.html")
+    files = [*tables, *_records(tables), *findings]
+    names = {path: quote(path.relative_to(results).as_posix()) for path in files}
+    actions = [
+        _action(names, f"#trials-{number}", "Trials", software, _records(own), own)
+        for number, (software, own) in enumerate(made.items(), start=1)
     ]
-    records = [table.with_suffix(".json") for table in tables]
-    actions = []
-    for number, (software, own) in enumerate(made.items(), start=1):
-        used = [table.with_suffix(".json") for table in own]
-        actions.append(_action(results, f"#trials-{number}", "Trials", software, used, own))
     if findings:
-        last = list(made)[-1]
-        actions.append(_action(results, "#evaluation", "Evaluation", last, tables, findings))
-    files = [*tables, *records, *findings]
+        actions.append(_action(names, "#evaluation", "Evaluation", [*made][-1], tables, findings))
     graph = [
         {
             "@id": FILE,
@@ -90,22 +78,26 @@ def crate(results: Path) -> dict[str, Any]:
             "conformsTo": {"@id": PROFILE},
             "license": {"@id": LICENSE},
             "datePublished": _time(files)[:10],
-            "hasPart": _parts(results, files),
+            "hasPart": _references(names.values()),
             "mentions": _references(action["@id"] for action in actions),
         },
         {"@id": PROFILE, "@type": "CreativeWork", "name": "Process Run Crate", "version": "0.5"},
         {"@id": LICENSE, "@type": "CreativeWork", "name": "BSD 3-Clause License"},
         *actions,
         *softwares.values(),
-        *(_file(results, path) for path in files),
+        *map(_file, names, names.values()),
     ]
     return {"@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph}
 
 
-def _files(results: Path, folders: Iterable[str], endings: set[str]) -> list[Path]:
-    """Return the files of some folders with some endings, in order; temporary ones are hidden."""
-    found = (path for folder in folders for path in sorted((results / folder).rglob("*")))
-    return [path for path in found if path.suffix in endings and not path.name.startswith(".")]
+def _files(results: Path, *patterns: str) -> list[Path]:
+    """Return the files of a known type, in order; temporary ones are hidden."""
+    found = (path for pattern in patterns for path in sorted(results.glob(pattern)))
+    return [path for path in found if MEDIA.guess_type(path)[0] and not path.name.startswith(".")]
+
+
+def _records(tables: Iterable[Path]) -> list[Path]:
+    return [table.with_suffix(".json") for table in tables]
 
 
 def _software(origin: Mapping[str, Any]) -> list[Entity]:
@@ -133,7 +125,7 @@ def _software(origin: Mapping[str, Any]) -> list[Entity]:
 
 
 def _action(
-    results: Path,
+    names: Mapping[Path, str],
     name: str,
     title: str,
     software: str,
@@ -145,30 +137,22 @@ def _action(
         "@type": "CreateAction",
         "name": title,
         "instrument": {"@id": software},
-        "object": _parts(results, inputs),
-        "result": _parts(results, outputs),
+        "object": _references(names[path] for path in inputs),
+        "result": _references(names[path] for path in outputs),
         "endTime": _time(outputs),
     }
 
 
-def _file(results: Path, path: Path) -> Entity:
+def _file(path: Path, name: str) -> Entity:
     content = path.read_bytes()
     return {
-        "@id": _id(results, path),
+        "@id": name,
         "@type": "File",
         "name": path.name,
-        "encodingFormat": MEDIA_TYPES[path.suffix],
+        "encodingFormat": MEDIA.guess_type(path)[0],
         "contentSize": str(len(content)),
         "sha256": sha256(content).hexdigest(),
     }
-
-
-def _id(results: Path, path: Path) -> str:
-    return quote(path.relative_to(results).as_posix())
-
-
-def _parts(results: Path, paths: Iterable[Path]) -> list[dict[str, str]]:
-    return _references(_id(results, path) for path in paths)
 
 
 def _references(names: Iterable[str]) -> list[dict[str, str]]:

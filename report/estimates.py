@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
+import numpy as np
+
 from studies.claims.claims import Claim
 from studies.claims.verdicts import REPRODUCED
 from studies.words import write_number
@@ -37,7 +39,7 @@ class Estimate:
     @property
     def number(self) -> str:
         """The mean."""
-        return self._write(self.mean) if self.is_finite else "undefined"
+        return self.write(self.mean) if self.is_finite else "undefined"
 
     @property
     def value(self) -> str:
@@ -47,18 +49,13 @@ class Estimate:
     @property
     def interval(self) -> str:
         """The interval, in the unit of the mean."""
-        return f"[{self._write(self.low)}, {self._write(self.high)}]" if self.is_finite else ""
+        return f"[{self.write(self.low)}, {self.write(self.high)}]" if self.is_finite else ""
 
     @property
     def mean_interval(self) -> str:
         """The confidence interval of the mean, in its unit."""
         bounds = (self.mean_low, self.mean_high)
-        return f"[{', '.join(map(self._write, bounds))}]" if self.is_finite else ""
-
-    @property
-    def pooled_number(self) -> str:
-        """The statistic of the trials of all replicates together, in the unit of the mean."""
-        return "" if self.pooled is None else self._write(self.pooled)
+        return f"[{', '.join(map(self.write, bounds))}]" if self.is_finite else ""
 
     @property
     def expected(self) -> str:
@@ -66,9 +63,8 @@ class Estimate:
         if self.claim.paper is not None:
             return f"{write_number(self.claim.paper, 0, signed=True)}{SPACE}{self.unit}"
         relation, bound = self.claim.bound
-        number = f"{bound:g}".replace("-", "−")
-        number = f"±{number}" if relation == "within" else number
-        return f"{relation} {number}{SPACE}{self.unit}"
+        sign = "±" if relation == "within" else ""
+        return f"{relation} {sign}{bound:g}{SPACE}{self.unit}".replace("-", "−")
 
     @property
     def is_finite(self) -> bool:
@@ -109,21 +105,13 @@ class Estimate:
         whole = [self.low, self.high, *bounds]
         if self.unit == "τ":
             whole += [0.0, 1.0]  # on one scale from claim to claim
-        left, right = min(whole), max(whole)
-        margin = MARGIN * (right - left)
-        left, right = left - margin, right + margin
+        margin = MARGIN * (max(whole) - min(whole))
+        ends = min(whole) - margin, max(whole) + margin
+        shown = [self.low, self.mean, self.high, lowest, highest, *marks]
+        low, mean, high, first, last, *marks = np.interp(shown, ends, (0, 100)).round(1).tolist()
+        return {"low": low, "mean": mean, "high": high, "holds": (first, last), "marks": marks}
 
-        def at(value: float) -> float:
-            return round(min(max(100 * (value - left) / (right - left), 0.0), 100.0), 1)
-
-        return {
-            "low": at(self.low),
-            "high": at(self.high),
-            "mean": at(self.mean),
-            "holds": (at(lowest), at(highest)),  # where the claim holds: from, to
-            "marks": [at(mark) for mark in marks],  # the paper's number, or the criterion's bounds
-        }
-
-    def _write(self, value: float) -> str:
+    def write(self, value: float) -> str:
+        """Write a number in the unit of the mean."""
         signed = self.claim.rule.has_ranges or self.claim.is_difference
         return write_number(value, 1 if self.claim.rule.is_percentage else 3, signed=signed)

@@ -13,7 +13,6 @@
     thresholds: [[1, 2, 3, 5, 10, 20, 50, 100, 200, 500, 1000, Infinity], (value) => number(value, 4)],
     weight: [WEIGHTS, (value) => number(value)],
   };
-  const OUTLIERS = ["counted", "failures", "ignored"];
   const KINDS = {
     TAS: { unit: "d", words: "units of d", threshold: "tas" },
     RAS: { unit: "°", words: "degrees", threshold: "ras" },
@@ -29,7 +28,7 @@
     quantile: [data.paper.quantile, (value) => data.quantiles.includes(value)],
     thresholds: [data.paper.thresholds, (value) => whole(value) || value === Infinity],
     weight: [data.paper.weight, within(WEIGHTS)],
-    outliers: ["counted", (value) => OUTLIERS.includes(value)],
+    outliers: ["counted", (value) => ["counted", "failures", "ignored"].includes(value)],
     level: [0, whole], // of the profiles: the first is 1, and 0 stands for the one in the middle
   }, update);
   const { change, defaults: PAPER, state } = kept;
@@ -91,10 +90,10 @@
   }
 
   const transposed = (grid) => grid[0].map((_, level) => grid.map((curve) => curve[level]));
-  const negated = (levels) => levels.map((trials) => trials.map((value) => -value));
 
-  // The probability of the right order of neighbours along each row, the mean over the rows.
-  const orderOf = (rows) => mean(rows.map((levels) => order(negated(levels))));
+  // The probability of the right order of neighbours along each row, the mean over the rows: the last
+  // level has the lowest scores.
+  const orderOf = (rows) => mean(rows.map((levels) => order([...levels].reverse())));
 
   // What the order is asked of: the noise along the x axis, and what curves differ in where more of it
   // is worse.
@@ -110,11 +109,9 @@
   const current = () => data.experiments.find((one) => one.name === state.experiment);
 
   // Which settings change anything in an experiment, by their names.
-  function usedBy(experiment) {
-    const has = (name) => experiment.scores.includes(name);
-    const outliers = experiment.outliers.some((count) => count > 0);
-    const [tas, ras] = [has("TAS"), has("RAS")];
-    return { tas, ras, quantile: tas, thresholds: true, weight: has("PAS"), outliers };
+  function usedBy({ scores, outliers }) {
+    const [tas, ras, both] = ["TAS", "RAS", "PAS"].map((name) => scores.includes(name));
+    return { tas, ras, quantile: tas, thresholds: true, weight: both, outliers: outliers.some(Boolean) };
   }
 
   function isPaper() {
@@ -171,7 +168,6 @@
   }
 
   const BAR = 13; // width of a range, with the gap beside it
-  const meansOf = (grid) => grid.map((curve) => curve.map(mean));
 
   // The scores of all trials against the noise, as the figures of the study have them.
   function drawScores(experiment, name, host, grid, paper) {
@@ -187,7 +183,7 @@
       y: { domain: [0, 1], ticks: [0, 0.2, 0.4, 0.6, 0.8, 1] },
       height: 250, left: 32, right: strip + 44,
     });
-    const [means, before] = [grid, paper].map(meansOf);
+    const [means, before] = [grid, paper].map((scores) => scores.map((curve) => curve.map(mean)));
     series.colours.forEach((colour, k) => {
       drawRanges(chart, grid[k], k, series);
       if (!isPaper()) line(chart, [...before[k].entries()], { colour, ghost: true });
@@ -216,11 +212,10 @@
     });
     const all = curve.flat();
     const [top, bottom] = [chart.y(Math.max(...all)), chart.y(Math.min(...all))];
-    const x = chart.width - BAR * (labels.length - k) + 1.5;
-    const height = Math.max(bottom - top, 1);
+    const bar = { x: chart.width - BAR * (labels.length - k) + 1.5, y: top.toFixed(1), width: BAR - 3 };
     chart.plot.append(
       element("path", { class: "hair", d: hairs.join(""), stroke: colours[k], opacity: 0.45 }),
-      element("rect", { x, y: top.toFixed(1), width: BAR - 3, height: height.toFixed(1), fill: colours[k] }),
+      element("rect", { ...bar, height: Math.max(bottom - top, 1).toFixed(1), fill: colours[k] }),
     );
   }
 
@@ -319,10 +314,9 @@
     const share = (value) => `${Math.max(200 * (value - 0.5), 0).toFixed(1)}%`;
     const bar = (now, paper) => html("span", { class: "bar", "aria-hidden": "true" },
       html("i", { style: `width: ${share(now)}` }), html("b", { style: `left: ${share(paper)}` }));
-    const box = table("From 50 to 100 %: the bar is now, the stroke the paper’s setting",
+    at("orders").replaceChildren(table("From 50 to 100 %: the bar is now, the stroke the paper’s setting",
       ["Score", "neighbours in", "now", "paper", ""],
-      rows.map(({ name, kind, now, paper }) => [name, kind, percent(now), percent(paper), bar(now, paper)]));
-    at("orders").replaceChildren(box.firstChild);
+      rows.map(({ name, kind, now, paper }) => [name, kind, percent(now), percent(paper), bar(now, paper)])));
   }
 
   // ---- What it says -----------------------------------------------------------------------------
@@ -356,12 +350,11 @@
   }
 
   // Seen at once, and spoken when the slider rests.
-  const [said, spoken] = [at("said"), at("spoken")];
   let resting;
   function say(text) {
-    said.textContent = text;
+    at("said").textContent = text;
     clearTimeout(resting);
-    resting = setTimeout(() => { spoken.textContent = text; }, 700);
+    resting = setTimeout(() => { at("spoken").textContent = text; }, 700);
   }
 
   function draw() {
@@ -393,15 +386,11 @@
   // ---- Events -----------------------------------------------------------------------------------
 
   // Drawn once for all changes that come together.
-  let waiting = false;
+  let waiting;
   function update() {
     showControls();
-    if (waiting) return;
-    waiting = true;
-    setTimeout(() => {
-      waiting = false;
-      draw();
-    });
+    clearTimeout(waiting);
+    waiting = setTimeout(draw);
   }
 
   at("level").addEventListener("input", () => change({ level: Number(at("level").value) }));

@@ -50,8 +50,7 @@ def render(experiments: Sequence[CameraErrors]) -> str:
         "thresholds": TASOptions().n_thresholds,
         "weight": PASOptions().weight,
     }
-    places = {name: place for place, name in enumerate(TITLES)}
-    ordered = sorted(experiments, key=lambda one: places.get(one.sweep.name, len(places)))
+    ordered = sorted(experiments, key=lambda one: [*TITLES, one.sweep.name].index(one.sweep.name))
     shown = [_experiment(one) for one in ordered]
     template = environment().get_template("explorer.html.j2")
     return document(
@@ -71,16 +70,14 @@ def _experiment(errors: CameraErrors) -> dict[str, Any]:
     """Return what the page needs of an experiment."""
     sweep = errors.sweep
     levels, series = _layout(sweep)
-    of_cells = [getattr(cell, series) for cell in cells(sweep)]
-    levels_of_cells = [tuple(getattr(cell, key) for key in levels) for cell in cells(sweep)]
-    values, noise = sorted(set(of_cells)), sorted(set(levels_of_cells))
+    curves = [getattr(cell, series) for cell in cells(sweep)]
+    places = [tuple(getattr(cell, key) for key in levels) for cell in cells(sweep)]
+    values, noise = sorted(set(curves)), sorted(set(places))
     figure, name = TITLES.get(sweep.name, ("", sweep.name))
     fixed = [(key, *getattr(sweep, key)) for key in CELL_SETTINGS if key not in (*levels, series)]
-    units = [
-        order_statistic(trial, quantile)
-        for trial in _trials(errors.closest, errors)
-        for quantile in QUANTILES
-    ]
+    ends = np.cumsum(np.repeat(errors.counts, sweep.trials))
+    trials = np.split(errors.closest, ends[:-1]) if errors.closest.size else []
+    units = [order_statistic(trial, quantile) for trial in trials for quantile in QUANTILES]
     return {
         "name": sweep.name,
         "figure": figure,
@@ -101,10 +98,7 @@ def _experiment(errors: CameraErrors) -> dict[str, Any]:
             "colours": [to_hex(colour) for colour in colours(series, len(values))],
             "worsens": WORSE.get(series, ""),
         },
-        "cells": [
-            [values.index(value), noise.index(level)]
-            for value, level in zip(of_cells, levels_of_cells, strict=True)
-        ],
+        "cells": [*zip(map(values.index, curves), map(noise.index, places), strict=True)],
         "positions": pack(errors.positions),
         "rotations": pack(errors.rotations),
         "units": pack(np.array(units)),
@@ -114,23 +108,14 @@ def _experiment(errors: CameraErrors) -> dict[str, Any]:
 def _layout(sweep: Sweep) -> tuple[tuple[str, ...], str]:
     """Return the settings along the x axis, and the one that curves differ in."""
     varied = [key for key in CELL_SETTINGS if len(getattr(sweep, key)) > 1]
-    if sweep.noise == "paired":
-        levels: tuple[str, ...] = ("sigma_t", "sigma_r_deg")
-    else:
-        levels = (next((key for key in ("sigma_t", "sigma_r_deg") if key in varied), "sigma_t"),)
+    levels: tuple[str, ...] = ("sigma_t", "sigma_r_deg")
+    if sweep.noise != "paired":
+        levels = tuple(key for key in levels if key in varied)[:1] or levels[:1]
     others = [key for key in varied if key not in levels]
     if len(others) > 1:
         settings = " and ".join(others)
         raise CommandError(f"{sweep.name} varies {settings}; beside the noise a panel shows one")
     return levels, next(iter(others), "n_outliers")
-
-
-def _trials(values: Floats, errors: CameraErrors) -> list[Floats]:
-    """Split the values of all cameras into those of each trial."""
-    if not values.size:
-        return []
-    sizes = np.repeat(errors.counts, errors.sweep.trials)
-    return np.split(values, np.cumsum(sizes)[:-1])
 
 
 def pack(values: Floats) -> Mapping[str, Any]:
@@ -160,8 +145,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _work(options: Namespace) -> list[Path]:
-    write_files({options.output: render(read_camera_errors(options.errors)).encode()})
-    return [options.output]
+    return write_files({options.output: render(read_camera_errors(options.errors)).encode()})
 
 
 if __name__ == "__main__":

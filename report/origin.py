@@ -1,12 +1,11 @@
 """Where the results come from: settings, machines, run times and the command to repeat them."""
 
 import json
+import re
 import shlex
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import isnan
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -15,41 +14,24 @@ from experiments.tables import Record
 from studies.words import NONE
 
 
-@dataclass(frozen=True)
-class Machine:
-    """A source tree and a platform, with the tables, or studies, that were made there."""
-
-    tables: Sequence[str]
-    origin: Mapping[str, Any]
-
-
-def machines(records: Mapping[str, Mapping[str, Record]]) -> list[Machine]:
-    """Group the tables of all studies by the code, packages and platform they were made with."""
-    groups: dict[str, list[tuple[str, str]]] = {}
+def machines(records: Mapping[str, Mapping[str, Record]]) -> list[dict[str, Any]]:
+    """Group tables, or studies whose tables have all one, by the code and platform behind them."""
+    groups: dict[str, list[str]] = defaultdict(list)
     for study, tables in records.items():
-        for table, record in tables.items():
-            key = json.dumps(record.origin, sort_keys=True)
-            groups.setdefault(key, []).append((study, table))
-    sizes = {study: len(tables) for study, tables in records.items()}
-    return [Machine(_shorten(tables, sizes), json.loads(key)) for key, tables in groups.items()]
-
-
-def _shorten(tables: Sequence[tuple[str, str]], sizes: Mapping[str, int]) -> list[str]:
-    """Name a study in place of all its tables."""
-    found = Counter(study for study, _ in tables)
-    names = [
-        f"{study} ({found[study]})" if found[study] == sizes[study] else f"{study}/{table}"
-        for study, table in tables
-    ]
-    return list(dict.fromkeys(names))
+        origins = {
+            f"{study}/{table}": json.dumps(record.origin, sort_keys=True)
+            for table, record in tables.items()
+        }
+        if len(set(origins.values())) == 1:
+            origins = {f"{study} ({len(tables)})": origins.popitem()[1]}
+        for name, origin in origins.items():
+            groups[origin].append(name)
+    return [{"tables": names, "origin": json.loads(key)} for key, names in groups.items()]
 
 
 def command(settings: Sequence[str]) -> str:
     """Return the command that repeats the results; files are named without their folders."""
-    named = [
-        f"{key}={Path(value).name}" if value.endswith((".yaml", ".yml")) else f"{key}={value}"
-        for key, _, value in (setting.partition("=") for setting in settings)
-    ]
+    named = [re.sub(r"=.*/(.*\.ya?ml)$", r"=\1", setting) for setting in settings]
     return shlex.join(["snakemake", "report", *(["--config", *named] if named else [])])
 
 

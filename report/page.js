@@ -12,8 +12,7 @@
   function show(changes) {
     Object.assign(filter, changes);
     for (const row of rows) {
-      row.hidden = (filter.verdict && row.dataset.verdict !== filter.verdict)
-        || (filter.source && row.dataset.source !== filter.source);
+      row.hidden = Object.entries(filter).some(([key, value]) => value && row.dataset[key] !== value);
     }
     for (const choice of choices) {
       choice.setAttribute("aria-pressed", String(choice.dataset.verdict === filter.verdict));

@@ -47,6 +47,15 @@ REPLACEMENTS = {  # by filter, what is replaced in a text that has been escaped
         (r"\btau\b", "τ"),
         (r"\b\w+-[12]\b", r'<span class="whole">\g<0></span>'),
     ),
+    "together": (  # no line breaks between a number and what belongs to it
+        (" %", f"{SPACE}%"),
+        (" at ", "\u00a0at\u00a0"),
+    ),
+    "short": (  # names of metrics with their options, as tables have room for
+        (r"\(registration=refined, ?max_threshold=2\)", " refined 2 d"),
+        (r"\(registration=refined\)", " refined"),
+        (r"Half(\w+)\(score=0.25\)", r"Quarter\1"),
+    ),
 }
 WIDE = 1500  # pixels: 5 inches
 COLOURS = 256  # in a picture: all that can be seen, at a third of the size
@@ -115,7 +124,8 @@ def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
         "sources": list(dict.fromkeys(row.claim.source for row in rows)),
         "exceptions": [row for name in VERDICTS[:-1] for row in counted if row.verdict == name],
         "central": CENTRAL[1] - CENTRAL[0],
-        "missed": _missed(n_replicates),
+        # Share of studies outside of the interval of n replicates: the k-th is above k / (n + 1).
+        "missed": 2 * (1 + CENTRAL[0] * (n_replicates - 1)) / (n_replicates + 1),
         "n_numbers": len(numeric),
         "n_outside": sum(row.is_outside for row in numeric),
     }
@@ -158,18 +168,9 @@ def environment(folder: Path = Path(__file__).parent) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.filters |= {"levels": write_levels, "number": write_number, "together": _together}
+    made.filters |= {"levels": write_levels, "number": write_number}
     made.filters |= {name: partial(_replace, name) for name in REPLACEMENTS}
     return made
-
-
-def _missed(n: int) -> float:
-    """Share of studies outside of the interval of n replicates, on average.
-
-    The k-th smallest of n values is above the share k / (n + 1) of all studies; the quantile is an
-    interpolated k.
-    """
-    return 2 * (1 + CENTRAL[0] * (n - 1)) / (n + 1)
 
 
 def _replace(name: str, text: str) -> Markup:
@@ -178,11 +179,6 @@ def _replace(name: str, text: str) -> Markup:
     for pattern, replacement in REPLACEMENTS[name]:
         html = re.sub(pattern, replacement, html)
     return Markup(html)
-
-
-def _together(text: str) -> str:
-    """Let no line break between a number and what belongs to it."""
-    return text.replace(" %", f"{SPACE}%").replace(" at ", "\u00a0at\u00a0")
 
 
 def _estimate(claim: Claim, record: Mapping[Any, Any]) -> Estimate:

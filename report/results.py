@@ -71,13 +71,11 @@ class Results:
 
     def _benchmarks(self, plan: Plan) -> list[Path]:
         """Return what was measured; nothing where Snakemake did not run a job."""
-        one_job = [f"answers/{plan.called}", f"times/{plan.called}"]
-        one_job += [f"figures/{figure}" for figure in plan.figures]
-        one_job += [f"{plan.folder}/{table}" for table in plan.tables]
-        folder = self.folder / "benchmarks"
-        own = sorted((folder / plan.called).glob("*.tsv")) if plan.study.own else []
-        paths = [*(folder / f"{name}.tsv" for name in one_job), *own]
-        return [path for path in paths if path.exists()]
+        jobs = [f"answers/{plan.called}", f"times/{plan.called}"]
+        jobs += [f"figures/{figure}" for figure in plan.figures]
+        jobs += [f"{plan.folder}/{table}" for table in plan.tables]
+        jobs += [f"{plan.called}/*"] if plan.study.own else []
+        return [path for job in jobs for path in sorted(self.folder.glob(f"benchmarks/{job}.tsv"))]
 
 
 def _read_figure(path: Path) -> Image.Image:
@@ -85,7 +83,6 @@ def _read_figure(path: Path) -> Image.Image:
         with Image.open(path, formats=["PNG"]) as image:
             image.load()
             return image
-    except FileNotFoundError:
-        raise TableError(path, "does not exist") from None
     except (OSError, SyntaxError, ValueError):
-        raise TableError(path, "is not a PNG") from None
+        problem = "is not a PNG" if path.exists() else "does not exist"
+        raise TableError(path, problem) from None

@@ -2,14 +2,7 @@
 import os
 import platform
 
-CAMERA_ERRORS = [RESULTS / "tables" / f"camera_errors.{ext}" for ext in ("npz", "json")]
-EXPLORER = RESULTS / "explorer.html"
-PAGE_CODE = [
-    path
-    for folder in ("report", "alignscores/explorer")
-    for path in sorted(Path(workflow.basedir, folder).iterdir())
-    if path.is_file()
-]
+PAGE_CODE = code("report", "alignscores/explorer", ends=["*"])
 
 
 def machine():
@@ -33,8 +26,8 @@ rule camera_errors:
     input:
         TRIAL_CODE,
     output:
-        errors=CAMERA_ERRORS[0],
-        record=CAMERA_ERRORS[1],
+        errors=RESULTS / "tables" / "camera_errors.npz",
+        record=RESULTS / "tables" / "camera_errors.json",
     params:
         digest=lambda wildcards: all_experiments().digest,
         table=lambda wildcards: all_experiments(),
@@ -56,10 +49,10 @@ rule explorer:
         PAGE_CODE,
         TRIAL_CODE,
         FIGURE_CODE,
-        CAMERA_ERRORS[1],
-        errors=CAMERA_ERRORS[0],
+        rules.camera_errors.output.record,
+        errors=rules.camera_errors.output.errors,
     output:
-        EXPLORER,
+        RESULTS / "explorer.html",
     localrule: True
     log:
         RESULTS / "logs" / "explorer.log",
@@ -74,11 +67,11 @@ for page, flags in (("report", []), ("article", ["--article"])):
         name:
             f"{page}_page"
         input:
-            EXPLORER,
+            rules.explorer.output,
             PAGE_CODE,
-            sorted(Path(workflow.basedir, "docs", "article").glob("article.*")),
+            code("docs/article", ends=["*"]),
             [study_code(plan) for plan in STUDIES.values()],
-            sorted(Path(workflow.basedir).glob("studies/*/section.html.j2")),
+            code("studies/*", ends=["j2"]),
             [answers(plan) + times(plan) for plan in STUDIES.values()],
             expand(RESULTS / "figures" / "{figure}.png", figure=FIGURES),
             lambda wildcards: tables(*STUDIES)["records"],

@@ -34,20 +34,17 @@ def keep_others_out():
     try:
         RESULTS.mkdir(parents=True, exist_ok=True)
         lock = open(RESULTS / ".lock", "w")
-    except OSError as error:
-        sys.exit(f"snakemake: cannot write in results_dir={RESULTS}: {error.strerror}")
-    try:
         flock(lock, LOCK_EX | LOCK_NB)
     except BlockingIOError:
         sys.exit(f"snakemake: another run is at work in {RESULTS}; wait for it, or set another results_dir")
+    except OSError as error:
+        sys.exit(f"snakemake: cannot write in results_dir={RESULTS}: {error.strerror}")
     return lock # which is kept as long as it is open
 
 
 GIVEN = to_overrides({key: config[key] for key in config if key not in EXECUTION})
-EXECUTED = to_overrides({key: config[key] for key in EXECUTION if key in config and key != "n_jobs"})
-RESULTS = Path(
-    or_end(load, to_overrides({key: config[key] for key in EXECUTION if key in config}))[1].results_dir
-)
+EXECUTED = to_overrides({key: config[key] for key in EXECUTION if key in config})
+RESULTS = Path(or_end(load, EXECUTED)[1].results_dir)
 try:
     (RESULTS / "trials").stat()
 except FileNotFoundError:
@@ -97,9 +94,9 @@ def tables(*studies):
     return {"trials": paths, "records": [str(Path(path).with_suffix(".json")) for path in paths]}
 
 
-def code(*folders):
+def code(*folders, ends=("py", "c")):
     """Imported code is invisible to Snakemake's rerun logic unless it is an input."""
-    files = [f"{folder}/*.{end}" for folder in folders for end in ("py", "c")]
+    files = [f"{folder}/*.{end}" for folder in folders for end in ends]
     return sorted(path for pattern in files for path in Path(workflow.basedir).glob(pattern))
 
 

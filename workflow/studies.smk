@@ -1,6 +1,7 @@
 # From the description of each study: its answers, its run times, its figures, and a target of its name.
 OWN_FRAME_RATES = RESULTS / "tables" / "frame_rate_trajectories.csv"
 FIGURE = RESULTS / "figures" / "{figure}.{ext}"
+NEEDS_OWN_FILE = "snakemake: {0.name} needs --config {0.own.key}=FILE"
 FIGURES = {name: (plan, figure) for plan in STUDIES.values() for name, figure in plan.figures.items()}
 
 
@@ -15,10 +16,6 @@ def times(plan):
 def own_tables(plan):
     """What is made of people's own files."""
     return expand("{folder}/own/{part}.csv", folder=RESULTS / plan.called, part=plan.sources)
-
-
-def needs_own_file(study):
-    raise ConfigError(f"{study.name} needs --config {study.own.key}=FILE")
 
 
 def study_code(plan):
@@ -42,7 +39,6 @@ for plan in STUDIES.values():
         localrule: True
         params:
             name=plan.study.name,
-            own=lambda wildcards, input: ["--own", *input.own] if input.own else [],
             times=lambda wildcards, input: ["--times", *input.times] if input.times else [],
         threads: CORES if plan.study.is_parallel else 1
         log:
@@ -51,7 +47,7 @@ for plan in STUDIES.values():
             RESULTS / "benchmarks" / "answers" / f"{plan.called}.tsv"
         shell:
             "{sys.executable:q} -m studies {params.name} {input.trials:q} {params.times:q}"
-            " {params.own:q} --output {output:q} --n_jobs {threads} > {log:q} 2>&1"
+            " --own {input.own:q} --output {output:q} --n_jobs {threads} > {log:q} 2>&1"
 
     rule:
         name:
@@ -103,45 +99,43 @@ def drawn_by(wildcards):
     return [*(study_code(plan) if plan.study.name != "paper" else []), *records]
 
 
-for plan in STUDIES.values():
-    if plan.study.own:
+for plan in [plan for plan in STUDIES.values() if plan.study.own]:
 
-        rule:
-            name:
-                f"own_{plan.study.name}"
-            input:
-                TRIAL_CODE,
-                study_code(plan),
-                code("alignscores/comparison", "alignscores/evaluation", "alignscores/trajectories"),
-                code("alignscores/trajectories/files"),
-                lambda wildcards, plan=plan: or_end(lambda: plan.sources[wildcards.part]),
-                config[plan.study.own.key],
-            output:
-                RESULTS / plan.called / "own" / "{part}.csv",
-            localrule: True
-            params:
-                settings=plan.given,
-                name=plan.study.name,
-            wildcard_constraints:
-                part="[^/]+",
-            log:
-                RESULTS / "logs" / plan.called / "{part}.log",
-            benchmark:
-                RESULTS / "benchmarks" / plan.called / "{part}.tsv"
-            shell:
-                "{sys.executable:q} -m studies {params.name} --part {wildcards.part:q}"
-                " --settings {params.settings:q} --output {output:q} > {log:q} 2>&1"
+    rule:
+        name:
+            f"own_{plan.study.name}"
+        input:
+            TRIAL_CODE,
+            study_code(plan),
+            code("alignscores/comparison", "alignscores/evaluation", "alignscores/trajectories"),
+            code("alignscores/trajectories/files"),
+            lambda wildcards, plan=plan: or_end(lambda: plan.sources[wildcards.part]),
+            config[plan.study.own.key],
+        output:
+            RESULTS / plan.called / "own" / "{part}.csv",
+        localrule: True
+        params:
+            settings=plan.given,
+            name=plan.study.name,
+        wildcard_constraints:
+            part="[^/]+",
+        log:
+            RESULTS / "logs" / plan.called / "{part}.log",
+        benchmark:
+            RESULTS / "benchmarks" / plan.called / "{part}.tsv"
+        shell:
+            "{sys.executable:q} -m studies {params.name} --part {wildcards.part:q}"
+            " --settings {params.settings:q} --output {output:q} > {log:q} 2>&1"
 
 
-for study in found():
-    if study.name not in STUDIES:
+for study in [study for study in found() if study.name not in STUDIES]:
 
-        rule:
-            name:
-                study.name
-            params:
-                lambda wildcards, study=study: or_end(needs_own_file, study),
-            localrule: True
+    rule:
+        name:
+            study.name
+        params:
+            lambda wildcards, study=study: sys.exit(NEEDS_OWN_FILE.format(study)),
+        localrule: True
 
 
 wildcard_constraints:
@@ -155,19 +149,17 @@ rule figure:
         drawn_by,
         tables=drawn_from,
     output:
-        pdf=RESULTS / "figures" / "{figure}.pdf",
-        png=RESULTS / "figures" / "{figure}.png",
+        expand(FIGURE, ext=["pdf", "png"], allow_missing=True),
     localrule: True
     params:
         draw=lambda wildcards: FIGURES[wildcards.figure][1].draw,
-        path=str(RESULTS / "figures" / "{figure}"),
     log:
         RESULTS / "logs" / "figures" / "{figure}.log",
     benchmark:
         RESULTS / "benchmarks" / "figures" / "{figure}.tsv"
     shell:
-        "{sys.executable:q} -m figures {params.draw} {input.tables:q} --output {params.path:q}"
-        " > {log:q} 2>&1"
+        "{sys.executable:q} -m figures {params.draw} {input.tables:q} "
+        "--output {RESULTS:q}/figures/{wildcards.figure} > {log:q} 2>&1"
 
 
 rule own_frame_rates:

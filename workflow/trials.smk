@@ -2,19 +2,6 @@
 from math import ceil, gcd
 
 
-# What a cluster is asked for. Measured (docs/how-to/cluster.md): a process takes 140 MB, as does each of the
-# two Snakemakes beside it; a replicate of all claims takes 0.7 s for each trial of a cell, one of those
-# with all readings 1.5 s.
-def memory(wildcards, threads):
-    """Twice that, and a megabyte for each trial of a cell: rows are held until they are written."""
-    return 600 + 300 * threads + most_trials(wildcards)
-
-
-def minutes(wildcards, threads):
-    """Nine times that, and ten minutes for nodes and file systems that are slow to start."""
-    return 10 + ceil(14 * most_trials(wildcards) / 60 / threads)
-
-
 def most_trials(wildcards):
     return max(sweep.trials for sweep in table(wildcards).sweeps)
 
@@ -24,16 +11,10 @@ def effort(wildcards):
     return sum(sweep.trials * len(cells(sweep)) * len(sweep.metrics) for sweep in table(wildcards).sweeps)
 
 
-def processes(wildcards):
-    return share_of(len(planned(wildcards.folder)))
-
-
 def share_of(tables):
-    """As many that no core is idle at the end, where these tables are made side by side.
-
-    Of many tables one each: the last are short, and starting another process takes longer.
-    """
+    """Share the cores among tables that are made side by side, so that none is idle at the end."""
     if "n_jobs" not in config:
+        # Of many tables one each: the last are short, and starting another process takes longer.
         return 1 if tables > 2 * CORES else CORES // gcd(CORES, tables)
     return CORES if config["n_jobs"] == -1 else config["n_jobs"]
 
@@ -58,10 +39,15 @@ rule trials:
         digest=lambda wildcards: table(wildcards).digest,
         table=lambda wildcards: table(wildcards),
     priority: effort
-    threads: processes
+    threads: lambda wildcards: share_of(len(planned(wildcards.folder)))
     resources:
-        mem_mb=memory,
-        runtime=minutes,
+        # What a cluster is asked for. Measured (docs/how-to/cluster.md): a process takes 140 MB, as does each of
+        # the two Snakemakes beside it; a replicate of all claims takes 0.7 s for each trial of a cell, one of
+        # those with all readings 1.5 s.
+        # Twice that, and a megabyte for each trial of a cell: rows are held until they are written.
+        mem_mb=lambda wildcards, threads: 600 + 300 * threads + most_trials(wildcards),
+        # Nine times that, and ten minutes for nodes and file systems that are slow to start.
+        runtime=lambda wildcards, threads: 10 + ceil(14 * most_trials(wildcards) / 60 / threads),
     log:
         RESULTS / "logs" / "{folder}" / "{table}.log",
     benchmark:

@@ -2,7 +2,7 @@ import matplotlib.figure
 import pytest
 from matplotlib.image import imread
 
-from figures.output import write_figure
+from figures.__main__ import write_figure
 
 
 def test_fonts_are_embedded_as_truetype_and_there_is_no_date(draw, tmp_path):

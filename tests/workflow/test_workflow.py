@@ -46,9 +46,9 @@ def test_everything_is_made_once(snakemake: Snakemake) -> None:
     }
 
 
-@pytest.mark.parametrize("target", [*PLANS, "figures", "today"])
+@pytest.mark.parametrize("target", [*PLANS, "figures"])
 def test_a_target_needs_its_own_trials_and_no_others(snakemake: Snakemake, target: str) -> None:
-    name = {"figures": "paper", "today": "protocols"}.get(target, target)
+    name = "paper" if target == "figures" else target
     jobs = {target: 1, "trials": n_trials(name)} | answered(name)
     if figures := PLANS[name].figures:
         jobs["figure"] = len(figures)
@@ -74,7 +74,7 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
     # All others run where Snakemake runs.
     texts = [path.read_text() for path in (SNAKEFILE, *(ROOT / "workflow").glob("*.smk"))]
     rules = re.findall(r"^ *rule\b.*:.*\n((?:(?! *rule\b).*\n)*)", "".join(texts), re.MULTILINE)
-    assert len(rules) == 15
+    assert len(rules) == 14
     assert all(("localrule: True" in rule) != ("runtime=" in rule) for rule in rules)
 
 
