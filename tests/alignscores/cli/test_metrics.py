@@ -146,9 +146,28 @@ def test_width(length):
     np.testing.assert_array_less([block.count("\n") for block in blocks], 3)
 
 
-def test_a_table_as_wide_as_there_is_room_is_one_block():
-    settings = Settings(format="tum", metrics=("TAS", "RAS"))
-    rows = {"one": {"TAS": 0.5, "RAS": 0.25}}
-    text = "estimate     TAS     RAS\none       0.5000  0.2500"
-    assert metric_table(rows, settings, 24) == text
-    assert metric_table(rows, settings, 23).count("estimate") == 2
+def test_a_block_is_as_wide_as_there_is_room():
+    """A column that has no room stands alone."""
+    rows = {"ä.txt": {"TAS": 0.5, "RAS": 1.0, "ATE": 1.23456}, "orbslam.txt": dict.fromkeys(NAMES)}
+    settings = Settings(format="tum", metrics=("TAS", "RAS", "ATE"))
+    table = """\
+estimate        TAS     RAS  ATE [m]
+ä.txt        0.5000  1.0000    1.235
+orbslam.txt       -       -        -"""
+    assert metric_table(rows, settings, 36) == table
+    narrow = """\
+estimate        TAS     RAS
+ä.txt        0.5000  1.0000
+orbslam.txt       -       -
+
+estimate     ATE [m]
+ä.txt          1.235
+orbslam.txt        -"""
+    assert metric_table(rows, settings, 35) == metric_table(rows, settings, 27) == narrow
+    blocks = metric_table(rows, settings, 26)
+    assert blocks == metric_table(rows, settings, 1)
+    assert [line.split() for line in blocks.splitlines()[::4]] == [
+        ["estimate", "TAS"],
+        ["estimate", "RAS"],
+        ["estimate", "ATE", "[m]"],
+    ]

@@ -7,13 +7,19 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
+from io import BytesIO
+from pathlib import Path
+from types import SimpleNamespace
 
 import matplotlib
 import numpy as np
 import pytest
 from evo.tools import file_interface
 from matplotlib import pyplot
+from scipy.spatial.transform import Rotation
 
+from alignscores.cli.saving import aligned_files, targets
+from alignscores.similarity import Similarity
 from alignscores.trajectories.files import read_kitti, read_tum
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
@@ -163,6 +169,58 @@ def test_what_was_not_aligned_is_not_saved(run, tmp_path, write, lines):
     _, out, _ = run(*TUM[:2], *estimates, "--save_aligned", path)
     assert [line.split()[0] for line in out.splitlines()[1:3]] == ["est.txt", "poor.txt"]
     assert [file.name for file in tmp_path.glob("al*")] == ["aligned_poor.txt"]
+
+
+def test_estimates_in_the_world_of_the_reference():
+    """Those that were not aligned are told, wherever they stand among the others."""
+    turn = Rotation.from_euler("z", 90, degrees=True).as_matrix()
+    alignment = Similarity(2.0, turn, np.array([1.0, 2.0, 3.0]))  # of the reference
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    poses[:, :3, :3], poses[0, :3, 3] = turn, [-5.0, 4.0, 9.0]
+    poses[1, :3] = np.nan
+
+    def evaluation(name, keys, alignment=alignment):
+        tas = SimpleNamespace(alignment=alignment)
+        result = SimpleNamespace(tas=tas)
+        return SimpleNamespace(name=name, result=result, estimate=(np.array(keys), poses))
+
+    scored = [
+        evaluation("a", [0, 1], None),
+        evaluation("b", [0, 1]),
+        evaluation("c", [0, 1], None),
+        evaluation("d", [0.5, 1.25]),
+    ]
+    found = dict(aligned_files(scored, targets(Path("al.txt"), "abcd")))
+    for name in "ac":
+        error = found.pop(Path(f"al_{name}.txt"))
+        assert str(error) == f"is not written, since {name} could not be aligned"
+    rows = {path.stem: np.loadtxt(BytesIO(text)) for path, text in found.items()}
+    nan = [np.nan] * 12
+    np.testing.assert_allclose(
+        rows["al_b"], [[1, 0, 0, 1, 0, 1, 0, 3, 0, 0, 1, 3], nan], atol=1e-15
+    )
+    expected = [[0.5, 1, 3, 3, 0, 0, 0, 1], [1.25, *nan[:7]]]
+    np.testing.assert_allclose(rows["al_d"], expected, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("names", "files"),
+    [
+        (["a/b.txt"], {"a/b.txt": ("out.zip", "a_b.txt")}),
+        (
+            ["a/b.txt", "c.txt"],
+            {"a/b.txt": ("out_a_b.zip", "a_b.txt"), "c.txt": ("out_c.zip", "c.txt")},
+        ),
+        (
+            ["b.txt", "b.csv"],
+            {"b.txt": ("out_b.txt.zip", "b.txt"), "b.csv": ("out_b.csv.zip", "b.csv")},
+        ),
+    ],
+)
+def test_files_of_estimates(tmp_path, names, files):
+    """One alone has the file that was named; endings stay where they tell files apart."""
+    expected = {name: (tmp_path / file, flat) for name, (file, flat) in files.items()}
+    assert targets(tmp_path / "out.zip", names) == expected
 
 
 def test_save_results(run, score, tmp_path):

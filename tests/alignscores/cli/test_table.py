@@ -135,3 +135,24 @@ def test_the_score_of_a_track_that_lost_much_is_marked():
 def test_a_number_of_eight_characters_is_written_out():
     assert "0.008191" in table([ROW], NO_UNIT)[0]
     assert "8.19e-05" in table([ROW | {"ATE": 0.00008191}], NO_UNIT)[0]
+
+
+def test_whole_table():
+    """Numbers stand to the right, a standard deviation close to its score."""
+    first = {
+        **{"name": "orb.txt", "rank": [1, 2], "n": 40, "lost": 0.025, "duplicate": 0, "parts": []},
+        **{"no_position": 2, "no_rotation": 1, "TAS": 0.5, "TAS_sd": 0.00123, "RAS": 1.0},
+        **{"PAS": 0.75, "PAS_sd": None, "half_distance": 0.12345, "half_angle": None},
+        **{"ATE": 12345.678, "unit": 0.25, "within_unit": 0.456, "within_10_deg": 1.0},
+    }
+    second = first | {"name": "dso", "rank": [3, 3], "TAS_sd": None, "n": 7, "parts": [1, 2, 3]}
+    assert table([first, second], METRES, 200) == (
+        """\
+estimate  rank     TAS     sd  half m     RAS  half deg     PAS     ATE m   d m  < d  < 10 deg   n\
+  lost  nan  parts
+orb.txt    1-2  0.5000 0.0012  0.1235  1.0000         -  0.7500  1.23e+04  0.25  46%      100%  40\
+  2.5%  2/1      0
+dso          3  0.5000      -  0.1235  1.0000         -  0.7500  1.23e+04  0.25  46%      100%   7\
+  2.5%  2/1      3""",
+        [],
+    )

@@ -4,6 +4,7 @@ import base64
 import json
 import re
 import shutil
+from base64 import b64decode
 from html.parser import HTMLParser
 
 import numpy as np
@@ -128,6 +129,14 @@ def test_sections_and_tables_of_the_page(patterns, run, tmp_path):
     ]
     assert 'role="img" aria-label="PAS of each run. a_b: 0.8755, 0.8807, 0.8858; c: ' in text
     assert 'aria-label="Median position error along the way, up to 4 d. Typical: a_b: 0.14' in text
+    # The first drawing is unfolded; each is as large as what it holds.
+    for name, box in (("runs", "0 0 640 74"), ("errors", "0 0 700 320")):
+        found = re.findall(r"<details( open)?><summary>(.*?)</summary>", sections[name])
+        assert found == [(" open", "car"), ("", "helix")]
+        assert re.findall(r'viewBox="(.*?)"', sections[name]) == [box, box]
+    ends = re.findall(r'<text x="(\d+)" y="70"[^>]*>(.*?)<', sections["runs"])
+    assert ends == 2 * [("130", "0"), ("640", "1")]
+    assert sections["errors"].count('<text x="58" y="14">≥ ') == 2
 
 
 def test_quantiles_are_those_of_the_runs_each_of_which_counts_the_same():
@@ -476,3 +485,63 @@ def test_trajectories_that_are_too_large_are_left_out(patterns, run, tmp_path, m
     assert own_pages(text) == {}
     left_out = f"take {size:.3g} MB, more than 0.01 MB, and are left out. <code>alignscores FORMAT "
     assert left_out in text
+
+
+def test_the_run_of_each_system_and_what_is_noted_of_it(patterns, run, compare, tmp_path):
+    """The one in the middle, of two the lesser one."""
+    run(*patterns, "--html", "page.html")
+    pages = own_pages((tmp_path / "page.html").read_text())
+    assert list(pages) == ["car", "helix"]
+    results = compare(*patterns)["results"]
+    for sequence, page in pages.items():
+        assert page["title"] == f"{sequence}: one run of each system"
+        for shown, system in zip(page["estimates"], ("a_b", "c"), strict=True):
+            scored = sorted(
+                (one["PAS"], one["run"], one)
+                for one in results
+                if (one["system"], one["sequence"]) == (system, sequence)
+                and one["status"] == "scored"
+            )
+            chosen = scored[(len(scored) - 1) // 2][-1]
+            name = f"{system}, run {chosen['run']}"
+            assert shown["name"] == name
+            assert shown["file"] == f"{sequence}/{system}/{chosen['run']}.txt"
+            assert shown["TAS"] == [chosen["TAS"], None]
+            assert shown["PAS"] == [chosen["PAS"], None]
+            assert shown["half"] == [chosen["half_distance"], chosen["half_angle"]]
+            failed = (system, sequence) == ("c", "car")
+            lost = "of its 3 runs, 1 failed or are missing"
+            assert (f"{name}: {lost}" in shown["notes"]) == failed
+
+
+def test_what_was_not_tried_is_an_empty_place(patterns, run, tmp_path):
+    """The sequences after it keep their columns."""
+    shutil.rmtree(tmp_path / "car" / "a_b")
+    run(*patterns, "--html", "page.html")
+    table = (tmp_path / "page.html").read_text().partition('<section id="sequences"')[2]
+    rows = re.findall(r"<tr>(.*?)</tr>", table.partition("<tbody>")[2].partition("</tbody>")[0])
+    (row,) = (re.sub("(<.*?>)+", "|", row) for row in rows if ">a_b<" in row)
+    assert re.fullmatch(r"\|a_b\|not tried\|0\.\d{4} ?\|.*", row)
+
+
+def test_of_one_system_nothing_is_compared(patterns, run, tmp_path):
+    for sequence in ("car", "helix"):
+        shutil.rmtree(tmp_path / sequence / "c")
+    run(*patterns, "--html", "page.html")
+    text = (tmp_path / "page.html").read_text()
+    assert "<p>There is nothing to compare: one system, or one run of each.</p>" in text
+    assert re.findall(r"<(?:title|h1)>(.*?)<", text) == 2 * ["1 system on 2 sequences"]
+
+
+def quantiles(errors, n_runs):
+    found = _quantiles(list(map(np.array, errors)), n_runs)
+    return np.frombuffer(b64decode(found), "<f4").tolist()
+
+
+def test_quantiles_stand_for_the_errors_of_all_runs():
+    """Each is the middle one of a four hundredth; each run counts the same."""
+    errors = np.arange(1.0, 1201)
+    assert quantiles([errors[::-1]], 1) == [3 * i + 2 for i in range(400)]
+    assert quantiles([errors[:200]], 2) == [*range(1, 201), *[np.inf] * 200]  # one has failed
+    assert quantiles([np.full(300, 2.0), np.full(100, 1.0)], 2) == [1.0] * 200 + [2.0] * 200
+    assert quantiles([], 3) == [np.inf] * 400
