@@ -1,6 +1,5 @@
 """The page of a comparison: structure, sliders, and the pages of single sequences in it."""
 
-import base64
 import json
 import re
 import shutil
@@ -15,7 +14,7 @@ from alignscores.cli import main
 from alignscores.comparison.benchmark import Run
 from alignscores.comparison.runs import Outcome
 from alignscores.comparison.summary import summarise
-from alignscores.pages.comparison import N_QUANTILES, _colour_and_dash, _quantiles
+from alignscores.pages.comparison import _colour_and_dash, _quantiles
 from alignscores.pages.sequences import _middle
 from alignscores.trajectories.formats import FORMATS
 
@@ -137,18 +136,6 @@ def test_sections_and_tables_of_the_page(patterns, run, tmp_path):
     ends = re.findall(r'<text x="(\d+)" y="70"[^>]*>(.*?)<', sections["runs"])
     assert ends == 2 * [("130", "0"), ("640", "1")]
     assert sections["errors"].count('<text x="58" y="14">≥ ') == 2
-
-
-def test_quantiles_are_those_of_the_runs_each_of_which_counts_the_same():
-    few, many = np.arange(N_QUANTILES), np.full(10 * N_QUANTILES, N_QUANTILES)
-    for errors, n_runs, expected in (
-        ([few], 1, few),
-        ([np.arange(3 * N_QUANTILES)], 1, 3 * few + 1),
-        ([few[::2], many], 2, [*few[::2], *many[: N_QUANTILES // 2]]),
-        ([few[::2]], 2, [*few[::2], *np.full(N_QUANTILES // 2, np.inf)]),
-    ):
-        packed = _quantiles(list(map(np.float64, errors)), n_runs)
-        np.testing.assert_array_equal(np.frombuffer(base64.b64decode(packed), "<f4"), expected)
 
 
 def test_page_tells_what_changed(patterns, run, compare, tmp_path):
