@@ -137,4 +137,4 @@ def print_error(message: str) -> None:
 def show_progress(text: str) -> None:
     """Show on a terminal which estimate is being scored; nothing elsewhere."""
     if sys.stderr.isatty():
-        print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
+        print(f"\r\x1b[K{text}", end="", file=sys.stderr)  # flushed by its \r

@@ -17,6 +17,7 @@ import report.page
 import report.results
 from report.__main__ import main
 from report.article import FOLDER, TEMPLATE
+from report.estimates import Estimate
 from studies.claims.claims import load_claims
 
 from .conftest import REPLICATES, TRIALS, Page, Results
@@ -459,3 +460,36 @@ def test_what_is_referred_to_is_there_and_what_is_there_is_referred_to(article):
     assert targets <= shown
     assert {name for name in shown if name.startswith(("ref-", "table-", "figure-"))} <= targets
     assert all(element.get("alt") for element in article.all("img"))
+
+
+def test_captions_in_words_are_grouped_by_what_they_state():
+    """Numbers of the paper and other sources are not among them."""
+
+    def row(metric, statement, mean, verdict, source="Figure 5 b", paper=None):
+        own = {"metric": metric, "statement": statement, "source": source}
+        own |= {"paper": paper, "criterion": None} if paper else {}
+        claim = replace(load_claims().claims["outliers-ate-discerns"], **own)
+        return Estimate(claim, mean, 0.1, 0.9, verdict, 0.1, 0.9, "open")
+
+    rows = [
+        row("TAS", "The TAS falls, as the TAS does", 0.5, "reproduced"),
+        row("TAS", "The TAS rises", 0.25, "inconclusive", "Figure 7"),
+        row("RAS", "The RAS falls, as the RAS does", 0.125, "not reproduced"),
+        row("RAS", "The RAS rises", 0.25, "reproduced", "Figure 8"),
+        row("TAS", "The TAS is 0.3", 0.25, "reproduced", paper=0.3),
+        row("PAS", "The PAS falls, as the PAS does", 0.75, "reproduced"),
+    ]
+    assert report.article._captions(rows) == [
+        {
+            "rows": [rows[0], rows[2], rows[5]],
+            "text": "It falls, as it does",
+            "value": "0.125 to 0.750\u202fτ",
+            "verdict": "2 of 3",
+        },
+        {
+            "rows": [rows[1]],
+            "text": "It rises",
+            "value": "0.250\u202fτ",
+            "verdict": "inconclusive",
+        },
+    ]

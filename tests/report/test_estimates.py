@@ -80,3 +80,45 @@ def test_a_percentage_of_another_metric_is_no_change():
     claim = load_claims().claims["length-tas-much-below-dte"]
     estimate = Estimate(claim, 50.2, 45, 55.5, "inconclusive", 49, 51.2, "open")
     assert (estimate.interval, estimate.mean_interval) == ("[45.0, 55.5]", "[49.0, 51.2]")
+
+
+def estimate(name, low, mean, high, verdict="inconclusive"):
+    return Estimate(load_claims().claims[name], mean, low, high, verdict, low, high, "open")
+
+
+def test_the_plot_of_a_number_and_of_a_criterion():
+    """The paper's -74 holds to half a point; correlations have one scale, from 0 to 1."""
+    assert estimate("outliers-range-maa", -77.0, -74.0, -71.0).plot == {
+        **{"low": 6.9, "mean": 50.0, "high": 93.1},
+        **{"holds": (42.8, 57.2), "marks": [50.0]},
+    }
+    assert estimate("outliers-tas-discerns", 0.2, 0.345, 0.49).plot == {
+        **{"low": 24.1, "mean": 36.6, "high": 49.1},
+        **{"holds": (50.0, 100.0), "marks": [50.0]},
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "expected", "key", "expected_key"),
+    [
+        ("outliers-range-maa", "−74\u202f%", "0 0.25", "0 -74"),
+        ("outliers-tas-steadier", "below 0\u202fpoints", "1 0.25", "2 0"),
+        ("length-tas-much-below-dte", "below 50\u202f%", "0 0.25", "1 50"),
+        ("outliers-dte-degrades-slower", "at least 0.05\u202fτ", "2 0.25", "3 0.05"),
+    ],
+)
+def test_what_is_expected_and_the_order_of_rows(name, expected, key, expected_key):
+    """Numbers of the paper come before criteria, those before each other by their units."""
+    found = estimate(name, 0.2, 0.25, 0.3)
+    assert (found.expected, found.key, found.expected_key) == (expected, key, expected_key)
+
+
+@pytest.mark.parametrize("undefined", range(3))
+def test_what_is_undefined_in_a_replicate_has_no_number(undefined):
+    values = [0.2, 0.25, 0.3]
+    values[undefined] = float("nan")
+    found = estimate("outliers-range-maa", *values)
+    assert found.value == found.number == "undefined"
+    assert found.interval == found.mean_interval == found.key == ""
+    assert found.plot is None
+    assert not found.is_outside

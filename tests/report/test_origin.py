@@ -2,8 +2,12 @@
 
 import json
 import shutil
+from types import SimpleNamespace
 
-from report.origin import command
+import pandas as pd
+import pytest
+
+from report.origin import command, machines, runtimes, time_of
 from studies.claims.claims import load_claims
 
 
@@ -60,3 +64,59 @@ def test_what_was_made_elsewhere_is_told_apart(results):
     assert "claims/2 Commit bad1dea, with changes that are not committed" in text
     assert "paper (8), claims/0, claims/1, head_to_head (5), " in text
     assert "Not recorded" in text
+
+
+def test_tables_of_one_origin_are_together():
+    """A study is one where its tables are; the order in which origins are told changes nothing."""
+    here, there = {"python": "3.11", "platform": "Linux"}, {"platform": "macOS", "python": "3.11"}
+    turned = dict(reversed(here.items()))
+    studies = {
+        "paper": {"outliers": here, "length": turned},
+        "claims": {"0": here, "1": there},
+        "beyond": {"bias": there},
+    }
+    records = {
+        study: {table: SimpleNamespace(origin=origin) for table, origin in tables.items()}
+        for study, tables in studies.items()
+    }
+    assert machines(records) == [
+        {"tables": ["paper (2)", "claims/0"], "origin": here},
+        {"tables": ["claims/1", "beyond (1)"], "origin": there},
+    ]
+
+
+def jobs(*rows):
+    return pd.DataFrame(rows, columns=["target", "job", "s", "cpu_time", "max_rss"])
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (0.0, "0.0 s"),
+        (59.94, "59.9 s"),
+        (59.95, "1 min 00 s"),
+        (61.4, "1 min 01 s"),
+        (3599.4, "59 min 59 s"),
+        (3599.5, "1 h 00 min 00 s"),
+        (7384.0, "2 h 03 min 04 s"),
+    ],
+)
+def test_durations(seconds, words):
+    table = jobs(("paper", "a", seconds, 1.0, 1.0), ("paper", "b", 5.0, 1.0, 1.0))
+    assert time_of(table, "a") == words
+    assert time_of(table, "c") == "–"
+
+
+def test_run_times_of_targets_and_of_all():
+    nan = float("nan")
+    table = jobs(("b", "x", 3.0, 1.5, nan), ("a", "y", 70.0, nan, 99.6), ("b", "z", 4.0, 2.0, nan))
+    words = "Jobs", "Time", "Longest job", "Processor time", "Largest memory"
+    assert [(name, list(row.items())) for name, row in runtimes(table).items()] == [
+        (name, list(zip(words, numbers, strict=True)))
+        for name, numbers in (
+            ("b", ("2", "7.0 s", "4.0 s", "3.5 s", "–")),
+            ("a", ("1", "1 min 10 s", "1 min 10 s", "–", "100 MB")),
+            ("all", ("3", "1 min 17 s", "1 min 10 s", "3.5 s", "100 MB")),
+        )
+    ]
+    assert runtimes(jobs()) == {}

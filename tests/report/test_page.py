@@ -1,11 +1,15 @@
 """The page shows all that it is made of, stands alone, and can be read by everybody."""
 
 import re
+from base64 import b64decode
 from collections import Counter
 from dataclasses import replace
+from io import BytesIO
 from itertools import pairwise
+from types import SimpleNamespace
 
 import pytest
+from PIL import Image
 
 import report.article
 import report.page
@@ -229,6 +233,25 @@ def test_metrics_are_ranked_and_criteria_varied(page):
     assert "mAA 90.0 > TAS 80.0" in section
     assert "mAA 9, TAS ∞" in section
     assert "5 of 16" in page.id("comparison").text
+
+
+def test_pictures_are_numbered_and_have_their_claims():
+    """Those of more than 1500 pixels are wide."""
+    figures = {
+        name: Image.new("RGBA", (width, 3), "red") for name, width in (("a", 1500), ("b", 1501))
+    }
+    claims = [SimpleNamespace(claim=SimpleNamespace(figure=name)) for name in ("b", "a", None, "b")]
+    pictures = report.page._pictures(figures, claims)
+    for picture in pictures.values():
+        start, data = picture.pop("source").split(",")
+        assert start == "data:image/png;base64"
+        with Image.open(BytesIO(b64decode(data))) as image:
+            assert image.size == (picture["width"], 3)
+            assert image.convert("RGB").getpixel((0, 0)) == (255, 0, 0)
+    assert pictures == {
+        "a": {"number": 1, "width": 1500, "height": 3, "is_wide": False, "rows": claims[1:2]},
+        "b": {"number": 2, "width": 1501, "height": 3, "is_wide": True, "rows": claims[::3]},
+    }
 
 
 def luminance(colour):
