@@ -254,7 +254,7 @@ def test_metrics_are_compared_in_one_experiment_by_one_level(experiment, level, 
     ]
     order = pd.DataFrame(rows).assign(low=-9.0, high=10.0, p=0.01)
     (expected,) = order.query("experiment == @experiment and level == @level")["order"]
-    found = report.article._comparison(order, experiment, level, *pair)
+    found = report.article._comparisons(order)[experiment, level, *pair]
     assert found["order"] == sign * expected
     assert (found["low"], found["high"]) == ((-9, 10) if sign == 1 else (-10, 9))
 

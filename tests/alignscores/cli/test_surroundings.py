@@ -106,5 +106,8 @@ def test_an_interruption_at_any_moment(examples, jobs):
         time.sleep(0.25 * moment)
         running.send_signal(signal.SIGINT)
         _, err = running.communicate(timeout=100)
+        if "Failed to import the site module" in err:  # before any of our code
+            assert running.returncode == 1
+            continue
         assert running.returncode in (0, 130, -signal.SIGINT)
         assert "Traceback" not in err or running.returncode == -signal.SIGINT
