@@ -12,7 +12,271 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from alignscores import Settings
 from alignscores.comparison import tables
+from alignscores.comparison.benchmark import Run
+from alignscores.comparison.intervals import error_of_pair, largest_scatter
+from alignscores.comparison.runs import Outcome
+from alignscores.comparison.summary import summarise
+from alignscores.trajectories.formats import FORMATS
+
+CAMERAS = 10
+NAMES_BY_HAND = tables.Names({"d": "D", "l": "L_1", "o": "O"}, {"car": "the car", "hill": "hill"})
+
+
+def by_hand(pas, lost=0.0, scale=1.0):
+    """A run with scores that are easily averaged."""
+    scores = dict.fromkeys(("TAS", "RAS", "PAS"), pas)
+    scores |= {"half_distance": 1 - pas, "half_angle": 10 * (1 - pas)}
+    failures = round(lost * CAMERAS)
+    return Outcome(scores, n=CAMERAS, failures=failures, unit=1.0, lost=lost, scale=scale)
+
+
+@pytest.fixture(scope="module")
+def small():
+    """The summary of three systems: one is not tried on a sequence, of one a run fails."""
+    lost = Outcome({}, error="lost")
+    outcomes = {
+        ("car", "d"): [by_hand(0.875), by_hand(0.875, scale=2.0)],
+        ("car", "l"): [by_hand(0.5, 0.1)] * 2,
+        ("car", "o"): [by_hand(0.375), by_hand(0.375), lost],
+        ("hill", "d"): [by_hand(0.75, scale=0.25)] * 2,
+        ("hill", "o"): [by_hand(0.5), by_hand(0.25, 0.5)],
+    }
+    runs = [
+        (Run(sequence, system, str(number), f"{sequence}/{system}/{number}.txt"), outcome)
+        for (sequence, system), several in outcomes.items()
+        for number, outcome in enumerate(several)
+    ]
+    return summarise(runs, [], FORMATS["tum"])
+
+
+TEXT = """\
+system  rank (PAS)           TAS           RAS           PAS        half m      half deg  sequences
+D              1-2  0.8125 (1-2)  0.8125 (1-2)  0.8125 (1-2)  0.1875 (1-2)  1.8750 (1-2)        2/2
+L_1              2    0.5000 (2)    0.5000 (2)    0.5000 (2)    0.5000 (2)    5.0000 (2)        1/2
+O              2-3  0.3125 (2-3)  0.3125 (2-3)  0.3125 (2-3)       ∞ (2-3)       ∞ (2-3)        2/2
+
+system  PAS of scored runs   failed runs   lost
+D                   0.8125  0/4 (0-60 %)   0.0%
+L_1                 0.5000  0/2 (0-84 %)  10.0%
+O                   0.3750  1/5 (1-72 %)  29.2%
+
+PAS        the car          hill
+D       0.8750 (1)  0.7500 (1-2)
+L_1     0.5000 (2)     not tried
+O    0.2500 (3) †1  0.3750 (1-2)"""
+
+MARKDOWN = """\
+| PAS | the car | hill |
+| --- | ---: | ---: |
+| D | **0.8750** (1) | 0.7500 (1-2) |
+| L_1 | 0.5000 (2) | not tried |
+| O | 0.2500 (3) †1 | 0.3750 (1-2) |"""
+
+LATEX = r"""% half_distance: mean over runs
+% bold: ahead of all others (95 % for all pairs of a column)
+% ranks are for new runs on these sequences
+% ranks are by errors of runs that did not fail, and by how often runs fail
+\begin{tabular}{lrrr}
+\toprule
+half m & the car & hill & overall \\
+\midrule
+D & \textbf{0.1250} & 0.2500 & 0.1875 \\
+L\_1 & 0.5000 & -- & 0.5000 \\
+O & $\infty$\textsuperscript{\dag1} & 0.6250 & $\infty$\textsuperscript{\dag1} \\
+\bottomrule
+\end{tabular}
+% lost: D 0.0\%, L\_1 10.0\%, O 29.2\%
+% failed runs: D 0/4 (0-60 \%), L\_1 0/2 (0-84 \%), O 1/5 (1-72 \%)
+% half\_distance of scored runs: D 0.1875, L\_1 0.5000, O 0.6250"""
+
+FOOTNOTES = """\
+means over runs, overall over sequences; registration refined
+missing cameras: fail; failed and missing runs count as failures
+failed runs: in brackets, how often runs fail (95 %)
+lost: share of the time that was due without a pose
+scale: D 0.25 times the reference's, taken out; --alignment rigid counts it
+sequences: those that a system was tried on; pairs are ranked by those of both
+(1-2): ranks, shared where they cannot be told apart (95 % for all pairs of a column)
+ranks are for new runs on these sequences
+ranks are by means: a failure counts as 0, and one more would not change who is ahead
+†1: so many runs failed or are missing"""
+
+
+def test_all_that_the_text_has(small):
+    assert tables.as_text(small, "PAS", NAMES_BY_HAND) == TEXT
+    settings = Settings(format="tum")
+    assert "\n".join(tables.footnotes(small, "PAS", NAMES_BY_HAND, settings)) == FOOTNOTES
+
+
+@pytest.mark.parametrize(("width", "blocks"), [(99, 3), (98, 3), (32, 8), (31, 10), (1, 12)])
+def test_a_table_that_is_too_wide_is_in_parts(small, width, blocks):
+    parts = tables.as_text(small, "PAS", NAMES_BY_HAND, width).split("\n\n")
+    assert len(parts) == blocks
+    assert {part.splitlines()[1].split()[0] for part in parts} == {"D"}
+    if width > 20:
+        assert max(map(len, "\n".join(parts).splitlines())) <= width
+
+
+def test_all_that_markdown_has(small):
+    overall, by_sequence = tables.as_markdown(small, "PAS", NAMES_BY_HAND).split("\n\n")
+    assert by_sequence == MARKDOWN
+    cells = [line[2:-2].split(" | ") for line in overall.splitlines()]
+    blocks = [re.sub(r" {2,}", "|", block).splitlines() for block in TEXT.split("\n\n")[:2]]
+    header, *rows = [
+        first.split("|") + second.split("|")[1:] for first, second in zip(*blocks, strict=True)
+    ]
+    assert cells == [header, ["---", *["---:"] * (len(header) - 1)], *rows]
+
+
+def test_all_that_latex_has(small):
+    assert tables.as_latex(small, "half_distance", NAMES_BY_HAND) == LATEX
+
+
+def test_all_that_csv_has(small):
+    rows = list(csv.DictReader(StringIO(tables.as_csv(small), newline="")))
+    columns = ["TAS", "RAS", "PAS", "half_distance", "half_angle"]
+    counts = ["rank_best", "rank_worst", "runs", "failed_runs", "n", "failures", "lost"]
+    spread = [f(column) for column in columns for f in (str, "{}_sd".format)]
+    assert list(rows[0]) == ["system", "sequence", *spread, *counts]
+    found = {(row["system"], row["sequence"]): [row[key] for key in counts] for row in rows}
+    assert list(found.items()) == [
+        (("d", "car"), ["1", "1", "2", "0", "20", "0", "0.0"]),
+        (("l", "car"), ["2", "2", "2", "0", "20", "2", "0.1"]),
+        (("o", "car"), ["3", "3", "3", "1", "30", "10", str(1 / 3)]),
+        (("d", "hill"), ["1", "2", "2", "0", "20", "0", "0.0"]),
+        (("o", "hill"), ["1", "2", "2", "0", "20", "5", "0.25"]),
+        (("d", ""), ["1", "2", "4", "0", "40", "0", "0.0"]),
+        (("l", ""), ["2", "2", "2", "0", "20", "2", "0.1"]),
+        (("o", ""), ["2", "3", "5", "1", "50", "15", str((1 / 3 + 0.25) / 2)]),
+    ]
+    values = [(row["PAS"], row["PAS_sd"], row["half_distance_sd"]) for row in rows]
+    assert values[1] == ("0.5", "0.0", "0.0")
+    assert (rows[2]["half_angle"], rows[6]["half_angle"]) == ("inf", "5.0")
+    assert values[6] == ("0.5", "", "")
+    assert float(values[2][1]) == pytest.approx(np.std([0.375, 0.375, 0], ddof=1))
+    assert values[2][2] == ""
+
+
+def a_pair(systems, sequence, **changes):
+    first, second = systems
+    return {
+        **{"a": first, "b": second, "sequence": sequence, "metric": "PAS", "question": "new_runs"},
+        **{"difference": 0.1, "low": -0.1, "high": 0.3, "needed": 7, "distinguishable": False},
+        **{"sequences": 1},
+    } | changes
+
+
+def explained(*pairs, by="PAS", scored=(0.9, 0.8)):
+    means = dict(zip("ab", scored, strict=True))
+    entries = {(name, None): {by: mean, "scored": {by: mean}} for name, mean in means.items()}
+    summary = SimpleNamespace(systems=["b", "a"], entries=entries, comparisons=list(pairs))
+    names = tables.Names({"a": "A", "b": "B"}, {})
+    return tables.ranks_explained(summary, by, names, "ranks")
+
+
+RANKED = "ranks (95 % for all pairs of a column)"
+BY_MEANS = "ranks are by means: a failure counts as 0, and one more would not change who is ahead"
+ONE_RUN = "no ranks where systems have one run each: nothing tells how runs scatter"
+NO_SCATTER = "PAS of A and B: runs of each that would do, if they scatter (sd) at most: "
+
+
+@pytest.mark.parametrize(
+    ("on_sequences", "over_all", "what", "unit"),
+    [
+        (
+            "new_runs",
+            "new_runs",
+            "for new runs on these sequences",
+            "runs of each on each sequence",
+        ),
+        (
+            *("new_runs", "new_sequences"),
+            *("for new runs; over all, for new sequences like these", "sequences"),
+        ),
+        (None, "new_sequences", "over all, for new sequences like these", "sequences"),
+        ("new_runs", None, "on a sequence, for new runs", None),
+    ],
+)
+def test_what_ranks_are_for(on_sequences, over_all, what, unit):
+    pairs = a_pair("ba", "s", question=on_sequences), a_pair("ba", None, question=over_all)
+    ranked, scatter = explained(*pairs)[:3], explained(*pairs)[3:]
+    assert ranked == [RANKED, f"ranks are {what}", BY_MEANS]
+    if unit:
+        assert scatter.pop() == f"PAS of A and B: about 7 {unit} would do"
+    if None in (on_sequences, over_all):
+        assert scatter.pop(0) == ONE_RUN
+        assert scatter.pop().startswith(NO_SCATTER)
+    assert scatter == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({}, ["about 7"]),
+        ({"needed": None}, ["more than 1000"]),
+        ({"low": 0.1}, ["certain but for failures; about 7"]),
+        ({"low": -0.3, "high": -0.1}, ["certain but for failures; about 7"]),
+        ({"low": 0.0}, ["about 7"]),
+        ({"low": -0.3, "high": 0.0}, ["about 7"]),
+        ({"low": np.nan, "high": np.nan}, []),
+        ({"distinguishable": True}, []),
+    ],
+)
+def test_how_many_runs_would_do(changes, said):
+    lines = explained(a_pair("ba", "s"), a_pair("ba", None, **changes))[3:]
+    assert lines == [
+        f"PAS of A and B: {part} runs of each on each sequence would do" for part in said
+    ]
+
+
+@pytest.mark.parametrize("difference", [0.1, -0.1])
+def test_one_run_each_takes_more_runs_than_bear_a_failure(difference):
+    """With n runs and one more that fails 0.9 is 0.9 n / (n + 1), above 0.8 from the 9th on."""
+    unknown = {"question": None, "low": np.nan, "high": np.nan, "needed": None}
+    pairs = [a_pair("ba", place, **unknown, difference=difference) for place in ("s", None)]
+    first, scatter = explained(*pairs)
+    assert first == ONE_RUN
+    numbers = re.fullmatch(re.escape(NO_SCATTER) + r"10 by (.*), 20 by (.*), 50 by (.*)", scatter)
+    expected = [f"{largest_scatter(0.1, n, error_of_pair(2)):.2g}" for n in (10, 20, 50)]
+    assert list(numbers.groups()) == expected
+    pairs[1]["sequences"] = 2  # twice as many runs in all: above 8 / 2
+    assert explained(*pairs)[1].startswith(f"{NO_SCATTER}5 by ")
+    pairs[1]["difference"] = 0
+    assert explained(*pairs) == [ONE_RUN]
+
+
+def test_errors_do_not_bound_the_number_of_runs():
+    unknown = {"question": None, "metric": "half_distance", "low": np.nan}
+    pairs = [a_pair("ba", place, **unknown, difference=-0.1) for place in ("s", None)]
+    _, scatter = explained(*pairs, by="half_distance", scored=(0.8, 0.9))
+    assert scatter.startswith("half_distance of A and B: runs of each")
+    assert re.search(r": 3 by [\d.]+, 5 by [\d.]+, 10 by [\d.]+$", scatter)
+
+
+def test_parts_that_do_not_compare_are_no_ranks():
+    why = "no ranks where models are in different numbers of parts, which do not compare"
+    assert explained() == [why]
+    assert explained(a_pair("ba", None, metric="TAS")) == [why]
+
+
+@pytest.mark.parametrize(
+    ("scales", "farthest"),
+    [
+        ([2.0, 0.4, 1.0], 0.4),
+        ([0.4, 2.0], 0.4),
+        ([0.6, 2.0], 2.0),
+        ([None, 1.0], 1.0),
+        ([None], None),
+    ],
+)
+def test_the_scale_that_is_told(scales, farthest):
+    results = [{"system": "a", "scale": scale} for scale in scales]
+    assert tables._scales(SimpleNamespace(systems="ab", results=results)) == {
+        "a": farthest,
+        "b": None,
+    }
 
 
 def test_text(patterns, run):
