@@ -172,6 +172,128 @@ def test_of_equal_values_the_system_is_ahead_that_fails_less_often(name):
     assert answers([(often, never)], name, 0.05)["new_runs"]["better"] == "b"
 
 
+PARTS = "failing", "with_failures"
+
+
+def entry_of(found):
+    return tuple(float(found[key]) for key in ("difference", "low", "high"))
+
+
+def test_an_answer_is_put_together_of_its_parts():
+    """Welch's interval, those of failures, and both in the means in which failures count."""
+    a, b = cell([0.7, 0.8, 0.8, 0.9]), cell([0.3, 0.4, 0.5], failed=1)
+    found = answers([(a, b)], "PAS", 0.05)["new_runs"]
+    low, high = stats.ttest_ind(a.scored, b.scored, equal_var=False).confidence_interval()
+    half = (high - low) / 2
+    (down_a, up_a), (down_b, up_b) = (one.failures.reach(0.05) for one in (a, b))
+    assert entry_of(found) == pytest.approx((0.4, low, high))
+    assert entry_of(found["failing"]) == pytest.approx(
+        (-0.25, -0.25 - np.hypot(down_a, up_b), -0.25 + np.hypot(up_a, down_b))
+    )
+    assert entry_of(found["with_failures"]) == pytest.approx(
+        (
+            0.8 - 0.3,
+            0.5 - np.sqrt(half**2 + (0.8 * up_a) ** 2 + (0.4 * down_b) ** 2),
+            0.5 + np.sqrt(half**2 + (0.8 * down_a) ** 2 + (0.4 * up_b) ** 2),
+        )
+    )
+    assert found["better"] == "a"
+
+
+def test_an_answer_for_new_sequences_is_put_together_of_its_parts():
+    """Each sequence counts alike, however many runs there are; what fails are shares of runs."""
+    pairs = [
+        (cell([0.8, 0.9]), cell([0.5], failed=1)),
+        (cell([0.7]), cell([0.4, 0.5, 0.3], failed=1)),
+        (cell([0.9], failed=3), cell([0.6])),
+    ]
+    found = answers(pairs, "PAS", 0.05)["new_sequences"]
+    differences = [0.35, 0.3, 0.3]
+    low, high = stats.ttest_1samp(differences, 0).confidence_interval()
+    half = (high - low) / 2
+    (down_a, up_a), (down_b, up_b) = (Failures(sum_of, 3).reach(0.05) for sum_of in (0.75, 0.75))
+    assert entry_of(found) == pytest.approx((np.mean(differences), low, high))
+    assert entry_of(found["failing"]) == pytest.approx(
+        (0, -np.hypot(down_a, up_b), np.hypot(up_a, down_b)), abs=1e-12
+    )
+    lead = (0.85 + 0.7 + 0.9 / 4 - 0.5 / 2 - 1.2 / 4 - 0.6) / 3
+    of_a, of_b = (0.8 + 0.9 + 0.7 + 0.9) / 4, (0.5 + 0.4 + 0.5 + 0.3 + 0.6) / 5
+    assert entry_of(found["with_failures"]) == pytest.approx(
+        (
+            lead,
+            lead - np.sqrt(half**2 + (of_a * up_a) ** 2 + (of_b * down_b) ** 2),
+            lead + np.sqrt(half**2 + (of_a * down_a) ** 2 + (of_b * up_b) ** 2),
+        )
+    )
+
+
+@pytest.mark.parametrize("name", ["PAS", "ATE"])
+def test_systems_that_change_places_change_signs(name):
+    rng = np.random.default_rng(5)
+    for _ in range(40):
+        shift = rng.choice([0.0, 0.2, 0.4])
+        pairs = [
+            tuple(
+                cell(list(rng.uniform(low, low + 0.1, rng.integers(1, 5))), int(rng.integers(0, 3)))
+                for low in (0.3, 0.3 + shift)
+            )
+            for _ in range(rng.integers(1, 4))
+        ]
+        found = answers(pairs, name, 0.05)
+        mirrored = answers([(b, a) for a, b in pairs], name, 0.05)
+        for question, answer in found.items():
+            if answer is None:
+                assert mirrored[question] is None
+                continue
+            other = mirrored[question]
+            swapped = {"a": "b", "b": "a", None: None}[answer["better"]]
+            assert (other["better"], other["needed"]) == (swapped, answer["needed"])
+            both = (answer, other), *((answer[key], other[key]) for key in PARTS)
+            for one, two in both:
+                value, low, high = entry_of(two)
+                expected = pytest.approx((-value, -high, -low), abs=1e-12, nan_ok=True)
+                assert entry_of(one) == expected
+
+
+def test_cells_of_one_run_do_not_tell_how_runs_scatter():
+    """Sequences with a single scored run are left out of what new runs are asked, not of means."""
+    several, alone = (cell([0.7, 0.8]), cell([0.4, 0.5])), (cell([0.9], 1), cell([0.1, 0.1]))
+    found = answers([several, alone], "PAS", 0.05)["new_runs"]
+    assert found["difference"] == pytest.approx(0.3)
+    assert found["with_failures"]["difference"] == pytest.approx((0.3 + 0.45 - 0.1) / 2)
+    found = answers([several, alone], "PAS", 0.05)["new_sequences"]
+    assert found["difference"] == pytest.approx((0.3 + 0.8) / 2)
+
+
+def test_systems_that_never_succeed_are_equal():
+    found = answers([(cell([], 2), cell([], 2))] * 2, "PAS", 0.05)
+    for answer in found.values():
+        assert answer["better"] is answer["needed"] is None
+        assert np.isnan(answer["difference"])
+        assert answer["failing"]["difference"] == answer["with_failures"]["difference"] == 0
+
+
+@pytest.mark.parametrize(
+    ("runs", "sequences", "question"),
+    [
+        ([1, 1], [1, 1], "new_runs"),
+        ([1, 0], [1, 1], "new_sequences"),
+        ([1, 0], [0, 1], "new_sequences"),
+        ([1, 0], [0, 0], "new_runs"),
+        ([0, 0], [0, 1], "new_sequences"),
+        ([0, 0], [0, 0], None),
+        ([], [], None),
+    ],
+)
+def test_the_question_of_a_column(runs, sequences, question):
+    answered = {0: None, 1: {"better": None}}
+    found = [
+        {"new_runs": answered[of_runs], "new_sequences": answered[of_sequences]}
+        for of_runs, of_sequences in zip(runs, sequences, strict=True)
+    ]
+    assert chosen(found) == question
+
+
 def test_intervals_stay_within_what_is_possible():
     cells = [(cell([0.9]), cell([0.1])), (cell([0.1]), cell([0.2]))]
     found = answers(cells, "TAS", 0.05)["new_sequences"]

@@ -11,13 +11,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from alignscores import Settings
 from alignscores.comparison import tables
 from alignscores.comparison.benchmark import Run
 from alignscores.comparison.intervals import error_of_pair, largest_scatter
 from alignscores.comparison.runs import Outcome
-from alignscores.comparison.summary import summarise
+from alignscores.comparison.summary import _ranks, summarise
 from alignscores.trajectories.formats import FORMATS
 
 CAMERAS = 10
@@ -102,6 +103,121 @@ sequences: those that a system was tried on; pairs are ranked by those of both
 ranks are for new runs on these sequences
 ranks are by means: a failure counts as 0, and one more would not change who is ahead
 †1: so many runs failed or are missing"""
+
+
+def test_what_is_told_of_a_run(small):
+    """A run that failed has the worst values, and all the cameras that were due."""
+    told = {(entry["sequence"], entry["system"], entry["run"]): entry for entry in small.results}
+    assert told["hill", "o", "1"] == {
+        **{"sequence": "hill", "system": "o", "run": "1", "file": "hill/o/1.txt"},
+        **{"status": "scored", "error": None, "TAS": 0.25, "RAS": 0.25, "PAS": 0.25},
+        **{"half_distance": 0.75, "half_angle": 7.5, "metrics": {}, "n": 10, "failures": 5},
+        **{"lost": 0.5, "unit": 1.0, "parts": 1, "scale": 1.0, "notes": []},
+    }
+    assert told["car", "o", "2"] == {
+        **{"sequence": "car", "system": "o", "run": "2", "file": "car/o/2.txt"},
+        **{"status": "failed", "error": "lost", "TAS": 0, "RAS": 0, "PAS": 0},
+        **{"half_distance": np.inf, "half_angle": np.inf, "metrics": {}, "n": 10, "failures": 10},
+        **{"lost": 1.0, "unit": None, "parts": 1, "scale": None, "notes": []},
+    }
+
+
+def test_a_run_without_a_file_is_missing():
+    runs = [
+        (Run("s", "a", "1", "file"), by_hand(0.5)),
+        (Run("s", "a", "2", None), Outcome({}, error="x")),
+    ]
+    found = summarise(runs, ["ate:rmse"], FORMATS["nerf"])
+    assert [entry["status"] for entry in found.results] == ["scored", "missing"]
+    assert [entry["metrics"] for entry in found.results] == [{"ate:rmse": np.inf}] * 2
+    assert list(found.headers.values()) == [
+        "TAS",
+        "RAS",
+        "PAS",
+        "half",
+        "half deg",
+        "ate:rmse",
+    ]
+
+
+def test_what_is_told_of_a_system(small):
+    for sequence, n, failed in (("car", 3, 1), ("hill", 2, 0)):
+        entry = small.entries["o", sequence]
+        limits = stats.binomtest(failed, n).proportion_ci(0.95, method="exact")
+        assert entry["failing"] == pytest.approx(tuple(limits))
+        assert entry["scored"] == {
+            **dict.fromkeys(("TAS", "RAS", "PAS"), 0.375),
+            **{"half_distance": 0.625, "half_angle": 6.25},
+        }
+        assert "sequences" not in entry
+    overall = small.entries["o", None]
+    limits = stats.binomtest(1, 5).proportion_ci(0.95, method="exact")
+    assert overall["failing"] == pytest.approx(tuple(limits))
+    assert (overall["system"], overall["sequence"], overall["sequences"]) == ("o", None, 2)
+    assert small.entries["l", "hill"] | {"lost": None} == {
+        **{"system": "l", "sequence": "hill", "runs": 0, "failed_runs": 0, "n": 0, "failures": 0},
+        **{"lost": None, "failing": None},
+        **{key: pytest.approx(np.nan, nan_ok=True) for key in small.headers},
+        **{f"{key}_sd": None for key in small.headers},
+        **{"scored": dict.fromkeys(small.headers, pytest.approx(np.nan, nan_ok=True))},
+        **{"rank": dict.fromkeys(small.headers)},
+    }
+    assert [(e["system"], e["sequence"]) for e in small.in_order()] == [
+        *(("d", "car"), ("l", "car"), ("o", "car"), ("d", "hill"), ("o", "hill")),
+        *(("d", None), ("l", None), ("o", None)),
+    ]
+
+
+def test_what_is_told_of_pairs(small):
+    keys = "a", "b", "sequence", "sequences", "question", "better", "distinguishable"
+    pairs = [pair for pair in small.comparisons if pair["metric"] == "PAS"]
+    assert [tuple(pair[key] for key in keys) for pair in pairs] == [
+        ("d", "l", "car", 1, "new_runs", "a", True),
+        ("d", "o", "car", 1, "new_runs", "a", True),
+        ("l", "o", "car", 1, "new_runs", "a", True),
+        ("d", "o", "hill", 1, "new_runs", None, False),
+        ("d", "l", None, 1, "new_runs", "a", True),
+        ("d", "o", None, 2, "new_runs", None, False),
+        ("l", "o", None, 1, "new_runs", "a", True),
+    ]
+    assert [pair["difference"] for pair in pairs] == [
+        0.375,
+        0.5,
+        0.125,
+        0.375,
+        0.375,
+        0.4375,
+        0.125,
+    ]
+    of_all = pairs[5]
+    assert of_all["new_runs"].items() <= of_all.items()
+    assert of_all["new_sequences"] is not None
+    assert pairs[3]["new_sequences"] is None
+    half = stats.t.ppf(1 - error_of_pair(2) / 2, 1) * 0.125  # of runs 0.5 and 0.25
+    errors = [pair for pair in small.comparisons if pair["metric"] == "half_angle"]
+    (found,) = (pair for pair in errors if pair["sequence"] == "hill")
+    assert (found["low"], found["high"]) == pytest.approx((-3.75 - 10 * half, -3.75 + 10 * half))
+
+
+def test_one_run_each_has_a_gap_and_no_answer():
+    runs = [
+        (Run(sequence, system, "1", "file"), by_hand(pas))
+        for sequence, of in (("s", (0.75, 0.5)), ("t", (0.5, 0.125)))
+        for system, pas in zip("ab", of, strict=True)
+    ]
+    found = summarise(runs, [], FORMATS["tum"])
+    on_s, on_t, over_all = (pair for pair in found.comparisons if pair["metric"] == "TAS")
+    for pair, gap in ((on_s, 0.25), (on_t, 0.375)):
+        assert (pair["question"], pair["better"], pair["needed"]) == (None, None, None)
+        assert (pair["difference"], pair["distinguishable"]) == (gap, False)
+        assert np.isnan([pair["low"], pair["high"], pair["failing"]["low"]]).all()
+    assert (over_all["question"], over_all["difference"]) == ("new_sequences", 0.3125)
+
+
+def test_ranks_count_who_is_ahead_and_who_is_not_behind():
+    better = {("a", "b"): "a", ("a", "c"): "a", ("b", "d"): "b"}
+    assert _ranks("abcd", better) == {"a": [1, 2], "b": [3, 4], "c": [2, 4], "d": [1, 3]}
+    assert _ranks("ab", {}) == {"a": [1, 2], "b": [1, 2]}
 
 
 def test_all_that_the_text_has(small):
