@@ -2,9 +2,17 @@
 
 import json
 import shutil
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
+from alignscores import Settings
+from alignscores.comparison.baseline import Changes, changes
+from alignscores.comparison.benchmark import Run
+from alignscores.comparison.runs import Outcome
+from alignscores.comparison.summary import summarise
+from alignscores.trajectories.formats import FORMATS
 
 SYSTEMS = {"orb": (0.1, 1.0, 1, 0.0), "dso": (0.1, 1.0, 1, 0.0)}
 WORSE = {"orb": (0.3, 3.0, 1, 0.0), "dso": (0.1, 1.0, 1, 0.0)}
@@ -188,3 +196,105 @@ def test_the_gate_needs_a_baseline(run_compare, examples):
     code, out, err = run_compare("tum", *files, "--fail_on", "worse")
     assert (code, out) == (2, "")
     assert "error: argument --fail_on: needs --baseline FILE; see" in err
+
+
+def by_hand(**values):
+    """(system and sequence: values of a metric) -> what was scored, in runs 1, 2 and so on."""
+    runs = [
+        (Run(name[1:], name[0], str(number), "file"), Outcome(scores_of(value), n=10, unit=1.0))
+        for name, several in values.items()
+        for number, value in enumerate(several, 1)
+    ]
+    summary = summarise(runs, [], FORMATS["tum"])
+    return SimpleNamespace(summary=summary, settings=Settings(format="tum"))
+
+
+def scores_of(value):
+    return dict.fromkeys(("TAS", "RAS", "PAS", "half_distance", "half_angle"), value)
+
+
+def saved_of(**values):
+    return json.loads(json.dumps(by_hand(**values).summary.results).replace("Infinity", "null"))
+
+
+def test_what_changed_of_systems_by_hand():
+    """One is worse, one better, one as it was; of each the runs scatter by nothing."""
+    now = by_hand(xs=[0.5] * 8, ys=[0.75] * 8, zs=[0.25] * 8)
+    saved = saved_of(xs=[0.75] * 8, ys=[0.5] * 8, zs=[0.25] * 8)
+    found = changes(now, "saved.json", saved, "PAS")
+    at = {"question": "new_runs"}
+    assert sorted(found.systems, key=lambda entry: entry["system"]) == [
+        {"system": "x", "now": 0.5, "saved": 0.75, "change": "worse", **at, **exactly(-0.25)},
+        {"system": "y", "now": 0.75, "saved": 0.5, "change": "better", **at, **exactly(0.25)},
+        {"system": "z", "now": 0.25, "saved": 0.25, "change": None, **at, **exactly(0)},
+    ]
+    assert found.worse
+    assert found.to_dict() == {
+        **{"file": "saved.json", "metric": "PAS", "worse": True},
+        **{"notes": [], "systems": found.systems},
+    }
+    of_errors = changes(now, "saved.json", saved, "half_angle").systems
+    named = {entry["system"]: (entry["change"], entry["difference"]) for entry in of_errors}
+    assert named == {"x": ("better", -0.25), "y": ("worse", 0.25), "z": (None, 0)}
+
+
+def exactly(value):
+    return dict.fromkeys(("difference", "low", "high"), value)
+
+
+def test_what_is_new_or_gone_by_hand():
+    now = by_hand(xs=[0.5, 0.5], ys=[0.5], xt=[0.5], zu=[0.5])
+    saved = saved_of(xs=[0.5], ws=[0.5], xv=[0.5], zu=[0.5, 0.5])
+    assert changes(now, "f", saved, "PAS").notes == [
+        "new sequences: t",
+        "new systems: y",
+        "new runs: x on s, 2",
+        "gone sequences: v",
+        "gone systems: w",
+        "gone runs: z on u, 2",
+    ]
+    assert (
+        changes(now, "f", saved_of(xs=[0.5, 0.5], ys=[0.5], xt=[0.5], zu=[0.5]), "PAS").notes == []
+    )
+
+
+@pytest.mark.parametrize(("factor", "left_out"), [(1, False), (1 + 1e-7, False), (1 + 2e-6, True)])
+def test_another_unit_does_not_compare(factor, left_out):
+    now = by_hand(xs=[0.5, 0.5], xt=[0.75, 0.75])
+    saved = saved_of(xs=[0.25, 0.25], xt=[0.75, 0.75])
+    for result in saved[:2]:
+        result["unit"] = factor
+    saved[1]["unit"] = None
+    found = changes(now, "f", saved, "PAS")
+    notes = ["left out: sequence s, whose d was 1 and is 1"] if left_out else []
+    assert found.notes == notes
+    (entry,) = found.systems
+    assert entry["now"] - entry["saved"] == (0 if left_out else 0.125)
+
+
+def test_an_infinite_error_is_saved_as_null():
+    saved = saved_of(xs=[0.5, np.inf])
+    assert saved[1]["half_distance"] is None
+    (entry,) = changes(by_hand(xs=[0.5, 0.5]), "f", saved, "half_distance").systems
+    assert (entry["now"], entry["saved"], entry["difference"]) == (0.5, None, None)
+
+
+def test_all_that_the_text_of_changes_has():
+    systems = [
+        {"system": "x", "saved": 0.75, "now": 0.5, "change": "worse", **exactly(-0.25)},
+        {"system": "long\n", "saved": 12345.678, "now": None, "change": None, **exactly(None)},
+        {"system": "y", "saved": 0.0, "now": 1.0, "change": "better"}
+        | {"difference": 1.0, "low": 0.123456, "high": 2.5},
+    ]
+    found = Changes("a\tb.json", "PAS", ["first", "second"], systems)
+    assert found.as_text() == CHANGED
+
+
+CHANGED = """\
+PAS against a\\tb.json
+system  saved      now  difference  95 % interval    change
+x       0.75       0.5  -0.25       -0.25 to -0.25   worse
+long\\n  1.235e+04  -    -           -                none that is certain
+y       0          1    +1          +0.1235 to +2.5  better
+first
+second"""

@@ -24,11 +24,15 @@ FIELDS = "sequence", "system", "run"
         ("./[0]*/{system}.txt", "./[0]x/b.txt", {"system": "b"}),
         ("{sequence}/x_{sequence}_{system}.txt", "a/x_c_b.txt", None),
         ("{sequence}/{system}.txt", "a/b/c.txt", None),
+        ("{system}.txt", "a\nb.txt", {"system": "a\nb"}),
+        ("{system}_*.txt", "a_.txt", {"system": "a"}),
+        ("{system}.txt", "a.txt.txt", {"system": "a.txt"}),
+        ("{system}.txt", "axtxt", None),
     ],
 )
 def test_fields(tmp_path, monkeypatch, pattern, path, values):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / path).parent.mkdir(parents=True)
+    (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
     (tmp_path / path).touch()
     assert Pattern(pattern, FIELDS).find() == ({path: values} if values else {}, [])
 
@@ -47,11 +51,29 @@ def test_several_ways_to_match_are_a_problem(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("pattern", "reason"),
     [
-        ("{scene}/gt.txt", r"has a field \{scene\}; it may have \{sequence\}"),
+        (
+            "{scene}/gt.txt",
+            r"^the pattern \{scene\}/gt\.txt has a field \{scene\}; it may have \{sequence\}$",
+        ),
         ("{}/gt.txt", r"has a field \{\}; it may have"),
-        ("{sequence/gt.txt", "has a brace without its partner"),
+        ("{sequence/gt.txt", r"^the pattern \{sequence/gt\.txt has a brace without its partner$"),
+        ("sequence}/gt.txt", "has a brace without its partner"),
     ],
 )
 def test_wrong_patterns(pattern, reason):
     with pytest.raises(ValueError, match=reason):
         Pattern(pattern, ["sequence"])
+
+
+def test_fields_are_filled_whatever_else_stands_there():
+    pattern = Pattern("{sequence}/*/{sequence}_{run}**.txt", FIELDS)
+    assert pattern.fields == ("sequence", "run")
+    assert pattern.fill({"sequence": r"a\1", "run": "2"}) == r"a\1/*/a\1_2**.txt"
+    assert pattern.fill({"run": "2"}) == "{sequence}/*/{sequence}_2**.txt"
+
+
+def test_what_is_found_stands_in_order(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in "bca":
+        (tmp_path / f"{name}.txt").touch()
+    assert list(Pattern("{system}.txt", FIELDS).find()[0]) == ["a.txt", "b.txt", "c.txt"]
