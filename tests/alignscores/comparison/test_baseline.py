@@ -279,6 +279,16 @@ def test_an_infinite_error_is_saved_as_null():
     assert (entry["now"], entry["saved"], entry["difference"]) == (0.5, None, None)
 
 
+CHANGED = """\
+PAS against a\\tb.json
+system  saved      now  difference  95 % interval    change
+x       0.75       0.5  -0.25       -0.25 to -0.25   worse
+long\\n  1.235e+04  -    -           -                none that is certain
+y       0          1    +1          +0.1235 to +2.5  better
+first
+second"""
+
+
 def test_all_that_the_text_of_changes_has():
     systems = [
         {"system": "x", "saved": 0.75, "now": 0.5, "change": "worse", **exactly(-0.25)},
@@ -288,13 +298,3 @@ def test_all_that_the_text_of_changes_has():
     ]
     found = Changes("a\tb.json", "PAS", ["first", "second"], systems)
     assert found.as_text() == CHANGED
-
-
-CHANGED = """\
-PAS against a\\tb.json
-system  saved      now  difference  95 % interval    change
-x       0.75       0.5  -0.25       -0.25 to -0.25   worse
-long\\n  1.235e+04  -    -           -                none that is certain
-y       0          1    +1          +0.1235 to +2.5  better
-first
-second"""

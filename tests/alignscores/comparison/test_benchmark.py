@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from alignscores.comparison.benchmark import Run, from_patterns, read_yaml
 from alignscores.comparison.comparison import find_benchmark
 
 YAML = """\
@@ -130,3 +131,137 @@ def test_many_missing_runs_are_told_in_a_few_lines(patterns, run, tmp_path):
     (more,) = re.findall(r"error: and (\d+) more of these; --json has all", err)
     assert int(more) == 2 * (300 - 3) + 1 - 50
     assert err.count("\n") < 70
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """(names) -> nothing; there are empty files of such names in this folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def files(*names):
+        for name in names:
+            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / name).touch()
+
+    return files
+
+
+PATTERNS = "tum", "{sequence}/gt.txt", "{sequence}/{system}/{run}.txt"
+
+
+def test_all_that_patterns_find(files):
+    """In the order of sequence, system and run, the numbers in their names as such."""
+    found = ["s10/a/2.txt", "s10/a/10.txt", "s9/b2/1.txt", "s9/b10/1.txt", "s9/a/x.txt"]
+    files("s10/gt.txt", "s9/gt.txt", "left/gt.txt", *found, "lost/a/1.txt", "lost/c/1.txt")
+    benchmark = from_patterns(*PATTERNS)
+    assert benchmark.format == "tum"
+    assert list(benchmark.references.items()) == [("s9", "s9/gt.txt"), ("s10", "s10/gt.txt")]
+    assert benchmark.runs == [
+        Run("s9", "a", "2", None),
+        Run("s9", "a", "x", "s9/a/x.txt"),
+        Run("s9", "b2", "1", "s9/b2/1.txt"),
+        Run("s9", "b10", "1", "s9/b10/1.txt"),
+        Run("s10", "a", "2", "s10/a/2.txt"),
+        Run("s10", "a", "10", "s10/a/10.txt"),
+    ]
+    assert benchmark.problems == [
+        "sequence left: no system has a run on it; left out",
+        "sequence lost: has no reference; left out",
+        "system c: has no run on a sequence with a reference; left out",
+    ]
+    references = ["left/gt.txt", "s10/gt.txt", "s9/gt.txt"]
+    assert benchmark.files == [*references, *sorted([*found, "lost/a/1.txt", "lost/c/1.txt"])]
+
+
+def test_systems_and_sequences_that_should_be_there(files):
+    files("s/gt.txt", "s/a/1.txt", "t/gt.txt", "t/a/1.txt", "t/b/1.txt")
+    benchmark = from_patterns(*PATTERNS, systems=["none"], sequences=["nowhere"], expect_all=True)
+    assert [run.file for run in benchmark.runs] == ["s/a/1.txt", None, "t/a/1.txt", "t/b/1.txt"]
+    assert benchmark.problems == [
+        "sequence nowhere: has no reference; left out",
+        "system none: has no run on a sequence with a reference; left out",
+    ]
+
+
+def test_expected_runs_are_a_number_or_names(files):
+    files("s/gt.txt", "s/a/1.txt", "t/gt.txt", "t/a/1.txt", "t/b/x.txt")
+    benchmark = from_patterns(*PATTERNS, expected={"": 2, "b": ["x", "y"]})
+    assert [(run.sequence, run.system, run.run, run.file is None) for run in benchmark.runs] == [
+        *(("s", "a", "1", False), ("s", "a", "2", True)),
+        *(("s", "b", "x", True), ("s", "b", "y", True)),
+        *(("t", "a", "1", False), ("t", "a", "2", True)),
+        *(("t", "b", "x", False), ("t", "b", "y", True)),
+    ]
+
+
+def test_one_sequence_is_named_after_its_reference(files):
+    files("gt.txt", "a.txt", "b.txt")
+    benchmark = from_patterns("tum", "gt.txt", "{system}.txt")
+    assert benchmark.references == {"gt": "gt.txt"}
+    assert [(run.sequence, run.system, run.file) for run in benchmark.runs] == [
+        ("gt", "a", "a.txt"),
+        ("gt", "b", "b.txt"),
+    ]
+    assert len({run.run for run in benchmark.runs}) == 1
+
+
+def test_of_several_files_of_a_run_none_is_taken(files):
+    files("s/gt.txt", "s/x/a.txt", "s/y/a.txt", "s/y/b.txt")
+    benchmark = from_patterns("tum", "{sequence}/gt.txt", "{sequence}/*/{system}.txt")
+    assert [run.file for run in benchmark.runs] == ["s/y/b.txt"]
+    (problem,) = benchmark.problems
+    assert problem.startswith("s/x/a.txt, s/y/a.txt: all of them match s/a/")
+    assert problem.endswith("; none of them is taken")
+    files("s/c/gt.txt", "s/d/gt.txt")
+    with pytest.raises(
+        ValueError, match=r"; s/c/gt\.txt, s/d/gt\.txt: all of them match s; none of them is taken$"
+    ):
+        from_patterns("tum", "{sequence}/*/gt.txt", "{sequence}/{system}.txt")
+
+
+@pytest.mark.parametrize(
+    ("patterns", "message"),
+    [
+        (("gt.txt", "a.txt"), "the pattern of the estimates needs {system}: a.txt"),
+        (
+            ("{sequence}.txt", "{system}.txt"),
+            "both patterns need {sequence}, or none of them: {sequence}.txt and {system}.txt",
+        ),
+        (
+            ("gt.txt", "{sequence}/{system}.txt"),
+            "both patterns need {sequence}, or none of them: gt.txt and {sequence}/{system}.txt",
+        ),
+        (("none.txt", "{system}.txt"), "no reference matches the pattern none.txt"),
+        (("gt.txt", "{system}.csv"), "no estimate matches the pattern {system}.csv"),
+    ],
+)
+def test_patterns_that_find_nothing(files, patterns, message):
+    files("gt.txt", "a.txt")
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        from_patterns("tum", *patterns)
+
+
+def test_what_a_yaml_file_sets(files, tmp_path):
+    """Files of a YAML file are beside it, wherever the program is started."""
+    files("in/s/gt.txt", "in/s/a.txt")
+    text = """\
+format: tum
+reference: "{sequence}/gt.txt"
+estimate: "{sequence}/{system}.txt"
+sequences: {s: {frames: f.txt, t_offset: 0.5}}
+systems: {a: {invert: true, name: A}}
+"""
+    (tmp_path / "in/b.yaml").write_text(text)
+    found = read_yaml("in/b.yaml")
+    assert found.sequence_options == {"s": {"frames": "in/f.txt", "t_offset": 0.5}}
+    assert found.system_options == {"a": {"invert": True, "name": "A"}}
+    assert found.references == {"s": "in/s/gt.txt"}
+
+
+@pytest.mark.parametrize(
+    ("runs", "number"), [("1", 1), ("2", 2), ("[x, 1, 0.5, x]", 3), ("10000", 10_000)]
+)
+def test_how_many_runs_a_yaml_file_may_expect(files, tmp_path, runs, number):
+    files("s/gt.txt", "s/a/1.txt")
+    (tmp_path / "b.yaml").write_text(YAML.partition("runs")[0] + f"runs: {runs}\n")
+    assert len({run.run for run in read_yaml("b.yaml").runs}) >= number

@@ -7,7 +7,11 @@ import sys
 import numpy as np
 import pytest
 
-from alignscores import Comparison, compare
+from alignscores import Comparison, Settings, compare
+from alignscores.comparison.benchmark import Benchmark, Run
+from alignscores.comparison.comparison import _finite, _notes_of_runs, settings_of_run
+from alignscores.comparison.processes import Pool
+from alignscores.comparison.runs import Outcome
 
 
 @pytest.fixture
@@ -160,3 +164,52 @@ def test_without_pandas_the_table_says_what_to_install(found, monkeypatch):
     with pytest.raises(ModuleNotFoundError) as caught:
         found.to_frame()
     assert str(caught.value) == 'pandas is not installed: pip install "alignscores[tables]"'
+
+
+def test_a_note_is_told_once_of_a_system_whatever_its_numbers():
+    notes = {
+        ("s", "a", "1"): ["1 of 20 lost", "turned"],
+        ("s", "a", "2"): ["3.5 of 20 lost"],
+        ("t", "a", "1"): ["4 of 20 lost"],
+        ("s", "b", "1"): ["turned", "2 of 20 found"],
+    }
+    runs = [(Run(*name, "file"), Outcome({}, notes=of)) for name, of in notes.items()]
+    assert _notes_of_runs(runs) == [
+        "s, a, run 1: 1 of 20 lost (and alike for 2 more of a)",
+        "s, a, run 1: turned",
+        "s, b, run 1: turned",
+        "s, b, run 1: 2 of 20 found",
+    ]
+
+
+def test_a_run_is_scored_with_the_settings_of_its_sequence_and_its_system():
+    options = {"s": {"name": "S", "t_offset": 0.5, "frames": "own.txt"}}
+    of_systems = {"a": {"runs": 3, "invert": True, "t_offset": 2.0}}
+    benchmark = Benchmark("tum", {}, [], [], [], options, of_systems)
+    settings = Settings(format="tum", frames="{sequence}.txt", unit=2.0)
+
+    def changed(sequence, system):
+        found = settings_of_run(benchmark, Run(sequence, system, "1", None), settings)
+        return found.frames, found.t_offset, found.invert, found.unit
+
+    assert changed("s", "a") == ("own.txt", 2.0, True, 2.0)
+    assert changed("s", "b") == ("own.txt", 0.5, False, 2.0)
+    assert changed("t", "b") == ("t.txt", settings.t_offset, False, 2.0)
+
+
+def test_numbers_that_json_has_not_are_null():
+    assert _finite({"a": [1.5, float("nan"), (float("inf"), 2)], "b": "x", "c": None}) == {
+        "a": [1.5, None, [None, 2]],
+        "b": "x",
+        "c": None,
+    }
+
+
+def test_a_pool_shows_how_far_it_is():
+    shown = []
+    with Pool(1, shown.append) as pool:
+        tasks = {Run("s", "a", str(number), None): number for number in range(3)}
+        assert dict(pool.work(lambda task: task + 1, tasks, "counting")) == {
+            run: task + 1 for run, task in tasks.items()
+        }
+    assert shown == ["counting 1/3", "counting 2/3", "counting 3/3", ""]
