@@ -123,13 +123,13 @@ def _unpacked(path: FilePath, most: int) -> bytes:
         if str(path) == STDIN:
             if sys.stdin is None:
                 raise FileError(path, "standard input is closed")
-            data = _begin(sys.stdin.buffer, most)
+            data = _read_at_most(sys.stdin.buffer, most)
         else:
             with Path(path).open("rb") as file:
-                data = _begin(file, most)
+                data = _read_at_most(file, most)
         refuse_more(path, len(data), most)
         if data.startswith(GZIP) or str(path).endswith(".gz"):
-            data = _begin(gzip.GzipFile(fileobj=BytesIO(data)), most)
+            data = _read_at_most(gzip.GzipFile(fileobj=BytesIO(data)), most)
     except (EOFError, gzip.BadGzipFile, zlib.error) as error:
         raise FileError(path, f"is not a complete gzip file ({error})") from None
     except OSError as error:
@@ -137,8 +137,11 @@ def _unpacked(path: FilePath, most: int) -> bytes:
     return data
 
 
-def _begin(stream: BinaryIO | gzip.GzipFile, most: int) -> bytes:
-    """Return what a stream holds; block by block, as to ask for much at once takes the memory."""
+def _read_at_most(stream: BinaryIO | gzip.GzipFile, most: int) -> bytes:
+    """Return what a stream holds, at most one byte more than `most`.
+
+    To ask for so much at once would take the memory for it, however little there is.
+    """
     content = BytesIO()
     while content.tell() <= most and (block := stream.read(min(BYTES, most + 1 - content.tell()))):
         content.write(block)
