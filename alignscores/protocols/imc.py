@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from ..arrays import Booleans, Floats, Indices
 from ..progress import show
 from ..registration import kernel
+from ..registration.pcr99 import pcr99
 from .alignment import block_size, fit
 from .cameras import Positions
 
@@ -30,6 +31,7 @@ PATIENCE = 2.0  # seconds, after which it says how long it will take
 NEAR = 1e-9  # relative; what is so near a threshold, rounding could decide
 ROUNDING = 1e-13  # relative, of coordinates
 MOST_LEVELS, SEVERAL_LEVELS, BIN_SHIFT, BINS, KNOWN = 64, 255, 46, 131072, 8192  # as in kernel.c
+N_HYPOTHESES = 1000  # of a similarity that only orders cameras
 N_BINS = 256  # of scales, four octaves
 SMALLEST, LARGEST = 1e-300, 1e300
 IMC_2024 = (0.025, 0.05, 0.1, 0.2, 0.5, 1.0)
@@ -124,6 +126,8 @@ def largest_counts(gt: Floats, est: Floats, thresholds: Floats, skip: int = 0) -
     n = len(gt)
     if n < 3:
         return np.zeros(len(thresholds) - skip, dtype=np.intp)
+    cameras = _best_first(gt, est)
+    gt, est = gt[cameras], est[cameras]
     order = np.argsort(thresholds, kind="stable")
     best = np.where(order < skip, n, 0)
     refits = _Refits(gt, est, thresholds[order], best)
@@ -159,6 +163,20 @@ def largest_counts(gt: Floats, est: Floats, thresholds: Floats, skip: int = 0) -
     counts = np.empty_like(best)
     counts[order] = best
     return counts[skip:]
+
+
+@np.errstate(all="ignore")
+def _best_first(gt: Floats, est: Floats) -> Indices:
+    """Order cameras by their distances under a robust similarity.
+
+    Large numbers are then found early, and the last cameras show of most refits that they have
+    smaller ones.
+    """
+    rank, rng = 1 + len(gt) // 4, np.random.default_rng(0)
+    found, _ = pcr99(gt, est, rank=rank, n_hypotheses=N_HYPOTHESES, rng=rng)
+    if found is None:
+        return np.arange(len(gt))
+    return np.argsort(np.linalg.norm(found.apply(gt) - est, axis=1), kind="stable")
 
 
 def _can_try(order: Indices) -> bool:
@@ -197,7 +215,7 @@ class _Consensus(ctypes.Structure):
     _fields_ = (
         ("n", ctypes.c_size_t),
         ("n_levels", ctypes.c_size_t),
-        *((name, ctypes.c_void_p) for name in ("gt", "est", "rows", "names")),
+        *((name, ctypes.c_void_p) for name in ("gt", "est", "rows")),
         *((name, ctypes.c_void_p) for name in ("levels", "lower", "upper")),
         ("largest_scale", ctypes.c_double),
         *((name, ctypes.c_void_p) for name in ("most", "known", "best")),
@@ -221,19 +239,19 @@ class _Tries:
         edges = np.where(np.isnan(edges), np.inf, edges)
         levels, ends = lower.searchsorted(edges[:-1], "right"), upper.searchsorted(edges[1:])
         levels[levels != ends] = SEVERAL_LEVELS
+        names = np.random.default_rng(0).integers(1 << 43, size=(n, 2))
         self._arrays = (
             *(np.ascontiguousarray(y.T), np.ascontiguousarray(x.T)),
-            np.hstack([x, y, products, squares]),
-            np.random.default_rng(0).integers(1 << 63, size=n, dtype=np.uint64),
+            np.hstack([x, y, products, squares, np.ones((n, 1)), names]),
             *(levels.astype(np.uint8), lower, upper),
             *(most, np.zeros(KNOWN, dtype=np.uint64), self._best, np.empty(n)),
-            *(np.empty(n + 1, dtype=np.intp), np.empty(n, dtype=np.uint8)),
+            *(np.empty(n, dtype=np.intp), np.empty(n, dtype=np.uint8)),
             np.empty(n * n, dtype=np.intp),
         )
         addresses = [array.ctypes.data for array in self._arrays]
         scale = float(slack.min() / (ROUNDING * np.abs(centres[1]).max()))
-        self._consensus = _Consensus(*(n, len(thresholds), *addresses[:7], scale, *addresses[7:10]))
-        self._room = addresses[10:]
+        self._consensus = _Consensus(*(n, len(thresholds), *addresses[:6], scale, *addresses[6:9]))
+        self._room = addresses[9:]
 
     def unclear(self, a: int, start: int, end: int, best: Indices) -> tuple[Indices, Indices]:
         """Try the triplets of a block, given the largest numbers so far.

@@ -1545,14 +1545,16 @@ int register_scenes(const settings *set, const scenes *all, size_t n_threads)
 #define BIN_SHIFT 46 /* a table has a 64th of an octave in each bin */
 #define BINS 131072
 #define SEVERAL_LEVELS 255 /* the bin of a threshold */
+#define CAMERAS_AT_ONCE 64
 #define KNOWN 8192
-#define MOMENTS 17
+
+/* What is summed over a set of cameras for its refit, and at last its name. */
+enum { ESTIMATED = 0, TRUE = 3, PRODUCTS = 6, SQUARES = 15, COUNT = 17, NAME = 18, N_SUMS = 20 };
 
 typedef struct {
     size_t n, n_levels;
-    const double *gt, *est;           /* (3, n), about a centre of each */
-    const double *rows;               /* (n, MOMENTS), what is summed for a refit */
-    const uint64_t *names;            /* (n,), random: sets have the sums of their members' */
+    const double *gt, *est;           /* (3, n), about a centre of each, the best ones first */
+    const double *rows;               /* (n, N_SUMS) */
     const uint8_t *levels;            /* (BINS,), number of thresholds up to a squared distance */
     const double *lower, *upper;      /* squared thresholds, less and more than any rounding */
     double largest_scale;             /* beyond, the estimate's origin costs too many digits */
@@ -1561,18 +1563,26 @@ typedef struct {
     ptrdiff_t *best;                  /* the largest numbers so far; n where none is asked for */
 } consensus;
 
-/* Squared distances of all cameras. */
-EVERY_WIDTH
-static void squared_distances(const double *restrict gt, const double *restrict est, size_t n,
-                              const similarity *restrict s, double *restrict squares)
+/* Squared distances of the cameras from `start` to `end`. */
+static inline void squared_distances(const consensus *all, const similarity *restrict s, size_t start,
+                                     size_t end, double *restrict squares)
 {
+    const double *restrict gt = all->gt, *restrict est = all->est;
+    const size_t n = all->n;
     const matrix m = {times(s->scale, s->rotation.x), times(s->scale, s->rotation.y),
                       times(s->scale, s->rotation.z)};
     const vector t = s->translation;
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = start; i < end; i++) {
         vector residual = minus(plus(rotated(m, point(est, n, i)), t), point(gt, n, i));
         squares[i] = dot(residual, residual);
     }
+}
+
+EVERY_WIDTH
+static void all_squared_distances(const consensus *all, const similarity *restrict s,
+                                  double *restrict squares)
+{
+    squared_distances(all, s, 0, all->n, squares);
 }
 
 static inline size_t bin_of(double value)
@@ -1582,16 +1592,65 @@ static inline size_t bin_of(double value)
     return (bits >> BIN_SHIFT) % BINS;
 }
 
-/* Number of thresholds that a squared distance reaches; whether rounding may change it. */
-static inline size_t level_of(const consensus *all, double square, bool *unclear)
+/* Find the cameras within the largest threshold, and how many thresholds each reaches; false where
+   rounding may change that. */
+static bool find_levels(const consensus *all, const double *restrict squares,
+                        size_t *restrict members, uint8_t *restrict levels, size_t *n_members)
 {
-    size_t level = all->levels[bin_of(square)];
-    if (level != SEVERAL_LEVELS)
-        return level;
-    for (level = 0; level < all->n_levels && square >= all->lower[level]; level++)
-        if (square <= all->upper[level])
-            *unclear = true;
-    return level;
+    const size_t n = all->n;
+    const uint8_t *restrict level_of = all->levels;
+    const double farthest = all->upper[all->n_levels - 1];
+    size_t count = 0;
+    for (size_t i = 0; i < n; i++) {
+        members[count] = i;
+        levels[count] = level_of[bin_of(squares[i])];
+        count += squares[i] <= farthest;
+    }
+    for (size_t i = 0; i < count; i++) {
+        if (levels[i] != SEVERAL_LEVELS)
+            continue;
+        size_t level = 0;
+        for (double square = squares[members[i]]; level < all->n_levels; level++) {
+            if (square < all->lower[level])
+                break;
+            if (square <= all->upper[level])
+                return false;
+        }
+        levels[i] = (uint8_t)level;
+    }
+    *n_members = count;
+    return true;
+}
+
+/* Sums over the members within each threshold. Every other one has sums of its own, as neighbours
+   often have one level and would wait for each other. */
+EVERY_WIDTH
+static void sum_rows(const double *restrict rows, const size_t *restrict members,
+                     const uint8_t *restrict levels, size_t count, size_t n_levels,
+                     double sums[][N_SUMS])
+{
+    double others[MOST_LEVELS + 1][N_SUMS];
+    memset(sums, 0, (n_levels + 1) * sizeof *sums);
+    memset(others, 0, (n_levels + 1) * sizeof *others);
+    for (size_t i = 0; i + 1 < count; i += 2) {
+        double *restrict sum = sums[levels[i]], *restrict other = others[levels[i + 1]];
+        const double *row = rows + members[i] * N_SUMS, *next = rows + members[i + 1] * N_SUMS;
+        for (size_t j = 0; j < N_SUMS; j++) {
+            sum[j] += row[j];
+            other[j] += next[j];
+        }
+    }
+    for (size_t j = 0; count % 2 && j < N_SUMS; j++)
+        sums[levels[count - 1]][j] += rows[members[count - 1] * N_SUMS + j];
+    for (size_t k = 0; k < n_levels; k++)
+        for (size_t j = 0; j < N_SUMS; j++)
+            sums[k][j] += others[k][j] + (k > 0 ? sums[k - 1][j] : 0);
+}
+
+/* The name of a set from the sums of its members' random numbers. */
+static inline uint64_t name_of(const double *sums)
+{
+    return (uint64_t)sums[NAME] ^ (uint64_t)sums[NAME + 1] << 20;
 }
 
 /* The similarity of three cameras from estimate to ground truth; false where rounding decides it. */
@@ -1712,16 +1771,17 @@ static bool rotation_of_sums(const double m[9], double from, matrix *rotation)
 }
 
 /* The similarity of a set of cameras, by its sums. */
-static bool fit_set(const consensus *all, const double *sums, double count, similarity *found)
+static bool fit_set(const consensus *all, const double *sums, similarity *found)
 {
-    double m[9], mean[6];
-    for (size_t i = 0; i < 6; i++)
-        mean[i] = sums[i] / count;
+    double m[9], means[COUNT];
+    for (size_t i = 0; i < COUNT; i++)
+        means[i] = sums[i] / sums[COUNT];
     for (size_t i = 0; i < 3; i++)
         for (size_t j = 0; j < 3; j++)
-            m[3 * i + j] = sums[6 + 3 * i + j] / count - mean[i] * mean[3 + j];
-    vector x = {mean[0], mean[1], mean[2]}, y = {mean[3], mean[4], mean[5]};
-    double x_square = sums[15] / count, y_square = sums[16] / count;
+            m[3 * i + j] = means[PRODUCTS + 3 * i + j] - means[ESTIMATED + i] * means[TRUE + j];
+    vector x = {means[ESTIMATED], means[ESTIMATED + 1], means[ESTIMATED + 2]};
+    vector y = {means[TRUE], means[TRUE + 1], means[TRUE + 2]};
+    double x_square = means[SQUARES], y_square = means[SQUARES + 1];
     double x_variance = x_square - dot(x, x), y_variance = y_square - dot(y, y);
     if (!(x_variance > 1e-5 * x_square && y_variance > 1e-5 * y_square))
         return false; /* far from the centre: too many digits are lost */
@@ -1733,100 +1793,86 @@ static bool fit_set(const consensus *all, const double *sums, double count, simi
     return true;
 }
 
-EVERY_WIDTH
-static ptrdiff_t count_up_to(double bound, const double *restrict squares, size_t n)
+/* Number of cameras from `start` to `end` up to a squared distance. */
+static inline ptrdiff_t count_up_to(double bound, const double *restrict squares, size_t start,
+                                    size_t end)
 {
     ptrdiff_t count = 0;
-    for (size_t i = 0; i < n; i++)
+    for (size_t i = start; i < end; i++)
         count += squares[i] <= bound;
     return count;
 }
 
-/* Take the numbers of a refit that are the largest; return whether rounding may hide larger ones. */
-static bool try_refit(const consensus *all, const similarity *s, double *squares)
+/* Take the numbers of a refit that are the largest; return whether rounding may hide larger ones.
+   The worst cameras come last and are looked at first: too many of them are beyond the thresholds
+   of most refits. */
+EVERY_WIDTH
+static bool try_refit(const consensus *all, const similarity *s, double *restrict squares)
 {
+    size_t open[MOST_LEVELS], n_open = 0;
+    ptrdiff_t most[MOST_LEVELS]; /* cameras that may be within the threshold */
     bool unclear = false;
-    ptrdiff_t goal = PTRDIFF_MAX;
     for (size_t k = 0; k < all->n_levels; k++)
-        if (all->best[k] < all->most[k] && all->best[k] < goal)
-            goal = all->best[k];
-    squared_distances(all->gt, all->est, all->n, s, squares);
-    for (size_t k = all->n_levels; k-- > 0;) {
-        if (all->best[k] >= all->most[k])
+        if (all->best[k] < all->most[k]) {
+            most[n_open] = (ptrdiff_t)all->n;
+            open[n_open++] = k;
+        }
+    for (size_t end = all->n, start; end > 0; end = start) {
+        bool is_hopeful = false;
+        start = end > CAMERAS_AT_ONCE ? end - CAMERAS_AT_ONCE : 0;
+        squared_distances(all, s, start, end, squares);
+        for (size_t o = 0; o < n_open; o++) {
+            most[o] -= (ptrdiff_t)(end - start);
+            most[o] += count_up_to(all->upper[open[o]], squares, start, end);
+            is_hopeful |= most[o] > all->best[open[o]];
+        }
+        if (!is_hopeful)
+            return false;
+    }
+    for (size_t o = 0; o < n_open; o++) {
+        ptrdiff_t *best = &all->best[open[o]];
+        if (most[o] <= *best)
             continue;
-        ptrdiff_t possible = count_up_to(all->upper[k], squares, all->n);
-        if (possible <= goal)
-            break; /* and fewer are nearer */
-        if (possible <= all->best[k])
-            continue;
-        ptrdiff_t sure = count_up_to(all->lower[k], squares, all->n);
-        all->best[k] = sure > all->best[k] ? sure : all->best[k];
-        unclear |= possible > all->best[k];
+        ptrdiff_t sure = count_up_to(all->lower[open[o]], squares, 0, all->n);
+        *best = sure > *best ? sure : *best;
+        unclear |= most[o] > *best;
     }
     return unclear;
 }
 
 /* Try all refits of a triplet; return whether NumPy must. */
 static bool try_triplet(const consensus *all, const size_t corners[3], double *squares,
-                        size_t *members, uint8_t *at)
+                        size_t *members, uint8_t *levels)
 {
     similarity s;
+    size_t n_members;
     if (!fit_triplet(all, corners, &s))
         return true;
-    size_t n = all->n, k_n = all->n_levels;
-    bool unclear = false, has_sums = false, grown = false, again = false;
-    ptrdiff_t counts[MOST_LEVELS + 1], sum = 0;
-    uint64_t names[MOST_LEVELS + 1], name = 0, own = 0;
-    memset(counts, 0, (k_n + 1) * sizeof *counts);
-    memset(names, 0, (k_n + 1) * sizeof *names);
-    double sums[MOST_LEVELS + 1][MOMENTS];
-    squared_distances(all->gt, all->est, n, &s, squares);
-    size_t n_members = 0;
-    for (size_t i = 0; i < n; i++) {
-        members[n_members] = i;
-        n_members += squares[i] <= all->upper[k_n - 1];
-    }
-    for (size_t i = 0; i < n_members; i++) {
-        size_t level = level_of(all, squares[members[i]], &unclear);
-        at[i] = (uint8_t)level;
-        counts[level]++;
-        names[level] += all->names[members[i]];
-    }
-    if (unclear)
+    all_squared_distances(all, &s, squares);
+    if (!find_levels(all, squares, members, levels, &n_members))
         return true;
+    double sums[MOST_LEVELS + 1][N_SUMS], corner_sums[N_SUMS] = {0}, count = 0;
+    bool again = false;
+    sum_rows(all->rows, members, levels, n_members, all->n_levels, sums);
     for (size_t k = 0; k < 3; k++)
-        own += all->names[corners[k]];
-    for (size_t k = 0; k < k_n; k++) {
-        sum += counts[k];
-        grown |= counts[k] > 0;
-        counts[k] = sum;
-        name += names[k];
-        if (sum < 3 || !grown)
-            continue;
-        grown = false;
+        for (size_t j = 0; j < N_SUMS; j++)
+            corner_sums[j] += all->rows[corners[k] * N_SUMS + j];
+    for (size_t k = 0; k < all->n_levels; k++) {
+        const uint64_t name = name_of(sums[k]);
         uint64_t *known = &all->known[name % KNOWN];
-        if (*known == name)
+        if (sums[k][COUNT] < 3 || sums[k][COUNT] == count || *known == name)
             continue;
+        count = sums[k][COUNT];
         *known = name;
-        if (!has_sums) {
-            memset(sums, 0, (k_n + 1) * sizeof *sums);
-            for (size_t i = 0; i < n_members; i++)
-                for (size_t j = 0; j < MOMENTS; j++)
-                    sums[at[i]][j] += all->rows[members[i] * MOMENTS + j];
-            for (size_t l = 1; l < k_n; l++)
-                for (size_t j = 0; j < MOMENTS; j++)
-                    sums[l][j] += sums[l - 1][j];
-            has_sums = true;
-        }
-        if (name == own) /* the triplet again */
+        if (name == name_of(corner_sums)) /* the triplet again */
             again = true;
-        else if (!fit_set(all, sums[k], (double)sum, &s) || try_refit(all, &s, squares)) {
+        else if (!fit_set(all, sums[k], &s) || try_refit(all, &s, squares)) {
             *known = 0;
             return true;
         }
     }
-    for (size_t k = 0; again && k < k_n; k++)
-        all->best[k] = counts[k] > all->best[k] ? counts[k] : all->best[k];
+    for (size_t k = 0; again && k < all->n_levels; k++)
+        all->best[k] = sums[k][COUNT] > (double)all->best[k] ? (ptrdiff_t)sums[k][COUNT] : all->best[k];
     return false;
 }
 
@@ -1834,13 +1880,13 @@ static bool try_triplet(const consensus *all, const size_t corners[3], double *s
    the others of those that NumPy must. */
 EXPORTED
 size_t try_triplets(const consensus *all, size_t a, size_t start, size_t end, double *squares,
-                    size_t *members, uint8_t *at, ptrdiff_t *others)
+                    size_t *members, uint8_t *levels, ptrdiff_t *others)
 {
     size_t count = 0;
     for (size_t b = start; b < end; b++)
         for (size_t c = b + 1; c < all->n; c++) {
             const size_t corners[3] = {a, b, c};
-            if (try_triplet(all, corners, squares, members, at)) {
+            if (try_triplet(all, corners, squares, members, levels)) {
                 others[2 * count] = (ptrdiff_t)b;
                 others[2 * count++ + 1] = (ptrdiff_t)c;
             }
