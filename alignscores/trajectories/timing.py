@@ -123,8 +123,8 @@ class _ShiftedPositions:
         """Return the best offset within a range and its misfit; infinite if that is no fit."""
         best = self.best_offset(least, most)
         misfit = self.misfit(best)
-        extent = self.extent(best) if misfit < np.inf else 0.0
-        return best, misfit if misfit <= MAX_MISFIT * extent and extent > 0 else np.inf
+        fits = misfit < np.inf and misfit < MAX_MISFIT * self.extent(best)
+        return best, misfit if fits else np.inf
 
     def gain(self, offset: float, misfit: float) -> float:
         """Return the factor by which the positions fit better at an offset with that misfit."""
@@ -136,12 +136,11 @@ class _ShiftedPositions:
         step = STEP if least >= -NEARBY and most <= NEARBY else FAR_STEP
         step = max(step, (most - least) / MAX_TRIALS)
         candidates = np.arange(least, most + step / 2, step)
-        best = 0.0
         for _ in range(REFINEMENTS):
-            best = float(min(candidates, key=self.misfit))
+            best = min(candidates, key=self.misfit)
             step /= 4
             candidates = best + step * np.arange(-4, 5)
-        return best
+        return float(best)
 
     def interpolation_error(self) -> float:
         """Return the usual error of interpolated positions; what fits better does so by chance."""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from alignscores.aligner import normalise
 from alignscores.trajectories import timing
 from alignscores.trajectories.files import Trajectory
 from alignscores.trajectories.timing import find_offset
@@ -177,3 +178,246 @@ def test_an_offset_leaves_half_of_the_estimate_within_the_reference():
     late = estimate(reference, 0, offset=28.0, rows=slice(1000, None, 5))
     start = Trajectory(reference.keys[:2000], reference.poses[:2000])  # has a third of it
     assert find_offset(start, late) is None
+
+
+class Scripted(timing._ShiftedPositions):
+    """Fits as told, and notes what is asked."""
+
+    at_zero: float
+    fits: list
+    gains: list
+    asked: list
+
+    def misfit(self, offset):
+        self.asked.append(("misfit", offset))
+        return self.at_zero
+
+    def fitted(self, least, most):
+        self.asked.append((least, most, self.est_positions))
+        return self.fits.pop(0)
+
+    def gain(self, offset, misfit):
+        self.asked.append(("gain", offset, misfit))
+        return self.gains.pop(0)
+
+
+@pytest.fixture
+def scripted(monkeypatch):
+    """Return a function that finds an offset by misfits and gains as told, with all it asked."""
+    made = []
+
+    def find(fits, gains, *, apart=False, reference=None, est=None):
+        reference = rosette(40) if reference is None else reference
+        script = {"at_zero": np.inf if apart else 0.5, "fits": [*fits], "gains": [*gains]}
+        one = type("One", (Scripted,), {**script, "asked": []})
+
+        def make(*args):
+            made.append(one(*args))
+            return made[-1]
+
+        monkeypatch.setattr(timing, "_ShiftedPositions", make)
+        found = find_offset(reference, reference if est is None else est)
+        assert not one.fits
+        assert not one.gains
+        return found, one.asked, made[-1]
+
+    return find
+
+
+NO_FIT = (0.7, np.inf)
+
+
+@pytest.mark.parametrize(
+    ("fits", "gains", "seconds", "gain"),
+    [
+        # It fits nearby: as it is, little better or worse than at 0, or as much as is needed.
+        ([(0.25, 0.1)], [1.19], 0.25, 1.19),
+        ([(0.25, 0.1)], [0.9], 0.25, 0.9),
+        ([(0.25, 0.1)] + 4 * [NO_FIT], [1.2], 0.25, 1.2),
+        ([(0.25, 0.1), (0.5, 0.1), (0.5, 0.2), NO_FIT, NO_FIT], [3.0], 0.25, 3.0),
+        # Another convention fits better, at an offset or where it is; the best of them counts.
+        ([(0.25, 0.1), (0.5, 0.09), NO_FIT, NO_FIT, NO_FIT], [3.0, 1.2], 0.5, 1.2),
+        ([(0.25, 0.1), (0.5, 0.09), NO_FIT, NO_FIT, NO_FIT], [3.0, 1.19], 0.0, 1.0),
+        ([(0.25, 0.1), (0.5, 0.09), (0.6, 0.09), (0.75, 0.05), (0.8, 0.07)], [3, 2, 4], 0.75, 4),
+        ([(0.25, 0.1), (0.5, 0.09), NO_FIT, (0.75, 0.05), NO_FIT], [3, 2, 1.1], 0.0, 1.0),
+        ([NO_FIT, NO_FIT, NO_FIT, NO_FIT, (0.5, 0.2)], [2.5], 0.5, 2.5),
+        # Nowhere nearby, but anywhere, as it is.
+        (5 * [NO_FIT] + [(9.0, 0.1)], [6.0], 9.0, 6.0),
+        (5 * [NO_FIT] + [(9.0, 0.1)], [1.1], 9.0, 1.1),
+    ],
+)
+def test_the_offset_is_that_of_what_fits_best_nearby_then_anywhere(
+    scripted, fits, gains, seconds, gain
+):
+    assert scripted(fits, gains)[0] == timing.TimeOffset(seconds, gain)
+
+
+def test_where_nothing_fits_there_is_no_offset(scripted):
+    assert scripted(6 * [NO_FIT], [])[0] is None
+    assert scripted(10 * [NO_FIT], [], apart=True)[0] is None
+
+
+def test_other_conventions_are_looked_for_anywhere_only_where_the_clocks_are_apart(scripted):
+    fits = [*(5 * [NO_FIT]), NO_FIT, NO_FIT, NO_FIT, (9.0, 0.3), (8.0, 0.2)]
+    found, asked, _ = scripted(fits, [np.inf, np.inf], apart=True)
+    assert found == timing.TimeOffset(8.0, np.inf)
+    assert [one for one in asked if one[0] == "gain"] == [("gain", 9.0, 0.3), ("gain", 8.0, 0.2)]
+    assert asked[0] == ("misfit", 0.0)
+
+
+def test_what_is_compared(scripted):
+    """300 poses that have a position, evenly spread in the order of time, as they are and in four
+    other conventions, within a second and over all that both clocks may have in common."""
+    reference, est = rosette(40), rosette(700)
+    est.keys[400:430] = est.keys[400]
+    backwards = np.r_[400:700, :400]  # the last ones first
+    est = Trajectory(est.keys[backwards] - 3.0, est.poses[backwards])
+    est.poses[::2, 3] = np.nan  # says nothing
+    est.poses[0, :3, :3] = np.nan
+    est.poses[100:150, 1, 3] = np.inf
+    known = np.delete(np.arange(700), np.s_[100:150])
+    in_order = known[np.lexsort((known, est.keys[known]))]
+    rows = in_order[np.linspace(0, 649, 300).astype(int)]
+    assert rows[[0, -1]].tolist() == [300, 299]
+    _, asked, fit = scripted(10 * [NO_FIT], [], apart=True, reference=reference, est=est)
+    np.testing.assert_array_equal(fit.ref_stamps, reference.keys)
+    np.testing.assert_array_equal(fit.est_stamps, est.keys[rows])
+    np.testing.assert_array_equal(fit.ref_positions, normalise(reference.poses[:, :3, 3])[0])
+    spans = [one for one in asked if one[0] != "misfit"]
+    ends = reference.keys[0] - est.keys[299], reference.keys[-1] - est.keys[300]
+    assert [one[:2] for one in spans] == 5 * [(-1.0, 1.0)] + 5 * [ends]
+    poses = est.poses[rows]
+    expected = [poses[:, :3, 3], *timing._in_other_conventions(poses)]
+    for one, positions in zip(spans, 2 * expected, strict=True):
+        np.testing.assert_array_equal(one[2], normalise(positions)[0])
+
+
+def test_both_have_twenty_poses(scripted):
+    fit = [(0.25, 0.1)], [1.0]
+    assert scripted(*fit, reference=rosette(20), est=rosette(20))[0] is not None
+    assert find_offset(rosette(19), rosette(20)) is None
+    assert find_offset(rosette(20), rosette(19)) is None
+
+
+def test_positions_in_other_conventions():
+    """A quarter of a turn about z, then no rotation at all."""
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    poses[0, :3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    poses[:, :3, 3] = [[1, 2, 3], [4, 5, 6]]
+    poses[1, :3, :3] = np.nan
+    mirrored, inverse, mirrored_inverse, centres = timing._in_other_conventions(poses)
+    assert mirrored.tolist() == [[1, 2, -3], [4, 5, -6]]
+    assert inverse.tolist() == [[-2, 1, -3], [0, 0, 0]]
+    assert mirrored_inverse.tolist() == [[-2, 1, 3], [0, 0, 0]]
+    assert centres.tolist() == [[2, -1, -3], [0, 0, 0]]
+
+
+@pytest.mark.parametrize(
+    ("n_est", "n_inside", "fits"),
+    [(20, 20, True), (20, 19, False), (60, 30, True), (60, 29, False), (41, 20, False)],
+)
+def test_a_misfit_is_that_of_twenty_poses_and_half_of_them(monkeypatch, n_est, n_inside, fits):
+    asked = []
+
+    def error(gt, est, *, n_hypotheses):
+        asked.append((gt[:, 0].tolist(), est[:, 0].tolist(), n_hypotheses))
+        return 0.25
+
+    monkeypatch.setattr(timing, "median_error", error)
+    positions = np.arange(float(n_est))[:, None] * [1.0, 2.0, 3.0]
+    known = np.arange(float(n_inside))
+    fit = timing._ShiftedPositions(
+        known, np.arange(n_est) - 5.0, 10 * known[:, None] * [1.0, 2.0, 3.0], positions
+    )
+    assert fit.misfit(5.0) == (0.25 if fits else np.inf)
+    assert asked == ([((10 * known).tolist(), known.tolist(), 100)] if fits else [])
+
+
+class Fixed(timing._ShiftedPositions):
+    """Has misfits by offset, and the same extent and error of interpolation everywhere."""
+
+    misfits: dict
+    wide = 8.0
+
+    def misfit(self, offset):
+        return self.misfits[offset]
+
+    def extent(self, offset):
+        assert self.misfits[offset] < np.inf
+        return self.wide
+
+    def interpolation_error(self):
+        return 0.0092
+
+    def best_offset(self, least, most):
+        assert (least, most) == (-4.0, 7.0)
+        return 2.0
+
+
+@pytest.mark.parametrize(
+    ("misfit", "wide", "fits"),
+    [
+        *[(0.79, 8.0, True), (0.81, 8.0, False), (0.0, 8.0, True), (np.inf, 8.0, False)],
+        *[(0.0, 0.0, False), (0.01, 0.5, True)],
+    ],
+)
+def test_a_fit_is_within_a_tenth_of_the_extent(misfit, wide, fits):
+    kind = type("Kind", (Fixed,), {"misfits": {2.0: misfit}, "wide": wide})
+    assert kind(*4 * [np.zeros(0)]).fitted(-4.0, 7.0) == (2.0, misfit if fits else np.inf)
+
+
+@pytest.mark.parametrize(("at_zero", "gain"), [(0.59, 6.0), (0.0, 0.1), (np.inf, np.inf)])
+def test_the_gain_counts_no_misfit_below_interpolation_and_rounding(at_zero, gain):
+    """Which are 0.0092 and 0.0001 of the extent: in all 0.01."""
+    kind = type("Kind", (Fixed,), {"misfits": {0.0: at_zero, 2.0: 0.09}})
+    assert kind(*4 * [np.zeros(0)]).gain(2.0, 0.09) == pytest.approx(gain)
+
+
+def trials(least, most, best):
+    """Return the offsets at which one looks for the best, round by round, and what is found."""
+    asked = []
+
+    class Asked(timing._ShiftedPositions):
+        def misfit(self, offset):
+            asked.append(offset)
+            return abs(offset - best)
+
+    found = Asked(*4 * [np.zeros(0)]).best_offset(least, most)
+    assert type(found) is float
+    rounds = np.split(np.array(asked), [len(asked) - 36 + 9 * k for k in range(4)])
+    return found, rounds
+
+
+@pytest.mark.parametrize(
+    ("least", "most", "step", "best"),
+    [
+        *[(-1.0, 1.0, 0.05, 0.3333), (-1.0, 1.0, 0.05, -1.0), (-1.0, 0.98, 0.05, 1.0)],
+        *[(-1.01, 1.0, 0.2, 0.3333), (-1.0, 1.01, 0.2, 0.3333), (-50.0, 50.0, 0.2, -12.34)],
+        *[(-300.0, 500.0, 0.2, 499.0), (-1000.0, 7000.0, 2.0, 6543.2)],
+    ],
+)
+def test_the_best_offset_is_sought_in_steps_that_become_smaller(least, most, step, best):
+    found, (first, *refined) = trials(least, most, best)
+    np.testing.assert_allclose(first, least + step * np.arange(len(first)), atol=1e-9)
+    assert most - step / 2 - 1e-9 < first[-1] <= most + step / 2
+    middle = first[np.argmin(np.abs(first - best))]
+    for tried in refined:
+        step /= 4
+        np.testing.assert_allclose(tried, middle + step * np.arange(-4, 5), atol=1e-9)
+        middle = tried[np.argmin(np.abs(tried - best))]
+    assert found == middle
+    assert abs(found - best) <= step / 2 + 1e-9
+
+
+def test_interpolation_error_and_extent_are_medians():
+    """Of second differences as long as 8, 16 and 80; of distances from the middle as below."""
+    stamps = np.arange(5.0)
+    bends = np.array([[0, 8, 0], [0, 0, 80], [16, 0, 0]])
+    slopes = np.vstack([np.zeros(3), np.cumsum(bends, axis=0)])
+    path = np.vstack([np.zeros(3), np.cumsum(slopes, axis=0)])
+    fit = timing._ShiftedPositions(stamps, stamps, path, path)
+    assert fit.interpolation_error() == 2.0
+    path = np.array([[0.0, 0, 0], [1, 0, 0], [5, 0, 0], [5, 12, 0], [5, 0, 40]])
+    fit = timing._ShiftedPositions(stamps, stamps - 1, path, path)
+    assert fit.extent(1.0) == 5.0  # of 5, 4, 0, 12, 40 from (5, 0, 0)
+    assert fit.extent(0.0) == 2.5  # without the last one; from (3, 0, 0)
