@@ -188,23 +188,19 @@ def check_conventions(gt_poses: ArrayLike, est_poses: ArrayLike) -> Convention:
     >>> str(check_conventions(gt, opengl))
     "the camera's frame is turned: 180 deg about x, as OpenGL's camera axes to OpenCV's"
     """
-    worlds = [
-        check_poses(gt_poses, "gt_poses", complete=True),
-        check_poses(est_poses, "est_poses", complete=False),
-    ]
-    check_same_length(worlds[0][0], worlds[1][0], "gt_poses", "est_poses")
-    gt, est = (np.tile(np.eye(4), (len(positions), 1, 1)) for _, positions in worlds)
-    for world, (rotations, positions) in zip((gt, est), worlds, strict=True):
-        world[:, :3, :3], world[:, :3, 3] = rotations, positions
+    gt = np.dstack(check_poses(gt_poses, "gt_poses", complete=True))  # (n, 3, 4)
+    est = np.dstack(check_poses(est_poses, "est_poses", complete=False))
+    check_same_length(gt, est, "gt_poses", "est_poses")
     found = find_convention(gt, est)
     estimated = finite_rows(est)
     est = est[estimated]
     if found.inverted:
         est = inverse_poses(est)
     elif found.positions_inverted:
-        est[:, :3, 3] = -np.einsum("nij,nj->ni", est[:, :3, :3], est[:, :3, 3])
-    positions = est[:, :3, 3] * [1.0, 1.0, -1.0 if found.mirrored else 1.0]
-    return replace(found, scale=_scale(gt[estimated, :3, 3], positions))
+        est[:, :, 3] = -np.einsum("nij,nj->ni", est[:, :, :3], est[:, :, 3])
+    if found.mirrored:
+        est[:, 2, 3] = -est[:, 2, 3]
+    return replace(found, scale=_scale(gt[estimated, :, 3], est[:, :, 3]))
 
 
 def rotate_cameras(est_poses: Floats, body_rotation: Floats | None) -> Floats:
@@ -219,7 +215,7 @@ def rotate_cameras(est_poses: Floats, body_rotation: Floats | None) -> Floats:
 def describe_rotation(rotation: Floats) -> str:
     """Describe a rotation of the camera's frame in words."""
     for axes, name in zip(_AXES[1:], _NAMES[1:], strict=True):
-        if np.allclose(rotation, axes, atol=1e-9):
+        if np.allclose(rotation, axes):
             return name
     vector = _log(rotation[None])[0]
     angle = float(np.linalg.norm(vector))
@@ -294,7 +290,7 @@ def _known_mix_up(gt: Floats, est: Floats, ras: float, quaternions: bool) -> Con
     They are looked for where the rotations do not fit badly as they are.
     """
     gain, share = KNOWN_GAIN
-    needed = max(MIN_RAS, ras + gain, 1 - share * (1 - ras))
+    needed = max(ras + gain, 1 - share * (1 - ras))
     if needed > 1:
         return Convention(ras=ras, corrected_ras=ras)
     found = [
@@ -384,7 +380,7 @@ def _refined_frame(gt: Floats, est: Floats, body: Floats) -> Floats:
         frames = (world @ gt).transpose(0, 2, 1) @ est
         agree = rotation_angles(frames @ body.T) < NEAR_DEG
         if not agree.any():
-            break
+            return body
         body = chordal_mean(frames[agree])
     return body
 
