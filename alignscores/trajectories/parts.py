@@ -66,9 +66,8 @@ def assign_cameras(parts_poses: Sequence[Floats]) -> Indices:
     Of equally large parts it is the first one; parts with too few cameras count none.
     """
     present = np.array([finite_rows(poses) for poses in parts_poses])
-    sizes = present.sum(axis=1)
-    largest = np.argmax(np.where(present, sizes[:, None], 0), axis=0)
-    return np.where((present & (sizes >= MIN_CAMERAS)[:, None]).any(axis=0), largest, -1)
+    sizes = present * present.sum(axis=1, keepdims=True)
+    return np.where(sizes.max(axis=0) >= MIN_CAMERAS, np.argmax(sizes, axis=0), -1)
 
 
 def combine_tas(results: Sequence[TASResult], part_of: Indices) -> TASResult:

@@ -47,6 +47,6 @@ def _format_of_text(path: str) -> str:
         return "euroc"
     if len(fields) != 8:
         return "kitti"
-    first = (line.split(maxsplit=1)[0] for line in (line, *(other for _, other in lines)))
+    first = (line.split()[0] for line in (line, *(other for _, other in lines)))
     stamps = np.array([float(stamp) for stamp in first if is_number(stamp, finite=True)])
-    return "euroc" if time_unit(stamps) == "nanoseconds" else "tum"
+    return "euroc" if len(stamps) and time_unit(stamps) == "nanoseconds" else "tum"

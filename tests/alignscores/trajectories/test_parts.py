@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 from alignscores import pas, tas_distance
 from alignscores.distance import search_unit
 from alignscores.profile import searched_profile
+from alignscores.trajectories import parts as parts_module
 from alignscores.trajectories.files import Trajectory
 from alignscores.trajectories.parts import (
     all_cameras,
@@ -56,9 +57,27 @@ def test_cameras_and_their_poses_by_name():
     assert whole.keys.tolist() == ["a", "b", "c"]
     np.testing.assert_array_equal(whole.poses, poses[[0, 2, 1]])
     assert all_cameras(parts[:1]) is parts[0]
-    found = poses_by_name(parts[0], ["c", "b", None])
-    np.testing.assert_array_equal(found[0], poses[1])
-    assert np.isnan(found[1:]).all()
+    found = poses_by_name(parts[0], ["c", "a", "b", None])
+    np.testing.assert_array_equal(found[:2], poses[[1, 0]])
+    assert np.isnan(found[2:]).all()
+    np.testing.assert_array_equal(parts[0].poses, poses[:2])
+    assert poses_by_name(parts[0], []).shape == (0, 4, 4)
+    alone = poses_by_name(Trajectory(np.array(["a"]), poses[:1]), ["x", "a"])
+    assert np.isfinite(alone).all(axis=(1, 2)).tolist() == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("sizes", "expected"),
+    [
+        ([[1, 1, 1, 0], [1, 1, 1, 1]], [1, 1, 1, 1]),
+        ([[1, 1, 1, 0], [0, 1, 1, 1]], [0, 0, 0, 1]),  # of equally large ones the first
+        ([[1, 1, 0, 0], [0, 1, 1, 1], [1, 0, 0, 0]], [-1, 1, 1, 1]),
+        ([[1, 1, 0, 0], [0, 0, 0, 0]], [-1, -1, -1, -1]),
+    ],
+)
+def test_parts_that_count_cameras(sizes, expected):
+    parts = [np.where(np.array(part)[:, None, None], np.eye(4), np.nan) for part in sizes]
+    assert assign_cameras(parts).tolist() == expected
 
 
 @pytest.mark.parametrize("registration", ["pcr99", "refined"])
@@ -84,6 +103,51 @@ def test_the_scores_are_those_of_the_errors_camera_by_camera(scene, registration
     turns = Rotation.from_matrix(poses[:38, :3, :3].transpose(0, 2, 1) @ gt[:38, :3, :3])
     np.testing.assert_allclose(np.degrees(turns.magnitude()), whole.ras.errors[:38], atol=1e-6)
     assert np.isnan(poses[38:, :3]).all()
+
+
+def test_the_whole_is_as_of_poses_in_the_world_of_the_ground_truth(scene):
+    gt, parts = scene
+    results = [pas(gt, part) for part in parts[:3]]
+    whole = combine(results, assign_cameras(parts))
+    aligned = whole.tas.alignment
+    assert aligned.scale == 1.0
+    np.testing.assert_array_equal(aligned.rotation, np.eye(3))
+    np.testing.assert_array_equal(aligned.translation, np.zeros(3))
+    np.testing.assert_array_equal(whole.ras.alignment, np.eye(3))
+    assert whole.tas.n_hypotheses == sum(result.tas.n_hypotheses for result in results) > 0
+    assert whole.weight == results[0].weight
+
+
+def test_a_single_part_is_the_whole(scene):
+    gt, parts = scene
+    result, part_of = pas(gt, parts[0]), assign_cameras(parts[:1])
+    assert combine_tas([result.tas], part_of) is result.tas
+    assert combine([result], part_of) is result
+    poses = [parts[0]]
+    assert in_one_world(poses, [result], part_of) is poses[0]
+    # Its positions count where a camera has no rotation, of a part just as for `tas`.
+    errors = errors_of_parts(gt[:, :3, 3], [parts[0, :, :3, 3]], np.full(42, -1), rng=0)(0.1)
+    assert np.isfinite(errors).sum() == 20
+
+
+def test_parts_are_aligned_as_the_estimate_is(monkeypatch, scene):
+    """By hypotheses that are drawn once, for all units."""
+    gt, positions = scene[0][:, :3, 3], scene[1][:2, :, :3, 3]
+    asked = []
+
+    class Recorded(parts_module.Aligner):
+        def __init__(self, *args, **options):
+            asked.append(options)
+            super().__init__(*args, **options)
+
+    monkeypatch.setattr(parts_module, "Aligner", Recorded)
+    part_of = assign_cameras(scene[1][:2])
+    given = {"rng": 3, "alignment": "yaw", "up": "y"}
+    errors_of_parts(gt, positions, part_of, **given)
+    errors_of_parts(gt, positions, part_of, rng=4)
+    options = {"registration": "refined", "n_hypotheses": 1000, "keep": True}
+    defaults = {"rng": 4, "alignment": "similarity", "up": "z"}
+    assert asked == 2 * [options | given] + 2 * [options | defaults]
 
 
 def test_parts_without_a_camera_in_common_add_up(scene):

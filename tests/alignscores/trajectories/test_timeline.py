@@ -5,9 +5,15 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from alignscores import closest_pair_quartile, pas, tas, tas_distance
+from alignscores.trajectories import timeline
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import Trajectory
-from alignscores.trajectories.timeline import due_rows, stand_in, usual_step
+from alignscores.trajectories.timeline import (
+    due_rows,
+    nearest_stamps,
+    stand_in,
+    usual_step,
+)
 
 N, RATE = 1200, 20
 
@@ -189,3 +195,151 @@ def test_ends_of_a_long_gap_stand_for_half_a_step(truth):
     assert usual_step(truth.keys[kept]) == pytest.approx(0.2)
     assert lost[0] in (98, 99)  # 0.1 s after the last pose, up to rounding
     assert lost[-1] in (497, 498)
+
+
+def with_gap(n, step, gap):
+    """Stamps of n poses, with a gap before the last one, and moments near its start."""
+    stamps = np.append(np.arange(n - 1) * step, (n - 2) * step + gap)
+    return stamps, stamps[-2]
+
+
+@pytest.mark.parametrize(
+    ("n", "step", "gap", "max_gap", "covered"),
+    [
+        # By default 10 usual steps and at least a second; of eight poses or fewer a second.
+        *[(12, 0.5, 5.0, None, True), (12, 0.5, 5.25, None, False), (9, 0.5, 5.0, None, True)],
+        *[(8, 0.5, 1.5, None, False), (8, 0.5, 1.0, None, True), (3, 0.5, 1.0, None, True)],
+        *[(12, 1 / 16, 1.0, None, True), (12, 1 / 16, 1.125, None, False)],
+        *[(12, 0.5, 2.0, 2.0, True), (12, 0.5, 2.125, 2.0, False), (3, 0.5, 2.0, 2.0, True)],
+        *[(12, 0.5, 0.75, 0.5, False), (12, 0.5, 0.75, 0.0, False)],
+    ],
+)
+def test_poses_cover_the_time_between_them_within_the_largest_gap(n, step, gap, max_gap, covered):
+    stamps, start = with_gap(n, step, gap)
+    due = start + np.array([0.0, 0.5, 1.0]) * gap
+    nearest, stands = timeline._covered(stamps, due, 0.01, max_gap)
+    assert nearest.tolist() == [n - 2, n - 2, n - 1]
+    assert stands.tolist() == [True, covered, True]
+
+
+@pytest.mark.parametrize(
+    ("max_gap", "t_max_diff", "reach"),
+    [(None, 0.01, 0.25), (0.25, 0.01, 0.125), (0.0, 0.0625, 0.0625), (None, 0.75, 0.75)],
+)
+def test_at_the_ends_of_a_long_gap_a_pose_stands_for_half_a_step(max_gap, t_max_diff, reach):
+    """Or for as long as stamps are taken for the same."""
+    stamps, start = with_gap(12, 0.5, 8.0)
+    due = start + np.array([reach, reach + 0.001, 8 - reach - 0.001, 8 - reach])
+    nearest, stands = timeline._covered(stamps, due, t_max_diff, max_gap)
+    assert nearest.tolist() == [10, 10, 11, 11]
+    assert stands.tolist() == [True, False, False, True]
+
+
+def test_the_time_before_the_first_pose_and_after_the_last_one_is_a_gap():
+    stamps = np.arange(5.0)
+    near = np.array([-1.0, -0.7, 4.7, 5.0])
+    assert timeline._covered(stamps, near, 0.01, 1.0)[1].tolist() == [True] * 4
+    far = np.array([-1.25, -0.7, 4.7, 5.25])
+    assert timeline._covered(stamps, far, 0.01, 1.0)[1].tolist() == [False] * 4
+    alone = timeline._covered(np.zeros(1), np.array([-2.0, 0.25, 2.0]), 0.25, None)
+    assert alone[1].tolist() == [False, True, False]
+
+
+def along_x(stamps):
+    """A trajectory that has its stamps squared, so that interpolation shows."""
+    poses = np.tile(np.eye(4), (len(stamps), 1, 1))
+    poses[:, 0, 3] = np.square(stamps)
+    return Trajectory(np.array(stamps, dtype=float), poses)
+
+
+def compared(reference, times, *, t_max_diff=0.01, interpolate=True):
+    """The x at which each pose is compared; None where it has no reference."""
+    found, known = timeline._reference_at(reference, np.array(times), 0.05, t_max_diff, interpolate)
+    return [x if there else None for x, there in zip(found[:, 0, 3], known, strict=True)]
+
+
+@pytest.mark.parametrize(
+    ("gap", "step", "t_max_diff", "near"),
+    [
+        # Two poses of the reference are near within 0.1 s, up to what is taken for the same ...
+        *[(0.1, 0.01, 0.0, True), (0.105, 0.01, 0.01, True), (0.1 + 0.01, 0.01, 0.01, True)],
+        *[(0.115, 0.01, 0.01, False), (0.14, 0.01, 0.0, False)],
+        # ... or within a step of the estimate and a tenth.
+        *[(1.1, 1.0, 0.01, True), (1.125, 1.0, 0.01, False), (0.5, 0.5, 0.01, True)],
+    ],
+)
+def test_between_poses_that_are_near_the_reference_is_interpolated(gap, step, t_max_diff, near):
+    reference = along_x([0.0, gap])
+    found, known = timeline._reference_at(
+        reference, np.array([gap / 2]), step, t_max_diff, interpolate=True
+    )
+    assert known.tolist() == [near]
+    assert found[0, 0, 3] == pytest.approx(gap**2 / 2 if near else 0.0)
+
+
+def test_the_reference_is_known_within_its_time_and_a_little_beyond():
+    reference = along_x([1.0, 1.1, 1.2, 1.3])
+    times = [0.985, 0.995, 1.05, 1.1, 1.15, 1.25, 1.305, 1.325]
+    at = [None, 1.0, 1.105, 1.21, 1.325, 1.565, 1.69, None]
+    assert compared(reference, times) == pytest.approx(at)
+    nearest = [None, 1.0, None, 1.21, None, None, 1.69, None]
+    assert compared(reference, times, interpolate=False) == pytest.approx(nearest)
+    halves = compared(reference, times, interpolate=False, t_max_diff=0.06)
+    assert halves[2] == pytest.approx(1.0)  # of two that are as near the earlier one
+
+
+def test_a_pose_at_a_stamp_of_the_reference_is_compared_with_just_that(truth):
+    found, known = timeline._reference_at(truth, truth.keys, 0.05, 0.01, interpolate=True)
+    assert known.all()
+    np.testing.assert_array_equal(found, truth.poses)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.5, 3.25])
+def test_due_rows_count_steps_from_the_first_stamp(start):
+    """Where the reference is denser by a tenth; up to a millionth of a step."""
+    stamps = start + np.arange(12.0)
+    for step, rows in ((1.0, list(range(12))), (1.09, list(range(12))), (2.0, [0, 2, 4, 6, 8, 10])):
+        assert due_rows(stamps, step).tolist() == rows
+    assert due_rows(stamps, 1.1).tolist() == [0, *range(2, 12)]
+    assert due_rows(np.array([0, 1, 2 - 1.6e-6, 3, 4]), 2.0).tolist() == [0, 2, 4]
+    assert due_rows(np.array([0, 1, 2 - 2.4e-6, 3, 4]), 2.0).tolist() == [0, 3, 4]
+
+
+def test_the_usual_step_is_the_median_of_those_between_stamps():
+    assert usual_step(np.array([0.0, 1.0, 1.0, 3.0, 8.0])) == 2.0
+    assert usual_step(np.array([5.0, 5.0])) == np.inf
+
+
+def test_the_nearest_stamp_is_the_earlier_one_of_two():
+    nearest, distance = nearest_stamps(
+        np.array([0.0, 1, 3]), np.array([-2.0, 0.5, 0.75, 2, 2.5, 9])
+    )
+    assert nearest.tolist() == [0, 0, 1, 1, 2, 2]
+    assert distance.tolist() == [2, 0.5, 0.25, 1, 0.5, 6]
+
+
+def test_what_stands_for_frames_by_hand():
+    """Poses 0 and 2 stand for what is near them; pose 1 is in a gap of the reference."""
+    reference = along_x([0.0, 1.0, 2.0, 9.0, 10.0])
+    estimate = along_x([0.25, 5.5, 9.75])
+    standing = stand_in(
+        reference,
+        np.array([0, 1, 2, 4]),
+        estimate,
+        t_max_diff=0.25,
+        max_gap=1.0,
+        interpolate=False,
+    )
+    assert standing.est_rows.tolist() == [0, -1, -1, 2]
+    assert standing.gt_poses[:, 0, 3].tolist() == [0, 1, 4, 100]
+    assert standing.unmatched == 1
+    none = stand_in(
+        reference,
+        np.array([0, 1]),
+        along_x([4.0, 6.0]),
+        t_max_diff=0.25,
+        max_gap=None,
+        interpolate=False,
+    )
+    assert (none.est_rows.tolist(), none.unmatched) == ([-1, -1], 2)
+    np.testing.assert_array_equal(none.gt_poses, reference.poses[:2])
