@@ -176,10 +176,12 @@ def match(
     for name, seconds, least in (
         ("t_max_diff", t_max_diff, 0),
         ("t_offset", t_offset, -inf),
-        ("max_gap", 0.0 if max_gap is None else max_gap, 0),
-        ("t_start", 0.0 if t_start is None else t_start, -inf),
-        ("t_end", 0.0 if t_end is None else t_end, -inf),
+        ("max_gap", max_gap, 0),
+        ("t_start", t_start, -inf),
+        ("t_end", t_end, -inf),
     ):
+        if seconds is None and name in ("max_gap", "t_start", "t_end"):
+            continue
         if not isinstance(seconds, Real) or not least <= seconds < inf:
             raise ValueError(f"{name} must be a finite number of seconds, not {seconds!r}")
     reference, estimate = checked(reference, "reference"), checked(estimate, "estimate")
@@ -305,7 +307,7 @@ def _rows_of_frames(ref_stamps: Floats, frames: Floats, timing: _Timing) -> tupl
             f"no due frame has a reference pose: the frames go from {frames[0]:.6f} to "
             f"{frames[-1]:.6f} s, the reference from {ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s "
             f"(t_offset {timing.t_offset:g} s, t_max_diff {timing.t_max_diff:g} s)"
-            f"{unit_hint(ref_stamps, frames + timing.t_offset, 'frames')}"
+            f"{unit_hint(ref_stamps, frames, 'frames')}"
         )
     return np.unique(nearest[near]), frames[~near] + timing.t_offset
 
@@ -359,8 +361,8 @@ def unit_hint(ref_stamps: Floats, est_stamps: Floats, whose: str = "estimate") -
     for name, other in (("reference", whose), (whose, "reference")):
         for unit, factor in TIME_UNITS.items():
             as_long = factor * durations[other]
-            same = factor > 1 and low * as_long < durations[name] < high * as_long
-            if unit == units[name] != "seconds" or same:
+            same = low * as_long < durations[name] < high * as_long
+            if unit != "seconds" and (unit == units[name] or same):
                 return f"; those of the {name} seem to be in {unit}: write them in seconds"
     return ""
 
@@ -426,12 +428,12 @@ def checked(trajectory: Trajectory, whose: str) -> Trajectory:
         if not np.isfinite(keys).all():
             row = int(np.argmin(np.isfinite(keys)))
             raise ValueError(f"the time stamp of pose {row + 1} of the {whose} is not finite")
-        if len(keys) > 1 and (keys == keys[0]).all():
+        if len(keys) > 1 and keys.min() == keys.max():
             raise ValueError(f"all {len(keys)} time stamps of the {whose} are the same")
     if poses.shape != (len(keys), 4, 4):
         last = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (len(keys), 1, 4))
         poses = np.concatenate([poses, last], axis=1)
-    return Trajectory(keys, poses.astype(np.float64, copy=False))
+    return Trajectory(keys, np.asarray(poses, dtype=np.float64))
 
 
 def _are_row_numbers(keys: NDArray[Any]) -> bool:
@@ -471,18 +473,18 @@ def _pairs_by_end(
     taken for one by more images than either shares with another folder.
     """
     paths = [[tuple(re.split(r"[\\/]", name.casefold())) for name in names] for names in (ref, est)]
-    left = [set(range(len(names))) for names in (ref, est)]
+    left = set(range(len(ref)))  # of two images that are a pair each is the other's at every end
     shared: Counter[tuple[int, tuple[str, ...]]] = Counter()
     found: list[tuple[int, int]] = []
 
     def take(taken: Sequence[tuple[int, int]]) -> None:
         for pair in taken:
+            left.discard(pair[0])
             for side, row in enumerate(pair):
-                left[side].discard(row)
                 shared[side, paths[side][row][:-1]] += 1
 
     take(pairs)
-    longest = max(map(len, paths[0] + paths[1]))
+    longest = max(map(len, paths[1]))
     for ending, length in [(True, n) for n in range(longest, 0, -1)] + [(False, 1)]:
         ends = [
             {row: _end(path, length, ending) for row, path in enumerate(of) if len(path) >= length}
@@ -492,7 +494,7 @@ def _pairs_by_end(
         new = [
             (rows[0][i], rows[1][j])
             for i, j in _unique_pairs(*(list(of.values()) for of in ends))
-            if rows[0][i] in left[0] and rows[1][j] in left[1]
+            if rows[0][i] in left
         ]
         whole = [pair for pair in new if length in (len(paths[0][pair[0]]), len(paths[1][pair[1]]))]
         folders: dict[Any, list[tuple[int, int]]] = {}

@@ -4,7 +4,8 @@ import pytest
 from evo.core.sync import associate_trajectories, matching_time_indices
 from evo.core.trajectory import PoseTrajectory3D
 
-from alignscores.trajectories.association import in_order, match
+from alignscores.trajectories import association
+from alignscores.trajectories.association import checked, in_order, match, present, unit_hint
 from alignscores.trajectories.files import Trajectory, TrajectoryWarning
 
 # Every pose of the reference is due, and takes the pose of its own moment.
@@ -440,3 +441,217 @@ def test_impossible_settings(setting, value):
         match(trajectory([0.0]), trajectory([0.0]), **{setting: value})
     with pytest.raises(ValueError, match=r"missing must be one of .*, not 'skip'"):
         match(trajectory(["a"]), trajectory(["a"]), missing="skip")
+
+
+DATE = 1.7e9
+SECOND, MS, NS = "seconds", "milliseconds", "nanoseconds"
+
+
+@pytest.mark.parametrize(
+    ("reference", "estimate", "hint"),
+    [
+        (DATE + np.arange(9), DATE + np.arange(9), None),
+        # The size tells, whatever the durations are.
+        ((DATE + np.arange(9)) * 1e9, DATE + np.arange(3), ("reference", NS)),
+        (DATE + np.arange(9), (DATE + np.arange(3)) * 1e3, ("estimate", MS)),
+        ((DATE + np.arange(9)) * 1e9, (DATE + np.arange(9)) * 1e3, ("both", MS)),
+        # Of stamps since a start the durations do, which are alike up to a factor of two.
+        ([0, 2, 10], [0, 3, 5000], None),
+        *[
+            ([0, 2, 10], [0, 3, 5001], ("estimate", MS)),
+            ([0, 2, 10], [0, 3, 19999], ("estimate", MS)),
+        ],
+        *[([0, 2, 10], [0, 3, 20000], None), ([0, 3, 8000], [50, 57, 58], ("reference", MS))],
+        ([0, 3, 4000], [50, 57, 58], None),
+        ([0, 30, 9e6], [0, 5, 10], ("reference", "microseconds")),
+        ([0, 5, 10], [1, 2, 9], None),
+    ],
+)
+@pytest.mark.parametrize("whose", ["estimate", "frames"])
+def test_stamps_in_another_unit(reference, estimate, hint, whose):
+    found = unit_hint(np.array(reference, float), np.array(estimate, float), whose)
+    if hint is None:
+        assert found == ""
+        return
+    who, unit = hint
+    those = {"both": "both seem", "estimate": f"those of the {whose} seem"}
+    said = those.get(who, f"those of the {who} seem")
+    assert found == f"; {said} to be in {unit}: write them in seconds"
+
+
+APART = (
+    "; the nearest ones are usually {} s apart: --t_offset moves those of the estimate, a larger "
+    "--t_max_diff takes them for the same"
+)
+FROM_START = (
+    "; those of the {} seem to count from its start: --t_offset auto finds the offset, --t_offset "
+    "{} lets both begin together"
+)
+
+
+@pytest.mark.parametrize(
+    ("reference", "estimate", "offset", "hint"),
+    [
+        (
+            [0, 5, 9],
+            DATE + np.array([2.5, 5, 9]),
+            0,
+            FROM_START.format("reference", "-1700000002.500"),
+        ),
+        (
+            DATE + np.array([2.5, 5, 9]),
+            [1, 5, 9],
+            0,
+            FROM_START.format("estimate", "1700000001.500"),
+        ),
+        # Counted from a start is what ends before 1e8 s, and a date what begins after them.
+        ([1e8 - 4e5, 1e8 - 1e5, 1e8 + 3e5], DATE + np.array([0, 3e5, 7e5]), 0, ""),
+        ([-3, 0, 5], [1e8, 1e8 + 4, 1e8 + 9], 0, ""),
+        ([1e8 - 8, 1e8 - 4, 1e8], [1e8 + 1, 1e8 + 5, 1e8 + 8], 0, ""),
+        ([-1.5e8 - 9, -1.5e8 - 4, -1.5e8], DATE + np.array([0, 4, 9]), 0, ""),
+        # Between its ends, both included, it is the usual distance from the reference.
+        ([0, 1, 2, 3, 4], [0, 2.25, 9, 10], 0, APART.format("0.1250")),
+        ([0, 1, 2, 3, 4], [-7, 2.25, 4], 0, APART.format("0.1250")),
+        ([0, 1, 2, 3, 4], [0.25, 2.5, 3.75], 0, APART.format("0.2500")),
+        ([0, 1, 2, 3, 4], [9.375, 7.125, 60], -6, APART.format("0.2500")),
+        ([0, 1, 2, 3, 4], [7, 8, 9], 0, ""),
+    ],
+)
+def test_why_stamps_have_nothing_in_common(reference, estimate, offset, hint):
+    stamps = np.array(reference, float), np.array(estimate, float)
+    assert association._stamps_hint(*stamps, offset) == hint
+
+
+def test_the_unit_comes_first():
+    stamps = np.arange(9.0), (DATE + np.arange(9)) * 1e9
+    assert association._stamps_hint(*stamps, 0.0) == unit_hint(*stamps) != ""
+
+
+def message_of(*args, **options):
+    with pytest.raises(ValueError, match=r"\w") as caught:
+        match(*args, **options)
+    return str(caught.value)
+
+
+def test_messages_of_times_without_a_pose():
+    reference, estimate = trajectory([1.0, 2.0, 3.0, 4.0]), trajectory([1.5, 2.5, 3.5])
+    assert message_of(reference, estimate, t_start=7) == (
+        "no reference pose is due with t_start 7.000000 s: the reference goes from 1.000000 to "
+        "4.000000 s"
+    )
+    frames = np.array([9.0, 8.0, 7.5])
+    assert message_of(reference, estimate, frames=frames, t_offset=0.25, t_max_diff=0.02) == (
+        "no due frame has a reference pose: the frames go from 7.500000 to 9.000000 s, the "
+        "reference from 1.000000 to 4.000000 s (t_offset 0.25 s, t_max_diff 0.02 s)"
+    )
+    seconds = trajectory(DATE + np.arange(9))
+    said = message_of(seconds, seconds, frames=(DATE + np.arange(9)) * 1e9)
+    assert said.endswith("; those of the frames seem to be in nanoseconds: write them in seconds")
+    assert message_of(reference, trajectory([11.0, 12.0, 14.0]), t_offset=0.5) == (
+        "no time stamps in common: the reference goes from 1.000000 to 4.000000 s, the estimate "
+        "from 11.000000 to 14.000000 s (t_offset 0.5 s, t_max_diff 0.01 s)"
+    )
+
+
+def test_the_times_that_are_due_include_both_ends():
+    stamps = np.arange(10.0)
+    options = {"t_start": 2.0, "t_end": 5.0, "step": 1.0}
+    assert match(trajectory(stamps), trajectory(stamps), **options).keys.tolist() == [2, 3, 4, 5]
+
+
+def test_by_time_what_is_missing_has_no_row():
+    matches = match(trajectory([0.0, 1.0, 2.0]), trajectory([2.0]), missing="fail", **AT_ITS_STAMP)
+    assert matches.est_rows.tolist() == [-1, -1, 0]
+    assert matches.without_reference.tolist() == []
+    by_name = match(trajectory(["a", "b"]), trajectory(["b"]), missing="fail")
+    assert by_name.est_rows.tolist() == [-1, 0]
+    assert by_name.without_reference.tolist() == []
+
+
+def test_each_frame_needs_its_own_pose_unless_a_gap_is_given():
+    stamps = np.arange(40) / 4
+    kept = trajectory(np.delete(stamps, [7, 20]))
+    options = {"frames": stamps, "missing": "fail"}
+    assert match(trajectory(stamps), kept, **options).missing == 2
+    assert match(trajectory(stamps), kept, **options, max_gap=0.5).missing == 0
+
+
+def test_keys_that_count_rows_in_one_of_both_are_frame_numbers():
+    assert pairs(match(trajectory([1, 2, 3]), trajectory([0, 1, 2]))) == [(0, 1), (1, 2)]
+    assert pairs(match(trajectory([0, 1, 2]), trajectory([1, 2, 3]))) == [(1, 0), (2, 1)]
+    rows = match(trajectory([0, 1]), trajectory([0, 1]))
+    assert (rows.duplicate, rows.unmatched, rows.missing) == (0, 0, 0)
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32, np.int64])
+def test_poses_of_any_numbers_become_floats(kind):
+    poses = np.tile(np.eye(4, dtype=kind), (2, 1, 1))
+    found = checked(Trajectory(np.arange(2), poses), "estimate").poses
+    assert found.dtype == np.float64
+    assert np.shares_memory(found, poses) == (kind is np.float64)
+
+
+def test_a_row_of_nan_is_not_there_unless_all_are():
+    poses = np.tile(np.eye(4), (4, 1, 1))
+    poses[1, :3] = np.nan
+    poses[2, :3, :3] = np.nan
+    poses[3, 0, 0] = np.nan
+    assert present(poses).tolist() == [True, False, True, True]
+    poses[:, :3] = np.nan
+    assert present(poses).all()
+
+
+def test_of_many_poses_with_the_same_stamp_the_first_one_counts():
+    stamps = np.random.default_rng(0).integers(5, size=500).astype(float)
+    with pytest.warns(TrajectoryWarning, match="^the time stamps of the estimate are not in order"):
+        matches = match(trajectory(np.arange(5.0)), trajectory(stamps), **AT_ITS_STAMP)
+    assert pairs(matches) == [(k, stamps.tolist().index(k)) for k in range(5)]
+    assert matches.duplicate == 495
+
+
+@pytest.mark.parametrize(
+    ("reference", "estimate", "expected", "said"),
+    [
+        # The longest end, then shorter ones, at last without the ending of the file.
+        (["x/a.png", "x/a.jpg"], ["a.jpg"], [(1, 0)], "images"),
+        (["x/a.png", "x/a.jpg"], ["y/a.jpg", "y/a.png"], [(0, 1), (1, 0)], "images"),
+        (["x/a.png", "x/b.png"], ["y/a.JPG", "y/b.jpg"], [(0, 0), (1, 1)], "images"),
+        (["p/x/a.png", "p/y/a.png"], ["x/a.png", "y/a.png"], [(0, 0), (1, 1)], "images"),
+        (["x/a.png", "y/a.png"], ["p/y/a.png", "p/x/a.png"], [(0, 1), (1, 0)], "images"),
+        (["a.png"], ["q/p/x/a.png"], [(0, 0)], "images"),
+        (["q/p/x/a.png", "c"], ["a.png", "d"], [(0, 0)], "images"),
+        (["x/a.png", "x/a.jpg", "y/a.png"], ["q/x/a.png"], [(0, 0)], "images"),
+        # Besides some that are equal; a whole path needs no more of its folder.
+        (["a", "y/b"], ["y/b", "y/a"], [(0, 1), (1, 0)], "1 of 2 images"),
+        (["y/b", "y/a"], ["a", "y/b"], [(0, 1), (1, 0)], "1 of 2 images"),
+        (
+            ["c", "p/a.png", "b.png"],
+            ["c", "b.png", "x/p/a.png"],
+            [(0, 0), (1, 2), (2, 1)],
+            "1 of 3 images",
+        ),
+        (["a/1", "a/2", "a/3"], ["a/1", "b/2", "b/3"], [(0, 0), (1, 1), (2, 2)], "2 of 3 images"),
+        # A folder is another one by more images than either shares with a third.
+        (
+            ["r/a/1", "r/a/2", "r/b/3", "r/b/4"],
+            ["s/a/1", "s/c/2", "s/c/3", "s/c/4"],
+            [(0, 0), (2, 2), (3, 3)],
+            "images",
+        ),
+        (
+            ["r/b/1", "r/b/2", "r/c/3", "r/d/4"],
+            ["s/b/1", "s/b/2", "s/b/3", "s/e/4"],
+            [(0, 0), (1, 1), (3, 3)],
+            "images",
+        ),
+    ],
+)
+def test_images_are_paired_by_the_ends_of_their_paths(reference, estimate, expected, said):
+    with pytest.warns(TrajectoryWarning) as caught:
+        matches = match(trajectory(reference), trajectory(estimate))
+    assert pairs(matches) == expected
+    by_end = [(i, j) for i, j in expected if reference[i] != estimate[j]]
+    first, second = reference[by_end[0][0]], estimate[by_end[0][1]]
+    assert [str(one.message) for one in caught] == [
+        f"{said} are matched by the end of their path: {first!r} and {second!r}"
+    ]
