@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-__all__ = ["WIDTH", "brief", "csv_text", "first_few", "numbered", "padded"]
+__all__ = ["WIDTH", "brief", "column_widths", "csv_text", "first_few", "numbered", "padded"]
 __all__ += ["printable", "text_width", "unique_names"]
 
 WIDTH = 100  # columns of a table
@@ -83,6 +83,11 @@ def padded(text: str, width: int) -> str:
     """Fill a text with blanks at its end; of a negative width, at its start."""
     blanks = " " * (abs(width) - text_width(text))
     return text + blanks if width > 0 else blanks + text
+
+
+def column_widths(rows: Sequence[Sequence[str]]) -> list[int]:
+    """Return the width of the longest text in each column of a table."""
+    return [max(map(text_width, column)) for column in zip(*rows, strict=True)]
 
 
 def unique_names(files: Sequence[str]) -> list[str]:

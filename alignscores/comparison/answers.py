@@ -134,9 +134,10 @@ def _by_means(
     A system is ahead if its mean is better, there is evidence, or this difference is certain, and
     if its mean stays better when it fails as often as in all its `runs` and one more that failed.
     """
+    both = list(zip(*pairs, strict=True))
     means = [
         float(np.mean([np.sum(cell.scored) / cell.failures.of for cell in of_one]))
-        for of_one in zip(*pairs, strict=True)
+        for of_one in both
     ]
     lead = means[0] - means[1]
     first = int(lead < 0)
@@ -152,7 +153,7 @@ def _by_means(
         half = margin(difference, error)
         (down_a, up_a), (down_b, up_b) = (
             np.mean(np.concatenate([cell.scored for cell in of_one])) * of_system.reach(error)
-            for of_one, of_system in zip(zip(*pairs, strict=True), failures, strict=True)
+            for of_one, of_system in zip(both, failures, strict=True)
         )
         total = lead, *joined(lead, (half, half), (up_a, down_a), (down_b, up_b))
     if difference and lead:

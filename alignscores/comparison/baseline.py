@@ -13,7 +13,7 @@ from typing import Any
 from ..evaluation.evaluation import finite_or_none
 from ..evaluation.settings import Settings
 from ..metrics import metric
-from ..texts import padded, printable, text_width
+from ..texts import column_widths, padded, printable
 from ..trajectories.files import FileError
 from ..trajectories.files.text import read_text
 from .benchmark import Run
@@ -65,7 +65,7 @@ class Changes:
     def as_text(self) -> str:
         """Return the table for a terminal, and the notes."""
         rows = self.table()
-        widths = [max(map(text_width, column)) for column in zip(*rows, strict=True)]
+        widths = column_widths(rows)
         lines = ["  ".join(map(padded, row, widths)).rstrip() for row in rows]
         return "\n".join([f"{self.metric} against {printable(self.file)}", *lines, *self.notes])
 

@@ -77,11 +77,10 @@ def prune(folder: Path, limit: int = LIMIT) -> None:
             known.append((status.st_mtime, status.st_size, file))
     total = sum(size for _, size, _ in known)
     for _, size, file in sorted(known):
-        if total <= limit:
-            break
-        with suppress(OSError):
-            file.unlink(missing_ok=True)
-            total -= size
+        if total > limit:
+            with suppress(OSError):
+                file.unlink(missing_ok=True)
+                total -= size
 
 
 def _results(folder: Path) -> Iterator[Path]:

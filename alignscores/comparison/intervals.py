@@ -120,7 +120,7 @@ def margin(difference: Difference, error: float) -> float:
 
 def over_runs(cells: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Difference:
     """Compare two systems by independent runs, two or more of each on each sequence."""
-    values = [np.asarray(of_one, dtype=np.float64) for cell in cells for of_one in cell]
+    values = [of_one for cell in cells for of_one in cell]
     shares = np.array([np.var(of_one, ddof=1) / len(of_one) for of_one in values])
     total = shares.sum()
     free = np.array([len(of_one) - 1 for of_one in values])
@@ -131,7 +131,7 @@ def over_runs(cells: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Diffe
 
 def over_sequences(differences: ArrayLike) -> Difference:
     """Compare two systems by the differences of their means on two or more sequences."""
-    values = np.asarray(differences, dtype=np.float64)
+    values = np.asarray(differences)
     error = values.std(ddof=1) / np.sqrt(len(values))
     return Difference(float(values.mean()), float(error), len(values) - 1)
 

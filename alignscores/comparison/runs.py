@@ -193,9 +193,11 @@ def _cached_file(task: Task, kind: str) -> Path | None:
     if kind == "run":
         described += [task.step, task.check]
     digest = hashlib.sha256(json.dumps(described).encode())
-    forms = task.settings.form, task.settings.est_form, None
-    paths = task.reference, task.estimate, task.settings.frames
-    for path, form in zip(paths, forms, strict=True):
+    for path, form in (
+        (task.reference, task.settings.form),
+        (task.estimate, task.settings.est_form),
+        (task.settings.frames, None),
+    ):
         digest.update(_content_hash(str(path), form) if path is not None else b"-")
     return task.cache / f"{digest.hexdigest()}.{'npz' if kind == 'run' else 'json'}"
 
@@ -273,7 +275,7 @@ def _is_sound(outcome: Outcome, names: Collection[str]) -> bool:
         outcome.scores.keys() == names
         and all(type(count) is int and count >= 0 for count in counts)
         and all(isinstance(number, int | float) for number in numbers)
-        and len(np.array(numbers, float)) > 0  # so that a double holds each
+        and np.array(numbers, float).ndim == 1  # so that a double holds each
         and all(0 <= outcome.scores[name] <= 1 for name in ("TAS", "RAS", "PAS"))
         and all(isinstance(note, str) for note in outcome.notes)
         and all(

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from ..evaluation.notes import scale_note
 from ..evaluation.settings import Settings
 from ..metrics import metric
-from ..texts import WIDTH, csv_text, padded, text_width
+from ..texts import WIDTH, column_widths, csv_text, padded, text_width
 from .answers import QUESTIONS
 from .intervals import MOST_NEEDED, error_of_pair, largest_scatter
 from .summary import Summary
@@ -219,14 +219,9 @@ def _by(summary: Summary, by: str) -> list[str]:
 def _block(table: Sequence[Row], start: int, end: int) -> list[str]:
     """Return some columns beside the first, with their cells below each other."""
     rows = [[row[0], *row[start:end]] for row in table]
-    widths = [max(map(text_width, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(
-            [padded(row[0], widths[0])]
-            + [padded(cell, -width) for cell, width in zip(row[1:], widths[1:], strict=True)]
-        )
-        for row in rows
-    ]
+    first, *others = column_widths(rows)
+    widths = [first, *(-width for width in others)]  # numbers end below each other
+    return ["  ".join(map(padded, row, widths)) for row in rows]
 
 
 TEX = str.maketrans(
