@@ -258,15 +258,18 @@ def test_what_is_new_or_gone_by_hand():
     )
 
 
-@pytest.mark.parametrize(("factor", "left_out"), [(1, False), (1 + 1e-7, False), (1 + 2e-6, True)])
-def test_another_unit_does_not_compare(factor, left_out):
+@pytest.mark.parametrize(
+    ("unit", "left_out"),
+    [(1, None), (1 + 1e-7, None), (1 + 2e-6, "1"), (1.23456, "1.235"), (0.5, "0.5")],
+)
+def test_another_unit_does_not_compare(unit, left_out):
     now = by_hand(xs=[0.5, 0.5], xt=[0.75, 0.75])
     saved = saved_of(xs=[0.25, 0.25], xt=[0.75, 0.75])
     for result in saved[:2]:
-        result["unit"] = factor
+        result["unit"] = unit
     saved[1]["unit"] = None
     found = changes(now, "f", saved, "PAS")
-    notes = ["left out: sequence s, whose d was 1 and is 1"] if left_out else []
+    notes = [f"left out: sequence s, whose d was {left_out} and is 1"] if left_out else []
     assert found.notes == notes
     (entry,) = found.systems
     assert entry["now"] - entry["saved"] == (0 if left_out else 0.125)

@@ -194,6 +194,17 @@ def test_expected_runs_are_a_number_or_names(files):
     ]
 
 
+def test_as_many_runs_as_expected_lack_nothing_whatever_their_names(files):
+    files("s/gt.txt", "s/a/1.txt", "s/a/2.txt", "t/gt.txt", "t/a/8.txt", "t/a/9.txt")
+    files("u/gt.txt", "u/a/9.txt")
+    for number, names in ((1, "9"), (2, "19"), (3, "129")):
+        runs = from_patterns(*PATTERNS, expected={"": number}).runs
+        on_t = [(run.run, run.file) for run in runs if run.sequence == "t"]
+        there = [("8", "t/a/8.txt"), ("9", "t/a/9.txt")]
+        assert on_t == ([("1", None), *there] if number == 3 else there)
+        assert "".join(run.run for run in runs if run.sequence == "u") == names
+
+
 def test_one_sequence_is_named_after_its_reference(files):
     files("gt.txt", "a.txt", "b.txt")
     benchmark = from_patterns("tum", "gt.txt", "{system}.txt")

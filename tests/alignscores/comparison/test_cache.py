@@ -1,6 +1,7 @@
 """Results that are kept: by what was read, in a folder of one's own; all else is a miss."""
 
 import json
+import os
 import shutil
 from dataclasses import replace
 from io import BytesIO
@@ -10,8 +11,8 @@ import pytest
 
 from alignscores import Settings
 from alignscores.comparison import cache, runs
-from alignscores.comparison.cache import load, make, store
-from alignscores.comparison.runs import Task, evaluate_run, step_of_run
+from alignscores.comparison.cache import clear, load, make, prune, store
+from alignscores.comparison.runs import COLUMNS, Task, evaluate_run, step_of_run
 from alignscores.evaluation.evaluation import STATUSES
 
 NAME = "a" * 64 + ".npz"
@@ -132,6 +133,10 @@ def test_other_code_has_other_results(tmp_path, monkeypatch):
         code.write_text(text)
         hashes.append(runs._content_of_code.__wrapped__())
     assert hashes[0] == hashes[2] != hashes[1]
+    (code.parents[2] / "elsewhere.py").write_text("1")
+    assert runs._content_of_code.__wrapped__() == hashes[0]
+    (code.parents[1] / "beside.py").write_text("1")
+    assert runs._content_of_code.__wrapped__() != hashes[0]
 
 
 def test_the_cache_of_the_user_is_private_another_one_as_any_folder(
@@ -183,18 +188,23 @@ def test_an_entry_of_another_run_is_a_miss(task, scored):
     assert len(scored) == 3
 
 
+HALVES = dict.fromkeys(COLUMNS, 0.5)
 WRONG = {
     "n": [-1, 1.5, True, None, "1", [1], 10**400, 39],
     "n_rows": [0, 3, None],
     "failures": [-1, "x"],
     "unit": [None, "x", [1.0], 10**400],
-    "scores": [{}, [], None, {"TAS": 1.0}],
+    "scores": [
+        *({}, [], None, {"TAS": 1.0}),
+        *({**HALVES, "TAS": 1.0625}, {**HALVES, "RAS": -0.0625}, {**HALVES, "PAS": 2}),
+        *({**HALVES, "half_angle": None}, {**HALVES, "half_angle": 10**400}),
+    ],
     "notes": [None, [1], 5],
     "path": [None, 1],
     "more": [1],
     "rows": [
         *(np.arange(40.0), np.arange(39), np.arange(40)[::-1]),
-        *(np.arange(40) + 10**9, np.arange(40) // 2),
+        *(np.arange(40) + 10**9, np.arange(40) // 2, np.arange(40) - 1, np.arange(40) + 1),
     ],
     "statuses": [np.full(40, len(STATUSES), np.uint8), np.zeros(40)],
     "positions": [np.zeros((40, 2)), np.zeros(40), np.array("x")],
@@ -269,6 +279,25 @@ def test_the_folder_is_its_owner_s_alone(tmp_path):
     assert make(tmp_path / "file") == "is not writable"
 
 
+@pytest.mark.parametrize(
+    ("mode", "reason"),
+    [
+        *((0o700, ""), (0o755, ""), (0o711, "")),
+        *((mode, "may be written to by others") for mode in (0o720, 0o702, 0o722)),
+    ],
+)
+def test_a_folder_is_used_that_its_owner_alone_writes_to(tmp_path, mode, reason):
+    tmp_path.chmod(mode)
+    assert make(tmp_path) == reason
+    assert tmp_path.stat().st_mode & 0o777 == mode
+
+
+@pytest.mark.parametrize("lacking", [os.W_OK, os.X_OK])
+def test_a_folder_needs_the_right_to_write_and_to_enter(tmp_path, monkeypatch, lacking):
+    monkeypatch.setattr("os.access", lambda path, mode: not mode & lacking)
+    assert make(tmp_path) == "is not writable"
+
+
 def test_a_folder_of_somebody_else_is_not_used(tmp_path, monkeypatch):
     monkeypatch.setattr("os.geteuid", lambda: tmp_path.stat().st_uid + 1, raising=False)
     assert make(tmp_path) == "belongs to somebody else"
@@ -284,3 +313,65 @@ def test_a_folder_that_others_write_to_is_not_used(run_compare, examples, tmp_pa
     assert out
     assert f"results are not kept, since {folder} may be written to by others" in err
     assert list(folder.iterdir()) == []
+
+
+@pytest.fixture
+def kept(tmp_path):
+    """Results of 10 bytes each, from the oldest to the newest."""
+    files = [tmp_path / f"{digit * 64}.npz" for digit in "cab"]
+    for age, file in enumerate(files):
+        file.write_bytes(b"x" * 10)
+        os.utime(file, (age, age))
+    return files
+
+
+@pytest.mark.parametrize(
+    ("limit", "gone"), [(30, 0), (29, 1), (20, 1), (19, 2), (10, 2), (9, 3), (0, 3)]
+)
+def test_as_many_of_the_oldest_results_go_as_must(kept, tmp_path, limit, gone):
+    prune(tmp_path, limit)
+    assert set(tmp_path.iterdir()) == set(kept[gone:])
+
+
+@pytest.mark.parametrize(("more", "left"), [(0, 1), (1, 0)])
+def test_at_most_a_gigabyte_is_kept(tmp_path, more, left):
+    (tmp_path / NAME).touch()
+    os.truncate(tmp_path / NAME, 1_000_000_000 + more)  # takes no room on the disk
+    prune(tmp_path)
+    assert len(list(tmp_path.iterdir())) == left
+
+
+def test_what_another_process_removes_counts_as_removed(kept, tmp_path, monkeypatch):
+    """One before it was looked at, one after."""
+    results = cache._results
+
+    def results_of_others(folder):
+        (tmp_path / f"{'d' * 64}.npz").write_bytes(b"x" * 100)
+        for file in results(folder):
+            if file not in kept:
+                file.unlink()
+            yield file
+        kept[0].unlink()
+
+    monkeypatch.setattr(cache, "_results", results_of_others)
+    prune(tmp_path, 20)
+    assert set(tmp_path.iterdir()) == set(kept[1:])
+
+
+def test_what_cannot_be_removed_stays_and_the_next_goes(kept, tmp_path):
+    """As a folder of such a name, which takes some bytes of its own."""
+    kept[0].unlink()
+    kept[0].mkdir()
+    os.utime(kept[0], (0, 0))
+    prune(tmp_path, kept[0].stat().st_size + 10)
+    assert set(tmp_path.iterdir()) == {kept[0], kept[2]}
+
+
+def test_results_and_what_is_left_of_them_are_removed_and_nothing_else(kept, tmp_path):
+    left = [tmp_path / f".{'0f' * 8}.tmp", tmp_path / f"{'0' * 64}.json"]
+    others = [f"{'0' * 63}.npz", f"{'g' * 64}.npz", f"{'0' * 64}.txt", "notes.tmp"]
+    for file in (*left, *(tmp_path / name for name in others)):
+        file.write_text("")
+    assert clear(tmp_path) == len(kept) + len(left)
+    assert sorted(file.name for file in tmp_path.iterdir()) == sorted(others)
+    assert clear(tmp_path) == 0

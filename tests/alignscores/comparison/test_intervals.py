@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.special import stdtrit
 
 from alignscores import pas
 from alignscores.comparison import answers as of_pairs
@@ -122,6 +123,8 @@ def test_a_difference_that_so_many_runs_tell_just_so_takes_these_runs(n):
     reach = stats.t.ppf(0.975, dof) + stats.t.ppf(0.8, dof)
     assert needed(Difference(-1.001 * reach, 1.0, dof), n, 0.05) == n
     assert needed(Difference(0.999 * reach, 1.0, dof), n, 0.05) == n + 1
+    exactly = stdtrit(dof, 1 - 0.05 / 2) + stdtrit(dof, 0.8)
+    assert needed(Difference(exactly, 1.0, dof), n, 0.05) == n
 
 
 @pytest.mark.parametrize("n_systems", [2, 5])

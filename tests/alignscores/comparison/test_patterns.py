@@ -37,6 +37,14 @@ def test_fields(tmp_path, monkeypatch, pattern, path, values):
     assert Pattern(pattern, FIELDS).find() == ({path: values} if values else {}, [])
 
 
+def test_a_path_on_which_a_repeated_field_differs_is_passed_over(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a_a.txt", "a_b.txt", "b_b.txt"):
+        (tmp_path / name).touch()
+    found = {f"{name}_{name}.txt": {"system": name} for name in "ab"}
+    assert Pattern("{system}_{system}.txt", FIELDS).find() == (found, [])
+
+
 def test_several_ways_to_match_are_a_problem(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "orb_slam_1.txt").touch()
