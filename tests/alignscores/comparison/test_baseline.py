@@ -6,9 +6,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from alignscores import Settings
-from alignscores.comparison.baseline import Changes, changes
+from alignscores.comparison.baseline import NEEDED, Changes, changes, read_baseline
 from alignscores.comparison.benchmark import Run
 from alignscores.comparison.runs import Outcome
 from alignscores.comparison.summary import summarise
@@ -198,19 +199,19 @@ def test_the_gate_needs_a_baseline(run_compare, examples):
     assert "error: argument --fail_on: needs --baseline FILE; see" in err
 
 
-def by_hand(**values):
+def by_hand(metrics=(), **values):
     """(system and sequence: values of a metric) -> what was scored, in runs 1, 2 and so on."""
+    names = "TAS", "RAS", "PAS", "half_distance", "half_angle", *metrics
     runs = [
-        (Run(name[1:], name[0], str(number), "file"), Outcome(scores_of(value), n=10, unit=1.0))
+        (
+            Run(name[1:], name[0], str(number), "file"),
+            Outcome(dict.fromkeys(names, value), n=10, unit=1.0),
+        )
         for name, several in values.items()
         for number, value in enumerate(several, 1)
     ]
-    summary = summarise(runs, [], FORMATS["tum"])
+    summary = summarise(runs, metrics, FORMATS["tum"])
     return SimpleNamespace(summary=summary, settings=Settings(format="tum"))
-
-
-def scores_of(value):
-    return dict.fromkeys(("TAS", "RAS", "PAS", "half_distance", "half_angle"), value)
 
 
 def saved_of(**values):
@@ -260,7 +261,7 @@ def test_what_is_new_or_gone_by_hand():
 
 @pytest.mark.parametrize(
     ("unit", "left_out"),
-    [(1, None), (1 + 1e-7, None), (1 + 2e-6, "1"), (1.23456, "1.235"), (0.5, "0.5")],
+    [(1, None), (1 + 9e-7, None), (1 + 1.2e-6, "1"), (1.23456, "1.235"), (0.5, "0.5")],
 )
 def test_another_unit_does_not_compare(unit, left_out):
     now = by_hand(xs=[0.5, 0.5], xt=[0.75, 0.75])
@@ -273,6 +274,38 @@ def test_another_unit_does_not_compare(unit, left_out):
     assert found.notes == notes
     (entry,) = found.systems
     assert entry["now"] - entry["saved"] == (0 if left_out else 0.125)
+
+
+@pytest.mark.parametrize("name", ["PAS", "half_angle"])
+def test_the_interval_is_that_of_two_systems(name):
+    """The one now better, and the other way round."""
+    first, second = [0.5, 0.75, 0.875], [0.25, 0.5]
+    for now, saved in ((first, second), (second, first)):
+        (entry,) = changes(by_hand(xs=now), "f", saved_of(xs=saved), name).systems
+        expected = stats.ttest_ind(now, saved, equal_var=False).confidence_interval()
+        limit = np.inf if name == "half_angle" else 1.0
+        assert entry["difference"] == pytest.approx(np.mean(now) - np.mean(saved))
+        assert (entry["low"], entry["high"]) == pytest.approx(
+            (max(expected.low, -limit), min(expected.high, limit))
+        )
+
+
+def test_an_older_file_has_what_is_needed_and_no_more(tmp_path):
+    saved = saved_of(xs=[0.5, 0.5])
+    older = [{key: result[key] for key in NEEDED} for result in saved]
+    (tmp_path / "saved.json").write_text(json.dumps({"results": older}))
+    found = read_baseline(str(tmp_path / "saved.json"), Settings(format="tum"))
+    assert found == older
+    (entry,) = changes(by_hand(xs=[0.75, 0.75]), "f", found, "PAS").systems
+    assert (entry["difference"], entry["change"]) == (0.25, None)
+
+
+def test_a_metric_that_was_asked_for_is_compared():
+    """Of the errors the smaller is better."""
+    now, saved = (by_hand(xs=[value] * 8, metrics=["ate:rmse"]) for value in (0.5, 0.75))
+    found = changes(now, "f", json.loads(json.dumps(saved.summary.results)), "ate:rmse")
+    (entry,) = found.systems
+    assert (entry["now"], entry["saved"], entry["change"]) == (0.5, 0.75, "better")
 
 
 def test_an_infinite_error_is_saved_as_null():

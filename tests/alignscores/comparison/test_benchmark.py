@@ -1,11 +1,13 @@
 """Benchmarks that are described in a YAML file."""
 
 import re
+import sys
 
 import pytest
 
-from alignscores.comparison.benchmark import Run, from_patterns, read_yaml
+from alignscores.comparison.benchmark import Run, _expected, from_patterns, read_yaml
 from alignscores.comparison.comparison import find_benchmark
+from alignscores.texts import brief
 
 YAML = """\
 format: tum
@@ -152,6 +154,7 @@ PATTERNS = "tum", "{sequence}/gt.txt", "{sequence}/{system}/{run}.txt"
 def test_all_that_patterns_find(files):
     """In the order of sequence, system and run, the numbers in their names as such."""
     found = ["s10/a/2.txt", "s10/a/10.txt", "s9/b2/1.txt", "s9/b10/1.txt", "s9/a/x.txt"]
+    found.append("s10/late/1.txt")
     files("s10/gt.txt", "s9/gt.txt", "left/gt.txt", *found, "lost/a/1.txt", "lost/c/1.txt")
     benchmark = from_patterns(*PATTERNS)
     assert benchmark.format == "tum"
@@ -163,6 +166,7 @@ def test_all_that_patterns_find(files):
         Run("s9", "b10", "1", "s9/b10/1.txt"),
         Run("s10", "a", "2", "s10/a/2.txt"),
         Run("s10", "a", "10", "s10/a/10.txt"),
+        Run("s10", "late", "1", "s10/late/1.txt"),
     ]
     assert benchmark.problems == [
         "sequence left: no system has a run on it; left out",
@@ -223,7 +227,7 @@ def test_of_several_files_of_a_run_none_is_taken(files):
     (problem,) = benchmark.problems
     assert problem.startswith("s/x/a.txt, s/y/a.txt: all of them match s/a/")
     assert problem.endswith("; none of them is taken")
-    files("s/c/gt.txt", "s/d/gt.txt")
+    files("s/c/gt.txt", "s/d/gt.txt", "t/c/gt.txt", "t/d/gt.txt")
     with pytest.raises(
         ValueError, match=r"; s/c/gt\.txt, s/d/gt\.txt: all of them match s; none of them is taken$"
     ):
@@ -241,6 +245,10 @@ def test_of_several_files_of_a_run_none_is_taken(files):
         (
             ("gt.txt", "{sequence}/{system}.txt"),
             "both patterns need {sequence}, or none of them: gt.txt and {sequence}/{system}.txt",
+        ),
+        (
+            ("{system}/gt.txt", "{system}.txt"),
+            "the pattern {system}/gt.txt has a field {system}; it may have {sequence}",
         ),
         (("none.txt", "{system}.txt"), "no reference matches the pattern none.txt"),
         (("gt.txt", "{system}.csv"), "no estimate matches the pattern {system}.csv"),
@@ -267,6 +275,57 @@ systems: {a: {invert: true, name: A}}
     assert found.sequence_options == {"s": {"frames": "in/f.txt", "t_offset": 0.5}}
     assert found.system_options == {"a": {"invert": True, "name": "A"}}
     assert found.references == {"s": "in/s/gt.txt"}
+
+
+def test_systems_and_sequences_of_a_yaml_file_should_be_there(files, tmp_path):
+    files("s/gt.txt", "s/a/1.txt", "t/gt.txt", "t/b/1.txt")
+    text = YAML.partition("runs")[0] + "sequences: {s: {}, u: {}}\nsystems: {a: {}, c: {}}\n"
+    (tmp_path / "b.yaml").write_text(text)
+    problems = [
+        "sequence u: has no reference; left out",
+        "system c: has no run on a sequence with a reference; left out",
+    ]
+    for expect_all, missing in ((False, []), (True, [("s", "b"), ("t", "a")])):
+        found = find_benchmark("b.yaml", None, None, expect_all)
+        assert found.problems == problems
+        assert [(run.sequence, run.system) for run in found.runs if run.file is None] == missing
+
+
+@pytest.mark.parametrize(
+    ("length", "message"), [(4096, "no reference matches the pattern "), (4097, "needs reference")]
+)
+def test_patterns_of_a_yaml_file_are_no_longer_than_paths(tmp_path, length, message):
+    pattern = "{sequence}".ljust(length, "x")
+    (tmp_path / "b.yaml").write_text(YAML.replace("{sequence}/gt.txt", pattern))
+    with pytest.raises(ValueError, match=message):
+        read_yaml(str(tmp_path / "b.yaml"))
+
+
+def test_without_pyyaml_it_says_what_to_install(tmp_path, monkeypatch):
+    (tmp_path / "b.yaml").write_text(YAML)
+    monkeypatch.setitem(sys.modules, "yaml", None)
+    with pytest.raises(ModuleNotFoundError, match=r'pip install "alignscores\[yaml\]"$'):
+        read_yaml(str(tmp_path / "b.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        *((None, None), (1, 1), (10_000, 10_000), (["x"], ["x"])),
+        *((["x", 1, 0.5, "x"], ["x", "1", "0.5"]), ([*range(10_000)], [*map(str, range(10_000))])),
+    ],
+)
+def test_expected_runs_that_a_yaml_file_may_have(value, expected):
+    assert _expected(value, "b.yaml") == expected
+
+
+@pytest.mark.parametrize(
+    "value", [0, -1, 10_001, True, 1.0, "x", {}, [], [*range(10_001)], [["x"]], ["x", None]]
+)
+def test_expected_runs_that_a_yaml_file_may_not_have(value):
+    reason = "runs must be a positive whole number or a list of names, at most 10000, not "
+    with pytest.raises(ValueError, match=f"^b.yaml: {reason}{re.escape(brief(value))}$"):
+        _expected(value, "b.yaml")
 
 
 @pytest.mark.parametrize(

@@ -1,17 +1,31 @@
 """`compare` from Python: patterns or a YAML file, and what its result tells."""
 
 import json
+import os
 import shutil
 import sys
+from dataclasses import FrozenInstanceError, fields
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from alignscores import Comparison, Settings, compare
+from alignscores.comparison import comparison
+from alignscores.comparison.baseline import Changes
 from alignscores.comparison.benchmark import Benchmark, Run
-from alignscores.comparison.comparison import _finite, _notes_of_runs, settings_of_run
+from alignscores.comparison.comparison import (
+    _finite,
+    _notes_of_runs,
+    _scored,
+    _tasks,
+    settings_of_run,
+)
+from alignscores.comparison.patterns import Pattern
 from alignscores.comparison.processes import Pool
-from alignscores.comparison.runs import Outcome
+from alignscores.comparison.runs import Outcome, Task
+from alignscores.comparison.summary import Summary
+from alignscores.trajectories.files import FileError
 
 
 @pytest.fixture
@@ -195,6 +209,104 @@ def test_a_run_is_scored_with_the_settings_of_its_sequence_and_its_system():
     assert changed("s", "a") == ("own.txt", 2.0, True, 2.0)
     assert changed("s", "b") == ("own.txt", 0.5, False, 2.0)
     assert changed("t", "b") == ("t.txt", settings.t_offset, False, 2.0)
+
+
+KINDS = Benchmark, Changes, Comparison, Outcome, Pattern, Run, Summary, Task
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_was_found_is_not_changed_afterwards(kind):
+    with pytest.raises(FrozenInstanceError):
+        setattr(object.__new__(kind), fields(kind)[0].name, None)
+
+
+@pytest.mark.parametrize("kind", [Comparison, Outcome, Summary])
+def test_what_holds_arrays_is_equal_to_itself_alone(kind):
+    one, other = object.__new__(kind), object.__new__(kind)
+    assert len({one, other, one}) == 2
+
+
+@pytest.fixture
+def examples_of_s(examples):
+    """A benchmark of one sequence: a system with two runs, of which the first is missing."""
+    reference, estimate = (str(examples / f"tum/{name}.txt") for name in ("reference", "estimate"))
+    runs = [("b", None), ("a", None), ("b", estimate), ("a", estimate), ("a", estimate)]
+    runs = [Run("s", name, str(number), file) for number, (name, file) in enumerate(runs)]
+    others = [Run("t", "a", "1", estimate)]
+    return Benchmark("tum", {"s": reference, "t": "none.txt"}, [*runs, *others], [], [])
+
+
+def test_what_is_to_be_done_on_a_sequence(examples_of_s, tmp_path):
+    """The first run of each system that is there is checked; the settings are those of the run."""
+    benchmark = examples_of_s
+    duplicate = tmp_path / "gt.txt"
+    text = Path(benchmark.references["s"]).read_text()
+    duplicate.write_text(text + text.splitlines()[-1])
+    benchmark.references["s"] = str(duplicate)
+    settings = Settings(format="tum", unit=2.0)
+    tasks, notes = _tasks(benchmark, "s", settings, tmp_path)
+    assert notes == ["s: duplicates in the reference (of stamp or name), left out: 1"]
+    assert tasks == {
+        run: Task(str(duplicate), run.file or "", settings, tmp_path, None, check)
+        for run, check in zip(benchmark.runs[:5], (False, False, True, True, False), strict=True)
+    }
+
+
+def test_a_sequence_needs_its_reference_and_its_frames(examples_of_s):
+    with pytest.raises(FileError, match=r"^none\.txt: cannot be read"):
+        _tasks(examples_of_s, "t", Settings(format="tum"), None)
+    with pytest.raises(FileError, match=r"^s\.csv: cannot be read"):
+        _tasks(examples_of_s, "s", Settings(format="tum", frames="{sequence}.csv"), None)
+
+
+def test_runs_of_a_sequence_are_scored_at_the_smallest_of_their_steps(monkeypatch):
+    """Those that are missing are told; all stand in the order they were given in."""
+    steps = {"s/a": 0.5, "s/b": 0.25, "s/c": None, "t/a": 0.125, "u/a": None}
+    runs = [Run(*name.split("/"), "1", name) for name in steps]
+    runs.insert(1, Run("s", "a", "2", None))
+    tasks = {run: Task("gt", run.file or "", Settings(format="tum")) for run in runs}
+    monkeypatch.setattr(comparison, "step_of_run", lambda task: steps[task.estimate])
+    monkeypatch.setattr(
+        comparison, "evaluate_run", lambda task: Outcome({}, unit=task.step, error=task.estimate)
+    )
+    said = []
+    found = _scored(tasks, 1, said.append)
+    assert [run for run, _ in found] == runs
+    assert [outcome.error for _, outcome in found] == [
+        *("s/a", "a: has no run 2 on s", "s/b", "s/c", "t/a", "u/a")
+    ]
+    units = [outcome.unit for run, outcome in found if run.file]
+    assert units == [0.25, 0.25, 0.25, 0.125, None]
+    assert said == [
+        *(f"looking at {number}/5" for number in range(1, 6)),
+        *("", *(f"scoring {number}/5" for number in range(1, 6)), ""),
+    ]
+
+
+def test_notes_on_a_reference_are_told_each_time(examples, tmp_path):
+    text = (examples / "tum/reference.txt").read_text()
+    (tmp_path / "gt.txt").write_text(text + text.splitlines()[-1])
+    patterns = str(tmp_path / "gt.txt"), str(examples / "tum/{system}mate.txt")
+    for _ in range(2):
+        (note,) = compare(*patterns, format="tum").notes
+        assert note == "gt: duplicates in the reference (of stamp or name), left out: 1"
+
+
+def test_the_oldest_results_leave_a_cache_that_is_full(examples, tmp_path):
+    old = tmp_path / f"{'0' * 64}.npz"
+    old.touch()
+    os.truncate(old, 10**9)  # takes no room on the disk
+    os.utime(old, (0, 0))
+    patterns = (str(examples / f"tum/{name}.txt") for name in ("reference", "{system}mate"))
+    compare(*patterns, format="tum", cache=tmp_path)
+    assert not old.exists()
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_comparison_says_what_it_is_of(found):
+    assert repr(found) == (
+        "Comparison(systems=['a_b', 'c'], sequences=['car', 'helix'], runs=12, failed=1)"
+    )
 
 
 def test_numbers_that_json_has_not_are_null():
