@@ -110,7 +110,7 @@ def _answer(
         total, ahead, count = _by_means(pairs, failures, runs, difference, evidence, n, error)
     else:
         count = needed(difference, n, error) if difference else None
-        ahead = by_score or (0 if by_failing * sign * scored[0] < 0 else by_failing)
+        ahead = by_score or (0 if by_failing * scored[0] > 0 else by_failing)
     return {
         **_entry(scored, span),
         "better": {1: "a", -1: "b"}.get(ahead),

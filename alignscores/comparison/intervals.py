@@ -108,7 +108,7 @@ def _mid_p(failed: float, of: float, error: float) -> Interval:
 
 def error_of_pair(n_systems: int) -> float:
     """Return how often the interval of a pair may miss, so that those of all pairs hold."""
-    n_pairs = max(n_systems * (n_systems - 1) // 2, 1)
+    n_pairs = max(math.comb(n_systems, 2), 1)
     return float(-math.expm1(math.log(LEVEL) / n_pairs))
 
 
