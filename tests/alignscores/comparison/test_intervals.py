@@ -1,5 +1,7 @@
 """Intervals: closed forms against drawing and against SciPy, and how often they hold."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -125,6 +127,49 @@ def test_a_difference_that_so_many_runs_tell_just_so_takes_these_runs(n):
     assert needed(Difference(0.999 * reach, 1.0, dof), n, 0.05) == n + 1
     exactly = stdtrit(dof, 1 - 0.05 / 2) + stdtrit(dof, 0.8)
     assert needed(Difference(exactly, 1.0, dof), n, 0.05) == n
+
+
+@pytest.mark.parametrize(("of_the_least", "found"), [(1.00001, 1000), (0.99999, None)])
+def test_up_to_1000_runs_may_be_needed(of_the_least, found):
+    dof = 10**9 * 999 / 9
+    reach = stats.t.ppf(0.975, dof) + stats.t.ppf(0.8, dof)
+    difference = Difference(of_the_least * reach * np.sqrt(10 / 1000), 1.0, 10**9)
+    assert needed(difference, 10, 0.05) == found
+
+
+@pytest.mark.parametrize(
+    ("least", "found"),
+    [(0, 2), (1, 2), (1.99, 2), (2, 3), (7.5, 8), (999, 1000), (1000, None), (np.inf, None)],
+)
+def test_more_than_the_least_runs_are_needed(least, found):
+    assert needed(Difference(0.1, 1e-9, 18), 10, 0.05, least) == found
+
+
+@pytest.mark.parametrize("n", [2, 3, 10])
+@pytest.mark.parametrize("value", [0.1, -0.1])
+def test_with_the_largest_scatter_so_many_runs_tell_a_difference_just_so(n, value):
+    scatter = largest_scatter(value, n, 0.05)
+    dof = 2 * (n - 1)
+    reach = stats.t.ppf(0.975, dof) + stats.t.ppf(0.8, dof)
+    assert reach * scatter * np.sqrt(1 / n + 1 / n) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("failed", "of", "share", "times"),
+    [(1, 10, 0.3, 0.35), (0, 4, 0.5, 0.25), (1, 4, 0.25, np.inf), (2, 4, 0.25, np.inf)],
+)
+def test_how_many_times_as_many_runs_bear_one_more_failure(failed, of, share, times):
+    """So many times as many runs, of which as large a share and one more failed, fail as often."""
+    found = Failures(failed, of)
+    assert found.more_until(share) == pytest.approx(times)
+    if np.isfinite(times):
+        assert (times * failed + 1) / (times * of + 1) == pytest.approx(share)
+
+
+@pytest.mark.parametrize("n_systems", [1, 2, 3, 4, 10])
+def test_the_intervals_of_independent_pairs_hold_together(n_systems):
+    n_pairs = len(list(combinations(range(n_systems), 2)))
+    assert (1 - error_of_pair(n_systems)) ** max(n_pairs, 1) == pytest.approx(0.95)
 
 
 @pytest.mark.parametrize("n_systems", [2, 5])
@@ -343,6 +388,34 @@ def test_one_more_failure_does_not_change_who_is_ahead():
     assert better(more, more)["needed"] == 2
     assert better(Failures(4, 9), more)["needed"] is None
     assert answers([tuple(pair)], "half_distance", 0.05)["new_runs"]["better"] == "b"
+
+
+def test_of_several_sequences_one_more_failure_is_one_among_all_runs():
+    """The mean is 0.66 x 6 / 7 then; it takes 7 runs on each of two to be above 0.61."""
+    pair = cell([0.65, 0.66, 0.67]), cell([0.60, 0.61, 0.62])
+    found = answers([pair, pair], "TAS", 0.05)["new_runs"]
+    assert (found["low"] > 0, found["better"], found["needed"]) == (True, None, 7)
+    elsewhere = [Failures(0, 15), Failures(0, 6)]
+    found = of_pairs.answers([pair, pair], "TAS", 0.05, elsewhere)["new_runs"]
+    assert found["better"] == "a"
+
+
+@pytest.mark.parametrize(("of", "better"), [(1, None), (2, "a")])
+def test_a_mean_that_one_more_failure_makes_equal_is_not_ahead(of, better):
+    """From 1 to 1/2, or to 2/3."""
+    runs = [Failures(0, of), Failures(0, 2)]
+    pair = cell([1.0, 1.0]), cell([0.5, 0.5])
+    assert of_pairs.answers([pair], "TAS", 0.05, runs)["new_runs"]["better"] == better
+
+
+def test_sequences_on_which_one_of_two_never_succeeds_tell_no_difference_of_scores():
+    pairs = [(cell([0.75]), cell([0.5])), (cell([0.875]), cell([], 2)), (cell([], 1), cell([0.5]))]
+    found = answers(pairs, "PAS", 0.05)["new_sequences"]
+    assert np.isnan(entry_of(found)).all()
+    lead = (0.75 + 0.875 - 0.5 - 0.5) / 3
+    assert found["with_failures"]["difference"] == pytest.approx(lead)
+    found = answers([*pairs, (cell([0.625]), cell([0.25]))], "PAS", 0.05)["new_sequences"]
+    assert found["difference"] == pytest.approx((0.25 + 0.375) / 2)
 
 
 def test_errors_and_failures_that_contradict_each_other_give_no_order():

@@ -226,6 +226,11 @@ def test_all_that_the_text_has(small):
     assert "\n".join(tables.footnotes(small, "PAS", NAMES_BY_HAND, settings)) == FOOTNOTES
 
 
+def test_failures_have_their_interval_in_percent():
+    entry = {"failed_runs": 7, "runs": 8, "failing": (0.842, 0.951)}
+    assert tables.failures_text(entry) == "7/8 (84-95 %)"
+
+
 @pytest.mark.parametrize(("width", "blocks"), [(99, 3), (98, 3), (32, 8), (31, 10), (1, 12)])
 def test_a_table_that_is_too_wide_is_in_parts(small, width, blocks):
     parts = tables.as_text(small, "PAS", NAMES_BY_HAND, width).split("\n\n")
