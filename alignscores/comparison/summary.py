@@ -100,11 +100,11 @@ def _not_given(
     runs: Sequence[tuple[Run, Outcome]], sequence: str, names: Sequence[str]
 ) -> dict[str, float]:
     """Return NaN for what no run on a sequence is given, so that those that failed lack nothing."""
-    scored = [of.scores for run, of in runs if run.sequence == sequence and not of.error]
+    scored = [of for run, of in runs if run.sequence == sequence and not of.error]
     return {
         name: math.nan
         for name in names
-        if scored and all(math.isnan(scores.get(name, 0.0)) for scores in scored)
+        if scored and all(math.isnan(_value(outcome, name)) for outcome in scored)
     }
 
 
@@ -275,7 +275,7 @@ def _column(
 def _failures(groups: Groups, system: str, name: str) -> Failures:
     """Return how many runs of a system failed by a metric, on all sequences."""
     cells = [group.cell(name) for (other, _), group in groups.items() if other == system]
-    return Failures(*map(sum, zip(*(cell.failures for cell in cells), strict=True)))
+    return Failures(*np.sum([cell.failures for cell in cells], axis=0))
 
 
 def _gap(pairs: Sequence[tuple[Cell, Cell]]) -> float:

@@ -117,7 +117,7 @@ def as_csv(summary: Summary) -> str:
 def number(value: float) -> str:
     """Return a value with four digits; a dash for one that is unknown."""
     if not math.isfinite(value):
-        return "∞" if value > 0 else "-"
+        return "∞" if value == math.inf else "-"
     return f"{value:.4f}" if abs(value) < 10 else f"{value:.4g}"
 
 
@@ -207,11 +207,11 @@ def _sequence_rows(
 
 def _by(summary: Summary, by: str) -> list[str]:
     """Return the systems from the best to the worst by a metric, over all."""
-    sign = -1 if metric(by).family.larger_is_better else 1
+    larger_is_better = metric(by).family.larger_is_better
 
     def place(system: str) -> tuple[bool, float]:
         value = summary.entries[system, None][by]
-        return math.isnan(value), sign * value
+        return math.isnan(value), -value if larger_is_better else value
 
     return sorted(summary.systems, key=place)
 
@@ -338,10 +338,10 @@ def _one_run(summary: Summary, pair: Mapping[str, Any], both: str, by: str) -> l
     gap = abs(pair["difference"])
     if gap and math.isfinite(gap):
         level = max(summary.entries[pair[key], None]["scored"][by] for key in "ab")
-        bounded = metric(by).family.larger_is_better
-        least = (level / gap - 1) / pair["sequences"] if bounded else 0  # so that one may fail
+        least = (level / gap - 1) / pair["sequences"]  # so that one may fail
+        enough = [n for n in NUMBERS if n > least or not metric(by).family.larger_is_better]
         error = error_of_pair(len(summary.systems))
-        told = [f"{n} by {largest_scatter(gap, n, error):.2g}" for n in NUMBERS if n > least][:3]
+        told = [f"{n} by {largest_scatter(gap, n, error):.2g}" for n in enough[:3]]
         lines.append(
             f"{by} of {both}: runs of each that would do, if they scatter (sd) at most: "
             + (", ".join(told) or f"more than {NUMBERS[-1]}")
