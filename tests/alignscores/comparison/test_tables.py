@@ -140,6 +140,30 @@ def test_a_run_without_a_file_is_missing():
     ]
 
 
+def test_what_no_run_on_a_sequence_is_given_a_failed_run_does_not_lack():
+    """A distance of few cameras: on s none has it, on t one of two, on u no run was scored."""
+    few = Outcome({**by_hand(0.5).scores, "half_distance": np.nan})
+    outcomes = {
+        "s": [few, Outcome({}, error="lost"), few],
+        "t": [few, Outcome({}, error="lost"), by_hand(0.75)],
+        "u": [Outcome({}, error="lost")],
+    }
+    runs = [
+        (Run(sequence, "a", str(number), "file"), outcome)
+        for sequence, several in outcomes.items()
+        for number, outcome in enumerate(several)
+    ]
+    found = summarise(runs, [], FORMATS["tum"])
+    nan = np.nan
+    assert [entry["half_distance"] for entry in found.results] == pytest.approx(
+        [nan, nan, nan, nan, np.inf, 0.25, np.inf], nan_ok=True
+    )
+    assert [entry["PAS"] for entry in found.results] == [0.5, 0, 0.5, 0.5, 0, 0.75, 0]
+    means = [found.entries["a", place]["half_distance"] for place in ("s", "t", "u", None)]
+    assert means == pytest.approx([nan, np.inf, np.inf, np.inf], nan_ok=True)
+    assert found.entries["a", "t"]["scored"]["half_distance"] == 0.25
+
+
 def test_what_is_told_of_a_system(small):
     for sequence, n, failed in (("car", 3, 1), ("hill", 2, 0)):
         entry = small.entries["o", sequence]
@@ -226,6 +250,50 @@ def test_all_that_the_text_has(small):
     assert "\n".join(tables.footnotes(small, "PAS", NAMES_BY_HAND, settings)) == FOOTNOTES
 
 
+PLAIN = """\
+system  rank (PAS)         TAS         RAS         PAS      half m    half deg   failed runs  lost
+O                1  0.6250 (1)  0.6250 (1)  0.6250 (1)  0.3750 (1)  3.7500 (1)  0/4 (0-60 %)  0.0%
+D                2  0.3750 (2)  0.3750 (2)  0.3750 (2)  0.6250 (2)  6.2500 (2)  0/4 (0-60 %)  0.0%
+
+PAS     the car        hill
+O    0.7500 (1)  0.5000 (1)
+D    0.5000 (2)  0.2500 (2)"""
+
+
+def test_where_all_were_tried_and_none_failed_nothing_is_said_of_it():
+    outcomes = {"car": (0.5, 0.75), "hill": (0.25, 0.5)}
+    runs = [
+        (Run(sequence, system, number, "file"), by_hand(pas))
+        for sequence, values in outcomes.items()
+        for system, pas in zip("do", values, strict=True)
+        for number in "12"
+    ]
+    found = summarise(runs, [], FORMATS["tum"])
+    assert tables.as_text(found, "PAS", NAMES_BY_HAND) == PLAIN
+    footnotes = tables.footnotes(found, "PAS", NAMES_BY_HAND, Settings(format="colmap"))
+    assert [line.partition(":")[0] for line in footnotes] == [
+        "means over runs, overall over sequences; registration refined",
+        *("missing cameras", "failed runs", "(1-2)"),
+        "ranks are for new runs on these sequences",
+        "ranks are by means",
+    ]
+    assert tables.as_latex(found, "PAS", NAMES_BY_HAND).endswith(
+        "\\end{tabular}\n% lost: O 0.0\\%, D 0.0\\%"
+    )
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        *((np.inf, "∞"), (-np.inf, "-"), (np.nan, "-"), (0.0, "0.0000"), (-0.12346, "-0.1235")),
+        *((9.99994, "9.9999"), (9.99996, "10.0000"), (10.0, "10"), (-10.04, "-10.04")),
+        *((123.456, "123.5"), (123456.0, "1.235e+05")),
+    ],
+)
+def test_numbers_have_four_digits(value, text):
+    assert tables.number(value) == text
+
+
 def test_failures_have_their_interval_in_percent():
     entry = {"failed_runs": 7, "runs": 8, "failing": (0.842, 0.951)}
     assert tables.failures_text(entry) == "7/8 (84-95 %)"
@@ -289,10 +357,10 @@ def a_pair(systems, sequence, **changes):
     } | changes
 
 
-def explained(*pairs, by="PAS", scored=(0.9, 0.8)):
+def explained(*pairs, by="PAS", scored=(0.9, 0.8), systems="ba"):
     means = dict(zip("ab", scored, strict=True))
     entries = {(name, None): {by: mean, "scored": {by: mean}} for name, mean in means.items()}
-    summary = SimpleNamespace(systems=["b", "a"], entries=entries, comparisons=list(pairs))
+    summary = SimpleNamespace(systems=systems, entries=entries, comparisons=list(pairs))
     names = tables.Names({"a": "A", "b": "B"}, {})
     return tables.ranks_explained(summary, by, names, "ranks")
 
@@ -368,6 +436,16 @@ def test_one_run_each_takes_more_runs_than_bear_a_failure(difference):
     assert explained(*pairs) == [ONE_RUN]
 
 
+def test_runs_with_which_a_failure_makes_the_means_equal_do_not_do():
+    """With three runs and one more that fails 0.75 is 0.5625, with five 0.625."""
+    unknown = {"question": None, "low": np.nan, "high": np.nan, "needed": None}
+    pairs = [a_pair("ba", place, **unknown, difference=0.1875) for place in ("s", None)]
+    for scored, first in (((0.75, 0.5625), 5), ((0.749, 0.5615), 3)):
+        assert explained(*pairs, scored=scored)[1].startswith(f"{NO_SCATTER}{first} by ")
+    pairs[1]["difference"] = 0.001
+    assert explained(*pairs)[1] == f"{NO_SCATTER}more than 100"
+
+
 def test_errors_do_not_bound_the_number_of_runs():
     unknown = {"question": None, "metric": "half_distance", "low": np.nan}
     pairs = [a_pair("ba", place, **unknown, difference=-0.1) for place in ("s", None)]
@@ -379,6 +457,7 @@ def test_errors_do_not_bound_the_number_of_runs():
 def test_parts_that_do_not_compare_are_no_ranks():
     why = "no ranks where models are in different numbers of parts, which do not compare"
     assert explained() == [why]
+    assert explained(systems="a") == []
     assert explained(a_pair("ba", None, metric="TAS")) == [why]
 
 
@@ -388,6 +467,8 @@ def test_parts_that_do_not_compare_are_no_ranks():
         ([2.0, 0.4, 1.0], 0.4),
         ([0.4, 2.0], 0.4),
         ([0.6, 2.0], 2.0),
+        ([0.5, 2.0], 0.5),
+        ([2.0, 0.5], 2.0),
         ([None, 1.0], 1.0),
         ([None], None),
     ],
