@@ -7,6 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from itertools import product
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -259,6 +260,25 @@ def test_metrics_are_compared_in_one_experiment_by_one_level(experiment, level, 
     assert (found["low"], found["high"]) == ((-9, 10) if sign == 1 else (-10, 9))
 
 
+@pytest.mark.parametrize(
+    ("order", "p", "first", "second"),
+    [
+        (0.5, 0.049, True, False),
+        (0.5, 0.05, False, False),  # as likely as in one of twenty
+        (0.5, None, False, False),
+        (0.0, 0.01, False, False),
+        (-0.5, 0.049, False, True),
+    ],
+)
+def test_a_metric_that_orders_more_is_certain_to_where_chance_hardly_does(order, p, first, second):
+    key = {"experiment": "lines", "level": "noise"}
+    pair = {"metric": "TAS", "versus": "ATE", "order": order, "low": -2, "high": 3, "p": p}
+    alone = {"metric": "TAS", "versus": None, "order": 80, "low": 79, "high": 81, "p": None}
+    found = report.article._comparisons(pd.DataFrame([key | pair, key | alone]))
+    is_certain = {pair[2:]: one["is_certain"] for pair, one in found.items()}
+    assert is_certain == {("TAS", "ATE"): first, ("ATE", "TAS"): second}
+
+
 def test_what_captions_say_stands_beside_what_came_out(article, made):
     table = pd.read_csv(made.folder / "claims.csv").set_index("id")
     worded = {
@@ -373,6 +393,49 @@ def test_a_study_is_whole_with_settings_that_leave_it_as_it_is(
     assert report.article.render(replace(made, settings=[f"{setting}1"])) == str(setting == "seed=")
 
 
+@pytest.mark.parametrize(
+    ("trials", "replicates", "settings", "is_quick"),
+    [
+        (50, 20, [], False),
+        (51, 21, ["trials=51", "replicates=21"], False),
+        (49, 20, [], True),
+        (50, 19, [], True),
+        (50, 20, ["seed=1", "trials=50"], True),
+        (50, 20, ["trials=50", "seed=1"], True),
+    ],
+)
+def test_fewer_trials_or_replicates_make_a_quick_look(
+    made, found, template, monkeypatch, trials, replicates, settings, is_quick
+):
+    numbers = {"replicate": replace(found["replicate"], trials=trials), "paper_trials": 50}
+    numbers = found | numbers | {"n_replicates": replicates}
+    claims = replace(load_claims(), replicates=20)
+    monkeypatch.setattr(report.article, "contents", lambda *_: numbers)
+    monkeypatch.setattr(report.article, "load_claims", lambda: claims)
+    template.write_text("{{ is_quick }}\n")
+    given = replace(made, settings=settings)
+    assert report.article.render(given) == f"{is_quick}\n"
+
+
+def test_templates_have_names_for_metrics_and_words(write, template, found):
+    """Claims are in doubt whose whole name fits a pattern."""
+    names = [row.claim.id for row in found["exceptions"]]
+    template.write_text(
+        "<p>{{ refined }} {{ quarter }} {{ least_power }} {{ fixed('10°') }}</p>"
+        "<p>{{ [] | listed }}; {{ ['a', 'b', 'c'] | listed }}</p>"
+        "<p>{% for one in doubted('outliers-.*') %}{{ one.claim.id }} {% endfor %}</p>"
+        "<p>{{ doubted('outliers') | length }}</p>"
+    )
+    code, error, page = write()
+    assert (code, error) == (0, "")
+    assert [element.text for element in page.all("p")] == [
+        f"{REFINED} {QUARTER} 0.5 10°",
+        "none; a, b and c",
+        " ".join(name for name in names if name.startswith("outliers-")),
+        "0",
+    ]
+
+
 @pytest.mark.usefixtures("whole_study")
 @pytest.mark.parametrize(("condition", "expected"), [("", 0), ("not ", 1)])
 def test_a_sentence_stands_where_its_condition_holds(write, template, condition, expected):
@@ -410,6 +473,7 @@ def test_a_metric_is_compared_from_either_side(write, template):
         ('{{ claim("outliers-nothing") }}', "asks for no claim: outliers-nothing"),
         ('{{ picture("nothing") }}', "asks for no figure: nothing"),
         ('{{ place("outliers", "noise", "XYZ") }}', "asks for no order: outliers noise XYZ"),
+        ('{{ at_rates("XYZ") }}', "asks for no frame rate of: XYZ"),
         (
             '{{ ahead("outliers", "noise", "a", "b") }}',
             "asks for no comparison: outliers noise a b",
@@ -491,5 +555,34 @@ def test_captions_in_words_are_grouped_by_what_they_state():
             "text": "It rises",
             "value": "0.250\u202fτ",
             "verdict": "inconclusive",
+        },
+    ]
+
+
+def test_verdicts_are_counted_by_their_source():
+    """Sources in the order in which they are first named."""
+
+    def row(source, verdict, population):
+        claim = SimpleNamespace(source=source)
+        return SimpleNamespace(claim=claim, verdict=verdict, population=population)
+
+    rows = [
+        row("Figure 5", "reproduced", "true"),
+        row("Figure 2", "inconclusive", "open"),
+        row("Figure 5", "not reproduced", "open"),
+        row("Figure 5", "reproduced", "false"),
+    ]
+    assert report.article._tallies(rows) == [
+        {
+            "source": "Figure 5",
+            "counted": 3,
+            "counts": {"reproduced": 2, "inconclusive": 0, "not reproduced": 1},
+            "populations": {"true": 1, "open": 1, "false": 1},
+        },
+        {
+            "source": "Figure 2",
+            "counted": 1,
+            "counts": {"reproduced": 0, "inconclusive": 1, "not reproduced": 0},
+            "populations": {"true": 0, "open": 1, "false": 0},
         },
     ]

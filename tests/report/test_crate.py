@@ -2,6 +2,8 @@
 
 import json
 import os
+import re
+import shutil
 from hashlib import sha256
 
 import pytest
@@ -107,3 +109,83 @@ def test_the_software_has_its_commit_where_it_is_known(results, git, identifier)
         path.write_text(json.dumps(json.loads(path.read_text()) | {"git": git}))
     graph = crate(results)["@graph"]
     assert [one["identifier"] for one in graph if "identifier" in one] == identifier
+
+
+def each(*names):
+    return [{"@id": name} for name in names]
+
+
+def action(name, title, tree, inputs, outputs, end):
+    return {
+        "@id": name,
+        "@type": "CreateAction",
+        "name": title,
+        "instrument": {"@id": tree},
+        "object": each(*inputs),
+        "result": each(*outputs),
+        "endTime": end,
+    }
+
+
+def software(name, version, identity=None, **more):
+    entity = {"@id": identity or f"#{name}-{version}", "@type": "SoftwareApplication"}
+    return entity | {"name": name, "version": version} | more
+
+
+def test_whole_description_of_tables_that_two_programs_made(results):
+    """In whatever order a record has its packages; names have no letters that addresses lack."""
+    here = {"git": None, "python": "3.11", "platform": "Linux"}
+    packages = {"alignscores": "1.2", "numpy": "2.4"}
+    there = {"git": {"commit": "c0ffee", "dirty": True}, "python": "3.12", "platform": "macOS"}
+    origins = {
+        "a": here | {"packages": packages},
+        "b": there | {"packages": {"numpy": "2.5"}},
+        "c d": here | {"packages": dict(reversed(packages.items()))},
+    }
+    for minute, (name, origin) in enumerate(origins.items()):
+        table, record = (results / "trials" / f"{name}.{end}" for end in ("csv", "json"))
+        if name == "c d":
+            shutil.copy(results / "trials/a.csv", table)
+            shutil.copy(results / "trials/a.json", record)
+        record.write_text(json.dumps(json.loads(record.read_text()) | origin))
+        for path in (table, record):
+            os.utime(path, (1e9 + 60 * minute, 1e9 + 60 * minute))
+    (results / "claims.csv").rename(results / "größe.csv")
+    os.utime(results / "größe.csv", (1e9 + 86400, 1e9 + 86400))
+
+    assert main([str(results)]) == 0
+    text = (results / FILE).read_text(encoding="utf-8")
+    assert text.startswith('{\n  "@context": "https://w3id.org/ro/crate/1.1/context",\n')
+    assert '"name": "größe.csv"' in text
+    _, root, _, _, *actions_and_software = json.loads(text)["@graph"]
+    tables, records = (
+        [f"trials/{name}.{end}" for name in ("a", "b", "c%20d")] for end in ("csv", "json")
+    )
+    findings = ["tables/order.md", "figures/outliers.png", "gr%C3%B6%C3%9Fe.csv"]
+    assert root["hasPart"] == each(*tables, *records, *findings)
+    assert root["mentions"] == each("#trials-1", "#trials-2", "#evaluation")
+    assert root["datePublished"] == "2001-09-10"
+    ids = [one["@id"] for one in actions_and_software]
+    first, second = (name for name in ids if re.fullmatch("#alignscores-[0-9a-f]{12}", name))
+    times = [f"2001-09-{time}:40+00:00" for time in ("09T01:48", "09T01:47", "10T01:46")]
+    assert actions_and_software[:9] == [
+        action("#trials-1", "Trials", first, records[::2], tables[::2], times[0]),
+        action("#trials-2", "Trials", second, records[1:2], tables[1:2], times[1]),
+        action("#evaluation", "Evaluation", second, tables, findings, times[2]),
+        software(
+            *("alignscores", "1.2", first),
+            operatingSystem="Linux",
+            softwareRequirements=each("#python-3.11", "#numpy-2.4"),
+        ),
+        software("python", "3.11"),
+        software("numpy", "2.4"),
+        software(
+            *("alignscores", "unknown", second),
+            operatingSystem="macOS",
+            softwareRequirements=each("#python-3.12", "#numpy-2.5"),
+            identifier="commit c0ffee, with changes",
+        ),
+        software("python", "3.12"),
+        software("numpy", "2.5"),
+    ]
+    assert [one["@type"] for one in actions_and_software[9:]] == ["File"] * 9

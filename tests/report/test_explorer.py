@@ -4,19 +4,25 @@ import json
 import re
 from base64 import b64decode
 from dataclasses import replace
+from types import SimpleNamespace
 from urllib.parse import parse_qs
 
 import numpy as np
 import pytest
+from matplotlib import colormaps
+from matplotlib.colors import to_hex
 
+import report.explorer
+import report.page
 from alignscores import AlignmentScore
+from alignscores.explorer import source
 from alignscores.histogram import equal_steps
 from experiments.camera_errors import FIRST, CameraErrors, measure, write_camera_errors
 from experiments.config import Execution, experiment_names, load_sweep
 from experiments.grid import cells
 from experiments.metrics import order_statistic
 from experiments.sweep import run_sweeps
-from report.explorer import TITLES, main, pack, render
+from report.explorer import QUANTILES, TITLES, main, pack, render
 from studies.head_to_head.rankings import compare_orders
 from studies.order import order
 
@@ -78,6 +84,141 @@ def test_numbers_are_rounded_to_two_bytes_on_a_logarithmic_scale():
 def test_few_numbers_are_kept(values):
     values = np.array(values)
     np.testing.assert_allclose(unpacked(pack(values)), values, rtol=1e-12)
+
+
+def test_codes_divide_the_range_evenly_and_the_ends_stand_beside_them():
+    """A quarter of the way from 1 to 16 is 2; what is not finite has no part in the range."""
+    packed = pack(np.array([0.0, 16.0, np.inf, 2.0, 1.0]))
+    assert (packed["low"], packed["high"]) == (1.0, 16.0)
+    codes = np.frombuffer(b64decode(packed["codes"]), dtype="<u2")
+    assert codes.tolist() == [0, 65534, 65535, 1 + 16383, 1]
+    assert pack(np.array([np.inf, 0.0])) == {"low": 1.0, "high": 1.0, "codes": "//8AAA=="}
+
+
+def by_hand(overrides, name, positions, rotations):
+    """Return errors of an experiment: 1, 2, 3, ..., and distances of 1, 2, 3, ... in each trial."""
+    sweep = replace(load_sweep(overrides), name=name)
+    counts = np.array([cell.n_cameras for cell in cells(sweep)]).repeat(sweep.trials)
+    errors = np.arange(1.0, counts.sum() + 1)
+    closest = np.concatenate([np.arange(1.0, count + 1) for count in counts])
+    outliers = np.arange(len(counts))
+    none = np.empty(0)
+    return CameraErrors(
+        sweep,
+        errors if positions else none,
+        2 * errors if rotations else none,
+        closest if positions else none,
+        outliers,
+    )
+
+
+def test_the_page_holds_all_of_its_experiments():
+    """The one without a place in the paper comes last, under its own name."""
+    combined = ["experiment=combined", "trials=2", "n_cameras=[4]", "n_outliers=[1]"]
+    combined += ["sigma_t=[0.1,0.02]", "sigma_r_deg=[1,9]"]
+    length = ["experiment=trajectory_length", "trials=1", "n_cameras=[20,10]", "sigma_t=[0.02]"]
+    text = render([by_hand(length, "mine", True, False), by_hand(combined, "combined", True, True)])
+    data = data_of(text)
+    first, second = data.pop("experiments")
+    paper = {"tas": 1.0, "ras": 10.0, "quantile": 0.75, "thresholds": 100, "weight": 0.5}
+    assert data == {"paper": paper, "quantiles": QUANTILES}
+    quantiles = [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7]
+    assert pytest.approx([*quantiles, 0.75, 0.8, 0.85, 0.9, 0.95, 1.0]) == QUANTILES
+    keys = "positions", "rotations", "units"
+    numbers = [{key: unpacked(one.pop(key)) for key in keys} for one in (first, second)]
+    for found, expected in zip(
+        numbers,
+        (
+            {
+                "positions": np.arange(1, 33),
+                "rotations": 2 * np.arange(1, 33),
+                "units": np.tile(np.repeat([1, 2, 3, 4], 5), 8),
+            },
+            {
+                "positions": np.arange(1, 31),
+                "rotations": [],
+                "units": [*range(1, 21), *np.repeat(range(1, 11), 2)],
+            },
+        ),
+        strict=True,
+    ):
+        for key in keys:
+            np.testing.assert_allclose(found[key], expected[key], rtol=1e-4)
+
+    def colours(name, *places):
+        return [to_hex(colormaps[name](place)) for place in places]
+
+    assert first == {
+        "name": "combined",
+        "figure": "Figure 6",
+        "title": "Both noises",
+        "about": ["cube", "cameras: 4", "outliers: 1"],
+        "scores": ["TAS", "RAS", "PAS"],
+        "trials": 2,
+        "cameras": [4, 4, 4, 4],
+        "outliers": [*range(8)],
+        "levels": {"name": "σₜ", "labels": ["0.02", "0.1"], "worsens": "position noise"},
+        "series": {
+            "name": "σᵣ",
+            "labels": ["1°", "9°"],
+            "colours": colours("viridis", 0.0, 0.8),
+            "worsens": "rotation noise",
+        },
+        "cells": [[0, 1], [1, 1], [0, 0], [1, 0]],
+    }
+    assert second == {
+        "name": "mine",
+        "figure": "",
+        "title": "mine",
+        "about": ["cube", "outliers: 0", "σᵣ: 3°"],
+        "scores": ["TAS"],
+        "trials": 1,
+        "cameras": [20, 10],
+        "outliers": [0, 1],
+        "levels": {"name": "σₜ", "labels": ["0.02"], "worsens": "noise"},
+        "series": {
+            "name": "cameras",
+            "labels": ["10", "20"],
+            "colours": colours("YlGnBu_r", 0.0, 0.6),
+            "worsens": "",
+        },
+        "cells": [[1, 0], [0, 0]],
+    }
+    assert "from the errors of 62 cameras." in text
+    assert text.count(" 2 trials, hairlines ") == 1  # the most of any
+    assert re.findall(r'value="(\w+)"( checked)?><span>(.*?)</span>', text)[:2] == [
+        ("combined", " checked", "Both noises"),
+        ("mine", "", "mine"),
+    ]
+    for part in ("style.css", "scores.js", "charts.js", "controls.js"):
+        assert source(part) in text
+    for part in ("explorer.css", "explorer.js"):
+        assert report.page.own(part) in text
+    title = "What if the threshold were another one? Alignment scores to play with"
+    assert f"<title>{title}</title>" in text
+
+
+@pytest.mark.parametrize(
+    ("noise", "varied", "levels", "series"),
+    [
+        ("product", "", "sigma_t", "n_outliers"),
+        ("product", "sigma_t", "sigma_t", "n_outliers"),
+        ("product", "sigma_r_deg", "sigma_r_deg", "n_outliers"),
+        ("product", "sigma_t sigma_r_deg", "sigma_t", "sigma_r_deg"),
+        ("product", "n_cameras sigma_r_deg", "sigma_r_deg", "n_cameras"),
+        ("product", "n_cameras", "sigma_t", "n_cameras"),
+        ("paired", "", "sigma_t sigma_r_deg", "n_outliers"),
+        ("paired", "n_cameras sigma_t sigma_r_deg", "sigma_t sigma_r_deg", "n_cameras"),
+    ],
+)
+def test_one_setting_is_along_the_axis_and_another_tells_curves_apart(
+    noise, varied, levels, series
+):
+    """Both kinds of noise are along the axis where they rise together."""
+    names = "n_cameras", "n_outliers", "sigma_t", "sigma_r_deg"
+    settings = {name: [1, 2] if name in varied.split() else [1] for name in names}
+    sweep = SimpleNamespace(name="own", noise=noise, **settings)
+    assert report.explorer._layout(sweep) == (tuple(levels.split()), series)
 
 
 def test_a_trial_scores_in_the_paper_s_setting_as_in_the_study(sweeps, html):

@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+import report.crate
+import report.explorer
 import report.page
 from report.__main__ import main
 
@@ -18,15 +20,55 @@ def test_the_folder_is_told(capsys):
     assert "required: --output" in capsys.readouterr().err
 
 
-def test_every_argument_is_explained(capsys):
+HELP = {  # of each program, without line breaks
+    main: """\
+usage: python -m report [-h] [--settings [key=value ...]] [--machine MACHINE] [--article]
+--output HTML RESULTS
+Write verdicts, figures and evidence on one self-contained page.
+positional arguments: RESULTS the folder of all results
+options: -h, --help show this help message and exit
+--settings [key=value ...] what snakemake --config was given, but for how it was run
+--machine MACHINE where it was run, in words
+--article write the article instead
+--output HTML
+snakemake report makes all that the page needs, and the page
+""",
+    report.crate.main: """\
+usage: python -m report.crate [-h] RESULTS
+Describe a folder of results as an RO-Crate, for archives.
+positional arguments: RESULTS the folder
+options: -h, --help show this help message and exit
+snakemake crate makes the report and the description of all results
+""",
+    report.explorer.main: """\
+usage: python -m report.explorer [-h] --output HTML CAMERA_ERRORS.npz
+Write the page that scores the errors of trials with any threshold.
+positional arguments: CAMERA_ERRORS.npz errors of cameras
+options: -h, --help show this help message and exit
+--output HTML
+snakemake explorer makes the errors, and the page
+""",
+}
+
+
+@pytest.mark.parametrize("program", HELP, ids=lambda program: program.__module__)
+def test_every_argument_is_explained(capsys, monkeypatch, program):
+    monkeypatch.setenv("COLUMNS", "400")  # no word is divided
     with pytest.raises(SystemExit):
-        main(["--help"])
-    said = " ".join(capsys.readouterr().out.split())
-    for words in (
-        *("python -m report", "self-contained page", "snakemake report makes all", "RESULTS the"),
-        *("key=value ...] what", "--machine MACHINE where", "--article write", "--output HTML"),
-    ):
-        assert words in said
+        program(["--help"])
+    assert capsys.readouterr().out.split() == HELP[program].split()
+
+
+def test_a_program_is_told_what_to_write(capsys):
+    with pytest.raises(SystemExit) as ended:
+        report.explorer.main(["errors.npz"])
+    assert ended.value.code == 2
+    assert "required: --output" in capsys.readouterr().err
+
+
+def test_without_settings_the_results_are_to_be_those_of_the_whole_study(results, capsys):
+    assert main([str(results.folder), "--output", str(results.html)]) == 1
+    assert "was made with other settings" in capsys.readouterr().err
 
 
 def test_the_page_is_named(results, capsys):

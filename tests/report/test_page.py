@@ -8,6 +8,7 @@ from io import BytesIO
 from itertools import pairwise
 from types import SimpleNamespace
 
+import pandas as pd
 import pytest
 from PIL import Image
 
@@ -16,6 +17,7 @@ import report.page
 from alignscores.explorer import source
 from studies.claims.claims import load_claims
 from studies.paper import FIGURES
+from studies.paper.table1 import CRITERIA, PAPER, PROPERTIES
 
 from .conftest import TRIALS
 
@@ -252,6 +254,105 @@ def test_pictures_are_numbered_and_have_their_claims():
         "a": {"number": 1, "width": 1500, "height": 3, "is_wide": False, "rows": claims[1:2]},
         "b": {"number": 2, "width": 1501, "height": 3, "is_wide": True, "rows": claims[::3]},
     }
+
+
+def test_pictures_are_compressed_as_far_as_they_can_be():
+    image = Image.effect_mandelbrot((200, 200), (-2.0, -1.5, 1.0, 1.5), 50)
+    (picture,) = report.page._pictures({"a": image}, []).values()
+    sizes = []
+    for level in (6, 9):  # the usual one, and the best
+        image.convert("RGB").quantize(256).save(buffer := BytesIO(), "PNG", compress_level=level)
+        sizes.append(len(buffer.getvalue()))
+    usual, best = sizes
+    assert len(b64decode(picture["source"].partition(",")[2])) <= best < usual
+
+
+def row(name, verdict, population, **more):
+    """Return what is counted of an estimate."""
+    own = {"source": "Figure 2", "paper": None, "implied_by": [], **more}
+    outside = own.pop("is_outside", False)
+    claim = SimpleNamespace(id=name, **own)
+    return SimpleNamespace(claim=claim, verdict=verdict, population=population, is_outside=outside)
+
+
+def test_verdicts_are_counted_but_for_those_that_follow_from_others():
+    """Of 39 replicates the outermost are at 1.95/40 on either side."""
+    a = row("a", "reproduced", "true", paper=-74.0, is_outside=True)
+    b = row("b", "inconclusive", "open", paper=3.0, source="Section 6")
+    c = row("c", "not reproduced", "false", is_outside=True)
+    d = row("d", "not reproduced", "open", paper=1.0, is_outside=True, implied_by=["a"])
+    e = row("e", "reproduced", "open")
+    rows = [a, b, c, d, e]
+    found = report.page._verdicts(rows, 39)
+    assert found.pop("missed") == pytest.approx(0.0975)
+    assert found.pop("central") == pytest.approx(0.95)
+    order = {key: [*found[key].items()] for key in ("counts", "populations")}
+    assert order == {
+        "counts": [("reproduced", 2), ("inconclusive", 1), ("not reproduced", 1)],
+        "populations": [("true", 1), ("open", 2), ("false", 1)],
+    }
+    assert found == {
+        "counted": [a, b, c, e],
+        **{key: dict(pairs) for key, pairs in order.items()},
+        "population_words": ("false", "open", "true"),
+        "shown": {"reproduced": 2, "inconclusive": 1, "not reproduced": 2},
+        "rows": rows,
+        "claims": {"a": a, "b": b, "c": c, "d": d, "e": e},
+        "verdicts": ("not reproduced", "inconclusive", "reproduced"),
+        "sources": ["Figure 2", "Section 6"],
+        "exceptions": [c, b],
+        "n_numbers": 3,
+        "n_outside": 2,
+    }
+
+
+def test_a_decision_has_the_estimates_under_each_reading():
+    """None where a reading does not concern a claim; a claim that none concerns has no row."""
+    words = {"a": "reproduced", "b": "not reproduced", "c": "reproduced"}
+    taken = {name: row(name, verdict, "open") for name, verdict in words.items()}
+    first = {"a": row("a", "reproduced", "open")}
+    second = {"a": row("a", "inconclusive", "open"), "b": row("b", "not reproduced", "true")}
+    decision = SimpleNamespace(readings=["taken", "first", "second"])
+    of_a = [taken["a"], first["a"], second["a"]]
+    assert report.page._evidence(decision, taken, [first, second]) == {
+        "decision": decision,
+        "rows": {"a": of_a, "b": [taken["b"], None, second["b"]]},
+        "others": ["first", "second"],
+        "tallies": [("first", 1, 0), ("second", 2, 1)],
+        "dependent": {"a": of_a},
+    }
+
+
+def test_table_1_is_in_the_paper_s_order(original):
+    table = pd.read_csv(original.folder / "tables/method_comparison.csv", dtype={"value": str})
+    found = report.page._table1(table)
+    assert [metric for metric, _ in found["table1"]] == list(PAPER)
+    for _, cells in found["table1"]:
+        assert list(cells["property"]) == list(PROPERTIES)
+        assert list(cells["value"][:3]) == [0.25] * 3
+    assert list(found["statistics"].items()) == [(name, "tau") for name in PROPERTIES]
+    assert list(found["criteria"]) == list(PROPERTIES)
+    assert list(found["criteria"].values()) == list(CRITERIA)
+    assert (found["n_agreeing"], found["n_tested"]) == (11, 16)
+    assert set(found["figure_of"].values()) <= set(FIGURES)
+
+
+def test_templates_leave_no_empty_lines_where_their_blocks_were():
+    text = "<p>\n  {% if true %}\na\n  {% endif %}\n</p>\n"
+    for folder in ([], [report.article.FOLDER]):
+        template = report.page.environment(*folder).from_string(text)
+        assert template.render() == "<p>\na\n</p>\n"
+
+
+def test_the_page_has_its_looks_and_its_scripts_and_may_show_pictures(page):
+    for part in ("style.css", "tables.js"):
+        assert source(part) in page.html
+    for part in ("page.css", "page.js"):
+        assert report.page.own(part) in page.html
+    (policy,) = [meta.get("content") for meta in page.all("meta") if meta.get("http-equiv")]
+    assert policy.endswith("script-src 'unsafe-inline'; img-src data:")
+    (title,) = page.all("title")
+    assert title.text == "Which claims hold: alignment scores, repeated"
 
 
 def luminance(colour):
