@@ -121,13 +121,13 @@ def _add_output(command: argparse.ArgumentParser) -> None:
         "--html", metavar="FILE.html", type=output_file(".html"), help="save one page with drawings"
     )
     shown = output.add_mutually_exclusive_group()
-    for name in ("json", "csv", "markdown", "latex"):
+    for name in ("JSON", "CSV", "Markdown", "LaTeX"):
         shown.add_argument(
-            f"--{name}",
+            f"--{name.lower()}",
             dest="show",
             action="store_const",
-            const=name,
-            help=f"print {name.upper() if len(name) < 5 else name.title()} instead of the table",
+            const=name.lower(),
+            help=f"print {name} instead of the table",
         )
 
 

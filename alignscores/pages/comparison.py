@@ -376,7 +376,6 @@ def _quantiles(errors: Sequence[Floats], n_runs: int) -> str:
 def _errors(summary: Summary, sequence: str) -> str:
     """Draw the median position error in each part of the trajectory, over the runs, up to 4 d."""
     curves = {}
-    unit = 1.0
     for system in _in_key(summary):
         runs = _outcomes(summary, system, sequence)
         if runs:
@@ -384,7 +383,7 @@ def _errors(summary: Summary, sequence: str) -> str:
             unit = runs[0].unit
             errors = np.concatenate([run.position_errors for run in runs]) / unit
             part = (places * STRETCHES).astype(int)
-            order = np.argsort(part, kind="stable")
+            order = np.argsort(part)
             found, starts = np.unique(part[order], return_index=True)
             medians = [np.median(piece) for piece in np.split(errors[order], starts[1:])]
             curves[system] = ((found + 0.5) / STRETCHES, np.minimum(medians, 4.0) / 4)

@@ -1,14 +1,22 @@
 """From arguments to what is printed: the format that is not named, progress, and streams."""
 
 import json
+import os
 import sys
+from argparse import Namespace
 from io import BytesIO, TextIOWrapper
+from types import SimpleNamespace
 
 import pytest
 
 from alignscores import progress
 from alignscores.cli import command, main
-from alignscores.cli.command import with_format, with_signed_axes
+from alignscores.cli.command import (
+    build_parser,
+    check_outputs_possible,
+    with_format,
+    with_signed_axes,
+)
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 
@@ -113,3 +121,87 @@ def test_what_is_printed_has_left_the_buffers(examples, monkeypatch, write, line
     else:
         assert out.getvalue().splitlines()[1].startswith(rb"\xe9.txt ")
     assert err.getvalue().endswith(b"\r\x1b[K")
+
+
+SCORING = """[--unit X] [--max_threshold X] [--max_threshold_deg X] [--weight X]
+[--registration {pcr99,refined}] [--alignment {similarity,rigid,yaw,none}]
+[--up {z,y,x,-z,-y,-x}] [--seed X] [--repeat X]"""
+TIMES = """[--t_max_diff X] [--sync {interpolate,nearest}] [--max_gap X] [--t_start X]
+[--t_end X] [--t_offset X] [--frames FILE]"""
+POSES = "[--invert] [--body_rotation {auto,none}]"
+LOST = "[--missing {fail,ignore}]"
+SAVED = "[--save_results FILE.zip] [--plot] [--save_plot FILE] [--save_page FILE.html] REF EST [EST"
+SAVED_TABLES = """[--metrics NAMES] [--json] [--save_errors FILE.csv] [--all_cameras]
+[--save_metrics FILE.csv] [--profile FILE.csv]"""
+TOPICS = "[--ref_topic TOPIC] [--est_topic TOPIC]"
+WITH_TIMES = "tum,euroc,vslamlab,arrays,bag"
+USAGE = {  # of formats that have, or have not: times, topics, cameras that may be missing, a world
+    "tum": f"""[-h] [--est_format {{{WITH_TIMES}}}] {LOST} {TIMES} {POSES} {SCORING} {SAVED_TABLES}
+[--save_aligned FILE.txt] {SAVED} ...]""",
+    "bag": f"""[-h] [--est_format {{{WITH_TIMES}}}] {TOPICS} {LOST} {TIMES} {POSES} {SCORING}
+{SAVED_TABLES} [--save_aligned FILE.txt] {SAVED} ...]""",
+    "kitti": f"""[-h] {POSES} {SCORING} {SAVED_TABLES} [--save_aligned FILE.txt] {SAVED} ...]""",
+    "nerf": f"""[-h] [--est_format {{colmap,nerf}}] {LOST} {POSES} {SCORING} {SAVED_TABLES}
+{SAVED} ...]""",
+    "compare": f"""[-h] [--dry-run] [--baseline FILE.json] [--fail_on {{worse}}] [--expect_all]
+[--est_format {{tum,kitti,euroc,colmap,vslamlab,arrays,bag,nerf}}] {TOPICS} {LOST} {TIMES} {POSES}
+{SCORING} [--jobs X] [--cache FOLDER] [--clear_cache] [--no_cache] [--metrics NAMES] [--by NAME]
+[--html FILE.html] [--json | --csv | --markdown | --latex] [FORMAT] [PATTERN ...]""",
+}
+GROUPS = ["positional arguments:", "options:", "which poses belong together:", "scoring:"]
+
+
+@pytest.mark.parametrize("name", USAGE)
+def test_each_format_has_the_options_that_it_can_have(run, monkeypatch, name):
+    monkeypatch.setenv("COLUMNS", "120")
+    _, out, _ = run(name, "--help")
+    usage, _, more = out.partition("\n\n")
+    assert usage.split() == ["usage:", "alignscores", name, *USAGE[name].split()]
+    work = ["work:"] if name == "compare" else []
+    found = [line for line in more.splitlines() if line.endswith(":") and line[0] != " "]
+    assert found[: 5 + len(work)] == [*GROUPS, *work, "output:"]
+
+
+def test_outputs_have_their_names_in_the_help(run, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "400")
+    out = run("compare", "--help")[1]
+    for name in ("JSON", "CSV", "Markdown", "LaTeX"):
+        assert f" print {name} instead of the table\n" in out
+    assert " file with the time stamps of the frames that were to be estimated, or a pattern" in out
+
+
+@pytest.mark.parametrize(("processors", "jobs"), [(7, 7), (None, 1)])
+def test_all_processors_take_part(monkeypatch, processors, jobs):
+    """One where their number is not known."""
+    monkeypatch.setattr(os, "cpu_count", lambda: processors)
+    arguments = build_parser().parse_args(["compare", "b.yaml"])
+    assert arguments.jobs == jobs
+
+
+@pytest.mark.parametrize(
+    ("wanted", "required"),
+    [
+        ((), []),
+        (("save_results",), ["evo"]),
+        (("save_plot",), ["matplotlib"]),
+        (("plot",), ["matplotlib.pyplot", "matplotlib.backends.registry"]),
+        (("save_errors", "save_page"), []),
+    ],
+)
+def test_outputs_need_what_makes_them_alone(monkeypatch, wanted, required):
+    """A window needs a display, which the backend without one has not."""
+    asked = []
+
+    def require(module, extra):
+        asked.append(module)
+        assert extra == ("evo" if module == "evo" else "plots")
+        filters = SimpleNamespace(NON_INTERACTIVE="without")
+        registry = SimpleNamespace(list_builtin=lambda kind: ["agg"] * (kind == "without"))
+        return SimpleNamespace(
+            get_backend=lambda: "tkagg", backend_registry=registry, BackendFilter=filters
+        )
+
+    monkeypatch.setattr(command, "require", require)
+    names = "save_results", "save_plot", "plot", "save_errors", "save_page"
+    check_outputs_possible(Namespace(**{name: name in wanted for name in names}))
+    assert asked == required

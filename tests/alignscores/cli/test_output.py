@@ -6,7 +6,9 @@ import os
 import re
 import subprocess
 import sys
+from argparse import Namespace
 from io import BytesIO, TextIOWrapper
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +16,9 @@ from evo.core import sync
 from evo.tools import file_interface
 
 import alignscores
-from alignscores import pas, tas
+from alignscores import Settings, pas, tas
+from alignscores.cli.compare import _show
+from alignscores.cli.output import footnotes, print_notes, show_json, table_width
 from alignscores.progress import show
 from alignscores.trajectories.association import match
 from alignscores.trajectories.evo import PAS
@@ -313,3 +317,160 @@ def test_an_interruption_during_imports(tmp_path):
         text=True,
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+ROW = {"name": "a", "rank": [1, 1], "parts": [], "lost": 0.0, "scale": 1.0, "TAS_sd": None}
+FAIL = "; missing cameras: fail"
+REFINED, SEEDS = "registration refined, seed 0", "registration pcr99, means and sd over the seeds"
+HALF = "half: smallest threshold where TAS (refined registration) or RAS reaches one half; -: never"
+N = (
+    "n: frames that were due, the same for all, and d is theirs; lost: share of the time without a "
+    "pose"
+)
+STEADIER = "the TAS scatters with the seed; --registration refined makes it steadier"
+LOST = "* without what the estimate lost; --missing fail counts it"
+IGNORED = {"missing": "ignore"}
+
+
+@pytest.mark.parametrize(
+    ("settings", "rows", "header", "lines"),
+    [
+        ({}, [{}], "TAS", [REFINED + FAIL]),
+        ({"seed": 3}, [{}], "TAS", ["registration refined, seed 3" + FAIL]),
+        (
+            {"registration": "pcr99", "repeat": 3, "seed": 2},
+            [{}],
+            "TAS",
+            [f"{SEEDS} 2 to 4{FAIL}"],
+        ),
+        ({"format": "kitti"}, [{}], "TAS n", [REFINED]),
+        ({"metrics": ("ATE",)}, [{}], "ATE", ["seed 0" + FAIL]),
+        (
+            {"metrics": ("ATE",), "alignment": "rigid"},
+            [{}],
+            "ATE",
+            ["registration refined, aligned without scale, seed 0" + FAIL],
+        ),
+        ({"metrics": ("RAS", "TAS")}, [{}], "RAS TAS", [REFINED + FAIL]),
+        ({"metrics": ("PAS",)}, [{}], "PAS", [REFINED + FAIL]),
+        # ranks in common
+        (
+            {},
+            [{}, {"rank": [2, 3]}, {"rank": [2, 3]}],
+            "rank",
+            [REFINED + FAIL, "ranks in common: tied, of equal PAS"],
+        ),
+        (
+            {"registration": "pcr99", "repeat": 2},
+            [{"rank": [1, 2]}],
+            "rank",
+            [
+                f"{SEEDS} 0 to 1{FAIL}",
+                "ranks in common: tied, PAS less than 2 standard errors apart over the seeds",
+            ],
+        ),
+        ({}, [{"rank": None}], "rank", [REFINED + FAIL]),
+        ({"metrics": ("PAS",)}, [{"rank": [1, 2]}], "PAS", [REFINED + FAIL]),
+        # what columns mean
+        ({}, [{}], "TAS half m", [REFINED + FAIL, HALF]),
+        ({"metrics": ("half_distance",)}, [{}], "x", ["seed 0" + FAIL, HALF]),
+        ({"metrics": ("half_angle",)}, [{}], "x", ["seed 0" + FAIL, HALF]),
+        (
+            {},
+            [{}],
+            "nan",
+            [
+                REFINED + FAIL,
+                "nan: cameras without a position fail in the TAS, without a rotation in the RAS",
+            ],
+        ),
+        (
+            {},
+            [{}, {"parts": [1, 2]}],
+            "TAS",
+            [
+                REFINED + FAIL,
+                "parts: worlds that are each aligned on their own, which makes scores higher",
+            ],
+        ),
+        ({"metrics": ("TAS",)}, [{"parts": [1, 2]}], "TAS", [REFINED + FAIL]),
+        ({}, [{}], "TAS n", [REFINED + FAIL, N]),
+        # scales, and what was lost or scatters
+        (
+            {},
+            [{}, {"name": "b", "scale": 2.0}],
+            "TAS",
+            [
+                REFINED + FAIL,
+                "scale: b 2 times the reference's, taken out; --alignment rigid counts it",
+            ],
+        ),
+        ({"metrics": ("TAS",)}, [{"scale": 2.0}], "TAS", [REFINED + FAIL]),
+        (IGNORED, [{}, {"lost": 0.1}], "TAS", [REFINED + "; missing cameras: ignore"]),
+        (IGNORED, [{}, {"lost": 0.11}], "TAS", [REFINED + "; missing cameras: ignore", LOST]),
+        ({}, [{"lost": 0.11}], "TAS", [REFINED + FAIL]),
+        ({}, [{"TAS_sd": 0.005}, {}], "TAS", [REFINED + FAIL]),
+        ({}, [{"TAS_sd": 0.0051}, {}], "TAS", [REFINED + FAIL, STEADIER]),
+        ({"metrics": ("TAS",)}, [{"TAS_sd": 0.0051}], "TAS", [REFINED + FAIL, STEADIER]),
+        ({"metrics": ("ATE",)}, [{"TAS_sd": 0.0051}], "ATE", ["seed 0" + FAIL]),
+    ],
+)
+def test_what_is_said_below_the_table(settings, rows, header, lines):
+    chosen = Settings(**{"format": "tum", **settings})
+    assert footnotes([ROW | row for row in rows], chosen, f"estimate {header}") == lines
+
+
+@pytest.mark.parametrize(
+    ("columns", "width"), [("40", 40), ("99", 99), ("100", 100), ("101", 100), (None, 100)]
+)
+def test_the_table_is_as_wide_as_the_terminal_but_not_wider_than_a_page(
+    monkeypatch, columns, width
+):
+    monkeypatch.delenv("COLUMNS", raising=False)
+    if columns:
+        monkeypatch.setenv("COLUMNS", columns)
+    monkeypatch.setattr(sys, "__stdout__", None)  # no terminal
+    assert table_width() == width
+
+
+@pytest.mark.parametrize(("columns", "told"), [("99", True), ("100", False)])
+def test_columns_without_room_are_told_where_the_terminal_is_the_reason(
+    run, tmp_path, examples, monkeypatch, columns, told
+):
+    path = tmp_path / f"{60 * 'x'}.txt"
+    path.write_bytes((examples / TUM[2]).read_bytes())
+    monkeypatch.setenv("COLUMNS", columns)
+    _, out, _ = run(*TUM[:2], path)
+    assert "< 10 deg" not in out.splitlines()[0]
+    assert ("\nno room for: < 10 deg" in out) == told
+
+
+def test_json_refuses_numbers_that_json_has_not(capsys):
+    """Whatever comes of them: no program could read the rest, either."""
+    settings = Settings(format="tum")
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        show_json(settings, "gt.txt", [], [{"file": "a", "error": float("nan")}], [])
+    comparison = SimpleNamespace(to_dict=lambda: {"systems": [float("inf")]})
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        _show(comparison, Namespace(by="PAS", html=None, show="json"), None)
+    assert capsys.readouterr().out == ""
+
+
+def test_notes_that_differ_in_names_and_numbers_alone_are_one(capsys):
+    """Those on all are told as they are."""
+    notes = ["of 3", "of 4"]
+    scored = [
+        SimpleNamespace(name=name, notes=[f"{name}: {n} of 10.5 are off", f"{name} {more}"])
+        for name, n, more in (("a.txt", 1, "slow"), ("b.txt", 22, "fast"), ("c.txt", 3, "slow"))
+    ]
+    print_notes(scored, notes)
+    assert capsys.readouterr().err.splitlines() == [
+        f"alignscores: note: {note}"
+        for note in (
+            "of 3",
+            "of 4",
+            "a.txt: 1 of 10.5 are off (and alike for 2 more)",
+            "a.txt slow (and alike for 1 more)",
+            "b.txt fast",
+        )
+    ]

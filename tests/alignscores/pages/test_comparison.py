@@ -14,7 +14,8 @@ from alignscores.cli import main
 from alignscores.comparison.benchmark import Run
 from alignscores.comparison.runs import Outcome
 from alignscores.comparison.summary import summarise
-from alignscores.pages.comparison import _colour_and_dash, _quantiles
+from alignscores.explorer import source
+from alignscores.pages.comparison import _cell, _cells, _colour_and_dash, _needed, _quantiles
 from alignscores.pages.sequences import _middle
 from alignscores.trajectories.formats import FORMATS
 
@@ -254,6 +255,66 @@ def interval(difference, low, high, **_):
     return f"{difference:+.3f} ({low:+.3f} to {high:+.3f})".replace("-", "−")
 
 
+def test_the_page_holds_quantiles_of_the_errors_of_each_system(patterns, run, tmp_path):
+    """Each run counts the same, one that is missing as infinite errors; none where not tried."""
+    shutil.rmtree(tmp_path / "helix" / "a_b")
+    options = {"max_threshold": 0.5, "max_threshold_deg": 7.0, "weight": 0.25}
+    given = [part for name, value in options.items() for part in (f"--{name}", value)]
+    run(*patterns, *given, "--html", "page.html")
+    text = (tmp_path / "page.html").read_text()
+    assert re.search(r"script-src 'unsafe-inline'; frame-src blob:\"", text)
+    for part in ("style.css", "scores.js", "charts.js", "controls.js", "tables.js"):
+        assert source(part) in text
+    (found,) = re.findall(r'id="data">(.*?)</script>', text)
+    data = json.loads(found)
+    errors = data.pop("errors")
+    assert data == {
+        "systems": ["a_b", "c"],
+        "lines": [["var(--c0)", "none"], ["var(--c1)", "6 3"]],
+        "sequences": ["car", "helix"],
+        "setting": {"threshold": 0.5, "degrees": 7.0, "weight": 0.25},
+    }
+    summary = alignscores.compare(*patterns[1:], format="tum", **options).summary
+    place = np.floor((np.arange(400) + 0.5) / 400 * 3 * 60).astype(int)  # of three runs
+    for sequence, of_sequence in zip(("car", "helix"), errors, strict=True):
+        for system, packed in zip(("a_b", "c"), of_sequence, strict=True):
+            if (system, sequence) == ("a_b", "helix"):
+                assert packed is None
+                continue
+            scored = [
+                one
+                for run, one in summary.runs
+                if (run.system, run.sequence) == (system, sequence) and one.n
+            ]
+            assert len(scored) == (2 if (system, sequence) == ("c", "car") else 3)
+            kinds = {
+                "position": [one.position_errors / one.unit for one in scored],
+                "rotation": [one.rotation_errors for one in scored],
+            }
+            assert set(packed) == set(kinds)
+            for kind, values in kinds.items():
+                pooled = np.sort(np.concatenate([*values, np.full(180, np.inf)]))
+                read = np.frombuffer(b64decode(packed[kind]), "<f4")
+                np.testing.assert_array_equal(read, pooled[place].astype("<f4"))
+
+
+def test_long_names_are_cut_beside_the_dots(benchmark_of, run, tmp_path):
+    names = ["a" * 18, "b" * 19]
+    systems = dict.fromkeys(names, (0.1, 1.0, 1, 0.0))
+    run(*benchmark_of(systems, ["car"], 1, n=20), "--html", "page.html")
+    section = (tmp_path / "page.html").read_text().partition('<section id="runs"')[2]
+    found = re.findall(r'text-anchor="end">([ab]+)</text>', section.partition("</section>")[0])
+    assert found == [18 * "a", 18 * "b"]
+
+
+def test_errors_that_do_not_differ_have_no_colour(benchmark_of, run, tmp_path):
+    """Nor has one that is infinite."""
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0), "b": (0.1, 1.0, 1, 0.8)}, ["car"], 1, n=20)
+    values, strengths = cells_of_heat_map(patterns, run, tmp_path, "half_distance")
+    assert np.isinf(values).tolist() == [False, True]
+    assert strengths == [0, 0]
+
+
 def test_the_best_are_bold(patterns, run, compare, tmp_path):
     run(*patterns, "--html", "page.html")
     table = (tmp_path / "page.html").read_text().partition('<section id="overall"')[2]
@@ -268,6 +329,44 @@ def test_the_best_are_bold(patterns, run, compare, tmp_path):
 
 def test_curves_of_forty_systems_look_different():
     assert len({_colour_and_dash(index) for index in range(40)}) == 40
+
+
+@pytest.mark.parametrize(
+    ("index", "colour", "dash"),
+    [
+        *((0, 0, "none"), (1, 1, "6 3"), (2, 2, "none"), (7, 7, "6 3"), (8, 0, "2 3")),
+        *((9, 1, "8 3 2 3"), (16, 0, "1 2"), (17, 1, "none"), (24, 0, "6 3"), (40, 0, "none")),
+    ],
+)
+def test_neighbours_differ_in_colour_and_dash(index, colour, dash):
+    """The colours repeat after eight, then with other dashes."""
+    assert _colour_and_dash(index) == (f"var(--c{colour})", dash)
+
+
+@pytest.mark.parametrize(
+    ("value", "text", "rank", "cell"),
+    [
+        (0.5, "0.5000", None, '<td data-key="0.5">0.5000</td>'),
+        (1 / 3, "x", [2, 3], '<td data-key="0.333333333">x <span class="rank">(2-3)</span></td>'),
+        (2, "2", [1, 1], '<td data-key="2" class="best">2 <span class="rank">(1)</span></td>'),
+        (np.inf, "∞", [1, 2], '<td data-key="1e999">∞ <span class="rank">(1-2)</span></td>'),
+        (np.nan, "-", None, '<td data-key="1e999">-</td>'),
+    ],
+)
+def test_cells_have_what_to_sort_them_by(value, text, rank, cell):
+    """What is not finite comes last; the first alone is bold."""
+    assert _cell(value, text, rank) == cell
+
+
+def test_differences_have_signs_and_intervals_or_are_unknown():
+    known = {"difference": -0.25, "low": -0.5, "high": 0.0004}
+    wide = {"difference": 0.25, "low": -1.0, "high": np.inf}
+    unknown = {"difference": 0.25, "low": -np.inf, "high": np.inf}
+    assert _cells(known, wide, unknown) == (
+        "<td>−0.250 (−0.500 to +0.000)</td><td>+0.250 (−1.000 to unknown)</td><td>unknown</td>"
+    )
+    assert _cells() == ""
+    assert (_needed(0), _needed(12), _needed(None)) == ("0", "12", "more than 1000")
 
 
 def test_page_sorts_and_fits_a_phone(patterns, run, tmp_path, browser):
