@@ -131,6 +131,7 @@ def test_best_first_and_short_names(run, score, examples, kitti, tmp_path):
 def test_json_names_its_settings(run):
     _, out, _ = run(*TUM, "--json", *PAPER, "--seed", 4, "--repeat", 2, "--missing", "fail")
     printed = json.loads(out, parse_constant=pytest.fail)  # neither NaN nor Infinity
+    assert out == json.dumps(printed, indent=2) + "\n"
     assert len(printed.pop("results")) == 1
     assert printed == {
         "format": "tum",
@@ -308,6 +309,14 @@ def test_what_takes_long_says_how_far_it_is(run, monkeypatch):
     assert "\r\x1b[K1/2 estimate.txt half of estimate.txt\r\x1b[K" in err
 
 
+def test_an_interruption_has_an_exit_code_of_its_own(command, monkeypatch):
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("alignscores.cli.command.run_command", interrupted)
+    assert command("tum") == (130, "", "")
+
+
 def test_an_interruption_during_imports(tmp_path):
     (tmp_path / "numpy.py").write_text("raise KeyboardInterrupt")
     done = subprocess.run(
@@ -454,6 +463,9 @@ def test_json_refuses_numbers_that_json_has_not(capsys):
     with pytest.raises(ValueError, match="not JSON compliant"):
         _show(comparison, Namespace(by="PAS", html=None, show="json"), None)
     assert capsys.readouterr().out == ""
+    comparison = SimpleNamespace(to_dict=lambda: {"systems": [1.5]})
+    _show(comparison, Namespace(by="PAS", html=None, show="json"), None)
+    assert capsys.readouterr() == ('{\n  "systems": [\n    1.5\n  ]\n}\n', "")
 
 
 def test_notes_that_differ_in_names_and_numbers_alone_are_one(capsys):

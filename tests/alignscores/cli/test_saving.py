@@ -16,9 +16,19 @@ import numpy as np
 import pytest
 from evo.tools import file_interface
 from matplotlib import pyplot
+from matplotlib.figure import Figure
+from PIL import Image
 from scipy.spatial.transform import Rotation
 
-from alignscores.cli.saving import aligned_files, targets
+from alignscores import Settings
+from alignscores.cli.saving import (
+    aligned_files,
+    errors_csv,
+    figure_of,
+    picture,
+    profiles_csv,
+    targets,
+)
 from alignscores.similarity import Similarity
 from alignscores.trajectories.files import read_kitti, read_tum
 
@@ -47,6 +57,63 @@ def test_save_errors(run, tmp_path):
     angles = np.array([float(row["rotation_error_deg"]) for row in scored])
     thresholds = np.arange(1, 101) / 10
     assert np.mean(angles[:, None] < thresholds) == pytest.approx(first["RAS"])
+
+
+ERRORS = """\
+estimate,camera,position_error,rotation_error_deg,status
+a.txt,0.5,inf,inf,lost
+{a_none}a.txt,2.0,0.25,1.5,matched
+{left_out}b.txt,2.0,0.125,inf,no rotation
+"""
+
+
+@pytest.mark.parametrize("missing", ["ignore", "fail"])
+@pytest.mark.parametrize("all_cameras", [False, True])
+def test_a_line_a_camera_in_the_order_of_time(missing, all_cameras):
+    """What is missing was left out where that is no failure."""
+
+    def evaluation(name, keys, positions, rotations, statuses, without_reference, reference):
+        return SimpleNamespace(
+            name=name,
+            matches=SimpleNamespace(
+                keys=np.array(keys), without_reference=np.array(without_reference)
+            ),
+            result=SimpleNamespace(
+                tas=SimpleNamespace(errors=np.array(positions)),
+                ras=SimpleNamespace(errors=np.array(rotations)),
+            ),
+            statuses=np.array(statuses),
+            settings=Settings(format="tum", missing=missing),
+            reference=SimpleNamespace(keys=np.array(reference)),
+        )
+
+    inf = np.inf
+    scored = [
+        evaluation("a.txt", [2.0, 0.5], [0.25, inf], [1.5, inf], [0, 4], [1.0], [0.5, 2.0, 3.0]),
+        evaluation("b.txt", [2.0], [0.125], [inf], [1], [], [2.0]),
+    ]
+    none, left_out = "a.txt,1.0,,,no reference pose\n", "a.txt,3.0,,,left out\n"
+    expected = ERRORS.format(
+        a_none=none if all_cameras else "",
+        left_out=left_out if all_cameras and missing == "ignore" else "",
+    )
+    found = errors_csv(scored, all_cameras=all_cameras)
+    assert found.splitlines() == expected.splitlines()
+
+
+def test_profiles_have_a_line_a_score_and_unit():
+    profiles = SimpleNamespace(
+        units=np.array([0.5, 1.0]),
+        tas=np.array([0.25, 0.75]),
+        degrees=np.array([2.0]),
+        ras=np.array([1.0]),
+    )
+    scored = [SimpleNamespace(name=name, profiles=profiles) for name in "ab"]
+    lines = ["TAS,0.5,0.25", "TAS,1.0,0.75", "RAS,2.0,1.0"]
+    assert profiles_csv(scored).splitlines() == [
+        "estimate,score,unit,value",
+        *(f"{name},{line}" for name in "ab" for line in lines),
+    ]
 
 
 def test_saved_files_have_the_names_of_the_estimates(run, tmp_path, examples):
@@ -225,7 +292,7 @@ def test_files_of_estimates(tmp_path, names, files):
 
 def test_save_results(run, score, tmp_path):
     path = tmp_path / "one.zip"
-    files = *TUM, "--registration", "pcr99", "--missing", "ignore", *AT_STAMPS
+    files = *TUM, "--registration", "pcr99", "--missing", "ignore", "--seed", 4, *AT_STAMPS
     assert run(*files, "--save_results", path)[0] == 0
     result = file_interface.load_res_file(path)
     (expected,) = score(*files)
@@ -234,8 +301,10 @@ def test_save_results(run, score, tmp_path):
     for key in ("TAS", "PAS"):  # what evo_res plots is one alignment's
         assert result.stats[key] == expected[f"{key}_seeds"][0]
     assert result.stats["mean"] == pytest.approx(1 - result.stats["PAS"])
-    assert result.info["est_name"] == "estimate.txt"
-    assert result.info["registration"] == "pcr99"
+    told = {"ref_name": "tum/reference.txt", "est_name": "estimate.txt", "seed": 4}
+    told |= {"title": "PAS: share of the thresholds missed (registration pcr99, seed 4)"}
+    told |= {"label": "share of the thresholds missed"}
+    assert result.info == told | {"registration": "pcr99", "alignment": "similarity"}
     assert "timestamps" in result.np_arrays
     assert {len(array) for array in result.np_arrays.values()} == {37}
     assert np.isfinite(result.np_arrays["position_error_array"]).all()
@@ -326,6 +395,28 @@ def test_plot(run, monkeypatch):
     titles = [axes.get_title(loc="left") for axes in pyplot.figure(shown[0]).axes]
     pyplot.close("all")
     assert titles[0] == "estimate.txt\nposition errors"
+
+
+def test_a_figure_has_what_is_told_of_its_settings(monkeypatch):
+    """And the unit of the format; a window's figure is drawn into."""
+    asked = []
+    monkeypatch.setattr(
+        "alignscores.plots.score_figure", lambda scored, **options: asked.append(options)
+    )
+    for settings in (Settings(format="tum", seed=3, alignment="none"), Settings(format="nerf")):
+        figure_of([SimpleNamespace(settings=settings)], figure=settings.seed or None)
+    assert asked == [
+        {"unit": "m", "title": "not aligned, seed 3", "figure": 3},
+        {"unit": "units", "title": "registration refined, seed 0", "figure": None},
+    ]
+
+
+def test_a_picture_has_200_dots_an_inch_and_any_script():
+    """Though the font lacks some."""
+    figure = Figure(figsize=(1, 2))
+    figure.text(0, 0.5, "軌跡")
+    with Image.open(BytesIO(picture(figure, Path("a.png")))) as image:
+        assert image.size == (200, 400)
 
 
 def test_a_folder_where_a_file_should_be_written(run, tmp_path):

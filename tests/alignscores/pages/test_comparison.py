@@ -541,7 +541,10 @@ def test_without_a_run_that_was_scored_the_page_says_so(patterns, run, tmp_path)
     for path in tmp_path.glob("*/*/*.txt"):
         path.write_text("")
     run(*patterns, "--html", "page.html")
-    assert "No run was scored." in (tmp_path / "page.html").read_text()
+    text = (tmp_path / "page.html").read_text()
+    assert text.count("<p>No run was scored.</p></div></details>") == 2  # errors of each sequence
+    assert "camera by camera</h2><p>No run was scored.</p></section>" in text
+    assert own_pages(text) == {}
 
 
 def test_one_system_has_nothing_to_be_compared_with(benchmark_of, run, tmp_path):
