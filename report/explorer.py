@@ -127,7 +127,7 @@ def pack(values: Floats) -> Mapping[str, Any]:
     finite = values[inside]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (1.0, 1.0)
     step = np.log(high / low) / (FAILURE - 2) or 1.0
-    codes = np.where(values > 0, FAILURE, 0)
+    codes = np.where(np.isinf(values), FAILURE, 0)
     codes[inside] = 1 + np.round(np.log(finite / low) / step)
     return {"low": low, "high": high, "codes": b64encode(codes.astype("<u2").tobytes()).decode()}
 

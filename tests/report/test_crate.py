@@ -149,9 +149,9 @@ def test_whole_description_of_tables_that_two_programs_made(results):
             shutil.copy(results / "trials/a.json", record)
         record.write_text(json.dumps(json.loads(record.read_text()) | origin))
         for path in (table, record):
-            os.utime(path, (1e9 + 60 * minute, 1e9 + 60 * minute))
+            os.utime(path, (1e9 + 60 * minute + 0.25,) * 2)
     (results / "claims.csv").rename(results / "größe.csv")
-    os.utime(results / "größe.csv", (1e9 + 86400, 1e9 + 86400))
+    os.utime(results / "größe.csv", (1e9 + 86400.75,) * 2)
 
     assert main([str(results)]) == 0
     text = (results / FILE).read_text(encoding="utf-8")

@@ -1,5 +1,6 @@
 """Statistics of claims: where their intervals lie, and how they are written."""
 
+from dataclasses import replace
 from math import isinf
 
 import pytest
@@ -55,6 +56,8 @@ def test_claims_of_tau_are_drawn_from_0_to_1():
     ("name", "value"),
     [
         ("outliers-tas-steadier", "+0.5\u202fpoints"),
+        ("outliers-range-maa", "+0.5\u202f%"),  # a change, too
+        ("outliers-dte-degrades-slower", "+0.500\u202fτ"),
         ("length-tas-much-below-dte", "0.5\u202f%"),
         ("outliers-ate-discerns", "0.500\u202fτ"),
     ],
@@ -122,3 +125,18 @@ def test_what_is_undefined_in_a_replicate_has_no_number(undefined):
     assert found.interval == found.mean_interval == found.key == ""
     assert found.plot is None
     assert not found.is_outside
+
+
+@pytest.mark.parametrize(("paper", "expected"), [(12.0, "+12"), (-12.0, "−12"), (0.0, "0")])
+def test_a_number_of_the_paper_has_its_sign(paper, expected):
+    claim = replace(load_claims().claims["outliers-range-maa"], paper=paper)
+    found = Estimate(claim, 0, 0, 0, "inconclusive", 0, 0, "open").expected
+    assert found == f"{expected}\u202f%"
+
+
+@pytest.mark.parametrize(
+    ("verdict", "holds"),
+    [("reproduced", True), ("inconclusive", False), ("not reproduced", False)],
+)
+def test_a_claim_holds_where_it_is_reproduced(verdict, holds):
+    assert estimate("outliers-range-maa", 0.2, 0.25, 0.3, verdict).holds == holds

@@ -1,10 +1,15 @@
 """A file at fault ends in one line that names it with the remedy, and the old page stays."""
 
+import shutil
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from PIL import Image
 
+import report.results
 from experiments.tables import read_record, write_recorded
 from report.__main__ import main
 
@@ -90,3 +95,46 @@ def test_a_file_at_fault_is_named_with_the_remedy(results, capsys, name, change,
     remove = "delete it and " if path.exists() else ""
     assert line.endswith(f"; {remove}run: snakemake {path}")
     assert results.html.read_text() == "the old page"
+
+
+def test_settings_may_be_left_out():
+    assert report.results.Results(Path("here")).settings == []
+
+
+def test_jobs_have_the_same_columns_whatever_was_measured(results):
+    """Snakemake of another version measures other things, with - for what it could not."""
+    shutil.rmtree(results.folder / "benchmarks")
+    columns = ["s", "cpu_time", "max_rss"]
+    none = report.results.Results(results.folder, results.settings).jobs
+    assert list(none.columns) == ["target", "job", *columns]
+    assert none.empty
+    results.write("benchmarks/trials/outliers.tsv", "s\th:m:s\n4.0\t0:04\n")
+    results.write("benchmarks/answers/beyond.tsv", "max_rss\ts\n-\t2.5\n")
+    jobs = report.results.Results(results.folder, results.settings).jobs
+    assert list(jobs.columns) == [*columns, "target", "job"]
+    assert jobs[["target", "job", "s"]].to_numpy().tolist() == [
+        ["paper", "trials/outliers", 4.0],
+        ["beyond", "answers/beyond", 2.5],
+    ]
+    assert np.isnan(jobs[["cpu_time", "max_rss"]].to_numpy(dtype=float)).all()
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_jobs_of_a_study(tmp_path, own):
+    """Those of its own, in the order of their names, where it has any."""
+    names = ["mine/b", "mine/a", "figures/other", "trials/mine/one", "figures/f", "times/mine"]
+    for name in [*names, "answers/mine"]:
+        path = tmp_path / f"benchmarks/{name}.tsv"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    plan = SimpleNamespace(
+        called="mine",
+        folder="trials/mine",
+        figures=["f", "g"],
+        tables=["one", "two"],
+        study=SimpleNamespace(own=own),
+    )
+    found = report.results.Results(tmp_path)._benchmarks(plan)
+    expected = ["answers/mine", "times/mine", "figures/f", "trials/mine/one"]
+    expected += ["mine/a", "mine/b"] if own else []
+    assert found == [tmp_path / f"benchmarks/{name}.tsv" for name in expected]
