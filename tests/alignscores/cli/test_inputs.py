@@ -249,6 +249,21 @@ def test_no_page_replaces_a_file_that_describes_a_benchmark(here, found_files, r
 
 
 @pytest.mark.parametrize("way", LINKS)
+def test_no_page_replaces_what_a_benchmark_is_compared_with(here, found_files, refused, way):
+    (here / "saved.json").write_text("{}")
+    page = way(here / "saved.json", ".html")
+    refused(
+        f"{REPLACED} saved.json",
+        "compare",
+        *found_files,
+        "--baseline",
+        "saved.json",
+        "--html",
+        page,
+    )
+
+
+@pytest.mark.parametrize("way", LINKS)
 def test_no_page_replaces_a_file_of_a_benchmark_s_model(here, examples, refused, way):
     for name in ("reference", "estimate"):
         shutil.copytree(examples / "colmap" / name, here / name)

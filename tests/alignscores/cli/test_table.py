@@ -156,3 +156,23 @@ dso          3  0.5000      -  0.1235  1.0000         -  0.7500  1.23e+04  0.25 
   2.5%  2/1      3""",
         [],
     )
+
+
+def test_a_column_stays_where_there_is_just_room_for_it():
+    """Long names are cut to twelve characters before any but the least important ones go."""
+    rows = [ROW | {"name": name * 20, "duplicate": 1} for name in "ab"]
+    width = len(table(rows, METRES, 1000)[0].splitlines()[0])
+    assert table(rows, METRES, width)[1] == []
+    # What each column takes, with the gap before it.
+    first = [("< 10 deg", 10), ("< d", 5), ("dupl.", 7), ("sd", 7)]
+    gone = []
+    for name, wide in first:
+        assert table(rows, METRES, width)[1] == gone
+        gone = [*gone, name]
+        assert table(rows, METRES, width - 1)[1] == gone
+        width -= wide
+    assert table(rows, METRES, width - 8)[1] == gone  # by as much as the names are cut
+    assert table(rows, METRES, width - 9)[1] == [*gone, "sd"]
+    lines = table(rows, METRES, width - 8)[0].splitlines()
+    assert {len(line) for line in lines} == {width - 8}
+    assert lines[1].startswith("aaaaa..aaaaa ")

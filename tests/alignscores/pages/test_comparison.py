@@ -17,6 +17,7 @@ from alignscores.comparison.summary import summarise
 from alignscores.explorer import source
 from alignscores.pages.comparison import _cell, _cells, _colour_and_dash, _needed, _quantiles
 from alignscores.pages.sequences import _middle
+from alignscores.pages.trajectories import page_without_data
 from alignscores.trajectories.formats import FORMATS
 
 YAML = """\
@@ -545,6 +546,17 @@ def test_without_a_run_that_was_scored_the_page_says_so(patterns, run, tmp_path)
     assert text.count("<p>No run was scored.</p></div></details>") == 2  # errors of each sequence
     assert "camera by camera</h2><p>No run was scored.</p></section>" in text
     assert own_pages(text) == {}
+
+
+def test_sequences_without_a_scored_run_have_no_page_of_their_own(patterns, run, tmp_path):
+    """Those after them have."""
+    for path in tmp_path.glob("car/*/*.txt"):
+        path.write_text("")
+    run(*patterns, "--html", "page.html")
+    text = (tmp_path / "page.html").read_text()
+    assert list(own_pages(text)) == ["helix"]
+    (parts,) = re.findall(r'id="own-page">(.*?)</script>', text)
+    assert json.loads(parts) == page_without_data()
 
 
 def test_one_system_has_nothing_to_be_compared_with(benchmark_of, run, tmp_path):

@@ -14,7 +14,7 @@ from matplotlib import colormaps
 import alignscores
 from alignscores import closest_pair_quartile, pas
 from alignscores.histogram import AlignmentScore, equal_steps
-from alignscores.pages.trajectories import QUANTILES, _quantiles
+from alignscores.pages.trajectories import QUANTILES, _quantiles, page_without_data
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_kitti, read_tum
 from alignscores.translation import closest_pair_distances
@@ -92,6 +92,9 @@ def test_the_page_holds_all_of_a_run(saved, matches, examples, tmp_path):
     options = *options, "--max_threshold", 0.5, "--max_threshold_deg", 7, "--save_errors", path
     page, printed = saved(*TUM, *PAPER, *AT_STAMPS, *options)
     data = json.loads(re.search(r'id="data">(.*?)</script>', page)[1])
+    before, after = page_without_data()
+    whole = before.replace("<title>Scores<", f"<title>{data['title']}<")
+    assert page == f"{whole}{json.dumps(data, separators=(',', ':'))}{after}"
     (result,) = printed["results"]
     (estimate,) = data.pop("estimates")
 
