@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from alignscores import Settings
-from alignscores.cli.metrics import metric_table
+from alignscores.cli.metrics import cell, heading, metric_table
 from alignscores.metrics import LEVELS, SCORES
 from alignscores.protocols import PROTOCOLS, protocol
 from alignscores.trajectories.association import match
@@ -171,3 +171,43 @@ orbslam.txt        -"""
         ["estimate", "RAS"],
         ["estimate", "ATE", "[m]"],
     ]
+
+
+def test_names_have_forty_characters_at_most():
+    rows = {name * count: {"RAS": 0.5} for name, count in (("a", 40), ("b", 41))}
+    lines = metric_table(rows, Settings(format="tum", metrics=("RAS",))).splitlines()
+    assert [line.split() for line in lines] == [
+        ["estimate", "RAS"],
+        ["a" * 40, "0.5000"],
+        [f"{'b' * 19}..{'b' * 19}", "0.5000"],
+    ]
+    assert {len(line) for line in lines} == {48}
+
+
+@pytest.mark.parametrize(
+    ("name", "format", "text"),
+    [
+        ("TAS", "tum", "TAS"),
+        ("ATE", "tum", "ATE [m]"),
+        ("ATE", "nerf", "ATE"),
+        ("half_angle", "nerf", "half_angle [deg]"),
+        ("recall@5cm,5deg", "nerf", "recall@5cm,5deg [%]"),
+    ],
+)
+def test_headers_have_units_where_there_are_any(name, format, text):
+    """The reference's own unit needs a name."""
+    assert heading(name, FORMATS[format]) == text
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "text"),
+    [
+        ("TAS", None, "-"),
+        ("TAS", 0.123456, "0.1235"),
+        ("recall@5cm,5deg", 62.1622, "62.16"),
+        ("ATE", 12.34567, "12.35"),
+        ("ATE", 0.000123456, "0.0001235"),
+    ],
+)
+def test_values_have_as_many_digits_as_their_unit_asks_for(name, value, text):
+    assert cell(name, value) == text

@@ -14,8 +14,16 @@ from alignscores.cli import main
 from alignscores.comparison.benchmark import Run
 from alignscores.comparison.runs import Outcome
 from alignscores.comparison.summary import summarise
+from alignscores.comparison.tables import Names
 from alignscores.explorer import source
-from alignscores.pages.comparison import _cell, _cells, _colour_and_dash, _needed, _quantiles
+from alignscores.pages.comparison import (
+    _cell,
+    _cells,
+    _colour_and_dash,
+    _needed,
+    _quantiles,
+    _trajectories,
+)
 from alignscores.pages.sequences import _middle
 from alignscores.pages.trajectories import page_without_data
 from alignscores.trajectories.formats import FORMATS
@@ -586,6 +594,14 @@ def test_trajectories_that_are_too_large_are_left_out(patterns, run, tmp_path, m
     assert own_pages(text) == {}
     left_out = f"take {size:.3g} MB, more than 0.01 MB, and are left out. <code>alignscores FORMAT "
     assert left_out in text
+
+
+@pytest.mark.parametrize(("size", "is_there"), [(15_000_000, True), (15_100_000, False)])
+def test_fifteen_megabytes_of_trajectories_are_not_too_large(monkeypatch, size, is_there):
+    monkeypatch.setattr("alignscores.pages.comparison.data_element", lambda name, data: size * "x")
+    html = _trajectories({"car": {}}, "PAS", Names({}, {"car": "<car>"}))
+    assert html.count('<option value="0">&lt;car&gt;</option>') == is_there
+    assert html.count("would take 15.1 MB, more than 15 MB, and are left out") == (not is_there)
 
 
 def test_the_run_of_each_system_and_what_is_noted_of_it(patterns, run, compare, tmp_path):
