@@ -5,6 +5,7 @@ import re
 import shutil
 from base64 import b64decode
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ import pytest
 import alignscores
 from alignscores.cli import main
 from alignscores.comparison.benchmark import Run
-from alignscores.comparison.runs import Outcome
+from alignscores.comparison.runs import COLUMNS, Outcome
 from alignscores.comparison.summary import summarise
 from alignscores.comparison.tables import Names
 from alignscores.explorer import source
@@ -24,10 +25,11 @@ from alignscores.pages.comparison import (
     _quantiles,
     _trajectories,
 )
-from alignscores.pages.sequences import _middle
+from alignscores.pages.sequences import _estimate, _middle
 from alignscores.pages.trajectories import page_without_data
 from alignscores.trajectories.formats import FORMATS
 
+ARRAYS = "rows", "statuses", "position_errors", "rotation_errors", "positions"
 YAML = """\
 format: tum
 reference: "{sequence}/gt.txt"
@@ -527,17 +529,64 @@ def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, 
         assert row[5:7] == ["60", "0"]
 
 
-@pytest.mark.parametrize(("n", "middle"), [(1, "0"), (2, "0"), (5, "2"), (6, "2")])
-def test_the_run_in_the_middle_stands_for_its_system(n, middle):
+@pytest.mark.parametrize(
+    ("by", "values", "middle"),
+    [
+        ("PAS", [0.1], "0"),
+        ("PAS", [0.1, 0.2], "0"),
+        ("PAS", [0.5, 0.1, 0.2, 0.4, 0.3], "4"),
+        ("PAS", [0.1, 0.2, 0.3, 0.4, 0.5, 0.6], "2"),
+        ("PAS", [0.5, 0.5, 0.5], "1"),  # as they were found
+        ("half_distance", [0.1, 0.2], "1"),
+        ("half_distance", [0.1, 0.3, 0.2], "2"),
+        ("half_distance", [0.1, 0.2, 0.3, 0.4], "2"),
+    ],
+)
+def test_the_run_in_the_middle_stands_for_its_system(by, values, middle):
+    """Of two the lesser one: of lower score, or of larger error."""
     runs = [
         (
             Run("q", "a", str(number), "file"),
-            Outcome(dict.fromkeys(("TAS", "RAS", "PAS"), number / 10), n=1),
+            Outcome(dict.fromkeys(COLUMNS, 0.5) | {by: value}, n=1),
         )
-        for number in range(n)
+        for number, value in enumerate(values)
     ]
-    run, _ = _middle(summarise(runs, [], FORMATS["tum"]), "PAS", "a", "q")
-    assert run.run == middle
+    others = [
+        (Run("q", "b", "9", "file"), Outcome(dict.fromkeys(COLUMNS, 0.3), n=1)),
+        (Run("q", "a", "9", "file"), Outcome({}, error="none")),
+    ]
+    summary = summarise([*others, *runs], [], FORMATS["tum"])
+    run, outcome = _middle(summary, by, "a", "q")
+    assert (run.run, outcome.scores[by]) == (middle, values[int(middle)])
+    assert _middle(summarise(others, [], FORMATS["tum"]), by, "a", "q") is None
+
+
+@pytest.mark.parametrize(
+    ("runs", "failed", "name", "told"),
+    [
+        (1, 0, "<A>", []),
+        (2, 0, "<A>, run 7\\n", []),
+        (2, 1, "<A>, run 7\\n", ["of its 2 runs, 1 failed or are missing"]),
+    ],
+)
+def test_what_the_page_shows_of_a_run(runs, failed, name, told):
+    """First how many runs failed, then what is noted of this one."""
+    numbers = {key: np.array([number]) for number, key in enumerate(ARRAYS)}
+    scores = {"TAS": 0.5, "RAS": 0.75, "PAS": 0.625, "half_distance": 0.1, "half_angle": np.inf}
+    outcome = Outcome(scores, n=1, notes=["first\n", "second"], **numbers)
+    entries = {("a", "q"): {"runs": runs, "failed_runs": failed}}
+    found = _estimate(
+        Run("q", "a", "7\n", "f\n.txt"),
+        outcome,
+        SimpleNamespace(entries=entries),
+        Names({"a": "<A>"}, {}),
+    )
+    assert vars(found) == {
+        **{"name": name, "file": "f\\n.txt", "tas": (0.5, None), "pas": (0.625, None)},
+        **{"half": (0.1, np.inf)},
+        **numbers,
+        "notes": [f"{name}: {note}" for note in [*told, "first\\n", "second"]],
+    }
 
 
 def test_a_page_of_one_s_own_tells_of_runs_that_failed(patterns, run, tmp_path):
@@ -554,6 +603,19 @@ def test_without_a_run_that_was_scored_the_page_says_so(patterns, run, tmp_path)
     assert text.count("<p>No run was scored.</p></div></details>") == 2  # errors of each sequence
     assert "camera by camera</h2><p>No run was scored.</p></section>" in text
     assert own_pages(text) == {}
+
+
+def test_the_unit_is_that_of_the_scored_runs_of_the_sequence(patterns, run, compare, tmp_path):
+    (tmp_path / "car/a_b/0.txt").write_text("")
+    run(*patterns, "--html", "page.html")
+    pages = own_pages((tmp_path / "page.html").read_text())
+    units = {
+        one["sequence"]: one["unit"]
+        for one in compare(*patterns)["results"]
+        if one["status"] == "scored"
+    }
+    assert {sequence: page["settings"]["unit"] for sequence, page in pages.items()} == units
+    assert len(set(units.values())) == 2
 
 
 def test_sequences_without_a_scored_run_have_no_page_of_their_own(patterns, run, tmp_path):

@@ -14,7 +14,7 @@ from matplotlib import colormaps
 import alignscores
 from alignscores import closest_pair_quartile, pas
 from alignscores.histogram import AlignmentScore, equal_steps
-from alignscores.pages.trajectories import QUANTILES, _quantiles, page_without_data
+from alignscores.pages.trajectories import QUANTILES, _quantiles, packed, page_without_data
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_kitti, read_tum
 from alignscores.translation import closest_pair_distances
@@ -263,6 +263,11 @@ def test_quantiles_are_distances_of_cameras():
     assert _quantiles(positions) == expected
     assert _quantiles(positions[:2]) == QUANTILES * [np.linalg.norm(positions[0] - positions[1])]
     assert _quantiles(positions[:1]) == []
+
+
+def test_numbers_beyond_single_precision_are_infinite():
+    read = np.frombuffer(base64.b64decode(packed(np.array([1e300, -1e300, 0.5]), "<f4")), "<f4")
+    assert read.tolist() == [np.inf, -np.inf, 0.5]
 
 
 def test_missing_cameras_fail_or_are_left_out_under_the_same_alignment(saved, numbers, matches):
