@@ -123,6 +123,7 @@ def test_sections_and_tables_of_the_page(patterns, run, tmp_path):
         assert re.findall(r"<details( open)?><summary>(\w+)<", sections[name]) == [
             *((" open", "car"), ("", "helix"))
         ]
+    assert "<caption>Means over all sequences. Bold: ahead of every other" in sections["overall"]
     rows = {}
     for name, headers in TABLES.items():
         found = re.findall(r'<th scope="col">(.*?)</th>', sections[name])
@@ -328,8 +329,18 @@ def test_errors_that_do_not_differ_have_no_colour(benchmark_of, run, tmp_path):
 
 def test_the_best_are_bold(patterns, run, compare, tmp_path):
     run(*patterns, "--html", "page.html")
-    table = (tmp_path / "page.html").read_text().partition('<section id="overall"')[2]
-    systems = [one for one in compare(*patterns)["systems"] if one["sequence"] is None]
+    text = (tmp_path / "page.html").read_text()
+    table = text.partition('<section id="overall"')[2]
+    entries = compare(*patterns)["systems"]
+    systems = [one for one in entries if one["sequence"] is None]
+    ranks = {(one["system"], one["sequence"]): one["rank"]["PAS"] for one in entries}
+    shown = re.findall(r'<td class="heat( best)?"', text)
+    assert list(map(bool, shown)) == [
+        ranks[system, sequence] == [1, 1]
+        for system in ("a_b", "c")
+        for sequence in ("car", "helix")
+    ]
+    assert len(set(shown)) == 2
     rows = re.findall(r'<tr><th scope="row">(.*?)</th>(.*?)</tr>', table)
     for (name, row), system in zip(rows[:2], systems, strict=True):
         assert name == system["system"]
@@ -709,6 +720,10 @@ def test_of_one_system_nothing_is_compared(patterns, run, tmp_path):
     run(*patterns, "--html", "page.html")
     text = (tmp_path / "page.html").read_text()
     assert "<p>There is nothing to compare: one system, or one run of each.</p>" in text
+    assert re.findall("<caption>(.*?)</caption>", text) == [
+        "Means over all sequences.",
+        "Means over the runs, the stronger the colour, the better.",
+    ]
     assert re.findall(r"<(?:title|h1)>(.*?)<", text) == 2 * ["1 system on 2 sequences"]
 
 
