@@ -27,7 +27,7 @@ __all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "settings_
 YAML = ".yaml", ".yml"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class Comparison:
     """Systems with their means, differences and ranks; `compare` makes it.
 
