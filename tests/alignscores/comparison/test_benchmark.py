@@ -289,6 +289,7 @@ def test_systems_and_sequences_of_a_yaml_file_should_be_there(files, tmp_path):
         found = find_benchmark("b.yaml", None, None, expect_all)
         assert found.problems == problems
         assert [(run.sequence, run.system) for run in found.runs if run.file is None] == missing
+    assert all(run.file for run in read_yaml("b.yaml").runs)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from alignscores import Comparison, Settings, compare
-from alignscores.comparison import comparison
+from alignscores.comparison import comparison, processes
 from alignscores.comparison.baseline import Changes
 from alignscores.comparison.benchmark import Benchmark, Run
 from alignscores.comparison.comparison import (
@@ -290,6 +290,17 @@ def test_notes_on_a_reference_are_told_each_time(examples, tmp_path):
     for _ in range(2):
         (note,) = compare(*patterns, format="tum").notes
         assert note == "gt: duplicates in the reference (of stamp or name), left out: 1"
+
+
+def test_by_default_no_other_process_works(examples, monkeypatch):
+    def fail(*arguments, **options):
+        raise AssertionError("another process is started")
+
+    monkeypatch.setattr(processes, "ProcessPoolExecutor", fail)
+    patterns = [str(examples / f"tum/{name}.txt") for name in ("reference", "{system}mate")]
+    assert compare(*patterns, format="tum").failed == []
+    with pytest.raises(AssertionError, match="another process"):
+        compare(*patterns, format="tum", jobs=2)
 
 
 def test_the_oldest_results_leave_a_cache_that_is_full(examples, tmp_path):
