@@ -369,7 +369,7 @@ def _quantiles(errors: Sequence[Floats], n_runs: int) -> str:
     order = np.argsort(together, kind="stable")
     reached = np.cumsum(share[order]) / n_runs
     wanted = (np.arange(N_QUANTILES) + 0.5) / N_QUANTILES
-    values = together[order][np.searchsorted(reached, wanted, side="left")]
+    values = together[order][np.searchsorted(reached, wanted)]
     return packed(values, "<f4")
 
 

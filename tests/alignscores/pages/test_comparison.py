@@ -21,8 +21,11 @@ from alignscores.pages.comparison import (
     _cell,
     _cells,
     _colour_and_dash,
+    _differences,
+    _errors,
     _needed,
     _quantiles,
+    _runs,
     _trajectories,
 )
 from alignscores.pages.sequences import _estimate, _middle
@@ -263,6 +266,94 @@ def test_the_page_tells_which_system_is_ahead(patterns, run, compare, tmp_path):
     assert re.findall(row, (tmp_path / "page.html").read_text()) == expected
 
 
+def difference(value, better=None, **more):
+    return {
+        "difference": value,
+        "low": value - 0.25,
+        "high": value + 0.25,
+        "better": better,
+        **more,
+    }
+
+
+def test_pairs_are_told_apart_over_all_sequences():
+    """For new runs, and for new sequences where there is an answer; by the metric of the page."""
+    failing = {"failing": difference(0.0), "with_failures": difference(1.0)}
+    pair = {"sequence": None, "metric": "PAS", "a": "x", "b": "y"}
+    comparisons = [
+        pair | {"new_runs": difference(0.5, "a", needed=3, **failing), "new_sequences": None},
+        pair
+        | {"a": "y", "b": "z"}
+        | {"new_runs": difference(-0.5, "b", needed=None, **failing)}
+        | {"new_sequences": difference(0.125, needed=12, **failing)},
+        pair | {"metric": "TAS"},
+        pair | {"sequence": "car"},
+    ]
+    html = _differences(
+        SimpleNamespace(comparisons=comparisons), "PAS", Names({"x": "<x>", "y": "y", "z": "z"}, {})
+    )
+    rows = re.findall("<tr>(.*?)</tr>", html.partition("<tbody>")[2])
+    both = "+0.000 (−0.250 to +0.250)", "+1.000 (+0.750 to +1.250)"
+    runs, sequences = "new runs on these sequences", "new sequences like these"
+    expected = [
+        ("&lt;x&gt; − y", runs, "+0.500 (+0.250 to +0.750)", "first", "3 runs", *both),
+        ("y − z", runs, "−0.500 (−0.750 to −0.250)", "second", "more than 1000 runs", *both),
+        ("y − z", sequences, "+0.125 (−0.125 to +0.375)", "no", "12 sequences", *both),
+    ]
+    assert rows == [
+        f'<th scope="row">{first}</th>' + "".join(f"<td>{cell}</td>" for cell in cells)
+        for first, *cells in expected
+    ]
+
+
+@pytest.mark.parametrize(
+    ("by", "values", "dots", "ends"),
+    [
+        # From label to end there are 502 pixels.
+        ("PAS", [0.0, 0.5, 1.0], ["130.0", "381.0", "632.0"], ("0", "1")),
+        ("half_distance", [1.0, np.inf, 4.0], ["255.5", "632.0"], ("0", "4")),
+        ("half_distance", [np.inf], [], ("0", "1e-09")),
+        ("kitti", [-1.0, 0.0, 4.0], ["130.0", "230.4", "632.0"], ("-1", "4")),
+    ],
+)
+def test_dots_lie_between_nothing_and_the_largest_value(by, values, dots, ends):
+    """Scores between 0 and 1; what is not finite has no dot, but is spoken."""
+    result = {"system": "a", "sequence": "q", "metrics": {}}
+    results = [
+        result | ({"metrics": {by: value}} if by == "kitti" else {by: value}) for value in values
+    ]
+    others = [result | {"system": "b", by: 0.25}, result | {"sequence": "other", by: 9.0}]
+    summary = SimpleNamespace(systems=["a"], results=[*results, *others])
+    html = _runs(summary, by, "q", Names({"a": "<a>"}, {}))
+    assert re.findall(r'cx="(.*?)" cy="13"', html) == dots
+    assert re.findall(r'y="44"(?: text-anchor="end")?>(.*?)<', html) == list(ends)
+    spoken = ", ".join("∞" if value == np.inf else f"{value:.4f}" for value in values)
+    assert f'aria-label="{by} of each run. a: {spoken}"' in html
+    assert ">&lt;a&gt;</text>" in html
+
+
+def test_a_curve_is_the_median_of_all_runs_in_each_part_and_ends_at_4_d():
+    """Two cameras of each of two runs are in the first part of 120, and two in the second."""
+
+    def run(name, errors):
+        rows = {"rows": np.arange(4), "n_rows": 240, "n": 4}
+        outcome = Outcome({}, position_errors=np.array(errors), unit=0.5, **rows)
+        return Run("q", "b", name, "file"), outcome
+
+    runs = [
+        run("0", [0.5, 1.0, 9.0, np.inf]),
+        (Run("q", "a", "0", "file"), Outcome({}, error="none")),
+        run("1", [100.0, 0.5, 9.0, 9.0]),
+    ]
+    html = _errors(SimpleNamespace(systems=["b", "a"], runs=runs), "q")
+    assert re.findall("<polyline (.*?)/>", html) == [
+        'class="curve" stroke="var(--c1)" stroke-dasharray="6 3" points="54.7,182.5 60.0,20.0"'
+    ]
+    assert ">≥ 2 (4 d)</text>" in html
+    assert 'up to 4 d. Typical: b: 2.8 d"' in html  # between 1.5 d and 4 d
+    assert _errors(SimpleNamespace(systems=["a"], runs=runs), "q") == "<p>No run was scored.</p>"
+
+
 def interval(difference, low, high, **_):
     return f"{difference:+.3f} ({low:+.3f} to {high:+.3f})".replace("-", "−")
 
@@ -270,7 +361,7 @@ def interval(difference, low, high, **_):
 def test_the_page_holds_quantiles_of_the_errors_of_each_system(patterns, run, tmp_path):
     """Each run counts the same, one that is missing as infinite errors; none where not tried."""
     shutil.rmtree(tmp_path / "helix" / "a_b")
-    options = {"max_threshold": 0.5, "max_threshold_deg": 7.0, "weight": 0.25}
+    options = {"unit": 0.8, "max_threshold": 0.5, "max_threshold_deg": 7.0, "weight": 0.25}
     given = [part for name, value in options.items() for part in (f"--{name}", value)]
     run(*patterns, *given, "--html", "page.html")
     text = (tmp_path / "page.html").read_text()
