@@ -46,7 +46,7 @@ def show_json(
 def results(scored: Sequence[Evaluation]) -> list[dict[str, Any]]:
     """Return each estimate's part of the JSON output, with its rank among the others."""
     return [
-        {**evaluation.to_dict(), "rank": rank and list(rank)}
+        {**evaluation.to_dict(), "rank": rank}
         for evaluation, rank in zip(scored, ranks(scored), strict=True)
     ]
 

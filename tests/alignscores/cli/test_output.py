@@ -468,6 +468,31 @@ def test_json_refuses_numbers_that_json_has_not(capsys):
     assert capsys.readouterr() == ('{\n  "systems": [\n    1.5\n  ]\n}\n', "")
 
 
+@pytest.mark.parametrize("parts", [(0, 0), (0, 2)])
+def test_json_has_ranks_where_scores_compare_and_all_notes(capsys, parts):
+    """The notes stand on stderr, too."""
+    scored = [
+        SimpleNamespace(
+            **{"name": name, "parts": [None] * n, "pas": pas, "pas_sd": None, "tas_seeds": [0.5]},
+            notes=[f"{name} is slow"],
+            to_dict=dict,
+        )
+        for name, n, pas in zip("ab", parts, (0.5, 0.25), strict=True)
+    ]
+    show_json(Settings(format="tum"), "gt\n.txt", scored, [{"file": "c"}], ["first"])
+    out, err = capsys.readouterr()
+    printed = json.loads(out)
+    is_ranked = len(set(parts)) == 1
+    assert printed["ranked_by"] == ("PAS" if is_ranked else None)
+    assert printed["results"] == [
+        {"rank": rank} for rank in ([[1, 1], [2, 2]] if is_ranked else [None, None])
+    ]
+    assert printed["reference"] == "gt\\n.txt"
+    assert (printed["failed"], printed["notes"]) == ([{"file": "c"}], ["first"])
+    notes = "first", "a is slow (and alike for 1 more)"
+    assert err == "".join(f"alignscores: note: {note}\n" for note in notes)
+
+
 def test_notes_that_differ_in_names_and_numbers_alone_are_one(capsys):
     """Those on all are told as they are."""
     notes = ["of 3", "of 4"]

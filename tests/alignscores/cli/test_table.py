@@ -58,6 +58,11 @@ def test_long_names_keep_what_tells_them_apart():
     assert [line.split()[0] for line in lines[1:]] == ["..1..", "..2.."]
 
 
+def test_a_name_that_fits_is_none_of_those_that_are_cut():
+    names = [f"{20 * 'x'}{number}{20 * 'y'}" for number in "12"]
+    assert shortened([*names, "abcdefghijkl"], 12) == ["..1..", "..2..", "abcdefghijkl"]
+
+
 def test_of_a_long_name_the_beginning_and_the_end_are_left():
     assert shortened(["abcdefghijklmnopqrstuvwxyz"], 12) == ["abcde..vwxyz"]
 
@@ -128,6 +133,10 @@ def test_the_score_of_a_track_that_lost_much_is_marked():
     assert "*" not in table(both, METRES)[0]  # where what was lost counts
     lost = [table([ROW | {"lost": share}], ignored)[0].count("*") for share in (0.1, 0.11)]
     assert lost == [0, 2]
+    just = ROW | {"name": "just.txt", "lost": 0.1}
+    assert table([just], ignored) == table([just], METRES)  # no room is taken by a mark
+    _, *rows = table([just, both[1]], ignored)[0].splitlines()
+    assert [row.count("*") for row in rows] == [0, 2]
     said = footnotes([row | {"scale": 1.0} for row in both], ignored, header)
     assert "* without what the estimate lost; --missing fail counts it" in said
 
