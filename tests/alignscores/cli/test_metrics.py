@@ -76,6 +76,11 @@ def test_list_of_metrics(run, form):
     listed = [line.split()[0] for line in out.splitlines()]
     expected = [*NAMES, *(family.syntax for family in (*LEVELS, *PROTOCOLS))]
     assert listed[: len(expected)] == expected
+    families = (*SCORES, *LEVELS, *PROTOCOLS)
+    assert {bool(family.unit) for family in families} == {False, True}
+    for line, family in zip(out.splitlines(), families, strict=False):
+        unit = f" ({family.unit})" if family.unit else ""
+        assert line.endswith(f" {family.description}{unit}")
 
 
 @pytest.mark.parametrize(
