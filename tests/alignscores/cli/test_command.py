@@ -29,6 +29,7 @@ TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
         ("tum x y --seed -y z", "tum x y --seed -y z"),
         ("tum a --up", "tum a --up"),
         ("--up", "--up"),
+        ("x a --up", "x a --up"),
         ("", ""),
     ],
 )
@@ -49,6 +50,11 @@ def test_an_axis_is_joined_to_its_option_alone(given, taken):
             "euroc/data.csv euroc/estimate.txt euroc/estimate.txt",
             "euroc euroc/data.csv euroc/estimate.txt euroc/estimate.txt --est_format=tum",
             "taken for the format euroc; euroc/estimate.txt for tum",
+        ),
+        (
+            "colmap/reference colmap/estimate",
+            "colmap colmap/reference colmap/estimate",
+            "taken for the format colmap",
         ),
         ("tum/reference.txt --json", "tum/reference.txt --json", None),
         ("none none.txt", "none none.txt", None),
@@ -77,6 +83,29 @@ def test_the_format_stands_before_the_files(examples, monkeypatch, capsys, given
 )
 def test_files_of_several_formats_are_refused(run, files, message):
     assert run(*files) == (1, "", f"alignscores: error: {message}\n")
+
+
+def test_a_file_that_is_not_there_is_named_where_it_looks_like_one(run):
+    """What has no ending is taken for a format."""
+    message = "none.txt: cannot be read (No such file or directory)"
+    assert run("none.txt", TUM[2]) == (1, "", f"alignscores: error: {message}\n")
+    code, _, err = run("none", TUM[2])
+    assert code == 2
+    assert "invalid choice: 'none'" in err
+
+
+def test_unknown_options_are_named(run):
+    code, out, err = run(*TUM, "--nothing", "-x")
+    assert (code, out) == (2, "")
+    message = "unrecognized arguments: --nothing -x; see alignscores tum --help"
+    assert err == f"alignscores tum: error: {message}\n"
+
+
+def test_arguments_are_those_of_the_process(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["alignscores", "tum", "--metrics", "help"])
+    with pytest.raises(SystemExit, match=r"^0$"):
+        main()
+    assert capsys.readouterr().out.startswith("TAS ")
 
 
 def test_progress_names_each_estimate_and_what_takes_long(run, monkeypatch):
