@@ -52,6 +52,11 @@ def test_an_axis_is_joined_to_its_option_alone(given, taken):
             "taken for the format euroc; euroc/estimate.txt for tum",
         ),
         (
+            "euroc/data.csv euroc/estimate.txt",
+            "euroc euroc/data.csv euroc/estimate.txt --est_format=tum",
+            "taken for the format euroc; euroc/estimate.txt for tum",
+        ),
+        (
             "colmap/reference colmap/estimate",
             "colmap colmap/reference colmap/estimate",
             "taken for the format colmap",
@@ -92,6 +97,30 @@ def test_a_file_that_is_not_there_is_named_where_it_looks_like_one(run):
     code, _, err = run("none", TUM[2])
     assert code == 2
     assert "invalid choice: 'none'" in err
+
+
+def test_without_arguments_the_format_is_asked_for(run):
+    message = "the following arguments are required: FORMAT; see alignscores --help"
+    assert run() == (2, "", f"alignscores: error: {message}\n")
+
+
+@pytest.mark.parametrize(("estimates", "step"), [(1, None), (2, 0.1), (3, 0.1)])
+def test_several_estimates_have_frames_in_common(run, monkeypatch, estimates, step):
+    """Whose step is found once for all; of one alone it is its own."""
+    score, steps, files = command.score, [], TUM[2:] * estimates
+
+    def step_of_frames(paths, _):
+        assert tuple(paths) == files
+        return 0.1
+
+    def scored(*arguments, step, **options):
+        steps.append(step)
+        return score(*arguments, step=step, **options)
+
+    monkeypatch.setattr(command, "step_of_frames", step_of_frames)
+    monkeypatch.setattr(command, "score", scored)
+    assert run(*TUM[:2], *files)[0] == 0
+    assert steps == [step] * estimates
 
 
 def test_unknown_options_are_named(run):
