@@ -102,6 +102,8 @@ def test_help(run):
     code, out, _ = run("--help")
     assert code == 0
     assert "\nScore estimated camera trajectories against a reference: TAS " in out
+    compare = " compare systems over sequences and runs, with their uncertainty "
+    assert compare in " ".join(out.split())
     for name, form in FORMATS.items():
         assert f"alignscores {name} {form.example}\n" in out
         assert f" {name} {form.help} " in " ".join(out.split())
