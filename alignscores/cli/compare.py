@@ -100,7 +100,6 @@ def add_parser(commands: Any) -> None:
     work.add_argument(
         "--cache",
         metavar="FOLDER",
-        default=None,
         help="where results are kept, at most 1 GB (default: alignscores in the user's cache)",
     )
     work.add_argument(

@@ -1,6 +1,6 @@
 """Statistics of claims: where their intervals lie, and how they are written."""
 
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
 from math import isinf
 
 import pytest
@@ -140,3 +140,9 @@ def test_a_number_of_the_paper_has_its_sign(paper, expected):
 )
 def test_a_claim_holds_where_it_is_reproduced(verdict, holds):
     assert estimate("outliers-range-maa", 0.2, 0.25, 0.3, verdict).holds == holds
+
+
+def test_estimates_do_not_change():
+    found = estimate("outliers-range-maa", 0.2, 0.25, 0.3)
+    with pytest.raises(FrozenInstanceError):
+        found.mean = 0.5

@@ -340,6 +340,7 @@ def test_table_1_is_in_the_paper_s_order(original):
 def test_templates_leave_no_empty_lines_where_their_blocks_were():
     text = "<p>\n  {% if true %}\na\n  {% endif %}\n</p>\n"
     for folder in ([], [report.article.FOLDER]):
+        assert report.page.environment(*folder) is report.page.environment(*folder)
         template = report.page.environment(*folder).from_string(text)
         assert template.render() == "<p>\na\n</p>\n"
 

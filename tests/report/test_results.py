@@ -1,7 +1,7 @@
 """A file at fault ends in one line that names it with the remedy, and the old page stays."""
 
 import shutil
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -98,7 +98,10 @@ def test_a_file_at_fault_is_named_with_the_remedy(results, capsys, name, change,
 
 
 def test_settings_may_be_left_out():
-    assert report.results.Results(Path("here")).settings == []
+    results = report.results.Results(Path("here"))
+    assert results.settings == []
+    with pytest.raises(FrozenInstanceError):  # what was read would not be theirs
+        results.settings = ["trials=5"]
 
 
 def test_jobs_have_the_same_columns_whatever_was_measured(results):

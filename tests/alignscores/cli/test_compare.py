@@ -51,3 +51,62 @@ def test_a_dry_run_tells_what_is_left_out(benchmark_of, run_compare, tmp_path):
     (problem,) = err.splitlines()
     assert problem.startswith("alignscores: error: ")
     assert "helix" in problem
+
+
+@pytest.mark.parametrize("jobs", ["0", "-1", "1.5", "all"])
+def test_jobs_are_a_number_of_processes(run_compare, jobs):
+    code, out, err = run_compare("b.yaml", f"--jobs={jobs}")
+    message = f"must be a whole number of at least 1, not {jobs!r}; see alignscores compare --help"
+    assert (code, out) == (2, "")
+    assert err == f"alignscores compare: error: argument --jobs: {message}\n"
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        (["--html", "page.txt"], "argument --html: page.txt does not end in .html"),
+        (["--html", "no/page.html"], "argument --html: no/page.html: there is no folder no"),
+        (["--fail_on", "worse"], "argument --fail_on: needs --baseline FILE"),
+        (["--fail_on", "better"], "argument --fail_on: invalid choice: 'better' (choose from"),
+        (
+            ["--by", "ate", "--metrics", "auc@30:vggt,auc@30:vggt"],
+            "argument --by: must be one of TAS, RAS, PAS, half_distance, half_angle, auc@30:vggt, "
+            "not 'ate'",
+        ),
+    ],
+)
+def test_options_that_cannot_be_are_told_with_the_usage(
+    benchmark_of, run_compare, options, problem
+):
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], 1, n=5)
+    code, out, err = run_compare(*patterns, *options)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"alignscores compare: error: {problem}")
+    assert err.endswith("; see alignscores compare --help\n")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["tum"],
+        ["tum", "{sequence}"],
+        ["tum", "a", "b", "c"],
+        ["b.yaml", "a"],
+        ["b.yml", "a", "b"],
+        ["b.txt"],
+    ],
+)
+def test_a_format_with_two_patterns_or_a_yaml_file(run_compare, arguments):
+    code, out, err = run_compare(*arguments)
+    formats = "tum, kitti, euroc, colmap, vslamlab, arrays, bag, nerf"
+    usage = f"give one of {formats} and two patterns, or one YAML file"
+    message = f"alignscores compare: error: {usage}; see alignscores compare --help\n"
+    assert (code, out, err) == (2, "", message)
+
+
+@pytest.mark.parametrize("name", ["b.yaml", "b.yml"])
+def test_a_yaml_file_may_have_either_ending(run_compare, name):
+    code, out, err = run_compare(name)
+    message = f"{name}: cannot be read: No such file or directory"
+    assert (code, out, err) == (1, "", f"alignscores: error: {message}\n")

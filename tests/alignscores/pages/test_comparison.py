@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 from base64 import b64decode
+from dataclasses import FrozenInstanceError, replace
 from html.parser import HTMLParser
 from types import SimpleNamespace
 
@@ -689,6 +690,9 @@ def test_what_the_page_shows_of_a_run(runs, failed, name, told):
         **numbers,
         "notes": [f"{name}: {note}" for note in [*told, "first\\n", "second"]],
     }
+    assert found != replace(found)  # by what it is, not by its arrays
+    with pytest.raises(FrozenInstanceError):
+        found.name = "another"
 
 
 def test_a_page_of_one_s_own_tells_of_runs_that_failed(patterns, run, tmp_path):
