@@ -110,3 +110,10 @@ def test_a_yaml_file_may_have_either_ending(run_compare, name):
     code, out, err = run_compare(name)
     message = f"{name}: cannot be read: No such file or directory"
     assert (code, out, err) == (1, "", f"alignscores: error: {message}\n")
+
+
+def test_metrics_of_the_tables_have_short_names(benchmark_of, run_compare):
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], 1, n=20)
+    code, out, _ = run_compare(*patterns, "--by", "half", "--jobs", 1)
+    assert code == 0
+    assert out == run_compare(*patterns, "--by", "half_distance", "--jobs", 1)[1]
