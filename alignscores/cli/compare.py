@@ -253,9 +253,7 @@ def _show(comparison: Comparison, arguments: argparse.Namespace, changed: Change
     """Print the comparison as it was asked for, and save its page."""
     by = arguments.by
     if arguments.html:
-        # names of files that are not UTF-8 are in it as data, too
-        content = page(comparison, by, changed).encode(errors="backslashreplace")
-        write_whole(arguments.html, content)
+        write_whole(arguments.html, page(comparison, by, changed).encode())
     found = comparison.to_dict() | ({"baseline": changed.to_dict()} if changed else {})
     tables: dict[str, Callable[[], str]] = {
         "json": lambda: json.dumps(found, indent=2, allow_nan=False),

@@ -88,7 +88,7 @@ def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
     key = _key(summary, names)
     notes = footnotes(summary, by, names, settings)
     runs = _each(summary, lambda sequence: _runs(summary, by, sequence, names), names)
-    errors = _each(summary, lambda sequence: _errors(summary, sequence), names)
+    errors = _each(summary, lambda sequence: _errors(summary, sequence, names), names)
     trajectories = _trajectories(sequences_data(comparison, by), by, names)
     return [
         ("overall", "Over all sequences", _table(summary, by, names, notes)),
@@ -337,7 +337,8 @@ def _runs(summary: Summary, by: str, sequence: str, names: Names) -> str:
         f'<text x="{width}" y="{height - 4}" text-anchor="end">{high:.3g}</text>'
     )
     spoken = "; ".join(
-        f"{system}: {', '.join(map(number, values))}" for system, values in results.items()
+        f"{names.systems[system]}: {', '.join(map(number, values))}"
+        for system, values in results.items()
     )
     return _svg(width, height, marks, f"{by} of each run. {spoken}")
 
@@ -373,7 +374,7 @@ def _quantiles(errors: Sequence[Floats], n_runs: int) -> str:
     return packed(values, "<f4")
 
 
-def _errors(summary: Summary, sequence: str) -> str:
+def _errors(summary: Summary, sequence: str, names: Names) -> str:
     """Draw the median position error in each part of the trajectory, over the runs, up to 4 d."""
     curves = {}
     for system in _in_key(summary):
@@ -390,7 +391,8 @@ def _errors(summary: Summary, sequence: str) -> str:
     if not curves:
         return "<p>No run was scored.</p>"
     spoken = "; ".join(
-        f"{system}: {4 * float(np.median(values)):.2g} d" for system, (_, values) in curves.items()
+        f"{names.systems[system]}: {4 * float(np.median(values)):.2g} d"
+        for system, (_, values) in curves.items()
     )
     return _plot(
         curves,

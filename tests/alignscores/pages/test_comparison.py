@@ -93,6 +93,9 @@ def test_page(patterns, run, tmp_path):
     assert structure.links
     assert all(link[0] == "#" and link[1:] in structure.ids for link in structure.links)
     assert "<A>" in structure.texts
+    spoken = re.findall('aria-label="(.*?)"', text)
+    assert sum("&lt;A&gt;: 0." in words for words in spoken) == 4  # of each sequence two drawings
+    assert not any("a_b" in words for words in spoken)
     for key in re.findall(r'<ul class="key">(.*?)</ul>', text):
         assert re.findall(r"</svg> ([^<]*)</li>", key) == ["&lt;A&gt;", "c"]
     assert text.count("<svg") == 2 * 2 + 2 * 2  # drawings, and keys of two systems
@@ -329,7 +332,7 @@ def test_dots_lie_between_nothing_and_the_largest_value(by, values, dots, ends):
     assert re.findall(r'cx="(.*?)" cy="13"', html) == dots
     assert re.findall(r'y="44"(?: text-anchor="end")?>(.*?)<', html) == list(ends)
     spoken = ", ".join("∞" if value == np.inf else f"{value:.4f}" for value in values)
-    assert f'aria-label="{by} of each run. a: {spoken}"' in html
+    assert f'aria-label="{by} of each run. &lt;a&gt;: {spoken}"' in html
     assert ">&lt;a&gt;</text>" in html
 
 
@@ -346,13 +349,15 @@ def test_a_curve_is_the_median_of_all_runs_in_each_part_and_ends_at_4_d():
         (Run("q", "a", "0", "file"), Outcome({}, error="none")),
         run("1", [100.0, 0.5, 9.0, 9.0]),
     ]
-    html = _errors(SimpleNamespace(systems=["b", "a"], runs=runs), "q")
+    names = Names({"a": "<a>", "b": "<b>"}, {})
+    html = _errors(SimpleNamespace(systems=["b", "a"], runs=runs), "q", names)
     assert re.findall("<polyline (.*?)/>", html) == [
         'class="curve" stroke="var(--c1)" stroke-dasharray="6 3" points="54.7,182.5 60.0,20.0"'
     ]
     assert ">≥ 2 (4 d)</text>" in html
-    assert 'up to 4 d. Typical: b: 2.8 d"' in html  # between 1.5 d and 4 d
-    assert _errors(SimpleNamespace(systems=["a"], runs=runs), "q") == "<p>No run was scored.</p>"
+    assert 'up to 4 d. Typical: &lt;b&gt;: 2.8 d"' in html  # between 1.5 d and 4 d
+    nothing = SimpleNamespace(systems=["a"], runs=runs)
+    assert _errors(nothing, "q", names) == "<p>No run was scored.</p>"
 
 
 def interval(difference, low, high, **_):
