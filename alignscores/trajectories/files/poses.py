@@ -99,7 +99,7 @@ def orthonormalise(matrices: Floats) -> tuple[Floats, Floats]:
     # Not `nearest_rotations`, which is slower and would change the last bits of scores.
     with np.errstate(all="ignore"):
         excess = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
-        deviation = np.abs(excess).reshape(-1, 9).max(axis=1)
+        deviation = np.abs(excess).max(axis=(1, 2))
         for _ in range(4):
             matrices = matrices - matrices @ excess / 2
             excess = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)

@@ -47,7 +47,7 @@ def read_stamps(path: FilePath) -> Floats:
     stamps: list[float] = []
     may_be_header = True
     for line_number, line in data_lines(path):
-        fields = line.replace(",", " ").split(maxsplit=1)
+        fields = line.replace(",", " ").split()
         if not fields:
             continue
         if is_number(fields[0], finite=True):

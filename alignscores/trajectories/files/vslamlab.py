@@ -35,7 +35,7 @@ def read_vslamlab(path: FilePath, *, complete: bool = False) -> Trajectory:
     (array([0.5]), array([1., 2., 3.]))
     """
     lines = data_lines(path)
-    _, header = next(lines, (0, ""))
+    header = next((line for _, line in lines), "")
     if header.replace('"', "") != HEADER:
         raise FileError(path, f"must begin with {HEADER!r}, as files of VSLAM-LAB do")
     values, source = read_numbers(path, lines, HEADER, [8], ",")

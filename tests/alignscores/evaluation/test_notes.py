@@ -1,14 +1,28 @@
 """What is noted: poses left out, scores that do not compare, mix-ups of convention."""
 
 import json
+import warnings
+from contextlib import suppress
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import evaluate
-from alignscores.trajectories.files import inverse_poses, read_colmap, read_kitti
+from alignscores import Convention, evaluate
+from alignscores.evaluation import notes
+from alignscores.evaluation.settings import Settings
+from alignscores.similarity import Similarity
+from alignscores.trajectories.files import (
+    Trajectory,
+    TrajectoryWarning,
+    inverse_poses,
+    read_colmap,
+    read_kitti,
+)
 from alignscores.trajectories.files.vslamlab import HEADER as VSLAMLAB
+from alignscores.trajectories.timing import TimeOffset
+from alignscores.validation import AlignmentWarning
 
 from ..conftest import write_poses
 
@@ -313,3 +327,303 @@ def test_a_scale_that_is_off_is_told_below_the_table(run, kitti, factor):
 def test_images_have_no_metric_scale_to_be_off(run):
     _, out, _ = run("nerf", "nerf/reference.json", "nerf/estimate.json")
     assert "scale:" not in out
+
+
+def stamped(n, unit=1.0):
+    return Trajectory((1.7e9 + np.arange(n)) * unit, np.tile(np.eye(4), (n, 1, 1)))
+
+
+def matched(unmatched=0, missing=0, lost=0.0, without_reference=0):
+    return SimpleNamespace(
+        unmatched=unmatched,
+        missing=missing,
+        lost=lost,
+        without_reference=np.zeros(without_reference),
+    )
+
+
+COVERS = "the track covers only {} of the time, the rest is not scored; --missing fail counts it as"
+
+
+@pytest.mark.parametrize(
+    ("form", "missing", "counts", "expected"),
+    [
+        *[("tum", "ignore", {"unmatched": 10}, []), ("nerf", "ignore", {"lost": 0.9}, [])],
+        (
+            "tum",
+            "ignore",
+            {"unmatched": 11},
+            ["11 of 100 poses have no reference pose near them in time"],
+        ),
+        (
+            "tum",
+            "ignore",
+            {"without_reference": 2},
+            ["2 of the --frames have no reference pose within --t_max_diff; left out"],
+        ),
+        *[("tum", "ignore", {"lost": 0.1}, []), ("tum", "fail", {"lost": 0.9}, [])],
+        ("tum", "ignore", {"lost": 0.11}, [COVERS.format("89%") + " failures"]),
+        (
+            "tum",
+            "ignore",
+            {"unmatched": 99, "without_reference": 1, "lost": 0.75},
+            [
+                "99 of 100 poses have no reference pose near them in time",
+                "1 of the --frames have no reference pose within --t_max_diff; left out",
+                COVERS.format("25%") + " failures",
+            ],
+        ),
+        ("nerf", "fail", {"missing": 1}, []),
+        (
+            "nerf",
+            "fail",
+            {"unmatched": 1, "missing": 1},
+            ["1 of 100 images are not in the reference; left out"],
+        ),
+        (
+            "nerf",
+            "fail",
+            {"unmatched": 3},
+            [
+                "3 of 100 images are not in the reference; left out (it has all of the "
+                "reference's, too: the reference comes first)"
+            ],
+        ),
+    ],
+)
+def test_what_did_not_match(form, missing, counts, expected):
+    settings = Settings(format=form, missing=missing)
+    found = notes.matching_notes(matched(**counts), stamped(90), stamped(100), settings)
+    assert found == expected
+
+
+def test_poses_that_do_not_match_may_be_in_another_unit():
+    one, other = stamped(100), stamped(100, 1e9)
+    (found,) = notes.matching_notes(matched(50), one, other, Settings(format="tum"))
+    assert found.endswith(
+        "time; those of the estimate seem to be in nanoseconds: write them in seconds"
+    )
+
+
+def turned_apart(degrees):
+    """Results whose two alignments differ by an angle, with positions and errors beside."""
+    turn = Rotation.from_rotvec([0, degrees, 0], degrees=True).as_matrix()
+    world = Rotation.from_rotvec([0.5, 1, 2]).as_matrix()
+    positions = np.array([[3.0, 0, 0], [-3, 0, 0], [0, 2, 0], [0, -2, 0], [99, 99, 99]]) + 7
+    tas = SimpleNamespace(
+        alignment=Similarity(2.0, world, np.ones(3)), errors=np.array([0.1, 0.1, 0, 0.1, np.inf])
+    )
+    ras = SimpleNamespace(alignment=world @ turn, errors=np.array([0.0, 5.0, 5.0, np.inf, np.inf]))
+    return positions, SimpleNamespace(tas=tas, ras=ras)
+
+
+def test_alignments_that_differ_are_told():
+    positions, result = turned_apart(6.04)
+    assert notes.alignment_notes(positions, result) == [
+        "positions and rotations are aligned by rotations that differ by 6.0 degrees, which "
+        "neither score counts: look at the calibration between camera and body"
+    ]
+    assert notes.alignment_notes(*turned_apart(4.9)) == []
+    for kind in "tas", "ras":
+        positions, result = turned_apart(6)
+        getattr(result, kind).alignment = None
+        assert notes.alignment_notes(positions, result) == []
+    positions, result = turned_apart(6)
+    result.ras.errors[1:3] = 5.1
+    assert notes.alignment_notes(positions, result) == []
+    positions, result = turned_apart(6)
+    result.tas.errors[:4] = 0.13
+    assert notes.alignment_notes(positions, result) == []
+
+
+def test_alignments_differ_by_more_than_the_bound(monkeypatch):
+    positions, result = turned_apart(6)
+    turn = result.tas.alignment.rotation.T @ result.ras.alignment
+    apart = float(notes.rotation_angles(turn[None])[0])
+    for bound, told in ((apart, 0), (apart - 1e-9, 1)):
+        monkeypatch.setattr(notes, "APART_DEG", bound)
+        assert len(notes.alignment_notes(positions, result)) == told
+
+
+@pytest.mark.parametrize(("error", "fixed"), [(0.1232, True), (0.1233, False)])
+def test_positions_fix_a_rotation_of_five_degrees_beside_their_errors(error, fixed):
+    """The square root of 2 from a line, in the mean of squares, times its sine."""
+    positions = np.array([[3.0, 0, 0], [-3, 0, 0], [0, 2, 0], [0, -2, 0]]) + 7
+    assert notes._fix_rotation(positions, np.array([0, error, error, 9])) is fixed
+
+
+def test_three_positions_may_fix_a_rotation():
+    positions = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1]])
+    assert notes._fix_rotation(positions, np.zeros(3)) is True
+    assert notes._fix_rotation(positions[:2], np.zeros(2)) is False
+
+
+def test_scales_that_are_off():
+    scales = {
+        "a": 1.0201,
+        "b": 1.0199,
+        "c": None,
+        "d": 1 / 1.0201,
+        "e": 1 / 1.0199,
+        "f": 1234.5,
+    }
+    said = (
+        "scale: a 1.02, d 0.98, f 1.23e+03 times the reference's, taken out; --alignment rigid "
+        "counts it"
+    )
+    assert notes.scale_note(scales, Settings(format="tum")) == said
+    assert notes.scale_note({"b": 1.0, "c": None}, Settings(format="tum")) == ""
+    assert notes.scale_note(scales, Settings(format="tum", alignment="rigid")) == ""
+    assert notes.scale_note(scales, Settings(format="colmap")) == ""
+
+
+def test_parts_are_told():
+    aligned = Similarity(1.0, np.eye(3), np.zeros(3))
+    parts = [SimpleNamespace(name=name, alignment=aligned) for name in ("0", "1", "2")]
+    in_parts = (
+        "in 3 parts, each aligned on its own: the scores are an upper bound of those of one model, "
+        "and do not compare with those of fewer parts"
+    )
+    assert notes.parts_notes([]) == []
+    assert notes.parts_notes(parts) == [in_parts]
+    parts[0].alignment = parts[2].alignment = None
+    lost = "cannot be aligned, so that their cameras fail: the parts 0, 2"
+    assert notes.parts_notes(parts) == [in_parts, lost]
+
+
+@pytest.mark.parametrize(
+    ("found", "expected"),
+    [
+        *[(None, []), (TimeOffset(0.25, 1.4), [])],
+        (
+            TimeOffset(-0.25, 1.5),
+            [
+                "its time stamps seem to be off: -0.250 s more and the positions fit 1.5 times as "
+                "well; --t_offset 1.750, or auto"
+            ],
+        ),
+    ],
+)
+def test_clocks_that_differ_are_told(monkeypatch, found, expected):
+    reference, estimate = stamped(5), stamped(4)
+
+    def offset(ref, est):
+        assert ref is reference
+        np.testing.assert_array_equal(est.keys, estimate.keys + 2)
+        assert est.poses is estimate.poses
+        return found
+
+    monkeypatch.setattr(notes, "find_offset", offset)
+    assert notes.offset_notes(reference, estimate, 2.0) == expected
+
+
+GAIN = "(RAS 0.12 as it is, 0.99 so)"
+FRAME = (
+    "the camera's frame is turned by a constant rotation against the reference's, 180 deg about x, "
+    "as OpenGL's camera axes to OpenCV's"
+)
+
+
+@pytest.mark.parametrize(
+    ("found", "invert", "applied", "expected"),
+    [
+        ({}, False, False, []),
+        (
+            {"inverted": True},
+            False,
+            False,
+            [f"the poses in the file seem to be world-to-camera {GAIN}; add --invert"],
+        ),
+        (
+            {"inverted": True, "frame": True},
+            True,
+            False,
+            [
+                "the poses in the file seem to be camera-to-world, not world-to-camera, and "
+                f"{FRAME} {GAIN}; leave out --invert, with --body_rotation auto"
+            ],
+        ),
+        (
+            {"quaternions_shifted": True, "rotations_inverted": True, "frame": True},
+            False,
+            False,
+            [f"the quaternions seem to have w at the wrong end {GAIN}; reorder them in the file"],
+        ),
+        (
+            {"rotations_inverted": True},
+            False,
+            False,
+            [
+                "the rotations seem to be world-to-camera, but the positions are camera centres "
+                f"{GAIN}; transpose the rotations in the file"
+            ],
+        ),
+        (
+            {"rotations_inverted": True, "frame": True},
+            False,
+            False,
+            [
+                "the rotations seem to be world-to-camera, but the positions are camera centres, "
+                f"and {FRAME} {GAIN}; transpose the rotations in the file"
+            ],
+        ),
+        ({"frame": True}, False, False, [f"{FRAME} {GAIN}; --body_rotation auto takes it out"]),
+        ({"frame": True}, False, True, [f"{FRAME} {GAIN}; taken out"]),
+        (
+            {"positions_inverted": True, "mirrored": True},
+            False,
+            False,
+            [
+                "the positions seem to be world-to-camera translations t, but the rotations R are "
+                "camera-to-world; write the camera centres -R t into the file",
+                "the positions fit the mirror image of the reference: one axis is flipped or two "
+                "are swapped, as in a left-handed world; no rotation mends that, correct the "
+                "export",
+            ],
+        ),
+    ],
+)
+def test_what_is_said_of_a_convention(found, invert, applied, expected):
+    flags = {key: value for key, value in found.items() if key != "frame"}
+    body = np.diag([1.0, -1.0, -1.0]) if "frame" in found else None
+    one = Convention(**flags, body_rotation=body, ras=0.123, corrected_ras=0.987)
+    assert notes.convention_notes(one, invert=invert, applied=applied) == expected
+
+
+def warn_of_much():
+    for _ in range(2):
+        warnings.warn("twice", AlignmentWarning, stacklevel=1)
+    warnings.warn("a\x07b", TrajectoryWarning, stacklevel=1)
+    warnings.warn("another", UserWarning, stacklevel=1)
+
+
+def collected(warn):
+    with notes.collected_warnings() as found:
+        warn()
+    return found
+
+
+def test_own_warnings_become_notes_each_once():
+    """Others are issued, as from where they came."""
+    with pytest.warns(UserWarning, match="^another$") as caught:
+        found = collected(warn_of_much)
+    assert found == ["twice", "a\\x07b"]
+    assert [(one.category, one.filename) for one in caught] == [(UserWarning, __file__)]
+
+
+def test_an_error_leaves_the_notes_before_it():
+    with suppress(KeyError), notes.collected_warnings() as found:
+        warnings.warn("before", AlignmentWarning, stacklevel=1)
+        raise KeyError
+    assert found == ["before"]
+
+
+@pytest.mark.parametrize(
+    ("error", "message"),
+    [
+        (ValueError(" two \n lines"), "two lines"),
+        *[(KeyError(), "KeyError"), (MemoryError("x"), "there is not enough memory for it")],
+    ],
+)
+def test_why(error, message):
+    assert notes.why(error) == message

@@ -1,5 +1,7 @@
 """The metric classes, used as code written for evo uses evo's own."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from evo.core import metrics, sync
@@ -8,6 +10,7 @@ from evo.core.trajectory import PosePath3D
 from evo.tools import file_interface
 
 from alignscores import pas
+from alignscores.trajectories import evo
 from alignscores.trajectories.evo import PAS, RAS, TAS
 
 
@@ -115,3 +118,48 @@ def test_rounded_matrices_of_evo_are_scored(examples):
     metric = RAS()
     metric.process_data((reference, rounded))
     assert metric.result.score == 1.0
+
+
+def test_an_error_misses_the_thresholds_that_it_is_not_below():
+    errors = np.array([0.5, 1.0, 2.5, 4.0, 5.0, np.inf])
+    result = SimpleNamespace(thresholds=np.array([1.0, 2, 3, 4]), errors=errors)
+    assert evo._missed(result).tolist() == [0, 0.25, 0.5, 1, 1, 1]
+
+
+def test_before_anything_is_scored_there_is_no_error():
+    for metric in (TAS(), RAS(), PAS()):
+        assert metric.error.tolist() == []
+    assert [str(metric) for metric in (TAS(), RAS(), PAS())] == [
+        "TAS (m)",
+        "RAS (deg)",
+        "PAS (unit-less)",
+    ]
+
+
+def test_matrices_are_corrected_that_are_rotations_up_to_a_hundredth():
+    skew = np.eye(4)
+    skew[0, 1] = 1e-2  # which is in RᵀR - I, too
+    near = np.eye(4)
+    near[0, 1] = 0.0099
+    found = evo._poses(SimpleNamespace(poses_se3=[skew, near, np.eye(4)]))
+    np.testing.assert_array_equal(found[0], skew)
+    np.testing.assert_allclose(found[1, :3, :3] @ found[1, :3, :3].T, np.eye(3), atol=1e-12)
+    assert found[2].tolist() == np.eye(4).tolist()
+
+
+def test_matrices_of_whole_numbers_become_floats():
+    found = evo._poses(SimpleNamespace(poses_se3=[np.eye(4, dtype=int)]))
+    assert found.dtype == float
+
+
+def test_a_result_becomes_a_metric(pair, expected):
+    metric = PAS()
+    metric.process_data(pair)
+    other = PAS.of(expected)
+    assert other.result is expected
+    np.testing.assert_array_equal(other.error, metric.error)
+
+
+def test_a_score_of_nothing_is_no_metric():
+    with pytest.raises(TypeError, match="abstract"):
+        evo._Score()

@@ -1,6 +1,8 @@
 import gzip
+import io
 import json
 import shutil
+from types import SimpleNamespace
 
 import numpy as np
 import pycolmap
@@ -8,18 +10,27 @@ import pytest
 from evo.tools import file_interface
 from scipy.spatial.transform import Rotation
 
+from alignscores.trajectories import extras
 from alignscores.trajectories.files import (
     FileError,
     TrajectoryWarning,
+    bags,
+    colmap,
     inverse_poses,
     read_colmap,
     read_colmap_parts,
     read_euroc,
     read_kitti,
     read_nerf,
+    read_stamps,
     read_tum,
+    read_vslamlab,
+    text,
 )
+from alignscores.trajectories.files import poses as pose_checks
 from alignscores.trajectories.files.poses import orthonormalise
+from alignscores.trajectories.files.stamps import in_seconds, time_unit
+from alignscores.trajectories.files.text import Source
 
 LINE = "{} 1 2 3 0 0 0 1"
 
@@ -244,3 +255,403 @@ def test_euroc(write):
     np.testing.assert_array_equal(poses[1, :3, :3], np.diag([1.0, -1.0, -1.0]))
     in_seconds = read_euroc(write("1400000000.05,1,2,3,1,0,0,0\n1400000000.1,1,2,3,1,0,0,0\n"))
     np.testing.assert_allclose(in_seconds.keys, [1400000000.05, 1400000000.1], rtol=0, atol=1e-6)
+
+
+IN_FILE = Source("x.txt", lambda row: f"line {row + 1}")
+
+
+@pytest.mark.parametrize(
+    ("deviation", "message"),
+    [
+        ([0.0, 1e-2, np.nan, np.inf], None),
+        ([0.0, 0.0101, 1e-2], "x.txt, line 2: is odd (off by 0.01); normalised"),
+        (
+            [0.25, 0.5, np.nan, 1.0],
+            "x.txt, line 1: is odd (off by 0.25) and so have 2 more; normalised",
+        ),
+    ],
+)
+def test_what_is_normalised_is_told_of_the_first(deviation, message, recwarn):
+    pose_checks._warn_of(np.array(deviation), IN_FILE, "is odd")
+    assert [str(one.message) for one in recwarn] == ([] if message is None else [message])
+
+
+def test_a_lost_pose_is_one_all_the_same():
+    values = np.array([[1.0, 1, 2, 3, np.nan, 0, 0, 1], [2, 4, 5, 6, 1e200, 0, 0, 1e200]])
+    stamps, found = pose_checks.stamped_poses(values, IN_FILE, complete=False)
+    assert stamps.tolist() == [1, 2]
+    assert found[:, 3].tolist() == [[0, 0, 0, 1]] * 2
+    assert found[:, :3, 3].tolist() == [[1, 2, 3], [4, 5, 6]]
+    assert np.isnan(found[:, :3, :3]).all()  # a length beyond all numbers is none, either
+
+
+def of_matrix(rotation, position=(0.0, 0.0, 0.0)):
+    matrix = np.column_stack([rotation, position])[None]
+    return pose_checks.poses_from_matrices(np.array(matrix, dtype=float), IN_FILE, complete=False)[
+        0
+    ]
+
+
+@pytest.mark.parametrize("position", [0.0, np.nan])
+def test_matrices_that_are_no_rotations_are_refused(position):
+    """Whose entries of RᵀR - I exceed 0.1; that of a camera without a position as well."""
+    place = [position] * 3
+    for square in (1.0999, 0.9001):
+        with pytest.warns(TrajectoryWarning, match=r"line 1: has a matrix .* \(off by 0.1\); norm"):
+            found = of_matrix(np.diag([np.sqrt(square), 1, 1]), place)
+        np.testing.assert_allclose(found[:3, :3], np.eye(3), atol=1e-9)
+    for square in (1.101, 0.899, 3.0):
+        off = f"{abs(square - 1):.2g}"
+        with pytest.raises(FileError, match=rf"^x.txt, line 1: the .* from the identity by {off}$"):
+            of_matrix(np.diag([1, np.sqrt(square), 1]), place)
+    with pytest.raises(FileError, match="from the identity by inf"):
+        of_matrix(1e200 * np.eye(3), place)
+    with pytest.raises(FileError, match=r"determinant is negative, a reflection$"):
+        of_matrix(np.diag([1, -1, 1]), place)
+    assert np.isnan(of_matrix(np.full((3, 3), np.nan), place)[:3, :3]).all()
+
+
+def test_a_matrix_may_deviate_just_so_much(monkeypatch):
+    rounded = np.diag([1.04, 1, 1])
+    deviation = float(orthonormalise(rounded[None])[1][0])
+    monkeypatch.setattr(pose_checks, "MAX_DEVIATION", deviation)
+    with pytest.warns(TrajectoryWarning, match="off by 0.082"):
+        of_matrix(rounded)
+    with pytest.raises(FileError, match="a reflection"):
+        of_matrix(-rounded)
+    monkeypatch.setattr(pose_checks, "MAX_DEVIATION", deviation - 1e-9)
+    with pytest.raises(FileError, match=r"by 0\.082$"):
+        of_matrix(-rounded)
+
+
+def test_rotations_take_four_steps():
+    """As by hand, of a number for a matrix."""
+    number = 0.5
+    for _ in range(4):
+        number -= number * (number**2 - 1) / 2
+    rotations, deviation = orthonormalise(0.5 * np.eye(3)[None])
+    np.testing.assert_allclose(rotations, number * np.eye(3)[None], rtol=1e-14)
+    assert deviation.tolist() == [0.75]
+
+
+@pytest.mark.parametrize(
+    ("stamps", "unit"),
+    [
+        *[([0.0], "seconds"), ([-9.9e10], "seconds"), ([1e11], "milliseconds")],
+        *[([9.9e13], "milliseconds"), ([-1e14], "microseconds"), ([9.9e16], "microseconds")],
+        *[([1e17], "nanoseconds"), ([1e30], "nanoseconds")],
+        # The median counts; since a start, steps do.
+        *[([1.0, 2, 3, 1e30], "seconds"), ([1.0, 1e17, 1e17], "nanoseconds")],
+        *[([0, 5e5, 1e6], "nanoseconds"), ([0, 4.9e5, 9e5, 9e6], "seconds")],
+        *[([0.0, 5e5, 1e6, 1e6, 1e6], "nanoseconds"), ([1e14, 2e14, 2e14], "microseconds")],
+        *[([5e13, 1e14, 2e14], "microseconds"), ([5e13, 9.9e13, 2e14], "nanoseconds")],
+    ],
+)
+def test_the_unit_of_stamps(stamps, unit):
+    assert time_unit(np.array(stamps)) == unit
+
+
+def test_stamps_in_seconds():
+    stamps = np.array([5e17, 6e17])
+    found = in_seconds("x", stamps, "seconds", "nanoseconds")
+    assert found.tolist() == [5e8, 6e8]
+    with pytest.raises(FileError) as caught:
+        in_seconds("x", stamps, "seconds", "milliseconds")
+    assert str(caught.value) == (
+        "x: its time stamps seem to be in nanoseconds (the first is 500000000000000000); write "
+        "them in seconds or milliseconds"
+    )
+
+
+def test_stamps_of_a_file(write):
+    assert read_stamps(write("# x\n\n,,\ntime,file\n 1.5,a\n2.5 b c\n,\n3\n")).tolist() == [
+        1.5,
+        2.5,
+        3,
+    ]
+    for content, place, field in (
+        ("time\nfile\n1\n", 2, "file"),
+        ("1\nnan\n", 2, "nan"),
+        (f"x\n1\n{'y' * 50}\n", 3, "y" * 40),
+    ):
+        path = write(content)
+        with pytest.raises(FileError) as caught:
+            read_stamps(path)
+        said = f"{path}, line {place}: must begin with a time stamp, not {field!r}"
+        assert str(caught.value) == said
+    with pytest.raises(FileError, match=r"has no time stamps$"):
+        read_stamps(write("inf\n"))
+
+
+@pytest.mark.parametrize(
+    ("content", "place", "reason"),
+    [
+        (b"a\n\xff", "line 2", "is not text (UTF-8)"),
+        (b"\n\xff\n\n", "line 2", "is not text (UTF-8)"),
+        (b"\n\0\n\n", "line 2", "is not text (a zero byte)"),
+        (b"\0", "line 1", "is not text (a zero byte)"),
+    ],
+)
+def test_what_is_no_text(content, place, reason):
+    with pytest.raises(FileError) as caught:
+        text._decoded("x", content)
+    assert str(caught.value) == f"x, {place}: {reason}"
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        ("1 2 3\n", "has 3 columns, not 'a b'"),
+        ("1\n", "has 1 column, not 'a b'"),
+        ("1 2 3 4 5 6 7 8", "has 8 columns, not 'a b'; 8 columns are the tum format"),
+        (" ".join("1" * 12), "has 12 columns, not 'a b'; 12 columns are the kitti format"),
+        (" ".join("1" * 16), "has 16 columns, not 'a b'; 16 columns are the kitti format"),
+        ("1,2\n", "has 1 column, not 'a b'; files with commas are the euroc format"),
+        ("x 2\n", "'x' is not a number; a header line begins with #"),
+        (f"1 {'y' * 50}\n", f"'{'y' * 40}' is not a number; a header line begins with #"),
+        ("1 2\n3 x\n", "'x' is not a number"),
+        ("1 2\n1 2 3 4\n", "has 4 columns, the first line 2"),
+    ],
+)
+def test_what_is_wrong_with_numbers(content, reason):
+    lines = enumerate(content.splitlines(), 7)
+    with pytest.raises(FileError) as caught:
+        text.read_numbers("x", lines, "a b", [2, 4])
+    row = 8 if content.count("\n") > 1 else 7
+    assert str(caught.value) == f"x, line {row}: {reason}"
+
+
+def test_numbers_of_lines():
+    lines = iter([(3, "1 2"), (5, "3 nan"), (6, "5e0 1_0")])
+    values, source = text.read_numbers("x", lines, "a b", [2, 4])
+    np.testing.assert_array_equal(values, [[1, 2], [3, np.nan], [5, 10]])
+    assert [source.place(row) for row in range(3)] == ["line 3", "line 5", "line 6"]
+    with pytest.raises(FileError, match=r"^x: has no poses$"):
+        text.read_numbers("x", iter([]), "a b", [2])
+
+
+@pytest.mark.parametrize(("n", "fits"), [(10_000, True), (10_001, False)])
+def test_the_longest_line(n, fits):
+    line = "1 2".ljust(n)
+    if fits:
+        assert text.read_numbers("x", iter([(1, line)]), "a b", [2])[0].tolist() == [[1, 2]]
+    else:
+        with pytest.raises(FileError, match=r"^x, line 1: has more than 10000 characters$"):
+            text.read_numbers("x", iter([(1, line)]), "a b", [2])
+
+
+def test_a_stream_is_read_up_to_the_bound_and_a_byte(monkeypatch):
+    for size in (4, 5):
+        monkeypatch.setattr(text, "BYTES", size)
+        for n in (0, 3, 4, 9, 10, 11, 12, 99):
+            stream = io.BytesIO(b"x" * n)
+            assert text._read_at_most(stream, 10) == b"x" * min(n, 11)
+            assert stream.tell() == min(n, 11)
+
+
+def test_the_bound_of_files(monkeypatch):
+    monkeypatch.delenv("ALIGNSCORES_MAX_MB", raising=False)
+    assert text.most_bytes() == 256_000_000
+    monkeypatch.setenv("ALIGNSCORES_MAX_MB", "")
+    assert text.most_bytes() == 256_000_000
+    monkeypatch.setenv("ALIGNSCORES_MAX_MB", "0.5")
+    assert text.most_bytes() == 500_000
+    monkeypatch.setenv("ALIGNSCORES_MAX_MB", "1e308")
+    assert text.most_bytes() == 2**62
+    monkeypatch.setenv("ALIGNSCORES_MAX_MB", "z" * 50)
+    with pytest.raises(ValueError, match=rf"above 0, not '{'z' * 40}'$"):
+        text.most_bytes()
+    with pytest.raises(FileError) as caught:
+        text.refuse_more("x", 11, 10)
+    assert str(caught.value) == (
+        "x: has more than 10 bytes; set ALIGNSCORES_MAX_MB higher to read it"
+    )
+    text.refuse_more("x", 10, 10)
+
+
+def test_of_frames_with_one_name_the_first_stays_first(write):
+    matrix = np.eye(4).tolist()
+    frames = []
+    for k in range(60):
+        row = [[*matrix[0][:3], float(k)], *matrix[1:]]
+        frames.append({"file_path": f"{(7 * k) % 3}.png", "transform_matrix": row})
+    names, found = read_nerf(write(json.dumps({"frames": frames})))
+    expected = sorted(range(60), key=lambda k: (7 * k) % 3)
+    assert found[:, 0, 3].tolist() == expected
+    assert names.tolist() == [f"{(7 * k) % 3}.png" for k in expected]
+
+
+def test_lines_of_images_are_followed_by_lines_of_points(write):
+    lines = [
+        "# a",
+        "",
+        "1 2 3",
+        "4 5 6 7",
+        "",
+        "2 0 0 0 0 0 0 0 9 a name.png",
+        "",
+        "# b",
+        "3 x",
+        "0",
+    ]
+    found = [(number, fields) for number, fields in colmap._images_in_text(write(lines))]
+    second = [*["2", "0", "0", "0", "0", "0", "0", "0", "9"], "a name.png"]
+    assert found == [(3, ["1", "2", "3"]), (6, second), (9, ["3", "x"])]
+
+
+def bag_of(n, topics=("/a",)):
+    """A stand-in for evo with a bag of n messages."""
+
+    class Reader:
+        def __init__(self, folder):
+            assert folder.suffix == ".bag"
+            kinds = {"/a": "pose", "/b": "pose", "/c": "image"}
+            self.connections = [
+                SimpleNamespace(topic=topic, msgtype=kinds[topic]) for topic in topics
+            ]
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+    def read(_, topic):
+        assert topic == "/a"
+        return SimpleNamespace(
+            num_poses=n,
+            timestamps=np.arange(n) + 0.5,
+            positions_xyz=np.arange(3.0 * n).reshape(n, 3),
+            orientations_quat_wxyz=np.eye(4)[1 : n + 1],
+        )
+
+    return SimpleNamespace(
+        Rosbag1Reader=Reader, read_bag_trajectory=read, SUPPORTED_ROS_MSGS={"pose"}
+    )
+
+
+def lost_at(row):
+    read = bag_of(row + 1).read_bag_trajectory(None, "/a")
+    read.positions_xyz[row] = np.nan
+    return read
+
+
+def test_poses_of_a_bag(monkeypatch, tmp_path):
+    path = tmp_path / "x.bag"
+    with pytest.raises(FileError, match=r"x.bag: cannot be read \(No such file or directory\)$"):
+        bags.read_bag(path)
+    path.touch()
+    for n, topic, topics in ((1, "/a", ()), (2, None, ("/a", "/c", "/a"))):
+        monkeypatch.setattr(bags, "require", lambda *_, of=(n, topics): bag_of(*of))
+        stamps, found = bags.read_bag(path, topic=topic)
+        assert stamps.tolist() == [0.5, 1.5][:n]
+        assert found[:, :3, 3].tolist() == [[0, 1, 2], [3, 4, 5]][:n]
+        turns = [np.diag([1.0, -1, -1]), np.diag([-1.0, 1, -1])]
+        assert found[:, :3, :3].tolist() == [turn.tolist() for turn in turns[:n]]
+    broken = bag_of(2)
+    broken.read_bag_trajectory = lambda *_: lost_at(1)
+    monkeypatch.setattr(bags, "require", lambda *_: broken)
+    assert np.isnan(bags.read_bag(path, topic="/a").poses[1, 0, 3])
+    with pytest.raises(FileError, match=r"x.bag, message 2: the pose is not finite"):
+        bags.read_bag(path, topic="/a", complete=True)
+    monkeypatch.setattr(bags, "require", lambda *_: bag_of(0))
+    with pytest.raises(FileError, match=r"x.bag: has no poses on /a$"):
+        bags.read_bag(path, topic="/a")
+    for topics, has in (((), "has no topic with poses"), (("/b", "/a", "/c"), "has /a, /b")):
+        monkeypatch.setattr(bags, "require", lambda *_, topics=topics: bag_of(1, topics))
+        with pytest.raises(FileError, match=f"x.bag: {has}; --ref_topic and --est_topic name one$"):
+            bags.read_bag(path)
+
+
+def test_why_a_bag_is_not_readable():
+    assert bags._reason(ValueError(" two\n lines ")) == "two lines"
+    assert bags._reason(KeyError()) == "KeyError"
+
+
+def test_a_package_that_is_missing_is_named():
+    with pytest.raises(ModuleNotFoundError) as caught:
+        extras.require("no_such_package.part", "evo")
+    assert caught.value.name == "no_such_package"
+    assert str(caught.value) == ('no_such_package is not installed: pip install "alignscores[evo]"')
+    with pytest.raises(ModuleNotFoundError, match=r"json\.no_such_part"):
+        extras.require("json.no_such_part", "evo")
+    assert extras.require("json.decoder", "evo") is json.decoder
+
+
+def test_vslamlab_needs_its_header(write):
+    header = "ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw"
+    stamps, found = read_vslamlab(write(["# x", header, "500000000,1,2,3,1,0,0,0"]))
+    assert stamps.tolist() == [0.5]
+    assert found[0, :3, 3].tolist() == [1, 2, 3]
+    assert found[0, :3, :3].tolist() == np.diag([1, -1, -1]).tolist()
+    lost = read_vslamlab(write([header, "5,1,2,3,nan,nan,nan,nan"])).poses
+    assert np.isnan(lost[0, :3, :3]).all()
+    with pytest.raises(FileError, match="line 2: has 1 column, not 'ts"):
+        read_vslamlab(write([header, "5 1 2 3 0 0 0 1"]))
+    for content in ("", "500000000,1,2,3,1,0,0,0\n"):
+        with pytest.raises(
+            FileError, match=r"must begin with 'ts \(ns\),.*', as files of VSLAM-LAB"
+        ):
+            read_vslamlab(write(content))
+
+
+def test_a_file_read_once_has_the_same_content_until_then(tmp_path):
+    path = tmp_path / "x.txt"
+
+    def read(content):
+        path.write_bytes(content)
+        return text.read_bytes(path)
+
+    with text.reading_once():
+        assert read(b"one") == b"one"
+        with text.reading_once():
+            assert read(b"two") == b"one"
+        assert read(b"three") == b"one"
+    assert read(b"four") == b"four"
+    assert read(b"five") == b"five"
+
+
+def test_what_is_no_text_or_comment_in_a_line_is_told(write):
+    with pytest.raises(FileError, match=r"line 2: is not text \(UTF-8\)$"):
+        read_tum(write(b"\n\xff"))
+    with pytest.raises(FileError, match="line 1: has 10 columns, not"):
+        read_tum(write("0 1 2 3 0 0 0 1 # x\n"))
+
+
+MATRIX = np.eye(4).tolist()
+
+
+@pytest.mark.parametrize(
+    ("content", "place", "reason"),
+    [
+        ('{"frames": [\n1, }', "line 2", "is not JSON (Expecting value)"),
+        *[
+            (json.dumps([frame]), "frames[0]", reason)
+            for frame, reason in (
+                ({"transform": MATRIX}, "needs a file_path and a transform_matrix of numbers"),
+                ({"file_path": "a"}, "needs a file_path and a transform_matrix of numbers"),
+                (
+                    {"file_path": 3, "transform": MATRIX},
+                    "file_path must be a text and transform_matrix 4 x 4",
+                ),
+                (
+                    {"file_path": "a", "transform": MATRIX[:2]},
+                    "file_path must be a text and transform_matrix 4 x 4",
+                ),
+            )
+        ],
+    ],
+)
+def test_what_is_no_transforms_json(write, content, place, reason):
+    path = write(content)
+    with pytest.raises(FileError) as caught:
+        read_nerf(path)
+    assert str(caught.value) == f"{path}, {place}: {reason}"
+
+
+@pytest.mark.parametrize("rows", [3, 4])
+def test_frames_may_have_three_rows_or_four(write, rows):
+    frames = [{"file_path": "a", "transform": MATRIX[:rows]}]
+    names, found = read_nerf(write(json.dumps(frames)))
+    assert names.tolist() == ["a"]
+    assert found[0].tolist() == np.diag([1, -1, -1, 1]).tolist()
