@@ -17,6 +17,7 @@ from alignscores.trajectories.files import (
     bags,
     colmap,
     inverse_poses,
+    read_arrays,
     read_colmap,
     read_colmap_parts,
     read_euroc,
@@ -497,6 +498,64 @@ def test_lines_of_images_are_followed_by_lines_of_points(write):
     found = [(number, fields) for number, fields in colmap._images_in_text(write(lines))]
     second = [*["2", "0", "0", "0", "0", "0", "0", "0", "9"], "a name.png"]
     assert found == [(3, ["1", "2", "3"]), (6, second), (9, ["3", "x"])]
+    assert [number for number, _ in colmap._images_in_text(write("1\n0\n2\n0\n"))] == [1, 3]
+
+
+def test_names_of_a_text_model_are_read_up_to_the_end_of_the_line(tmp_path):
+    assert colmap._names_in_text(tmp_path) == {}
+    (tmp_path / "images.txt").write_text("# x\n7 1 0 0 0 0 0 0 1 a b.png\n\n")
+    assert colmap._names_in_text(tmp_path) == {7: "a b.png"}
+    (tmp_path / "images.bin").touch()
+    assert colmap._names_in_text(tmp_path) == {}
+
+
+class Model:
+    """A stand-in for a model in memory."""
+
+    __module__ = "pycolmap.core"
+
+    def __init__(self, *matrices):
+        self.images = {
+            k: SimpleNamespace(
+                name=f"{9 - k}.png",
+                has_pose=matrix is not None,
+                cam_from_world=lambda matrix=matrix: SimpleNamespace(matrix=lambda: matrix),
+            )
+            for k, matrix in enumerate(matrices)
+        }
+
+
+def test_a_model_in_memory():
+    assert colmap.is_model(pycolmap.Reconstruction())
+    assert colmap.is_model(Model())
+    assert not colmap.is_model("pycolmap")
+    matrix = np.eye(4)[:3]
+    matrix[:, 3] = [1, 2, 3]
+    lost = np.full((3, 4), np.nan)
+    names, found = read_colmap(Model(matrix, None, lost))
+    assert names.tolist() == ["7.png", "9.png"]
+    assert np.isnan(found[0, :3]).all()
+    assert found[1, :3, 3].tolist() == [-1, -2, -3]
+    with pytest.raises(FileError, match=r"^the Reconstruction, image '7.png': the pose is not fin"):
+        read_colmap(Model(matrix, None, lost), complete=True)
+    with pytest.raises(FileError, match=r"^the Reconstruction: the model has no registered image$"):
+        read_colmap(Model(None))
+
+
+def test_why_a_model_is_not_readable(monkeypatch, tmp_path):
+    """The first line of the reason, without where in the program it arose."""
+    for part in ("cameras", "images", "points3D"):
+        (tmp_path / f"{part}.txt").touch()
+
+    def fail(_):
+        raise ValueError("[x.cc:12] Check failed: no such camera\nmore")
+
+    monkeypatch.setattr(colmap, "require", lambda *_: SimpleNamespace(Reconstruction=fail))
+    with pytest.raises(FileError) as caught:
+        read_colmap(tmp_path)
+    assert str(caught.value) == (
+        f"{tmp_path}: is not a readable COLMAP model, as if a file were cut off (no such camera)"
+    )
 
 
 def bag_of(n, topics=("/a",)):
@@ -522,7 +581,7 @@ def bag_of(n, topics=("/a",)):
             num_poses=n,
             timestamps=np.arange(n) + 0.5,
             positions_xyz=np.arange(3.0 * n).reshape(n, 3),
-            orientations_quat_wxyz=np.eye(4)[1 : n + 1],
+            orientations_quat_wxyz=np.eye(4)[[1, 0][:n]],
         )
 
     return SimpleNamespace(
@@ -546,7 +605,7 @@ def test_poses_of_a_bag(monkeypatch, tmp_path):
         stamps, found = bags.read_bag(path, topic=topic)
         assert stamps.tolist() == [0.5, 1.5][:n]
         assert found[:, :3, 3].tolist() == [[0, 1, 2], [3, 4, 5]][:n]
-        turns = [np.diag([1.0, -1, -1]), np.diag([-1.0, 1, -1])]
+        turns = [np.diag([1.0, -1, -1]), np.eye(3)]
         assert found[:, :3, :3].tolist() == [turn.tolist() for turn in turns[:n]]
     broken = bag_of(2)
     broken.read_bag_trajectory = lambda *_: lost_at(1)
@@ -649,9 +708,121 @@ def test_what_is_no_transforms_json(write, content, place, reason):
     assert str(caught.value) == f"{path}, {place}: {reason}"
 
 
+def test_a_matrix_of_null_is_a_camera_that_was_not_estimated(write):
+    frames = [{"file_path": "a", "transform": [[None] * 4] * 4}]
+    assert np.isnan(read_nerf(write(json.dumps(frames))).poses[0, :3]).all()
+
+
 @pytest.mark.parametrize("rows", [3, 4])
 def test_frames_may_have_three_rows_or_four(write, rows):
     frames = [{"file_path": "a", "transform": MATRIX[:rows]}]
     names, found = read_nerf(write(json.dumps(frames)))
     assert names.tolist() == ["a"]
     assert found[0].tolist() == np.diag([1, -1, -1, 1]).tolist()
+
+
+@pytest.mark.parametrize(
+    ("row", "complete", "reason"),
+    [
+        ([np.inf, 1, 2, 3, 0, 0, 0, 1], False, "the time stamp is not finite"),
+        (
+            [1, 1, 2, 3, 0, 0, 0, 0],
+            False,
+            "the quaternion is zero, which is not a rotation",
+        ),
+        (
+            [1, 1, 2, np.nan, 0, 0, 0, 1],
+            True,
+            "the pose is not finite; a reference must be complete (is this the estimate? The "
+            "reference comes first)",
+        ),
+    ],
+)
+def test_stamped_poses_that_are_refused(row, complete, reason):
+    values = np.array([[0.0, 0, 0, 0, 0, 0, 0, 1], row, row])
+    with pytest.raises(FileError) as caught:
+        pose_checks.stamped_poses(values, IN_FILE, complete=complete)
+    assert str(caught.value) == f"x.txt, line 2: {reason}"
+
+
+def test_matrices_of_a_reference_are_complete():
+    matrices = np.tile(np.eye(4)[:3], (3, 1, 1))
+    matrices[1, 0, 3] = np.nan
+    with pytest.raises(FileError, match=r"^x.txt, line 2: the pose is not finite; a reference"):
+        pose_checks.poses_from_matrices(matrices, IN_FILE, complete=True)
+
+
+POSES = np.tile(np.eye(4), (3, 1, 1))
+
+
+@pytest.mark.parametrize(
+    ("arrays", "keys"),
+    [
+        *[({"p": POSES}, [0, 1, 2]), ({"p": POSES[:, :3]}, [0, 1, 2])],
+        ({"p": POSES, "t": np.array([0.5, 1, 9])}, [0.5, 1, 9]),
+        ({"t": np.array([5, 6, 7]), "p": POSES.astype(int)}, [5, 6, 7]),
+        ({"p": POSES, "names": np.array(["a", "b", "c"]), "K": np.eye(3)}, [0, 1, 2]),
+        ({"p": POSES, "t": np.zeros(4), "q": np.zeros((3, 4, 5)), "r": np.eye(4)}, [0, 1, 2]),
+    ],
+)
+def test_arrays_of_matrices(tmp_path, arrays, keys):
+    path = tmp_path / "x.npz"
+    np.savez(path, **arrays)
+    found = read_arrays(path)
+    assert found.keys.tolist() == keys
+    assert found.keys.dtype.kind == ("f" if "t" in arrays and len(arrays["t"]) == 3 else "i")
+    np.testing.assert_array_equal(found.poses, POSES)
+    assert found.poses.dtype == float
+
+
+def test_an_array_alone(tmp_path):
+    lost = POSES.copy()
+    lost[1] = np.nan
+    np.save(tmp_path / "x.npy", lost)
+    rows, found = read_arrays(tmp_path / "x.npy")
+    assert rows.tolist() == [0, 1, 2]
+    assert np.isnan(found[1, :3]).all()
+    np.testing.assert_array_equal(found[::2], POSES[::2])
+    with pytest.raises(FileError, match=r"x.npy, the array\[1\]: the pose is not finite; a ref"):
+        read_arrays(tmp_path / "x.npy", complete=True)
+
+
+def with_last_row(*values):
+    poses = POSES.copy()
+    poses[2, 3] = values
+    return poses
+
+
+ONE_ARRAY = "must have one array of numbers, (n, 4, 4) or (n, 3, 4); it has "
+
+
+@pytest.mark.parametrize(
+    ("arrays", "reason"),
+    [
+        *[
+            ({"p": with_last_row(*row)}, ", p[2]: the last row must be 0 0 0 1")
+            for row in ([0, 0, 0, 2], [1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1], [0, 0, 0, 0])
+        ],
+        ({"p": POSES[:0]}, ": has no poses"),
+        (
+            {"p": POSES, "t": np.zeros(3), "u": np.ones(3)},
+            ": has 2 arrays of 3 numbers; leave the stamps",
+        ),
+        ({"p": POSES, "t": np.array([0, np.inf, 1])}, ", p[1]: the time stamp is not finite"),
+        ({"p": POSES, "q": POSES}, f": {ONE_ARRAY}p (3, 4, 4), q (3, 4, 4)"),
+        ({"x" * 50: np.zeros((3, 4, 5))}, f": {ONE_ARRAY}{'x' * 40} (3, 4, 5)"),
+        ({"p": np.full((3, 4, 4), "a")}, f": {ONE_ARRAY}p (3, 4, 4)"),
+        ({"p": np.eye(4)}, f": {ONE_ARRAY}p (4, 4)"),
+        ({"p": POSES[None]}, f": {ONE_ARRAY}p (1, 3, 4, 4)"),
+        (
+            {"p": np.array([{}, {}], dtype=object)},
+            ": is not a file of arrays, .npy or .npz, without objects",
+        ),
+    ],
+)
+def test_arrays_that_are_no_trajectory(tmp_path, arrays, reason):
+    path = tmp_path / "x.npz"
+    np.savez(path, **arrays)
+    with pytest.raises(FileError) as caught:
+        read_arrays(path)
+    assert str(caught.value) == f"{path}{reason}"
