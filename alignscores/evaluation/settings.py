@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import KW_ONLY, dataclass
 from functools import cache, partial
 from os import PathLike
@@ -457,13 +458,11 @@ def _stamps_or_path(frames: Any) -> FilePath | tuple[float, ...] | None:
     """Return time stamps as numbers that can be compared, and a path as it is."""
     if frames is None or isinstance(frames, (str, PathLike)):
         return frames
-    try:
+    with suppress(TypeError, ValueError):
         stamps = np.asarray(frames, dtype=np.float64)
-    except (TypeError, ValueError):
-        stamps = np.empty((0, 0))
-    if stamps.ndim != 1 or not len(stamps) or not np.isfinite(stamps).all():
-        raise ValueError("frames must be a file, or finite time stamps, (k,)")
-    return tuple(stamps.tolist())
+        if stamps.ndim == 1 and len(stamps) and np.isfinite(stamps).all():
+            return tuple(stamps.tolist())
+    raise ValueError("frames must be a file, or finite time stamps, (k,)")
 
 
 @cache

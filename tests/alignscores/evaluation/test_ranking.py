@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from alignscores.evaluation.ranking import are_ranked, in_rank_order, ranks
+from alignscores.evaluation.ranking import are_ranked, in_rank_order, ranking_notes, ranks
 
 
 def estimate(mean, sd, repeat=4, *, parts=()):
@@ -60,3 +60,13 @@ def test_real_ties(run, score):
     assert "ranks in common: tied, PAS less than 2 standard errors apart over the seeds\n" in out
     _, out, _ = run("tum", "tum/reference.txt", *estimates)
     assert "ranks in common: tied, of equal PAS\n" in out
+
+
+def test_why_scores_do_not_compare_is_said():
+    one, two, five = (estimate(0.5, None, parts=range(n)) for n in (0, 2, 5))
+    assert ranking_notes([]) == ranking_notes([one, one]) == ranking_notes([two, two]) == []
+    for some, numbers in (([two, one, one], "from 1 to 2"), ([five, two], "from 2 to 5")):
+        assert ranking_notes(some) == [
+            f"the scores do not compare and stand in the order given: {numbers} parts are each "
+            "aligned on their own, and more of them fit better"
+        ]

@@ -9,7 +9,7 @@ import pytest
 
 from alignscores import Settings
 from alignscores.cli.command import build_parser
-from alignscores.evaluation.settings import options
+from alignscores.evaluation.settings import Option, options, order_problem
 from alignscores.trajectories.formats import FORMATS
 
 
@@ -209,3 +209,133 @@ def test_the_parser_is_made_from_them(command):
                     assert str(error).startswith("must be a")  # noqa: PT017
                 else:
                     assert getattr(Settings(**{name: value}), name) == value
+
+
+DEFAULTS = {
+    **dict.fromkeys(("format", "est_format", "ref_topic", "est_topic"), None),
+    "missing": "fail",
+    "t_max_diff": 0.01,
+    "sync": "interpolate",
+    **dict.fromkeys(("max_gap", "t_start", "t_end"), None),
+    "t_offset": 0.0,
+    "frames": None,
+    "invert": False,
+    "body_rotation": "none",
+    "unit": None,
+    "max_threshold": 1.0,
+    "max_threshold_deg": 10.0,
+    "weight": 0.5,
+    "registration": "refined",
+    "alignment": "similarity",
+    "up": "z",
+    "seed": 0,
+    "repeat": 10,
+    "metrics": (),
+}
+
+
+def test_the_defaults():
+    """As `docs/reference/settings.md` has them."""
+    assert vars(Settings()) == DEFAULTS
+    assert options() is options()
+
+
+def test_what_is_not_said_of_an_option():
+    assert vars(Option("what it is", group="scoring")) == {
+        "help": "what it is",
+        "group": "scoring",
+        "choices": (),
+        "number": None,
+        "least": -np.inf,
+        "most": np.inf,
+        **dict.fromkeys(("positive", "flag", "optional", "timed", "topics"), False),
+        "words": (),
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        *[("weight", (0, 1, 0.5)), ("t_max_diff", (0, 1e300)), ("seed", (0, 10**18))],
+        *[("repeat", (1, 2)), ("t_offset", (-1e9, 0, "auto")), ("unit", (1e-300, None))],
+        *[("t_start", (-5, None)), ("max_gap", (0, None)), ("invert", (True, False))],
+    ],
+)
+def test_what_a_setting_may_be(name, values):
+    for value in values:
+        assert getattr(Settings(**{name: value}), name) == value
+
+
+@pytest.mark.parametrize("name", ["unit", "seed", "t_offset"])
+def test_whole_numbers_beyond_all_floats_are_refused(name):
+    for value in (10**400, -(10**400)):
+        with pytest.raises(ValueError, match=f"^{name} must be a "):
+            Settings(**{name: value})
+
+
+def test_frames_become_numbers():
+    frames = Settings(frames=["1.5", 2]).frames
+    assert frames == (1.5, 2.0)
+    assert [type(frame) for frame in Settings(frames=[1, 2]).frames] == [float, float]
+    with pytest.raises(ValueError, match=r"^frames must be a file, or finite time stamps"):
+        Settings(frames=[[1.0, 2.0]])
+
+
+def test_settings_as_json_has_them():
+    changes = {
+        "est_format": "tum",
+        "missing": "ignore",
+        "t_max_diff": 0.5,
+        "t_offset": 2,
+        "sync": "nearest",
+        "max_gap": 3,
+        "t_start": 4,
+        "t_end": 5,
+        "unit": 6,
+        "max_threshold": 7,
+        "max_threshold_deg": 8,
+        "weight": 0.75,
+        "registration": "pcr99",
+        "alignment": "yaw",
+        "up": "-y",
+        "seed": 9,
+        "repeat": 11,
+    }
+    expected = {
+        "format": "euroc",
+        "ref_topic": None,
+        "est_topic": None,
+        **{key: value for key, value in changes.items() if key != "missing"},
+        "missing_cameras": "ignore",
+        "frames": None,
+        "inverted": True,
+        "body_rotation": "auto",
+    }
+    found = Settings(format="euroc", invert=True, body_rotation="auto", **changes).to_dict()
+    assert found == expected
+    assert Settings(format="tum").to_dict() == {
+        **expected,
+        "format": "tum",
+        "est_format": "tum",
+        "missing_cameras": "fail",
+        **{key: DEFAULTS[key] for key in changes if key in expected and key != "est_format"},
+        "up": None,
+        "repeat": 1,
+        "inverted": False,
+        "body_rotation": "none",
+    }
+    kitti = Settings(format="kitti").to_dict()
+    timed = "t_max_diff", "t_offset", "sync", "missing_cameras"
+    assert [kitti[name] for name in timed] == [None] * 4
+    bag = Settings(format="bag", ref_topic="/a", est_topic="/b").to_dict()
+    assert (bag["ref_topic"], bag["est_topic"]) == ("/a", "/b")
+
+
+def test_metrics_may_need_an_order_or_stamps():
+    for form, problem in (
+        ("tum", ""),
+        ("kitti", ""),
+        ("nerf", "rpe@1m needs cameras in the order of time, but images are matched by name"),
+    ):
+        assert order_problem(("TAS", "rpe@1m"), FORMATS[form]) == problem
+    assert order_problem(("TAS", "auc@30:vggt"), FORMATS["nerf"]) == ""
