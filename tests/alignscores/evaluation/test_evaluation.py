@@ -242,3 +242,21 @@ def test_without_pandas_the_table_says_what_to_install(tum, monkeypatch):
     with pytest.raises(ModuleNotFoundError) as caught:
         found.to_frame()
     assert str(caught.value) == 'pandas is not installed: pip install "alignscores[tables]"'
+
+
+def test_profiles_of_cameras_in_one_place_are_over_units_of_d():
+    """From a sixteenth of it to four of it, which are all hit where nothing is off."""
+    poses = np.tile(np.eye(4), (12, 1, 1))
+    poses[:, :3, :3] = Rotation.random(12, rng=0).as_matrix()
+    both = [Trajectory(np.arange(12), poses) for _ in range(2)]
+    found = evaluate(*both, unit=3.0, alignment="none").profiles
+    np.testing.assert_allclose(found.units, 3.0 * 2.0 ** np.arange(-4, 3))
+    assert found.tas.tolist() == [1.0] * 7
+
+
+def test_profiles_have_a_hundred_thresholds(tum):
+    """So that a score is a number of hundredths of the cameras."""
+    found = tum()
+    hundredths = found.profiles.tas * 100 * len(found.matches.keys)
+    np.testing.assert_allclose(hundredths, np.round(hundredths), atol=1e-6)
+    assert len(np.unique(hundredths)) > 20

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from alignscores.evaluation import matching
 from alignscores.evaluation.matching import (
     files_below,
     match_estimate,
@@ -12,6 +13,7 @@ from alignscores.evaluation.matching import (
 )
 from alignscores.evaluation.settings import Settings
 from alignscores.trajectories.files import Trajectory
+from alignscores.trajectories.timing import TimeOffset
 
 TUM = Settings(format="tum")
 
@@ -21,6 +23,9 @@ def trajectory(keys):
     poses = np.tile(np.eye(4), (len(keys), 1, 1))
     poses[:, 0, 3] = np.arange(len(keys))
     return Trajectory(np.asarray(keys), poses)
+
+
+STAMPED = trajectory(np.arange(5.0))
 
 
 def write_stamps(path, stamps):
@@ -123,3 +128,52 @@ def test_how_poses_are_matched():
     assert rows(step=0.1, max_gap=0.0, missing="ignore") == (40, 40)
     assert rows(step=0.1, t_start=2.0, t_end=2.9) == (10, 10)
     assert rows(frames=tuple(stamps[8:30:2] + 1)) == (11, 10)
+
+
+def test_poses_are_compared_where_they_are_or_with_the_nearest():
+    reference, estimate = trajectory(np.arange(9.0) / 10), trajectory(np.arange(2, 7) / 10 + 0.025)
+    for sync, first in (("interpolate", 2.25), ("nearest", 2.0)):
+        settings = Settings(format="tum", sync=sync, missing="ignore", t_max_diff=0.03)
+        matches, _ = match_estimate(reference, estimate, settings)
+        assert matches.gt_poses[0, 0, 3] == pytest.approx(first)
+
+
+@pytest.mark.parametrize(
+    ("found", "used"),
+    [
+        *[(TimeOffset(0.03, 0.5), 0.03), (TimeOffset(-0.03, 0.5), -0.03)],
+        *[(TimeOffset(0.031, 1.2), 0.031), (TimeOffset(-0.031, 1.19), 0.0)],
+        *[(TimeOffset(0.044, 1.19), 0.0), (TimeOffset(9.0, np.inf), 9.0)],
+    ],
+)
+def test_a_time_offset_is_used_if_it_is_small_or_the_positions_fit_better(monkeypatch, found, used):
+    truth, estimate = trajectory(np.arange(5.0)), trajectory(np.arange(4.0))
+
+    def find_offset(reference, other):
+        assert reference is truth
+        assert other is estimate
+        return found
+
+    monkeypatch.setattr(matching, "find_offset", find_offset)
+    assert matching._time_offset(truth, estimate, "auto") == used
+
+
+def test_a_time_offset_that_is_given_is_used():
+    found = matching._time_offset(STAMPED, STAMPED, 3)
+    assert (type(found), found) == (float, 3.0)
+
+
+def test_without_stamps_there_is_no_time_offset():
+    rows = Trajectory(np.arange(4), STAMPED.poses[:4])
+    assert matching._time_offset(rows, rows, "auto") == 0.0
+
+
+def test_where_no_time_offset_fits_the_unit_may_be_another():
+    few = STAMPED
+    message = "no time offset makes its positions fit those of the reference; --t_offset X sets one"
+    with pytest.raises(ValueError, match=rf"^{message}$"):
+        matching._time_offset(few, few, "auto")
+    late = Trajectory(1.7e9 + few.keys, few.poses)
+    other = Trajectory(late.keys * 1e9, few.poses)
+    with pytest.raises(ValueError, match=rf"^{message}; those of the estimate seem to be in nano"):
+        matching._time_offset(late, other, "auto")

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import Convention
+from alignscores import Convention, closest_pair_quartile, evaluate, pas, tas, tas_distance
+from alignscores.distance import smallest_unit
 from alignscores.evaluation import scoring
 from alignscores.evaluation.settings import Settings
 from alignscores.similarity import Similarity
@@ -88,6 +89,15 @@ def test_by_pcr99_a_repeated_pose_does_not_fit_itself(monkeypatch, copies, rank,
     assert calls == [((2 * backwards).tolist(), backwards.tolist(), asked, 7)]
 
 
+@pytest.mark.parametrize(
+    ("est_rows", "repeated"),
+    [([-1, -1, 0, 1, 2], False), ([0, 0, 1, 2], True), ([0, 1, 1, -1], True)],
+)
+def test_a_lost_camera_is_no_repeated_pose(est_rows, repeated):
+    settings = Settings(format="tum", registration="pcr99")
+    assert callable(scoring._registration(matches_of(est_rows), settings)) == repeated
+
+
 def test_why_there_is_no_d():
     words = "d cannot be derived: {}; --unit sets it"
     for gt, reason in (
@@ -136,6 +146,11 @@ def test_the_ate_is_of_the_estimated_cameras():
     of_turned = matches_of([0, 1, 2, 3], moved(gt), turned)
     assert scoring._ate(of_turned, TUM) == pytest.approx(0, abs=1e-9)
     assert scoring._ate(of_turned, Settings(format="tum", alignment="yaw")) > 0.1
+    about_y = moved(gt @ np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]]))
+    for up, exact in (("y", True), ("z", False)):
+        settings = Settings(format="tum", alignment="yaw", up=up)
+        found = scoring._ate(matches_of([0, 1, 2, 3], moved(gt), about_y), settings)
+        assert (found < 1e-9) == exact
 
 
 def test_clocks_are_noted(monkeypatch):
@@ -256,7 +271,7 @@ def test_metrics_that_have_no_value_are_told(monkeypatch):
     def wrong(*_, **__):
         raise ValueError("so few")
 
-    functions = {"rpe@1m": value, "kitti:rotation": infinite, "ate:rmse": wrong}
+    functions = {"ate:rmse": wrong, "kitti:rotation": infinite, "rpe@1m": value}
     real = scoring.metric
 
     class Stand:
@@ -272,13 +287,196 @@ def test_metrics_that_have_no_value_are_told(monkeypatch):
     assert scoring._metric_values(matches, "stamps", settings, n_parts=1) == (
         {"rpe@1m": 0.25},
         [
-            "no value of kitti:rotation: it is not finite, with so many cameras lost",
             "no value of ate:rmse: so few",
+            "no value of kitti:rotation: it is not finite, with so many cameras lost",
         ],
     )
     assert scoring._metric_values(matches, None, settings, n_parts=2) == (
         {},
-        ["no value of rpe@1m, kitti:rotation, ate:rmse: they need one world, not 2 parts"],
+        ["no value of ate:rmse, kitti:rotation, rpe@1m: they need one world, not 2 parts"],
     )
     scores = Settings(format="tum", metrics=("TAS", "distance@0.9"))
     assert scoring._metric_values(matches, None, scores, n_parts=2) == ({}, [])
+
+
+NAMES = np.array([f"{k:02}.png" for k in range(24)])
+
+
+def scene(noise=0.05):
+    """24 images and an estimate of 22 of them in another world, the fifth without a position."""
+    rng = np.random.default_rng(0)
+    gt = moved(rng.normal(size=(24, 3)))
+    gt[:, :3, :3] = Rotation.random(24, rng=rng).as_matrix()
+    world = Rotation.random(rng=rng).as_matrix()
+    est = gt.copy()
+    est[:, :3, 3] = 2 * (gt[:, :3, 3] + rng.normal(0, noise, (24, 3))) @ world.T + 5
+    turns = Rotation.from_rotvec(rng.normal(0, 2, (24, 3)), degrees=True).as_matrix()
+    est[:, :3, :3] = world @ turns @ gt[:, :3, :3]
+    est[4, :3, 3] = np.nan
+    lost = est.copy()
+    lost[22:] = np.nan
+    return Trajectory(NAMES, gt), Trajectory(NAMES[:22], est[:22]), lost
+
+
+def test_an_estimate_has_the_scores_of_its_arrays():
+    reference, estimate, est = scene()
+    gt = reference.poses
+    options = {"max_threshold": 0.5, "max_threshold_deg": 6.0, "weight": 0.3}
+    group = {"alignment": "rigid"}
+    metrics = "angle@0.6,distance@0.7,distance@0.03"
+    found = evaluate(reference, estimate, seed=3, metrics=metrics, **options, **group)
+    unit = closest_pair_quartile(gt[:, :3, 3])
+    expected = pas(gt, est, rng=3, registration="refined", unit=unit, **options, **group)
+    assert found.settings.format == "nerf"
+    assert found.result.tas.unit == unit
+    assert found.result.score == expected.score
+    np.testing.assert_array_equal(found.result.tas.errors, expected.tas.errors)
+    np.testing.assert_array_equal(found.result.ras.errors, expected.ras.errors)
+    assert found.tas_seeds == [expected.tas.score]
+    positions = gt[:, :3, 3], est[:, :3, 3]
+    half = tas_distance(*positions, rng=3, **group)
+    assert found.half_distance == pytest.approx(half, rel=1e-6)
+    errors = np.sort(expected.ras.errors)
+    assert found.half_angle == pytest.approx(smallest_unit(errors, 0.5, 100), rel=1e-3)
+    assert found.metrics.keys() == {"angle@0.6", "distance@0.7"}  # a fit of few needs no accuracy
+    assert found.metrics["angle@0.6"] == smallest_unit(errors, 0.6, 100)
+    level = tas_distance(*positions, score=0.7, rng=3, **group)
+    assert found.metrics["distance@0.7"] == pytest.approx(level, rel=1e-6)
+    assert found.lost == pytest.approx(3 / 24)
+    assert (found.name, found.file, found.parts) == ("estimate", "", [])
+    assert found.reference.keys.tolist() == NAMES.tolist()
+    assert found.estimate == estimate
+    np.testing.assert_array_equal(found.matches.est_poses, est)
+    (placed,) = found.part_positions
+    np.testing.assert_array_equal(placed, est[:, :3, 3])
+    assert found.part_of_camera.tolist() == [0] * 4 + [-1] + [0] * 17 + [-1] * 2
+    assert found.body_rotation is None
+
+
+def test_each_seed_has_its_tas():
+    reference, estimate, est = scene()
+    gt = reference.poses[:, :3, 3]
+    found = evaluate(reference, estimate, registration="pcr99", seed=7, repeat=4, unit=0.5)
+    options = {"registration": "pcr99", "unit": 0.5}
+    seeds = [tas(gt, est[:, :3, 3], rng=seed, **options).score for seed in range(7, 11)]
+    assert found.tas_seeds == seeds
+    assert len(set(seeds)) > 1
+    assert found.result.tas.score == seeds[0] != tas(gt, est[:, :3, 3], rng=0, **options).score
+
+
+NOTES = "matching_notes", "_clock_notes", "swap_notes", "_convention_notes", "parts_notes"
+
+
+@pytest.mark.parametrize("check", [True, False])
+def test_notes_have_an_order_and_the_name(monkeypatch, check):
+    for name in NOTES:
+        monkeypatch.setattr(scoring, name, lambda *_, name=name: [name])
+    monkeypatch.setattr(scoring, "_metric_values", lambda *_, **__: ({}, ["reasons"]))
+    reference, estimate, _ = scene()
+    said = ["_clock_notes"] * check + ["matching_notes"]
+    said += ["swap_notes", "_convention_notes"] * check + ["parts_notes", "reasons"]
+    found = scoring.score(reference, estimate, NERF, name="x", check=check)
+    assert found.notes == [f"x: {note}" for note in said]
+    assert scoring.score(reference, estimate, NERF, name="", check=check).notes == said
+
+
+def test_notes_on_the_reference_come_first():
+    reference, estimate, _ = scene()
+    twice = Trajectory(
+        np.append(reference.keys, "00.png"), np.concatenate([reference.poses, np.eye(4)[None]])
+    )
+    few = Trajectory(estimate.keys[:4], estimate.poses[:4])
+    found = evaluate(twice, few, missing="ignore")
+    assert found.notes[0] == "duplicates in the reference (of stamp or name), left out: 1"
+    assert [note.split(":")[0] for note in found.notes[1:]] == ["estimate"] * 1
+
+
+def in_parts(monkeypatch, *rows):
+    """Return the evaluation of an estimate of which each part has these rows."""
+    reference, estimate, _ = scene()
+    parts = {
+        str(k): Trajectory(estimate.keys[some], estimate.poses[some]) for k, some in enumerate(rows)
+    }
+    for k, part in enumerate(parts.values(), 1):
+        part.poses[:, :3, 3] *= k
+    monkeypatch.setattr(scoring, "read_parts", lambda *_: parts)
+    settings = Settings(format="nerf", metrics="auc@30:vggt,TAS", unit=0.25)
+    return reference, scoring.score(reference, "the/file", settings, name="x")
+
+
+def test_an_estimate_in_parts(monkeypatch):
+    _, found = in_parts(monkeypatch, range(5, 13), range(13, 19), range(20, 22))
+    assert found.file == "the/file"
+    assert [(part.name, part.n) for part in found.parts] == [("0", 8), ("1", 6), ("2", 0)]
+    assert [part.alignment is None for part in found.parts] == [False, False, True]
+    assert found.part_of_camera.tolist() == [-1] * 5 + [0] * 8 + [1] * 6 + [-1] * 5
+    assert len(found.part_positions) == 3
+    assert found.ate is None
+    assert found.metrics == {}
+    assert found.lost == pytest.approx(10 / 24)
+    assert found.notes == [
+        "x: in 3 parts, each aligned on its own: the scores are an upper bound of those of one "
+        "model, and do not compare with those of fewer parts",
+        "x: cannot be aligned, so that their cameras fail: the parts 2",
+        "x: no value of auc@30:vggt: they need one world, not 3 parts",
+    ]
+
+
+def test_what_is_said_of_a_part_is_said_of_it_alone(monkeypatch):
+    _, found = in_parts(monkeypatch, range(5, 7))
+    assert found.notes[0].startswith("x: TAS is 0: the estimate cannot be aligned, since none of")
+    assert found.parts == []
+    _, found = in_parts(monkeypatch, range(5, 7), range(13, 15))
+    assert [note.split(" ")[1] for note in found.notes] == ["in", "cannot", "no"]
+
+
+@pytest.mark.parametrize(("n", "told"), [(4, True), (5, False)])
+def test_a_few_cameras_have_no_half_score_distance(n, told):
+    reference, estimate, _ = scene()
+    few = Trajectory(NAMES[5 : 5 + n], reference.poses[5 : 5 + n])
+    found = evaluate(few, estimate, unit=0.5)
+    assert np.isnan(found.half_distance) == told
+    notes = [note for note in found.notes if "no distance" in note]
+    assert notes == [
+        "estimate: no distance at a score of 0.5 for 4 cameras: it takes 5, since any alignment "
+        "fits 2 of them exactly"
+    ] * int(told)
+
+
+@pytest.mark.parametrize("kind", ["names", "stamps", "rows"])
+def test_trajectories_in_memory_are_like_a_format(kind):
+    reference, estimate, _ = scene()
+    keys = {"names": NAMES, "stamps": np.arange(24.0), "rows": np.arange(24)}[kind]
+    n = 24 if kind == "rows" else 22
+    whole = np.concatenate([estimate.poses, reference.poses[22:]])[:n]
+    found = evaluate(reference._replace(keys=keys), Trajectory(keys[:n], whole))
+    assert found.settings.format == {"names": "nerf", "stamps": "tum", "rows": "kitti"}[kind]
+    form = "arrays" if kind != "names" else "colmap"
+    given = evaluate(reference._replace(keys=keys), Trajectory(keys[:n], whole), format=form)
+    assert given.settings.format == form
+
+
+def test_metrics_get_the_stamps_of_the_poses(monkeypatch):
+    asked = []
+
+    def values(once, stamps, settings, *, n_parts):
+        asked.append((once.est_rows.tolist(), stamps, n_parts))
+        return {}, []
+
+    monkeypatch.setattr(scoring, "_metric_values", values)
+    reference, estimate, _ = scene()
+    evaluate(reference, estimate, missing="ignore")
+    assert asked == [(list(range(22)), None, 1)]
+    stamped = [
+        Trajectory(0.5 + np.arange(len(one.keys)), one.poses) for one in (reference, estimate)
+    ]
+    evaluate(*stamped, missing="ignore")
+    np.testing.assert_array_equal(asked[1][1], 0.5 + np.arange(22))
+
+
+def test_conventions_are_looked_at_if_nothing_else_is_said():
+    reference, estimate, _ = scene()
+    estimate.poses[:, 2, 3] *= -1
+    said = "the positions fit the mirror image"
+    assert said in scoring.score(reference, estimate, NERF, name="").notes[0]
+    assert scoring.score(reference, estimate, NERF, name="", check=False).notes == []

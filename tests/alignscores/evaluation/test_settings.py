@@ -339,3 +339,6 @@ def test_metrics_may_need_an_order_or_stamps():
     ):
         assert order_problem(("TAS", "rpe@1m"), FORMATS[form]) == problem
     assert order_problem(("TAS", "auc@30:vggt"), FORMATS["nerf"]) == ""
+    assert order_problem(("TAS", "rpe@1s"), FORMATS["tum"]) == ""
+    said = "rpe@1s needs time stamps, which the files lack"
+    assert order_problem(("rpe@1m", "rpe@1s"), FORMATS["kitti"]) == said

@@ -8,9 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from alignscores import closest_pair_quartile, evaluate
-from alignscores.evaluation import matching
 from alignscores.trajectories.files import Trajectory, read_tum
-from alignscores.trajectories.timing import TimeOffset
 
 N, RATE = 600, 10
 ENTRIES = "TAS", "RAS", "PAS", "half_distance", "lost", "unit"
@@ -280,44 +278,3 @@ def test_a_pose_of_nan_is_one_that_is_left_out(scored, rows, options):
 def test_an_estimate_of_nan_alone_scores_zero(scored):
     poses = np.full_like(TRUTH.poses, np.nan)
     assert scored({"nan": Trajectory(TRUTH.keys, poses)})["nan"]["PAS"] == 0
-
-
-@pytest.mark.parametrize(
-    ("found", "used"),
-    [
-        *[(TimeOffset(0.03, 0.5), 0.03), (TimeOffset(-0.03, 0.5), -0.03)],
-        *[(TimeOffset(0.031, 1.2), 0.031), (TimeOffset(-0.031, 1.19), 0.0)],
-        *[(TimeOffset(0.044, 1.19), 0.0), (TimeOffset(9.0, np.inf), 9.0)],
-    ],
-)
-def test_a_time_offset_is_used_if_it_is_small_or_the_positions_fit_better(monkeypatch, found, used):
-    truth, estimate = winding_path(5), winding_path(4)
-
-    def find_offset(reference, other):
-        assert reference is truth
-        assert other is estimate
-        return found
-
-    monkeypatch.setattr(matching, "find_offset", find_offset)
-    assert matching._time_offset(truth, estimate, "auto") == used
-
-
-def test_a_time_offset_that_is_given_is_used():
-    found = matching._time_offset(TRUTH, TRUTH, 3)
-    assert (type(found), found) == (float, 3.0)
-
-
-def test_without_stamps_there_is_no_time_offset():
-    rows = Trajectory(np.arange(4), TRUTH.poses[:4])
-    assert matching._time_offset(rows, rows, "auto") == 0.0
-
-
-def test_where_no_time_offset_fits_the_unit_may_be_another():
-    few = of_rows(TRUTH, slice(0, 5))
-    message = "no time offset makes its positions fit those of the reference; --t_offset X sets one"
-    with pytest.raises(ValueError, match=rf"^{message}$"):
-        matching._time_offset(few, few, "auto")
-    late = Trajectory(1.7e9 + few.keys, few.poses)
-    other = Trajectory(late.keys * 1e9, few.poses)
-    with pytest.raises(ValueError, match=rf"^{message}; those of the estimate seem to be in nano"):
-        matching._time_offset(late, other, "auto")
