@@ -94,6 +94,8 @@ def match_estimate(
     """
     estimate = checked(estimate, "estimate")
     timed, offset = settings.form.timed, 0.0
+    if timed and reference.keys.dtype.kind == estimate.keys.dtype.kind == "U":
+        raise ValueError(f"format={settings.format} has time stamps, not names: leave it out")
     options: dict[str, Any] = {}
     if timed:
         offset = _time_offset(reference, estimate, settings.t_offset)

@@ -177,3 +177,13 @@ def test_where_no_time_offset_fits_the_unit_may_be_another():
     other = Trajectory(late.keys * 1e9, few.poses)
     with pytest.raises(ValueError, match=rf"^{message}; those of the estimate seem to be in nano"):
         matching._time_offset(late, other, "auto")
+
+
+@pytest.mark.parametrize("form", ["tum", "arrays"])
+def test_names_are_no_time_stamps(form):
+    named = trajectory(["a", "b", "c", "d"])
+    message = f"^format={form} has time stamps, not names: leave it out$"
+    with pytest.raises(ValueError, match=message):
+        match_estimate(named, named, Settings(format=form))
+    for rightly in ("nerf", "kitti"):
+        assert match_estimate(named, named, Settings(format=rightly))[0].matched == 4
