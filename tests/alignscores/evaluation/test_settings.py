@@ -235,7 +235,6 @@ DEFAULTS = {
 
 
 def test_the_defaults():
-    """As `docs/reference/settings.md` has them."""
     assert vars(Settings()) == DEFAULTS
     assert options() is options()
 
