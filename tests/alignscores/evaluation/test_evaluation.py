@@ -9,9 +9,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import Evaluation, Settings, evaluate, tas_profile
-from alignscores.evaluation.evaluation import STATUSES
+from alignscores.evaluation.evaluation import STATUSES, Part, _alignment, _sd, finite_or_none
 from alignscores.metrics import metric
-from alignscores.similarity import least_squares_rmse
+from alignscores.similarity import Similarity, least_squares_rmse
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import Trajectory, read_kitti, read_nerf, read_tum
 
@@ -260,3 +260,74 @@ def test_profiles_have_a_hundred_thresholds(tum):
     hundredths = found.profiles.tas * 100 * len(found.matches.keys)
     np.testing.assert_allclose(hundredths, np.round(hundredths), atol=1e-6)
     assert len(np.unique(hundredths)) > 20
+
+
+def test_what_takes_the_estimate_to_the_reference():
+    """Twice as large, turned about z and moved; a camera has no position, and one no rotation."""
+    rng = np.random.default_rng(0)
+    gt, est = np.tile(np.eye(4), (2, 12, 1, 1))
+    gt[:, :3, :3], gt[:, :3, 3] = Rotation.random(12, rng=rng).as_matrix(), rng.random((12, 3))
+    world = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    est[:, :3, :3] = world @ gt[:, :3, :3]
+    est[:, :3, 3] = 2 * gt[:, :3, 3] @ world.T + [1, 2, 3]
+    est[2, :3, 3] = est[5, :3, :3] = np.nan
+    found = evaluate(*(Trajectory(np.arange(12), poses) for poses in (gt, est)), unit=0.1)
+    entry = found.to_dict()
+    assert found.scale == entry["scale"] == pytest.approx(2)
+    assert entry["alignment"]["scale"] == pytest.approx(0.5)
+    np.testing.assert_allclose(entry["alignment"]["rotation"], world.T, atol=1e-9)
+    np.testing.assert_allclose(entry["alignment"]["translation"], [-1, 0.5, -1.5], atol=1e-9)
+    known = np.delete(np.arange(12), 2)
+    np.testing.assert_allclose(found.positions[known], gt[known, :3, 3], atol=1e-9)
+    assert np.isnan(found.positions[2]).all()
+    counts = {"n": 12, "matched": 12, "missing": 0, "non_finite": 2, "duplicate": 0, "unmatched": 0}
+    counts |= {"no_position": 1, "no_rotation": 1, "within_unit": 11 / 12, "within_10_deg": 11 / 12}
+    assert {key: entry[key] for key in counts} == counts
+    assert (entry["TAS"], entry["RAS"], entry["unit"]) == (11 / 12, 11 / 12, 0.1)
+    assert (entry["TAS_sd"], entry["PAS_sd"], entry["body_rotation"]) == (None, None, None)
+    in_parts = replace(found, parts=[Part("a", 7, found.result.tas.alignment), Part("b", 0, None)])
+    assert in_parts.scale is None
+    entry_of_parts = in_parts.to_dict()
+    assert (entry_of_parts["scale"], entry_of_parts["alignment"]) == (None, None)
+    assert entry_of_parts["parts"] == [
+        {"name": "a", "n": 7, "alignment": entry["alignment"]},
+        {"name": "b", "n": 0, "alignment": None},
+    ]
+    lost = replace(
+        found, result=replace(found.result, tas=replace(found.result.tas, alignment=None))
+    )
+    assert lost.scale is None
+    assert lost.to_dict()["alignment"] is None
+    assert np.isnan(lost.positions).all()
+    assert lost.positions.shape == (12, 3)
+
+
+def test_no_infinite_number_is_in_the_json():
+    assert [finite_or_none(one) for one in (None, np.nan, np.inf, -np.inf, 0.5)] == [None] * 4 + [
+        0.5
+    ]
+    tiny = Similarity(1e-320, np.eye(3), np.ones(3))
+    with np.errstate(all="ignore"):
+        assert _alignment(tiny) is None
+    assert _alignment(None) is None
+
+
+def test_one_value_has_no_deviation():
+    assert _sd([1.0]) is None
+    assert _sd([1.0, 3.0]) == pytest.approx(np.sqrt(2))
+    assert _sd([1.0, 2.0, 6.0]) == pytest.approx(np.sqrt(7))
+
+
+def test_a_table_has_a_column_for_each_number(tum):
+    found = tum(metrics="auc@30:vggt")
+    frame, entry = found.to_frame(), found.to_dict()
+    assert len(frame) == 1
+    assert {"name", "TAS", "unit", "scale", "auc@30:vggt"} <= set(frame.columns)
+    assert {"alignment", "parts", "metrics", "notes", "TAS_seeds"}.isdisjoint(frame.columns)
+    assert frame["TAS"][0] == entry["TAS"]
+    assert frame["auc@30:vggt"][0] == entry["metrics"]["auc@30:vggt"]
+
+
+def test_profiles_are_computed_once(tum):
+    found = tum()
+    assert found.profiles is found.profiles
