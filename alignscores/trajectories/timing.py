@@ -103,7 +103,7 @@ def _in_other_conventions(est: Floats) -> list[Floats]:
     return [est[:, :3, 3] * MIRROR, inverse, inverse * MIRROR, centres]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _ShiftedPositions:
     """Estimated positions beside those of a reference at any offset of the clocks."""
 
