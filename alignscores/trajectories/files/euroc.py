@@ -46,7 +46,7 @@ def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
     if first and "," not in first[0][1]:
         values, source = read_numbers(path, lines, tum.COLUMNS, [8])
     else:
-        lines = ((number, ",".join(line.split(",", 8)[:8])) for number, line in lines)
+        lines = ((number, ",".join(line.split(",")[:8])) for number, line in lines)
         values, source = read_numbers(path, lines, COLUMNS, [8], ",")
         values = values[:, [0, 1, 2, 3, 5, 6, 7, 4]]  # qw last, as in TUM files
     stamps, poses = stamped_poses(values, source, complete=complete)
