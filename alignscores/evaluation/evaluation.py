@@ -52,7 +52,7 @@ class Profiles:
     ras: Floats
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class Evaluation:
     """An estimate with its scores and all that is said about it; `evaluate` makes it.
 
