@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Floats, Indices
+from ..distance import N_THRESHOLDS
 from ..histogram import AlignmentScore
 from ..metrics import metric
 from ..pose import PASResult
@@ -287,7 +288,7 @@ class Evaluation:
             alignment=self.settings.alignment,
             up=self.settings.up,
         )
-        tas = searched_profile(errors_at, units, n_thresholds=100).scores
+        tas = searched_profile(errors_at, units, N_THRESHOLDS).scores
         return Profiles(units, tas, DEGREES, ras)
 
     def value(self, name: str) -> float | None:

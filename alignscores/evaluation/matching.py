@@ -105,11 +105,10 @@ def match_estimate(
             **{name: getattr(settings, name) for name in ("max_gap", "t_start", "t_end")},
         }
     frames = None if settings.frames is None else _stamps(settings.frames)
-    missing = settings.missing if frames is None else "fail"
     matches = match(
         reference,
         estimate,
-        missing=missing,
+        missing=settings.missing,
         frames=frames,
         sync=settings.sync,
         step=step,

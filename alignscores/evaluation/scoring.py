@@ -3,9 +3,9 @@
 import math
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -104,8 +104,7 @@ def evaluate(
     return replace(evaluation, notes=[*notes, *evaluation.notes])
 
 
-@dataclass(frozen=True, eq=False)
-class _Scores:
+class _Scores(NamedTuple):
     """The scores of each part over all cameras, and those of the whole."""
 
     of_parts: list[PASResult]

@@ -62,7 +62,7 @@ class Option:
         assert self.number is not None
         try:
             value = self.number(text)
-        except (OverflowError, ValueError):
+        except ValueError:
             value = math.nan
         if not self._is_possible(value):
             raise ValueError(f"must be {self._range()}, not {brief(text)}")
