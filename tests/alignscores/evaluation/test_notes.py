@@ -456,6 +456,8 @@ def test_three_positions_may_fix_a_rotation():
     positions = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1]])
     assert notes._fix_rotation(positions, np.zeros(3)) is True
     assert notes._fix_rotation(positions[:2], np.zeros(2)) is False
+    on_a_line = np.array([[1.0, 0, 0], [2, 0, 0], [3, 0, 0]])
+    assert notes._fix_rotation(on_a_line, np.zeros(3)) is False
 
 
 def test_scales_that_are_off():
