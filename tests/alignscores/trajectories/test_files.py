@@ -2,6 +2,7 @@ import gzip
 import io
 import json
 import shutil
+import struct
 from types import SimpleNamespace
 
 import numpy as np
@@ -142,6 +143,17 @@ def test_a_binary_model_is_known_to_be_whole(tmp_path):
         with pytest.raises(FileError, match=f"{name}.bin: .* it holds {n - 1} of its {n} records"):
             read_colmap(tmp_path)
         path.write_bytes(content)
+
+
+def test_an_image_without_a_name_or_points_is_whole(tmp_path):
+    """64 bytes for its number, its pose and its camera, the end of its name, no points."""
+    path = tmp_path / "images.bin"
+    content = struct.pack("<Q", 1) + 64 * b"\1" + b"\0" + struct.pack("<Q", 0)
+    path.write_bytes(content)
+    colmap._check_whole(path)
+    path.write_bytes(content[:-1])
+    with pytest.raises(FileError, match="it holds 0 of its 1 records"):
+        colmap._check_whole(path)
 
 
 def test_nerf_camera_axes_are_turned(write):
