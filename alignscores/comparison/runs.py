@@ -3,6 +3,7 @@
 import hashlib
 import json
 import math
+import sys
 from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
@@ -266,6 +267,11 @@ def _loaded(file: Path, task: Task) -> Outcome | None:
     return replace(outcome, notes=notes)
 
 
+def _is_double(value: Any) -> bool:
+    """Tell whether a value is a number that a double can hold."""
+    return isinstance(value, float) or (isinstance(value, int) and abs(value) <= sys.float_info.max)
+
+
 def _is_sound(outcome: Outcome, names: Collection[str]) -> bool:
     """Tell whether a stored outcome has the types and the bounds of one that was computed."""
     like = Outcome({})
@@ -274,8 +280,7 @@ def _is_sound(outcome: Outcome, names: Collection[str]) -> bool:
     return (
         outcome.scores.keys() == names
         and all(type(count) is int and count >= 0 for count in counts)
-        and all(isinstance(number, int | float) for number in numbers)
-        and np.array(numbers, float).ndim == 1  # so that a double holds each
+        and all(map(_is_double, numbers))
         and all(0 <= outcome.scores[name] <= 1 for name in ("TAS", "RAS", "PAS"))
         and all(isinstance(note, str) for note in outcome.notes)
         and all(

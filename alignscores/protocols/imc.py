@@ -24,7 +24,7 @@ __all__ = ["IMC_2024", "IMC_2025", "imc_maa"]
 
 
 MOST_KNOWN = 1 << 18  # sets of inliers that are remembered
-MOST_CAMERAS = 1000  # which take an hour
+MOST_CAMERAS = 1000  # which take sixteen times as long as 500
 PER_THREAD = 50  # cameras; with fewer a thread costs more than it saves
 TRIED_AT_ONCE = 10_000_000  # distances, about a quarter of a second
 PATIENCE = 2.0  # seconds, after which it says how long it will take
@@ -83,8 +83,8 @@ def imc_maa(
     but refits hardly any set of inliers twice, and stops when no number can grow: of the cameras
     within a threshold t, distances in pairs agree up to 2 t under one scale. Where the kernel is
     compiled it does all that rounding cannot decide, on all processors; NumPy does the rest, so
-    that the value is the same. O(n^4) time: a second for 100 cameras, minutes for 500. The command
-    says how long it will take. O(n^2) memory.
+    that the value is the same. O(n^4) time: less than a second for 100 cameras, about a minute for
+    500. The command says how long it will take. O(n^2) memory.
 
     References
     ----------
