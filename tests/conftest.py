@@ -61,6 +61,8 @@ addEventListener("message", (event) => {{
 # The processes that run tests side by side inherit it, and the programs that they start: further
 # threads of BLAS would only spin until a core is free.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Fonts and sources that programs keep for later: no test depends on the home directory.
+os.environ["XDG_CACHE_HOME"] = str(TESTS.parent / ".pytest_cache" / "programs")
 # Without it each of the many programs that tests start would compile the project anew.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 

