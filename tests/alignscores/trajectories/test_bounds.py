@@ -15,7 +15,7 @@ from alignscores.trajectories.files import (
     read_stamps,
     read_tum,
 )
-from alignscores.trajectories.files.text import BLOCK, read_bytes
+from alignscores.trajectories.files.text import BLOCK
 from alignscores.trajectories.recognition import recognise
 
 LINE = b"%d 1 2 3 0 0 0 1\n"
@@ -110,33 +110,6 @@ def test_the_bound_can_be_raised(tmp_path, monkeypatch):
         monkeypatch.setenv("ALIGNSCORES_MAX_MB", wrong)
         with pytest.raises(ValueError, match="ALIGNSCORES_MAX_MB must be a number of MB above 0"):
             read_tum(path)
-
-
-def test_no_bound_is_too_high(tmp_path, monkeypatch):
-    (tmp_path / "x.txt").write_bytes(LINE % 1 + LINE % 2)
-    monkeypatch.setenv("ALIGNSCORES_MAX_MB", "1e308")
-    assert len(read_tum(tmp_path / "x.txt").keys) == 2
-
-
-def test_of_many_arrays_a_message_shows_few(tmp_path):
-    np.savez(tmp_path / "x.npz", **{f"{'a' * 100}{k}": np.zeros(3) for k in range(300)})
-    with pytest.raises(FileError, match=r"and 295 more$") as caught:
-        read_arrays(tmp_path / "x.npz")
-    assert len(str(caught.value)) < 500
-
-
-@pytest.mark.parametrize("source", ["x.txt", "-"])
-@pytest.mark.parametrize("pack", [bytes, gzip.compress])
-def test_as_many_bytes_as_the_bound_are_read(small, tmp_path, monkeypatch, source, pack):
-    def read(content):
-        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(pack(content))))
-        (tmp_path / "x.txt").write_bytes(pack(content))
-        return read_bytes(source)
-
-    monkeypatch.chdir(tmp_path)
-    assert read(b"1" * 10**6) == b"1" * 10**6
-    with pytest.raises(FileError, match=LARGE):
-        read(b"1" * (10**6 + 1))
 
 
 @pytest.mark.parametrize("n", [1, BLOCK - 1, BLOCK, BLOCK + 1, 2 * BLOCK + 3])

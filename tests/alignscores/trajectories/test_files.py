@@ -1,9 +1,11 @@
+"""Files are read as they were written, whatever harmless differences there are.
+
+Files that are wrong in some way are in cli/test_wrong_input.py, hostile ones in test_bounds.py.
+"""
+
 import gzip
-import io
 import json
 import shutil
-import struct
-from types import SimpleNamespace
 
 import numpy as np
 import pycolmap
@@ -11,13 +13,9 @@ import pytest
 from evo.tools import file_interface
 from scipy.spatial.transform import Rotation
 
-from alignscores.trajectories import extras
 from alignscores.trajectories.files import (
     FileError,
     TrajectoryWarning,
-    bags,
-    colmap,
-    inverse_poses,
     read_arrays,
     read_colmap,
     read_colmap_parts,
@@ -27,12 +25,7 @@ from alignscores.trajectories.files import (
     read_stamps,
     read_tum,
     read_vslamlab,
-    text,
 )
-from alignscores.trajectories.files import poses as pose_checks
-from alignscores.trajectories.files.poses import orthonormalise
-from alignscores.trajectories.files.stamps import in_seconds, time_unit
-from alignscores.trajectories.files.text import Source
 
 LINE = "{} 1 2 3 0 0 0 1"
 
@@ -92,6 +85,14 @@ def test_kitti_files_may_have_all_four_rows(examples, write):
         np.testing.assert_array_equal(read, expected)
 
 
+def test_a_position_without_a_rotation_is_kept(write):
+    """Infinite quaternions, and those whose length no double holds, are none."""
+    lines = ["1 1 2 3 nan 0 0 1", "2 4 5 6 1e200 0 0 1e200"]
+    _, poses = read_tum(write(lines))
+    np.testing.assert_array_equal(poses[:, :3, 3], [[1, 2, 3], [4, 5, 6]])
+    assert np.isnan(poses[:, :3, :3]).all()
+
+
 def test_estimates_keep_what_was_not_estimated(examples):
     for read, path in (
         (read_tum, "tum/estimate.txt"),
@@ -109,6 +110,14 @@ def test_colmap_binary_and_text_are_the_same(examples, tmp_path):
     binary, text = read_colmap(examples / "colmap/estimate"), read_colmap(tmp_path)
     np.testing.assert_array_equal(binary.keys, text.keys)
     np.testing.assert_allclose(binary.poses, text.poses, rtol=0, atol=1e-12)
+
+
+def test_a_model_in_memory_is_as_its_files(examples):
+    folder = examples / "colmap/estimate"
+    for read, expected in zip(
+        read_colmap(pycolmap.Reconstruction(str(folder))), read_colmap(folder), strict=True
+    ):
+        np.testing.assert_array_equal(read, expected)
 
 
 def test_models_of_a_folder_are_in_the_order_of_their_numbers(examples, tmp_path):
@@ -143,17 +152,6 @@ def test_a_binary_model_is_known_to_be_whole(tmp_path):
         with pytest.raises(FileError, match=f"{name}.bin: .* it holds {n - 1} of its {n} records"):
             read_colmap(tmp_path)
         path.write_bytes(content)
-
-
-def test_an_image_without_a_name_or_points_is_whole(tmp_path):
-    """64 bytes for its number, its pose and its camera, the end of its name, no points."""
-    path = tmp_path / "images.bin"
-    content = struct.pack("<Q", 1) + 64 * b"\1" + b"\0" + struct.pack("<Q", 0)
-    path.write_bytes(content)
-    colmap._check_whole(path)
-    path.write_bytes(content[:-1])
-    with pytest.raises(FileError, match="it holds 0 of its 1 records"):
-        colmap._check_whole(path)
 
 
 def test_nerf_camera_axes_are_turned(write):
@@ -240,25 +238,11 @@ def test_rounded_matrices_become_rotations(write):
     gram = poses[:, :3, :3].transpose(0, 2, 1) @ poses[:, :3, :3]
     np.testing.assert_allclose(gram, np.tile(np.eye(3), (30, 1, 1)), atol=1e-14)
     np.testing.assert_allclose(poses[:, :3, :3], exact, atol=2e-4)
+    u, _, vt = np.linalg.svd([np.round(matrix, 4) for matrix in exact])
+    np.testing.assert_allclose(poses[:, :3, :3], u @ vt, atol=1e-12)
     with pytest.warns(TrajectoryWarning, match="line 1: has a matrix that is only roughly"):
-        read_kitti(write("1.02 0 0 0 0 1 0 0 0 0 1 0"))
-
-
-def test_orthonormalised_matrices_agree_with_the_singular_value_decomposition():
-    rng = np.random.default_rng(1)
-    matrices = Rotation.random(100, rng=rng).as_matrix() + rng.uniform(-0.02, 0.02, (100, 3, 3))
-    u, _, vt = np.linalg.svd(matrices)
-    rotations, deviation = orthonormalise(matrices)
-    np.testing.assert_allclose(rotations, u @ vt, atol=1e-12)
-    gram = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
-    np.testing.assert_array_equal(deviation, np.abs(gram).max(axis=(1, 2)))
-
-
-def test_inverse_poses():
-    rng = np.random.default_rng(2)
-    poses = np.tile(np.eye(4), (5, 1, 1))
-    poses[:, :3, :3], poses[:, :3, 3] = Rotation.random(5, rng=rng).as_matrix(), rng.random((5, 3))
-    np.testing.assert_allclose(inverse_poses(poses), np.linalg.inv(poses), atol=1e-14)
+        _, poses = read_kitti(write("1.02 0 0 0 0 1 0 0 0 0 1 0"))
+    np.testing.assert_allclose(poses[0, :3, :3], np.eye(3), atol=1e-9)
 
 
 def test_euroc(write):
@@ -270,225 +254,10 @@ def test_euroc(write):
     np.testing.assert_allclose(in_seconds.keys, [1400000000.05, 1400000000.1], rtol=0, atol=1e-6)
 
 
-IN_FILE = Source("x.txt", lambda row: f"line {row + 1}")
-
-
-@pytest.mark.parametrize(
-    ("deviation", "message"),
-    [
-        ([0.0, 1e-2, np.nan, np.inf], None),
-        ([0.0, 0.0101, 1e-2], "x.txt, line 2: is odd (off by 0.01); normalised"),
-        (
-            [0.25, 0.5, np.nan, 1.0],
-            "x.txt, line 1: is odd (off by 0.25) and so have 2 more; normalised",
-        ),
-    ],
-)
-def test_what_is_normalised_is_told_of_the_first(deviation, message, recwarn):
-    pose_checks._warn_of(np.array(deviation), IN_FILE, "is odd")
-    assert [str(one.message) for one in recwarn] == ([] if message is None else [message])
-
-
-def test_a_lost_pose_is_one_all_the_same():
-    values = np.array([[1.0, 1, 2, 3, np.nan, 0, 0, 1], [2, 4, 5, 6, 1e200, 0, 0, 1e200]])
-    stamps, found = pose_checks.stamped_poses(values, IN_FILE, complete=False)
-    assert stamps.tolist() == [1, 2]
-    assert found[:, 3].tolist() == [[0, 0, 0, 1]] * 2
-    assert found[:, :3, 3].tolist() == [[1, 2, 3], [4, 5, 6]]
-    assert np.isnan(found[:, :3, :3]).all()  # a length beyond all numbers is none, either
-
-
-def of_matrix(rotation, position=(0.0, 0.0, 0.0)):
-    matrix = np.column_stack([rotation, position])[None]
-    return pose_checks.poses_from_matrices(np.array(matrix, dtype=float), IN_FILE, complete=False)[
-        0
-    ]
-
-
-@pytest.mark.parametrize("position", [0.0, np.nan])
-def test_matrices_that_are_no_rotations_are_refused(position):
-    """Whose entries of RᵀR - I exceed 0.1; that of a camera without a position as well."""
-    place = [position] * 3
-    for square in (1.0999, 0.9001):
-        with pytest.warns(TrajectoryWarning, match=r"line 1: has a matrix .* \(off by 0.1\); norm"):
-            found = of_matrix(np.diag([np.sqrt(square), 1, 1]), place)
-        np.testing.assert_allclose(found[:3, :3], np.eye(3), atol=1e-9)
-    for square in (1.101, 0.899, 3.0):
-        off = f"{abs(square - 1):.2g}"
-        with pytest.raises(FileError, match=rf"^x.txt, line 1: the .* from the identity by {off}$"):
-            of_matrix(np.diag([1, np.sqrt(square), 1]), place)
-    with pytest.raises(FileError, match="from the identity by inf"):
-        of_matrix(1e200 * np.eye(3), place)
-    with pytest.raises(FileError, match=r"determinant is negative, a reflection$"):
-        of_matrix(np.diag([1, -1, 1]), place)
-    assert np.isnan(of_matrix(np.full((3, 3), np.nan), place)[:3, :3]).all()
-
-
-def test_a_matrix_may_deviate_just_so_much(monkeypatch):
-    rounded = np.diag([1.04, 1, 1])
-    deviation = float(orthonormalise(rounded[None])[1][0])
-    monkeypatch.setattr(pose_checks, "MAX_DEVIATION", deviation)
-    with pytest.warns(TrajectoryWarning, match="off by 0.082"):
-        of_matrix(rounded)
-    with pytest.raises(FileError, match="a reflection"):
-        of_matrix(-rounded)
-    monkeypatch.setattr(pose_checks, "MAX_DEVIATION", deviation - 1e-9)
-    with pytest.raises(FileError, match=r"by 0\.082$"):
-        of_matrix(-rounded)
-
-
-def test_rotations_take_four_steps():
-    """As by hand, of a number for a matrix."""
-    number = 0.5
-    for _ in range(4):
-        number -= number * (number**2 - 1) / 2
-    rotations, deviation = orthonormalise(0.5 * np.eye(3)[None])
-    np.testing.assert_allclose(rotations, number * np.eye(3)[None], rtol=1e-14)
-    assert deviation.tolist() == [0.75]
-
-
-@pytest.mark.parametrize(
-    ("stamps", "unit"),
-    [
-        *[([0.0], "seconds"), ([-9.9e10], "seconds"), ([1e11], "milliseconds")],
-        *[([9.9e13], "milliseconds"), ([-1e14], "microseconds"), ([9.9e16], "microseconds")],
-        *[([1e17], "nanoseconds"), ([1e30], "nanoseconds")],
-        # The median counts; since a start, steps do.
-        *[([1.0, 2, 3, 1e30], "seconds"), ([1.0, 1e17, 1e17], "nanoseconds")],
-        *[([0, 5e5, 1e6], "nanoseconds"), ([0, 4.9e5, 9e5, 9e6], "seconds")],
-        *[([0.0, 5e5, 1e6, 1e6, 1e6], "nanoseconds"), ([1e14, 2e14, 2e14], "microseconds")],
-        *[([5e13, 1e14, 2e14], "microseconds"), ([5e13, 9.9e13, 2e14], "nanoseconds")],
-    ],
-)
-def test_the_unit_of_stamps(stamps, unit):
-    assert time_unit(np.array(stamps)) == unit
-
-
-def test_stamps_in_seconds():
-    stamps = np.array([5e17, 6e17])
-    found = in_seconds("x", stamps, "seconds", "nanoseconds")
-    assert found.tolist() == [5e8, 6e8]
-    with pytest.raises(FileError) as caught:
-        in_seconds("x", stamps, "seconds", "milliseconds")
-    assert str(caught.value) == (
-        "x: its time stamps seem to be in nanoseconds (the first is 500000000000000000); write "
-        "them in seconds or milliseconds"
-    )
-
-
 def test_stamps_of_a_file(write):
-    assert read_stamps(write("# x\n\n,,\ntime,file\n 1.5,a\n2.5 b c\n,\n3\n")).tolist() == [
-        1.5,
-        2.5,
-        3,
-    ]
-    for content, place, field in (
-        ("time\nfile\n1\n", 2, "file"),
-        ("1\nnan\n", 2, "nan"),
-        (f"x\n1\n{'y' * 50}\n", 3, "y" * 40),
-    ):
-        path = write(content)
-        with pytest.raises(FileError) as caught:
-            read_stamps(path)
-        said = f"{path}, line {place}: must begin with a time stamp, not {field!r}"
-        assert str(caught.value) == said
-    with pytest.raises(FileError, match=r"has no time stamps$"):
-        read_stamps(write("inf\n"))
-
-
-@pytest.mark.parametrize(
-    ("content", "place", "reason"),
-    [
-        (b"a\n\xff", "line 2", "is not text (UTF-8)"),
-        (b"\n\xff\n\n", "line 2", "is not text (UTF-8)"),
-        (b"\n\0\n\n", "line 2", "is not text (a zero byte)"),
-        (b"\0", "line 1", "is not text (a zero byte)"),
-    ],
-)
-def test_what_is_no_text(content, place, reason):
-    with pytest.raises(FileError) as caught:
-        text._decoded("x", content)
-    assert str(caught.value) == f"x, {place}: {reason}"
-
-
-@pytest.mark.parametrize(
-    ("content", "reason"),
-    [
-        ("1 2 3\n", "has 3 columns, not 'a b'"),
-        ("1\n", "has 1 column, not 'a b'"),
-        ("1 2 3 4 5 6 7 8", "has 8 columns, not 'a b'; 8 columns are the tum format"),
-        (" ".join("1" * 12), "has 12 columns, not 'a b'; 12 columns are the kitti format"),
-        (" ".join("1" * 16), "has 16 columns, not 'a b'; 16 columns are the kitti format"),
-        ("1,2\n", "has 1 column, not 'a b'; files with commas are the euroc format"),
-        ("x 2\n", "'x' is not a number; a header line begins with #"),
-        (f"1 {'y' * 50}\n", f"'{'y' * 40}' is not a number; a header line begins with #"),
-        ("1 2\n3 x\n", "'x' is not a number"),
-        ("1 2\n1 2 3 4\n", "has 4 columns, the first line 2"),
-    ],
-)
-def test_what_is_wrong_with_numbers(content, reason):
-    lines = enumerate(content.splitlines(), 7)
-    with pytest.raises(FileError) as caught:
-        text.read_numbers("x", lines, "a b", [2, 4])
-    row = 8 if content.count("\n") > 1 else 7
-    assert str(caught.value) == f"x, line {row}: {reason}"
-
-
-def test_numbers_of_lines():
-    lines = iter([(3, "1 2"), (5, "3 nan"), (6, "5e0 1_0")])
-    values, source = text.read_numbers("x", lines, "a b", [2, 4])
-    np.testing.assert_array_equal(values, [[1, 2], [3, np.nan], [5, 10]])
-    assert [source.place(row) for row in range(3)] == ["line 3", "line 5", "line 6"]
-    with pytest.raises(FileError, match=r"^x: has no poses$"):
-        text.read_numbers("x", iter([]), "a b", [2])
-
-
-def test_plain_numbers_are_not_looked_at_one_by_one(monkeypatch):
-    """Which takes twice as long."""
-    monkeypatch.delattr(text, "is_number")
-    for delimiter in (None, ","):
-        lines = [(k, (delimiter or " ").join("12")) for k in range(3)]
-        values, _ = text.read_numbers("x", iter(lines), "a b", [2], delimiter)
-        assert values.tolist() == [[1, 2]] * 3
-
-
-@pytest.mark.parametrize(("n", "fits"), [(10_000, True), (10_001, False)])
-def test_the_longest_line(n, fits):
-    line = "1 2".ljust(n)
-    if fits:
-        assert text.read_numbers("x", iter([(1, line)]), "a b", [2])[0].tolist() == [[1, 2]]
-    else:
-        with pytest.raises(FileError, match=r"^x, line 1: has more than 10000 characters$"):
-            text.read_numbers("x", iter([(1, line)]), "a b", [2])
-
-
-def test_a_stream_is_read_up_to_the_bound_and_a_byte(monkeypatch):
-    for size in (4, 5):
-        monkeypatch.setattr(text, "BYTES", size)
-        for n in (0, 3, 4, 9, 10, 11, 12, 99):
-            stream = io.BytesIO(b"x" * n)
-            assert text._read_at_most(stream, 10) == b"x" * min(n, 11)
-            assert stream.tell() == min(n, 11)
-
-
-def test_the_bound_of_files(monkeypatch):
-    monkeypatch.delenv("ALIGNSCORES_MAX_MB", raising=False)
-    assert text.most_bytes() == 256_000_000
-    monkeypatch.setenv("ALIGNSCORES_MAX_MB", "")
-    assert text.most_bytes() == 256_000_000
-    monkeypatch.setenv("ALIGNSCORES_MAX_MB", "0.5")
-    assert text.most_bytes() == 500_000
-    monkeypatch.setenv("ALIGNSCORES_MAX_MB", "1e308")
-    assert text.most_bytes() == 2**62
-    monkeypatch.setenv("ALIGNSCORES_MAX_MB", "z" * 50)
-    with pytest.raises(ValueError, match=rf"above 0, not '{'z' * 40}'$"):
-        text.most_bytes()
-    with pytest.raises(FileError) as caught:
-        text.refuse_more("x", 11, 10)
-    assert str(caught.value) == (
-        "x: has more than 10 bytes; set ALIGNSCORES_MAX_MB higher to read it"
-    )
-    text.refuse_more("x", 10, 10)
+    """The first column, below a header."""
+    path = write("# x\n\n,,\ntime,file\n 1.5,a\n2.5 b c\n,\n3\n")
+    assert read_stamps(path).tolist() == [1.5, 2.5, 3]
 
 
 def test_of_frames_with_one_name_the_first_stays_first(write):
@@ -501,161 +270,6 @@ def test_of_frames_with_one_name_the_first_stays_first(write):
     expected = sorted(range(60), key=lambda k: (7 * k) % 3)
     assert found[:, 0, 3].tolist() == expected
     assert names.tolist() == [f"{(7 * k) % 3}.png" for k in expected]
-
-
-def test_lines_of_images_are_followed_by_lines_of_points(write):
-    lines = [
-        "# a",
-        "",
-        "1 2 3",
-        "4 5 6 7",
-        "",
-        "2 0 0 0 0 0 0 0 9 a name.png",
-        "",
-        "# b",
-        "3 x",
-        "0",
-    ]
-    found = [(number, fields) for number, fields in colmap._images_in_text(write(lines))]
-    second = [*["2", "0", "0", "0", "0", "0", "0", "0", "9"], "a name.png"]
-    assert found == [(3, ["1", "2", "3"]), (6, second), (9, ["3", "x"])]
-    assert [number for number, _ in colmap._images_in_text(write("1\n0\n2\n0\n"))] == [1, 3]
-
-
-def test_names_of_a_text_model_are_read_up_to_the_end_of_the_line(tmp_path):
-    assert colmap._names_in_text(tmp_path) == {}
-    (tmp_path / "images.txt").write_text("# x\n7 1 0 0 0 0 0 0 1 a b.png\n\n")
-    assert colmap._names_in_text(tmp_path) == {7: "a b.png"}
-    (tmp_path / "images.bin").touch()
-    assert colmap._names_in_text(tmp_path) == {}
-
-
-class Model:
-    """A stand-in for a model in memory."""
-
-    __module__ = "pycolmap.core"
-
-    def __init__(self, *matrices):
-        self.images = {
-            k: SimpleNamespace(
-                name=f"{9 - k}.png",
-                has_pose=matrix is not None,
-                cam_from_world=lambda matrix=matrix: SimpleNamespace(matrix=lambda: matrix),
-            )
-            for k, matrix in enumerate(matrices)
-        }
-
-
-def test_a_model_in_memory():
-    assert colmap.is_model(pycolmap.Reconstruction())
-    assert colmap.is_model(Model())
-    assert not colmap.is_model("pycolmap")
-    matrix = np.eye(4)[:3]
-    matrix[:, 3] = [1, 2, 3]
-    lost = np.full((3, 4), np.nan)
-    names, found = read_colmap(Model(matrix, None, lost))
-    assert names.tolist() == ["7.png", "9.png"]
-    assert np.isnan(found[0, :3]).all()
-    assert found[1, :3, 3].tolist() == [-1, -2, -3]
-    with pytest.raises(FileError, match=r"^the Reconstruction, image '7.png': the pose is not fin"):
-        read_colmap(Model(matrix, None, lost), complete=True)
-    with pytest.raises(FileError, match=r"^the Reconstruction: the model has no registered image$"):
-        read_colmap(Model(None))
-
-
-def test_why_a_model_is_not_readable(monkeypatch, tmp_path):
-    """The first line of the reason, without where in the program it arose."""
-    for part in ("cameras", "images", "points3D"):
-        (tmp_path / f"{part}.txt").touch()
-
-    def fail(_):
-        raise ValueError("[x.cc:12] Check failed: no such camera\nmore")
-
-    monkeypatch.setattr(colmap, "require", lambda *_: SimpleNamespace(Reconstruction=fail))
-    with pytest.raises(FileError) as caught:
-        read_colmap(tmp_path)
-    assert str(caught.value) == (
-        f"{tmp_path}: is not a readable COLMAP model, as if a file were cut off (no such camera)"
-    )
-
-
-def bag_of(n, topics=("/a",)):
-    """A stand-in for evo with a bag of n messages."""
-
-    class Reader:
-        def __init__(self, folder):
-            assert folder.suffix == ".bag"
-            kinds = {"/a": "pose", "/b": "pose", "/c": "image"}
-            self.connections = [
-                SimpleNamespace(topic=topic, msgtype=kinds[topic]) for topic in topics
-            ]
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_):
-            pass
-
-    def read(_, topic):
-        assert topic == "/a"
-        return SimpleNamespace(
-            num_poses=n,
-            timestamps=np.arange(n) + 0.5,
-            positions_xyz=np.arange(3.0 * n).reshape(n, 3),
-            orientations_quat_wxyz=np.eye(4)[[1, 0][:n]],
-        )
-
-    return SimpleNamespace(
-        Rosbag1Reader=Reader, read_bag_trajectory=read, SUPPORTED_ROS_MSGS={"pose"}
-    )
-
-
-def lost_at(row):
-    read = bag_of(row + 1).read_bag_trajectory(None, "/a")
-    read.positions_xyz[row] = np.nan
-    return read
-
-
-def test_poses_of_a_bag(monkeypatch, tmp_path):
-    path = tmp_path / "x.bag"
-    with pytest.raises(FileError, match=r"x.bag: cannot be read \(No such file or directory\)$"):
-        bags.read_bag(path)
-    path.touch()
-    for n, topic, topics in ((1, "/a", ()), (2, None, ("/a", "/c", "/a"))):
-        monkeypatch.setattr(bags, "require", lambda *_, of=(n, topics): bag_of(*of))
-        stamps, found = bags.read_bag(path, topic=topic)
-        assert stamps.tolist() == [0.5, 1.5][:n]
-        assert found[:, :3, 3].tolist() == [[0, 1, 2], [3, 4, 5]][:n]
-        turns = [np.diag([1.0, -1, -1]), np.eye(3)]
-        assert found[:, :3, :3].tolist() == [turn.tolist() for turn in turns[:n]]
-    broken = bag_of(2)
-    broken.read_bag_trajectory = lambda *_: lost_at(1)
-    monkeypatch.setattr(bags, "require", lambda *_: broken)
-    assert np.isnan(bags.read_bag(path, topic="/a").poses[1, 0, 3])
-    with pytest.raises(FileError, match=r"x.bag, message 2: the pose is not finite"):
-        bags.read_bag(path, topic="/a", complete=True)
-    monkeypatch.setattr(bags, "require", lambda *_: bag_of(0))
-    with pytest.raises(FileError, match=r"x.bag: has no poses on /a$"):
-        bags.read_bag(path, topic="/a")
-    for topics, has in (((), "has no topic with poses"), (("/b", "/a", "/c"), "has /a, /b")):
-        monkeypatch.setattr(bags, "require", lambda *_, topics=topics: bag_of(1, topics))
-        with pytest.raises(FileError, match=f"x.bag: {has}; --ref_topic and --est_topic name one$"):
-            bags.read_bag(path)
-
-
-def test_why_a_bag_is_not_readable():
-    assert bags._reason(ValueError(" two\n lines ")) == "two lines"
-    assert bags._reason(KeyError()) == "KeyError"
-
-
-def test_a_package_that_is_missing_is_named():
-    with pytest.raises(ModuleNotFoundError) as caught:
-        extras.require("no_such_package.part", "evo")
-    assert caught.value.name == "no_such_package"
-    assert str(caught.value) == ('no_such_package is not installed: pip install "alignscores[evo]"')
-    with pytest.raises(ModuleNotFoundError, match=r"json\.no_such_part"):
-        extras.require("json.no_such_part", "evo")
-    assert extras.require("json.decoder", "evo") is json.decoder
 
 
 def test_vslamlab_needs_its_header(write):
@@ -675,102 +289,18 @@ def test_vslamlab_needs_its_header(write):
             read_vslamlab(write(content))
 
 
-def test_a_file_read_once_has_the_same_content_until_then(tmp_path):
-    path = tmp_path / "x.txt"
-
-    def read(content):
-        path.write_bytes(content)
-        return text.read_bytes(path)
-
-    with text.reading_once():
-        assert read(b"one") == b"one"
-        with text.reading_once():
-            assert read(b"two") == b"one"
-        assert read(b"three") == b"one"
-    assert read(b"four") == b"four"
-    assert read(b"five") == b"five"
-
-
-def test_what_is_no_text_or_comment_in_a_line_is_told(write):
-    with pytest.raises(FileError, match=r"line 2: is not text \(UTF-8\)$"):
-        read_tum(write(b"\n\xff"))
-    with pytest.raises(FileError, match="line 1: has 10 columns, not"):
-        read_tum(write("0 1 2 3 0 0 0 1 # x\n"))
-
-
-MATRIX = np.eye(4).tolist()
-
-
-@pytest.mark.parametrize(
-    ("content", "place", "reason"),
-    [
-        ('{"frames": [\n1, }', "line 2", "is not JSON (Expecting value)"),
-        *[
-            (json.dumps([frame]), "frames[0]", reason)
-            for frame, reason in (
-                ({"transform": MATRIX}, "needs a file_path and a transform_matrix of numbers"),
-                ({"file_path": "a"}, "needs a file_path and a transform_matrix of numbers"),
-                (
-                    {"file_path": 3, "transform": MATRIX},
-                    "file_path must be a text and transform_matrix 4 x 4",
-                ),
-                (
-                    {"file_path": "a", "transform": MATRIX[:2]},
-                    "file_path must be a text and transform_matrix 4 x 4",
-                ),
-            )
-        ],
-    ],
-)
-def test_what_is_no_transforms_json(write, content, place, reason):
-    path = write(content)
-    with pytest.raises(FileError) as caught:
-        read_nerf(path)
-    assert str(caught.value) == f"{path}, {place}: {reason}"
-
-
 def test_a_matrix_of_null_is_a_camera_that_was_not_estimated(write):
+    """As nerfstudio's exported cameras have them."""
     frames = [{"file_path": "a", "transform": [[None] * 4] * 4}]
     assert np.isnan(read_nerf(write(json.dumps(frames))).poses[0, :3]).all()
 
 
 @pytest.mark.parametrize("rows", [3, 4])
 def test_frames_may_have_three_rows_or_four(write, rows):
-    frames = [{"file_path": "a", "transform": MATRIX[:rows]}]
+    frames = [{"file_path": "a", "transform": np.eye(4).tolist()[:rows]}]
     names, found = read_nerf(write(json.dumps(frames)))
     assert names.tolist() == ["a"]
     assert found[0].tolist() == np.diag([1, -1, -1, 1]).tolist()
-
-
-@pytest.mark.parametrize(
-    ("row", "complete", "reason"),
-    [
-        ([np.inf, 1, 2, 3, 0, 0, 0, 1], False, "the time stamp is not finite"),
-        (
-            [1, 1, 2, 3, 0, 0, 0, 0],
-            False,
-            "the quaternion is zero, which is not a rotation",
-        ),
-        (
-            [1, 1, 2, np.nan, 0, 0, 0, 1],
-            True,
-            "the pose is not finite; a reference must be complete (is this the estimate? The "
-            "reference comes first)",
-        ),
-    ],
-)
-def test_stamped_poses_that_are_refused(row, complete, reason):
-    values = np.array([[0.0, 0, 0, 0, 0, 0, 0, 1], row, row])
-    with pytest.raises(FileError) as caught:
-        pose_checks.stamped_poses(values, IN_FILE, complete=complete)
-    assert str(caught.value) == f"x.txt, line 2: {reason}"
-
-
-def test_matrices_of_a_reference_are_complete():
-    matrices = np.tile(np.eye(4)[:3], (3, 1, 1))
-    matrices[1, 0, 3] = np.nan
-    with pytest.raises(FileError, match=r"^x.txt, line 2: the pose is not finite; a reference"):
-        pose_checks.poses_from_matrices(matrices, IN_FILE, complete=True)
 
 
 POSES = np.tile(np.eye(4), (3, 1, 1))
@@ -808,42 +338,24 @@ def test_an_array_alone(tmp_path):
         read_arrays(tmp_path / "x.npy", complete=True)
 
 
-def with_last_row(*values):
-    poses = POSES.copy()
-    poses[2, 3] = values
-    return poses
-
-
-ONE_ARRAY = "must have one array of numbers, (n, 4, 4) or (n, 3, 4); it has "
+ONE_ARRAY = r"must have one array of numbers, \(n, 4, 4\) or \(n, 3, 4\); it has "
 
 
 @pytest.mark.parametrize(
     ("arrays", "reason"),
     [
-        *[
-            ({"p": with_last_row(*row)}, ", p[2]: the last row must be 0 0 0 1")
-            for row in ([0, 0, 0, 2], [1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1], [0, 0, 0, 0])
-        ],
+        ({"p": POSES + 1}, r", p\[0\]: the last row must be 0 0 0 1"),
         ({"p": POSES[:0]}, ": has no poses"),
-        (
-            {"p": POSES, "t": np.zeros(3), "u": np.ones(3)},
-            ": has 2 arrays of 3 numbers; leave the stamps",
-        ),
-        ({"p": POSES, "t": np.array([0, np.inf, 1])}, ", p[1]: the time stamp is not finite"),
-        ({"p": POSES, "q": POSES}, f": {ONE_ARRAY}p (3, 4, 4), q (3, 4, 4)"),
-        ({"x" * 50: np.zeros((3, 4, 5))}, f": {ONE_ARRAY}{'x' * 40} (3, 4, 5)"),
-        ({"p": np.full((3, 4, 4), "a")}, f": {ONE_ARRAY}p (3, 4, 4)"),
-        ({"p": np.eye(4)}, f": {ONE_ARRAY}p (4, 4)"),
-        ({"p": POSES[None]}, f": {ONE_ARRAY}p (1, 3, 4, 4)"),
-        (
-            {"p": np.array([{}, {}], dtype=object)},
-            ": is not a file of arrays, .npy or .npz, without objects",
-        ),
+        ({"p": POSES, "t": np.zeros(3), "u": np.ones(3)}, ": has 2 arrays of 3 numbers; leave"),
+        ({"p": POSES, "t": np.array([0, np.inf, 1])}, r", p\[1\]: the time stamp is not finite"),
+        ({"p": POSES, "q": POSES}, rf": {ONE_ARRAY}p \(3, 4, 4\), q \(3, 4, 4\)"),
+        ({"p": np.full((3, 4, 4), "a")}, rf": {ONE_ARRAY}p \(3, 4, 4\)"),
+        ({"p": POSES[None]}, rf": {ONE_ARRAY}p \(1, 3, 4, 4\)"),
+        ({"p": np.array([{}, {}], dtype=object)}, ": is not a file of arrays, .* without objects"),
     ],
 )
 def test_arrays_that_are_no_trajectory(tmp_path, arrays, reason):
     path = tmp_path / "x.npz"
     np.savez(path, **arrays)
-    with pytest.raises(FileError) as caught:
+    with pytest.raises(FileError, match=f"x.npz{reason}"):
         read_arrays(path)
-    assert str(caught.value) == f"{path}{reason}"

@@ -7,7 +7,6 @@ from scipy.spatial.transform import Rotation
 from alignscores import pas, tas_distance
 from alignscores.distance import search_unit
 from alignscores.profile import searched_profile
-from alignscores.trajectories import parts as parts_module
 from alignscores.trajectories.files import Trajectory
 from alignscores.trajectories.parts import (
     all_cameras,
@@ -41,12 +40,6 @@ def test_a_camera_is_counted_by_the_largest_part_that_holds_it(scene):
     assert assign_cameras(scene[1]).tolist() == [0] * 20 + [1] * 12 + [2] * 6 + [-1] * 4
 
 
-def test_a_part_of_three_cameras_counts(scene):
-    parts = scene[1][2:]
-    parts[0, 35:] = np.nan
-    assert np.flatnonzero(assign_cameras(parts) == 0).tolist() == [32, 33, 34]
-
-
 def test_cameras_and_their_poses_by_name():
     poses = np.arange(64.0).reshape(4, 4, 4)
     parts = [
@@ -56,7 +49,6 @@ def test_cameras_and_their_poses_by_name():
     whole = all_cameras(parts)
     assert whole.keys.tolist() == ["a", "b", "c"]
     np.testing.assert_array_equal(whole.poses, poses[[0, 2, 1]])
-    assert all_cameras(parts[:1]) is parts[0]
     found = poses_by_name(parts[0], ["c", "a", "b", None])
     np.testing.assert_array_equal(found[:2], poses[[1, 0]])
     assert np.isnan(found[2:]).all()
@@ -95,7 +87,6 @@ def test_the_scores_are_those_of_the_errors_camera_by_camera(scene, registration
         np.testing.assert_array_equal(getattr(whole, kind).errors, errors)
     assert whole.score == pytest.approx(0.3 * whole.tas.score + 0.7 * whole.ras.score)
     assert combine_tas([result.tas for result in results], part_of).score == whole.tas.score
-    assert combine(results[:1], part_of) is results[0]
     # In the world of the ground truth the errors are the distances and angles that are left.
     poses = in_one_world(parts[:3], results, part_of)
     distances = np.linalg.norm(poses[:38, :3, 3] - gt[:38, :3, 3], axis=1)
@@ -116,38 +107,6 @@ def test_the_whole_is_as_of_poses_in_the_world_of_the_ground_truth(scene):
     np.testing.assert_array_equal(whole.ras.alignment, np.eye(3))
     assert whole.tas.n_hypotheses == sum(result.tas.n_hypotheses for result in results) > 0
     assert whole.weight == results[0].weight
-
-
-def test_a_single_part_is_the_whole(scene):
-    gt, parts = scene
-    result, part_of = pas(gt, parts[0]), assign_cameras(parts[:1])
-    assert combine_tas([result.tas], part_of) is result.tas
-    assert combine([result], part_of) is result
-    poses = [parts[0]]
-    assert in_one_world(poses, [result], part_of) is poses[0]
-    # Its positions count where a camera has no rotation, of a part just as for `tas`.
-    errors = errors_of_parts(gt[:, :3, 3], [parts[0, :, :3, 3]], np.full(42, -1), rng=0)(0.1)
-    assert np.isfinite(errors).sum() == 20
-
-
-def test_parts_are_aligned_as_the_estimate_is(monkeypatch, scene):
-    """By hypotheses that are drawn once, for all units."""
-    gt, positions = scene[0][:, :3, 3], scene[1][:2, :, :3, 3]
-    asked = []
-
-    class Recorded(parts_module.Aligner):
-        def __init__(self, *args, **options):
-            asked.append(options)
-            super().__init__(*args, **options)
-
-    monkeypatch.setattr(parts_module, "Aligner", Recorded)
-    part_of = assign_cameras(scene[1][:2])
-    given = {"rng": 3, "alignment": "yaw", "up": "y"}
-    errors_of_parts(gt, positions, part_of, **given)
-    errors_of_parts(gt, positions, part_of, rng=4)
-    options = {"registration": "refined", "n_hypotheses": 1000, "keep": True}
-    defaults = {"rng": 4, "alignment": "similarity", "up": "z"}
-    assert asked == 2 * [options | given] + 2 * [options | defaults]
 
 
 def test_parts_without_a_camera_in_common_add_up(scene):
