@@ -1,7 +1,6 @@
 """The page of one's own files in a browser: numbers, sliders, the address, picking, names."""
 
 import base64
-import csv
 import json
 import os
 import re
@@ -11,22 +10,16 @@ import numpy as np
 import pytest
 from matplotlib import colormaps
 
-import alignscores
 from alignscores import closest_pair_quartile, pas
 from alignscores.histogram import AlignmentScore, equal_steps
-from alignscores.pages.trajectories import QUANTILES, _quantiles, packed, page_without_data
 from alignscores.trajectories.association import match
-from alignscores.trajectories.files import read_kitti, read_tum
+from alignscores.trajectories.files import read_tum
 from alignscores.translation import closest_pair_distances
 
+from ..conftest import FILES
+
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
-FORMATS = {
-    "tum": TUM,
-    "kitti": ("kitti", "kitti/reference.txt", "kitti/estimate.txt"),
-    "euroc": ("euroc", "euroc/data.csv", "euroc/estimate.txt"),
-    "colmap": ("colmap", "colmap/reference", "colmap/estimate"),
-    "nerf": ("nerf", "nerf/reference.json", "nerf/estimate.json"),
-}
+FORMATS = {form: (form, *files) for form, files in FILES.items()}
 PAPER = "--registration", "pcr99"
 # Each camera of the reference has the pose of its own stamp, or none.
 AT_STAMPS = "--sync", "nearest", "--max_gap", "0"
@@ -83,102 +76,6 @@ def test_an_exact_estimate_is_drawn_on_the_reference(saved, examples, tmp_path):
     np.testing.assert_allclose(estimate, reference, atol=1e-6)
     reference = reference.reshape(-1, 3)
     np.testing.assert_allclose(reference.min(axis=0), -reference.max(axis=0), atol=1e-6)
-
-
-def test_the_page_holds_all_of_a_run(saved, matches, examples, tmp_path):
-    """Cameras that were lost, too, which may count as failures there."""
-    path = tmp_path / "e.csv"
-    options = "--missing", "ignore", "--repeat", 3, "--seed", 2, "--weight", 0.25
-    options = *options, "--max_threshold", 0.5, "--max_threshold_deg", 7, "--save_errors", path
-    page, printed = saved(*TUM, *PAPER, *AT_STAMPS, *options)
-    data = json.loads(re.search(r'id="data">(.*?)</script>', page)[1])
-    before, after = page_without_data()
-    whole = before.replace("<title>Scores<", f"<title>{data['title']}<")
-    assert page == f"{whole}{json.dumps(data, separators=(',', ':'))}{after}"
-    (result,) = printed["results"]
-    (estimate,) = data.pop("estimates")
-
-    def read(packed, kind):
-        return np.frombuffer(base64.b64decode(packed), kind)
-
-    due, scored = matches("fail"), np.isin(matches("fail").keys, matches("ignore").keys)
-    reference = read_tum(examples / TUM[1])
-    assert len(due.keys) == len(reference.keys) == 40
-    positions = reference.poses[:, :3, 3]
-    centre = (positions.min(axis=0) + positions.max(axis=0)) / 2
-    np.testing.assert_array_equal(read(data.pop("cameras")["stamps"], "<f8"), reference.keys)
-    shown = read(data.pop("positions"), "<f4").reshape(-1, 3)
-    np.testing.assert_array_equal(shown, (positions - centre).astype("<f4"))
-    assert data == {
-        "title": "Scores against tum/reference.txt",
-        "version": alignscores.__version__,
-        "format": "tum",
-        "unit": "m",
-        "ordered": True,
-        "reference": "tum/reference.txt",
-        "quantiles": 20,
-        "statuses": ["matched", "no rotation", "no position", "no pose", "lost"],
-        "settings": {
-            **{"threshold": 0.5, "degrees": 7.0, "steps": 100, "weight": 0.25},
-            **{"missing": "ignore", "unit": None, "registration": "pcr99"},
-            **{"aligned": "registration pcr99", "seeds": [2, 4]},
-        },
-    }
-    with path.open() as file:
-        rows = list(csv.DictReader(file))
-    assert read(estimate.pop("rows"), "<u4").tolist() == list(range(40))
-    codes = read(estimate.pop("codes"), "u1")
-    assert codes.tolist() == np.where(scored, 0, 4).tolist()
-    aligned = centre + read(estimate.pop("positions"), "<f4").reshape(-1, 3)
-    assert (np.isnan(aligned).all(axis=1) == ~scored).all()
-    for key, column in (("position", "position_error"), ("rotation", "rotation_error_deg")):
-        errors = read(estimate.pop(key), "<f8")
-        assert errors[scored].tolist() == [float(row[column]) for row in rows]
-        assert np.isinf(errors[~scored]).all()
-        if key == "position":
-            found = np.linalg.norm(aligned - positions, axis=1)
-            np.testing.assert_allclose(found[scored], errors[scored], atol=1e-5)
-    assert estimate == {
-        "name": "estimate.txt",
-        "file": "tum/estimate.txt",
-        "units": _quantiles(positions),
-        "TAS": [result["TAS"], result["TAS_sd"]],
-        "PAS": [result["PAS"], result["PAS_sd"]],
-        "half": [result["half_distance"], result["half_angle"]],
-        "notes": result["notes"],
-    }
-
-
-def test_a_unit_of_one_s_own_leaves_none_to_choose(saved, kitti, examples):
-    """Where most cameras fail no half-score distance is known."""
-    poses = read_kitti(examples / "kitti/estimate.txt").poses
-    poses[5:] = np.nan
-    page, _ = saved("kitti", "kitti/reference.txt", kitti(poses), "--unit", 2)
-    data = json.loads(re.search(r'id="data">(.*?)</script>', page)[1])
-    assert (data["settings"]["unit"], data["settings"]["missing"]) == (2.0, "fail")
-    assert data["settings"]["seeds"] == [0, 0]
-    assert data["estimates"][0]["units"] is None
-    assert data["estimates"][0]["half"] == [None, None]
-
-
-@pytest.mark.parametrize(
-    ("name", "start"),
-    [
-        ("tum", '"stamps":"'),
-        ("kitti", '"names":["0","1",'),
-        ("nerf", '"names":["images/0000.png",'),
-    ],
-)
-def test_the_page_knows_the_times_or_the_names_of_cameras(saved, name, start):
-    """With times the axis of the errors is in seconds."""
-    page, _ = saved(*FORMATS[name])
-    assert f'"cameras":{{{start}' in page
-
-
-def test_the_page_knows_the_alignment(saved):
-    page, _ = saved(*TUM, "--alignment", "yaw")
-    words = "registration refined, aligned about the z axis, without scale"
-    assert f'"aligned":"{words}"' in page
 
 
 @pytest.mark.parametrize(
@@ -252,22 +149,6 @@ def test_numbers_after_a_change_are_python_s(saved, numbers, matches, seed):
     fragment = "#threshold=0.07&degrees=2.3&quantile=0.4&steps=7&weight=0.15"
     (row,) = numbers(html, fragment)
     assert row[:4] == of_python(result.tas, result.ras, 0.15, unit)
-
-
-def test_quantiles_are_distances_of_cameras():
-    """The smallest that the share k of all does not exceed, for each k that the page has."""
-    positions = np.random.default_rng(0).random((7, 3))
-    distances = np.sort(closest_pair_distances(positions))
-    shares = np.arange(1, QUANTILES + 1) / QUANTILES
-    expected = [distances[np.count_nonzero(np.arange(1, 8) / 7 < share)] for share in shares]
-    assert _quantiles(positions) == expected
-    assert _quantiles(positions[:2]) == QUANTILES * [np.linalg.norm(positions[0] - positions[1])]
-    assert _quantiles(positions[:1]) == []
-
-
-def test_numbers_beyond_single_precision_are_infinite():
-    read = np.frombuffer(base64.b64decode(packed(np.array([1e300, -1e300, 0.5]), "<f4")), "<f4")
-    assert read.tolist() == [np.inf, -np.inf, 0.5]
 
 
 def test_missing_cameras_fail_or_are_left_out_under_the_same_alignment(saved, numbers, matches):
