@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import NoReturn
 
 from ..evaluation.evaluation import Evaluation
-from ..evaluation.matching import read_reference, step_of_frames
+from ..evaluation.matching import read_reference
 from ..evaluation.notes import collected_warnings, why
 from ..evaluation.ranking import in_rank_order, ranking_notes
-from ..evaluation.scoring import score
+from ..evaluation.scoring import notes_of_all, score
 from ..evaluation.settings import options
 from ..progress import shown_by
 from ..similarity import UP
@@ -256,18 +256,18 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.json:
             show_json(settings, arguments.reference, [], failed, notes)
         return 1
-    step = step_of_frames(arguments.estimates, with_stamps) if arguments.estimates[1:] else None
     for number, (name, file) in enumerate(zip(names, arguments.estimates, strict=True), 1):
         doing = f"{number}/{len(names)} {name} " if len(names) > 1 else ""
         show_progress(doing)
         try:
             with shown_by(partial(_show_more, doing)):
-                scored.append(score(reference, file, with_stamps, name=name, step=step))
+                scored.append(score(reference, file, with_stamps, name=name))
         except FAILURES as error:
             fail(file, error)
     show_progress("")
     scored = in_rank_order(scored)
     notes += [
+        *notes_of_all(scored),
         *ranking_notes(scored),
         *metre_notes(settings),
         *alias_notes(arguments.metrics_as_given),

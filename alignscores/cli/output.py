@@ -99,8 +99,7 @@ def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str
         lines.append("parts: worlds that are each aligned on their own, which makes scores higher")
     if settings.form.timed and "n" in header.split():
         lines.append(
-            "n: frames that were due, the same for all, and d is theirs; "
-            "lost: share of the time without a pose"
+            "n: expected frames, the same for every estimate; lost: share of time without a pose"
         )
     scales = {row["name"]: row["scale"] for row in rows}
     if not chosen and (note := scale_note(scales, settings)):

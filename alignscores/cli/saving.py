@@ -84,7 +84,7 @@ def figure_of(scored: Sequence[Evaluation], *, figure: Any = None) -> Any:
 def errors_csv(scored: Sequence[Evaluation], *, all_cameras: bool) -> str:
     """Return a table of each estimate's errors, a line a camera, with what became of it.
 
-    With all cameras there are lines without errors: due frames without a reference pose, and
+    With all cameras there are lines without errors: expected frames without a reference pose, and
     cameras left out.
     """
     lines: list[tuple[object, ...]] = []
@@ -102,7 +102,7 @@ def errors_csv(scored: Sequence[Evaluation], *, all_cameras: bool) -> str:
         ]
         if all_cameras:
             rows += [(key, "", "", NO_REFERENCE) for key in matches.without_reference.tolist()]
-        # where missing cameras fail, what was not scored was not due
+        # where missing cameras fail, what was not scored was not expected
         if all_cameras and evaluation.settings.missing_cameras != "fail":
             keys = evaluation.reference.keys
             left_out = keys[~np.isin(keys, matches.keys)]

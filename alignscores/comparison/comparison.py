@@ -18,7 +18,7 @@ from .benchmark import NO_SETTINGS, Benchmark, Run, from_patterns, read_yaml
 from .cache import make, prune
 from .patterns import Pattern
 from .processes import Pool, Progress
-from .runs import COLUMNS, Outcome, Task, evaluate_run, forget_references, reference_of, step_of_run
+from .runs import COLUMNS, Outcome, Task, evaluate_run, forget_references, reference_of
 from .summary import Summary, summarise
 from .tables import Names
 
@@ -291,11 +291,6 @@ def _scored(tasks: Mapping[Run, Task], jobs: int, progress: Progress) -> list[tu
     """Return all runs with what became of them, missing ones among them."""
     there = {run: task for run, task in tasks.items() if run.file}
     with Pool(jobs, progress) as pool:
-        steps = dict(pool.work(step_of_run, there, "looking at"))
-        for run, task in there.items():
-            of_sequence = [steps[other] for other in there if other.sequence == run.sequence]
-            known = [step for step in of_sequence if step is not None]
-            there[run] = replace(task, step=min(known, default=None))
         outcomes = dict(pool.work(evaluate_run, there, "scoring"))
     for run in tasks:
         if not run.file:

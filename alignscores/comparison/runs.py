@@ -5,7 +5,6 @@ import json
 import math
 import sys
 from collections.abc import Collection, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
 from functools import cache, lru_cache, partial
 from io import BytesIO
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Floats, Indices
 from ..evaluation.evaluation import STATUSES, Evaluation
-from ..evaluation.matching import files_below, read_reference, step_of_frames
+from ..evaluation.matching import files_below, read_reference
 from ..evaluation.notes import collected_warnings, why
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
@@ -30,7 +29,6 @@ from ..validation import finite_rows
 from .cache import load, store
 
 __all__ = ["COLUMNS", "Outcome", "Task", "evaluate_run", "forget_references", "reference_of"]
-__all__ += ["step_of_run"]
 
 COLUMNS = "TAS", "RAS", "PAS", "half_distance", "half_angle"  # of every comparison
 # Files of a COLMAP model that no score depends on: their size stands for their content.
@@ -45,7 +43,6 @@ class Task:
     estimate: str
     settings: Settings
     cache: Path | None = None
-    step: float | None = None
     check: bool = False
 
 
@@ -98,7 +95,6 @@ def evaluate_run(task: Task) -> Outcome:
                 task.estimate,
                 task.settings,
                 name="",
-                step=task.step,
                 check=task.check,
             )
             outcome = _outcome(evaluation)
@@ -108,20 +104,6 @@ def evaluate_run(task: Task) -> Outcome:
             return outcome
     except FAILURES as error:
         return Outcome({}, error=_with_file(error, task.estimate))
-
-
-def step_of_run(task: Task) -> float | None:
-    """Return the median step of an estimate, None where it has none; see `step_of_frames`."""
-    with reading_once():
-        file = _cached_file(task, "step")
-        with suppress(RecursionError, ValueError):
-            step = json.loads((file and load(file)) or b"")
-            if step is None or (isinstance(step, float) and 0 < step < math.inf):
-                return step
-        step = step_of_frames([task.estimate], task.settings)
-        if file and file == _cached_file(task, "step"):
-            store(file, json.dumps(step).encode())
-        return step
 
 
 def reference_of(path: str, format: str | None, topic: str | None) -> Trajectory:
@@ -192,7 +174,7 @@ def _cached_file(task: Task, kind: str) -> Path | None:
     settings = {key: value for key, value in vars(task.settings).items() if key != "frames"}
     described: list[Any] = [_content_of_code(), kind, sorted(settings.items())]
     if kind == "run":
-        described += [task.step, task.check]
+        described += [task.check]
     digest = hashlib.sha256(json.dumps(described).encode())
     for path, form in (
         (task.reference, task.settings.form),

@@ -83,7 +83,9 @@ class Evaluation:
     metrics : mapping of str to float
         The other metrics that were asked for, by name, as far as they have a value.
     lost : float
-        Share of the cameras that were due without a pose; with time stamps, of the time.
+        Share of the expected frames without a pose; with time stamps, of the time.
+    chance : float
+        TAS of a camera that never moves, which depends on the reference alone.
     body_rotation : (3, 3) ndarray or None
         Rotation of the camera's frame that was taken out.
     parts : list of Part
@@ -120,6 +122,7 @@ class Evaluation:
     ate: float | None
     metrics: Mapping[str, float]
     lost: float
+    chance: float
     body_rotation: Floats | None
     parts: list[Part]
     notes: list[str]
@@ -356,6 +359,7 @@ class Evaluation:
             "ATE": self.ate,
             "n": len(tas.errors),
             "lost": self.lost,
+            "chance": self.chance,
             "matched": matches.matched,
             "missing": matches.missing,
             "non_finite": matches.non_finite,

@@ -1,7 +1,7 @@
 """A reference and an estimate: their files, read, and the poses that belong together."""
 
-from collections.abc import Iterable, Iterator
-from contextlib import suppress
+import warnings
+from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -14,14 +14,18 @@ from ..trajectories.association import (
     checked,
     in_order,
     match,
-    present,
     unit_hint,
 )
-from ..trajectories.files import FAILURES, FilePath, Trajectory, inverse_poses, read_stamps
-from ..trajectories.timeline import usual_step
-from ..trajectories.timing import LEAST_GAIN, find_offset
+from ..trajectories.files import (
+    FilePath,
+    Trajectory,
+    TrajectoryWarning,
+    inverse_poses,
+    read_stamps,
+)
+from ..trajectories.timeline import reference_gap
+from ..trajectories.timing import TimeOffset, find_offset
 from ..validation import finite_rows
-from .notes import collected_warnings
 from .settings import Settings
 
 __all__ = [
@@ -29,10 +33,10 @@ __all__ = [
     "match_estimate",
     "read_parts",
     "read_reference",
-    "step_of_frames",
+    "time_offset",
 ]
 
-SMALL_OFFSET = 0.03  # seconds; with a larger one the positions must fit better by `LEAST_GAIN`
+MUCH_ABSENT = 0.01  # share of the reference without a pose from which there is a note
 
 
 def files_below(path: str | Path) -> Iterator[Path]:
@@ -45,14 +49,28 @@ def files_below(path: str | Path) -> Iterator[Path]:
 
 
 def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Trajectory:
-    """Return the reference in the order of time, without duplicates."""
+    """Return the finite poses of the reference in the order of time, without duplicates.
+
+    Warn of the share in which it has no pose, since nothing is expected there.
+    """
     if not isinstance(reference, Trajectory):
         topic = {"topic": settings.ref_topic} if settings.form.topics else {}
-        return in_order(settings.form.read(reference, complete=True, **topic))
-    finite = finite_rows(checked(reference, "reference").poses)
-    if not finite.all():
-        raise ValueError(f"pose {np.argmin(finite) + 1} of the reference is not finite")
-    return in_order(reference)
+        reference = settings.form.read(reference, **topic)
+    truth = in_order(reference)
+    if truth.keys.dtype.kind == "f":
+        gaps = np.diff(truth.keys)
+        gap = reference_gap(truth.keys, settings.frames_per_second)
+        absent = float(gaps[gaps > gap].sum() / gaps.sum()) if len(gaps) else 0.0
+    else:
+        absent = float(1 - np.mean(finite_rows(np.asarray(reference.poses))))
+    if absent > MUCH_ABSENT:
+        what = "of the time" if truth.keys.dtype.kind == "f" else "of its cameras"
+        warnings.warn(
+            f"the reference has no pose for {absent:.1%} {what}; nothing is expected there",
+            TrajectoryWarning,
+            stacklevel=2,
+        )
+    return truth
 
 
 def read_parts(estimate: FilePath | Trajectory, settings: Settings) -> dict[str, Trajectory]:
@@ -68,50 +86,29 @@ def read_parts(estimate: FilePath | Trajectory, settings: Settings) -> dict[str,
     return {name: part._replace(poses=inverse_poses(part.poses)) for name, part in parts.items()}
 
 
-def step_of_frames(estimates: Iterable[FilePath], settings: Settings) -> float | None:
-    """Return the median step of the densest estimate in time; None where there is none.
-
-    All estimates of a reference answer for the frames at that step. What is wrong with a file is
-    said where it is scored.
-    """
-    if not settings.form.timed or settings.frames is not None:
-        return None
-    steps = []
-    for estimate in estimates:
-        with collected_warnings(), suppress(*FAILURES):
-            (part,) = read_parts(estimate, settings).values()
-            steps.append(usual_step(part.keys[present(part.poses)]))
-    return min(steps, default=None)
-
-
 def match_estimate(
-    reference: Trajectory, estimate: Trajectory, settings: Settings, step: float | None = None
-) -> tuple[Matches, float]:
-    """Match an estimate; return the matches and the time offset that was added.
+    reference: Trajectory, estimate: Trajectory, settings: Settings, t_offset: float
+) -> Matches:
+    """Match an estimate, with an offset added to its stamps.
 
-    `step` is of the frames that are due where the reference is denser, by default the estimate's.
     Where too few poses are matched, the error says by which options it was done.
     """
     estimate = checked(estimate, "estimate")
-    timed, offset = settings.form.timed, 0.0
+    timed = settings.form.timed
     if timed and reference.keys.dtype.kind == estimate.keys.dtype.kind == "U":
         raise ValueError(f"format={settings.format} has time stamps, not names: leave it out")
     options: dict[str, Any] = {}
     if timed:
-        offset = _time_offset(reference, estimate, settings.t_offset)
-        options = {
-            "t_max_diff": settings.t_max_diff,
-            "t_offset": offset,
-            **{name: getattr(settings, name) for name in ("max_gap", "t_start", "t_end")},
-        }
-    frames = None if settings.frames is None else _stamps(settings.frames)
+        options = {"t_max_diff": settings.t_max_diff, "t_offset": t_offset}
+        options |= {name: getattr(settings, name) for name in ("max_gap", "t_start", "t_end")}
     matches = match(
         reference,
         estimate,
         missing=settings.missing,
-        frames=frames,
+        frames=None if settings.frames is None else _stamps(settings.frames),
+        rate=settings.frames_per_second,
         sync=settings.sync,
-        step=step,
+        unit=settings.unit,
         **options,
     )
     if len(matches.keys) < min(4, len(reference.keys)):
@@ -122,28 +119,29 @@ def match_estimate(
             f"only {matches.matched} of {len(estimate.keys)} poses could be matched to the "
             f"reference, and it takes 4{given and f' ({given})'}{hint}"
         )
-    return matches, offset
+    return matches
 
 
 def _stamps(frames: FilePath | Floats | tuple[float, ...]) -> Floats:
-    """Return the stamps of the frames that were due, from a file or as they are."""
+    """Return the stamps of the expected frames, from a file or as they are."""
     return read_stamps(frames) if isinstance(frames, (str, PathLike)) else np.array(frames)
 
 
-def _time_offset(reference: Trajectory, estimate: Trajectory, option: float | str) -> float:
-    """Return the time offset to be used: the one given, or for "auto" the one found.
-
-    On an orbit, a helix or a straight road all offsets fit alike, and noise chooses: it is 0 then.
-    """
-    if option != "auto":
-        return float(option)
+def time_offset(
+    reference: Trajectory, estimate: Trajectory, settings: Settings
+) -> tuple[float, TimeOffset | None]:
+    """Return the time offset to be used, and for "auto" what was found: 0 unless it is certain."""
+    if settings.t_offset != "auto":
+        return float(settings.t_offset), None
+    estimate = checked(estimate, "estimate")
     if estimate.keys.dtype.kind != "f":
-        return 0.0  # nothing matches then
-    found = find_offset(reference, estimate)
-    if found is None:
+        return 0.0, None  # nothing matches then
+    found = find_offset(reference, estimate, anywhere=True)
+    if found and found.certain:
+        return found.seconds, found
+    if estimate.keys.min() > reference.keys[-1] or estimate.keys.max() < reference.keys[0]:
         raise ValueError(
-            "no time offset makes its positions fit those of the reference; --t_offset X sets one"
+            "no time offset makes its motions fit those of the reference; --t_offset X sets one"
             f"{unit_hint(reference.keys, estimate.keys)}"
         )
-    sure = abs(found.seconds) <= SMALL_OFFSET or found.gain >= LEAST_GAIN
-    return found.seconds if sure else 0.0
+    return 0.0, found

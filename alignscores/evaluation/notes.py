@@ -7,14 +7,14 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Booleans, Floats
 from ..averaging import rotation_angles
 from ..pose import PASResult
 from ..texts import printable
 from ..trajectories.association import Matches, unit_hint
 from ..trajectories.conventions import Convention, describe_rotation, seem_swapped
 from ..trajectories.files import Trajectory, TrajectoryWarning
-from ..trajectories.timing import find_offset
+from ..trajectories.timing import TimeOffset, find_offset
 from ..validation import AlignmentWarning
 from .evaluation import Part
 from .settings import Settings
@@ -22,8 +22,10 @@ from .settings import Settings
 __all__ = [
     "MUCH_LOST",
     "alignment_notes",
+    "chance_notes",
     "collected_warnings",
     "convention_notes",
+    "ends_notes",
     "matching_notes",
     "offset_notes",
     "parts_notes",
@@ -33,6 +35,11 @@ __all__ = [
 ]
 
 MUCH_LOST = 0.1  # share of the reference; if more is lost and not scored, there is a note
+SOME_DUPLICATES = 0.01  # share of an estimate's poses from which there is a note
+FEW_POSES = 20  # fewer take a note
+MUCH_IN_GAPS = 0.05  # share of the time in gaps of one to three largest gaps that takes a note
+LONG_END = 1.0  # seconds that no estimate covers, likewise
+HIGH_CHANCE = 0.05  # TAS of a camera that never moves, likewise
 SCALE_OFF = 0.02  # by which a metric system's scale may be off without a note
 APART_DEG = 5.0  # angle between the two alignments that takes a note
 
@@ -89,12 +96,66 @@ def matching_notes(
             f"{without_reference} of the --frames have no reference pose within --t_max_diff; left "
             "out"
         )
+    if matches.duplicate > SOME_DUPLICATES * n:
+        notes.append(
+            f"{matches.duplicate} of {n} poses have the time stamp of another one; left out"
+        )
+    answering = len(np.unique(matches.est_rows[matches.est_rows >= 0]))
+    if answering < FEW_POSES:
+        notes.append(f"only {answering} of its poses are scored, so few fit by chance")
+    if note := _gaps_note(matches, estimate, settings.max_gap):
+        notes.append(note)
     if matches.lost > MUCH_LOST and settings.missing_cameras == "ignore":
         notes.append(
             f"the track covers only {1 - matches.lost:.0%} of the time, the rest is not scored; "
             "--missing fail counts it as failures"
         )
     return notes
+
+
+def _gaps_note(matches: Matches, estimate: Trajectory, max_gap: float) -> str:
+    """Say that gaps somewhat longer than the largest one are lost, if they are a good part."""
+    stamps = np.sort(estimate.keys[matches.pose_rows])
+    expected = matches.keys[[0, -1]]
+    lost_at = matches.keys[matches.est_rows < 0]
+    gaps = np.diff(stamps)
+    is_lost = np.isin(np.arange(len(gaps)), np.searchsorted(stamps, lost_at) - 1)
+    longer = gaps[is_lost & (gaps > max_gap) & (gaps <= 3 * max_gap)]
+    share = longer.sum() / max(expected[1] - expected[0], np.finfo(float).tiny)
+    if share <= MUCH_IN_GAPS:
+        return ""
+    most = math.ceil(longer.max())
+    return (
+        f"{share:.0%} of the time lies in gaps of {max_gap:g} to {most} s between its poses; "
+        f"--max_gap {most} covers them, for all estimates"
+    )
+
+
+def ends_notes(frames: Floats, estimates_cover: Sequence[Booleans]) -> list[str]:
+    """Say that no estimate covers the beginning or the end of the expected frames, if so."""
+    covered = np.flatnonzero(np.any(estimates_cover, axis=0)) if estimates_cover else np.empty(0)
+    if not len(covered):
+        return []
+    first, last = frames[covered[0]], frames[covered[-1]]
+    ends = (
+        ("first", first - frames[0], f"--t_start {first:.3f}"),
+        ("last", frames[-1] - last, f"--t_end {last:.3f}"),
+    )
+    return [
+        f"no estimate covers the {which} {seconds:.1f} s of the reference; {option} leaves them out"
+        for which, seconds, option in ends
+        if seconds > LONG_END
+    ]
+
+
+def chance_notes(chance: float) -> list[str]:
+    """Say that a camera that never moves would score, if it would."""
+    if chance <= HIGH_CHANCE:
+        return []
+    return [
+        f"a camera that never moves would have a TAS of {chance:.2f}: the reference stands still "
+        "for much of the time"
+    ]
 
 
 def alignment_notes(gt_positions: Floats, result: PASResult) -> list[str]:
@@ -153,15 +214,22 @@ def parts_notes(parts: Sequence[Part]) -> list[str]:
     return notes
 
 
-def offset_notes(reference: Trajectory, estimate: Trajectory, t_offset: float) -> list[str]:
-    """Say that the clocks seem to differ, if they do."""
-    found = find_offset(reference, estimate._replace(keys=estimate.keys + t_offset))
-    if found is None or not found.significant:
-        return []
-    return [
-        f"its time stamps seem to be off: {found.seconds:+.3f} s more and the positions fit "
-        f"{found.gain:.1f} times as well; --t_offset {t_offset + found.seconds:.3f}, or auto"
-    ]
+def offset_notes(
+    reference: Trajectory, estimate: Trajectory, t_offset: float, found: TimeOffset | None
+) -> list[str]:
+    """Say which offset of the clocks was found, or that there seems to be one."""
+    if found is None:
+        found = find_offset(reference, estimate._replace(keys=estimate.keys + t_offset))
+        if found is None or not found.certain:
+            return []
+        return [
+            f"its clock seems to be off: with --t_offset {t_offset + found.seconds:.3f} its "
+            f"{found.what} fit {found.gain:.1f} times as well"
+        ]
+    fit = f"its {found.what} fit {found.gain:.1f} times as well"
+    if found.certain:
+        return [f"time offset of {found.seconds:.4f} s added to its stamps: {fit}"]
+    return [f"time offset 0, since none is certain (with {found.seconds:.3f} s {fit})"]
 
 
 def swap_notes(reference: Trajectory, estimate: Trajectory) -> list[str]:

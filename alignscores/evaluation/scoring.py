@@ -29,15 +29,17 @@ from ..trajectories.parts import (
     in_one_world,
     poses_by_name,
 )
-from ..trajectories.timing import LEAST_GAIN
-from ..translation import closest_pair_quartile, tas
+from ..translation import tas
 from ..validation import AlignmentWarning, finite_rows
+from .chance import chance_level
 from .evaluation import Evaluation, Part, rotation_profile
-from .matching import match_estimate, read_parts, read_reference
+from .matching import match_estimate, read_parts, read_reference, time_offset
 from .notes import (
     alignment_notes,
+    chance_notes,
     collected_warnings,
     convention_notes,
+    ends_notes,
     matching_notes,
     offset_notes,
     parts_notes,
@@ -45,7 +47,7 @@ from .notes import (
 )
 from .settings import Settings
 
-__all__ = ["evaluate", "score"]
+__all__ = ["evaluate", "notes_of_all", "score"]
 
 FORMAT_OF_KEYS = {"f": "tum", "i": "kitti", "U": "nerf"}  # that trajectories in memory are like
 
@@ -101,7 +103,20 @@ def evaluate(
     in_memory = isinstance(estimate, Trajectory)
     name = "estimate" if in_memory else unique_names([str(estimate)])[0]
     evaluation = score(truth, estimate, settings, name=name)
+    notes += notes_of_all([evaluation])
     return replace(evaluation, notes=[*notes, *evaluation.notes])
+
+
+def notes_of_all(evaluations: Sequence[Evaluation]) -> list[str]:
+    """Return the notes on all estimates of a reference: which of its time none of them covers."""
+    timed = [
+        found.matches
+        for found in evaluations
+        if found.matches.keys.dtype.kind == "f" and found.settings.missing_cameras == "fail"
+    ]
+    if len({len(matches.keys) for matches in timed}) != 1:  # of frames with offsets of their own
+        return []
+    return ends_notes(timed[0].keys, [matches.est_rows >= 0 for matches in timed])
 
 
 class _Scores(NamedTuple):
@@ -121,49 +136,53 @@ def score(
     settings: Settings,
     *,
     name: str,
-    step: float | None = None,
     check: bool = True,
 ) -> Evaluation:
     """Read, match, check and score one estimate.
 
-    `step` is that of `match_estimate`. With `check` the conventions and the clock of the estimate
-    are looked at, which takes longer than all else.
+    With `check` the conventions and the clock of the estimate are looked at, which takes longer
+    than all else.
     """
     with collected_warnings() as file_notes:  # these name the file already
         parts = _without_reference(read_parts(estimate, settings), reference)
     whole = all_cameras(list(parts.values()))
     with collected_warnings() as warned:
-        matches, offset = match_estimate(reference, whole, settings, step)
+        offset, found = time_offset(reference, whole, settings)
+        matches = match_estimate(reference, whole, settings, offset)
         poses = _poses_of_parts(list(parts.values()), whole, matches)
-        convention = _convention(matches, poses, settings, check)
+        convention = _convention(matches, whole, poses, settings, check)
         body_rotation = _body_rotation(convention, settings)
         poses = [rotate_cameras(part, body_rotation) for part in poses]
-        scores = _scores(reference, matches, poses, settings)
+        scores = _scores(matches, poses, settings)
     described = _described_parts(list(parts), scores)
     notes = [*warned, *matching_notes(matches, reference, whole, settings)]
     if check:
-        notes[:0] = _clock_notes(reference, whole, offset, settings)
+        if settings.form.timed and reference.keys.dtype.kind == "f":
+            notes[:0] = offset_notes(reference, whole, offset, found)
         notes += swap_notes(reference, whole)
         notes += _convention_notes(matches, convention, scores, settings)
     matches = replace(matches, est_poses=in_one_world(poses, scores.of_parts, scores.part_of))
-    once = _each_pose_once(matches)
-    stamps = whole.keys[once.est_rows] if whole.keys.dtype.kind == "f" else None
-    metrics, reasons = _metric_values(once, stamps, settings, n_parts=len(parts))
-    notes = [*notes, *parts_notes(described), *reasons]
+    aligned_clock = _as_scored(whole, offset, body_rotation, settings)
+    pairs = _pairs(matches, aligned_clock)
+    metrics, reasons = _metric_values(pairs, settings, n_parts=len(parts))
+    unit = scores.result.tas.unit * settings.max_threshold
+    chance = chance_level(reference.poses[matches.expected_rows, :3, 3], unit)
+    notes = [*notes, *parts_notes(described), *chance_notes(chance), *reasons]
     return Evaluation(
         name=name,
         file="" if isinstance(estimate, Trajectory) else str(estimate),
         settings=settings,
         reference=reference,
-        estimate=_as_scored(whole, offset, body_rotation, settings),
+        estimate=aligned_clock,
         matches=matches,
         result=scores.result,
         tas_seeds=scores.tas_seeds,
         half_distance=scores.half_distance,
         half_angle=rotation_profile(scores.result.ras).half,
-        ate=None if described else _ate(once, settings),  # that of a single world
+        ate=None if described else _ate(pairs, settings),  # that of a single world
         metrics={**metrics, **_levels(matches, scores, settings)},
-        lost=1 - float(np.sum(finite_rows(matches.est_poses))) / len(matches.due_rows),
+        lost=1 - float(np.sum(finite_rows(matches.est_poses))) / len(matches.expected_rows),
+        chance=chance,
         body_rotation=body_rotation,
         parts=described,
         notes=[*file_notes, *(f"{name}: {note}" if name else note for note in notes)],
@@ -180,19 +199,6 @@ def _without_reference(
         name: part for name, part in parts.items() if not all(map(np.array_equal, part, reference))
     }
     return others or parts
-
-
-def _clock_notes(
-    reference: Trajectory, estimate: Trajectory, offset: float, settings: Settings
-) -> list[str]:
-    """Say which time offset was found, or that there seems to be one."""
-    if not settings.form.timed or reference.keys.dtype.kind != "f":
-        return []
-    if settings.t_offset != "auto":
-        return offset_notes(reference, estimate, offset)
-    if offset:
-        return [f"time offset of {offset:.4f} s found, and added to its stamps"]
-    return [f"no time offset at which its positions fit {LEAST_GAIN:g} times as well"]
 
 
 def _convention_notes(
@@ -218,15 +224,19 @@ def _poses_of_parts(
 
 
 def _convention(
-    matches: Matches, poses: Sequence[Floats], settings: Settings, check: bool
+    matches: Matches,
+    whole: Trajectory,
+    poses: Sequence[Floats],
+    settings: Settings,
+    check: bool,
 ) -> Convention:
     """Return the convention of the largest part, if it is to be checked or taken out."""
     if not check and settings.body_rotation == "none":
         return Convention()
-    largest = max(poses, key=lambda part: int(np.sum(finite_rows(part))))
-    once = _each_pose_once(replace(matches, est_poses=largest))
-    quaternions = settings.est_form.quaternions
-    return find_convention(once.gt_poses, once.est_poses, quaternions=quaternions)
+    gt, est = matches.pose_references, whole.poses[matches.pose_rows]
+    if len(poses) > 1:
+        gt, est = matches.gt_poses, max(poses, key=lambda part: int(np.sum(finite_rows(part))))
+    return find_convention(gt, est, quaternions=settings.est_form.quaternions)
 
 
 def _body_rotation(convention: Convention, settings: Settings) -> Floats | None:
@@ -236,14 +246,12 @@ def _body_rotation(convention: Convention, settings: Settings) -> Floats | None:
     return convention.body_rotation
 
 
-def _scores(
-    reference: Trajectory, matches: Matches, poses: Sequence[Floats], settings: Settings
-) -> _Scores:
+def _scores(matches: Matches, poses: Sequence[Floats], settings: Settings) -> _Scores:
     """Return the scores of an estimate, of its poses in each part."""
     gt = matches.gt_poses[:, :3, 3]
     part_of = assign_cameras(poses)
     options: dict[str, Any] = {
-        "unit": settings.unit or _derived_unit(reference.poses[matches.due_rows, :3, 3]),
+        "unit": _known_unit(matches),
         "max_threshold": settings.max_threshold,
         "registration": _registration(matches, settings),
     }
@@ -296,17 +304,17 @@ def _registration(matches: Matches, settings: Settings) -> str | Registration:
     return pcr99_once
 
 
-def _derived_unit(gt: Floats) -> float:
-    """Return d of the reference positions; where there is none, the error says what to do."""
-    try:
-        return closest_pair_quartile(gt)
-    except ValueError:
-        reason = (
-            f"the reference has {len(gt)} of the 4 poses that it takes"
-            if len(gt) < 4
-            else "at least three quarters of the reference poses coincide with another one"
-        )
-        raise ValueError(f"d cannot be derived: {reason}; --unit sets it") from None
+def _known_unit(matches: Matches) -> float:
+    """Return d; where it is undefined, the error says what to do."""
+    if math.isfinite(matches.unit):
+        return matches.unit
+    n = len(matches.expected_rows)
+    reason = (
+        f"the reference has {n} of the 4 poses that it takes"
+        if n < 4
+        else "at least three quarters of the reference poses coincide with another one"
+    )
+    raise ValueError(f"d cannot be derived: {reason}; --unit sets it")
 
 
 def _described_parts(names: Sequence[str], scores: _Scores) -> list[Part]:
@@ -328,25 +336,31 @@ def _as_scored(
     return estimate._replace(poses=rotate_cameras(estimate.poses, body_rotation))
 
 
-def _each_pose_once(matches: Matches) -> Matches:
-    """Return the cameras with each estimated pose once, and lost ones in the same proportion.
+class _Pairs(NamedTuple):
+    """Poses with their reference, for the ATE and other projects' metrics."""
 
-    A pose stands for several frames where the estimate has fewer than were due.
-    """
-    estimated, lost = np.flatnonzero(matches.est_rows >= 0), np.flatnonzero(matches.est_rows < 0)
-    _, first = np.unique(matches.est_rows[estimated], return_index=True)
-    if len(first) == len(estimated):
-        return matches
-    n_lost = round(len(lost) * len(first) / len(estimated))
-    kept_lost = lost[np.linspace(0, len(lost) - 1, n_lost).astype(int)]
-    rows = np.sort(np.concatenate([estimated[first], kept_lost]))
-    names = ("gt_poses", "est_poses", "est_rows")
-    return replace(matches, **{name: getattr(matches, name)[rows] for name in names})
+    gt: Floats
+    est: Floats
+    stamps: Floats | None
 
 
-def _ate(matches: Matches, settings: Settings) -> float | None:
+def _pairs(matches: Matches, estimate: Trajectory) -> _Pairs:
+    """Return every pose that has a reference and, as not finite, what was lost, in its share."""
+    if estimate.keys.dtype.kind != "f":
+        return _Pairs(matches.gt_poses, matches.est_poses, None)
+    rows, lost = matches.pose_rows, np.flatnonzero(matches.est_rows < 0)
+    n_lost = round(len(rows) * len(lost) / matches.matched) if len(lost) else 0
+    lost = lost[np.linspace(0, len(lost) - 1, n_lost).astype(int)]
+    stamps = np.concatenate([estimate.keys[rows], matches.keys[lost]])
+    gt = np.concatenate([matches.pose_references, matches.gt_poses[lost]])
+    est = np.concatenate([estimate.poses[rows], matches.est_poses[lost]])
+    order = np.argsort(stamps, kind="stable")
+    return _Pairs(gt[order], est[order], stamps[order])
+
+
+def _ate(pairs: _Pairs, settings: Settings) -> float | None:
     """Return the ATE of the estimated cameras, in the same alignment; None where there is none."""
-    gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
+    gt, est = pairs.gt[:, :3, 3], pairs.est[:, :3, 3]
     estimated = finite_rows(est)
     try:
         rmse = least_squares_rmse(
@@ -374,7 +388,7 @@ def _levels(matches: Matches, scores: _Scores, settings: Settings) -> dict[str, 
 
 
 def _metric_values(
-    matches: Matches, stamps: Floats | None, settings: Settings, *, n_parts: int
+    pairs: _Pairs, settings: Settings, *, n_parts: int
 ) -> tuple[dict[str, float], list[str]]:
     """Return the metrics that have a value, and why others have none.
 
@@ -385,13 +399,13 @@ def _metric_values(
     if n_parts > 1 and names:
         return {}, [f"no value of {', '.join(names)}: they need one world, not {n_parts} parts"]
     found, reasons = {}, []
-    gt, est = matches.gt_poses, matches.est_poses
+    gt, est = pairs.gt, pairs.est
     for name in names:
         try:
             value = metric(name)(
                 *(gt[:, :3, 3], gt[:, :3, :3], est[:, :3, 3], est[:, :3, :3]),
                 rng=settings.seed,
-                stamps=stamps,
+                stamps=pairs.stamps,
             )
         except ValueError as error:
             reasons.append(f"no value of {name}: {error}")

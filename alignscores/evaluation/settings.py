@@ -115,17 +115,19 @@ class Settings:
     sync : {"interpolate", "nearest"}
         Whether a pose is compared with the reference at its own time, or with the nearest reference
         pose within ``t_max_diff``.
-    max_gap : float, optional
-        Largest gap in seconds between two poses that cover the time between them; by default 10
-        of the estimate's median steps and at least 1 s, with ``frames`` 0.
+    rate : float or "all"
+        Expected frames a second, sampled from the reference; "all": each of its poses.
+    max_gap : float
+        Largest gap in seconds between two poses that cover all the time between them: each pose
+        covers half of it on either side. 0: each frame needs a pose.
     t_start, t_end : float, optional
-        First and last time that is due, in seconds; by default those of the reference.
+        First and last time that is expected, in seconds; by default those of the reference.
     t_offset : float or "auto"
-        Added to the time stamps of the estimate, in seconds; "auto": that at which the positions
-        fit best.
+        Added to the time stamps of the estimate, in seconds; "auto": that at which the rotation
+        rates, or without rotations the speeds, fit at least twice as well, otherwise 0.
     frames : path or (k,) array, optional
-        Time stamps of the frames that were to be estimated, or a text file with them in its first
-        column. Those without a pose fail, and nothing else does.
+        Time stamps of the expected frames, instead of ``rate``, or a text file with them in its
+        first column.
     invert : bool
         Whether the estimates are world-to-camera, and are to be inverted.
     body_rotation : {"none", "auto"}
@@ -202,29 +204,39 @@ class Settings:
             timed=True,
         ),
     ] = "interpolate"
-    max_gap: Annotated[
-        float | None,
+    rate: Annotated[
+        float | str,
         Matching(
-            "largest gap between two poses that cover the time between them, in s (default: 10 of "
-            "the estimate's median steps, at least 1 s; 0 with --frames)",
+            "expected frames a second, sampled from the reference; all: each of its poses",
             number=float,
+            positive=True,
             least=0,
-            optional=True,
+            words=("all",),
             timed=True,
         ),
-    ] = None
+    ] = 10.0
+    max_gap: Annotated[
+        float,
+        Matching(
+            "largest gap between two poses that cover all the time between them, in s: each pose "
+            "covers half of it on either side; 0: each frame needs a pose",
+            number=float,
+            least=0,
+            timed=True,
+        ),
+    ] = 2.0
     t_start: Annotated[
         float | None,
-        Matching("first time that is due, in s", number=float, optional=True, timed=True),
+        Matching("first time that is expected, in s", number=float, optional=True, timed=True),
     ] = None
     t_end: Annotated[
         float | None,
-        Matching("last time that is due, in s", number=float, optional=True, timed=True),
+        Matching("last time that is expected, in s", number=float, optional=True, timed=True),
     ] = None
     t_offset: Annotated[
         float | str,
         Matching(
-            "added to the estimate's time stamps, in s; auto: that at which positions fit best",
+            "added to the estimate's time stamps, in s; auto: found by the rotation rates",
             number=float,
             words=("auto",),
             timed=True,
@@ -233,9 +245,8 @@ class Settings:
     frames: Annotated[
         FilePath | Floats | tuple[float, ...] | None,
         Matching(
-            "time stamps of the frames that were to be estimated, in the first column of a text "
-            "file, in s or ns, as the estimate has them: those without a pose fail, and nothing "
-            "else (implies --missing fail)",
+            "time stamps of the expected frames, instead of --rate, in the first column of a text "
+            "file, in s or ns, as the estimate has them (implies --missing fail)",
             timed=True,
         ),
     ] = None
@@ -344,7 +355,8 @@ class Settings:
             "t_max_diff": self.t_max_diff if timed else None,
             "t_offset": self.t_offset if timed else None,
             "sync": self.sync if timed else None,
-            "max_gap": self.max_gap,
+            "rate": self.rate if timed and self.frames is None else None,
+            "max_gap": self.max_gap if timed else None,
             "t_start": self.t_start,
             "t_end": self.t_end,
             "frames": frames or self.frames,
@@ -385,6 +397,18 @@ class Settings:
         drawn = self.registration == "pcr99" and self.alignment != "none"
         repeat = self.repeat if drawn else 1
         return range(self.seed, self.seed + repeat)
+
+    @property
+    def frames_per_second(self) -> float:
+        """Rate of the expected frames; infinite where each pose of the reference is one.
+
+        Examples
+        --------
+        >>> from alignscores import Settings
+        >>> Settings(format="tum", rate="all").frames_per_second
+        inf
+        """
+        return math.inf if self.rate == "all" else float(self.rate)
 
     @property
     def how_aligned(self) -> str:

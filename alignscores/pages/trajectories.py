@@ -127,7 +127,7 @@ def _cameras(keys: NDArray[Any]) -> dict[str, Any]:
 def _estimate(evaluation: Evaluation) -> Estimate:
     """Return an estimate with all cameras that are scored, or would be if missing ones failed."""
     matches, result = evaluation.matches, evaluation.result
-    rows = matches.due_rows
+    rows = matches.expected_rows
     scored = np.isin(rows, matches.gt_rows)
 
     def of_all(values: NDArray[Any], of_lost: float) -> NDArray[Any]:

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats, Indices
+from ..translation import closest_pair_quartile
 from ..validation import finite_rows
 from .files import Trajectory, TrajectoryWarning
 from .files.stamps import TIME_UNITS, time_unit
-from .timeline import due_rows, nearest_stamps, stand_in, usual_step
+from .timeline import covered_frames, nearest_stamps, reference_at, reference_gap, sampled_rows
 
 __all__ = ["MISSING", "SYNCS", "Matches", "checked", "in_order", "match", "present", "unit_hint"]
 
@@ -26,6 +27,7 @@ SYNCS = ("interpolate", "nearest")
 KEY_KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
 SAME_DURATION = 0.5, 2.0  # range of the ratio of two durations once they are in the same unit
 EARLIEST_DATE = 1e8  # seconds; stamps since 1970 are later, those since a start earlier
+MANY_DUPLICATES = 0.1  # share of the estimated poses; from it on the file is wrong
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +43,10 @@ class Matches:
     gt_rows, est_rows : (n,) ndarray of int
         Row of each camera in the reference, and of its pose in the estimate: -1 where it has none.
     matched : int
-        Number of reference poses with an estimated pose, finite or not.
+        Number of expected frames with an estimated pose, finite or not.
     missing : int
-        Number of cameras without an estimated pose, whether they count as failures or are left out.
+        Number of expected frames without an estimated pose, whether they count as failures or are
+        left out.
     unmatched : int
         Number of estimated poses without a reference pose; they are left out.
     duplicate : int
@@ -52,12 +55,18 @@ class Matches:
     non_finite : int
         Number of matched cameras whose estimated pose is not finite; each of them is a failure.
     lost : float
-        Share of the cameras that were due, by time stamps of the time, that is missing.
-    due_rows : (k,) ndarray of int
-        Rows of the reference that were due, of which the unit d is.
-    without_reference : (k,) ndarray
-        Time stamps of frames left out since they have no reference pose; with the offset, as the
+        Share of the expected frames, by time stamps of the time, that is missing.
+    expected_rows : (k,) ndarray of int
+        Rows of the reference that are expected.
+    unit : float
+        d of the expected frames, or the given one; NaN where it is undefined.
+    without_reference : (j,) ndarray
+        Time stamps of `frames` left out since they have no reference pose; with the offset, as the
         reference would have them.
+    pose_rows : (m,) ndarray of int
+        Row of every estimated pose that has a reference, each once.
+    pose_references : (m, 4, 4) ndarray
+        The reference of each of these poses, by time stamps at the pose's own time.
 
     Examples
     --------
@@ -82,8 +91,11 @@ class Matches:
     duplicate: int
     non_finite: int
     lost: float
-    due_rows: Indices
+    expected_rows: Indices
+    unit: float
     without_reference: Floats
+    pose_rows: Indices
+    pose_references: Floats
 
 
 def match(
@@ -94,18 +106,20 @@ def match(
     t_max_diff: float = 0.01,
     t_offset: float = 0.0,
     sync: str = "interpolate",
-    max_gap: float | None = None,
+    max_gap: float = 2.0,
+    rate: float = 10.0,
     frames: Floats | None = None,
     t_start: float | None = None,
     t_end: float | None = None,
-    step: float | None = None,
+    unit: float | None = None,
 ) -> Matches:
-    """Find the estimated pose of each reference pose that was due.
+    """Find the estimated pose that answers for each expected frame of a reference.
 
-    By time stamps an estimate answers for the time of the reference. Two of its poses that follow
-    each other within the largest gap cover the time between them, and each stands for the time
-    around it: for each due frame there, with the reference at the pose's own time. So keyframes
-    are scored as all frames are. What no pose covers is lost. A pose of nan is none.
+    The expected frames depend on the reference and the options alone. By time stamps each pose
+    covers half of `max_gap` before and after its own time, and more while the reference stands
+    still between two poses: it stays within d and 10 degrees of one of them. A covered frame takes
+    the nearest pose, with the reference at the pose's own time; the other frames are lost. A pose
+    of nan is none.
 
     Image names are equal, or have the longest end of their paths in common, where that is unique:
     of any case and slash, at last without the ending of the file. Whole numbers (of frames, or
@@ -120,25 +134,25 @@ def match(
     missing : {"ignore", "fail"}
         Whether cameras without an estimated pose are left out, or count as failures.
     t_max_diff : float
-        Largest difference in seconds of time stamps that are taken for the same.
+        Largest difference in seconds of time stamps that count as the same.
     t_offset : float
         Added to the time stamps of the estimate, and to those of `frames`, in seconds.
     sync : {"interpolate", "nearest"}
-        Whether a pose is compared with the reference at its own time, where two reference poses are
-        near it (within 0.1 s of each other, or within a step of the estimate); or always with the
-        nearest reference pose, within `t_max_diff`.
-    max_gap : float, optional
-        Largest gap in seconds between two poses that cover the time between them. By default 10
-        times the estimate's median step, and at least 1 s; with `frames` 0, so that each of them
-        needs its pose.
+        Whether a pose is compared with the reference at its own time, interpolated where the
+        reference has no gap; or always with the nearest reference pose, within `t_max_diff`.
+    max_gap : float
+        Largest gap in seconds between two poses that cover all the time between them; 0: each
+        frame needs a pose within `t_max_diff`.
+    rate : float
+        Expected frames a second; the reference's own poses where it is not denser, or if infinite.
+        The reference has a gap where two of its poses are more than two steps of the expected
+        frames apart.
     frames : (k,) array, optional
-        Time stamps of the frames that were to be estimated; by default all of the reference, or
-        those at the rate of the estimate where the reference is denser.
+        Time stamps of the expected frames, instead of `rate`.
     t_start, t_end : float, optional
-        First and last time that is due, in seconds of the reference.
-    step : float, optional
-        Step of the due frames in seconds where the reference is denser; by default the estimate's
-        median step. With one step several estimates answer for the same frames.
+        First and last time that is expected, in seconds of the reference.
+    unit : float, optional
+        d; by default that of the positions of the expected frames.
 
     Returns
     -------
@@ -149,7 +163,8 @@ def match(
     ------
     ValueError
         Where the trajectories have no pose in common, or another kind of keys or, by row, another
-        length; or keys, poses or a setting are impossible.
+        length; a tenth of the estimated poses are duplicates; or keys, poses or a setting are
+        impossible.
 
     Warns
     -----
@@ -163,11 +178,11 @@ def match(
     >>> from alignscores.trajectories.association import match
     >>> from alignscores.trajectories.files import Trajectory
     >>> poses = np.tile(np.eye(4), (100, 1, 1))
-    >>> stamps = np.arange(100) / 10
+    >>> poses[:, 0, 3] = stamps = np.arange(100) / 10
     >>> keyframes = Trajectory(stamps[5:80:5], poses[5:80:5])
     >>> matches = match(Trajectory(stamps, poses), keyframes, missing="fail", max_gap=1)
     >>> len(matches.keys), matches.missing, matches.lost
-    (20, 4, 0.2)
+    (100, 19, 0.19)
     """
     if missing not in MISSING:
         raise ValueError(f"missing must be one of {list(MISSING)}, not {missing!r}")
@@ -180,21 +195,27 @@ def match(
         ("t_start", t_start, -inf),
         ("t_end", t_end, -inf),
     ):
-        if seconds is None and name in ("max_gap", "t_start", "t_end"):
+        if seconds is None and name in ("t_start", "t_end"):
             continue
         if not isinstance(seconds, Real) or not least <= seconds < inf:
             raise ValueError(f"{name} must be a finite number of seconds, not {seconds!r}")
+    if not isinstance(rate, Real) or not rate > 0:
+        raise ValueError(f"rate must be a number of frames a second, not {rate!r}")
     reference, estimate = checked(reference, "reference"), checked(estimate, "estimate")
     if reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
-        if frames is not None and max_gap is None:
-            max_gap = 0.0
-        timing = _Timing(t_max_diff, t_offset, sync, max_gap, frames, t_start, t_end, step)
+        timing = _Timing(t_max_diff, t_offset, sync, max_gap, rate, frames, t_start, t_end, unit)
         cameras = _cameras_by_time(reference, estimate, timing)
     else:
-        cameras = _cameras_by_key(reference, estimate)
+        cameras = _cameras_by_key(reference, estimate, unit)
+    if cameras.duplicate >= MANY_DUPLICATES * len(estimate.keys):
+        what = "time stamp" if estimate.keys.dtype.kind == "f" else "name"
+        raise ValueError(
+            f"{cameras.duplicate} of {len(estimate.keys)} poses of the estimate have the {what} of "
+            "another one; write stamps with all their digits, and each pose once"
+        )
     estimated = cameras.est_rows >= 0
     shown = estimated | (missing == "fail")
-    gt_rows, est_rows = cameras.due_rows[shown], cameras.est_rows[shown]
+    gt_rows, est_rows = cameras.expected_rows[shown], cameras.est_rows[shown]
     est_poses = estimate.poses[est_rows]
     non_finite = int(np.sum(~finite_rows(est_poses[est_rows >= 0])))
     est_poses[est_rows < 0] = np.nan
@@ -211,91 +232,116 @@ def match(
         duplicate=cameras.duplicate,
         non_finite=non_finite,
         lost=1 - matched / len(estimated),
-        due_rows=cameras.due_rows,
+        expected_rows=cameras.expected_rows,
+        unit=cameras.unit,
         without_reference=cameras.without_reference,
+        pose_rows=cameras.pose_rows,
+        pose_references=cameras.pose_references,
     )
 
 
 def in_order(reference: Trajectory) -> Trajectory:
-    """Return a reference as `match` uses it: without duplicates, in the order of its time stamps.
+    """Return a reference as `match` uses it: finite, each key once, in the order of its stamps.
 
     After its warnings of duplicates and disorder `match` has nothing more to warn of.
     """
     reference = checked(reference, "reference")
-    rows = _first_rows(reference.keys, "reference")
+    finite = finite_rows(reference.poses)
+    if not finite.any():
+        raise ValueError("the reference has no pose that is finite")
+    rows = _first_rows(reference.keys, "reference", finite)
     return Trajectory(reference.keys[rows], reference.poses[rows])
 
 
 class _Timing(NamedTuple):
-    """The arguments of `match` that are about time."""
+    """The arguments of `match` that are about time, and d."""
 
     t_max_diff: float
     t_offset: float
     sync: str
-    max_gap: float | None
+    max_gap: float
+    rate: float
     frames: Floats | None
     t_start: float | None
     t_end: float | None
-    step: float | None
+    unit: float | None
 
 
 class _Cameras(NamedTuple):
-    """The cameras that were due, by their rows in the reference and in the estimate (or -1)."""
+    """The expected frames, by their rows in the reference and in the estimate (or -1)."""
 
-    due_rows: Indices
+    expected_rows: Indices
     est_rows: Indices
     gt_poses: Floats
-    unmatched: int
+    unit: float
     duplicate: int
+    unmatched: int
     without_reference: Floats
+    pose_rows: Indices
+    pose_references: Floats
 
 
 def _cameras_by_time(reference: Trajectory, estimate: Trajectory, timing: _Timing) -> _Cameras:
-    """Find the pose that stands for each frame that was due."""
-    ref_rows = _first_rows(reference.keys, "reference")
+    """Find the pose that answers for each expected frame."""
+    ref_rows = _first_rows(reference.keys, "reference", finite_rows(reference.poses))
+    truth = Trajectory(reference.keys[ref_rows], reference.poses[ref_rows])
     there = present(estimate.poses)
     est_rows = _first_rows(estimate.keys, "estimate", there)
-    truth = Trajectory(reference.keys[ref_rows], reference.poses[ref_rows])
     stamps = estimate.keys[est_rows] + timing.t_offset
-    rows, without_reference = _rows_due(truth.keys, stamps, timing)
-    standing = stand_in(
-        truth,
-        rows,
-        Trajectory(stamps, estimate.poses[est_rows]),
-        t_max_diff=timing.t_max_diff,
-        max_gap=timing.max_gap,
-        interpolate=timing.sync == "interpolate",
-    )
-    if (standing.est_rows < 0).all():
+    rows, without_reference = _expected_rows(truth.keys, timing)
+    frames = Trajectory(truth.keys[rows], truth.poses[rows])
+    unit = _unit(frames.poses) if timing.unit is None else timing.unit
+
+    gap = reference_gap(truth.keys, timing.rate) if timing.sync == "interpolate" else 0.0
+    at_poses, known = reference_at(truth, stamps, gap=gap, t_max_diff=timing.t_max_diff)
+    if not known.any():
         raise _nothing_in_common(truth.keys, estimate.keys[est_rows], timing)
+    known_rows = np.flatnonzero(known)
+    nearest, covered = covered_frames(
+        frames,
+        Trajectory(stamps[known], at_poses[known]),
+        reach=max(timing.t_max_diff, timing.max_gap / 2),
+        unit=np.nan_to_num(unit),
+    )
+    if not covered.any():
+        raise _nothing_in_common(frames.keys, estimate.keys[est_rows], timing)
+    answering = known_rows[nearest]
+    asked = known & _within(stamps, timing)
     return _Cameras(
-        due_rows=ref_rows[rows],
-        est_rows=np.where(standing.est_rows < 0, -1, est_rows[standing.est_rows]),
-        gt_poses=standing.gt_poses,
-        unmatched=standing.unmatched,
+        expected_rows=ref_rows[rows],
+        est_rows=np.where(covered, est_rows[answering], -1),
+        gt_poses=np.where(covered[:, None, None], at_poses[answering], frames.poses),
+        unit=unit,
         duplicate=int(there.sum()) - len(est_rows),
+        unmatched=int(np.sum(~known)),
         without_reference=without_reference,
+        pose_rows=est_rows[asked],
+        pose_references=at_poses[asked],
     )
 
 
-def _rows_due(ref_stamps: Floats, est_stamps: Floats, timing: _Timing) -> tuple[Indices, Floats]:
-    """Return the rows of the reference that were due, and the frames that have none."""
+def _expected_rows(ref_stamps: Floats, timing: _Timing) -> tuple[Indices, Floats]:
+    """Return the rows of the reference that are expected, and the frames that have none."""
     if timing.frames is None:
-        step = usual_step(est_stamps) if timing.step is None else timing.step
-        rows, without_reference = due_rows(ref_stamps, step), np.empty(0)
+        rows, without_reference = sampled_rows(ref_stamps, timing.rate), np.empty(0)
     else:
         rows, without_reference = _rows_of_frames(ref_stamps, np.unique(timing.frames), timing)
-    limits = {"t_start": timing.t_start, "t_end": timing.t_end}
-    given = {name: seconds for name, seconds in limits.items() if seconds is not None}
-    low, high = given.get("t_start", -inf), given.get("t_end", inf)
-    rows = rows[(ref_stamps[rows] >= low) & (ref_stamps[rows] <= high)]
+    rows = rows[_within(ref_stamps[rows], timing)]
     if len(rows) == 0:
-        said = " and ".join(f"{name} {seconds:.6f} s" for name, seconds in given.items())
+        limits = {"t_start": timing.t_start, "t_end": timing.t_end}
+        said = " and ".join(f"{name} {at:.6f} s" for name, at in limits.items() if at is not None)
         raise ValueError(
-            f"no reference pose is due with {said}: the reference goes from {ref_stamps[0]:.6f} to "
-            f"{ref_stamps[-1]:.6f} s"
+            f"no reference pose is expected with {said}: the reference goes from "
+            f"{ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s"
         )
     return rows, without_reference
+
+
+def _within(stamps: Floats, timing: _Timing) -> Booleans:
+    """Return which stamps are from the first to the last time that is expected."""
+    low = -inf if timing.t_start is None else timing.t_start
+    high = inf if timing.t_end is None else timing.t_end
+    return np.asarray((stamps >= low) & (stamps <= high))
 
 
 def _rows_of_frames(ref_stamps: Floats, frames: Floats, timing: _Timing) -> tuple[Indices, Floats]:
@@ -304,7 +350,7 @@ def _rows_of_frames(ref_stamps: Floats, frames: Floats, timing: _Timing) -> tupl
     near = distance <= timing.t_max_diff
     if not near.any():
         raise ValueError(
-            f"no due frame has a reference pose: the frames go from {frames[0]:.6f} to "
+            f"no expected frame has a reference pose: the frames go from {frames[0]:.6f} to "
             f"{frames[-1]:.6f} s, the reference from {ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s "
             f"(t_offset {timing.t_offset:g} s, t_max_diff {timing.t_max_diff:g} s)"
             f"{unit_hint(ref_stamps, frames, 'frames')}"
@@ -312,18 +358,32 @@ def _rows_of_frames(ref_stamps: Floats, frames: Floats, timing: _Timing) -> tupl
     return np.unique(nearest[near]), frames[~near] + timing.t_offset
 
 
-def _cameras_by_key(reference: Trajectory, estimate: Trajectory) -> _Cameras:
+def _cameras_by_key(reference: Trajectory, estimate: Trajectory, unit: float | None) -> _Cameras:
     """Find the pose of the same image, frame or row."""
     pairs = _pair(reference.keys, estimate.keys)
-    est_rows = pairs.est_rows[pairs.ref_kept]
+    expected = pairs.ref_kept[finite_rows(reference.poses[pairs.ref_kept])]
+    est_rows = pairs.est_rows[expected]
+    matched = est_rows >= 0
+    gt_poses = reference.poses[expected]
     return _Cameras(
-        due_rows=pairs.ref_kept,
+        expected_rows=expected,
         est_rows=est_rows,
-        gt_poses=reference.poses[pairs.ref_kept],
-        unmatched=len(estimate.keys) - pairs.duplicate - int(np.sum(est_rows >= 0)),
+        gt_poses=gt_poses,
+        unit=_unit(gt_poses) if unit is None else unit,
         duplicate=pairs.duplicate,
+        unmatched=len(estimate.keys) - pairs.duplicate - int(matched.sum()),
         without_reference=np.empty(0),
+        pose_rows=est_rows[matched],
+        pose_references=gt_poses[matched],
     )
+
+
+def _unit(poses: Floats) -> float:
+    """Return d of the positions of poses; NaN where it is undefined."""
+    try:
+        return closest_pair_quartile(poses[:, :3, 3])
+    except ValueError:
+        return np.nan
 
 
 class _Pairs(NamedTuple):

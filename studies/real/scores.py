@@ -13,7 +13,7 @@ from alignscores.arrays import Booleans, Floats
 from alignscores.comparison.benchmark import Benchmark, Run, read_yaml
 from alignscores.comparison.comparison import settings_of_run
 from alignscores.evaluation.evaluation import Evaluation
-from alignscores.evaluation.matching import files_below, read_parts, read_reference, step_of_frames
+from alignscores.evaluation.matching import files_below, read_parts, read_reference
 from alignscores.evaluation.notes import collected_warnings
 from alignscores.evaluation.scoring import score
 from alignscores.evaluation.settings import Settings
@@ -113,13 +113,11 @@ def score_sequence(
     """
     runs = [run for run in benchmark.runs if run.sequence == sequence and run.file]
     settings = {run: _settings(benchmark, run, more) for run in runs}
-    steps = [step_of_frames([str(run.file)], settings[run]) for run in runs]
-    step = min((one for one in steps if one is not None), default=None)
     changes: Changes = {AS_IT_IS: None, **(CHANGES if changed else {})}
     rows = []
     for run in tqdm(runs, desc=sequence, disable=None):
         try:
-            rows += _rows(run, benchmark.references[sequence], settings[run], step, changes)
+            rows += _rows(run, benchmark.references[sequence], settings[run], changes)
         except ValueError as error:
             print(f"{sequence}, {run.system}, run {run.run}: left out: {error}", flush=True)
     columns = [*KEYS, *settings[runs[0]].metrics, *BASELINES]
@@ -135,7 +133,7 @@ def _settings(benchmark: Benchmark, run: Run, more: str) -> Settings:
 
 
 def _rows(
-    run: Run, file: str, settings: Settings, step: float | None, changes: Changes
+    run: Run, file: str, settings: Settings, changes: Changes
 ) -> list[dict[str, str | float | None]]:
     """Return the rows of a run, one a change."""
     keys = run.sequence, run.system, run.run
@@ -147,7 +145,7 @@ def _rows(
             rng = np.random.default_rng(crc32("/".join([*keys, name]).encode()))
             changed = change(estimate, rng) if change else estimate
             chosen = replace(settings, invert=False, seed=settings.seed + (name == "seed"))
-            found = score(reference, changed, chosen, name="", step=step, check=False)
+            found = score(reference, changed, chosen, name="", check=False)
             rows.append({**dict(zip(KEYS, (*keys, name), strict=True)), **_values(found)})
     return rows
 
@@ -162,7 +160,6 @@ def _values(found: Evaluation) -> dict[str, float | None]:
 
 def _poses(found: Evaluation) -> tuple[Floats, Floats]:
     """Return the poses that were estimated, each once, with those of the reference."""
-    rows = found.matches.est_rows
-    _, first = np.unique(rows, return_index=True)
-    first = first[(rows[first] >= 0) & finite_rows(found.matches.est_poses[first])]
-    return found.matches.gt_poses[first], found.matches.est_poses[first]
+    gt, est = found.matches.pose_references, found.estimate.poses[found.matches.pose_rows]
+    finite = finite_rows(est)
+    return gt[finite], est[finite]

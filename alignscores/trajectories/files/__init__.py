@@ -1,8 +1,8 @@
 """Readers of trajectory files: a module for each format.
 
-Every reader returns a `Trajectory`, a pair ``keys, poses`` with camera-to-world poses. An estimate
-may hold poses that are not finite, which are cameras that were not estimated; with
-``complete=True``, for a reference, they are an error. Text files may be compressed, with a name
+Every reader returns a `Trajectory`, a pair ``keys, poses`` with camera-to-world poses. Poses that
+are not finite are cameras that were not estimated; of a reference, nothing is expected there. Text
+files may be compressed, with a name
 that ends in ``.gz``, and ``-`` is stdin. Whatever is wrong with a file is a `FileError` that names
 file, line and reason.
 """

@@ -17,12 +17,12 @@ SHAPES = "(n, 4, 4) or (n, 3, 4)"
 LAST_ROW = [0.0, 0.0, 0.0, 1.0]
 
 
-def read_arrays(path: FilePath, *, complete: bool = False) -> Trajectory:
+def read_arrays(path: FilePath) -> Trajectory:
     """Read camera-to-world matrices, (n, 4, 4) or (n, 3, 4), with or without time stamps.
 
     Parameters
     ----------
-    path, complete : path and bool
+    path : path
         A file ``.npy`` with the matrices; or one ``.npz`` with them and, as the only array of n
         numbers, their time stamps in seconds, whatever the names. Else as in `read_tum`.
 
@@ -74,7 +74,7 @@ def read_arrays(path: FilePath, *, complete: bool = False) -> Trajectory:
         raise FileError(
             path, f"has {len(times)} arrays of {len(matrices)} numbers; leave the stamps"
         )
-    poses = poses_from_matrices(matrices[:, :3], source, complete=complete)
+    poses = poses_from_matrices(matrices[:, :3], source)
     keys = times[0].astype(np.float64) if times else np.arange(len(poses))
     source.refuse(~np.isfinite(keys), "the time stamp is not finite")
     return Trajectory(keys, poses)

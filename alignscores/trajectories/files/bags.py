@@ -12,7 +12,7 @@ from .text import FileError, FilePath, Source
 __all__ = ["read_bag"]
 
 
-def read_bag(path: FilePath, *, topic: str | None = None, complete: bool = False) -> Trajectory:
+def read_bag(path: FilePath, *, topic: str | None = None) -> Trajectory:
     """Read the poses of a topic of a bag, as evo does.
 
     Parameters
@@ -22,8 +22,6 @@ def read_bag(path: FilePath, *, topic: str | None = None, complete: bool = False
     topic : str, optional
         A topic with poses, odometry or transforms; or, with evo's syntax, a transform,
         ``/tf:map.base_link``. By default the only one that the bag has.
-    complete : bool
-        As in `read_tum`.
 
     Returns
     -------
@@ -58,7 +56,7 @@ def read_bag(path: FilePath, *, topic: str | None = None, complete: bool = False
         raise FileError(path, f"has no poses on {topic}")
     quaternions = np.roll(read.orientations_quat_wxyz, -1, axis=1)
     values = np.column_stack([read.timestamps, read.positions_xyz, quaternions])
-    return stamped_poses(values, Source(path, lambda row: f"message {row + 1}"), complete=complete)
+    return stamped_poses(values, Source(path, lambda row: f"message {row + 1}"))
 
 
 def _only_topic(path: FilePath, bag: Any, evo: Any) -> str:

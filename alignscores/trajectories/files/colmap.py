@@ -23,15 +23,13 @@ RECORDS = {  # bytes of a record, whether a name follows, its count of items, by
 }
 
 
-def read_colmap(path: Any, *, complete: bool = False) -> Trajectory:
+def read_colmap(path: Any) -> Trajectory:
     """Read the registered images of a COLMAP model.
 
     Parameters
     ----------
     path : path or pycolmap.Reconstruction
         The model's folder, with text or binary files, or the model in memory.
-    complete : bool
-        As in `read_tum`.
 
     Returns
     -------
@@ -64,7 +62,7 @@ def read_colmap(path: Any, *, complete: bool = False) -> Trajectory:
     names = sorted(images)
     matrices = np.array([images[name].cam_from_world().matrix() for name in names])
     source = Source(path, lambda row: f"image {names[row]!r}")
-    world_to_camera = poses_from_matrices(matrices, source, complete=complete)
+    world_to_camera = poses_from_matrices(matrices, source)
     return Trajectory(np.array(names), inverse_poses(world_to_camera))
 
 

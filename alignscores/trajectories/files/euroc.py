@@ -12,7 +12,7 @@ __all__ = ["read_euroc"]
 COLUMNS = "timestamp tx ty tz qw qx qy qz ..."
 
 
-def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
+def read_euroc(path: FilePath) -> Trajectory:
     r"""Read a EuRoC ``data.csv``: ``timestamp, tx, ty, tz, qw, qx, qy, qz, ...``, stamps in ns.
 
     A file without commas is read as TUM: estimates for EuRoC sequences are commonly stored so, with
@@ -21,7 +21,7 @@ def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
 
     Parameters
     ----------
-    path, complete : path and bool
+    path : path
         As in `read_tum`, with the same errors and the same warning.
 
     Returns
@@ -49,5 +49,5 @@ def read_euroc(path: FilePath, *, complete: bool = False) -> Trajectory:
         lines = ((number, ",".join(line.split(",")[:8])) for number, line in lines)
         values, source = read_numbers(path, lines, COLUMNS, [8], ",")
         values = values[:, [0, 1, 2, 3, 5, 6, 7, 4]]  # qw last, as in TUM files
-    stamps, poses = stamped_poses(values, source, complete=complete)
+    stamps, poses = stamped_poses(values, source)
     return Trajectory(in_seconds(path, stamps, "seconds", "nanoseconds"), poses)

@@ -12,12 +12,12 @@ COLUMNS = "r11 r12 r13 tx r21 r22 r23 ty r31 r32 r33 tz"
 LAST_ROW = [0.0, 0.0, 0.0, 1.0]
 
 
-def read_kitti(path: FilePath, *, complete: bool = False) -> Trajectory:
+def read_kitti(path: FilePath) -> Trajectory:
     r"""Read a KITTI file: in each line a camera-to-world matrix, row by row.
 
     Parameters
     ----------
-    path, complete : path and bool
+    path : path
         As in `read_tum`, with the same errors. Lines have 12 numbers, the upper three rows, or 16,
         which end with 0 0 0 1.
 
@@ -48,5 +48,5 @@ def read_kitti(path: FilePath, *, complete: bool = False) -> Trajectory:
     matrices, last_rows = rows[:, :3], rows[:, 3:]
     wrong = (last_rows != LAST_ROW).any(axis=(1, 2)) & finite_rows(matrices)
     source.refuse(wrong, "16 columns must end with 0 0 0 1")
-    poses = poses_from_matrices(matrices, source, complete=complete)
+    poses = poses_from_matrices(matrices, source)
     return Trajectory(np.arange(len(poses)), poses)

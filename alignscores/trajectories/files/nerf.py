@@ -14,7 +14,7 @@ __all__ = ["read_nerf"]
 OPENGL_TO_OPENCV = np.array([1.0, -1.0, -1.0])  # the camera's y and z axes point the other way
 
 
-def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
+def read_nerf(path: FilePath) -> Trajectory:
     """Read a NeRF ``transforms.json``: camera-to-world matrices with OpenGL camera axes.
 
     The list of frames with ``transform`` that nerfstudio's ``ns-export cameras`` writes is read,
@@ -22,7 +22,7 @@ def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
 
     Parameters
     ----------
-    path, complete : path and bool
+    path : path
         As in `read_tum`.
 
     Returns
@@ -69,7 +69,7 @@ def read_nerf(path: FilePath, *, complete: bool = False) -> Trajectory:
         names.append(posixpath.normpath(name))
         matrices.append(matrix[:3])
     source = Source(path, lambda row: f"frames[{row}] ({names[row]!r})")
-    poses = poses_from_matrices(np.array(matrices), source, complete=complete)
+    poses = poses_from_matrices(np.array(matrices), source)
     poses[:, :3, :3] *= OPENGL_TO_OPENCV
     order = np.argsort(names, kind="stable")  # of equal names the first in the file stays first
     return Trajectory(np.array(names)[order], poses[order])

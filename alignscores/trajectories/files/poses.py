@@ -52,7 +52,7 @@ def inverse_poses(poses: Floats) -> Floats:
     return inverse
 
 
-def stamped_poses(values: Floats, source: Source, *, complete: bool) -> Trajectory:
+def stamped_poses(values: Floats, source: Source) -> Trajectory:
     """Return the stamps and poses of rows ``timestamp tx ty tz qx qy qz qw``."""
     stamps, positions, quaternions = values[:, 0], values[:, 1:4], values[:, 4:]
     source.refuse(~np.isfinite(stamps), "the time stamp is not finite")
@@ -66,11 +66,10 @@ def stamped_poses(values: Floats, source: Source, *, complete: bool) -> Trajecto
     estimated = np.isfinite(lengths)
     unit = quaternions[estimated] / lengths[estimated, None]
     poses[estimated, :3, :3] = rotations_from_quaternions(unit)
-    _check_finite(poses, source, complete)
     return Trajectory(stamps, poses)
 
 
-def poses_from_matrices(matrices: Floats, source: Source, *, complete: bool) -> Floats:
+def poses_from_matrices(matrices: Floats, source: Source) -> Floats:
     """Return poses (n, 4, 4) of matrices (n, 3, 4), with the rotations nearest to theirs."""
     rotations, deviation = orthonormalise(matrices[:, :, :3])
     far = ~(deviation <= MAX_DEVIATION) & finite_rows(matrices[:, :, :3])
@@ -86,7 +85,6 @@ def poses_from_matrices(matrices: Floats, source: Source, *, complete: bool) -> 
     _warn_of(deviation, source, "has a matrix that is only roughly a rotation")
     poses = np.tile(np.eye(4), (len(matrices), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = rotations, matrices[:, :, 3]
-    _check_finite(poses, source, complete)
     return poses
 
 
@@ -104,14 +102,6 @@ def orthonormalise(matrices: Floats) -> tuple[Floats, Floats]:
             matrices = matrices - matrices @ excess / 2
             excess = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
     return matrices, deviation
-
-
-def _check_finite(poses: Floats, source: Source, complete: bool) -> None:
-    source.refuse(
-        ~finite_rows(poses) & complete,
-        "the pose is not finite; a reference must be complete (is this the estimate? The "
-        "reference comes first)",
-    )
 
 
 def _warn_of(deviation: Floats, source: Source, what: str) -> None:

@@ -9,15 +9,13 @@ __all__ = ["read_tum"]
 COLUMNS = "timestamp tx ty tz qx qy qz qw"
 
 
-def read_tum(path: FilePath, *, complete: bool = False) -> Trajectory:
+def read_tum(path: FilePath) -> Trajectory:
     r"""Read a TUM file: ``timestamp tx ty tz qx qy qz qw`` in each line, camera-to-world.
 
     Parameters
     ----------
     path : path
         The file. Blank lines and those that begin with # are left out.
-    complete : bool
-        Refuse poses that are not finite, as in a reference.
 
     Returns
     -------
@@ -47,5 +45,5 @@ def read_tum(path: FilePath, *, complete: bool = False) -> Trajectory:
     (array([0.5]), array([1., 2., 3.]))
     """
     values, source = read_numbers(path, data_lines(path), COLUMNS, [8])
-    stamps, poses = stamped_poses(values, source, complete=complete)
+    stamps, poses = stamped_poses(values, source)
     return Trajectory(in_seconds(path, stamps, "seconds"), poses)

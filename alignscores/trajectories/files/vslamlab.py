@@ -8,12 +8,12 @@ __all__ = ["HEADER", "read_vslamlab"]
 HEADER = "ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw"
 
 
-def read_vslamlab(path: FilePath, *, complete: bool = False) -> Trajectory:
+def read_vslamlab(path: FilePath) -> Trajectory:
     r"""Read a CSV file of VSLAM-LAB, ``ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw``.
 
     Parameters
     ----------
-    path, complete : path and bool
+    path : path
         As in `read_tum`, with the same errors and the same warning. The header is needed, since the
         files of EuRoC, which have qw first, look alike without.
 
@@ -39,5 +39,5 @@ def read_vslamlab(path: FilePath, *, complete: bool = False) -> Trajectory:
     if header.replace('"', "") != HEADER:
         raise FileError(path, f"must begin with {HEADER!r}, as files of VSLAM-LAB do")
     values, source = read_numbers(path, lines, HEADER, [8], ",")
-    stamps, poses = stamped_poses(values, source, complete=complete)
+    stamps, poses = stamped_poses(values, source)
     return Trajectory(stamps / 1e9, poses)
