@@ -301,7 +301,7 @@ def _cameras_by_time(reference: Trajectory, estimate: Trajectory, timing: _Timin
         frames,
         Trajectory(stamps[known], at_poses[known]),
         reach=max(timing.t_max_diff, timing.max_gap / 2),
-        unit=np.nan_to_num(unit),
+        unit=np.nan_to_num(unit) if timing.max_gap > 0 else -1.0,  # within which no frame is
     )
     if not covered.any():
         raise _nothing_in_common(frames.keys, estimate.keys[est_rows], timing)

@@ -13,6 +13,7 @@ from .files import Trajectory
 
 __all__ = ["covered_frames", "nearest_stamps", "reference_at", "reference_gap", "sampled_rows"]
 
+ROUNDING = 1e-6  # seconds, of time stamps
 STILL_DEG = 10.0  # degrees; the largest threshold of the RAS, as d is that of the TAS
 
 
@@ -66,7 +67,7 @@ def covered_frames(
     the poses and the reference at these.
     """
     nearest, distance = nearest_stamps(at_poses.keys, frames.keys)
-    covered = distance <= reach
+    covered = distance <= reach + ROUNDING
     gaps = np.searchsorted(frames.keys, at_poses.keys)
     for pose in np.flatnonzero(np.diff(at_poses.keys) > 2 * reach):
         rows = slice(gaps[pose], gaps[pose + 1])

@@ -5,7 +5,7 @@ scale and hardly on drift. At the true offset these angles agree best. Without r
 distances that it moves take their place; they are less sharp, as drift changes the scale.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,10 +18,10 @@ from .timeline import reference_at
 __all__ = ["TimeOffset", "find_offset"]
 
 SPAN, LONGEST_SPAN = 0.3, 2.0  # seconds over which motions are compared
-SAMPLE = 400  # motions looked at, evenly spread
+SAMPLE, FAR_SAMPLE = 400, 100  # motions looked at, evenly spread
 MIN_MOTIONS = 20  # fewer agree at some offset by chance
 NEARBY = 1.0  # seconds; offsets up to this one are tried first
-STEP, FINE_STEP = 0.05, 0.005  # seconds from one trial to the next
+STEP, FAR_STEP, FINE_STEP = 0.05, 0.1, 0.005  # seconds from one trial to the next
 MAX_TRIALS = 4000  # where nothing is known of the offset
 MIN_GAIN = 2.0  # factor by which motions must agree better for an offset to be certain
 OUTLIER = 3.0  # median disagreements at which a disagreement is capped
@@ -60,8 +60,9 @@ def find_offset(
     if anywhere and not (found and found.certain):
         least = float(reference.keys[0] - motions.ends.max())
         most = float(reference.keys[-1] - motions.starts.min())
-        step = max(STEP, (most - least) / MAX_TRIALS)
-        far = motions.best(np.arange(least, most + step / 2, step))
+        step = max(FAR_STEP, (most - least) / MAX_TRIALS)
+        every = max(1, len(motions.starts) // FAR_SAMPLE)
+        far = motions.best(np.arange(least, most + step / 2, step), every)
         found = far if far and far.certain else found
     return found
 
@@ -112,9 +113,14 @@ class _Motions:
     def _reference_at(self, times: Floats) -> tuple[Floats, Booleans]:
         return reference_at(self.reference, times, gap=LONGEST_SPAN, t_max_diff=0.0)
 
-    def best(self, offsets: Floats) -> TimeOffset | None:
-        """Return the best offset, to a fraction of the fine step; None where none has motions."""
-        coarse = np.array([self.disagreement(offset) for offset in offsets])
+    def best(self, offsets: Floats, every: int = 1) -> TimeOffset | None:
+        """Return the best offset, to a fraction of the fine step; None where none has motions.
+
+        With `every` the offsets are tried with fewer motions.
+        """
+        starts, ends, sizes = self.starts[::every], self.ends[::every], self.sizes[::every]
+        some = replace(self, starts=starts, ends=ends, sizes=sizes)
+        coarse = np.array([some.disagreement(offset) for offset in offsets])
         if not np.isfinite(coarse).any():
             return None
         centre = offsets[np.argmin(coarse)]

@@ -1,0 +1,106 @@
+"""A constant offset between two clocks, found by rotation rates or speeds."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from alignscores import evaluate
+from alignscores.trajectories.files import Trajectory, read_tum
+
+TIMES = np.arange(1200) / 20
+
+
+def walk(seed=0):
+    """A minute of a hand-held camera, at 20 Hz."""
+    rng = np.random.default_rng(seed)
+    waves = rng.uniform(0.3, 3, (6, 3)), rng.uniform(0, 6, (6, 3))
+    turns, moves = (
+        sum(np.sin(TIMES[:, None] * speed + phase) for speed, phase in zip(*part, strict=True))
+        for part in ([wave[:3] for wave in waves], [wave[3:] for wave in waves])
+    )
+    poses = np.tile(np.eye(4), (len(TIMES), 1, 1))
+    poses[:, :3, :3] = Rotation.from_rotvec(0.4 * turns).as_matrix()
+    poses[:, :3, 3] = moves
+    return Trajectory(TIMES, poses)
+
+
+def disturbed(truth, late, step=1, sigma=0.01):
+    rng, n = np.random.default_rng(1), len(truth.keys)
+    poses = truth.poses.copy()
+    turns = Rotation.from_rotvec(rng.normal(0, sigma, (n, 3))).as_matrix()
+    poses[:, :3, :3] = turns @ poses[:, :3, :3]
+    poses[:, :3, 3] += rng.normal(0, sigma, (n, 3))
+    return Trajectory((truth.keys + late)[::step], poses[::step])
+
+
+def offset(truth, estimate, **settings):
+    """Return the offset that was added to the stamps, and the notes on it."""
+    found = evaluate(truth, estimate, t_offset="auto", **settings)
+    added = found.estimate.keys[0] - np.asarray(estimate.keys)[0]
+    return added, [note for note in found.notes if "offset" in note]
+
+
+@pytest.mark.parametrize("step", [1, 10])  # all frames, and one in half a second
+@pytest.mark.parametrize("late", [0.137, -0.05, 5.25, 1.6e9])
+def test_an_offset_is_found_within_5_ms(late, step):
+    truth = walk()
+    added, (note,) = offset(truth, disturbed(truth, late, step))
+    assert added == pytest.approx(-late, abs=0.005)
+    assert "rotation rates fit" in note
+
+
+def test_no_offset_is_found_where_there_is_none():
+    for seed in range(3):
+        truth = walk(seed)
+        for step in (1, 10):
+            added, (note,) = offset(truth, disturbed(truth, 0.0, step, sigma=0.03))
+            assert added == 0
+            assert note.startswith("estimate: time offset 0, since none is certain")
+
+
+def test_without_rotations_speeds_find_it():
+    truth = walk()
+    estimate = disturbed(truth, 0.137, sigma=1e-3)
+    estimate.poses[:, :3, :3] = np.nan
+    added, (note,) = offset(truth, estimate)
+    assert added == pytest.approx(-0.137, abs=0.005)
+    assert "speeds fit" in note
+
+
+def test_frames_and_scale_do_not_matter():
+    truth = walk()
+    estimate = disturbed(truth, 0.137)
+    turn = Rotation.from_rotvec([1.0, 2.0, 3.0]).as_matrix()
+    poses = estimate.poses.copy()
+    poses[:, :3, :3] = turn @ poses[:, :3, :3] @ turn
+    poses[:, :3, 3] = 7 * poses[:, :3, 3] @ turn.T + 100
+    added, _ = offset(truth, estimate._replace(poses=poses))
+    assert added == pytest.approx(-0.137, abs=0.005)
+
+
+def test_a_clock_that_is_off_is_noted_with_the_option_that_mends_it():
+    truth = walk()
+    assert not any("clock" in note for note in evaluate(truth, disturbed(truth, 0.0)).notes)
+    notes = evaluate(truth, disturbed(truth, 0.137)).notes
+    (note,) = [note for note in notes if "clock" in note]
+    seconds = float(note.split("--t_offset ")[1].split()[0])
+    assert seconds == pytest.approx(-0.137, abs=0.005)
+    settled = evaluate(truth, disturbed(truth, 0.137), t_offset=seconds)
+    assert not any("clock" in note for note in settled.notes)
+
+
+def test_motions_that_fit_nowhere_are_refused_if_the_clocks_have_no_time_in_common():
+    other = walk(7)
+    with pytest.raises(ValueError, match=r"no time offset makes its motions fit .* --t_offset X"):
+        evaluate(walk(), Trajectory(other.keys + 1000, other.poses), t_offset="auto")
+
+
+def test_real_runs_have_the_offsets_that_are_known(real):
+    for sequence in ("MH_01", "V1_01", "V2_02"):
+        folder = real / "euroc" / sequence
+        truth = read_tum(folder / "groundtruth.txt")
+        for system, late in (("vislam_ba", 0.0), ("vislam_rp", 0.05), ("vio_stereo", 0.0)):
+            file = folder / system / "0.txt"
+            if file.exists():
+                added, _ = offset(truth, read_tum(file))
+                assert added == pytest.approx(-late, abs=0.002)
