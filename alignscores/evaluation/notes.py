@@ -78,7 +78,7 @@ def matching_notes(
 ) -> list[str]:
     """Say which poses were left out, where these are more than a few, and what was lost unseen."""
     unmatched, n = matches.unmatched, len(estimate.keys)
-    if not settings.form.timed:
+    if estimate.keys.dtype.kind != "f":
         if not unmatched:
             return []
         note = f"{unmatched} of {n} images are not in the reference; left out"

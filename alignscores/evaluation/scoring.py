@@ -167,7 +167,9 @@ def score(
     metrics, reasons = _metric_values(pairs, settings, n_parts=len(parts))
     unit = scores.result.tas.unit * settings.max_threshold
     chance = chance_level(reference.poses[matches.expected_rows, :3, 3], unit)
-    notes = [*notes, *parts_notes(described), *chance_notes(chance), *reasons]
+    if whole.keys.dtype.kind == "f":
+        notes += chance_notes(chance)
+    notes = [*notes, *parts_notes(described), *reasons]
     return Evaluation(
         name=name,
         file="" if isinstance(estimate, Trajectory) else str(estimate),
