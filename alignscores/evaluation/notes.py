@@ -124,10 +124,10 @@ def _gaps_note(matches: Matches, estimate: Trajectory, max_gap: float) -> str:
     share = longer.sum() / max(expected[1] - expected[0], np.finfo(float).tiny)
     if share <= MUCH_IN_GAPS:
         return ""
-    most = math.ceil(longer.max())
+    most = math.ceil(10 * longer.max()) / 10
     return (
-        f"{share:.0%} of the time lies in gaps of {max_gap:g} to {most} s between its poses; "
-        f"--max_gap {most} covers them, for all estimates"
+        f"{share:.0%} of the time lies in gaps of {max_gap:g} to {most:g} s between its poses; "
+        f"--max_gap {most:g} covers them, for all estimates"
     )
 
 
