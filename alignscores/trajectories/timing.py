@@ -81,7 +81,8 @@ class _Motions:
     def sampled(cls, reference: Trajectory, estimate: Trajectory) -> "_Motions | None":
         """Return motions from all over an estimate; None where there are too few."""
         finite = finite_rows(estimate.poses[:, :3, :3])
-        rotations = bool(finite.sum() > MIN_MOTIONS)
+        turned = estimate.poses[finite, :3, :3]  # all alike where a file has positions alone
+        rotations = len(turned) > MIN_MOTIONS and bool((turned != turned[0]).any())
         rows = np.flatnonzero(finite if rotations else finite_rows(estimate.poses[:, :3, 3]))
         rows = rows[np.argsort(estimate.keys[rows], kind="stable")]
         stamps = estimate.keys[rows]
@@ -133,7 +134,7 @@ class _Motions:
         offset = float(fine[row] + FINE_STEP * share)
         now = self.disagreement(0.0)
         now = now if now < np.inf else float(np.median(coarse[np.isfinite(coarse)]))
-        rounding = 1e-6 * float(np.median(self.sizes))
+        rounding = max(1e-6 * float(np.median(self.sizes)), np.finfo(float).tiny)
         gain = (now + rounding) / (self.disagreement(offset) + rounding)
         return TimeOffset(offset, gain, "rotation rates" if self.rotations else "speeds")
 
