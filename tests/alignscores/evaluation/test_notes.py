@@ -1,18 +1,14 @@
-"""What is noted: poses left out, scores that do not compare, mix-ups of convention."""
+"""What is noted: poses left out, gaps, scores that chance explains, mix-ups of convention."""
 
 import json
 import warnings
-from contextlib import suppress
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import Convention, evaluate
-from alignscores.evaluation import notes
-from alignscores.evaluation.settings import Settings
-from alignscores.similarity import Similarity
+from alignscores import evaluate
+from alignscores.evaluation.notes import collected_warnings
 from alignscores.trajectories.files import (
     Trajectory,
     TrajectoryWarning,
@@ -21,7 +17,6 @@ from alignscores.trajectories.files import (
     read_kitti,
 )
 from alignscores.trajectories.files.vslamlab import HEADER as VSLAMLAB
-from alignscores.trajectories.timing import TimeOffset
 from alignscores.validation import AlignmentWarning
 
 from ..conftest import write_poses
@@ -30,40 +25,45 @@ TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 KITTI = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
 
 
+def winding(seconds=40, rate=10):
+    """Poses of a camera that moves and turns all the time."""
+    times = np.arange(seconds * rate) / rate
+    poses = np.tile(np.eye(4), (len(times), 1, 1))
+    poses[:, :3, 3] = np.transpose([10 * np.cos(times / 7), 8 * np.sin(times / 5), np.sin(times)])
+    turns = np.transpose([0.3 * np.sin(times), 0.2 * np.cos(times / 3), times / 7])
+    poses[:, :3, :3] = Rotation.from_rotvec(turns).as_matrix()
+    return Trajectory(times, poses)
+
+
+TRUTH = winding()
+
+
+def without(lost):
+    """Return the truth without the poses at which `lost`, a function of the time, holds."""
+    kept = ~lost(TRUTH.keys)
+    return Trajectory(TRUTH.keys[kept], TRUTH.poses[kept])
+
+
 def test_poses_without_a_reference(run, lines, write):
     late = [line.replace("17000000", "17000009", 1) for line in lines[:10]]
     code, _, err = run(*TUM[:2], write(lines + late))
     assert code == 0
     assert "est.txt: 9 of 48 poses have no reference pose near them in time\n" in err
-    assert "of the time, the rest" not in err
     code, _, err = run("nerf", "nerf/estimate.json", "nerf/reference.json")
     assert code == 0
     assert "3 of 40 images are not in the reference; left out (it has all of" in err
 
 
-@pytest.mark.parametrize(
-    ("kept", "share"), [(range(19), 52), ([*range(10), *range(30, 38)], 48), (range(20, 38), 45)]
-)
-def test_a_lost_track(run, lines, write, kept, share):
-    """Else lost frames would silently improve the score, be they in the middle or at an end."""
-    est = write([lines[row] for row in kept])
-    _, _, err = run(*TUM[:2], est, "--missing", "ignore")
-    note = f"est.txt: the track covers only {share}% of the time, the rest is not scored"
-    assert err == f"alignscores: note: {note}; --missing fail counts it as failures\n"
-    assert run(*TUM[:2], est, "--missing", "fail")[2] == ""
-
-
-def test_a_lost_track_where_the_reference_is_denser(run, score, tum):
-    """A motion capture system has poses that no camera could have."""
-    files = "tum", tum(400, 100, "gt.txt"), tum(40, 10, "est.txt", lost=(10, 30))
-    _, _, err = run(*files, "--missing", "ignore")
-    assert "the track covers only 50%" in err
-    assert err.endswith("; --missing fail counts it as failures\n")
-    (result,) = score(*files, "--missing", "fail")
-    assert (result["n"], result["missing"], result["lost"]) == (40, 20, 0.5)
-    assert run(*files, "--missing", "fail")[2] == ""
-    tum(400, 10, "gt.txt")
-    assert run(*files, "--missing", "fail")[2] == ""
+def test_a_lost_track_that_is_not_scored():
+    """Otherwise lost frames would improve the score without a word."""
+    half = without(lambda times: times >= 20)
+    ignored, failed = (evaluate(TRUTH, half, missing=missing) for missing in ("ignore", "fail"))
+    assert ignored.notes == [
+        "estimate: the track covers only 52% of the time, the rest is not scored; --missing fail "
+        "counts it as failures"
+    ]
+    assert ignored.pas == 1
+    assert failed.pas == pytest.approx(0.525, abs=0.001)
 
 
 def test_what_is_wrong_with_the_reference_is_noted_once(run, write, examples):
@@ -76,23 +76,110 @@ def test_what_is_wrong_with_the_reference_is_noted_once(run, write, examples):
     assert printed["notes"][1] == "duplicates in the reference (of stamp or name), left out: 1"
     assert [result["notes"] for result in printed["results"]] == [[], []]
     assert err.splitlines() == [f"alignscores: note: {note}" for note in printed["notes"]]
-    _, out, _ = run(*TUM[:2], *files, "--json")
-    assert json.loads(out)["results"] == printed["results"]
 
 
-@pytest.mark.parametrize("missing", ["ignore", "fail"])
-def test_estimates_of_one_reference_have_one_d(run, tum, missing):
-    """Though keyframes are farther apart."""
-    reference = tum(400, 10, "gt.txt")
-    both = tum(400, 10, "est.txt"), tum(40, 1, "est_keyframes.txt")
-    code, out, err = run("tum", reference, *both, "--json", "--missing", missing)
-    assert (code, err) == (0, "")
-    printed = json.loads(out)
-    assert printed["ranked_by"] == "PAS"
-    first, second = printed["results"]
-    assert first["unit"] == second["unit"]
-    assert first["n"] == second["n"] == 400
-    assert first["half_distance"] == pytest.approx(second["half_distance"], rel=0.2)
+ABSENT = "the reference has no pose for {} of {}; nothing is expected there"
+
+
+@pytest.mark.parametrize("how", ["rows of nan", "a gap"])
+def test_nothing_is_expected_where_a_reference_has_no_pose(how):
+    inside = (TRUTH.keys >= 10) & (TRUTH.keys < 20)
+    if how == "a gap":
+        reference = Trajectory(TRUTH.keys[~inside], TRUTH.poses[~inside])
+    else:
+        reference = Trajectory(TRUTH.keys, TRUTH.poses.copy())
+        reference.poses[inside, :3] = np.nan
+    for estimate in (TRUTH, reference):
+        found = evaluate(reference, estimate)
+        assert (found.pas, found.lost, found.to_dict()["n"]) == (1, 0, 300)
+        assert ABSENT.format("25.3%", "the time") in found.notes
+    assert evaluate(TRUTH, TRUTH).notes == []
+
+
+@pytest.mark.parametrize("keys", [np.arange(40), np.array([f"{k:03}.png" for k in range(40)])])
+def test_nothing_is_expected_of_cameras_of_which_the_reference_is_nan(keys):
+    poses = TRUTH.poses[::10].copy()
+    poses[[3, 17], :3] = np.nan
+    found = evaluate(Trajectory(keys, poses), Trajectory(keys, TRUTH.poses[::10]))
+    assert (found.pas, found.to_dict()["n"]) == (1, 38)
+    assert found.notes[0] == ABSENT.format("5.0%", "its cameras")
+
+
+def repeated(n):
+    """Return the truth with n of its poses twice."""
+    rows = np.sort(np.append(np.arange(len(TRUTH.keys)), np.arange(0, 2 * n, 2)))
+    return Trajectory(TRUTH.keys[rows], TRUTH.poses[rows])
+
+
+def test_duplicates_are_noted_or_refused():
+    assert evaluate(TRUTH, repeated(3)).notes == []
+    assert evaluate(TRUTH, repeated(20)).notes == [
+        "estimate: 20 of 420 poses have the time stamp of another one; left out"
+    ]
+    message = (
+        "^100 of 500 poses of the estimate have the time stamp of another one; write stamps with "
+        "all their digits, and each pose once$"
+    )
+    with pytest.raises(ValueError, match=message):
+        evaluate(TRUTH, repeated(100))
+
+
+def test_stamps_in_whole_seconds_are_refused(run, write, lines):
+    rounded = [" ".join([line[:10], *line.split()[1:]]) for line in lines]
+    code, _, err = run(*TUM[:2], write(rounded))
+    assert (code, err.count("\n")) == (1, 1)
+    assert "est.txt: 33 of 38 poses of the estimate have the time stamp of another one" in err
+
+
+def test_few_scored_poses_are_noted():
+    note = "estimate: only 19 of its poses are scored, so few fit by chance"
+    for n, said in ((19, True), (20, False)):
+        rows = np.linspace(0, len(TRUTH.keys) - 1, n).round().astype(int)
+        estimate = Trajectory(TRUTH.keys[rows], TRUTH.poses[rows])
+        assert (note in evaluate(TRUTH, estimate, max_gap=4).notes) == said
+
+
+def test_gaps_that_a_larger_one_would_cover_are_noted():
+    some = without(lambda times: (times + 3) % 10 >= 5.6)  # gaps of 4.5 s
+    found = evaluate(TRUTH, some)
+    (note,) = found.notes
+    assert note.startswith("estimate: 45% of the time lies in gaps of 2 to 5 s between its poses;")
+    assert note.endswith("; --max_gap 5 covers them, for all estimates")
+    assert found.lost > 0.2
+    covered = evaluate(TRUTH, some, max_gap=5)
+    assert (covered.pas, covered.lost, covered.notes) == (1, 0, [])
+    # A lost track is no such gap.
+    assert evaluate(TRUTH, without(lambda times: (times > 10) & (times < 20))).notes == []
+
+
+def test_ends_that_no_estimate_covers_are_noted(run, tmp_path):
+    late, early = without(lambda times: times < 5), without(lambda times: times > 30)
+    (note,) = evaluate(TRUTH, late).notes
+    assert note == (
+        "no estimate covers the first 4.0 s of the reference; --t_start 4.000 leaves them out"
+    )
+    assert evaluate(TRUTH, late, t_start=4.0).pas == 1
+    (note,) = evaluate(TRUTH, early).notes
+    assert note.startswith("no estimate covers the last 8.9 s of the reference; --t_end 31.000")
+    for name, trajectory in (("gt", TRUTH), ("late", late), ("early", early)):
+        write_poses["tum"](tmp_path / name, *trajectory)
+    both = run("tum", tmp_path / "gt", tmp_path / "late", tmp_path / "early")[2]
+    assert "no estimate covers" not in both
+    twice = run("tum", tmp_path / "gt", tmp_path / "late", tmp_path / "late")[2]
+    assert twice.count("no estimate covers the first 4.0 s") == 1
+
+
+@pytest.mark.parametrize("stands", [True, False])
+def test_the_score_of_a_camera_that_never_moves(stands):
+    poses = TRUTH.poses.copy()
+    if stands:
+        poses[100:300, :3, 3] = poses[100, :3, 3]
+    reference = Trajectory(TRUTH.keys, poses)
+    found = evaluate(reference, reference)
+    chance = found.to_dict()["chance"]
+    assert (chance > 0.4) == stands
+    notes = [f"estimate: a camera that never moves would have a TAS of {chance:.2f}: the reference"]
+    assert [note[: len(notes[0])] for note in found.notes] == notes * stands
 
 
 @pytest.mark.parametrize("missing", ["ignore", "fail"])
@@ -101,41 +188,23 @@ def test_estimates_of_some_images_have_the_d_of_all(run, examples, write, missin
     content["frames"] = content["frames"][::4]
     few = write(json.dumps(content), "few.json")
     files = ["nerf", "nerf/reference.json", "nerf/estimate.json", few]
-    _, out, err = run(*files, "--missing", missing, "--json")
-    assert err == ""
-    results = {result["name"]: result for result in json.loads(out)["results"]}
-    assert results["few.json"]["unit"] == results["estimate.json"]["unit"]
-    if missing == "fail":
-        assert list(results) == ["estimate.json", "few.json"]
+    results = json.loads(run(*files, "--missing", missing, "--json")[1])["results"]
+    assert len({result["unit"] for result in results}) == 1
 
 
-def test_real_keyframes_and_all_frames_stand_in_one_table(run, real):
-    files = [real / f"fr2_desk_{name}.txt" for name in ("groundtruth", "ORB", "ORB_kf_mono")]
-    _, out, err = run("tum", *files, "--json")
-    frames, keyframes = json.loads(out)["results"]
-    assert [result["name"][9:-4] for result in (frames, keyframes)] == ["ORB", "ORB_kf_mono"]
-    assert frames["unit"] == keyframes["unit"] == pytest.approx(0.00819, rel=0.05)
-    assert frames["n"] == keyframes["n"]
-    assert max(frames["lost"], keyframes["lost"]) < 0.15
-    assert keyframes["half_distance"] == pytest.approx(frames["half_distance"], rel=1)
-    assert err.count("duplicates in the reference") == 1
-    assert "ORB.txt: the track covers" not in err
-
-
-def test_mix_ups(run, kitti, examples, lines, write):
-    """Besides those that options take out; see test_scoring.py."""
+def test_mix_ups(run, kitti, examples):
+    """Besides those that options take out; see test_evaluate.py."""
     poses = read_kitti(examples / KITTI[2]).poses
-    mirrored, transposed = poses.copy(), poses.copy()
+    mirrored, transposed, translations = poses.copy(), poses.copy(), poses.copy()
     mirrored[:, 1, 3] *= -1
-    _, _, err = run(*KITTI[:2], kitti(mirrored))
-    assert "the positions fit the mirror image of the reference" in err
     transposed[:, :3, :3] = poses[:, :3, :3].transpose(0, 2, 1)
-    _, _, err = run(*KITTI[:2], kitti(transposed))
-    assert "the rotations seem to be world-to-camera, but the positions are camera centres" in err
-    translations = poses.copy()
     translations[:, :3, 3] = inverse_poses(poses)[:, :3, 3]
-    _, _, err = run(*KITTI[:2], kitti(translations))
-    assert "the positions seem to be world-to-camera translations t, but the rotations R are" in err
+    for wrong, said in (
+        (mirrored, "the positions fit the mirror image of the reference"),
+        (transposed, "rotations seem to be world-to-camera, but the positions are camera centres"),
+        (translations, "seem to be world-to-camera translations t, but the rotations R are"),
+    ):
+        assert said in run(*KITTI[:2], kitti(wrong))[2]
 
 
 WRONG_END = "the quaternions seem to have w at the wrong end"
@@ -161,46 +230,16 @@ def test_quaternions_of_a_model_with_w_at_the_wrong_end(run, examples, tmp_path)
     assert WRONG_END in run("colmap", "colmap/reference", tmp_path / "model")[2]
 
 
-def test_a_time_offset(run, score, tmp_path):
-    def tum(rate, offset, name):
-        times = np.arange(20, 1980 if "est" in name else 2000, 100 / rate) / 100
-        path = [np.sin(times), np.cos(1.7 * times), np.sin(0.3 * times**1.5)]
-        rotations = [np.zeros((3, len(times)))], [np.ones(len(times))]
-        np.savetxt(tmp_path / name, np.vstack([times - offset, path, *map(np.vstack, rotations)]).T)
-        return tmp_path / name
-
-    reference = tum(50, 0, "gt.txt")
-    ignore = "--missing", "ignore"  # both ends of the reference have no frame
-    (honest,) = score("tum", reference, tum(10, 0, "est.txt"), *ignore)
-    assert honest["notes"] == []
-    for offset, code in ((0.2, 0), (-1.7e9, 1)):
-        files = "tum", reference, tum(10, offset, "est_off.txt"), *ignore
-        found, _, err = run(*files)
-        assert found == code
-        assert ("count from its start: --t_offset auto" if code else "--t_offset 0.200, or") in err
-        (result,) = score(*files, "--t_offset", "auto")
-        assert f"time offset of {offset:.4f} s found" in result["notes"][0]
-        assert result["PAS"] == pytest.approx(honest["PAS"], abs=0.02)
-    few = tmp_path / "few.txt"
-    few.write_text("".join(files[2].read_text().splitlines(True)[:9]))
-    code, _, err = run("tum", reference, few, *ignore, "--t_offset", "auto")
-    assert code == 1
-    assert "no time offset makes its positions fit" in err
-
-
-def test_no_time_offset_is_made_up_on_an_orbit(run, score, tmp_path):
-    """A circle, turned about its middle, fits at any offset."""
-    times = np.arange(120) / 10
-    path = np.transpose([np.cos(times / 2), np.sin(times / 2), np.zeros(120), *np.zeros((3, 120))])
-    for name, noise in (("gt.txt", 0), ("est.txt", 0.01)):
-        errors = np.random.default_rng(0).normal(scale=noise, size=(120, 3))
-        poses = path + np.pad(errors, ((0, 0), (0, 3)))
-        np.savetxt(tmp_path / name, np.column_stack([times, poses, np.ones(120)]))
-    files = "tum", tmp_path / "gt.txt", tmp_path / "est.txt"
-    (plain,) = score(*files)
-    (found,) = score(*files, "--t_offset", "auto")
-    assert found["TAS"] == plain["TAS"]
-    assert "no time offset at which its positions fit 1.2 times" in found["notes"][0]
+def test_clocks_of_positions_alone_are_compared_by_speeds():
+    """Their rotations are all the same; of a camera that stands there is nothing to compare."""
+    poses = TRUTH.poses.copy()
+    poses[:, :3, :3] = np.eye(3)
+    (note,) = evaluate(TRUTH, Trajectory(TRUTH.keys - 0.2, poses), metrics="TAS").notes[:1]
+    assert "its clock seems to be off: with --t_offset 0.20" in note
+    assert "its speeds fit" in note
+    poses[:, :3, 3] = 1
+    notes = evaluate(TRUTH, Trajectory(TRUTH.keys, poses)).notes
+    assert not any("clock" in note for note in notes)
 
 
 def test_swapped_files(run, tmp_path):
@@ -223,10 +262,11 @@ def drive(n=60, *, turning=True):
     return poses
 
 
-def moved(poses, body, noise=0.01):
-    """The same in another world, with noise, and seen in another frame of the body."""
+def moved(poses, degrees, noise=0.01):
+    """The same in another world, with noise, of a camera that is mounted otherwise."""
     frame, world = np.eye(4), np.eye(4)
-    frame[:3, :3], world[:3, :3] = body.as_matrix(), Rotation.from_euler("y", 1).as_matrix()
+    frame[:3, :3] = Rotation.from_euler("y", degrees, degrees=True).as_matrix()
+    world[:3, :3] = Rotation.from_euler("y", 1).as_matrix()
     est = world @ poses @ frame
     est[:, :3, 3] += np.random.default_rng(0).normal(scale=noise, size=(len(est), 3)) + 4
     return est
@@ -236,396 +276,64 @@ APART = "positions and rotations are aligned by rotations that differ by "
 
 
 @pytest.mark.parametrize(
-    ("degrees", "alignment", "expected"),
+    ("degrees", "alignment", "noted"),
     [
-        (15, ["similarity"], APART + "15."),
-        (15, ["rigid"], APART + "15."),
-        (15, ["yaw", "--up=-y"], APART + "15."),
-        (15, ["none"], None),
-        (3, ["similarity"], None),
+        (15, ["similarity"], True),
+        (15, ["yaw", "--up=-y"], True),
+        (15, ["none"], False),
+        (3, ["similarity"], False),
     ],
 )
-def test_a_camera_that_is_mounted_otherwise_than_calibrated(
-    run, kitti, degrees, alignment, expected
-):
+def test_a_camera_that_is_mounted_otherwise_than_calibrated(run, kitti, degrees, alignment, noted):
     """On a flat road its heading is taken for that of the world, so that no score counts it."""
-    body = Rotation.from_euler("y", degrees, degrees=True)
-    files = kitti(drive(), "gt.txt"), kitti(moved(drive(), body))
-    _, out, err = run("kitti", *files, "--alignment", *alignment, "--json")
-    (result,) = json.loads(out)["results"]
-    if expected is None:
-        assert err == ""
-    else:
-        assert (result["RAS"], err.count("\n")) == (1, 1)
-        assert expected in err
-        assert err.endswith("look at the calibration between camera and body\n")
+    files = kitti(drive(), "gt.txt"), kitti(moved(drive(), degrees))
+    _, _, err = run("kitti", *files, "--alignment", *alignment)
+    assert (APART + "15." in err, err.count("\n")) == (noted, int(noted))
 
 
-def test_where_positions_fix_no_rotation_the_two_are_not_compared(run, kitti):
-    """On a straight road the spin about it is free; and noise as large as the bends turns it."""
-    straight, body = drive(turning=False), Rotation.from_euler("y", 15, degrees=True)
-    for gt, noise in ((straight, 0.01), (drive(), 8)):
-        assert APART not in run("kitti", kitti(gt, "gt.txt"), kitti(moved(gt, body, noise)))[2]
+def test_where_one_of_the_two_is_bad_it_has_no_alignment_to_compare(run, kitti):
+    """Of a straight road, of two positions, of noise as large as the bends, or of any rotations."""
+    two, turned = moved(drive(), 15), moved(drive(), 0)
+    two[2:, :3, 3] = np.nan
+    turned[:, :3, :3] = Rotation.random(60, rng=1).as_matrix()
+    for gt, est in (
+        (drive(turning=False), moved(drive(turning=False), 15)),
+        (drive(), two),
+        (drive(), moved(drive(), 15, noise=8)),
+        (drive(), turned),
+    ):
+        code, _, err = run("kitti", kitti(gt, "gt.txt"), kitti(est), "--alignment", "rigid")
+        assert (code, APART in err) == (0, False)
 
 
-@pytest.mark.parametrize("n", [1, 2])
-@pytest.mark.parametrize("alignment", [["rigid"], ["yaw", "--up", "y"]])
-def test_two_positions_fix_no_rotation(run, kitti, alignment, n):
-    """Though so few fit exactly, as the rotations of all do."""
-    est = moved(drive(), Rotation.from_euler("y", 15, degrees=True), noise=0)
-    est[n:, :3, 3] = np.nan
-    files = kitti(drive(), "gt.txt"), kitti(est)
-    code, _, err = run("kitti", *files, "--alignment", *alignment)
-    assert (code, APART in err) == (0, False)
-
-
-@pytest.mark.parametrize("wrong", ["positions", "rotations", "all rotations alike"])
-def test_where_one_of_the_two_is_bad_it_has_no_alignment_to_compare(run, kitti, wrong):
-    est, rng = moved(drive(), Rotation.identity()), np.random.default_rng(1)
-    if wrong == "positions":
-        est[:, :3, 3] += rng.normal(scale=3, size=(len(est), 3))
-    elif wrong == "rotations":
-        est[:, :3, :3] = Rotation.random(len(est), rng=rng).as_matrix()
-    else:
-        est[:, :3, :3] = np.eye(3)
-    assert APART not in run("kitti", kitti(drive(), "gt.txt"), kitti(est))[2]
-
-
-def test_another_convention_explains_why_the_two_differ(run, kitti):
-    body = Rotation.from_euler("x", 180, degrees=True)  # OpenGL's axes
-    files = kitti(drive(), "gt.txt"), kitti(moved(drive(), body))
-    _, _, err = run("kitti", *files)
-    assert "--body_rotation auto takes it out" in err
-    assert APART not in err
-    assert APART not in run("kitti", *files, "--body_rotation", "auto")[2]
-    result = evaluate(*files, format="kitti").result
-    turn = Rotation.from_matrix(result.tas.alignment.rotation.T @ result.ras.alignment)
-    assert np.degrees(turn.magnitude()) > 90
-
-
-@pytest.mark.parametrize("factor", [0.5, 0.97, 0.985, 1.0, 1.015, 1.03, 2.0])
+@pytest.mark.parametrize("factor", [0.5, 0.985, 1.0, 1.03])
 def test_a_scale_that_is_off_is_told_below_the_table(run, kitti, factor):
     est = drive()
     est[:, :3, 3] *= factor
-    files = "kitti", kitti(drive(), "gt.txt"), kitti(drive(), "right.txt"), kitti(est, "est.txt")
-    line = (
-        f"scale: est.txt {factor:g} times the reference's, taken out; --alignment rigid counts it"
-    )
-    _, out, _ = run(*files)
-    assert (line in out.splitlines()) == (abs(factor - 1) > 0.02)
-    results = {one["name"]: one for one in json.loads(run(*files, "--json")[1])["results"]}
-    assert results["est.txt"]["scale"] == pytest.approx(factor)
-    assert results["est.txt"]["alignment"]["scale"] == pytest.approx(1 / factor)
-    if abs(factor - 1) > 0.02:
-        _, out, _ = run(*files, "--alignment", "rigid")
-        assert "scale:" not in out
-        (right, wrong) = json.loads(run(*files, "--alignment", "rigid", "--json")[1])["results"]
-        assert (right["scale"], wrong["scale"]) == (1, 1)
-        assert wrong["TAS"] < right["TAS"] == 1
+    files = "kitti", kitti(drive(), "gt.txt"), kitti(est, "est.txt")
+    off = abs(factor - 1) > 0.02
+    assert (f"scale: est.txt {factor:g} times the reference's" in run(*files)[1]) == off
+    (result,) = json.loads(run(*files, "--json")[1])["results"]
+    assert result["scale"] == pytest.approx(factor)
+    assert result["alignment"]["scale"] == pytest.approx(1 / factor)
+    assert "scale:" not in run(*files, "--alignment", "rigid")[1]
 
 
 def test_images_have_no_metric_scale_to_be_off(run):
-    _, out, _ = run("nerf", "nerf/reference.json", "nerf/estimate.json")
-    assert "scale:" not in out
-
-
-def stamped(n, unit=1.0):
-    return Trajectory((1.7e9 + np.arange(n)) * unit, np.tile(np.eye(4), (n, 1, 1)))
-
-
-def matched(unmatched=0, missing=0, lost=0.0, without_reference=0):
-    return SimpleNamespace(
-        unmatched=unmatched,
-        missing=missing,
-        lost=lost,
-        without_reference=np.zeros(without_reference),
-    )
-
-
-COVERS = "the track covers only {} of the time, the rest is not scored; --missing fail counts it as"
-
-
-@pytest.mark.parametrize(
-    ("form", "missing", "counts", "expected"),
-    [
-        *[("tum", "ignore", {"unmatched": 10}, []), ("nerf", "ignore", {"lost": 0.9}, [])],
-        (
-            "tum",
-            "ignore",
-            {"unmatched": 11},
-            ["11 of 100 poses have no reference pose near them in time"],
-        ),
-        (
-            "tum",
-            "ignore",
-            {"without_reference": 2},
-            ["2 of the --frames have no reference pose within --t_max_diff; left out"],
-        ),
-        *[("tum", "ignore", {"lost": 0.1}, []), ("tum", "fail", {"lost": 0.9}, [])],
-        ("tum", "ignore", {"lost": 0.11}, [COVERS.format("89%") + " failures"]),
-        (
-            "tum",
-            "ignore",
-            {"unmatched": 99, "without_reference": 1, "lost": 0.75},
-            [
-                "99 of 100 poses have no reference pose near them in time",
-                "1 of the --frames have no reference pose within --t_max_diff; left out",
-                COVERS.format("25%") + " failures",
-            ],
-        ),
-        ("nerf", "fail", {"missing": 1}, []),
-        (
-            "nerf",
-            "fail",
-            {"unmatched": 1, "missing": 1},
-            ["1 of 100 images are not in the reference; left out"],
-        ),
-        (
-            "nerf",
-            "fail",
-            {"unmatched": 3},
-            [
-                "3 of 100 images are not in the reference; left out (it has all of the "
-                "reference's, too: the reference comes first)"
-            ],
-        ),
-    ],
-)
-def test_what_did_not_match(form, missing, counts, expected):
-    settings = Settings(format=form, missing=missing)
-    found = notes.matching_notes(matched(**counts), stamped(90), stamped(100), settings)
-    assert found == expected
-
-
-def test_poses_that_do_not_match_may_be_in_another_unit():
-    one, other = stamped(100), stamped(100, 1e9)
-    (found,) = notes.matching_notes(matched(50), one, other, Settings(format="tum"))
-    assert found.endswith(
-        "time; those of the estimate seem to be in nanoseconds: write them in seconds"
-    )
-
-
-def turned_apart(degrees):
-    """Results whose two alignments differ by an angle, with positions and errors beside."""
-    turn = Rotation.from_rotvec([0, degrees, 0], degrees=True).as_matrix()
-    world = Rotation.from_rotvec([0.5, 1, 2]).as_matrix()
-    positions = np.array([[3.0, 0, 0], [-3, 0, 0], [0, 2, 0], [0, -2, 0], [99, 99, 99]]) + 7
-    tas = SimpleNamespace(
-        alignment=Similarity(2.0, world, np.ones(3)), errors=np.array([0.1, 0.1, 0, 0.1, np.inf])
-    )
-    ras = SimpleNamespace(alignment=world @ turn, errors=np.array([0.0, 5.0, 5.0, np.inf, np.inf]))
-    return positions, SimpleNamespace(tas=tas, ras=ras)
-
-
-def test_alignments_that_differ_are_told():
-    positions, result = turned_apart(6.04)
-    assert notes.alignment_notes(positions, result) == [
-        "positions and rotations are aligned by rotations that differ by 6.0 degrees, which "
-        "neither score counts: look at the calibration between camera and body"
-    ]
-    assert notes.alignment_notes(*turned_apart(4.9)) == []
-    for kind in "tas", "ras":
-        positions, result = turned_apart(6)
-        getattr(result, kind).alignment = None
-        assert notes.alignment_notes(positions, result) == []
-    positions, result = turned_apart(6)
-    result.ras.errors[1:3] = 5.1
-    assert notes.alignment_notes(positions, result) == []
-    positions, result = turned_apart(6)
-    result.tas.errors[:4] = 0.13
-    assert notes.alignment_notes(positions, result) == []
-
-
-def test_alignments_differ_by_more_than_the_bound(monkeypatch):
-    positions, result = turned_apart(6)
-    turn = result.tas.alignment.rotation.T @ result.ras.alignment
-    apart = float(notes.rotation_angles(turn[None])[0])
-    for bound, told in ((apart, 0), (apart - 1e-9, 1)):
-        monkeypatch.setattr(notes, "APART_DEG", bound)
-        assert len(notes.alignment_notes(positions, result)) == told
-
-
-@pytest.mark.parametrize(("error", "fixed"), [(0.1232, True), (0.1233, False)])
-def test_positions_fix_a_rotation_of_five_degrees_beside_their_errors(error, fixed):
-    """The square root of 2 from a line, in the mean of squares, times its sine."""
-    positions = np.array([[3.0, 0, 0], [-3, 0, 0], [0, 2, 0], [0, -2, 0]]) + 7
-    assert notes._fix_rotation(positions, np.array([0, error, error, 9])) is fixed
-
-
-def test_three_positions_may_fix_a_rotation():
-    positions = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1]])
-    assert notes._fix_rotation(positions, np.zeros(3)) is True
-    assert notes._fix_rotation(positions[:2], np.zeros(2)) is False
-    on_a_line = np.array([[1.0, 0, 0], [2, 0, 0], [3, 0, 0]])
-    assert notes._fix_rotation(on_a_line, np.zeros(3)) is False
-
-
-def test_scales_that_are_off():
-    scales = {
-        "a": 1.0201,
-        "b": 1.0199,
-        "c": None,
-        "d": 1 / 1.0201,
-        "e": 1 / 1.0199,
-        "f": 1234.5,
-    }
-    said = (
-        "scale: a 1.02, d 0.98, f 1.23e+03 times the reference's, taken out; --alignment rigid "
-        "counts it"
-    )
-    assert notes.scale_note(scales, Settings(format="tum")) == said
-    assert notes.scale_note({"b": 1.0, "c": None}, Settings(format="tum")) == ""
-    assert notes.scale_note(scales, Settings(format="tum", alignment="rigid")) == ""
-    assert notes.scale_note(scales, Settings(format="colmap")) == ""
-
-
-def test_parts_are_told():
-    aligned = Similarity(1.0, np.eye(3), np.zeros(3))
-    parts = [SimpleNamespace(name=name, alignment=aligned) for name in ("0", "1", "2")]
-    in_parts = (
-        "in 3 parts, each aligned on its own: the scores are an upper bound of those of one model, "
-        "and do not compare with those of fewer parts"
-    )
-    assert notes.parts_notes([]) == []
-    assert notes.parts_notes(parts) == [in_parts]
-    parts[0].alignment = parts[2].alignment = None
-    lost = "cannot be aligned, so that their cameras fail: the parts 0, 2"
-    assert notes.parts_notes(parts) == [in_parts, lost]
-
-
-@pytest.mark.parametrize(
-    ("found", "expected"),
-    [
-        *[(None, []), (TimeOffset(0.25, 1.4), [])],
-        (
-            TimeOffset(-0.25, 1.5),
-            [
-                "its time stamps seem to be off: -0.250 s more and the positions fit 1.5 times as "
-                "well; --t_offset 1.750, or auto"
-            ],
-        ),
-    ],
-)
-def test_clocks_that_differ_are_told(monkeypatch, found, expected):
-    reference, estimate = stamped(5), stamped(4)
-
-    def offset(ref, est):
-        assert ref is reference
-        np.testing.assert_array_equal(est.keys, estimate.keys + 2)
-        assert est.poses is estimate.poses
-        return found
-
-    monkeypatch.setattr(notes, "find_offset", offset)
-    assert notes.offset_notes(reference, estimate, 2.0) == expected
-
-
-GAIN = "(RAS 0.12 as it is, 0.99 so)"
-FRAME = (
-    "the camera's frame is turned by a constant rotation against the reference's, 180 deg about x, "
-    "as OpenGL's camera axes to OpenCV's"
-)
-
-
-@pytest.mark.parametrize(
-    ("found", "invert", "applied", "expected"),
-    [
-        ({}, False, False, []),
-        (
-            {"inverted": True},
-            False,
-            False,
-            [f"the poses in the file seem to be world-to-camera {GAIN}; add --invert"],
-        ),
-        (
-            {"inverted": True, "frame": True},
-            True,
-            False,
-            [
-                "the poses in the file seem to be camera-to-world, not world-to-camera, and "
-                f"{FRAME} {GAIN}; leave out --invert, with --body_rotation auto"
-            ],
-        ),
-        (
-            {"quaternions_shifted": True, "rotations_inverted": True, "frame": True},
-            False,
-            False,
-            [f"the quaternions seem to have w at the wrong end {GAIN}; reorder them in the file"],
-        ),
-        (
-            {"rotations_inverted": True},
-            False,
-            False,
-            [
-                "the rotations seem to be world-to-camera, but the positions are camera centres "
-                f"{GAIN}; transpose the rotations in the file"
-            ],
-        ),
-        (
-            {"rotations_inverted": True, "frame": True},
-            False,
-            False,
-            [
-                "the rotations seem to be world-to-camera, but the positions are camera centres, "
-                f"and {FRAME} {GAIN}; transpose the rotations in the file"
-            ],
-        ),
-        ({"frame": True}, False, False, [f"{FRAME} {GAIN}; --body_rotation auto takes it out"]),
-        ({"frame": True}, False, True, [f"{FRAME} {GAIN}; taken out"]),
-        (
-            {"positions_inverted": True, "mirrored": True},
-            False,
-            False,
-            [
-                "the positions seem to be world-to-camera translations t, but the rotations R are "
-                "camera-to-world; write the camera centres -R t into the file",
-                "the positions fit the mirror image of the reference: one axis is flipped or two "
-                "are swapped, as in a left-handed world; no rotation mends that, correct the "
-                "export",
-            ],
-        ),
-    ],
-)
-def test_what_is_said_of_a_convention(found, invert, applied, expected):
-    flags = {key: value for key, value in found.items() if key != "frame"}
-    body = np.diag([1.0, -1.0, -1.0]) if "frame" in found else None
-    one = Convention(**flags, body_rotation=body, ras=0.123, corrected_ras=0.987)
-    assert notes.convention_notes(one, invert=invert, applied=applied) == expected
+    assert "scale:" not in run("nerf", "nerf/reference.json", "nerf/estimate.json")[1]
 
 
 def warn_of_much():
-    for _ in range(2):
-        warnings.warn("twice", AlignmentWarning, stacklevel=1)
-    warnings.warn("a\x07b", TrajectoryWarning, stacklevel=1)
-    warnings.warn("another", UserWarning, stacklevel=1)
-
-
-def collected(warn):
-    with notes.collected_warnings() as found:
-        warn()
+    with collected_warnings() as found:
+        for _ in range(2):
+            warnings.warn("twice", AlignmentWarning, stacklevel=1)
+        warnings.warn("a\x07b", TrajectoryWarning, stacklevel=1)
+        warnings.warn("another", UserWarning, stacklevel=1)
     return found
 
 
 def test_own_warnings_become_notes_each_once():
     """Others are issued, as from where they came."""
     with pytest.warns(UserWarning, match="^another$") as caught:
-        found = collected(warn_of_much)
-    assert found == ["twice", "a\\x07b"]
+        assert warn_of_much() == ["twice", "a\\x07b"]
     assert [(one.category, one.filename) for one in caught] == [(UserWarning, __file__)]
-
-
-def test_an_error_leaves_the_notes_before_it():
-    with suppress(KeyError), notes.collected_warnings() as found:
-        warnings.warn("before", AlignmentWarning, stacklevel=1)
-        raise KeyError
-    assert found == ["before"]
-
-
-@pytest.mark.parametrize(
-    ("error", "message"),
-    [
-        (ValueError(" two \n lines"), "two lines"),
-        *[(KeyError(), "KeyError"), (MemoryError("x"), "there is not enough memory for it")],
-    ],
-)
-def test_why(error, message):
-    assert notes.why(error) == message
