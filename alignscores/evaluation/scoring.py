@@ -169,7 +169,7 @@ def score(
     chance = chance_level(reference.poses[matches.expected_rows, :3, 3], unit)
     if whole.keys.dtype.kind == "f":
         notes += chance_notes(chance)
-    notes = [*notes, *parts_notes(described), *reasons]
+    notes += [*parts_notes(described), *reasons]
     return Evaluation(
         name=name,
         file="" if isinstance(estimate, Trajectory) else str(estimate),
