@@ -24,6 +24,7 @@ CASES = {  # what differs from the defaults: the formats that have it, and setti
     "nothing": (FORMS, {}),
     "missing": (FORMS - {"kitti"}, {"missing": "ignore"}),
     "sync": (TIMED, {"sync": "nearest", "max_gap": 0.0}),
+    "rate": (TIMED, {"rate": 5, "max_gap": 0.5}),
     "limits": (TIMED, {"t_start": 1.7e9 + 0.5, "t_end": 1.7e9 + 3.2}),
     "t_offset": (TIMED, {"t_offset": -0.0019, "t_max_diff": 0.0005}),
     "t_offset auto": (TIMED, {"t_offset": "auto"}),
@@ -35,9 +36,7 @@ CASES = {  # what differs from the defaults: the formats that have it, and setti
         FORMS,
         {"unit": 0.25, "max_threshold": 0.2, "max_threshold_deg": 3, "weight": 0.2},
     ),
-    "seed": (FORMS, {"seed": 3, "metrics": "ATE,recall@50cm,5deg"}),  # which draws
     "registration": (FORMS, {"registration": "pcr99", "seed": 4, "repeat": 3}),
-    "registration, not repeated": (FORMS - TIMED, {"registration": "pcr99", "repeat": 1}),
     "rigid": (FORMS, {"alignment": "rigid"}),
     "yaw": (FORMS, {"alignment": "yaw", "up": "-y", **LENIENT}),
     "none": (TIMED, {"alignment": "none", "registration": "pcr99", **LENIENT}),

@@ -2,16 +2,14 @@
 
 import json
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import Evaluation, Settings, evaluate, tas_profile
-from alignscores.evaluation.evaluation import STATUSES, Part, _alignment, _sd, finite_or_none
+from alignscores.evaluation.evaluation import STATUSES
 from alignscores.metrics import metric
-from alignscores.similarity import Similarity, least_squares_rmse
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import Trajectory, read_kitti, read_nerf, read_tum
 
@@ -71,32 +69,6 @@ def test_numbers_hang_together(tum):
     assert profile.scores[0] == pytest.approx(0.5, abs=0.01)
 
 
-def test_shares_below_d_and_10_degrees_end_there():
-    """Two cameras are off by 5 % less and by 5 % more, the others by nothing."""
-    rng = np.random.default_rng(0)
-    poses = np.tile(np.eye(4), (40, 1, 1))
-    poses[:, :3, :3], poses[:, :3, 3] = (
-        Rotation.random(40, rng=rng).as_matrix(),
-        rng.random((40, 3)),
-    )
-    off = poses.copy()
-    for row, factor in enumerate((0.95, 1.05)):
-        off[row, :3, 3] += [2 * factor, 0, 0]
-        off[row, :3, :3] @= Rotation.from_rotvec([10 * factor, 0, 0], degrees=True).as_matrix()
-    found = evaluate(
-        *(Trajectory(np.arange(40), one) for one in (poses, off)), format="kitti", unit=2.0
-    )
-    entry = found.to_dict()
-    assert (entry["within_unit"], entry["within_10_deg"]) == (39 / 40, 39 / 40)
-    on_the_border = replace(
-        found.result,
-        tas=replace(found.result.tas, errors=np.full(40, 2.0)),
-        ras=replace(found.result.ras, errors=np.full(40, 10.0)),
-    )
-    entry = replace(found, result=on_the_border).to_dict()
-    assert (entry["within_unit"], entry["within_10_deg"]) == (0, 0)
-
-
 def test_statuses_tell_what_of_a_pose_is_missing():
     rng = np.random.default_rng(0)
     poses = np.tile(np.eye(4), (20, 1, 1))
@@ -115,11 +87,11 @@ def test_other_metrics_of_keyframes_are_those_of_their_own_poses(examples):
     reference, estimate = (read_tum(examples / file) for file in TUM)
     rows = [*range(20), *range(20, 38, 4)]
     keyframes = Trajectory(estimate.keys[rows], estimate.poses[rows])
-    found = evaluate(reference, keyframes, format="tum", metrics="ate:rmse").metrics["ate:rmse"]
+    found = evaluate(reference, keyframes, sync="nearest", metrics="ate:rmse")
     own = match(reference, keyframes, missing="ignore", sync="nearest", max_gap=0.0)
     gt, est = (one[:, :3] for one in (own.gt_poses, own.est_poses))
     expected = metric("ate:rmse")(gt[..., 3], gt[..., :3], est[..., 3], est[..., :3])
-    assert found == pytest.approx(expected, rel=0.005)  # of every frame it is 2 % less
+    assert found.metrics["ate:rmse"] == pytest.approx(expected)
 
 
 def test_what_of_a_pose_is_not_finite_is_counted_apart(examples):
@@ -131,36 +103,8 @@ def test_what_of_a_pose_is_not_finite_is_counted_apart(examples):
     assert [counts[name] for name in names] == [3, 2, 1]
 
 
-def test_metrics_over_time_have_the_stamps(tum):
-    found = tum(metrics="rpe@0.5s")
-    assert found.value("rpe@0.5s") > 0
-    assert found.notes == []
-
-
 def test_the_half_score_distance_is_by_the_refined_registration(tum):
     assert tum(registration="pcr99").half_distance == tum(registration="refined").half_distance
-
-
-@pytest.mark.parametrize("up", ["x", "-y", "z"])
-def test_all_that_is_aligned_about_an_axis_is_so_about_this_one(examples, up):
-    files, index = [examples / file for file in FILES["kitti"]], 58
-    found = evaluate(*files, format="kitti", alignment="yaw", up=up)
-    unit = found.profiles.units[index]
-    at_unit = evaluate(*files, found.settings, unit=unit, max_threshold=1.0)
-    assert found.profiles.tas[index] == pytest.approx(at_unit.tas, abs=0.01)
-    assert at_unit.tas > 0.2
-    gt, est = (poses[:, :3, 3] for poses in (found.matches.gt_poses, found.matches.est_poses))
-    known = np.isfinite(est[:, 0])
-    expected = least_squares_rmse(gt[known], est[known], alignment="yaw", up=up)
-    assert found.ate == pytest.approx(expected)
-
-
-def test_cameras_in_one_place_have_a_profile_of_the_unit_that_is_given():
-    """No position has an extent; all are within any unit of where they should be."""
-    still = Trajectory(np.arange(5), np.tile(np.eye(4), (5, 1, 1)))
-    found = evaluate(still, still, format="kitti", unit=2.0, alignment="none")
-    assert found.profiles.units[[0, -1]].tolist() == [0.125, 8.0]
-    assert found.profiles.tas.tolist() == [1.0] * len(found.profiles.units)
 
 
 def test_trajectories_of_lists_and_of_three_rows_are_scored_alike(examples):
@@ -208,17 +152,6 @@ def test_frames_that_were_due_as_stamps(examples, tum, tmp_path):
     assert in_memory == from_file
 
 
-def test_what_is_wrong_with_trajectories_is_a_value_error(examples):
-    reference, estimate = (read_tum(examples / file) for file in TUM)
-    for wrong, reason in (
-        (Trajectory(estimate.keys, estimate.poses[:5]), "poses"),
-        (Trajectory(np.array(["a", "b"]), estimate.poses[:2]), "not of the same format"),
-        (Trajectory(estimate.keys[:0], estimate.poses[:0]), "the estimate has no poses"),
-    ):
-        with pytest.raises(ValueError, match=reason):
-            evaluate(reference, wrong)
-
-
 def test_a_table_of_pandas(tum):
     pandas = pytest.importorskip("pandas")
     plain, other = tum(metrics="auc@30:vggt,TAS"), tum(registration="pcr99", repeat=3)
@@ -254,14 +187,6 @@ def test_profiles_of_cameras_in_one_place_are_over_units_of_d():
     assert found.tas.tolist() == [1.0] * 7
 
 
-def test_profiles_have_a_hundred_thresholds(tum):
-    """So that a score is a number of hundredths of the cameras."""
-    found = tum()
-    hundredths = found.profiles.tas * 100 * len(found.matches.keys)
-    np.testing.assert_allclose(hundredths, np.round(hundredths), atol=1e-6)
-    assert len(np.unique(hundredths)) > 20
-
-
 def test_what_takes_the_estimate_to_the_reference():
     """Twice as large, turned about z and moved; a camera has no position, and one no rotation."""
     rng = np.random.default_rng(0)
@@ -285,49 +210,3 @@ def test_what_takes_the_estimate_to_the_reference():
     assert {key: entry[key] for key in counts} == counts
     assert (entry["TAS"], entry["RAS"], entry["unit"]) == (11 / 12, 11 / 12, 0.1)
     assert (entry["TAS_sd"], entry["PAS_sd"], entry["body_rotation"]) == (None, None, None)
-    in_parts = replace(found, parts=[Part("a", 7, found.result.tas.alignment), Part("b", 0, None)])
-    assert in_parts.scale is None
-    entry_of_parts = in_parts.to_dict()
-    assert (entry_of_parts["scale"], entry_of_parts["alignment"]) == (None, None)
-    assert entry_of_parts["parts"] == [
-        {"name": "a", "n": 7, "alignment": entry["alignment"]},
-        {"name": "b", "n": 0, "alignment": None},
-    ]
-    lost = replace(
-        found, result=replace(found.result, tas=replace(found.result.tas, alignment=None))
-    )
-    assert lost.scale is None
-    assert lost.to_dict()["alignment"] is None
-    assert np.isnan(lost.positions).all()
-    assert lost.positions.shape == (12, 3)
-
-
-def test_no_infinite_number_is_in_the_json():
-    assert [finite_or_none(one) for one in (None, np.nan, np.inf, -np.inf, 0.5)] == [None] * 4 + [
-        0.5
-    ]
-    tiny = Similarity(1e-320, np.eye(3), np.ones(3))
-    with np.errstate(all="ignore"):
-        assert _alignment(tiny) is None
-    assert _alignment(None) is None
-
-
-def test_one_value_has_no_deviation():
-    assert _sd([1.0]) is None
-    assert _sd([1.0, 3.0]) == pytest.approx(np.sqrt(2))
-    assert _sd([1.0, 2.0, 6.0]) == pytest.approx(np.sqrt(7))
-
-
-def test_a_table_has_a_column_for_each_number(tum):
-    found = tum(metrics="auc@30:vggt")
-    frame, entry = found.to_frame(), found.to_dict()
-    assert len(frame) == 1
-    assert {"name", "TAS", "unit", "scale", "auc@30:vggt"} <= set(frame.columns)
-    assert {"alignment", "parts", "metrics", "notes", "TAS_seeds"}.isdisjoint(frame.columns)
-    assert frame["TAS"][0] == entry["TAS"]
-    assert frame["auc@30:vggt"][0] == entry["metrics"]["auc@30:vggt"]
-
-
-def test_profiles_are_computed_once(tum):
-    found = tum()
-    assert found.profiles is found.profiles
