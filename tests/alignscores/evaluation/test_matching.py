@@ -24,21 +24,6 @@ def test_files_of_a_model_or_of_models(tmp_path):
     assert list(files_below(tmp_path / "none")) == [tmp_path / "none"]
 
 
-@pytest.mark.parametrize(("n_ref", "n_est", "enough"), [(5, 4, True), (5, 3, False), (3, 3, True)])
-def test_it_takes_four_poses_or_all(n_ref, n_est, enough):
-    both = trajectory(np.arange(float(n_ref))), trajectory(np.arange(float(n_est)))
-    changes = {"missing": "ignore", "t_max_diff": 0.25, "max_gap": 0, "t_end": 9, "unit": 1}
-    if enough:
-        assert evaluate(*both, **changes).to_dict()["matched"] == n_est
-        return
-    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the message is compared below
-        evaluate(*both, **changes)
-    assert str(caught.value) == (
-        "only 3 of 3 poses could be matched to the reference, and it takes 4 (--missing ignore, "
-        "--t_max_diff 0.25, --t_offset 0.0, --max_gap 0.0, --t_end 9.0)"
-    )
-
-
 @pytest.mark.parametrize("form", ["tum", "arrays"])
 def test_names_are_no_time_stamps(form):
     named = trajectory(["a", "b", "c", "d"])

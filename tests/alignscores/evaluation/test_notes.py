@@ -182,16 +182,6 @@ def test_the_score_of_a_camera_that_never_moves(stands):
     assert [note[: len(notes[0])] for note in found.notes] == notes * stands
 
 
-@pytest.mark.parametrize("missing", ["ignore", "fail"])
-def test_estimates_of_some_images_have_the_d_of_all(run, examples, write, missing):
-    content = json.loads((examples / "nerf/estimate.json").read_text())
-    content["frames"] = content["frames"][::4]
-    few = write(json.dumps(content), "few.json")
-    files = ["nerf", "nerf/reference.json", "nerf/estimate.json", few]
-    results = json.loads(run(*files, "--missing", missing, "--json")[1])["results"]
-    assert len({result["unit"] for result in results}) == 1
-
-
 def test_mix_ups(run, kitti, examples):
     """Besides those that options take out; see test_evaluate.py."""
     poses = read_kitti(examples / KITTI[2]).poses
@@ -317,10 +307,6 @@ def test_a_scale_that_is_off_is_told_below_the_table(run, kitti, factor):
     assert result["scale"] == pytest.approx(factor)
     assert result["alignment"]["scale"] == pytest.approx(1 / factor)
     assert "scale:" not in run(*files, "--alignment", "rigid")[1]
-
-
-def test_images_have_no_metric_scale_to_be_off(run):
-    assert "scale:" not in run("nerf", "nerf/reference.json", "nerf/estimate.json")[1]
 
 
 def warn_of_much():

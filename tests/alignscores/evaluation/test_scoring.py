@@ -82,17 +82,6 @@ def test_by_pcr99_a_pose_that_answers_for_many_frames_does_not_fit_itself():
     assert scored == pytest.approx(np.mean(once), abs=0.002)
 
 
-def test_notes_on_the_reference_come_first():
-    reference, estimate, _ = scene()
-    twice = Trajectory(
-        np.append(reference.keys, "00.png"), np.concatenate([reference.poses, np.eye(4)[None]])
-    )
-    few = Trajectory(estimate.keys[:4], estimate.poses[:4])
-    found = evaluate(twice, few, missing="ignore")
-    assert found.notes[0] == "duplicates in the reference (of stamp or name), left out: 1"
-    assert all(note.startswith("estimate: ") for note in found.notes[1:])
-
-
 @pytest.fixture
 def in_parts(tmp_path):
     """(rows of each part) -> the evaluation of a folder of COLMAP models."""

@@ -8,7 +8,7 @@ import pandas
 import pytest
 from evo.core.sync import matching_time_indices
 
-from alignscores.trajectories.association import in_order, match
+from alignscores.trajectories.association import match
 from alignscores.trajectories.files import Trajectory, TrajectoryWarning
 
 # Every pose of the reference is expected, and takes the pose of its own moment.
@@ -87,25 +87,6 @@ def test_stamps_out_of_order_are_sorted(whose):
         matches = match(*both)
     expected = [(1, 0), (2, 1), (0, 2)] if whose == "reference" else [(0, 1), (1, 2), (2, 0)]
     assert pairs(matches) == expected
-
-
-@pytest.mark.parametrize(
-    ("reference", "estimate"),
-    [
-        (trajectory([0.0, 1.0, 1.0, 2.0]), trajectory([0.0, 2.0])),
-        (trajectory(["b", "c", "a", "b"]), trajectory(["a", "b"])),
-    ],
-    ids=["stamps", "names"],
-)
-def test_a_reference_in_order_matches_the_same_without_a_warning(reference, estimate):
-    with pytest.warns(TrajectoryWarning, match="duplicates in the reference .*: 1"):
-        ordered = in_order(reference)
-    with pytest.warns(TrajectoryWarning):
-        expected = match(reference, estimate, missing="fail", **AT_ITS_STAMP)
-    matches = match(ordered, estimate, missing="fail", **AT_ITS_STAMP)
-    assert matches.keys.tolist() == expected.keys.tolist()
-    assert matches.est_rows.tolist() == expected.est_rows.tolist()
-    assert counts(matches) == counts(expected) == (2, 1, 0, 0)
 
 
 @pytest.mark.parametrize("keys", [[0.0, 1.0, 2.0, 3.0], ["a", "b", "c", "d"]])
@@ -212,28 +193,12 @@ def test_keys_and_poses_of_other_types(keys, kind):
 
 
 @pytest.mark.parametrize(
-    ("keys", "poses", "message"),
-    [
-        ([None, "a"], np.ones((2, 4, 4)), "keys of the estimate must be a list of .* type object"),
-        (np.array([3, 4], "M8[s]"), np.ones((2, 4, 4)), "keys of the estimate must be"),
-        ([0.0, 1.0], np.ones((3, 4, 4)), r"poses of the estimate must .* not of shape \(3, 4, 4\)"),
-        ([0.0, np.nan], np.ones((2, 4, 4)), "time stamp of pose 2 of the estimate is not finite"),
-        ([1.0, 1.0], np.ones((2, 4, 4)), "^all 2 time stamps of the estimate are the same$"),
-        ([], np.ones((0, 4, 4)), "the estimate has no poses"),
-        ([0, 1], np.ones((2, 4, 4)), "are time stamps .* those of the estimate frame numbers"),
-    ],
-)
-def test_what_is_no_trajectory(keys, poses, message):
-    with pytest.raises(ValueError, match=message):
-        match(trajectory([0.0, 1.0]), Trajectory(keys, poses))
-
-
-@pytest.mark.parametrize(
     ("reference", "estimate", "message"),
     [
         (["a"], ["b"], "no image names in common: the reference has 'a', the estimate 'b'"),
         ([3, 4], [5, 6], "no frame numbers in common: the reference has 3, the estimate 5"),
         ([0, 1], [0, 1, 2], "the reference has 2 poses, the estimate 3: "),
+        ([0.0, 1.0], [0, 1], "not of the same format: the keys of the reference are time stamps"),
     ],
 )
 def test_nothing_in_common(reference, estimate, message):

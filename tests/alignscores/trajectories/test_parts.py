@@ -6,15 +6,12 @@ from scipy.spatial.transform import Rotation
 
 from alignscores import pas
 from alignscores.profile import searched_profile
-from alignscores.trajectories.files import Trajectory
 from alignscores.trajectories.parts import (
-    all_cameras,
     assign_cameras,
     combine,
     combine_tas,
     errors_of_parts,
     in_one_world,
-    poses_by_name,
 )
 
 CAMERAS = [range(20), range(15, 32), range(32, 38), range(38, 40)]  # 5 shared, 2 too few
@@ -33,20 +30,6 @@ def scene(noisy_scene, noisy_rotations):
         part[:, :3, :3] = world @ part[:, :3, :3]
         part[:, :3, 3] = index * part[:, :3, 3] @ world.T + index
     return gt, parts
-
-
-def test_cameras_and_their_poses_by_name():
-    poses = np.arange(64.0).reshape(4, 4, 4)
-    parts = [
-        Trajectory(np.array(["a", "c"]), poses[:2]),
-        Trajectory(np.array(["b", "c"]), poses[2:]),
-    ]
-    whole = all_cameras(parts)
-    assert whole.keys.tolist() == ["a", "b", "c"]
-    np.testing.assert_array_equal(whole.poses, poses[[0, 2, 1]])
-    found = poses_by_name(parts[0], ["c", "a", "b", None])
-    np.testing.assert_array_equal(found[:2], poses[[1, 0]])
-    assert np.isnan(found[2:]).all()
 
 
 @pytest.mark.parametrize(
@@ -85,14 +68,6 @@ def test_the_scores_are_those_of_the_errors_camera_by_camera(scene, registration
     turns = Rotation.from_matrix(poses[:38, :3, :3].transpose(0, 2, 1) @ gt[:38, :3, :3])
     np.testing.assert_allclose(np.degrees(turns.magnitude()), whole.ras.errors[:38], atol=1e-6)
     assert np.isnan(poses[38:, :3]).all()
-
-
-def test_parts_without_a_camera_in_common_add_up(scene):
-    gt, parts = scene
-    parts[1, :20] = np.nan
-    results = [pas(gt, part) for part in parts[:3]]
-    whole = combine(results, assign_cameras(parts[:3]))
-    assert whole.score == pytest.approx(sum(result.score for result in results))
 
 
 def test_the_profile_of_the_whole_is_that_of_its_parts(scene):
