@@ -1,17 +1,14 @@
 """`evaluate` on files and on trajectories in memory, and what its result tells."""
 
-import json
 import sys
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import Evaluation, Settings, evaluate, tas_profile
+from alignscores import Settings, evaluate, tas_profile
 from alignscores.evaluation.evaluation import STATUSES
-from alignscores.metrics import metric
-from alignscores.trajectories.association import match
-from alignscores.trajectories.files import Trajectory, read_kitti, read_nerf, read_tum
+from alignscores.trajectories.files import Trajectory, read_kitti, read_nerf
 
 from ..conftest import FILES
 
@@ -22,23 +19,6 @@ TUM = "tum/reference.txt", "tum/estimate.txt"
 def tum(examples):
     """(changes) -> the evaluation of the example."""
     return lambda **changes: evaluate(*(examples / file for file in TUM), format="tum", **changes)
-
-
-@pytest.mark.parametrize("form", FILES)
-def test_to_dict_is_the_entry_of_the_command(form, run, examples, monkeypatch):
-    monkeypatch.chdir(examples)
-    options = "--registration", "pcr99", "--repeat", 2, "--metrics", "TAS,ate:rmse,kitti:rotation"
-    options = options if form in ("tum", "kitti", "euroc") else options[:-2]
-    _, out, _ = run(form, *FILES[form], *options, "--json")
-    (printed,) = json.loads(out)["results"]
-    assert printed.pop("rank") == [1, 1]
-    metrics = options[-1] if len(options) > 4 else ()
-    settings = Settings(format=form, registration="pcr99", repeat=2, metrics=metrics)
-    found = evaluate(*FILES[form], settings)
-    assert isinstance(found, Evaluation)
-    assert found.settings == settings
-    assert found.to_dict() == printed
-    assert list(found.to_dict()) == list(printed)
 
 
 def test_changes_differ_from_settings(tum, examples):
@@ -85,18 +65,6 @@ def test_statuses_tell_what_of_a_pose_is_missing():
     assert [counts[name] for name in names] == [19, 1, 3, 3, 3]
 
 
-def test_other_metrics_of_keyframes_are_those_of_their_own_poses(examples):
-    """A pose that stands for several frames weighs no more than another."""
-    reference, estimate = (read_tum(examples / file) for file in TUM)
-    rows = [*range(20), *range(20, 38, 4)]
-    keyframes = Trajectory(estimate.keys[rows], estimate.poses[rows])
-    found = evaluate(reference, keyframes, sync="nearest", metrics="ate:rmse")
-    own = match(reference, keyframes, missing="ignore", sync="nearest", max_gap=0.0)
-    gt, est = (one[:, :3] for one in (own.gt_poses, own.est_poses))
-    expected = metric("ate:rmse")(gt[..., 3], gt[..., :3], est[..., 3], est[..., :3])
-    assert found.metrics["ate:rmse"] == pytest.approx(expected)
-
-
 def test_the_half_score_distance_is_by_the_refined_registration(tum):
     assert tum(registration="pcr99").half_distance == tum(registration="refined").half_distance
 
@@ -118,22 +86,6 @@ def test_numbered_frames_may_be_missing(examples):
     assert (len(failed.matches.keys), failed.matches.missing) == (40, 20)
     assert (len(ignored.matches.keys), ignored.matches.missing) == (20, 20)
     assert failed.ras == pytest.approx(ignored.ras / 2)
-
-
-def test_frames_that_were_due_as_stamps(examples, tum, tmp_path):
-    reference, estimate = (read_tum(examples / file) for file in TUM)
-    stamps = estimate.keys[:30] + 1e-4
-    np.savetxt(tmp_path / "frames.txt", stamps, fmt="%.6f")
-    in_memory = evaluate(reference, estimate, frames=stamps).to_dict()
-    from_file = tum(frames=tmp_path / "frames.txt").to_dict()
-    assert in_memory.pop("name") == "estimate"
-    assert from_file.pop("name") == "estimate.txt"
-    assert in_memory.pop("file") == ""
-    assert from_file.pop("file").endswith(TUM[1])
-    assert [note.split(": ", 1)[1] for note in in_memory.pop("notes")] == [
-        note.split(": ", 1)[1] for note in from_file.pop("notes")
-    ]
-    assert in_memory == from_file
 
 
 def test_a_table_of_pandas(tum):

@@ -10,7 +10,6 @@ import pytest
 from alignscores.trajectories.files import (
     FileError,
     read_arrays,
-    read_kitti,
     read_nerf,
     read_stamps,
     read_tum,
@@ -115,11 +114,3 @@ def test_blocks_do_not_matter(tmp_path, n):
     path.write_text(f"{text}\n1 2\n")
     with pytest.raises(FileError, match=f"line {n + 4}: has 2 columns"):
         read_tum(path)
-
-
-def test_blocks_have_one_number_of_columns(tmp_path):
-    path = tmp_path / "x.txt"
-    row = "1 0 0 0 0 1 0 0 0 0 1 0"
-    path.write_text(f"{row}\n" * BLOCK + f"{row} 0 0 0 1\n")
-    with pytest.raises(FileError, match=f"line {BLOCK + 1}: has 16 columns, the first line 12"):
-        read_kitti(path)
