@@ -154,7 +154,7 @@ def chance_notes(chance: float) -> list[str]:
         return []
     return [
         f"a camera that never moves would have a TAS of {chance:.2f}: the reference stands still "
-        "for much of the time"
+        "for much of the time, or has few frames"
     ]
 
 
