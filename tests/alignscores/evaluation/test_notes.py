@@ -82,7 +82,7 @@ ABSENT = "the reference has no pose for {} of {}; nothing is expected there"
 
 
 @pytest.mark.parametrize("how", ["rows of nan", "a gap"])
-def test_nothing_is_expected_where_a_reference_has_no_pose(how):
+def test_nothing_is_expected_where_a_reference_has_no_pose(run, tmp_path, how):
     inside = (TRUTH.keys >= 10) & (TRUTH.keys < 20)
     if how == "a gap":
         reference = Trajectory(TRUTH.keys[~inside], TRUTH.poses[~inside])
@@ -94,6 +94,9 @@ def test_nothing_is_expected_where_a_reference_has_no_pose(how):
         assert (found.pas, found.lost, found.to_dict()["n"]) == (1, 0, 300)
         assert ABSENT.format("25.3%", "the time") in found.notes
     assert evaluate(TRUTH, TRUTH).notes == []
+    write_poses["tum"](tmp_path / "gt", *reference)
+    err = run("tum", tmp_path / "gt", tmp_path / "gt", tmp_path / "gt")[2]
+    assert err == f"alignscores: note: {ABSENT.format('25.3%', 'the time')}\n"
 
 
 @pytest.mark.parametrize("keys", [np.arange(40), np.array([f"{k:03}.png" for k in range(40)])])
