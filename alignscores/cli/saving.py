@@ -104,7 +104,7 @@ def errors_csv(scored: Sequence[Evaluation], *, all_cameras: bool) -> str:
             rows += [(key, "", "", NO_REFERENCE) for key in matches.without_reference.tolist()]
         # where missing cameras fail, what was not scored was not expected
         if all_cameras and evaluation.settings.missing_cameras != "fail":
-            keys = evaluation.reference.keys
+            keys = evaluation.reference.keys[matches.expected_rows]
             left_out = keys[~np.isin(keys, matches.keys)]
             rows += [(key, "", "", LEFT_OUT) for key in left_out.tolist()]
         lines += [(evaluation.name, *row) for row in sorted(rows, key=lambda row: row[0])]

@@ -280,7 +280,7 @@ class Evaluation:
         ((64,), (64,))
         """
         try:
-            units = extent_units(self.reference.poses[:, :3, 3])
+            units = extent_units(self.reference.poses[self.matches.expected_rows, :3, 3])
         except ValueError:  # all cameras in one place, so that --unit alone has a size
             units = self.result.tas.unit * np.geomspace(1 / 16, 4, 7)
         ras = rotation_profile(self.result.ras).scores

@@ -282,7 +282,8 @@ def _scores(matches: Matches, poses: Sequence[Floats], settings: Settings) -> _S
     positions = [part[:, :3, 3] for part in poses]
     new_search = partial(errors_of_parts, gt, positions, part_of, rng=settings.seed, **group)
     half, _ = search_unit(new_search(), extent(gt), 0.5, N_THRESHOLDS)
-    if reason := too_few(len(gt), 0.5, settings.alignment, len(poses)):
+    repeated = matches.matched - len(np.unique(matches.est_rows[matches.est_rows >= 0]))
+    if reason := too_few(len(gt) - repeated, 0.5, settings.alignment, len(poses)):
         warnings.warn(reason, AlignmentWarning, stacklevel=2)
         half = math.nan
     return _Scores(of_parts, part_of, result, tas_seeds, half, new_search)

@@ -73,7 +73,7 @@ def page_data(
 ) -> dict[str, Any]:
     """Return what the scripts read; without a unit in the settings the page derives d."""
     positions = reference.poses[:, :3, 3]
-    centre = (positions.min(axis=0) + positions.max(axis=0)) / 2
+    centre = (np.nanmin(positions, axis=0) + np.nanmax(positions, axis=0)) / 2
     form = settings.form
     return {
         "title": title,

@@ -241,7 +241,7 @@ def match(
 
 
 def in_order(reference: Trajectory) -> Trajectory:
-    """Return a reference as `match` uses it: finite, each key once, in the order of its stamps.
+    """Return a reference as `match` uses it: each key once, finite and in order by time stamps.
 
     After its warnings of duplicates and disorder `match` has nothing more to warn of.
     """
@@ -249,7 +249,8 @@ def in_order(reference: Trajectory) -> Trajectory:
     finite = finite_rows(reference.poses)
     if not finite.any():
         raise ValueError("the reference has no pose that is finite")
-    rows = _first_rows(reference.keys, "reference", finite)
+    timed = reference.keys.dtype.kind == "f"  # rows and names keep their number
+    rows = _first_rows(reference.keys, "reference", finite if timed else None)
     return Trajectory(reference.keys[rows], reference.poses[rows])
 
 
