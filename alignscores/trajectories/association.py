@@ -372,7 +372,7 @@ def _cameras_by_key(reference: Trajectory, estimate: Trajectory, unit: float | N
         gt_poses=gt_poses,
         unit=_unit(gt_poses) if unit is None else unit,
         duplicate=pairs.duplicate,
-        unmatched=len(estimate.keys) - pairs.duplicate - int(matched.sum()),
+        unmatched=len(estimate.keys) - pairs.duplicate - int(np.sum(pairs.est_rows >= 0)),
         without_reference=np.empty(0),
         pose_rows=est_rows[matched],
         pose_references=gt_poses[matched],
