@@ -40,35 +40,22 @@ def test_the_format_of_text(tmp_path, lines, expected):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        *[(text, " has no lines that tell its format") for text in ("", "\n", "# only this\n")],
-        ("# x\n\na 2 3 4 5 6 7 8\n", ", line 3: has 8 columns, by which no format can be told"),
-        *[
-            (f"{columns(n)}\n", f", line 1: has {n} columns, by which no format can be told")
-            for n in (1, 7, 9, 11, 13, 15, 18)
-        ],
+        ("# only this\n", " has no lines that tell its format"),
+        ("# x\n\na 2 3 4 5 6 7\n", ", line 3: has 7 columns, by which no format can be told"),
+        ("a 2 3 4 5 6 7 8\n", ", line 1: has 8 columns, by which no format can be told"),
     ],
 )
 def test_text_of_no_format(tmp_path, text, reason):
     path = tmp_path / "poses.txt"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(FileError) as caught:
+    with pytest.raises(FileError, match=f"{reason}{NAME_IT}"):
         recognise(str(path))
-    assert str(caught.value).replace(": has no", " has no") == f"{path}{reason}{NAME_IT}"
 
 
-@pytest.mark.parametrize(
-    ("name", "expected"),
-    [
-        ("a.bag", "bag"),
-        ("a.mcap", "bag"),
-        ("a.db3", "bag"),
-        ("a.npy", "arrays"),
-        ("a.npz", "arrays"),
-    ],
-)
-def test_some_formats_are_told_by_the_name(name, expected):
+def test_some_formats_are_told_by_the_name():
     """Whatever stands there."""
-    assert recognise(f"/nowhere/{name}") == expected
+    assert {recognise(f"/nowhere/a.{ending}") for ending in ("bag", "mcap", "db3")} == {"bag"}
+    assert {recognise(f"/nowhere/a.{ending}") for ending in ("npy", "npz")} == {"arrays"}
 
 
 @pytest.mark.parametrize(
