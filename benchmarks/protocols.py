@@ -26,7 +26,6 @@ LARGEST = {
     "auc@5cm:colmap-imc": 10_000,
     "recall@5cm,5deg:ace0": 10_000,
     "recall@5cm,5deg:hloc-sim3": 10_000,
-    "maa:imc": 100,
     "ate:rmse": 10_000,
     "rpe@1m": 10_000,
     "kitti": 10_000,
@@ -46,8 +45,6 @@ included. The shortest processor time counts. One core, BLAS on one thread, seed
 Machine: {machine}.
 
 {table}
-
-The mAA of the Image Matching Challenge looks at all triplets of cameras.
 """
 
 

@@ -52,20 +52,6 @@ PAS = "measure(pas, gt, est)"
 TAS_PROFILE = """
 measure(lambda gt, est: tas_profile(gt[:, :3, 3], est[:, :3, 3]), gt, est)
 """
-IMC = """
-import time
-import numpy as np
-from alignscores.protocols import imc_maa
-for outliers in (0, 0.3, 0.7):
-    rng, n = np.random.default_rng(0), {n}
-    gt = rng.random((n, 3))
-    est = gt + rng.normal(scale=0.01, size=gt.shape)
-    wrong = rng.random(n) < outliers
-    est[wrong] = rng.random((wrong.sum(), 3))
-    start = time.process_time()
-    imc_maa(gt, est)
-    print(f"{{time.process_time() - start:.2g}}")
-"""
 
 
 class Programs:
@@ -187,16 +173,6 @@ def memory(script: str, most: float) -> Case:
     return run
 
 
-def seconds(n: int, most: float) -> Case:
-    def run(programs: Programs) -> Outcome:
-        code, said = programs.run(sys.executable, "-c", IMC.format(n=n))
-        times = said.split()
-        right = code == 0 and max(map(float, times)) <= most
-        return right, f"{', '.join(times)} s with 0, 30 and 70 % of outliers"
-
-    return run
-
-
 CASES: dict[str, tuple[str, Case]] = {
     "gzip_bomb": ("1 MB that unpacks to 1 GB: one line", gzip_bomb),
     "endless": ("/dev/zero: one line", endless),
@@ -208,9 +184,6 @@ CASES: dict[str, tuple[str, Case]] = {
     "killed": ("kill -9 thrice during the figures: same bytes in the end", killed),
     "pas": ("a million poses: at most twice the input beside it", memory(PAS, 2)),
     "tas_profile": ("likewise", memory(TAS_PROFILE, 2)),
-    "imc_100": ("IMC's mAA of 100 cameras: 1 s", seconds(100, 1)),
-    "imc_200": ("of 200: 10 s", seconds(200, 10)),
-    "imc_500": ("of 500: 5 minutes", seconds(500, 300)),
 }
 
 

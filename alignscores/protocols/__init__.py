@@ -15,7 +15,6 @@ from .colmap import (
 )
 from .families import Family, Metric, split_names
 from .images import ace0_recall, hloc_median, hloc_recall
-from .imc import IMC_2024, IMC_2025, imc_maa
 from .points import hilti_score, lamaria_recall, lamaria_score
 from .registry import PROTOCOLS, protocol
 from .relative import (
@@ -34,8 +33,6 @@ from .video import video_error
 Protocol = Metric  # its name up to version 1.0
 
 __all__ = [
-    "IMC_2024",
-    "IMC_2025",
     "PROTOCOLS",
     "Family",
     "Metric",
@@ -52,7 +49,6 @@ __all__ = [
     "hilti_score",
     "hloc_median",
     "hloc_recall",
-    "imc_maa",
     "kitti_relative_error",
     "lamaria_recall",
     "lamaria_score",

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Floats, Indices
-from ..similarity import weighted_sums
 
 __all__ = ["ERRORS_AT_ONCE", "Fit", "Transform", "block_size", "fit", "random_triplets"]
 
@@ -66,42 +65,21 @@ class Fit:
         """Return the inverse of the similarity with the smallest squared errors in the source."""
         return self._with(self.target_variance / self.correlation)
 
-    def equal_spreads(self) -> Transform:
-        """Return the similarity that gives the source the spread of the target."""
-        return self._with(np.sqrt(self.target_variance / self.source_variance))
-
     def _with(self, scale: Floats) -> Transform:
         turned = (self.rotation @ self.source_mean[..., None])[..., 0]
         return Transform(scale, self.rotation, self.target_mean - scale[..., None] * turned)
 
 
-def fit(source: Floats, target: Floats, weights: Floats | None = None) -> Fit:
+def fit(source: Floats, target: Floats) -> Fit:
     """Fit rotations between centred (..., k, 3) point sets by the SVD of their covariance.
 
-    With (H, k) non-negative weights it is H fits of one set. Where points coincide the scales are
-    not finite. Source: Umeyama, "Least-squares estimation of transformation parameters between two
-    point patterns", PAMI 1991.
+    Where points coincide the scales are not finite. Source: Umeyama, "Least-squares estimation of
+    transformation parameters between two point patterns", PAMI 1991.
     """
-    if weights is None:
-        source_mean, target_mean = source.mean(axis=-2), target.mean(axis=-2)
-        x, y = source - source_mean[..., None, :], target - target_mean[..., None, :]
-        number = source.shape[-2]
-        covariance = np.einsum("...ki,...kj->...ij", y, x) / number
-        source_variance = np.einsum("...ki,...ki->...", x, x) / number
-        target_variance = np.einsum("...ki,...ki->...", y, y) / number
-    else:
-        # All moments in one product, about a common centre so that few digits are lost.
-        centres = source.mean(axis=0), target.mean(axis=0)
-        x, y = source - centres[0], target - centres[1]
-        products = (y[:, :, None] * x[:, None, :]).reshape(len(x), 9)
-        squares = np.stack([(x * x).sum(axis=1), (y * y).sum(axis=1)], axis=1)
-        moments = weighted_sums(weights, np.hstack([x, y, products, squares]).T)
-        moments /= weights.sum(axis=1, keepdims=True)
-        mx, my = moments[:, :3], moments[:, 3:6]
-        covariance = moments[:, 6:15].reshape(-1, 3, 3) - my[:, :, None] * mx[:, None, :]
-        source_variance = moments[:, 15] - (mx * mx).sum(axis=1)
-        target_variance = moments[:, 16] - (my * my).sum(axis=1)
-        source_mean, target_mean = mx + centres[0], my + centres[1]
+    source_mean, target_mean = source.mean(axis=-2), target.mean(axis=-2)
+    x, y = source - source_mean[..., None, :], target - target_mean[..., None, :]
+    number = source.shape[-2]
+    covariance = np.einsum("...ki,...kj->...ij", y, x) / number
     u, values, vt = np.linalg.svd(covariance)
     sign = np.sign(np.linalg.det(u @ vt))
     u[..., 2] *= sign[..., None]
@@ -110,8 +88,8 @@ def fit(source: Floats, target: Floats, weights: Floats | None = None) -> Fit:
         rotation=u @ vt,
         source_mean=source_mean,
         target_mean=target_mean,
-        source_variance=np.asarray(source_variance),
-        target_variance=np.asarray(target_variance),
+        source_variance=np.asarray(np.einsum("...ki,...ki->...", x, x) / number),
+        target_variance=np.asarray(np.einsum("...ki,...ki->...", y, y) / number),
         correlation=np.asarray(values.sum(axis=-1)),
     )
 

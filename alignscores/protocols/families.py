@@ -21,6 +21,9 @@ from ..validation import check_positions, check_rotations, check_same_length
 
 __all__ = ["UNITS", "Family", "Metric", "Missing", "find", "split_names"]
 
+REMOVED = {  # regular expressions of names, and the programs that have the metrics
+    r"maa:imc(24)?": "metric.py of the Image Matching Challenge (fb82/IMPED, src/imc.py)",
+}
 UNITS = {"mm": 1000, "cm": 100, "m": 1}  # in a metre, which is a unit of the ground truth
 LENGTHS = {"distance", "length", "max_error"}  # arguments in units of the ground truth
 
@@ -261,6 +264,9 @@ class Metric:
 def find(name: str, families: Iterable[Family]) -> Metric:
     """Find a metric by its name, whatever its case, or by an old name; `ValueError` without one."""
     asked = name.strip().lower()
+    for removed, program in REMOVED.items():
+        if re.fullmatch(removed, asked):
+            raise ValueError(f"{name!r} was removed in version 2.0; use {program}")
     examples = {}
     for family in families:
         example = family.example.lower()

@@ -12,7 +12,6 @@ from .colmap import (
 )
 from .families import UNITS, Family, Metric, find
 from .images import ace0_recall, hloc_median, hloc_recall
-from .imc import IMC_2024, imc_maa
 from .points import hilti_score, lamaria_recall, lamaria_score
 from .relative import Convention, vggt_auc, vggt_auc_min, vggt_rra, vggt_rta
 from .segments import kitti_relative_error, rpg_relative_error
@@ -161,31 +160,6 @@ PROTOCOLS: Sequence[Family] = (
         "score",
         origin="hilti",
         random=False,
-    ),
-    Family(
-        "maa:imc",
-        "maa:imc",
-        "mean accuracy of positions under the best similarity for each of 7 thresholds from 2 to "
-        "20 cm, of the Image Matching Challenge 2025",
-        imc_maa,
-        "maa",
-        missing="fail",
-        origin="imc",
-        larger_is_better=True,
-        rotations=False,
-        metres=True,
-    ),
-    Family(
-        "maa:imc24",
-        "maa:imc24",
-        "the same with 6 thresholds from 2.5 cm to 1 m, of 2024",
-        partial(imc_maa, thresholds=IMC_2024, skip=0),
-        "maa",
-        missing="fail",
-        origin="imc24",
-        larger_is_better=True,
-        rotations=False,
-        metres=True,
     ),
     _rate(
         "recall@DISTANCE,ANGLE[:{ace0,ace0-new}]",
@@ -346,8 +320,8 @@ def protocol(name: str) -> Metric:
     Parameters
     ----------
     name : str
-        Such as ``auc@30:vggt``, ``auc@5:colmap``, ``maa:imc``, ``recall@5cm,5deg``, ``rpe@1m``,
-        ``kitti``, ``ate:rmse``; see `PROTOCOLS`.
+        Such as ``auc@30:vggt``, ``auc@5:colmap``, ``recall@5cm,5deg``, ``rpe@1m``, ``kitti``,
+       , ``ate:rmse``; see `PROTOCOLS`.
 
     Returns
     -------

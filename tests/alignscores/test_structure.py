@@ -20,7 +20,7 @@ PROJECT = (
     "studies",
 )
 LAYERS = (  # each imports those before it, and itself
-    {"arrays", "progress", "streams", "texts", "validation", "version", "writing", "yaml_files"},
+    {"arrays", "streams", "texts", "validation", "version", "writing", "yaml_files"},
     {"registration", "similarity", "averaging", "medoid", "histogram", "pairs", "aligner"},
     {"translation", "rotation", "pose", "distance", "profile", "batch", "protocols", "metrics"},
     {"trajectories", "torch"},

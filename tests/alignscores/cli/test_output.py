@@ -19,7 +19,6 @@ import alignscores
 from alignscores import Settings, pas, tas
 from alignscores.cli.compare import _show
 from alignscores.cli.output import footnotes, print_notes, show_json, table_width
-from alignscores.progress import show
 from alignscores.trajectories.association import match
 from alignscores.trajectories.evo import PAS
 from alignscores.trajectories.files import read_kitti, read_tum
@@ -296,17 +295,6 @@ def test_progress_is_for_a_terminal_and_leaves_nothing_there(run, monkeypatch):
         "alignscores: error: tum/none.txt: cannot be read (No such file or directory)",
         "",
     ]
-
-
-def test_what_takes_long_says_how_far_it_is(run, monkeypatch):
-    def long(*_, name, **options):
-        show.get()(f"half of {name}")
-        raise ValueError("no more")
-
-    monkeypatch.setattr("alignscores.cli.command.score", long)
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    err = run(*TUM, "tum/none.txt")[2]
-    assert "\r\x1b[K1/2 estimate.txt half of estimate.txt\r\x1b[K" in err
 
 
 def test_an_interruption_has_an_exit_code_of_its_own(command, monkeypatch):

@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from alignscores.progress import shown_by
 from alignscores.protocols import (
     PROTOCOLS,
     NoValueError,
@@ -20,7 +19,6 @@ from alignscores.protocols import (
     evo_rpe,
     hloc_median,
     hloc_recall,
-    imc_maa,
     kitti_relative_error,
     protocol,
     rpg_relative_error,
@@ -30,14 +28,13 @@ from alignscores.protocols import (
 from alignscores.protocols.alignment import random_triplets
 from alignscores.protocols.colmap import _spans_space, interpolated_auc
 from alignscores.protocols.trajectory import Pairs, nearest_pairs, path_lengths
-from alignscores.registration.kernel import LIBRARY
 from baselines import ate
 
 EXAMPLES = {family.example: family for family in PROTOCOLS}
 # Whose values do not change when the estimate's world is turned, moved and scaled, or not scaled.
 SIM3 = """
     rra@5:vggt rta@5:vggt rta@5:mapanything auc@30:vggt auc@30:mapanything auc@30:da3
-    auc@30:vggt-old auc@5:colmap recall@5deg:colmap maa:imc24 recall@50cm,30deg:hloc-sim3
+    auc@30:vggt-old auc@5:colmap recall@5deg:colmap recall@50cm,30deg:hloc-sim3
     median:hloc-sim3 median:hloc-sim3:rotation ate:rmse ate:mean are:rmse rpe@1f rpe@1m
     rpe@1m:rotation rpe@1m:scale rpe@1m:all-reference rpe@1m:all rpg@1m rpg@1m:rotation
 """.split()  # noqa: SIM905
@@ -124,9 +121,9 @@ def test_kitti_refuses_missing_frames():
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_bounds_and_perfect_estimates(name):
-    """Scores from 0 to 100 % (mAA: 1), all of it for a perfect estimate; errors are 0 there."""
+    """Scores from 0 to 100 %, all of it for a perfect estimate; errors are 0 there."""
     metric, family = protocol(name), EXAMPLES[name]
-    best = {True: 1.0 if name.startswith("maa") else 100.0, False: 0.0}[family.larger_is_better]
+    best = 100.0 if family.larger_is_better else 0.0
     metres = 20.0 if family.ordered and not name.startswith("rpe") else 0.5
     gt, gt_rotations, est, _ = cameras = scene(n=60 if metres > 1 else 25, step=metres)
     assert metric(gt, gt_rotations, gt, gt_rotations) == pytest.approx(best, abs=2e-6)
@@ -222,16 +219,11 @@ def test_an_error_of_the_threshold_is_within_it():
         (kitti_relative_error, {"error": "percent"}, "error"),
         (rpg_relative_error, {"length": 1, "alignment": "none"}, "alignment"),
         (rpg_relative_error, {"length": 1, "error": "yaw"}, "error"),
-        (imc_maa, {"thresholds": [0.1, -1], "skip": 0}, "thresholds"),
-        (imc_maa, {"skip": 9}, "skip"),
     ],
 )
 def test_options_are_checked(function, options, named):
     gt, gt_rotations, est, est_rotations = scene(n=12)
-    cameras = gt, est
-    if function is not imc_maa:
-        rotations = gt_rotations, est_rotations
-        cameras = [np.dstack([r, c]) for r, c in zip(rotations, cameras, strict=True)]
+    cameras = np.dstack([gt_rotations, gt]), np.dstack([est_rotations, est])
     with pytest.raises(ValueError, match=f"^{named} "):
         function(*cameras, **options)
 
@@ -297,7 +289,6 @@ NAMES = {
     " AUC@5:COLMAP ": {"max_error_deg": 5.0, "accuracy": 0.001},
     "auc@.5deg:colmap-imc": {"max_error_deg": 0.5, "accuracy": 0.02},
     "auc@5cm:colmap": {"max_error": 0.05, "accuracy": 0.001},
-    "maa:imc": {},
     "recall@5cm,5deg": {"max_error": 0.05, "max_error_deg": 5.0, "true_angles": False},
     "recall@0.5m,2:hloc-sim3": {"max_error": 0.5, "max_error_deg": 2.0, "alignment": "sim3"},
     "rpe@1m": {
@@ -395,91 +386,6 @@ def test_rank_by_elimination():
     assert not _spans_space(points[1:2, :2])[0]
 
 
-def test_imc_equals_a_loop():
-    """Over triplets and thresholds, without any sharing."""
-    gt, _, est, _ = moved(scene(n=9, sigma=0.05, outliers=2), 3, 2.0)
-    thresholds = (0.05, 0.1, 0.2)
-
-    def fitted(rows):
-        x, y = (c - c[rows].mean(axis=0) for c in (est, gt))
-        turn, _ = Rotation.align_vectors(y[rows], x[rows])
-        scale = np.sqrt((y[rows] ** 2).sum() / (x[rows] ** 2).sum())
-        return np.linalg.norm(scale * turn.apply(x) - y, axis=1)
-
-    best = [0, 0, 0]
-    for rows in ([a, b, c] for a in range(9) for b in range(a + 1, 9) for c in range(b + 1, 9)):
-        errors = fitted(rows)
-        for inliers in (np.flatnonzero(errors < t) for t in thresholds):
-            if len(inliers) > 2:
-                again = fitted(inliers)
-                best = [
-                    max(b, int((again < t).sum())) for b, t in zip(best, thresholds, strict=True)
-                ]
-    expected = np.mean([max(0, b - 3) / 6 for b in best])
-    assert 0 < expected < 1
-    assert imc_maa(gt, est, thresholds=thresholds, skip=0) == pytest.approx(expected, abs=1e-12)
-
-
-def degenerate(kind, n):
-    """A scene with outliers, on a grid, with coincident estimates, on a line, or far off."""
-    rng = np.random.default_rng(n)
-    gt, _, est, _ = moved(scene(n=n, sigma=0.03, outliers=n // 4), 3, 2.0)
-    if kind == "grid":
-        gt = np.round(4 * gt) / 4
-        est = gt + np.round(rng.normal(scale=0.1, size=gt.shape), 1)
-    if kind == "coincident":
-        est[n // 2 :] = est[0]
-    if kind == "line":
-        gt, est = gt[:, :1] * [1, 2, 3], gt[:, :1] * [1, 0, 0]
-        est += rng.normal(scale=0.01, size=(n, 1)) * [1, 0, 0]
-    if kind == "mirror":
-        est = gt * [1, 1, -1]
-    if kind == "far off":
-        gt, est = gt + 1e5, est - 1e4
-    if kind == "lost":
-        est[::3] = np.nan
-    return gt, est
-
-
-@pytest.mark.skipif(LIBRARY is None, reason="not compiled")
-@pytest.mark.parametrize("n", [3, 4, 9, 26])
-@pytest.mark.parametrize(
-    "kind", ["cube", "grid", "coincident", "line", "mirror", "far off", "lost"]
-)
-def test_imc_is_the_same_compiled(kind, n, monkeypatch):
-    gt, est = degenerate(kind, n)
-    thresholds = (0.2, 0.02, 0.05, 0.1)
-    values = [imc_maa(gt, est, thresholds=thresholds, skip=skip) for skip in (0, 2)]
-    monkeypatch.setattr("alignscores.registration.kernel.LIBRARY", None)
-    assert values == [imc_maa(gt, est, thresholds=thresholds, skip=skip) for skip in (0, 2)]
-
-
-@pytest.mark.parametrize("kind", ["cube", "grid"])
-def test_imc_is_the_same_in_threads(kind, monkeypatch):
-    gt, est = degenerate(kind, 30)
-    values = []
-    for n_cpus in (1, 4):
-        monkeypatch.setattr("os.cpu_count", lambda n_cpus=n_cpus: n_cpus)
-        monkeypatch.setattr("alignscores.protocols.imc.PER_THREAD", 10)
-        values.append(imc_maa(gt, est, thresholds=[0.05, 0.1, 0.2], skip=0))
-    assert values[0] == values[1]
-
-
-def test_imc_of_a_video_is_refused_at_once():
-    gt = np.random.default_rng(0).random((1001, 3))
-    with pytest.raises(ValueError, match="all triplets of cameras: of 1001 that would take hours"):
-        imc_maa(gt, gt)
-
-
-def test_imc_says_how_long_it_takes(monkeypatch):
-    monkeypatch.setattr("alignscores.protocols.imc.PATIENCE", 0.0)
-    said = []
-    with shown_by(said.append):
-        imc_maa(*degenerate("cube", 12))
-    assert said[0].startswith("maa:imc: 25% of the triplets, about ")
-    assert said[-1].startswith("maa:imc: 100% of the triplets, about 0 s left")
-
-
 def test_ate_is_the_baseline():
     gt, _, est, _ = moved(scene(), 0, 0.3)
     assert protocol("ate")(gt, None, est, None) == pytest.approx(ate(gt, est), rel=1e-12)
@@ -506,3 +412,9 @@ def test_memory_does_not_grow_with_the_pairs(function):
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 8e6  # a number a pair takes 9 MB
+
+
+@pytest.mark.parametrize(("name", "program"), [("maa:imc", "Image Matching Challenge")])
+def test_removed_names_say_where_to_look(name, program):
+    with pytest.raises(ValueError, match=f"'{name}' was removed in version 2.0; use .*{program}"):
+        protocol(name)

@@ -12,8 +12,6 @@ import numpy as np
 import pytest
 
 from alignscores.protocols import (
-    IMC_2024,
-    IMC_2025,
     NoValueError,
     ace0_recall,
     colmap_absolute_recall,
@@ -25,8 +23,6 @@ from alignscores.protocols import (
     hloc_median,
     hloc_recall,
     images,
-    imc,
-    imc_maa,
     kitti_relative_error,
     mapanything_ate,
     rpg_relative_error,
@@ -123,7 +119,6 @@ def ours():
                 f=f,
                 a=accuracy,
             )
-    table["imc25_mAA"] = lambda g, e, m: maa(g, e, m)
     for key, alignment in (("hloc_raw", "none"), ("hloc_sim3", "sim3")):
         table[f"{key}_recall"] = partial(
             lambda g, e, m, a: [hloc_recall(g, e, *r, alignment=a) for r in RECALLS], a=alignment
@@ -163,12 +158,6 @@ def ours():
 
 def statistics(f, *args, **options):
     return [f(*args, statistic=name, **options) for name in STATISTICS]
-
-
-def maa(gt, est, metres):
-    every = 4 if len(gt) > 200 else 1
-    gt, est = gt[::every, :3, 3], est[::every, :3, 3]
-    return imc_maa(gt, est, thresholds=[metres * t for t in IMC_2025])
 
 
 # Where the original is in single precision, or takes the arc cosine near 1.
@@ -343,16 +332,6 @@ def test_ace0(name, monkeypatch):
             )
             value = ace0_recall(gt, est, distance, true_angles=true_angles)
             assert value == pytest.approx(stored[seed], abs=1e-9), (key, seed)
-
-
-def test_imc_counts(case):
-    """The number of inliers at each threshold of 2024."""
-    name, reference = case
-    every = 4 if name == "kitti00_orb" else 1
-    poses = np.stack([reference["gt"], reference["est"]])[:, ::every, :3, 3]
-    gt, est = poses[:, np.isfinite(poses[1]).all(axis=1)]
-    counts = imc.largest_counts(gt, est, METRES.get(name, 1) * np.array(IMC_2024))
-    np.testing.assert_array_equal(counts, reference["imc24_num_inliers"])
 
 
 def test_kitti_segments():
