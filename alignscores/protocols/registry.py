@@ -4,16 +4,10 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import get_args
 
-from .colmap import (
-    colmap_absolute_auc,
-    colmap_absolute_recall,
-    colmap_relative_auc,
-    colmap_relative_recall,
-)
+from .colmap import colmap_relative_auc, colmap_relative_recall
 from .families import UNITS, Family, Metric, find
-from .images import ace0_recall, hloc_median, hloc_recall
-from .points import hilti_score, lamaria_recall, lamaria_score
-from .relative import Convention, vggt_auc, vggt_auc_min, vggt_rra, vggt_rta
+from .images import hloc_median, hloc_recall
+from .relative import Convention, vggt_auc, vggt_rra, vggt_rta
 from .segments import kitti_relative_error, rpg_relative_error
 from .trajectory import (
     FORMER_PAIRS,
@@ -55,7 +49,6 @@ LENGTH = {"error": _words(["translation", "distance"])}
 ROTATION = {"error": _words(["rotation"])}
 
 _rate = partial(Family, missing="fail", unit="%", larger_is_better=True)
-_centre_rate = partial(_rate, rotations=False, random=True, metres=True)
 _motion_error = partial(Family, missing="left out", ordered=True)
 _video_error = partial(Family, missing="refused", ordered=True)
 _kitti_error = partial(Family, missing="refused", ordered=True, metres=True)
@@ -86,22 +79,6 @@ PROTOCOLS: Sequence[Family] = (
         required=CONVENTION,
     ),
     _rate(
-        "auc@K:vggt-old",
-        "auc@30:vggt-old",
-        "the same in K + 1 equal bins, the older form",
-        partial(vggt_auc, bins="histogram"),
-        f"auc{WHOLE}",
-        origin="vggt-old",
-    ),
-    _rate(
-        "auc@K:vggt-min",
-        "auc@30:vggt-min",
-        "area under the smaller one of both accuracies, as papers describe it",
-        vggt_auc_min,
-        f"auc{WHOLE}",
-        origin="vggt-min",
-    ),
-    _rate(
         "auc@ANGLE:{colmap,colmap-imc}",
         "auc@5:colmap",
         "area under the interpolated recall of relative poses, of COLMAP's benchmark",
@@ -118,58 +95,6 @@ PROTOCOLS: Sequence[Family] = (
         f"recall@{ANGLE}",
         required=ACCURACY,
         metres=True,
-    ),
-    _centre_rate(
-        "auc@DISTANCE:{colmap,colmap-imc}",
-        "auc@5cm:colmap",
-        "area under the interpolated recall of positions after a robust similarity, of COLMAP's "
-        "benchmark",
-        colmap_absolute_auc,
-        f"auc@{ERROR}",
-        required=ACCURACY,
-    ),
-    _centre_rate(
-        "recall@DISTANCE:{colmap,colmap-imc}",
-        "recall@5cm:colmap",
-        "recall of positions after a robust similarity, of COLMAP's benchmark",
-        colmap_absolute_recall,
-        f"recall@{ERROR}",
-        required=ACCURACY,
-    ),
-    _centre_rate(
-        "recall@DISTANCE:lamaria",
-        "recall@1m:lamaria",
-        "positions within a horizontal distance after a robust similarity, of LaMAria",
-        lamaria_recall,
-        f"recall@{ERROR}",
-        origin="lamaria",
-    ),
-    _centre_rate(
-        "score:lamaria",
-        "score:lamaria",
-        "points for horizontal distances after a robust similarity, of LaMAria",
-        lamaria_score,
-        "score",
-        origin="lamaria",
-    ),
-    _centre_rate(
-        "score:hilti",
-        "score:hilti",
-        "points for distances after a rigid alignment, of the Hilti SLAM Challenge 2022",
-        hilti_score,
-        "score",
-        origin="hilti",
-        random=False,
-    ),
-    _rate(
-        "recall@DISTANCE,ANGLE[:{ace0,ace0-new}]",
-        "recall@5cm,5deg",
-        "images within distance and angle after a robust similarity, of ACE0 (-new: with SciPy "
-        "1.17)",
-        ace0_recall,
-        f"recall@{ERROR},{ANGLE}",
-        optional={"true_angles": {"ace0": False, "ace0-new": True}},
-        random=True,
     ),
     _rate(
         "recall@DISTANCE,ANGLE:{hloc,hloc-sim3}",
@@ -320,7 +245,7 @@ def protocol(name: str) -> Metric:
     Parameters
     ----------
     name : str
-        Such as ``auc@30:vggt``, ``auc@5:colmap``, ``recall@5cm,5deg``, ``rpe@1m``, ``kitti``,
+        Such as ``auc@30:vggt``, ``auc@5:colmap``, ``recall@5cm,5deg:hloc``, ``rpe@1m``, ``kitti``,
        , ``ate:rmse``; see `PROTOCOLS`.
 
     Returns

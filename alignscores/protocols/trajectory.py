@@ -12,7 +12,6 @@ from ..arrays import Floats, Indices
 from ..averaging import rotation_angles
 from ..similarity import Similarity
 from ..validation import check_positive
-from .alignment import fit
 from .cameras import Cameras, NoValueError, Positions, check_choice
 
 __all__ = [
@@ -21,7 +20,6 @@ __all__ = [
     "Alignment",
     "Pairs",
     "Statistic",
-    "aligned_distances",
     "evo_are",
     "evo_ate",
     "evo_rpe",
@@ -103,15 +101,11 @@ def evo_ate(
     (3.0, 0.0)
     """
     positions = Positions.check(gt_positions, est_positions)
-    return statistic_of(aligned_distances(*positions.matched(), alignment), statistic)
-
-
-def aligned_distances(gt: Floats, est: Floats, alignment: str) -> Floats:
-    """Return the distances of positions (n, 3), all of which are finite, after evo's alignment."""
+    gt, est = positions.matched()
     identity = np.broadcast_to(np.eye(3), (len(gt), 3, 3))
     cameras = Cameras(identity, gt, identity, est, np.ones(len(gt), dtype=bool))
     aligned = least_squares_aligned(cameras, alignment)
-    return np.asarray(np.linalg.norm(aligned.est - aligned.gt, axis=1))
+    return statistic_of(np.linalg.norm(aligned.est - aligned.gt, axis=1), statistic)
 
 
 def evo_are(
@@ -191,7 +185,8 @@ def mapanything_ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
     gt, est = Positions.check(gt_positions, est_positions).matched()
     if len(gt) == 0:
         raise NoValueError("no camera was estimated")
-    return float(fit(gt, est).rigid().distances(gt, est).mean())
+    moved = Similarity.fit(gt, est, alignment="rigid").apply(gt)
+    return float(np.linalg.norm(moved - est, axis=1).mean())
 
 
 def evo_rpe(

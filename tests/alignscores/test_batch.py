@@ -226,7 +226,7 @@ def test_no_memory_is_lost(scenes):
     ("batch", "single", "options"),
     [
         (vggt_auc_batch, vggt_auc, {"k": 30}),
-        (vggt_auc_batch, vggt_auc, {"k": 5, "bins": "histogram"}),
+        (vggt_auc_batch, vggt_auc, {"k": 5}),
         (vggt_rra_batch, vggt_rra, {"k": 15}),
         (vggt_rta_batch, vggt_rta, {"k": 15}),
     ],

@@ -71,7 +71,7 @@ def test_protocols_are_those_of_the_registry():
 
 
 def test_which_have_lengths_in_metres():
-    names = "recall@5cm,5deg auc@5:colmap auc@5cm:colmap kitti kitti:rotation rpe@1m"
+    names = "recall@5cm,5deg:hloc-sim3 auc@5:colmap kitti kitti:rotation rpe@1m"
     for name in [*names.split(), "rpg@100m", "recall@5deg:colmap-imc"]:
         assert metric(name).metres, name
     for name in ("TAS", "half_distance", "ATE", "ate:rmse", "rpe@1f", "auc@30:vggt", "median:hloc"):

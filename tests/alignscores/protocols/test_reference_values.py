@@ -4,7 +4,6 @@ A key of the reference file ending in ``_error`` says that the original stops; s
 """
 
 import json
-import random
 from functools import cache, partial
 from pathlib import Path
 
@@ -13,8 +12,6 @@ import pytest
 
 from alignscores.protocols import (
     NoValueError,
-    ace0_recall,
-    colmap_absolute_recall,
     colmap_relative_auc,
     colmap_relative_recall,
     evo_are,
@@ -22,7 +19,6 @@ from alignscores.protocols import (
     evo_rpe,
     hloc_median,
     hloc_recall,
-    images,
     kitti_relative_error,
     mapanything_ate,
     rpg_relative_error,
@@ -111,7 +107,6 @@ def ours():
             table[f"{prefix}_{name}"] = partial(
                 lambda g, e, m, f, o: [f(g, e, k, **o) for k in ANGLES], f=rate, o=options
             )
-    table["vggt_torchhist_auc30"] = lambda g, e, m: vggt_auc(g, e, 30, bins="histogram")
     for prefix, accuracy in (("colmap_rel", 0.001), ("colmap_rel_imc", 0.02)):
         for name, f in (("auc", colmap_relative_auc), ("recall", colmap_relative_recall)):
             table[f"{prefix}_{name}"] = partial(
@@ -251,87 +246,6 @@ def test_colmap_errors(case):
     if "colmap_rel_errors_sorted" in reference:
         stored = reference["colmap_rel_errors_sorted"]
         np.testing.assert_allclose(errors, stored, rtol=0, atol=2e-6)
-
-
-def test_colmap_absolute_areas(case):
-    """The areas that follow from one stored transform; which one is found is random."""
-    _, reference = case
-    gt, est = reference["gt"][:, :3, 3], reference["est"][:, :3, 3]
-    for key, accuracy, factor in (("eth3d", 0.001, 1), ("imc", 0.02, 1), ("1m", 1, 25)):
-        key = f"colmap_abs_{key}"
-        if f"{key}_one_sim3" not in reference:
-            continue
-        sim3 = reference[f"{key}_one_sim3"]
-        errors = np.linalg.norm(est @ sim3[:, :3].T + sim3[:, 3] - gt, axis=1)
-        errors[np.isnan(errors)] = np.inf
-        ends = factor * np.array([0.02, 0.05, 0.2, 0.5])
-        areas = [interpolated_auc([errors], len(gt), end, accuracy) for end in ends]
-        assert np.abs(reference[f"{key}_auc"] - areas).max(axis=1).min() < 1e-9
-
-
-@pytest.mark.parametrize(
-    ("name", "kind", "accuracy", "seeds"),
-    [
-        ("noise_sim3_world", "imc", 0.02, 60),
-        ("outliers10_sim3", "imc", 0.02, 60),
-        ("outliers50_sim3", "imc", 0.02, 60),
-        ("few_estimated", "imc", 0.02, 60),
-        ("drive_drift", "1m", 1.0, 60),
-        ("outliers50_sim3", "eth3d", 0.001, 10),
-        ("planar_through_origin", "imc", 0.02, 3),
-    ],
-)
-def test_colmap_absolute_distribution(name, kind, accuracy, seeds):
-    """Mean number of cameras within the accuracy, against that of the 20 stored runs."""
-    if not (SHARED / "reference" / "protocols.npz").exists():
-        pytest.skip("no shared reference values")
-    reference = shared_cases()[name]
-    gt, est = reference["gt"][:, :3, 3], reference["est"][:, :3, 3]
-    recalls = [
-        colmap_absolute_recall(gt, est, accuracy, accuracy=accuracy, rng=seed)
-        for seed in range(seeds)
-    ]
-    counts = np.array(recalls) * len(gt) / 100
-    stored = reference[f"colmap_abs_{kind}_num_within"]
-    slack = 4 * np.sqrt(stored.var() / len(stored) + counts.var() / len(counts))
-    if stored.std() == 0:  # values that are rare do not show in 20 runs
-        slack += 0.1
-    assert abs(counts.mean() - stored.mean()) <= slack
-
-
-ACE0 = {
-    "ace0_5cm5deg": (0.05, False),
-    "ace0_20cm5deg": (0.2, False),
-    "ace0_1m5deg": (1.0, False),
-    "ace0_newrot_5cm5deg": (0.05, True),
-}
-
-
-@cache
-def drawn_by_python(seed, n, count):
-    draws = random.Random(seed)
-    return np.array([draws.sample(range(n), 3) for _ in range(count)])
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_ace0(name, monkeypatch):
-    """The accuracy of each seed, with the triplets that Python's generator draws for it."""
-    if not (SHARED / "reference" / "protocols.npz").exists():
-        pytest.skip("no shared reference values")
-    reference = shared_cases()[name]
-    gt, est = reference["gt"], reference["est"]
-    for key, (distance, true_angles) in ACE0.items():
-        if f"{key}_accuracy" not in reference:
-            continue
-        stored = reference[f"{key}_accuracy"]
-        for seed in range(min(len(stored), 2)):
-            monkeypatch.setattr(
-                images,
-                "random_triplets",
-                lambda n, count, _, seed=seed: drawn_by_python(seed, n, count),
-            )
-            value = ace0_recall(gt, est, distance, true_angles=true_angles)
-            assert value == pytest.approx(stored[seed], abs=1e-9), (key, seed)
 
 
 def test_kitti_segments():
