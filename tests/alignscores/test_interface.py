@@ -1,7 +1,6 @@
 """The names and properties that others rely on."""
 
 import dataclasses
-import inspect
 import os
 import subprocess
 import sys
@@ -12,7 +11,6 @@ import pytest
 
 import alignscores
 from alignscores import pas, ras, tas
-from alignscores.registration.kernel import LIBRARY
 
 
 @pytest.fixture
@@ -29,36 +27,6 @@ def test_public_names():
     assert {"tas", "ras", "pas"} <= set(alignscores.__all__)
     for name in alignscores.__all__:
         assert hasattr(alignscores, name)
-
-
-TAS_OPTIONS = {
-    "rng": 0,
-    "unit": None,
-    "n_hypotheses": 1000,
-    "max_threshold": 1.0,
-    "n_thresholds": 100,
-    "registration": "pcr99",
-    "alignment": "similarity",
-    "up": "z",
-}
-RAS_OPTIONS = {
-    "max_threshold_deg": 10.0,
-    "n_thresholds": 100,
-    "alignment": "similarity",
-    "up": "z",
-}
-
-
-@pytest.mark.parametrize(
-    ("function", "options"),
-    [(tas, TAS_OPTIONS), (ras, RAS_OPTIONS), (pas, {"weight": 0.5} | TAS_OPTIONS | RAS_OPTIONS)],
-)
-def test_defaults(function, options):
-    """The options with their defaults, all by keyword, behind two positional arguments."""
-    parameters = list(inspect.signature(function).parameters.values())
-    assert [p.kind for p in parameters[:2]] == [inspect.Parameter.POSITIONAL_OR_KEYWORD] * 2
-    assert {p.kind for p in parameters[2:]} == {inspect.Parameter.KEYWORD_ONLY}
-    assert {p.name: p.default for p in parameters[2:]} == options
 
 
 def test_fields(results):
@@ -120,19 +88,6 @@ def test_what_reads_files_is_imported_when_it_is_asked_for():
     assert set(dir(alignscores)) >= {"Comparison", "Evaluation", "Settings", "compare", "evaluate"}
     with pytest.raises(AttributeError, match="'alignscores' has no attribute 'score'"):
         _ = alignscores.score
-
-
-@pytest.mark.skipif(LIBRARY is None, reason="not compiled")
-def test_a_small_file_is_scored_before_scipy_is_imported():
-    """It takes half the time of the command; `Rotation` alone imports most of it."""
-    folder = Path(__file__).parents[1] / "data" / "tum"
-    code = f"""
-import sys
-from alignscores import evaluate
-evaluate({str(folder / "reference.txt")!r}, {str(folder / "estimate.txt")!r}, format="tum")
-print(*sys.modules)
-"""
-    assert "scipy.spatial" not in in_fresh_process(code).split()
 
 
 def test_same_bits_in_another_process():

@@ -24,9 +24,7 @@ from alignscores.protocols import (
     split_names,
     vggt_auc,
 )
-from alignscores.protocols.colmap import interpolated_auc
-from alignscores.protocols.trajectory import Pairs, nearest_pairs, path_lengths
-from baselines import ate
+from alignscores.protocols.trajectory import Pairs
 
 EXAMPLES = {family.example: family for family in PROTOCOLS}
 # Whose values do not change when the estimate's world is turned, moved and scaled, or not scaled.
@@ -262,45 +260,6 @@ def test_former_names_of_pairs():
         assert value == evo_rpe(gt_poses, est_poses, 1, pairs=new)
 
 
-def test_single_precision_rotations_pass():
-    gt, gt_rotations, est, est_rotations = scene()
-    single = gt_rotations.astype(np.float32), est_rotations.astype(np.float32)
-    metric = protocol("rra@5:vggt")
-    assert metric(gt, single[0], est, single[1]) == metric(gt, gt_rotations, est, est_rotations)
-
-
-NAMES = {
-    "auc@30:vggt": {"k": 30, "convention": "vggt"},
-    " AUC@5:COLMAP ": {"max_error_deg": 5.0, "accuracy": 0.001},
-    "auc@.5deg:colmap-imc": {"max_error_deg": 0.5, "accuracy": 0.02},
-    "recall@0.5m,2:hloc-sim3": {"max_error": 0.5, "max_error_deg": 2.0, "alignment": "sim3"},
-    "rpe@1m": {
-        "distance": 1.0,
-        "error": "translation",
-        "alignment": "sim3",
-        "statistic": "rmse",
-        "pairs": "consecutive",
-    },
-    "rpe@1f:mean:rotation": {
-        "error": "rotation",
-        "alignment": "sim3",
-        "statistic": "mean",
-        "pairs": "consecutive",
-        "frames": 1,
-    },
-    "kitti": {},
-    "ate:rmse": {"alignment": "sim3", "statistic": "rmse"},
-    "ate:se3:mean": {"alignment": "se3", "statistic": "mean"},
-    "ate:mapanything": {},
-    "rpg@100m": {"length": 100.0, "alignment": "sim3", "statistic": "mean"},
-}
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_names(name):
-    assert dict(protocol(name).arguments) == NAMES[name]
-
-
 def test_each_family_has_its_own_example():
     assert len(EXAMPLES) == len(PROTOCOLS)
     for name, family in EXAMPLES.items():
@@ -328,44 +287,6 @@ def test_unknown_names_are_answered_with_close_ones(name, close):
         protocol(name)
 
 
-@given(
-    errors=st.lists(st.floats(0, 8), max_size=12),
-    missing=st.integers(0, 3),
-    end=st.sampled_from([0.5, 2.0, 5.0]),
-    least=st.sampled_from([0.0, 0.02, 1.0]),
-)
-def test_the_area_is_that_of_the_polyline(errors, missing, end, least):
-    """Against the corners of the definition and the trapezoid rule."""
-    n = len(errors) + missing + 1
-    x = np.sort([*errors, 8.5])
-    y = np.arange(1, len(x) + 1) / n
-    within = np.searchsorted(x, least, side="right") if least else 0
-    x = np.concatenate([[0.0, least][: 1 + (least > 0)], x[within:]])
-    y = np.concatenate([[within / n] * (1 + (least > 0)), y[within:]])
-    shown = x <= end
-    area = np.trapezoid(np.append(y[shown], y[shown][-1]), np.append(x[shown], end))
-    parts = np.array_split(np.array([*errors, 8.5]), 3)
-    assert interpolated_auc(parts, n, end, least) == pytest.approx(100 * area / end, abs=1e-9)
-
-
-@given(seed=st.integers(0, 2**32 - 1), distance=st.sampled_from([0.5, 1.0, 2.0]))
-def test_nearest_pairs_equal_a_search(seed, distance):
-    rng = np.random.default_rng(seed)
-    steps = rng.integers(0, 4, (12, 3)) / 4  # many ties, and frames that stand still
-    path = path_lengths(steps.cumsum(axis=0))
-    expected = []
-    for i in range(11):
-        gaps = np.abs(path[i + 1 :] - path[i] - distance)
-        if gaps.min() <= 0.1 * distance:
-            expected.append((i, i + 1 + int(gaps.argmin())))
-    assert list(zip(*map(list, nearest_pairs(path, distance)), strict=True)) == expected
-
-
-def test_ate_is_the_baseline():
-    gt, _, est, _ = moved(scene(), 0, 0.3)
-    assert protocol("ate")(gt, None, est, None) == pytest.approx(ate(gt, est), rel=1e-12)
-
-
 @pytest.mark.parametrize("function", [vggt_auc, colmap_relative_auc])
 def test_memory_does_not_grow_with_the_pairs(function):
     gt, gt_rotations, est, est_rotations = scene(n=1500)
@@ -378,6 +299,13 @@ def test_memory_does_not_grow_with_the_pairs(function):
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 8e6  # a number a pair takes 9 MB
+
+
+def test_single_precision_rotations_pass():
+    gt, gt_rotations, est, est_rotations = scene()
+    single = gt_rotations.astype(np.float32), est_rotations.astype(np.float32)
+    metric = protocol("rra@5:vggt")
+    assert metric(gt, single[0], est, single[1]) == metric(gt, gt_rotations, est, est_rotations)
 
 
 @pytest.mark.parametrize(

@@ -26,10 +26,6 @@ from alignscores.protocols import (
     vggt_rra,
     vggt_rta,
 )
-from alignscores.protocols.cameras import Cameras
-from alignscores.protocols.colmap import interpolated_auc, relative_errors
-from alignscores.protocols.relative import direction_blocks, pair_errors
-from alignscores.protocols.segments import kitti_segments
 
 ROOT = Path(__file__).resolve().parents[3]
 SHARED = ROOT.parent / "shared"
@@ -202,57 +198,3 @@ def test_rpg(case):
                 for error, statistic in columns
             ]
             np.testing.assert_allclose(values, row[1:8], rtol=1e-9, atol=1e-9)
-
-
-@pytest.mark.parametrize("key", list(CONVENTIONS))
-def test_pairs(case, key):
-    """Every single angle, in the order of the pairs, where both directions exist."""
-    _, reference = case
-    if f"{key}_t_err" not in reference:
-        return  # not stored for KITTI
-    cameras = Cameras.check(reference["gt"], reference["est"])
-    convention = CONVENTIONS[key]
-    rows = np.flatnonzero(cameras.estimated)
-    n = len(cameras)
-    angles = np.full((2, n, n), np.nan)
-    parts = direction_blocks(cameras, convention), pair_errors(cameras, convention)
-    for block, errors in zip(*parts, strict=True):
-        i, j = np.nonzero(block.pairs)
-        i, j = i + block.i.start, j + block.j.start
-        if convention == "vggt":  # its blocks go through the cameras from the last to the first
-            i, j = len(rows) - 1 - j, len(rows) - 1 - i
-        angles[:, rows[i], rows[j]] = errors
-    i, j = np.triu_indices(n, 1)
-    lengths = [np.linalg.norm(c[i] - c[j], axis=1) for c in (cameras.gt, cameras.est)]
-    defined = np.minimum(*lengths) > 1e-9
-    ours = dict(zip(("r_err", "t_err"), angles[:, i, j], strict=True))
-    for name, values in ours.items():
-        if f"{key}_{name}" in reference:
-            expected = np.where(defined | (name == "r_err"), reference[f"{key}_{name}"], values)
-            found = ~np.isnan(values)
-            assert np.all(np.isnan(expected[~found]) | (expected[~found] > 1e7))
-            # Their cosine rounds small angles: by 1e-16 / angle, in radians.
-            slack = 1e-9 + 1e-12 / np.maximum(expected[found], 1e-6)
-            assert np.all(np.abs(values[found] - expected[found]) <= slack)
-
-
-def test_colmap_errors(case):
-    """Every single error, and the area without a smallest one."""
-    _, reference = case
-    cameras = Cameras.check(reference["gt"], reference["est"])
-    errors = np.sort(np.concatenate(list(relative_errors(cameras, 0.001))))
-    areas = [interpolated_auc([errors], len(errors), t, 0) for t in COLMAP_ANGLES]
-    np.testing.assert_allclose(areas, reference["colmap_rel_auc_min0"], rtol=0, atol=1e-4)
-    if "colmap_rel_errors_sorted" in reference:
-        stored = reference["colmap_rel_errors_sorted"]
-        np.testing.assert_allclose(errors, stored, rtol=0, atol=2e-6)
-
-
-def test_kitti_segments():
-    """Each segment of KITTI 00; the original is in single precision."""
-    if not (SHARED / "reference" / "protocols.npz").exists():
-        pytest.skip("no shared reference values")
-    reference = shared_cases()["kitti00_orb"]
-    segments = kitti_segments(Cameras.check(reference["gt"], reference["est"]))
-    segments[:, 1] = np.radians(segments[:, 1])
-    np.testing.assert_allclose(segments, reference["kitti_segments"], rtol=0, atol=1e-6)
