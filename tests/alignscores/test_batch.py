@@ -177,12 +177,6 @@ def test_refuses_what_are_no_scenes(scenes, change, message):
         pas_batch(*change(*scenes))
 
 
-@pytest.mark.parametrize("threads", [0, -1, 1.5, True, "2"])
-def test_refuses_threads_that_are_no_number(scenes, threads):
-    with pytest.raises(ValueError, match="threads must be a positive whole number"):
-        pas_batch(*scenes, threads=threads)
-
-
 @pytest.mark.parametrize("convention", ["vggt", "mapanything", "da3"])
 @pytest.mark.parametrize(
     ("batch", "single"),

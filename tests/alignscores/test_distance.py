@@ -50,11 +50,6 @@ def test_the_alignment_is_that_which_was_asked_for(alignment):
     assert result.score == pytest.approx(0.5, abs=0.002)
 
 
-def test_it_is_in_the_unit_of_the_ground_truth():
-    gt, est = noisy(40, 0.2, 0.02, 3)
-    assert tas_distance(1e3 * gt - 1e5, est) == pytest.approx(1e3 * tas_distance(gt, est), rel=1e-6)
-
-
 @pytest.mark.parametrize(("score", "lost"), [(0.5, 21), (0.25, 31), (1.0, 1)])
 def test_what_is_lost_bounds_the_score(score, lost):
     """With exactly a share 1 - score lost, all others must be below the first threshold."""
@@ -91,12 +86,6 @@ def test_nothing_to_align():
         assert tas_distance(gt, np.full_like(gt, np.nan)) == np.inf
     with pytest.warns(AlignmentWarning):
         assert tas_distance(np.ones_like(gt), gt) == np.inf
-
-
-def test_a_perfect_estimate_has_the_distance_0():
-    gt = np.random.default_rng(7).random((30, 3))
-    assert tas_distance(gt, gt, alignment="none") == 0
-    assert tas_distance(gt, 2 * gt + 1) < 1e-14
 
 
 @pytest.mark.parametrize("score", [0, -1, 1.1, np.nan, "half", True])
