@@ -23,14 +23,11 @@ from .segments import kitti_relative_error, rpg_relative_error
 from .trajectory import evo_are, evo_ate, evo_rpe, mapanything_ate
 from .video import video_error
 
-Protocol = Metric  # its name up to version 1.0
-
 __all__ = [
     "PROTOCOLS",
     "Family",
     "Metric",
     "NoValueError",
-    "Protocol",
     "colmap_relative_auc",
     "colmap_relative_recall",
     "evo_are",

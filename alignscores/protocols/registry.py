@@ -10,7 +10,6 @@ from .images import hloc_median, hloc_recall
 from .relative import Convention, vggt_auc, vggt_rra, vggt_rta
 from .segments import kitti_relative_error, rpg_relative_error
 from .trajectory import (
-    FORMER_PAIRS,
     STATISTICS,
     Alignment,
     Pairs,
@@ -42,7 +41,7 @@ ACCURACY = {"accuracy": {"colmap": 0.001, "colmap-imc": 0.02}}
 HLOC = {"alignment": {"hloc": "none", "hloc-sim3": "sim3"}}
 STATISTIC = _words(name for name in STATISTICS if name != "sse")
 ALIGNED = {"alignment": _words(get_args(Alignment)), "statistic": STATISTIC}
-PAIRS = {"pairs": {**_words(get_args(Pairs)), **FORMER_PAIRS}}
+PAIRS = {"pairs": _words(get_args(Pairs))}
 SCALED = {"alignment": _words(["sim3", "se3"]), "statistic": {"mean": "mean"} | STATISTIC}
 SCALE = {"scale": _words(get_args(Scale))}
 LENGTH = {"error": _words(["translation", "distance"])}

@@ -1,6 +1,5 @@
 """Absolute and relative pose errors as evo computes them, and the mean that is called an RMSE."""
 
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Literal, get_args
@@ -15,7 +14,6 @@ from ..validation import check_positive
 from .cameras import Cameras, NoValueError, Positions, check_choice
 
 __all__ = [
-    "FORMER_PAIRS",
     "STATISTICS",
     "Alignment",
     "Pairs",
@@ -43,7 +41,6 @@ STATISTICS: Mapping[str, Callable[[Floats], np.floating]] = {
     "sse": lambda errors: np.sum(errors * errors),
 }
 RANK = float(np.finfo(np.float64).eps)  # a smaller singular value of the covariance is none
-FORMER_PAIRS: Mapping[str, Pairs] = {"estimate": "all", "reference": "all-reference"}
 ROUNDING = 1e-6  # seconds, of sums of time stamps
 TOLERANCE = 0.1  # of a distance: how far the nearest pair may be from it
 
@@ -228,7 +225,6 @@ def evo_rpe(
         the path of the aligned *estimate*. "all" (evo's ``--all_pairs``): of each frame, the later
         one whose path length from it is nearest to `distance`, if they differ by at most a tenth of
         that. With "-reference" (evo's ``--pairs_from_reference``) the reference's path counts.
-        Former names of "all" and "all-reference": "estimate", "reference".
     frames : int
         Frames with an estimate from one pose of a pair to the other, where no distance is given.
     seconds : float, optional
@@ -247,11 +243,6 @@ def evo_rpe(
         Where the input is malformed.
     NoValueError
         Where no pair has that distance, or evo refuses to align.
-
-    Warns
-    -----
-    DeprecationWarning
-        Where `pairs` has a former name.
 
     Notes
     -----
@@ -275,10 +266,6 @@ def evo_rpe(
     """
     checked = Cameras.check(gt_poses, est_poses)
     cameras = least_squares_aligned(checked.matched(), alignment)
-    if pairs in FORMER_PAIRS:
-        new = FORMER_PAIRS[pairs]
-        warnings.warn(f"pairs={pairs!r} is now {new!r}", DeprecationWarning, stacklevel=2)
-        pairs = new
     check_choice(pairs, get_args(Pairs), "pairs")
     check_positive(frames, "frames", integer=True)
     check_choice(error, ("translation", "rotation", "distance"), "error")

@@ -73,14 +73,6 @@ def test_l1_mean_about_one_axis_is_the_median(degrees, median):
     assert z_angle(mean) == pytest.approx(median, abs=0.1)
 
 
-@pytest.mark.parametrize(("degrees", "inlier"), [(20.3, True), (20.4, False)])
-def test_tlud_inlier_threshold(degrees, inlier):
-    """A chordal distance of 0.5 is an angle of 20.36 degrees."""
-    rotations = about_z(0, 0, 0, 0, degrees)
-    mean = z_angle(tlud_mean(rotations))
-    assert (abs(mean) > 1e-4) == inlier
-
-
 def test_tlud_truncates():
     """Three that agree beat four that are spread wide, whatever the distance between the groups."""
     for far in (60, 120, 180):

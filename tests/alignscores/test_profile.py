@@ -53,18 +53,6 @@ def test_the_old_name_of_unit_at():
         assert profile.at(0.9) == profile.unit_at(0.9)
 
 
-def test_best_of_several_alignments():
-    """One is better at small units, the other at large ones."""
-    errors = np.array([[0.1, 0.1, 9.0, 9.0], [0.5, 0.5, 0.5, 0.5]])
-    units = np.array([0.2, 0.8, 1.2, 100.0])
-    alone = [ScoreProfile(units, row[None], 1000) for row in errors]
-    both = ScoreProfile(units, errors, 1000)
-    np.testing.assert_array_equal(both.scores, np.maximum(*(p.scores for p in alone)))
-    assert np.argmax([p.scores for p in alone], axis=0).tolist() == [0, 0, 1, 1]
-    for score in (0.25, 0.5, 0.75):
-        assert both.unit_at(score) == min(p.unit_at(score) for p in alone)
-
-
 # --- against known distributions ------------------------------------------------------------------
 
 

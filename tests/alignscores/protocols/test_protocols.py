@@ -228,18 +228,6 @@ def test_pairs_are_those_of_evo(pairs, distance, frames):
     assert evo_rpe(gt, est, distance, pairs=pairs, frames=frames) == pytest.approx(expected)
 
 
-def test_former_names_of_pairs():
-    """They go on working, and say so from Python."""
-    gt, _, est, _ = scene()
-    gt_poses, est_poses = (np.tile(np.eye(4), (len(gt), 1, 1)) for _ in range(2))
-    gt_poses[:, :3, 3], est_poses[:, :3, 3] = gt, est
-    for old, new in {"estimate": "all", "reference": "all-reference"}.items():
-        assert protocol(f"rpe@1m:{old}").arguments == protocol(f"rpe@1m:{new}").arguments
-        with pytest.warns(DeprecationWarning, match=f"pairs='{old}' is now '{new}'"):
-            value = evo_rpe(gt_poses, est_poses, 1, pairs=old)
-        assert value == evo_rpe(gt_poses, est_poses, 1, pairs=new)
-
-
 def test_each_family_has_its_own_example():
     assert len(EXAMPLES) == len(PROTOCOLS)
     for name, family in EXAMPLES.items():
@@ -300,6 +288,7 @@ def test_single_precision_rotations_pass():
         ("recall@1m:lamaria", "lamaria"),
         ("auc@30:vggt-old", "vggt"),
         ("auc@30:vggt-min", "rta@K:vggt"),
+        ("rpe@1m:estimate", "all"),
     ],
 )
 def test_removed_names_say_where_to_look(name, program):
