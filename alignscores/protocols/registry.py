@@ -245,7 +245,7 @@ def protocol(name: str) -> Metric:
     ----------
     name : str
         Such as ``auc@30:vggt``, ``auc@5:colmap``, ``recall@5cm,5deg:hloc``, ``rpe@1m``, ``kitti``,
-       , ``ate:rmse``; see `PROTOCOLS`.
+        ``ate:rmse``; see `PROTOCOLS`.
 
     Returns
     -------
