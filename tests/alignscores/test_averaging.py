@@ -9,13 +9,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from alignscores.averaging import (
-    angles_and_axes,
     chordal_mean,
     geodesic_l1_mean,
     nearest_rotations,
     project_to_rotation,
     rotation_angles,
-    rotation_from_vector,
     tlud_mean,
 )
 
@@ -99,16 +97,3 @@ def test_rotation_angles(angle):
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     matrices = Rotation.from_rotvec(angle * axes, degrees=True).as_matrix()
     np.testing.assert_allclose(rotation_angles(matrices), angle, rtol=1e-9, atol=1e-13)
-
-
-def test_logarithm_and_exponential():
-    """Angles and axes, relative to any rotation, and back."""
-    rng = np.random.default_rng(0)
-    vectors = rng.normal(size=(50, 3))
-    reference = Rotation.random(rng=rng).as_matrix()
-    rotations = np.array([rotation_from_vector(vector) for vector in vectors])
-    np.testing.assert_allclose(rotations, Rotation.from_rotvec(vectors).as_matrix(), atol=1e-14)
-    np.testing.assert_array_equal(rotation_from_vector(np.zeros(3)), np.eye(3))
-    angles, axes = angles_and_axes(rotations @ reference, reference)
-    np.testing.assert_allclose((angles * axes).T, vectors, atol=1e-13)
-    np.testing.assert_array_equal(angles_and_axes(np.eye(3)[None])[1], np.zeros((3, 1)))

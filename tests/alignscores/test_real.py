@@ -101,23 +101,6 @@ def test_conventions(real, pair):
     assert find_convention(matches.gt_poses, shifted).quaternions_shifted
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["ORB", "SPTAM"])
-def test_conventions_of_short_stretches(real, name):
-    """On 20 s of road a camera turns so little that a swap of axes leaves some RAS."""
-    gt, est = (read_kitti(real / f"KITTI_00_{file}.txt").poses for file in ("gt", name))
-    body = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
-    swapped = est.copy()
-    swapped[:, :3, :3] = est[:, :3, :3] @ body
-    for start in range(0, len(gt) - 199, 100):
-        rows = slice(start, start + 200)
-        for quaternions in (True, False):
-            found = find_convention(gt[rows], swapped[rows], quaternions=quaternions)
-            np.testing.assert_array_equal(found.body_rotation, body)
-            assert not found.rotations_inverted
-        assert str(find_convention(gt[rows], est[rows])) == "no mix-up is found"
-
-
 def test_body_rotation_of_a_short_stretch(real, tmp_path, capsys):
     body = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
     poses = read_kitti(real / "KITTI_00_ORB.txt").poses[:400, :3]

@@ -13,7 +13,6 @@ from alignscores.protocols import (
     PROTOCOLS,
     NoValueError,
     colmap_relative_auc,
-    colmap_relative_recall,
     evo_are,
     evo_rpe,
     hloc_median,
@@ -164,15 +163,6 @@ def test_malformed_input_is_named(change, message):
     for name in ("auc@30:vggt", "recall@5cm,5deg:hloc"):
         with pytest.raises(ValueError, match=message):
             protocol(name)(*change(scene()))
-
-
-def test_an_error_of_the_threshold_is_within_it():
-    """As of directions at a right angle, which is exact."""
-    gt = np.tile(np.eye(4), (2, 1, 1))
-    est = gt.copy()
-    gt[1, 0, 3] = est[1, 1, 3] = 1.0
-    assert colmap_relative_recall(gt, est, 90.0) == 100.0
-    assert colmap_relative_recall(gt, est, np.nextafter(90.0, 0.0)) == 0.0
 
 
 @pytest.mark.parametrize(
