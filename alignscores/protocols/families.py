@@ -28,7 +28,7 @@ REMOVED = {  # regular expressions of names, and the programs that have the metr
     r"score:hilti": "batch_evaluation.py of Hilti-Research/hilti-slam-challenge-2022",
     r"(score|recall@.*):lamaria": "the evaluation of cvg/lamaria",
     r"auc@.*:vggt-old": "the older evaluation/test_co3d.py of facebookresearch/vggt",
-    r"rpe@.*:(estimate|reference)(:.*)?": "the words all and all-reference in their place",
+    r"rpe@.*:(estimate|reference)(:.*)?": "all for estimate, and all-reference for reference",
     r"auc@.*:vggt-min": "rra@K:vggt and rta@K:vggt, of which it takes the smaller one at each K",
 }
 UNITS = {"mm": 1000, "cm": 100, "m": 1}  # in a metre, which is a unit of the ground truth

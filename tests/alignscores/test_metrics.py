@@ -67,19 +67,3 @@ def test_protocols_are_those_of_the_registry():
         assert metric(family.example) == protocol(family.example)
     with pytest.raises(ValueError, match="unknown metric 'TAS'; close to it are "):
         protocol("TAS")
-
-
-def test_which_have_lengths_in_metres():
-    names = "recall@5cm,5deg:hloc-sim3 auc@5:colmap kitti kitti:rotation rpe@1m"
-    for name in [*names.split(), "rpg@100m", "recall@5deg:colmap-imc"]:
-        assert metric(name).metres, name
-    for name in ("TAS", "half_distance", "ATE", "ate:rmse", "rpe@1f", "auc@30:vggt", "median:hloc"):
-        assert not metric(name).metres, name
-
-
-@pytest.mark.parametrize(
-    ("asked", "close"), [("pass", "PAS"), ("halfdist", "half_distance"), ("auc@30", "auc@30:vggt")]
-)
-def test_unknown_names(asked, close):
-    with pytest.raises(ValueError, match=f"unknown metric '{asked}'; close to it are {close}, "):
-        metric(asked)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from alignscores import evaluate
 from alignscores.histogram import AlignmentScore
 from alignscores.plots import profile_panel, score_figure, score_panel, trajectory_panel
-from alignscores.trajectories.files import read_kitti
+from alignscores.trajectories.files import Trajectory, read_kitti
 
 
 @pytest.mark.parametrize("errors", [[0.0] * 37, [0.35, 0.5, 2.0], [np.inf] * 5])
@@ -97,7 +97,7 @@ def test_the_trajectory_is_aligned_and_coloured_by_its_errors(evaluation):
 
 def test_an_estimate_that_cannot_be_aligned(examples):
     reference = read_kitti(examples / "kitti/reference.txt")
-    lost = reference._replace(poses=np.full((40, 4, 4), np.nan))
+    lost = Trajectory(reference.keys, np.full((40, 4, 4), np.nan))
     axes = Figure().subplots()
     trajectory_panel(axes, evaluate(reference, lost))
     assert axes.texts[0].get_text() == "could not be aligned"
