@@ -34,7 +34,7 @@ import baselines
 from alignscores import protocols
 from alignscores.cli import main as alignscores
 from alignscores.protocols import PROTOCOLS
-from alignscores.trajectories import evo, files
+from alignscores.trajectories import files
 from experiments.config import EXECUTION, SETTINGS, load
 from experiments.metrics import METRICS
 from experiments.run import main as experiments_run
@@ -298,7 +298,6 @@ def test_all_that_is_public_is_shown() -> None:
         "protocols.": [one for one in protocols.__all__ if callable(getattr(protocols, one))],
         "trajectories.files.": [one for one in files.__all__ if one.startswith("read_")],
         "trajectories.association.": ["match"],
-        "trajectories.evo.": evo.__all__,
         "": [*library.__all__, *baselines.__all__],
     }.items():
         assert {prefix + name for name in names} <= shown

@@ -111,8 +111,8 @@ def test_numbers_are_python_s():
 
 
 def test_metrics_have_one_name_each():
-    settings = Settings(metrics="tas, recall@5cm,5deg,half,HalfDistance,AUC@30:vggt")
-    assert settings.metrics == ("TAS", "recall@5cm,5deg", "half_distance", "auc@30:vggt")
+    settings = Settings(metrics="tas, recall@5cm,5deg:hloc-sim3,half,HalfDistance,AUC@30:vggt")
+    assert settings.metrics == ("TAS", "recall@5cm,5deg:hloc-sim3", "half_distance", "auc@30:vggt")
     assert Settings(metrics=["ate", "ATE"]).metrics == ("ATE",)
 
 
