@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from .comparison import Comparison, compare
     from .distance import ras_angle, tas_distance
     from .evaluation import Evaluation, Settings, evaluate
-    from .expectation import ExpectedScore, expected_tas, runs_needed
     from .histogram import AlignmentScore
     from .pose import PASResult, pas
     from .profile import ScoreProfile, ras_profile, tas_profile
@@ -36,7 +35,6 @@ __all__ = [
     "Comparison",
     "Convention",
     "Evaluation",
-    "ExpectedScore",
     "PASBatch",
     "PASResult",
     "RASBatch",
@@ -51,7 +49,6 @@ __all__ = [
     "closest_pair_quartile",
     "compare",
     "evaluate",
-    "expected_tas",
     "nearest_rotations",
     "pas",
     "pas_batch",
@@ -59,7 +56,6 @@ __all__ = [
     "ras_angle",
     "ras_batch",
     "ras_profile",
-    "runs_needed",
     "tas",
     "tas_batch",
     "tas_distance",
@@ -73,7 +69,6 @@ MODULES = {
     "Comparison": "comparison",
     "Convention": "trajectories.conventions",
     "Evaluation": "evaluation",
-    "ExpectedScore": "expectation",
     "PASBatch": "batch",
     "PASResult": "pose",
     "RASBatch": "batch",
@@ -88,7 +83,6 @@ MODULES = {
     "closest_pair_quartile": "translation",
     "compare": "comparison",
     "evaluate": "evaluation",
-    "expected_tas": "expectation",
     "nearest_rotations": "averaging",
     "pas": "pose",
     "pas_batch": "batch",
@@ -96,7 +90,6 @@ MODULES = {
     "ras_angle": "distance",
     "ras_batch": "batch",
     "ras_profile": "profile",
-    "runs_needed": "expectation",
     "tas": "translation",
     "tas_batch": "batch",
     "tas_distance": "distance",

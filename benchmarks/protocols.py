@@ -22,11 +22,7 @@ LARGEST = {
     "auc@30:vggt": 10_000,
     "auc@30:da3": 10_000,
     "auc@5:colmap": 10_000,
-    "auc@5cm:colmap": 10_000,
-    "auc@5cm:colmap-imc": 10_000,
-    "recall@5cm,5deg:ace0": 10_000,
     "recall@5cm,5deg:hloc-sim3": 10_000,
-    "maa:imc": 100,
     "ate:rmse": 10_000,
     "rpe@1m": 10_000,
     "kitti": 10_000,
@@ -46,8 +42,6 @@ included. The shortest processor time counts. One core, BLAS on one thread, seed
 Machine: {machine}.
 
 {table}
-
-The mAA of the Image Matching Challenge looks at all triplets of cameras.
 """
 
 

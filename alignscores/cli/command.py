@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import takewhile
 from pathlib import Path
 from typing import NoReturn
@@ -17,7 +16,6 @@ from ..evaluation.notes import collected_warnings, why
 from ..evaluation.ranking import in_rank_order, ranking_notes
 from ..evaluation.scoring import notes_of_all, score
 from ..evaluation.settings import options
-from ..progress import shown_by
 from ..similarity import UP
 from ..streams import discard_output, replace_closed_errors
 from ..texts import printable, unique_names
@@ -224,10 +222,6 @@ def _add_output(command: argparse.ArgumentParser, form: Format) -> None:
     )
 
 
-def _show_more(doing: str, text: str) -> None:
-    show_progress(doing + text)
-
-
 def run(arguments: argparse.Namespace) -> int:
     """Score all estimates, save and print; one that cannot be scored does not stop the others."""
     settings, names = settings_of(arguments), unique_names(arguments.estimates)
@@ -257,11 +251,9 @@ def run(arguments: argparse.Namespace) -> int:
             show_json(settings, arguments.reference, [], failed, notes)
         return 1
     for number, (name, file) in enumerate(zip(names, arguments.estimates, strict=True), 1):
-        doing = f"{number}/{len(names)} {name} " if len(names) > 1 else ""
-        show_progress(doing)
+        show_progress(f"{number}/{len(names)} {name} " if len(names) > 1 else "")
         try:
-            with shown_by(partial(_show_more, doing)):
-                scored.append(score(reference, file, with_stamps, name=name))
+            scored.append(score(reference, file, with_stamps, name=name))
         except FAILURES as error:
             fail(file, error)
     show_progress("")

@@ -16,10 +16,10 @@ __all__ = ["add_metrics", "alias_notes", "metre_notes", "metric_table"]
 FIRST, LONGEST_NAME = "estimate", 40  # header of the names, and their characters
 LEGEND = """\
 K is a whole number of degrees, ANGLE is in degrees (5deg or 5), DISTANCE in mm, cm or m, as in
-auc@30:vggt and recall@5cm,5deg. What is in [brackets] may be left out; the first choice then holds.
-STATISTIC: rmse, mean, median, std, min, max. ALIGNMENT: sim3, se3, scale, none. PAIRS: consecutive,
-consecutive-reference, all, all-reference. All are of the cameras that are scored, see --missing.
-The definitions are in docs/reference/protocols.md."""
+auc@30:vggt and recall@5cm,5deg:hloc. What is in [brackets] may be left out; the first choice then
+holds. STATISTIC: rmse, mean, median, std, min, max. ALIGNMENT: sim3, se3, scale, none. PAIRS:
+consecutive, consecutive-reference, all, all-reference. All are of the cameras that are scored, see
+--missing. The definitions are in docs/reference/protocols.md."""
 
 
 def add_metrics(group: Any, purpose: str, form: Format | None = None) -> None:

@@ -10,9 +10,12 @@ from typing import Any
 import numpy as np
 import scipy
 
+from ..arrays import Floats
 from ..evaluation.evaluation import STATUSES, Evaluation, finite_or_none
+from ..histogram import AlignmentScore
 from ..metrics import SCORES
 from ..pages.trajectories import page
+from ..protocols.trajectory import STATISTICS
 from ..texts import csv_text, numbered, printable, unique_names
 from ..trajectories.extras import require
 from ..validation import finite_rows
@@ -183,33 +186,47 @@ def evo_files(
 ) -> Iterator[tuple[Path, bytes]]:
     """Yield results that ``evo_res`` reads: the share of thresholds that poses miss, 1 - PAS."""
     file_interface = require("evo.tools.file_interface", "evo")
-    from ..trajectories.evo import PAS  # needs evo
+    new_result = require("evo.core.result", "evo").Result
 
     for evaluation in scored:
         target, flat_name = files[evaluation.name]
-        how, seed = evaluation.settings.how_aligned, evaluation.settings.seed
-        result = PAS.of(evaluation.result).get_result(reference, flat_name)
-        result.add_info(
-            {
-                "title": f"PAS: share of the thresholds missed ({how}, seed {seed})",
-                "label": "share of the thresholds missed",
-                "registration": evaluation.settings.registration,
-                "alignment": evaluation.settings.alignment,
-                "seed": seed,
-            }
-        )
-        extra = {
-            "ATE": evaluation.ate,
-            "TAS_sd": evaluation.tas_sd,
+        settings, scores = evaluation.settings, evaluation.result
+        missed = scores.weight * _missed(scores.tas) + (1 - scores.weight) * _missed(scores.ras)
+        values = {
+            **{"TAS": scores.tas.score, "RAS": scores.ras.score, "PAS": scores.score},
+            **{"d": scores.tas.unit, "ATE": evaluation.ate, "TAS_sd": evaluation.tas_sd},
             "half_distance": finite_or_none(evaluation.half_distance),
             "half_angle": finite_or_none(evaluation.half_angle),
         }
-        result.add_stats({key: value for key, value in extra.items() if value is not None})
+        result = new_result()
+        result.info = {
+            "title": "PAS: share of the thresholds missed "
+            f"({settings.how_aligned}, seed {settings.seed})",
+            "label": "share of the thresholds missed",
+            "ref_name": reference,
+            "est_name": flat_name,
+            "registration": settings.registration,
+            "alignment": settings.alignment,
+            "seed": settings.seed,
+        }
+        result.stats = {name: value for name, value in values.items() if value is not None}
+        result.stats |= {name: float(of(missed)) for name, of in STATISTICS.items()}
+        result.np_arrays = {
+            "error_array": missed,
+            "position_error_array": scores.tas.errors,
+            "rotation_error_deg_array": scores.ras.errors,
+        }
         if evaluation.matches.keys.dtype.kind == "f":
-            result.add_np_array("timestamps", evaluation.matches.keys)
+            result.np_arrays["timestamps"] = evaluation.matches.keys
         buffer = BytesIO()
         file_interface.save_res_file(buffer, result)
         yield target, buffer.getvalue()
+
+
+def _missed(result: AlignmentScore) -> Floats:
+    """Return the share of the thresholds that each error is not below."""
+    missed = np.searchsorted(result.thresholds, result.errors, side="right")
+    return np.asarray(missed / len(result.thresholds))
 
 
 def picture(figure: Any, path: Path) -> bytes:

@@ -306,7 +306,7 @@ class Settings:
     metrics: Annotated[
         tuple[str, ...],
         Option(
-            "by name, such as auc@30:vggt,maa:imc,recall@5cm,5deg,rpe@1m; --metrics help lists all",
+            "by name, such as auc@30:vggt,recall@5cm,5deg:hloc,rpe@1m; --metrics help lists all",
             group="output",
         ),
     ] = ()

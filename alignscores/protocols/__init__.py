@@ -7,21 +7,13 @@ in docs/explanation/protocol-surprises.md.
 """
 
 from .cameras import NoValueError
-from .colmap import (
-    colmap_absolute_auc,
-    colmap_absolute_recall,
-    colmap_relative_auc,
-    colmap_relative_recall,
-)
+from .colmap import colmap_relative_auc, colmap_relative_recall
 from .families import Family, Metric, split_names
-from .images import ace0_recall, hloc_median, hloc_recall
-from .imc import IMC_2024, IMC_2025, imc_maa
-from .points import hilti_score, lamaria_recall, lamaria_score
+from .images import hloc_median, hloc_recall
 from .registry import PROTOCOLS, protocol
 from .relative import (
     vggt_auc,
     vggt_auc_batch,
-    vggt_auc_min,
     vggt_rra,
     vggt_rra_batch,
     vggt_rta,
@@ -31,38 +23,25 @@ from .segments import kitti_relative_error, rpg_relative_error
 from .trajectory import evo_are, evo_ate, evo_rpe, mapanything_ate
 from .video import video_error
 
-Protocol = Metric  # its name up to version 1.0
-
 __all__ = [
-    "IMC_2024",
-    "IMC_2025",
     "PROTOCOLS",
     "Family",
     "Metric",
     "NoValueError",
-    "Protocol",
-    "ace0_recall",
-    "colmap_absolute_auc",
-    "colmap_absolute_recall",
     "colmap_relative_auc",
     "colmap_relative_recall",
     "evo_are",
     "evo_ate",
     "evo_rpe",
-    "hilti_score",
     "hloc_median",
     "hloc_recall",
-    "imc_maa",
     "kitti_relative_error",
-    "lamaria_recall",
-    "lamaria_score",
     "mapanything_ate",
     "protocol",
     "rpg_relative_error",
     "split_names",
     "vggt_auc",
     "vggt_auc_batch",
-    "vggt_auc_min",
     "vggt_rra",
     "vggt_rra_batch",
     "vggt_rta",

@@ -1,7 +1,7 @@
 """Families of metrics: how their names are read, and what is known of each.
 
 A name is a head, mostly with numbers, and words behind colons in any order: ``auc@30:vggt``,
-``recall@5cm,5deg``, ``rpe@1m:rotation:all``. This module alone reads them.
+``recall@5cm,5deg:hloc``, ``rpe@1m:rotation:all``. This module alone reads them.
 """
 
 import math
@@ -21,6 +21,16 @@ from ..validation import check_positions, check_rotations, check_same_length
 
 __all__ = ["UNITS", "Family", "Metric", "Missing", "find", "split_names"]
 
+REMOVED = {  # regular expressions of names, and the programs that have the metrics
+    r"maa:imc(24)?": "metric.py of the Image Matching Challenge (fb82/IMPED, src/imc.py)",
+    r"(auc|recall)@[^,]*m:colmap(-imc)?": "evaluate.py of COLMAP's benchmark",
+    r"recall@[^:]*,[^:]*(:ace0(-new)?)?": "eval_poses.py of ACE0 (nianticlabs/acezero)",
+    r"score:hilti": "batch_evaluation.py of Hilti-Research/hilti-slam-challenge-2022",
+    r"(score|recall@.*):lamaria": "the evaluation of cvg/lamaria",
+    r"auc@.*:vggt-old": "the older evaluation/test_co3d.py of facebookresearch/vggt",
+    r"rpe@.*:(estimate|reference)(:.*)?": "all for estimate, and all-reference for reference",
+    r"auc@.*:vggt-min": "rra@K:vggt and rta@K:vggt, of which it takes the smaller one at each K",
+}
 UNITS = {"mm": 1000, "cm": 100, "m": 1}  # in a metre, which is a unit of the ground truth
 LENGTHS = {"distance", "length", "max_error"}  # arguments in units of the ground truth
 
@@ -68,9 +78,9 @@ class Family:
     Examples
     --------
     >>> from alignscores.protocols import protocol
-    >>> family = protocol("recall@5cm,5deg").family
+    >>> family = protocol("recall@5cm,5deg:hloc").family
     >>> family.unit, family.larger_is_better, family.missing, family.random
-    ('%', True, 'fail', True)
+    ('%', True, 'fail', False)
     """
 
     syntax: str
@@ -261,6 +271,9 @@ class Metric:
 def find(name: str, families: Iterable[Family]) -> Metric:
     """Find a metric by its name, whatever its case, or by an old name; `ValueError` without one."""
     asked = name.strip().lower()
+    for removed, program in REMOVED.items():
+        if re.fullmatch(removed, asked):
+            raise ValueError(f"{name!r} was removed in version 2.0; use {program}")
     examples = {}
     for family in families:
         example = family.example.lower()

@@ -4,20 +4,12 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import get_args
 
-from .colmap import (
-    colmap_absolute_auc,
-    colmap_absolute_recall,
-    colmap_relative_auc,
-    colmap_relative_recall,
-)
+from .colmap import colmap_relative_auc, colmap_relative_recall
 from .families import UNITS, Family, Metric, find
-from .images import ace0_recall, hloc_median, hloc_recall
-from .imc import IMC_2024, imc_maa
-from .points import hilti_score, lamaria_recall, lamaria_score
-from .relative import Convention, vggt_auc, vggt_auc_min, vggt_rra, vggt_rta
+from .images import hloc_median, hloc_recall
+from .relative import Convention, vggt_auc, vggt_rra, vggt_rta
 from .segments import kitti_relative_error, rpg_relative_error
 from .trajectory import (
-    FORMER_PAIRS,
     STATISTICS,
     Alignment,
     Pairs,
@@ -49,14 +41,13 @@ ACCURACY = {"accuracy": {"colmap": 0.001, "colmap-imc": 0.02}}
 HLOC = {"alignment": {"hloc": "none", "hloc-sim3": "sim3"}}
 STATISTIC = _words(name for name in STATISTICS if name != "sse")
 ALIGNED = {"alignment": _words(get_args(Alignment)), "statistic": STATISTIC}
-PAIRS = {"pairs": {**_words(get_args(Pairs)), **FORMER_PAIRS}}
+PAIRS = {"pairs": _words(get_args(Pairs))}
 SCALED = {"alignment": _words(["sim3", "se3"]), "statistic": {"mean": "mean"} | STATISTIC}
 SCALE = {"scale": _words(get_args(Scale))}
 LENGTH = {"error": _words(["translation", "distance"])}
 ROTATION = {"error": _words(["rotation"])}
 
 _rate = partial(Family, missing="fail", unit="%", larger_is_better=True)
-_centre_rate = partial(_rate, rotations=False, random=True, metres=True)
 _motion_error = partial(Family, missing="left out", ordered=True)
 _video_error = partial(Family, missing="refused", ordered=True)
 _kitti_error = partial(Family, missing="refused", ordered=True, metres=True)
@@ -87,22 +78,6 @@ PROTOCOLS: Sequence[Family] = (
         required=CONVENTION,
     ),
     _rate(
-        "auc@K:vggt-old",
-        "auc@30:vggt-old",
-        "the same in K + 1 equal bins, the older form",
-        partial(vggt_auc, bins="histogram"),
-        f"auc{WHOLE}",
-        origin="vggt-old",
-    ),
-    _rate(
-        "auc@K:vggt-min",
-        "auc@30:vggt-min",
-        "area under the smaller one of both accuracies, as papers describe it",
-        vggt_auc_min,
-        f"auc{WHOLE}",
-        origin="vggt-min",
-    ),
-    _rate(
         "auc@ANGLE:{colmap,colmap-imc}",
         "auc@5:colmap",
         "area under the interpolated recall of relative poses, of COLMAP's benchmark",
@@ -119,83 +94,6 @@ PROTOCOLS: Sequence[Family] = (
         f"recall@{ANGLE}",
         required=ACCURACY,
         metres=True,
-    ),
-    _centre_rate(
-        "auc@DISTANCE:{colmap,colmap-imc}",
-        "auc@5cm:colmap",
-        "area under the interpolated recall of positions after a robust similarity, of COLMAP's "
-        "benchmark",
-        colmap_absolute_auc,
-        f"auc@{ERROR}",
-        required=ACCURACY,
-    ),
-    _centre_rate(
-        "recall@DISTANCE:{colmap,colmap-imc}",
-        "recall@5cm:colmap",
-        "recall of positions after a robust similarity, of COLMAP's benchmark",
-        colmap_absolute_recall,
-        f"recall@{ERROR}",
-        required=ACCURACY,
-    ),
-    _centre_rate(
-        "recall@DISTANCE:lamaria",
-        "recall@1m:lamaria",
-        "positions within a horizontal distance after a robust similarity, of LaMAria",
-        lamaria_recall,
-        f"recall@{ERROR}",
-        origin="lamaria",
-    ),
-    _centre_rate(
-        "score:lamaria",
-        "score:lamaria",
-        "points for horizontal distances after a robust similarity, of LaMAria",
-        lamaria_score,
-        "score",
-        origin="lamaria",
-    ),
-    _centre_rate(
-        "score:hilti",
-        "score:hilti",
-        "points for distances after a rigid alignment, of the Hilti SLAM Challenge 2022",
-        hilti_score,
-        "score",
-        origin="hilti",
-        random=False,
-    ),
-    Family(
-        "maa:imc",
-        "maa:imc",
-        "mean accuracy of positions under the best similarity for each of 7 thresholds from 2 to "
-        "20 cm, of the Image Matching Challenge 2025",
-        imc_maa,
-        "maa",
-        missing="fail",
-        origin="imc",
-        larger_is_better=True,
-        rotations=False,
-        metres=True,
-    ),
-    Family(
-        "maa:imc24",
-        "maa:imc24",
-        "the same with 6 thresholds from 2.5 cm to 1 m, of 2024",
-        partial(imc_maa, thresholds=IMC_2024, skip=0),
-        "maa",
-        missing="fail",
-        origin="imc24",
-        larger_is_better=True,
-        rotations=False,
-        metres=True,
-    ),
-    _rate(
-        "recall@DISTANCE,ANGLE[:{ace0,ace0-new}]",
-        "recall@5cm,5deg",
-        "images within distance and angle after a robust similarity, of ACE0 (-new: with SciPy "
-        "1.17)",
-        ace0_recall,
-        f"recall@{ERROR},{ANGLE}",
-        optional={"true_angles": {"ace0": False, "ace0-new": True}},
-        random=True,
     ),
     _rate(
         "recall@DISTANCE,ANGLE:{hloc,hloc-sim3}",
@@ -346,8 +244,8 @@ def protocol(name: str) -> Metric:
     Parameters
     ----------
     name : str
-        Such as ``auc@30:vggt``, ``auc@5:colmap``, ``maa:imc``, ``recall@5cm,5deg``, ``rpe@1m``,
-        ``kitti``, ``ate:rmse``; see `PROTOCOLS`.
+        Such as ``auc@30:vggt``, ``auc@5:colmap``, ``recall@5cm,5deg:hloc``, ``rpe@1m``, ``kitti``,
+        ``ate:rmse``; see `PROTOCOLS`.
 
     Returns
     -------

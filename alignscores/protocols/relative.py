@@ -19,7 +19,6 @@ __all__ = [
     "pair_errors",
     "vggt_auc",
     "vggt_auc_batch",
-    "vggt_auc_min",
     "vggt_rra",
     "vggt_rra_batch",
     "vggt_rta",
@@ -102,12 +101,7 @@ def vggt_rta(
 
 
 def vggt_auc(
-    gt_poses: ArrayLike,
-    est_poses: ArrayLike,
-    k: int,
-    *,
-    convention: Convention = "vggt",
-    bins: Literal["degree", "histogram"] = "degree",
+    gt_poses: ArrayLike, est_poses: ArrayLike, k: int, *, convention: Convention = "vggt"
 ) -> float:
     """Area under the accuracy of relative poses up to k degrees, in bins of one degree: AUC@k.
 
@@ -129,8 +123,6 @@ def vggt_auc(
         script), of j seen from i (VGGT's later script, MapAnything), or, in Depth Anything 3,
         R_0^T [(c_i - c_0) - R_i R_j^T (c_j - c_0)], with the rotation R_0^T R_i R_j^T R_0: no
         motion between the two cameras, and all of it depends on the first image.
-    bins : {"degree", "histogram"}
-        With "histogram" the older form: k + 1 equal bins on [0, k], the mean over these.
 
     Returns
     -------
@@ -168,78 +160,18 @@ def vggt_auc(
     >>> round(vggt_auc(gt, est, 3), 1)
     77.8
     """
-    edges = _edges(k, bins)
-    n_bins = len(edges) - 1
+    edges = _edges(k)
     cameras = Cameras.check(gt_poses, est_poses)
     n_pairs = _n_pairs(cameras)
-    counts = np.zeros(n_bins, dtype=np.int64)
+    counts = np.zeros(k, dtype=np.int64)
     for rotation_errors, direction_errors in pair_errors(cameras, convention):
         errors = np.maximum(rotation_errors, direction_errors)
         counts += np.histogram(errors[errors <= k], edges)[0]
-    return 100 * int(np.cumsum(counts).sum()) / (n_bins * n_pairs)
-
-
-def vggt_auc_min(
-    gt_poses: ArrayLike, est_poses: ArrayLike, k: int, *, convention: Convention = "vggt"
-) -> float:
-    """Area under the smaller one of the accuracies of rotations and translations: the "min AUC".
-
-    The mean over m = 1, ..., k of the smaller one of RRA@m and RTA@m. Papers describe their AUC so;
-    the programs take the larger error of each pair (`vggt_auc`), which makes it smaller.
-
-    Parameters
-    ----------
-    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        As in `vggt_auc`.
-    k : int
-        Whole degrees, at most 180.
-    convention : {"vggt", "mapanything", "da3"}
-        As there.
-
-    Returns
-    -------
-    float
-        Percent; never less than `vggt_auc`.
-
-    Raises
-    ------
-    ValueError, NoValueError
-        As there.
-
-    References
-    ----------
-    Wang et al., "VGGT", CVPR 2025, section 4.1, in words; facebookresearch/vggt issue 219 and
-    ffrivera0/reloc3r issue 31, where the authors say that their programs take the larger error.
-
-    Examples
-    --------
-    Of one pair the rotation is wrong, of the other one the translation:
-
-    >>> import numpy as np
-    >>> from alignscores.protocols import vggt_auc, vggt_auc_min
-    >>> gt = np.tile(np.eye(4), (3, 1, 1))
-    >>> gt[:, :3, 3] = np.eye(3)
-    >>> est = gt.copy()
-    >>> est[2] = np.nan
-    >>> round(vggt_auc_min(gt, est, 30), 1)
-    33.3
-    """
-    edges = _edges(k, "degree")
-    cameras = Cameras.check(gt_poses, est_poses)
-    n_pairs = _n_pairs(cameras)
-    counts = np.zeros((2, k), dtype=np.int64)
-    for pair in pair_errors(cameras, convention):
-        counts += [np.histogram(errors[errors <= k], edges)[0] for errors in pair]
-    return 100 * int(np.cumsum(counts, axis=1).min(axis=0).sum()) / (k * n_pairs)
+    return 100 * int(np.cumsum(counts).sum()) / (k * n_pairs)
 
 
 def vggt_auc_batch(
-    gt_poses: ArrayLike,
-    est_poses: ArrayLike,
-    k: int,
-    *,
-    convention: Convention = "vggt",
-    bins: Literal["degree", "histogram"] = "degree",
+    gt_poses: ArrayLike, est_poses: ArrayLike, k: int, *, convention: Convention = "vggt"
 ) -> Floats:
     """Return AUC@k of many scenes at once: for each the value of `vggt_auc`, bit for bit.
 
@@ -250,8 +182,6 @@ def vggt_auc_batch(
     k : int
         Whole degrees, at most 180.
     convention : {"vggt", "mapanything", "da3"}
-        See `vggt_auc`.
-    bins : {"degree", "histogram"}
         See `vggt_auc`.
 
     Returns
@@ -275,14 +205,13 @@ def vggt_auc_batch(
     >>> vggt_auc_batch(gt, est, 30).round(1)
     array([100. ,  33.3])
     """
-    edges = _edges(k, bins)
-    n_bins = len(edges) - 1
+    edges = _edges(k)
 
     def n_reached(rotation_errors: Floats, direction_errors: Floats) -> NDArray[np.intp]:
         errors = np.maximum(rotation_errors, direction_errors)
-        return (errors <= k) + n_bins - 1 - np.searchsorted(edges[1:-1], errors, side="right")
+        return (errors <= k) + k - 1 - np.searchsorted(edges[1:-1], errors, side="right")
 
-    return _percent(gt_poses, est_poses, convention, n_reached, n_bins)
+    return _percent(gt_poses, est_poses, convention, n_reached, k)
 
 
 def vggt_rra_batch(
@@ -381,13 +310,12 @@ def _percent(
         return np.asarray(100 * totals / (most * (counts * (counts - 1) // 2)))
 
 
-def _edges(k: int, bins: str) -> Floats:
+def _edges(k: int) -> Floats:
     """Return the edges of the bins."""
     check_positive(k, "k", integer=True)
     if k > MAX_DEGREES:
         raise ValueError(f"k must be at most {MAX_DEGREES}, not {k}")
-    check_choice(bins, ("degree", "histogram"), "bins")
-    return np.linspace(0, k, (k if bins == "degree" else k + 1) + 1)
+    return np.linspace(0, k, k + 1)
 
 
 def pair_errors(cameras: Cameras, convention: Convention) -> Iterator[tuple[Floats, Floats]]:

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Floats, Indices
 from ..averaging import rotation_angles
+from ..similarity import Similarity
 from ..validation import check_positive
-from .alignment import fit
 from .cameras import Cameras, NoValueError, check_choice
 from .trajectory import Statistic, nearest_after, path_lengths, relative_poses, statistic_of
 
@@ -187,10 +187,10 @@ def rpg_errors(cameras: Cameras, length: float, alignment: str) -> tuple[Floats,
         raise NoValueError("no camera was estimated")
     scale = 1.0
     if alignment == "sim3":
-        with np.errstate(all="ignore"):
-            scale = float(fit(cameras.est, cameras.gt).least_squares().scale)
-        if not np.isfinite(scale):
-            raise NoValueError("the estimate has no scale: its centres coincide")
+        try:
+            scale = 1 / Similarity.fit(cameras.gt, cameras.est).scale
+        except ValueError:
+            raise NoValueError("the estimate has no scale: its centres coincide") from None
     path = path_lengths(cameras.gt)
     starts = np.arange(len(path))
     ends = nearest_after(path, starts, starts, length)

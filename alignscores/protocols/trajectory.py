@@ -1,6 +1,5 @@
 """Absolute and relative pose errors as evo computes them, and the mean that is called an RMSE."""
 
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Literal, get_args
@@ -12,16 +11,13 @@ from ..arrays import Floats, Indices
 from ..averaging import rotation_angles
 from ..similarity import Similarity
 from ..validation import check_positive
-from .alignment import fit
 from .cameras import Cameras, NoValueError, Positions, check_choice
 
 __all__ = [
-    "FORMER_PAIRS",
     "STATISTICS",
     "Alignment",
     "Pairs",
     "Statistic",
-    "aligned_distances",
     "evo_are",
     "evo_ate",
     "evo_rpe",
@@ -45,7 +41,6 @@ STATISTICS: Mapping[str, Callable[[Floats], np.floating]] = {
     "sse": lambda errors: np.sum(errors * errors),
 }
 RANK = float(np.finfo(np.float64).eps)  # a smaller singular value of the covariance is none
-FORMER_PAIRS: Mapping[str, Pairs] = {"estimate": "all", "reference": "all-reference"}
 ROUNDING = 1e-6  # seconds, of sums of time stamps
 TOLERANCE = 0.1  # of a distance: how far the nearest pair may be from it
 
@@ -103,15 +98,11 @@ def evo_ate(
     (3.0, 0.0)
     """
     positions = Positions.check(gt_positions, est_positions)
-    return statistic_of(aligned_distances(*positions.matched(), alignment), statistic)
-
-
-def aligned_distances(gt: Floats, est: Floats, alignment: str) -> Floats:
-    """Return the distances of positions (n, 3), all of which are finite, after evo's alignment."""
+    gt, est = positions.matched()
     identity = np.broadcast_to(np.eye(3), (len(gt), 3, 3))
     cameras = Cameras(identity, gt, identity, est, np.ones(len(gt), dtype=bool))
     aligned = least_squares_aligned(cameras, alignment)
-    return np.asarray(np.linalg.norm(aligned.est - aligned.gt, axis=1))
+    return statistic_of(np.linalg.norm(aligned.est - aligned.gt, axis=1), statistic)
 
 
 def evo_are(
@@ -191,7 +182,8 @@ def mapanything_ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
     gt, est = Positions.check(gt_positions, est_positions).matched()
     if len(gt) == 0:
         raise NoValueError("no camera was estimated")
-    return float(fit(gt, est).rigid().distances(gt, est).mean())
+    moved = Similarity.fit(gt, est, alignment="rigid").apply(gt)
+    return float(np.linalg.norm(moved - est, axis=1).mean())
 
 
 def evo_rpe(
@@ -233,7 +225,6 @@ def evo_rpe(
         the path of the aligned *estimate*. "all" (evo's ``--all_pairs``): of each frame, the later
         one whose path length from it is nearest to `distance`, if they differ by at most a tenth of
         that. With "-reference" (evo's ``--pairs_from_reference``) the reference's path counts.
-        Former names of "all" and "all-reference": "estimate", "reference".
     frames : int
         Frames with an estimate from one pose of a pair to the other, where no distance is given.
     seconds : float, optional
@@ -252,11 +243,6 @@ def evo_rpe(
         Where the input is malformed.
     NoValueError
         Where no pair has that distance, or evo refuses to align.
-
-    Warns
-    -----
-    DeprecationWarning
-        Where `pairs` has a former name.
 
     Notes
     -----
@@ -280,10 +266,6 @@ def evo_rpe(
     """
     checked = Cameras.check(gt_poses, est_poses)
     cameras = least_squares_aligned(checked.matched(), alignment)
-    if pairs in FORMER_PAIRS:
-        new = FORMER_PAIRS[pairs]
-        warnings.warn(f"pairs={pairs!r} is now {new!r}", DeprecationWarning, stacklevel=2)
-        pairs = new
     check_choice(pairs, get_args(Pairs), "pairs")
     check_positive(frames, "frames", integer=True)
     check_choice(error, ("translation", "rotation", "distance"), "error")

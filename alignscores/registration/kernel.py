@@ -103,8 +103,6 @@ def load(path: Path) -> ctypes.CDLL | None:
     library.normalise_scenes.argtypes = *scenes, c_double, *4 * (c_void_p,)
     library.normalise_scenes.restype = c_bool
     library.closest_pair_quartiles.argtypes = *scenes, c_void_p, c_size_t, c_void_p, c_void_p
-    library.try_triplets.argtypes = c_void_p, *3 * (c_size_t,), *4 * (c_void_p,)
-    library.try_triplets.restype = c_size_t
     return library
 
 

@@ -19,10 +19,9 @@ NO_PATH = ("cube", "uneven")  # where the cameras stand in no order: without met
 
 
 class _Question(study.Settings):
-    """The settings of a question, its frame rates, and the metrics that would take too long."""
+    """The settings of a question and its frame rates."""
 
     every: study.Rates = Field([1])
-    without: list[str] = Field([])
 
 
 class _File(study.Section):
@@ -42,8 +41,7 @@ def _table(name: str, question: _Question, sweep: Sweep) -> study.Table:
     metrics = [
         metric
         for metric in sweep.metrics
-        if metric not in question.without
-        and not (sweep.geometry in NO_PATH and Column.parse(metric).metric.family.ordered)
+        if not (sweep.geometry in NO_PATH and Column.parse(metric).metric.family.ordered)
     ]
     # The name, which seeds rest on, is older than that of the study.
     sweep = replace(sweep, name=f"today/{name}", metrics=metrics)

@@ -8,22 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from alignscores import AlignmentScore
-from alignscores.histogram import cumulative_frequency, equal_steps
+from alignscores.histogram import equal_steps
 
 # A coarse grid, so that errors often lie exactly at a threshold.
 ERRORS = st.lists(
     st.one_of(st.integers(0, 12).map(lambda k: k / 8), st.just(math.inf)), min_size=1, max_size=30
 )
-
-
-@given(errors=ERRORS, largest=st.sampled_from([0.5, 1.0, 1.5]), count=st.sampled_from([1, 4, 8]))
-def test_counts_by_a_double_loop(errors, largest, count):
-    """f_k counts the errors strictly below threshold k."""
-    thresholds = equal_steps(largest, count, "largest")
-    expected = [sum(error < threshold for error in errors) for threshold in thresholds]
-    frequency = cumulative_frequency(np.array(errors), thresholds)
-    assert frequency.tolist() == expected
-    assert frequency.dtype == np.int64
 
 
 @given(errors=ERRORS, count=st.sampled_from([1, 4, 8, 100]))
@@ -60,21 +50,3 @@ def test_a_failed_camera_is_below_no_threshold(value):
 def test_no_errors_score_exactly_one(n, count):
     """Whole numbers until the one division."""
     assert AlignmentScore(np.zeros(n), equal_steps(0.3, count, "largest")).score == 1.0
-
-
-@pytest.mark.parametrize(("largest", "count"), [(1.0, 100), (10.0, 100), (0.7, 3), (1e-9, 7)])
-def test_equal_steps(largest, count):
-    """From the first step, not from 0, to the largest."""
-    steps = equal_steps(largest, count, "largest")
-    np.testing.assert_allclose(
-        steps, [largest * k / count for k in range(1, count + 1)], rtol=1e-14
-    )
-
-
-@pytest.mark.parametrize("largest", [0.0, -1.0, math.nan, math.inf])
-def test_no_steps_to_there(largest):
-    """The error names the parameter that the caller gave."""
-    with pytest.raises(ValueError, match=r"^max_threshold must be a positive finite number"):
-        equal_steps(largest, 10, "max_threshold")
-    with pytest.raises(ValueError, match=r"^n_thresholds must be a positive whole number"):
-        equal_steps(1.0, 0, "max_threshold")  # test_validation.py has the other numbers

@@ -1,109 +1,65 @@
 """Plots of estimates: histograms, trajectories and profiles, and what they leave out."""
 
 import dataclasses
-from itertools import pairwise
 
 import numpy as np
 import pytest
-from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from alignscores import evaluate
-from alignscores.cli.saving import picture
 from alignscores.histogram import AlignmentScore
-from alignscores.plots import (
-    LONGEST,
-    NAMED,
-    STYLE,
-    profile_panel,
-    score_figure,
-    score_panel,
-    trajectory_panel,
-)
-from alignscores.trajectories.files import read_kitti
+from alignscores.plots import profile_panel, score_figure, score_panel, trajectory_panel
+from alignscores.trajectories.files import Trajectory, read_kitti
 
 
 @pytest.mark.parametrize("errors", [[0.0] * 37, [0.35, 0.5, 2.0], [np.inf] * 5])
 def test_the_shaded_share_of_the_box_is_the_score(errors):
     result = AlignmentScore(np.array(errors), np.arange(1, 11) / 10)
     axes = Figure().subplots()
-    score_panel(
-        axes,
-        result.thresholds,
-        result.cumulative_frequency,
-        len(errors),
-        name="XAS",
-        score=result.score,
-    )
+    frequency = result.cumulative_frequency
+    score_panel(axes, result.thresholds, frequency, len(errors), name="XAS", score=result.score)
     values, edges, _ = axes.patches[0].get_data()
     assert np.sum(values * np.diff(edges)) / len(errors) == pytest.approx(result.score)
-    assert axes.get_xlim() == (0, 1)
-    assert axes.get_ylim() == (0, len(errors))
-    assert axes.get_yticks()[-1] == len(errors)
+    assert (axes.get_xlim(), axes.get_ylim()) == ((0, 1), (0, len(errors)))
     assert axes.texts[0].get_text() == f"XAS = {result.score:.3f}"
-
-
-@pytest.mark.parametrize("power", [0.05, 0.3, 1, 3, 20])
-def test_the_value_stands_clear_of_the_curve(power):
-    thresholds = np.arange(1, 101) / 100
-    frequency = np.round(100 * thresholds**power)
-    figure = Figure(figsize=(3.3, 1.5))
-    axes = figure.subplots()
-    score_panel(axes, thresholds, frequency, 100, name="TAS", score=float(frequency.mean() / 100))
-    figure.draw_without_rendering()
-    for text in axes.texts:
-        box = text.get_window_extent().transformed(axes.transData.inverted())
-        inside = (thresholds >= box.x0) & (thresholds <= box.x1)
-        below, above = frequency[inside].min() > box.y1, frequency[inside].max() < box.y0
-        assert below or above
 
 
 @pytest.fixture
 def evaluation(examples):
-    """The example, by the registration of the paper."""
     files = (examples / f"kitti/{name}.txt" for name in ("reference", "estimate"))
     return evaluate(*files, format="kitti", registration="pcr99", repeat=1)
 
 
-@pytest.fixture
-def named(evaluation):
-    """(names) -> that many estimates, all of which are the same."""
-
-    def named(*names):
-        return [dataclasses.replace(evaluation, name=name) for name in names]
-
-    return named
-
-
-@pytest.mark.parametrize("n", [5, 30])
-def test_many_estimates_share_axes(evaluation, named, n):
+def test_a_row_of_panels_for_each_estimate(evaluation):
+    named = [dataclasses.replace(evaluation, name=name) for name in ("one", "_two")]
+    figure = score_figure(named, title="registration pcr99")
+    panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
+    titles = [axes.get_title(loc="left") for axes in panels]
+    assert (titles[0], titles[3]) == ("one\nposition errors", "_two\nposition errors")
+    assert titles[6:] == ["TAS over its threshold", "RAS over its threshold", ""]
+    labels = [text.get_text() for text in panels[-1].get_legend().get_texts()]
+    assert [label.split("\n")[0] for label in labels] == ["one", "_two"]
+    assert figure.get_suptitle() == "registration pcr99"
     result = evaluation.result
-    names = [r"_a$\bad$.txt", "x" * 200, *map(str, range(2, n))]
-    figure = score_figure(named(*names))
-    positions, rotations, paths, *_, last = figure.axes
-    shown = min(n, NAMED)
-    for axes, score in ((positions, result.tas), (rotations, result.ras)):
+    texts = [axes.texts[0].get_text() for axes in panels[:2]]
+    assert texts == [f"TAS = {result.tas.score:.3f}", f"RAS = {result.ras.score:.3f}"]
+
+
+def test_many_estimates_share_axes(evaluation):
+    names = [r"_a$\bad$.txt", "x" * 200, *map(str, range(2, 12))]
+    figure = score_figure([dataclasses.replace(evaluation, name=name) for name in names])
+    positions, rotations, *_, last = figure.axes
+    for axes, score in ((positions, evaluation.result.tas), (rotations, evaluation.result.ras)):
         curves = [line.get_ydata() for line in axes.get_lines()]
         curves += [path.vertices[:, 1] for path in axes.collections[0].get_paths()]
-        assert len(curves) == n
+        assert len(curves) == len(names)
         for shares in curves:
             np.testing.assert_array_equal(shares, score.cumulative_frequency / 40)
-    assert len(paths.get_lines()) == 1 + shown
-    labels = [text.get_text().split("\n")[0] for text in last.get_legend().get_texts()]
-    assert labels[0] == names[0]
-    assert len(labels) == shown
-    assert max(map(len, labels)) == LONGEST
-    title = last.get_legend().get_title().get_text()
-    assert title == (f"the first 8 in the table; in grey {n - 8} others" if n > 8 else "")
-    styles = {(line.get_color(), line.get_linestyle()) for line in positions.get_lines()}
-    assert len(styles) == shown
-
-
-def test_pictures_of_many_estimates_are_small(named, tmp_path):
-    """One with a row each took minutes, and gigabytes."""
-    figure = score_figure(named(*map(str, range(40))))
-    for suffix in (".png", ".pdf", ".svg"):
-        assert len(picture(figure, tmp_path / f"many{suffix}")) < 3e5
+    legend = last.get_legend()
+    assert legend.get_texts()[0].get_text().split("\n")[0] == names[0]
+    shown = len(legend.get_texts())
+    expected = f"the first {shown} in the table; in grey {len(names) - shown} others"
+    assert legend.get_title().get_text() == expected
 
 
 def test_profiles():
@@ -122,21 +78,6 @@ def test_profiles():
     profile_panel(Figure().subplots(), units, [np.ones(121)], [0.0])  # warns of nothing
 
 
-@pytest.mark.parametrize("decades", [1, 2, 3, 5])
-def test_labels_of_thresholds_do_not_overlap(decades):
-    units = np.geomspace(1e-3, 10.0 ** (decades - 3), 64)
-    with rc_context(STYLE):
-        figure = Figure(figsize=(3.5, 3))
-        axes = figure.subplots()
-        profile_panel(axes, units, [np.linspace(0.2, 0.8, 64)], [np.inf])
-        figure.draw_without_rendering()
-    boxes = [label.get_window_extent() for label in axes.get_xticklabels() if label.get_text()]
-    boxes = [one for one in boxes if axes.bbox.x0 <= (one.x0 + one.x1) / 2 <= axes.bbox.x1]
-    assert len(boxes) >= decades
-    boxes.sort(key=lambda one: one.x0)
-    assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
-
-
 def test_the_trajectory_is_aligned_and_coloured_by_its_errors(evaluation):
     matches, result = evaluation.matches, evaluation.result
     axes = Figure().subplots()
@@ -150,23 +91,14 @@ def test_the_trajectory_is_aligned_and_coloured_by_its_errors(evaluation):
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x", "y")
     gaps = np.linalg.norm(dots.get_offsets() - matches.gt_poses[within, :2, 3], axis=1)
     assert np.all(gaps <= errors[within] + 1e-12)
-    assert gaps.max() > 0.5 * errors[within].max()
-    title = axes.get_title(loc="left") + axes.get_title()
-    assert title == "aligned; × 3 of 40 off by d or more,\n3 not estimated"
+    reach = np.ptp(matches.gt_poses[:, 0, 3])  # poses that are far off do not shrink the rest
+    assert np.ptp(axes.get_xlim()) == np.ptp(axes.get_ylim()) == pytest.approx(1.1 * reach)
 
 
 def test_an_estimate_that_cannot_be_aligned(examples):
     reference = read_kitti(examples / "kitti/reference.txt")
-    lost = reference._replace(poses=np.full((40, 4, 4), np.nan))
+    lost = Trajectory(reference.keys, np.full((40, 4, 4), np.nan))
     axes = Figure().subplots()
     trajectory_panel(axes, evaluate(reference, lost))
     assert axes.texts[0].get_text() == "could not be aligned"
     assert not axes.collections
-
-
-def test_far_off_poses_do_not_shrink_the_rest(evaluation):
-    axes = Figure().subplots()
-    trajectory_panel(axes, evaluation)
-    reach = np.ptp(evaluation.matches.gt_poses[:, 0, 3])
-    assert np.ptp(axes.get_xlim()) == pytest.approx(1.1 * reach)
-    assert np.ptp(axes.get_ylim()) == pytest.approx(1.1 * reach)

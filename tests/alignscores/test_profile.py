@@ -1,17 +1,15 @@
 """Scores over their thresholds, against the scores at each unit and against closed forms."""
 
-import pickle
 import warnings
 
 import numpy as np
 import pytest
 import scipy
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from alignscores import AlignmentWarning, ScoreProfile, ras, ras_profile, tas, tas_profile
-from alignscores.registration import kernel, pcr99
 
 SEEDS = st.integers(0, 10_000)
 
@@ -21,32 +19,6 @@ def half_normal_score(ratio):
     return scipy.special.erf(ratio / np.sqrt(2)) + np.sqrt(2 / np.pi) * (
         np.expm1(-(ratio**2) / 2) / ratio
     )
-
-
-# --- the errors -----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("registration", ["refined", "pcr99"])
-@pytest.mark.parametrize("alignment", ["similarity", "rigid", "none"])
-def test_rows_are_the_errors_of_what_was_found_also_elsewhere(registration, alignment):
-    rng = np.random.default_rng(1)
-    gt = rng.random((40, 3))
-    est = gt + rng.normal(scale=0.01, size=gt.shape)
-    est[:5] = np.nan
-    profile = tas_profile(gt, est, [0.01, 0.1], registration=registration, alignment=alignment)
-    errors = np.array(profile.errors)
-    one = alignment == "none" or registration == "pcr99"
-    assert (len(errors) == 1) == one
-    assert (np.diff(errors[:, :35]) >= 0).all()
-    assert np.isinf(errors[:, 35:]).all()
-    if one:
-        best = tas(gt, est, unit=0.1, registration=registration, alignment=alignment)
-        np.testing.assert_array_equal(errors[0], np.sort(best.errors))
-    again = ScoreProfile(profile.units, errors, profile.n_thresholds, profile.n_fitted)
-    np.testing.assert_array_equal(profile.scores, again.scores)
-    assert profile.unit_at(0.7) == again.unit_at(0.7)
-    copied = pickle.loads(pickle.dumps(profile))
-    np.testing.assert_array_equal(copied.errors[-2:], errors[-2:])
 
 
 # --- the crossing ---------------------------------------------------------------------------------
@@ -81,18 +53,6 @@ def test_the_old_name_of_unit_at():
         assert profile.at(0.9) == profile.unit_at(0.9)
 
 
-def test_best_of_several_alignments():
-    """One is better at small units, the other at large ones."""
-    errors = np.array([[0.1, 0.1, 9.0, 9.0], [0.5, 0.5, 0.5, 0.5]])
-    units = np.array([0.2, 0.8, 1.2, 100.0])
-    alone = [ScoreProfile(units, row[None], 1000) for row in errors]
-    both = ScoreProfile(units, errors, 1000)
-    np.testing.assert_array_equal(both.scores, np.maximum(*(p.scores for p in alone)))
-    assert np.argmax([p.scores for p in alone], axis=0).tolist() == [0, 0, 1, 1]
-    for score in (0.25, 0.5, 0.75):
-        assert both.unit_at(score) == min(p.unit_at(score) for p in alone)
-
-
 # --- against known distributions ------------------------------------------------------------------
 
 
@@ -112,27 +72,6 @@ def test_half_normal_angles(outliers):
     ratio = scipy.optimize.brentq(lambda a: half_normal_score(a) - target, 0.1, 100)
     profile = ras_profile(gt, lost, n_thresholds=1000)
     assert profile.half == pytest.approx(ratio * sigma, rel=0.05)
-
-
-@pytest.mark.parametrize(("lost", "finite"), [(19, True), (20, True), (21, False), (29, False)])
-def test_breakdown(noisy_scene, lost, finite):
-    """Half of the cameras are needed for a half, a quarter of them for a quarter."""
-    gt, est = noisy_scene(40, 0, 0.01, 0)
-    est[:lost] = np.nan
-    profile = tas_profile(gt, est)
-    assert np.isfinite(profile.half) == finite
-    assert np.isfinite(profile.unit_at(0.25))
-    assert profile.unit_at(1) == np.inf
-
-
-@pytest.mark.parametrize("registration", ["pcr99", "refined"])
-def test_perfect_estimate(cloud, another_world, registration):
-    gt = cloud("cube", 60, 0)
-    profile = tas_profile(gt, another_world(gt, 0), registration=registration)
-    assert profile.half < 1e-13
-    np.testing.assert_array_equal(profile.scores, 1)
-    same = ras_profile([np.eye(3)] * 5, [np.eye(3)] * 5)
-    assert same.half == same.unit_at(1) == 0
 
 
 # --- against the scores ---------------------------------------------------------------------------
@@ -171,8 +110,6 @@ def test_scores_of_rotations_are_those_of_ras():
     assert (profile.units[0], profile.units[-1], len(profile.units)) == (0.01, 180, 64)
 
 
-# Without the kernel, to the same bits, an example takes seconds.
-@settings(max_examples=50 if kernel.LIBRARY else 10)
 @given(seed=SEEDS, n=st.integers(3, 60), share=st.floats(0, 0.6), sigma=st.floats(1e-6, 0.3))
 def test_scores_never_fall(noisy_scene, seed, n, share, sigma):
     gt, est = noisy_scene(n, int(share * n), sigma, seed)
@@ -206,14 +143,6 @@ def test_it_does_not_depend_on_the_frame_rate():
     assert halves[1] == pytest.approx(halves[0], rel=0.04)
 
 
-def test_a_registration_of_ones_own(noisy_scene):
-    gt, est = noisy_scene(50, 10, 0.02, 0)
-    own = tas_profile(gt, est, registration=lambda *a, **k: pcr99(*a, **k))
-    expected = tas_profile(gt, est, registration="pcr99")
-    np.testing.assert_array_equal(own.scores, expected.scores)
-    assert own.half == expected.half
-
-
 @pytest.mark.parametrize("every", [5, 20])
 def test_real_trajectory(real, every):
     """KITTI 00, ORB-SLAM: 1.7 m at every frame rate, measured independently."""
@@ -243,13 +172,6 @@ def test_wrong_units(units):
     gt = np.random.default_rng(0).random((10, 3))
     with pytest.raises(ValueError, match="units must be positive, finite and ascending"):
         tas_profile(gt, gt, units)
-
-
-@pytest.mark.parametrize("score", [0, -0.5, 1.5, np.nan, "half"])
-def test_wrong_scores(score):
-    profile = ras_profile([np.eye(3)], [np.eye(3)])
-    with pytest.raises(ValueError, match="score must be"):
-        profile.unit_at(score)
 
 
 def test_ground_truth_without_extent():

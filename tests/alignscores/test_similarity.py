@@ -42,22 +42,6 @@ def test_exact_clouds(cloud, another_world, kind, n):
             assert least_squares_rmse(gt, est) < bound
 
 
-@pytest.mark.parametrize("gt_scale", [1e-200, 1.0, 1e200])
-@pytest.mark.parametrize("est_scale", [1e-200, 1.0, 1e200])
-def test_absurd_scales(cloud, gt_scale, est_scale):
-    """Where squares of coordinates under- or overflow."""
-    gt = cloud("cube", 30, 0)
-    with np.errstate(over="ignore"):
-        expected = est_scale / gt_scale
-    if 0 < expected < np.inf:
-        alignment = Similarity.fit(gt_scale * gt, est_scale * gt)
-        assert alignment.scale == pytest.approx(expected)
-        np.testing.assert_allclose(alignment.rotation, np.eye(3), atol=1e-9)
-    else:
-        with pytest.raises(ValueError, match="no similarity"):
-            Similarity.fit(gt_scale * gt, est_scale * gt)
-
-
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("seed", range(3))
 def test_smallest_sum_of_squares(noisy_scene, seed, mirrored):
@@ -85,22 +69,6 @@ def test_smallest_sum_of_squares(noisy_scene, seed, mirrored):
     assert least_squares_rmse(gt, est) == pytest.approx(rmse, rel=1e-12)
 
 
-@given(seed=SEEDS, n=st.integers(3, 30))
-def test_nearby_similarities_are_worse(noisy_scene, seed, n):
-    """A minimum of the errors in ground-truth units, in each of the seven parameters."""
-    gt, est = noisy_scene(n, n // 5, 0.1, seed)
-    best = Similarity.fit(gt, est)
-    smallest = cost(best, gt, est)
-    for step in (-1e-3, 1e-3):
-        others = [Similarity(best.scale * (1 + step), best.rotation, best.translation)]
-        for axis in np.eye(3):
-            turn = Rotation.from_rotvec(step * axis).as_matrix()
-            others.append(Similarity(best.scale, turn @ best.rotation, best.translation))
-            others.append(Similarity(best.scale, best.rotation, best.translation + step * axis))
-        for other in others:
-            assert cost(other, gt, est) > smallest * (1 - 1e-9)
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_weights(cloud, another_world, kind):
     """Weight 0 leaves a camera out, whole weights repeat it, and only their ratios count."""
@@ -117,23 +85,6 @@ def test_weights(cloud, another_world, kind):
     for alignment, some in zip(alignments, errors, strict=True):
         assert alignment.scale == pytest.approx(alignments[0].scale, rel=1e-9)
         np.testing.assert_allclose(some, errors[0], atol=1e-9)
-
-
-@pytest.mark.parametrize("noise", [0.0, 1e-17, 0.1])
-def test_collinear_ground_truth(cloud, another_world, noise):
-    """The spin about the line is free; position errors are the smallest there are."""
-    gt = cloud("oblique line", 20, 0)
-    est = another_world(gt + np.random.default_rng(0).normal(0, noise, gt.shape), 0)
-    alignment = Similarity.fit(gt, est)
-    assert_proper(alignment)
-    along = (gt[-1] - gt[0]) / np.linalg.norm(gt[-1] - gt[0])
-    spun = alignment.rotation @ Rotation.from_rotvec(2 * along).as_matrix()
-    shift = alignment.translation + alignment.scale * (alignment.rotation - spun) @ gt.mean(axis=0)
-    other = Similarity(alignment.scale, spun, shift)
-    np.testing.assert_allclose(
-        other.position_errors(gt, est), alignment.position_errors(gt, est), atol=1e-9
-    )
-    assert cost(alignment, gt, est) <= 3 * 20 * noise**2 + 1e-18
 
 
 @pytest.mark.parametrize("which", ["gt", "est", "both"])
@@ -165,16 +116,6 @@ def test_wrong_weights(cloud, weights, message):
     gt = cloud("cube", 4, 0)
     with pytest.raises(ValueError, match=message):
         Similarity.fit(gt, gt, weights)
-
-
-def test_wrong_positions(cloud):
-    gt = cloud("cube", 4, 0)
-    with pytest.raises(ValueError, match=r"gt_positions has 4 cameras but est_positions has 3"):
-        Similarity.fit(gt, gt[:3])
-    est = gt.copy()
-    est[2, 1] = np.nan
-    with pytest.raises(ValueError, match=r"est_positions\[2\] is not finite"):
-        Similarity.fit(gt, est)
 
 
 @given(seed=SEEDS, n=st.integers(2, 20))

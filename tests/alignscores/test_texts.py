@@ -8,7 +8,7 @@ from io import BytesIO, TextIOWrapper
 
 import pytest
 
-from alignscores.texts import unique_names
+from alignscores.texts import brief, first_few, unique_names
 
 NAMES = os.fsdecode(b"n\xff\xe9.txt"), "gr\u00fc\u00df.txt", "a\n\x1b[2J.txt", "a$\\bad$.txt"
 
@@ -50,3 +50,10 @@ def test_a_name_that_cannot_be_printed_loses_no_result(
     texts = [value for result in results for value in (result["name"], result["file"])]
     for text in (*texts, *failed[0].values()):
         assert text.isprintable()
+
+
+def test_values_and_lists_in_messages_are_short():
+    assert brief("a" * 10**6) == f"'{'a' * 59}..."
+    assert brief(list(range(9))) == "[0, 1, 2, 3, 4 and 4 more]"
+    assert brief({"a": [[1]], "b": {}}) == "{'a': [[...]], 'b': {}}"
+    assert first_few(list("abcdefg")) == "a, b, c, d, e and 2 more"

@@ -112,13 +112,13 @@ def test_the_mask_says_what_is_a_camera(scenes, metric_of):
     assert float(metric.compute()["PAS"]) == pytest.approx(np.mean(expected))
 
 
-def _score_half(rank, gt, est, port, results):
+def _score_half(rank, gt, est, meeting, results):
     import torch
 
     from alignscores.torch import PoseAlignmentScore
 
     torch.distributed.init_process_group(
-        "gloo", init_method=f"tcp://127.0.0.1:{port}", rank=rank, world_size=2
+        "gloo", init_method=f"file://{meeting}", rank=rank, world_size=2
     )
     metric = PoseAlignmentScore()
     some = slice(0, 1) if rank == 0 else slice(1, 3)
@@ -127,21 +127,16 @@ def _score_half(rank, gt, est, port, results):
     torch.distributed.destroy_process_group()
 
 
-def test_processes_gather_their_scenes(scenes, metric_of):
-    import socket
-
+def test_processes_gather_their_scenes(scenes, metric_of, tmp_path):
     import torch
 
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
     expected = pas_batch(*scenes, registration="refined").score.mean()
-    with torch.multiprocessing.get_context("fork").Manager() as manager:
+    context = torch.multiprocessing.get_context("fork")
+    with context.Manager() as manager:
         results = manager.dict()
-        context = torch.multiprocessing.get_context("fork")
+        arguments = *scenes, tmp_path / "meeting", results
         processes = [
-            context.Process(target=_score_half, args=(rank, *scenes, port, results))
-            for rank in range(2)
+            context.Process(target=_score_half, args=(rank, *arguments)) for rank in range(2)
         ]
         for process in processes:
             process.start()

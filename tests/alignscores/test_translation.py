@@ -1,25 +1,16 @@
 """TAS: the unit d, the perfect score, errors and thresholds, m, lost cameras, degenerate input."""
 
 import math
-import warnings
 from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
-from alignscores import (
-    AlignmentWarning,
-    Similarity,
-    closest_pair_quartile,
-    tas,
-    tas_distance,
-    translation,
-)
-from alignscores.registration import pcr99
+from alignscores import AlignmentWarning, Similarity, closest_pair_quartile, tas, tas_distance
 
 both_registrations = pytest.mark.parametrize("registration", ["pcr99", "refined"])
 ignores_alignment = pytest.mark.filterwarnings("ignore::alignscores.AlignmentWarning")
@@ -82,36 +73,6 @@ def test_d_scales_with_the_ground_truth(seed, n, exponent):
     assert closest_pair_quartile(Rotation.random(rng=rng).apply(gt) + 5) == pytest.approx(d)
 
 
-@pytest.mark.parametrize(("n", "seeds"), [(8, 20), (50, 20), (128, 20), (900, 2)])
-@pytest.mark.parametrize("copies", [1, 2])
-def test_closest_distances_with_and_without_a_tree(monkeypatch, n, seeds, copies):
-    """The same d, bit for bit, whichever way the closest cameras are found."""
-    for seed in range(seeds):
-        gt = np.random.default_rng(seed).normal(size=(n // copies, 3))
-        gt = np.concatenate([gt, gt[: n // 4 * (copies - 1)]])
-        few = closest_pair_quartile(gt)
-        with monkeypatch.context() as patch:
-            patch.setattr(translation, "MAX_COMPILED", 0)
-            assert closest_pair_quartile(gt) == few
-            patch.setattr(translation, "MAX_WITHOUT_TREE", 0)
-            assert closest_pair_quartile(gt) == few
-
-
-@both_registrations
-@pytest.mark.parametrize(("n", "allowed"), [(4, 2), (8, 5), (9, 6), (30, 22), (100, 74)])
-def test_duplicates_in_the_ground_truth(registration, cloud, n, allowed):
-    """d exists while fewer than ceil(3n/4) cameras coincide with another one; else it is given."""
-    gt = cloud("cube", n, 0)
-    gt[:allowed] = gt[0]
-    assert tas(gt, gt, registration=registration).score == 1.0
-    gt[allowed] = gt[0]
-    with pytest.raises(ValueError, match=r"three quarters.*coincide.*unit="):
-        tas(gt, gt, registration=registration)
-    if n > 4:  # with 4, only one place is left beside that of the others: no triangle
-        result = tas(gt, 3 * gt, unit=0.05, registration=registration)
-        assert (result.score, result.unit) == (1.0, 0.05)
-
-
 @both_registrations
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_fewer_than_four_cameras(registration, cloud, n):
@@ -161,16 +122,6 @@ def test_perfect_estimate_anywhere_at_any_scale(registration, cloud, another_wor
 
 
 @both_registrations
-@pytest.mark.parametrize("scale", [1e-300, 1e-200, 1e-80, 1e160, 1e200, 1e300])
-@pytest.mark.parametrize("kind", ["cube", "axis"])
-def test_perfect_estimate_at_absurd_scales(registration, cloud, kind, scale):
-    """Where squares of coordinates under- or overflow."""
-    gt = cloud(kind, 30, 0) / 30
-    for a, b in ((scale * gt, gt), (gt, scale * gt), (scale * gt, scale * gt)):
-        assert tas(a, b, registration=registration).score == 1.0
-
-
-@both_registrations
 @pytest.mark.parametrize("n", [8, 16, 50, 100, 400])
 @pytest.mark.parametrize("offset", [0.0, 1e6])
 def test_perfect_estimate_of_a_partly_straight_path(registration, cloud, another_world, n, offset):
@@ -185,32 +136,6 @@ def test_perfect_estimate_of_a_partly_straight_path(registration, cloud, another
 # --- errors and thresholds ----------------------------------------------------------------------
 
 
-@ignores_alignment
-@both_registrations
-@given(seed=SEEDS, n=st.integers(4, 40), sigma=st.floats(0, 0.3))
-def test_result_is_consistent(registration, noisy_scene, seed, n, sigma):
-    """Errors, thresholds, counts and score follow from the alignment by their definitions."""
-    gt, est = noisy_scene(n, n // 5, sigma, seed)
-    result = tas(gt, est, rng=seed, registration=registration)
-    np.testing.assert_allclose(result.thresholds, result.unit * np.arange(1, 101) / 100, rtol=1e-12)
-    if result.alignment is None:
-        assert np.isinf(result.errors).all()
-    else:
-        s, R, t = vars(result.alignment).values()
-        assert s > 0
-        np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-9)
-        assert np.linalg.det(R) == pytest.approx(1)
-        for e, c, c_hat in zip(result.errors, gt, est, strict=True):
-            assert e == pytest.approx(math.dist((c_hat - t) / s, R @ c), rel=1e-9, abs=1e-9)
-        predicted = [s * R @ c + t for c in gt]
-        np.testing.assert_allclose(result.alignment.apply(gt), predicted, atol=1e-9)
-    counts = [sum(bool(e < t) for e in result.errors) for t in result.thresholds]
-    assert result.cumulative_frequency.tolist() == counts
-    assert result.score == pytest.approx(sum(counts) / (100 * n), abs=1e-12)
-    assert 0 <= result.score <= 1
-    assert float(result) == result.score
-
-
 @pytest.mark.parametrize(("distance", "share"), [(0.005, 1), (0.255, 0.75), (0.995, 0.01), (2, 0)])
 def test_score_of_one_displaced_camera(distance, share):
     """A camera off by 0.255 d counts below 75 of the 100 thresholds, beyond d below none."""
@@ -218,25 +143,6 @@ def test_score_of_one_displaced_camera(distance, share):
     est = gt.copy()
     est[20] += distance * np.array([0.6, 0.0, 0.8])
     assert tas(gt, est).score == pytest.approx((63 + share) / 64, abs=1e-12)
-
-
-def test_thresholds_are_options(noisy_scene):
-    """max_threshold is in units of d, unit replaces d, n_thresholds is their number."""
-    gt, est = noisy_scene(100, 30, 0.03, 0)
-    d = closest_pair_quartile(gt)
-    default = tas(gt, est)
-    wide = tas(gt, est, max_threshold=2, n_thresholds=200)
-    np.testing.assert_allclose(wide.thresholds[:100], default.thresholds, rtol=1e-12)
-    np.testing.assert_array_equal(wide.cumulative_frequency[:100], default.cumulative_frequency)
-    assert wide.thresholds[-1] == pytest.approx(2 * d)
-
-    by_hand = tas(gt, est, unit=2 * d)
-    assert by_hand.unit == 2 * d
-    np.testing.assert_allclose(by_hand.thresholds, 2 * default.thresholds, rtol=1e-12)
-    assert by_hand.score == tas(gt, est, max_threshold=2).score > default.score
-
-    single = tas(gt, est, n_thresholds=1)
-    assert single.score == np.mean(default.errors < d)
 
 
 # --- m, the rank of the cost --------------------------------------------------------------------
@@ -262,6 +168,26 @@ def test_m(n, m, lost):
         assert alignment.scale == pytest.approx(9 if k == m else 1, rel=0.1)
 
 
+@both_registrations
+def test_the_score_follows_from_the_alignment(registration, noisy_scene):
+    """Errors, thresholds and counts by their definitions; options set the thresholds."""
+    gt, est = noisy_scene(40, 8, 0.05, 0)
+    for options in ({}, {"max_threshold": 2, "n_thresholds": 7}, {"unit": 0.1, "n_thresholds": 1}):
+        result = tas(gt, est, registration=registration, **options)
+        s, R, t = vars(result.alignment).values()
+        assert np.linalg.det(R) == pytest.approx(1)
+        errors = np.linalg.norm((est - t) / s - gt @ R.T, axis=1)
+        np.testing.assert_allclose(result.errors, errors, rtol=1e-9, atol=1e-9)
+        assert result.unit == options.get("unit", closest_pair_quartile(gt))
+        number = options.get("n_thresholds", 100)
+        steps = np.arange(1, number + 1) / number
+        largest = options.get("max_threshold", 1) * result.unit
+        np.testing.assert_allclose(result.thresholds, largest * steps, rtol=1e-12)
+        counts = (result.errors[:, None] < result.thresholds).sum(axis=0)
+        assert result.cumulative_frequency.tolist() == counts.tolist()
+        assert result.score == pytest.approx(counts.mean() / 40, abs=1e-12)
+
+
 # --- lost cameras -------------------------------------------------------------------------------
 
 
@@ -279,98 +205,27 @@ def test_lost_cameras_count(registration, cloud, another_world, lost, value):
     assert np.all(np.isinf(result.errors) == np.isin(np.arange(100), rows))
 
 
-@ignores_alignment
-@given(seed=SEEDS, n=st.integers(6, 19))
-def test_losing_a_bad_camera_of_few(noisy_scene, seed, n):
-    """The same score, where all triplets are enumerated and its error is beyond the m-th.
-
-    The other hypotheses' costs cannot fall, and the winner, unless the camera is one of its three,
-    keeps its own. (In general another winner, with a larger cost, may have the higher score.)
-    """
-    gt, est = noisy_scene(n, 1, 0.01, seed)
-    before = tas(gt, est)
-    worst = int(np.argmax(before.errors))
-    assume(before.alignment is not None)
-    assume(before.errors[worst] > before.unit)  # clearly an outlier, no corner of the winner
-    est[worst] = np.nan
-    after = tas(gt, est)
-    assert after.score == before.score
-    np.testing.assert_allclose(np.delete(after.errors - before.errors, worst), 0, atol=1e-9)
-
-
-@both_registrations
-@pytest.mark.parametrize("n", [30, 100])
-def test_fewer_cameras_than_m(registration, cloud, n):
-    """Three to m estimated cameras: aligned by them alone."""
-    gt = cloud("cube", n, 0)
-    for left in (3, 4, 5, 9):
-        est = np.full((n, 3), np.nan)
-        est[:left] = 2 * gt[:left] + 1
-        assert tas(gt, est, registration=registration).score == left / n
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_fewer_noisy_cameras_than_m(noisy_scene, seed):
-    """Then the cost is the largest of their errors: m = 10 of 100 cameras, 6 of them estimated."""
-    gt, est = noisy_scene(100, 0, 0.02, seed)
-    est[6:] = np.nan
-    result = tas(gt, est)
-    expected, _ = pcr99(gt[:6], est[:6], rank=6, n_hypotheses=1000, rng=np.random.default_rng(0))
-    errors = expected.position_errors(gt[:6], est[:6])
-    np.testing.assert_allclose(result.errors[:6], errors, rtol=1e-6, atol=1e-9)
-
-
 # --- invariance ---------------------------------------------------------------------------------
 
 
 @ignores_alignment
 @both_registrations
 @given(seed=SEEDS, n=st.integers(4, 300), exponent=st.floats(-6, 6), offset=st.floats(0, 1000))
-def test_similarity_of_the_estimate_changes_nothing(
+def test_a_similarity_of_the_estimate_changes_nothing(
     registration, noisy_scene, another_world, seed, n, exponent, offset
 ):
-    """The same seed draws the same triplets, so that the very same hypothesis wins."""
+    """Nor one of the ground truth, but for the unit of errors and d."""
     gt, est = noisy_scene(n, n // 4, 0.02, seed)
     moved = another_world(est, seed + 1, scale=10**exponent, offset=offset)
-    a, b = (tas(gt, positions, rng=seed, registration=registration) for positions in (est, moved))
-    assert a.n_hypotheses == b.n_hypotheses
-    assert a.score == pytest.approx(b.score, abs=1e-12)
-    np.testing.assert_allclose(a.errors, b.errors, rtol=1e-6, atol=1e-7)
-
-
-@both_registrations
-@pytest.mark.parametrize("kind", ["cube", "axis", "straight then bend"])
-@pytest.mark.parametrize("n", [15, 100, 300])
-def test_origin_of_either_world_changes_nothing(registration, cloud, kind, n):
-    """A million units away the same hypothesis wins, flat or not, with the same errors."""
-    for seed in range(10):
-        rng = np.random.default_rng(seed)
-        gt = cloud(kind, n, seed)
-        noise = rng.normal(0, 0.001, gt.shape)
-        noise[n // 2 :] *= 10  # off the straight half: there a flat triangle may be the cheapest
-        est = gt + noise
-        expected = tas(gt, est, rng=seed, registration=registration)
-        for gt_origin, est_origin in ((1e6, 0), (0, 1e6), (1e6, -1e6)):
-            result = tas(gt + gt_origin, est + est_origin, rng=seed, registration=registration)
-            np.testing.assert_allclose(result.errors, expected.errors, rtol=0, atol=1e-6)
-            assert result.n_hypotheses == expected.n_hypotheses
-            assert result.unit == pytest.approx(expected.unit, rel=1e-6)
-
-
-@ignores_alignment
-@both_registrations
-@given(seed=SEEDS, n=st.integers(4, 19), exponent=st.floats(-6, 6))
-def test_similarity_of_the_ground_truth_scales_the_errors(
-    registration, noisy_scene, another_world, seed, n, exponent
-):
-    """Errors and d are lengths of the ground truth, the score is their ratio."""
-    gt, est = noisy_scene(n, 1, 0.02, seed)
     scale = 10**exponent
-    moved = another_world(gt, seed + 2, scale=scale)
-    a, b = (tas(positions, est, registration=registration) for positions in (gt, moved))
-    assert a.score == pytest.approx(b.score, abs=1e-12)
-    np.testing.assert_allclose(scale * a.errors, b.errors, rtol=1e-6, atol=1e-7 * scale)
-    assert scale * a.unit == pytest.approx(b.unit, rel=1e-9)
+    a, b, c = (
+        tas(*pair, rng=seed, registration=registration)
+        for pair in ((gt, est), (gt, moved), (scale * gt, est))
+    )
+    assert [b.score, c.score] == pytest.approx([a.score, a.score], abs=1e-12)
+    np.testing.assert_allclose(a.errors, b.errors, rtol=1e-6, atol=1e-7)
+    np.testing.assert_allclose(scale * a.errors, c.errors, rtol=1e-6, atol=1e-7 * scale)
+    assert scale * a.unit == pytest.approx(c.unit, rel=1e-9)
 
 
 @ignores_alignment
@@ -383,17 +238,6 @@ def test_order_of_few_cameras_changes_nothing(noisy_scene, seed, n):
     assert a.n_hypotheses == b.n_hypotheses
     assert a.score == pytest.approx(b.score, abs=1e-12)
     np.testing.assert_allclose(a.errors[order], b.errors, rtol=1e-6, atol=1e-7)
-
-
-@pytest.mark.parametrize("n", [20, 100, 300])
-def test_order_of_many_cameras_changes_nothing_in_the_mean(noisy_scene, n):
-    """Beyond, up to the sampling of triplets: the first cameras are not preferred."""
-    gt, est = noisy_scene(n, 2 * n // 5, 0.02, 0)
-    for order in (np.arange(n)[::-1], np.random.default_rng(0).permutation(n)):
-        a = np.array([tas(gt, est, rng=seed).score for seed in range(60)])
-        b = np.array([tas(gt[order], est[order], rng=seed).score for seed in range(60)])
-        error = np.hypot(a.std(), b.std()) / np.sqrt(60)
-        assert abs(a.mean() - b.mean()) < 4.5 * error + 1e-3
 
 
 # --- randomness ---------------------------------------------------------------------------------
@@ -419,63 +263,24 @@ def test_same_rng_same_answer(noisy_scene, n):
     assert same(tas(gt, est), tas(gt, est, rng=0))
 
 
-def test_other_rng_other_sample(noisy_scene):
-    """Seeds matter from 20 cameras on, a Generator moves on, NumPy's global state is left alone."""
-    gt, est = noisy_scene(100, 30, 0.03, 1)
-    before = np.random.get_state()[1].tobytes()  # noqa: NPY002
-    assert len({tas(gt, est, rng=seed).score for seed in range(10)}) > 1
-    assert len({tas(gt, est, rng=None).score for _ in range(10)}) > 1
-    generator = np.random.default_rng(0)
-    assert len({tas(gt, est, rng=generator).score for _ in range(10)}) > 1
-    assert np.random.get_state()[1].tobytes() == before  # noqa: NPY002
-
-
 # --- registrations ------------------------------------------------------------------------------
 
 
-@both_registrations
-def test_registration_is_named(registration, noisy_scene):
-    """In the result; the default is the paper's."""
-    gt, est = noisy_scene(50, 5, 0.03, 1)
-    result = tas(gt, est, registration=registration)
-    assert result.registration == registration
-    assert f"registration='{registration}'" in repr(result)
-    assert same(tas(gt, est), result) == (registration == "pcr99")
-
-
-def test_registration_of_ones_own(noisy_scene):
-    """It sees the estimated cameras near the origin and the settings in that unit."""
+def test_a_user_supplied_registration(noisy_scene):
+    """It sees the estimated cameras alone, and its alignment is used."""
     gt, est = noisy_scene(60, 5, 0.03, 1)
     est[50:] = np.nan
-    calls = []
+    seen = []
 
     def least_squares(gt_positions, est_positions, **settings):
-        calls.append(settings | {"gt": gt_positions, "est": est_positions})
+        seen.append((gt_positions.shape, est_positions.shape, settings["n_hypotheses"]))
         return Similarity.fit(gt_positions, est_positions), 7
 
-    result = tas(1e6 + 1e3 * gt, est, registration=least_squares, max_threshold=2, n_hypotheses=5)
-    (call,) = calls
-    assert sorted(call) == [*("alignment", "est", "gt", "n_hypotheses", "rank", "rng", "threshold")]
-    assert call["gt"].shape == call["est"].shape == (50, 3)
-    assert np.abs(np.median(call["gt"], axis=0)).max() < 0.5
-    unit = 1e3 * np.ptp(gt[:50, 0]) / np.ptp(call["gt"][:, 0])
-    assert call["threshold"] == pytest.approx(2 * result.unit / unit)
-    assert (call["rank"], call["n_hypotheses"]) == (6, 5)
-    assert isinstance(call["rng"], np.random.Generator)
-
-    assert result.registration == "least_squares"
-    assert result.n_hypotheses == 7
-    expected = Similarity.fit(gt[:50], est[:50])
-    errors = 1e3 * expected.position_errors(gt[:50], est[:50])
-    np.testing.assert_allclose(result.errors[:50], errors, rtol=1e-6)
-    assert np.isinf(result.errors[50:]).all()
-
-
-def test_registration_of_ones_own_that_finds_nothing(noisy_scene):
-    """None is no alignment: a score of 0 with the usual warning."""
-    with pytest.warns(AlignmentWarning, match="TAS is 0"):
-        result = tas(*noisy_scene(20, 5, 0.03, 1), registration=lambda *_, **__: (None, 3))
-    assert (result.score, result.alignment, result.n_hypotheses) == (0, None, 3)
+    result = tas(gt, est, registration=least_squares, n_hypotheses=5)
+    assert seen == [((50, 3), (50, 3), 5)]
+    assert (result.registration, result.n_hypotheses) == ("least_squares", 7)
+    expected = Similarity.fit(gt[:50], est[:50]).position_errors(gt[:50], est[:50])
+    np.testing.assert_allclose(result.errors, [*expected, *[np.inf] * 10], rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -490,43 +295,23 @@ def test_registration_of_ones_own_that_returns_something_else(noisy_scene, retur
 
 
 @both_registrations
-@pytest.mark.parametrize("n", [4, 20, 100, 300])
+@pytest.mark.parametrize("n", [4, 100])
 def test_no_triangle(registration, cloud, n):
-    """Fewer than three estimated cameras, or either world in one place, or the estimate in two."""
+    """Fewer than three estimated cameras, or either world in one place."""
     gt = cloud("cube", n, 0)
-    for distinct in (1, 2) if registration == "pcr99" else (1,):
-        est = np.arange(distinct)[np.arange(n) % distinct][:, None] * np.ones(3) + 5
-        unaligned(gt, est, registration=registration)
     for finite in (0, 1, 2):
         est = np.full((n, 3), np.nan)
         est[:finite] = gt[:finite]
         unaligned(gt, est, registration=registration)
+    unaligned(gt, np.ones((n, 3)), registration=registration)
     unaligned(np.ones((n, 3)), gt, unit=0.1, registration=registration)
 
 
-@both_registrations
-def test_no_triplet_passes(registration, cloud):
-    """Distinct positions that resemble nothing: the draws have a budget, so it ends.
-
-    The refined registration starts from least-squares fits, too, of which there are some.
-    """
+def test_no_triplet_passes(cloud):
+    """Positions that resemble nothing: the draws have a budget."""
     est = np.zeros((100, 3))
-    est[:, 2] = 20.0 ** np.arange(100)  # triangles much flatter than any of the ground truth's
-    gt = cloud("helix", 100, 0)
-    if registration == "pcr99":
-        unaligned(gt, est, registration=registration)
-    else:
-        assert 0 < tas(gt, est, registration=registration).score < 0.2
-
-
-def test_alignment_warning_is_a_class_of_its_own():
-    """It can be turned into an error, or ignored, without touching other warnings."""
-    assert issubclass(AlignmentWarning, UserWarning)
-    assert AlignmentWarning is not UserWarning
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", AlignmentWarning)
-        with pytest.raises(AlignmentWarning):
-            tas(np.eye(4, 3), np.zeros((4, 3)))
+    est[:, 2] = 20.0 ** np.arange(100)
+    unaligned(cloud("helix", 100, 0), est)
 
 
 # --- outliers of any size -----------------------------------------------------------------------
@@ -547,35 +332,6 @@ def test_one_camera_far_away(registration, cloud, another_world, value):
                 assert result.score == (n - 1) / n
                 if abs(value) > 1e110:
                     assert np.flatnonzero(result.errors > 1e100).tolist() == [1]
-
-
-@both_registrations
-@pytest.mark.parametrize("value", [1e160, -1.7e308])
-def test_one_camera_far_away_after_a_start_at_rest(registration, cloud, value):
-    """Half of the ground truth is in one place, so that the spread is that of the others."""
-    gt = cloud("cube", 30, 0)
-    gt[:16] = gt[0]
-    est = 2 * gt
-    est[20] = value
-    result = tas(gt, est, registration=registration)
-    assert result.score == 29 / 30
-    assert np.flatnonzero(result.errors > 1e100).tolist() == [20]
-
-
-@ignores_alignment
-@both_registrations
-@pytest.mark.parametrize("outliers", [15, 16, 29, 30])
-@pytest.mark.parametrize("spread", [False, True])
-def test_cameras_at_the_end_of_the_number_range(registration, cloud, outliers, spread):
-    """Sums and differences overflow: a score from 0 to 1, and no warning from NumPy."""
-    gt = cloud("cube", 30, 0)
-    est = 2 * gt
-    est[:outliers] = 1.7e308
-    if spread:
-        est[:outliers] *= np.random.default_rng(0).uniform(-1, 1, (outliers, 3))
-    result = tas(gt, est, registration=registration)
-    assert 0 <= result.score <= 1
-    assert not np.isnan(result.errors).any()
 
 
 @ignores_alignment
@@ -613,34 +369,6 @@ def test_many_cameras_far_away(registration, cloud, another_world, outliers, pla
         assert tas(gt, est, registration=registration).score == (100 - outliers) / 100
 
 
-@both_registrations
-@pytest.mark.parametrize("outliers", [30, 60])
-@pytest.mark.parametrize("distance", [1e4, 1e10])
-def test_cameras_far_away_do_not_blur_the_others(registration, cloud, outliers, distance):
-    """With noise the hypotheses differ: the best is found whatever the size of the outliers."""
-    gt = cloud("cube", 100, 0)
-    rng = np.random.default_rng(0)
-    near = gt + rng.normal(0, 0.01, gt.shape)
-    near[:outliers] = 10 * rng.random((outliers, 3))
-    far = near.copy()
-    far[:outliers] *= distance / 10
-    means = [
-        np.mean([tas(gt, est, rng=seed, registration=registration).score for seed in range(20)])
-        for est in (near, far)
-    ]
-    assert means[1] == pytest.approx(means[0], abs=0.01)
-
-
-@both_registrations
-@pytest.mark.parametrize("scale", [1e-150, 1e-9, 1e9, 1e150])
-def test_outliers_do_not_hide_the_scale(registration, cloud, scale):
-    """The prescreen works on ratios: very small and very large estimates."""
-    gt = cloud("cube", 50, 0)
-    est = scale * gt
-    est[30:] = 10 * scale * np.random.default_rng(0).random((20, 3))
-    assert tas(gt, est, registration=registration).score == pytest.approx(0.6, abs=0.01)
-
-
 # --- anything goes ------------------------------------------------------------------------------
 
 WILD = st.sampled_from(
@@ -672,21 +400,3 @@ def test_wild_estimates(registration, cloud, n, seed, wild):
         assert np.isfinite(result.alignment.scale)
         assert np.isfinite(result.alignment.translation).all()
         np.testing.assert_allclose(np.linalg.det(result.alignment.rotation), 1)
-
-
-@ignores_alignment
-@given(
-    rows=st.lists(st.tuples(*[st.sampled_from([0.0, 1.0, 2.0, 4.0])] * 3), min_size=4, max_size=30),
-    seed=st.integers(0, 99),
-)
-def test_coarse_ground_truth(rows, seed):
-    """Duplicates, lines, planes and symmetric solids: a score, or the error about d."""
-    gt = np.array(rows)
-    est = gt + np.random.default_rng(seed).normal(0, 0.01, gt.shape)
-    try:
-        result = tas(gt, est)
-    except ValueError as error:
-        assert "unit=" in str(error)  # noqa: PT017
-    else:
-        assert 0 <= result.score <= 1
-        assert not np.isnan(result.errors).any()

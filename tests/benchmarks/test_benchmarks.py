@@ -112,4 +112,3 @@ def test_protocols_page(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None
     assert protocols.main() == 0
     page = (tmp_path / "reference" / "protocol-benchmarks.md").read_text()
     assert "| `auc@30:vggt` | 2 | 2 | 2 | 2 | 2 | 1000 | 10,000 |" in page
-    assert "| `maa:imc` | 2 | 2 | 2 | – | – | 10 | 100 |" in page

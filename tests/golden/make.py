@@ -18,7 +18,16 @@ from typing import Any
 
 import numpy as np
 
-from alignscores import compare, evaluate, pas, ras, ras_angle, tas, tas_distance
+from alignscores import (
+    closest_pair_quartile,
+    compare,
+    evaluate,
+    pas,
+    ras,
+    ras_angle,
+    tas,
+    tas_distance,
+)
 from alignscores.cli import main as command
 from baselines import ate, dre, dte, maa, rotation_statistics
 from experiments.run import main as run_experiment
@@ -78,6 +87,7 @@ def _scores(gt: Any, est: Any, alignment: str) -> Numbers:
     positions, rotations = (gt[:, :3, 3], est[:, :3, 3]), (gt[:, :3, :3], est[:, :3, :3])
     angles = ras(*rotations, alignment=alignment)
     found = {
+        "unit": closest_pair_quartile(positions[0]),
         "ras": float(angles),
         "median angle": median(angles.errors),
         "angle": ras_angle(*rotations, alignment=alignment),
@@ -88,7 +98,6 @@ def _scores(gt: Any, est: Any, alignment: str) -> Numbers:
         found |= {
             f"{registration} tas": float(result),
             f"{registration} pas": float(pas(gt, est, **options)),
-            f"{registration} unit": result.unit,
             f"{registration} median error": median(result.errors),
             f"{registration} distance": tas_distance(*positions, **options),
         }

@@ -9,7 +9,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from alignscores import progress
 from alignscores.cli import command, main
 from alignscores.cli.command import (
     build_parser,
@@ -135,28 +134,6 @@ def test_arguments_are_those_of_the_process(monkeypatch, capsys):
     with pytest.raises(SystemExit, match=r"^0$"):
         main()
     assert capsys.readouterr().out.startswith("TAS ")
-
-
-def test_progress_names_each_estimate_and_what_takes_long(run, monkeypatch):
-    """Each replaces the last one, and at the end the line is empty."""
-    score = command.score
-
-    def slow(*arguments, **options):
-        progress.show.get()("half of it")
-        return score(*arguments, **options)
-
-    monkeypatch.setattr(command, "score", slow)
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    shown = [
-        f"{name} {what}"
-        for name in ("1/2 estimate.txt", "2/2 reference.txt")
-        for what in ("", "half of it")
-    ]
-    code, _, err = run(*TUM, TUM[1])
-    assert code == 0
-    assert err == "".join(f"\r\x1b[K{text}" for text in [*shown, ""])
-    err = run(*TUM)[2]
-    assert err == "\r\x1b[K\r\x1b[Khalf of it\r\x1b[K"  # one alone needs no name
 
 
 class Terminal(BytesIO):

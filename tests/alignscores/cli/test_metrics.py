@@ -58,11 +58,11 @@ def test_values(score, run, examples, tmp_path):
 
 
 def test_only_what_was_asked_for(run, score, tmp_path):
-    options = "--metrics", "ATE, recall@5cm,5deg,ate", "--missing", "ignore"
+    options = "--metrics", "ATE, recall@1m,30deg:hloc-sim3,ate", "--missing", "ignore"
     _, out, err = run(*TUM, *options, *AT_STAMPS)
     header, row, settings = out.splitlines()
-    assert header.split() == ["estimate", "ATE", "[m]", "recall@5cm,5deg", "[%]"]
-    assert row.split() == ["estimate.txt", "1.03", "62.16"]
+    assert header.split() == ["estimate", "ATE", "[m]", "recall@1m,30deg:hloc-sim3", "[%]"]
+    assert row.split() == ["estimate.txt", "1.03", "91.89"]
     assert (settings, err) == ("seed 0; missing cameras: ignore", "")
     (plain,) = score(*TUM, "--save_metrics", tmp_path / "own.csv")
     assert plain["metrics"] == {}
@@ -89,7 +89,7 @@ def test_list_of_metrics(run, form):
         (
             TUM,
             "tas,auc@30",
-            "'auc@30'; close to it are auc@30:vggt, auc@30:vggt-old, auc@30:vggt-min",
+            "'auc@30'; close to it are auc@30:vggt, auc@5:colmap",
         ),
         (
             TUM,
@@ -109,9 +109,9 @@ def test_wrong_names(run, files, names, message):
 
 
 def test_lengths_in_metres_where_the_reference_has_none(run):
-    names = "auc@30:vggt,recall@5cm,5deg,maa:imc,auc@5:colmap,ate"
+    names = "auc@30:vggt,recall@5cm,5deg:hloc-sim3,auc@5:colmap,ate"
     _, _, err = run(*COLMAP, "--metrics", names)
-    note = "the reference's unit is taken for a metre in recall@5cm,5deg, maa:imc, auc@5:colmap"
+    note = "the reference's unit is taken for a metre in recall@5cm,5deg:hloc-sim3, auc@5:colmap"
     assert err == f"alignscores: note: {note}\n"
     assert run(*TUM, "--metrics", names)[2] == ""
 
@@ -196,7 +196,7 @@ def test_names_have_forty_characters_at_most():
         ("ATE", "tum", "ATE [m]"),
         ("ATE", "nerf", "ATE"),
         ("half_angle", "nerf", "half_angle [deg]"),
-        ("recall@5cm,5deg", "nerf", "recall@5cm,5deg [%]"),
+        ("recall@5cm,5deg:hloc-sim3", "nerf", "recall@5cm,5deg:hloc-sim3 [%]"),
     ],
 )
 def test_headers_have_units_where_there_are_any(name, format, text):
@@ -209,7 +209,7 @@ def test_headers_have_units_where_there_are_any(name, format, text):
     [
         ("TAS", None, "-"),
         ("TAS", 0.123456, "0.1235"),
-        ("recall@5cm,5deg", 62.1622, "62.16"),
+        ("recall@5cm,5deg:hloc-sim3", 62.1622, "62.16"),
         ("ATE", 12.34567, "12.35"),
         ("ATE", 0.000123456, "0.0001235"),
     ],

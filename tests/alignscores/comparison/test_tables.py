@@ -720,7 +720,7 @@ def hostile(benchmark_of, tmp_path):
 
 
 @pytest.mark.skipif(not shutil.which("pdflatex"), reason="needs pdflatex")
-@pytest.mark.parametrize("by", ["PAS", "half_distance", "recall@5cm,5deg"])
+@pytest.mark.parametrize("by", ["PAS", "half_distance", "recall@5cm,5deg:hloc-sim3"])
 def test_latex_of_any_names_compiles(hostile, run, tmp_path, by):
     metrics = ["--metrics", by] if "@" in by else []
     text = run(*hostile, "--latex", "--by", by, *metrics)[1]

@@ -8,7 +8,6 @@ import shutil
 
 import numpy as np
 import pytest
-from matplotlib import colormaps
 
 from alignscores import closest_pair_quartile, pas
 from alignscores.histogram import AlignmentScore, equal_steps
@@ -78,19 +77,11 @@ def test_an_exact_estimate_is_drawn_on_the_reference(saved, examples, tmp_path):
     np.testing.assert_allclose(reference.min(axis=0), -reference.max(axis=0), atol=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("alignment", "words", "told"),
-    [
-        ("similarity", "registration refined", "Scores here are under the run’s alignment"),
-        ("rigid", "registration refined, aligned without scale", "The refined registration fits"),
-        ("none", "not aligned", "Nothing is aligned, so that these are the command’s numbers"),
-    ],
-)
-def test_the_alignment_is_named(saved, browser, alignment, words, told):
+@pytest.mark.parametrize("alignment", ["similarity", "rigid", "none"])
+def test_the_alignment_is_named(saved, browser, alignment):
+    words = {"similarity": "registration refined", "rigid": "without scale", "none": "not aligned"}
     page, _ = saved(*TUM, "--alignment", alignment)
-    shown = browser.run(page, READ + 'tell([text("kicker"), text("alignment")]);')
-    assert shown[0] == f"tum, 1 estimate, {words}"
-    assert told in shown[1]
+    assert words[alignment] in browser.run(page, READ + 'tell(text("kicker"));')
 
 
 def of_python(tas, ras, weight, unit):
@@ -231,15 +222,9 @@ const state = () => ({
   mark: place(),
 });
 const scene = document.getElementById("scene");
-const colour = (spot) => { // red, green, blue and opacity
-  const copy = new OffscreenCanvas(scene.width, scene.height).getContext("2d");
-  copy.drawImage(scene, 0, 0);
-  return [...copy.getImageData(...spot.map((value) => value * devicePixelRatio), 1, 1).data];
-};
-const told = { blank: colour([1, 1]) };
+const told = {};
 for (let press = 0; press < 8; press++) key(scene, "PageDown");
 told.scene = state();
-told.colours = [colour(place())];
 const sliders = all("[role=slider]");
 told.sliders = sliders.map((slider) => slider.getAttribute("aria-label"));
 key(sliders[0], "End");
@@ -259,7 +244,6 @@ pointer("pointerdown");
 pointer("pointermove", 60);
 pointer("pointerup", 60);
 told.dragged = state();
-told.colours.push(colour(place()));
 tell(told);
 """
 
@@ -279,13 +263,6 @@ def test_a_picked_camera_is_marked_everywhere(saved, browser, matches):
     assert told["pointer"]["mark"] == pytest.approx(told["scene"]["mark"])
     assert told["dragged"]["name"] == stamps[7]
     assert np.hypot(*np.subtract(told["dragged"]["mark"], told["scene"]["mark"])) > 10
-    assert told["blank"] == [0, 0, 0, 0]
-    first, turned = told["colours"]
-    assert first == turned  # the camera keeps its colour wherever it is turned to
-    share = errors.tas.errors[7] / (0.15 * errors.tas.unit)
-    assert 0.5 < share < 1
-    expected = 255 * np.array(colormaps["inferno"](0.82 * share))
-    assert first == pytest.approx(expected, abs=15)  # in 48 shades
     for one in ("scene", "errors", "cumulative", "pointer"):
         row = stamps.index(told[one]["name"])
         within = int(errors.tas.errors[row] < 0.15 * errors.tas.unit) + int(

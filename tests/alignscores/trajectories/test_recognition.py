@@ -41,24 +41,28 @@ def test_the_format_of_text(tmp_path, lines, expected):
     ("text", "reason"),
     [
         ("# only this\n", " has no lines that tell its format"),
-        ("# x\n\na 2 3 4 5 6 7 8\n", ", line 3: has 8 columns, by which no format can be told"),
-        (f"{columns(13)}\n", ", line 1: has 13 columns, by which no format can be told"),
+        ("# x\n\na 2 3 4 5 6 7\n", ", line 3: has 7 columns, by which no format can be told"),
+        ("a 2 3 4 5 6 7 8\n", ", line 1: has 8 columns, by which no format can be told"),
     ],
 )
 def test_text_of_no_format(tmp_path, text, reason):
     path = tmp_path / "poses.txt"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(FileError) as caught:
+    with pytest.raises(FileError, match=f"{reason}{NAME_IT}"):
         recognise(str(path))
-    assert str(caught.value).replace(": has no", " has no") == f"{path}{reason}{NAME_IT}"
+
+
+def test_some_formats_are_told_by_the_name():
+    """Whatever stands there."""
+    assert {recognise(f"/nowhere/a.{ending}") for ending in ("bag", "mcap", "db3")} == {"bag"}
+    assert {recognise(f"/nowhere/a.{ending}") for ending in ("npy", "npz")} == {"arrays"}
 
 
 @pytest.mark.parametrize(
     ("files", "expected"),
     [
+        *[(["metadata.yaml"], "bag"), (["images.bin"], "colmap"), (["0/images.txt"], "colmap")],
         (["metadata.yaml", "images.txt"], "bag"),
-        (["images.bin"], "colmap"),
-        (["0/images.txt"], "colmap"),
     ],
 )
 def test_the_format_of_a_folder(tmp_path, files, expected):
@@ -68,16 +72,12 @@ def test_the_format_of_a_folder(tmp_path, files, expected):
     assert recognise(str(tmp_path)) == expected
 
 
-def test_some_formats_are_told_by_the_name():
-    """Whatever stands there."""
-    for ending, form in {"bag": "bag", "mcap": "bag", "npy": "arrays", "npz": "arrays"}.items():
-        assert recognise(f"/nowhere/a.{ending}") == form
-
-
 def test_where_nothing_tells_the_format(tmp_path):
+    (tmp_path / "metadata.yaml").mkdir()
     for path, reason in (
         (str(tmp_path), "is a folder with neither a COLMAP model nor a bag"),
         ("-", "nothing tells the format of what stands on stdin"),
     ):
-        with pytest.raises(FileError, match=f"{reason}{NAME_IT}$"):
+        with pytest.raises(FileError) as caught:
             recognise(path)
+        assert str(caught.value).endswith(f"{reason}{NAME_IT}")

@@ -153,6 +153,5 @@ def test_what_is_of_motion_is_asked_where_there_is_some() -> None:
             assert sweep.name == f"today/{name}"
             asked = {Column.parse(metric).metric.family.ordered for metric in sweep.metrics}
             assert asked == ({False} if sweep.geometry == "cube" else {False, True})
-            assert ("maa:imc" in sweep.metrics) == (max(sweep.n_cameras) <= 30)
     with pytest.raises(ConfigError, match="'every' cannot be set: the frame rates stand in"):
         plan(["every=3"])

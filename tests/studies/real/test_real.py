@@ -162,10 +162,13 @@ def test_a_benchmark_that_tells_nothing_is_refused(file: Path, tmp_path: Path) -
 
 def test_further_metrics_by_name(file: Path, tmp_path: Path, capsys: Any) -> None:
     own = tmp_path / "car.csv"
-    for more in ("[rpe@5f,'recall@5cm,5deg',TAS]", "'rpe@5f,recall@5cm,5deg,TAS'"):
+    for more in (
+        "[rpe@5f,'recall@5cm,5deg:hloc',TAS]",
+        "'rpe@5f,recall@5cm,5deg:hloc,TAS'",
+    ):
         assert score(file, own, "quick=true", f"more={more}") == 0
         table = pd.read_csv(own)
-        assert {"rpe@5f", "recall@5cm,5deg", "TAS"} <= set(table)
+        assert {"rpe@5f", "recall@5cm,5deg:hloc", "TAS"} <= set(table)
         assert table.columns.is_unique
     assert score(file, own, "quick=true", "more=nonsense") == 2
     assert "unknown metric 'nonsense'" in capsys.readouterr().err
