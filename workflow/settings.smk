@@ -5,7 +5,6 @@ from pathlib import Path
 
 from alignscores.registration.kernel import LIBRARY
 from alignscores.texts import brief, printable
-from experiments.camera_errors import errors_of_scores
 from experiments.command import CommandError, ConfigError
 from experiments.config import EXECUTION, load, to_overrides
 from experiments.grid import cells

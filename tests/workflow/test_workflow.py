@@ -41,7 +41,7 @@ def test_everything_is_made_once(snakemake: Snakemake) -> None:
         "figure": sum(len(plan.figures) for plan in PLANS.values()),
         **answered(*PLANS),
         **dict.fromkeys([f"times_{name}" for name in TIMED], 1),
-        **dict.fromkeys(("camera_errors", "explorer", "figures"), 1),
+        **dict.fromkeys(("figures",), 1),
         **dict.fromkeys(("report_page", "report", "article_page", "article"), 1),
     }
 
@@ -67,14 +67,14 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
     targets = ("report", "article", "figures")
     done = snakemake(*targets, "--dry-run", "--config", *settings, profile="slurm")
     needs = {rule: text for rule, text in done.jobs if "runtime=" in text and "mem_mb=" in text}
-    assert set(needs) == {"trials", "camera_errors", *(f"times_{name}" for name in TIMED)}
+    assert set(needs) == {"trials", *(f"times_{name}" for name in TIMED)}
     assert "runtime=34" in needs["trials"]
     assert "mem_mb=1000" in needs["trials"]
     assert "threads: " not in done.text  # named where more than one
     # All others run where Snakemake runs.
     texts = [path.read_text() for path in (SNAKEFILE, *(ROOT / "workflow").glob("*.smk"))]
     rules = re.findall(r"^ *rule\b.*:.*\n((?:(?! *rule\b).*\n)*)", "".join(texts), re.MULTILINE)
-    assert len(rules) == 14
+    assert len(rules) == 12
     assert all(("localrule: True" in rule) != ("runtime=" in rule) for rule in rules)
 
 
@@ -90,7 +90,6 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
         ("figures", ["results_dir=/dev/null/a"], "cannot use results_dir=/dev/null/a: Not a dir"),
         ("claims", ["replicates=1"], "'replicates'"),
         ("claims", ["metrics=[TAS]"], "'metrics'"),
-        ("explorer", ["metrics=[ATE]"], "'metrics' has none of TAS, RAS and PAS"),
         ("threshold_study", ["tas_max_threshold=[-1]"], "max_threshold should be greater than 0"),
         ("frame_rate", ["every=3"], "'every'"),
         ("beyond", ["scenarios=missing.yaml"], "No such file"),
@@ -194,25 +193,6 @@ def test_a_table_that_was_changed_or_is_of_other_settings_is_made_again(
         assert done.returncode == 1
         assert f"another run is at work in {tmp_path / 'copied'}; wait for it" in done.stderr
     assert rows("copied") == 1
-
-
-@pytest.mark.slow
-def test_the_explorer_needs_no_table_of_trials(snakemake: Snakemake, tmp_path: Path) -> None:
-    jobs = {"camera_errors": 1, "explorer": 1}
-    small = ["n_cameras=[25]", "n_outliers=[0]", "sigma_t=[0.05]", "sigma_r_deg=[3]", "n_jobs=1"]
-    done = snakemake("explorer", "--config", "trials=1", *small)
-    assert done.returncode == 0, done.text
-    assert not (tmp_path / "results" / "trials").exists()
-    page = tmp_path / "results" / "explorer.html"
-    before = page.read_bytes()
-
-    same = ["trials=1", "backend=threading", *small]
-    assert snakemake("explorer", "--dry-run", "--config", *same).planned == {}
-    more = ["trials=2", *small]
-    assert snakemake("explorer", "--dry-run", "--config", *more).planned == jobs
-    (tmp_path / "results" / "tables" / "camera_errors.json").unlink()
-    assert snakemake("explorer", "--config", *same, "--forcerun", "camera_errors").returncode == 0
-    assert page.read_bytes() == before
 
 
 REGISTRATIONS = """\
