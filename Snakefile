@@ -17,7 +17,6 @@
 # And what is made of all of them:
 #   snakemake report                          all of it on one page, results/report.html
 #   snakemake crate                           and a description of the results for archives (RO-Crate)
-#   snakemake article                         the replication as an article, results/article.html
 import sys
 
 sys.path.insert(0, workflow.basedir)

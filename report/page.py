@@ -51,11 +51,6 @@ REPLACEMENTS = {  # by filter, what is replaced in a text that has been escaped
         (" %", f"{SPACE}%"),
         (" at ", "\u00a0at\u00a0"),
     ),
-    "short": (  # names of metrics with their options, as tables have room for
-        (r"\(registration=refined, ?max_threshold=2\)", " refined 2 d"),
-        (r"\(registration=refined\)", " refined"),
-        (r"Half(\w+)\(score=0.25\)", r"Quarter\1"),
-    ),
 }
 WIDE = 1500  # pixels: 5 inches
 COLOURS = 256  # in a picture: all that can be seen, at a third of the size
@@ -158,10 +153,10 @@ def _table1(table: pd.DataFrame) -> dict[str, Any]:
 
 
 @cache
-def environment(folder: Path = Path(__file__).parent) -> Environment:
-    """Return how the templates of a folder are read, with filters for the paper's terms."""
+def environment() -> Environment:
+    """Return how templates are read, with filters for the paper's terms."""
     made = Environment(
-        loader=FileSystemLoader([folder, *studies.__path__]),
+        loader=FileSystemLoader([Path(__file__).parent, *studies.__path__]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -1,4 +1,4 @@
-# Everything on one page, and the article, which is made of the same.
+# Everything on one page.
 import os
 import platform
 
@@ -13,40 +13,33 @@ def machine():
     return f"{os.cpu_count()} cores of {models[0] if models else platform.machine()}"
 
 
-# Both find what they show in the folder of results, by convention; it is named here for Snakemake.
-for page, flags in (("report", []), ("article", ["--article"])):
+rule report_page:
+    input:
+        PAGE_CODE,
+        [study_code(plan) for plan in STUDIES.values()],
+        code("studies/*", ends=["j2"]),
+        # It finds what it shows in the folder of results, by convention; it is named here for Snakemake.
+        [answers(plan) + times(plan) for plan in STUDIES.values()],
+        expand(RESULTS / "figures" / "{figure}.png", figure=FIGURES),
+        lambda wildcards: tables(*STUDIES)["records"],
+    output:
+        RESULTS / "report.html",
+    localrule: True
+    params:
+        settings=GIVEN,
+        machine=machine(),
+    log:
+        RESULTS / "logs" / "report.log",
+    shell:
+        "{sys.executable:q} -m report {RESULTS:q} --settings {params.settings:q}"
+        " --machine {params.machine:q} --output {output:q} > {log:q} 2>&1"
 
-    rule:
-        name:
-            f"{page}_page"
-        input:
-            PAGE_CODE,
-            code("docs/article", ends=["*"]),
-            [study_code(plan) for plan in STUDIES.values()],
-            code("studies/*", ends=["j2"]),
-            [answers(plan) + times(plan) for plan in STUDIES.values()],
-            expand(RESULTS / "figures" / "{figure}.png", figure=FIGURES),
-            lambda wildcards: tables(*STUDIES)["records"],
-        output:
-            RESULTS / f"{page}.html",
-        localrule: True
-        params:
-            settings=GIVEN,
-            machine=machine(),
-            flags=flags,
-        log:
-            RESULTS / "logs" / f"{page}.log",
-        shell:
-            "{sys.executable:q} -m report {RESULTS:q} {params.flags} --settings {params.settings:q}"
-            " --machine {params.machine:q} --output {output:q} > {log:q} 2>&1"
 
-    rule:
-        name:
-            page
-        input:
-            RESULTS / f"{page}.html",
-            lambda wildcards: [*chain(*tables(*STUDIES).values())], # those that were lost, too
-        localrule: True
+rule report:
+    input:
+        rules.report_page.output,
+        lambda wildcards: [*chain(*tables(*STUDIES).values())], # those that were lost, too
+    localrule: True
 
 
 rule crate:

@@ -12,7 +12,6 @@ import pandas as pd
 import pytest
 from PIL import Image
 
-import report.article
 import report.page
 from alignscores.explorer import source
 from studies.claims.claims import load_claims
@@ -98,9 +97,8 @@ def test_statements_are_escaped(results, monkeypatch):
     assert text in rows(page)[0].text
 
 
-@pytest.mark.parametrize("folder", [[], [report.article.FOLDER]])
-def test_names_are_escaped(folder):
-    template = report.page.environment(*folder).from_string("{{ name }}")
+def test_names_are_escaped():
+    template = report.page.environment().from_string("{{ name }}")
     assert template.render(name="<script>") == "&lt;script&gt;"
 
 
@@ -338,10 +336,7 @@ def test_table_1_is_in_the_paper_s_order(original):
 
 def test_templates_leave_no_empty_lines_where_their_blocks_were():
     text = "<p>\n  {% if true %}\na\n  {% endif %}\n</p>\n"
-    for folder in ([], [report.article.FOLDER]):
-        assert report.page.environment(*folder) is report.page.environment(*folder)
-        template = report.page.environment(*folder).from_string(text)
-        assert template.render() == "<p>\na\n</p>\n"
+    assert report.page.environment().from_string(text).render() == "<p>\na\n</p>\n"
 
 
 def test_the_page_has_its_looks_and_its_scripts_and_may_show_pictures(page):

@@ -35,14 +35,14 @@ def answered(*names: str) -> dict[str, int]:
 
 @pytest.mark.slow
 def test_everything_is_made_once(snakemake: Snakemake) -> None:
-    done = snakemake("report", "article", "figures", "--dry-run", "--config", "replicates=2")
+    done = snakemake("report", "figures", "--dry-run", "--config", "replicates=2")
     assert done.planned == {
         "trials": sum(map(n_trials, PLANS)),
         "figure": sum(len(plan.figures) for plan in PLANS.values()),
         **answered(*PLANS),
         **dict.fromkeys([f"times_{name}" for name in TIMED], 1),
         **dict.fromkeys(("figures",), 1),
-        **dict.fromkeys(("report_page", "report", "article_page", "article"), 1),
+        **dict.fromkeys(("report_page", "report"), 1),
     }
 
 
@@ -64,7 +64,7 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
     snakemake: Snakemake,
 ) -> None:
     settings = ("replicates=2", "trials=100")
-    targets = ("report", "article", "figures")
+    targets = ("report", "figures")
     done = snakemake(*targets, "--dry-run", "--config", *settings, profile="slurm")
     needs = {rule: text for rule, text in done.jobs if "runtime=" in text and "mem_mb=" in text}
     assert set(needs) == {"trials", *(f"times_{name}" for name in TIMED)}
