@@ -14,9 +14,8 @@
 #   snakemake frame_rate --config trajectories=my.yaml    to your own trajectories, too
 #   snakemake protocols                       other projects' protocols beside the new scores
 #   snakemake real --config benchmark=my.yaml    which metric tells your own systems apart
-# And what is made of all of them:
+# And all of them:
 #   snakemake report                          all of it on one page, results/report.html
-#   snakemake crate                           and a description of the results for archives (RO-Crate)
 import sys
 
 sys.path.insert(0, workflow.basedir)

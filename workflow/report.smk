@@ -41,15 +41,3 @@ rule report:
         lambda wildcards: [*chain(*tables(*STUDIES).values())], # those that were lost, too
     localrule: True
 
-
-rule crate:
-    input:
-        RESULTS / "report.html",
-        expand(FIGURE, figure=FIGURES, ext=["pdf", "png"]),
-    output:
-        RESULTS / "ro-crate-metadata.json",
-    localrule: True
-    log:
-        RESULTS / "logs" / "crate.log",
-    shell:
-        "{sys.executable:q} -m report.crate {RESULTS:q} > {log:q} 2>&1"

@@ -74,7 +74,7 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
     # All others run where Snakemake runs.
     texts = [path.read_text() for path in (SNAKEFILE, *(ROOT / "workflow").glob("*.smk"))]
     rules = re.findall(r"^ *rule\b.*:.*\n((?:(?! *rule\b).*\n)*)", "".join(texts), re.MULTILINE)
-    assert len(rules) == 12
+    assert len(rules) == 11
     assert all(("localrule: True" in rule) != ("runtime=" in rule) for rule in rules)
 
 
