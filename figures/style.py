@@ -14,7 +14,6 @@ from matplotlib.legend import Legend
 from matplotlib.text import Annotation, Text
 
 from alignscores.arrays import Floats
-from experiments.metrics import Column
 
 COLUMN = 3.3  # width of a column of the paper in inches
 PAGE = 6.9  # width of its text
@@ -143,17 +142,6 @@ def as_rows(axes: Axes) -> None:
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
     axes.spines["left"].set_visible(False)
-
-
-def metric_name(metric: str) -> str:
-    """Return what a metric with options is called beside a row."""
-    if metric in NAMES:
-        return NAMES[metric]
-    column = Column.parse(metric)
-    name, options = NAMES.get(column.name, column.name), dict(column.options)
-    if "score" in options:
-        name = f"{name.removeprefix('half-score ')} at {options.pop('score')}"
-    return ", ".join([name, *options.values()])
 
 
 def remark(axes: Axes, title: Text, text: str) -> Annotation:

@@ -7,7 +7,7 @@ of DeLong, DeLong and Clarke-Pearson (Biometrics 1988), for the mean over severa
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, pairwise, permutations
+from itertools import combinations, pairwise
 from math import ceil, inf
 
 import numpy as np
@@ -109,25 +109,6 @@ def paired(trials: pd.DataFrame, levels: list[str]) -> Task:
     samples = [sample for _, sample in trials.groupby(levels)]
     pairs = [(k, k + 1) for k in range(0, len(samples) - 1, 2)]
     return Task(samples, pairs, range(len(samples)))
-
-
-def across(
-    trials: pd.DataFrame, level: str, other: str, *, same_draws: bool = False, differ: bool = True
-) -> Task:
-    """Compare neighbouring levels where another setting differs, each value with each other one.
-
-    With `same_draws` the same cameras are seen at all values of the other setting; it is the same
-    for both without `differ`.
-    """
-    names, samples = zip(*trials.groupby([level, other]), strict=True)
-    levels, others = (sorted(trials[name].unique()) for name in (level, other))
-    pairs = [
-        (names.index((low, a)), names.index((high, b)))
-        for low, high in pairwise(levels)
-        for a, b in (permutations(others, 2) if differ else zip(others, others, strict=True))
-    ]
-    units = [levels.index(key[0]) if same_draws else place for place, key in enumerate(names)]
-    return Task(samples, pairs, units)
 
 
 def shares(values: Sequence[ArrayLike], pairs: Sequence[tuple[int, int]]) -> list[Floats]:

@@ -43,7 +43,7 @@ except FileNotFoundError:
     pass
 except OSError as error:
     sys.exit(f"snakemake: cannot use results_dir={RESULTS}: {error.strerror}")
-for key in ("scenarios", "trajectories", "benchmark"):
+for key in ("scenarios", "benchmark"):
     if not isinstance(config.get(key, ""), str):
         sys.exit(f"snakemake: {key} needs the name of a file, not {printable(brief(config[key]))}")
 CORES = workflow.cores or 1

@@ -19,8 +19,7 @@ def test_the_names_are_the_ones_that_others_rely_on():
     paper = ["histogram", "outliers", "collinear", "trajectory_length", "rotations", "combined"]
     assert list(FIGURES) == [*paper, "maa_vs_pas"]
     others = [name for name, plan in plans().items() if name != "paper" for name in plan.figures]
-    studies = ["threshold_study", "threshold_levels", "registration_study", "beyond", "paths"]
-    assert others == [*studies, "frame_rate", "protocols"]
+    assert others == ["threshold_study", "threshold_levels", "beyond", "paths"]
 
 
 @pytest.mark.parametrize("name", plans())

@@ -19,13 +19,11 @@ import report.page
 import report.results
 from experiments.tables import write_recorded
 from report.__main__ import main
-from studies.axes import axes_of, is_seeded
+from studies.axes import axes_of
 from studies.claims.claims import load_claims
 from studies.claims.verdicts import reading_title
 from studies.paper import FIGURES
 from studies.paper.table1 import CRITERIA, PAPER, PROPERTIES, ROWS
-from studies.protocols.orders import FOUND, KEYS, is_new
-from studies.registration_study import REGISTRATIONS
 from studies.study import plans
 from studies.threshold_study.effects import COMPARED, EFFECTS
 from studies.threshold_study.maps import OPTIONS, THRESHOLDS
@@ -153,12 +151,9 @@ def write_results(results):
             with patch("experiments.tables._origin", return_value=ORIGIN):
                 write_recorded(results.folder / plan.folder / f"{name}.csv", b"", table.sweeps)
     write_thresholds(results)
-    write_registrations(results)
     write_findings(results)
     write_maps(results)
     write_levels(results)
-    write_frame_rates(results)
-    write_protocols(results)
     for number in range(REPLICATES):
         benchmark = f"s\th:m:s\tcpu_time\tmax_rss\n{50 + number}.0\t0:00\t-\t100.4\n"
         results.write(f"benchmarks/replicates/{number}.tsv", benchmark)
@@ -260,32 +255,6 @@ def write_thresholds(results):
     write_times(results, "threshold_study", axes, [100])
 
 
-def write_registrations(results):
-    """The paper's scores spread by 0.01 on inputs with outliers, the refined are 0.125 higher."""
-    rows, sweeps = [], sweeps_of(results, "registration_study")
-    for part, sweep in sweeps.items():
-        row = {"part": part, "geometry": sweep.geometry, "n_cameras": sweep.n_cameras[0]}
-        row |= {"n_outliers": None, "sigma_t": None, "trial": None}
-        if not is_seeded(sweep.metrics):
-            rows.append(row | {"statistic": "order of noise, %", "pcr99": 75.0, "refined": 87.5})
-            rows.append(row | {"statistic": "order of noise, %", "pcr99": 25.0, "refined": 62.5})
-            whole = {"n_cameras": None, "statistic": "dependence on cameras, %"}
-            rows.append(row | whole | {"pcr99": 12.5, "refined": 7.25})
-            continue
-        for outliers in sweep.n_outliers:
-            for sigma in sweep.sigma_t:
-                row |= {"n_outliers": outliers, "sigma_t": sigma, "trial": 0}
-                spread = {"pcr99": 0.01 if outliers else 0.002, "refined": 0.0001}
-                mean = {"pcr99": 0.5, "refined": 0.625}
-                rows += [row | {"statistic": name} | mean for name in ("mean", "largest")]
-                rows.append(row | {"statistic": "standard deviation"} | spread)
-    results.write("tables/registration_study.csv", pd.DataFrame(rows))
-    axes = axes_of(REGISTRATIONS, metrics_of(sweeps))
-    seeded = [sweep for sweep in sweeps.values() if is_seeded(sweep.metrics)]
-    cameras = sorted({sweep.n_cameras[0] for sweep in seeded})
-    write_times(results, "registration_study", axes, cameras)
-
-
 def write_times(results, name, axes, cameras):
     columns = ["n_cameras", "axis", "value", "milliseconds"]
     rows = [
@@ -357,40 +326,6 @@ def write_levels(results):
             rows.append(found | {"scatter": score and 4.0, "in_noise": score and (n + 3000) / 10})
         rows.append(rows[-1] | {"level": "noise"})
     results.write("tables/threshold_levels.csv", pd.DataFrame(rows))
-
-
-def write_frame_rates(results):
-    values = {"dependence": [40, 60], "order": [90, 92], "order_across": [56, 58]}
-    trials = {"trials": [8, 10], "trials_across": [100, np.inf]}
-    table = pd.concat(
-        pd.DataFrame({"scenario": ["car", "orbit"], "lost": lost, "metric": "TAS", "step": step})
-        .assign(**values)
-        .assign(**trials)
-        for lost in (0, 30)
-        for step in (15, 40)
-    )
-    results.write("tables/frame_rate.csv", table)
-    results.write("tables/frame_rate_means.csv", table[["scenario", "metric"]])
-
-
-def write_protocols(results):
-    """The TAS is 5 points ahead of the ATE, certainly but where parts are merged."""
-    table = pd.DataFrame(
-        dict.fromkeys([*KEYS, *FOUND])
-        | {"question": name, "asked": "noise", "metric": metric, "order": 75, "order_error": 1}
-        | {"trials": 10, "p_chance": 0.01, "p_behind": 0.5, "rival": "ATE" if new else "TAS"}
-        | {
-            "ahead": 5 if new else -5,
-            "ahead_error": 1,
-            "p_ahead": 0.3 if name == "merged" else 0.01,
-        }
-        for name, sweep in sweeps_of(results, "protocols").items()
-        for metric in sweep.metrics
-        for new in [is_new(metric)]
-    )
-    results.write("tables/protocols.csv", table.assign(order=table["order"] + table["ahead"]))
-    apart = table[["question", "asked", "metric", "order", "trials"]].assign(outliers=5)
-    results.write("tables/protocols_outliers.csv", apart)
 
 
 @cache

@@ -7,9 +7,9 @@ import pytest
 
 from experiments.config import ConfigError, Selection, experiment_names, load_sweep
 from experiments.tables import SWEEPS
-from studies import beyond, frame_rate, protocols, threshold_study
+from studies import beyond
 from studies.paper import Experiments
-from studies.study import Study, Table, config_file, found, plans
+from studies.study import Table, found, plans
 
 
 def test_the_experiments_share_their_settings() -> None:
@@ -27,8 +27,7 @@ def test_a_setting_that_does_not_suit_an_experiment_is_named_with_it() -> None:
 
 def test_the_studies_are_those_of_the_folders_in_the_order_of_the_report() -> None:
     assert [study.name for study in found()] == [
-        *("paper", "claims", "head_to_head", "threshold_study", "registration_study"),
-        *("beyond", "frame_rate", "protocols", "real"),
+        *("paper", "claims", "head_to_head", "threshold_study", "beyond", "real"),
     ]
     for study in found():
         folder = Path(beyond.__file__).parents[1] / study.name
@@ -51,36 +50,22 @@ def test_settings_of_a_table_are_handed_on_whole_and_have_a_digest_of_their_own(
 
 
 @pytest.mark.parametrize(
-    ("study", "name", "section", "first"),
+    ("text", "problem"),
     [
-        (frame_rate.STUDY, "frame_rate.rates.FRAME_RATE", "scenarios", "car"),
-        (protocols.STUDY, "protocols.PROTOCOLS", "questions", "outliers"),
-        (threshold_study.STUDY, "threshold_study.THRESHOLDS", "trials", "outliers"),
+        ("scenario: {a: {}}", "scenarios is missing; scenario is unknown"),
+        ("scenarios: {a: {}}\nown: 5", "own is unknown"),
+        ("scenarios: {a: {experiment: [a]}}", "scenarios.a: "),
+        ("scenarios: {a: {n_jobs: 1}}", "may not set n_jobs"),
+        ("scenarios: {a: {seed: many}}", "'seed': should be a valid integer"),
     ],
 )
 def test_the_file_of_a_study_is_named_with_the_key_at_fault(
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-    study: Study,
-    name: str,
-    section: str,
-    first: str,
+    tmp_path: Path, text: str, problem: str
 ) -> None:
     path = tmp_path / "own.yaml"
-    monkeypatch.setattr(f"studies.{name}", path)
-    text = config_file(study.name).read_text()
-    for old, new, problem in (
-        (f"\n{section}:", f"\n{section}s:", f"{section} is missing; {section}s is unknown"),
-        (f"\n{section}:", f"\nown: 5\n{section}:", "own is unknown"),
-        ("maa_vs_pas_outliers", "[a]", f"{section}.{first}: "),
-        ("experiment: maa", "n_jobs: 1, experiment: maa", "may not set n_jobs"),
-        ("experiment: maa", "seed: many, experiment: maa", "'seed': should be a valid integer"),
-    ):
-        if "\n  experiment" in text and old.startswith("experiment"):
-            new = new.replace(", ", "\n  ")
-        path.write_text(text.replace(old, new, 1))
-        with pytest.raises(ConfigError) as caught:
-            study.plan([])
-        assert str(caught.value).startswith(f"{path}: ")
-        assert problem in str(caught.value)
-        assert "\n" not in str(caught.value)
+    path.write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        _ = plans([f"scenarios={path}"])["beyond"].tables
+    assert str(caught.value).startswith(f"{path}: ")
+    assert problem in str(caught.value)
+    assert "\n" not in str(caught.value)

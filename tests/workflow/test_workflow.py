@@ -74,7 +74,7 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
     # All others run where Snakemake runs.
     texts = [path.read_text() for path in (SNAKEFILE, *(ROOT / "workflow").glob("*.smk"))]
     rules = re.findall(r"^ *rule\b.*:.*\n((?:(?! *rule\b).*\n)*)", "".join(texts), re.MULTILINE)
-    assert len(rules) == 11
+    assert len(rules) == 10
     assert all(("localrule: True" in rule) != ("runtime=" in rule) for rule in rules)
 
 
@@ -91,13 +91,12 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
         ("claims", ["replicates=1"], "'replicates'"),
         ("claims", ["metrics=[TAS]"], "'metrics'"),
         ("threshold_study", ["tas_max_threshold=[-1]"], "max_threshold should be greater than 0"),
-        ("frame_rate", ["every=3"], "'every'"),
         ("beyond", ["scenarios=missing.yaml"], "No such file"),
         ("beyond", ["scenarios=mine.yaml"], "scenarios.a"),
         ("beyond", ["scenarios=keys.yaml"], "keys.yaml: line 1: a key must be a text or a number"),
         ("figures", ['metrics=["\x1b[2J"]'], r"unknown metric '\x1b[2J'"),
         ("beyond", ["scenarios=5"], "scenarios needs the name of a file, not 5"),
-        ("frame_rate", ["trajectories="], "trajectories needs the name of a file, not None"),
+        ("figures", ["trajectories=my.yaml"], "unknown setting 'trajectories'"),
         ("real", ["trials=5"], "real needs --config benchmark=FILE"),
         ("real", ["benchmark=missing.yaml"], "missing.yaml: cannot be read"),
     ],
@@ -385,7 +384,7 @@ def test_another_value_of_an_axis_runs_its_trials_again(snakemake: Snakemake) ->
     settings = ["trials=1", "registration_prescreen=[inf]", "registration_n_hypotheses=[10]"]
     settings += ["n_jobs=1"]
     assert snakemake(target, "--config", *settings).returncode == 0
-    same = [*settings, "backend=threading", "tas_registration=[pcr99]"]
+    same = [*settings, "backend=threading", "benchmark=my.yaml"]
     assert snakemake(target, "--dry-run", "--config", *same).planned == {}
     other = [*settings, "tas_max_threshold=[0.5,1.5]"]
     assert snakemake(target, "--dry-run", "--config", *other).planned == {"trials": 1}
