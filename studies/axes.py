@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -47,9 +46,6 @@ class AxesFile(Section):
 
     axes: dict[str, _Axis]
     trials: dict[TableName, Part]
-    settings: Any = None  # what else a study has, which it reads by itself
-    maps: Any = None
-    levels: Any = None
 
 
 @dataclass(frozen=True)

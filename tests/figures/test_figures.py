@@ -19,7 +19,7 @@ def test_the_names_are_the_ones_that_others_rely_on():
     paper = ["histogram", "outliers", "collinear", "trajectory_length", "rotations", "combined"]
     assert list(FIGURES) == [*paper, "maa_vs_pas"]
     others = [name for name, plan in plans().items() if name != "paper" for name in plan.figures]
-    assert others == ["threshold_study", "threshold_levels", "beyond", "paths"]
+    assert others == ["threshold_study", "beyond", "paths"]
 
 
 @pytest.mark.parametrize("name", plans())

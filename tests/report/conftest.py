@@ -25,8 +25,8 @@ from studies.claims.verdicts import reading_title
 from studies.paper import FIGURES
 from studies.paper.table1 import CRITERIA, PAPER, PROPERTIES, ROWS
 from studies.study import plans
+from studies.threshold_study import THRESHOLDS
 from studies.threshold_study.effects import COMPARED, EFFECTS
-from studies.threshold_study.maps import OPTIONS, THRESHOLDS
 
 REPLICATES = 3
 TRIALS = 7
@@ -152,8 +152,6 @@ def write_results(results):
                 write_recorded(results.folder / plan.folder / f"{name}.csv", b"", table.sweeps)
     write_thresholds(results)
     write_findings(results)
-    write_maps(results)
-    write_levels(results)
     for number in range(REPLICATES):
         benchmark = f"s\th:m:s\tcpu_time\tmax_rss\n{50 + number}.0\t0:00\t-\t100.4\n"
         results.write(f"benchmarks/replicates/{number}.tsv", benchmark)
@@ -278,54 +276,6 @@ def write_findings(results):
     fails = findings["metric"].eq("TAS") & findings["scenario"].isin(["uneven", "two_pieces"])
     findings.loc[fails, "outlier_order"] = 47.5
     results.write(f"tables/{results.plans['beyond'].called}.csv", findings)
-
-
-def write_maps(results):
-    """The paper has 80 % right, thresholds twice as large certainly 90 %."""
-    options = {"tas": ("max_threshold", 1.0), "ras": ("max_threshold_deg", 10.0)}
-    rows = []
-    for name, (option, paper) in options.items():
-        metric = name.upper()
-        key = {"map": name, "part": "cube", "noise": 0.1 * paper}
-        rows += [
-            key | {"metric": metric, option: paper, "right_order": 80.0, "difference": 0.0},
-            key
-            | {"metric": f"{metric}({option}={2 * paper:g})", option: 2 * paper}
-            | {"right_order": 90.0, "difference": 10.0, "p": 0.001},
-            key | {"metric": "HalfDistance", "right_order": 95.0, "difference": 15.0},
-        ]
-    rows += [
-        {
-            "map": "registration",
-            "n_outliers": 80,
-            "metric": metric,
-            "difference": change,
-            "error": 1,
-        }
-        for metric, change in (("TAS(order=0.5)", -31.0), ("TAS(prescreen=0.3)", 0.5))
-    ]
-    columns = ["map", "part", "n_outliers", "noise", "metric", *OPTIONS]
-    columns += ["right_order", "difference", "error", "p"]
-    table = pd.DataFrame(rows).reindex(columns=columns)
-    results.write("tables/threshold_maps.csv", table)
-
-
-def write_levels(results):
-    """The distance at one quarter certainly is behind by 10 % where nothing is lost."""
-    rows = []
-    for metric, score, behind in (
-        ("TAS", None, None),
-        ("HalfDistance", 0.5, 0),
-        ("HalfDistance(score=0.25)", 0.25, 10),
-    ):
-        for level, outliers, n in (("noise", 0, 30), ("noise", 0, 300), ("outliers", 20, 100)):
-            found = {"part": f"cube_{n}", "geometry": "cube", "n_cameras": n, "level": level}
-            found |= {"n_outliers": outliers, "metric": metric, "score": score}
-            found |= {"right_order": 90 - (behind or 0), "p": 0.001 if behind else None}
-            found |= {"difference": behind and -behind, "error": 1 if behind else behind}
-            rows.append(found | {"scatter": score and 4.0, "in_noise": score and (n + 3000) / 10})
-        rows.append(rows[-1] | {"level": "noise"})
-    results.write("tables/threshold_levels.csv", pd.DataFrame(rows))
 
 
 @cache

@@ -10,7 +10,7 @@ from experiments.config import ConfigError, load, load_sweep
 from experiments.sweep import run_sweeps
 from studies.axes import Axis, axes_of, axis_names, plan
 from studies.study import Table
-from studies.threshold_study.maps import THRESHOLDS
+from studies.threshold_study import THRESHOLDS
 
 Tables = Mapping[str, Table]
 
