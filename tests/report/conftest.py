@@ -3,20 +3,17 @@
 import shutil
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cached_property
 from html.parser import HTMLParser
 from io import BytesIO
 from itertools import cycle, islice
 from pathlib import Path
-from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
 import pytest
 from PIL import Image
 
-import report.page
-import report.results
 from experiments.tables import write_recorded
 from report.__main__ import main
 from studies.axes import axes_of
@@ -32,12 +29,6 @@ REPLICATES = 3
 TRIALS = 7
 SETTINGS = (f"trials={TRIALS}", f"replicates={REPLICATES}")
 VERDICTS = ("reproduced", "not reproduced", "reproduced", "inconclusive", "reproduced")
-ORIGIN = {
-    "packages": {"numpy": "2.4.6"},
-    "git": {"commit": "c0ffee", "dirty": False},
-    "python": "3.11.7",
-    "platform": "Linux",
-}
 
 
 @dataclass(eq=False)
@@ -114,7 +105,7 @@ class Results:
 
     @cached_property
     def plans(self):
-        return report.results.plans(self.settings)
+        return plans(self.settings)
 
     def write(self, name, content):
         path = self.folder / name
@@ -148,8 +139,7 @@ def write_results(results):
             picture.save(buffer := BytesIO(), "PNG")
             results.write(f"figures/{name}.png", buffer.getvalue())
         for name, table in plan.tables.items():
-            with patch("experiments.tables._origin", return_value=ORIGIN):
-                write_recorded(results.folder / plan.folder / f"{name}.csv", b"", table.sweeps)
+            write_recorded(results.folder / plan.folder / f"{name}.csv", b"", table.sweeps)
     write_thresholds(results)
     write_findings(results)
     for number in range(REPLICATES):
@@ -276,19 +266,6 @@ def write_findings(results):
     fails = findings["metric"].eq("TAS") & findings["scenario"].isin(["uneven", "two_pieces"])
     findings.loc[fails, "outlier_order"] = 47.5
     results.write(f"tables/{results.plans['beyond'].called}.csv", findings)
-
-
-@cache
-def planned(settings):
-    return plans(settings)
-
-
-@pytest.fixture(scope="session", autouse=True)
-def claims_and_studies_are_read_once():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(report.page, "load_claims", cache(load_claims))
-        patch.setattr(report.results, "plans", lambda settings: planned(tuple(settings)))
-        yield
 
 
 @pytest.fixture(scope="session")
