@@ -13,7 +13,6 @@ from studies.order import (
     holm,
     order,
     orders,
-    shares,
     trials_needed,
     within,
 )
@@ -90,11 +89,6 @@ def test_what_has_no_value_cannot_be_put_in_order() -> None:
     assert order([[np.nan, 1.0], [2.0, 2.0]]).probability == 0.75
     assert order([[1.0, 1.0], [np.nan, 0.0]]).probability == 0.25
     assert order([[np.nan] * 2] * 2).probability == 0.5
-
-
-def test_any_pairs_of_levels_can_be_compared() -> None:
-    found = shares([[1, 2], [2, 3], [0, 0]], [(0, 2), (1, 2), (2, 0), (0, 1)])
-    assert [level.tolist() for level in found] == [[0.5, 0.4375], [0.1875, 0.25], [0.25, 0.25]]
 
 
 def test_an_interval_and_a_p_value_come_of_one_error() -> None:

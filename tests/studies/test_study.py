@@ -1,15 +1,13 @@
 """The paper's experiments as a study, and the settings of a table as they are handed on."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from experiments.config import ConfigError, Selection, experiment_names, load_sweep
-from experiments.tables import SWEEPS
+from experiments.config import ConfigError, experiment_names, load_sweep
 from studies import beyond
 from studies.paper import Experiments
-from studies.study import Table, found, plans
+from studies.study import found, plans
 
 
 def test_the_experiments_share_their_settings() -> None:
@@ -34,29 +32,12 @@ def test_the_studies_are_those_of_the_folders_in_the_order_of_the_report() -> No
         assert (study.show is not None) == (folder / "section.html.j2").exists()
 
 
-def test_settings_of_a_table_are_handed_on_whole_and_have_a_digest_of_their_own() -> None:
-    sweep = load_sweep(["experiment=combined"])
-    variants = [
-        replace(sweep, sigma_t=[0.1 + 0.2, 1e-9]),
-        replace(sweep, trials=51),
-        replace(sweep, changes="x=1"),
-        replace(sweep, selections=[Selection(["PAS"], {"sigma_t": [0.05]})]),
-    ]
-    tables = [Table((variant,)) for variant in (sweep, *variants)] + [Table((sweep, *variants))]
-    for table in tables:
-        assert SWEEPS.validate_json(table.json) == table.sweeps
-        assert table.digest == Table(SWEEPS.validate_json(table.json)).digest
-    assert len({table.digest for table in tables}) == len(tables)
-
-
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
         ("scenario: {a: {}}", "scenarios is missing; scenario is unknown"),
         ("scenarios: {a: {}}\nown: 5", "own is unknown"),
         ("scenarios: {a: {experiment: [a]}}", "scenarios.a: "),
-        ("scenarios: {a: {n_jobs: 1}}", "may not set n_jobs"),
-        ("scenarios: {a: {seed: many}}", "'seed': should be a valid integer"),
     ],
 )
 def test_the_file_of_a_study_is_named_with_the_key_at_fault(

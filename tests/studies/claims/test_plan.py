@@ -52,28 +52,13 @@ def test_replicates_differ_in_their_number_alone() -> None:
     assert len(first.sweeps) == len({claim.trials for claim in CLAIMS.needed(0)})
 
 
-def test_the_first_replicates_alone_have_what_other_readings_need() -> None:
-    tables = replicates(load_claims(7))
-    sizes = [len(table.sweeps) for table in tables.values()]
-    assert CLAIMS.replicates_of_readings == 3
-    assert sizes == [sizes[0]] * 3 + [len({claim.trials for claim in CLAIMS.needed(3)})] * 4
-    first, last = ({(sweep.name, sweep.changes): sweep for sweep in tables[k].sweeps} for k in "06")
-    assert set(last) < set(first)
-    for key, sweep in last.items():
-        more = evaluations(first[key])
-        assert all(set(own) <= set(more[cell]) for cell, own in evaluations(sweep).items())
-
-
 @pytest.mark.parametrize(
     ("override", "problem"),
     [
         ("metrics=[TAS]", "'metrics' cannot be set: the claims decide"),
-        ("experiment=outliers", "'experiment' cannot be set"),
-        ("replicate=1", "'replicate' cannot be set"),
         ("n_outliers=[0,1]", "needs trials of outliers with n_outliers 10"),
         ("trials=0", "'trials': should be greater than or equal to 1, not 0 (experiment="),
         ("trails=1", "unknown setting 'trails'"),
-        ("trials", "'trials' is not a setting"),
     ],
 )
 def test_settings_that_leave_claims_undecided_are_refused(override: str, problem: str) -> None:
@@ -104,14 +89,3 @@ def test_a_claim_needs_levels_to_compare(change: dict[str, Any], least: int) -> 
     name = "outliers-tas-discerns"
     with pytest.raises(ConfigError, match=f"'{name}' compares levels of .*, at least {least} of"):
         needed_cells(replace(CLAIMS.claims[name], **change), load_sweep(["experiment=outliers"]))
-
-
-def test_a_change_takes_the_cells_before_and_after_it_alone() -> None:
-    claim = replace(
-        CLAIMS.claims["outliers-range-maa"],
-        where={"sigma_t": [0.05, 0.1]},
-        before={"n_outliers": [0], "sigma_t": [0.05]},
-        after={"n_outliers": [50]},
-    )
-    found = needed_cells(claim, load_sweep(["experiment=outliers"]))
-    assert [(cell.n_outliers, cell.sigma_t) for cell in found] == [(0, 0.05), (50, 0.05), (50, 0.1)]

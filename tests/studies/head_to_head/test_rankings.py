@@ -56,22 +56,6 @@ def test_metrics_are_ranked_by_the_order_of_neighbours(make_up: MakeUp) -> None:
     assert f"ATE 100.0 > mAA {maa} = TAS {maa} > DTE" in to_markdown(table)
 
 
-def test_every_level_that_an_experiment_varies_is_ordered(make_up: MakeUp) -> None:
-    def constant(*_: object) -> float:
-        return 0.5
-
-    levels = {
-        "combined": ["noise", "rotation noise"],
-        "rotations": ["noise", "outliers"],
-        "maa_vs_pas_length": ["noise"],
-    }
-    sweeps = {name: load_sweep([f"experiment={name}", "trials=2"]) for name in levels}
-    found = compare_orders({name: make_up(sweeps[name], value=constant) for name in levels})
-    assert (found.loc[found["versus"].isna(), "order"] == 50).all()
-    for name, expected in levels.items():
-        assert list(dict.fromkeys(found.loc[found["experiment"] == name, "level"])) == expected
-
-
 def test_halves_are_of_the_same_trials_and_stand_beside_the_scores(make_up: MakeUp) -> None:
     given = ["trials=2", "n_outliers=[0,10]"]
     halves = plan(given)
