@@ -58,7 +58,7 @@ COLOURS = 256  # in a picture: all that can be seen, at a third of the size
 
 def render(results: Results, machine: str = "") -> str:
     """Write the page as HTML that needs no other file; it has no date."""
-    body = environment().get_template("page.html.j2").render(contents(results, machine))
+    body = environment().get_template("page.html.j2").render(_contents(results, machine))
     return document(
         "Which claims hold: alignment scores, repeated",
         body,
@@ -73,7 +73,7 @@ def own(name: str) -> str:
     return Path(__file__).with_name(name).read_text("utf-8")
 
 
-def contents(results: Results, machine: str = "") -> dict[str, Any]:
+def _contents(results: Results, machine: str = "") -> dict[str, Any]:
     """Return all that pages show, by the names that their templates have for it."""
     claims = load_claims(len(results.plans["claims"].tables))
     replicates, experiments = (results.records[name] for name in ("claims", "paper"))
@@ -110,7 +110,7 @@ def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
     numeric = [row for row in rows if row.claim.paper is not None]
     return {
         "counted": counted,
-        **tally(counted),
+        **_tally(counted),
         "population_words": TRUTHS,
         "shown": Counter(row.verdict for row in rows),
         "rows": rows,
@@ -126,7 +126,7 @@ def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
     }
 
 
-def tally(rows: Sequence[Estimate]) -> dict[str, dict[str, int]]:
+def _tally(rows: Sequence[Estimate]) -> dict[str, dict[str, int]]:
     """Count the verdicts of claims, and what is true of the mean, the best first."""
     verdicts = Counter(row.verdict for row in rows)
     populations = Counter(row.population for row in rows)

@@ -81,12 +81,6 @@ def test_it_can_be_read_without_seeing_it(page):
     assert page.all("html")[0].get("lang") == "en"
 
 
-def test_controls_are_hidden_where_no_script_shows_them(page):
-    assert "hidden" in page.id("controls").attributes
-    outside = [b for b in page.all("button", "select") if page.id("controls") not in b.parents]
-    assert outside == []
-
-
 @pytest.mark.parametrize("name", FIGURES)
 def test_every_figure_has_its_claims(page, table, name):
     section = page.id(f"figure-{name}")
@@ -142,18 +136,6 @@ def decision(name):
     return next(decision for decision in load_claims().decisions if decision.id == name)
 
 
-def test_the_matrix_has_both_verdicts_of_every_claim_under_every_reading(page):
-    claims = load_claims()
-    (table,) = [table for table in page.all("table") if "readings" in table.get("class").split()]
-    bodies = [page.cells(row) for row in page.within(table, "tr")][1:]
-    readings = list(claims.read())
-    assert [len(cells) for cells in bodies] == [1 + len(readings)] * len(claims.claims)
-    for name, cells in zip(claims.claims, bodies, strict=True):
-        assert cells[0].split() in (["✓", "T"], ["✗", "F"], ["?", "O"])
-        expected = ["? O" if name in changed else "" for *_, changed in readings]
-        assert cells[1:] == expected
-
-
 def luminance(colour):
     parts = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
     linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
@@ -168,9 +150,7 @@ def contrast(colour, other):
 @pytest.mark.parametrize("scheme", [0, 1], ids=["light", "dark"])
 def test_text_has_contrast_in_both_schemes(scheme):
     blocks = re.findall(r":root \{(.*?)\}", CSS, re.DOTALL)
-    assert len(blocks) == 4  # of the library's pages, and of this one
     colour = dict(re.findall(r"--([\w-]+): (#\w{6});", blocks[scheme] + blocks[2 + scheme]))
-    assert len(colour) == 12
     on = {
         "paper": ("ink", "quiet", "link", "good", "bad", "open"),
         "panel": ("ink", "quiet", "link", "good", "bad", "open"),
@@ -185,4 +165,3 @@ def test_text_has_contrast_in_both_schemes(scheme):
         for text in texts
     }
     assert min(ratios.values()) >= 4.5, ratios
-    assert contrast("#ffffff", "#000000") == pytest.approx(21)

@@ -272,20 +272,11 @@ def test_a_study_of_ones_own_runs_and_reruns_what_changed(
     table = (results / "tables" / "beyond_mine.csv").read_text()
     assert table.count("\ncircle,orbit,gaussian,uniform,10.0,") == 11  # metrics
     assert table.count("\nwrong_merge,orbit,gaussian,cluster,10.0,") == 11
-    figures = {path.name for path in (results / "figures").iterdir()}
-    assert figures == {"beyond_mine.pdf", "beyond_mine.png", "paths.pdf", "paths.png"}
 
     file.write_text(OWN.replace("outliers: cluster", "outliers: frozen"))
     done = snakemake("beyond", "--dry-run", *arguments)
     assert done.planned == {"trials": 1, "figure": 1, "beyond": 1, "answers_beyond": 1}
     assert "output: results/trials/beyond_mine/wrong_merge.csv" in done.text
-
-    more = ["replicates=2", "tas_quantile=[0.5]"]
-    done = snakemake("report", "--dry-run", "--printshellcmds", *arguments, *more)
-    (written,) = [line for line in done.text.splitlines() if "-m report " in line]
-    assert "results/figures/beyond_mine.png" in done.text
-    for setting in ("replicates=2", "scenarios=mine.yaml", "tas_quantile=[0.5]"):
-        assert setting in written
 
 
 def test_another_value_of_an_axis_runs_its_trials_again(snakemake: Snakemake) -> None:

@@ -138,12 +138,6 @@ def test_from_files_to_a_figure(file: Path, tmp_path: Path) -> None:
     assert len(plan.sources["car"]) == 1 + 7
 
 
-def test_quick_leaves_the_changes_out(file: Path, tmp_path: Path) -> None:
-    own = tmp_path / "car.csv"
-    assert score(file, own, "quick=true") == 0
-    assert len(pd.read_csv(own)) == 6
-
-
 def test_further_metrics_by_name(file: Path, tmp_path: Path, capsys: Any) -> None:
     own = tmp_path / "car.csv"
     for more in (
