@@ -3,10 +3,7 @@
 import json
 import shutil
 
-import pandas as pd
-import pytest
-
-from report.origin import command, time_of
+from report.origin import command
 
 
 def test_provenance_has_the_command_and_no_place(page, original):
@@ -47,12 +44,3 @@ def test_tables_of_another_origin_are_named(results):
     assert "git checkout" not in text
     assert "claims/2 Commit bad1dea, with changes that are not committed" in text
     assert "Not recorded" in text
-
-
-@pytest.mark.parametrize(
-    ("seconds", "words"),
-    [(0.0, "0.0 s"), (59.95, "1 min 00 s"), (3599.5, "1 h 00 min 00 s"), (None, "–")],
-)
-def test_durations(seconds, words):
-    jobs = pd.DataFrame({"job": ["a"], "s": [seconds]}, dtype=None).astype({"s": float})
-    assert time_of(jobs, "a") == words

@@ -55,19 +55,6 @@ def test_dependence_is_a_share_of_the_range_of_means() -> None:
     assert statistics.dependence(table, "DTE", ["sigma_t"], "mean") == pytest.approx(75)
 
 
-def test_dependence_in_some_cells_is_a_share_of_the_range_in_all() -> None:
-    """At the first noise level the mean moves by 1, of 4 in all; there alone the range is 1."""
-    table = trials(n_cameras=[10, 20, 10, 20], sigma_t=[1, 1, 2, 2], DTE=[1, 2, 4, 5])
-    at = {"sigma_t": [1.0]}
-    assert statistics.dependence(table, "DTE", ["n_cameras"], "mean", at) == pytest.approx(25)
-    few = statistics.select(table, at)
-    assert statistics.dependence(few, "DTE", ["n_cameras"], "mean") == pytest.approx(100)
-    ratio = statistics.relative_dependence(
-        table.assign(TAS=[0, 2, 4, 4]), "TAS", "DTE", ["n_cameras"], "mean", at
-    )
-    assert ratio == pytest.approx(200)
-
-
 def test_dependence_sees_what_rises_and_falls_again() -> None:
     """Kendall's tau does not: its pairs up and down cancel."""
     table = trials(n_cameras=[10, 40, 200] * 2, sigma_t=[1] * 3 + [2] * 3, TAS=[3, 2, 3, 1, 0, 1])

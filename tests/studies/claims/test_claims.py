@@ -3,7 +3,6 @@
 import json
 from copy import deepcopy
 from dataclasses import replace
-from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -139,32 +138,3 @@ def test_a_broken_file_is_refused_in_one_line(
     _, _, found = str(caught.value).partition("claims.yaml: ")
     assert found.startswith(problem)
     assert "\n" not in found
-
-
-@pytest.mark.parametrize(
-    ("name", "text", "interval"),
-    [
-        (
-            "combined-range-pas-rotation",
-            "change of the range of PAS, % (sigma_r_deg 1 → sigma_r_deg 9)",
-            (12.5, 13.5),
-        ),
-        (
-            "outliers-ate-blind",
-            "τ of ATE with sigma_t, positive where worse "
-            "(n_outliers 1, sigma_t 0.01/0.03/0.05/0.07/0.1)",
-            (-inf, 0.5),
-        ),
-        (
-            "thresholds-ras-lower",
-            "width of the range of RAS(max_threshold_deg=8) relative to RAS, % "
-            "(n_outliers 10, sigma_r_deg 1/5/10)",
-            (-20, 20),
-        ),
-    ],
-)
-def test_claims_in_words_and_the_interval_in_which_they_hold(
-    name: str, text: str, interval: tuple[float, float]
-) -> None:
-    claim = CLAIMS.claims[name]
-    assert (claim.describe(), claim.interval) == (text, interval)
