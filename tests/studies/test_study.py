@@ -30,23 +30,3 @@ def test_the_studies_are_those_of_the_folders_in_the_order_of_the_report() -> No
     for study in found():
         folder = Path(beyond.__file__).parents[1] / study.name
         assert (study.show is not None) == (folder / "section.html.j2").exists()
-
-
-@pytest.mark.parametrize(
-    ("text", "problem"),
-    [
-        ("scenario: {a: {}}", "scenarios is missing; scenario is unknown"),
-        ("scenarios: {a: {}}\nown: 5", "own is unknown"),
-        ("scenarios: {a: {experiment: [a]}}", "scenarios.a: "),
-    ],
-)
-def test_the_file_of_a_study_is_named_with_the_key_at_fault(
-    tmp_path: Path, text: str, problem: str
-) -> None:
-    path = tmp_path / "own.yaml"
-    path.write_text(text)
-    with pytest.raises(ConfigError) as caught:
-        _ = plans([f"scenarios={path}"])["beyond"].tables
-    assert str(caught.value).startswith(f"{path}: ")
-    assert problem in str(caught.value)
-    assert "\n" not in str(caught.value)
