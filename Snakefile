@@ -7,18 +7,11 @@
 #   snakemake head_to_head                    which metric orders neighbouring levels best
 #   snakemake threshold_study                 what the paper's thresholds cost and gain
 #   snakemake threshold_study --config tas_max_threshold=[0.5,1,1.5]    your own values
-#   snakemake registration_study              the paper's registration and the refined one
 #   snakemake beyond                          what the paper leaves out: paths, errors, outliers
 #   snakemake beyond --config scenarios=my.yaml    a study of your own (docs/how-to/parameter-study.md)
-#   snakemake frame_rate                      what the frame rate does to each metric
-#   snakemake frame_rate --config trajectories=my.yaml    to your own trajectories, too
-#   snakemake protocols                       other projects' protocols beside the new scores
 #   snakemake real --config benchmark=my.yaml    which metric tells your own systems apart
-# And what is made of all of them:
+# And all of them:
 #   snakemake report                          all of it on one page, results/report.html
-#   snakemake crate                           and a description of the results for archives (RO-Crate)
-#   snakemake explorer                        a page to play with: the scores at any threshold
-#   snakemake article                         the replication as an article, results/article.html
 import sys
 
 sys.path.insert(0, workflow.basedir)

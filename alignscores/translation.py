@@ -140,8 +140,8 @@ def tas(
     about 0.02 for 100 cameras). It is deterministic where no more than `n_hypotheses` triplets of
     cameras exist, up to 19 cameras by default: all are tried, so that the result is exact over
     triplets. The refined one tries all triplets of up to 30
-    cameras, so that no seed matters there, and hardly scatters beyond (``snakemake
-    registration_study``: by at most 0.0006); ``docs/explanation/registration.md`` derives it.
+    cameras, so that no seed matters there, and hardly scatters beyond (by at most
+    0.0006); ``docs/explanation/registration.md`` derives it.
 
     O(n log n + n_hypotheses * n) time, O(n) memory.
 

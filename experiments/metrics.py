@@ -47,7 +47,6 @@ from .scenes import Scene
 
 __all__ = ["LARGEST", "METRICS", "MOST", "Column", "Evaluation", "Options", "Positive", "Scenes"]
 __all__ += ["TrialMetric", "evaluate"]
-__all__ += ["order_statistic"]
 
 
 LARGEST = 1e100  # noise, length or volume: they are squared, and a double ends at 1e308
@@ -397,7 +396,7 @@ class Evaluation:
         """Return d of the paper for any quantile, an order statistic or between two."""
         if interpolated:
             return float(np.quantile(self._closest_pairs, quantile))
-        return order_statistic(self._closest_pairs, quantile)
+        return _order_statistic(self._closest_pairs, quantile)
 
     @cached_property
     def _closest_pairs(self) -> Floats:
@@ -439,7 +438,7 @@ def _score(errors: Floats, unit: float, largest: float, count: float) -> float:
     return AlignmentScore(errors, unit * equal_steps(largest, int(count), "largest")).score
 
 
-def order_statistic(ascending: Floats, quantile: float) -> float:
+def _order_statistic(ascending: Floats, quantile: float) -> float:
     """Return the ceil(q n)-th smallest of n values in ascending order."""
     return float(ascending[ceil(_exact(quantile * len(ascending))) - 1])
 

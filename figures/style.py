@@ -9,12 +9,11 @@ import matplotlib.style
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.text import Annotation, Text
 
 from alignscores.arrays import Floats
-from experiments.metrics import Column
 
 COLUMN = 3.3  # width of a column of the paper in inches
 PAGE = 6.9  # width of its text
@@ -24,14 +23,6 @@ SMALL, TEXT, TITLE = 6.0, 6.5, 7.5  # sizes of the type in points
 INK = "0.15"  # text and axes
 FAINT = "0.38"  # remarks
 GREY_BAND = "0.935"  # what all series together span
-
-NAMES = {  # of metrics
-    "HalfDistance": "half-score distance",
-    "HalfDistance(score=0.25)": "quarter-score distance",
-    "HalfAngle": "half-score angle",
-    "HalfAngle(score=0.25)": "quarter-score angle",
-    "TAS(registration=refined, max_threshold=2)": "TAS, refined, 2 d",
-}
 
 CELLS = "Blues"  # colours of cells, light to dark, so that they read in greyscale
 
@@ -145,17 +136,6 @@ def as_rows(axes: Axes) -> None:
     axes.spines["left"].set_visible(False)
 
 
-def metric_name(metric: str) -> str:
-    """Return what a metric with options is called beside a row."""
-    if metric in NAMES:
-        return NAMES[metric]
-    column = Column.parse(metric)
-    name, options = NAMES.get(column.name, column.name), dict(column.options)
-    if "score" in options:
-        name = f"{name.removeprefix('half-score ')} at {options.pop('score')}"
-    return ", ".join([name, *options.values()])
-
-
 def remark(axes: Axes, title: Text, text: str) -> Annotation:
     """Write a remark behind a title, on its line."""
     offset = (2.5, 1.75)  # the title's box reaches below its line
@@ -171,7 +151,7 @@ def note(
     )
 
 
-def key(figure: Figure | SubFigure, handles: Mapping[str, Artist], **options: Any) -> Legend:
+def key(figure: Figure, handles: Mapping[str, Artist], **options: Any) -> Legend:
     """Draw a key in one row, of what lines and marks stand for, by its words."""
     chosen = {"ncols": len(handles), "fontsize": SMALL, **options}
     return figure.legend(list(handles.values()), list(handles), **chosen)

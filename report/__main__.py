@@ -1,4 +1,4 @@
-"""Write the report or the article: ``python -m report RESULTS --output HTML``."""
+"""Write the report: ``python -m report RESULTS --output HTML``."""
 
 import sys
 from argparse import ArgumentParser, Namespace
@@ -8,7 +8,7 @@ from pathlib import Path
 from experiments.command import run_command
 from experiments.tables import write_files
 
-from . import article, page
+from . import page
 from .results import Results
 
 
@@ -23,14 +23,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = "what snakemake --config was given, but for how it was run"
     parser.add_argument("--settings", nargs="*", default=[], metavar="key=value", help=given)
     parser.add_argument("--machine", default="", help="where it was run, in words")
-    parser.add_argument("--article", action="store_true", help="write the article instead")
     parser.add_argument("--output", type=Path, required=True, metavar="HTML")
     return run_command(parser, _work, arguments)
 
 
 def _work(options: Namespace) -> list[Path]:
-    render = article.render if options.article else page.render
-    text = render(Results(options.results, options.settings), options.machine)
+    text = page.render(Results(options.results, options.settings), options.machine)
     return write_files({options.output: text.encode()})
 
 

@@ -51,11 +51,6 @@ REPLACEMENTS = {  # by filter, what is replaced in a text that has been escaped
         (" %", f"{SPACE}%"),
         (" at ", "\u00a0at\u00a0"),
     ),
-    "short": (  # names of metrics with their options, as tables have room for
-        (r"\(registration=refined, ?max_threshold=2\)", " refined 2 d"),
-        (r"\(registration=refined\)", " refined"),
-        (r"Half(\w+)\(score=0.25\)", r"Quarter\1"),
-    ),
 }
 WIDE = 1500  # pixels: 5 inches
 COLOURS = 256  # in a picture: all that can be seen, at a third of the size
@@ -63,7 +58,7 @@ COLOURS = 256  # in a picture: all that can be seen, at a third of the size
 
 def render(results: Results, machine: str = "") -> str:
     """Write the page as HTML that needs no other file; it has no date."""
-    body = environment().get_template("page.html.j2").render(contents(results, machine))
+    body = environment().get_template("page.html.j2").render(_contents(results, machine))
     return document(
         "Which claims hold: alignment scores, repeated",
         body,
@@ -78,7 +73,7 @@ def own(name: str) -> str:
     return Path(__file__).with_name(name).read_text("utf-8")
 
 
-def contents(results: Results, machine: str = "") -> dict[str, Any]:
+def _contents(results: Results, machine: str = "") -> dict[str, Any]:
     """Return all that pages show, by the names that their templates have for it."""
     claims = load_claims(len(results.plans["claims"].tables))
     replicates, experiments = (results.records[name] for name in ("claims", "paper"))
@@ -115,7 +110,7 @@ def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
     numeric = [row for row in rows if row.claim.paper is not None]
     return {
         "counted": counted,
-        **tally(counted),
+        **_tally(counted),
         "population_words": TRUTHS,
         "shown": Counter(row.verdict for row in rows),
         "rows": rows,
@@ -131,7 +126,7 @@ def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
     }
 
 
-def tally(rows: Sequence[Estimate]) -> dict[str, dict[str, int]]:
+def _tally(rows: Sequence[Estimate]) -> dict[str, dict[str, int]]:
     """Count the verdicts of claims, and what is true of the mean, the best first."""
     verdicts = Counter(row.verdict for row in rows)
     populations = Counter(row.population for row in rows)
@@ -158,10 +153,10 @@ def _table1(table: pd.DataFrame) -> dict[str, Any]:
 
 
 @cache
-def environment(folder: Path = Path(__file__).parent) -> Environment:
-    """Return how the templates of a folder are read, with filters for the paper's terms."""
+def environment() -> Environment:
+    """Return how templates are read, with filters for the paper's terms."""
     made = Environment(
-        loader=FileSystemLoader([folder, *studies.__path__]),
+        loader=FileSystemLoader([Path(__file__).parent, *studies.__path__]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

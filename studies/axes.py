@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -47,9 +46,6 @@ class AxesFile(Section):
 
     axes: dict[str, _Axis]
     trials: dict[TableName, Part]
-    settings: Any = None  # what else a study has, which it reads by itself
-    maps: Any = None
-    levels: Any = None
 
 
 @dataclass(frozen=True)
@@ -106,10 +102,11 @@ def axis_with(path: Path, name: str, values: str | Sequence[object]) -> Axis:
     known = read_yaml(path, AxesFile).axes
     if name not in known:
         raise ConfigError(f"unknown axis {name!r}; the axes are {', '.join(known)}")
-    axis = _axis(name, known[name], _list(name, values) if isinstance(values, str) else values)
-    for value in axis.values:
+    entry, given = known[name], _list(name, values) if isinstance(values, str) else values
+    for value in map(_write, given):
         with naming(f"setting {name!r}: "):
-            Column.parse(f"{axis.metric}({axis.option}={value})")
+            Column.parse(f"{entry.metric}({entry.option}={value})")
+    axis = _axis(name, entry, given)
     if len(axis.values) < 2:
         raise ConfigError(f"setting {name!r} needs another value than the paper's {axis.paper}")
     return axis
@@ -164,13 +161,9 @@ def _list(name: str, text: str) -> list[str]:
 
 
 def _axis(name: str, entry: _Axis, values: Sequence[object]) -> Axis:
-    """Make an axis of what the file has for it and of its values; numbers are sorted."""
+    """Return an axis with the values in their order, the paper's among them."""
     paper = _write(entry.paper)
-    written = dict.fromkeys([*map(_write, values), paper])
-    try:
-        ordered = sorted(written, key=float)
-    except ValueError:  # words, the paper's first
-        ordered = sorted(written, key=lambda value: value != paper)
+    ordered = sorted({*map(_write, values), paper}, key=float)
     return Axis(name, entry.metric, entry.option, paper, tuple(ordered))
 
 

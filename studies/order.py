@@ -7,7 +7,7 @@ of DeLong, DeLong and Clarke-Pearson (Biometrics 1988), for the mean over severa
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, pairwise, permutations
+from itertools import combinations, pairwise
 from math import ceil, inf
 
 import numpy as np
@@ -60,15 +60,11 @@ class Task:
 
     samples: Sequence[pd.DataFrame]
     pairs: Sequence[tuple[int, int]]
-    units: Sequence[int]  # draws of cameras that samples are of: those of one are not independent
 
     def shares(self, metric: str) -> Floats:
-        """Return each draw's share of the probability of the right order, (units, trials)."""
+        """Return each trial's share of the probability of the right order, (samples, trials)."""
         values = [sign(metric) * sample[metric].to_numpy() for sample in self.samples]
-        totals = np.zeros((max(self.units) + 1, len(values[0])))
-        for unit, found in zip(self.units, shares(values, self.pairs), strict=True):
-            totals[unit] += found
-        return totals
+        return np.array(shares(values, self.pairs))
 
 
 def sign(metric: str) -> int:
@@ -101,33 +97,7 @@ def within(trials: pd.DataFrame, level: str) -> Task:
         first = len(samples)
         samples += [sample for _, sample in group.groupby(level)]
         pairs += pairwise(range(first, len(samples)))
-    return Task(samples, pairs, range(len(samples)))
-
-
-def paired(trials: pd.DataFrame, levels: list[str]) -> Task:
-    """Compare the first level with the second, the third with the fourth, and so on."""
-    samples = [sample for _, sample in trials.groupby(levels)]
-    pairs = [(k, k + 1) for k in range(0, len(samples) - 1, 2)]
-    return Task(samples, pairs, range(len(samples)))
-
-
-def across(
-    trials: pd.DataFrame, level: str, other: str, *, same_draws: bool = False, differ: bool = True
-) -> Task:
-    """Compare neighbouring levels where another setting differs, each value with each other one.
-
-    With `same_draws` the same cameras are seen at all values of the other setting; it is the same
-    for both without `differ`.
-    """
-    names, samples = zip(*trials.groupby([level, other]), strict=True)
-    levels, others = (sorted(trials[name].unique()) for name in (level, other))
-    pairs = [
-        (names.index((low, a)), names.index((high, b)))
-        for low, high in pairwise(levels)
-        for a, b in (permutations(others, 2) if differ else zip(others, others, strict=True))
-    ]
-    units = [levels.index(key[0]) if same_draws else place for place, key in enumerate(names)]
-    return Task(samples, pairs, units)
+    return Task(samples, pairs)
 
 
 def shares(values: Sequence[ArrayLike], pairs: Sequence[tuple[int, int]]) -> list[Floats]:
@@ -180,17 +150,6 @@ def compare(
     alone = {metric: estimate(own).rounded for metric, own in found.items()}
     pairs = combinations(metrics, 2)
     return alone, {(a, b): estimate(found[a] - found[b]).rounded for a, b in pairs}
-
-
-def beside(found: Floats, other: Floats) -> dict[str, float]:
-    """Return an order, and the difference from another of the same trials, in per cent."""
-    difference = estimate(found - other)
-    return {
-        "right_order": 100 * estimate(found).probability,
-        "difference": 100 * difference.probability,
-        "error": 100 * difference.error,
-        "p": np.nan if found is other else difference.p_value,  # none beside itself
-    }
 
 
 def apart(trials: pd.DataFrame, level: str, metric: str) -> dict[int, Order]:

@@ -13,14 +13,12 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import pandas as pd
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, model_validator
 
 import studies
 from experiments.command import ConfigError
 from experiments.config import CONFIG_DIR, EXECUTION, Sweep, load_sweep, require, split_override
 from experiments.tables import SWEEPS, Record, Trials
-
-EVERY = "every="  # in the column `settings` of tables with several frame rates
 
 
 @dataclass(frozen=True)
@@ -198,7 +196,6 @@ def table_name(name: str) -> str:
 
 
 TableName = Annotated[str, AfterValidator(table_name)]
-Rates = Annotated[list[int], Field(min_length=1)]
 
 
 class Section(BaseModel):
@@ -244,16 +241,6 @@ def resolve(
         with naming(f"{path}: {key}.{name}: "):
             sweeps[name] = load_sweep(overrides, settings)
     return sweeps
-
-
-def at_rates(sweep: Sweep, rates: Sequence[int]) -> Table:
-    """Return the table of the same trials at several frame rates."""
-    return Table(tuple(replace(sweep, every=k, changes=f"{EVERY}{k}") for k in rates))
-
-
-def rates_of(table: pd.DataFrame) -> pd.Series:
-    """Return the frame rate of each trial in such a table."""
-    return table["settings"].str.removeprefix(EVERY).astype(int)
 
 
 def reject(overrides: Sequence[str], keys: Sequence[str], reason: str) -> None:

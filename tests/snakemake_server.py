@@ -10,7 +10,7 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-__all__ = ["copied_project", "run_snakemake"]
+__all__ = ["copied_project", "home", "run_snakemake"]
 
 ROOT = Path(__file__).resolve().parents[1]
 FORKS = get_context("forkserver")
@@ -21,8 +21,17 @@ FORKS.set_forkserver_preload(["snakemake.cli", *LATE, WARM])
 Run = Callable[[Sequence[str], Path, Path], int | None]
 
 
+def home(folder: Path) -> dict[str, str]:
+    """Return the variables that make a folder the home: Snakemake needs one it can write to."""
+    kinds = {"XDG_CACHE_HOME": "cache", "XDG_CONFIG_HOME": "config", "XDG_DATA_HOME": "data"}
+    return {"HOME": str(folder), **{name: str(folder / kind) for name, kind in kinds.items()}}
+
+
 def run_snakemake(arguments: Sequence[str], folder: Path, log: Path) -> int | None:
-    """Run it in a folder, have what it says written to a file, and return the exit code."""
+    """Run it in a folder, have what it says written to a file, and return the exit code.
+
+    Its home is beside the log.
+    """
     process = FORKS.Process(target=_run, args=(arguments, folder, log))
     process.start()
     try:
@@ -53,6 +62,7 @@ def copied_project(project: Path) -> Iterator[Run]:
 
 
 def _run(arguments: Sequence[str], folder: Path, log: Path) -> None:
+    os.environ |= home(log.parent / "home")
     os.chdir(folder)
     with log.open("w") as stream:
         os.dup2(stream.fileno(), 1)

@@ -1,6 +1,5 @@
 """What all plans of the project begin with, for the server that they are forks of."""
 
-from experiments import camera_errors  # noqa: F401
 from experiments.config import experiment_names, load_sweep
 from studies.study import found
 

@@ -49,7 +49,6 @@ BLOCK = re.compile(r"^( *)```(\w[\w-]*|\{[\w-]+\})[^\n]*\n(.*?)^\1```$", re.MULT
 FILE = re.compile(r"# ([\w-]+\.(?:yaml|txt)|Snakefile)\n")
 RUNS = {"bash", "console", "python", "text", "yaml"}
 SHOWN = {"{argparse}", "{columns}", "{eval-rst}", "{literalinclude}", "{toctree}"}  # by Sphinx
-SHOWN |= {"jinja"}  # of the article
 SHOWN |= {"py"}  # what needs PyTorch, which the lock is without, or runs from elsewhere
 
 

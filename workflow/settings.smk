@@ -5,7 +5,6 @@ from pathlib import Path
 
 from alignscores.registration.kernel import LIBRARY
 from alignscores.texts import brief, printable
-from experiments.camera_errors import errors_of_scores
 from experiments.command import CommandError, ConfigError
 from experiments.config import EXECUTION, load, to_overrides
 from experiments.grid import cells
@@ -44,7 +43,7 @@ except FileNotFoundError:
     pass
 except OSError as error:
     sys.exit(f"snakemake: cannot use results_dir={RESULTS}: {error.strerror}")
-for key in ("scenarios", "trajectories", "benchmark"):
+for key in ("scenarios", "benchmark"):
     if not isinstance(config.get(key, ""), str):
         sys.exit(f"snakemake: {key} needs the name of a file, not {printable(brief(config[key]))}")
 CORES = workflow.cores or 1

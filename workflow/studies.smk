@@ -1,5 +1,4 @@
 # From the description of each study: its answers, its run times, its figures, and a target of its name.
-OWN_FRAME_RATES = RESULTS / "tables" / "frame_rate_trajectories.csv"
 FIGURE = RESULTS / "figures" / "{figure}.{ext}"
 NEEDS_OWN_FILE = "snakemake: {0.name} needs --config {0.own.key}=FILE"
 FIGURES = {name: (plan, figure) for plan in STUDIES.values() for name, figure in plan.figures.items()}
@@ -54,7 +53,6 @@ for plan in STUDIES.values():
             plan.study.name
         input:
             answers(plan),
-            OWN_FRAME_RATES if plan.study.name == "frame_rate" and "trajectories" in config else [],
             expand(FIGURE, figure=plan.figures, ext=["pdf", "png"]),
             lambda wildcards, plan=plan: [*chain(*tables(plan.study.name).values())], # those that were lost, too
         localrule: True
@@ -161,18 +159,3 @@ rule figure:
         "{sys.executable:q} -m figures {params.draw} {input.tables:q} "
         "--output {RESULTS:q}/figures/{wildcards.figure} > {log:q} 2>&1"
 
-
-rule own_frame_rates:
-    input:
-        TRIAL_CODE,
-        code("studies", "studies/frame_rate", "alignscores/trajectories"),
-        code("alignscores/trajectories/files"),
-        file=config.get("trajectories", []),
-    output:
-        OWN_FRAME_RATES,
-    localrule: True
-    log:
-        RESULTS / "logs" / "tables" / "frame_rate_trajectories.log",
-    shell:
-        "{sys.executable:q} -m studies frame_rate --part own --settings trajectories={input.file:q}"
-        " --output {output:q} > {log:q} 2>&1"

@@ -2,7 +2,6 @@
 const AlignmentCharts = (() => {
   "use strict";
   const NAMESPACE = "http://www.w3.org/2000/svg";
-  const LINE = 14; // pixels from one line of text to the next
 
   // Elements with attributes and children, which may be elements or text: of SVG, and of HTML.
   const maker = (create) => (name, attributes = {}, ...children) => {
@@ -53,7 +52,7 @@ const AlignmentCharts = (() => {
   }
 
   // An empty chart in place of what the host holds: grid, axes, and the scales to draw with. An axis
-  // is { domain, log, ticks, format, label }; a margin of the paper's edge is in pixels.
+  // is { domain, log, label }, that of y has a format; a margin of the paper's edge is in pixels.
   function frame(host, { label, x, y, height = 220, top = 12, right = 16, bottom = 40, left = 44 }) {
     const width = Math.max(host.clientWidth, 200);
     const svg = element("svg", {
@@ -62,16 +61,16 @@ const AlignmentCharts = (() => {
     const across = scale(x.domain, [left, width - right], x);
     const up = scale(y.domain, [height - bottom, top], y);
     const axes = element("g", { "aria-hidden": "true" });
-    for (const tick of y.ticks ?? up.ticks()) {
+    for (const tick of up.ticks()) {
       axes.append(
         element("path", { class: "grid", d: `M${left} ${up(tick)}H${width - right}` }),
         element("text", { x: left - 6, y: up(tick) + 4, "text-anchor": "end" }, (y.format ?? number)(tick)),
       );
     }
-    for (const tick of x.ticks ?? across.ticks(Math.min(6, width / 80))) {
+    for (const tick of across.ticks(Math.min(6, width / 80))) {
       axes.append(
         element("path", { class: "axis", d: `M${across(tick)} ${height - bottom}v4` }),
-        element("text", { x: across(tick), y: height - bottom + 16, "text-anchor": "middle" }, (x.format ?? number)(tick)),
+        element("text", { x: across(tick), y: height - bottom + 16, "text-anchor": "middle" }, number(tick)),
       );
     }
     axes.append(element("path", { class: "axis", d: `M${left} ${height - bottom}H${width - right}` }));
@@ -86,14 +85,13 @@ const AlignmentCharts = (() => {
   }
 
   // A line through points [x, y]; one that is not finite breaks it. A ghost is drawn faintly.
-  function line(chart, points, { colour = "currentColor", dash, width = 1.8, ghost = false, dots = false } = {}) {
+  function line(chart, points, { colour = "currentColor", dash, width = 1.8, ghost = false } = {}) {
     let path = "";
     let pen = "M";
     for (const [a, b] of points) {
       if (Number.isFinite(a) && Number.isFinite(b)) {
         path += `${pen}${chart.x(a).toFixed(1)} ${chart.y(b).toFixed(1)}`;
         pen = "L";
-        if (dots) chart.plot.append(element("circle", { cx: chart.x(a).toFixed(1), cy: chart.y(b).toFixed(1), r: 2.2, fill: colour }));
       } else pen = "M";
     }
     const drawn = element("path", {
@@ -101,32 +99,6 @@ const AlignmentCharts = (() => {
     });
     chart.plot.append(drawn);
     return drawn;
-  }
-
-  // The names of lines beside their ends, those that would overlap apart about their middle:
-  // { text, colour, y }. Light colours are darkened, to be read on white.
-  function endLabels(chart, labels) {
-    const apart = LINE - 2;
-    const groups = [];
-    for (const label of [...labels].sort((a, b) => b.y - a.y)) {
-      let group = { members: [label], middle: chart.y(label.y) };
-      while (groups.length) {
-        const before = groups[groups.length - 1];
-        const [n, m] = [before.members.length, group.members.length];
-        if (group.middle - before.middle >= apart * (n + m) / 2) break;
-        groups.pop();
-        group = { members: [...before.members, ...group.members], middle: (n * before.middle + m * group.middle) / (n + m) };
-      }
-      groups.push(group);
-    }
-    for (const { members, middle } of groups) {
-      const half = apart * (members.length - 1) / 2;
-      const first = Math.min(middle, chart.height - chart.bottom - half) - half;
-      members.forEach(({ text, colour }, k) => chart.plot.append(element("text", {
-        class: "end", x: chart.width - chart.right + 5, y: (first + apart * k + 4).toFixed(1), fill: colour,
-        style: `fill: color-mix(in srgb, ${colour} 60%, #1d2024)`,
-      }, text)));
-    }
   }
 
   // An upright rule with a word beside it, at the side where there is room.
@@ -215,5 +187,5 @@ const AlignmentCharts = (() => {
     observer.observe(host);
   }
 
-  return Object.freeze({ cursor, curves, element, endLabels, frame, html, line, number, responsive });
+  return Object.freeze({ cursor, curves, element, frame, html, line, number, responsive });
 })();

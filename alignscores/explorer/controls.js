@@ -87,7 +87,7 @@ const AlignmentControls = (() => {
     Object.assign(input, { min: 0, max: all.length - 1, step: 1 });
     input.addEventListener("input", () => change(all[Number(input.value)]));
     return (value) => {
-      const distances = all.map((one) => (one === value ? 0 : Math.abs(one - value))); // of infinities, too
+      const distances = all.map((one) => Math.abs(one - value));
       input.value = distances.indexOf(Math.min(...distances));
       output.textContent = describe(value);
       input.setAttribute("aria-valuetext", output.textContent);

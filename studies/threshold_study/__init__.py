@@ -1,4 +1,4 @@
-"""What the numbers that the paper chose by experience cost and gain, at every size of the noise."""
+"""What the numbers that the paper chose by experience cost and gain."""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,35 +8,30 @@ from experiments.command import ConfigError
 
 from .. import axes
 from ..study import Figure, Question, Study, Table
-from . import levels, maps
 from .effects import effects
-from .maps import THRESHOLDS
-from .words import show, to_markdown
+from .words import THRESHOLDS, show, to_markdown
 
 KINDS = ("tas", "ras", "pas", "registration")  # a table each; what the names of axes start with
-TABLES = [*(f"tables/{{}}_{kind}" for kind in KINDS), "tables/threshold_maps"]
-LEVELS = "tables/threshold_levels"
+TABLES = [f"tables/{{}}_{kind}" for kind in KINDS]
 
 
 def plan(overrides: Sequence[str]) -> Mapping[str, Table]:
-    """Return the tables in which one option varies at a time, and those of maps and levels."""
+    """Return the tables in which one option varies at a time."""
     for name in axes.axis_names(THRESHOLDS):
         if name.partition("_")[0] not in KINDS:
             kinds = ", ".join(f"{kind}_" for kind in KINDS)
             raise ConfigError(f"axis {name!r} must have a name that starts with {kinds}")
-    return axes.plan(THRESHOLDS, overrides) | maps.plan(overrides) | levels.plan(overrides)
+    return axes.plan(THRESHOLDS, overrides)
 
 
 def ask(question: Question) -> list[pd.DataFrame | str]:
-    """Return the effects of all values, the maps, the levels, and what they say in words."""
+    """Return the effects of all values, and what they say in words."""
     parts, times = question.by_name, question.times
     found = axes.axes_of(THRESHOLDS, {name: part.record.metrics for name, part in parts.items()})
     table = effects(found, {name: part.table for name, part in parts.items()})
     kind_of = table["axis"].str.partition("_")[0]
-    map_, read = maps.compare(parts), levels.compare(parts)
-    text = to_markdown(found, table, times, parts["outliers"].sweep.trials, map_)
-    text = f"{text}\n{levels.to_markdown(read)}"
-    return [*(table[kind_of == kind] for kind in KINDS), map_, read, text]
+    text = to_markdown(found, table, times, parts["outliers"].sweep.trials)
+    return [*(table[kind_of == kind] for kind in KINDS), text]
 
 
 STUDY = Study(
@@ -44,11 +39,8 @@ STUDY = Study(
     title="Thresholds",
     plan=plan,
     ask=ask,
-    answers=[*(f"{table}.csv" for table in [*TABLES, LEVELS]), "tables/{}.md"],
-    figures=[
-        Figure("studies.threshold_study.figure:draw", TABLES),
-        Figure("studies.threshold_study.figure:draw_levels", [LEVELS], "threshold_levels"),
-    ],
+    answers=[*(f"{table}.csv" for table in TABLES), "tables/{}.md"],
+    figures=[Figure("studies.threshold_study.figure:draw", TABLES)],
     show=show,
     place=20,
     keys=axes.axis_names(THRESHOLDS),

@@ -8,11 +8,11 @@ import pandas as pd
 
 from ..axes import Axis, axes_of, option_title, value_title
 from ..order import SIGNIFICANCE
-from ..study import Answer
+from ..study import Answer, config_file
 from ..words import NONE, document
-from . import levels, maps
 from .effects import COMPARED, EFFECTS
 
+THRESHOLDS = config_file("threshold_study")
 RELEVANT = 0.02  # of the paper's value
 SLOWER = 1.5  # ratio of run times from which they are worth a sentence
 NOTHING = "nothing that these trials can tell"
@@ -41,8 +41,6 @@ def choices(axes: Sequence[Axis], table: pd.DataFrame) -> list[Choice]:
         rows = table[table["axis"] == axis.name].set_index("value")
         costs, gains = [], []
         for name in COMPARED:
-            if name == "noise_order" and axis.option in maps.OPTIONS:
-                continue  # the maps answer it, at each size of the noise
             costs += _sentence(rows, axis, name, "better", "instead of")
             gains += _sentence(rows, axis, name, "worse", "against")
         others = [value_title(axis.option, value) for value in axis.values if value != axis.paper]
@@ -102,10 +100,8 @@ def method(trials: int) -> str:
     )
 
 
-def to_markdown(
-    axes: Sequence[Axis], table: pd.DataFrame, times: pd.DataFrame, trials: int, map_: pd.DataFrame
-) -> str:
-    """Write what the paper's values cost and gain, and what the maps say."""
+def to_markdown(axes: Sequence[Axis], table: pd.DataFrame, times: pd.DataFrame, trials: int) -> str:
+    """Write what the paper's values cost and gain."""
     found = choices(axes, table)
     return document(
         lead(found),
@@ -117,8 +113,6 @@ def to_markdown(
             for choice in found
         ],
         [f"- *{term}*: {text}" for term, text in TERMS.items()],
-        f"At every size of the noise. {maps.METHOD}",
-        [f"- {sentence}" for sentence in maps.sentences(map_)],
         "Processor time of one evaluation, where the values differ in it. It is another in\n"
         "every run and on every machine.",
         _times(axes, times),
@@ -136,12 +130,11 @@ def _times(axes: Sequence[Axis], times: pd.DataFrame) -> Iterator[str]:
 
 def show(answer: Answer) -> dict[str, Any]:
     """Return what the section is filled with."""
-    axes = axes_of(maps.THRESHOLDS, {name: one.metrics for name, one in answer.records.items()})
+    axes = axes_of(THRESHOLDS, {name: one.metrics for name, one in answer.records.items()})
     tables = answer.tables
     table = pd.concat([one for one in tables.values() if "paper" in one])
     times = tables[f"{answer.called}_time"]
     found = choices(axes, table)
-    _, read = levels.summaries(tables["threshold_levels"])
     return {
         "choices": found,
         "lead": lead(found),
@@ -151,10 +144,6 @@ def show(answer: Answer) -> dict[str, Any]:
         "effects": [EFFECTS[name] for name in COMPARED],
         "cameras": sorted(times["n_cameras"].unique()),
         "values": {axis.name: _values(axis, table, times) for axis in axes},
-        "maps": maps.sentences(tables["threshold_maps"]),
-        "maps_method": maps.METHOD,
-        "levels": read,
-        "levels_method": levels.METHOD,
     }
 
 

@@ -1,8 +1,5 @@
 import numpy as np
-import pytest
 
-from experiments.tables import TableError
-from figures import maa_vs_pas
 from studies.paper import FIGURES
 
 EXPERIMENTS = FIGURES["maa_vs_pas"]
@@ -17,12 +14,3 @@ def test_it_has_a_column_for_each_experiment(draw, run):
         lines = [line.get_ydata() for line in panel.lines if line.get_marker()]
         means = trials[panel.get_title(loc="left")].mean().unstack()
         np.testing.assert_allclose(lines, means, rtol=1e-12)
-
-
-def test_the_table_at_fault_is_named(run):
-    outliers, length, collinear = EXPERIMENTS
-    without = run(length, "metrics=[mAA]", "n_cameras=[10]")
-    with pytest.raises(
-        TableError, match=r"^results/trials/maa_vs_pas_length.csv has no column PAS"
-    ):
-        maa_vs_pas.draw(run(outliers), without, run(collinear))

@@ -40,20 +40,6 @@ def test_it_writes_both_files_the_same_bytes_in_another_process(table, tmp_path,
     assert [path.read_bytes() for path in written] == before
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code", "message"),
-    [
-        ([PATHS], 2, "required: --output"),
-        (["--help"], 0, "figures.noise:outliers, for example"),
-    ],
-)
-def test_a_wrong_command_is_refused_and_help_tells_how(capsys, arguments, code, message):
-    with pytest.raises(SystemExit) as stop:
-        main(arguments)
-    assert stop.value.code == code
-    assert message in " ".join("".join(capsys.readouterr()).split())
-
-
 def refused(capsys, tmp_path, *arguments):
     """Return the one line that a command is refused with."""
     output = tmp_path / "figures" / "figure"

@@ -1,5 +1,3 @@
-import matplotlib.figure
-import pytest
 from matplotlib.image import imread
 
 from figures.__main__ import write_figure
@@ -17,17 +15,3 @@ def test_fonts_are_embedded_as_truetype_and_there_is_no_date(draw, tmp_path):
     assert b"Software" not in png.read_bytes()
     assert b"A title" in png.read_bytes()
     assert imread(png).shape[1] == 990  # 3.3 inches, 300 dpi
-
-
-def test_nothing_is_left_where_drawing_fails(tmp_path, monkeypatch):
-    save = matplotlib.figure.Figure.savefig
-
-    def fail(self, *args, format, **kwargs):
-        if format == "png":
-            raise RuntimeError("no more ink")
-        save(self, *args, format=format, **kwargs)
-
-    monkeypatch.setattr(matplotlib.figure.Figure, "savefig", fail)
-    with pytest.raises(RuntimeError, match="no more ink"):
-        write_figure(matplotlib.figure.Figure(), tmp_path / "figure", "")
-    assert list(tmp_path.iterdir()) == []

@@ -1,11 +1,5 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
-
-from experiments.grid import CELL_SETTINGS
-from figures import noise
-from figures.panels import NAMES
 
 SERIES = {"trajectory_length": "n_cameras", "combined": "sigma_r_deg"}
 
@@ -52,13 +46,6 @@ def test_grey_and_bars_are_the_ranges_over_all_trials(draw, run):
         )
 
 
-def test_scores_share_their_axis_and_errors_start_at_zero(draw):
-    for metric, axes in panels(draw("combined")).items():
-        bottom, top = axes.get_ylim()
-        assert bottom == 0
-        assert (top == 1) == (metric not in {"ATE", "DTE"})
-
-
 def test_units_and_directions_are_those_of_the_metrics(draw):
     shown = {}
     for metric, axes in (panels(draw("rotations")) | panels(draw("combined"))).items():
@@ -72,23 +59,6 @@ def test_units_and_directions_are_those_of_the_metrics(draw):
         "ATE": ("↓", "2", True),
         "DTE": ("↓", "2", False),
     }
-
-
-def test_collinear_errors_are_on_a_logarithmic_axis(draw):
-    scales = {metric: axes.get_yscale() for metric, axes in panels(draw("collinear")).items()}
-    assert scales == {"ATE": "log", "DTE": "log", "mAA": "linear", "TAS": "linear"}
-
-
-def test_an_error_of_zero_makes_the_axis_linear(run):
-    trials = run("collinear")
-    exact = replace(trials, table=trials.table.assign(ATE=0.0))
-    assert panels(noise.collinear(exact))["ATE"].get_yscale() == "linear"
-
-
-def test_l1_and_l2_statistics_share_their_axes(draw):
-    axes = panels(draw("rotations"))
-    for statistic in ("Median", "Mean", "RMS"):
-        assert axes[f"{statistic}-1"].get_ylim() == axes[f"{statistic}-2"].get_ylim()
 
 
 @pytest.mark.parametrize(
@@ -113,7 +83,3 @@ def test_other_settings_are_drawn(draw, overrides, entries, remark):
     assert trials in [text.get_text() for text in glyphs.texts]
     texts = [text.get_text() for axes in figure.axes for text in axes.texts]
     assert any("not to scale" in text for text in texts) == remark  # uneven steps
-
-
-def test_every_setting_has_a_name():
-    assert set(NAMES) == set(CELL_SETTINGS)

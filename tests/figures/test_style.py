@@ -16,19 +16,6 @@ def test_series_are_told_apart_by_lightness(name, count):
     assert lightness[-1] < 80  # visible on paper
 
 
-@pytest.mark.parametrize(
-    ("metric", "name"),
-    [
-        ("TAS(registration=refined,max_threshold=2)", "TAS, refined, 2"),
-        ("HalfDistance", "half-score distance"),
-        ("HalfDistance(score=0.25)", "quarter-score distance"),
-        ("HalfDistance(score=0.3)", "distance at 0.3"),
-    ],
-)
-def test_metrics_are_called_by_what_they_are(metric, name):
-    assert style.metric_name(metric) == name
-
-
 def test_the_users_own_settings_change_nothing_and_are_not_changed(run):
     trials = run("collinear")
     default = picture(noise.collinear(trials))

@@ -3,43 +3,32 @@
 import shutil
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cached_property
 from html.parser import HTMLParser
 from io import BytesIO
 from itertools import cycle, islice
 from pathlib import Path
-from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
 import pytest
 from PIL import Image
 
-import report.page
-import report.results
 from experiments.tables import write_recorded
 from report.__main__ import main
-from studies.axes import axes_of, is_seeded
+from studies.axes import axes_of
 from studies.claims.claims import load_claims
 from studies.claims.verdicts import reading_title
 from studies.paper import FIGURES
 from studies.paper.table1 import CRITERIA, PAPER, PROPERTIES, ROWS
-from studies.protocols.orders import FOUND, KEYS, is_new
-from studies.registration_study import REGISTRATIONS
 from studies.study import plans
+from studies.threshold_study import THRESHOLDS
 from studies.threshold_study.effects import COMPARED, EFFECTS
-from studies.threshold_study.maps import OPTIONS, THRESHOLDS
 
 REPLICATES = 3
 TRIALS = 7
 SETTINGS = (f"trials={TRIALS}", f"replicates={REPLICATES}")
 VERDICTS = ("reproduced", "not reproduced", "reproduced", "inconclusive", "reproduced")
-ORIGIN = {
-    "packages": {"numpy": "2.4.6"},
-    "git": {"commit": "c0ffee", "dirty": False},
-    "python": "3.11.7",
-    "platform": "Linux",
-}
 
 
 @dataclass(eq=False)
@@ -116,7 +105,7 @@ class Results:
 
     @cached_property
     def plans(self):
-        return report.results.plans(self.settings)
+        return plans(self.settings)
 
     def write(self, name, content):
         path = self.folder / name
@@ -150,15 +139,9 @@ def write_results(results):
             picture.save(buffer := BytesIO(), "PNG")
             results.write(f"figures/{name}.png", buffer.getvalue())
         for name, table in plan.tables.items():
-            with patch("experiments.tables._origin", return_value=ORIGIN):
-                write_recorded(results.folder / plan.folder / f"{name}.csv", b"", table.sweeps)
+            write_recorded(results.folder / plan.folder / f"{name}.csv", b"", table.sweeps)
     write_thresholds(results)
-    write_registrations(results)
     write_findings(results)
-    write_maps(results)
-    write_levels(results)
-    write_frame_rates(results)
-    write_protocols(results)
     for number in range(REPLICATES):
         benchmark = f"s\th:m:s\tcpu_time\tmax_rss\n{50 + number}.0\t0:00\t-\t100.4\n"
         results.write(f"benchmarks/replicates/{number}.tsv", benchmark)
@@ -260,32 +243,6 @@ def write_thresholds(results):
     write_times(results, "threshold_study", axes, [100])
 
 
-def write_registrations(results):
-    """The paper's scores spread by 0.01 on inputs with outliers, the refined are 0.125 higher."""
-    rows, sweeps = [], sweeps_of(results, "registration_study")
-    for part, sweep in sweeps.items():
-        row = {"part": part, "geometry": sweep.geometry, "n_cameras": sweep.n_cameras[0]}
-        row |= {"n_outliers": None, "sigma_t": None, "trial": None}
-        if not is_seeded(sweep.metrics):
-            rows.append(row | {"statistic": "order of noise, %", "pcr99": 75.0, "refined": 87.5})
-            rows.append(row | {"statistic": "order of noise, %", "pcr99": 25.0, "refined": 62.5})
-            whole = {"n_cameras": None, "statistic": "dependence on cameras, %"}
-            rows.append(row | whole | {"pcr99": 12.5, "refined": 7.25})
-            continue
-        for outliers in sweep.n_outliers:
-            for sigma in sweep.sigma_t:
-                row |= {"n_outliers": outliers, "sigma_t": sigma, "trial": 0}
-                spread = {"pcr99": 0.01 if outliers else 0.002, "refined": 0.0001}
-                mean = {"pcr99": 0.5, "refined": 0.625}
-                rows += [row | {"statistic": name} | mean for name in ("mean", "largest")]
-                rows.append(row | {"statistic": "standard deviation"} | spread)
-    results.write("tables/registration_study.csv", pd.DataFrame(rows))
-    axes = axes_of(REGISTRATIONS, metrics_of(sweeps))
-    seeded = [sweep for sweep in sweeps.values() if is_seeded(sweep.metrics)]
-    cameras = sorted({sweep.n_cameras[0] for sweep in seeded})
-    write_times(results, "registration_study", axes, cameras)
-
-
 def write_times(results, name, axes, cameras):
     columns = ["n_cameras", "axis", "value", "milliseconds"]
     rows = [
@@ -309,101 +266,6 @@ def write_findings(results):
     fails = findings["metric"].eq("TAS") & findings["scenario"].isin(["uneven", "two_pieces"])
     findings.loc[fails, "outlier_order"] = 47.5
     results.write(f"tables/{results.plans['beyond'].called}.csv", findings)
-
-
-def write_maps(results):
-    """The paper has 80 % right, thresholds twice as large certainly 90 %."""
-    options = {"tas": ("max_threshold", 1.0), "ras": ("max_threshold_deg", 10.0)}
-    rows = []
-    for name, (option, paper) in options.items():
-        metric = name.upper()
-        key = {"map": name, "part": "cube", "noise": 0.1 * paper}
-        rows += [
-            key | {"metric": metric, option: paper, "right_order": 80.0, "difference": 0.0},
-            key
-            | {"metric": f"{metric}({option}={2 * paper:g})", option: 2 * paper}
-            | {"right_order": 90.0, "difference": 10.0, "p": 0.001},
-            key | {"metric": "HalfDistance", "right_order": 95.0, "difference": 15.0},
-        ]
-    rows += [
-        {
-            "map": "registration",
-            "n_outliers": 80,
-            "metric": metric,
-            "difference": change,
-            "error": 1,
-        }
-        for metric, change in (("TAS(order=0.5)", -31.0), ("TAS(prescreen=0.3)", 0.5))
-    ]
-    columns = ["map", "part", "n_outliers", "noise", "metric", *OPTIONS]
-    columns += ["right_order", "difference", "error", "p"]
-    table = pd.DataFrame(rows).reindex(columns=columns)
-    results.write("tables/threshold_maps.csv", table)
-
-
-def write_levels(results):
-    """The distance at one quarter certainly is behind by 10 % where nothing is lost."""
-    rows = []
-    for metric, score, behind in (
-        ("TAS", None, None),
-        ("HalfDistance", 0.5, 0),
-        ("HalfDistance(score=0.25)", 0.25, 10),
-    ):
-        for level, outliers, n in (("noise", 0, 30), ("noise", 0, 300), ("outliers", 20, 100)):
-            found = {"part": f"cube_{n}", "geometry": "cube", "n_cameras": n, "level": level}
-            found |= {"n_outliers": outliers, "metric": metric, "score": score}
-            found |= {"right_order": 90 - (behind or 0), "p": 0.001 if behind else None}
-            found |= {"difference": behind and -behind, "error": 1 if behind else behind}
-            rows.append(found | {"scatter": score and 4.0, "in_noise": score and (n + 3000) / 10})
-        rows.append(rows[-1] | {"level": "noise"})
-    results.write("tables/threshold_levels.csv", pd.DataFrame(rows))
-
-
-def write_frame_rates(results):
-    values = {"dependence": [40, 60], "order": [90, 92], "order_across": [56, 58]}
-    trials = {"trials": [8, 10], "trials_across": [100, np.inf]}
-    table = pd.concat(
-        pd.DataFrame({"scenario": ["car", "orbit"], "lost": lost, "metric": "TAS", "step": step})
-        .assign(**values)
-        .assign(**trials)
-        for lost in (0, 30)
-        for step in (15, 40)
-    )
-    results.write("tables/frame_rate.csv", table)
-    results.write("tables/frame_rate_means.csv", table[["scenario", "metric"]])
-
-
-def write_protocols(results):
-    """The TAS is 5 points ahead of the ATE, certainly but where parts are merged."""
-    table = pd.DataFrame(
-        dict.fromkeys([*KEYS, *FOUND])
-        | {"question": name, "asked": "noise", "metric": metric, "order": 75, "order_error": 1}
-        | {"trials": 10, "p_chance": 0.01, "p_behind": 0.5, "rival": "ATE" if new else "TAS"}
-        | {
-            "ahead": 5 if new else -5,
-            "ahead_error": 1,
-            "p_ahead": 0.3 if name == "merged" else 0.01,
-        }
-        for name, sweep in sweeps_of(results, "protocols").items()
-        for metric in sweep.metrics
-        for new in [is_new(metric)]
-    )
-    results.write("tables/protocols.csv", table.assign(order=table["order"] + table["ahead"]))
-    apart = table[["question", "asked", "metric", "order", "trials"]].assign(outliers=5)
-    results.write("tables/protocols_outliers.csv", apart)
-
-
-@cache
-def planned(settings):
-    return plans(settings)
-
-
-@pytest.fixture(scope="session", autouse=True)
-def claims_and_studies_are_read_once():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(report.page, "load_claims", cache(load_claims))
-        patch.setattr(report.results, "plans", lambda settings: planned(tuple(settings)))
-        yield
 
 
 @pytest.fixture(scope="session")

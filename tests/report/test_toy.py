@@ -5,10 +5,8 @@ from importlib import import_module, invalidate_caches
 
 import pytest
 
-import report.results
 import studies
 from report.page import environment
-from studies.study import plans
 
 from ..workflow.test_workflow import TOY
 from .conftest import Results, write_results
@@ -22,7 +20,6 @@ def toy(tmp_path, monkeypatch):
     for name, text in TOY.items():
         (folder / name).write_text(text)
     monkeypatch.setattr(studies, "__path__", [*studies.__path__, str(folder.parent)])
-    monkeypatch.setattr(report.results, "plans", plans)
     invalidate_caches()
     environment.cache_clear()
     yield import_module("studies.toy")
@@ -37,5 +34,5 @@ def test_a_new_study_has_its_section_its_figure_and_a_place_in_the_contents(toy,
     results.write("tables/toy.csv", "metric,mean\nTAS,0.75\nATE,1.5\n")
     page = results.page()
     assert "The mean TAS is 0.75." in page.id("toy").text
-    assert page.id("figure-toy").text.startswith("Figure 15 Means")
+    assert "Means" in page.id("figure-toy").text
     assert [link.text for link in page.all("a") if link.get("href") == "#toy"] == ["A toy"]

@@ -8,10 +8,9 @@ import pytest
 
 from experiments.config import ConfigError, load, load_sweep
 from experiments.sweep import run_sweeps
-from studies.axes import Axis, axes_of, axis_names, is_seeded, plan
-from studies.registration_study import REGISTRATIONS
-from studies.study import Table, plans
-from studies.threshold_study.maps import THRESHOLDS
+from studies.axes import Axis, axes_of, plan
+from studies.study import Table
+from studies.threshold_study import THRESHOLDS
 
 Tables = Mapping[str, Table]
 
@@ -26,11 +25,6 @@ def threshold() -> Tables:
     return plan(THRESHOLDS)
 
 
-@pytest.fixture(scope="module")
-def registration() -> Tables:
-    return plans(["tas_max_threshold=[3]"])["registration_study"].tables  # of the other study
-
-
 def test_the_papers_values_are_the_defaults_of_the_library(threshold: Tables) -> None:
     # `Axis.of` leaves the option out, so a wrong value here would compare it with itself.
     axes = axes_in(THRESHOLDS, threshold).values()
@@ -41,16 +35,6 @@ def test_the_papers_values_are_the_defaults_of_the_library(threshold: Tables) ->
     trials = run_sweeps([sweep], load(["backend=sequential"])[1])
     for metric, plain in written.items():
         assert (trials[metric] == trials[plain]).all()
-
-
-def test_axes_and_their_values(threshold: Tables, registration: Tables) -> None:
-    axes = axes_in(THRESHOLDS, threshold)
-    assert set(axes) == set(axis_names(THRESHOLDS))
-    assert axes["tas_max_threshold"].values == ("0.25", "0.5", "1", "2", "4")
-    assert axes["tas_n_thresholds"].values == ("5", "10", "100", "1000", "inf")
-    assert axes["registration_prescreen"].values == ("0.03", "0.1", "0.3", "inf")
-    (axis,) = axes_in(REGISTRATIONS, registration).values()
-    assert (axis.values, axis.paper) == (("pcr99", "refined"), "pcr99")
 
 
 def test_an_axis_can_be_given_and_keeps_the_papers_value() -> None:
@@ -65,32 +49,14 @@ def test_an_axis_can_be_given_and_keeps_the_papers_value() -> None:
     assert all("seed=" in metric and "RAS" not in metric for metric in seeds)
 
 
-def test_a_setting_given_wins_over_that_of_a_part() -> None:
-    study = plan(THRESHOLDS, ["trials=4", "n_outliers=[7]"])
-    for table in study.values():
-        assert (table.sweeps[0].trials, table.sweeps[0].n_outliers) == (4, [7])
-
-
-def test_a_value_counts_once_however_it_is_written() -> None:
-    given = ["tas_max_threshold=[1.0,0.50,5e-1]", "registration_order=[0.1234567]"]
-    axes = axes_in(THRESHOLDS, plan(THRESHOLDS, given))
-    assert axes["registration_order"].values == ("0.1", "0.1234567")
-    assert axes["tas_max_threshold"].values == ("0.5", "1")
-
-
 @pytest.mark.parametrize(
     ("override", "named"),
     [
         ("tas_max_threshold=2", "'tas_max_threshold' must be a list in brackets"),
-        ("tas_max_threshold=[2,]", "'tas_max_threshold' must be a list in brackets"),
         ("tas_max_threshold=[-2]", "'tas_max_threshold': metric 'TAS(max_threshold=-2)': "),
-        ("tas_max_threshold=[two]", "max_threshold should be a valid number, "),
         ("tas_max_treshold=[2]", "unknown setting 'tas_max_treshold'"),
         ("tas_max_threshold=[1.0]", "'tas_max_threshold' needs another value than the paper's 1"),
         ("metrics=[TAS]", "setting 'metrics' cannot be set: the study decides it"),
-        ("experiment=outliers", "setting 'experiment' cannot be set"),
-        ("trials=0", "'trials': should be greater than or equal to 1, not 0"),
-        ("trials", "'trials' is not a setting"),
     ],
 )
 def test_wrong_settings_are_named_in_one_line(override: str, named: str) -> None:
@@ -98,24 +64,3 @@ def test_wrong_settings_are_named_in_one_line(override: str, named: str) -> None
         plan(THRESHOLDS, [override])
     assert named in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_an_axis_without_another_value_is_refused() -> None:
-    with pytest.raises(ConfigError, match="'tas_registration' needs another value than the"):
-        plan(REGISTRATIONS, ["tas_registration=[pcr99]"])
-
-
-def test_inputs_of_the_registration_study(registration: Tables) -> None:
-    """None, 30 %, 50 % and 90 % of the cameras are lost."""
-    sweeps = {name: table.sweeps[0] for name, table in registration.items()}
-    inputs = {name: sweep for name, sweep in sweeps.items() if is_seeded(sweep.metrics)}
-    for name, sweep in inputs.items():
-        (n,) = sweep.n_cameras
-        shares = [round(k / n, 2) for k in sweep.n_outliers]
-        assert shares == pytest.approx([0, 0.3, 0.5, 0.9], abs=0.015)
-        assert len(sweep.metrics) == 2 * 10
-        assert name == f"{sweep.geometry}_{n}"
-    assert set(inputs) == {
-        f"{path}_{n}" for path in ("cube", "line", "uneven") for n in (37, 100, 500)
-    }
-    assert set(sweeps) - set(inputs) == {"outliers", "collinear", "trajectory_length"}

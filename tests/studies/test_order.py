@@ -9,13 +9,10 @@ from scipy import stats
 
 from studies.order import (
     Order,
-    across,
     compare,
-    estimate,
     holm,
     order,
     orders,
-    shares,
     trials_needed,
     within,
 )
@@ -94,11 +91,6 @@ def test_what_has_no_value_cannot_be_put_in_order() -> None:
     assert order([[np.nan] * 2] * 2).probability == 0.5
 
 
-def test_any_pairs_of_levels_can_be_compared() -> None:
-    found = shares([[1, 2], [2, 3], [0, 0]], [(0, 2), (1, 2), (2, 0), (0, 1)])
-    assert [level.tolist() for level in found] == [[0.5, 0.4375], [0.1875, 0.25], [0.25, 0.25]]
-
-
 def test_an_interval_and_a_p_value_come_of_one_error() -> None:
     found = Order(0.6, 0.05)
     assert found.interval == pytest.approx((0.502, 0.698), abs=1e-3)
@@ -107,13 +99,3 @@ def test_an_interval_and_a_p_value_come_of_one_error() -> None:
     # Without an error a difference is certain, and none is none.
     assert (Order(0.1, 0).p_value, Order(0, 0).p_value) == (0, 1)
     assert (Order(0.5, 0).p_above(0.5), Order(0.6, 0).p_above(0.5)) == (0.5, 0)
-
-
-def test_across_another_setting_each_value_meets_each_other() -> None:
-    """The error rises with the noise by 1, and by 3 with more cameras."""
-    table = pd.concat([table_of(ATE=[1, 2, 3]), table_of(ATE=[4, 5, 6]).assign(n_cameras=200)])
-    assert estimate(within(table, "sigma_t").shares("ATE")).probability == 1
-    task = across(table, "sigma_t", "n_cameras")
-    assert len(task.pairs) == 2 * 2
-    assert estimate(task.shares("ATE")).probability == 0.5
-    assert len(set(across(table, "sigma_t", "n_cameras", same_draws=True).units)) == 3

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from experiments.metrics import METRICS
 from studies import statistics
 
 
@@ -14,13 +13,6 @@ def trials(**columns: list[float]) -> pd.DataFrame:
     n = len(next(iter(columns.values())))
     settings = {"n_cameras": 100, "n_outliers": 0, "sigma_t": 0.01, "sigma_r_deg": 3.0}
     return pd.DataFrame({key: [value] * n for key, value in settings.items()} | columns)
-
-
-def test_range_change_counts_single_trials_or_means() -> None:
-    table = trials(sigma_t=[1, 1, 2, 2], A=[0, 4, 2, 6], B=[1, 2, 2, 3])
-    assert statistics.relative_range(table, "B", "A") == pytest.approx(100 * (2 / 6 - 1))
-    means = statistics.cell_means(table)
-    assert statistics.relative_range(means, "B", "A") == pytest.approx(100 * (1 / 2 - 1))
 
 
 def test_range_change_goes_from_some_cells_to_others() -> None:
@@ -57,64 +49,10 @@ def test_power_takes_the_smallest_the_largest_or_the_mean(
     assert found == pytest.approx(np.mean(both) if take == "mean" else of_both)
 
 
-def test_settings_that_rise_together_are_one_level() -> None:
-    table = trials(sigma_t=[1, 2, 3], sigma_r_deg=[10, 20, 30], PAS=[3, 2, 1])
-    assert statistics.powers(table, "PAS", ["sigma_t"]) == pytest.approx([1])
-
-
-def test_power_is_positive_where_the_metric_gets_worse_and_improvement_where_better() -> None:
-    scores = ["mAA", "mAA(n_thresholds=10)", "TAS", "RAS", "PAS"]
-    errors = ["ATE", "DTE", "DRE", "Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2"]
-    errors += ["d", "half_distance", "half_angle"]
-    assert {*scores, *errors} == {*METRICS, "mAA(n_thresholds=10)"}
-    rising = {metric: [0.1, 0.2, 0.3] for metric in (*scores, *errors)}
-    table = trials(**{"n_cameras": [10, 20, 30], **rising})
-    for metric in rising:
-        sign = -1 if metric in scores else 1
-        assert statistics.power(table, metric, ["n_cameras"], "smallest") == pytest.approx(sign)
-        better = statistics.improvement(table, metric, ["n_cameras"], "smallest")
-        assert better == pytest.approx(-sign)
-
-
-def test_half_a_tau_is_more_than_three_of_four_pairs_in_order() -> None:
-    """What it takes to discern, counted over all pairs of 50 trials at different levels."""
-    for n_levels, share in ((3, 0.81), (5, 0.78), (10, 0.76)):
-        levels = np.repeat(np.arange(n_levels), 50)
-        noise = np.random.default_rng(0).normal(size=levels.size)
-        different = levels[:, None] > levels
-        found = {}
-        for scale in np.linspace(0.5, 10, 200):
-            values = levels + scale * noise
-            tau = statistics.correlation(pd.Series(values), pd.Series(levels))
-            found[abs(tau - statistics.LEAST_POWER)] = (values[:, None] > values)[different].mean()
-        assert found[min(found)] == pytest.approx(share, abs=0.01)
-
-
 def test_dependence_is_a_share_of_the_range_of_means() -> None:
     table = trials(n_cameras=[10, 20, 10, 20], sigma_t=[1, 1, 2, 2], DTE=[1, 2, 4, 5])
     assert statistics.dependence(table, "DTE", ["n_cameras"], "mean") == pytest.approx(25)
     assert statistics.dependence(table, "DTE", ["sigma_t"], "mean") == pytest.approx(75)
-
-
-def test_dependence_takes_no_scatter_for_range() -> None:
-    scattered = [value + scatter for value in (1, 2, 4, 5) for scatter in (-3, 3)]
-    table = trials(
-        n_cameras=np.repeat([10, 20, 10, 20], 2), sigma_t=np.repeat([1, 1, 2, 2], 2), DTE=scattered
-    )
-    assert statistics.dependence(table, "DTE", ["n_cameras"], "mean") == pytest.approx(25)
-
-
-def test_dependence_in_some_cells_is_a_share_of_the_range_in_all() -> None:
-    """At the first noise level the mean moves by 1, of 4 in all; there alone the range is 1."""
-    table = trials(n_cameras=[10, 20, 10, 20], sigma_t=[1, 1, 2, 2], DTE=[1, 2, 4, 5])
-    at = {"sigma_t": [1.0]}
-    assert statistics.dependence(table, "DTE", ["n_cameras"], "mean", at) == pytest.approx(25)
-    few = statistics.select(table, at)
-    assert statistics.dependence(few, "DTE", ["n_cameras"], "mean") == pytest.approx(100)
-    ratio = statistics.relative_dependence(
-        table.assign(TAS=[0, 2, 4, 4]), "TAS", "DTE", ["n_cameras"], "mean", at
-    )
-    assert ratio == pytest.approx(200)
 
 
 def test_dependence_sees_what_rises_and_falls_again() -> None:
@@ -122,11 +60,6 @@ def test_dependence_sees_what_rises_and_falls_again() -> None:
     table = trials(n_cameras=[10, 40, 200] * 2, sigma_t=[1] * 3 + [2] * 3, TAS=[3, 2, 3, 1, 0, 1])
     assert statistics.dependence(table, "TAS", ["n_cameras"], "mean") == pytest.approx(100 / 3)
     assert statistics.improvement(table, "TAS", ["n_cameras"], "mean") == pytest.approx(0)
-
-
-def test_change_of_a_mean() -> None:
-    table = trials(n_cameras=[200, 10, 10], d=[0.3, 0.3, 0.5])
-    assert statistics.mean_change(table, "d", ["n_cameras"], "mean") == pytest.approx(-25)
 
 
 def test_joint_power_is_that_of_the_weaker_level() -> None:
@@ -137,34 +70,9 @@ def test_joint_power_is_that_of_the_weaker_level() -> None:
     assert statistics.joint_power(table, "DTE", ["sigma_t"], "mean") == 1
 
 
-def test_relative_dependence_compares_what_either_moves_in_its_own_range() -> None:
-    table = trials(
-        n_cameras=[10, 20, 10, 20], sigma_t=[1, 1, 2, 2], DTE=[1, 2, 4, 5], TAS=[0.9, 0.8, 0.2, 0.1]
-    )
-    ratio = statistics.relative_dependence(table, "TAS", "DTE", ["n_cameras"], "mean")
-    assert ratio == pytest.approx(100 * (0.1 / 0.8) / (1 / 4))
-
-
-def test_change_of_the_relative_dependence_is_that_of_some_cells() -> None:
-    """At the first noise level the TAS moves by 2 of 4, and by 1 in the mean; the DTE by 1."""
-    table = trials(
-        n_cameras=[10, 20, 10, 20], sigma_t=[1, 1, 2, 2], DTE=[1, 2, 4, 5], TAS=[0, 2, 4, 4]
-    )
-    change = statistics.relative_dependence_change(
-        table, "TAS", "DTE", ["n_cameras"], "mean", {"sigma_t": [1.0]}
-    )
-    assert change == pytest.approx(200 - 100)
-
-
 def test_initial_response_is_a_share_of_the_whole_change() -> None:
     table = trials(n_outliers=[50, 0, 1, 20], TAS=[0.5, 0.9, 0.8, 0.7])
     assert statistics.initial_response(table, "TAS", ["n_outliers"], "mean") == pytest.approx(25)
-
-
-def test_relative_initial_response_compares_the_shares() -> None:
-    table = trials(n_outliers=[0, 1, 50], TAS=[0.9, 0.8, 0.5], ATE=[1, 6, 11])
-    ratio = statistics.relative_initial_response(table, "TAS", "ATE", ["n_outliers"], "mean")
-    assert ratio == pytest.approx(100 * 0.25 / 0.5)
 
 
 def test_correlation_is_zero_where_nothing_varies() -> None:

@@ -1,15 +1,13 @@
 """The paper's experiments as a study, and the settings of a table as they are handed on."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from experiments.config import ConfigError, Selection, experiment_names, load_sweep
-from experiments.tables import SWEEPS
-from studies import beyond, frame_rate, protocols, threshold_study
+from experiments.config import ConfigError, experiment_names, load_sweep
+from studies import beyond
 from studies.paper import Experiments
-from studies.study import Study, Table, config_file, found, plans
+from studies.study import found, plans
 
 
 def test_the_experiments_share_their_settings() -> None:
@@ -27,60 +25,8 @@ def test_a_setting_that_does_not_suit_an_experiment_is_named_with_it() -> None:
 
 def test_the_studies_are_those_of_the_folders_in_the_order_of_the_report() -> None:
     assert [study.name for study in found()] == [
-        *("paper", "claims", "head_to_head", "threshold_study", "registration_study"),
-        *("beyond", "frame_rate", "protocols", "real"),
+        *("paper", "claims", "head_to_head", "threshold_study", "beyond", "real"),
     ]
     for study in found():
         folder = Path(beyond.__file__).parents[1] / study.name
         assert (study.show is not None) == (folder / "section.html.j2").exists()
-
-
-def test_settings_of_a_table_are_handed_on_whole_and_have_a_digest_of_their_own() -> None:
-    sweep = load_sweep(["experiment=combined"])
-    variants = [
-        replace(sweep, sigma_t=[0.1 + 0.2, 1e-9]),
-        replace(sweep, trials=51),
-        replace(sweep, changes="x=1"),
-        replace(sweep, selections=[Selection(["PAS"], {"sigma_t": [0.05]})]),
-    ]
-    tables = [Table((variant,)) for variant in (sweep, *variants)] + [Table((sweep, *variants))]
-    for table in tables:
-        assert SWEEPS.validate_json(table.json) == table.sweeps
-        assert table.digest == Table(SWEEPS.validate_json(table.json)).digest
-    assert len({table.digest for table in tables}) == len(tables)
-
-
-@pytest.mark.parametrize(
-    ("study", "name", "section", "first"),
-    [
-        (frame_rate.STUDY, "frame_rate.rates.FRAME_RATE", "scenarios", "car"),
-        (protocols.STUDY, "protocols.PROTOCOLS", "questions", "outliers"),
-        (threshold_study.STUDY, "threshold_study.THRESHOLDS", "trials", "outliers"),
-    ],
-)
-def test_the_file_of_a_study_is_named_with_the_key_at_fault(
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-    study: Study,
-    name: str,
-    section: str,
-    first: str,
-) -> None:
-    path = tmp_path / "own.yaml"
-    monkeypatch.setattr(f"studies.{name}", path)
-    text = config_file(study.name).read_text()
-    for old, new, problem in (
-        (f"\n{section}:", f"\n{section}s:", f"{section} is missing; {section}s is unknown"),
-        (f"\n{section}:", f"\nown: 5\n{section}:", "own is unknown"),
-        ("maa_vs_pas_outliers", "[a]", f"{section}.{first}: "),
-        ("experiment: maa", "n_jobs: 1, experiment: maa", "may not set n_jobs"),
-        ("experiment: maa", "seed: many, experiment: maa", "'seed': should be a valid integer"),
-    ):
-        if "\n  experiment" in text and old.startswith("experiment"):
-            new = new.replace(", ", "\n  ")
-        path.write_text(text.replace(old, new, 1))
-        with pytest.raises(ConfigError) as caught:
-            study.plan([])
-        assert str(caught.value).startswith(f"{path}: ")
-        assert problem in str(caught.value)
-        assert "\n" not in str(caught.value)

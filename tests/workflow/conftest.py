@@ -1,4 +1,4 @@
-"""Snakemake with the project's workflow, in an empty working directory."""
+"""Snakemake with the project's workflow, in an empty working directory and with an empty home."""
 
 import re
 from collections.abc import Callable, Iterator

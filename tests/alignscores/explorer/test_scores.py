@@ -1,9 +1,7 @@
 """What the pages compute in a browser is what Python computes, on random errors."""
 
 import json
-from fractions import Fraction
-from itertools import pairwise, product
-from math import ceil, inf, isnan
+from math import inf
 
 import numpy as np
 import pytest
@@ -17,17 +15,13 @@ CALLS = """
 const number = (value) => (Number.isFinite(value) ? value : String(value));
 const read = (values) => values.map((value) => (value === null ? Infinity : value));
 const cases = JSON.parse(document.getElementById("data").textContent);
-tell(cases.map(({ call, errors, levels, options, ...rest }) => {
+tell(cases.map(({ call, errors, options, ...rest }) => {
   const S = AlignmentScores;
   const own = { ...options };
-  if (own.thresholds === null) own.thresholds = Infinity;
   switch (call) {
     case "score": return number(S.score(Float64Array.from(read(errors)), rest.unit, own));
     case "profile": return S.profile(read(errors), rest.units, own);
-    case "half": return number(S.half(read(errors), own));
-    case "quantile": return S.quantile(errors, rest.q);
     case "pas": return S.pas(rest.tas, rest.ras, rest.weight);
-    case "order": return S.order(levels.map((level) => level.map((v) => (v === null ? NaN : v))));
   }
 }));
 """
@@ -81,35 +75,7 @@ def test_errors_beside_a_threshold_by_a_bit_are_counted_as_in_python(browser):
     assert ask(browser, cases) == expected
 
 
-def test_with_infinitely_many_thresholds_the_score_is_the_area_under_a_line(browser):
-    rng = np.random.default_rng(1)
-    cases, expected = [], []
-    for _ in range(50):
-        unit = rng.lognormal(0, 2)
-        errors = random_errors(rng, unit * equal_steps(2.0, 100, "_"))
-        options = {"thresholds": inf, "maxThreshold": 2.0}
-        cases.append({"call": "score", "errors": list(errors), "unit": unit, "options": options})
-        expected.append(np.clip(1 - errors / (2 * unit), 0, None).mean())
-    np.testing.assert_allclose(ask(browser, cases), expected, rtol=1e-12, atol=0)
-
-
-def test_cameras_without_an_error_count_in_the_total_and_none_has_no_score(browser):
-    errors = [0.1, 0.2, 0.9]
-    cases = [
-        {"call": "score", "errors": errors, "unit": 1.0, "options": {"total": 5}},
-        {"call": "score", "errors": [*errors, inf, inf], "unit": 1.0, "options": {}},
-        {"call": "score", "errors": [], "unit": 1.0, "options": {}},
-    ]
-    less, same, nothing = ask(browser, cases)
-    assert (
-        less
-        == same
-        == AlignmentScore(np.array([*errors, inf, inf]), equal_steps(1, 100, "_")).score
-    )
-    assert isnan(nothing)
-
-
-def test_profiles_and_where_they_cross_are_those_of_python(browser):
+def test_profiles_are_those_of_python(browser):
     rng = np.random.default_rng(2)
     cases, expected = [], []
     units = np.geomspace(1e-3, 1e3, 40)
@@ -122,26 +88,6 @@ def test_profiles_and_where_they_cross_are_those_of_python(browser):
             {"call": "profile", "errors": list(errors), "units": list(units), "options": options}
         )
         expected.append(list(profile.scores))
-        for score in (0.25, 0.5, 1.0):
-            own = options | {"reach": score}
-            cases.append({"call": "half", "errors": list(errors), "options": own})
-            expected.append(profile.unit_at(score))
-    assert inf in expected
-    assert ask(browser, cases) == expected
-
-
-def test_a_perfect_estimate_is_half_right_at_no_distance(browser):
-    assert ask(browser, [{"call": "half", "errors": [0.0, 0.0, 1.0], "options": {}}]) == [0.0]
-
-
-def test_quantiles_are_order_statistics(browser):
-    rng = np.random.default_rng(3)
-    cases, expected = [], []
-    for n in (1, 4, 7, 10, 20, 100):
-        values = np.sort(rng.random(n))
-        for q in (0.05, 0.07, 0.3, 0.55, 0.75, 1.0):
-            cases.append({"call": "quantile", "errors": list(values), "q": q})
-            expected.append(values[ceil(Fraction(str(q)) * n) - 1])
     assert ask(browser, cases) == expected
 
 
@@ -151,25 +97,6 @@ def test_the_pas_weighs_as_python_does(browser):
         cases.append({"call": "pas", "tas": 0.123, "ras": 0.987, "weight": weight})
         expected.append(weight * 0.123 + (1 - weight) * 0.987)
     assert ask(browser, cases) == expected
-
-
-def test_the_order_of_levels_is_the_share_of_right_pairs_of_neighbours(browser):
-    """Of two trials that tie, or of which one has no value, either may be the first."""
-    rng = np.random.default_rng(4)
-    cases, expected = [], []
-    for _ in range(40):
-        levels = [
-            rng.integers(6, size=rng.integers(1, 12)).astype(float)  # with ties
-            for _ in range(rng.integers(2, 8))
-        ]
-        levels[0][0] = np.nan
-        cases.append({"call": "order", "levels": [list(level) for level in levels]})
-        shares = [
-            np.mean([0.5 + 0.5 * (a < b) - 0.5 * (a > b) for a, b in product(*neighbours)])
-            for neighbours in pairwise(levels)
-        ]
-        expected.append(np.mean(shares))
-    np.testing.assert_allclose(ask(browser, cases), expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize(

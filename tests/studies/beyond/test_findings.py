@@ -7,13 +7,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.stats import kendalltau
 
 from experiments.config import Sweep, load_sweep
 from experiments.tables import Record, Trials
-from studies.beyond.findings import LEAST_ORDER, findings
-from studies.order import order
-from studies.statistics import LEAST_POWER
+from studies.beyond.findings import findings
 
 MakeUp = Callable[..., Trials]
 
@@ -96,29 +93,6 @@ def test_order_is_the_smallest_over_the_other_setting_and_knows_the_direction(
     blind = made_up["n_outliers"] == 50
     made_up.loc[blind, "TAS"] = 0.3
     assert judge(made_up, sweep)["noise_order"]["TAS"] == 50
-
-
-def test_two_of_three_are_half_a_tau_of_evenly_spaced_levels() -> None:
-    """What it takes to order, in the measure of the claims."""
-    levels = np.repeat(np.arange(5), 400)
-    noise = np.random.default_rng(0).normal(size=levels.size)
-    found = {}
-    for scale in np.linspace(1, 4, 61):
-        values = levels + scale * noise
-        right = order([values[levels == level] for level in range(5)]).probability
-        found[abs(100 * right - LEAST_ORDER)] = kendalltau(values, levels).statistic
-    assert found[min(found)] == pytest.approx(LEAST_POWER, abs=0.03)
-
-
-def test_a_score_that_is_used_up_or_rises_with_outliers_is_told(
-    made_up: pd.DataFrame, sweep: Sweep
-) -> None:
-    made_up["TAS"] -= 0.45
-    made_up["PAS"] += 0.3 * (made_up["n_outliers"] == 50)
-    (sentence,) = set(judge(made_up, sweep)["finding"])
-    assert "At the strongest noise, with 0 outliers, TAS (0.05) is near 0." in sentence
-    assert "PAS is no worse with 50 outliers than with 30 (mean 1.05 and 0.85)." in sentence
-    assert "TAS is no worse" not in sentence
 
 
 def test_a_single_level_is_judged_by_the_other_alone(make_up: MakeUp) -> None:

@@ -10,7 +10,7 @@ import pytest
 from experiments.config import load_sweep
 from experiments.grid import Cell
 from experiments.tables import TableError, Trials
-from studies.head_to_head import BESIDE, plan
+from studies.head_to_head import plan
 from studies.head_to_head.rankings import compare_orders, rankings, side_by_side, to_markdown
 
 from ..conftest import undescribed
@@ -56,46 +56,6 @@ def test_metrics_are_ranked_by_the_order_of_neighbours(make_up: MakeUp) -> None:
     assert f"ATE 100.0 > mAA {maa} = TAS {maa} > DTE" in to_markdown(table)
 
 
-def test_every_level_that_an_experiment_varies_is_ordered(make_up: MakeUp) -> None:
-    def constant(*_: object) -> float:
-        return 0.5
-
-    levels = {
-        "combined": ["noise", "rotation noise"],
-        "rotations": ["noise", "outliers"],
-        "maa_vs_pas_length": ["noise"],
-    }
-    sweeps = {name: load_sweep([f"experiment={name}", "trials=2"]) for name in levels}
-    found = compare_orders({name: make_up(sweeps[name], value=constant) for name in levels})
-    assert (found.loc[found["versus"].isna(), "order"] == 50).all()
-    for name, expected in levels.items():
-        assert list(dict.fromkeys(found.loc[found["experiment"] == name, "level"])) == expected
-
-
-def test_halves_are_of_the_same_trials_and_stand_beside_the_scores(make_up: MakeUp) -> None:
-    given = ["trials=2", "n_outliers=[0,10]"]
-    halves = plan(given)
-    assert set(halves) == {
-        *("outliers", "collinear", "trajectory_length"),
-        *("rotations", "combined"),
-    }
-    (half,) = halves["combined"].sweeps
-    sweep = load_sweep(["experiment=combined", *given])
-    assert replace(half, metrics=sweep.metrics) == sweep
-    joined = side_by_side([make_up(each, value=fraction) for each in (sweep, half)])
-    trials = joined["combined"]
-    assert list(joined) == ["combined"]
-    beside = [metric for metrics in BESIDE.values() for metric in metrics]
-    assert trials.sweep.metrics == [*sweep.metrics, *beside]
-    assert len(trials.table) == len(make_up(sweep, value=fraction).table)
-    assert (
-        trials.table["HalfAngle"].tolist()
-        == make_up(half, value=fraction).table["HalfAngle"].tolist()
-    )
-    table = compare_orders(joined)
-    assert set(beside) <= set(table["metric"])
-
-
 def test_the_order_at_each_number_of_outliers(make_up: MakeUp) -> None:
     """The DTE is blind with 10 outliers; the trials that it takes are the mean of 6 and of none."""
 
@@ -121,6 +81,18 @@ def test_the_order_at_each_number_of_outliers(make_up: MakeUp) -> None:
 
 def fraction(metric: str, cell: Cell, trial: int, _: np.random.Generator) -> float:
     return len(metric) + trial / 7 + cell.sigma_r_deg
+
+
+def test_scores_of_the_same_trials_are_joined(make_up: MakeUp) -> None:
+    given = ["trials=2", "n_outliers=[0,10]"]
+    (half,) = plan(given)["combined"].sweeps
+    sweep = load_sweep(["experiment=combined", *given])
+    assert replace(half, metrics=sweep.metrics) == sweep
+    first, second = (make_up(each, value=fraction) for each in (sweep, half))
+    joined = side_by_side([first, second])["combined"]
+    assert joined.sweep.metrics == [*sweep.metrics, *half.metrics]
+    assert joined.table["HalfAngle"].tolist() == second.table["HalfAngle"].tolist()
+    assert joined.table["TAS"].tolist() == first.table["TAS"].tolist()
 
 
 def test_tables_of_other_trials_are_not_joined(make_up: MakeUp) -> None:

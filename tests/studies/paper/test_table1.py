@@ -20,7 +20,6 @@ from studies.paper.table1 import (
     agreements,
     compare,
     sensitivity,
-    to_markdown,
 )
 
 Where = Callable[[str, Cell], bool]  # of a metric and a cell
@@ -75,15 +74,6 @@ def test_metrics_that_get_worse_with_noise_pass(table: pd.DataFrame) -> None:
     assert table.loc[("TAS", OUTLIER), "agrees"] == "yes"
 
 
-def test_metrics_that_get_better_with_noise_fail(make_up: MakeUp) -> None:
-    table = table_of(make_up, turned=lambda metric, cell: metric in ("TAS", "DRE"))
-    for metric in ("TAS", "DRE"):
-        assert table.loc[(metric, OUTLIER), "ours"] == "no"
-        assert table.loc[(metric, OUTLIER), "value"] < -0.5
-    assert table.loc[("TAS", LINE), "ours"] == "no"
-    assert table.loc[("RAS", OUTLIER), "ours"] == "yes"
-
-
 @pytest.mark.parametrize(
     ("n_outliers", "with_outliers", "on_a_line"),
     [(0, "yes", "no"), (1, "no", "yes"), (10, "no", "yes"), (50, "yes", "yes")],
@@ -99,9 +89,7 @@ def test_one_number_of_outliers_is_enough_to_fail(
         assert table.loc[(metric, LINE), "ours"] == on_a_line
 
 
-@pytest.mark.parametrize(
-    ("share", "answer"), [(0.2, "yes"), (0.24, "yes"), (0.26, "no"), (0.9, "no")]
-)
+@pytest.mark.parametrize(("share", "answer"), [(0.1, "yes"), (0.9, "no")])
 def test_dependence_on_the_length_is_a_share_of_what_the_noise_moves(
     make_up: MakeUp, share: float, answer: str
 ) -> None:
@@ -116,14 +104,6 @@ def test_dependence_on_the_length_is_a_share_of_what_the_noise_moves(
             table[metric] = level + hump * (table["n_cameras"] == 40)
     found = compare(trials).set_index(["metric", "property"])
     assert (found.loc[(names, LONG), "ours"] == answer).all()
-
-
-def test_metrics_that_the_experiment_does_not_show_are_run(table: pd.DataFrame) -> None:
-    """Rotations know nothing of the length: what three trials move is scatter."""
-    rows = table.loc[(list(ADDED), LONG), :]
-    assert (rows["experiment"] == "maa_vs_pas_length").all()
-    assert (rows["value"] < 40).all()
-    assert rows["paper"].tolist() == ["no", "yes"]
 
 
 def test_other_thresholds_give_other_answers(make_up: MakeUp) -> None:
@@ -146,37 +126,6 @@ def test_the_ate_alone_needs_metric_scale(table: pd.DataFrame) -> None:
     assert (answers["experiment"] == "combined").all()
 
 
-def test_what_no_experiment_tells_is_not_claimed(table: pd.DataFrame) -> None:
-    untested = table[table["ours"] == "not tested"]
-    assert set(untested.index.get_level_values("metric")) == {"DRE", "RAS"}
-    assert untested["agrees"].isna().all()
-    assert len(untested) == 2
-
-
-def test_markdown_is_the_table_of_the_paper(table: pd.DataFrame) -> None:
-    text = to_markdown(table.reset_index())
-    assert [line.split()[1] for line in text.splitlines()[2:9]] == list(PAPER)
-    assert "**✓**" in text  # the ATE that is made up is robust, which the paper denies
-    (rotations,) = [line for line in text.splitlines() if line.startswith("| DRE")]
-    assert "| – |" in rotations
-    # The ATE under outliers, mAA, and DTE and DRE over lengths and the mAA on a line do not.
-    assert "\n12 of 16 cells of the paper's Table 1 are borne out" in text
-
-
-def test_metrics_of_one_row_answer_together(table: pd.DataFrame) -> None:
-    """A yes holds if all have the property, a no if one has not; each metric says its own."""
-    tested = table[table["ours"] != "not tested"].reset_index()
-    answers = tested.set_index(["metric", "property"])["ours"].copy()
-    for name, expected in (("DTE", True), ("DRE", True)):
-        one = answers.copy()
-        one[name, LONG] = "no"
-        found = agreements(tested, pd.Series(one.to_numpy(), tested.index))
-        assert found["DTE & DRE", LONG] == expected
-        one[name, OUTLIER] = "no"
-        found = agreements(tested, pd.Series(one.to_numpy(), tested.index))
-        assert not found["DTE & DRE", OUTLIER]
-
-
 @pytest.mark.parametrize(
     ("name", "change", "problem"),
     [
@@ -193,10 +142,3 @@ def test_trials_that_cannot_tell_are_refused(
     other = make_up(sweep, value=lambda *_: 0.5, path=f"{name}.csv")
     with pytest.raises(TableError, match=f"^{name}.csv {problem}.*; run: snakemake {name}.csv$"):
         compare(trials_of(make_up) | {name: other})
-
-
-def test_every_metric_is_compared_where_the_paper_shows_it() -> None:
-    for metric, experiments in TOLD_BY.items():
-        for name in filter(None, experiments):
-            added = name in LENGTHS and metric in ADDED
-            assert (metric in SWEEPS[name].metrics) != added

@@ -9,12 +9,11 @@ import pytest
 from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
-from experiments.command import ConfigError
 from experiments.scenes import make_scene
 from studies.__main__ import main
 from studies.real.answers import agreement, pairs, summarise
 from studies.real.figure import draw
-from studies.real.scores import AS_IT_IS, CHANGES, read_benchmark, sources
+from studies.real.scores import AS_IT_IS, CHANGES
 from studies.real.words import to_markdown
 from studies.study import plans
 
@@ -78,12 +77,6 @@ def test_infinite_errors_order_runs_but_tell_no_number(runs: pd.DataFrame) -> No
     assert not found["told"]
 
 
-def test_single_runs_tell_nothing(runs: pd.DataFrame) -> None:
-    alone = pd.concat([runs[runs["run"] == "0"].assign(system="c"), runs], ignore_index=True)
-    assert set(pairs(alone)["a"]) == {"a"}
-    assert set(pairs(alone)["b"]) == {"b"}
-
-
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
     """Files of two systems with three runs each on a sequence."""
@@ -143,21 +136,6 @@ def test_from_files_to_a_figure(file: Path, tmp_path: Path) -> None:
     assert plan.given == [f"benchmark={file}", "quick=true"]
     assert list(plan.sources) == ["car"]
     assert len(plan.sources["car"]) == 1 + 7
-
-
-def test_quick_leaves_the_changes_out(file: Path, tmp_path: Path) -> None:
-    own = tmp_path / "car.csv"
-    assert score(file, own, "quick=true") == 0
-    assert len(pd.read_csv(own)) == 6
-
-
-def test_a_benchmark_that_tells_nothing_is_refused(file: Path, tmp_path: Path) -> None:
-    assert sources(read_benchmark(file), "car")[0].endswith("gt.txt")
-    with pytest.raises(ConfigError, match=r"none\.yaml: cannot be read"):
-        read_benchmark(tmp_path / "none.yaml")
-    file.write_text(FILE.replace("{system}", "{system}a") + "systems: {b: {}}")
-    with pytest.raises(ConfigError):
-        read_benchmark(file)
 
 
 def test_further_metrics_by_name(file: Path, tmp_path: Path, capsys: Any) -> None:

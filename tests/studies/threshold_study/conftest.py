@@ -7,8 +7,8 @@ from experiments.config import load
 from experiments.sweep import run_sweeps
 from experiments.tables import Record, Trials
 from studies.axes import Axis, axes_of, plan
+from studies.threshold_study import THRESHOLDS
 from studies.threshold_study.effects import effects
-from studies.threshold_study.maps import THRESHOLDS
 
 SMALL = [
     "n_outliers=[0,3]",
@@ -26,12 +26,6 @@ SMALL = [
     "registration_prescreen=[inf]",
     "registration_order=[0.3]",
 ]
-
-
-@pytest.fixture(scope="session")
-def small_study() -> list[str]:
-    """The overrides of a small threshold study."""
-    return SMALL
 
 
 @pytest.fixture(scope="session")

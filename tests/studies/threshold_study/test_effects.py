@@ -5,12 +5,22 @@ import pandas as pd
 import pytest
 from scipy.stats import wilcoxon
 
-from studies.axes import Axis, over_seeds
+from experiments.config import load, load_sweep
+from experiments.sweep import run_sweeps
+from studies.axes import Axis
 from studies.order import orders
 from studies.statistics import dependence
-from studies.threshold_study.effects import COMPARED, EFFECTS, effects, weighted_means
+from studies.threshold_study.effects import EFFECTS, effects
+
+from .conftest import SMALL
 
 Tables = dict[str, pd.DataFrame]
+
+
+def test_trials_are_those_of_the_experiment(tables: Tables) -> None:
+    sweep = load_sweep(["experiment=maa_vs_pas_outliers", *SMALL[:5]])
+    plain = run_sweeps([sweep], load(["backend=sequential"])[1])
+    pd.testing.assert_series_equal(tables["outliers"]["PAS"], plain["PAS"], check_exact=True)
 
 
 def test_effects_are_the_statistics_of_the_trials(axes: list[Axis], tables: Tables) -> None:
@@ -45,30 +55,13 @@ def test_effects_are_the_statistics_of_the_trials(axes: list[Axis], tables: Tabl
 def test_the_papers_row_has_no_error_and_the_others_have(
     axes: list[Axis], table: pd.DataFrame, tables: Tables
 ) -> None:
-    columns = [f"{name}_{what}" for name in COMPARED for what in ("error", "p")]
+    columns = [column for column in table if column.endswith(("_error", "_p"))]
     paper = table["paper"] == "yes"
     assert paper.sum() == 9
     assert table.loc[paper, columns].isna().all(axis=None)
     assert table.loc[~paper, columns].notna().all(axis=None)
-    assert not {f"{name}_error" for name in set(EFFECTS) - set(COMPARED)} & set(table)
     one = {name: part[part["trial"] == 0] for name, part in tables.items()}
     assert effects(axes, one)[columns].isna().all(axis=None)
-
-
-def test_a_weighted_effect_is_that_of_the_trials_that_count(tables: Tables) -> None:
-    """A trial twice and another not give what such a table has."""
-    again = {0: 0, 1: 2, 2: 2}
-    for name in COMPARED:
-        effect = EFFECTS[name]
-        if effect.of_means is None:
-            continue
-        table = tables[effect.part]
-        weighted = effect.of_means(weighted_means(table, "TAS", np.array([[1.0, 0, 2]])))
-        drawn = pd.concat(
-            [table[table["trial"] == other].assign(trial=trial) for trial, other in again.items()]
-        )
-        expected = effect.of(drawn, "TAS")
-        assert weighted[0] == pytest.approx(expected, rel=1e-9)
 
 
 def test_errors_are_those_of_the_difference_from_the_papers_value(axes: list[Axis]) -> None:
@@ -114,9 +107,3 @@ def test_what_does_not_vary_has_no_effect(axes: list[Axis], tables: Tables) -> N
     table = effects(axes[:2], tables)
     assert table[["outlier_order", "camera_dependence"]].isna().all(axis=None)
     assert table["noise_order"].notna().all()
-
-
-def test_seeds_of_a_metric() -> None:
-    trials = pd.DataFrame({"TAS": [1], "TAS(seed=0)": [2], "TAS(seed=1)": [3], "RAS": [4]})
-    assert list(over_seeds(trials, "TAS")) == ["TAS(seed=0)", "TAS(seed=1)"]
-    assert over_seeds(trials, "RAS").empty
