@@ -1,8 +1,17 @@
-"""``python -m alignscores`` is the command ``alignscores``."""
+"""The command ``alignscores``, also as ``python -m alignscores``."""
 
+import signal
 import sys
 
 from .cli import main
 
+
+def command() -> int:
+    """Run the command line of this process; Ctrl-C ends it as the shell expects, at any moment."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # not ignored
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    return main()
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command())

@@ -17,7 +17,7 @@ from ..version import __version__
 from .benchmark import NO_SETTINGS, Benchmark, Run, from_patterns, read_yaml
 from .cache import make, prune
 from .patterns import Pattern
-from .processes import Pool, Progress
+from .processes import Progress, work
 from .runs import COLUMNS, Outcome, Task, evaluate_run, forget_references, reference_of, step_of_run
 from .summary import Summary, summarise
 from .tables import Names
@@ -290,13 +290,12 @@ def _tasks(
 def _scored(tasks: Mapping[Run, Task], jobs: int, progress: Progress) -> list[tuple[Run, Outcome]]:
     """Return all runs with what became of them, missing ones among them."""
     there = {run: task for run, task in tasks.items() if run.file}
-    with Pool(jobs, progress) as pool:
-        steps = dict(pool.work(step_of_run, there, "looking at"))
-        for run, task in there.items():
-            of_sequence = [steps[other] for other in there if other.sequence == run.sequence]
-            known = [step for step in of_sequence if step is not None]
-            there[run] = replace(task, step=min(known, default=None))
-        outcomes = dict(pool.work(evaluate_run, there, "scoring"))
+    steps = work(step_of_run, there, jobs, progress, "looking at")
+    for run, task in there.items():
+        of_sequence = [steps[other] for other in there if other.sequence == run.sequence]
+        known = [step for step in of_sequence if step is not None]
+        there[run] = replace(task, step=min(known, default=None))
+    outcomes = work(evaluate_run, there, jobs, progress, "scoring")
     for run in tasks:
         if not run.file:
             missing = f"{run.system}: has no run {run.run} on {run.sequence}"

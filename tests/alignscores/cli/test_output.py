@@ -2,9 +2,7 @@
 
 import gzip
 import json
-import os
 import re
-import subprocess
 import sys
 from argparse import Namespace
 from io import BytesIO, TextIOWrapper
@@ -281,25 +279,6 @@ def test_progress_is_for_a_terminal_and_leaves_nothing_there(run, monkeypatch):
         "alignscores: error: tum/none.txt: cannot be read (No such file or directory)",
         "",
     ]
-
-
-def test_an_interruption_has_an_exit_code_of_its_own(command, monkeypatch):
-    def interrupted(_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("alignscores.cli.command.run_command", interrupted)
-    assert command("tum") == (130, "", "")
-
-
-def test_an_interruption_during_imports(tmp_path):
-    (tmp_path / "numpy.py").write_text("raise KeyboardInterrupt")
-    done = subprocess.run(
-        [sys.executable, "-m", "alignscores", *TUM],
-        env={**os.environ, "PYTHONPATH": str(tmp_path)},
-        capture_output=True,
-        text=True,
-    )
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
 ROW = {"name": "a", "rank": [1, 1], "parts": [], "lost": 0.0, "scale": 1.0, "TAS_sd": None}

@@ -1,11 +1,9 @@
-"""Closed streams, no home, and an interruption at any moment: one line and the right exit code."""
+"""Closed streams and no home: one line and the right exit code."""
 
 import json
 import os
-import signal
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -89,25 +87,3 @@ def test_there_is_no_home(process):
     assert done.returncode == 0
     assert "estimate" in done.stdout
     assert done.stderr.count("note: results are not kept, since ~/.cache/alignscores is not") == 1
-
-
-@pytest.mark.parametrize("jobs", ["1", "2"])
-def test_an_interruption_at_any_moment(examples, jobs):
-    """From the interpreter's start, where the signal itself ends it, to the end of the work."""
-    arguments = COMPARE.replace("--jobs 1", f"--jobs {jobs}").split()
-    for moment in range(6):
-        running = subprocess.Popen(
-            [*COMMAND, *arguments],
-            cwd=examples,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        time.sleep(0.25 * moment)
-        running.send_signal(signal.SIGINT)
-        _, err = running.communicate(timeout=100)
-        if "Failed to import the site module" in err:  # before any of our code
-            assert running.returncode == 1
-            continue
-        assert running.returncode in (0, 130, -signal.SIGINT)
-        assert "Traceback" not in err or running.returncode == -signal.SIGINT

@@ -1,13 +1,8 @@
 """The whole command on made benchmarks whose truth is known."""
 
 import json
-import multiprocessing
 import os
 import shutil
-import signal
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pytest
@@ -15,7 +10,6 @@ import pytest
 from alignscores import pas, ras_profile, tas_profile
 from alignscores.cli import main
 from alignscores.comparison.cache import prune
-from alignscores.comparison.processes import Pool
 from alignscores.trajectories.files import read_tum
 from alignscores.trajectories.formats import FORMATS
 
@@ -143,14 +137,6 @@ def test_processes_do_not_matter(benchmark_of, run, tmp_path):
     )
 
 
-def test_no_process_is_left():
-    said = []
-    with Pool(2, said.append) as pool:
-        assert sorted(pool.work(str, {"a": 1, "b": 2}, "counting")) == [("a", "1"), ("b", "2")]
-    assert said == ["counting 1/2", "counting 2/2", ""]
-    assert multiprocessing.active_children() == []
-
-
 def test_wrong_files_are_a_line_each_and_the_rest_is_compared(benchmark_of, run, tmp_path):
     patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0), "b": (0.3, 1.0, 1, 0.0)}, runs=2)
     (tmp_path / "car/a/0.txt").write_text("")
@@ -255,44 +241,6 @@ def test_a_metric_without_a_value_is_told(benchmark_of, run):
         "alignscores: note: car, a, run 0: without a value, counted as failures: kitti (and alike "
         "for 1 more of a)"
     )
-
-
-WAITING = """\
-import os, sys, time
-from alignscores.cli import main
-from alignscores.comparison.cache import prune
-from alignscores.comparison.processes import Pool
-from alignscores.comparison import comparison
-
-def waiting(task):
-    open(f"worker{os.getpid()}", "w").close()
-    time.sleep(100)
-
-comparison.step_of_run = waiting
-sys.exit(main(["compare", *sys.argv[1:]]))
-"""
-
-
-@pytest.mark.skipif(
-    multiprocessing.get_start_method() != "fork", reason="the workers must know what is put in"
-)
-@pytest.mark.parametrize("ended", ["worker", "command"])
-def test_processes_that_are_killed(benchmark_of, tmp_path, ended):
-    """One line where a worker was; where the command itself was, no worker outlives it."""
-    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], runs=2, n=20)
-    command = [sys.executable, "-c", WAITING, *patterns, "--jobs", "2", "--no_cache"]
-    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
-        while len(workers := list(tmp_path.glob("worker*"))) < 2:
-            assert process.poll() is None
-            time.sleep(0.05)
-        killed = int(workers[0].name[6:]) if ended == "worker" else process.pid
-        os.kill(killed, signal.SIGKILL)
-        # the pipe is closed when the last of the processes is gone
-        _, err = process.communicate(timeout=60)
-    if ended == "worker":
-        assert process.returncode == 1
-        (line,) = err.strip().splitlines()
-        assert line.startswith("alignscores: error: a process was ended before its work was done")
 
 
 @pytest.mark.parametrize(
