@@ -216,9 +216,8 @@ def tum(tmp_path):
 
 @pytest.fixture
 def run_compare(tmp_path, command, monkeypatch):
-    """(arguments) -> as `command`, of ``compare``, in a folder and with a cache of its own."""
+    """(arguments) -> as `command`, of ``compare``, in a folder of its own."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return partial(command, "compare")
 
 

@@ -11,7 +11,6 @@ import pytest
 
 from alignscores.cli import command, main
 from alignscores.cli.command import (
-    build_parser,
     check_outputs_possible,
     with_format,
     with_signed_axes,
@@ -180,7 +179,7 @@ USAGE = {  # of formats that have, or have not: times, topics, cameras that may 
 {SAVED} ...]""",
     "compare": f"""[-h] [--dry-run] [--baseline FILE.json] [--fail_on {{worse}}] [--expect_all]
 [--est_format {{tum,kitti,euroc,colmap,vslamlab,arrays,bag,nerf}}] {TOPICS} {LOST} {TIMES} {POSES}
-{SCORING} [--jobs X] [--cache FOLDER] [--clear_cache] [--no_cache] [--metrics NAMES] [--by NAME]
+{SCORING} [--jobs X] [--cache FOLDER] [--metrics NAMES] [--by NAME]
 [--html FILE.html] [--json | --csv | --markdown | --latex] [FORMAT] [PATTERN ...]""",
 }
 GROUPS = ["positional arguments:", "options:", "which poses belong together:", "scoring:"]
@@ -205,12 +204,10 @@ def test_outputs_have_their_names_in_the_help(run, monkeypatch):
     assert " file with the time stamps of the frames that were to be estimated, or a pattern" in out
 
 
-@pytest.mark.parametrize(("processors", "jobs"), [(7, 7), (None, 1)])
-def test_all_processors_take_part(monkeypatch, processors, jobs):
-    """One where their number is not known."""
-    monkeypatch.setattr(os, "cpu_count", lambda: processors)
-    arguments = build_parser().parse_args(["compare", "b.yaml"])
-    assert arguments.jobs == jobs
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="needs Linux")
+def test_there_is_a_process_for_each_processor_that_may_be_used(process):
+    one = "import os; os.sched_setaffinity(0, [min(os.sched_getaffinity(0))])"
+    assert " processes side by side (default: 1)" in process("compare", "--help", before=one).stdout
 
 
 @pytest.mark.parametrize(

@@ -70,7 +70,7 @@ def test_an_axis_with_a_sign_is_no_option(run, up, before):
     code, out, err = run(*TUM, *options)
     assert (code, err) == (0, "")
     assert "registration refined, aligned about the y axis, without scale" in out
-    code, out, _ = run("compare", "tum", TUM[1], "tum/{system}.txt", *options, "--no_cache")
+    code, out, _ = run("compare", "tum", TUM[1], "tum/{system}.txt", *options)
     assert code == 0
     assert "; registration refined, aligned about the y axis, without scale\n" in out
 
@@ -154,7 +154,7 @@ def test_as_a_module(examples, tmp_path, monkeypatch):
         ("evo", [*NERF, "--save_results", "/tmp/never.zip"], "evo"),
         ("pycolmap", COLMAP, "colmap"),
         ("matplotlib", [*NERF, "--save_plot", "/tmp/never.png"], "plots"),
-        ("yaml", ["compare", "never.yaml", "--no_cache"], "yaml"),
+        ("yaml", ["compare", "never.yaml"], "yaml"),
     ],
 )
 def test_missing_extras_are_named(run, monkeypatch, blocked, arguments, extra):

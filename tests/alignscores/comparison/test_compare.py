@@ -1,7 +1,6 @@
 """The whole command on made benchmarks whose truth is known."""
 
 import json
-import os
 import shutil
 
 import numpy as np
@@ -9,7 +8,6 @@ import pytest
 
 from alignscores import pas, ras_profile, tas_profile
 from alignscores.cli import main
-from alignscores.comparison.cache import prune
 from alignscores.trajectories.files import read_tum
 from alignscores.trajectories.formats import FORMATS
 
@@ -99,37 +97,11 @@ def test_other_sequences_tell_nothing_of_the_frames_that_were_due(benchmark_of, 
     assert found == [("car", 20, 0), ("car", 20, 20), ("helix", 60, 0), ("helix", 60, 60)]
 
 
-def test_a_run_that_is_added_is_computed_alone(benchmark_of, compare, tmp_path, monkeypatch):
-    import alignscores.comparison.runs as module
-
-    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0), "b": (0.3, 1.0, 1, 0.0)}, ["car"])
-    whole = compare(*patterns)
-    scored = []
-    score = module.score
-
-    def noted(reference, estimate, *arguments, **options):
-        scored.append(estimate)
-        return score(reference, estimate, *arguments, **options)
-
-    monkeypatch.setattr(module, "score", noted)
-    assert compare(*patterns) == whole
-    assert scored == []
-    (tmp_path / "car/b/3.txt").write_bytes((tmp_path / "car/a/0.txt").read_bytes() + b"\n")
-    compare(*patterns)
-    assert scored == ["car/b/3.txt"]
-    for file in (tmp_path / "cache").rglob("*.npz"):  # half-written by something else
-        file.write_bytes(file.read_bytes()[:100])
-    compare(*patterns)
-    assert len(scored) == 8
-    compare(*patterns, "--weight", "0.4")
-    assert len(scored) == 15
-
-
 def test_processes_do_not_matter(benchmark_of, run, tmp_path):
     patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], runs=2)
     reference = tmp_path / "car/gt.txt"
     reference.write_text(reference.read_text() + reference.read_text().splitlines()[-1])
-    options = "--no_cache", "--json", "--jobs"
+    options = "--json", "--jobs"
     found = run(*patterns, *options, 1)
     assert found == run(*patterns, *options, 2)
     assert found[2] == (
@@ -366,37 +338,3 @@ def test_files_of_a_reference_that_is_a_folder_are_no_runs(run, examples, tmp_pa
     code, out, err = run("colmap", *patterns, "--dry-run")
     assert (code, err) == (0, "")
     assert [line.split(":")[0] for line in out.splitlines()[:-1]] == ["desk", "  orb, run 0"]
-
-
-def test_a_cache_that_cannot_be_written_stops_nothing(run_compare, examples, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", os.devnull)
-    tum = examples / "tum"
-    code, out, err = run_compare("tum", tum / "reference.txt", tum / "{system}.txt", "--jobs", 1)
-    assert code == 0
-    assert out
-    assert f"note: results are not kept, since {os.devnull}/alignscores is not writable" in err
-
-
-def test_the_cache_is_cleared(run_compare, command, examples, tmp_path):
-    folder, tum = tmp_path / "kept", examples / "tum"
-    files = "tum", tum / "reference.txt", tum / "{system}.txt", "--jobs", 1
-    run_compare(*files, "--cache", folder)
-    (folder / "notes.txt").write_text("mine")
-    kept = len(list(folder.iterdir())) - 1
-    (folder / f"{'0' * 64}.npz").mkdir()
-    assert kept > 0
-    code, out, err = command("compare", "--clear_cache", "--cache", folder)
-    assert (code, out) == (0, "")
-    assert err == f"alignscores: note: {kept} results removed from {folder}\n"
-    assert sorted(file.name for file in folder.iterdir()) == [f"{'0' * 64}.npz", "notes.txt"]
-    assert command("compare", "--cache", folder)[0] == 2
-
-
-def test_the_oldest_results_go_first(tmp_path):
-    files = [tmp_path / f"{digit * 64}.npz" for digit in "abc"]
-    for age, file in enumerate(files):
-        file.write_bytes(b"x" * 10)
-        os.utime(file, (age, age))
-    (tmp_path / "notes.txt").write_bytes(b"x" * 100)
-    prune(tmp_path, 20)
-    assert sorted(tmp_path.iterdir()) == [*files[1:], tmp_path / "notes.txt"]
