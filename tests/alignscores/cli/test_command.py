@@ -128,6 +128,14 @@ def test_unknown_options_are_named(run):
     assert err == f"alignscores tum: error: {message}\n"
 
 
+@pytest.mark.parametrize("option", ["--no_cache", "--clear_cache"])
+def test_options_that_are_gone_say_where_to_look(run, option):
+    code, out, err = run("compare", *TUM, option)
+    assert (code, out) == (2, "")
+    assert f"unrecognized arguments: {option}; " in err
+    assert "--cache" in err.replace(option, "")
+
+
 def test_arguments_are_those_of_the_process(monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["alignscores", "tum", "--metrics", "help"])
     with pytest.raises(SystemExit, match=r"^0$"):

@@ -164,25 +164,3 @@ def test_missing_extras_are_named(run, monkeypatch, blocked, arguments, extra):
     assert err == (
         f'alignscores: error: {blocked} is not installed: pip install "alignscores[{extra}]"\n'
     )
-
-
-def test_completion_without_argcomplete_is_one_line(run, monkeypatch):
-    monkeypatch.setitem(sys.modules, "argcomplete", None)
-    monkeypatch.setenv("_ARGCOMPLETE", "1")
-    code, _, err = run()
-    assert (code, err.count("\n")) == (1, 1)
-    assert 'pip install "alignscores[completion]"' in err
-
-
-def test_shell_completion(process, tmp_path):
-    line = "alignscores tum --t_"
-    process(
-        before="sys.argv[0] = 'alignscores'",
-        _ARGCOMPLETE="1",
-        _ARGCOMPLETE_IFS=" ",
-        _ARGCOMPLETE_STDOUT_FILENAME=str(tmp_path / "completions"),
-        COMP_LINE=line,
-        COMP_POINT=str(len(line)),
-    )
-    options = ["--t_max_diff", "--t_start", "--t_end", "--t_offset"]
-    assert (tmp_path / "completions").read_text().split() == options
