@@ -168,7 +168,7 @@ def score(run):
 def process(examples, tmp_path):
     """(arguments, before=) -> the command in a process of its own, after some code."""
 
-    def process(*arguments, before="", **environment):
+    def process(*arguments, before="pass", **environment):
         code = f"import sys; {before}; from alignscores.cli import main; sys.exit(main())"
         return subprocess.run(
             [sys.executable, "-c", code, *arguments],

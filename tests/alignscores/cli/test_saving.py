@@ -7,29 +7,13 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
-from io import BytesIO
-from pathlib import Path
-from types import SimpleNamespace
 
 import matplotlib
 import numpy as np
 import pytest
 from evo.tools import file_interface
 from matplotlib import pyplot
-from matplotlib.figure import Figure
-from PIL import Image
-from scipy.spatial.transform import Rotation
 
-from alignscores import Settings
-from alignscores.cli.saving import (
-    aligned_files,
-    errors_csv,
-    figure_of,
-    picture,
-    profiles_csv,
-    targets,
-)
-from alignscores.similarity import Similarity
 from alignscores.trajectories.files import read_kitti, read_tum
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
@@ -57,72 +41,6 @@ def test_save_errors(run, tmp_path):
     angles = np.array([float(row["rotation_error_deg"]) for row in scored])
     thresholds = np.arange(1, 101) / 10
     assert np.mean(angles[:, None] < thresholds) == pytest.approx(first["RAS"])
-
-
-ERRORS = """\
-estimate,camera,position_error,rotation_error_deg,status
-a.txt,0.5,inf,inf,lost
-{a_none}a.txt,2.0,0.25,1.5,matched
-{left_out}b.txt,2.0,0.125,inf,no rotation
-"""
-
-
-@pytest.mark.parametrize("missing", ["ignore", "fail"])
-@pytest.mark.parametrize("all_cameras", [False, True])
-def test_a_line_a_camera_in_the_order_of_time(missing, all_cameras):
-    """What is missing was left out where that is no failure."""
-
-    def evaluation(name, keys, positions, rotations, statuses, without_reference, reference):
-        return SimpleNamespace(
-            name=name,
-            matches=SimpleNamespace(
-                keys=np.array(keys), without_reference=np.array(without_reference)
-            ),
-            result=SimpleNamespace(
-                tas=SimpleNamespace(errors=np.array(positions)),
-                ras=SimpleNamespace(errors=np.array(rotations)),
-            ),
-            statuses=np.array(statuses),
-            settings=Settings(format="tum", missing=missing),
-            reference=SimpleNamespace(keys=np.array(reference)),
-        )
-
-    inf = np.inf
-    scored = [
-        evaluation("a.txt", [2.0, 0.5], [0.25, inf], [1.5, inf], [0, 4], [1.0], [0.5, 2.0, 3.0]),
-        evaluation("b.txt", [2.0], [0.125], [inf], [1], [], [2.0]),
-    ]
-    none, left_out = "a.txt,1.0,,,no reference pose\n", "a.txt,3.0,,,left out\n"
-    expected = ERRORS.format(
-        a_none=none if all_cameras else "",
-        left_out=left_out if all_cameras and missing == "ignore" else "",
-    )
-    found = errors_csv(scored, all_cameras=all_cameras)
-    assert found.splitlines() == expected.splitlines()
-
-
-def test_profiles_have_a_line_a_score_and_unit():
-    profiles = SimpleNamespace(
-        units=np.array([0.5, 1.0]),
-        tas=np.array([0.25, 0.75]),
-        degrees=np.array([2.0]),
-        ras=np.array([1.0]),
-    )
-    scored = [SimpleNamespace(name=name, profiles=profiles) for name in "ab"]
-    lines = ["TAS,0.5,0.25", "TAS,1.0,0.75", "RAS,2.0,1.0"]
-    assert profiles_csv(scored).splitlines() == [
-        "estimate,score,unit,value",
-        *(f"{name},{line}" for name in "ab" for line in lines),
-    ]
-
-
-def test_saved_files_have_the_names_of_the_estimates(run, tmp_path, examples):
-    """Without their common ending."""
-    for name in ("orb.txt", "dso.txt"):
-        shutil.copy(examples / TUM[2], tmp_path / name)
-    estimates = tmp_path / "orb.txt", tmp_path / "dso.txt"
-    assert run(*TUM[:2], *estimates, "--save_aligned", tmp_path / "al.txt")[0] == 0
-    assert sorted(path.name for path in tmp_path.glob("al*")) == ["al_dso.txt", "al_orb.txt"]
 
 
 def test_a_pose_of_nan_is_saved_as_a_failure(run, tmp_path):
@@ -238,59 +156,6 @@ def test_what_was_not_aligned_is_not_saved(run, tmp_path, write, lines):
     assert [file.name for file in tmp_path.glob("al*")] == ["aligned_poor.txt"]
 
 
-def test_estimates_in_the_world_of_the_reference():
-    """Those that were not aligned are told, wherever they stand among the others."""
-    turn = Rotation.from_euler("z", 90, degrees=True).as_matrix()
-    alignment = Similarity(2.0, turn, np.array([1.0, 2.0, 3.0]))  # of the reference
-    poses = np.tile(np.eye(4), (2, 1, 1))
-    poses[:, :3, :3], poses[0, :3, 3] = turn, [-5.0, 4.0, 9.0]
-    poses[1, :3] = np.nan
-
-    def evaluation(name, keys, alignment=alignment):
-        tas = SimpleNamespace(alignment=alignment)
-        result = SimpleNamespace(tas=tas)
-        return SimpleNamespace(name=name, result=result, estimate=(np.array(keys), poses))
-
-    scored = [
-        evaluation("a", [0, 1], None),
-        evaluation("b", [0, 1]),
-        evaluation("c", [0, 1], None),
-        evaluation("d", [0.5, 1.25]),
-    ]
-    found = dict(aligned_files(scored, targets(Path("al.txt"), "abcd")))
-    for name in "ac":
-        error = found.pop(Path(f"al_{name}.txt"))
-        assert str(error) == f"is not written, since {name} could not be aligned"
-    assert found[Path("al_d.txt")].startswith(b"0.5 ")  # with no more digits than there are
-    rows = {path.stem: np.loadtxt(BytesIO(text)) for path, text in found.items()}
-    nan = [np.nan] * 12
-    np.testing.assert_allclose(
-        rows["al_b"], [[1, 0, 0, 1, 0, 1, 0, 3, 0, 0, 1, 3], nan], atol=1e-15
-    )
-    expected = [[0.5, 1, 3, 3, 0, 0, 0, 1], [1.25, *nan[:7]]]
-    np.testing.assert_allclose(rows["al_d"], expected, atol=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("names", "files"),
-    [
-        (["a/b.txt"], {"a/b.txt": ("out.zip", "a_b.txt")}),
-        (
-            ["a/b.txt", "c.txt"],
-            {"a/b.txt": ("out_a_b.zip", "a_b.txt"), "c.txt": ("out_c.zip", "c.txt")},
-        ),
-        (
-            ["b.txt", "b.csv"],
-            {"b.txt": ("out_b.txt.zip", "b.txt"), "b.csv": ("out_b.csv.zip", "b.csv")},
-        ),
-    ],
-)
-def test_files_of_estimates(tmp_path, names, files):
-    """One alone has the file that was named; endings stay where they tell files apart."""
-    expected = {name: (tmp_path / file, flat) for name, (file, flat) in files.items()}
-    assert targets(tmp_path / "out.zip", names) == expected
-
-
 def test_save_results(run, score, tmp_path):
     path = tmp_path / "one.zip"
     files = *TUM, "--registration", "pcr99", "--missing", "ignore", "--seed", 4, *AT_STAMPS
@@ -321,12 +186,6 @@ def test_what_has_no_value_is_not_saved(run, kitti, examples, tmp_path):
     stats = file_interface.load_res_file(path).stats
     assert {"half_distance", "half_angle"}.isdisjoint(stats)
     assert None not in stats.values()
-
-
-def test_saved_names_do_not_depend_on_what_failed(run, tmp_path):
-    code, _, _ = run(*TUM, tmp_path / "none.txt", "--save_results", tmp_path / "r.zip")
-    assert code == 1
-    assert [path.name for path in tmp_path.iterdir()] == ["r_estimate.zip"]
 
 
 def test_saved_names_differ(run, tmp_path, examples, lines, write):
@@ -396,28 +255,6 @@ def test_plot(run, monkeypatch):
     titles = [axes.get_title(loc="left") for axes in pyplot.figure(shown[0]).axes]
     pyplot.close("all")
     assert titles[0] == "estimate.txt\nposition errors"
-
-
-def test_a_figure_has_what_is_told_of_its_settings(monkeypatch):
-    """And the unit of the format; a window's figure is drawn into."""
-    asked = []
-    monkeypatch.setattr(
-        "alignscores.plots.score_figure", lambda scored, **options: asked.append(options)
-    )
-    for settings in (Settings(format="tum", seed=3, alignment="none"), Settings(format="nerf")):
-        figure_of([SimpleNamespace(settings=settings)], figure=settings.seed or None)
-    assert asked == [
-        {"unit": "m", "title": "not aligned, seed 3", "figure": 3},
-        {"unit": "units", "title": "registration refined, seed 0", "figure": None},
-    ]
-
-
-def test_a_picture_has_200_dots_an_inch_and_any_script():
-    """Though the font lacks some."""
-    figure = Figure(figsize=(1, 2))
-    figure.text(0, 0.5, "軌跡")
-    with Image.open(BytesIO(picture(figure, Path("a.png")))) as image:
-        assert image.size == (200, 400)
 
 
 def test_a_folder_where_a_file_should_be_written(run, tmp_path):
