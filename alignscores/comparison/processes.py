@@ -7,6 +7,7 @@ start of its workers and of its threads. Here the parent needs no thread: each w
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import traceback
 from collections.abc import Callable, Generator, Iterator, Mapping
@@ -22,6 +23,9 @@ __all__ = ["Progress", "work"]
 
 Progress = Callable[[str], None]
 Result = TypeVar("Result")
+
+# A fork is ready at once; elsewhere a worker imports NumPy first, where Ctrl-C shows a traceback.
+CONTEXT: Any = multiprocessing.get_context("fork" if sys.platform == "linux" else None)
 
 
 def work(
@@ -70,7 +74,8 @@ def _computed(
                 yield run, result
     except (ConnectionError, EOFError):
         raise ChildProcessError(
-            "a process ended before its work was done, as when memory is short; use fewer --jobs"
+            "a process ended before its work was done, as when memory or processes are limited; "
+            "use fewer --jobs"
         ) from None
     finally:
         for worker in workers:
@@ -84,7 +89,7 @@ def _start(function: Callable[[Task], Any]) -> tuple[Any, Any]:
     try:
         ours, theirs = multiprocessing.Pipe()
         # daemon: at exit Python ends it instead of waiting for it
-        worker = multiprocessing.Process(target=_serve, args=(function, theirs), daemon=True)
+        worker = CONTEXT.Process(target=_serve, args=(function, theirs), daemon=True)
         worker.start()
     except OSError as error:
         message = f"no further process can be started ({error.strerror}); use fewer --jobs"
@@ -95,7 +100,7 @@ def _start(function: Callable[[Task], Any]) -> tuple[Any, Any]:
 
 @contextmanager
 def _interruptions_deferred() -> Iterator[None]:
-    """Interrupt only after the workers are started: during a fork Python would ignore it."""
+    """Interrupt only after the workers are started: in the middle of it Python would lose it."""
     handler = signal.getsignal(signal.SIGINT)
     if not callable(handler) or threading.current_thread() is not threading.main_thread():
         yield  # the system ends the command, and other threads are not interrupted

@@ -15,11 +15,10 @@ import pytest
 
 from alignscores.comparison.processes import work
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is forked")
 
 PLACED = """\
-import errno, multiprocessing, os, signal, sys
-multiprocessing.set_start_method("fork")
+import errno, os, signal, sys
 place, number = sys.argv.pop(1), int(sys.argv.pop(1))
 fork, forks = os.fork, []
 
@@ -145,6 +144,7 @@ def test_there_are_as_many_processes_as_jobs_and_no_more_than_tasks(jobs, at_mos
     assert said == ["asking 1/3", "asking 2/3", "asking 3/3", ""]
 
 
+@pytest.mark.filterwarnings("ignore:.*multi-threaded:DeprecationWarning")
 def test_outside_the_main_thread():
     results = {}
     tasks = {1: -1, 2: -2}
