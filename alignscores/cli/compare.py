@@ -38,7 +38,7 @@ exit codes: 0 all compared, 1 something was left out or failed, 2 wrong usage,
 WORSE = 3  # exit code
 SHOWN = 50  # lines of problems
 JOBS = Option(
-    help="processes side by side (default: %(default)s)", group="work", number=int, least=1
+    help="processes in parallel (default: %(default)s)", group="work", number=int, least=1
 )
 
 

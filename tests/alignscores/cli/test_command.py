@@ -99,7 +99,7 @@ def test_every_argument_is_explained_and_its_value_named():
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="needs Linux")
 def test_there_is_a_process_for_each_processor_that_may_be_used(process):
     one = "import os; os.sched_setaffinity(0, [min(os.sched_getaffinity(0))])"
-    assert " processes side by side (default: 1)" in process("compare", "--help", before=one).stdout
+    assert " processes in parallel (default: 1)" in process("compare", "--help", before=one).stdout
 
 
 def test_as_a_module(examples, tmp_path):

@@ -213,25 +213,3 @@ def test_sub_models_are_one_estimate(score, run, models, tmp_path):
         [2, 2],
     ]
     assert run(*files, "--save_plot", tmp_path / "a.png")[0] == 0
-
-
-def test_a_folder_of_one_model_is_that_model(score, models):
-    folder, _ = models(range(37))
-    (whole,), (model,) = (
-        score("colmap", "colmap/reference", model) for model in (folder, folder / "0")
-    )
-    assert {**whole, "name": "0", "file": model["file"]} == model
-
-
-def test_without_a_scale_each_part_keeps_its_own(score, models):
-    """The second is twice as large, and fits nowhere; turned and shifted they are both."""
-    folder, _ = models(range(18), range(18, 37))
-    files = "colmap", "colmap/reference", folder
-    (free,), (rigid,) = score(*files), score(*files, "--alignment", "rigid")
-    assert [part["alignment"]["scale"] for part in rigid["parts"]] == [1, 1]
-    assert (rigid["scale"], free["scale"]) == (None, None)
-    assert rigid["RAS"] == free["RAS"]
-    alone = [score(*files[:2], folder / part, "--alignment", "rigid")[0] for part in "01"]
-    assert [part["alignment"] for part in rigid["parts"]] == [one["alignment"] for one in alone]
-    assert rigid["TAS"] == pytest.approx(sum(one["TAS"] for one in alone))
-    assert rigid["TAS"] < free["TAS"]

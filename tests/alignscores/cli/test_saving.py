@@ -8,11 +8,9 @@ import subprocess
 import sys
 from collections import Counter
 
-import matplotlib
 import numpy as np
 import pytest
 from evo.tools import file_interface
-from matplotlib import pyplot
 
 from alignscores.trajectories.files import read_kitti, read_tum
 
@@ -41,22 +39,6 @@ def test_save_errors(run, tmp_path):
     angles = np.array([float(row["rotation_error_deg"]) for row in scored])
     thresholds = np.arange(1, 101) / 10
     assert np.mean(angles[:, None] < thresholds) == pytest.approx(first["RAS"])
-
-
-def test_a_pose_of_nan_is_saved_as_a_failure(run, tmp_path):
-    """Where it stands for a camera of its own, as in KITTI's files."""
-    csv_path, zip_path = tmp_path / "errors.csv", tmp_path / "one.zip"
-    kitti = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
-    saved = "--save_errors", csv_path, "--all_cameras", "--save_results", zip_path
-    assert run(*kitti, *saved)[0] == 0
-    with csv_path.open() as file:
-        rows = list(csv.DictReader(file))
-    assert len(rows) == 40
-    failures = [row for row in rows if row["status"] != "matched"]
-    assert {row["status"] for row in failures} == {"no pose"}
-    assert {row["position_error"] for row in failures} == {"inf"}
-    errors = file_interface.load_res_file(zip_path).np_arrays["position_error_array"]
-    assert np.isinf(errors).sum() == len(failures) > 0
 
 
 def test_save_profiles(run, tmp_path):
@@ -177,37 +159,16 @@ def test_save_results(run, score, tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_what_has_no_value_is_not_saved(run, kitti, examples, tmp_path):
-    """Most frames are lost: no distance has half of the cameras."""
-    poses = read_kitti(examples / KITTI[2]).poses
-    poses[:30] = np.nan
-    path = tmp_path / "one.zip"
-    assert run(*KITTI[:2], kitti(poses), "--save_results", path)[0] == 0
-    stats = file_interface.load_res_file(path).stats
-    assert {"half_distance", "half_angle"}.isdisjoint(stats)
-    assert None not in stats.values()
-
-
-def test_saved_names_differ(run, tmp_path, examples, lines, write):
-    """Though a folder's slash becomes an underscore."""
+def test_saved_names_differ(run, tmp_path, examples):
+    """Though a folder's slash becomes an underscore, and whatever else fails."""
     for name in ("x", "y"):
         shutil.copytree(examples / "tum", tmp_path / name)
-    files = [
-        *(tmp_path / f"{name}/estimate.txt" for name in "xy"),
-        write(lines[:29], "x_estimate.txt"),
-    ]
-    assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 0
-    assert {path.name for path in tmp_path.glob("*.zip")} == {
-        "r_x_estimate.zip",
-        "r_y_estimate.zip",
-        "r_x_estimate (2).zip",
-    }
-    second = tmp_path / "r_x_estimate (2).zip"
-    before = file_interface.load_res_file(second).stats
-    files[0].unlink()  # names do not depend on what failed
-    second.unlink()
+    files = [tmp_path / name for name in ("x/estimate.txt", "y/estimate.txt", "x_estimate.txt")]
+    shutil.copy(examples / TUM[2], files[2])
+    (tmp_path / "y/estimate.txt").unlink()
     assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 1
-    assert file_interface.load_res_file(second).stats == before
+    saved = sorted(path.name for path in tmp_path.glob("*.zip"))
+    assert saved == ["r_x_estimate (2).zip", "r_x_estimate.zip"]
 
 
 def test_evo_res_reads_the_results(run, tmp_path, examples):
@@ -242,19 +203,10 @@ def test_save_plot(run, tmp_path, suffix, magic):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_plot(run, monkeypatch):
+def test_plot_needs_a_display(run):
     code, out, err = run(*TUM, "--plot")
     assert (code, out, err.count("\n")) == (1, "", 1)
     assert "no display" in err
-    shown = []
-    monkeypatch.setattr(pyplot, "get_backend", lambda: "tkagg")
-    monkeypatch.setattr(pyplot, "show", lambda: shown.extend(pyplot.get_fignums()))
-    assert matplotlib.get_backend().lower() == "agg"
-    assert run(*TUM, "--plot")[0] == 0
-    assert len(shown) == 1
-    titles = [axes.get_title(loc="left") for axes in pyplot.figure(shown[0]).axes]
-    pyplot.close("all")
-    assert titles[0] == "estimate.txt\nposition errors"
 
 
 def test_a_folder_where_a_file_should_be_written(run, tmp_path):
@@ -264,14 +216,3 @@ def test_a_folder_where_a_file_should_be_written(run, tmp_path):
     assert (code, out.split()[0]) == (1, "estimate")
     assert err == f"alignscores: error: {tmp_path}/a.png: cannot be written (Is a directory)\n"
     assert {path.name for path in tmp_path.iterdir()} == {"a.png", "b.csv"}  # the other is saved
-
-
-def test_nothing_half_written(run, tmp_path, monkeypatch):
-    def full(self, target):
-        raise OSError(28, "No space left on device", str(target))
-
-    monkeypatch.setattr("pathlib.Path.replace", full)
-    code, _, err = run(*TUM, "--save_results", tmp_path / "a.zip")
-    assert (code, err.count("\n")) == (1, 1)
-    assert "No space left" in err
-    assert list(tmp_path.iterdir()) == []

@@ -50,6 +50,8 @@ def test_runs_that_are_missing_have_the_first_numbers_that_are_free(tmp_path):
     [
         ("format: tum", "format: sfm", "format must be one of tum, "),
         ("runs: 3", "runs: 0", "runs must be a positive whole number or a list of names"),
+        ("runs: 3", "runs: 10001", "a list of names, at most 10000, not 10001"),
+        ("runs: 3", "runs: [[1], 2]", "runs must be a positive whole number or a list of names"),
         (
             "runs: 3",
             "speed: 3",
@@ -116,14 +118,6 @@ def test_hostile_files_are_a_line_that_names_file_and_key(tmp_path):
             assert "\n" not in message
 
 
-@pytest.mark.parametrize("runs", ["10001", "1.0e+7", "[[1], 2]", "true"])
-def test_numbers_of_runs_are_bounded(run, tmp_path, runs):
-    (tmp_path / "b.yaml").write_text(YAML.replace("runs: 3", f"runs: {runs}"))
-    code, _, err = run("b.yaml")
-    assert code == 1
-    assert "b.yaml: runs must be a positive whole number or a list of names, at most 10000" in err
-
-
 def test_many_missing_runs_are_told_in_a_few_lines(patterns, run, tmp_path):
     (tmp_path / "b.yaml").write_text(YAML.replace("runs: 4", "runs: 300"))
     code, _, err = run("b.yaml")
@@ -173,16 +167,6 @@ def test_all_that_patterns_find(files):
     ]
     references = ["left/gt.txt", "s10/gt.txt", "s9/gt.txt"]
     assert benchmark.files == [*references, *sorted([*found, "lost/a/1.txt", "lost/c/1.txt"])]
-
-
-def test_systems_and_sequences_that_should_be_there(files):
-    files("s/gt.txt", "s/a/1.txt", "t/gt.txt", "t/a/1.txt", "t/b/1.txt")
-    benchmark = from_patterns(*PATTERNS, systems=["none"], sequences=["nowhere"], expect_all=True)
-    assert [run.file for run in benchmark.runs] == ["s/a/1.txt", None, "t/a/1.txt", "t/b/1.txt"]
-    assert benchmark.problems == [
-        "sequence nowhere: has no reference; left out",
-        "system none: has no run on a sequence with a reference; left out",
-    ]
 
 
 def test_expected_runs_are_a_number_or_names(files):
