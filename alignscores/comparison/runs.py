@@ -91,6 +91,7 @@ def evaluate_run(task: Task) -> Outcome:
 
 
 def _scored(task: Task) -> Outcome:
+    """Score an estimate; an outcome without scores says why it has none."""
     settings = task.settings
     try:
         with collected_warnings():  # the comparison tells them, once for each sequence
@@ -167,6 +168,7 @@ def _score(evaluation: Evaluation, name: str) -> float:
 
 
 def _to_json(outcome: Outcome, estimate: str) -> dict[str, Any]:
+    """Return an outcome as JSON has it, with the file that its notes name."""
     values = {
         name: value.tolist() if isinstance(value, np.ndarray) else value
         for name, value in vars(outcome).items()

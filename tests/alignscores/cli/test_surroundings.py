@@ -33,9 +33,7 @@ def shell(examples):
     return shell
 
 
-@pytest.mark.parametrize(
-    "arguments", [TUM, f"{TUM} --json", COMPARE, f"{COMPARE} --json", "--help"]
-)
+@pytest.mark.parametrize("arguments", [TUM, COMPARE, "--help"])
 def test_stdout_is_closed(shell, arguments):
     done = shell(arguments, ">&-")
     assert done.returncode == 1
@@ -45,8 +43,7 @@ def test_stdout_is_closed(shell, arguments):
     )
 
 
-PRINTS = [TUM, f"{TUM} --json", f"{TUM} --metrics help", COMPARE, f"{COMPARE} --dry-run"]
-PRINTS += ["--help", "--version", "tum --help"]
+PRINTS = TUM, f"{TUM} --json", f"{TUM} --metrics help", COMPARE, f"{COMPARE} --dry-run", "--help"
 
 
 @pytest.mark.parametrize("arguments", PRINTS)
