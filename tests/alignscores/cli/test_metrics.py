@@ -13,7 +13,6 @@ from alignscores.metrics import LEVELS, SCORES
 from alignscores.protocols import PROTOCOLS, protocol
 from alignscores.trajectories.association import match
 from alignscores.trajectories.files import read_tum
-from alignscores.trajectories.formats import FORMATS
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 # Each camera of the reference has the pose of its own stamp, or none.
@@ -69,18 +68,12 @@ def test_only_what_was_asked_for(run, score, tmp_path):
     assert (tmp_path / "own.csv").read_text().splitlines()[0] == ",".join(["estimate", *NAMES])
 
 
-@pytest.mark.parametrize("form", FORMATS)
-def test_list_of_metrics(run, form):
-    code, out, err = run(form, "--metrics", "help")
+def test_list_of_metrics(run):
+    code, out, err = run("tum", "--metrics", "help")
     assert (code, err) == (0, "")
     listed = [line.split()[0] for line in out.splitlines()]
     expected = [*NAMES, *(family.syntax for family in (*LEVELS, *PROTOCOLS))]
     assert listed[: len(expected)] == expected
-    families = (*SCORES, *LEVELS, *PROTOCOLS)
-    assert {bool(family.unit) for family in families} == {False, True}
-    for line, family in zip(out.splitlines(), families, strict=False):
-        unit = f" ({family.unit})" if family.unit else ""
-        assert line.endswith(f" {family.description}{unit}")
 
 
 @pytest.mark.parametrize(

@@ -87,16 +87,11 @@ def test_wrong_yaml(run, tmp_path, old, new, reason):
 
 def test_hostile_files_are_a_line_that_names_file_and_key(tmp_path):
     """Values of every kind in place of each: no traceback, no long message."""
-    values = "[a]", "{a: 1}", "~", "true", "1e7", "1.5", "-1", "[]", "[[1]]", "&a [x, *a]", "'\\0'"
-    values += "!!int x", "9" * 400, f"[{'x,' * 1000}x]", "[" * 1000, "x" * 10_000, "2024-01-01"
+    values = "[a]", "{a: 1}", "~", "-1", "[[1]]", "&a [x, *a]", "!!int x", "9" * 400
+    values += f"[{'x,' * 100_000}x]", "[" * 30_000, "x" * 10_000, "2024-01-01"
     keys = "format", "reference", "estimate", "runs", "sequences", "systems"
-    inner = (
-        ("sequences", "name"),
-        ("sequences", "unit"),
-        ("sequences", "frames"),
-        ("systems", "runs"),
-    )
-    inner += ("systems", "est_format"), ("systems", "invert")
+    inner = ("sequences", "unit"), ("sequences", "frames"), ("systems", "runs")
+    inner += (("systems", "est_format"),)
     lines = ["format: tum", "reference: '{sequence}/gt.txt'", "estimate: '{sequence}/{system}.txt'"]
     for value in values:
         files = {
