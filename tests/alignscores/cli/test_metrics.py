@@ -57,11 +57,11 @@ def test_values(score, run, examples, tmp_path):
 
 
 def test_only_what_was_asked_for(run, score, tmp_path):
-    options = "--metrics", "ATE, recall@5cm,5deg,ate", "--missing", "ignore"
+    options = "--metrics", "ATE, recall@1m,30deg:hloc-sim3,ate", "--missing", "ignore"
     _, out, err = run(*TUM, *options, *AT_STAMPS)
     header, row, settings = out.splitlines()
-    assert header.split() == ["estimate", "ATE", "[m]", "recall@5cm,5deg", "[%]"]
-    assert row.split() == ["estimate.txt", "1.03", "62.16"]
+    assert header.split() == ["estimate", "ATE", "[m]", "recall@1m,30deg:hloc-sim3", "[%]"]
+    assert row.split() == ["estimate.txt", "1.03", "91.89"]
     assert (settings, err) == ("seed 0; missing cameras: ignore", "")
     (plain,) = score(*TUM, "--save_metrics", tmp_path / "own.csv")
     assert plain["metrics"] == {}
@@ -82,7 +82,7 @@ def test_list_of_metrics(run):
         (
             TUM,
             "tas,auc@30",
-            "'auc@30'; close to it are auc@30:vggt, auc@30:vggt-old, auc@30:vggt-min",
+            "'auc@30'; close to it are auc@30:vggt, auc@5:colmap",
         ),
         (
             TUM,
@@ -102,9 +102,9 @@ def test_wrong_names(run, files, names, message):
 
 
 def test_lengths_in_metres_where_the_reference_has_none(run):
-    names = "auc@30:vggt,recall@5cm,5deg,maa:imc,auc@5:colmap,ate"
+    names = "auc@30:vggt,recall@5cm,5deg:hloc-sim3,auc@5:colmap,ate"
     _, _, err = run(*COLMAP, "--metrics", names)
-    note = "the reference's unit is taken for a metre in recall@5cm,5deg, maa:imc, auc@5:colmap"
+    note = "the reference's unit is taken for a metre in recall@5cm,5deg:hloc-sim3, auc@5:colmap"
     assert err == f"alignscores: note: {note}\n"
     assert run(*TUM, "--metrics", names)[2] == ""
 
