@@ -9,10 +9,10 @@ Evaluation".
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
 from .version import __version__ as __version__
 
+TYPE_CHECKING = False  # for type checkers it is true; to import `typing` takes longer than the rest
 if TYPE_CHECKING:
     from .averaging import nearest_rotations
     from .batch import PASBatch, RASBatch, TASBatch, pas_batch, ras_batch, tas_batch
@@ -97,7 +97,7 @@ MODULES = {
 }
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name not in MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f".{MODULES[name]}", __name__), name)

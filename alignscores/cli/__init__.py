@@ -10,9 +10,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     Wrong usage ends in ``SystemExit(2)``.
     """
-    try:
-        from .command import run_command  # here, so that an interruption finds it, too
+    from .command import run_command  # imports NumPy
 
-        return run_command(argv)
-    except KeyboardInterrupt:
-        return 130
+    return run_command(argv)

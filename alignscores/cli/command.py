@@ -2,7 +2,6 @@
 
 import argparse
 import io
-import os
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -40,15 +39,18 @@ examples:
 `alignscores REF EST` recognises the format and says which it took.
 Every score is from 0 to 1, the larger the better. `alignscores FORMAT --help` tells the options.
 exit codes: 0 scored, 1 something could not be scored, 2 wrong usage
-shell completion: eval "$(register-python-argcomplete alignscores)"
 """
+GONE = {  # options of 1.x, and what to do instead
+    "--clear_cache": "delete the folder of --cache",
+    "--no_cache": "nothing is stored without --cache FOLDER",
+}
 PICTURES = ".png", ".pdf", ".svg"
 SAVED = ("save_errors", "save_metrics", "profile", "save_plot", "save_page")  # one file each
 SAVED_EACH = ("save_aligned", "save_results")  # one file an estimate
 
 
 def run_command(argv: Sequence[str] | None) -> int:
-    """Run the command line, but for an interruption; see `alignscores.cli.main`."""
+    """Run the command line; see `alignscores.cli.main`."""
     replace_closed_errors()
     if sys.stdout is None:
         print_error("standard output is closed, and nothing could be printed; give > /dev/null")
@@ -74,11 +76,10 @@ def run_command(argv: Sequence[str] | None) -> int:
 
 
 def _run(parser: argparse.ArgumentParser, argv: Sequence[str] | None) -> int:
-    if "_ARGCOMPLETE" in os.environ:
-        require("argcomplete", "completion").autocomplete(parser)
     arguments, unknown = parser.parse_known_args(with_format(with_signed_axes(argv)))
     if unknown:  # by the format's parser, not that of the whole
-        arguments.command.error(f"unrecognized arguments: {' '.join(unknown)}")
+        hints = [GONE[name] for name in unknown if name in GONE]
+        arguments.command.error("; ".join([f"unrecognized arguments: {' '.join(unknown)}", *hints]))
     return int(arguments.run(arguments))
 
 

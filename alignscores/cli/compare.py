@@ -12,7 +12,6 @@ from typing import Any
 
 from ..comparison.baseline import Changes, changes, read_baseline
 from ..comparison.benchmark import Benchmark
-from ..comparison.cache import clear, make
 from ..comparison.comparison import Comparison, compare_runs, find_benchmark, settings_of_run
 from ..comparison.runs import COLUMNS
 from ..comparison.tables import as_csv, as_latex, as_markdown, as_text, footnotes
@@ -39,7 +38,7 @@ exit codes: 0 all compared, 1 something was left out or failed, 2 wrong usage,
 WORSE = 3  # exit code
 SHOWN = 50  # lines of problems
 JOBS = Option(
-    help="processes side by side (default: %(default)s)", group="work", number=int, least=1
+    help="processes in parallel (default: %(default)s)", group="work", number=int, least=1
 )
 
 
@@ -95,18 +94,22 @@ def add_parser(commands: Any) -> None:
 
     work = command.add_argument_group("work")
     work.add_argument(
-        "--jobs", type=number_type(JOBS), default=os.cpu_count() or 1, metavar="X", help=JOBS.help
+        "--jobs", type=number_type(JOBS), default=_processors(), metavar="X", help=JOBS.help
     )
     work.add_argument(
         "--cache",
         metavar="FOLDER",
-        help="where results are kept, at most 1 GB (default: alignscores in the user's cache)",
+        type=Path,
+        help="store results there, and take those of the same files and options from there",
     )
-    work.add_argument(
-        "--clear_cache", action="store_true", help="forget all that is kept there, first"
-    )
-    work.add_argument("--no_cache", action="store_true", help="compute everything anew")
     _add_output(command)
+
+
+def _processors() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):  # not on macOS and Windows
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _add_output(command: argparse.ArgumentParser) -> None:
@@ -132,11 +135,6 @@ def _add_output(command: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Find, score and compare all runs; what is wrong with one does not stop the others."""
-    cache = _cache(arguments)
-    if arguments.clear_cache and cache is not None:
-        print_note(f"{clear(cache)} results removed from {cache}")
-        if arguments.source is None:
-            return 0
     settings = _settings(arguments)
     benchmark = _benchmark(arguments)
     if arguments.fail_on and not arguments.baseline:
@@ -158,7 +156,7 @@ def run(arguments: argparse.Namespace) -> int:
         benchmark,
         settings,
         jobs=arguments.jobs,
-        cache=cache,
+        cache=arguments.cache,
         progress=show_progress,
     )
     _print_problems(comparison.problems)
@@ -231,22 +229,6 @@ def _show_found(benchmark: Benchmark) -> None:
         f"{len(benchmark.references)} sequences, {len(systems)} systems, "
         f"{len(benchmark.runs)} runs, {missing} of them missing"
     )
-
-
-def _cache(arguments: argparse.Namespace) -> Path | None:
-    """Return the folder of the cache; None without one that can be used."""
-    if arguments.no_cache:
-        return None
-    folder = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache") / "alignscores"
-    try:
-        folder = Path(arguments.cache) if arguments.cache else folder.expanduser()
-        reason = make(folder, private=not arguments.cache)
-    except RuntimeError:  # without a home
-        reason = "is not writable"
-    if not reason:
-        return folder
-    print_note(f"results are not kept, since {folder} {reason}; --cache names another one")
-    return None
 
 
 def _show(comparison: Comparison, arguments: argparse.Namespace, changed: Changes | None) -> None:

@@ -15,9 +15,8 @@ from ..trajectories.files import FAILURES, read_stamps
 from ..trajectories.formats import FORMATS
 from ..version import __version__
 from .benchmark import NO_SETTINGS, Benchmark, Run, from_patterns, read_yaml
-from .cache import make, prune
 from .patterns import Pattern
-from .processes import Pool, Progress
+from .processes import Progress, work
 from .runs import COLUMNS, Outcome, Task, evaluate_run, forget_references, reference_of
 from .summary import Summary, summarise
 from .tables import Names
@@ -233,8 +232,6 @@ def compare_runs(
         raise ValueError("frames must be a file, or a pattern with {sequence}, of each sequence")
     metrics = tuple(name for name in settings.metrics if name not in COLUMNS)  # there anyway
     settings = replace(settings, format=benchmark.format, metrics=metrics)
-    if cache is not None and (reason := make(cache)):
-        raise ValueError(f"the cache {cache} cannot be made: it {reason}")
     problems, notes = list(benchmark.problems), []
     tasks: dict[Run, Task] = {}
     forget_references()  # so that their notes are told again
@@ -247,8 +244,6 @@ def compare_runs(
             tasks |= found
             notes += said
     runs = _scored(tasks, jobs, progress)
-    if cache is not None:
-        prune(cache)
     if not runs:
         raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
     summary = summarise(runs, settings.metrics, settings.form)
@@ -290,8 +285,7 @@ def _tasks(
 def _scored(tasks: Mapping[Run, Task], jobs: int, progress: Progress) -> list[tuple[Run, Outcome]]:
     """Return all runs with what became of them, missing ones among them."""
     there = {run: task for run, task in tasks.items() if run.file}
-    with Pool(jobs, progress) as pool:
-        outcomes = dict(pool.work(evaluate_run, there, "scoring"))
+    outcomes = work(evaluate_run, there, jobs, progress, "scoring")
     for run in tasks:
         if not run.file:
             missing = f"{run.system}: has no run {run.run} on {run.sequence}"

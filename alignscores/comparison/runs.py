@@ -1,13 +1,9 @@
 """One run: scored, or taken from the cache by the content of its files."""
 
-import hashlib
-import json
 import math
-import sys
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, fields, replace
-from functools import cache, lru_cache, partial
-from io import BytesIO
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -15,24 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Floats, Indices
-from ..evaluation.evaluation import STATUSES, Evaluation
-from ..evaluation.matching import files_below, read_reference
+from ..evaluation.evaluation import Evaluation
+from ..evaluation.matching import read_reference
 from ..evaluation.notes import collected_warnings, why
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..metrics import LEVELS, metric
-from ..trajectories.files import FAILURES, FileError, Trajectory
-from ..trajectories.files.arrays import unpack_arrays
-from ..trajectories.files.text import read_bytes, reading_once
-from ..trajectories.formats import Format
+from ..trajectories.files import FAILURES, Trajectory
 from ..validation import finite_rows
-from .cache import load, store
+from .cache import content_hash, file_of, load, store
 
 __all__ = ["COLUMNS", "Outcome", "Task", "evaluate_run", "forget_references", "reference_of"]
 
 COLUMNS = "TAS", "RAS", "PAS", "half_distance", "half_angle"  # of every comparison
-# Files of a COLMAP model that no score depends on: their size stands for their content.
-POINTS = "points3D"
 
 
 @dataclass(frozen=True)
@@ -81,40 +72,40 @@ class Outcome:
 
 def evaluate_run(task: Task) -> Outcome:
     """Score an estimate, or take the result of the same files and settings from the cache."""
+    if task.cache is None:
+        return _scored(task)
+    settings = {**vars(task.settings), "check": task.check, "frames": None}
+    frames = [] if task.settings.frames is None else [str(task.settings.frames)]
+    file = file_of(task.cache, settings, [task.reference, task.estimate, *frames])
+    if outcome := _outcome_of(load(file), task.estimate):
+        return outcome
+    outcome = _scored(task)
+    if not outcome.error:
+        try:
+            store(file, _to_json(outcome, task.estimate))
+        except (OSError, ValueError) as error:
+            outcome.notes.append(f"is not stored in {task.cache}: {why(error)}")
+    return outcome
+
+
+def _scored(task: Task) -> Outcome:
+    """Score an estimate; an outcome without scores says why it has none."""
+    settings = task.settings
     try:
-        with reading_once():
-            file = _cached_file(task, "run")
-            if file and (outcome := _loaded(file, task)):
-                return outcome
-            with collected_warnings():  # the comparison tells them, once for each sequence
-                reference = reference_of(
-                    task.reference, task.settings.format, task.settings.ref_topic
-                )
-            evaluation = score(
-                reference,
-                task.estimate,
-                task.settings,
-                name="",
-                check=task.check,
-            )
-            outcome = _outcome(evaluation)
-            # pycolmap and evo read files themselves, which may have changed in between
-            if file and file == _cached_file(task, "run"):
-                _store(file, outcome, task.estimate)
-            return outcome
+        with collected_warnings():  # the comparison tells them, once for each sequence
+            reference = reference_of(task.reference, settings.format, settings.ref_topic)
+        return _outcome(score(reference, task.estimate, settings, name="", check=task.check))
     except FAILURES as error:
         return Outcome({}, error=_with_file(error, task.estimate))
 
 
 def reference_of(path: str, format: str | None, topic: str | None) -> Trajectory:
     """Read a reference; each is read once for the runs that follow each other."""
-    settings = Settings(format=format, ref_topic=topic)
-    with reading_once():
-        return _reference(path, settings, _content_hash(path, settings.form))
+    return _reference(path, Settings(format=format, ref_topic=topic), content_hash(path))
 
 
 @lru_cache(maxsize=2)
-def _reference(path: str, settings: Settings, content: bytes) -> Trajectory:
+def _reference(path: str, settings: Settings, content: str) -> Trajectory:
     """Return the reference that a file with this content holds."""
     return read_reference(path, settings)
 
@@ -167,109 +158,24 @@ def _score(evaluation: Evaluation, name: str) -> float:
     return distances.get(name, math.nan if known.family in LEVELS else known.worst)
 
 
-def _cached_file(task: Task, kind: str) -> Path | None:
-    """Return the file of the cache for the content of a task's files and its settings."""
-    if task.cache is None:
-        return None
-    settings = {key: value for key, value in vars(task.settings).items() if key != "frames"}
-    described: list[Any] = [_content_of_code(), kind, sorted(settings.items())]
-    if kind == "run":
-        described += [task.check]
-    digest = hashlib.sha256(json.dumps(described).encode())
-    for path, form in (
-        (task.reference, task.settings.form),
-        (task.estimate, task.settings.est_form),
-        (task.settings.frames, None),
-    ):
-        digest.update(_content_hash(str(path), form) if path is not None else b"-")
-    return task.cache / f"{digest.hexdigest()}.{'npz' if kind == 'run' else 'json'}"
+def _to_json(outcome: Outcome, estimate: str) -> dict[str, Any]:
+    """Return an outcome as JSON has it, with the file that its notes name."""
+    values = {
+        name: value.tolist() if isinstance(value, np.ndarray) else value
+        for name, value in vars(outcome).items()
+    }
+    return {**values, "estimate": estimate}
 
 
-@cache
-def _content_of_code() -> str:
-    """Return the hash of this package: a clone changes more often than its version."""
-    digest = hashlib.sha256()
-    for file in sorted(Path(__file__).parents[1].rglob("*.py")):
-        digest.update(file.read_bytes())
-    return digest.hexdigest()
-
-
-def _content_hash(path: str, form: Format | None) -> bytes:
-    """Return the hash of a file, or of those of a COLMAP model or a folder of some."""
-    digest = hashlib.sha256()
-    in_memory = not (form and form.topics)  # bags may be too large
-    for file in files_below(path):
-        try:
-            if file.stem == POINTS:
-                content = str(file.stat().st_size).encode()
-            elif file == Path(path) and in_memory:
-                content = hashlib.sha256(read_bytes(path)).digest()
-            elif file.is_file():
-                with file.open("rb") as opened:
-                    content = hashlib.file_digest(opened, "sha256").digest()
-            else:
-                content = b""
-        except (OSError, FileError):  # whoever reads it says why
-            content = b""
-        name = file.suffix if file == Path(path) else str(file.relative_to(path))
-        digest.update(f"{name}\0{len(content)}\0".encode() + content)
-    return digest.digest()
-
-
-ARRAYS = [
-    entry.name
-    for entry in fields(Outcome)
-    if isinstance(getattr(Outcome({}), entry.name), np.ndarray)
-]
-DESCRIBED = "scores", "n", "failures", "unit", "lost", "scale", "n_parts", "n_rows", "notes"
-
-
-def _store(file: Path, outcome: Outcome, path: str) -> None:
-    described = {**{name: getattr(outcome, name) for name in DESCRIBED}, "path": path}
-    buffer = BytesIO()
-    arrays = {name: getattr(outcome, name) for name in ARRAYS}
-    np.savez(buffer, described=np.array(json.dumps(described)), **arrays)
-    store(file, buffer.getvalue())
-
-
-def _loaded(file: Path, task: Task) -> Outcome | None:
-    """Return a stored outcome, None where there is none that can be read."""
+def _outcome_of(stored: Any, estimate: str) -> Outcome | None:
+    """Return a stored outcome, None where it is not one; its notes name the estimate."""
     try:
-        stored: dict[str, Any] = dict(unpack_arrays(file, load(file) or b""))
-        stored |= json.loads(str(stored.pop("described")))
-        written = stored.pop("path")
-        outcome = Outcome(**stored)
-        if not isinstance(written, str) or not _is_sound(
-            outcome, {*COLUMNS, *task.settings.metrics}
-        ):
-            return None
-        notes = [note.replace(written, task.estimate) for note in outcome.notes]
-    except (ArithmeticError, AttributeError, KeyError, RecursionError, TypeError, ValueError):
+        written = stored.pop("estimate")
+        for name, value in vars(Outcome({})).items():
+            if isinstance(value, np.ndarray):
+                shape = -1, *value.shape[1:]
+                stored[name] = np.array(stored[name], value.dtype).reshape(shape)
+        stored["notes"] = [note.replace(written, estimate) for note in stored["notes"]]
+        return Outcome(**stored)
+    except (AttributeError, KeyError, TypeError, ValueError):
         return None
-    return replace(outcome, notes=notes)
-
-
-def _is_double(value: Any) -> bool:
-    """Tell whether a value is a number that a double can hold."""
-    return isinstance(value, float) or (isinstance(value, int) and abs(value) <= sys.float_info.max)
-
-
-def _is_sound(outcome: Outcome, names: Collection[str]) -> bool:
-    """Tell whether a stored outcome has the types and the bounds of one that was computed."""
-    like = Outcome({})
-    counts = outcome.n, outcome.failures, outcome.n_parts, outcome.n_rows
-    numbers = outcome.unit, outcome.lost, outcome.scale, *outcome.scores.values()
-    return (
-        outcome.scores.keys() == names
-        and all(type(count) is int and count >= 0 for count in counts)
-        and all(map(_is_double, numbers))
-        and all(0 <= outcome.scores[name] <= 1 for name in ("TAS", "RAS", "PAS"))
-        and all(isinstance(note, str) for note in outcome.notes)
-        and all(
-            getattr(outcome, name).dtype == getattr(like, name).dtype
-            and getattr(outcome, name).shape == (outcome.n, *getattr(like, name).shape[1:])
-            for name in ARRAYS
-        )
-        and bool(np.all(np.diff(outcome.rows, prepend=-1, append=outcome.n_rows) > 0))
-        and bool(np.all(outcome.statuses < len(STATUSES)))
-    )

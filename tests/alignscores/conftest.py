@@ -168,7 +168,7 @@ def score(run):
 def process(examples, tmp_path):
     """(arguments, before=) -> the command in a process of its own, after some code."""
 
-    def process(*arguments, before="", **environment):
+    def process(*arguments, before="pass", **environment):
         code = f"import sys; {before}; from alignscores.cli import main; sys.exit(main())"
         return subprocess.run(
             [sys.executable, "-c", code, *arguments],
@@ -216,9 +216,8 @@ def tum(tmp_path):
 
 @pytest.fixture
 def run_compare(tmp_path, command, monkeypatch):
-    """(arguments) -> as `command`, of ``compare``, in a folder and with a cache of its own."""
+    """(arguments) -> as `command`, of ``compare``, in a folder of its own."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return partial(command, "compare")
 
 

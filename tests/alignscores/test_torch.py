@@ -25,7 +25,12 @@ class OnlyDLPack:
 
     def __init__(self, array):
         self._array = array
-        self.__dlpack__, self.__dlpack_device__ = array.__dlpack__, array.__dlpack_device__
+
+    def __dlpack__(self, **options):
+        return self._array.__dlpack__(**options)
+
+    def __dlpack_device__(self):
+        return self._array.__dlpack_device__()
 
 
 class OnGPU:

@@ -1,242 +1,142 @@
-"""From arguments to what is printed: the format that is not named, progress, and streams."""
+"""Usage, options, and the command as a process."""
 
 import json
 import os
+import re
+import shutil
+import subprocess
 import sys
-from argparse import Namespace
-from io import BytesIO, TextIOWrapper
-from types import SimpleNamespace
 
 import pytest
 
-from alignscores.cli import command, main
-from alignscores.cli.command import (
-    build_parser,
-    check_outputs_possible,
-    with_format,
-    with_signed_axes,
-)
+import alignscores
+from alignscores.cli.command import build_parser
+from alignscores.trajectories.formats import FORMATS
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
+COLMAP = "colmap", "colmap/reference", "colmap/estimate"
 
 
 @pytest.mark.parametrize(
-    ("given", "taken"),
+    ("arguments", "reason"),
     [
-        ("tum a b --up -y", "tum a b --up=-y"),
-        ("--up x --up -z a", "--up=x --up=-z a"),
-        ("tum x y --seed -y z", "tum x y --seed -y z"),
-        ("tum a --up", "tum a --up"),
-        ("--up", "--up"),
-        ("x a --up", "x a --up"),
-        ("", ""),
+        ([], "the following arguments are required: FORMAT; see alignscores --help"),
+        (["tum", "reference"], "the following arguments are required: EST; see alignscores tum --"),
+        (["sfm", "a", "b"], "invalid choice: 'sfm'"),
+        (["tum", "a", "b", "--registration", "none"], "argument --registration: invalid choice"),
+        ([*TUM, "--nothing", "-x"], "unrecognized arguments: --nothing -x; see alignscores tum --"),
+        (["tum", "a", "b", "--repeat", "0"], "--repeat: must be a whole number of at least 1, not"),
+        (["tum", "a", "b", "--seed", "1.5"], "--seed: must be a whole number of at least 0, not '"),
+        (["tum", "a", "b", "--unit", "inf"], "--unit: must be a finite number above 0, not 'inf'"),
+        (["tum", "a", "b", "--weight", "1.1"], "--weight: must be a finite number from 0 to 1, no"),
+        (["tum", "a", "b", "--t_offset", "nan"], "--t_offset: must be a finite number or auto, no"),
+        (["tum", "a", "b", "--save_plot", "x.jpg"], "x.jpg does not end in .png or .pdf or .svg"),
+        (["tum", "a", "b", "--save_results", "no/x.zip"], "no/x.zip: there is no folder no"),
+        ([*TUM, "--alignment", "yaw", "--up"], "argument --up: expected one argument"),
+        ([*TUM, "--alignment", "yaw", "--up", "-q"], "argument --up: "),
+        ([*TUM, "--alignment", "yaw", "--up", "north"], "argument --up: invalid choice: 'north'"),
+        (["compare", *TUM, "--no_cache"], "nothing is stored without --cache FOLDER; see align"),
+        (["compare", "--clear_cache"], "delete the folder of --cache; see alignscores compare"),
     ],
 )
-def test_an_axis_is_joined_to_its_option_alone(given, taken):
-    """A file may have the name of an axis."""
-    assert with_signed_axes(given.split()) == taken.split()
+def test_wrong_usage_is_one_line(run, arguments, reason):
+    code, out, err = run(*arguments)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert re.match("alignscores.*: error: ", err)
+    assert reason in err
 
 
-@pytest.mark.parametrize(
-    ("given", "taken", "note"),
-    [
-        (
-            "tum/reference.txt tum/estimate.txt --seed 1",
-            "tum tum/reference.txt tum/estimate.txt --seed 1",
-            "taken for the format tum",
-        ),
-        (
-            "euroc/data.csv euroc/estimate.txt euroc/estimate.txt",
-            "euroc euroc/data.csv euroc/estimate.txt euroc/estimate.txt --est_format=tum",
-            "taken for the format euroc; euroc/estimate.txt for tum",
-        ),
-        (
-            "euroc/data.csv euroc/estimate.txt",
-            "euroc euroc/data.csv euroc/estimate.txt --est_format=tum",
-            "taken for the format euroc; euroc/estimate.txt for tum",
-        ),
-        (
-            "colmap/reference colmap/estimate",
-            "colmap colmap/reference colmap/estimate",
-            "taken for the format colmap",
-        ),
-        ("tum/reference.txt --json", "tum/reference.txt --json", None),
-        ("none none.txt", "none none.txt", None),
-        ("tum tum/reference.txt", "tum tum/reference.txt", None),
-        ("compare tum/reference.txt", "compare tum/reference.txt", None),
-    ],
-)
-def test_the_format_stands_before_the_files(examples, monkeypatch, capsys, given, taken, note):
-    monkeypatch.chdir(examples)
-    assert with_format(given.split()) == taken.split()
-    assert capsys.readouterr().err == (f"alignscores: note: {note}\n" if note else "")
+def test_an_option_that_needs_another_one(run):
+    code, out, err = run(*TUM, "--up", "-y")
+    assert (code, out) == (1, "")
+    assert err == (
+        "alignscores: error: up is used by alignment=yaw alone: set that, too, or leave up out\n"
+    )
 
 
-@pytest.mark.parametrize(
-    ("files", "message"),
-    [
-        (
-            ["tum/reference.txt", "kitti/estimate.txt"],
-            "tum/reference.txt is in the format tum, kitti/estimate.txt in kitti: no match",
-        ),
-        (
-            ["tum/reference.txt", "tum/estimate.txt", "kitti/estimate.txt"],
-            "kitti/estimate.txt: is not in the format of tum/estimate.txt, tum; score it apart",
-        ),
-    ],
-)
-def test_files_of_several_formats_are_refused(run, files, message):
-    assert run(*files) == (1, "", f"alignscores: error: {message}\n")
+@pytest.mark.parametrize("up", [["--up", "-y"], ["--up=-y"], ["--up", "y"]])
+def test_an_axis_with_a_sign_is_no_option(run, up):
+    code, out, err = run(*TUM, *up, "--alignment", "yaw")
+    assert (code, err) == (0, "")
+    assert "registration refined, aligned about the y axis, without scale" in out
 
 
-def test_a_file_that_is_not_there_is_named_where_it_looks_like_one(run):
-    """What has no ending is taken for a format."""
-    message = "none.txt: cannot be read (No such file or directory)"
-    assert run("none.txt", TUM[2]) == (1, "", f"alignscores: error: {message}\n")
-    code, _, err = run("none", TUM[2])
-    assert code == 2
-    assert "invalid choice: 'none'" in err
+def test_files_may_have_the_names_of_axes(command, examples, tmp_path, monkeypatch):
+    for name, file in zip("xy", TUM[1:], strict=True):
+        shutil.copy(examples / file, tmp_path / name)
+    monkeypatch.chdir(tmp_path)
+    assert command("tum", "x", "y", "--alignment", "yaw", "--up", "-y")[::2] == (0, "")
 
 
-def test_without_arguments_the_format_is_asked_for(run):
-    message = "the following arguments are required: FORMAT; see alignscores --help"
-    assert run() == (2, "", f"alignscores: error: {message}\n")
+def test_version(run):
+    assert run("--version") == (0, f"alignscores {alignscores.__version__}\n", "")
 
 
-@pytest.mark.parametrize(("estimates", "step"), [(1, None), (2, 0.1), (3, 0.1)])
-def test_several_estimates_have_frames_in_common(run, monkeypatch, estimates, step):
-    """Whose step is found once for all; of one alone it is its own."""
-    score, steps, files = command.score, [], TUM[2:] * estimates
-
-    def step_of_frames(paths, _):
-        assert tuple(paths) == files
-        return 0.1
-
-    def scored(*arguments, step, **options):
-        steps.append(step)
-        return score(*arguments, step=step, **options)
-
-    monkeypatch.setattr(command, "step_of_frames", step_of_frames)
-    monkeypatch.setattr(command, "score", scored)
-    assert run(*TUM[:2], *files)[0] == 0
-    assert steps == [step] * estimates
+def test_help(run):
+    code, out, _ = run("--help")
+    assert code == 0
+    for name, form in FORMATS.items():
+        assert f"alignscores {name} {form.example}\n" in out
+        code, text, _ = run(name, "--help")
+        assert code == 0
+        assert f" {name}: {form.help}. positional arguments: " in " ".join(text.split())
+        assert not re.search(r"default: (None|False)", text)
+    code, out, _ = run("compare", "--help")
+    assert code == 0
+    assert "\n3 certainly worse than the baseline (--fail_on worse)\n" in out  # a line of its own
 
 
-def test_unknown_options_are_named(run):
-    code, out, err = run(*TUM, "--nothing", "-x")
-    assert (code, out) == (2, "")
-    message = "unrecognized arguments: --nothing -x; see alignscores tum --help"
-    assert err == f"alignscores tum: error: {message}\n"
+def test_every_argument_is_explained_and_its_value_named():
+    subcommands = next(
+        action for action in build_parser()._actions if isinstance(action.choices, dict)
+    )
+    for command in subcommands.choices.values():
+        for argument in command._actions:
+            assert argument.help
+            assert argument.nargs == 0 or argument.metavar or argument.choices
 
 
-def test_arguments_are_those_of_the_process(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", ["alignscores", "tum", "--metrics", "help"])
-    with pytest.raises(SystemExit, match=r"^0$"):
-        main()
-    assert capsys.readouterr().out.startswith("TAS ")
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="needs Linux")
+def test_there_is_a_process_for_each_processor_that_may_be_used(process):
+    one = "import os; os.sched_setaffinity(0, [min(os.sched_getaffinity(0))])"
+    assert " processes in parallel (default: 1)" in process("compare", "--help", before=one).stdout
 
 
-class Terminal(BytesIO):
-    """What has come out of a buffer."""
-
-    def isatty(self):
-        return True
+def test_as_a_module(examples, tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "alignscores", *TUM],
+        cwd=examples,
+        env={**os.environ, "HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=100,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "registration refined" in done.stdout
+    assert list(tmp_path.iterdir()) == []  # nothing in the home directory
 
 
 @pytest.mark.parametrize("option", ["--json", "--seed=0"])
-def test_what_is_printed_has_left_the_buffers(examples, monkeypatch, write, lines, option):
-    """On an output that cannot encode all names, which are escaped there."""
-    path, out, err = write(lines, "é.txt"), Terminal(), Terminal()
-    monkeypatch.chdir(examples)
-    monkeypatch.setattr(sys, "stdout", TextIOWrapper(out, "ascii"))
-    monkeypatch.setattr(sys, "stderr", TextIOWrapper(err, "utf-8", line_buffering=True))
-    assert main([*TUM[:2], str(path), option]) == 0
+def test_an_output_that_cannot_encode_a_name(process, write, lines, option):
+    path = write(lines, "é.txt")
+    done = process(*TUM[:2], str(path), option, PYTHONIOENCODING="ascii")
+    assert (done.returncode, done.stderr) == (0, "")
     if option == "--json":
-        assert json.loads(out.getvalue())["results"][0]["name"] == "é.txt"
+        assert json.loads(done.stdout)["results"][0]["name"] == "é.txt"
     else:
-        assert out.getvalue().splitlines()[1].startswith(rb"\xe9.txt ")
-    assert err.getvalue().endswith(b"\r\x1b[K")
-
-
-SCORING = """[--unit X] [--max_threshold X] [--max_threshold_deg X] [--weight X]
-[--registration {pcr99,refined}] [--alignment {similarity,rigid,yaw,none}]
-[--up {z,y,x,-z,-y,-x}] [--seed X] [--repeat X]"""
-TIMES = """[--t_max_diff X] [--sync {interpolate,nearest}] [--max_gap X] [--t_start X]
-[--t_end X] [--t_offset X] [--frames FILE]"""
-POSES = "[--invert] [--body_rotation {auto,none}]"
-LOST = "[--missing {fail,ignore}]"
-SAVED = "[--save_results FILE.zip] [--plot] [--save_plot FILE] [--save_page FILE.html] REF EST [EST"
-SAVED_TABLES = """[--metrics NAMES] [--json] [--save_errors FILE.csv] [--all_cameras]
-[--save_metrics FILE.csv] [--profile FILE.csv]"""
-TOPICS = "[--ref_topic TOPIC] [--est_topic TOPIC]"
-WITH_TIMES = "tum,euroc,vslamlab,arrays,bag"
-USAGE = {  # of formats that have, or have not: times, topics, cameras that may be missing, a world
-    "tum": f"""[-h] [--est_format {{{WITH_TIMES}}}] {LOST} {TIMES} {POSES} {SCORING} {SAVED_TABLES}
-[--save_aligned FILE.txt] {SAVED} ...]""",
-    "bag": f"""[-h] [--est_format {{{WITH_TIMES}}}] {TOPICS} {LOST} {TIMES} {POSES} {SCORING}
-{SAVED_TABLES} [--save_aligned FILE.txt] {SAVED} ...]""",
-    "kitti": f"""[-h] {POSES} {SCORING} {SAVED_TABLES} [--save_aligned FILE.txt] {SAVED} ...]""",
-    "nerf": f"""[-h] [--est_format {{colmap,nerf}}] {LOST} {POSES} {SCORING} {SAVED_TABLES}
-{SAVED} ...]""",
-    "compare": f"""[-h] [--dry-run] [--baseline FILE.json] [--fail_on {{worse}}] [--expect_all]
-[--est_format {{tum,kitti,euroc,colmap,vslamlab,arrays,bag,nerf}}] {TOPICS} {LOST} {TIMES} {POSES}
-{SCORING} [--jobs X] [--cache FOLDER] [--clear_cache] [--no_cache] [--metrics NAMES] [--by NAME]
-[--html FILE.html] [--json | --csv | --markdown | --latex] [FORMAT] [PATTERN ...]""",
-}
-GROUPS = ["positional arguments:", "options:", "which poses belong together:", "scoring:"]
-
-
-@pytest.mark.parametrize("name", USAGE)
-def test_each_format_has_the_options_that_it_can_have(run, monkeypatch, name):
-    monkeypatch.setenv("COLUMNS", "120")
-    _, out, _ = run(name, "--help")
-    usage, _, more = out.partition("\n\n")
-    assert usage.split() == ["usage:", "alignscores", name, *USAGE[name].split()]
-    work = ["work:"] if name == "compare" else []
-    found = [line for line in more.splitlines() if line.endswith(":") and line[0] != " "]
-    assert found[: 5 + len(work)] == [*GROUPS, *work, "output:"]
-
-
-def test_outputs_have_their_names_in_the_help(run, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "400")
-    out = run("compare", "--help")[1]
-    for name in ("JSON", "CSV", "Markdown", "LaTeX"):
-        assert f" print {name} instead of the table\n" in out
-    assert " file with the time stamps of the frames that were to be estimated, or a pattern" in out
-
-
-@pytest.mark.parametrize(("processors", "jobs"), [(7, 7), (None, 1)])
-def test_all_processors_take_part(monkeypatch, processors, jobs):
-    """One where their number is not known."""
-    monkeypatch.setattr(os, "cpu_count", lambda: processors)
-    arguments = build_parser().parse_args(["compare", "b.yaml"])
-    assert arguments.jobs == jobs
+        assert done.stdout.splitlines()[1].startswith(r"\xe9.txt ")
 
 
 @pytest.mark.parametrize(
-    ("wanted", "required"),
+    ("blocked", "arguments", "extra"),
     [
-        ((), []),
-        (("save_results",), ["evo"]),
-        (("save_plot",), ["matplotlib"]),
-        (("plot",), ["matplotlib.pyplot", "matplotlib.backends.registry"]),
-        (("save_errors", "save_page"), []),
+        ("evo", [*TUM, "--save_results", "never.zip"], "evo"),
+        ("pycolmap", COLMAP, "colmap"),
+        ("matplotlib", [*TUM, "--save_plot", "never.png"], "plots"),
+        ("yaml", ["compare", "never.yaml"], "yaml"),
     ],
 )
-def test_outputs_need_what_makes_them_alone(monkeypatch, wanted, required):
-    """A window needs a display, which the backend without one has not."""
-    asked = []
-
-    def require(module, extra):
-        asked.append(module)
-        assert extra == ("evo" if module == "evo" else "plots")
-        filters = SimpleNamespace(NON_INTERACTIVE="without")
-        registry = SimpleNamespace(list_builtin=lambda kind: ["agg"] * (kind == "without"))
-        return SimpleNamespace(
-            get_backend=lambda: "tkagg", backend_registry=registry, BackendFilter=filters
-        )
-
-    monkeypatch.setattr(command, "require", require)
-    names = "save_results", "save_plot", "plot", "save_errors", "save_page"
-    check_outputs_possible(Namespace(**{name: name in wanted for name in names}))
-    assert asked == required
+def test_missing_extras_are_named(run, monkeypatch, blocked, arguments, extra):
+    monkeypatch.setitem(sys.modules, blocked, None)
+    message = f'{blocked} is not installed: pip install "alignscores[{extra}]"'
+    assert run(*arguments) == (1, "", f"alignscores: error: {message}\n")

@@ -1,10 +1,7 @@
 """No output replaces an input, by whatever path or link it is named, and no two write one file."""
 
 import json
-import os
 import shutil
-from importlib import import_module
-from pathlib import Path
 
 import pytest
 
@@ -25,10 +22,6 @@ def same(path):
     return path
 
 
-def relative(path):
-    return os.path.relpath(path)
-
-
 def through_parent(path):
     (path.parent / "sub").mkdir(exist_ok=True)
     return f"{path.parent}/sub/../{path.name}"
@@ -37,12 +30,6 @@ def through_parent(path):
 def symlink(path, suffix=None):
     link = path.with_name(f"link{suffix or path.suffix}")
     link.symlink_to(path)
-    return link
-
-
-def link_to_link(path, suffix=None):
-    link = path.with_name(f"another{suffix or path.suffix}")
-    link.symlink_to(symlink(path, suffix))
     return link
 
 
@@ -58,14 +45,8 @@ def linked_folder(path):
     return link / path.name
 
 
-def another_case(path):
-    return path.with_name(path.stem.swapcase() + path.suffix)
-
-
-LINKS = symlink, link_to_link, hard_link
-WAYS = [same, relative, through_parent, *LINKS, linked_folder]
-if Path(__file__).with_name(Path(__file__).name.swapcase()).exists():
-    WAYS.append(another_case)  # where the file system takes it for the same
+LINKS = symlink, hard_link
+WAYS = [same, through_parent, *LINKS, linked_folder]
 
 
 @pytest.fixture
@@ -74,20 +55,12 @@ def here(tmp_path, monkeypatch):
     folder = tmp_path / "here"
     folder.mkdir()
     monkeypatch.chdir(folder)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return folder
 
 
 @pytest.fixture
-def refused(command, tmp_path, monkeypatch):
-    """(message, arguments) -> check that they are refused, nothing read, and no byte changed."""
-
-    def computed(*arguments, **options):
-        raise AssertionError("something was computed before the outputs were looked at")
-
-    main, compare = (import_module(f"alignscores.cli.{name}") for name in ("command", "compare"))
-    for module, name in ((main, "read_reference"), (main, "score"), (compare, "compare_runs")):
-        monkeypatch.setattr(module, name, computed)
+def refused(command, tmp_path):
+    """(message, arguments) -> check that they are refused and no byte has changed."""
 
     def content():
         files = (file for file in tmp_path.rglob("*") if file.is_file())
@@ -107,9 +80,14 @@ def refused(command, tmp_path, monkeypatch):
 REPLACED = "would replace the input"
 
 
-@pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("whose", ["reference", "estimate", "second", "frames"])
-@pytest.mark.parametrize("option", OUTPUTS)
+@pytest.mark.parametrize(
+    ("option", "whose", "way"),
+    [
+        *((option, "estimate", same) for option in OUTPUTS),
+        *(("--save_errors", whose, symlink) for whose in ("reference", "second", "frames")),
+        *(("--save_page", "reference", way) for way in WAYS[1:]),
+    ],
+)
 def test_no_output_replaces_an_input(here, examples, refused, option, whose, way):
     inputs = {
         "reference": "tum/reference.txt",
@@ -147,9 +125,8 @@ def test_names_of_several_estimates_hit_none_of_them(here, examples, refused, op
 
 
 @pytest.mark.parametrize("way", LINKS)
-@pytest.mark.parametrize("option", [name for name in OUTPUTS if name != "--save_aligned"])
 @pytest.mark.parametrize("whose", ["reference", "estimate", "part", "linked part"])
-def test_no_output_replaces_a_file_of_a_model(here, examples, refused, option, whose, way):
+def test_no_output_replaces_a_file_of_a_model(here, examples, refused, whose, way):
     for name in ("reference", "estimate"):
         shutil.copytree(examples / "colmap" / name, here / name)
     hit, estimate = here / whose / "images.txt", here / "estimate"
@@ -164,37 +141,22 @@ def test_no_output_replaces_a_file_of_a_model(here, examples, refused, option, w
             (estimate / "0").symlink_to(hit.parent)
     elif whose == "estimate":
         hit = hit.with_suffix(".bin")
-    target = way(hit, OUTPUTS[option]).rename(here / f"out{OUTPUTS[option]}")
+    target = way(hit, ".csv").rename(here / "out.csv")
     if target.is_symlink():
         target.unlink()
         target.symlink_to(hit)
-    refused(REPLACED, "colmap", here / "reference", estimate, option, target)
-
-
-@pytest.mark.parametrize("form", ["kitti", "euroc", "nerf"])
-@pytest.mark.parametrize("way", LINKS)
-def test_no_output_replaces_an_input_of_other_formats(here, examples, refused, form, way):
-    files = [shutil.copy(examples / file, here) for file in FILES[form]]
-    for option, file in (("--save_page", files[0]), ("--save_errors", files[1])):
-        refused(REPLACED, form, *files, option, way(here / file, OUTPUTS[option]))
-        for link in here.glob("*.html"):
-            link.unlink()
+    refused(REPLACED, "colmap", here / "reference", estimate, "--save_errors", target)
 
 
 @pytest.mark.parametrize(
     ("first", "second", "way"),
     [
         ("--save_errors", "--save_metrics", same),
-        ("--save_errors", "--profile", relative),
-        ("--save_metrics", "--profile", through_parent),
-        ("--save_metrics", "--save_errors", linked_folder),
+        ("--save_metrics", "--profile", linked_folder),
     ],
 )
-@pytest.mark.parametrize("there", [False, True])
-def test_two_options_write_no_file_together(here, examples, refused, first, second, way, there):
+def test_two_options_write_no_file_together(here, examples, refused, first, second, way):
     files = [examples / file for file in FILES["tum"]]
-    if there:
-        (here / "out.csv").write_text("from before")
     both = first, here / "out.csv", second, way(here / "out.csv")
     refused("would both write", "tum", *files, *both)
 
@@ -225,51 +187,40 @@ BENCHMARK_FILES = {
 }
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("way", [same, symlink])
 @pytest.mark.parametrize("whose", BENCHMARK_FILES)
 def test_no_page_replaces_a_file_of_a_benchmark(here, found_files, refused, whose, way):
     target = way(here / BENCHMARK_FILES[whose])
-    if way in LINKS:  # not to be found by the pattern
-        target = target.rename(here / "page.html")
-        if way is not hard_link:
-            target.unlink()
-            target.symlink_to(here / BENCHMARK_FILES[whose])
+    if way is symlink:  # not to be found by the pattern
+        target.unlink()
+        target = here / "page.html"
+        target.symlink_to(here / BENCHMARK_FILES[whose])
     frames = "--frames", "desk/frames.html"
     refused(REPLACED, "compare", *found_files, *frames, "--html", target)
 
 
-@pytest.mark.parametrize("way", LINKS)
 @pytest.mark.parametrize("whose", ["yaml", "frames"])
-def test_no_page_replaces_a_file_that_describes_a_benchmark(here, found_files, refused, whose, way):
+def test_no_page_replaces_a_file_that_describes_a_benchmark(here, found_files, refused, whose):
     described = dict(zip(("format", "reference", "estimate"), found_files, strict=True))
     described["sequences"] = {"desk": {"frames": "desk/frames.html"}}
     (here / "b.yaml").write_text(json.dumps(described))
     hit = here / ("b.yaml" if whose == "yaml" else "desk/frames.html")
-    refused(REPLACED, "compare", "b.yaml", "--html", way(hit, ".html"))
+    refused(REPLACED, "compare", "b.yaml", "--html", symlink(hit, ".html"))
 
 
-@pytest.mark.parametrize("way", LINKS)
-def test_no_page_replaces_what_a_benchmark_is_compared_with(here, found_files, refused, way):
+def test_no_page_replaces_what_a_benchmark_is_compared_with(here, found_files, refused):
     (here / "saved.json").write_text("{}")
-    page = way(here / "saved.json", ".html")
-    refused(
-        f"{REPLACED} saved.json",
-        "compare",
-        *found_files,
-        "--baseline",
-        "saved.json",
-        "--html",
-        page,
-    )
+    options = "--baseline", "saved.json", "--html", symlink(here / "saved.json", ".html")
+    refused(f"{REPLACED} saved.json", "compare", *found_files, *options)
 
 
-@pytest.mark.parametrize("way", LINKS)
-def test_no_page_replaces_a_file_of_a_benchmark_s_model(here, examples, refused, way):
+def test_no_page_replaces_a_file_of_a_benchmark_s_model(here, examples, refused):
     for name in ("reference", "estimate"):
         shutil.copytree(examples / "colmap" / name, here / name)
     patterns = "colmap", "reference", "{system}mate"
     for file in ("reference/images.txt", "estimate/images.bin"):
-        refused(REPLACED, "compare", *patterns, "--html", way(here / file, ".html"))
+        refused(REPLACED, "compare", *patterns, "--html", symlink(here / file, ".html"))
+        (here / file).with_name("link.html").unlink()
 
 
 def test_outputs_of_before_are_replaced(here, examples, command):

@@ -1,17 +1,15 @@
-"""Closed streams, no home, and an interruption at any moment: one line and the right exit code."""
+"""Closed streams and no home: one line and the right exit code."""
 
 import json
 import os
-import signal
 import subprocess
 import sys
-import time
 
 import pytest
 
 COMMAND = sys.executable, "-m", "alignscores"
 TUM = "tum tum/reference.txt tum/estimate.txt"
-COMPARE = "compare tum tum/reference.txt tum/{system}.txt --jobs 1 --no_cache"
+COMPARE = "compare tum tum/reference.txt tum/{system}.txt --jobs 1"
 
 
 @pytest.fixture
@@ -35,9 +33,7 @@ def shell(examples):
     return shell
 
 
-@pytest.mark.parametrize(
-    "arguments", [TUM, f"{TUM} --json", COMPARE, f"{COMPARE} --json", "--help"]
-)
+@pytest.mark.parametrize("arguments", [TUM, COMPARE, "--help"])
 def test_stdout_is_closed(shell, arguments):
     done = shell(arguments, ">&-")
     assert done.returncode == 1
@@ -47,8 +43,7 @@ def test_stdout_is_closed(shell, arguments):
     )
 
 
-PRINTS = [TUM, f"{TUM} --json", f"{TUM} --metrics help", COMPARE, f"{COMPARE} --dry-run"]
-PRINTS += ["--help", "--version", "tum --help"]
+PRINTS = TUM, f"{TUM} --json", f"{TUM} --metrics help", COMPARE, f"{COMPARE} --dry-run", "--help"
 
 
 @pytest.mark.parametrize("arguments", PRINTS)
@@ -84,30 +79,6 @@ def test_stdin_is_closed(shell):
 def test_there_is_no_home(process):
     """Nor an entry of the user among the passwords, as in containers."""
     no_home = "import os, pwd; del os.environ['HOME']; pwd.getpwuid = {}.__getitem__"
-    arguments = COMPARE.replace(" --no_cache", "").split()
-    done = process(*arguments, before=no_home, XDG_CACHE_HOME="")
-    assert done.returncode == 0
+    done = process(*COMPARE.split(), before=no_home)
+    assert (done.returncode, done.stderr) == (0, "")
     assert "estimate" in done.stdout
-    assert done.stderr.count("note: results are not kept, since ~/.cache/alignscores is not") == 1
-
-
-@pytest.mark.parametrize("jobs", ["1", "2"])
-def test_an_interruption_at_any_moment(examples, jobs):
-    """From the interpreter's start, where the signal itself ends it, to the end of the work."""
-    arguments = COMPARE.replace("--jobs 1", f"--jobs {jobs}").split()
-    for moment in range(6):
-        running = subprocess.Popen(
-            [*COMMAND, *arguments],
-            cwd=examples,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        time.sleep(0.25 * moment)
-        running.send_signal(signal.SIGINT)
-        _, err = running.communicate(timeout=100)
-        if "Failed to import the site module" in err:  # before any of our code
-            assert running.returncode == 1
-            continue
-        assert running.returncode in (0, 130, -signal.SIGINT)
-        assert "Traceback" not in err or running.returncode == -signal.SIGINT

@@ -5,7 +5,6 @@ frames; how its lines, its content or its folder are edited; and what is said. W
 test_main.py.
 """
 
-import gzip
 import json
 import re
 import shutil
@@ -145,33 +144,22 @@ CASES = {  # "format file what": its edit, the message
     ),
     "tum estimate no file": (always(NOTHING), r"bad: cannot be read \(No such file"),
     "tum reference a folder": (always(FOLDER), r"bad: cannot be read \(Is a directory"),
-    "kitti reference no file": (always(NOTHING), r"bad: cannot be read \(No such file"),
-    "euroc estimate no file": (always(NOTHING), r"bad: cannot be read \(No such file"),
-    "nerf estimate no file": (always(NOTHING), r"bad: cannot be read \(No such file"),
-    "tum frames no file": (always(NOTHING), r"bad: cannot be read \(No such file"),
     "tum estimate empty": (always(""), "bad: has no poses"),
-    "kitti estimate empty": (always(""), "bad: has no poses"),
-    "euroc reference empty": (always(""), "bad: has no poses"),
     "tum reference comments alone": (always("# nothing\n\n"), "bad: has no poses"),
     "tum frames empty": (always(""), "bad: has no time stamps"),
-    "tum frames no stamps": (line(4, "x"), "bad, line 4: must begin with a time stamp, n"),
     "tum estimate binary": (always(b"0 1 2 3 0 0 0 1\n\xff\xfe\x9c"), r"bad, line 2: is not text"),
     "tum frames nan": (line(4, "nan"), "bad, line 4: must begin with a time stamp, not 'nan'"),
     "tum estimate a remark": (field(3, 7, "1 # lost"), "bad, line 3: has 10 columns, not 'times"),
     "tum estimate zero bytes": (field(3, 7, "\0"), r"bad, line 3: is not text \(a zero byte\)"),
-    "tum estimate UTF-16": (always("0 1 2 3\n".encode("utf-16")), "bad, line 1: is not text"),
-    "tum estimate compressed without .gz": (always(gzip.compress(b"1 2")), "line 1: has 2 columns"),
     "tum estimate too few columns": (
         line(3, "1 2 3"),
         "bad, line 3: has 3 columns, not 'timestamp",
     ),
     "tum estimate too many columns": (field(3, 7, "1 9"), "bad, line 3: has 9 columns, not 'times"),
-    "tum estimate cut off in the last line": (line(39, "1700000003.9 1"), "line 39: has 2 columns"),
     "tum estimate is kitti": (always("1 0 0 0 0 1 0 0 0 0 1 0"), "12 columns are the kitti format"),
     "kitti estimate is tum": (always("0 1 2 3 0 0 0 1"), "8 columns are the tum format"),
     "tum estimate is euroc": (always("1,0,0,0,0,1,0,0"), "commas are the euroc format"),
     "tum estimate a word": (field(5, 3, "x"), "bad, line 5: 'x' is not a number"),
-    "tum estimate a quote": (field(5, 3, '"5'), "bad, line 5: '\"5' is not a number"),
     "tum estimate a header": (line(1, "t x y z a b c d"), "1: 't' is not a .* line begins with #$"),
     "euroc reference a header": (
         lambda lines: [lines[0][1:], *lines[1:]],
@@ -185,32 +173,17 @@ CASES = {  # "format file what": its edit, the message
         lambda lines: [*(f"{row} 0 0 0 1" for row in lines[:6]), f"{lines[6]} 0 0 1 0"],
         "bad, line 7: 16 columns must end with 0 0 0 1",
     ),
-    "kitti estimate of 4 x 4 in part": (
-        lambda lines: [*lines[:6], f"{lines[6]} 0 0 0 1"],
-        "bad, line 7: has 16 columns, the first line 12",
-    ),
-    "tum estimate is kitti of 4 x 4": (always("1 " * 16), "16 columns are the kitti format"),
     "tum estimate decimal commas": (field(5, 3, "4,6"), "bad, line 5: '4,6' is not a number"),
-    "kitti estimate a word": (field(5, 3, "x"), "bad, line 5: 'x' is not a number"),
-    "kitti estimate too few columns": (line(3, "1 2 3"), "bad, line 3: has 3 columns, not 'r11"),
     "kitti estimate a line less": (
         lambda lines: lines[:-1],
         r"bad: the reference has 40 poses, the estimate 39: .* \(write a row of nan for each frame",
     ),
-    "euroc reference too few columns": (
-        line(3, "17000000001,2,3,4,1,0,0"),
-        "bad, line 3: has 7 columns, not 'timestamp tx ty tz qw",
-    ),
-    "euroc reference a word": (field(3, 2, "x", ","), "line 3: 'x' is not a number"),
-    "euroc estimate semicolons": (line(2, "1;2;3;4;5;6;7;8"), "bad, line 2: has 1 column, not"),
     "tum estimate quaternion zero": (
         line(4, "1700000000.2 1 2 3 0 0 0 0"),
         "bad, line 4: the quaternion is zero, which is not a rotation",
     ),
     "tum estimate stamp nan": (field(4, 0, "nan"), "bad, line 4: the time stamp is not finite"),
-    "euroc estimate stamp inf": (field(4, 0, "inf"), "line 4: the time stamp is not finite"),
     "tum reference nan": (field(4, 1, "nan"), f"bad, line 4: {NOT_FINITE}"),
-    "euroc reference nan": (field(4, 5, "nan", ","), f"bad, line 4: {NOT_FINITE}"),
     "kitti reference nan": (field(4, 3, "nan"), f"bad, line 4: {NOT_FINITE}"),
     "nerf reference nan": (
         frame(3, transform_matrix=[[float("nan")] * 4] * 3),
@@ -224,29 +197,16 @@ CASES = {  # "format file what": its edit, the message
         line(2, "1 0 0 0 0 1 0 0 0 0 -1 0"),
         "bad, line 2: the matrix is not a rotation: its determinant is negative",
     ),
-    "kitti reference zero": (
-        line(2, " ".join("0" * 12)),
-        r"bad, line 2: the matrix is not a rotation: R\^T R differs from the identity by 1",
-    ),
-    "kitti estimate huge": (line(2, " ".join(["1e200"] * 12)), r"bad, line 2: .* R\^T R differs"),
     "nerf estimate scaled": (
         frame(1, transform_matrix=np.diag([2.0, 2, 2, 1]).tolist()),
         r"bad, frames\[1\] \('images/\d*.png'\): the matrix is not a rotation",
     ),
     "nerf estimate no JSON": (always('{\n"frames": [1,\n'), "bad, line 3: is not JSON"),
     "nerf estimate cut off": (lambda lines: lines[:9], "bad, line 9: is not JSON"),
-    "nerf estimate is tum": (always("0 1 2 3 0 0 0 1"), "bad, line 1: is not JSON"),
     "nerf estimate a list": (always("[1]"), r"bad, frames\[0\]: needs a file_path and a trans"),
     "nerf estimate no frames": (always("{}"), "bad: is not a transforms.json: it has no list of f"),
-    "nerf estimate frames empty": (always('{"frames": []}'), "bad: has no frames"),
-    "nerf estimate a frame a number": (always('{"frames": [3]}'), r"frames\[0\]: needs a file_p"),
     "nerf estimate no matrix": (frame(2, transform_matrix=None), r"frames\[2\]: needs a file_pa"),
-    "nerf estimate no path": (frame(2, file_path=None), r"bad, frames\[2\]: needs a file_path and"),
     "nerf estimate ragged": (frame(2, transform_matrix=[[1, 2], [3]]), r"frames\[2\]: needs a f"),
-    "nerf estimate 1 x 2": (
-        frame(2, transform_matrix=[[1, 2]]),
-        r"\[2\]: .* transform_matrix 4 x 4",
-    ),
     "nerf estimate path a number": (frame(2, file_path=7), r"\[2\]: file_path must be a text and"),
     "nerf estimate nested": (
         always("[" * 100_000),
@@ -260,7 +220,6 @@ CASES = {  # "format file what": its edit, the message
         always(NOTHING),
         "bad: is not a folder; a COLMAP model is a folder",
     ),
-    "colmap estimate a file": (always("1 2"), "bad: is not a folder; a COLMAP model is a folder w"),
     "colmap estimate empty folder": (
         always(FOLDER),
         "bad: is not a COLMAP model, with cameras, im",
@@ -272,21 +231,9 @@ CASES = {  # "format file what": its edit, the message
     ),
     "colmap estimate no cameras": (without("cameras.bin"), "the COLMAP model lacks cameras.bin$"),
     "colmap estimate no images": (without("images.bin"), "the COLMAP model lacks images.bin$"),
-    "colmap estimate images alone": (
-        without("cameras.bin", "points3D.bin"),
-        "bad: the COLMAP model lacks cameras.bin and points3D.bin$",
-    ),
     "colmap estimate images cut off": (
         part("images.bin", 300),
         f"bad/images.bin: {CUT} 3 of its 37",
-    ),
-    "colmap estimate images empty": (
-        part("images.bin", 0),
-        "bad/images.bin: is cut off: it has not",
-    ),
-    "colmap estimate images start": (
-        part("images.bin", 12),
-        f"bad/images.bin: {CUT} 0 of its 37 rec",
     ),
     "colmap estimate frames cut off": (part("frames.bin", 779), f"frames.bin: {CUT} 9 of its 37"),
     "colmap estimate points cut off": (
@@ -307,7 +254,6 @@ CASES = {  # "format file what": its edit, the message
         "bad: the model has no registered image$",
     ),
     "colmap reference a word": (image("2 abc "), COLMAP_LINE),
-    "colmap reference nan": (image("2 nan "), COLMAP_LINE),
     "colmap reference no name": (image("2 1 0 0 0 0 0 0 1\n"), COLMAP_LINE),
     "colmap reference a line less": (image(""), COLMAP_LINE),
     "colmap reference is sparse/": (

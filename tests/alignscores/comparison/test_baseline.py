@@ -25,7 +25,7 @@ def gate(run_compare, benchmark_of, tmp_path):
 
     def gate(change, *options, first=(), systems=SYSTEMS):
         patterns = benchmark_of(systems, n=60)
-        common = *patterns, "--jobs", 1, "--no_cache"
+        common = *patterns, "--jobs", 1
         (tmp_path / "saved.json").write_text(run_compare(*common, "--json", *first)[1])
         change()
         return run_compare(*common, "--baseline", "saved.json", "--fail_on", "worse", *options)
@@ -158,7 +158,7 @@ def test_a_broken_file(run_compare, examples, tmp_path, content, reason):
     if content:
         file.write_text(content)
     patterns = examples / "tum/reference.txt", examples / "tum/{system}.txt"
-    code, out, err = run_compare("tum", *patterns, "--baseline", file, "--no_cache")
+    code, out, err = run_compare("tum", *patterns, "--baseline", file)
     assert (code, out, err) == (1, "", f"alignscores: error: {file}: {reason}\n")
 
 

@@ -36,7 +36,7 @@ def failing(monkeypatch):
 @pytest.mark.parametrize(("error", "reason"), FAILURES)
 def test_one_run_fails(failing, patterns, run, error, reason):
     failing(runs, "score", error)
-    code, out, err = run(*patterns, "--jobs", 1, "--json", "--no_cache")
+    code, out, err = run(*patterns, "--jobs", 1, "--json")
     results = json.loads(out)["results"]
     failed = {(entry["run"], entry["lost"]) for entry in results if entry["status"] == "failed"}
     assert (code, failed) == (1, {("0", 1.0)})
@@ -64,7 +64,7 @@ def test_a_reference_fails(patterns, run, monkeypatch):
         return read(path, *others)
 
     monkeypatch.setattr(comparison, "reference_of", fail)
-    code, out, err = run(*patterns, "--jobs", 1, "--no_cache")
+    code, out, err = run(*patterns, "--jobs", 1)
     assert code == 1
     assert "sequence car: left out: there is not enough memory for it" in err
     assert "helix" in out

@@ -37,14 +37,6 @@ def test_fields(tmp_path, monkeypatch, pattern, path, values):
     assert Pattern(pattern, FIELDS).find() == ({path: values} if values else {}, [])
 
 
-def test_a_path_on_which_a_repeated_field_differs_is_passed_over(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for name in ("a_a.txt", "a_b.txt", "b_b.txt"):
-        (tmp_path / name).touch()
-    found = {f"{name}_{name}.txt": {"system": name} for name in "ab"}
-    assert Pattern("{system}_{system}.txt", FIELDS).find() == (found, [])
-
-
 def test_several_ways_to_match_are_a_problem(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "orb_slam_1.txt").touch()
@@ -78,10 +70,3 @@ def test_fields_are_filled_whatever_else_stands_there():
     assert pattern.fields == ("sequence", "run")
     assert pattern.fill({"sequence": r"a\1", "run": "2"}) == r"a\1/*/a\1_2**.txt"
     assert pattern.fill({"run": "2"}) == "{sequence}/*/{sequence}_2**.txt"
-
-
-def test_what_is_found_stands_in_order(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for name in "bca":
-        (tmp_path / f"{name}.txt").touch()
-    assert list(Pattern("{system}.txt", FIELDS).find()[0]) == ["a.txt", "b.txt", "c.txt"]

@@ -1,71 +1,165 @@
-"""Work in several processes: what is done where, and how they end."""
+"""Work in several processes: what is computed where, and how an interruption ends it.
 
-import multiprocessing
+Each script runs in a session of its own. Its pipes are closed when the last of its processes is
+gone, so that `communicate` returns only then; the timeout is there for a hang alone.
+"""
+
 import os
+import shutil
 import signal
+import subprocess
+import sys
 import threading
-from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
-from alignscores.comparison import processes
-from alignscores.comparison.processes import Pool
+from alignscores.comparison.processes import work
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is forked")
+
+PLACED = """\
+import errno, os, signal, sys
+place, number = sys.argv.pop(1), int(sys.argv.pop(1))
+fork, forks = os.fork, []
+
+def counted():
+    forks.append(place)
+    if place == "fails" and len(forks) == number:
+        raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+    return fork()
+
+def interrupt():
+    if len(forks) == number:
+        group = place.endswith("group")
+        os.killpg(0, signal.SIGINT) if group else os.kill(parent, signal.SIGINT)
+
+os.fork, parent = counted, os.getpid()
+if place != "fails":
+    os.register_at_fork(**{place.removesuffix("_group"): interrupt})
+"""
+COMMAND = "from alignscores.__main__ import command; sys.exit(command())"
+PYTHON = """
+from alignscores import compare
+try:
+    compare(*sys.argv[1:], format="tum", jobs=2)
+except BaseException as error:
+    print(type(error).__name__, error)
+try:
+    print(os.waitpid(-1, os.WNOHANG))
+except ChildProcessError:
+    print("no child")
+"""
+PLACES = [  # around which start of a worker
+    *(("before", 1), ("after_in_parent", 1), ("after_in_parent", 2)),
+    *(("after_in_child", 1), ("after_in_child", 2), ("after_in_parent_group", 2)),
+]
+LIMIT = "no further process can be started (Resource temporarily unavailable); use fewer --jobs"
 
 
-def told_nobody(text):
+@pytest.fixture
+def start(examples, tmp_path):
+    """(code, arguments) -> a process of it, in a folder with a reference and two estimates."""
+    shutil.copy(examples / "tum/reference.txt", tmp_path / "gt.ref")
+    for name in "ab":
+        shutil.copy(examples / "tum/estimate.txt", tmp_path / f"{name}.txt")
+
+    def start(code, *arguments):
+        return subprocess.Popen(
+            [sys.executable, "-c", code, *map(str, arguments)],
+            cwd=tmp_path,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+
+    return start
+
+
+PATTERNS = "gt.ref", "{system}.txt"
+ARGUMENTS = "compare", "tum", *PATTERNS, "--jobs", "2"
+
+
+@pytest.mark.parametrize(("place", "number"), PLACES)
+def test_an_interruption_ends_the_command(start, place, number):
+    with start(PLACED + COMMAND, place, number, *ARGUMENTS) as process:
+        out, err = process.communicate(timeout=60)
+    assert (process.returncode, out, err) == (-signal.SIGINT, "", "")
+
+
+def test_a_command_that_ignores_interruptions_is_not_interrupted(start):
+    ignoring = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\n"
+    with start(ignoring + PLACED + COMMAND, "after_in_parent", 1, *ARGUMENTS) as process:
+        out, _ = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert out.splitlines()[0].startswith("system")
+
+
+@pytest.mark.parametrize(("place", "number"), PLACES)
+def test_an_interruption_reaches_the_caller_in_python(start, place, number):
+    with start(PLACED + PYTHON, place, number, *PATTERNS) as process:
+        out, err = process.communicate(timeout=60)
+    assert (out, err) == ("KeyboardInterrupt \nno child\n", "")
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_a_process_that_cannot_be_started_is_one_line(start, number):
+    with start(PLACED + COMMAND, "fails", number, *ARGUMENTS) as process:
+        out, err = process.communicate(timeout=60)
+    assert (process.returncode, out, err) == (1, "", f"alignscores: error: {LIMIT}\n")
+    with start(PLACED + PYTHON, "fails", number, *PATTERNS) as process:
+        out, err = process.communicate(timeout=60)
+    assert (out, err) == (f"ChildProcessError {LIMIT}\nno child\n", "")
+
+
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_workers_end_with_the_command_in_the_middle_of_their_work(start, tmp_path, end):
+    """They wait for pipes: those can be opened once a worker reads from them."""
+    first, second = tmp_path / "a.txt", tmp_path / "b.txt"
+    for pipe in (first, second):
+        pipe.unlink()
+        os.mkfifo(pipe)
+    process = start("import sys\n" + COMMAND, *ARGUMENTS)
+    with process, first.open("w"), second.open("w"):
+        process.send_signal(end)
+        out, err = process.communicate(timeout=60)
+    assert (process.returncode, out, err) == (-end, "", "")
+
+
+def silent(text):
     pass
 
 
-def test_a_worker_leaves_interruptions_to_the_command_and_watches_it(monkeypatch):
-    """In a thread that does not keep it from ending."""
-    handlers, watched, ended = {}, [], threading.Event()
-
-    def watch():
-        watched.append("command")
-        ended.wait()
-
-    monkeypatch.setattr(signal, "signal", handlers.__setitem__)
-    monkeypatch.setattr(processes, "_end_with_parent", watch)
-    before = set(threading.enumerate())
-    processes._in_worker()
-    (thread,) = set(threading.enumerate()) - before
-    assert thread.daemon
-    ended.set()
-    thread.join()
-    assert handlers == {signal.SIGINT: signal.SIG_IGN}
-    assert watched == ["command"]
+def process_of(task):
+    return os.getpid()
 
 
-@pytest.mark.parametrize("there", [True, False])
-def test_a_worker_ends_with_the_command(monkeypatch, there):
+@pytest.mark.parametrize(("jobs", "at_most"), [(1, 1), (2, 2), (8, 3)])
+def test_there_are_as_many_processes_as_jobs_and_no_more_than_tasks(jobs, at_most):
     said = []
-    command = SimpleNamespace(join=lambda: said.append("command ended"))
-    monkeypatch.setattr(multiprocessing, "parent_process", lambda: command if there else None)
-    monkeypatch.setattr(os, "_exit", said.append)
-    processes._end_with_parent()
-    assert said == (["command ended", 1] if there else [])
+    found = work(process_of, {"a": 1, "b": 2, "c": 3}, jobs, said.append, "asking")
+    assert set(found) == {"a", "b", "c"}
+    assert len(set(found.values())) <= at_most
+    assert (os.getpid() in found.values()) == (jobs == 1)
+    assert said == ["asking 1/3", "asking 2/3", "asking 3/3", ""]
 
 
-@pytest.mark.parametrize("jobs", [1, 2, 3])
-def test_several_jobs_are_done_in_processes_that_no_interruption_ends(jobs):
-    here = signal.getsignal(signal.SIGINT)
-    with Pool(jobs, told_nobody) as pool:
-        found = dict(pool.work(signal.getsignal, {"a": signal.SIGINT}, "asking"))
-    assert found["a"] == (here if jobs == 1 else signal.SIG_IGN)
+@pytest.mark.filterwarnings("ignore:.*multi-threaded:DeprecationWarning")
+def test_outside_the_main_thread():
+    results = {}
+    tasks = {1: -1, 2: -2}
+    thread = threading.Thread(target=lambda: results.update(work(abs, tasks, 2, silent, "")))
+    thread.start()
+    thread.join()
+    assert results == {1: 1, 2: 2}
 
 
 def test_a_worker_that_ends_is_an_error_that_says_what_to_do():
-    with Pool(2, told_nobody) as pool, pytest.raises(ValueError, match="a process was") as caught:
-        dict(pool.work(os._exit, {"a": 3}, "ending"))
-    assert str(caught.value) == (
-        "a process was ended before its work was done, as when memory is short; what is done is in "
-        "the cache: start again, with fewer --jobs"
-    )
+    with pytest.raises(ChildProcessError, match="a process ended before its work was done"):
+        work(os._exit, {"a": 3, "b": 3, "c": 3}, 2, silent, "ending")
 
 
-def test_work_that_nobody_waits_for_is_not_done(tmp_path):
-    tasks = {number: tmp_path / str(number) for number in range(1000)}
-    with Pool(2, told_nobody) as pool:
-        next(pool.work(Path.touch, tasks, "making"))
-    assert 0 < len(list(tmp_path.iterdir())) < 1000
+def test_an_error_is_raised_here_and_tells_where_it_was():
+    with pytest.raises(TypeError, match="bad operand") as caught:
+        work(abs, {"a": 1, "b": "x"}, 2, silent, "")
+    assert "in _serve" in caught.value.__notes__[0]

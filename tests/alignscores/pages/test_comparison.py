@@ -99,7 +99,7 @@ def test_page(patterns, run, tmp_path):
     for key in re.findall(r'<ul class="key">(.*?)</ul>', text):
         assert re.findall(r"</svg> ([^<]*)</li>", key) == ["&lt;A&gt;", "c"]
     assert text.count("<svg") == 2 * 2 + 2 * 2  # drawings, and keys of two systems
-    run("b.yaml", "--html", "again.html", "--no_cache", "--jobs", 1)
+    run("b.yaml", "--html", "again.html", "--jobs", 1)
     assert (tmp_path / "again.html").read_text() == text
 
 
