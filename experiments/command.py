@@ -3,7 +3,6 @@
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import BrokenExecutor
 from typing import Any
 
 from pydantic import ValidationError
@@ -14,7 +13,6 @@ from alignscores.texts import brief, printable
 __all__ = ["CommandError", "ConfigError", "problems", "run_command"]
 
 INTERRUPTED = 130  # exit code by custom: 128 + SIGINT
-LESS = "set n_jobs=1, or fewer cameras"
 
 
 class CommandError(ValueError):
@@ -69,7 +67,7 @@ def run_command(
     """Do the work of ``python -m MODULE``, print a line for each result, and return the exit code.
 
     What goes wrong is told in one line on standard error: a `CommandError` ends with its exit code,
-    an `OSError`, too little memory and a killed process with 1, an interruption with 130.
+    an `OSError` and too little memory with 1, an interruption with 130.
     """
     replace_closed_errors()
     options = parser.parse_intermixed_args(arguments)
@@ -91,9 +89,7 @@ def run_command(
         if error.filename:
             problem = f"cannot write {error.filename}: {error.strerror}"
     except MemoryError:
-        code, problem = 1, f"there is too little memory; {LESS}"
-    except BrokenExecutor:  # as joblib's is
-        code, problem = 1, f"a worker process was killed, likely for lack of memory; {LESS}"
+        code, problem = 1, "there is too little memory; set n_jobs=1, or fewer cameras"
     except KeyboardInterrupt:
         code, problem = INTERRUPTED, "interrupted"
     print(f"{parser.prog.removeprefix('python -m ')}: {printable(problem)}", file=sys.stderr)

@@ -57,6 +57,11 @@ def _distinct(values: list[Any]) -> list[Any]:
     return values
 
 
+def _process_count(number: int) -> int:
+    require(number != 0, "must be positive, or -1 for all")
+    return number
+
+
 def _folder(name: str) -> str:
     require(name.isprintable(), "may not have line breaks or other control characters")
     require(not set("{}") & set(name), f"may not have braces, which are Snakemake's: {brief(name)}")
@@ -137,20 +142,8 @@ class Sweep:
 class Execution:
     """How sweeps are run and where results go: nothing that results depend on."""
 
-    n_jobs: Annotated[int, Field(ge=-1, le=MOST_PROCESSES)]
-    backend: Literal["loky", "threading", "sequential", "dask"]
-    dask_address: str | None
+    n_jobs: Annotated[int, Field(ge=-1, le=MOST_PROCESSES), AfterValidator(_process_count)]
     results_dir: Annotated[str, Field(min_length=1), AfterValidator(_folder)]
-
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
-        require(self.n_jobs != 0, "'n_jobs' must be positive, or -1 for all")
-        require(
-            self.backend != "dask" or bool(self.dask_address),
-            "'dask_address' must name a scheduler, such as tcp://127.0.0.1:8786, for the backend "
-            "dask",
-        )
-        return self
 
 
 def require(condition: bool, problem: str) -> None:

@@ -1,98 +1,103 @@
-"""Where the cells of a sweep run: joblib on this machine, or on the workers of a dask scheduler."""
+"""Calls in parallel processes, which end with this one, whatever ends it.
 
-import asyncio
-import logging
-from collections.abc import Iterator
-from concurrent.futures import CancelledError
-from contextlib import contextmanager
-from typing import TYPE_CHECKING
+Executors start threads, and hang if Ctrl-C or a limit of processes comes between; loky's workers
+outlive a killed parent by minutes. Here the parent has no thread, and each worker a pipe.
+"""
 
-from joblib import Parallel, effective_n_jobs, parallel_config
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from multiprocessing.connection import Connection, wait
+from typing import Any, TypeVar
 
-from .command import ConfigError
-from .config import Execution
-from .tables import package_versions
+from .command import CommandError
 
-if TYPE_CHECKING:
-    from distributed import Client
+__all__ = ["run_parallel"]
 
-__all__ = ["executor"]
-
-PATIENCE = 10  # seconds for the scheduler to answer, and for its first worker to be there
+Result = TypeVar("Result")
 
 
-@contextmanager
-def executor(execution: Execution, tasks: int) -> Iterator[Parallel]:
-    """Open the backend of the settings: a joblib ``Parallel`` that generates results in order.
-
-    No more processes are started than there are tasks: each takes a second to begin.
-
-    It is a `ConfigError` where dask is not installed, no scheduler with a worker answers, a worker
-    has other packages than this process, or the cluster is lost in the middle.
-    """
-    if execution.backend != "dask":
-        n_jobs = max(1, min(effective_n_jobs(execution.n_jobs), tasks))
-        yield Parallel(n_jobs=n_jobs, backend=execution.backend, return_as="generator")
+def run_parallel(
+    function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], n_jobs: int
+) -> Iterator[Result]:
+    """Yield the result of each call in order; with one job, from this process."""
+    n_processes = min(len(tasks), _cpu_count() if n_jobs == -1 else n_jobs)
+    if n_processes <= 1:
+        yield from (function(*task) for task in tasks)
         return
-    address = str(execution.dask_address)
-    with _connect(address) as client, parallel_config("dask", client=client):
-        from distributed import KilledWorker
+    context: Any = multiprocessing.get_context("fork" if sys.platform == "linux" else None)
+    processes, receivers = [], []
+    results: dict[int, Any] = {}
+    try:
+        for first in range(n_processes):
+            receiver, sender = context.Pipe(duplex=False)
+            share = dict(list(enumerate(tasks))[first::n_processes])
+            # Python ends a daemon at its own end, and would wait for another process.
+            process = context.Process(target=_work, args=(function, share, sender), daemon=True)
+            try:
+                process.start()
+            except OSError as error:
+                problem = f"cannot start {n_processes} processes ({error.strerror})"
+                raise CommandError(f"{problem}; set n_jobs=1") from None
+            processes.append(process)
+            receivers.append(receiver)
+            sender.close()
+        for index in range(len(tasks)):
+            while index not in results:
+                results.update(_receive(receivers))
+            result = results.pop(index)
+            if isinstance(result, Exception):
+                raise result
+            yield result
+    finally:
+        for process in processes:
+            process.kill()
+        for process in processes:
+            process.join()
 
-        _check_workers(client, address)
+
+def _cpu_count() -> int:
+    """Return how many cores this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on macOS
+        return os.cpu_count() or 1
+
+
+def _receive(receivers: Sequence[Connection]) -> list[tuple[int, Any]]:
+    """Wait for results, and return those that are there."""
+    ready: list[Any] = wait(receivers)
+    try:
+        return [receiver.recv() for receiver in ready]
+    except (EOFError, OSError):
+        problem = "a worker process was killed, likely for lack of memory"
+        raise CommandError(f"{problem}; set n_jobs=1, or fewer cameras") from None
+
+
+def _work(
+    function: Callable[..., object], share: dict[int, tuple[Any, ...]], sender: Connection
+) -> None:
+    """Send the results of a share of the tasks, and wait for the end, which is the parent's."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        threading.Thread(target=_end_with_parent, daemon=True).start()
+    except RuntimeError:  # a thread too many
+        os._exit(1)
+    for index, task in share.items():
         try:
-            yield Parallel(return_as="generator")
-        except (CancelledError, KilledWorker) as error:
-            reason = " ".join(str(error).split())
-            raise ConfigError(
-                f"setting 'dask_address': lost the cluster at {address} ({reason})"
-            ) from None
+            result = function(*task)
+        except Exception as error:
+            error.add_note(traceback.format_exc())
+            result = error
+        sender.send((index, result))
+    _end_with_parent()
 
 
-def _connect(address: str) -> "Client":
-    try:
-        from distributed import Client
-    except ImportError:
-        raise ConfigError(
-            "setting 'backend': dask is not installed; pip install -e '.[cluster]'"
-        ) from None
-    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # no tracebacks: see above
-    try:
-        asyncio.run(_ask(address))
-        return Client(address, timeout=PATIENCE, set_as_default=False)
-    except (OSError, TypeError, ValueError) as error:
-        reason = str(error) or f"nobody answers within {PATIENCE} s"
-        raise ConfigError(
-            f"setting 'dask_address': no dask scheduler at {address} ({reason})"
-        ) from None
-
-
-async def _ask(address: str) -> None:
-    """Make sure that a scheduler answers: a client waits for ever for a listener that is none."""
-    from distributed import rpc
-
-    async with asyncio.timeout(PATIENCE), rpc(address) as scheduler:
-        await scheduler.identity()
-
-
-def _check_workers(client: "Client", address: str) -> None:
-    """Make sure that there are workers, and that the provenance holds for what they compute."""
-    try:
-        client.wait_for_workers(1, timeout=PATIENCE)
-    except TimeoutError:
-        raise ConfigError(
-            f"setting 'dask_address': the scheduler at {address} has no workers after {PATIENCE} s"
-        ) from None
-    try:
-        workers = client.run(package_versions)
-    except Exception as error:  # dask does not say which: whatever a worker raised
-        raise ConfigError(
-            f"setting 'dask_address': a worker cannot import this project ({error})"
-        ) from None
-    ours = package_versions()
-    for worker, theirs in workers.items():
-        for name in ours:
-            if theirs[name] != ours[name]:
-                raise ConfigError(
-                    f"setting 'dask_address': worker {worker} has {name} {theirs[name]}, this "
-                    f"process {ours[name]}; give both the same environment"
-                )
+def _end_with_parent() -> None:
+    if parent := multiprocessing.parent_process():
+        parent.join()
+    os._exit(1)

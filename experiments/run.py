@@ -3,6 +3,12 @@
 Every table of trials is made by this program; Snakemake passes it the resolved settings.
 """
 
+import signal
+
+if __name__ == "__main__":
+    # The system ends the process, at any moment; tables are renamed into place, whole.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence

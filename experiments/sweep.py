@@ -1,6 +1,6 @@
-"""Sweeps: every cell of a grid, trial by trial, over joblib."""
+"""Sweeps: every cell of a grid, trial by trial, in parallel processes."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from functools import cache
 from typing import Any
@@ -8,14 +8,13 @@ from zlib import crc32
 
 import numpy as np
 import pandas as pd
-from joblib import delayed
 from threadpoolctl import ThreadpoolController
 from tqdm import tqdm
 
 from .config import Execution, Sweep
 from .grid import KEY_COLUMNS, Cell, evaluations
 from .metrics import Column, Evaluation, Scenes
-from .parallel import executor
+from .parallel import run_parallel
 from .scenes import Scene, make_scene
 
 __all__ = ["draw_scene", "one_blas_thread", "run_sweeps", "trial_seeds"]
@@ -101,7 +100,7 @@ def run_sweeps(sweeps: Sequence[Sweep], execution: Execution) -> pd.DataFrame:
         One row a trial: `experiment, geometry, n_cameras, n_outliers, sigma_t, sigma_r_deg,
         replicate, trial`, then one column a metric, empty where it was not asked for. Where there
         are several sweeps, a column `settings` tells what differs from the experiment's own. The
-        same for any number of processes and any backend, bit for bit.
+        same for any number of processes, bit for bit.
     """
     tables = [_run_sweep(sweep, execution) for sweep in sweeps]
     if len(tables) == 1:
@@ -114,10 +113,9 @@ def run_sweeps(sweeps: Sequence[Sweep], execution: Execution) -> pd.DataFrame:
 def _run_sweep(sweep: Sweep, execution: Execution) -> pd.DataFrame:
     wanted = evaluations(sweep)
     # The limit of the cells stays in their process; here it ends with the sweep.
-    with one_blas_thread(), executor(execution, len(wanted)) as parallel:
-        results: Iterator[list[dict[str, Any]]] = parallel(
-            delayed(run_cell)(sweep, cell, metrics) for cell, metrics in wanted.items()
-        )
+    with one_blas_thread():
+        tasks = [(sweep, cell, metrics) for cell, metrics in wanted.items()]
+        results = run_parallel(run_cell, tasks, execution.n_jobs)
         progress = tqdm(results, total=len(wanted), desc=sweep.name, unit="cell", disable=None)
         rows = [row for batch in progress for row in batch]
     columns = dict.fromkeys(metric for metrics in wanted.values() for metric in metrics)

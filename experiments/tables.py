@@ -20,9 +20,8 @@ from .command import CommandError
 from .config import CONFIG_DIR, Sweep
 from .grid import evaluations
 
-__all__ = ["SWEEPS", "Record", "TableError", "Trials", "package_versions", "read_record"]
-__all__ += ["fits", "read_table", "read_trials", "to_csv", "write_files", "write_recorded"]
-__all__ += ["write_trials"]
+__all__ = ["SWEEPS", "Record", "TableError", "Trials", "fits", "read_record", "read_table"]
+__all__ += ["read_trials", "to_csv", "write_files", "write_recorded", "write_trials"]
 
 SWEEPS = TypeAdapter[tuple[Sweep, ...]](Annotated[tuple[Sweep, ...], Field(min_length=1)])
 """Reads and writes the sweeps of a table as JSON."""
@@ -32,7 +31,6 @@ PACKAGES = (
     "numpy",
     "scipy",
     "pandas",
-    "joblib",
     "threadpoolctl",
     "hydra-core",
     "pydantic",
@@ -180,16 +178,11 @@ def read_trials(path: Path) -> Trials:
 
 def _origin() -> dict[str, Any]:
     return {
-        "packages": package_versions(),
+        "packages": {name: version(name) for name in PACKAGES},
         "git": _git_state(),
         "python": platform.python_version(),
         "platform": platform.platform(),
     }
-
-
-def package_versions() -> dict[str, str]:
-    """Return the versions, in this process, of the packages that results rest on."""
-    return {name: version(name) for name in PACKAGES}
 
 
 def _git_state() -> dict[str, Any] | None:

@@ -220,8 +220,7 @@ COMMANDS: dict[str, Callable[[list[str]], None]] = {
     "cd": change_folder,
     **dict.fromkeys(("source", "apt-get", "apptainer", "docker", "sha256sum"), no_check),
     **dict.fromkeys(
-        (f".venv/bin/{name}" for name in ("dask", "mypy", "pytest", "ruff", "sphinx-build")),
-        no_check,
+        (f".venv/bin/{name}" for name in ("mypy", "pytest", "ruff", "sphinx-build")), no_check
     ),
 }
 """What is done instead of running a command; whatever is not named here runs."""

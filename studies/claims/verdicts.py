@@ -10,10 +10,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 import scipy
-from joblib import Parallel, delayed
 
 from alignscores.arrays import Floats
 from experiments.grid import CELL_SETTINGS
+from experiments.parallel import run_parallel
 from experiments.tables import Trials
 
 from ..order import SIGNIFICANCE, holm
@@ -129,10 +129,11 @@ def decide(
     taken, readings = list(claims.claims.values()), list(claims.read())
     read = [claim for _, _, changed in readings for claim in changed.values()]
     n_read = claims.replicates_of_readings
-    evaluated = Parallel(n_jobs=n_jobs)(
-        delayed(_evaluate)([*taken, *(read if number < n_read else [])], trials)
+    tasks = [
+        ([*taken, *(read if number < n_read else [])], trials)
         for number, trials in enumerate(replicates)
-    )
+    ]
+    evaluated = list(run_parallel(_evaluate, tasks, n_jobs))
     values = np.array([found[: len(taken)] for found in evaluated]).T
     values_read = iter(np.array([found[len(taken) :] for found in evaluated[:n_read]]).T)
 

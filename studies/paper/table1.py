@@ -193,7 +193,7 @@ def _scale_changes(sweep: Sweep) -> dict[str, float]:
 
 def _run_added(sweep: Sweep) -> pd.DataFrame:
     """Evaluate rotation metrics on the trials of an experiment that does not show them."""
-    execution = Execution(n_jobs=1, backend="sequential", dask_address=None, results_dir="unused")
+    execution = Execution(n_jobs=1, results_dir="unused")
     return run_sweeps([replace(sweep, metrics=list(ADDED))], execution)
 
 

@@ -46,7 +46,7 @@ def test_replicates_are_jobs_with_stated_needs_and_the_bytes_of_a_serial_run(
     wanted |= {"JobState": "COMPLETED", "WorkDir": str(tmp_path)}
     assert [{key: job[key] for key in wanted} for job in jobs] == [wanted] * REPLICATES
 
-    serial = snakemake("profiles/default", "results_dir=serial", "backend=sequential")
+    serial = snakemake("profiles/default", "results_dir=serial", "n_jobs=1")
     subprocess.run(serial, cwd=tmp_path, check=True, capture_output=True)
     for name in ("claims.csv", *(f"replicates/{number}.csv" for number in range(REPLICATES))):
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "serial" / name).read_bytes()

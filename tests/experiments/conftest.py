@@ -19,7 +19,7 @@ SMALL = [
 
 @pytest.fixture(scope="session")
 def small_overrides() -> list[str]:
-    return [*SMALL, "backend=sequential"]
+    return [*SMALL, "n_jobs=1"]
 
 
 @pytest.fixture(scope="session")
@@ -32,8 +32,7 @@ def run() -> Callable[..., pd.DataFrame]:
     """Run one sweep in this process, or as the arguments say."""
 
     def run_here(sweep: Sweep, **execution: object) -> pd.DataFrame:
-        settings = {"n_jobs": 1, "backend": "sequential", "dask_address": None}
-        return run_sweeps([sweep], Execution(**{**settings, "results_dir": "-", **execution}))
+        return run_sweeps([sweep], Execution(**{"n_jobs": 1, "results_dir": "-", **execution}))
 
     return run_here
 

@@ -1,7 +1,6 @@
 """Commands end with an exit code, and with one line where something is wrong."""
 
 import os
-import signal
 import subprocess
 import sys
 from argparse import ArgumentParser, Namespace
@@ -9,12 +8,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
-from joblib import Parallel, delayed
 
 from experiments.command import ConfigError, run_command
 from experiments.tables import TableError
-
-HERE = Path(__file__)
 
 
 def parser() -> ArgumentParser:
@@ -44,11 +40,6 @@ def test_names_may_stand_around_options_and_results_are_printed(
     [
         (ConfigError("setting 'x' is wrong"), 2, "setting 'x' is wrong"),
         (TableError(Path("t.csv"), "is missing"), 1, "t.csv is missing; run: snakemake t.csv"),
-        (
-            TableError(HERE, "is no table"),
-            1,
-            f"{HERE} is no table; delete it and run: snakemake {HERE}",
-        ),
         (PermissionError(13, "Permission denied", "d"), 1, "cannot write d: Permission denied"),
         (ConnectionError("nobody answers"), 1, "nobody answers"),
         (MemoryError(), 1, "there is too little memory; set n_jobs=1, or fewer cameras"),
@@ -103,14 +94,3 @@ def test_faults_of_the_program_are_not_hidden() -> None:
 
     with pytest.raises(ValueError, match="a defect"):
         run_command(parser(), work, ["x"])
-
-
-def test_a_killed_worker_is_one_line(capfd: pytest.CaptureFixture[str]) -> None:
-    def work(_: Namespace) -> Iterable[object]:
-        kill = delayed(signal.raise_signal)(signal.SIGKILL)
-        return Parallel(n_jobs=2, backend="loky", return_as="generator")([kill] * 2)
-
-    assert run_command(parser(), work, ["x"]) == 1
-    problem = "a worker process was killed, likely for lack of memory; set n_jobs=1, or"
-    out, err = capfd.readouterr()
-    assert (out, err) == ("", f"experiments.example: {problem} fewer cameras\n")

@@ -20,7 +20,7 @@ def run() -> Callable[..., Trials]:
 
     @cache
     def run_few(experiment: str, *overrides: str) -> Trials:
-        settings = [f"experiment={experiment}", "trials=3", "backend=sequential", *overrides]
+        settings = [f"experiment={experiment}", "trials=3", "n_jobs=1", *overrides]
         sweep, execution = load(settings)
         path = Path("results", "trials", f"{experiment}.csv")
         return Trials(path, run_sweeps([sweep], execution), Record((sweep,), {}))

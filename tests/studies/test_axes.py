@@ -32,7 +32,7 @@ def test_the_papers_values_are_the_defaults_of_the_library(threshold: Tables) ->
     assert len(written) == 9
     small = load_sweep(["experiment=outliers", "trials=1", "n_outliers=[0,3]", "sigma_t=[0.05]"])
     sweep = replace(small, metrics=[*written, "TAS", "RAS", "PAS"])
-    trials = run_sweeps([sweep], load(["backend=sequential"])[1])
+    trials = run_sweeps([sweep], load(["n_jobs=1"])[1])
     for metric, plain in written.items():
         assert (trials[metric] == trials[plain]).all()
 

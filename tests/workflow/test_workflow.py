@@ -97,8 +97,8 @@ def test_runs_and_reruns(snakemake: Snakemake, tmp_path: Path) -> None:
     before = trials.read_bytes()
 
     # Nothing is left to do; how it is run changes nothing; another setting does.
-    threading = [*small, "backend=threading"]
-    assert snakemake(target, "--dry-run", "--config", *threading).planned == {}
+    parallel = [*small, "n_jobs=2"]
+    assert snakemake(target, "--dry-run", "--config", *parallel).planned == {}
     more = ["trials=3", *small[1:]]
     both = {"trials": 1, "figure": 1}
     assert snakemake(target, "--dry-run", "--config", *more).planned == both
@@ -203,7 +203,7 @@ import sys
 from experiments.config import load
 from experiments.metrics import METRICS
 from experiments.sweep import run_sweeps
-settings = ["trials=1", "n_jobs=1", "backend=sequential"]
+settings = ["trials=1", "n_jobs=1"]
 settings += [f"metrics=[auc@30:vggt,{','.join(METRICS)}]"]
 sweep, execution = load([*settings, "n_cameras=[20]", "n_outliers=[2]", "sigma_t=[0.1]"])
 run_sweeps([sweep], execution)
@@ -284,7 +284,7 @@ def test_another_value_of_an_axis_runs_its_trials_again(snakemake: Snakemake) ->
     settings = ["trials=1", "registration_prescreen=[inf]", "registration_n_hypotheses=[10]"]
     settings += ["n_jobs=1"]
     assert snakemake(target, "--config", *settings).returncode == 0
-    same = [*settings, "backend=threading", "benchmark=my.yaml"]
+    same = [*settings[:-1], "n_jobs=2", "benchmark=my.yaml"]
     assert snakemake(target, "--dry-run", "--config", *same).planned == {}
     other = [*settings, "tas_max_threshold=[0.5,1.5]"]
     assert snakemake(target, "--dry-run", "--config", *other).planned == {"trials": 1}

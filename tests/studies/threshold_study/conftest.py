@@ -31,7 +31,7 @@ SMALL = [
 @pytest.fixture(scope="session")
 def parts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Trials]:
     """The trials of its parts; not to be changed."""
-    execution = load(["backend=sequential"])[1]
+    execution = load(["n_jobs=1"])[1]
     folder = tmp_path_factory.mktemp("threshold_study")
     return {
         name: Trials(

@@ -19,7 +19,7 @@ Tables = dict[str, pd.DataFrame]
 
 def test_trials_are_those_of_the_experiment(tables: Tables) -> None:
     sweep = load_sweep(["experiment=maa_vs_pas_outliers", *SMALL[:5]])
-    plain = run_sweeps([sweep], load(["backend=sequential"])[1])
+    plain = run_sweeps([sweep], load(["n_jobs=1"])[1])
     pd.testing.assert_series_equal(tables["outliers"]["PAS"], plain["PAS"], check_exact=True)
 
 
