@@ -1,1 +1,1 @@
-"""How long the metrics take, beside another registration and beside what the machine can do."""
+"""How long the scores take, next to other programs and to what the machine can do."""

@@ -1,232 +1,130 @@
-"""Measure, and write table and plot: ``python -m benchmarks``.
-
-All contenders on a scene take turns, so that what else the machine does hits them alike, and the
-shortest processor time counts. One core: BLAS runs on one thread.
-"""
+"""Time TAS, RAS, PAS and batches of scenes against other programs: ``python -m benchmarks``."""
 
 import argparse
-import contextlib
-import platform
+import ctypes
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Sequence
-from importlib.metadata import PackageNotFoundError, version
-from io import BytesIO
+from functools import partial
 from pathlib import Path
-from typing import Any
+from timeit import Timer
 
-import matplotlib.pyplot as plt
 import numpy as np
-import scipy
 from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
-from experiments.tables import write_files
-from figures import style
+from alignscores import pas, pas_batch, ras, ras_batch, tas, tas_batch
+from alignscores.arrays import Floats
+from experiments.scenes import make_scene
 
-from .contenders import METRICS, PROFILE, REFINED, UNCOMPILED, contenders
-from .floor import compiled_loop
-from .memory import STATUS
+__all__ = ["main"]
 
-__all__: list[str] = []
-
-Times = dict[str, float]
-
-SIZES = (10, 100, 1000, 10_000, 100_000)
-MEMORY_SIZES = (10_000, 100_000)
-SCENES = [*((n, 0.3) for n in SIZES), (100, 0.9)]
+SIZES = 10, 100, 1000, 10_000
 SHORTEST = 0.02  # seconds; what is quicker is called several times a turn
-BUDGET = 1.0  # seconds a contender and scene, but at least one call
-MAX_TURNS = 20
+SIGMA_T = 0.03
+N_HYPOTHESES = 1000
 
 
-REGISTRATION = ["TAS", "pycolmap", "TAS / pycolmap", "floor", "TAS / floor", UNCOMPILED]
-REFINEMENT = ["TAS", REFINED, f"{REFINED} / TAS", PROFILE]
-PAGE = """\
-# Benchmarks
-
-Written by `python -m benchmarks`, which takes some minutes, most of them for the
-mAA of 100,000 cameras. All contenders on a scene take turns and the shortest
-processor time counts; ratios mean more than times. One core, BLAS on one thread.
-
-Machine: {machine}.
-
-## Time
-
-Milliseconds, with 30 % outliers.
-
-{metrics}
-
-![Time against the number of cameras](../images/benchmarks.png)
-
-## Registration
-
-TAS (validation, d, 1000 hypotheses, score; milliseconds) beside pycolmap's
-`estimate_sim3d_robust` with 1000 trials, and beside the floor: a compiled loop that
-counts the inliers of 1000 given hypotheses
-([floor.c](../../benchmarks/floor.c)). Last, the TAS as it is where the installation
-found no C compiler: NumPy alone, same bits.
-A dash: pycolmap (extra `bench`) or a C compiler was not there.
-
-{registration}
-
-The refined registration, and the profile of 64 units with the half-score distance:
-
-{refined}
-
-## Peak memory
-
-MiB resident in a process that evaluates the metric once, Python and its libraries
-included, with 30 % outliers.
-
-{memory}
-"""
-
-
-def main() -> int:
-    """Measure everything up to a number of cameras and write table and plot."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks",
-        description="Measure times and memory of the metrics; write benchmarks.md and a plot.",
-    )
-    parser.add_argument("--output", type=Path, default=Path("docs"), help="folder (docs)")
-    parser.add_argument("--largest", type=int, default=SIZES[-1], help="number of cameras (100000)")
-    options = parser.parse_args()
-    floor = compiled_loop()
-    results: dict[tuple[int, float], Times] = {}
-    with threadpool_limits(limits=1):
-        for n, outliers in tqdm([s for s in SCENES if s[0] <= options.largest], disable=None):
-            results[n, outliers] = measure(contenders(n, outliers, floor))
-    sizes = [n for n in MEMORY_SIZES if n <= options.largest and STATUS.exists()]
-    memory = {n: {name: peak_memory(name, n) for name in METRICS} for n in sizes}
-    table = options.output / "reference" / "benchmarks.md"
-    picture = options.output / "images" / "benchmarks.png"
-    write_files({table: report(results, memory).encode(), picture: plot(results)})
-    print(table)
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print milliseconds of processor time, the least of several turns in which all take part."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("--largest", type=int, default=SIZES[-1], help="cameras (10000)")
+    parser.add_argument("--scenes", type=int, default=1000, help="scenes of a batch (1000)")
+    parser.add_argument("--turns", type=int, default=10, help="turns; the least counts (10)")
+    options = parser.parse_args(arguments)
+    columns = {f"{n:,}": draw(1, n) for n in SIZES if n <= options.largest}
+    columns[f"{options.scenes:,} x 20"] = draw(options.scenes, 20)
+    try:
+        with threadpool_limits(limits=1):
+            times = [measure(contenders(*poses), options.turns) for poses in columns.values()]
+    except (ImportError, FileNotFoundError) as error:
+        needs = "a C compiler, and pip install -e '.[bench]'"
+        parser.exit(1, f"benchmarks: {error}; they need {needs}\n")
+    print("milliseconds", *columns, sep=" | ")
+    for name in times[0]:
+        print(name, *(f"{1000 * column[name]:.3g}" for column in times), sep=" | ")
     return 0
 
 
-def measure(calls: dict[str, Callable[[], object]]) -> Times:
-    """Return the shortest time of each, in seconds a call; they take turns."""
-    first = {name: clock(call, 1) for name, call in calls.items()}  # warms up, too
-    repeats = {name: max(1, round(SHORTEST / seconds)) for name, seconds in first.items()}
-    turns = {
-        name: min(MAX_TURNS, int(BUDGET / (repeats[name] * seconds)))
-        for name, seconds in first.items()
-    }
-    best = {name: seconds for name, seconds in first.items() if turns[name] == 0}
-    for turn in range(max(turns.values())):
-        for name, call in calls.items():
-            if turn < turns[name]:
-                best[name] = min(best.get(name, np.inf), clock(call, repeats[name]))
-    return best
-
-
-def clock(call: Callable[[], object], repeats: int) -> float:
-    """Return the mean processor time of a call in seconds."""
-    start = time.process_time()
-    for _ in range(repeats):
-        call()
-    return (time.process_time() - start) / repeats
-
-
-def peak_memory(metric: str, n: int) -> float:
-    """Return the largest resident size in MiB of a process that evaluates one metric once."""
-    command = [sys.executable, "-m", "benchmarks.memory", metric, str(n)]
-    return float(subprocess.run(command, check=True, capture_output=True).stdout)
-
-
-def report(results: dict[tuple[int, float], Times], memory: dict[int, Times]) -> str:
-    """Return the page with the tables."""
-    usual = [([f"{n:,}"], times) for (n, outliers), times in results.items() if outliers == 0.3]
-    scenes = [([f"{n:,}", f"{outliers:.0%}"], times) for (n, outliers), times in results.items()]
-    peaks = [[f"{n:,}", *(f"{peak[name]:.0f}" for name in METRICS)] for n, peak in memory.items()]
-    return PAGE.format(
-        machine=machine(),
-        metrics=times_table(["cameras"], [*METRICS], usual),
-        registration=times_table(["cameras", "outliers"], REGISTRATION, scenes),
-        refined=times_table(["cameras", "outliers"], REFINEMENT, scenes),
-        memory=markdown(["cameras", *METRICS], peaks),
-    )
-
-
-def times_table(
-    keys: list[str], columns: Sequence[str], scenes: list[tuple[list[str], Times]]
-) -> str:
-    """Return a table of times, and of ratios in columns such as "TAS / floor"."""
-    rows = [[*scene, *(_cell(times, column) for column in columns)] for scene, times in scenes]
-    return markdown([*keys, *columns], rows)
-
-
-def _cell(times: Times, column: str) -> str:
-    """Return a time or a ratio of two; a dash where a contender was not there."""
-    names = column.split(" / ")
-    if not times.keys() >= set(names):
-        return "–"
-    seconds = [times[name] for name in names]
-    return milliseconds(*seconds) if len(seconds) == 1 else f"{seconds[0] / seconds[1]:.2f}"
-
-
-def milliseconds(seconds: float) -> str:
-    """Write a time in milliseconds with three digits."""
-    value = 1e3 * seconds
-    return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
-
-
-def markdown(head: list[str], rows: list[list[str]]) -> str:
-    """Return a table whose columns are aligned to the right."""
-    return "\n".join(f"| {' | '.join(row)} |" for row in (head, ["--:"] * len(head), *rows))
-
-
-def machine() -> str:
-    """Describe processor and software."""
-    processor = platform.processor() or platform.machine()
-    cpuinfo = Path("/proc/cpuinfo")
-    if cpuinfo.exists():
-        names = [line for line in cpuinfo.read_text().splitlines() if line.startswith("model name")]
-        processor = names[0].split(":")[1].strip() if names else processor
-    packages = [f"NumPy {np.__version__}", f"SciPy {scipy.__version__}"]
-    with contextlib.suppress(PackageNotFoundError):
-        packages.append(f"pycolmap {version('pycolmap')}")
-    return ", ".join([processor, f"Python {platform.python_version()}", *packages])
-
-
-@style.applied()
-def plot(results: dict[tuple[int, float], Times]) -> bytes:
-    """Draw times against the number of cameras, both logarithmic; return the PNG."""
-    usual = {n: times for (n, outliers), times in results.items() if outliers == 0.3}
-    figure, axes = plt.subplots(figsize=(style.COLUMN, 2.6), layout="constrained")
-    sizes = list(usual)
-    others = [name for name in ("pycolmap", "floor") if all(name in t for t in usual.values())]
-    lines: dict[str, Any] = dict(
-        zip(METRICS, style.colours("n_cameras", len(METRICS) + 1), strict=False)
-    )
-    ends = []
-    for name in [*METRICS, *others]:
-        values = [1e3 * usual[n][name] for n in sizes]
-        colour = lines.get(name, style.FAINT)
-        axes.loglog(sizes, values, color=colour, linestyle="-" if name in METRICS else "--")
-        ends.append((values[-1], name, colour))
-    low, high = axes.get_ylim()
-    gap = (high / low) ** 0.05
-    height = 0.0
-    for value, name, colour in sorted(ends, key=lambda end: end[0]):
-        height = max(value, height * gap)  # labels do not overlap
-        axes.annotate(
-            *(name, (sizes[-1], height), (3, 0)),
-            textcoords="offset points",
-            va="center",
-            fontsize=style.SMALL,
-            color=colour,
+def draw(n_scenes: int, n_cameras: int) -> tuple[Floats, Floats]:
+    """Return ground truth and estimate of scenes, (n_scenes, n_cameras, 4, 4), 30 % outliers."""
+    scenes = [
+        make_scene(
+            np.random.default_rng([seed, n_cameras]),
+            geometry="cube",
+            volume=0.1 * n_cameras,
+            n_cameras=n_cameras,
+            n_outliers=round(0.3 * n_cameras),
+            sigma_t=SIGMA_T,
+            sigma_r_deg=3.0,
         )
-    axes.set_xlabel("number of cameras")
-    axes.set_ylabel("milliseconds")
-    axes.margins(x=0.02)
-    buffer = BytesIO()
-    figure.savefig(buffer, format="png", metadata={"Software": None})
-    plt.close(figure)
-    return buffer.getvalue()
+        for seed in range(n_scenes)
+    ]
+    return np.array([one.gt_poses for one in scenes]), np.array([one.est_poses for one in scenes])
+
+
+def contenders(gt: Floats, est: Floats) -> dict[str, Callable[[], object]]:
+    """Return what is measured by its name; one scene is scored alone, several in a batch."""
+    import pycolmap
+    from evo.core.geometry import umeyama_alignment
+
+    options = pycolmap.RANSACOptions(
+        max_error=3 * SIGMA_T, min_num_trials=N_HYPOTHESES, max_num_trials=N_HYPOTHESES
+    )
+    clouds = list(zip(gt[..., :3, 3].copy(), est[..., :3, 3].copy(), strict=True))
+    least_squares = [(a.T.copy(), b.T.copy(), True) for a, b in clouds]
+    tas_of: Callable[..., object] = tas_batch
+    ras_of: Callable[..., object] = ras_batch
+    pas_of: Callable[..., object] = pas_batch
+    if len(gt) == 1:
+        tas_of, ras_of, pas_of, gt, est = tas, ras, pas, gt[0], est[0]
+    positions = gt[..., :3, 3].copy(), est[..., :3, 3].copy()
+    return {
+        "TAS": partial(tas_of, *positions),
+        "TAS, refined": partial(tas_of, *positions, registration="refined"),
+        "RAS": partial(ras_of, gt[..., :3, :3].copy(), est[..., :3, :3].copy()),
+        "PAS": partial(pas_of, gt, est),
+        "PAS, refined": partial(pas_of, gt, est, registration="refined"),
+        "pycolmap, robust": lambda: [
+            pycolmap.estimate_sim3d_robust(*pair, options) for pair in clouds
+        ],
+        "evo, least squares": lambda: [umeyama_alignment(*pair) for pair in least_squares],
+        "C loop": inlier_counter(clouds),
+    }
+
+
+def inlier_counter(clouds: list[tuple[Floats, Floats]]) -> Callable[[], None]:
+    """Compile floor.c, and return a function that counts the inliers of all hypotheses with it."""
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder) / "floor.so"
+        source = Path(__file__).with_name("floor.c")
+        flags = ["-O3", "-march=native", "-shared", "-fPIC"]
+        subprocess.run(["cc", *flags, "-o", library, source], check=True)
+        count_inliers = ctypes.CDLL(str(library)).count_inliers
+    doubles = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
+    count_inliers.argtypes = [doubles, ctypes.c_size_t, doubles, doubles, ctypes.c_size_t]
+    count_inliers.argtypes += [ctypes.c_double, np.ctypeslib.ndpointer(np.intc)]
+    hypotheses = np.random.default_rng(0).normal(size=(N_HYPOTHESES, 3, 4))
+    counts = np.zeros(N_HYPOTHESES, dtype=np.intc)
+    stacks = [(gt.T.copy(), est.T.copy()) for gt, est in clouds]
+
+    def count() -> None:
+        for gt, est in stacks:
+            count_inliers(hypotheses, N_HYPOTHESES, gt, est, gt.shape[1], 0.01, counts)
+
+    return count
+
+
+def measure(calls: dict[str, Callable[[], object]], turns: int) -> dict[str, float]:
+    """Return the least processor time of each in seconds; what else the machine does hits all."""
+    best = dict.fromkeys(calls, np.inf)
+    for _ in range(turns):
+        for name, call in calls.items():
+            timer = Timer(call, timer=time.process_time)
+            number = max(1, round(SHORTEST / timer.timeit(1)))
+            best[name] = min(best[name], timer.timeit(number) / number)
+    return best
 
 
 if __name__ == "__main__":

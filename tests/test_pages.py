@@ -181,7 +181,7 @@ def run_python_program(command: list[str]) -> None:
                 experiments_run(["--help"])
         case ["-m", "experiments.run", *overrides]:
             load(overrides)
-        case ["-m", module] | ["-m", module, "--runs", _]:
+        case ["-m", module]:
             assert list(ROOT.glob(f"{module.replace('.', '/')}.py")) or (ROOT / module).is_dir()
         case [script]:
             assert (ROOT / script).is_file(), command
