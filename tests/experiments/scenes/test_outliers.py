@@ -1,6 +1,5 @@
 """Outliers are as many, and as wrong, as stated; what they do to alignments is a fact."""
 
-from dataclasses import asdict
 from itertools import pairwise
 from typing import Any
 
@@ -8,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from alignscores import ras, tas
+from alignscores import tas
 from alignscores.arrays import Floats, Indices
 from experiments.metrics import METRICS, evaluate
 from experiments.scenes import PATHS, Scene, make_scene
@@ -109,12 +108,6 @@ def test_a_diverging_track_repeats_its_last_motion() -> None:
     np.testing.assert_allclose(steps[9:], np.tile(steps[8], (90, 1)), atol=1e-9)
 
 
-def test_a_track_lost_on_a_circle_goes_on_round_it() -> None:
-    rotations, positions, gt_rotations, gt = outliers("diverging", 50, geometry="orbit")
-    np.testing.assert_allclose(positions, gt, atol=1e-9)
-    np.testing.assert_allclose(rotations, gt_rotations, atol=1e-9)
-
-
 @pytest.mark.parametrize("kind", ["frozen", "diverging"])
 def test_a_lost_track_goes_on_from_what_was_estimated(kind: str) -> None:
     """The noise of the last pose, or of the last motion, is in all that follow it."""
@@ -152,45 +145,3 @@ def test_missing_cameras_fail_in_the_scores_and_are_left_out_of_the_other_metric
     assert values["TAS"] == pytest.approx(0.6 * rest["TAS"], abs=0.1)  # another registration
     pairs = 60 * 59 / (100 * 99)
     assert values["mAA"] == pytest.approx(pairs * rest["mAA"], abs=1e-12)
-
-
-def test_to_lose_the_bad_cameras_improves_what_leaves_them_out() -> None:
-    scene = make_scene(np.random.default_rng(0), **SCENE, n_outliers=20)
-    errors = tas(scene.gt_positions, scene.est_positions).errors
-    bad = np.argsort(errors)[-20:]
-    poses = asdict(scene)
-    poses["est_positions"][bad] = np.nan
-    poses["est_rotations"][bad] = np.nan
-    before, after = evaluated(scene), evaluated(Scene(**poses))
-    for metric in ("ATE", "DTE", "DRE", "Mean-1"):
-        assert after[metric] < 0.8 * before[metric]
-    assert after["mAA"] <= before["mAA"]
-    assert after["RAS"] <= before["RAS"]
-
-
-@pytest.mark.parametrize(("count", "captured"), [(40, False), (60, True)])
-def test_a_consistent_majority_captures_the_alignment(count: int, captured: bool) -> None:
-    """A wrongly merged component of 60 % is taken for the truth, one of 40 % is not."""
-    translation, rotation = [], []
-    for seed in range(20):
-        # The same cameras with and without the cluster tell which ones are in it.
-        with_cluster, without = (
-            make_scene(np.random.default_rng(seed), **SCENE, outliers=kind, n_outliers=k)
-            for kind, k in (("cluster", count), ("missing", 0))
-        )
-        between, plain = (
-            scene.est_rotations @ scene.gt_rotations.transpose(0, 2, 1)
-            for scene in (with_cluster, without)
-        )
-        relative = between @ plain.transpose(0, 2, 1)  # of worlds, with another one in the cluster
-        _, group = np.unique(relative[:, 0, 0].round(9), return_inverse=True)
-        sizes = np.bincount(group)
-        assert sorted(sizes) == sorted([count, 100 - count])
-        inside = sizes[group] == count
-        errors = tas(with_cluster.gt_positions, with_cluster.est_positions).errors
-        translation.append(np.median(errors[inside]) < np.median(errors[~inside]))
-        angles = ras(with_cluster.gt_rotations, with_cluster.est_rotations).errors
-        rotation.append(np.median(angles[inside]) < np.median(angles[~inside]))
-    assert set(rotation) == {captured}
-    # The registration counts the tenth smallest error alone: now and then a minority wins.
-    assert (np.mean(translation) > 0.8) if captured else (np.mean(translation) < 0.2)
