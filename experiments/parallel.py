@@ -82,7 +82,8 @@ def _work(
     function: Callable[..., object], share: dict[int, tuple[Any, ...]], sender: Connection
 ) -> None:
     """Send the results of a share of the tasks, and wait for the end, which is the parent's."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # as in the background
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         threading.Thread(target=_end_with_parent, daemon=True).start()
     except RuntimeError:  # a thread too many

@@ -5,7 +5,7 @@ Every table of trials is made by this program; Snakemake passes it the resolved 
 
 import signal
 
-if __name__ == "__main__":
+if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
     # The system ends the process, at any moment; tables are renamed into place, whole.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 

@@ -35,6 +35,7 @@ def audit(name, arguments):
                 raise BlockingIOError(11, act)
 
 sys.addaudithook(audit)
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell ignores it in the background
 runpy.run_module("experiments.run", run_name="__main__", alter_sys=True)
 """
 
