@@ -273,7 +273,7 @@ def test_protocols_are_metrics_by_their_names(
     small: Callable[..., Sweep], run: Callable[..., pd.DataFrame]
 ) -> None:
     """With commas and colons, in a sweep; NaN where one has no value."""
-    names = ["auc@30:vggt", "recall@5cm,5deg", "ate:rmse", "are:rmse"]
+    names = ["auc@30:vggt", "recall@1m,9deg:hloc-sim3", "ate:rmse", "are:rmse"]
     metrics = to_overrides({"metrics": [*names, "kitti"]})
     sweep = small("n_outliers=[2]", "sigma_t=[0.02]", "sigma_r_deg=[3]", "trials=2", *metrics)
     table = run(sweep)
