@@ -1,7 +1,7 @@
 """Calls in parallel processes, which end with this one, whatever ends it.
 
-Executors start threads, and hang if Ctrl-C or a limit of processes comes between; loky's workers
-outlive a killed parent by minutes. Here the parent has no thread, and each worker a pipe.
+Executors hang if Ctrl-C or a limit of processes comes between the starts of their processes and
+threads. Here the parent has no thread, and each worker a pipe.
 """
 
 import multiprocessing
@@ -12,6 +12,7 @@ import threading
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
 from .command import CommandError
@@ -29,23 +30,13 @@ def run_parallel(
     if n_processes <= 1:
         yield from (function(*task) for task in tasks)
         return
-    context: Any = multiprocessing.get_context("fork" if sys.platform == "linux" else None)
-    processes, receivers = [], []
+    workers = []
     results: dict[int, Any] = {}
     try:
         for first in range(n_processes):
-            receiver, sender = context.Pipe(duplex=False)
             share = dict(list(enumerate(tasks))[first::n_processes])
-            # Python ends a daemon at its own end, and would wait for another process.
-            process = context.Process(target=_work, args=(function, share, sender), daemon=True)
-            try:
-                process.start()
-            except OSError as error:
-                problem = f"cannot start {n_processes} processes ({error.strerror})"
-                raise CommandError(f"{problem}; set n_jobs=1") from None
-            processes.append(process)
-            receivers.append(receiver)
-            sender.close()
+            workers.append(_start(function, share))
+        receivers = [receiver for _, receiver in workers]
         for index in range(len(tasks)):
             while index not in results:
                 results.update(_receive(receivers))
@@ -54,9 +45,9 @@ def run_parallel(
                 raise result
             yield result
     finally:
-        for process in processes:
+        for process, _ in workers:
             process.kill()
-        for process in processes:
+        for process, _ in workers:
             process.join()
 
 
@@ -66,6 +57,23 @@ def _cpu_count() -> int:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # not on macOS
         return os.cpu_count() or 1
+
+
+def _start(
+    function: Callable[..., object], share: dict[int, tuple[Any, ...]]
+) -> tuple[BaseProcess, Connection]:
+    """Start a worker for a share of the tasks; return it with the pipe of its results."""
+    context: Any = multiprocessing.get_context("fork" if sys.platform == "linux" else None)
+    try:
+        receiver, sender = context.Pipe(duplex=False)
+        # At exit Python ends a daemon, and would wait for any other process.
+        process = context.Process(target=_work, args=(function, share, sender), daemon=True)
+        process.start()
+    except OSError as error:
+        problem = f"cannot start another process ({error.strerror})"
+        raise CommandError(f"{problem}; set n_jobs=1") from None
+    sender.close()
+    return process, receiver
 
 
 def _receive(receivers: Sequence[Connection]) -> list[tuple[int, Any]]:
@@ -82,7 +90,7 @@ def _work(
     function: Callable[..., object], share: dict[int, tuple[Any, ...]], sender: Connection
 ) -> None:
     """Send the results of a share of the tasks, and wait for the end, which is the parent's."""
-    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # as in the background
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # as a shell has it in the background
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         threading.Thread(target=_end_with_parent, daemon=True).start()

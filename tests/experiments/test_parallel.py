@@ -72,7 +72,7 @@ def test_ctrl_c_ends_the_command_and_its_workers(
 @pytest.mark.parametrize("number", ["1", "2"])
 def test_a_process_that_cannot_start_is_one_line(tmp_path: Path, number: str) -> None:
     done = run("os.fork", "", number, "No more", results=tmp_path)
-    problem = "experiments.run: cannot start 2 processes (No more); set n_jobs=1\n"
+    problem = "experiments.run: cannot start another process (No more); set n_jobs=1\n"
     assert (done.returncode, done.stdout, done.stderr) == (1, "", problem)
 
 
