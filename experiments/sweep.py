@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from functools import cache
+from operator import itemgetter
 from typing import Any
 from zlib import crc32
 
@@ -11,10 +12,11 @@ import pandas as pd
 from threadpoolctl import ThreadpoolController
 from tqdm import tqdm
 
+from alignscores.parallel import run_parallel
+
 from .config import Execution, Sweep
 from .grid import KEY_COLUMNS, Cell, evaluations
 from .metrics import Column, Evaluation, Scenes
-from .parallel import run_parallel
 from .scenes import Scene, make_scene
 
 __all__ = ["draw_scene", "one_blas_thread", "run_sweeps", "trial_seeds"]
@@ -115,8 +117,8 @@ def _run_sweep(sweep: Sweep, execution: Execution) -> pd.DataFrame:
     # The limit of the cells stays in their process; here it ends with the sweep.
     with one_blas_thread():
         tasks = [(sweep, cell, metrics) for cell, metrics in wanted.items()]
-        results = run_parallel(run_cell, tasks, execution.n_jobs)
-        progress = tqdm(results, total=len(wanted), desc=sweep.name, unit="cell", disable=None)
-        rows = [row for batch in progress for row in batch]
+        cells = run_parallel(run_cell, tasks, execution.n_jobs)
+        progress = tqdm(cells, total=len(tasks), desc=sweep.name, unit="cell", disable=None)
+        rows = [row for _, batch in sorted(progress, key=itemgetter(0)) for row in batch]
     columns = dict.fromkeys(metric for metrics in wanted.values() for metric in metrics)
     return pd.DataFrame(rows, columns=[*KEY_COLUMNS, *columns])

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -18,6 +17,7 @@ from ..comparison.tables import as_csv, as_latex, as_markdown, as_text, footnote
 from ..evaluation.settings import Option, Settings, order_problem
 from ..metrics import metric
 from ..pages.comparison import page
+from ..parallel import available_processors
 from ..texts import printable
 from ..trajectories.formats import FORMATS
 from ..writing import write_whole
@@ -94,7 +94,11 @@ def add_parser(commands: Any) -> None:
 
     work = command.add_argument_group("work")
     work.add_argument(
-        "--jobs", type=number_type(JOBS), default=_processors(), metavar="X", help=JOBS.help
+        "--jobs",
+        type=number_type(JOBS),
+        default=available_processors(),
+        metavar="X",
+        help=JOBS.help,
     )
     work.add_argument(
         "--cache",
@@ -103,13 +107,6 @@ def add_parser(commands: Any) -> None:
         help="store results there, and take those of the same files and options from there",
     )
     _add_output(command)
-
-
-def _processors() -> int:
-    """Return how many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):  # not on macOS and Windows
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _add_output(command: argparse.ArgumentParser) -> None:

@@ -1,7 +1,8 @@
 """Systems over sequences and runs: found, scored side by side, and summarised."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 from ..evaluation.evaluation import finite_or_none
 from ..evaluation.notes import collected_warnings, why
 from ..evaluation.settings import Settings
+from ..parallel import run_parallel
 from ..texts import first_few, printable
 from ..trajectories.extras import require
 from ..trajectories.files import FAILURES, read_stamps
@@ -16,7 +18,6 @@ from ..trajectories.formats import FORMATS
 from ..version import __version__
 from .benchmark import NO_SETTINGS, Benchmark, Run, from_patterns, read_yaml
 from .patterns import Pattern
-from .processes import Progress, work
 from .runs import COLUMNS, Outcome, Task, evaluate_run, forget_references, reference_of
 from .summary import Summary, summarise
 from .tables import Names
@@ -24,6 +25,7 @@ from .tables import Names
 __all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "settings_of_run"]
 
 YAML = ".yaml", ".yml"
+Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -284,8 +286,13 @@ def _tasks(
 
 def _scored(tasks: Mapping[Run, Task], jobs: int, progress: Progress) -> list[tuple[Run, Outcome]]:
     """Return all runs with what became of them, missing ones among them."""
-    there = {run: task for run, task in tasks.items() if run.file}
-    outcomes = work(evaluate_run, there, jobs, progress, "scoring")
+    there = [run for run in tasks if run.file]
+    outcomes: dict[Run, Outcome] = {}
+    with closing(run_parallel(evaluate_run, [(tasks[run],) for run in there], jobs)) as scored:
+        for index, outcome in scored:
+            outcomes[there[index]] = outcome
+            progress(f"scoring {len(outcomes)}/{len(there)}")
+    progress("")
     for run in tasks:
         if not run.file:
             missing = f"{run.system}: has no run {run.run} on {run.sequence}"

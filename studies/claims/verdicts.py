@@ -12,8 +12,8 @@ import pandas as pd
 import scipy
 
 from alignscores.arrays import Floats
+from alignscores.parallel import run_parallel
 from experiments.grid import CELL_SETTINGS
-from experiments.parallel import run_parallel
 from experiments.tables import Trials
 
 from ..order import SIGNIFICANCE, holm
@@ -133,7 +133,7 @@ def decide(
         ([*taken, *(read if number < n_read else [])], trials)
         for number, trials in enumerate(replicates)
     ]
-    evaluated = list(run_parallel(_evaluate, tasks, n_jobs))
+    evaluated = [found for _, found in sorted(run_parallel(_evaluate, tasks, n_jobs))]
     values = np.array([found[: len(taken)] for found in evaluated]).T
     values_read = iter(np.array([found[len(taken) :] for found in evaluated[:n_read]]).T)
 

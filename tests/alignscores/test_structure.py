@@ -17,7 +17,7 @@ PROJECT = (
     "studies",
 )
 LAYERS = (  # each imports those before it, and itself
-    {"arrays", "streams", "texts", "validation", "version", "writing", "yaml_files"},
+    {"arrays", "parallel", "streams", "texts", "validation", "version", "writing", "yaml_files"},
     {"registration", "similarity", "averaging", "medoid", "histogram", "pairs", "aligner"},
     {"translation", "rotation", "pose", "distance", "profile", "batch", "protocols", "metrics"},
     {"trajectories", "torch"},

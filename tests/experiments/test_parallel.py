@@ -1,16 +1,11 @@
-"""Parallel processes give the results in order, and end with the command, whatever ends it."""
+"""The processes of a sweep end with the command, whatever ends it."""
 
-import multiprocessing
-import os
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-
-from experiments.command import CommandError
-from experiments.parallel import run_parallel
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = (
@@ -72,39 +67,5 @@ def test_ctrl_c_ends_the_command_and_its_workers(
 @pytest.mark.parametrize("number", ["1", "2"])
 def test_a_process_that_cannot_start_is_one_line(tmp_path: Path, number: str) -> None:
     done = run("os.fork", "", number, "No more", results=tmp_path)
-    problem = "experiments.run: cannot start another process (No more); set n_jobs=1\n"
+    problem = "experiments.run: no further process can be started (No more); set fewer jobs\n"
     assert (done.returncode, done.stdout, done.stderr) == (1, "", problem)
-
-
-def share(number: int) -> tuple[int, int]:
-    return number, os.getpid()
-
-
-@pytest.mark.parametrize(
-    ("n_tasks", "n_jobs", "n_processes"), [(0, 3, 0), (1, 3, 0), (2, 3, 2), (9, 3, 3), (9, 1, 0)]
-)
-def test_results_come_in_order_from_no_more_processes_than_tasks(
-    n_tasks: int, n_jobs: int, n_processes: int
-) -> None:
-    results = list(run_parallel(share, [(number,) for number in range(n_tasks)], n_jobs))
-    assert [number for number, _ in results] == list(range(n_tasks))
-    assert len({process for _, process in results} - {os.getpid()}) == n_processes
-    assert not multiprocessing.active_children()
-
-
-def reciprocal(number: int) -> float:
-    return 1 / number
-
-
-def test_an_error_in_a_worker_is_raised_with_its_traceback() -> None:
-    with pytest.raises(ZeroDivisionError) as caught:
-        list(run_parallel(reciprocal, [(1,), (0,)], 2))
-    assert "in reciprocal" in caught.value.__notes__[0]
-    assert not multiprocessing.active_children()
-
-
-def test_a_killed_worker_is_one_sentence() -> None:
-    kill = [(signal.SIGKILL,)] * 2
-    with pytest.raises(CommandError, match=r"^a worker process was killed, .*; set n_jobs=1, or"):
-        list(run_parallel(signal.raise_signal, kill, 2))
-    assert not multiprocessing.active_children()

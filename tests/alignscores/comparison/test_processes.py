@@ -9,11 +9,8 @@ import shutil
 import signal
 import subprocess
 import sys
-import threading
 
 import pytest
-
-from alignscores.comparison.processes import work
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is forked")
 
@@ -53,7 +50,7 @@ PLACES = [  # around which start of a worker
     *(("before", 1), ("after_in_parent", 1), ("after_in_parent", 2)),
     *(("after_in_child", 1), ("after_in_child", 2), ("after_in_parent_group", 2)),
 ]
-LIMIT = "no further process can be started (Resource temporarily unavailable); use fewer --jobs"
+LIMIT = "no further process can be started (Resource temporarily unavailable); set fewer jobs"
 
 
 @pytest.fixture
@@ -124,42 +121,3 @@ def test_workers_end_with_the_command_in_the_middle_of_their_work(start, tmp_pat
         process.send_signal(end)
         out, err = process.communicate(timeout=60)
     assert (process.returncode, out, err) == (-end, "", "")
-
-
-def silent(text):
-    pass
-
-
-def process_of(task):
-    return os.getpid()
-
-
-@pytest.mark.parametrize(("jobs", "at_most"), [(1, 1), (2, 2), (8, 3)])
-def test_there_are_as_many_processes_as_jobs_and_no_more_than_tasks(jobs, at_most):
-    said = []
-    found = work(process_of, {"a": 1, "b": 2, "c": 3}, jobs, said.append, "asking")
-    assert set(found) == {"a", "b", "c"}
-    assert len(set(found.values())) <= at_most
-    assert (os.getpid() in found.values()) == (jobs == 1)
-    assert said == ["asking 1/3", "asking 2/3", "asking 3/3", ""]
-
-
-@pytest.mark.filterwarnings("ignore:.*multi-threaded:DeprecationWarning")
-def test_outside_the_main_thread():
-    results = {}
-    tasks = {1: -1, 2: -2}
-    thread = threading.Thread(target=lambda: results.update(work(abs, tasks, 2, silent, "")))
-    thread.start()
-    thread.join()
-    assert results == {1: 1, 2: 2}
-
-
-def test_a_worker_that_ends_is_an_error_that_says_what_to_do():
-    with pytest.raises(ChildProcessError, match="a process ended before its work was done"):
-        work(os._exit, {"a": 3, "b": 3, "c": 3}, 2, silent, "ending")
-
-
-def test_an_error_is_raised_here_and_tells_where_it_was():
-    with pytest.raises(TypeError, match="bad operand") as caught:
-        work(abs, {"a": 1, "b": "x"}, 2, silent, "")
-    assert "in _serve" in caught.value.__notes__[0]

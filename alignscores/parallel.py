@@ -1,81 +1,72 @@
-"""Score many runs, in this process or in parallel ones.
+"""Calls in parallel processes, which end with this one, whatever ends it.
 
-A `ProcessPoolExecutor` hangs where an interruption or a limit of processes meets it between the
-start of its workers and of its threads. Here the parent needs no thread: each worker has a pipe.
+The executors of the standard library and joblib hang, or leave processes, where an interruption or
+a limit of processes meets them between the start of their workers and of their threads. Here the
+parent has no thread, and each worker a pipe.
 """
 
 import multiprocessing
+import multiprocessing.connection
 import os
 import signal
 import sys
 import threading
 import traceback
-from collections.abc import Callable, Generator, Iterator, Mapping
-from contextlib import closing, contextmanager
-from itertools import islice
-from multiprocessing.connection import wait
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
-from .benchmark import Run
-from .runs import Task
+__all__ = ["available_processors", "run_parallel"]
 
-__all__ = ["Progress", "work"]
-
-Progress = Callable[[str], None]
 Result = TypeVar("Result")
 
 # A fork is ready at once; elsewhere a worker imports NumPy first, where Ctrl-C shows a traceback.
 CONTEXT: Any = multiprocessing.get_context("fork" if sys.platform == "linux" else None)
 
 
-def work(
-    function: Callable[[Task], Result],
-    tasks: Mapping[Run, Task],
-    jobs: int,
-    progress: Progress,
-    doing: str,
-) -> dict[Run, Result]:
-    """Return the result of each task, and show how many are done."""
-    results: dict[Run, Result] = {}
-    with closing(_computed(function, tasks, min(jobs, len(tasks)))) as computed:
-        for run, result in computed:
-            if isinstance(result, Exception):
-                raise result
-            results[run] = result
-            progress(f"{doing} {len(results)}/{len(tasks)}")
-    progress("")
-    return results
+def available_processors() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):  # not on macOS and Windows
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
-def _computed(
-    function: Callable[[Task], Any], tasks: Mapping[Run, Task], n_workers: int
-) -> Generator[tuple[Run, Any], None, None]:
-    """Yield each result as soon as it is there; whatever ends this, no worker is left."""
-    waiting = iter(tasks.items())
+def run_parallel(
+    function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], n_jobs: int
+) -> Generator[tuple[int, Result], None, None]:
+    """Yield index and result of each call as soon as it is there; with one job, in this process.
+
+    With -1 there are as many processes as processors, and never more than tasks. Raise what a call
+    raises, and a `ChildProcessError` if a process cannot be started or is ended.
+    """
+    n_workers = min(available_processors() if n_jobs == -1 else n_jobs, len(tasks))
     if n_workers < 2:
-        yield from ((run, function(task)) for run, task in waiting)
+        yield from ((index, function(*task)) for index, task in enumerate(tasks))
         return
+    waiting = iter(enumerate(tasks))
     workers: list[Any] = []
-    busy: dict[Any, Run] = {}  # by the pipe to its worker
+    busy: dict[Any, int] = {}  # index of the task by the pipe to its worker
     try:
         with _interruptions_deferred():
-            for run, task in islice(waiting, n_workers):
+            for _ in range(n_workers):
                 worker, pipe = _start(function)
                 workers.append(worker)
+                busy[pipe], task = next(waiting)
                 pipe.send(task)
-                busy[pipe] = run
         while busy:
-            ready: list[Any] = wait(list(busy))
+            ready: list[Any] = multiprocessing.connection.wait(list(busy))
             for pipe in ready:
-                run, result = busy.pop(pipe), pipe.recv()
+                index, result = busy.pop(pipe), pipe.recv()
                 if following := next(waiting, None):
                     busy[pipe], task = following
                     pipe.send(task)
-                yield run, result
+                if isinstance(result, Exception):
+                    raise result
+                yield index, result
     except (ConnectionError, EOFError):
         raise ChildProcessError(
             "a process ended before its work was done, as when memory or processes are limited; "
-            "use fewer --jobs"
+            "set fewer jobs"
         ) from None
     finally:
         for worker in workers:
@@ -84,7 +75,7 @@ def _computed(
             worker.join()
 
 
-def _start(function: Callable[[Task], Any]) -> tuple[Any, Any]:
+def _start(function: Callable[..., object]) -> tuple[Any, Any]:
     """Start a worker; return it with our end of its pipe."""
     try:
         ours, theirs = multiprocessing.Pipe()
@@ -92,8 +83,9 @@ def _start(function: Callable[[Task], Any]) -> tuple[Any, Any]:
         worker = CONTEXT.Process(target=_serve, args=(function, theirs), daemon=True)
         worker.start()
     except OSError as error:
-        message = f"no further process can be started ({error.strerror}); use fewer --jobs"
-        raise ChildProcessError(message) from None
+        raise ChildProcessError(
+            f"no further process can be started ({error.strerror}); set fewer jobs"
+        ) from None
     theirs.close()
     return worker, ours
 
@@ -115,17 +107,19 @@ def _interruptions_deferred() -> Iterator[None]:
             handler(*interruptions[0])
 
 
-def _serve(function: Callable[[Task], Any], pipe: Any) -> None:
+def _serve(function: Callable[..., object], pipe: Any) -> None:
     """Compute one task after the other, until the parent ends this process."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # as a shell has it in the background
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         threading.Thread(target=_end_with_parent, daemon=True).start()
     except RuntimeError:  # no thread can be started; the parent finds the pipe closed
         return
     while True:
         task = pipe.recv()
+        result: object
         try:
-            result = function(task)
+            result = function(*task)
         except Exception as error:  # raised by the parent
             error.add_note(traceback.format_exc())
             result = error
@@ -133,7 +127,7 @@ def _serve(function: Callable[[Task], Any], pipe: Any) -> None:
 
 
 def _end_with_parent() -> None:
-    """End this process where the parent was ended by a signal; it would wait for work forever."""
+    """End this process if the parent was ended by a signal; it would wait for work forever."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
