@@ -1,4 +1,4 @@
-"""Compile the registration, ``alignscores/registration/kernel/*.c``, with ``$CC``, ``cc`` or Zig."""
+"""Compile the registration, ``alignscores/registration/kernel``, by ``$CC``, ``cc`` or Zig."""
 
 import os
 import shlex
@@ -12,8 +12,8 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-# No -ffast-math and no fused products: sums are what they seem, on every processor. `omp simd` marks
-# those whose order the compiler may choose.
+# No -ffast-math and no fused products: the same numbers on every processor. `omp simd` marks the
+# sums whose order the compiler may choose.
 FLAGS = ["-std=c11", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
 FLAGS += ["-fopenmp-simd", "-fvisibility=hidden", "-shared"]
 KERNEL = Path("alignscores", "registration", "kernel")
@@ -70,14 +70,9 @@ def compile_kernel(folder: Path, library: Path) -> None:
     code, libraries = ([], []) if sys.platform == "win32" else (["-fPIC"], ["-lm"])
     sources = map(str, sorted(folder.glob("*.c")))
     c_flags, architecture, linker_flags = given
-    subprocess.run(
-        [*command, *c_flags, *FLAGS, *code, *architecture, "-o", str(library), *sources]
-        + [*linker_flags, *libraries],
-        check=True,
-        capture_output=True,
-        text=True,
-        errors="replace",
-    )
+    command += [*c_flags, *FLAGS, *code, *architecture, "-o", str(library), *sources]
+    command += [*linker_flags, *libraries]
+    subprocess.run(command, check=True, capture_output=True, text=True, errors="replace")
     library.stat()  # an error, where it was not written
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Booleans, Floats, Indices
-from .registration import REGISTRATIONS, Registration, kernel, pcr99, refined, similarity_of_row
+from .registration import REGISTRATIONS, Registration, kernel, pcr99, refined
 from .registration.kernel import Aligned, normalise
 from .similarity import Similarity
 from .validation import check_positions, check_same_length, finite_rows
@@ -18,7 +18,7 @@ __all__ = ["Aligned", "Aligner", "Seed", "normalise", "one_scene"]
 Seed = int | np.random.SeedSequence | np.random.Generator | None
 
 ROUNDING = 1e-6  # by which a scale may differ from 1
-SCENES_AT_ONCE = 16  # that a thread aligns in one call
+SCENES_AT_ONCE = 16  # that are aligned in one call
 
 
 class Aligner:
@@ -76,13 +76,24 @@ class Aligner:
         A scene whose unit is not positive and finite is left without an alignment.
         """
         self._options.max_threshold = max_threshold
-        if self._threads == 1:
-            return self._align(units, 0, len(units))
-        firsts = range(0, len(units), SCENES_AT_ONCE)
-        with ThreadPoolExecutor(self._threads) as pool:
-            parts = list(pool.map(lambda i: self._align(units, i, i + SCENES_AT_ONCE), firsts))
-        rows, errors, units, n_used = map(np.concatenate, zip(*parts, strict=True))
-        return Aligned(rows, errors, units, n_used)
+        firsts = range(0, max(1, len(units)), SCENES_AT_ONCE)
+
+        def align(first: int) -> Aligned:
+            return self._align(units, first, first + SCENES_AT_ONCE)
+
+        if self._threads == 1 or len(firsts) == 1:
+            parts = list(map(align, firsts))  # so that an interruption need not wait for all
+        else:
+            with ThreadPoolExecutor(self._threads) as pool:
+                parts = list(pool.map(align, firsts))
+        if len(parts) == 1:
+            return parts[0]
+        return Aligned(
+            np.concatenate([part.rows for part in parts]),
+            np.concatenate([part.errors for part in parts]),
+            np.concatenate([part.units for part in parts]),
+            np.concatenate([part.n_hypotheses for part in parts]),
+        )
 
     def _align(self, units: Floats, first: int, end: int) -> Aligned:
         """Align some of the scenes."""
@@ -128,8 +139,8 @@ class Aligner:
             found, n_used[0] = _checked(registered, self._alignment)
             if found is None:
                 return 0
-            numbers = [[found.scale], np.ravel(found.rotation), np.ravel(found.translation)]
-            np.ctypeslib.as_array(row, (13,))[:] = np.concatenate(numbers)
+            parts = np.ravel(found.scale), np.ravel(found.rotation), np.ravel(found.translation)
+            np.ctypeslib.as_array(row, (13,))[:] = np.concatenate(parts)
         except BaseException as error:
             self._error = error
             return -1

@@ -128,7 +128,7 @@ def tas_distance(
         warnings.warn(reason, AlignmentWarning, stacklevel=2)
         return nan
     if aligner.has_one_alignment:
-        errors = aligner.align(np.array([start])).errors
+        errors = aligner.align(np.ones(1)).errors
         distance = smallest_unit(np.sort(errors), score, N_THRESHOLDS)
     else:
         distance, errors = search_unit(

@@ -2,7 +2,7 @@
 
 #include "kernel.h"
 
-#define LEAF 16 /* positions at most, all of which are looked at */
+#define LEAF 32 /* positions at most, all of which are looked at */
 
 /* Node k has the positions from `low` to `high`; its halves are nodes 2 k and 2 k + 1. */
 typedef struct {
