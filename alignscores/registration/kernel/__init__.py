@@ -81,7 +81,7 @@ def _load() -> ctypes.CDLL:
     except OSError:
         raise ImportError(
             "the registration of this version of alignscores is not compiled: install it again, in "
-            "a checkout by `pip install --no-build-isolation --no-deps -e .`"
+            "a checkout by `pip install --no-deps -e .`"
         ) from None
 
 
