@@ -76,18 +76,18 @@ class Aligner:
         A scene whose unit is not positive and finite is left without an alignment.
         """
         self._options.max_threshold = max_threshold
-        firsts = range(0, max(1, len(units)), SCENES_AT_ONCE)
+        if len(units) <= SCENES_AT_ONCE:
+            return self._align(units, 0, len(units))
 
         def align(first: int) -> Aligned:
             return self._align(units, first, first + SCENES_AT_ONCE)
 
-        if self._threads == 1 or len(firsts) == 1:
+        firsts = range(0, len(units), SCENES_AT_ONCE)
+        if self._threads == 1:
             parts = list(map(align, firsts))  # so that an interruption need not wait for all
         else:
             with ThreadPoolExecutor(self._threads) as pool:
                 parts = list(pool.map(align, firsts))
-        if len(parts) == 1:
-            return parts[0]
         return Aligned(
             np.concatenate([part.rows for part in parts]),
             np.concatenate([part.errors for part in parts]),
@@ -99,7 +99,12 @@ class Aligner:
         """Align some of the scenes."""
         starts = self.starts[first : end + 1]
         rows = slice(starts[0], starts[-1])
-        generators = [self._generator() for _ in starts[1:]]
+        try:
+            generators = [np.random.default_rng(self._rng) for _ in starts[1:]]
+        except (TypeError, ValueError) as error:
+            raise ValueError(
+                f"rng must be a seed or a Generator, not {self._rng!r}: {error}"
+            ) from None
         aligned = kernel.align_scenes(
             self._options,
             starts - starts[0],
@@ -113,14 +118,6 @@ class Aligner:
             assert self._error is not None
             raise self._error
         return aligned
-
-    def _generator(self) -> np.random.Generator:
-        try:
-            return np.random.default_rng(self._rng)
-        except (TypeError, ValueError) as error:
-            raise ValueError(
-                f"rng must be a seed or a Generator, not {self._rng!r}: {error}"
-            ) from None
 
     def _by_function(
         self, n: int, gt: Any, est: Any, rank: int, threshold: float, row: Any, n_used: Any

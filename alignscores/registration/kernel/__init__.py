@@ -86,7 +86,7 @@ def _load() -> ctypes.CDLL:
 
 
 _LIBRARY = _load()
-_LIBRARY.align_scenes.argtypes = c_void_p, c_size_t, *10 * (c_void_p,)
+_LIBRARY.align_scenes.argtypes = c_void_p, c_size_t, *9 * (c_void_p,)
 _LIBRARY.close_scenes.argtypes = c_size_t, c_void_p
 _LIBRARY.closest_pairs.argtypes = c_size_t, c_void_p, c_void_p
 _LIBRARY.closest_pairs.restype = ctypes.c_bool
@@ -135,25 +135,20 @@ def align_scenes(
     """
     n = len(units)
     aligned = Aligned(np.empty((n, 13)), np.empty(len(gt)), units.copy(), np.empty(n, np.intp))
-    is_refined = options.registration == REGISTRATIONS.index("refined")
-    samplers = [np.random.default_rng(0) for _ in generators] if is_refined else []
+    if options.registration == REGISTRATIONS.index("refined"):  # which draws a sample of cameras
+        generators = [*generators, *(np.random.default_rng(0) for _ in generators)]
+    random = [generator.bit_generator.ctypes.bit_generator.value for generator in generators]
     start, truth, estimate, keep, *found = [
         None if array is None else array.__array_interface__["data"][0]
         for array in (starts, gt, est, kept, *aligned)
     ]
-    random = _bit_generators(generators), _bit_generators(samplers)
+    addresses = (c_void_p * len(random))(*random)
     outcome = _LIBRARY.align_scenes(
-        ctypes.byref(options), n, start, truth, estimate, *random, keep, *found
+        ctypes.byref(options), n, start, truth, estimate, addresses, keep, *found
     )
     if OUTCOMES[outcome] == "no memory":
         raise MemoryError(f"there is no memory for {options.n_hypotheses} hypotheses")
     return aligned if OUTCOMES[outcome] == "done" else None
-
-
-def _bit_generators(generators: Sequence[np.random.Generator]) -> ctypes.Array[c_void_p]:
-    """Return the addresses of NumPy's interface of random generators."""
-    addresses = [generator.bit_generator.ctypes.bit_generator.value for generator in generators]
-    return (c_void_p * len(addresses))(*addresses)
 
 
 def close_scenes(kept: NDArray[np.uintp]) -> None:

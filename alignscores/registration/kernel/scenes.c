@@ -199,14 +199,14 @@ static void write_alignment(const scene *s, double *row)
 }
 
 /* Align scenes one behind the other: rows of coordinates, of scene s from starts[s] to starts[s + 1].
-   Each has a random generator, and one of seed 0, which draws a sample of the cameras for `refined`.
+   Each has a random generator; behind these `refined` has one of seed 0 a scene, which draws samples.
    A unit that is not a number becomes d; a scene whose unit is not positive and finite is left. An
    alignment is a row of 13 numbers, which are none where there is none. With `kept` the scenes are
    kept for the next threshold, until they are closed. */
 EXPORTED
 int align_scenes(const options *o, size_t n_scenes, const size_t *starts, const double *gt,
-                 const double *est, bitgen *const *random, bitgen *const *samplers, scene **kept,
-                 double *rows, double *errors, double *units, size_t *n_used)
+                 const double *est, bitgen *const *random, scene **kept, double *rows,
+                 double *errors, double *units, size_t *n_used)
 {
     int outcome = DONE;
     for (size_t i = 0; i < n_scenes && outcome == DONE; i++) {
@@ -225,7 +225,7 @@ int align_scenes(const options *o, size_t n_scenes, const size_t *starts, const 
             s->found.scale = NAN;
             if (0 < units[i] && units[i] < INFINITY)
                 outcome = align_scene(s, o, o->max_threshold * units[i] / s->unit, random[i],
-                                      samplers ? samplers[i] : NULL);
+                                      o->registration == REFINED ? random[n_scenes + i] : NULL);
             n_used[i] = s->n_used;
             for (size_t k = 0; k < 13; k++)
                 rows[13 * i + k] = NAN;
