@@ -198,6 +198,17 @@ static void write_alignment(const scene *s, double *row)
     }
 }
 
+EXPORTED
+void close_scenes(size_t n_scenes, scene **kept)
+{
+    for (size_t i = 0; i < n_scenes; i++)
+        if (kept[i]) {
+            release(&kept[i]->memory);
+            free(kept[i]);
+            kept[i] = NULL;
+        }
+}
+
 /* Align scenes one behind the other: rows of coordinates, of scene s from starts[s] to starts[s + 1].
    Each has a random generator; behind these `refined` has one of seed 0 a scene, which draws samples.
    A unit that is not a number becomes d; a scene whose unit is not positive and finite is left. An
@@ -217,9 +228,9 @@ int align_scenes(const options *o, size_t n_scenes, const size_t *starts, const 
             kept[i] = calloc(1, sizeof *s);
         if (kept)
             s = kept[i];
-        if (!s || (!is_open && !open_scene(s, o, gt + 3 * first, est + 3 * first, n, units[i])))
+        if (!s || (!is_open && !open_scene(s, o, gt + 3 * first, est + 3 * first, n, units[i]))) {
             outcome = NO_MEMORY;
-        else {
+        } else {
             units[i] = isnan(units[i]) ? s->d : units[i];
             s->refined.several = kept != NULL;
             s->found.scale = NAN;
@@ -237,19 +248,10 @@ int align_scenes(const options *o, size_t n_scenes, const size_t *starts, const 
             }
         }
         release(&local.memory);
+        if (kept && outcome != DONE)
+            close_scenes(1, &kept[i]);
     }
     return outcome;
-}
-
-EXPORTED
-void close_scenes(size_t n_scenes, scene **kept)
-{
-    for (size_t i = 0; i < n_scenes; i++)
-        if (kept[i]) {
-            release(&kept[i]->memory);
-            free(kept[i]);
-            kept[i] = NULL;
-        }
 }
 
 /* Normalise rows of positions, component first; the origin and the unit are those of the rows. */
