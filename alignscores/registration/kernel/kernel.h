@@ -32,9 +32,6 @@
 #define EXPORTED __attribute__((visibility("default")))
 #endif
 
-/* Squares of coordinates beyond may overflow. */
-#define FARTHEST_SQUARABLE 1e100
-
 typedef struct {
     double x, y, z;
 } vector;
@@ -102,7 +99,6 @@ double nth_smallest(double *values, size_t n, size_t rank);
 size_t fit_triplets(const cameras *c, triplet *triplets, size_t count, int alignment,
                     similarity *fits);
 bool weighted_fit(const cameras *c, const double *weights, int alignment, similarity *found);
-bool is_usable(const similarity *s);
 
 /* triplets.c */
 size_t n_triplets(size_t n);

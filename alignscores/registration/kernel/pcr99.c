@@ -10,7 +10,7 @@
 
 /* Rows of s R, translation, and the largest squared error, in estimated units. */
 typedef struct {
-    float r[9], t[3], bound;
+    float m[12], bound;
 } rough;
 
 /* Count the cameras within the bounds of two hypotheses. */
@@ -24,12 +24,12 @@ static void count_two(const float *restrict gt, const float *restrict est, size_
     for (size_t i = 0; i < n; i++) {
         float x = gt[i], y = gt[stride + i], z = gt[2 * stride + i];
         float u = est[i], v = est[stride + i], w = est[2 * stride + i];
-        float a_u = u - a.t[0] - a.r[0] * x - a.r[1] * y - a.r[2] * z;
-        float a_v = v - a.t[1] - a.r[3] * x - a.r[4] * y - a.r[5] * z;
-        float a_w = w - a.t[2] - a.r[6] * x - a.r[7] * y - a.r[8] * z;
-        float b_u = u - b.t[0] - b.r[0] * x - b.r[1] * y - b.r[2] * z;
-        float b_v = v - b.t[1] - b.r[3] * x - b.r[4] * y - b.r[5] * z;
-        float b_w = w - b.t[2] - b.r[6] * x - b.r[7] * y - b.r[8] * z;
+        float a_u = u - a.m[9] - a.m[0] * x - a.m[1] * y - a.m[2] * z;
+        float a_v = v - a.m[10] - a.m[3] * x - a.m[4] * y - a.m[5] * z;
+        float a_w = w - a.m[11] - a.m[6] * x - a.m[7] * y - a.m[8] * z;
+        float b_u = u - b.m[9] - b.m[0] * x - b.m[1] * y - b.m[2] * z;
+        float b_v = v - b.m[10] - b.m[3] * x - b.m[4] * y - b.m[5] * z;
+        float b_w = w - b.m[11] - b.m[6] * x - b.m[7] * y - b.m[8] * z;
         a_count += a_u * a_u + a_v * a_v + a_w * a_w <= a.bound;
         b_count += b_u * b_u + b_v * b_v + b_w * b_w <= b.bound;
     }
@@ -46,10 +46,9 @@ static rough roughly(const similarity *s, double cost, double farthest)
                             times(s->scale, s->rotation.z), s->translation};
     rough h;
     for (size_t k = 0; k < 4; k++) {
-        float *row = k < 3 ? h.r + 3 * k : h.t;
-        row[0] = (float)rows[k].x;
-        row[1] = (float)rows[k].y;
-        row[2] = (float)rows[k].z;
+        h.m[3 * k] = (float)rows[k].x;
+        h.m[3 * k + 1] = (float)rows[k].y;
+        h.m[3 * k + 2] = (float)rows[k].z;
     }
     double scale = fabs(s->scale), bound = scale * sqrt(cost);
     double largest = sqrt(dot(s->translation, s->translation)) + 2 * scale * farthest + bound;
@@ -148,7 +147,8 @@ bool pcr99(const cameras *c, const options *o, size_t rank, bitgen *random, simi
         size_t n_fits = fit_triplets(c, triplets, *n_used, o->alignment, fits);
         find_cheapest(&all, fits, n_fits, rank, &cost, &best);
         cost -= fmin(MARGIN * square, DBL_MAX);
-        find_cheapest(&all, fits + n_fits, *n_used - n_fits, rank, &cost, &best);
+        if (cost > 0)
+            find_cheapest(&all, fits + n_fits, *n_used - n_fits, rank, &cost, &best);
         *found = *best;
     }
     release(&memory);

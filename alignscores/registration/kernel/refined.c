@@ -4,6 +4,7 @@
 
 #include "kernel.h"
 
+#define FARTHEST_SQUARABLE 1e100 /* squares of coordinates beyond may overflow */
 #define N_STARTS 64        /* hypotheses that are refined; their number is halved in each step */
 #define FEW 30             /* cameras up to which all triplets are tried */
 #define SEVERAL 60         /* cameras up to which twice as many triplets are drawn, and refined */
@@ -238,6 +239,15 @@ static void permute(bitgen *sampler, size_t n, uint32_t *order)
         order[i - 1] = order[other];
         order[other] = last;
     }
+}
+
+static bool is_usable(const similarity *s)
+{
+    const double *numbers = &s->scale;
+    for (size_t i = 0; i < 13; i++)
+        if (!(fabs(numbers[i]) < INFINITY))
+            return false;
+    return s->scale > 0;
 }
 
 /* The triplets to try: all of few cameras; else drawn ones, prescreened where that helps. The

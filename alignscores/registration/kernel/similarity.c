@@ -8,16 +8,10 @@
 #define AT_ONCE 64         /* triplets */
 #define JACOBI_SWEEPS 4    /* after which the columns of a 3 x 3 matrix are orthogonal */
 
-static const matrix identity = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+/* Loops that call these are vectorised. */
+#define INLINED __attribute__((always_inline)) static inline
 
-bool is_usable(const similarity *s)
-{
-    const double *numbers = &s->scale;
-    for (size_t i = 0; i < sizeof *s / sizeof *numbers; i++)
-        if (!(fabs(numbers[i]) < INFINITY))
-            return false;
-    return s->scale > 0;
-}
+static const matrix identity = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 /* An axis of the smallest rotation between unit vectors; any normal if they are parallel. */
 static vector common_normal(vector a, vector b)
@@ -66,7 +60,7 @@ typedef struct {
     int flat; /* then there is no normal */
 } triangle;
 
-__attribute__((always_inline)) static inline triangle measured(const double *points, size_t n, triplet t)
+INLINED triangle measured(const double *points, size_t n, triplet t)
 {
     vector a = point(points, n, t.i), b = point(points, n, t.j), c = point(points, n, t.k);
     triangle m = {minus(b, a), minus(c, a), over(plus(plus(a, b), c), 3), {{0}}, 0};
@@ -78,7 +72,7 @@ __attribute__((always_inline)) static inline triangle measured(const double *poi
 }
 
 /* The similarity or rigid motion of two triangles, frame to frame; the normals are complete. */
-__attribute__((always_inline)) static inline similarity between(triangle a, triangle b, int alignment)
+INLINED similarity between(triangle a, triangle b, int alignment)
 {
     complete_axes(&a.frame);
     complete_axes(&b.frame);
@@ -280,19 +274,21 @@ size_t fit_triplets(const cameras *c, triplet *triplets, size_t count, int align
                     similarity *fits)
 {
     size_t n_fits = 0, n_free = 0;
-    double rows[13][AT_ONCE], flat[AT_ONCE];
+    double rows[13][AT_ONCE], is_free[AT_ONCE];
     for (size_t first = 0; first < count; first += AT_ONCE) {
+        const triplet *some = triplets + first;
         size_t n_some = smaller(AT_ONCE, count - first);
         if (alignment != YAW)
-            fit_triangles(c->gt, c->est, c->n, triplets + first, n_some, alignment, rows, flat);
+            fit_triangles(c->gt, c->est, c->n, some, n_some, alignment, rows, is_free);
         for (size_t t = 0; t < n_some; t++) {
             double *numbers = &fits[n_fits].scale;
-            bool is_free = alignment == YAW ? fit_turn(c, triplets[first + t], &fits[n_fits])
-                                            : flat[t] > 0;
-            for (size_t k = 0; k < 13 && alignment != YAW; k++)
-                numbers[k] = rows[k][t];
-            if (is_free)
-                triplets[n_free++] = triplets[first + t];
+            if (alignment == YAW)
+                is_free[t] = fit_turn(c, some[t], &fits[n_fits]);
+            else
+                for (size_t k = 0; k < 13; k++)
+                    numbers[k] = rows[k][t];
+            if (is_free[t] > 0)
+                triplets[n_free++] = some[t];
             else
                 n_fits++;
         }
