@@ -9,11 +9,12 @@
 static void draw_below(bitgen *random, size_t n, uint32_t *numbers, size_t count)
 {
     uint32_t biased = (uint32_t)((UINT64_C(1) << 32) % n);
+    const bitgen g = *random;
     for (size_t i = 0; i < count; i++) {
         uint64_t product = 0;
         if (n > 1)
             do
-                product = (uint64_t)random->next_uint32(random->state) * n;
+                product = (uint64_t)g.next_uint32(g.state) * n;
             while ((uint32_t)product < biased);
         numbers[i] = (uint32_t)(product >> 32);
     }
