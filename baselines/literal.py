@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from alignscores.arrays import Booleans, Floats, Indices
-from alignscores.similarity import Similarity, cross, dot
+from alignscores.similarity import Similarity
 
 __all__ = ["literal_frames"]
 
@@ -76,10 +76,9 @@ def literal_frames(
         if n_used == 0:
             return None, 0
         scale, rotation, translation = _similarities(gt, est, triplets)
-        costs = [
-            np.partition(Similarity(*one).position_errors(gt.T, est.T), rank - 1)[rank - 1]
-            for one in zip(scale.tolist(), rotation, translation, strict=True)
-        ]
+        residuals = (est - translation[:, :, None]) / scale[:, None, None] - rotation @ gt
+        errors = np.einsum("hin,hin->hn", residuals, residuals)
+        costs = np.partition(errors, rank - 1, axis=1)[:, rank - 1]
         best = int(np.argmin(np.where(np.isnan(costs), np.inf, costs)))
     return Similarity(float(scale[best]), rotation[best], translation[best]), n_used
 
@@ -118,7 +117,7 @@ def _similarities(gt: Floats, est: Floats, triplets: Indices) -> tuple[Floats, F
     """Similarities of triangles: frame to frame, scale and translation by least squares."""
     corners = [points.take(triplets, axis=1) for points in (gt, est)]  # (3 components, 3, H)
     a, b = (_frames(corner) for corner in corners)
-    rotation: Floats = dot(b[:, :, None], a[:, None, :])  # (3, 3, H)
+    rotation: Floats = (b[:, :, None] * a[:, None]).sum(axis=0)  # (3, 3, H)
     centroids = [corner.mean(axis=1) for corner in corners]
     local_a, local_b = (c - m[:, None] for c, m in zip(corners, centroids, strict=True))
     rotated = np.einsum("ijh,jkh->ikh", rotation, local_a)
@@ -130,7 +129,7 @@ def _similarities(gt: Floats, est: Floats, triplets: Indices) -> tuple[Floats, F
 def _frames(corners: Floats) -> Floats:
     """Return the axes of triangles (3 axes, 3 components, H)."""
     edge_1, edge_2 = (corners[:, k] - corners[:, 0] for k in (1, 2))
-    first = edge_1 / np.sqrt(dot(edge_1, edge_1))
-    normal = cross(first, edge_2)
-    normal = normal / np.sqrt(dot(normal, normal))
-    return np.stack([first, normal, cross(first, normal)])
+    first = edge_1 / np.linalg.norm(edge_1, axis=0)
+    normal = np.cross(first, edge_2, axis=0)
+    normal = normal / np.linalg.norm(normal, axis=0)
+    return np.stack([first, normal, np.cross(first, normal, axis=0)])
