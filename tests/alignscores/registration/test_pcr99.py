@@ -106,6 +106,39 @@ def test_definition(cloud, kind, n):
         np.testing.assert_allclose(found.translation, expected.translation, atol=1e-11 * size)
 
 
+DIFFICULT = {
+    "nearly exact": (1e-9, 1.0, 0.0, 1.0),
+    "exact": (0.0, 1.0, 0.0, 1.0),
+    "far outliers": (0.03, 1e12, 0.0, 1.0),
+    "very far outliers": (0.03, 1e100, 0.0, 1.0),
+    "of two scales": (0.03, 1e20, 0.0, 1.0),  # the far outliers agree with each other
+    "off the origin": (0.03, 1.0, 1e3, 1.0),
+    "tiny": (0.03, 1.0, 0.0, 1e-25),
+    "far, in both worlds": (0.03, 1e6, 0.0, 1.0),
+}
+
+
+@pytest.mark.parametrize("kind", DIFFICULT)
+@pytest.mark.parametrize(("n", "straight"), [(60, False), (60, True), (700, False)])
+@pytest.mark.filterwarnings("ignore:(divide|invalid|overflow):RuntimeWarning")
+def test_single_precision_rejects_no_cheaper_hypothesis(noisy_scene, kind, n, straight):
+    """The cost of the choice is the lowest, whatever the numbers."""
+    sigma, reach, offset, unit = DIFFICULT[kind]
+    gt, est = noisy_scene(n, n // 3, sigma, 5)
+    if straight:
+        gt[: n // 2, 1:], est[: n // 2, 1:] = 0, 0
+    if kind == "far, in both worlds":
+        gt[:: n // 10] *= reach
+    est[:: n // 10] *= reach
+    if kind == "of two scales":
+        est[::5] = reach * gt[::5]
+    gt, est, rank = unit * gt + offset, unit * est + offset, n // 10
+    found, _ = pcr99(gt, est, rank=rank, n_hypotheses=1000, rng=rng())
+    expected, _ = pcr99_by_definition(gt, est, rank, 1000, rng())
+    a, b = (np.sort(one.position_errors(gt, est))[rank - 1] for one in (found, expected))
+    assert a <= b * (1 + 1e-6) + 1e-11 * unit * max(1, offset)
+
+
 class Hypothesis(NamedTuple):
     cost: float
     scale: float
