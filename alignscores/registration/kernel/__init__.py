@@ -29,9 +29,9 @@ REGISTRATIONS = "pcr99", "refined", "user"  # in the order of kernel.h, as ALIGN
 PRESCREEN = 0.1  # of the paper
 OUTCOMES = "done", "no memory", "failed"  # in the order of scenes.c
 
+NUMBERS = POINTER(c_double)
 UserRegistration = CFUNCTYPE(
-    *(c_int, c_size_t, POINTER(c_double), POINTER(c_double), c_size_t, c_double),
-    *(POINTER(c_double), POINTER(c_size_t)),
+    c_int, c_size_t, NUMBERS, NUMBERS, c_size_t, c_double, NUMBERS, POINTER(c_size_t)
 )
 
 
@@ -39,9 +39,14 @@ class Options(ctypes.Structure):
     """What is the same for all scenes, as in ``kernel.h``."""
 
     _fields_ = (
-        *(("registration", c_int), ("alignment", c_int), ("vertical", c_int)),
-        *(("n_hypotheses", c_size_t), ("rank", c_size_t)),
-        *(("prescreen", c_double), ("max_threshold", c_double), ("user", UserRegistration)),
+        ("registration", c_int),
+        ("alignment", c_int),
+        ("vertical", c_int),
+        ("n_hypotheses", c_size_t),
+        ("rank", c_size_t),
+        ("prescreen", c_double),
+        ("max_threshold", c_double),
+        ("user", UserRegistration),
     )
 
 
