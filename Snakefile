@@ -34,8 +34,6 @@ onstart:
     # To start no more than so many jobs a second, Snakemake 9 looks at all inputs of the ready jobs again and again,
     # soon all the time, and does not end before the last look. The numbers of cores and jobs are limit enough.
     workflow.scheduler.job_rate_limiter = None
-    if LIBRARY is None:
-        print(NOT_COMPILED, file=sys.stderr)
 
 
 onsuccess:

@@ -1,8 +1,4 @@
-"""Compile ``alignscores/registration/kernel.c`` where there is a C compiler.
-
-Without one the package is pure Python, with the same results to the last bit. Only the wheels of a
-release (``CIBUILDWHEEL=1``) must have it.
-"""
+"""Compile the registration, ``alignscores/registration/kernel``, by ``$CC``, ``cc`` or Zig."""
 
 import os
 import shlex
@@ -16,50 +12,66 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-# No -ffast-math and no fused products: the results are those of NumPy, on every processor.
-FLAGS = ["-std=c99", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-shared"]
-# Windows has no -fPIC, and no library of its own for mathematics.
-COMPILER, CODE, LIBRARIES = (
-    ("clang", [], []) if sys.platform == "win32" else ("cc", ["-fPIC", "-pthread"], ["-lm"])
-)
+# No -ffast-math and no fused products: the same numbers on every processor. `omp simd` marks the
+# sums whose order the compiler may choose.
+FLAGS = ["-std=c11", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
+FLAGS += ["-fopenmp-simd", "-fvisibility=hidden", "-shared"]
+KERNEL = Path("alignscores", "registration", "kernel")
 
 
 class KernelHook(BuildHookInterface):  # type: ignore[type-arg]
     """Adds the compiled kernel to a wheel, or to the checkout of an editable installation."""
 
+    def dependencies(self) -> list[str]:
+        """Require Zig's compiler where there is no other."""
+        return [] if compiler() else ["ziglang>=0.13"]
+
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Compile; what goes wrong there is no reason not to install, but one not to release."""
-        source = Path(self.root, "alignscores", "registration", "kernel.c")
-        # By this name kernel.py knows that it is of this source; ctypes loads .so on Windows, too.
-        name = f"kernel-{sha256(source.read_bytes()).hexdigest()[:16]}.so"
+        """Compile."""
+        folder = Path(self.root, KERNEL)
+        digest = sha256()
+        for source in sorted(folder.glob("*.[ch]")):
+            digest.update(source.read_bytes())
+        # By this name Python knows that it is of these sources; ctypes loads .so on Windows, too.
+        name = f"kernel-{digest.hexdigest()[:16]}.so"
         self.folder = TemporaryDirectory()  # until the wheel is built
         library = Path(self.folder.name, name)
         try:
-            compile_kernel(source, library)
-            if version == "editable":
-                install(library, source.parent)
+            compile_kernel(folder, library)
         except (OSError, ValueError, subprocess.CalledProcessError) as error:
             reason = getattr(error, "stderr", "") or error
-            if os.environ.get("CIBUILDWHEEL"):
-                sys.exit(f"no wheel without its kernel where CIBUILDWHEEL is set: {reason}")
-            self.app.display_warning(f"alignscores is installed without its kernel: {reason}")
+            sys.exit(f"alignscores needs a C compiler, such as gcc, clang or CC=...: {reason}")
+        if version == "editable":
+            install(library, folder)
             return
-        if version != "editable":
-            build_data["force_include"][str(library)] = f"alignscores/registration/{name}"
-            # Not manylinux or musllinux, which a wheel must be made to be.
-            platform = self.build_config.builder.get_best_matching_tag().split("-")[-1]
-            build_data.update(pure_python=False, tag=f"py3-none-{platform}")
+        build_data["force_include"][str(library)] = f"{KERNEL.as_posix()}/{name}"
+        # Not manylinux or musllinux, which a wheel must be made to be.
+        platform = self.build_config.builder.get_best_matching_tag().split("-")[-1]
+        build_data.update(pure_python=False, tag=f"py3-none-{platform}")
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
         """Remove what was compiled: the wheel has it."""
         self.folder.cleanup()
 
 
-def compile_kernel(source: Path, library: Path) -> None:
-    """Compile with ``$CC`` or ``cc``, on Windows ``clang``; on macOS for ``$ARCHFLAGS``."""
-    compiler = shlex.split(os.environ.get("CC", COMPILER))
-    flags = [*FLAGS, *CODE, *shlex.split(os.environ.get("ARCHFLAGS", ""))]
-    command = [*compiler, *flags, "-o", str(library), str(source), *LIBRARIES]
+def compiler() -> list[str]:
+    """Return the command of the C compiler, empty if there is none but perhaps Zig's."""
+    if "CC" in os.environ:
+        return shlex.split(os.environ["CC"])
+    names = ["clang"] if sys.platform == "win32" else ["cc", "gcc", "clang"]
+    return next(([name] for name in names if shutil.which(name)), [])
+
+
+def compile_kernel(folder: Path, library: Path) -> None:
+    """Compile with ``$CFLAGS`` and ``$LDFLAGS``; on macOS for ``$ARCHFLAGS``."""
+    command = compiler() or [sys.executable, "-m", "ziglang", "cc"]
+    given = [shlex.split(os.environ.get(name, "")) for name in ("CFLAGS", "ARCHFLAGS", "LDFLAGS")]
+    # Windows has no -fPIC, and no library of its own for mathematics.
+    code, libraries = ([], []) if sys.platform == "win32" else (["-fPIC"], ["-lm"])
+    sources = map(str, sorted(folder.glob("*.c")))
+    c_flags, architecture, linker_flags = given
+    command += [*c_flags, *FLAGS, *code, *architecture, "-o", str(library), *sources]
+    command += [*linker_flags, *libraries]
     subprocess.run(command, check=True, capture_output=True, text=True, errors="replace")
     library.stat()  # an error, where it was not written
 

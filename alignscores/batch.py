@@ -16,10 +16,10 @@ from .arrays import Floats, Indices, sizes
 from .distance import N_THRESHOLDS, extent, smallest_unit, too_few, unit_search
 from .histogram import cumulative_frequency, equal_steps
 from .pose import PASResult, check_weight
-from .registration import Registration
+from .registration import Registration, similarity_of_row
 from .rotation import RASResult, align_rotations
 from .similarity import check_alignment
-from .translation import TASResult, no_unit, quartiles
+from .translation import TASResult, no_unit
 from .validation import (
     AlignmentWarning,
     check_poses,
@@ -114,7 +114,7 @@ class TASBatch(_Batch):
         return TASResult(
             errors=errors,
             thresholds=thresholds,
-            alignment=self.aligned.similarity(scene),
+            alignment=similarity_of_row(self.aligned.rows[scene]),
             unit=float(self.unit[scene]),
             n_hypotheses=int(self.aligned.n_hypotheses[scene]),
             registration=self.registration,
@@ -441,11 +441,12 @@ def _tas_batch(
     aligner = Aligner(gt, est, starts, threads=int(threads), **settings)
     if unit is not None:
         check_positive(unit, "unit")
-    n = len(starts) - 1
-    units = quartiles(aligner.normalised_gt, starts) if unit is None else np.full(n, float(unit))
-    thresholds = units[:, None] * equal_steps(max_threshold, n_thresholds, "max_threshold")
+    steps = equal_steps(max_threshold, n_thresholds, "max_threshold")
+    units = np.full(len(starts) - 1, np.nan if unit is None else float(unit))
+    aligned = aligner.align(units, steps[-1])
+    units = aligned.units
+    thresholds = units[:, None] * steps
     scored = (units > 0) & (units < np.inf) & (sizes(starts) > 0)
-    aligned = aligner.align(thresholds[:, -1], np.flatnonzero(scored))
     _warn(~scored, "there is no TAS", "there are too few cameras, or too many in one place")
     _warn(scored & ~aligned.found, "TAS is 0", "the estimate cannot be aligned")
     score = _scores(aligned.errors, thresholds, starts)
@@ -457,7 +458,7 @@ def _tas_batch(
         thresholds=thresholds,
         starts=starts,
         unit=units,
-        scale=np.where(aligned.found, aligned.rows[:, 0], np.nan),
+        scale=aligned.rows[:, 0],
         distances=_distances(gt, est, starts, threads=threads, **settings) if distances else None,
         registration=aligner.registration,
         aligned=aligned,
@@ -599,7 +600,7 @@ def _distances(gt: Floats, est: Floats, starts: Indices, **settings: Any) -> Flo
 
 def _distances_of_some(gt: Floats, est: Floats, starts: Indices, **settings: Any) -> Floats:
     aligner = Aligner(gt, est, starts, keep=True, **{**settings, "registration": "refined"})
-    distances, units = np.full(len(starts) - 1, np.nan), np.ones(len(starts) - 1)
+    distances, units = np.full(len(starts) - 1, np.nan), np.zeros(len(starts) - 1)
     scenes = [slice(*rows) for rows in pairwise(starts.tolist())]
     searches = {}
     for scene, rows in enumerate(scenes):
@@ -607,16 +608,16 @@ def _distances_of_some(gt: Floats, est: Floats, starts: Indices, **settings: Any
             searches[scene] = unit_search(extent(gt[rows]), 0.5, N_THRESHOLDS)
             units[scene] = next(searches[scene])
     if aligner.has_one_alignment:
-        errors = aligner.align(units, np.array(list(searches), dtype=np.intp)).errors
-        halves = _half_units(errors, starts)
-        return np.where(np.isin(np.arange(len(halves)), list(searches)), halves, np.nan)
+        halves = _half_units(aligner.align(units).errors, starts)
+        return np.where(units > 0, halves, np.nan)
     while searches:
-        errors = aligner.align(units, np.array(list(searches))).errors
+        errors = aligner.align(units).errors
         for scene in list(searches):
             try:
                 units[scene] = searches[scene].send(errors[scenes[scene]])
             except StopIteration as stop:
                 distances[scene], _ = stop.value
+                units[scene] = 0  # no longer aligned
                 del searches[scene]
     return distances
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .aligner import SHRINK, Aligner, Seed, one_scene
+from .aligner import Aligner, Seed, one_scene
 from .arrays import Floats
 from .histogram import equal_steps
 from .registration import Registration
@@ -37,6 +37,7 @@ N_THRESHOLDS = 100  # of a score, as by default
 GAIN = 1e-3  # relative; the search ends with the first step that gains less
 ROUNDING = 1e-12  # of the extent; smaller units are those of rounding errors
 ULPS = 1e-12  # relative, beyond the rounding of a sum of errors
+SHRINK = 2.0**-40  # of errors whose sums overflow; it rounds nothing
 SMALLEST_NORMAL = float(np.finfo(np.float64).tiny)  # a smaller unit is rounded to 0
 
 
@@ -127,7 +128,7 @@ def tas_distance(
         warnings.warn(reason, AlignmentWarning, stacklevel=2)
         return nan
     if aligner.has_one_alignment:
-        errors = aligner.align(np.array([start])).errors
+        errors = aligner.align(np.ones(1)).errors
         distance = smallest_unit(np.sort(errors), score, N_THRESHOLDS)
     else:
         distance, errors = search_unit(

@@ -10,21 +10,16 @@ from .arrays import Floats, Indices
 __all__ = ["TLUD_THRESHOLD", "medoid", "medoids"]
 
 TLUD_THRESHOLD = 0.5  # chordal distance at which a deviation is truncated, about 20 degrees
-NEGLIGIBLE = 1e-12  # of a mean distance; rotations whose means differ by less are equally good
-DISTANCES_AT_ONCE = 1 << 17  # 1 MiB, which fits in the cache
+FEW = 1000  # rotations up to which all distances are computed
+AT_ONCE = 1 << 17  # distances, 1 MiB, which fits in the cache
 BATCH = 8  # smallest number of rotations that are compared with all others at once
+NEGLIGIBLE = 1e-12  # of a mean distance; rotations whose means differ by less are equally good
 N_PLANES = 4  # in each batch, that bound the sums of the rotations left
 FLAT = 1e-4  # of a mean distance; nearer rotations have no direction
 N_KNOTS = 64  # of the curve by how much truncation lowers a plane
 SAMPLE = 256  # rotations that give the first guess and estimate the share of near pairs
-SPARSE = 1 / 32  # share of near pairs below which a tree is faster than bounds
+SPARSE = 1 / 128  # share of near pairs, and of equals, below which a tree finds them
 NEAR_PAIRS_AT_ONCE = 1 << 20  # 24 MiB
-TREE_COST = 10  # of a near pair in the tree, in distances
-
-MANY = 2_000  # rotations from which on cells are faster than bounds alone
-SPLITS = 3  # of cells between two looks at all candidates
-FULL = 64  # rotations in a cell on average: with fewer, planes are faster
-CLOSE = 1 / 4  # of the mean gap; bounds of cells with less are close enough
 
 
 def medoid(rotations: Floats) -> int:
@@ -37,146 +32,41 @@ def medoid(rotations: Floats) -> int:
 
 def medoids(rotations: Floats) -> Indices:
     """Return the medoid of each stack of rotations (G, n, 3, 3)."""
-    n = rotations.shape[1]
-    if n**2 > DISTANCES_AT_ONCE:
-        return np.array([_medoid_of_many(stack) for stack in rotations])
-    points = rotations.reshape(-1, n, 9)
-    size = DISTANCES_AT_ONCE // n**2
-    parts = [_medoids_of_few(points[i : i + size]) for i in range(0, len(points), size)]
+    points = rotations.reshape(*rotations.shape[:2], 9)
+    n = points.shape[1]
+    if n > FEW:
+        return np.array([_medoid_of_many(stack) for stack in points])
+    # Relative to the median, so that squared distances are differences of small numbers.
+    points = points - np.partition(points, n // 2, axis=1)[:, n // 2, None]
+    size = max(1, AT_ONCE // n**2)
+    parts = [
+        _distances(some, some)[0].sum(axis=2).argmin(axis=1)
+        for some in (points[i : i + size] for i in range(0, len(points), size))
+    ]
     return np.concatenate(parts)
 
 
-def _medoids_of_few(points: Floats) -> Indices:
-    """Return the medoids of stacks of points (G, n, 9) by all distances."""
-    n = points.shape[1]
-    # Relative to the median, so that squared distances are differences of small numbers.
-    points = points - np.partition(points, n // 2, axis=1)[:, n // 2, None]
-    squares = np.einsum("gni,gni->gn", points, points)
-    squared = points @ (-2 * points.swapaxes(1, 2))
-    squared += squares[:, None]
-    squared += squares[:, :, None]
-    distances = np.sqrt(np.clip(squared, 0, TLUD_THRESHOLD**2))
-    return np.asarray(distances.sum(axis=2).argmin(axis=1))
+def _distances(a: Floats, b: Floats) -> tuple[Floats, Floats]:
+    """Return truncated and squared distances between stacks of points (..., m, 9), (..., n, 9)."""
+    squared = -2 * a @ b.swapaxes(-1, -2)
+    squared += np.einsum("...i,...i", b, b)[..., None, :]
+    squared += np.einsum("...i,...i", a, a)[..., None]
+    distances = np.clip(squared, 0, TLUD_THRESHOLD**2)
+    return np.sqrt(distances, out=distances), squared
 
 
-def _medoid_of_many(rotations: Floats) -> int:
-    points = rotations.reshape(-1, 9)
-    n = len(points)
-    order = np.random.default_rng(0).permutation(n)  # failures may be periodic
+def _medoid_of_many(points: Floats) -> int:
+    """Find the medoid by bounds, or in a tree where hardly any two rotations agree."""
+    order = np.random.default_rng(0).permutation(len(points))  # failures may be periodic
     sample = points[order[:SAMPLE]]
-    distances = _distances(sample, sample)
-    share = float(np.mean(distances < TLUD_THRESHOLD))
-    guess = int(order[distances.sum(axis=1).argmin()])
-    points = points - points[guess]  # squared distances are differences of small numbers
-    left, bounds = np.arange(n), np.zeros(n)
-    bounds[guess] = -1  # to be tried first
-    if n >= MANY:
-        left, bounds = _candidates(points, guess, share)
-    if share < SPARSE and len(left) > TREE_COST * share * n:
-        return int(order[_medoid_by_tree(rotations[order], share)])
-    return _medoid_by_bounds(points, left, bounds)
+    distances, _ = _distances(sample, sample)
+    if np.mean(distances < TLUD_THRESHOLD) < SPARSE:
+        return int(order[_medoid_by_tree(points[order])])
+    return _medoid_by_bounds(points, int(order[distances.sum(axis=1).argmin()]))
 
 
-def _candidates(points: Floats, best: int, share: float) -> tuple[Indices, Floats]:
-    """Return the points (n, 9) that may be the medoid, and lower bounds of all points' sums.
-
-    Bounds by cells that are split until few points are left, or the cells hold few points.
-    """
-    n = len(points)
-    left, bounds, smallest = np.arange(n), np.zeros(n), np.inf
-    bounds[best] = -1
-    far = np.linalg.norm(points, axis=1) > TLUD_THRESHOLD
-    cells = _Cells(points)
-    n_cells = looks = 0
-    while n_cells < len(cells.counts) <= n / FULL and len(left) > BATCH:
-        n_cells = len(cells.counts)
-        tried = left[np.argpartition(bounds[left], 1)[:2]]
-        sums = cells.split(points[tried])
-        if sums.min() < smallest:
-            best, smallest = int(tried[np.argmin(sums)]), sums.min()
-        bounds[left] = cells.bounds(points, left)
-        looks += len(left) * len(cells.counts)
-        left = left[bounds[left] < smallest - NEGLIGIBLE * n]
-        if BATCH * len(left) < n and np.count_nonzero(far[left]) < BATCH:
-            break  # planes are faster
-        if share < SPARSE and looks > share * n**2:
-            break  # near pairs are fewer
-    bounds[best] = -1
-    return np.union1d(left, best), bounds
-
-
-class _Cells:
-    """Points (n, 9) in cells of neighbours: bounds of truncated distances to all of them.
-
-    The mean distance to the points of a cell is at least the distance to their mean (Jensen), as
-    long as none is truncated. It is at least that distance less the radius in any case.
-    """
-
-    def __init__(self, points: Floats) -> None:
-        """Begin with shells around 0, each twice as wide as the one within."""
-        _, shells = np.frexp(np.maximum(np.linalg.norm(points, axis=1), NEGLIGIBLE))
-        order = np.argsort(shells, kind="stable")
-        self.points = points[order]
-        self._describe(np.flatnonzero(np.diff(shells[order], prepend=shells.min() - 1)))
-
-    def _describe(self, starts: Indices) -> None:
-        self.starts = starts
-        self.counts = np.diff(starts, append=len(self.points))
-        self.means = np.add.reduceat(self.points, starts) / self.counts[:, None]
-        sums, spreads = np.zeros(len(self.points)), []
-        for column, mean in zip(self.points.T, self.means.T, strict=True):  # to save memory
-            squares = (column - mean.repeat(self.counts)) ** 2
-            sums += squares
-            spreads.append(np.add.reduceat(squares, starts))
-        self.radii = np.sqrt(np.maximum.reduceat(sums, starts))
-        self.widest = np.argmax(spreads, axis=0)
-
-    def split(self, tried: Floats) -> Floats:
-        """Split cells whose bounds for one of the points tried are far off; return their sums."""
-        distances = _distances(tried, self.points)
-        for _ in range(SPLITS):
-            gaps = np.add.reduceat(distances, self.starts, axis=1) - self._least(tried)
-            loose = (gaps > CLOSE * gaps.mean(axis=1, keepdims=True)).any(axis=0)
-            label = np.arange(len(self.starts)).repeat(self.counts)
-            rows = np.flatnonzero(loose[label])
-            label = label[rows]
-            axis = self.widest[label]
-            upper = self.points[rows, axis] > self.means[label, axis]
-            order = rows[np.argsort(2 * label + upper, kind="stable")]
-            for column in (*self.points.T, *distances):
-                column[rows] = column[order]
-            n_upper = np.bincount(label[upper], minlength=len(self.starts))
-            middles = self.starts + self.counts - n_upper
-            divided = (n_upper > 0) & (n_upper < self.counts)
-            self._describe(np.sort(np.concatenate([self.starts, middles[divided]])))
-        sums: Floats = distances.sum(axis=1)
-        return sums
-
-    def bounds(self, points: Floats, rows: Indices) -> Floats:
-        """Return lower bounds of the sums of truncated distances from some points to all."""
-        sums, size = np.empty(len(rows)), max(1, DISTANCES_AT_ONCE // len(self.counts))
-        for start in range(0, len(rows), size):
-            some = slice(start, start + size)
-            sums[some] = self._least(points[rows[some]]).sum(axis=1)
-        return sums
-
-    def _least(self, points: Floats) -> Floats:
-        """Return lower bounds of the truncated distances from points to each cell."""
-        distances: Floats = scipy.spatial.distance.cdist(points, self.means)
-        distances -= self.radii * (distances > TLUD_THRESHOLD - self.radii)
-        np.clip(distances, 0, TLUD_THRESHOLD, out=distances)
-        distances *= self.counts
-        return distances
-
-
-def _distances(first: Floats, second: Floats) -> Floats:
-    """Return the truncated distances from points (m, 9) to points (n, 9)."""
-    distances: Floats = scipy.spatial.distance.cdist(first, second)
-    return np.minimum(distances, TLUD_THRESHOLD, out=distances)
-
-
-def _medoid_by_bounds(points: Floats, left: Indices, bounds: Floats) -> int:
-    """Find the medoid among those left: the sums of few points (n, 9) bound those of the others.
+def _medoid_by_bounds(points: Floats, guess: int) -> int:
+    """Find the medoid: the sums of few points (n, 9) bound those of the others.
 
     Truncated distances obey the triangle inequality. With f_i the sum and d the truncated distance
     to i, f_j >= n d - f_i. Where d is not truncated, only the terms of points within two thresholds
@@ -186,36 +76,27 @@ def _medoid_by_bounds(points: Floats, left: Indices, bounds: Floats) -> int:
     ("The cutting-plane method for solving convex programs", J. SIAM 1960).
     """
     n = len(points)
-    squares = np.einsum("ni,ni->n", points, points)
-    size = max(BATCH, DISTANCES_AT_ONCE // n)
-    best, best_sum = 0, np.inf
-    bounds = bounds.copy()
+    points = points - points[guess]  # squared distances are differences of small numbers
+    size = max(BATCH, AT_ONCE // n)
+    best, best_sum, left, bounds = guess, np.inf, np.arange(n), np.zeros(n)
+    bounds[guess] = -1  # to be tried first
     while left.size:
         if left.size > size:
             left = left[np.argpartition(bounds[left], size)]
         batch, left = left[:size], left[size:]
-        squared = (-2 * points[batch]) @ points.T
-        squared += squares
-        squared += squares[batch, None]
-        distances = np.clip(squared, 0, TLUD_THRESHOLD**2)
-        np.sqrt(distances, out=distances)
+        distances, squared = _distances(points[batch], points)
         sums = distances.sum(axis=1)
-        smallest = int(np.argmin(sums))
-        if sums[smallest] < best_sum:
-            best, best_sum = int(batch[smallest]), sums[smallest]
-        if left.size:
-            near = [np.count_nonzero(row < (2 * TLUD_THRESHOLD) ** 2) for row in squared]
-            bound, step = np.zeros(left.size), ceil(DISTANCES_AT_ONCE / left.size)
-            for start in range(0, len(batch), step):
-                some = slice(start, start + step)
-                d, f, m = distances[some, left], sums[some, None], np.array(near[some])[:, None]
-                found = np.maximum(n * d - f, np.where(d < TLUD_THRESHOLD, f - m * d, 0))
-                np.maximum(bound, found.max(axis=0), out=bound)
-            for i in np.argsort(sums)[:N_PLANES].tolist():
-                plane = _plane(points, int(batch[i]), left, np.sqrt(np.maximum(squared[i], 0)))
-                np.maximum(bound, plane, out=bound)
+        lowest = int(np.argmin(sums))
+        if sums[lowest] < best_sum:
+            best, best_sum = int(batch[lowest]), sums[lowest]
+        for row, total, squares in zip(distances, sums, squared, strict=True):
+            d, near = row[left], np.count_nonzero(squares < (2 * TLUD_THRESHOLD) ** 2)
+            bound = np.maximum(n * d - total, np.where(d < TLUD_THRESHOLD, total - near * d, 0))
             bounds[left] = np.maximum(bounds[left], bound)
-            left = left[bounds[left] < best_sum - NEGLIGIBLE * n]
+        for i in np.argsort(sums)[:N_PLANES].tolist():
+            plane = _plane(points, int(batch[i]), left, np.sqrt(np.maximum(squared[i], 0)))
+            bounds[left] = np.maximum(bounds[left], plane)
+        left = left[bounds[left] < best_sum - NEGLIGIBLE * n]
     return best
 
 
@@ -241,15 +122,15 @@ def _plane(points: Floats, i: int, left: Indices, distances: Floats) -> Floats:
     return np.where(near[left], bounds, 0.0)
 
 
-def _medoid_by_tree(rotations: Floats, share: float) -> int:
-    """Find the medoid where few agree, from the near pairs alone: about that share of all pairs."""
-    n = len(rotations)
-    quaternions = scipy.spatial.transform.Rotation.from_matrix(rotations).as_quat()
+def _medoid_by_tree(points: Floats) -> int:
+    """Find the medoid where few agree, from the near pairs alone."""
+    n = len(points)
+    quaternions = scipy.spatial.transform.Rotation.from_matrix(points.reshape(-1, 3, 3)).as_quat()
     # The chordal distance is sqrt(8) sin(angle / 2); that of quaternions v = 2 sin(angle / 4).
     both_signs = scipy.spatial.KDTree(np.vstack([quaternions, -quaternions]))
     reach = sqrt(2 - 2 * sqrt(1 - TLUD_THRESHOLD**2 / 8))
     agreement = np.zeros(n)  # by how much each sum of distances is below n thresholds
-    n_parts = ceil(share * n * n / NEAR_PAIRS_AT_ONCE)
+    n_parts = ceil(SPARSE * n * n / NEAR_PAIRS_AT_ONCE)
     for i in range(n_parts):
         part = scipy.spatial.KDTree(quaternions[i::n_parts])
         pairs = part.sparse_distance_matrix(both_signs, reach, output_type="ndarray")

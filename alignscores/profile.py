@@ -4,12 +4,12 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import nan
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .aligner import Aligner, Seed, Worlds, one_scene
+from .aligner import Aligner, Seed, one_scene
 from .arrays import Floats
 from .distance import FITTED, ErrorsAt, extent, search_unit, smallest_unit
 from .histogram import equal_steps
@@ -45,8 +45,7 @@ class ScoreProfile:
         Largest thresholds, ascending: in ground-truth units for positions, degrees for rotations.
     errors : (A, n) sequence of float
         Errors of the cameras under each alignment that was found, each row in ascending order. The
-        score at a unit is that of the alignment that scores best. Those of `tas_profile` are
-        computed row by row where they are asked for; ``np.array(profile.errors)`` has all.
+        score at a unit is that of the alignment that scores best.
     n_thresholds : int
         Number of equally spaced thresholds up to the largest.
     n_fitted : int
@@ -209,20 +208,14 @@ def tas_profile(
     )
     grid = extent_units(aligner.gt) if units is None else _checked_units(units)
     n_fitted = FITTED[alignment]
-    alignments: list[Floats] = []
-
-    def errors_at(unit: float) -> Floats:
-        aligned = aligner.align(np.array([unit]))
-        alignments.append(np.where(aligned.found, aligned.normalised[0], nan))
-        return aligned.errors
-
     if aligner.has_one_alignment:
-        errors_at(float(grid[0]))
+        errors = np.sort(aligner.align(grid[:1]).errors)
+        profile = ScoreProfile(grid, [errors], n_thresholds, n_fitted)
     else:
-        _search(errors_at, grid, n_thresholds)
-    errors = _ErrorRows(aligner.worlds, alignments)
-    profile = ScoreProfile(grid, errors, n_thresholds, n_fitted)
-    if not aligner.estimated.any() or np.isnan(alignments).all():
+        profile = searched_profile(
+            lambda unit: aligner.align(np.array([unit])).errors, grid, n_thresholds, n_fitted
+        )
+    if np.isinf(profile.errors).all():
         warnings.warn(
             "all scores are 0: the estimate cannot be aligned", AlignmentWarning, stacklevel=2
         )
@@ -289,7 +282,9 @@ def ras_profile(
     return ScoreProfile(grid, [np.sort(result.errors)], n_thresholds)
 
 
-def searched_profile(errors_at: ErrorsAt, units: Floats, n_thresholds: int) -> ScoreProfile:
+def searched_profile(
+    errors_at: ErrorsAt, units: Floats, n_thresholds: int, n_fitted: int = 0
+) -> ScoreProfile:
     """Return the profile of the alignments found at all units and at the half-score unit."""
     rows: list[Floats] = []
 
@@ -297,32 +292,10 @@ def searched_profile(errors_at: ErrorsAt, units: Floats, n_thresholds: int) -> S
         rows.append(np.sort(errors_at(unit)))
         return rows[-1]
 
-    _search(kept, units, n_thresholds)
-    return ScoreProfile(units, rows, n_thresholds)
-
-
-def _search(errors_at: ErrorsAt, units: Floats, n_thresholds: int) -> None:
-    """Align for the half-score unit, and for all units."""
-    search_unit(errors_at, float(units[-1]), 0.5, n_thresholds)
+    search_unit(kept, float(units[-1]), 0.5, n_thresholds)
     for unit in units.tolist():
-        errors_at(unit)
-
-
-@dataclass(frozen=True, eq=False)
-class _ErrorRows(Sequence[Floats]):
-    """The sorted errors under each alignment: of a million cameras not all of them have room."""
-
-    worlds: Worlds
-    alignments: Sequence[Floats]  # (13,), of the normalised positions; NaN where there is none
-
-    def __len__(self) -> int:
-        return len(self.alignments)
-
-    def __getitem__(self, k: Any) -> Any:
-        if isinstance(k, slice):
-            return [self[place] for place in range(*k.indices(len(self)))]
-        row = self.alignments[k][None]
-        return np.sort(self.worlds.errors(row, ~np.isnan(row[:, 0])))
+        kept(unit)
+    return ScoreProfile(units, rows, n_thresholds, n_fitted)
 
 
 def extent_units(gt: Floats) -> Floats:

@@ -16,9 +16,6 @@ __all__ = [
     "Similarity",
     "best_turn",
     "check_alignment",
-    "common_normal",
-    "cross",
-    "dot",
     "least_squares_rmse",
     "weighted_sums",
 ]
@@ -282,35 +279,12 @@ def _weighted_fit(
 
 def _line_frames(gt: Floats, est: Floats) -> tuple[Floats, Floats]:
     """Return frames, as columns and as rows, about two unit vectors with a common normal."""
-    normal = common_normal(gt[:, None], est[:, None])[:, 0]
-    normal /= np.sqrt(dot(normal, normal))
+    normal = np.cross(gt, est)
+    if normal @ normal <= PARALLEL * PARALLEL:  # any normal
+        normal = np.cross(gt, np.eye(3)[np.argmin(np.abs(gt))])
+    normal /= np.sqrt(normal @ normal)
     columns, rows = (np.array([first, normal, np.cross(first, normal)]) for first in (gt, est))
     return columns.T, rows
-
-
-def common_normal(a: Floats, b: Floats) -> Floats:
-    """Return axes (3, H) of the smallest rotations between unit vectors; any normal if parallel."""
-    axis = cross(a, b)
-    parallel = np.flatnonzero(dot(axis, axis) <= PARALLEL * PARALLEL)
-    direction = a[:, parallel]
-    least = np.zeros_like(direction)
-    least[np.argmin(np.abs(direction), axis=0), np.arange(parallel.size)] = 1.0
-    axis[:, parallel] = cross(direction, least)
-    return axis
-
-
-def cross(a: Floats, b: Floats) -> Floats:
-    """Return the cross products of vectors, component first."""
-    product = np.empty_like(a)
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        np.subtract(a[j] * b[k], a[k] * b[j], out=product[i])
-    return product
-
-
-def dot(a: Floats, b: Floats) -> Floats:
-    """Return the scalar products of vectors, component first, summed from first to last."""
-    product: Floats = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-    return product
 
 
 def weighted_sums(weights: Floats, values: Floats) -> Floats:

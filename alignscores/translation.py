@@ -4,20 +4,17 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
 
-from .aligner import Aligner, Normalised, Seed, normalise, one_scene
-from .arrays import Floats, Indices, sizes
+from .aligner import Aligner, Seed, normalise, one_scene
+from .arrays import Floats
 from .histogram import AlignmentScore, equal_steps
-from .registration import Registration, kernel
+from .registration import Registration, similarity_of_row
+from .registration.kernel import closest_pairs
 from .similarity import Similarity
 from .validation import AlignmentWarning, check_positions, check_positive
 
 __all__ = ["TASResult", "closest_pair_distances", "closest_pair_quartile", "tas"]
-
-MAX_WITHOUT_TREE = 128  # cameras; up to there it is faster to compute all distances
-MAX_COMPILED = 1000  # likewise, where the kernel computes them
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,34 +186,36 @@ def tas(
     >>> result.registration, round(result.score, 3)
     ('least_squares', 0.663)
     """
-    gt, est, starts = one_scene(gt_positions, est_positions)
     aligner = Aligner(
-        *(gt, est, starts),
+        *one_scene(gt_positions, est_positions),
         registration=registration,
         rng=rng,
         n_hypotheses=n_hypotheses,
         alignment=alignment,
         up=up,
     )
-    if unit is None:
-        unit = _quartile(aligner.normalised_gt, starts)
-    check_positive(unit, "unit")
-    thresholds = unit * equal_steps(max_threshold, n_thresholds, "max_threshold")
-    aligned = aligner.align(thresholds[-1:])
-    found = aligned.similarity(0)
+    if unit is not None:
+        check_positive(unit, "unit")
+    steps = equal_steps(max_threshold, n_thresholds, "max_threshold")
+    aligned = aligner.align(np.array([np.nan if unit is None else float(unit)]), steps[-1])
+    d, found = float(aligned.units[0]), similarity_of_row(aligned.rows[0])
+    if unit is None and (reason := no_unit(d, len(aligner.gt))):
+        raise ValueError(reason)
+    check_positive(d, "unit")
     if found is None:
-        distinct = len(np.unique(est[aligner.estimated], axis=0))
+        distinct = len(np.unique(aligner.est[aligner.estimated], axis=0))
         warnings.warn(
             "TAS is 0: the estimate cannot be aligned, since none of its camera triplets resembles "
-            f"the ground truth ({distinct} distinct estimated positions of {len(gt)} cameras)",
+            f"the ground truth ({distinct} distinct estimated positions of {len(aligner.gt)} "
+            "cameras)",
             AlignmentWarning,
             stacklevel=2,
         )
     return TASResult(
         errors=aligned.errors,
-        thresholds=thresholds,
+        thresholds=d * steps,
         alignment=found,
-        unit=float(unit),
+        unit=d,
         n_hypotheses=int(aligned.n_hypotheses[0]),
         registration=aligner.registration,
     )
@@ -251,13 +250,10 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
     2.0
     """
     gt = check_positions(gt_positions, "gt_positions", complete=True)
-    return _quartile(normalise(gt), np.array([0, len(gt)]))
-
-
-def _quartile(normalised_gt: Normalised, starts: Indices) -> float:
-    """Return d of one scene, normalised, in the unit that it had before."""
-    d = float(quartiles(normalised_gt, starts)[0])
-    if reason := no_unit(d, int(starts[1])):
+    n = len(gt)
+    rank = (3 * n + 3) // 4
+    d = float(np.partition(closest_pair_distances(gt), rank - 1)[rank - 1]) if n > 3 else np.nan
+    if reason := no_unit(d, n):
         raise ValueError(reason)
     return d
 
@@ -277,39 +273,8 @@ def no_unit(d: float, n: int) -> str:
     return ""
 
 
-def quartiles(normalised_gt: Normalised, starts: Indices) -> Floats:
-    """Return d of each normalised scene, NaN where there are fewer than 4 cameras."""
-    local, _, units = normalised_gt
-    found = kernel.closest_pair_quartiles(local, units, starts, MAX_COMPILED)
-    counts = sizes(starts)
-    for scene in np.flatnonzero(np.isnan(found)).tolist():
-        if counts[scene] < 4:
-            continue
-        rows = slice(*starts[scene : scene + 2])
-        rank = (3 * counts[scene] + 3) // 4
-        distances = _closest_pair_distances(local[rows], float(units[scene]))
-        found[scene] = np.partition(distances, rank - 1)[rank - 1]
-    return found
-
-
 def closest_pair_distances(gt_positions: Floats) -> Floats:
-    """Return the distance (n,) of each of at least 2 cameras to the closest other one."""
-    local, _, (unit,) = normalise(gt_positions)
-    return _closest_pair_distances(local, unit)
-
-
-def _closest_pair_distances(local: Floats, unit: float) -> Floats:
-    """Return the distances of normalised positions, in the unit that they had before."""
-    if len(local) <= MAX_WITHOUT_TREE:
-        squares: Floats = scipy.spatial.distance.cdist(local, local, "sqeuclidean")
-        np.fill_diagonal(squares, np.inf)
-        closest: Floats = np.sqrt(np.fmin.reduce(squares, axis=0))
-    else:
-        # Options that build the tree quickly, since it is searched only once for each camera.
-        tree = scipy.spatial.cKDTree(local, leafsize=24, compact_nodes=False, balanced_tree=False)
-        closest = np.empty(len(local))
-        # In the order of the leaves, so that successive searches visit the same part of the tree.
-        closest[tree.indices] = tree.query(local[tree.indices], k=[2])[0][:, 0]
+    """Return the distances (n,) of at least 2 cameras to the closest other one, in some order."""
+    local, _, unit = normalise(gt_positions)
     with np.errstate(over="ignore"):
-        distances: Floats = unit * closest
-        return distances
+        return np.asarray(unit * closest_pairs(local))

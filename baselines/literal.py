@@ -4,16 +4,20 @@ Three cameras on a line have no normal. Computed all the same, it is a rounding 
 length: it need not be normal to the line, and the "rotation" between two such frames is none.
 """
 
+from itertools import combinations
+from math import comb
 from typing import Any
 
 import numpy as np
 
-from alignscores.arrays import Floats, Indices
-from alignscores.registration.hypotheses import cheapest
-from alignscores.registration.pcr99 import component_first, prescreened_triplets
-from alignscores.similarity import Similarity, cross, dot
+from alignscores.arrays import Booleans, Floats, Indices
+from alignscores.similarity import Similarity
 
 __all__ = ["literal_frames"]
+
+PRESCREEN = 0.1  # largest difference between the log edge ratios of a triplet
+DRAWS_PER_HYPOTHESIS = 1000  # after which the hypotheses found so far are used
+AT_ONCE = 1 << 16  # triplets that are drawn at most
 
 
 def literal_frames(
@@ -65,23 +69,55 @@ def literal_frames(
     >>> round(alignment.scale, 9), n_used
     (2.0, 9)
     """
-    gt, est = component_first(gt_positions, est_positions)
+    gt, est = (np.ascontiguousarray(np.transpose(p)) for p in (gt_positions, est_positions))
     with np.errstate(all="ignore"):  # NaN and infinity never win a comparison
-        triplets = prescreened_triplets(gt, est, n_hypotheses, rng)
+        triplets = _prescreened(gt, est, n_hypotheses, rng)
         n_used = triplets.shape[1]
         if n_used == 0:
             return None, 0
         scale, rotation, translation = _similarities(gt, est, triplets)
-        flat = np.zeros(n_used, dtype=np.bool_)
-        best = cheapest(gt, est, scale, rotation, translation, flat, rank, margin=0.0)
+        residuals = (est - translation[:, :, None]) / scale[:, None, None] - rotation @ gt
+        errors = np.einsum("hin,hin->hn", residuals, residuals)
+        costs = np.partition(errors, rank - 1, axis=1)[:, rank - 1]
+        best = int(np.argmin(np.where(np.isnan(costs), np.inf, costs)))
     return Similarity(float(scale[best]), rotation[best], translation[best]), n_used
+
+
+def _prescreened(gt: Floats, est: Floats, n: int, rng: np.random.Generator) -> Indices:
+    """Draw n triplets (3, n) whose log edge ratios differ pairwise by at most a threshold.
+
+    Or return all that do, each with its three first edges, where no more than n triplets exist.
+    """
+    n_cameras = gt.shape[1]
+    if comb(n_cameras, 3) <= n:
+        i, j, k = np.array(list(combinations(range(n_cameras), 3)), dtype=np.intp).reshape(-1, 3).T
+        triplets = np.hstack([(i, j, k), (j, k, i), (k, i, j)])
+        return triplets[:, _are_similar(gt, est, triplets)]
+    kept: Indices = np.empty((3, 0), dtype=np.intp)
+    drawn, batch = 0, 2 * n
+    while kept.shape[1] < n and drawn < DRAWS_PER_HYPOTHESIS * n:
+        triplets = rng.integers(n_cameras, size=(3, batch))
+        kept = np.hstack([kept, triplets[:, _are_similar(gt, est, triplets)]])
+        drawn += batch
+        missing = n - kept.shape[1]
+        batch = min(AT_ONCE, 64 + int(1.1 * missing * drawn / max(1, kept.shape[1])))
+    return kept[:, :n]
+
+
+def _are_similar(gt: Floats, est: Floats, triplets: Indices) -> Booleans:
+    corners = (points.take(triplets, axis=1) for points in (gt, est))
+    edges = (c - np.roll(c, 1, axis=1) for c in corners)
+    a, b = (np.linalg.norm(edge, axis=0) for edge in edges)
+    ratios = np.log(b / a)  # (3, H)
+    similar = np.isfinite(ratios).all(axis=0) & (np.ptp(ratios, axis=0) <= PRESCREEN)
+    return np.asarray(similar)
 
 
 def _similarities(gt: Floats, est: Floats, triplets: Indices) -> tuple[Floats, Floats, Floats]:
     """Similarities of triangles: frame to frame, scale and translation by least squares."""
     corners = [points.take(triplets, axis=1) for points in (gt, est)]  # (3 components, 3, H)
     a, b = (_frames(corner) for corner in corners)
-    rotation: Floats = dot(b[:, :, None], a[:, None, :])  # (3, 3, H)
+    rotation: Floats = (b[:, :, None] * a[:, None]).sum(axis=0)  # (3, 3, H)
     centroids = [corner.mean(axis=1) for corner in corners]
     local_a, local_b = (c - m[:, None] for c, m in zip(corners, centroids, strict=True))
     rotated = np.einsum("ijh,jkh->ikh", rotation, local_a)
@@ -93,7 +129,7 @@ def _similarities(gt: Floats, est: Floats, triplets: Indices) -> tuple[Floats, F
 def _frames(corners: Floats) -> Floats:
     """Return the axes of triangles (3 axes, 3 components, H)."""
     edge_1, edge_2 = (corners[:, k] - corners[:, 0] for k in (1, 2))
-    first = edge_1 / np.sqrt(dot(edge_1, edge_1))
-    normal = cross(first, edge_2)
-    normal = normal / np.sqrt(dot(normal, normal))
-    return np.stack([first, normal, cross(first, normal)])
+    first = edge_1 / np.linalg.norm(edge_1, axis=0)
+    normal = np.cross(first, edge_2, axis=0)
+    normal = normal / np.linalg.norm(normal, axis=0)
+    return np.stack([first, normal, np.cross(first, normal, axis=0)])

@@ -3,7 +3,6 @@ from functools import cache
 from itertools import chain
 from pathlib import Path
 
-from alignscores.registration.kernel import LIBRARY
 from alignscores.texts import brief, printable
 from experiments.command import CommandError, ConfigError
 from experiments.config import EXECUTION, load, to_overrides
@@ -12,12 +11,6 @@ from experiments.lock import hold
 from experiments.tables import fits
 from studies.paper import FIGURES as PAPER_FIGURES
 from studies.study import Table, found, plans
-
-
-NOT_COMPILED = (
-    "snakemake: note: the kernel of this version is not compiled, so trials take twice as long "
-    "(to the same results); with a C compiler, run: pip install --no-build-isolation --no-deps -e ."
-)
 
 
 def or_end(resolve, *arguments):
@@ -90,7 +83,7 @@ def tables(*studies):
     return {"trials": paths, "records": [str(Path(path).with_suffix(".json")) for path in paths]}
 
 
-def code(*folders, ends=("py", "c")):
+def code(*folders, ends=("py", "c", "h")):
     """Imported code is invisible to Snakemake's rerun logic unless it is an input."""
     files = [f"{folder}/*.{end}" for folder in folders for end in ends]
     return sorted(path for pattern in files for path in Path(workflow.basedir).glob(pattern))
@@ -102,6 +95,7 @@ TRIAL_CODE = code(
     "alignscores",
     "alignscores/protocols",
     "alignscores/registration",
+    "alignscores/registration/kernel",
     "baselines",
     "experiments",
     "experiments/scenes",

@@ -1,5 +1,6 @@
 """The command ``alignscores``: score trajectory files, ``alignscores FORMAT REF EST [EST ...]``."""
 
+import os
 from collections.abc import Sequence
 
 __all__ = ["main"]
@@ -10,6 +11,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     Wrong usage ends in ``SystemExit(2)``.
     """
+    # Before NumPy is imported, here and in workers; threads do not pay in small products.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from .command import run_command  # imports NumPy
 
     return run_command(argv)

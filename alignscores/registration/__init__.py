@@ -1,7 +1,8 @@
 """Robust registration of camera positions (section 3, step 2): the paper's and a refined one.
 
 A registration is any function of the signature of `Registration`; `REGISTRATIONS` holds those that
-`tas` knows by name.
+`tas` knows by name. They are written in C, in the folder ``kernel``;
+``docs/explanation/registration.md`` defines them.
 """
 
 from typing import Protocol
@@ -10,9 +11,10 @@ import numpy as np
 
 from ..arrays import Floats
 from ..similarity import Similarity
-from .kernel import pcr99, refined
+from ..validation import check_positions, check_positive, check_same_length
+from . import kernel
 
-__all__ = ["REGISTRATIONS", "Registration", "pcr99", "refined"]
+__all__ = ["REGISTRATIONS", "Registration", "pcr99", "refined", "similarity_of_row"]
 
 
 class Registration(Protocol):
@@ -42,6 +44,72 @@ class Registration(Protocol):
         axis is the third one.
         """
         ...
+
+
+def pcr99(
+    gt_positions: Floats,
+    est_positions: Floats,
+    /,
+    *,
+    rank: int,
+    threshold: float = 1.0,
+    n_hypotheses: int,
+    rng: np.random.Generator,
+    alignment: str = "similarity",
+    prescreen: float = kernel.PRESCREEN,
+) -> tuple[Similarity | None, int]:
+    """Register by PCR-99 with unknown scale, as the paper does; see `Registration`.
+
+    ``threshold`` is not used; ``prescreen`` is the largest difference between the log edge ratios
+    of a triplet. Where no more than ``n_hypotheses`` triplets exist all are tried, each with its
+    three first edges, and nothing is random. O(n_hypotheses * n) time, O(n) memory.
+    """
+    check_positive(rank, "rank", integer=True)
+    options = kernel.options(
+        "pcr99", alignment, n_hypotheses=n_hypotheses, rank=rank, prescreen=prescreen
+    )
+    return _register(gt_positions, est_positions, 1.0, rng, options)
+
+
+def refined(
+    gt_positions: Floats,
+    est_positions: Floats,
+    /,
+    *,
+    rank: int = 0,
+    threshold: float,
+    n_hypotheses: int,
+    rng: np.random.Generator,
+    alignment: str = "similarity",
+) -> tuple[Similarity | None, int]:
+    """Register so that the TAS is the largest; see `Registration`. ``rank`` is not used."""
+    options = kernel.options("refined", alignment, n_hypotheses=n_hypotheses)
+    return _register(gt_positions, est_positions, threshold, rng, options)
+
+
+def _register(
+    gt_positions: Floats,
+    est_positions: Floats,
+    threshold: float,
+    rng: np.random.Generator,
+    options: kernel.Options,
+) -> tuple[Similarity | None, int]:
+    """Register one scene with the paper's m, unless another rank is given."""
+    gt = check_positions(gt_positions, "gt_positions", complete=True)
+    est = check_positions(est_positions, "est_positions", complete=False)
+    check_same_length(gt, est, "gt_positions", "est_positions")
+    gt, est = np.ascontiguousarray(gt), np.ascontiguousarray(est)
+    starts, units = np.array([0, len(gt)]), np.array([threshold])
+    aligned = kernel.align_scenes(options, starts, gt, est, [rng], units)
+    assert aligned is not None  # which only a user's registration may be
+    return similarity_of_row(aligned.rows[0]), int(aligned.n_hypotheses[0])
+
+
+def similarity_of_row(row: Floats) -> Similarity | None:
+    """Return the alignment that a row holds: scale, rotation, translation; None if it has none."""
+    if np.isnan(row[0]):
+        return None
+    return Similarity(float(row[0]), row[1:10].reshape(3, 3), row[10:])
 
 
 REGISTRATIONS: dict[str, Registration] = {"pcr99": pcr99, "refined": refined}

@@ -425,9 +425,9 @@ def _scale(gt: Floats, est: Floats) -> float:
     """Return the scale of a robust registration; NaN without one."""
     if len(gt) < MIN_CAMERAS:
         return np.nan
-    (gt, _, gt_units), (est, _, est_units) = normalise(gt), normalise(est)
+    (gt, _, gt_unit), (est, _, est_unit) = normalise(gt), normalise(est)
     alignment = _registered(gt, est, HYPOTHESES)
-    return np.nan if alignment is None else float(alignment.scale * (est_units / gt_units)[0])
+    return np.nan if alignment is None else float(alignment.scale * (est_unit / gt_unit))
 
 
 def median_error(gt: Floats, est: Floats, *, n_hypotheses: int) -> float:

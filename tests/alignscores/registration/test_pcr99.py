@@ -1,7 +1,4 @@
-"""PCR-99 against a plain triple loop, its search for triplets, and its degenerate triangles.
-
-All with the kernel as it is installed: test_kernel.py shows that NumPy computes the same bits.
-"""
+"""PCR-99 against its definition in NumPy and a plain loop over all triplets; flat triangles."""
 
 import itertools
 import math
@@ -11,9 +8,135 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores.registration import hypotheses, kernel, pcr99, refined
-from alignscores.registration.hypotheses import cheapest, three_point_similarities
-from alignscores.registration.pcr99 import prescreened_triplets
+from alignscores import Similarity, tas
+from alignscores.registration import pcr99, refined
+
+# --- the definition -------------------------------------------------------------------------------
+
+
+def draw_triplets(gt, est, n_wanted, rng):
+    """Triplets (H, 3) whose log edge ratios differ by at most 0.1, from NumPy's generator."""
+    n = len(gt)
+    if math.comb(n, 3) <= n_wanted:  # all, each with its three first edges
+        i, j, k = np.array(list(itertools.combinations(range(n), 3))).reshape(-1, 3).T
+        triplets = np.hstack([[i, j, k], [j, k, i], [k, i, j]]).T
+        return triplets[are_similar(gt, est, triplets)]
+    kept, n_drawn, batch = np.empty((0, 3), int), 0, 2 * n_wanted
+    while len(kept) < n_wanted and n_drawn < 1000 * n_wanted:
+        triplets = rng.integers(n, size=(3, batch)).T
+        kept = np.vstack([kept, triplets[are_similar(gt, est, triplets)]])
+        n_drawn += batch
+        more = 1.1 * (n_wanted - len(kept)) * n_drawn / max(1, len(kept))
+        batch = min(65536, 64 + int(more))
+    return kept[:n_wanted]
+
+
+def are_similar(gt, est, triplets):
+    edges = triplets[:, [0, 0, 1]], triplets[:, [1, 2, 2]]
+    a, b = (np.linalg.norm(p[edges[0]] - p[edges[1]], axis=-1) for p in (gt, est))
+    rho = np.log(b / a)
+    return np.isfinite(rho).all(axis=1) & (np.ptp(rho, axis=1) <= 0.1)
+
+
+def frames(corners):
+    """The axes of triangles (H, 3, 3), as columns, and which are flat."""
+    edge_1, edge_2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    first = edge_1 / np.linalg.norm(edge_1, axis=1, keepdims=True)
+    normal = np.cross(first, edge_2)
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    flat = length[:, 0] <= 1e-6 * np.linalg.norm(edge_2, axis=1)
+    normal = normal / length
+    return np.stack([first, normal, np.cross(first, normal)], axis=2), flat
+
+
+def fit_triplets(gt, est, triplets):
+    """Scale, rotation and translation of each triplet, frame to frame, and which are flat."""
+    a, b = gt[triplets], est[triplets]
+    (gt_frames, gt_flat), (est_frames, est_flat) = frames(a), frames(b)
+    rotation, flat = est_frames @ gt_frames.swapaxes(1, 2), gt_flat | est_flat
+    for h in np.flatnonzero(flat):  # the smallest rotation from line to line
+        rotation[h] = smallest_rotation(gt_frames[h, :, 0], est_frames[h, :, 0])
+    a_mean, b_mean = a.mean(axis=1), b.mean(axis=1)
+    turned = (a - a_mean[:, None]) @ rotation.swapaxes(1, 2)
+    scale = np.sum((b - b_mean[:, None]) * turned, axis=(1, 2)) / np.sum(turned**2, axis=(1, 2))
+    translation = b_mean - scale[:, None] * np.einsum("hij,hj->hi", rotation, a_mean)
+    return scale, rotation, translation, flat
+
+
+def smallest_rotation(a, b):
+    axis, cosine = np.cross(a, b), a @ b
+    cross = np.cross(np.eye(3), axis)
+    return np.eye(3) + cross + cross @ cross / (1 + cosine)
+
+
+def pcr99_by_definition(gt, est, rank, n_hypotheses, rng):
+    triplets = draw_triplets(gt, est, n_hypotheses, rng)
+    scale, rotation, translation, flat = fit_triplets(gt, est, triplets)
+    aligned = (est - translation[:, None]) / scale[:, None, None]
+    squares = np.sum((aligned - gt @ rotation.swapaxes(1, 2)) ** 2, axis=2)
+    costs = np.sort(squares, axis=1)[:, rank - 1]
+    costs += flat * 64 * np.finfo(float).eps * np.max(np.sum(gt**2, axis=1))
+    best = np.lexsort([flat, costs])[0]
+    return Similarity(scale[best], rotation[best], translation[best]), len(triplets)
+
+
+KINDS = ["cube", "axis", "oblique line", "plane", "helix", "clusters", "straight then bend"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("n", [7, 19, 20, 60, 400])
+@pytest.mark.filterwarnings("ignore:(divide|invalid):RuntimeWarning")
+def test_definition(cloud, kind, n):
+    """The same triplets from the same seed, and the same choice among them."""
+    for seed in range(3):
+        gt = cloud(kind, n, seed)
+        gt -= np.median(gt, axis=0)
+        noise = np.random.default_rng(seed)
+        est = 2.5 * Rotation.random(rng=noise).apply(gt + noise.normal(0, 0.01, gt.shape))
+        est[: n // 4] = noise.uniform(-1, 1, (n // 4, 3))
+        options = {"rank": max(4, n // 10), "n_hypotheses": 1000}
+        ours, theirs = np.random.default_rng(seed), np.random.default_rng(seed)
+        found, n_used = pcr99(gt, est, **options, rng=ours)
+        expected, n_expected = pcr99_by_definition(gt, est, **options, rng=theirs)
+        assert n_used == n_expected
+        assert ours.random() == theirs.random()
+        assert found.scale == pytest.approx(expected.scale, rel=1e-12)
+        np.testing.assert_allclose(found.rotation, expected.rotation, rtol=0, atol=1e-11)
+        size = np.abs(est).max()
+        np.testing.assert_allclose(found.translation, expected.translation, atol=1e-11 * size)
+
+
+DIFFICULT = {
+    "nearly exact": (1e-9, 1.0, 0.0, 1.0),
+    "exact": (0.0, 1.0, 0.0, 1.0),
+    "far outliers": (0.03, 1e12, 0.0, 1.0),
+    "very far outliers": (0.03, 1e100, 0.0, 1.0),
+    "of two scales": (0.03, 1e20, 0.0, 1.0),  # the far outliers agree with each other
+    "off the origin": (0.03, 1.0, 1e3, 1.0),
+    "tiny": (0.03, 1.0, 0.0, 1e-25),
+    "far, in both worlds": (0.03, 1e6, 0.0, 1.0),
+}
+
+
+@pytest.mark.parametrize("kind", DIFFICULT)
+@pytest.mark.parametrize(("n", "straight"), [(60, False), (60, True), (700, False)])
+@pytest.mark.filterwarnings("ignore:(divide|invalid|overflow):RuntimeWarning")
+def test_single_precision_rejects_no_cheaper_hypothesis(noisy_scene, kind, n, straight):
+    """The cost of the choice is the lowest, whatever the numbers."""
+    sigma, reach, offset, unit = DIFFICULT[kind]
+    gt, est = noisy_scene(n, n // 3, sigma, 5)
+    if straight:
+        gt[: n // 2, 1:], est[: n // 2, 1:] = 0, 0
+    if kind == "far, in both worlds":
+        gt[:: n // 10] *= reach
+    est[:: n // 10] *= reach
+    if kind == "of two scales":
+        est[::5] = reach * gt[::5]
+    gt, est, rank = unit * gt + offset, unit * est + offset, n // 10
+    found, _ = pcr99(gt, est, rank=rank, n_hypotheses=1000, rng=rng())
+    expected, _ = pcr99_by_definition(gt, est, rank, 1000, rng())
+    a, b = (np.sort(one.position_errors(gt, est))[rank - 1] for one in (found, expected))
+    assert a <= b * (1 + 1e-6) + 1e-11 * unit * max(1, offset)
 
 
 class Hypothesis(NamedTuple):
@@ -119,37 +242,29 @@ def test_cheapest_of_all_hypotheses_on_a_partly_straight_path(noise_off_the_line
     assert cost == pytest.approx(expected.cost, rel=1e-7)
 
 
-@pytest.mark.parametrize("sine", [0.1, 1e-2, 1e-3, 1e-4, 1e-5])
-def test_nearly_flat_triangle(sine):
-    """As long as there is a normal it counts: the spin about the long edges is right."""
-    gt = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 2 * sine, 0.0]])
-    turn = Rotation.from_euler("xyz", [1.0, 0.5, 2.0])
-    scale, rotation, _ = single(gt, 3 * turn.apply(gt))
-    assert scale == pytest.approx(3)
-    np.testing.assert_allclose(rotation, turn.as_matrix(), atol=1e-8)
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("alignment", ["rigid", "yaw"])
+def test_without_a_scale_the_same_triplets_are_fitted(noisy_scene, alignment, seed):
+    """No hypothesis of three cameras is cheaper, by the least-squares fit within the group."""
+    gt, _ = noisy_scene(12, 0, 0, seed)
+    generator = np.random.default_rng(seed)
+    turn = Rotation.from_rotvec([0.2, 0.1, 1.0] if alignment == "rigid" else [0, 0, 1.0])
+    est = 1 + turn.apply(gt + generator.normal(0, 0.01, gt.shape))
+    est[:3] = generator.uniform(-1, 1, (3, 3))
+    found, n_used = pcr99(gt, est, rank=6, n_hypotheses=1000, rng=rng(), alignment=alignment)
+    triplets = draw_triplets(gt, est, 1000, rng())
+    assert n_used == len(triplets)
+    assert found.scale == 1
+    if alignment == "yaw":
+        np.testing.assert_allclose(found.rotation[2], [0, 0, 1], atol=1e-12)
+        fits = [Similarity.fit(gt[t], est[t], alignment="yaw") for t in triplets]
+        costs = [np.sort(fit.position_errors(gt, est))[5] for fit in fits]
+        cost = np.sort(found.position_errors(gt, est))[5]
+        assert cost == pytest.approx(min(costs), rel=1e-9)
+    np.testing.assert_allclose(found.rotation, turn.as_matrix(), atol=0.1)
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_three_point_similarities_from_their_definition(noisy_scene, seed):
-    """Each hypothesis is the one of the mathematics, for triplets in any order."""
-    gt, est = noisy_scene(12, 4, 0.1, seed)
-    triplets = np.array(list(itertools.permutations(range(12), 3))[seed::7]).T
-    scale, rotation, translation, _ = three_point_similarities(gt.T.copy(), est.T.copy(), triplets)
-    for h, triplet in enumerate(triplets.T):
-        expected = naive_hypothesis(gt[triplet], est[triplet])
-        assert scale[h] == pytest.approx(expected[0], rel=1e-9, abs=1e-9)
-        np.testing.assert_allclose(rotation[h], expected[1], atol=1e-9)
-        np.testing.assert_allclose(translation[h], expected[2], atol=1e-7)
-
-
-@pytest.mark.parametrize("world", [0, 1])
-def test_flat_triangle(world):
-    """Below a sine of a millionth in either world a triangle has no normal."""
-    for sine, is_flat in ((1.1e-6, False), (0.9e-6, True)):
-        corners = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]] * 2)
-        corners[world, 2, 1] = sine
-        gt, est = corners.swapaxes(1, 2)
-        assert three_point_similarities(gt, est, np.array([[0], [1], [2]]))[3] == is_flat
+# --- triplets -------------------------------------------------------------------------------------
 
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [1.0, 3.0, 0.5]])
@@ -218,11 +333,38 @@ def test_enumeration_ends_at_the_number_of_hypotheses(noisy_scene, n, asked, enu
     assert n_used == (3 * math.comb(n, 3) if enumerated else asked)
 
 
+@pytest.mark.parametrize("prescreen", [0.03, 0.1, 0.3, math.inf])
+def test_prescreen_keeps_the_triplets_within_its_threshold(prescreen):
+    """But never those with coincident cameras."""
+    generator = np.random.default_rng(4)
+    gt = generator.normal(size=(11, 3))
+    est = 3 * gt + 0.3 * generator.normal(size=gt.shape)
+    gt[3], est[5] = gt[2], est[4]
+    _, passed = naive_pcr99(gt, est, 4, prescreen)
+    _, n_used = pcr99(gt, est, rank=4, n_hypotheses=1000, rng=generator, prescreen=prescreen)
+    assert 0 < passed <= 165 - 9 - 9
+    assert n_used == 3 * passed
+    assert (passed == 165 - 9 - 9) == (prescreen == math.inf)
+
+
+# --- degenerate triangles -------------------------------------------------------------------------
+
+
 def single(gt, est):
-    """The hypothesis from the first three rows."""
-    triplet = np.array([[0], [1], [2]])
-    scale, rotation, translation, _ = three_point_similarities(gt.T.copy(), est.T.copy(), triplet)
-    return float(scale[0]), rotation[0], translation[0]
+    """The best of the three hypotheses from three cameras."""
+    found, n_used = pcr99(gt, est, rank=3, n_hypotheses=1, rng=rng(), prescreen=math.inf)
+    assert n_used == 3
+    return found.scale, found.rotation, found.translation
+
+
+@pytest.mark.parametrize("sine", [0.1, 1e-2, 1e-3, 1e-4, 1e-5])
+def test_nearly_flat_triangle(sine):
+    """As long as there is a normal it counts: the spin about the long edges is right."""
+    gt = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 2 * sine, 0.0]])
+    turn = Rotation.from_euler("xyz", [1.0, 0.5, 2.0])
+    scale, rotation, _ = single(gt, 3 * turn.apply(gt))
+    assert scale == pytest.approx(3)
+    np.testing.assert_allclose(rotation, turn.as_matrix(), atol=1e-8)
 
 
 DIRECTIONS = {
@@ -254,89 +396,10 @@ def test_collinear_triplet(gt_direction, est_direction):
     assert angle == pytest.approx(expected, abs=1e-6)
 
 
-@pytest.mark.parametrize("bend", [1e-3, 0.05, 0.2])
-@pytest.mark.parametrize("flat", ["gt", "est"])
-def test_triplet_that_is_flat_in_one_world_only(flat, bend):
-    """First edge onto first edge, and the least-squares scale about the centroids."""
-    line = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
-    for axis in (1, 2):
-        bent = line.copy()
-        bent[2, axis] = bend
-        tilt = Rotation.from_euler("xyz", [0.3, 0.7, 1.1])
-        gt, est = (line, 3 * tilt.apply(bent)) if flat == "gt" else (bent, 3 * tilt.apply(line))
-        scale, rotation, translation = single(gt, est)
-        np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
-        np.testing.assert_allclose(rotation @ [1, 0, 0], tilt.apply([1, 0, 0]), atol=1e-9)
-        a, b = gt - gt.mean(axis=0), est - est.mean(axis=0)
-        assert scale == pytest.approx(np.sum(b * (a @ rotation.T)) / np.sum(a * a), rel=1e-9)
-        expected = est.mean(axis=0) - scale * rotation @ gt.mean(axis=0)
-        np.testing.assert_allclose(translation, expected, atol=1e-9)
+# --- input ----------------------------------------------------------------------------------------
 
 
-def test_first_edge_matters_and_its_sense_does_not():
-    """The first axis is the first edge: three hypotheses a triangle, neither one nor six."""
-    gt = rng().random((3, 3))
-    est = gt + rng().normal(0, 0.05, (3, 3))
-    distinct = {
-        tuple(single(gt[list(order)], est[list(order)])[1].round(9).ravel())
-        for order in itertools.permutations(range(3))
-    }
-    assert len(distinct) == 3
-
-
-DIFFICULT = {
-    "plain": (0.03, 1.0, 0.0),
-    "nearly exact": (1e-9, 1.0, 0.0),
-    "exact": (0.0, 1.0, 0.0),
-    "far outliers": (0.03, 1e12, 0.0),
-    "very far outliers": (0.03, 1e100, 0.0),
-    "off the origin": (0.03, 1.0, 1e3),
-    "tiny": (0.03, 1.0, 0.0),
-    "of two scales": (0.03, 1e20, 0.0),  # the far outliers agree with each other
-}
-
-
-@pytest.mark.parametrize("kind", DIFFICULT)
-@pytest.mark.parametrize(("n", "straight"), [(60, False), (60, True), (700, False)])
-def test_the_cheapest_hypothesis_is_chosen(noisy_scene, kind, n, straight):
-    """Its cost is the smallest of the costs by their definition; a flat one wins no tie."""
-    sigma, reach, offset = DIFFICULT[kind]
-    gt, est = noisy_scene(n, n // 3, sigma, 5)
-    if straight:
-        gt[: n // 2, 1:], est[: n // 2, 1:] = 0, 0
-    est[:: n // 10] *= reach
-    if kind == "of two scales":
-        est[::5] = reach * gt[::5]
-    gt, est, rank = gt.T + offset, est.T + offset, n // 10
-    if kind == "tiny":
-        gt, est = 1e-25 * gt, 1e-25 * est
-    with np.errstate(all="ignore"):
-        triplets = prescreened_triplets(gt, est, 1000, rng())
-        scale, rotation, translation, flat = three_point_similarities(gt, est, triplets)
-        residuals = (est - translation[..., None]) / scale[:, None, None] - rotation @ gt
-        costs = np.sort(np.sum(residuals**2, axis=1), axis=1)[:, rank - 1]
-        tie = 1e-14 * float(np.max(np.sum(gt**2, axis=0)))
-        best = cheapest(gt, est, scale, rotation, translation, flat, rank, tie)
-    assert flat.any() == straight
-    assert costs[best] <= costs[~flat].min() * (1 + 1e-9) + tie
-    assert costs[best] <= costs.min() * (1 + 1e-9) + 2 * tie
-    if flat[best]:
-        assert costs[best] < costs[~flat].min()
-
-
-def test_first_of_equally_cheap_hypotheses(noisy_scene):
-    """Of several that are the same the first is taken, but one of a flat triangle never."""
-    gt, est = (points.T for points in noisy_scene(50, 10, 0.03, 0))
-    with np.errstate(all="ignore"):
-        triplets = np.repeat(prescreened_triplets(gt, est, 20, rng()), 3, axis=1)
-    *similarities, flat = three_point_similarities(gt, est, triplets)
-    best = cheapest(gt, est, *similarities, flat, 5, 0.0)
-    assert best % 3 == 0
-    flat[best] = True
-    assert cheapest(gt, est, *similarities, flat, 5, 1e-15) == best + 1
-
-
-@pytest.mark.parametrize("rank", [0, 31, -1, 4.0])
+@pytest.mark.parametrize("rank", [0, -1, 4.0])
 def test_rank_that_no_cameras_have(noisy_scene, rank):
     gt, est = noisy_scene(30, 5, 0.03, 0)
     with pytest.raises(ValueError, match=f"rank must be .*, not {rank}"):
@@ -351,52 +414,41 @@ def test_positions_that_do_not_belong_together(shape, swapped):
     if swapped:
         positions.reverse()
     for register in (pcr99, refined):
-        with pytest.raises(ValueError, match=r"must be \(n, 3\) arrays of the same length"):
+        with pytest.raises(ValueError, match="_positions"):
             register(*positions, rank=4, threshold=1.0, n_hypotheses=10, rng=rng())
-    with pytest.raises(ValueError, match=r"have the shapes \(30, 2\) and \(30, 2\)"):
-        pcr99(*2 * [np.ones((30, 2))], rank=4, n_hypotheses=10, rng=rng())
 
 
 @pytest.mark.parametrize("register", [pcr99, refined])
-def test_numbers_of_any_type(register):
-    """Whole numbers whose squares would overflow, and single precision."""
+def test_numbers_of_any_type_and_layout(register):
+    """Whole numbers whose squares would overflow, single precision, strided and transposed."""
     generator = rng()
     gt = generator.integers(-60_000, 60_000, (40, 3))
     est = 2 * gt + generator.integers(-500, 500, (40, 3))
-    for dtype in (np.int32, np.float32):
-        (a, n_a), (b, n_b) = (
-            register(
-                *(gt.astype(kind), est.astype(kind)),
-                **{"rank": 4, "threshold": 1e3, "n_hypotheses": 200, "rng": rng()},
-            )
-            for kind in (dtype, np.float64)
-        )
-        assert n_a == n_b == (400 if register is refined else 200)  # of up to 60 cameras
-        assert a.scale == b.scale == pytest.approx(2, rel=0.1)
-        np.testing.assert_array_equal(a.translation, b.translation)
+    options = {"rank": 4, "threshold": 1e3, "n_hypotheses": 200}
+    expected, n_expected = register(gt.astype(float), est.astype(float), **options, rng=rng())
+    for a, b in (
+        (gt.astype(np.int32), est.astype(np.int32)),
+        (gt.astype(np.float32), est.astype(np.float32)),
+        (np.asfortranarray(gt), np.repeat(est, 2, axis=0)[::2]),
+    ):
+        found, n_found = register(a, b, **options, rng=rng())
+        assert n_found == n_expected
+        assert found.scale == expected.scale
+        np.testing.assert_array_equal(found.translation, expected.translation)
 
 
-def test_chunks_of_hypotheses(noisy_scene, monkeypatch):
-    """How many NumPy evaluates at once changes no bit, be it one at a time."""
-    monkeypatch.setattr(kernel, "LIBRARY", None)
-    gt, est = noisy_scene(300, 100, 0.03, 0)
-    scales = set()
-    for chunk in (1, 300, 1000, 1 << 14, 1 << 20):
-        monkeypatch.setattr(hypotheses, "ERRORS_AT_ONCE", chunk)
-        alignment, _ = pcr99(gt, est, rank=30, n_hypotheses=100, rng=rng())
-        scales.add((alignment.scale, alignment.translation.tobytes()))
-    assert len(scales) == 1
+def test_any_generator(noisy_scene):
+    """Not PCG64 alone; each goes on where the registration stopped."""
+    gt, est = noisy_scene(50, 10, 0.03, 0)
+    for kind in (np.random.MT19937, np.random.Philox, np.random.SFC64):
+        ours, theirs = (np.random.Generator(kind(1)) for _ in range(2))
+        _, n_used = pcr99(gt, est, rank=5, n_hypotheses=100, rng=ours)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            assert n_used == len(draw_triplets(gt, est, 100, theirs))
+        assert ours.random() == theirs.random()
 
 
-@pytest.mark.parametrize("prescreen", [0.03, 0.1, 0.3, math.inf])
-def test_prescreen_keeps_the_triplets_within_its_threshold(prescreen):
-    """But never those with coincident cameras."""
-    generator = np.random.default_rng(4)
-    gt = generator.normal(size=(11, 3))
-    est = 3 * gt + 0.3 * generator.normal(size=gt.shape)
-    gt[3], est[5] = gt[2], est[4]
-    _, passed = naive_pcr99(gt, est, 4, prescreen)
-    _, n_used = pcr99(gt, est, rank=4, n_hypotheses=1000, rng=generator, prescreen=prescreen)
-    assert 0 < passed <= 165 - 9 - 9
-    assert n_used == 3 * passed
-    assert (passed == 165 - 9 - 9) == (prescreen == math.inf)
+def test_too_many_hypotheses(noisy_scene):
+    gt, est = noisy_scene(30_000, 10, 0.03, 0)  # with as many triplets
+    with pytest.raises(MemoryError, match="no memory for 1099511627776 hypotheses"):
+        tas(gt, est, n_hypotheses=4 * 10**12)

@@ -1,0 +1,190 @@
+/* What the files of the kernel share: vectors, similarities, options, and what each file offers.
+
+   Positions are stored component first, (3, n). NaN and infinity fail every comparison, so triplets
+   and hypotheses with such numbers never win. */
+
+#ifndef KERNEL_H
+#define KERNEL_H
+
+#include <float.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* One version of a function for each vector width, so that a wheel is fast on every processor. Only
+   for static functions: clang renames the versions of others. */
+#ifndef EVERY_WIDTH
+#define EVERY_WIDTH
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_attribute)
+#if __has_attribute(target_clones)
+#undef EVERY_WIDTH
+#define EVERY_WIDTH __attribute__((target_clones("avx512f", "avx2", "default")))
+#endif
+#endif
+#endif
+
+#ifdef _WIN32
+#define EXPORTED __declspec(dllexport)
+#else
+#define EXPORTED __attribute__((visibility("default")))
+#endif
+
+typedef struct {
+    double x, y, z;
+} vector;
+
+typedef struct {
+    vector x, y, z;
+} matrix; /* by rows */
+
+/* From ground truth to estimate: s R c + t. Python has it as a row of 13 numbers. */
+typedef struct {
+    double scale;
+    matrix rotation;
+    vector translation;
+} similarity;
+
+/* The same cameras in both worlds. */
+typedef struct {
+    size_t n;
+    const double *gt, *est; /* (3, n) */
+} cameras;
+
+/* In the order of Python's names. */
+enum { SIMILARITY, RIGID, YAW, NONE };
+enum { PCR99, REFINED, USER };
+
+/* A registration in Python, of normalised positions; 1 if it found an alignment, 0 if there is none,
+   -1 if it failed. */
+typedef int user_registration(size_t n, const double *gt, const double *est, size_t rank,
+                              double threshold, similarity *found, size_t *n_used);
+
+typedef struct {
+    int registration, alignment;
+    int vertical; /* axis of yaw, 0 to 2 */
+    size_t n_hypotheses, rank; /* m of PCR-99; that of the paper if it is 0 */
+    double prescreen;     /* largest difference of log edge ratios in a triplet */
+    double max_threshold; /* in units */
+    user_registration *user;
+} options;
+
+/* NumPy's interface of random generators, numpy/random/bitgen.h. */
+typedef struct {
+    void *state;
+    uint64_t (*next_uint64)(void *);
+    uint32_t (*next_uint32)(void *);
+    double (*next_double)(void *);
+    uint64_t (*next_raw)(void *);
+} bitgen;
+
+typedef struct {
+    uint32_t i, j, k;
+} triplet;
+
+/* memory.c: memory that is freed at once. */
+typedef struct block block;
+typedef struct {
+    block *last;
+} pool;
+void *allocate(pool *memory, size_t count, size_t size); /* NULL if there is none */
+void release(pool *memory);
+
+/* memory.c: the value of this rank, counted from 0; the values are reordered. */
+double nth_smallest(double *values, size_t n, size_t rank);
+
+/* similarity.c */
+size_t fit_triplets(const cameras *c, triplet *triplets, size_t count, int alignment,
+                    similarity *fits);
+bool weighted_fit(const cameras *c, const double *weights, int alignment, similarity *found);
+
+/* triplets.c */
+size_t n_triplets(size_t n);
+size_t most_prescreened(size_t n, size_t n_wanted);
+bool prescreened_triplets(const cameras *c, double prescreen, size_t n_wanted, bitgen *random,
+                          triplet *kept, size_t *n_kept);
+void all_triplets(const cameras *c, triplet *triplets);
+bool any_triplets(size_t n, bitgen *random, triplet *triplets, size_t count);
+
+/* pcr99.c; false if there is no memory, as of all functions that return bool below */
+bool pcr99(const cameras *c, const options *o, size_t rank, bitgen *random, similarity *found,
+           size_t *n_used);
+
+/* refined.c: what is known of a scene whatever the threshold, and found at the threshold before */
+typedef struct {
+    bool several; /* whether there are several thresholds */
+    cameras shuffled;
+    similarity *hypotheses;
+    size_t n_hypotheses;
+    similarity found;
+    bool is_found;
+} search;
+bool begin_search(pool *memory, const cameras *c, const options *o, bitgen *random,
+                  bitgen *sampler, search *all);
+bool refined(search *all, const options *o, double threshold);
+
+/* neighbours.c */
+bool closest_pairs(size_t n, const double *positions, double *distances);
+
+static inline vector point(const double *points, size_t n, size_t i)
+{
+    return (vector){points[i], points[n + i], points[2 * n + i]};
+}
+
+static inline vector plus(vector a, vector b)
+{
+    return (vector){a.x + b.x, a.y + b.y, a.z + b.z};
+}
+
+static inline vector minus(vector a, vector b)
+{
+    return (vector){a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+static inline vector times(double factor, vector a)
+{
+    return (vector){factor * a.x, factor * a.y, factor * a.z};
+}
+
+static inline vector over(vector a, double divisor)
+{
+    return (vector){a.x / divisor, a.y / divisor, a.z / divisor};
+}
+
+static inline double dot(vector a, vector b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static inline vector cross(vector a, vector b)
+{
+    return (vector){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+static inline vector rotated(matrix rotation, vector a)
+{
+    return (vector){dot(rotation.x, a), dot(rotation.y, a), dot(rotation.z, a)};
+}
+
+/* Squared error of camera i in the ground truth. */
+static inline double squared_error(const double *gt, const double *est, size_t n, size_t i,
+                                   double shrink, const similarity *s)
+{
+    vector aligned = times(shrink, minus(point(est, n, i), s->translation));
+    vector residual = minus(aligned, rotated(s->rotation, point(gt, n, i)));
+    return dot(residual, residual);
+}
+
+static inline size_t smaller(size_t a, size_t b)
+{
+    return a < b ? a : b;
+}
+
+static inline size_t larger(size_t a, size_t b)
+{
+    return a > b ? a : b;
+}
+
+#endif

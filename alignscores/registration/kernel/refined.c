@@ -1,0 +1,354 @@
+/* The registration that maximises the score: the smallest truncated L1 cost over the cameras,
+   sum(min(sqrt(e^2 + r^2), T)), with the largest threshold T and the resolution r. See
+   docs/explanation/registration.md. */
+
+#include "kernel.h"
+
+#define FARTHEST_SQUARABLE 1e100 /* squares of coordinates beyond may overflow */
+#define N_STARTS 64        /* hypotheses that are refined; their number is halved in each step */
+#define FEW 30             /* cameras up to which all triplets are tried */
+#define SEVERAL 60         /* cameras up to which twice as many triplets are drawn, and refined */
+#define N_SUBSETS 300      /* of few cameras, fits to which are tried, too */
+#define HEAVY 10.0         /* weight of one camera of a subset, where that of the others is 1 */
+#define N_NEIGHBOURHOODS 4 /* the densest ones; a fit to each is tried as a start, too */
+#define N_FINALISTS 8      /* alignments that are refined with all cameras */
+#define SAMPLE 1000        /* cameras with which the starts are refined until few are left */
+#define SMALL_SAMPLE 250   /* cameras with which hypotheses are sorted out */
+#define RESOLUTION 0.01    /* of the largest threshold: finer differences of errors do not count */
+#define TOLERANCE 1e-5     /* gain in score; the refinement ends with the first step that gains less */
+#define FINE_TOLERANCE 1e-9 /* of up to SEVERAL cameras, where steps cost little */
+#define MOST_STARTS (2 * N_STARTS + N_NEIGHBOURHOODS + 2)
+
+/* Largest threshold T, and resolution r. */
+typedef struct {
+    double threshold, resolution;
+} reach;
+
+EVERY_WIDTH
+static void smoothed_errors(const double *restrict gt, const double *restrict est, size_t n,
+                            const similarity *restrict s, double resolution,
+                            double *restrict errors)
+{
+    const similarity copy = *s;
+    const double shrink = 1 / copy.scale;
+    for (size_t i = 0; i < n; i++) {
+        double square = squared_error(gt, est, n, i, shrink, &copy);
+        errors[i] = sqrt(square + resolution * resolution);
+    }
+}
+
+/* Sum of what is below the threshold, which counts for the others. */
+EVERY_WIDTH
+static double truncated_sum(const double *restrict values, size_t n, double threshold)
+{
+    double sum = 0;
+#pragma omp simd reduction(+ : sum)
+    for (size_t i = 0; i < n; i++)
+        sum += values[i] < threshold ? values[i] : threshold;
+    return sum;
+}
+
+EVERY_WIDTH
+static void to_weights(double *restrict errors, size_t n, double threshold)
+{
+    for (size_t i = 0; i < n; i++)
+        errors[i] = errors[i] < threshold ? 1 / errors[i] : 0;
+}
+
+static double truncated_cost(const cameras *c, const similarity *s, reach r, double *errors)
+{
+    smoothed_errors(c->gt, c->est, c->n, s, r.resolution, errors);
+    return truncated_sum(errors, c->n, r.threshold);
+}
+
+/* The lowest costs, in order, and what they are of. */
+typedef struct {
+    size_t most, count;
+    double costs[4 * N_STARTS];
+    size_t indices[4 * N_STARTS];
+} ranking;
+
+static void insert(ranking *lowest, double cost, size_t index)
+{
+    if (lowest->count == lowest->most && !(cost < lowest->costs[lowest->most - 1]))
+        return;
+    lowest->count += lowest->count < lowest->most;
+    size_t place = lowest->count - 1;
+    for (; place > 0 && lowest->costs[place - 1] > cost; place--) {
+        lowest->costs[place] = lowest->costs[place - 1];
+        lowest->indices[place] = lowest->indices[place - 1];
+    }
+    lowest->costs[place] = cost;
+    lowest->indices[place] = index;
+}
+
+/* Choose the cheapest of some similarities, the cheapest first; return how many there are. */
+static size_t choose(const cameras *c, const similarity *all, size_t count, reach r, size_t most,
+                     double *errors, similarity *chosen)
+{
+    ranking lowest = {.most = most};
+    for (size_t h = 0; h < count; h++)
+        insert(&lowest, truncated_cost(c, &all[h], r, errors), h);
+    for (size_t i = 0; i < lowest.count; i++)
+        chosen[i] = all[lowest.indices[i]];
+    return lowest.count;
+}
+
+/* An alignment on its way down. */
+typedef struct {
+    similarity at;
+    double cost, gain; /* of the last step */
+} start;
+
+/* The fit with the weights 1 / sqrt(e^2 + r^2), 0 beyond the threshold, where its cost is lower. In
+   exact arithmetic it is, where the cameras within the threshold determine the fit. */
+static void step(const cameras *c, start *s, reach r, int alignment, double *errors)
+{
+    smoothed_errors(c->gt, c->est, c->n, &s->at, r.resolution, errors);
+    to_weights(errors, c->n, r.threshold);
+    similarity next;
+    weighted_fit(c, errors, alignment, &next);
+    double cost = truncated_cost(c, &next, r, errors);
+    s->gain = s->cost - cost;
+    if (s->gain > 0) {
+        s->at = next;
+        s->cost = cost;
+    }
+}
+
+/* Refine by iteratively reweighted least squares; after each step drop the more expensive half, but
+   never the best `n_left`, until no step gains more than a cost. Return how many are left. */
+static size_t refine(const cameras *c, similarity *rows, size_t count, reach r, size_t n_left,
+                     double least_gain, int alignment, double *errors)
+{
+    start starts[MOST_STARTS];
+    double largest_gain = INFINITY;
+    for (size_t h = 0; h < count; h++)
+        starts[h] = (start){rows[h], truncated_cost(c, &rows[h], r, errors), INFINITY};
+    while (count > n_left || largest_gain > least_gain) {
+        for (size_t h = 0; h < count; h++) {
+            step(c, &starts[h], r, alignment, errors);
+            start moved = starts[h];
+            size_t place = h; /* the others are in order */
+            for (; place > 0 && starts[place - 1].cost > moved.cost; place--)
+                starts[place] = starts[place - 1];
+            starts[place] = moved;
+        }
+        count = smaller(larger(count / 2, n_left), count);
+        largest_gain = 0;
+        for (size_t h = 0; h < count; h++)
+            largest_gain = fmax(largest_gain, starts[h].gain);
+    }
+    for (size_t h = 0; h < count; h++)
+        rows[h] = starts[h].at;
+    return count;
+}
+
+EVERY_WIDTH
+static void distances(const double *restrict points, size_t n, vector from, size_t count,
+                      double *restrict found)
+{
+    for (size_t i = 0; i < count; i++) {
+        vector difference = minus(from, point(points, n, i));
+        found[i] = sqrt(dot(difference, difference));
+    }
+}
+
+/* The least-squares fits to all cameras, and to those within T of one in each of the densest
+   neighbourhoods. An estimate that is shrunk to a place where many cameras stand scores all of them,
+   however wrong it is; hypotheses of three cameras hardly ever find that. */
+static size_t fit_neighbourhoods(const cameras *c, reach r, int alignment, double *weights,
+                                 similarity *fits)
+{
+    ranking densest = {.most = N_NEIGHBOURHOODS};
+    size_t n_candidates = smaller(c->n, SMALL_SAMPLE);
+    for (size_t i = 0; i < n_candidates; i++) {
+        distances(c->gt, c->n, point(c->gt, c->n, i), n_candidates, weights);
+        insert(&densest, truncated_sum(weights, n_candidates, r.threshold), i);
+    }
+    for (size_t k = 0; k < densest.count; k++) {
+        distances(c->gt, c->n, point(c->gt, c->n, densest.indices[k]), c->n, weights);
+        for (size_t i = 0; i < c->n; i++)
+            weights[i] = weights[i] < r.threshold;
+        weighted_fit(c, weights, alignment, &fits[k]);
+    }
+    for (size_t i = 0; i < c->n; i++)
+        weights[i] = 1;
+    weighted_fit(c, weights, alignment, &fits[densest.count]);
+    return densest.count + 1;
+}
+
+/* The least-squares fits to subsets of few cameras: to those of each size for which there is room,
+   the largest first; then likewise with one camera that counts more: the cost of few cameras has
+   minima at which the error of one of them is zero. Return how many there are. */
+static size_t fit_subsets(const cameras *c, int alignment, similarity *fits)
+{
+    size_t n = c->n, count = 0, least = alignment == SIMILARITY ? 3 : 2; /* two fit exactly */
+    size_t n_sizes = n <= FEW && n >= least ? n - least + 1 : 0;
+    double weights[FEW];
+    for (size_t s = 0; s < 2 * n_sizes; s++) {
+        size_t size = n - s % n_sizes;
+        bool one_is_heavy = s >= n_sizes;
+        double n_fits = one_is_heavy ? (double)size : 1;
+        for (size_t i = 0; i < size; i++)
+            n_fits = n_fits * (double)(n - i) / (double)(i + 1);
+        if ((double)count + n_fits > N_SUBSETS)
+            continue;
+        uint32_t next; /* set of `size` bits */
+        for (uint32_t set = (UINT32_C(1) << size) - 1; set < UINT32_C(1) << n; set = next) {
+            uint32_t lowest = set & -set, carried = set + lowest;
+            next = carried | ((set ^ carried) / lowest >> 2);
+            for (size_t heavy = 0; heavy < (one_is_heavy ? n : 1); heavy++) {
+                if (one_is_heavy && !(set >> heavy & 1))
+                    continue;
+                for (size_t i = 0; i < n; i++)
+                    weights[i] = set >> i & 1 ? (one_is_heavy && i == heavy ? HEAVY : 1) : 0;
+                weighted_fit(c, weights, alignment, &fits[count++]);
+            }
+        }
+    }
+    return count;
+}
+
+/* The cameras in another order, none farther than can be squared. */
+static double *shuffled(pool *memory, const double *points, size_t n, const uint32_t *order)
+{
+    double *taken = allocate(memory, n, 3 * sizeof *taken);
+    for (size_t k = 0; taken && k < 3; k++)
+        for (size_t i = 0; i < n; i++) {
+            double x = points[k * n + order[i]];
+            x = x < -FARTHEST_SQUARABLE ? -FARTHEST_SQUARABLE : x; /* NaN stays */
+            taken[k * n + i] = x > FARTHEST_SQUARABLE ? FARTHEST_SQUARABLE : x;
+        }
+    return taken;
+}
+
+/* An order of which the first cameras are a fair sample, as Generator.permutation. */
+static void permute(bitgen *sampler, size_t n, uint32_t *order)
+{
+    for (size_t i = 0; i < n; i++)
+        order[i] = (uint32_t)i;
+    for (size_t i = n; i > 1; i--) {
+        size_t mask = 1, other;
+        while (mask < i - 1)
+            mask = 2 * mask + 1;
+        do
+            other = sampler->next_uint32(sampler->state) & mask;
+        while (other > i - 1);
+        uint32_t last = order[i - 1];
+        order[i - 1] = order[other];
+        order[other] = last;
+    }
+}
+
+static bool is_usable(const similarity *s)
+{
+    const double *numbers = &s->scale;
+    for (size_t i = 0; i < 13; i++)
+        if (!(fabs(numbers[i]) < INFINITY))
+            return false;
+    return s->scale > 0;
+}
+
+/* The triplets to try: all of few cameras; else drawn ones, prescreened where that helps. The
+   prescreening misleads where the noise is as large as the triangles, which matters with few
+   cameras, and where an alignment keeps the scale and the estimate has another size. */
+static bool triplets_to_try(const cameras *c, const options *o, bitgen *random, triplet *triplets,
+                            size_t n_screened, size_t n_any, size_t *count)
+{
+    if (c->n <= FEW) {
+        all_triplets(c, triplets);
+        *count = n_triplets(c->n);
+        return true;
+    }
+    if (!prescreened_triplets(c, o->prescreen, n_screened, random, triplets, count)
+        || (n_any > 0 && !any_triplets(c->n, random, triplets + *count, n_any)))
+        return false;
+    *count += n_any;
+    return true;
+}
+
+/* Draw the hypotheses; the triplets are those of PCR-99 but for few cameras. */
+bool begin_search(pool *memory, const cameras *c, const options *o, bitgen *random,
+                  bitgen *sampler, search *all)
+{
+    pool local = {0};
+    bool only_screened = o->alignment == SIMILARITY && c->n > SEVERAL;
+    size_t half = (o->n_hypotheses + 1) / 2;
+    size_t n_screened = only_screened ? o->n_hypotheses : half;
+    size_t n_any = only_screened ? 0 : c->n > SEVERAL ? half : 3 * half;
+    size_t most = c->n <= FEW ? n_triplets(c->n) : most_prescreened(c->n, n_screened) + n_any;
+    uint32_t *order = allocate(&local, c->n, sizeof *order);
+    triplet *triplets = allocate(&local, most, sizeof *triplets);
+    similarity *rows = allocate(memory, most + N_SUBSETS, sizeof *rows);
+    size_t count = 0;
+    bool done = order && triplets && rows
+                && triplets_to_try(c, o, random, triplets, n_screened, n_any, &count);
+    if (done) {
+        permute(sampler, c->n, order);
+        all->shuffled = (cameras){c->n, shuffled(memory, c->gt, c->n, order),
+                                  shuffled(memory, c->est, c->n, order)};
+        done = all->shuffled.gt && all->shuffled.est;
+    }
+    if (done) {
+        fit_triplets(c, triplets, count, o->alignment, rows);
+        count += fit_subsets(&all->shuffled, o->alignment, rows + count);
+        all->hypotheses = rows;
+        all->n_hypotheses = 0;
+        for (size_t h = 0; h < count; h++)
+            if (is_usable(&rows[h]))
+                rows[all->n_hypotheses++] = rows[h];
+    }
+    release(&local);
+    return done;
+}
+
+static cameras first_cameras(const cameras *all, size_t n, double *points)
+{
+    n = smaller(n, all->n);
+    for (size_t k = 0; k < 3; k++) {
+        memcpy(points + k * n, all->gt + k * all->n, n * sizeof *points);
+        memcpy(points + (3 + k) * n, all->est + k * all->n, n * sizeof *points);
+    }
+    return (cameras){n, points, points + 3 * n};
+}
+
+/* Find the best alignment for a largest threshold; what was found at the one before is a start. */
+bool refined(search *all, const options *o, double threshold)
+{
+    threshold = fmin(fmax(threshold, 1 / FARTHEST_SQUARABLE), FARTHEST_SQUARABLE);
+    const reach r = {threshold, RESOLUTION * threshold};
+    const cameras *c = &all->shuffled;
+    similarity chosen[4 * N_STARTS], starts[MOST_STARTS];
+    pool memory = {0};
+    double *errors = allocate(&memory, larger(c->n, FEW), sizeof *errors);
+    double *points = allocate(&memory, SAMPLE, 6 * sizeof *points);
+    if (!errors || !points) {
+        release(&memory);
+        return false;
+    }
+    const similarity *hypotheses = all->hypotheses;
+    size_t count = all->n_hypotheses;
+    if (c->n > SMALL_SAMPLE) {
+        cameras small = first_cameras(c, SMALL_SAMPLE, points);
+        count = choose(&small, hypotheses, count, r, 4 * N_STARTS, errors, chosen);
+        hypotheses = chosen;
+    }
+    cameras sample = first_cameras(c, SAMPLE, points);
+    size_t n_starts = c->n > SEVERAL ? N_STARTS : 2 * N_STARTS;
+    if (all->several && !all->is_found)
+        n_starts = N_FINALISTS; /* the first of several thresholds only leads to the next */
+    count = choose(&sample, hypotheses, count, r, n_starts, errors, starts);
+    count += fit_neighbourhoods(&sample, r, o->alignment, errors, starts + count);
+    count = refine(&sample, starts, count, r, N_FINALISTS, INFINITY, o->alignment, errors);
+    if (all->is_found)
+        starts[count++] = all->found;
+    double tolerance = c->n > SEVERAL ? TOLERANCE : FINE_TOLERANCE;
+    refine(c, starts, count, r, 1, tolerance * threshold * (double)c->n, o->alignment, errors);
+    release(&memory);
+    if (is_usable(starts)) {
+        all->found = starts[0];
+        all->is_found = true;
+    }
+    return true;
+}

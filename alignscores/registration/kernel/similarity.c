@@ -1,0 +1,303 @@
+/* Fits of similarities: to three cameras, frame to frame, and by weighted least squares. */
+
+#include "kernel.h"
+
+#define FLAT_SINE 1e-6     /* at the first corner; a flatter triangle has no usable normal */
+#define PARALLEL_SINE 1e-6 /* of directions that have no usable common normal */
+#define LINE_RATIO 1e-9    /* of singular values; the cameras are on a line */
+#define AT_ONCE 64         /* triplets */
+#define JACOBI_SWEEPS 4    /* after which the columns of a 3 x 3 matrix are orthogonal */
+
+/* Loops that call these are vectorised. */
+#define INLINED __attribute__((always_inline)) static inline
+
+static const matrix identity = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
+/* An axis of the smallest rotation between unit vectors; any normal if they are parallel. */
+static vector common_normal(vector a, vector b)
+{
+    vector axis = cross(a, b);
+    if (dot(axis, axis) <= PARALLEL_SINE * PARALLEL_SINE) {
+        double x = fabs(a.x), y = fabs(a.y), z = fabs(a.z);
+        vector shortest = x <= y && x <= z ? (vector){1, 0, 0}
+                          : y <= z         ? (vector){0, 1, 0}
+                                           : (vector){0, 0, 1};
+        axis = cross(a, shortest);
+    }
+    return axis;
+}
+
+/* Orthonormal axes: along the first edge, the triangle's normal, and normal to both. */
+typedef struct {
+    vector first, normal, third;
+} axes;
+
+static inline void complete_axes(axes *a)
+{
+    vector normal = minus(a->normal, times(dot(a->normal, a->first), a->first));
+    a->normal = over(normal, sqrt(dot(normal, normal)));
+    a->third = cross(a->first, a->normal);
+}
+
+static inline vector combined(const axes *a, double first, double normal, double third)
+{
+    return plus(plus(times(first, a->first), times(normal, a->normal)), times(third, a->third));
+}
+
+/* The rotation that takes axes a to axes b. */
+static inline matrix rotation_between(const axes *a, const axes *b)
+{
+    return (matrix){
+        combined(a, b->first.x, b->normal.x, b->third.x),
+        combined(a, b->first.y, b->normal.y, b->third.y),
+        combined(a, b->first.z, b->normal.z, b->third.z),
+    };
+}
+
+typedef struct {
+    vector edge_1, edge_2, centroid;
+    axes frame;
+    int flat; /* then there is no normal */
+} triangle;
+
+INLINED triangle measured(const double *points, size_t n, triplet t)
+{
+    vector a = point(points, n, t.i), b = point(points, n, t.j), c = point(points, n, t.k);
+    triangle m = {minus(b, a), minus(c, a), over(plus(plus(a, b), c), 3), {{0}}, 0};
+    m.frame.first = over(m.edge_1, sqrt(dot(m.edge_1, m.edge_1)));
+    m.frame.normal = cross(m.frame.first, m.edge_2);
+    double square = dot(m.frame.normal, m.frame.normal);
+    m.flat = square <= FLAT_SINE * FLAT_SINE * dot(m.edge_2, m.edge_2);
+    return m;
+}
+
+/* The similarity or rigid motion of two triangles, frame to frame; the normals are complete. */
+INLINED similarity between(triangle a, triangle b, int alignment)
+{
+    complete_axes(&a.frame);
+    complete_axes(&b.frame);
+    matrix rotation = rotation_between(&a.frame, &b.frame);
+    /* Sum of b . (R a) over sum of a . a, about the centroids. R takes first axis to first axis, so
+       three of the four products of edges follow from their lengths along these. */
+    double a_1 = dot(a.edge_1, a.frame.first), a_2 = dot(a.edge_2, a.frame.first);
+    double b_1 = dot(b.edge_1, b.frame.first), b_2 = dot(b.edge_2, b.frame.first);
+    double a_22 = dot(a.edge_2, a.edge_2), b_22 = dot(b.edge_2, rotated(rotation, a.edge_2));
+    double scale = (2 * (b_1 * a_1 + b_22) - b_1 * a_2 - b_2 * a_1)
+                   / (2 * (a_1 * a_1 + a_22 - a_1 * a_2));
+    scale = alignment == SIMILARITY ? scale : 1;
+    vector translation = minus(b.centroid, times(scale, rotated(rotation, a.centroid)));
+    return (similarity){scale, rotation, translation};
+}
+
+typedef struct {
+    vector gt_mean, est_mean, covariance[3]; /* estimate by ground truth */
+    double spread;                           /* of the estimate */
+} moments;
+
+EVERY_WIDTH
+static void weighted_means(const double *restrict gt, const double *restrict est, size_t n,
+                           const double *restrict weights, moments *restrict m)
+{
+    double sum = 0, x = 0, y = 0, z = 0, u = 0, v = 0, w = 0;
+#pragma omp simd reduction(+ : sum, x, y, z, u, v, w)
+    for (size_t i = 0; i < n; i++) {
+        sum += weights[i];
+        x += weights[i] * gt[i];
+        y += weights[i] * gt[n + i];
+        z += weights[i] * gt[2 * n + i];
+        u += weights[i] * est[i];
+        v += weights[i] * est[n + i];
+        w += weights[i] * est[2 * n + i];
+    }
+    sum = fmax(sum, DBL_MIN);
+    m->gt_mean = over((vector){x, y, z}, sum);
+    m->est_mean = over((vector){u, v, w}, sum);
+}
+
+EVERY_WIDTH
+static void cross_covariance(const double *restrict gt, const double *restrict est, size_t n,
+                             const double *restrict weights, moments *restrict m)
+{
+    const vector gt_mean = m->gt_mean, est_mean = m->est_mean;
+    double spread = 0, ux = 0, uy = 0, uz = 0, vx = 0, vy = 0, vz = 0, wx = 0, wy = 0, wz = 0;
+#pragma omp simd reduction(+ : spread, ux, uy, uz, vx, vy, vz, wx, wy, wz)
+    for (size_t i = 0; i < n; i++) {
+        vector a = minus(point(gt, n, i), gt_mean), b = minus(point(est, n, i), est_mean);
+        vector weighted = times(weights[i], b);
+        spread += dot(weighted, b);
+        ux += weighted.x * a.x;
+        uy += weighted.x * a.y;
+        uz += weighted.x * a.z;
+        vx += weighted.y * a.x;
+        vy += weighted.y * a.y;
+        vz += weighted.y * a.z;
+        wx += weighted.z * a.x;
+        wy += weighted.z * a.y;
+        wz += weighted.z * a.z;
+    }
+    m->covariance[0] = (vector){ux, uy, uz};
+    m->covariance[1] = (vector){vx, vy, vz};
+    m->covariance[2] = (vector){wx, wy, wz};
+    m->spread = spread;
+}
+
+/* Turn two columns so that they become orthogonal, and their axes with them. */
+static inline void orthogonalise(vector *a, vector *b, vector *axis_a, vector *axis_b)
+{
+    double product = dot(*a, *b), a_square = dot(*a, *a), b_square = dot(*b, *b);
+    if (product * product <= DBL_EPSILON * DBL_EPSILON * a_square * b_square)
+        return;
+    double ratio = (b_square - a_square) / (2 * product);
+    double tangent = copysign(1, ratio) / (fabs(ratio) + sqrt(1 + ratio * ratio));
+    double cosine = 1 / sqrt(1 + tangent * tangent), sine = cosine * tangent;
+    vector c = *a, axis_c = *axis_a;
+    *a = minus(times(cosine, c), times(sine, *b));
+    *b = plus(times(sine, c), times(cosine, *b));
+    *axis_a = minus(times(cosine, axis_c), times(sine, *axis_b));
+    *axis_b = plus(times(sine, axis_c), times(cosine, *axis_b));
+}
+
+/* The rotation that correlates best with a matrix, from its singular value decomposition by one-sided
+   Jacobi rotations. On a line it is the smallest one. */
+static matrix best_rotation(const vector m[3])
+{
+    vector c[3] = {{m[0].x, m[1].x, m[2].x}, {m[0].y, m[1].y, m[2].y}, {m[0].z, m[1].z, m[2].z}};
+    vector v[3] = {identity.x, identity.y, identity.z};
+    for (int sweep = 0; sweep < JACOBI_SWEEPS; sweep++) {
+        orthogonalise(&c[0], &c[1], &v[0], &v[1]);
+        orthogonalise(&c[0], &c[2], &v[0], &v[2]);
+        orthogonalise(&c[1], &c[2], &v[1], &v[2]);
+    }
+    int first = 0, last = 0;
+    for (int k = 1; k < 3; k++) {
+        first = dot(c[k], c[k]) > dot(c[first], c[first]) ? k : first;
+        last = dot(c[k], c[k]) <= dot(c[last], c[last]) ? k : last;
+    }
+    int middle = 3 - first - last;
+    double largest = sqrt(dot(c[first], c[first]));
+    axes a = {.first = v[first], .normal = v[middle]};
+    axes b = {.first = over(c[first], largest), .normal = c[middle]};
+    if (sqrt(dot(c[middle], c[middle])) <= LINE_RATIO * largest)
+        a.normal = b.normal = common_normal(a.first, b.first);
+    complete_axes(&a);
+    complete_axes(&b);
+    return rotation_between(&a, &b);
+}
+
+/* The rotation about the third axis that correlates best with a matrix of numbers up to 1; none where
+   all do alike. Return whether that is so. */
+static bool best_turn(const vector m[3], matrix *rotation)
+{
+    double cosine = m[0].x + m[1].y, sine = m[1].x - m[0].y;
+    double length = sqrt(cosine * cosine + sine * sine);
+    bool is_free = !(length > FLAT_SINE * FLAT_SINE);
+    cosine = is_free ? 1 : cosine / length;
+    sine = is_free ? 0 : sine / length;
+    *rotation = (matrix){{cosine, -sine, 0}, {sine, cosine, 0}, {0, 0, 1}};
+    return is_free;
+}
+
+/* The least-squares alignment, with errors in the ground truth: Umeyama's fit of the estimate to the
+   ground truth, inverted. Not usable where none is the best. Return whether a turn is free. */
+bool weighted_fit(const cameras *c, const double *weights, int alignment, similarity *found)
+{
+    moments m;
+    weighted_means(c->gt, c->est, c->n, weights, &m);
+    cross_covariance(c->gt, c->est, c->n, weights, &m);
+    vector *rows = m.covariance;
+    double largest = 0, scale = 1;
+    for (size_t i = 0; i < 3; i++)
+        largest = fmax(largest, fmax(fabs(rows[i].x), fmax(fabs(rows[i].y), fabs(rows[i].z))));
+    for (size_t i = 0; i < 3; i++)
+        rows[i] = over(rows[i], largest);
+    matrix r;
+    bool is_free = alignment == YAW && best_turn(rows, &r);
+    if (alignment != YAW)
+        r = largest > 0 || alignment == SIMILARITY ? best_rotation(rows) : identity;
+    if (alignment == SIMILARITY)
+        scale = m.spread / ((dot(r.x, rows[0]) + dot(r.y, rows[1]) + dot(r.z, rows[2])) * largest);
+    vector translation = minus(m.est_mean, times(scale, rotated(r, m.gt_mean)));
+    *found = (similarity){scale, r, translation};
+    return is_free;
+}
+
+static inline void set(double (*rows)[AT_ONCE], size_t t, vector v)
+{
+    rows[0][t] = v.x;
+    rows[1][t] = v.y;
+    rows[2][t] = v.z;
+}
+
+/* Fit triplets as if no triangle were flat, many at once; mark those that are. */
+EVERY_WIDTH
+static void fit_triangles(const double *restrict gt, const double *restrict est, size_t n,
+                          const triplet *restrict triplets, size_t count, int alignment,
+                          double (*restrict rows)[AT_ONCE], double *restrict flat)
+{
+#pragma omp simd
+    for (size_t t = 0; t < count; t++) {
+        triangle a = measured(gt, n, triplets[t]), b = measured(est, n, triplets[t]);
+        similarity s = between(a, b, alignment);
+        flat[t] = a.flat | b.flat;
+        rows[0][t] = s.scale;
+        set(rows + 1, t, s.rotation.x);
+        set(rows + 4, t, s.rotation.y);
+        set(rows + 7, t, s.rotation.z);
+        set(rows + 10, t, s.translation);
+    }
+}
+
+/* Fit a triplet whose triangle is flat: the spin about its line is that of the smallest rotation. */
+static similarity fit_flat(const cameras *c, triplet t, int alignment)
+{
+    triangle a = measured(c->gt, c->n, t), b = measured(c->est, c->n, t);
+    a.frame.normal = b.frame.normal = common_normal(a.frame.first, b.frame.first);
+    return between(a, b, alignment);
+}
+
+/* Turn a triplet about the third axis; return whether the turn is free, as both stand upright. */
+static bool fit_turn(const cameras *c, triplet t, similarity *found)
+{
+    const uint32_t corners[3] = {t.i, t.j, t.k};
+    const double weights[3] = {1, 1, 1};
+    double gt[9], est[9];
+    for (size_t k = 0; k < 9; k++) {
+        gt[k] = c->gt[k / 3 * c->n + corners[k % 3]];
+        est[k] = c->est[k / 3 * c->n + corners[k % 3]];
+    }
+    return weighted_fit(&(cameras){3, gt, est}, weights, YAW, found);
+}
+
+/* Fit all triplets, which are reordered; those with a free spin or turn come last. Return how many do
+   not have one. */
+size_t fit_triplets(const cameras *c, triplet *triplets, size_t count, int alignment,
+                    similarity *fits)
+{
+    size_t n_fits = 0, n_free = 0;
+    double rows[13][AT_ONCE], is_free[AT_ONCE];
+    for (size_t first = 0; first < count; first += AT_ONCE) {
+        const triplet *some = triplets + first;
+        size_t n_some = smaller(AT_ONCE, count - first);
+        if (alignment != YAW)
+            fit_triangles(c->gt, c->est, c->n, some, n_some, alignment, rows, is_free);
+        for (size_t t = 0; t < n_some; t++) {
+            double *numbers = &fits[n_fits].scale;
+            if (alignment == YAW)
+                is_free[t] = fit_turn(c, some[t], &fits[n_fits]);
+            else
+                for (size_t k = 0; k < 13; k++)
+                    numbers[k] = rows[k][t];
+            if (is_free[t] > 0)
+                triplets[n_free++] = some[t];
+            else
+                n_fits++;
+        }
+    }
+    for (size_t t = 0; t < n_free; t++) {
+        if (alignment == YAW)
+            fit_turn(c, triplets[t], &fits[n_fits + t]);
+        else
+            fits[n_fits + t] = fit_flat(c, triplets[t], alignment);
+    }
+    return n_fits;
+}
