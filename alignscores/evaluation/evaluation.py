@@ -106,7 +106,7 @@ class Evaluation:
     >>> poses[:, :3, 3] = np.random.default_rng(0).random((40, 3))
     >>> reference = Trajectory(np.arange(40) / 10, poses)
     >>> evaluate(reference, Trajectory(reference.keys[:20], poses[:20]))
-    Evaluation(name='estimate', tas=0.5, ras=0.5, pas=0.5, lost=0.5)
+    Evaluation(name='estimate', tas=0.75, ras=0.75, pas=0.75, lost=0.25)
     """
 
     name: str
