@@ -155,8 +155,8 @@ def _all_runs(
             if name == system:
                 paths.setdefault(sequence, {})[run] = path
         if any(paths[sequence] for sequence in sequences):
-            due = expected.get(system, expected.get(""))
-            of_system = _runs_of_system(system, paths, due, expect_all)
+            expected_runs = expected.get(system, expected.get(""))
+            of_system = _runs_of_system(system, paths, expected_runs, expect_all)
             runs += [run for run in of_system if run.sequence in sequences]
         else:
             problems.append(f"system {system}: has no run on a sequence with a reference; left out")

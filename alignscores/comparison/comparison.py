@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ..evaluation.evaluation import finite_or_none
-from ..evaluation.notes import collected_warnings, why
+from ..evaluation.evaluation import LOST, finite_or_none
+from ..evaluation.notes import collected_warnings, ends_notes, why
 from ..evaluation.settings import Settings
 from ..parallel import run_parallel
 from ..texts import first_few, printable
@@ -249,7 +249,8 @@ def compare_runs(
     if not runs:
         raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
     summary = summarise(runs, settings.metrics, settings.form)
-    return Comparison(benchmark, settings, summary, problems, [*notes, *_notes_of_runs(runs)])
+    notes += [*_notes_of_sequences(runs), *_notes_of_runs(runs)]
+    return Comparison(benchmark, settings, summary, problems, notes)
 
 
 def settings_of_run(benchmark: Benchmark, run: Run, settings: Settings) -> Settings:
@@ -298,6 +299,17 @@ def _scored(tasks: Mapping[Run, Task], jobs: int, progress: Progress) -> list[tu
             missing = f"{run.system}: has no run {run.run} on {run.sequence}"
             outcomes[run] = Outcome({}, error=missing)
     return [(run, outcomes[run]) for run in tasks]
+
+
+def _notes_of_sequences(runs: Sequence[tuple[Run, Outcome]]) -> list[str]:
+    """Return which of the time of a sequence none of its runs covers."""
+    notes: list[str] = []
+    for sequence in dict.fromkeys(run.sequence for run, _ in runs):
+        timed = [found for run, found in runs if run.sequence == sequence and len(found.stamps)]
+        covered = [found.statuses != LOST for found in timed]
+        of_all = ends_notes([found.stamps for found in timed], covered)
+        notes += [f"{sequence}: {note}" for note in of_all]
+    return notes
 
 
 def _notes_of_runs(runs: Sequence[tuple[Run, Outcome]]) -> list[str]:

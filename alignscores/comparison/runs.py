@@ -55,6 +55,7 @@ class Outcome:
     n_parts: int = 1
     n_rows: int = 0  # of the reference
     rows: Indices = field(default_factory=NO_ROWS)  # in the reference, ascending
+    stamps: Floats = field(default_factory=NO_NUMBERS)  # in seconds; none of images and rows
     statuses: NDArray[np.uint8] = field(default_factory=NO_CODES)  # of `Evaluation`
     # Aligned centres (n, 3), and errors in the reference's unit and in degrees; a failure's are not
     # finite.
@@ -140,6 +141,7 @@ def _outcome(evaluation: Evaluation) -> Outcome:
         n_parts=max(len(evaluation.parts), 1),
         n_rows=len(evaluation.reference.keys),
         rows=matches.gt_rows,
+        stamps=matches.keys if matches.keys.dtype.kind == "f" else np.empty(0),
         statuses=evaluation.statuses,
         positions=evaluation.positions,
         position_errors=result.tas.errors,

@@ -111,12 +111,14 @@ def match_estimate(
         unit=settings.unit,
         **options,
     )
-    if len(matches.keys) < min(4, len(reference.keys)):
+    n_poses = len(np.unique(matches.est_rows[matches.est_rows >= 0]))
+    n_scored = n_poses if settings.missing == "ignore" else len(matches.keys)
+    if n_scored < min(4, len(reference.keys)):
         shown = {"missing": settings.missing_cameras, **options}
         given = ", ".join(f"--{key} {value}" for key, value in shown.items() if value is not None)
         hint = unit_hint(reference.keys, estimate.keys) if timed else ""
         raise ValueError(
-            f"only {matches.matched} of {len(estimate.keys)} poses could be matched to the "
+            f"only {n_poses} of {len(estimate.keys)} poses could be matched to the "
             f"reference, and it takes 4{given and f' ({given})'}{hint}"
         )
     return matches

@@ -131,15 +131,19 @@ def _gaps_note(matches: Matches, estimate: Trajectory, max_gap: float) -> str:
     )
 
 
-def ends_notes(frames: Floats, estimates_cover: Sequence[Booleans]) -> list[str]:
-    """Say that no estimate covers the beginning or the end of the expected frames, if so."""
-    covered = np.flatnonzero(np.any(estimates_cover, axis=0)) if estimates_cover else np.empty(0)
-    if not len(covered):
+def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[str]:
+    """Say that no estimate covers the beginning or the end of the expected time, if so.
+
+    Each estimate has the stamps of its expected frames, and tells which of them it covers.
+    """
+    if not expected:
         return []
-    first, last = frames[covered[0]], frames[covered[-1]]
+    frames = np.concatenate(expected)
+    with_pose = frames[np.concatenate(covered)]
+    first, last = with_pose.min(), with_pose.max()
     ends = (
-        ("first", first - frames[0], f"--t_start {first:.3f}"),
-        ("last", frames[-1] - last, f"--t_end {last:.3f}"),
+        ("first", first - frames.min(), f"--t_start {first:.3f}"),
+        ("last", frames.max() - last, f"--t_end {last:.3f}"),
     )
     return [
         f"no estimate covers the {which} {seconds:.1f} s of the reference; {option} leaves them out"

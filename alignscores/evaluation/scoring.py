@@ -109,14 +109,8 @@ def evaluate(
 
 def notes_of_all(evaluations: Sequence[Evaluation]) -> list[str]:
     """Return the notes on all estimates of a reference: which of its time none of them covers."""
-    timed = [
-        found.matches
-        for found in evaluations
-        if found.matches.keys.dtype.kind == "f" and found.settings.missing_cameras == "fail"
-    ]
-    if len({len(matches.keys) for matches in timed}) != 1:  # of frames with offsets of their own
-        return []
-    return ends_notes(timed[0].keys, [matches.est_rows >= 0 for matches in timed])
+    timed = [found.matches for found in evaluations if found.matches.keys.dtype.kind == "f"]
+    return ends_notes([found.keys for found in timed], [found.est_rows >= 0 for found in timed])
 
 
 class _Scores(NamedTuple):

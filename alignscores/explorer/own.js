@@ -38,7 +38,7 @@
     };
     const all = Array.from(one.rows.keys());
     const estimated = all.filter((camera) => !isLost(one, camera));
-    one.due = { fail: of(one, all), ignore: of(one, estimated) };
+    one.scored = { fail: of(one, all), ignore: of(one, estimated) };
     one.cameraOf = new Map(all.map((camera) => [one.rows[camera], camera]));
     return one;
   });
@@ -71,14 +71,14 @@
   const { change, state } = kept;
   const SETTING = ["threshold", "degrees", "quantile", "steps", "weight", "missing"];
   const shown = () => estimates[state.estimate - 1];
-  const due = (one = shown()) => one.due[state.missing];
+  const scored = (one = shown()) => one.scored[state.missing];
   const unitOf = (one) => run.unit ?? one.units[Math.round(state.quantile * QUANTILES) - 1] ?? NaN;
   const options = (kind) => ({ thresholds: state.steps, maxThreshold: kind === "position" ? state.threshold : state.degrees });
   const unit = (kind, one = shown()) => (kind === "position" ? unitOf(one) : 1);
   const largest = (kind, one = shown()) => unit(kind, one) * options(kind).maxThreshold;
   const isRun = () => kept.isDefault(SETTING);
 
-  const scoreOf = (kind, one = shown()) => (positive(unit(kind, one)) ? score(due(one)[kind], unit(kind, one), options(kind)) : NaN);
+  const scoreOf = (kind, one = shown()) => (positive(unit(kind, one)) ? score(scored(one)[kind], unit(kind, one), options(kind)) : NaN);
   function scores(one) {
     const [tas, ras] = Object.keys(KINDS).map((kind) => scoreOf(kind, one));
     return { TAS: tas, RAS: ras, PAS: pas(tas, ras, state.weight) };
@@ -97,7 +97,7 @@
   function fillTable() {
     for (const { one, cells } of rows) {
       const found = scores(one);
-      const errors = due(one);
+      const errors = scored(one);
       const failed = errors.cameras.filter((camera) => one.position[camera] === Infinity || one.rotation[camera] === Infinity).length;
       const values = [
         digits(found.TAS), digits(found.RAS), digits(found.PAS), number(unitOf(one), 4), errors.cameras.length, failed,
@@ -129,7 +129,7 @@
     weight: [WEIGHTS, (value) => `${number(value)} TAS + ${number(1 - value)} RAS`],
   }, kept, SETTING);
   at("quantile").disabled = run.unit !== null;
-  at("missing").disabled = !estimates.some((one) => one.due.fail.cameras.length > one.due.ignore.cameras.length);
+  at("missing").disabled = !estimates.some((one) => one.scored.fail.cameras.length > one.scored.ignore.cameras.length);
 
   // Picking: one camera, a row of the reference, that is marked wherever it is.
   const marks = new Map(); // place -> function that marks the picked camera there
@@ -195,7 +195,7 @@
     const { name, colour, unit: word } = KINDS[kind];
     return (host, id) => {
       const one = shown();
-      const { cameras, sorted } = due();
+      const { cameras, sorted } = scored();
       const values = one[kind];
       const finite = sorted[kind].filter((value) => value > 0 && value < Infinity);
       const limit = largest(kind);
@@ -264,13 +264,13 @@
         y: { domain: [0, 1], format: (value) => `${number(100 * value)} %`, label: "cameras below" },
         left: 52, right: 20,
       });
-      const { cameras, sorted } = due();
+      const { cameras, sorted } = scored();
       const points = cumulative(sorted[kind], cameras.length, limit, state.steps);
       const outline = points.map(([x, y]) => `L${made.x(x).toFixed(1)} ${made.y(y).toFixed(1)}`).join("");
       made.plot.append(element("path", { class: "fill", d: `M${made.x(0)} ${made.y(0)}${outline}V${made.y(0)}Z` }));
       for (const other of estimates) {
         if (other === one) continue;
-        const { cameras: all, sorted: errors } = due(other);
+        const { cameras: all, sorted: errors } = scored(other);
         line(made, cumulative(errors[kind], all.length, limit, state.steps), { colour, ghost: true, width: 1.4 });
       }
       line(made, points, { colour });
@@ -305,7 +305,7 @@
   const once = memory();
   function profileOf(one, kind, units) {
     const key = [kind, state.steps, state.missing, estimates.indexOf(one)].join();
-    return once(key, () => profile(due(one)[kind], units, { thresholds: state.steps }));
+    return once(key, () => profile(scored(one)[kind], units, { thresholds: state.steps }));
   }
 
   function profileChart(kind) {
@@ -395,7 +395,7 @@
     at("marks").setAttribute("viewBox", `0 0 ${scene.clientWidth} ${scene.clientHeight}`);
     const project = camera3d();
     const one = shown();
-    const { cameras } = due();
+    const { cameras } = scored();
     const values = one[state.colour];
     const limit = largest(state.colour);
 
@@ -471,7 +471,7 @@
     const box = scene.getBoundingClientRect();
     const [x, y] = [event.clientX - box.left, event.clientY - box.top];
     let [found, best] = [-1, reach * reach];
-    for (const camera of due().cameras) {
+    for (const camera of scored().cameras) {
       const distance = (spots[2 * camera] - x) ** 2 + (spots[2 * camera + 1] - y) ** 2;
       if (distance < best) [found, best] = [camera, distance];
     }
@@ -519,7 +519,7 @@
     const steps = { PageDown: 1, PageUp: -1 };
     if (key in views) view(views[key]);
     else if (key in steps) {
-      const { cameras } = due();
+      const { cameras } = scored();
       const now = cameras.indexOf(picked());
       pick(cameras[Math.min(Math.max(now + steps[key], 0), cameras.length - 1)] ?? -1, true);
     } else return false;

@@ -32,7 +32,7 @@ def reference_gap(stamps: Floats, rate: float) -> float:
     """Return the seconds beyond which a reference has a gap: two steps of its expected frames."""
     steps = np.diff(stamps)
     usual = float(np.median(steps)) if len(steps) else 0.0
-    return 2 * max(1 / rate, usual)
+    return 2 * max(1 / rate, usual) + ROUNDING
 
 
 def reference_at(

@@ -5,8 +5,7 @@ import os
 import sys
 import zlib
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from contextvars import ContextVar
+from contextlib import suppress
 from dataclasses import dataclass
 from io import BytesIO, TextIOWrapper
 from itertools import islice
@@ -61,9 +60,6 @@ class FileError(ValueError):
 FAILURES = ArithmeticError, MemoryError, OSError, RecursionError, ValueError
 
 
-_KEPT: ContextVar[dict[str, bytes]] = ContextVar("_KEPT")  # of `reading_once`
-
-
 @dataclass(frozen=True)
 class Source:
     """The file that an array was read from, and the place of each row in it."""
@@ -95,25 +91,11 @@ def refuse_more(path: FilePath, number: int, most: int, unit: str = "bytes") -> 
         raise FileError(path, f"has more than {most} {unit}; set {LIMIT} higher to read it")
 
 
-@contextmanager
-def reading_once() -> Iterator[None]:
-    """Let whoever reads a file again within this have the same content, whatever became of it."""
-    token = _KEPT.set(_KEPT.get({}))
-    try:
-        yield
-    finally:
-        _KEPT.reset(token)
-
-
 def read_bytes(path: FilePath, most: int | None = None) -> bytes:
     """Return the content of a file, which may be compressed or stdin, if it is not too large."""
-    most, kept = most or most_bytes(), _KEPT.get(None)
-    data = kept.get(str(path)) if kept else None
-    if data is None:
-        data = _unpacked(path, most)
+    most = most or most_bytes()
+    data = _unpacked(path, most)
     refuse_more(path, len(data), most)
-    if kept is not None:
-        kept[str(path)] = data
     return data
 
 

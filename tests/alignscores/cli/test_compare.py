@@ -13,7 +13,9 @@ def test_progress_is_shown_on_a_terminal(benchmark_of, run_compare, monkeypatch)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     code, _, err = run_compare(*patterns, "--jobs", 1)
     assert code == 0
-    assert err.endswith("\r\x1b[Kscoring 1/2\r\x1b[Kscoring 2/2\r\x1b[K")
+    shown, _, notes = err.rpartition("\r\x1b[K")
+    assert shown.endswith("\r\x1b[Kscoring 1/2\r\x1b[Kscoring 2/2")
+    assert all(line.startswith("alignscores: note: ") for line in notes.splitlines())
 
 
 def test_a_dry_run_shows_what_is_found_and_what_is_left_out(benchmark_of, run_compare, tmp_path):

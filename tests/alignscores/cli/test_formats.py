@@ -33,7 +33,7 @@ def test_every_format_scores_the_same_scene_the_same(form, score, examples):
         *("PAS_seeds", "ATE", "n", "lost", "matched", "missing", "non_finite", "no_position"),
         *("no_rotation", "duplicate", "unmatched", "unit", "within_unit", "within_10_deg"),
         *("half_distance", "half_angle", "n_hypotheses", "alignment", "body_rotation"),
-        *("parts", "notes", "metrics", "scale"),
+        *("parts", "notes", "metrics", "scale", "chance"),
     }
     assert result["n"] == 40
     assert result["TAS_seeds"][0] == pytest.approx(expected.tas.score, abs=1e-12)

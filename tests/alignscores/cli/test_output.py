@@ -160,14 +160,20 @@ def test_what_comes_compressed_or_by_a_pipe_scores_alike(score, examples, tmp_pa
     assert scored[0] == scored[1] == scored[2]
 
 
-def test_what_had_to_be_guessed_is_noted(run):
+def shifted(lines, seconds):
+    """Lines of a TUM file with another clock."""
+    stamped = [line.split(maxsplit=1) for line in lines]
+    return [f"{float(stamp) + seconds:.3f} {pose}" for stamp, pose in stamped]
+
+
+def test_what_had_to_be_guessed_is_noted(run, lines, write):
     files = ("nerf/reference.json", "colmap/estimate", "--est_format", "colmap")
     code, _, notes = run("nerf", *files)
     assert code == 0
     assert "images are matched by the end of their path: 'images/0000.png' and '0000.png'" in notes
-    code, _, notes = run(*TUM, "--t_offset", "auto")
+    code, _, notes = run(*TUM[:2], write(shifted(lines, 0.35)), "--t_offset", "auto")
     assert code == 0
-    assert re.search(r"note: estimate.txt: time offset of -?0\.00\d\d s found", notes)
+    assert re.search(r"note: est.txt: time offset of -0\.35\d\d s added to its stamps", notes)
 
 
 def test_the_alignment_takes_the_estimate_to_the_reference(score, examples):
@@ -190,17 +196,13 @@ def test_a_narrow_terminal(run, monkeypatch):
     assert lines[-1].startswith("no room for: < 10 deg, < d, ATE m, d m, n")
 
 
-def test_notes_that_are_alike_are_one(run, tmp_path, examples, lines, write):
+def test_notes_that_are_alike_are_one(run, lines, write):
     """As of estimates of one system with its clock off."""
-    names = [f"est{number}.txt" for number in range(3)]
-    shifted = [f"{float(line.split()[0]) + 0.35:.3f} {line.split(maxsplit=1)[1]}" for line in lines]
-    files = [write(shifted, name) for name in names]
-    err = run(*TUM[:2], *files)[2]
-    notes = err.splitlines()
-    assert "est0.txt: its time stamps seem to be off" in notes[0]
-    assert "est0.txt: 4 of 38 poses have no reference pose near them in time" in notes[1]
-    assert all(note.endswith(" (and alike for 2 more)") for note in notes)
-    assert len(notes) == 2
+    files = [write(shifted(lines, 0.35), f"est{number}.txt") for number in range(3)]
+    clock, unmatched = run(*TUM[:2], *files)[2].splitlines()
+    assert "est0.txt: its clock seems to be off: with --t_offset -0.35" in clock
+    assert "est0.txt: 4 of 38 poses have no reference pose near them in time" in unmatched
+    assert all(note.endswith(" (and alike for 2 more)") for note in (clock, unmatched))
 
 
 def test_progress_is_for_a_terminal_and_leaves_nothing_there(run, monkeypatch):

@@ -29,48 +29,43 @@ def task(tmp_path):
     return task
 
 
-@pytest.mark.parametrize(
-    ("step", "every", "half"), [(None, 2, pytest.approx(0, abs=1e-9)), (0.1, 1, np.inf)]
-)
-def test_all_that_is_known_of_a_run(task, step, every, half):
+def test_all_that_is_known_of_a_run(task):
     """Every second pose, half as large, without an error: but some have no rotation or position."""
     estimate = POSES[:18:2].copy()
     estimate[:, 1:4] = estimate[:, 1:4] / 2 + 1
     estimate[3, 4:] = np.nan
     estimate[5, 1:4] = np.nan
     settings = {"unit": 0.5, "max_gap": 0.15, "metrics": ("ate:rmse", "kitti")}
-    found = evaluate_run(replace(task(estimate, **settings), step=step))
+    found = evaluate_run(task(estimate, **settings))
 
-    n = N // every
-    rows = np.arange(0, N, every)
+    rows = np.arange(N)
     status = {0: "matched", 2: "matched", 6: "no rotation", 10: "no position"}
     status |= dict.fromkeys([4, 8, 12, 14, 16], "matched")
     assert found.error == ""
     assert found.scores == {
-        **dict.fromkeys(("TAS", "RAS", "PAS"), pytest.approx(8 / n)),
-        **{"half_distance": half, "half_angle": half},
+        **dict.fromkeys(("TAS", "RAS", "PAS"), pytest.approx(8 / N)),
+        **{"half_distance": np.inf, "half_angle": np.inf},
         **{"ate:rmse": pytest.approx(0, abs=1e-9), "kitti": np.inf},
     }
-    assert (found.n, found.failures, found.n_parts, found.n_rows) == (n, n - 7, 1, N)
+    assert (found.n, found.failures, found.n_parts, found.n_rows) == (N, N - 7, 1, N)
     assert (found.unit, found.scale) == (0.5, pytest.approx(0.5))
-    assert found.lost == pytest.approx(1 - 7 / n)
+    assert found.lost == pytest.approx(1 - 7 / N)
     assert found.rows.tolist() == rows.tolist()
     assert [STATUSES[code] for code in found.statuses] == [
         status.get(row, "lost") for row in rows.tolist()
     ]
     placed = np.isin(rows, [0, 2, 4, 6, 8, 12, 14, 16])
-    np.testing.assert_allclose(found.positions[placed], POSITIONS[rows[placed]], atol=1e-9)
+    np.testing.assert_allclose(found.positions[placed], POSITIONS[placed], atol=1e-9)
     assert np.isnan(found.positions[~placed]).all()
     np.testing.assert_allclose(found.position_errors, np.where(placed, 0, np.inf), atol=1e-9)
     turned = np.isin(rows, [0, 2, 4, 8, 10, 12, 14, 16])
     np.testing.assert_allclose(found.rotation_errors, np.where(turned, 0, np.inf), atol=1e-9)
-    why, counted = found.notes
-    assert why.startswith("no value of kitti: ")
-    assert counted == "without a value, counted as failures: kitti"
+    assert any(note.startswith("no value of kitti: ") for note in found.notes)
+    assert found.notes[-1] == "without a value, counted as failures: kitti"
 
 
 def test_of_few_cameras_there_is_no_distance_and_no_failure(task):
-    found = evaluate_run(replace(task(POSES[:4], t_end=0.3), step=0.1))
+    found = evaluate_run(task(POSES[:4], t_end=0.3))
     values = {name: found.scores[name] for name in ("RAS", "half_distance")}
     assert values == {"RAS": 1.0, "half_distance": pytest.approx(np.nan, nan_ok=True)}
     assert found.notes[-1] == "too few cameras for half_distance: left out of its means"
@@ -89,9 +84,10 @@ def test_conventions_and_clock_are_looked_at_where_they_are_to_be(task):
     inverse = POSES.copy()
     inverse[:, 4:7] *= -1
     turned = task(inverse)
-    assert evaluate_run(turned).notes == []
-    (note,) = evaluate_run(replace(turned, check=True)).notes
-    assert note.startswith("the rotations seem to be world-to-camera")
+    for check in (False, True):
+        notes = evaluate_run(replace(turned, check=check)).notes
+        hints = [note for note in notes if "the rotations seem to be world-to-camera" in note]
+        assert len(hints) == check
 
 
 def test_a_run_without_a_file_has_nothing(task):

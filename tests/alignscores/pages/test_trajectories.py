@@ -143,15 +143,15 @@ def test_numbers_after_a_change_are_python_s(saved, numbers, matches, seed):
 
 
 def test_missing_cameras_fail_or_are_left_out_under_the_same_alignment(saved, numbers, matches):
-    ignored, due = matches("ignore"), matches("fail")
-    assert len(due.keys) > len(ignored.keys)
+    ignored, failing = matches("ignore"), matches("fail")
+    assert len(failing.keys) > len(ignored.keys)
     for run, other in (("ignore", "fail"), ("fail", "ignore")):
         html, _ = saved(*TUM, *PAPER, *AT_STAMPS, "--missing", run)
-        poses = {"ignore": ignored, "fail": due}
-        unit = closest_pair_quartile(due.gt_poses[:, :3, 3])
+        poses = {"ignore": ignored, "fail": failing}
+        unit = closest_pair_quartile(failing.gt_poses[:, :3, 3])
         errors = pas(poses[run].gt_poses, poses[run].est_poses, unit=unit)
         n = len(poses[other].keys)
-        rows = np.searchsorted(due.keys, ignored.keys)
+        rows = np.searchsorted(failing.keys, ignored.keys)
         scores = []
         for score, largest in ((errors.tas, unit), (errors.ras, 10.0)):
             values = np.full(n, np.inf)
