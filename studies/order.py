@@ -16,6 +16,8 @@ import scipy
 from numpy.typing import ArrayLike
 
 from alignscores.arrays import Floats
+from alignscores.comparison.statistics import beats
+from alignscores.comparison.statistics import holm as holm  # for the studies
 from experiments.grid import CELL_SETTINGS
 from experiments.metrics import Column
 
@@ -118,10 +120,7 @@ def shares(values: Sequence[ArrayLike], pairs: Sequence[tuple[int, int]]) -> lis
 
 def in_order(better: Floats, worse: Floats) -> Floats:
     """Tell of each pair of trials whether it is in the right order, (n, m); a tie is a half."""
-    lower, upper = better[:, None], worse
-    right = (lower < upper) + (lower == upper) / 2
-    right[np.isnan(lower) | np.isnan(upper)] = 0.5
-    return np.asarray(right)
+    return beats(worse, better[:, None])  # larger is worse
 
 
 def estimate(found: Sequence[Floats] | Floats) -> Order:
@@ -182,16 +181,3 @@ def needed(found: Order) -> float:
 def mean_needed(found: Iterable[Order]) -> float:
     """Return the mean of those needed; it is more than what the mean order needs."""
     return float(np.mean(list(map(needed, found))))
-
-
-def holm(p_values: ArrayLike) -> Floats:
-    """Adjust p-values, of any shape, by Holm's method; NaN is a test that cannot be made.
-
-    Where those below a level are called significant, the probability that any is so by chance is
-    at most this level (Holm, Scand. J. Statistics 1979).
-    """
-    p = pd.Series(np.ravel(np.asarray(p_values, dtype=np.float64)))
-    rising = p.dropna().sort_values(kind="stable")
-    adjusted = (rising * np.arange(len(rising), 0, -1)).cummax().clip(upper=1)
-    found: Floats = np.reshape(adjusted.reindex(p.index).to_numpy(), np.shape(p_values))
-    return found

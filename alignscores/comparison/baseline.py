@@ -1,77 +1,109 @@
-"""A comparison against a saved one: what is new or gone, and which systems are certainly worse.
+"""A comparison against a saved one: what is new or gone, and which systems are better or worse.
 
-The runs of a system now and those that were saved are compared as two systems are, on the sequences
-of both, with an interval of 95 % for each system.
+The runs of a system now and those that were saved are compared as two systems are.
 """
 
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import permutations
 from typing import Any
 
-from ..evaluation.evaluation import finite_or_none
 from ..evaluation.settings import Settings
 from ..metrics import metric
-from ..texts import column_widths, padded, printable
+from ..texts import first_few, printable
 from ..trajectories.files import FileError
 from ..trajectories.files.text import read_text
 from .benchmark import Run
-from .comparison import Comparison
 from .runs import COLUMNS, Outcome
-from .summary import summarise
+from .statistics import LEVEL, holm
+from .summary import Pair, Result, Results, Summary, by_system, compared
+from .tables import Cell, Table, number
+from .verdicts import interval_text, p_text
 
-__all__ = ["Changes", "changes", "read_baseline"]
+__all__ = ["Change", "Changes", "changes", "read_baseline"]
 
-NOW, SAVED = "now", "saved"
 NEEDED = {"sequence", "system", "run", "error", "metrics", "n", "lost", "unit", *COLUMNS}
 ELSEWHERE = ("frames",)  # settings that are paths: what changed shows in d
 
-Entry = dict[str, Any]  # of the JSON output
-Runs = list[tuple[Run, Outcome]]
+Place = tuple[str, str]  # a system and a sequence
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class Change:
+    """The runs of a system now (a) and saved (b), with Holm's one-sided p-values over systems."""
+
+    system: str
+    pair: Pair
+    worse: float
+    better: float
+
+    @property
+    def change(self) -> str | None:
+        """What is significant."""
+        return "worse" if self.worse <= LEVEL else "better" if self.better <= LEVEL else None
+
+
+@dataclass(frozen=True, eq=False)
 class Changes:
     """What changed against a saved comparison, by one metric."""
 
     file: str
     metric: str
     notes: list[str]  # what is new or gone, and what does not compare
-    systems: list[Entry]  # those that are in both
+    gone: list[Place]  # where there was a run, and is none
+    saved: Mapping[str, Results]  # by system, what compares
+    systems: list[Change]
 
     @property
-    def worse(self) -> bool:
-        """Whether a system is certainly worse."""
-        return any(entry["change"] == "worse" for entry in self.systems)
+    def may_be_worse(self) -> bool:
+        """Whether there are enough runs for a significant change."""
+        tests = [one.pair.test for one in self.systems if one.pair.test]
+        n_tested = sum(test.smallest <= LEVEL for test in tests)
+        return any(test.smallest * n_tested <= LEVEL for test in tests if n_tested)
 
-    def to_dict(self) -> Entry:
-        """Return what the JSON output has of it."""
-        return {**vars(self), "file": printable(self.file), "worse": self.worse}
+    def to_dict(self) -> dict[str, Any]:
+        """Return what the JSON output has of it, in which numbers may not be finite."""
+        systems = [
+            {
+                "system": one.system,
+                "saved": one.pair.means[1],
+                "now": one.pair.means[0],
+                "wins": one.pair.wins,
+                "difference": one.pair.difference.value,
+                "low": one.pair.difference.low,
+                "high": one.pair.difference.high,
+                "p_worse": one.worse,
+                "p_better": one.better,
+                "change": one.change,
+            }
+            for one in self.systems
+        ]
+        found = {"file": printable(self.file), "metric": self.metric, "notes": self.notes}
+        return found | {"systems": systems}
 
-    def table(self) -> list[list[str]]:
-        """Return a header, and a row of texts for each system."""
-        rows = [["system", SAVED, NOW, "difference", "95 % interval", "change"]]
-        for entry in self.systems:
-            saved, now = (_number(entry[key], ".4g") for key in (SAVED, NOW))
-            difference, low, high = (
-                _number(entry[key], "+.4g") for key in ("difference", "low", "high")
+    def table(self, names: Mapping[str, str]) -> Table:
+        """Return a row for each system."""
+        header = ["system", "saved", "now", "wins", "difference", "change"]
+        rows = []
+        for one in self.systems:
+            change = one.change or "not significant"
+            p = one.better if one.change == "better" else one.worse
+            texts = (
+                names[one.system],
+                number(one.pair.means[1]),
+                number(one.pair.means[0]),
+                f"{one.pair.wins:.0%}",
+                interval_text(one.pair.difference),
+                "too few runs" if math.isnan(p) else f"{change} ({p_text(p)})",
             )
-            interval = "-" if entry["low"] is None else f"{low} to {high}"
-            change = entry["change"] or "none that is certain"
-            rows.append([printable(entry["system"]), saved, now, difference, interval, change])
-        return rows
-
-    def as_text(self) -> str:
-        """Return the table for a terminal, and the notes."""
-        rows = self.table()
-        widths = column_widths(rows)
-        lines = ["  ".join(map(padded, row, widths)).rstrip() for row in rows]
-        return "\n".join([f"{self.metric} against {printable(self.file)}", *lines, *self.notes])
+            rows.append(list(map(Cell, texts)))
+        return Table(header, rows)
 
 
-def read_baseline(file: str, settings: Settings) -> list[Entry]:
-    """Return the results of a saved comparison, which must have been made with these settings."""
+def read_baseline(file: str, settings: Settings) -> list[Result]:
+    """Return the runs of a saved comparison, which must have been made with these settings."""
     text = read_text(file)
     try:
         saved = json.loads(text)
@@ -85,112 +117,68 @@ def read_baseline(file: str, settings: Settings) -> list[Entry]:
         if name not in ELSEWHERE and saved.get(name, value) != value:
             was = json.dumps(saved[name])
             raise FileError(file, f"has {name} {was}, not {json.dumps(value)}: nothing compares")
-    return list(results)
+    return list(map(_saved_run, results))
 
 
-def changes(
-    comparison: Comparison, file: str, results: Sequence[Mapping[str, Any]], name: str
-) -> Changes:
-    """Compare all systems by a metric with the saved results of the same benchmark."""
-    now, saved = comparison.summary.runs, [_saved_run(result, name) for result in results]
-    notes = [
-        f"{what}: {', '.join(map(printable, names))}"
-        for first, second, new in ((now, saved, "new"), (saved, now, "gone"))
-        for what, names in _only_in(first, second, new)
-    ]
-    for sequence in comparison.summary.sequences:
-        units = [_unit(runs, sequence) for runs in (saved, now)]
-        if all(units) and not math.isclose(*units, rel_tol=1e-6):
-            notes.append(
-                f"left out: sequence {printable(sequence)}, whose d was {units[0]:.4g} and is "
-                f"{units[1]:.4g}"
-            )
-            now = [(run, outcome) for run, outcome in now if run.sequence != sequence]
-    both = {_place(run) for run, _ in now} & {_place(run) for run, _ in saved}
-    systems = []
-    for system in comparison.summary.systems:
-        pair = [
-            (replace(run, system=which), outcome)
-            for which, runs in ((NOW, now), (SAVED, saved))
-            for run, outcome in runs
-            if run.system == system and _place(run) in both
-        ]
-        if pair:
-            systems.append({"system": system, **_change(pair, name, comparison)})
-    return Changes(file, name, notes, systems)
-
-
-def _saved_run(result: Mapping[str, Any], name: str) -> tuple[Run, Outcome]:
-    """Return a saved run with its value of the metric; null stands for an infinite one."""
-    value = {**result, **result["metrics"]}.get(name)
+def _saved_run(result: Mapping[str, Any]) -> Result:
+    """Return a saved run; null stands for an infinite error."""
+    found = {name: result[name] for name in COLUMNS} | result["metrics"]
+    values = {name: metric(name).worst if v is None else v for name, v in found.items()}
     run = Run(result["sequence"], result["system"], result["run"], result.get("file"))
     outcome = Outcome(
-        {name: metric(name).worst if value is None else value},
+        values,
         n=result["n"],
         unit=result["unit"] or math.nan,
         n_parts=result.get("parts", 1),
         error=result["error"] or "",
     )
-    return run, outcome
+    return Result(run, outcome)
 
 
-def _only_in(first: Runs, second: Runs, new: str) -> list[tuple[str, list[str]]]:
-    """Return the sequences, systems and runs that are in the first alone, each with what it is."""
-    found = []
-    told: set[Run] = set()
-    for kind in ("sequence", "system"):
-        known = {getattr(run, kind) for run, _ in second}
-        runs = [run for run, _ in first if getattr(run, kind) not in known]
-        if runs:
-            found.append(
-                (f"{new} {kind}s", list(dict.fromkeys(getattr(run, kind) for run in runs)))
-            )
-            told.update(runs)
-    there = {(*_place(run), run.run) for run, _ in second}
-    others = [run for run, _ in first if run not in told and (*_place(run), run.run) not in there]
-    if others:
-        found.append(
-            (f"{new} runs", [f"{run.system} on {run.sequence}, {run.run}" for run in others])
-        )
-    return found
-
-
-def _place(run: Run) -> tuple[str, str]:
-    return run.system, run.sequence
-
-
-def _unit(runs: Runs, sequence: str) -> float:
-    """Return d of a sequence; 0 where no run on it was scored."""
-    units = [outcome.unit for run, outcome in runs if run.sequence == sequence]
-    return max((unit for unit in units if math.isfinite(unit)), default=0.0)
-
-
-def _change(runs: Runs, name: str, comparison: Comparison) -> Entry:
-    """Return how the runs of a system now differ from the saved ones."""
-    extra = [] if name in COLUMNS else [name]
-    summary = summarise(runs, extra, comparison.settings.form)
-    means = {which: finite_or_none(summary.entries[which, None][name]) for which in (NOW, SAVED)}
-    found = [
-        entry
-        for entry in summary.comparisons
-        if (entry["metric"], entry["sequence"]) == (name, None)
+def changes(
+    summary: Summary, file: str, saved: Sequence[Result], name: str, paired: bool = False
+) -> Changes:
+    """Compare all systems by a metric with the saved runs of the same benchmark."""
+    now = summary.results
+    places = [dict.fromkeys(map(_place, results)) for results in (now, saved)]
+    new, gone = (
+        [place for place in one if place not in other] for one, other in permutations(places)
+    )
+    notes = [
+        f"{what}: {first_few([printable(f'{system} on {sequence}') for system, sequence in found])}"
+        for what, found in (("new", new), ("gone", gone))
+        if found
     ]
-    entry = found[0] if found else {}
-    better = {entry.get("a"): "a", entry.get("b"): "b"}
-    sign = 1 if entry.get("a") == NOW else -1
-    ends = sorted(sign * entry.get(key, math.nan) for key in ("low", "high"))
-    change = None
-    if entry.get("better"):
-        change = "better" if entry["better"] == better[NOW] else "worse"
-    return {
-        **means,
-        "difference": finite_or_none(sign * entry.get("difference", math.nan)),
-        "low": finite_or_none(ends[0]),
-        "high": finite_or_none(ends[1]),
-        "question": entry.get("question"),
-        "change": change,
+    saved, left_out = _of_same_unit(summary, saved)
+    before, after = by_system(saved), by_system(now)
+    pairs = {
+        system: pair
+        for system in summary.systems
+        if system in before
+        if (pair := compared(after[system], before[system], name, paired))
     }
+    tests = [p.test if p.test and p.test.smallest <= LEVEL else None for p in pairs.values()]
+    worse = holm([test.worse if test else math.nan for test in tests]).tolist()
+    better = holm([test.better if test else math.nan for test in tests]).tolist()
+    systems = list(map(Change, pairs, pairs.values(), worse, better))
+    return Changes(file, name, notes + left_out, gone, before, systems)
 
 
-def _number(value: float | None, form: str) -> str:
-    return "-" if value is None else format(value, form)
+def _of_same_unit(summary: Summary, saved: Sequence[Result]) -> tuple[list[Result], list[str]]:
+    """Leave out saved runs on sequences whose d has changed, with a note."""
+    units = {r.run.sequence: r.outcome.unit for r in summary.results if not r.failed}
+    was = {r.run.sequence: r.outcome.unit for r in saved if not r.failed}
+    changed = {
+        sequence
+        for sequence in units.keys() & was.keys()
+        if not math.isclose(units[sequence], was[sequence], rel_tol=1e-6)
+    }
+    notes = [
+        f"left out: sequence {printable(one)}, whose d was {was[one]:.4g} and is {units[one]:.4g}"
+        for one in sorted(changed)
+    ]
+    return [result for result in saved if result.run.sequence not in changed], notes
+
+
+def _place(result: Result) -> Place:
+    return result.run.system, result.run.sequence

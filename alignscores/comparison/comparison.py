@@ -10,6 +10,7 @@ from typing import Any
 from ..evaluation.evaluation import LOST, finite_or_none
 from ..evaluation.notes import collected_warnings, ends_notes, why
 from ..evaluation.settings import Settings
+from ..metrics import metric
 from ..parallel import run_parallel
 from ..texts import first_few, printable
 from ..trajectories.extras import require
@@ -21,8 +22,9 @@ from .patterns import Pattern
 from .runs import COLUMNS, Outcome, Task, evaluate_run, forget_references, reference_of
 from .summary import Summary, summarise
 from .tables import Names
+from .verdicts import verdict
 
-__all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "settings_of_run"]
+__all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "finite", "settings_of_run"]
 
 YAML = ".yaml", ".yml"
 Progress = Callable[[str], None]
@@ -30,7 +32,7 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Systems with their means, differences and ranks; `compare` makes it.
+    """Systems with their means, ranks, and how often one beats another; `compare` returns it.
 
     Parameters
     ----------
@@ -39,11 +41,11 @@ class Comparison:
     settings : Settings
         How the runs were scored, where the benchmark says nothing else.
     summary : Summary
-        Results of the runs, means, differences with intervals, and ranks.
+        Results of the runs, means, pairs of systems, and ranks.
     problems : list of str
         What was left out, and why.
     notes : list of str
-        What one should know about the runs, each note once.
+        Notes on the runs, each once.
 
     Examples
     --------
@@ -61,7 +63,7 @@ class Comparison:
 
     def __repr__(self) -> str:
         systems, sequences = self.summary.systems, self.summary.sequences
-        runs, failed = len(self.summary.runs), len(self.failed)
+        runs, failed = len(self.summary.results), len(self.failed)
         return f"Comparison({systems=}, {sequences=}, {runs=}, {failed=})"
 
     @property
@@ -76,7 +78,7 @@ class Comparison:
         >>> comparison.failed
         []
         """
-        return [outcome.error for _, outcome in self.summary.runs if outcome.error]
+        return [r.outcome.error for r in self.summary.results if r.failed]
 
     @property
     def names(self) -> Names:
@@ -95,6 +97,28 @@ class Comparison:
             _shown(self.summary.systems, of_systems), _shown(self.summary.sequences, of_sequences)
         )
 
+    def verdict(self, by: str = "PAS") -> list[str]:
+        """Return in words which systems are ahead, and how certain that is.
+
+        Parameters
+        ----------
+        by : str
+            The metric.
+
+        Returns
+        -------
+        list of str
+            A few sentences; none for a single system.
+
+        Examples
+        --------
+        >>> from alignscores import compare
+        >>> patterns = "tests/data/tum/reference.txt", "tests/data/tum/{system}.txt"
+        >>> compare(*patterns, format="tum").verdict()
+        []
+        """
+        return verdict(self.summary, metric(by).name, self.names.systems)
+
     def to_dict(self) -> dict[str, Any]:
         """Return what the command prints with ``--json``.
 
@@ -102,8 +126,9 @@ class Comparison:
         -------
         dict
             Settings, ``problems``, and the lists ``results`` (one entry a run), ``systems`` (one a
-            system and sequence, and over all) and ``comparisons``. Infinite and unknown numbers
-            are None. The keys are described in ``docs/reference/results.md``.
+            system and sequence, and over all) and ``comparisons`` (one a pair of systems, sequence
+            and metric). Infinite and unknown numbers are None. The keys are described in
+            ``docs/reference/results.md``.
 
         Examples
         --------
@@ -119,9 +144,9 @@ class Comparison:
             **self.settings.to_dict(),
             "missing": self.settings.missing_cameras,  # an older name of the same
             "problems": [printable(problem) for problem in self.problems],
-            "results": _finite(summary.results),
-            "systems": _finite(summary.in_order()),
-            "comparisons": _finite(summary.comparisons),
+            "results": [finite(result.to_dict()) for result in summary.results],
+            "systems": [finite(entry.to_dict()) for entry in summary.entries.values()],
+            "comparisons": [finite(pair.to_dict()) for pair in summary.pairs],
         }
 
     def to_frame(self) -> Any:
@@ -130,7 +155,8 @@ class Comparison:
         Returns
         -------
         pandas.DataFrame
-            One row a system and sequence, and one over all with the sequence None.
+            One row a system and sequence, and one over all with the sequence None; the columns
+            are those of ``--csv``.
 
         Raises
         ------
@@ -145,10 +171,7 @@ class Comparison:
         >>> comparison.to_frame()["system"].to_list()
         ['estimate', 'estimate']
         """
-        rows = [
-            {key: value for key, value in entry.items() if key != "rank"}
-            for entry in self.summary.in_order()
-        ]
+        rows = [entry.to_dict() for entry in self.summary.entries.values()]
         return require("pandas", "tables").DataFrame(rows)
 
 
@@ -158,6 +181,7 @@ def compare(
     settings: Settings | None = None,
     *,
     expect_all: bool = False,
+    paired: bool = False,
     jobs: int = 1,
     cache: str | Path | None = None,
     **changes: Any,
@@ -177,6 +201,8 @@ def compare(
     expect_all : bool
         Whether each system was to be run on each sequence, so that it failed where it has no run;
         by default it was not tried there, unless the YAML file says how many ``runs`` there are.
+    paired : bool
+        Whether runs of the same name belong together, such as those of one seed.
     jobs : int
         Processes side by side.
     cache : path, optional
@@ -187,7 +213,7 @@ def compare(
     Returns
     -------
     Comparison
-        Means, differences with their intervals, ranks, and all results.
+        Means, how often one system beats another, ranks, and all results.
 
     Raises
     ------
@@ -199,13 +225,13 @@ def compare(
     >>> from alignscores import compare
     >>> folder = "tests/data/tum"
     >>> found = compare(f"{folder}/reference.txt", f"{folder}/{{system}}.txt", format="tum")
-    >>> found.summary.systems, found.summary.entries["estimate", None]["PAS"]
+    >>> found.summary.systems, found.summary.entries["estimate", None].mean("PAS")
     (['estimate'], 0.8709)
     """
     settings = replace(settings or Settings(), **changes)
     benchmark = find_benchmark(references, estimates, settings.format, expect_all)
     folder = None if cache is None else Path(cache)
-    return compare_runs(benchmark, settings, jobs=jobs, cache=folder)
+    return compare_runs(benchmark, settings, paired=paired, jobs=jobs, cache=folder)
 
 
 def find_benchmark(
@@ -225,6 +251,7 @@ def compare_runs(
     benchmark: Benchmark,
     settings: Settings,
     *,
+    paired: bool = False,
     jobs: int,
     cache: Path | None,
     progress: Progress = lambda text: None,
@@ -248,7 +275,7 @@ def compare_runs(
     runs = _scored(tasks, jobs, progress)
     if not runs:
         raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
-    summary = summarise(runs, settings.metrics, settings.form)
+    summary = summarise(runs, settings.metrics, settings.form, paired)
     notes += [*_notes_of_sequences(runs), *_notes_of_runs(runs)]
     return Comparison(benchmark, settings, summary, problems, notes)
 
@@ -330,10 +357,10 @@ def _shown(keys: Sequence[str], options: Mapping[str, Mapping[str, Any]]) -> dic
     return {key: printable(str(options.get(key, {}).get("name", key))) for key in keys}
 
 
-def _finite(value: Any) -> Any:
-    """Return None in place of numbers that JSON has not."""
+def finite(value: Any) -> Any:
+    """Return a value with None in place of numbers that JSON does not have."""
     if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
+        return {key: finite(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_finite(entry) for entry in value]
+        return [finite(entry) for entry in value]
     return finite_or_none(value) if isinstance(value, float) else value

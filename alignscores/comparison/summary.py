@@ -1,297 +1,380 @@
-"""What the runs say about the systems: means, differences with intervals, ranks."""
+"""What the runs say about the systems: means, how often one beats another, ranks."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
 
+from ..arrays import Floats
 from ..metrics import header, metric
 from ..trajectories.formats import Format
-from .answers import NOTHING, Cell, answers, chosen
+from . import statistics
 from .benchmark import Run
-from .intervals import LEVEL, Failures, Interval, error_of_pair
 from .runs import COLUMNS, Outcome
+from .statistics import LEVEL, MIN_SEQUENCES, Interval, Test
 
-__all__ = ["Summary", "summarise"]
+__all__ = ["WITHIN", "Entry", "Pair", "Result", "Summary", "by_system", "compared", "summarise"]
+
+WITHIN = "ranks within sequences"
+
+Rank = tuple[int, int]  # the first and the last place that a system may have
 
 
-Entry = dict[str, Any]  # of the JSON output
+@dataclass(frozen=True, eq=False)
+class Result:
+    """A run and what became of it; a failed one has the worst values that there are."""
+
+    run: Run
+    outcome: Outcome
+
+    @property
+    def failed(self) -> bool:
+        """Whether the run is missing, or could not be scored."""
+        return bool(self.outcome.error)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the entry of the JSON output, in which numbers may be infinite."""
+        outcome, scores = self.outcome, self.outcome.scores
+        return {
+            **vars(self.run),
+            "status": ("failed" if self.run.file else "missing") if self.failed else "scored",
+            "error": outcome.error or None,
+            **{name: scores[name] for name in COLUMNS},
+            "metrics": {name: scores[name] for name in scores if name not in COLUMNS},
+            "n": outcome.n,
+            "failures": outcome.failures,
+            "lost": outcome.lost,
+            "unit": outcome.unit,
+            "parts": outcome.n_parts,
+            "scale": outcome.scale,
+            "notes": outcome.notes,
+        }
+
+
+Results = Mapping[str, Sequence[Result]]  # the runs of a system, by sequence
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """A system on a sequence, or over all (None): means over runs, and then over sequences."""
+
+    system: str
+    sequence: str | None
+    results: Results
+    ranks: Mapping[str, Rank | None]
+
+    @property
+    def runs(self) -> int:
+        """How many runs there should be."""
+        return sum(map(len, self.results.values()))
+
+    @property
+    def failed(self) -> int:
+        """How many of them failed or are missing."""
+        return sum(result.failed for own in self.results.values() for result in own)
+
+    @property
+    def failing(self) -> tuple[float, float]:
+        """The interval of the probability that a run fails."""
+        return statistics.failure_interval(self.failed, self.runs)
+
+    @property
+    def lost(self) -> float:
+        """Share of the expected time, or cameras, without a pose."""
+        return _mean(self._means(lambda result: result.outcome.lost))
+
+    def mean(self, name: str) -> float:
+        """Return the mean of a metric: a failed run has a score of 0, and an infinite error."""
+        return _mean(self._means(lambda result: result.outcome.scores[name]))
+
+    def mean_of_scored(self, name: str) -> float:
+        """Return the mean of a metric over the runs that did not fail."""
+        return _mean(self._means(lambda r: math.nan if r.failed else r.outcome.scores[name]))
+
+    def deviation(self, name: str) -> float:
+        """Return the standard deviation of the runs, or over all of the means on sequences."""
+        values = self._means(lambda result: result.outcome.scores[name])
+        if self.sequence is not None:
+            values = [result.outcome.scores[name] for result in self.results[self.sequence]]
+        known = len(values) > 1 and bool(np.isfinite(values).all())
+        return float(np.std(values, ddof=1)) if known else math.nan
+
+    def _means(self, value: Callable[[Result], float]) -> list[float]:
+        return [_mean(map(value, own)) for own in self.results.values()]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return a row of the JSON output, CSV and table of pandas."""
+        results = [result for own in self.results.values() for result in own]
+        low, high = self.failing
+        found = {
+            "system": self.system,
+            "sequence": self.sequence,
+            "sequences": len(self.results),
+            "runs": self.runs,
+            "failed_runs": self.failed,
+            "failing_low": low,
+            "failing_high": high,
+            "n": sum(result.outcome.n for result in results),
+            "failures": sum(result.outcome.failures for result in results),
+            "lost": self.lost,
+        }
+        for name, rank in self.ranks.items():
+            found[name] = self.mean(name)
+            found[f"{name}_sd"] = self.deviation(name)
+            found[f"{name}_scored"] = self.mean_of_scored(name)
+            found[f"{name}_rank_best"], found[f"{name}_rank_worst"] = rank or (None, None)
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """How often runs of a system beat those of another by a metric, and how that was tested.
+
+    It is for a sequence, or over all (None); the p-values are Holm's.
+    """
+
+    a: str
+    b: str
+    sequence: str | None
+    metric: str
+    runs: Sequence[tuple[Floats, Floats]]  # on each sequence that both were tried on
+    means: tuple[float, float]  # on these
+    wins: float  # of a
+    difference: Interval
+    method: str
+    test: Test | None  # none of models in different numbers of parts
+    like_these: Test | None  # for other sequences like these, of which there are enough
+    p: float = math.nan  # not tested
+    p_like_these: float = math.nan
+
+    @property
+    def tested(self) -> bool:
+        """Whether so many runs can give a significant difference."""
+        return self.test is not None and self.test.possible
+
+    @property
+    def better(self) -> str | None:
+        """The system that is significantly ahead."""
+        return self._ahead(self.p, self.test)
+
+    @property
+    def better_like_these(self) -> str | None:
+        """The system that is significantly ahead on sequences like these."""
+        return self._ahead(self.p_like_these, self.like_these)
+
+    def _ahead(self, p: float, test: Test | None) -> str | None:
+        if test is None or not p <= LEVEL:
+            return None
+        return self.a if test.better < test.worse else self.b
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the entry of the JSON output, in which numbers may be unknown (NaN)."""
+        return {
+            "a": self.a,
+            "b": self.b,
+            "sequence": self.sequence,
+            "metric": self.metric,
+            "sequences": len(self.runs),
+            "wins": self.wins,
+            "difference": self.difference.value,
+            "low": self.difference.low,
+            "high": self.difference.high,
+            "method": self.method if self.tested else None,
+            "p_alone": _p(self.test if self.tested else None),
+            "p": self.p,
+            "better": self.better,
+            "p_like_these": self.p_like_these,
+            "better_like_these": self.better_like_these,
+        }
 
 
 @dataclass(frozen=True, eq=False)
 class Summary:
-    """All that is shown; the entries are those of the JSON output, with infinite numbers."""
+    """All that is shown of a comparison."""
 
     headers: dict[str, str]  # what was measured, and how it heads a column
     sequences: list[str]
     systems: list[str]  # from the best to the worst by their overall PAS
-    runs: list[tuple[Run, Outcome]]  # those that failed or are missing, too
-    results: list[Entry]  # one entry a run
-    entries: dict[tuple[str, str | None], Entry]  # of system and sequence; None: over all
-    comparisons: list[Entry]  # one entry a pair of systems, sequence or None, and metric
+    results: list[Result]
+    entries: dict[tuple[str, str | None], Entry]  # where the system was tried
+    pairs: list[Pair]
+    length: str  # unit of positions, where it is known
 
-    def in_order(self) -> list[Entry]:
-        """Return the entries, sequence by sequence, those over all at the end."""
-        return [
-            self.entries[system, sequence]
-            for sequence in [*self.sequences, None]
-            for system in self.systems
-            if self.entries[system, sequence]["runs"]
-        ]
+    def of(self, system: str, sequence: str) -> Sequence[Result]:
+        """Return the runs of a system on a sequence."""
+        return self.entries[system, None].results.get(sequence, [])
+
+    def ranked(self, by: str) -> list[str]:
+        """Return the systems from the best to the worst by a metric, over all."""
+
+        def place(system: str) -> list[float]:
+            entry = self.entries[system, None]
+            means = (-_sign(by) * value for value in (entry.mean(by), entry.mean_of_scored(by)))
+            return [math.inf if math.isnan(value) else value for value in means]
+
+        return sorted(self.systems, key=place)
+
+    def pairs_by(self, name: str, sequence: str | None = None) -> list[Pair]:
+        """Return the pairs of systems by a metric, on a sequence or over all."""
+        return [pair for pair in self.pairs if (pair.metric, pair.sequence) == (name, sequence)]
 
 
 def summarise(
     runs: Sequence[tuple[Run, Outcome]],
     metrics: Sequence[str],
     form: Format,
+    paired: bool = False,
 ) -> Summary:
     """Summarise scored, failed and missing runs; a system without any was not tried there."""
     names = [*COLUMNS, *metrics]
     sequences = list(dict.fromkeys(run.sequence for run, _ in runs))
-    not_given = {sequence: _not_given(runs, sequence, names) for sequence in sequences}
-    runs = [
-        (run, replace(outcome, scores=not_given[run.sequence]) if outcome.error else outcome)
-        for run, outcome in runs
-    ]
-    systems = list(dict.fromkeys(run.system for run, _ in runs))
-    due = {
-        sequence: max(outcome.n for run, outcome in runs if run.sequence == sequence)
-        for sequence in sequences
-    }
-    results = [_result(run, outcome, due[run.sequence], metrics) for run, outcome in runs]
-    groups = {
-        (system, sequence): _Group(
-            [
-                (result, outcome)
-                for result, (run, outcome) in zip(results, runs, strict=True)
-                if (run.system, run.sequence) == (system, sequence)
-            ],
-            names,
-        )
-        for system in systems
-        for sequence in sequences
-    }
+    results = [result for sequence in sequences for result in _results(runs, sequence, names)]
+    systems = by_system(results)
+    pairs: list[Pair] = []
     entries: dict[tuple[str, str | None], Entry] = {}
-    for system in systems:
-        for sequence in sequences:
-            entries[system, sequence] = _entry(system, sequence, groups[system, sequence])
-        of_system = [entries[system, sequence] for sequence in sequences]
-        entries[system, None] = _overall(system, [of for of in of_system if of["runs"]], names)
-    systems.sort(key=lambda system: (-entries[system, None]["PAS"], system))
-    comparisons = []
-    for name in names:
-        failures = {system: _failures(groups, system, name) for system in systems}
-        for place in [*sequences, None]:
-            at = [system for system in systems if entries[system, place]["runs"]]
-            within = sequences if place is None else [place]
-            pairs, ranks = _column(groups, failures, at, place, within, name)
-            comparisons += pairs
-            for system in systems:
-                entries[system, place].setdefault("rank", {})[name] = ranks.get(system)
+    for sequence in [*sequences, None]:
+        there = _there(systems, sequence)
+        own = {name: _pairs(there, sequence, name, paired) for name in names}
+        ranks = {name: _ranks(of_name) for name, of_name in own.items()}
+        for system, tried in there.items():
+            of_system = {name: ranks[name].get(system) for name in names}
+            entries[system, sequence] = Entry(system, sequence, tried, of_system)
+        pairs += [pair for of_name in own.values() for pair in of_name]
+    order = sorted(systems, key=lambda system: (-entries[system, None].mean("PAS"), system))
     length = form.unit if form.unit == "m" else ""
     headers = {name: header(name, length) for name in names}
-    return Summary(headers, sequences, systems, list(runs), results, entries, comparisons)
+    return Summary(headers, sequences, order, results, entries, pairs, length)
 
 
-def _not_given(
+def by_system(results: Iterable[Result]) -> dict[str, dict[str, list[Result]]]:
+    """Return runs by system and sequence."""
+    found: dict[str, dict[str, list[Result]]] = {}
+    for result in results:
+        found.setdefault(result.run.system, {}).setdefault(result.run.sequence, []).append(result)
+    return found
+
+
+def _results(
     runs: Sequence[tuple[Run, Outcome]], sequence: str, names: Sequence[str]
-) -> dict[str, float]:
-    """Return NaN for what no run on a sequence is given, so that those that failed lack nothing."""
-    scored = [of for run, of in runs if run.sequence == sequence and not of.error]
-    return {
-        name: math.nan
-        for name in names
-        if scored and all(math.isnan(_value(outcome, name)) for outcome in scored)
-    }
+) -> list[Result]:
+    """Return the runs on a sequence; what no scored one is given, a failed one does not lack."""
+    own = [(run, outcome) for run, outcome in runs if run.sequence == sequence]
+    scored = [outcome for _, outcome in own if not outcome.error]
+    n = max((outcome.n for outcome in scored), default=0)
+    worst = {name: metric(name).worst for name in names}
+    if scored:
+        missing = (name for name in names if all(math.isnan(o.scores[name]) for o in scored))
+        worst |= dict.fromkeys(missing, math.nan)
+    failed = {run: replace(of, scores=worst, n=n, failures=n) for run, of in own if of.error}
+    return [Result(run, failed.get(run, outcome)) for run, outcome in own]
 
 
-class _Group:
-    """The runs of a system on a sequence: values by metric, those of runs that did not fail apart.
-
-    A run that has an infinite error has failed by this metric. A value that is not given (NaN), as
-    a distance of few cameras, is left out.
-    """
-
-    def __init__(self, runs: Sequence[tuple[Entry, Outcome]], names: Sequence[str]) -> None:
-        self.results = [result for result, _ in runs]
-        self.n_parts = {outcome.n_parts for _, outcome in runs if outcome.n}
-        self.values = {name: [_value(outcome, name) for _, outcome in runs] for name in names}
-        self.scored = {
-            name: [
-                value
-                for value, (_, outcome) in zip(values, runs, strict=True)
-                if math.isfinite(value) and not outcome.error
-            ]
-            for name, values in self.values.items()
-        }
-
-    def cell(self, name: str) -> Cell:
-        """Return what is compared: the values, and how many failed of the runs that have any."""
-        given = sum(not math.isnan(value) for value in self.values[name])
-        return Cell(self.scored[name], Failures(given - len(self.scored[name]), given))
-
-
-def _value(outcome: Outcome, name: str) -> float:
-    """Return what a run has of a metric; of a failed one it is the worst there is."""
-    return outcome.scores.get(name, metric(name).worst)
-
-
-def _result(run: Run, outcome: Outcome, due: int, metrics: Sequence[str]) -> Entry:
-    scored = not outcome.error
-    return {
-        "sequence": run.sequence,
-        "system": run.system,
-        "run": run.run,
-        "file": run.file,
-        "status": "scored" if scored else "missing" if run.file is None else "failed",
-        "error": outcome.error or None,
-        **{name: _value(outcome, name) for name in COLUMNS},
-        "metrics": {name: _value(outcome, name) for name in metrics},
-        "n": outcome.n if scored else due,
-        "failures": outcome.failures if scored else due,
-        "lost": outcome.lost if scored else 1.0,
-        "unit": outcome.unit if scored else None,
-        "parts": outcome.n_parts,
-        "scale": outcome.scale if math.isfinite(outcome.scale) else None,
-        "notes": outcome.notes,
-    }
-
-
-def _entry(system: str, sequence: str, group: _Group) -> Entry:
-    """Return the means of a system on a sequence, and its counts."""
-    results = group.results
-    failed = sum(result["status"] != "scored" for result in results)
-    return {
-        "system": system,
-        "sequence": sequence,
-        "runs": len(results),
-        "failed_runs": failed,
-        "n": sum(result["n"] for result in results),
-        "failures": sum(result["failures"] for result in results),
-        "lost": _mean([result["lost"] for result in results]),
-        **_means(group.values),
-        "failing": _failing(failed, len(results)),
-        "scored": {name: _mean(values) for name, values in group.scored.items()},
-    }
-
-
-def _overall(system: str, entries: Sequence[Entry], names: Sequence[str]) -> Entry:
-    """Return the means of a system over the sequences, with the counts of all runs."""
-    keys = ("runs", "failed_runs", "n", "failures")
-    counts = {key: sum(entry[key] for entry in entries) for key in keys}
-    return {
-        "system": system,
-        "sequence": None,
-        **counts,
-        "lost": _mean([entry["lost"] for entry in entries]),
-        "sequences": len(entries),
-        **_means({name: [entry[name] for entry in entries] for name in names}),
-        "failing": _failing(counts["failed_runs"], counts["runs"]),
-        "scored": {name: _mean([entry["scored"][name] for entry in entries]) for name in names},
-    }
-
-
-def _failing(failed: int, runs: int) -> Interval | None:
-    """Return the interval of the probability that a run fails."""
-    return Failures(failed, runs).limits(1 - LEVEL) if runs else None
-
-
-def _given(values: Iterable[float]) -> list[float]:
-    return [value for value in values if not math.isnan(value)]
+def _there(systems: Mapping[str, Results], sequence: str | None) -> Mapping[str, Results]:
+    """Return the systems that were tried on a sequence, with their runs there."""
+    if sequence is None:
+        return systems
+    return {name: {sequence: own[sequence]} for name, own in systems.items() if sequence in own}
 
 
 def _mean(values: Iterable[float]) -> float:
-    """Return the mean of the values that are given."""
-    given = _given(values)
+    """Return the mean; distances that are not given, of too few cameras, are left out."""
+    given = [value for value in values if not math.isnan(value)]
     return float(np.mean(given)) if given else math.nan
 
 
-def _means(values: Mapping[str, Sequence[float]]) -> dict[str, float | None]:
-    """Return the mean of each metric, and its standard deviation where there is one."""
-    given = {name: _given(several) for name, several in values.items()}
-    return {name: _mean(several) for name, several in given.items()} | {
-        f"{name}_sd": float(np.std(several, ddof=1))
-        if len(several) > 1 and np.isfinite(several).all()
-        else None
-        for name, several in given.items()
-    }
+def _sign(name: str) -> int:
+    return 1 if metric(name).family.larger_is_better else -1
 
 
-Groups = Mapping[tuple[str, str], _Group]
+def _p(test: Test | None) -> float:
+    return test.p if test else math.nan
 
 
-def _column(
-    groups: Groups,
-    failures: Mapping[str, Failures],
-    systems: Sequence[str],
-    place: str | None,
-    sequences: Sequence[str],
-    name: str,
-) -> tuple[list[Entry], dict[str, list[int]]]:
-    """Return the comparisons of systems by a metric at a place, and their ranks there.
+def _pairs(
+    systems: Mapping[str, Results], sequence: str | None, name: str, paired: bool
+) -> list[Pair]:
+    """Return all pairs of systems that share sequences, with Holm's p-values."""
+    both = [
+        (a, b, compared(systems[a], systems[b], name, paired)) for a, b in combinations(systems, 2)
+    ]
+    pairs = [replace(pair, a=a, b=b, sequence=sequence) for a, b, pair in both if pair]
+    p = statistics.holm([_p(pair.test if pair.tested else None) for pair in pairs])
+    p_like_these = statistics.holm([_p(pair.like_these) for pair in pairs])
+    return [
+        replace(pair, p=float(own), p_like_these=float(new))
+        for pair, own, new in zip(pairs, p, p_like_these, strict=True)
+    ]
 
-    Two systems are compared on the sequences that both were tried on; `failures` are those of all
-    runs. Where models are in different numbers of parts nothing compares. Ranks are for new runs,
-    unless some pair can be compared for new sequences alone.
+
+def compared(first: Results, second: Results, name: str, paired: bool = False) -> Pair | None:
+    """Compare two systems by a metric on the sequences that both were tried on.
+
+    Sequences with several runs of each are the better evidence: where there are any, others are
+    left out. None stands for no shared sequence.
     """
-    parts = [groups[system, sequence].n_parts for system in systems for sequence in sequences]
-    if len(set().union(*parts)) > 1:
-        return [], {}
-    error = error_of_pair(len(systems))
-    found = {}
-    for a, b in combinations(systems, 2):
-        cells = [
-            (groups[a, sequence].cell(name), groups[b, sequence].cell(name))
-            for sequence in sequences
-        ]
-        if both := [pair for pair in cells if all(cell.failures.of for cell in pair)]:
-            found[a, b] = both, answers(both, name, error, [failures[a], failures[b]])
-    question = chosen([answer for _, answer in found.values()])
-    comparisons = []
-    better: dict[tuple[str, str], str] = {}
-    for (a, b), (both, answer) in found.items():
-        taken = answer[question] if question else None
-        if taken and taken["better"]:
-            better[a, b] = taken["better"]
-        comparisons.append(
-            {
-                "a": a,
-                "b": b,
-                "sequence": place,
-                "metric": name,
-                "sequences": len(both),
-                "question": question,
-                **(taken or {**NOTHING, "difference": _gap(both)}),
-                "distinguishable": bool(taken and taken["better"]),
-                **answer,
-            }
-        )
-    return comparisons, _ranks(systems, better) if question else {}
+    shared = [(first[sequence], second[sequence]) for sequence in first if sequence in second]
+    if paired:
+        shared = [_same_runs(a, b) for a, b in shared]
+    shared = [pair for pair in shared if all(len(_values(own, name)) for own in pair)]
+    several = [pair for pair in shared if min(len(_values(own, name)) for own in pair) > 1]
+    if not shared:
+        return None
+    if paired:
+        method, test = "paired runs", statistics.paired_test
+    elif several:
+        method, test, shared = WITHIN, statistics.rank_test, several
+    else:
+        method, test = "signed ranks of sequences", statistics.sequence_test
+    values = [(_values(a, name), _values(b, name)) for a, b in shared]
+    runs = [(_in_order(a, name), _in_order(b, name)) for a, b in shared]
+    parts = {r.outcome.n_parts for pair in shared for own in pair for r in own if not r.failed}
+    alike = len(parts) < 2  # models in more parts fit better
+    enough = alike and len(runs) >= MIN_SEQUENCES
+    return Pair(
+        a="",
+        b="",
+        sequence=None,
+        metric=name,
+        runs=runs,
+        means=(_mean(a.mean() for a, _ in values), _mean(b.mean() for _, b in values)),
+        wins=statistics.wins(runs, paired),
+        difference=statistics.welch(values, paired),
+        method=method,
+        test=test(runs) if alike else None,
+        like_these=statistics.sequence_test(runs) if enough else None,
+    )
 
 
-def _failures(groups: Groups, system: str, name: str) -> Failures:
-    """Return how many runs of a system failed by a metric, on all sequences."""
-    cells = [group.cell(name) for (other, _), group in groups.items() if other == system]
-    return Failures(*np.sum([cell.failures for cell in cells], axis=0))
+def _same_runs(a: Sequence[Result], b: Sequence[Result]) -> tuple[list[Result], list[Result]]:
+    """Return the runs of either that the other has by the same name, in one order."""
+    both = [pair for pair in product(a, b) if pair[0].run.run == pair[1].run.run]
+    return [first for first, _ in both], [second for _, second in both]
 
 
-def _gap(pairs: Sequence[tuple[Cell, Cell]]) -> float:
-    """Return the difference of the scores of two systems, where nothing tells its interval."""
-    found = [np.mean(a.scored) - np.mean(b.scored) for a, b in pairs if a.scored and b.scored]
-    return _mean(map(float, found))
+def _values(own: Sequence[Result], name: str) -> Floats:
+    values = [result.outcome.scores[name] for result in own]
+    return np.array([value for value in values if not math.isnan(value)])
 
 
-def _ranks(systems: Sequence[str], better: Mapping[tuple[str, str], str]) -> dict[str, list[int]]:
+def _in_order(own: Sequence[Result], name: str) -> Floats:
+    """Return values of which the larger is better; a failed run loses to every other."""
+    given = [result for result in own if not math.isnan(result.outcome.scores[name])]
+    return np.array(
+        [-math.inf if r.failed else _sign(name) * r.outcome.scores[name] for r in given]
+    )
+
+
+def _ranks(pairs: Sequence[Pair]) -> dict[str, Rank]:
     """Return one more than the number of systems ahead, and the number of those not behind.
 
-    `better` tells of pairs that can be told apart which one is.
+    Systems that are in no test have no rank, and do not count.
     """
-    ahead, behind = dict.fromkeys(systems, 0), dict.fromkeys(systems, 0)
-    for (a, b), which in better.items():
-        first, second = (a, b) if which == "a" else (b, a)
-        ahead[second] += 1
-        behind[first] += 1
-    return {system: [1 + ahead[system], len(systems) - behind[system]] for system in systems}
+    tested = {system for pair in pairs if pair.tested for system in (pair.a, pair.b)}
+    winners = [pair.better for pair in pairs if pair.better]
+    losers = [pair.b if pair.better == pair.a else pair.a for pair in pairs if pair.better]
+    return {
+        system: (1 + losers.count(system), len(tested) - winners.count(system)) for system in tested
+    }

@@ -1,22 +1,18 @@
-"""The comparison as text: for a terminal, CSV, Markdown and LaTeX."""
+"""The comparison as tables: for a terminal, CSV, Markdown and LaTeX."""
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
-from itertools import pairwise
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 from ..evaluation.notes import scale_note
 from ..evaluation.settings import Settings
 from ..metrics import metric
 from ..texts import WIDTH, column_widths, csv_text, padded, text_width
-from .answers import QUESTIONS
-from .intervals import MOST_NEEDED, error_of_pair, largest_scatter
-from .summary import Summary
+from .summary import Entry, Summary
 
-__all__ = ["Names", "as_csv", "as_latex", "as_markdown", "as_text", "footnotes", "some_failed"]
-
-Row = list[str]
+__all__ = ["Cell", "Names", "Table", "as_csv", "as_latex", "as_markdown", "as_text", "conditions"]
+__all__ += ["legend", "number", "tables"]
 
 
 class Names(NamedTuple):
@@ -25,93 +21,95 @@ class Names(NamedTuple):
     systems: dict[str, str]
     sequences: dict[str, str]
 
-    def written(self, write: Callable[[str], str]) -> "Names":
-        """Return the names as they are written in some format."""
-        return Names(*({key: write(name) for key, name in names.items()} for names in self))
+
+class Cell(NamedTuple):
+    """A text, what stands behind it, the number that it is sorted by, and whether it is bold."""
+
+    text: str
+    mark: str = ""
+    key: float = math.nan
+    best: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.text} {self.mark}".rstrip()
 
 
-def as_text(summary: Summary, by: str, names: Names, columns: int = WIDTH) -> str:
-    """Return the tables for a terminal, in parts where they are wider than some columns."""
-    blocks = []
-    for header, *rows in (
-        _overall_rows(summary, by, names, _text_cell),
-        _sequence_rows(summary, by, names, _text_cell),
-    ):
-        start = 1
-        while start < len(header):
-            end = len(header)
-            while end > start + 1 and text_width(_block([header, *rows], start, end)[0]) > columns:
-                end -= 1
-            blocks.append(_block([header, *rows], start, end))
-            start = end
-    return "\n\n".join("\n".join(line.rstrip() for line in lines) for lines in blocks)
+class Table(NamedTuple):
+    """Rows of cells below a header; the first cell of a row names it."""
+
+    header: list[str]
+    rows: list[list[Cell]]
 
 
-def as_markdown(summary: Summary, by: str, names: Names) -> str:
-    """Return both tables in Markdown, the best in bold where it is certain."""
-    escaped = names.written(_markdown)
-
-    def table(header: Row, *rows: Row) -> str:
-        rule = ["---", *["---:"] * (len(header) - 1)]
-        return "\n".join(f"| {' | '.join(row)} |" for row in (header, rule, *rows))
-
-    return "\n\n".join(
-        table(*rows(summary, by, escaped, _markdown_cell))
-        for rows in (_overall_rows, _sequence_rows)
-    )
+def tables(summary: Summary, by: str, names: Names) -> list[Table]:
+    """Return the table of the systems over all, and that of one metric by sequence."""
+    return [_overall(summary, by, names), _by_sequence(summary, by, names)]
 
 
-def as_latex(summary: Summary, by: str, names: Names) -> str:
-    """Return one table for the package booktabs, the best in bold where it is certain."""
-    escaped = names.written(_tex)
-    (_, *columns), *rows = _sequence_rows(summary, by, escaped, _tex_cell, overall=True)
-    below: dict[str, Callable[[Mapping[str, Any]], str]] = {
-        "lost": lambda entry: f"{entry['lost']:.1%}"
-    }
-    if some_failed(summary):
-        below["failed runs"] = failures_text
-        below[f"{by} of scored runs"] = lambda entry: number(entry["scored"][by])
-    said = [
-        f"{by}: mean over runs",
-        *ranks_explained(summary, by, names, "bold: ahead of all others"),
-    ]
-    lines = [
-        *(f"% {line}" for line in said),
-        f"\\begin{{tabular}}{{l{'r' * len(columns)}}}",
-        "\\toprule",
-        " & ".join([_tex(summary.headers[by]), *columns]) + r" \\",
-        "\\midrule",
-        *(" & ".join(row) + r" \\" for row in rows),
-        "\\bottomrule",
-        "\\end{tabular}",
-        *(
-            f"% {_tex(what)}: "
-            + ", ".join(
-                _tex(f"{names.systems[system]} {told(summary.entries[system, None])}")
-                for system in summary.systems
-            )
-            for what, told in below.items()
-        ),
-    ]
-    return "\n".join(lines)
+def _overall(summary: Summary, by: str, names: Names) -> Table:
+    """Return rank, means, failed runs and time without a pose of each system."""
+    partly = any((a, s) not in summary.entries for a in summary.systems for s in summary.sequences)
+    header = ["system", "rank", *summary.headers.values(), *(["sequences"] if partly else [])]
+    rows = []
+    for system in summary.ranked(by):
+        entry = summary.entries[system, None]
+        low, high = entry.failing
+        rows.append(
+            [
+                Cell(names.systems[system]),
+                _rank(entry, by),
+                *(_value(entry, name, name == by) for name in summary.headers),
+                *([Cell(f"{len(entry.results)}/{len(summary.sequences)}")] if partly else []),
+                Cell(
+                    f"{entry.failed}/{entry.runs}",
+                    f"({100 * low:.0f}-{100 * high:.0f} %)",
+                    entry.failed / entry.runs,
+                ),
+                Cell(f"{entry.lost:.1%}", key=entry.lost),
+            ]
+        )
+    return Table([*header, "failed runs", "no pose"], rows)
 
 
-def as_csv(summary: Summary) -> str:
-    """Return one line a system and sequence, and one over all with an empty sequence."""
-    columns = [column for name in summary.headers for column in (name, f"{name}_sd")]
-    counts = ["runs", "failed_runs", "n", "failures", "lost"]
-    header = ["system", "sequence", *columns, "rank_best", "rank_worst", *counts]
-    lines = (
-        [
-            entry["system"],
-            entry["sequence"] or "",
-            *("" if entry[column] is None else entry[column] for column in columns),
-            *(entry["rank"]["PAS"] or ("", "")),
-            *(entry[count] for count in counts),
+def _by_sequence(summary: Summary, by: str, names: Names) -> Table:
+    """Return a metric of each system on each sequence, and d."""
+    header = [summary.headers[by], *(names.sequences[sequence] for sequence in summary.sequences)]
+    rows = []
+    for system in summary.ranked(by):
+        entries = [summary.entries.get((system, sequence)) for sequence in summary.sequences]
+        cells = [
+            _value(entry, by, ranked=True) if entry else Cell("not tried") for entry in entries
         ]
-        for entry in summary.in_order()
-    )
-    return csv_text(header, lines)
+        rows.append([Cell(names.systems[system]), *cells])
+    units = [_unit(summary, sequence) for sequence in summary.sequences]
+    rows.append([Cell(f"d {summary.length}".rstrip()), *(Cell(f"{unit:.4g}") for unit in units)])
+    return Table(header, rows)
+
+
+def _unit(summary: Summary, sequence: str) -> float:
+    """Return d of a sequence, the same for all runs."""
+    found = [r.outcome.unit for r in summary.results if r.run.sequence == sequence]
+    return next(filter(math.isfinite, found), math.nan)
+
+
+def _rank(entry: Entry, by: str) -> Cell:
+    """Return a rank, or the first and the last that a system may have."""
+    if rank := entry.ranks[by]:
+        return Cell("-".join(map(str, dict.fromkeys(rank))), key=sum(rank))
+    return Cell("1 run" if entry.runs == len(entry.results) else "-")
+
+
+def _value(entry: Entry, name: str, ranked: bool) -> Cell:
+    """Return a mean, with its rank on a sequence and the number of failed runs.
+
+    An error of which some run has none is the mean of the others.
+    """
+    rank = entry.ranks[name] if ranked else None
+    larger = metric(name).family.larger_is_better
+    value = entry.mean(name) if larger else entry.mean_of_scored(name)
+    marks = [_rank(entry, name).text.join("()")] if rank and entry.sequence else []
+    marks += [f"†{entry.failed}"] if entry.failed and entry.sequence else []
+    return Cell(number(value), " ".join(marks), value, rank is not None and rank == (1, 1))
 
 
 def number(value: float) -> str:
@@ -121,107 +119,70 @@ def number(value: float) -> str:
     return f"{value:.4f}" if abs(value) < 10 else f"{value:.4g}"
 
 
-def rank_text(rank: Sequence[int] | None) -> str:
-    """Return a rank, or the first and the last of those that systems share; a dash for none."""
-    return "-" if rank is None else "-".join(map(str, dict.fromkeys(rank)))
+def as_text(table: Table, columns: int = WIDTH) -> str:
+    """Return a table for a terminal, in parts where it is wider than some columns."""
+    rows = [table.header, *([str(cell) for cell in row] for row in table.rows)]
+    blocks, start = [], 1
+    while start < len(rows[0]):
+        end = len(rows[0])
+        while end > start + 1 and text_width(_block(rows, start, end)[0]) > columns:
+            end -= 1
+        blocks.append("\n".join(line.rstrip() for line in _block(rows, start, end)))
+        start = end
+    return "\n\n".join(blocks)
 
 
-def _text_cell(entry: Mapping[str, Any], name: str) -> str:
-    """Return a value with its rank, and the number of runs that failed."""
-    if not entry["runs"]:
-        return "not tried"
-    failed = f" †{entry['failed_runs']}" if entry["failed_runs"] and entry["sequence"] else ""
-    rank = f" ({rank_text(entry['rank'][name])})" if entry["rank"][name] else ""
-    return f"{number(entry[name])}{rank}{failed}"
-
-
-def _markdown_cell(entry: Mapping[str, Any], name: str) -> str:
-    text = _text_cell(entry, name)
-    if is_best(entry, name):
-        value, _, rest = text.partition(" ")
-        text = f"**{value}** {rest}"
-    return text
-
-
-def _tex_cell(entry: Mapping[str, Any], name: str) -> str:
-    if not entry["runs"]:
-        return "--"
-    value = "$\\infty$" if entry[name] == math.inf else number(entry[name])
-    failed = f"\\textsuperscript{{\\dag{entry['failed_runs']}}}" if entry["failed_runs"] else ""
-    return (f"\\textbf{{{value}}}" if is_best(entry, name) else value) + failed
-
-
-def is_best(entry: Mapping[str, Any], name: str) -> bool:
-    """Tell whether a system is certainly ahead of every other one."""
-    return bool(entry["rank"][name] == [1, 1])
-
-
-Cell = Callable[[Mapping[str, Any], str], str]
-
-
-def _overall_rows(summary: Summary, by: str, names: Names, cell: Cell) -> list[Row]:
-    """Return a header and the values of each system over all sequences."""
-    partly, failed = _partly_tried(summary), some_failed(summary)
-    header = ["system", f"rank ({summary.headers[by]})", *summary.headers.values()]
-    rows = []
-    for system in _by(summary, by):
-        entry = summary.entries[system, None]
-        rows.append(
-            [
-                names.systems[system],
-                rank_text(entry["rank"][by]),
-                *(cell(entry, name) for name in summary.headers),
-                *([f"{entry['sequences']}/{len(summary.sequences)}"] if partly else []),
-                *([number(entry["scored"][by])] if failed else []),
-                failures_text(entry),
-                f"{entry['lost']:.1%}",
-            ]
-        )
-    header += ["sequences"] if partly else []
-    header += [f"{by} of scored runs"] if failed else []
-    return [[*header, "failed runs", "lost"], *rows]
-
-
-def failures_text(entry: Mapping[str, Any]) -> str:
-    """Return how many runs failed, with the interval of the probability that one does."""
-    low, high = entry["failing"]
-    return f"{entry['failed_runs']}/{entry['runs']} ({100 * low:.0f}-{100 * high:.0f} %)"
-
-
-def _sequence_rows(
-    summary: Summary, by: str, names: Names, cell: Cell, *, overall: bool = False
-) -> list[Row]:
-    """Return a header and the values of each system on each sequence."""
-    columns = [*summary.sequences, *([None] if overall else [])]
-    rows = [
-        [
-            summary.headers[by],
-            *(names.sequences[sequence] if sequence else "overall" for sequence in columns),
-        ]
-    ]
-    for system in _by(summary, by):
-        cells = [cell(summary.entries[system, sequence], by) for sequence in columns]
-        rows.append([names.systems[system], *cells])
-    return rows
-
-
-def _by(summary: Summary, by: str) -> list[str]:
-    """Return the systems from the best to the worst by a metric, over all."""
-    larger_is_better = metric(by).family.larger_is_better
-
-    def place(system: str) -> tuple[bool, float]:
-        value = summary.entries[system, None][by]
-        return math.isnan(value), -value if larger_is_better else value
-
-    return sorted(summary.systems, key=place)
-
-
-def _block(table: Sequence[Row], start: int, end: int) -> list[str]:
-    """Return some columns beside the first, with their cells below each other."""
+def _block(table: Sequence[Sequence[str]], start: int, end: int) -> list[str]:
+    """Return some columns with the first, their cells below each other."""
     rows = [[row[0], *row[start:end]] for row in table]
     first, *others = column_widths(rows)
     widths = [first, *(-width for width in others)]  # numbers end below each other
     return ["  ".join(map(padded, row, widths)) for row in rows]
+
+
+def as_markdown(table: Table) -> str:
+    """Return a table in Markdown, the best in bold where it is significantly ahead."""
+    rule = ["---", *["---:"] * (len(table.header) - 1)]
+    rows = [[*map(markdown, table.header)], rule, *_marked(table, markdown, "**{}**")]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def as_latex(table: Table, caption: str) -> str:
+    """Return a table for the package booktabs, the best in bold where it is ahead."""
+    header, *rows = [[*map(_tex, table.header)], *_marked(table, _tex, r"\textbf{{{}}}")]
+    lines = [
+        r"\begin{table}",
+        r"\centering",
+        rf"\caption{{{_tex(caption)}}}",
+        rf"\begin{{tabular}}{{l{'r' * (len(header) - 1)}}}",
+        r"\toprule",
+        " & ".join(header) + r" \\",
+        r"\midrule",
+        *(" & ".join(row) + r" \\" for row in rows),
+        r"\bottomrule",
+        r"\end{tabular}",
+        r"\end{table}",
+    ]
+    return "\n".join(lines)
+
+
+def _marked(table: Table, write: Callable[[str], str], bold: str) -> list[list[str]]:
+    """Return the rows as they are written in some format."""
+    return [
+        [
+            f"{bold.format(write(cell.text)) if cell.best else write(cell.text)} "
+            f"{write(cell.mark)}".rstrip()
+            for cell in row
+        ]
+        for row in table.rows
+    ]
+
+
+def as_csv(summary: Summary) -> str:
+    """Return one line a system and sequence, and one over all with an empty sequence."""
+    rows = [entry.to_dict() for entry in summary.entries.values()]
+    lines = [["" if v is None or v != v else v for v in row.values()] for row in rows]  # NaN
+    return csv_text(list(rows[0]), lines)
 
 
 TEX = str.maketrans(
@@ -235,6 +196,8 @@ TEX = str.maketrans(
         "|": r"\textbar{}",
         "[": "{[}",  # at the start of a row it, or a star, would be an option
         "*": "{*}",
+        "∞": r"$\infty$",
+        "†": r"\dag{}",
     }
 )
 
@@ -243,127 +206,35 @@ def _tex(text: str) -> str:
     return text.translate(TEX)
 
 
-def _markdown(text: str) -> str:
+def markdown(text: str) -> str:
+    """Return a text that Markdown shows as it is."""
     return re.sub(r"([\\`*\[\]<>|~&]|\b_|_\b)", r"\\\1", text)
 
 
-def footnotes(summary: Summary, by: str, names: Names, settings: Settings) -> list[str]:
-    """Return what is said below the tables."""
-    lines = [
-        f"means over runs, overall over sequences; {settings.how_aligned}",
-        "failed and missing runs count as failures",
-        "failed runs: in brackets, how often runs fail (95 %)",
-    ]
+def legend(summary: Summary, settings: Settings) -> list[str]:
+    """Return the two lines below the tables."""
+    lines = [f"means over runs, then sequences; a failed run scores 0; {settings.how_aligned}"]
+    marks = []
+    if summary.pairs:
+        marks.append("(1-2): not significantly different (5 %, all pairs of a column)")
+    if any(result.failed for result in summary.results):
+        marks.append("†1: a failed or missing run; errors are of the others")
+    return lines + (["; ".join(marks)] if marks else [])
+
+
+def conditions(summary: Summary, names: Names, settings: Settings) -> list[str]:
+    """Return what else there is to say about the numbers."""
+    lines = ["failed runs: in brackets the 95 % interval of how often a run fails"]
     if settings.missing_cameras:
-        lines[1] = f"missing cameras: {settings.missing_cameras}; {lines[1]}"
+        lines.append(f"missing cameras: {settings.missing_cameras}")
     if settings.form.timed:
-        lines.append("lost: share of the time that was due without a pose")
-    scales = {names.systems[system]: scale for system, scale in _scales(summary).items()}
+        lines.append("no pose: share of the expected time without a pose")
+    scales: dict[str, float | None] = dict.fromkeys(names.systems.values())
+    for result in summary.results:
+        name, scale = names.systems[result.run.system], result.outcome.scale
+        known = scales[name]
+        if scale > 0 and (known is None or abs(math.log(scale)) > abs(math.log(known))):
+            scales[name] = scale
     if note := scale_note(scales, settings):
         lines.append(note)
-    if _partly_tried(summary):
-        lines.append(
-            "sequences: those that a system was tried on; pairs are ranked by those of both"
-        )
-    lines += ranks_explained(
-        summary, by, names, "(1-2): ranks, shared where they cannot be told apart"
-    )
-    if some_failed(summary):
-        lines.append("†1: so many runs failed or are missing")
     return lines
-
-
-FOR = {  # by the questions of single sequences and over all
-    ("new_runs", "new_runs"): "for new runs on these sequences",
-    ("new_runs", "new_sequences"): "for new runs; over all, for new sequences like these",
-    (None, "new_sequences"): "over all, for new sequences like these",
-    ("new_runs", None): "on a sequence, for new runs",
-}
-NUMBERS = 3, 5, 10, 20, 50, 100  # of runs, of which is said what they can tell
-
-
-def ranks_explained(summary: Summary, by: str, names: Names, what: str) -> list[str]:
-    """Say what ranks are for and, where there are none or shared ones, how many runs would do."""
-    pairs = [pair for pair in summary.comparisons if pair["metric"] == by]
-    questions = {pair["sequence"]: pair["question"] for pair in pairs}
-    over_all = questions.pop(None, None)
-    on_sequences = next(filter(None, questions.values()), None)
-    lines = []
-    if over_all or on_sequences:
-        lines.append(f"{what} (95 % for all pairs of a column)")
-        lines.append(f"ranks are {FOR[on_sequences, over_all]}")
-        lines.append(f"ranks are {_how_ranked(by)}")
-    over_all_pairs = {
-        frozenset((pair["a"], pair["b"])): pair for pair in pairs if pair["sequence"] is None
-    }
-    neighbours = [
-        (over_all_pairs[frozenset(both)], " and ".join(names.systems[system] for system in both))
-        for both in pairwise(_by(summary, by))
-        if frozenset(both) in over_all_pairs
-    ]
-    if None in (over_all, *questions.values()) and neighbours:
-        lines += _one_run(summary, *neighbours[0], by)
-    what = "runs of each on each sequence" if over_all == QUESTIONS[0] else "sequences"
-    lines += [
-        f"{by} of {both}: {_certain_but(pair)}{_number_needed(pair)} {what} would do"
-        for pair, both in neighbours
-        if over_all and not pair["distinguishable"] and math.isfinite(pair["low"])
-    ]
-    if len(summary.systems) > 1 and not pairs:
-        lines.append(
-            "no ranks where models are in different numbers of parts, which do not compare"
-        )
-    return lines
-
-
-def _how_ranked(by: str) -> str:
-    if metric(by).family.larger_is_better:
-        return "by means: a failure counts as 0, and one more would not change who is ahead"
-    return "by errors of runs that did not fail, and by how often runs fail"
-
-
-def _certain_but(pair: Mapping[str, Any]) -> str:
-    """Say that failures alone leave the order open, where it is so."""
-    certain = pair["low"] > 0 or pair["high"] < 0
-    return "certain but for failures; " if certain else ""
-
-
-def _number_needed(pair: Mapping[str, Any]) -> str:
-    return f"about {pair['needed']}" if pair["needed"] else f"more than {MOST_NEEDED}"
-
-
-def _one_run(summary: Summary, pair: Mapping[str, Any], both: str, by: str) -> list[str]:
-    """Say why there are no ranks for new runs, and how many runs tell the first two apart."""
-    lines = ["no ranks where systems have one run each: nothing tells how runs scatter"]
-    gap = abs(pair["difference"])
-    if gap and math.isfinite(gap):
-        level = max(summary.entries[pair[key], None]["scored"][by] for key in "ab")
-        least = (level / gap - 1) / pair["sequences"]  # so that one may fail
-        enough = [n for n in NUMBERS if n > least or not metric(by).family.larger_is_better]
-        error = error_of_pair(len(summary.systems))
-        told = [f"{n} by {largest_scatter(gap, n, error):.2g}" for n in enough[:3]]
-        lines.append(
-            f"{by} of {both}: runs of each that would do, if they scatter (sd) at most: "
-            + (", ".join(told) or f"more than {NUMBERS[-1]}")
-        )
-    return lines
-
-
-def some_failed(summary: Summary) -> bool:
-    """Tell whether some run failed or is missing."""
-    return any(entry["failed_runs"] for entry in summary.entries.values())
-
-
-def _scales(summary: Summary) -> dict[str, float | None]:
-    """Return the scale of each system's runs that is farthest from 1, the one to be explained."""
-    scales: dict[str, float | None] = dict.fromkeys(summary.systems)
-    for result in summary.results:
-        known, scale = scales[result["system"]], result["scale"]
-        if scale and (known is None or abs(math.log(scale)) > abs(math.log(known))):
-            scales[result["system"]] = scale
-    return scales
-
-
-def _partly_tried(summary: Summary) -> bool:
-    """Tell whether some system was not tried on some sequence."""
-    return any(not entry["runs"] for entry in summary.entries.values())

@@ -1,12 +1,12 @@
 """The page of trajectories of each sequence: one run of each system against the reference."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
-from ..comparison.benchmark import Run
 from ..comparison.comparison import Comparison, settings_of_run
-from ..comparison.runs import Outcome, reference_of
-from ..comparison.summary import Summary
+from ..comparison.runs import reference_of
+from ..comparison.summary import Result, Summary
 from ..comparison.tables import Names
 from ..evaluation.notes import collected_warnings
 from ..metrics import metric
@@ -25,16 +25,16 @@ def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]
     found = {}
     for sequence in summary.sequences:
         estimates = [
-            _estimate(*chosen, summary, names)
+            _estimate(chosen, summary, names)
             for system in summary.systems
             if (chosen := _middle(summary, by, system, sequence))
         ]
         if not estimates:
             continue
         run, unit = next(
-            (run, outcome.unit)
-            for run, outcome in summary.runs
-            if run.sequence == sequence and outcome.n
+            (result.run, result.outcome.unit)
+            for result in summary.results
+            if result.run.sequence == sequence and not result.failed
         )
         file = benchmark.references[sequence]
         settings = settings_of_run(benchmark, run, comparison.settings)
@@ -43,34 +43,32 @@ def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]
         found[sequence] = page_data(
             f"{names.sequences[sequence]}: one run of each system",
             reference,
-            printable(file),
+            printable(Path(file).name),
             estimates,
             replace(settings, unit=unit),
         )
     return found
 
 
-def _middle(summary: Summary, by: str, system: str, sequence: str) -> tuple[Run, Outcome] | None:
+def _middle(summary: Summary, by: str, system: str, sequence: str) -> Result | None:
     """Return the scored run in the middle, of two the lesser one; None where there is none."""
-    scored = [
-        ({**result, **result["metrics"]}[by], run, outcome)
-        for result, (run, outcome) in zip(summary.results, summary.runs, strict=True)
-        if (run.system, run.sequence) == (system, sequence) and outcome.n
-    ]
-    scored.sort(key=lambda found: found[0], reverse=metric(by).family.larger_is_better)
-    return scored[len(scored) // 2][1:] if scored else None
+    scored = [result for result in summary.of(system, sequence) if not result.failed]
+    larger = metric(by).family.larger_is_better
+    scored.sort(key=lambda result: result.outcome.scores[by], reverse=larger)
+    return scored[len(scored) // 2] if scored else None
 
 
-def _estimate(run: Run, outcome: Outcome, summary: Summary, names: Names) -> Estimate:
+def _estimate(result: Result, summary: Summary, names: Names) -> Estimate:
+    run, outcome = result.run, result.outcome
     entry = summary.entries[run.system, run.sequence]
     notes = [printable(note) for note in outcome.notes]
-    if failed := entry["failed_runs"]:
-        notes.insert(0, f"of its {entry['runs']} runs, {failed} failed or are missing")
-    name = names.systems[run.system] + (f", run {printable(run.run)}" if entry["runs"] > 1 else "")
+    if entry.failed:
+        notes.insert(0, f"of its {entry.runs} runs, {entry.failed} failed or are missing")
+    name = names.systems[run.system] + (f", run {printable(run.run)}" if entry.runs > 1 else "")
     scores = outcome.scores
     return Estimate(
         name=name,
-        file=printable(run.file or ""),
+        file=printable(Path(run.file or "").name),
         rows=outcome.rows,
         statuses=outcome.statuses,
         position_errors=outcome.position_errors,

@@ -3,6 +3,7 @@
 from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,9 @@ def page(scored: Sequence[Evaluation], file: str) -> str:
     """Return the page of estimates against a reference, whose file is shown as `file`."""
     estimates = [_estimate(evaluation) for evaluation in scored]
     reference, settings = scored[0].reference, scored[0].settings
-    return _document(page_data(f"Scores against {file}", reference, file, estimates, settings))
+    return _document(
+        page_data(f"Scores against {Path(file).name}", reference, file, estimates, settings)
+    )
 
 
 def page_without_data() -> list[str]:

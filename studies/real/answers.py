@@ -1,13 +1,13 @@
 """What repeated runs say of metrics: which of them tells the systems apart, and what moves it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
 import pandas as pd
 
 from alignscores.arrays import Floats
-from alignscores.comparison.intervals import error_of_pair, margin, needed, over_runs
+from alignscores.comparison.statistics import LEVEL, rank_test, runs_needed
 from alignscores.metrics import metric as find
 from experiments.metrics import METRICS
 
@@ -49,9 +49,8 @@ def pairs(table: pd.DataFrame) -> pd.DataFrame:
         - `metric, sequence, a, b`
         - `better`: the system that is better in most pairs of runs
         - `order`: in how many of them, in per cent
-        - `told`: whether the difference of the means is certain, with these runs
-        - `runs`: of each system that would tell it in four of five cases; infinite for more than
-          1000, and where a run has an infinite error
+        - `told`: whether the difference is significant, with these runs
+        - `runs`: of each system that show it in four of five cases; infinite for more than 50
     """
     rows = []
     for sequence, a, b, of_a, of_b in _duels(table):
@@ -60,7 +59,7 @@ def pairs(table: pd.DataFrame) -> pd.DataFrame:
             values = [runs[metric].dropna().to_numpy() for runs in (of_a, of_b)]
             if min(map(len, values)) < FEWEST:
                 continue
-            told, runs = _told(values)
+            told, runs = _told(*values)
             rows.append(
                 {"metric": metric, "sequence": sequence, "a": a, "b": b}
                 | {"better": a if share > 0.5 else b if share < 0.5 else ""}
@@ -69,14 +68,10 @@ def pairs(table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _told(values: Sequence[Floats]) -> tuple[bool, float]:
-    if not np.isfinite(np.concatenate(values)).all():
-        return False, np.inf
-    a, b = (list(map(float, of_one)) for of_one in values)
-    difference, error = over_runs([(a, b)]), error_of_pair(2)
-    count = needed(difference, (len(a) + len(b)) / 2, error)
-    told = abs(difference.value) > margin(difference, error)
-    return told, np.inf if count is None else count
+def _told(a: Floats, b: Floats) -> tuple[bool, float]:
+    """Return whether runs differ significantly, and how many of each it takes."""
+    runs = [(a, b)]
+    return rank_test(runs).p <= LEVEL, runs_needed(runs) or np.inf
 
 
 def agreement(table: pd.DataFrame) -> pd.DataFrame:

@@ -11,7 +11,7 @@ from figures import style
 
 from .words import changes_of
 
-MOST = 1000  # runs that are drawn
+MOST = 100  # where more than 50 runs are drawn
 ROW = 0.16  # inches
 MEDIAN, PAIR = "#173f67", "#d9822b"
 
@@ -43,7 +43,7 @@ def _needs(axes: Axes, table: pd.DataFrame, pairs: pd.DataFrame) -> None:
     axes.plot(table["runs"].clip(upper=MOST), rows, ls="", marker="o", ms=3.6, color=MEDIAN)
     axes.set_xscale("log")
     axes.set_xlim(1.7, 1.3 * MOST)
-    axes.set_xticks([2, 5, 10, 100, MOST], ["2", "5", "10", "100", "more"])
+    axes.set_xticks([2, 5, 10, 50, MOST], ["2", "5", "10", "50", "more"])
     axes.set_yticks(rows, list(rows.index))
     axes.set_ylim(len(table) - 0.5, -0.5)
     style.as_rows(axes)

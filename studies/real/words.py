@@ -92,4 +92,4 @@ def to_markdown(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFram
 
 
 def _runs(count: float) -> str:
-    return f"{count:.0f}" if np.isfinite(count) else "> 1000"
+    return f"{count:.0f}" if np.isfinite(count) else "> 50"

@@ -83,7 +83,7 @@ def test_help(run):
         assert not re.search(r"default: (None|False)", text)
     code, out, _ = run("compare", "--help")
     assert code == 0
-    assert "\n3 certainly worse than the baseline (--fail_on worse)\n" in out  # a line of its own
+    assert "\n3 a condition of --fail_on holds\n" in out  # a line of its own
 
 
 def test_every_argument_is_explained_and_its_value_named():

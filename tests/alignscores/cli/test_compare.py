@@ -39,7 +39,7 @@ def test_a_dry_run_shows_what_is_found_and_what_is_left_out(benchmark_of, run_co
         (["--jobs", "all"], "argument --jobs: must be a whole number of at least 1, not 'all'"),
         (["--html", "page.txt"], "argument --html: page.txt does not end in .html"),
         (["--html", "no/page.html"], "argument --html: no/page.html: there is no folder no"),
-        (["--fail_on", "worse"], "argument --fail_on: needs --baseline FILE"),
+        (["--fail_on", "worse"], "argument --fail_on: worse: needs --baseline FILE"),
         (["--by", "ate"], "argument --by: must be one of TAS, RAS, PAS, half_distance, half_angle"),
         (["--metrics", "auc"], "argument --metrics: unknown metric 'auc'"),
     ],

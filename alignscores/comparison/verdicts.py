@@ -1,0 +1,99 @@
+"""The comparison in words: who is ahead of whom, who was not tested, how many runs it takes."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+from ..texts import first_few
+from .statistics import LEVEL, N_MAX, Interval, runs_needed
+from .summary import WITHIN, Pair, Summary
+
+__all__ = ["interval_text", "p_text", "verdict"]
+
+
+def verdict(summary: Summary, by: str, names: Mapping[str, str]) -> list[str]:
+    """Return a few sentences about the systems, which are called by their names, over all."""
+    pairs, order = summary.pairs_by(by), summary.ranked(by)
+    pairs.sort(key=lambda pair: sorted(map(order.index, (pair.a, pair.b))))  # the leader's first
+    tested = [pair for pair in pairs if pair.tested]
+    lines = []
+    if tested:
+        leader = min(tested[0].a, tested[0].b, key=order.index)
+        lines = _of_leader(leader, [p for p in tested if leader in (p.a, p.b)], by, names)
+    if len(order) > 1:
+        lines += _not_tested(summary, order, tested, names)
+    if not any(pair.better for pair in tested):
+        several = [pair for pair in pairs if pair.method == WITHIN]
+        lines += [_how_many(several[0], len(tested), names)] if several else []
+    return lines
+
+
+def p_text(p: float) -> str:
+    """Return a p-value."""
+    return "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
+
+
+def interval_text(found: Interval) -> str:
+    """Return a difference with its interval, where that is known."""
+    text = f"{found.value:+.3f}"
+    return text if math.isnan(found.low) else f"{text} ({found.low:.3f} to {found.high:.3f})"
+
+
+def _of_pair(pair: Pair, by: str, names: Mapping[str, str]) -> str:
+    """Return who of two is ahead, how often it wins, and by how much."""
+    wins, gain, first, second = pair.wins, pair.difference, names[pair.a], names[pair.b]
+    if pair.better == pair.b or (not pair.better and wins < 0.5):
+        wins, gain = 1 - wins, Interval(-gain.value, -gain.high, -gain.low)
+        first, second = second, first
+    text = (
+        f"{first} is ahead of {second}: it"
+        if pair.better
+        else (f"{first} and {second} are not distinguishable: {first}")
+    )
+    where = f"{len(pair.runs)} sequence{'s' * (len(pair.runs) > 1)}"
+    text += f" wins {100 * wins:.0f} % of the run pairs on {where} ({p_text(pair.p)})"
+    return f"{text}, mean {by} {interval_text(gain)}." if math.isfinite(gain.value) else f"{text}."
+
+
+def _of_leader(leader: str, tested: Sequence[Pair], by: str, names: Mapping[str, str]) -> list[str]:
+    """Compare the first system with the second in full, and with the others in short."""
+    first, *others = tested
+    lines = [_of_pair(first, by, names)]
+    if first.like_these:
+        ahead = first.better_like_these
+        who = f"{names[ahead]} is ahead" if ahead else "they are not distinguishable"
+        lines.append(f"On sequences like these, {who} ({p_text(first.p_like_these)}).")
+    for what, better in (("ahead of", True), ("behind", False), ("not distinguishable from", None)):
+        of_kind = [
+            names[pair.b if pair.a == leader else pair.a]
+            for pair in others
+            if (pair.better and pair.better == leader) == better
+        ]
+        if of_kind:
+            lines.append(f"{names[leader]} is {what} {first_few(of_kind)}.")
+    return lines
+
+
+def _not_tested(
+    summary: Summary, order: Sequence[str], tested: Sequence[Pair], names: Mapping[str, str]
+) -> list[str]:
+    """Return which systems were not tested, and why."""
+    known = {system for pair in tested for system in (pair.a, pair.b)}
+    reasons: dict[str, list[str]] = {}
+    for system in order:
+        entry = summary.entries[system, None]
+        parts = {r.outcome.n_parts for own in entry.results.values() for r in own}
+        reason = "one run a sequence" if entry.runs == len(entry.results) else "too few runs"
+        reason = "models in several parts" if max(parts) > 1 else reason
+        if system not in known:
+            reasons.setdefault(reason, []).append(names[system])
+    return [f"{first_few(own)}: {reason}, not tested." for reason, own in reasons.items()]
+
+
+def _how_many(pair: Pair, n_tested: int, names: Mapping[str, str]) -> str:
+    """Return how many runs show a difference like that of two systems."""
+    n = min(len(own) for both in pair.runs for own in both)
+    needed = runs_needed(pair.runs, LEVEL / max(n_tested, 1)) or f"more than {N_MAX}"
+    return (
+        f"{names[pair.a]} and {names[pair.b]}, {n} runs each: to find a difference like this in "
+        f"four of five cases takes {needed} runs each."
+    )

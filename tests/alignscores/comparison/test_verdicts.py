@@ -1,0 +1,276 @@
+"""Verdicts and tables: of scores that are given, and by the command."""
+
+import csv
+import json
+import os
+import re
+import shutil
+import subprocess
+from io import StringIO
+
+import numpy as np
+import pytest
+
+from alignscores.comparison.benchmark import Run
+from alignscores.comparison.runs import COLUMNS, Outcome
+from alignscores.comparison.summary import summarise
+from alignscores.comparison.tables import Names, as_text, tables
+from alignscores.comparison.verdicts import verdict
+from alignscores.texts import text_width
+from alignscores.trajectories.formats import FORMATS
+
+RNG = np.random.default_rng(0)
+GOOD, BAD = (0.7 + 0.01 * RNG.random(10)).tolist(), (0.5 + 0.01 * RNG.random(10)).tolist()
+MIXED = np.linspace(0.3, 0.9, 10).tolist()
+
+
+def summed_up(systems, **options):
+    """{system: {sequence: scores, None for a failed run}} -> their summary."""
+    runs = []
+    for system, sequences in systems.items():
+        for sequence, scores in sequences.items():
+            for number, score in enumerate(scores):
+                run = Run(sequence, system, str(number), f"{system}{number}.txt")
+                values = dict.fromkeys(COLUMNS, score)
+                known = Outcome(values, n=10, unit=0.5, lost=0.25)
+                runs.append((run, Outcome({}, error="lost") if score is None else known))
+    return summarise(runs, [], FORMATS["tum"], **options)
+
+
+def said(systems, by="PAS", **options):
+    """Return the verdict as one text."""
+    return " ".join(verdict(summed_up(systems, **options), by, {name: name for name in systems}))
+
+
+def on(sequences, scores):
+    return {f"s{number}": scores for number in range(sequences)}
+
+
+def ranks(systems, by="PAS"):
+    summary = summed_up(systems)
+    return {system: summary.entries[system, None].ranks[by] for system in systems}
+
+
+def test_a_system_is_ahead_of_another():
+    text = said({"b": on(1, BAD), "a": on(1, GOOD)})
+    start = "a is ahead of b: it wins 100 % of the run pairs on 1 sequence (p < 0.001), mean PAS "
+    assert text.startswith(start)
+    assert re.fullmatch(r"\+0\.\d{3} \(0\.\d{3} to 0\.\d{3}\)\.", text.removeprefix(start))
+
+
+def test_of_errors_the_smaller_is_ahead():
+    text = said({"a": on(1, GOOD), "b": on(1, BAD)}, "half_distance")
+    assert text.startswith("b is ahead of a: it wins 100 %")
+    assert "mean half_distance -0." in text
+
+
+def test_where_none_is_ahead_the_number_of_runs_is_told():
+    text = said({"a": on(1, MIXED), "b": on(1, MIXED)})
+    assert text.startswith("a and b are not distinguishable: a wins 50 % of the run pairs")
+    assert text.endswith("in four of five cases takes more than 50 runs each.")
+    few = said({"a": on(1, GOOD[:3]), "b": on(1, BAD[:3])})
+    assert few == (
+        "a, b: too few runs, not tested. a and b, 3 runs each: to find a difference like this in "
+        "four of five cases takes 4 runs each."
+    )
+
+
+def test_single_runs_silence_nobody():
+    """Nor do they stand among the ranks; what is said of others stays the same."""
+    pair = {"a": on(4, GOOD), "b": on(4, BAD)}
+    alone = {"c": on(4, [0.9]), "d": on(4, [0.1])}
+    assert said(pair | alone) == f"{said(pair)} c, d: one run a sequence, not tested."
+    assert ranks(pair | alone) == {"a": (1, 1), "b": (2, 2), "c": None, "d": None}
+    names = Names({name: name for name in pair | alone}, on(4, "s"))
+    (overall, _) = tables(summed_up(pair | alone), "PAS", names)
+    assert {row[0].text: row[1].text for row in overall.rows} == {
+        **{"c": "1 run", "a": "1", "b": "2", "d": "1 run"}
+    }
+
+
+def test_evidence_of_a_pair_does_not_depend_on_other_systems():
+    pair = {"a": on(2, GOOD), "b": on(2, MIXED)}
+    others = {"c": on(2, BAD), "d": on(1, GOOD[:4]), "e": {"t": BAD}}
+
+    def found(systems):
+        (pair,) = (p for p in summed_up(systems).pairs_by("PAS") if {p.a, p.b} == {"a", "b"})
+        return pair.wins, pair.test, vars(pair.difference)
+
+    assert found(pair) == found(pair | others)
+
+
+def test_single_runs_are_compared_on_six_sequences():
+    six = {"a": {f"s{k}": [0.5 + 0.01 * k] for k in range(6)}, "b": on(6, [0.4])}
+    assert said(six).startswith("a is ahead of b: it wins 100 % of the run pairs on 6 sequences (")
+    assert "On sequences like these, a is ahead (p = 0.031)." in said(six)
+    five = {name: {s: own[s] for s in list(own)[:5]} for name, own in six.items()}
+    assert said(five) == "a, b: one run a sequence, not tested."
+
+
+def test_what_holds_on_these_sequences_may_not_hold_on_others():
+    mixed = {f"s{k}": GOOD if k < 4 else BAD for k in range(6)}
+    text = said({"a": mixed, "b": {s: [0.6 + x / 100 for x in GOOD] for s in mixed}})
+    assert text.startswith("a is ahead of b: it wins 67 %")
+    assert "On sequences like these, they are not distinguishable (p = " in text
+
+
+def test_failures_lose():
+    """Also where a system that fails has the better runs otherwise."""
+    text = said({"a": on(1, [*GOOD[:2], *[None] * 8]), "b": on(1, BAD)})
+    assert text.startswith("b is ahead of a: it wins 80 % of the run pairs on 1 sequence (p = ")
+    of_errors = said({"a": on(1, [*BAD[:2], *[None] * 8]), "b": on(1, GOOD)}, "half_distance")
+    assert of_errors.startswith("b is ahead of a: it wins 80 %")
+    assert "mean" not in of_errors  # it is infinite
+
+
+def test_failing_on_purpose_or_leaving_out_runs_never_pays():
+    """Whichever run is bad, it is better than none; a run that is left out is a missing one."""
+    other = on(2, MIXED)
+    for number in range(10):
+        failed = [None if k == number else score for k, score in enumerate(GOOD)]
+        kept, lost = (
+            summed_up({"a": {"s0": own, "s1": GOOD}, "b": other}).pairs_by("PAS")[0]
+            for own in (GOOD, failed)
+        )
+        assert lost.wins < kept.wins
+        assert lost.means[0] < kept.means[0]
+
+
+def test_the_others_are_told_in_short():
+    systems = {"a": on(2, GOOD), "b": on(2, BAD), "c": on(2, BAD[:9]), "d": on(2, GOOD[::-1])}
+    text = said(systems)
+    assert text.startswith("a and d are not distinguishable")
+    assert "d is ahead of c, b." in text
+    assert ranks(systems) == {"a": (1, 2), "d": (1, 2), "b": (3, 4), "c": (3, 4)}
+
+
+def test_runs_of_the_same_name_can_be_paired():
+    """Where runs scatter by what they share, as scenes or seeds."""
+    hard = np.linspace(0.2, 0.8, 8)
+    systems = {"a": on(1, (hard + 0.02).tolist()), "b": on(1, hard.tolist())}
+    assert said(systems).startswith("a and b are not distinguishable")
+    assert said(systems, paired=True).startswith("a is ahead of b: it wins 100 %")
+
+
+def test_one_system_has_no_verdict():
+    assert said({"a": on(3, GOOD)}) == ""
+
+
+def test_twelve_systems_on_two_sequences_fit_a_terminal():
+    systems = {f"system_{k:02d}": on(2, [x - 0.02 * k for x in GOOD]) for k in range(12)}
+    names = Names({name: name for name in systems}, on(2, "sequence"))
+    shown = "\n".join(map(as_text, tables(summed_up(systems), "PAS", names)))
+    assert max(map(text_width, shown.splitlines())) <= 100
+    assert len(shown.splitlines()) == 13 + 14
+
+
+def test_the_command_begins_with_the_verdict(patterns, run):
+    code, out, _ = run(*patterns)
+    verdict, overall, by_sequence, legend = out.rstrip().split("\n\n")
+    assert code == 1  # a run is missing
+    assert verdict.startswith("a_b is ahead of c: it wins 100 % of the run pairs on 2 sequences (p")
+    header, *rows = [re.split(r"\s{2,}", line) for line in overall.splitlines()]
+    assert header == [
+        *("system", "rank", "TAS", "RAS", "PAS", "half m", "half deg", "failed runs", "no pose")
+    ]
+    assert [(row[0], row[1], row[-2]) for row in rows] == [
+        ("a_b", "1", "0/6 (0-46 %)"),
+        ("c", "2", "1/6 (0-64 %)"),
+    ]
+    assert "†1" in by_sequence
+    assert by_sequence.splitlines()[-1].startswith("d m ")
+    assert len(legend.splitlines()) == 2
+    assert run(*patterns, "--verbose")[1].startswith(out.rstrip())
+
+
+def test_no_table_is_wider_than_the_terminal(patterns, run, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    assert max(map(text_width, run(*patterns)[1].split("\n\nmeans")[0].splitlines())) <= 40
+
+
+def test_csv_json_and_pandas_have_the_same_rows(patterns, run):
+    rows = list(csv.DictReader(StringIO(run(*patterns, "--csv")[1])))
+    entries = json.loads(run(*patterns, "--json")[1])["systems"]
+    assert [list(row) for row in rows] == [list(entry) for entry in entries]
+    for name in ("PAS", "PAS_sd", "runs", "lost"):
+        assert [float(row[name] or 0) for row in rows] == [entry[name] or 0 for entry in entries]
+    (c,) = (entry for entry in entries if (entry["system"], entry["sequence"]) == ("c", None))
+    assert (c["runs"], c["failed_runs"], c["PAS_rank_best"]) == (6, 1, 2)
+    assert c["PAS"] < c["PAS_scored"]
+    assert (c["half_distance"], c["half_distance_scored"] > 0) == (None, True)
+
+
+def test_markdown_has_verdict_and_tables(patterns, run, tmp_path):
+    run(*patterns, "--markdown", "report.md")
+    text = (tmp_path / "report.md").read_text()
+    assert text.startswith(r"a_b is ahead of c: it wins 100 %")
+    assert "| a_b | 1 | " in text
+    assert re.search(r"\| \*\*0\.\d{4}\*\* \|", text)
+    assert "†1" in text
+    assert run(*patterns, "--markdown", "-")[1] == text
+    code, out, err = run(*patterns, "--markdown", "car/gt.txt")
+    assert (code, out) == (1, "")
+    assert "--markdown car/gt.txt would replace the input car/gt.txt; name another" in err
+
+
+def test_where_a_system_was_not_tried_the_tables_say_so(patterns, run, tmp_path):
+    shutil.rmtree(tmp_path / "car/c")
+    out = run(*patterns)[1]
+    assert out.startswith("a_b, c: too few runs, not tested.")
+    assert re.search(r"^c .* 1/2 ", out, flags=re.M)
+    assert re.search(r"^c +not tried ", out, flags=re.M)
+
+
+def test_models_in_several_parts_are_not_tested(run, examples, tmp_path):
+    for system, parts in (("a", "01"), ("b", "0")):
+        for number in range(3):
+            for part in parts:
+                shutil.copytree(
+                    examples / "colmap/estimate", tmp_path / f"{system}/{number}/{part}"
+                )
+    out = run("colmap", examples / "colmap/reference", "{system}/{run}")[1]
+    assert "a: models in several parts, not tested." in out
+
+
+HOSTILE = "a_b & 50% #1 $x ~^\\{}", '[x] *y* |z|, "q" <i>', "*new\nline--é`_u_"
+
+
+@pytest.fixture
+def hostile(benchmark_of, tmp_path):
+    """Patterns of a benchmark whose systems have such names, one of them no UTF-8."""
+    systems = {str(number): (0.1 * number + 0.05, 1.0, 1, 0.0) for number in range(4)}
+    found = benchmark_of(systems, ["car"], runs=2, n=40)
+    for number, name in enumerate([*HOSTILE, os.fsdecode(b"n\xff")]):
+        (tmp_path / "car" / str(number)).rename(tmp_path / "car" / name)
+    (tmp_path / "car").rename(tmp_path / "[c]%_1|2")
+    return found
+
+
+@pytest.mark.parametrize("by", ["PAS", "half_distance", "recall@5cm,5deg:hloc"])
+def test_latex_of_any_names(hostile, run, tmp_path, by):
+    """Whatever a name or a metric holds, it is text."""
+    metrics = ["--metrics", by] if "@" in by else []
+    text = run(*hostile, "--latex", "--by", by, *metrics)[1]
+    plain = re.sub(r"\\[&%$#_{}]|\$\\infty\$", "", text)  # without what is escaped
+    assert not set("%$#_~^<>|") & set(plain)
+    assert text.count(r"\caption{") == text.count(r"\toprule") == 2
+    if shutil.which("pdflatex"):
+        document = rf"\documentclass{{article}}\usepackage{{booktabs}}\begin{{document}}{text}"
+        (tmp_path / "t.tex").write_text(document + r"\end{document}")
+        command = ["pdflatex", "-halt-on-error", "t.tex"]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=60, check=False)
+        assert done.returncode == 0, done.stdout.decode(errors="replace")[-500:]
+
+
+def test_any_names_in_other_tables(hostile, run, tmp_path):
+    rows = list(csv.DictReader(StringIO(run(*hostile, "--csv")[1], newline="")))
+    assert {row["system"] for row in rows} == {*HOSTILE, r"n\udcff"}
+    lines = run(*hostile, "--markdown", "-")[1].splitlines()
+    table = [line for line in lines if line.startswith("|")]
+    assert {len(re.findall(r"(?<!\\)\|", line)) for line in table} == {3, 10}
+    assert any(line.startswith(r"| \*new\\nline--é\`\_u\_ |") for line in table)
+    found = json.loads(run(*hostile, "--json")[1])
+    assert {entry["system"] for entry in found["systems"]} == {*HOSTILE, "n\udcff"}
+    code, _, err = run(*hostile, "--html", "page.html")
+    assert (code, err) == (0, "")
+    assert (tmp_path / "page.html").read_text().count("</html>") == 1
