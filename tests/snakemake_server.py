@@ -47,6 +47,7 @@ def copied_project(project: Path) -> Iterator[Run]:
     ours, theirs = FORKS.Pipe()
     process = FORKS.Process(target=_serve, args=(project, theirs))
     process.start()
+    theirs.close()  # so that the end of the process is an EOFError, and no wait for ever
     ours.recv()  # when it is ready, and leads a group of its own
 
     def run(*task: object) -> int | None:

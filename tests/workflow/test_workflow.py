@@ -26,7 +26,7 @@ def n_trials(name: str) -> int:
 
 
 def copy_of_the_project(folder: Path) -> Path:
-    leave = shutil.ignore_patterns("__pycache__", "kernel-*.so")
+    leave = shutil.ignore_patterns("__pycache__")
     for name in (*FOLDERS, "configs", "workflow"):
         shutil.copytree(ROOT / name, folder / name, ignore=leave)
     shutil.copy(SNAKEFILE, folder)
