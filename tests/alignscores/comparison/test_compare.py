@@ -30,7 +30,7 @@ def test_the_table_tells_the_truth_that_was_put_in(benchmark_of, compare, tmp_pa
     gone = results["car", "twin", "2"]
     assert (gone["status"], gone["TAS"], gone["RAS"], gone["PAS"]) == ("missing", 0, 0, 0)
     assert (gone["half_distance"], gone["half_angle"], gone["failures"]) == (None, None, 100)
-    assert results["car", "loses_track", "0"]["failures"] == 50  # of 100: a second of the last 60 is covered
+    assert results["car", "loses_track", "0"]["failures"] == 50  # a second more is covered
     assert len({entry["unit"] for key, entry in results.items() if key[0] == "car"} - {None}) == 1
 
     def entry(system, sequence=None):
