@@ -102,7 +102,7 @@ def matching_notes(
         )
     answering = len(np.unique(matches.est_rows[matches.est_rows >= 0]))
     if answering < FEW_POSES:
-        notes.append(f"only {answering} of its poses are scored, so few fit by chance")
+        notes.append(f"only {answering} of its poses are scored, so few can fit by chance")
     if note := _gaps_note(matches, estimate, settings.max_gap):
         notes.append(note)
     if matches.lost > MUCH_LOST and settings.missing_cameras == "ignore":
@@ -230,10 +230,12 @@ def offset_notes(
             f"its clock seems to be off: with --t_offset {t_offset + found.seconds:.3f} its "
             f"{found.what} fit {found.gain:.1f} times as well"
         ]
-    fit = f"its {found.what} fit {found.gain:.1f} times as well"
-    if found.certain:
-        return [f"time offset of {found.seconds:.4f} s added to its stamps: {fit}"]
-    return [f"time offset 0, since none is certain (with {found.seconds:.3f} s {fit})"]
+    if not found.certain:
+        return [f"no time offset added: none makes its {found.what} fit clearly better"]
+    return [
+        f"time offset of {found.seconds:.4f} s added to its stamps: its {found.what} fit "
+        f"{found.gain:.1f} times as well"
+    ]
 
 
 def swap_notes(reference: Trajectory, estimate: Trajectory) -> list[str]:

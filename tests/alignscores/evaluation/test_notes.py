@@ -135,7 +135,7 @@ def test_stamps_in_whole_seconds_are_refused(run, write, lines):
 
 
 def test_few_scored_poses_are_noted():
-    note = "estimate: only 19 of its poses are scored, so few fit by chance"
+    note = "estimate: only 19 of its poses are scored, so few can fit by chance"
     for n, said in ((19, True), (20, False)):
         rows = np.linspace(0, len(TRUTH.keys) - 1, n).round().astype(int)
         estimate = Trajectory(TRUTH.keys[rows], TRUTH.poses[rows])
