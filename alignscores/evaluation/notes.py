@@ -152,13 +152,13 @@ def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[
     ]
 
 
-def chance_notes(chance: float) -> list[str]:
-    """Say that a camera that never moves would score, if it would."""
-    if chance <= HIGH_CHANCE:
+def chance_notes(chances: Sequence[float]) -> list[str]:
+    """Say that a camera that never moves would score, if it would; chances are of one reference."""
+    if max(chances, default=0.0) <= HIGH_CHANCE:
         return []
     return [
-        f"a camera that never moves would have a TAS of {chance:.2f}: the reference stands still "
-        "for much of the time, or has few frames"
+        f"a camera that never moves would have a TAS of {max(chances):.2f}: the reference stands "
+        "still for much of the time, or has few frames"
     ]
 
 

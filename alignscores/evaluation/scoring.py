@@ -108,9 +108,11 @@ def evaluate(
 
 
 def notes_of_all(evaluations: Sequence[Evaluation]) -> list[str]:
-    """Return the notes on all estimates of a reference: which of its time none of them covers."""
-    timed = [found.matches for found in evaluations if found.matches.keys.dtype.kind == "f"]
-    return ends_notes([found.keys for found in timed], [found.est_rows >= 0 for found in timed])
+    """Return the notes on a reference: the time that no estimate covers, and its chance level."""
+    timed = [found for found in evaluations if found.matches.keys.dtype.kind == "f"]
+    matches = [found.matches for found in timed]
+    ends = ends_notes([found.keys for found in matches], [found.est_rows >= 0 for found in matches])
+    return [*ends, *chance_notes([found.chance for found in timed])]
 
 
 class _Scores(NamedTuple):
@@ -161,8 +163,6 @@ def score(
     metrics, reasons = _metric_values(pairs, settings, n_parts=len(parts))
     unit = scores.result.tas.unit * settings.max_threshold
     chance = chance_level(reference.poses[matches.expected_rows, :3, 3], unit)
-    if whole.keys.dtype.kind == "f":
-        notes += chance_notes(chance)
     notes += [*parts_notes(described), *reasons]
     return Evaluation(
         name=name,

@@ -181,7 +181,7 @@ def test_the_score_of_a_camera_that_never_moves(stands):
     found = evaluate(reference, reference)
     chance = found.to_dict()["chance"]
     assert (chance > 0.4) == stands
-    notes = [f"estimate: a camera that never moves would have a TAS of {chance:.2f}: the reference"]
+    notes = [f"a camera that never moves would have a TAS of {chance:.2f}: the reference"]
     assert [note[: len(notes[0])] for note in found.notes] == notes * stands
 
 
