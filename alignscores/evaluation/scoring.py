@@ -151,14 +151,14 @@ def score(
         poses = [rotate_cameras(part, body_rotation) for part in poses]
         scores = _scores(matches, poses, settings)
     described = _described_parts(list(parts), scores)
-    notes = [*warned, *matching_notes(matches, reference, whole, settings)]
+    aligned_clock = _as_scored(whole, offset, body_rotation, settings)
+    notes = [*warned, *matching_notes(matches, reference, aligned_clock, settings)]
     if check:
         if settings.form.timed and reference.keys.dtype.kind == "f":
             notes[:0] = offset_notes(reference, whole, offset, found)
         notes += swap_notes(reference, whole)
         notes += _convention_notes(matches, convention, scores, settings)
     matches = replace(matches, est_poses=in_one_world(poses, scores.of_parts, scores.part_of))
-    aligned_clock = _as_scored(whole, offset, body_rotation, settings)
     pairs = _pairs(matches, aligned_clock)
     metrics, reasons = _metric_values(pairs, settings, n_parts=len(parts))
     unit = scores.result.tas.unit * settings.max_threshold

@@ -151,6 +151,9 @@ def test_gaps_that_a_larger_one_would_cover_are_noted():
     assert found.lost > 0.2
     covered = evaluate(TRUTH, some, max_gap=5)
     assert (covered.pas, covered.lost, covered.notes) == (1, 0, [])
+    for offset in (3.0, 1e9):
+        late = some._replace(keys=some.keys - offset)
+        assert note in evaluate(TRUTH, late, t_offset=offset).notes
     # A lost track is no such gap.
     assert evaluate(TRUTH, without(lambda times: (times > 10) & (times < 20))).notes == []
 
