@@ -219,10 +219,15 @@ def parts_notes(parts: Sequence[Part]) -> list[str]:
 
 
 def offset_notes(
-    reference: Trajectory, estimate: Trajectory, t_offset: float, found: TimeOffset | None
+    reference: Trajectory,
+    estimate: Trajectory,
+    t_offset: float,
+    found: TimeOffset | None,
+    *,
+    auto: bool,
 ) -> list[str]:
     """Say which offset of the clocks was found, or that there seems to be one."""
-    if found is None:
+    if not auto:
         found = find_offset(reference, estimate._replace(keys=estimate.keys + t_offset))
         if found is None or not found.certain:
             return []
@@ -230,8 +235,8 @@ def offset_notes(
             f"its clock seems to be off: with --t_offset {t_offset + found.seconds:.3f} its "
             f"{found.what} fit {found.gain:.1f} times as well"
         ]
-    if not found.certain:
-        return [f"no time offset added: none makes its {found.what} fit clearly better"]
+    if found is None or not found.certain:
+        return ["no time offset added: none makes its motions fit clearly better"]
     return [
         f"time offset of {found.seconds:.4f} s added to its stamps: its {found.what} fit "
         f"{found.gain:.1f} times as well"

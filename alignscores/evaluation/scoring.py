@@ -155,7 +155,8 @@ def score(
     notes = [*warned, *matching_notes(matches, reference, aligned_clock, settings)]
     if check:
         if settings.form.timed and reference.keys.dtype.kind == "f":
-            notes[:0] = offset_notes(reference, whole, offset, found)
+            auto = settings.t_offset == "auto"
+            notes[:0] = offset_notes(reference, whole, offset, found, auto=auto)
         notes += swap_notes(reference, whole)
         notes += _convention_notes(matches, convention, scores, settings)
     matches = replace(matches, est_poses=in_one_world(poses, scores.of_parts, scores.part_of))
