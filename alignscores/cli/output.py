@@ -98,9 +98,9 @@ def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str
     if any(row["parts"] for row in rows) and not chosen:
         lines.append("parts: worlds that are each aligned on their own, which makes scores higher")
     if settings.form.timed and "n" in header.split():
-        lines.append(
-            "n: expected frames, the same for every estimate; lost: share of time without a pose"
-        )
+        ignored = settings.missing_cameras == "ignore"
+        of = "covered frames" if ignored else "expected frames, the same for every estimate"
+        lines.append(f"n: {of}; lost: share of time without a pose")
     scales = {row["name"]: row["scale"] for row in rows}
     if not chosen and (note := scale_note(scales, settings)):
         lines.append(note)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..evaluation.evaluation import LOST, finite_or_none
-from ..evaluation.notes import collected_warnings, ends_notes, why
+from ..evaluation.notes import chance_notes, collected_warnings, ends_notes, why
 from ..evaluation.settings import Settings
 from ..metrics import metric
 from ..parallel import run_parallel
@@ -329,12 +329,13 @@ def _scored(tasks: Mapping[Run, Task], jobs: int, progress: Progress) -> list[tu
 
 
 def _notes_of_sequences(runs: Sequence[tuple[Run, Outcome]]) -> list[str]:
-    """Return which of the time of a sequence none of its runs covers."""
+    """Return the notes on each sequence, whatever the run."""
     notes: list[str] = []
     for sequence in dict.fromkeys(run.sequence for run, _ in runs):
         timed = [found for run, found in runs if run.sequence == sequence and len(found.stamps)]
         covered = [found.statuses != LOST for found in timed]
         of_all = ends_notes([found.stamps for found in timed], covered)
+        of_all += chance_notes([found.chance for found in timed])
         notes += [f"{sequence}: {note}" for note in of_all]
     return notes
 

@@ -51,6 +51,7 @@ class Outcome:
     failures: int = 0  # cameras without a position or without a rotation
     unit: float = np.nan
     lost: float = 1.0
+    chance: float = 0.0
     scale: float = np.nan  # of the alignment, where there is one for all
     n_parts: int = 1
     n_rows: int = 0  # of the reference
@@ -137,6 +138,7 @@ def _outcome(evaluation: Evaluation) -> Outcome:
         failures=int(failed.sum()),
         unit=result.tas.unit,
         lost=evaluation.lost,
+        chance=evaluation.chance,
         scale=np.nan if evaluation.scale is None else evaluation.scale,
         n_parts=max(len(evaluation.parts), 1),
         n_rows=len(evaluation.reference.keys),

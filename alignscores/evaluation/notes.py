@@ -102,7 +102,7 @@ def matching_notes(
         )
     answering = len(np.unique(matches.est_rows[matches.est_rows >= 0]))
     if answering < FEW_POSES:
-        notes.append(f"only {answering} of its poses are scored, so few fit by chance")
+        notes.append(f"only {answering} of its poses are scored, so few can fit by chance")
     if note := _gaps_note(matches, estimate, settings.max_gap):
         notes.append(note)
     if matches.lost > MUCH_LOST and settings.missing_cameras == "ignore":
@@ -152,13 +152,13 @@ def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[
     ]
 
 
-def chance_notes(chance: float) -> list[str]:
-    """Say that a camera that never moves would score, if it would."""
-    if chance <= HIGH_CHANCE:
+def chance_notes(chances: Sequence[float]) -> list[str]:
+    """Say that a camera that never moves would score, if it would; chances are of one reference."""
+    if max(chances, default=0.0) <= HIGH_CHANCE:
         return []
     return [
-        f"a camera that never moves would have a TAS of {chance:.2f}: the reference stands still "
-        "for much of the time, or has few frames"
+        f"a camera that never moves would have a TAS of {max(chances):.2f}: the reference stands "
+        "still for much of the time, or has few frames"
     ]
 
 
@@ -219,10 +219,15 @@ def parts_notes(parts: Sequence[Part]) -> list[str]:
 
 
 def offset_notes(
-    reference: Trajectory, estimate: Trajectory, t_offset: float, found: TimeOffset | None
+    reference: Trajectory,
+    estimate: Trajectory,
+    t_offset: float,
+    found: TimeOffset | None,
+    *,
+    auto: bool,
 ) -> list[str]:
     """Say which offset of the clocks was found, or that there seems to be one."""
-    if found is None:
+    if not auto:
         found = find_offset(reference, estimate._replace(keys=estimate.keys + t_offset))
         if found is None or not found.certain:
             return []
@@ -230,10 +235,12 @@ def offset_notes(
             f"its clock seems to be off: with --t_offset {t_offset + found.seconds:.3f} its "
             f"{found.what} fit {found.gain:.1f} times as well"
         ]
-    fit = f"its {found.what} fit {found.gain:.1f} times as well"
-    if found.certain:
-        return [f"time offset of {found.seconds:.4f} s added to its stamps: {fit}"]
-    return [f"time offset 0, since none is certain (with {found.seconds:.3f} s {fit})"]
+    if found is None or not found.certain:
+        return ["no time offset added: none makes its motions fit clearly better"]
+    return [
+        f"time offset of {found.seconds:.4f} s added to its stamps: its {found.what} fit "
+        f"{found.gain:.1f} times as well"
+    ]
 
 
 def swap_notes(reference: Trajectory, estimate: Trajectory) -> list[str]:

@@ -108,9 +108,11 @@ def evaluate(
 
 
 def notes_of_all(evaluations: Sequence[Evaluation]) -> list[str]:
-    """Return the notes on all estimates of a reference: which of its time none of them covers."""
-    timed = [found.matches for found in evaluations if found.matches.keys.dtype.kind == "f"]
-    return ends_notes([found.keys for found in timed], [found.est_rows >= 0 for found in timed])
+    """Return the notes on a reference: the time that no estimate covers, and its chance level."""
+    timed = [found for found in evaluations if found.matches.keys.dtype.kind == "f"]
+    matches = [found.matches for found in timed]
+    ends = ends_notes([found.keys for found in matches], [found.est_rows >= 0 for found in matches])
+    return [*ends, *chance_notes([found.chance for found in timed])]
 
 
 class _Scores(NamedTuple):
@@ -149,20 +151,19 @@ def score(
         poses = [rotate_cameras(part, body_rotation) for part in poses]
         scores = _scores(matches, poses, settings)
     described = _described_parts(list(parts), scores)
-    notes = [*warned, *matching_notes(matches, reference, whole, settings)]
+    aligned_clock = _as_scored(whole, offset, body_rotation, settings)
+    notes = [*warned, *matching_notes(matches, reference, aligned_clock, settings)]
     if check:
         if settings.form.timed and reference.keys.dtype.kind == "f":
-            notes[:0] = offset_notes(reference, whole, offset, found)
+            auto = settings.t_offset == "auto"
+            notes[:0] = offset_notes(reference, whole, offset, found, auto=auto)
         notes += swap_notes(reference, whole)
         notes += _convention_notes(matches, convention, scores, settings)
     matches = replace(matches, est_poses=in_one_world(poses, scores.of_parts, scores.part_of))
-    aligned_clock = _as_scored(whole, offset, body_rotation, settings)
     pairs = _pairs(matches, aligned_clock)
     metrics, reasons = _metric_values(pairs, settings, n_parts=len(parts))
     unit = scores.result.tas.unit * settings.max_threshold
     chance = chance_level(reference.poses[matches.expected_rows, :3, 3], unit)
-    if whole.keys.dtype.kind == "f":
-        notes += chance_notes(chance)
     notes += [*parts_notes(described), *reasons]
     return Evaluation(
         name=name,

@@ -327,6 +327,10 @@ class Settings:
             raise ValueError("up is used by alignment=yaw alone: set that, too, or leave up out")
         if self.frames is not None and self.missing == "ignore":
             raise ValueError("frames without a pose fail: leave missing=ignore out, or frames")
+        if self.frames is not None and self.t_offset == "auto":
+            raise ValueError(
+                "frames need t_offset in seconds: auto would move them with each estimate"
+            )
         if self.format:
             self._check_format()
 

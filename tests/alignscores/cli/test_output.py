@@ -29,7 +29,7 @@ def test_the_table_and_what_is_said_below_it(run):
     assert row.split()[0] == "estimate.txt"
     assert settings.startswith("registration pcr99, means and sd over the seeds 0 to 9; ")
     assert half.startswith("half: smallest threshold where TAS (refined registration) or RAS ")
-    assert n.startswith("n: ")
+    assert n.startswith("n: covered frames; lost: ")
     assert re.match(r"scale: estimate.txt 0\.\d+ times the reference's", scale)
     assert "--registration refined" in hint
 

@@ -52,10 +52,10 @@ def test_an_offset_is_found_within_5_ms(late, step):
 def test_no_offset_is_found_where_there_is_none():
     for seed in range(3):
         truth = walk(seed)
-        for step in (1, 10):
+        for step in (1, 10, 60):  # one in 3 s: too far apart to compare
             added, (note,) = offset(truth, disturbed(truth, 0.0, step, sigma=0.03))
             assert added == 0
-            assert note.startswith("estimate: time offset 0, since none is certain")
+            assert note.startswith("estimate: no time offset added: none makes its motions fit")
 
 
 def test_without_rotations_speeds_find_it():

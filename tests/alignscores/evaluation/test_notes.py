@@ -135,7 +135,7 @@ def test_stamps_in_whole_seconds_are_refused(run, write, lines):
 
 
 def test_few_scored_poses_are_noted():
-    note = "estimate: only 19 of its poses are scored, so few fit by chance"
+    note = "estimate: only 19 of its poses are scored, so few can fit by chance"
     for n, said in ((19, True), (20, False)):
         rows = np.linspace(0, len(TRUTH.keys) - 1, n).round().astype(int)
         estimate = Trajectory(TRUTH.keys[rows], TRUTH.poses[rows])
@@ -151,6 +151,9 @@ def test_gaps_that_a_larger_one_would_cover_are_noted():
     assert found.lost > 0.2
     covered = evaluate(TRUTH, some, max_gap=5)
     assert (covered.pas, covered.lost, covered.notes) == (1, 0, [])
+    for offset in (3.0, 1e9):
+        late = some._replace(keys=some.keys - offset)
+        assert note in evaluate(TRUTH, late, t_offset=offset).notes
     # A lost track is no such gap.
     assert evaluate(TRUTH, without(lambda times: (times > 10) & (times < 20))).notes == []
 
@@ -181,7 +184,7 @@ def test_the_score_of_a_camera_that_never_moves(stands):
     found = evaluate(reference, reference)
     chance = found.to_dict()["chance"]
     assert (chance > 0.4) == stands
-    notes = [f"estimate: a camera that never moves would have a TAS of {chance:.2f}: the reference"]
+    notes = [f"a camera that never moves would have a TAS of {chance:.2f}: the reference"]
     assert [note[: len(notes[0])] for note in found.notes] == notes * stands
 
 

@@ -65,6 +65,7 @@ def test_what_needs_time_stamps_is_refused_without(form, changes):
         ({"format": "kitti", "metrics": "rpe@1s"}, "rpe@1s needs time stamps, which the files"),
         ({"alignment": "rigid", "up": "y"}, "up is used by alignment=yaw alone: set that, too, or"),
         ({"missing": "ignore", "frames": "f"}, "frames without a pose fail"),
+        ({"t_offset": "auto", "frames": "f"}, "frames need t_offset in seconds: auto would"),
     ],
 )
 def test_settings_that_do_not_go_together(changes, message):
