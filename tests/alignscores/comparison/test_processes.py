@@ -34,6 +34,8 @@ os.fork, parent = counted, os.getpid()
 if place != "fails":
     os.register_at_fork(**{place.removesuffix("_group"): interrupt})
 """
+# First, as a shell ignores interruptions in the background, and so would the tests' processes.
+HEEDING = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 COMMAND = "from alignscores.__main__ import command; sys.exit(command())"
 PYTHON = """
 from alignscores import compare
@@ -62,7 +64,7 @@ def start(examples, tmp_path):
 
     def start(code, *arguments):
         return subprocess.Popen(
-            [sys.executable, "-c", code, *map(str, arguments)],
+            [sys.executable, "-c", HEEDING + code, *map(str, arguments)],
             cwd=tmp_path,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
