@@ -51,8 +51,8 @@ class Outcome:
     failures: int = 0  # cameras without a position or without a rotation
     unit: float = np.nan
     lost: float = 1.0
-    chance: float = 0.0
     scale: float = np.nan  # of the alignment, where there is one for all
+    chance: float = np.nan  # TAS of a camera that never moves, of the reference alone
     n_parts: int = 1
     n_rows: int = 0  # of the reference
     rows: Indices = field(default_factory=NO_ROWS)  # in the reference, ascending

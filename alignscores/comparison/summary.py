@@ -48,6 +48,7 @@ class Result:
             "failures": outcome.failures,
             "lost": outcome.lost,
             "unit": outcome.unit,
+            "chance": outcome.chance,
             "parts": outcome.n_parts,
             "scale": outcome.scale,
             "notes": outcome.notes,

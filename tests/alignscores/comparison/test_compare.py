@@ -30,7 +30,7 @@ def test_the_table_tells_the_truth_that_was_put_in(benchmark_of, compare, tmp_pa
     gone = results["car", "twin", "2"]
     assert (gone["status"], gone["TAS"], gone["RAS"], gone["PAS"]) == ("missing", 0, 0, 0)
     assert (gone["half_distance"], gone["half_angle"], gone["failures"]) == (None, None, 100)
-    assert results["car", "loses_track", "0"]["failures"] == 50  # a second more is covered
+    assert results["car", "loses_track", "0"]["failures"] == 50  # half a gap is covered
     assert len({entry["unit"] for key, entry in results.items() if key[0] == "car"} - {None}) == 1
 
     def entry(system, sequence=None):
@@ -106,6 +106,15 @@ def test_time_that_no_run_of_a_sequence_covers_is_one_note(benchmark_of, tmp_pat
     assert note.startswith("helix: no estimate covers the last 4.0 s of the reference; --t_end 5.9")
     notes = library_compare(*patterns[1:], format="tum", missing="ignore").notes
     assert not any("no estimate covers" in note for note in notes)
+
+
+def test_the_chance_level_is_one_note_a_sequence(benchmark_of, tmp_path, monkeypatch):
+    """It depends on the reference, which here has few frames."""
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0), "b": (0.1, 1.0, 1, 0.0)}, ["car"], n=12)
+    monkeypatch.chdir(tmp_path)
+    notes = [note for note in library_compare(*patterns[1:], format="tum").notes if "moves" in note]
+    assert len(notes) == 1
+    assert notes[0].startswith("car: a camera that never moves would have a TAS of ")
 
 
 def test_processes_do_not_matter(benchmark_of, run, tmp_path):
