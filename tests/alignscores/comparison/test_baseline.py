@@ -71,13 +71,6 @@ def test_a_system_that_is_better_does_not_fail(gate, benchmark_of):
     assert orb["difference"] == pytest.approx(orb["now"] - orb["saved"])
 
 
-def test_of_errors_the_larger_is_worse(gate, worsen):
-    by = "--metrics", "ate:rmse", "--by", "ate:rmse"
-    code, _, err = gate(worsen(3), *by, first=by)
-    assert code == 3
-    assert err.startswith("alignscores: error: orb: ate:rmse 0.1")
-
-
 def test_one_run_says_that_it_cannot_fail(gate, worsen):
     code, out, err = gate(worsen(1), runs=1)
     assert code == 0

@@ -123,19 +123,6 @@ def test_failures_lose():
     assert "mean" not in of_errors  # it is infinite
 
 
-def test_failing_on_purpose_or_leaving_out_runs_never_pays():
-    """Whichever run is bad, it is better than none; a run that is left out is a missing one."""
-    other = on(2, MIXED)
-    for number in range(10):
-        failed = [None if k == number else score for k, score in enumerate(GOOD)]
-        kept, lost = (
-            summed_up({"a": {"s0": own, "s1": GOOD}, "b": other}).pairs_by("PAS")[0]
-            for own in (GOOD, failed)
-        )
-        assert lost.wins < kept.wins
-        assert lost.means[0] < kept.means[0]
-
-
 def test_the_others_are_told_in_short():
     systems = {"a": on(2, GOOD), "b": on(2, BAD), "c": on(2, BAD[:9]), "d": on(2, GOOD[::-1])}
     text = said(systems)
@@ -181,11 +168,6 @@ def test_the_command_begins_with_the_verdict(patterns, run):
     assert by_sequence.splitlines()[-1].startswith("d m ")
     assert len(legend.splitlines()) == 2
     assert run(*patterns, "--verbose")[1].startswith(out.rstrip())
-
-
-def test_no_table_is_wider_than_the_terminal(patterns, run, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "40")
-    assert max(map(text_width, run(*patterns)[1].split("\n\nmeans")[0].splitlines())) <= 40
 
 
 def test_csv_json_and_pandas_have_the_same_rows(patterns, run):
