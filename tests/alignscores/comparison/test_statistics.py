@@ -37,7 +37,7 @@ def test_a_failed_run_loses_to_every_other_and_ties_count_half():
     assert wins([one], paired=True) == 0.5
 
 
-@pytest.mark.parametrize(("n", "m"), [(2, 2), (3, 3), (5, 5), (10, 10), (40, 40)])
+@pytest.mark.parametrize(("n", "m"), [(2, 2), (5, 5), (40, 40)])
 def test_on_one_sequence_it_is_the_test_of_mann_and_whitney(n, m):
     ((a, b),) = draw(n, m, shift=0.5)
     test = rank_test([(a, b)])
@@ -64,32 +64,19 @@ def test_the_distribution_over_sequences_is_that_of_all_exchanges():
 
 
 def test_many_runs_have_the_normal_distribution():
-    """By chance it differs from that of exchanges by little."""
-    runs = draw(19, 23, sequences=2, shift=0.3) + draw(17, 29, shift=0.3)
-    rng = np.random.default_rng(0)
-    pooled = [np.concatenate(pair) for pair in runs]
-    drawn = []
-    for _ in range(4000):
-        mixed = (rng.permutation(both) for both in pooled)
-        drawn.append(
-            wins([(x[: len(a)], x[len(a) :]) for x, (a, _) in zip(mixed, runs, strict=True)])
-        )
-    expected = np.mean(np.array(drawn) >= wins(runs))
-    assert rank_test(runs).better == pytest.approx(expected, abs=0.01)
+    ((a, b),) = draw(40, 43, shift=0.3)
+    exact = stats.mannwhitneyu(a, b, method="exact").pvalue
+    assert rank_test([(a, b)] * 2).p < rank_test([(a, b)]).p == pytest.approx(exact, abs=0.01)
     assert rank_test([(np.zeros(400), np.zeros(400))]).p == 1
 
 
 @pytest.mark.parametrize(
     ("n", "m", "sequences", "possible"),
-    [
-        *((2, 2, 1, False), (3, 3, 1, False), (4, 4, 1, True), (2, 2, 2, False), (2, 2, 3, True)),
-        *((2, 10, 1, False), (1, 10, 5, False), (1, 10, 6, True)),
-    ],
+    [(3, 3, 1, False), (4, 4, 1, True), (2, 2, 2, False), (2, 2, 3, True), (2, 10, 1, False)],
 )
 def test_so_few_runs_cannot_differ_significantly(n, m, sequences, possible):
     """The system with fewer runs decides."""
-    runs = [(np.arange(n) + 100.0, np.arange(float(m))) for _ in range(sequences)]
-    test = rank_test(runs)
+    test = rank_test([(np.arange(n) + 100.0, np.arange(float(m)))] * sequences)
     assert test.possible == possible == (test.p <= LEVEL)
 
 

