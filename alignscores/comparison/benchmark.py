@@ -18,8 +18,6 @@ __all__ = ["NO_SETTINGS", "Benchmark", "Run", "from_patterns", "read_yaml"]
 
 DIGITS = re.compile(r"(\d+)")
 FIELDS = ("sequence", "system", "run")
-MOST_RUNS = 10**4
-LONGEST_PATH = 4096  # characters, more than any system takes
 ONLY_RUN = "1"  # name of the run where the pattern has no {run}
 # Keys of a YAML file, and those of an entry of `sequences` and of `systems`.
 KEYS = ("format", "reference", "estimate", "runs", "sequences", "systems")
@@ -216,28 +214,19 @@ def read_yaml(path: str, *, expect_all: bool = False) -> Benchmark:
         raise ValueError(f"{path}: cannot be read: {error}") from None
     content = _mapping(content, KEYS, path)
     for key in KEYS[:3]:
-        value = content.get(key)
-        if not isinstance(value, str) or len(value) > LONGEST_PATH:
+        if not isinstance(value := content.get(key), str):
             raise ValueError(f"{path}: needs {key}, a text, not {brief(value)}")
     if content["format"] not in FORMATS:
         raise ValueError(f"{path}: format must be one of {', '.join(FORMATS)}")
-    entries: dict[str, dict[str, dict[str, Any]]] = {}
-    for key, keys in (("sequences", OF_SEQUENCE), ("systems", OF_SYSTEM)):
-        given = _mapping(content.get(key), None, f"{path}: {key}")
-        entries[key] = {
-            str(name): _mapping(values, keys, f"{path}: {key}: {name!s:.60}")
-            for name, values in given.items()
-        }
-    for key, named in entries.items():
-        for name, values in named.items():
-            _check(values, content["format"], f"{path}: {key}: {name:.60}")
+    of_sequences = _entries(content, "sequences", OF_SEQUENCE, path)
+    of_systems = _entries(content, "systems", OF_SYSTEM, path)
     folder = Path(path).parent
-    for values in entries["sequences"].values():
+    for values in of_sequences.values():
         if "frames" in values:
             values["frames"] = str(folder / values["frames"])
     expected = {
-        name: _expected(values["runs"], f"{path}: systems: {name:.60}")
-        for name, values in entries["systems"].items()
+        name: _expected(values["runs"], f"{path}: systems: {name}")
+        for name, values in of_systems.items()
         if "runs" in values
     }
     expected[""] = _expected(content.get("runs"), path)
@@ -248,12 +237,31 @@ def read_yaml(path: str, *, expect_all: bool = False) -> Benchmark:
             *patterns,
             expect_all=expect_all,
             expected=expected,
-            systems=list(entries["systems"]),
-            sequences=list(entries["sequences"]),
+            systems=list(of_systems),
+            sequences=list(of_sequences),
         )
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-    return replace(found, sequence_options=entries["sequences"], system_options=entries["systems"])
+    return replace(found, sequence_options=of_sequences, system_options=of_systems)
+
+
+def _entries(
+    content: Mapping[str, Any], kind: str, keys: Sequence[str], path: str
+) -> dict[str, dict[str, Any]]:
+    """Return what is set of each sequence or system, by its name."""
+    entries = {}
+    for name, given in _mapping(content.get(kind), None, f"{path}: {kind}").items():
+        where = f"{path}: {kind}: {name}"
+        values = entries[str(name)] = _mapping(given, keys, where)
+        for key in ("name", "frames"):
+            if not isinstance(values.get(key, ""), str):
+                raise ValueError(f"{where}: {key} must be a text, not {brief(values[key])}")
+        options = {key: value for key, value in values.items() if key not in NO_SETTINGS}
+        try:
+            Settings(**{"format": content["format"], **options})
+        except ValueError as error:
+            raise ValueError(f"{where}: {error}") from None
+    return entries
 
 
 def _mapping(value: Any, keys: Sequence[str] | None, where: str) -> dict[Any, Any]:
@@ -271,26 +279,11 @@ def _mapping(value: Any, keys: Sequence[str] | None, where: str) -> dict[Any, An
 def _expected(value: Any, where: str) -> Expected | None:
     if value is None:
         return None
-    if isinstance(value, int) and not isinstance(value, bool) and 0 < value <= MOST_RUNS:
+    if isinstance(value, int) and not isinstance(value, bool) and value > 0:
         return value
     named = isinstance(value, list) and all(isinstance(name, str | int | float) for name in value)
-    if named and 0 < len(value) <= MOST_RUNS:
+    if named and value:
         return list(dict.fromkeys(map(str, value)))
     raise ValueError(
-        f"{where}: runs must be a positive whole number or a list of names, at most {MOST_RUNS}, "
-        f"not {brief(value)}"
+        f"{where}: runs must be a positive whole number or a list of names, not {brief(value)}"
     )
-
-
-def _check(values: Mapping[str, Any], format: str, where: str) -> None:
-    """Check the entry of a sequence or a system: its name, and what are settings."""
-    for key, value in values.items():
-        if value is None:
-            raise ValueError(f"{where}: {key} has no value")
-        if key in ("name", "frames") and not isinstance(value, str):
-            raise ValueError(f"{where}: {key} must be a text, not {brief(value)}")
-    given = {key: value for key, value in values.items() if key not in NO_SETTINGS}
-    try:
-        Settings(**{"format": format, **given})
-    except ValueError as error:
-        raise ValueError(f"{where}: {error}") from None

@@ -37,7 +37,7 @@ def load(file: Path) -> Any:
     """Return a stored result, None where there is none that can be read."""
     try:
         return json.loads(file.read_bytes())
-    except (OSError, RecursionError, ValueError):
+    except (OSError, ValueError):
         return None
 
 

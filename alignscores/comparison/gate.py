@@ -14,7 +14,7 @@ from .verdicts import p_text
 __all__ = ["Condition", "conditions_of", "reasons_to_fail"]
 
 CONDITION = re.compile(r"(\S+?)\s*(<|>|\bdrops\b|\brises\b)\s*([\d.eE+-]+)(%?)")
-RELATION = re.compile(r"[<>]|\b(?:drops|rises)\b")
+END = re.compile(r"(\bworse|(?:[<>]|\bdrops\b|\brises\b)[^,]*),")  # a name may have a comma, too
 WORSE = "worse"
 SHARES = "lost", "failed"
 
@@ -35,12 +35,8 @@ class Condition:
 
 def conditions_of(text: str, by: str, metrics: Collection[str]) -> list[Condition]:
     """Read conditions on these metrics, such as ``worse,PAS<0.8,lost>5%,PAS drops 0.05``."""
-    parts = [""]
-    for part in text.split(","):  # a name may have a comma, too
-        parts[-1] += part
-        parts += [""] if part.strip() == WORSE or RELATION.search(part) else []
-        parts[-1] += "," if parts[-1] else ""
-    return [_condition(part.strip(" ,"), by, metrics) for part in parts if part]
+    parts = END.sub(r"\1\n", text).splitlines()
+    return [_condition(part.strip(), by, metrics) for part in parts]
 
 
 def _condition(text: str, by: str, metrics: Collection[str]) -> Condition:

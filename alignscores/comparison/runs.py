@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -37,11 +37,6 @@ class Task:
     check: bool = False
 
 
-NO_ROWS = partial[Indices](np.empty, 0, np.intp)
-NO_CODES = partial[NDArray[np.uint8]](np.empty, 0, np.uint8)
-NO_NUMBERS = partial(np.empty, 0)
-
-
 @dataclass(frozen=True, eq=False)
 class Outcome:
     """What became of one estimate; arrays have an entry a camera that is scored."""
@@ -54,22 +49,16 @@ class Outcome:
     scale: float = np.nan  # of the alignment, where there is one for all
     chance: float = np.nan  # TAS of a camera that never moves, of the reference alone
     n_parts: int = 1
-    n_rows: int = 0  # of the reference
-    rows: Indices = field(default_factory=NO_ROWS)  # in the reference, ascending
-    stamps: Floats = field(default_factory=NO_NUMBERS)  # in seconds; none of images and rows
-    statuses: NDArray[np.uint8] = field(default_factory=NO_CODES)  # of `Evaluation`
+    rows: Indices = field(default_factory=lambda: np.empty(0, np.intp))  # in the reference
+    stamps: Floats = field(default_factory=lambda: np.empty(0))  # in seconds; none of images
+    statuses: NDArray[np.uint8] = field(default_factory=lambda: np.empty(0, np.uint8))
     # Aligned centres (n, 3), and errors in the reference's unit and in degrees; a failure's are not
     # finite.
-    positions: Floats = field(default_factory=partial(np.empty, (0, 3)))
-    position_errors: Floats = field(default_factory=NO_NUMBERS)
-    rotation_errors: Floats = field(default_factory=NO_NUMBERS)
+    positions: Floats = field(default_factory=lambda: np.empty((0, 3)))
+    position_errors: Floats = field(default_factory=lambda: np.empty(0))
+    rotation_errors: Floats = field(default_factory=lambda: np.empty(0))
     notes: list[str] = field(default_factory=list)
     error: str = ""  # why there is no score, if there is none
-
-    @property
-    def places(self) -> Floats:
-        """Row of each camera, as a share of the number of rows, from 0 to 1."""
-        return np.asarray((self.rows + 0.5) / self.n_rows)
 
 
 def evaluate_run(task: Task) -> Outcome:
@@ -98,7 +87,8 @@ def _scored(task: Task) -> Outcome:
             reference = reference_of(task.reference, settings.format, settings.ref_topic)
         return _outcome(score(reference, task.estimate, settings, name="", check=task.check))
     except FAILURES as error:
-        return Outcome({}, error=_with_file(error, task.estimate))
+        message, file = why(error), task.estimate
+        return Outcome({}, error=message if message.startswith(file) else f"{file}: {message}")
 
 
 def reference_of(path: str, format: str | None, topic: str | None) -> Trajectory:
@@ -113,11 +103,6 @@ def _reference(path: str, settings: Settings, content: str) -> Trajectory:
 
 
 forget_references = _reference.cache_clear
-
-
-def _with_file(error: Exception, file: str) -> str:
-    message = why(error)
-    return message if message.startswith(file) else f"{file}: {message}"
 
 
 def _outcome(evaluation: Evaluation) -> Outcome:
@@ -141,7 +126,6 @@ def _outcome(evaluation: Evaluation) -> Outcome:
         chance=evaluation.chance,
         scale=np.nan if evaluation.scale is None else evaluation.scale,
         n_parts=max(len(evaluation.parts), 1),
-        n_rows=len(evaluation.reference.keys),
         rows=matches.gt_rows,
         stamps=matches.keys if matches.keys.dtype.kind == "f" else np.empty(0),
         statuses=evaluation.statuses,
