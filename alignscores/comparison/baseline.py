@@ -7,7 +7,6 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import permutations
 from typing import Any
 
 from ..evaluation.settings import Settings
@@ -24,7 +23,6 @@ from .verdicts import interval_text, p_text
 
 __all__ = ["Change", "Changes", "changes", "read_baseline"]
 
-NEEDED = {"sequence", "system", "run", "error", "metrics", "n", "lost", "unit", *COLUMNS}
 ELSEWHERE = ("frames",)  # settings that are paths: what changed shows in d
 
 Place = tuple[str, str]  # a system and a sequence
@@ -43,6 +41,13 @@ class Change:
     def change(self) -> str | None:
         """What is significant."""
         return "worse" if self.worse <= LEVEL else "better" if self.better <= LEVEL else None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return its entry of the JSON output."""
+        now, saved = self.pair.means
+        found = {"system": self.system, "saved": saved, "now": now, "wins": self.pair.wins}
+        found |= self.pair.interval()
+        return found | {"p_worse": self.worse, "p_better": self.better, "change": self.change}
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,23 +70,8 @@ class Changes:
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the JSON output has of it, in which numbers may not be finite."""
-        systems = [
-            {
-                "system": one.system,
-                "saved": one.pair.means[1],
-                "now": one.pair.means[0],
-                "wins": one.pair.wins,
-                "difference": one.pair.difference.value,
-                "low": one.pair.difference.low,
-                "high": one.pair.difference.high,
-                "p_worse": one.worse,
-                "p_better": one.better,
-                "change": one.change,
-            }
-            for one in self.systems
-        ]
         found = {"file": printable(self.file), "metric": self.metric, "notes": self.notes}
-        return found | {"systems": systems}
+        return found | {"systems": [one.to_dict() for one in self.systems]}
 
     def table(self, names: Mapping[str, str]) -> Table:
         """Return a row for each system."""
@@ -107,50 +97,35 @@ def read_baseline(file: str, settings: Settings) -> list[Result]:
     text = read_text(file)
     try:
         saved = json.loads(text)
-        results = saved["results"]
-        known = all(result.keys() >= NEEDED for result in results) and results
-    except (AttributeError, KeyError, RecursionError, TypeError, ValueError):
-        known = False
-    if not known:
-        raise FileError(file, "is not what `alignscores compare --json` prints")
+        results = [_saved_run(result) for result in saved["results"]]
+    except (KeyError, TypeError, ValueError):
+        raise FileError(file, "is not what `alignscores compare --json` prints") from None
     for name, value in json.loads(json.dumps(settings.to_dict())).items():
         if name not in ELSEWHERE and saved.get(name, value) != value:
             was = json.dumps(saved[name])
             raise FileError(file, f"has {name} {was}, not {json.dumps(value)}: nothing compares")
-    return list(map(_saved_run, results))
+    return results
 
 
 def _saved_run(result: Mapping[str, Any]) -> Result:
     """Return a saved run; null stands for an infinite error."""
     found = {name: result[name] for name in COLUMNS} | result["metrics"]
-    values = {name: metric(name).worst if v is None else v for name, v in found.items()}
-    run = Run(result["sequence"], result["system"], result["run"], result.get("file"))
-    outcome = Outcome(
-        values,
-        n=result["n"],
-        unit=result["unit"] or math.nan,
-        n_parts=result.get("parts", 1),
-        error=result["error"] or "",
-    )
-    return Result(run, outcome)
+    values = {name: metric(name).worst if v is None else float(v) for name, v in found.items()}
+    run = Run(result["sequence"], result["system"], result["run"], result["file"])
+    unit, error = float(result["unit"] or math.nan), result["error"] or ""
+    return Result(run, Outcome(values, unit=unit, n_parts=int(result["parts"]), error=error))
 
 
 def changes(
     summary: Summary, file: str, saved: Sequence[Result], name: str, paired: bool = False
 ) -> Changes:
     """Compare all systems by a metric with the saved runs of the same benchmark."""
-    now = summary.results
-    places = [dict.fromkeys(map(_place, results)) for results in (now, saved)]
-    new, gone = (
-        [place for place in one if place not in other] for one, other in permutations(places)
-    )
-    notes = [
-        f"{what}: {first_few([printable(f'{system} on {sequence}') for system, sequence in found])}"
-        for what, found in (("new", new), ("gone", gone))
-        if found
-    ]
+    places, were = (dict.fromkeys(map(_place, own)) for own in (summary.results, saved))
+    gone = [place for place in were if place not in places]
+    new = [place for place in places if place not in were]
+    notes = _listed("new", new) + _listed("gone", gone)
     saved, left_out = _of_same_unit(summary, saved)
-    before, after = by_system(saved), by_system(now)
+    before, after = by_system(saved), by_system(summary.results)
     pairs = {
         system: pair
         for system in summary.systems
@@ -162,6 +137,11 @@ def changes(
     better = holm([test.better if test else math.nan for test in tests]).tolist()
     systems = list(map(Change, pairs, pairs.values(), worse, better))
     return Changes(file, name, notes + left_out, gone, before, systems)
+
+
+def _listed(what: str, places: Sequence[Place]) -> list[str]:
+    texts = [printable(f"{system} on {sequence}") for system, sequence in places]
+    return [f"{what}: {first_few(texts)}"] if texts else []
 
 
 def _of_same_unit(summary: Summary, saved: Sequence[Result]) -> tuple[list[Result], list[str]]:

@@ -94,12 +94,10 @@ def from_patterns(
         },
         problems,
     )
-    for kind, pattern, matching in (
-        ("reference", reference, references),
-        ("estimate", estimate, estimates),
-    ):
-        if not matching:
-            raise ValueError("; ".join([f"no {kind} matches the pattern {pattern}", *problems[:1]]))
+    if not references or not estimates:
+        wanted = f"estimate matches the pattern {estimate}"
+        wanted = wanted if references else f"reference matches the pattern {reference}"
+        raise ValueError("; ".join([f"no {wanted}", *problems[:1]]))
     kept = _with_runs(
         {sequence: path for (sequence,), path in references.items()},
         {sequence for sequence, _, _ in estimates},
@@ -150,16 +148,15 @@ def _all_runs(
     for system in sorted({*systems, *(name for _, name, _ in estimates)}, key=_natural):
         paths: dict[str, dict[str, str]] = {sequence: {} for sequence in sequences}
         for (sequence, name, run), path in estimates.items():
-            if name == system:
-                paths.setdefault(sequence, {})[run] = path
-        if any(paths[sequence] for sequence in sequences):
-            expected_runs = expected.get(system, expected.get(""))
-            of_system = _runs_of_system(system, paths, expected_runs, expect_all)
-            runs += [run for run in of_system if run.sequence in sequences]
+            if name == system and sequence in paths:
+                paths[sequence][run] = path
+        if any(paths.values()):
+            names = expected.get(system, expected.get(""))
+            runs += _runs_of_system(system, paths, names, expect_all)
         else:
             problems.append(f"system {system}: has no run on a sequence with a reference; left out")
     order = list(sequences)
-    return sorted(runs, key=lambda run: order.index(run.sequence))  # of equals the order stays
+    return sorted(runs, key=lambda run: order.index(run.sequence))
 
 
 def _runs_of_system(

@@ -142,7 +142,6 @@ class Comparison:
         return {
             "version": __version__,
             **self.settings.to_dict(),
-            "missing": self.settings.missing_cameras,  # an older name of the same
             "problems": [printable(problem) for problem in self.problems],
             "results": [finite(result.to_dict()) for result in summary.results],
             "systems": [finite(entry.to_dict()) for entry in summary.entries.values()],

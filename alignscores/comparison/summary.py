@@ -171,6 +171,11 @@ class Pair:
             return None
         return self.a if test.better < test.worse else self.b
 
+    def interval(self) -> dict[str, float]:
+        """Return the difference of the means with its interval, as the JSON output has them."""
+        found = self.difference
+        return {"difference": found.value, "low": found.low, "high": found.high}
+
     def to_dict(self) -> dict[str, Any]:
         """Return the entry of the JSON output, in which numbers may be unknown (NaN)."""
         return {
@@ -180,9 +185,7 @@ class Pair:
             "metric": self.metric,
             "sequences": len(self.runs),
             "wins": self.wins,
-            "difference": self.difference.value,
-            "low": self.difference.low,
-            "high": self.difference.high,
+            **self.interval(),
             "method": self.method if self.tested else None,
             "p_alone": _p(self.test if self.tested else None),
             "p": self.p,

@@ -215,7 +215,8 @@ def legend(summary: Summary, settings: Settings) -> list[str]:
     """Return the two lines below the tables."""
     lines = [f"means over runs, then sequences; a failed run scores 0; {settings.how_aligned}"]
     marks = []
-    if summary.pairs:
+    ranks = [rank for entry in summary.entries.values() for rank in entry.ranks.values() if rank]
+    if any(best != worst for best, worst in ranks):
         marks.append("(1-2): not significantly different (5 %, all pairs of a column)")
     if any(result.failed for result in summary.results):
         marks.append("†1: a failed or missing run; errors are of the others")
@@ -229,12 +230,14 @@ def conditions(summary: Summary, names: Names, settings: Settings) -> list[str]:
         lines.append(f"missing cameras: {settings.missing_cameras}")
     if settings.form.timed:
         lines.append("no pose: share of the expected time without a pose")
-    scales: dict[str, float | None] = dict.fromkeys(names.systems.values())
+    scales: dict[str, list[float]] = {name: [] for name in names.systems.values()}
     for result in summary.results:
-        name, scale = names.systems[result.run.system], result.outcome.scale
-        known = scales[name]
-        if scale > 0 and (known is None or abs(math.log(scale)) > abs(math.log(known))):
-            scales[name] = scale
-    if note := scale_note(scales, settings):
+        if result.outcome.scale > 0:
+            scales[names.systems[result.run.system]].append(result.outcome.scale)
+    farthest = {
+        name: max(own, key=lambda scale: abs(math.log(scale)), default=None)
+        for name, own in scales.items()
+    }
+    if note := scale_note(farthest, settings):
         lines.append(note)
     return lines

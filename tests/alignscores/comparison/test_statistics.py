@@ -138,15 +138,10 @@ def test_the_runs_that_are_needed_find_the_difference():
 
 
 @pytest.mark.parametrize("scatter", SCATTERS)
-@pytest.mark.parametrize(("systems", "sequences", "runs"), [(2, 1, 5), (3, 5, 3), (5, 2, 2)])
+@pytest.mark.parametrize(("systems", "sequences", "runs"), [(2, 1, 5), (3, 5, 3), (3, 6, 1)])
 def test_equal_systems_seldom_differ(scatter, systems, sequences, runs):
     for failing in (0.0, 0.3):
         assert found(Case(systems, sequences, runs, scatter, failing), draws=200) <= 0.095
-
-
-@pytest.mark.parametrize("scatter", SCATTERS)
-def test_equal_single_runs_seldom_differ(scatter):
-    assert found(Case(3, 6, 1, scatter), draws=200) <= 0.095
 
 
 def test_a_better_system_is_found_though_runs_are_grossly_wrong():
