@@ -60,13 +60,7 @@ class Changes:
     gone: list[Place]  # where there was a run, and is none
     saved: Mapping[str, Results]  # by system, what compares
     systems: list[Change]
-
-    @property
-    def may_be_worse(self) -> bool:
-        """Whether there are enough runs for a significant change."""
-        tests = [one.pair.test for one in self.systems if one.pair.test]
-        n_tested = sum(test.smallest <= LEVEL for test in tests)
-        return any(test.smallest * n_tested <= LEVEL for test in tests if n_tested)
+    may_be_worse: bool  # there are enough runs for a significant change
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the JSON output has of it, in which numbers may not be finite."""
@@ -120,7 +114,10 @@ def changes(
     summary: Summary, file: str, saved: Sequence[Result], name: str, paired: bool = False
 ) -> Changes:
     """Compare all systems by a metric with the saved runs of the same benchmark."""
-    places, were = (dict.fromkeys(map(_place, own)) for own in (summary.results, saved))
+    places, were = (
+        dict.fromkeys((result.run.system, result.run.sequence) for result in own)
+        for own in (summary.results, saved)
+    )
     gone = [place for place in were if place not in places]
     new = [place for place in places if place not in were]
     notes = _listed("new", new) + _listed("gone", gone)
@@ -136,7 +133,9 @@ def changes(
     worse = holm([test.worse if test else math.nan for test in tests]).tolist()
     better = holm([test.better if test else math.nan for test in tests]).tolist()
     systems = list(map(Change, pairs, pairs.values(), worse, better))
-    return Changes(file, name, notes + left_out, gone, before, systems)
+    smallest = [test.smallest for test in tests if test]
+    enough = bool(smallest) and min(smallest) * len(smallest) <= LEVEL
+    return Changes(file, name, notes + left_out, gone, before, systems, enough)
 
 
 def _listed(what: str, places: Sequence[Place]) -> list[str]:
@@ -158,7 +157,3 @@ def _of_same_unit(summary: Summary, saved: Sequence[Result]) -> tuple[list[Resul
         for one in sorted(changed)
     ]
     return [result for result in saved if result.run.sequence not in changed], notes
-
-
-def _place(result: Result) -> Place:
-    return result.run.system, result.run.sequence

@@ -137,9 +137,6 @@ class Pair:
     It is for a sequence, or over all (None); the p-values are Holm's.
     """
 
-    a: str
-    b: str
-    sequence: str | None
     metric: str
     runs: Sequence[tuple[Floats, Floats]]  # on each sequence that both were tried on
     means: tuple[float, float]  # on these
@@ -150,6 +147,9 @@ class Pair:
     like_these: Test | None  # for other sequences like these, of which there are enough
     p: float = math.nan  # not tested
     p_like_these: float = math.nan
+    a: str = ""
+    b: str = ""
+    sequence: str | None = None
 
     @property
     def tested(self) -> bool:
@@ -272,8 +272,10 @@ def _results(
     if scored:
         missing = (name for name in names if all(math.isnan(o.scores[name]) for o in scored))
         worst |= dict.fromkeys(missing, math.nan)
-    failed = {run: replace(of, scores=worst, n=n, failures=n) for run, of in own if of.error}
-    return [Result(run, failed.get(run, outcome)) for run, outcome in own]
+    return [
+        Result(run, replace(of, scores=worst, n=n, failures=n) if of.error else of)
+        for run, of in own
+    ]
 
 
 def _there(systems: Mapping[str, Results], sequence: str | None) -> Mapping[str, Results]:
@@ -338,9 +340,6 @@ def compared(first: Results, second: Results, name: str, paired: bool = False) -
     alike = len(parts) < 2  # models in more parts fit better
     enough = alike and len(runs) >= MIN_SEQUENCES
     return Pair(
-        a="",
-        b="",
-        sequence=None,
         metric=name,
         runs=runs,
         means=(_mean(a.mean() for a, _ in values), _mean(b.mean() for _, b in values)),

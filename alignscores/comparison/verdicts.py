@@ -44,14 +44,12 @@ def _of_pair(pair: Pair, by: str, names: Mapping[str, str]) -> str:
     if pair.better == pair.b or (not pair.better and wins < 0.5):
         wins, gain = 1 - wins, Interval(-gain.value, -gain.high, -gain.low)
         first, second = second, first
-    text = (
-        f"{first} is ahead of {second}: it"
-        if pair.better
-        else (f"{first} and {second} are not distinguishable: {first}")
-    )
+    who = f"{first} is ahead of {second}: it"
+    if not pair.better:
+        who = f"{first} and {second} are not distinguishable: {first}"
     where = f"{len(pair.runs)} sequence{'s' * (len(pair.runs) > 1)}"
-    text += f" wins {100 * wins:.0f} % of the run pairs on {where} ({p_text(pair.p)})"
-    return f"{text}, mean {by} {interval_text(gain)}." if math.isfinite(gain.value) else f"{text}."
+    mean = f", mean {by} {interval_text(gain)}" if math.isfinite(gain.value) else ""
+    return f"{who} wins {100 * wins:.0f} % of the run pairs on {where} ({p_text(pair.p)}){mean}."
 
 
 def _of_leader(leader: str, tested: Sequence[Pair], by: str, names: Mapping[str, str]) -> list[str]:

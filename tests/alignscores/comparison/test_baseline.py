@@ -163,24 +163,16 @@ def test_other_settings_do_not_compare(gate):
 def test_equal_runs_seldom_fail():
     """Gates of two systems with five runs each on two sequences; of 1000, 43 fail."""
     rng = np.random.default_rng(0)
+    runs = [Run(s, system, str(k), "file") for s in "st" for system in "ab" for k in range(5)]
+
+    def drawn():
+        scores = rng.standard_t(2.5, len(runs))
+        outcomes = [Outcome(dict.fromkeys(COLUMNS, score), n=10, unit=1.0) for score in scores]
+        return summarise(list(zip(runs, outcomes, strict=True)), [], FORMATS["tum"])
+
     failed = 0
     for _ in range(200):
-        now, saved = (
-            summarise(
-                [
-                    (
-                        Run(sequence, system, str(number), "file"),
-                        Outcome(dict.fromkeys(COLUMNS, rng.standard_t(2.5)), n=10, unit=1.0),
-                    )
-                    for sequence in "st"
-                    for system in "ab"
-                    for number in range(5)
-                ],
-                [],
-                FORMATS["tum"],
-            )
-            for _ in range(2)
-        )
+        now, saved = drawn(), drawn()
         found = changes(now, "saved.json", saved.results, "PAS")
         failed += any(one.change == "worse" for one in found.systems)
     assert failed <= 12
