@@ -8,9 +8,8 @@ from typing import Any
 
 from ..evaluation.matching import files_below
 from ..version import __version__
-from ..writing import write_whole
 
-__all__ = ["content_hash", "file_of", "load", "store"]
+__all__ = ["content_hash", "file_of"]
 
 
 def file_of(folder: Path, settings: Mapping[str, Any], paths: Iterable[str]) -> Path:
@@ -31,17 +30,3 @@ def content_hash(path: str) -> str:
         except OSError:  # whoever reads it says why
             pass
     return digest.hexdigest()
-
-
-def load(file: Path) -> Any:
-    """Return a stored result, None where there is none that can be read."""
-    try:
-        return json.loads(file.read_bytes())
-    except (OSError, ValueError):
-        return None
-
-
-def store(file: Path, result: Mapping[str, Any]) -> None:
-    """Store a result; a ValueError says why it cannot be written."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(file, json.dumps(result).encode())

@@ -13,7 +13,9 @@ from .verdicts import p_text
 
 __all__ = ["Condition", "conditions_of", "reasons_to_fail"]
 
-CONDITION = re.compile(r"(\S+?)\s*(<|>|\bdrops\b|\brises\b)\s*([\d.eE+-]+)(%?)")
+CONDITION = re.compile(
+    r"(\S+?)\s*(<|>|\bdrops\b|\brises\b)\s*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)(%?)"
+)
 END = re.compile(r"(\bworse|(?:[<>]|\bdrops\b|\brises\b)[^,]*),")  # a name may have a comma, too
 WORSE = "worse"
 SHARES = "lost", "failed"
@@ -43,15 +45,11 @@ def _condition(text: str, by: str, metrics: Collection[str]) -> Condition:
     if text == WORSE:
         return Condition(by, WORSE)
     found = CONDITION.fullmatch(text)
-    try:
-        if not found:
-            raise ValueError
-        name, relation, value, percent = found.groups()
-        limit = float(value) / (100 if percent else 1)
-    except ValueError:
-        raise ValueError(
-            f"{text!r} must be worse, or like PAS<0.8, half>0.1, lost>5%, PAS drops 0.05"
-        ) from None
+    if not found:
+        form = "PAS<0.8, half>0.1, lost>5%, PAS drops 0.05"
+        raise ValueError(f"{text!r} must be worse, or like {form}")
+    name, relation, value, percent = found.groups()
+    limit = float(value) / (100 if percent else 1)
     name = name if name in SHARES else metric(name).name
     known = [*metrics, *SHARES] if relation in "<>" else metrics
     if name not in known:

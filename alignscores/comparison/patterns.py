@@ -43,7 +43,7 @@ class Pattern:
         The others are those in which a field may end at more than one place.
         """
         found, problems = {}, []
-        for path in sorted(self._candidates()):
+        for path in sorted(glob.glob(self._joined(glob.escape, "*"))):  # noqa: PTH207 - keeps a ./
             longest, shortest = self._values(path, ""), self._values(path, "?")
             if longest is None or shortest is None:
                 continue  # a repeated field that differs
@@ -63,9 +63,6 @@ class Pattern:
     def fill(self, values: Mapping[str, str]) -> str:
         """Return the path for some values of the fields."""
         return TOKEN.sub(lambda token: values.get(token[1] or "", token[0]), self.text)
-
-    def _candidates(self) -> list[str]:
-        return glob.glob(self._joined(glob.escape, "*"))  # noqa: PTH207 - keeps a leading ./
 
     def _values(self, path: str, lazy: str) -> dict[str, str] | None:
         """Return the values of the fields, each as long, or as short, as possible."""

@@ -1,5 +1,6 @@
 """One run: scored, or taken from the cache by the content of its files."""
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,7 +20,8 @@ from ..evaluation.settings import Settings
 from ..metrics import LEVELS, metric
 from ..trajectories.files import FAILURES, Trajectory
 from ..validation import finite_rows
-from .cache import content_hash, file_of, load, store
+from ..writing import write_whole
+from .cache import content_hash, file_of
 
 __all__ = ["COLUMNS", "Outcome", "Task", "evaluate_run", "forget_references", "reference_of"]
 
@@ -68,12 +70,13 @@ def evaluate_run(task: Task) -> Outcome:
     settings = {**vars(task.settings), "check": task.check, "frames": None}
     frames = [] if task.settings.frames is None else [str(task.settings.frames)]
     file = file_of(task.cache, settings, [task.reference, task.estimate, *frames])
-    if outcome := _outcome_of(load(file), task.estimate):
+    if outcome := _stored(file, task.estimate):
         return outcome
     outcome = _scored(task)
     if not outcome.error:
         try:
-            store(file, _to_json(outcome, task.estimate))
+            file.parent.mkdir(parents=True, exist_ok=True)
+            write_whole(file, json.dumps(_to_json(outcome, task.estimate)).encode())
         except (OSError, ValueError) as error:
             outcome.notes.append(f"is not stored in {task.cache}: {why(error)}")
     return outcome
@@ -155,9 +158,10 @@ def _to_json(outcome: Outcome, estimate: str) -> dict[str, Any]:
     return {**values, "estimate": estimate}
 
 
-def _outcome_of(stored: Any, estimate: str) -> Outcome | None:
-    """Return a stored outcome, None where it is not one; its notes name the estimate."""
+def _stored(file: Path, estimate: str) -> Outcome | None:
+    """Return the outcome in a file, None where there is none; its notes name the estimate."""
     try:
+        stored = json.loads(file.read_bytes())
         written = stored.pop("estimate")
         for name, value in vars(Outcome({})).items():
             if isinstance(value, np.ndarray):
@@ -165,5 +169,5 @@ def _outcome_of(stored: Any, estimate: str) -> Outcome | None:
                 stored[name] = np.array(stored[name], value.dtype).reshape(shape)
         stored["notes"] = [note.replace(written, estimate) for note in stored["notes"]]
         return Outcome(**stored)
-    except (AttributeError, KeyError, TypeError, ValueError):
+    except (AttributeError, KeyError, OSError, TypeError, ValueError):
         return None

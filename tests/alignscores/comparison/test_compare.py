@@ -90,6 +90,7 @@ def test_the_chance_level_is_one_note_a_sequence(benchmark_of, tmp_path, monkeyp
 
 
 def test_processes_do_not_matter(benchmark_of, run, tmp_path):
+    """Nor does it if a reference was read before: its notes are told each time."""
     patterns = benchmark_of(ONE, ["car"], runs=2)
     reference = tmp_path / "car/gt.txt"
     reference.write_text(reference.read_text() + reference.read_text().splitlines()[-1])

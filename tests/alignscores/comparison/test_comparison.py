@@ -96,12 +96,3 @@ def test_a_table_of_pandas(found):
     entries = {e["system"]: e for e in found.to_dict()["systems"] if e["sequence"] is None}
     assert overall["PAS"].to_dict() == {name: entry["PAS"] for name, entry in entries.items()}
     assert {"TAS", "RAS_sd", "half_distance", "ate:rmse", "runs", "n"} <= set(table)
-
-
-def test_notes_on_a_reference_are_told_each_time(examples, tmp_path):
-    text = (examples / "tum/reference.txt").read_text()
-    (tmp_path / "gt.txt").write_text(text + text.splitlines()[-1])
-    patterns = str(tmp_path / "gt.txt"), str(examples / "tum/{system}mate.txt")
-    for _ in range(2):
-        (note,) = compare(*patterns, format="tum").notes
-        assert note == "gt: duplicates in the reference (of stamp or name), left out: 1"

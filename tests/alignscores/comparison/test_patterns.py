@@ -52,8 +52,3 @@ def test_several_ways_to_match_are_a_problem(tmp_path, monkeypatch):
 def test_wrong_patterns(pattern, reason):
     with pytest.raises(ValueError, match=reason):
         Pattern(pattern, ["sequence"])
-
-
-def test_fields_are_filled():
-    pattern = Pattern("{sequence}/*/{sequence}_{run}**.txt", FIELDS)
-    assert pattern.fill({"sequence": r"a\1", "run": "2"}) == r"a\1/*/a\1_2**.txt"

@@ -8,12 +8,12 @@ import sys
 
 import pytest
 
-COMMAND = "import sys; from alignscores.__main__ import command; sys.exit(command())"
-LIBRARY = """
-import os, sys
+START = "import os, signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+COMMAND = f"{START}from alignscores.__main__ import command; sys.exit(command())"
+LIBRARY = f"""{START}
 from alignscores import compare
 try:
-    compare("gt.ref", "{system}.txt", format="tum", jobs=2)
+    compare("gt.ref", "{{system}}.txt", format="tum", jobs=2)
 except KeyboardInterrupt:
     print("interrupted")
 try:
