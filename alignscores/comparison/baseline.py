@@ -23,7 +23,6 @@ from .verdicts import interval_text, p_text
 
 __all__ = ["Change", "Changes", "changes", "read_baseline"]
 
-ELSEWHERE = ("frames",)  # settings that are paths: what changed shows in d
 
 Place = tuple[str, str]  # a system and a sequence
 
@@ -95,7 +94,7 @@ def read_baseline(file: str, settings: Settings) -> list[Result]:
     except (KeyError, TypeError, ValueError):
         raise FileError(file, "is not what `alignscores compare --json` prints") from None
     for name, value in json.loads(json.dumps(settings.to_dict())).items():
-        if name not in ELSEWHERE and saved.get(name, value) != value:
+        if name != "frames" and saved.get(name, value) != value:
             was = json.dumps(saved[name])
             raise FileError(file, f"has {name} {was}, not {json.dumps(value)}: nothing compares")
     return results

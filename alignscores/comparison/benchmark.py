@@ -16,7 +16,6 @@ from .patterns import Pattern
 
 __all__ = ["NO_SETTINGS", "Benchmark", "Run", "from_patterns", "read_yaml"]
 
-DIGITS = re.compile(r"(\d+)")
 FIELDS = ("sequence", "system", "run")
 ONLY_RUN = "1"  # name of the run where the pattern has no {run}
 # Keys of a YAML file, and those of an entry of `sequences` and of `systems`.
@@ -183,7 +182,9 @@ def _runs_of_system(
 
 def _natural(name: str) -> list[tuple[int, str]]:
     """Return what names are sorted by: the numbers in them count as such."""
-    return [(int(part), part) if part.isdecimal() else (0, part) for part in DIGITS.split(name)]
+    return [
+        (int(part), part) if part.isdecimal() else (0, part) for part in re.split(r"(\d+)", name)
+    ]
 
 
 def _expected_names(

@@ -26,7 +26,6 @@ from .verdicts import verdict
 
 __all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "finite", "settings_of_run"]
 
-YAML = ".yaml", ".yml"
 Progress = Callable[[str], None]
 
 
@@ -241,7 +240,7 @@ def find_benchmark(
         if format is None:
             raise ValueError(f"give the format of the files: format={'|'.join(FORMATS)}")
         return from_patterns(format, references, estimates, expect_all=expect_all)
-    if Path(references).suffix not in YAML:
+    if Path(references).suffix not in (".yaml", ".yml"):
         raise ValueError(f"{references}: give a pattern of estimates, too, or one YAML file")
     return read_yaml(references, expect_all=expect_all)
 

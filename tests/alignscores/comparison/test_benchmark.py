@@ -1,7 +1,5 @@
 """What is found: by patterns, and as a YAML file describes it."""
 
-import re
-
 import pytest
 
 from alignscores.comparison.benchmark import Run, from_patterns, read_yaml
@@ -71,7 +69,6 @@ def test_paths_are_relative_to_the_yaml_file(files, tmp_path):
         ("runs: 3", "speed: 3", "b.yaml: unknown key 'speed'; known are format, reference, est"),
         ("unit: 0.5", "speed: 4", "sequences: car: unknown key 'speed'; known are name, format"),
         ("unit: 0.5", "unit: small", "car: unit must be a finite number above 0, not 'small'"),
-        ("systems:", "systems: [a]\nold:", "unknown key 'old'"),
         ("runs: 3", "runs: [", "cannot be read: "),
         ("reference:", "# reference:", "needs reference, a text"),
     ],
@@ -87,7 +84,7 @@ def test_wrong_yaml(run, tmp_path, old, new, reason):
 def test_many_missing_runs_are_a_few_lines(patterns, run, tmp_path):
     (tmp_path / "b.yaml").write_text(YAML.replace("runs: 4", "runs: 300"))
     err = run("b.yaml")[2]
-    assert re.search(r"error: and 545 more of these; --json has all", err)
+    assert "error: and 545 more of these; --json has all" in err
     assert err.count("\n") < 70
 
 
