@@ -92,7 +92,7 @@ class Study:
     title: str  # in the report's contents
     plan: Callable[[Sequence[str]], Mapping[str, Table]]  # tables of trials, from Hydra overrides
     ask: Callable[[Question], Sequence[pd.DataFrame | str]]  # makes `answers`
-    answers: Sequence[str] = ("tables/{}.csv", "tables/{}.md")  # without run times
+    answers: Sequence[str] = ("tables/{}.csv",)  # without run times
     figures: Sequence[Figure] = ()
     show: Callable[[Answer], Mapping[str, Any]] | None = None  # what its section is filled with
     place: int = 100  # of its section among the others
