@@ -20,7 +20,7 @@ from .command import CommandError
 from .config import CONFIG_DIR, Sweep
 from .grid import evaluations
 
-__all__ = ["SWEEPS", "Record", "TableError", "Trials", "fits", "read_record", "read_table"]
+__all__ = ["SWEEPS", "Record", "TableError", "Trials", "check_sweeps", "read_record", "read_table"]
 __all__ += ["read_trials", "to_csv", "write_files", "write_recorded", "write_trials"]
 
 SWEEPS = TypeAdapter[tuple[Sweep, ...]](Annotated[tuple[Sweep, ...], Field(min_length=1)])
@@ -158,12 +158,10 @@ def _bytes_of(path: Path) -> bytes:
         raise TableError(path, f"cannot be read ({error.strerror})") from None
 
 
-def fits(path: Path, sweeps: Sequence[Sweep]) -> bool:
-    """Return whether a table and its record are unchanged, and of these sweeps."""
-    try:
-        return read_record(path).sweeps == tuple(sweeps)
-    except TableError:
-        return False
+def check_sweeps(path: Path, sweeps: Sequence[Sweep]) -> None:
+    """Raise a `TableError` unless a table and its record are unchanged, and of these sweeps."""
+    if read_record(path).sweeps != tuple(sweeps):
+        raise TableError(path, "was made with other settings")
 
 
 def read_trials(path: Path) -> Trials:

@@ -58,7 +58,7 @@ NOTES = (
     "each of them, its no of one at least.",
     "On a line the paper's yes for ATE and DTE holds without outliers alone: in its Figure 3, as "
     "here, a single one blinds both.",
-    "How many cameras may be lost decides who is robust to outliers: see the other thresholds.",
+    "How many cameras may be lost decides who is robust to outliers: see `sensitivity`.",
 )
 CAPTION = (
     "**Bold**: not as in the paper's Table 1. In brackets what decides. –: positions play no part "
@@ -155,7 +155,7 @@ def to_markdown(table: pd.DataFrame) -> str:
     for metric, rows in table.groupby("metric", sort=False):
         lines.append(f"| {metric} | " + " | ".join(_mark(row) for _, row in rows.iterrows()) + " |")
     criteria = [f"- *{name}*: {text}" for name, text in zip(PROPERTIES, CRITERIA, strict=True)]
-    return "\n".join([*lines, "", CAPTION, "", *criteria, "", *NOTES]) + "\n"
+    return "\n\n".join(["\n".join(lines), CAPTION, "\n".join(criteria), *NOTES]) + "\n"
 
 
 def _mark(row: "pd.Series[str]") -> str:
