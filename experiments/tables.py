@@ -21,7 +21,7 @@ from .config import CONFIG_DIR, Sweep
 from .grid import evaluations
 
 __all__ = ["SWEEPS", "Record", "TableError", "Trials", "check_sweeps", "read_record", "read_table"]
-__all__ += ["read_trials", "to_csv", "write_files", "write_recorded", "write_trials"]
+__all__ += ["read_trials", "to_csv", "write_files", "write_trials"]
 
 SWEEPS = TypeAdapter[tuple[Sweep, ...]](Annotated[tuple[Sweep, ...], Field(min_length=1)])
 """Reads and writes the sweeps of a table as JSON."""
@@ -98,11 +98,7 @@ def to_csv(table: pd.DataFrame) -> bytes:
 
 def write_trials(path: Path, table: pd.DataFrame, sweeps: Sequence[Sweep]) -> None:
     """Write a table of trials as CSV, and its record beside it as JSON."""
-    write_recorded(path, to_csv(table), sweeps)
-
-
-def write_recorded(path: Path, content: bytes, sweeps: Sequence[Sweep]) -> None:
-    """Write what sweeps gave, and the record of what it rests on beside it as JSON."""
+    content = to_csv(table)
     settings = SWEEPS.dump_python(tuple(sweeps), mode="json", exclude_defaults=True)
     record = {"sweeps": settings, "sha256": _digests(content, settings), **_origin()}
     text = json.dumps(record, indent=2) + "\n"

@@ -48,9 +48,9 @@ WIDE = 1500  # pixels: 5 inches
 COLOURS = 256  # in a picture: all that can be seen, at a third of the size
 
 
-def render(results: Results, machine: str = "") -> str:
+def render(results: Results) -> str:
     """Write the page as HTML that needs no other file; it has no date."""
-    body = environment().get_template("page.html.j2").render(_contents(results, machine))
+    body = environment().get_template("page.html.j2").render(_contents(results))
     return document(
         "Which claims hold: alignment scores, repeated",
         body,
@@ -65,7 +65,7 @@ def own(name: str) -> str:
     return Path(__file__).with_name(name).read_text("utf-8")
 
 
-def _contents(results: Results, machine: str = "") -> dict[str, Any]:
+def _contents(results: Results) -> dict[str, Any]:
     """Return all that pages show, by the names that their templates have for it."""
     claims = load_claims(len(results.plans["claims"].tables))
     replicates, experiments = (results.records[name] for name in ("claims", "paper"))
@@ -89,11 +89,8 @@ def _contents(results: Results, machine: str = "") -> dict[str, Any]:
         "other_criteria": criteria.fillna({"changes": NONE}).to_dict("records"),
         "experiments": [record.sweep for record in experiments.values()],
         "claims_of": Counter(row.claim.experiment for row in rows),
-        "times": {name: origin.time_of(results.jobs, f"trials/{name}") for name in experiments},
         "machines": origin.machines(results.records),
-        "machine": machine,
         "command": origin.command(results.settings),
-        "runtimes": origin.runtimes(results.jobs),
     }
 
 

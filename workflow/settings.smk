@@ -49,15 +49,10 @@ def resolved(folder, name):
     return or_end(lambda: FOLDERS[folder].tables[name])
 
 
-def place(folder, name):
-    """Where a table of trials is."""
-    return str(RESULTS / folder / f"{name}.csv")
-
-
 def tables(*studies):
     """The tables of trials of some studies, and the record beside each."""
     folders = [STUDIES[study].folder for study in studies]
-    paths = [place(folder, name) for folder in folders for name in planned(folder)]
+    paths = [f"{RESULTS}/{folder}/{name}.csv" for folder in folders for name in planned(folder)]
     return {"trials": paths, "records": [str(Path(path).with_suffix(".json")) for path in paths]}
 
 

@@ -44,5 +44,4 @@ STUDY = Study(
     place=20,
     keys=axes.axis_names(THRESHOLDS),
     files=[THRESHOLDS],
-    axes=THRESHOLDS,
 )

@@ -1,4 +1,4 @@
-"""The section of the report on thresholds: every value with its effects and run times."""
+"""The section of the report on thresholds: every value with its effects."""
 
 from math import isfinite
 from typing import Any
@@ -18,27 +18,23 @@ RELEVANT = 0.02  # of the paper's value
 def show(answer: Answer) -> dict[str, Any]:
     """Return what the section is filled with."""
     axes = axes_of(THRESHOLDS, {name: one.metrics for name, one in answer.records.items()})
-    tables = answer.tables
-    table = pd.concat([one for one in tables.values() if "paper" in one])
-    times = tables[f"{answer.called}_time"]
+    table = pd.concat(answer.tables.values())
     return {
         "axes": axes,
         "trials": answer.records["outliers"].sweep.trials,
         "effects": [EFFECTS[name] for name in COMPARED],
-        "cameras": sorted(times["n_cameras"].unique()),
-        "values": {axis.name: _values(axis, table, times) for axis in axes},
+        "values": {axis.name: _values(axis, table) for axis in axes},
     }
 
 
-def _values(axis: Axis, table: pd.DataFrame, times: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the values of an axis with their effects, marked where certain, and run times."""
-    effects, timed = (rows[rows["axis"] == axis.name].set_index("value") for rows in (table, times))
+def _values(axis: Axis, table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the values of an axis with their effects, marked where certain."""
+    effects = table[table["axis"] == axis.name].set_index("value")
     return [
         {
             "text": value_title(axis.option, value),
             "is_paper": value == axis.paper,
             "effects": [_cell(effects, name, value, axis.paper) for name in COMPARED],
-            "times": [f"{time:.2f} ms" for time in timed.loc[[value], "milliseconds"]],
         }
         for value in axis.values
     ]

@@ -58,7 +58,7 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
     settings = ("replicates=2", "trials=100")
     done = snakemake("report", "--dry-run", "--config", *settings, profile="slurm")
     needs = {rule for rule, text in done.jobs if "runtime=" in text and "mem_mb=" in text}
-    assert needs == {"trials", "times_threshold_study"}
+    assert needs == {"trials"}
     assert "threads: " not in done.text  # named where more than one
 
 
