@@ -30,7 +30,7 @@ rule figures:
 
 
 onstart:
-    keep_others_out()
+    refuse_other_tables(workflow.dag)
     # To start no more than so many jobs a second, Snakemake 9 looks at all inputs of the ready jobs again and again,
     # soon all the time, and does not end before the last look. The numbers of cores and jobs are limit enough.
     workflow.scheduler.job_rate_limiter = None

@@ -12,7 +12,6 @@ if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is signal.default_
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
-from contextlib import nullcontext
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -27,7 +26,6 @@ from .config import (
     load_execution,
     split_override,
 )
-from .lock import hold
 from .tables import SWEEPS, write_trials
 
 __all__ = ["main", "resolved"]
@@ -71,8 +69,7 @@ def _work(options: Namespace) -> list[Path]:
         raise ConfigError("--sweeps needs --table: where to write")
     path = options.table or Path(execution.results_dir) / "trials" / f"{sweeps[0].name}.csv"
     path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials than after
-    with nullcontext() if options.table else hold(path.parents[1], is_shared=True):
-        write_trials(path, run_sweeps(sweeps, execution), sweeps)
+    write_trials(path, run_sweeps(sweeps, execution), sweeps)
     return [path]
 
 

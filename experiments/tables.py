@@ -20,8 +20,8 @@ from .command import CommandError
 from .config import CONFIG_DIR, Sweep
 from .grid import evaluations
 
-__all__ = ["SWEEPS", "Record", "TableError", "Trials", "fits", "read_record", "read_table"]
-__all__ += ["read_trials", "to_csv", "write_files", "write_recorded", "write_trials"]
+__all__ = ["SWEEPS", "Record", "TableError", "Trials", "check_sweeps", "read_record", "read_table"]
+__all__ += ["read_trials", "to_csv", "write_files", "write_trials"]
 
 SWEEPS = TypeAdapter[tuple[Sweep, ...]](Annotated[tuple[Sweep, ...], Field(min_length=1)])
 """Reads and writes the sweeps of a table as JSON."""
@@ -98,11 +98,7 @@ def to_csv(table: pd.DataFrame) -> bytes:
 
 def write_trials(path: Path, table: pd.DataFrame, sweeps: Sequence[Sweep]) -> None:
     """Write a table of trials as CSV, and its record beside it as JSON."""
-    write_recorded(path, to_csv(table), sweeps)
-
-
-def write_recorded(path: Path, content: bytes, sweeps: Sequence[Sweep]) -> None:
-    """Write what sweeps gave, and the record of what it rests on beside it as JSON."""
+    content = to_csv(table)
     settings = SWEEPS.dump_python(tuple(sweeps), mode="json", exclude_defaults=True)
     record = {"sweeps": settings, "sha256": _digests(content, settings), **_origin()}
     text = json.dumps(record, indent=2) + "\n"
@@ -158,12 +154,10 @@ def _bytes_of(path: Path) -> bytes:
         raise TableError(path, f"cannot be read ({error.strerror})") from None
 
 
-def fits(path: Path, sweeps: Sequence[Sweep]) -> bool:
-    """Return whether a table and its record are unchanged, and of these sweeps."""
-    try:
-        return read_record(path).sweeps == tuple(sweeps)
-    except TableError:
-        return False
+def check_sweeps(path: Path, sweeps: Sequence[Sweep]) -> None:
+    """Raise a `TableError` unless a table and its record are unchanged, and of these sweeps."""
+    if read_record(path).sweeps != tuple(sweeps):
+        raise TableError(path, "was made with other settings")
 
 
 def read_trials(path: Path) -> Trials:

@@ -22,13 +22,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("results", type=Path, metavar="RESULTS", help="the folder of all results")
     given = "what snakemake --config was given, but for how it was run"
     parser.add_argument("--settings", nargs="*", default=[], metavar="key=value", help=given)
-    parser.add_argument("--machine", default="", help="where it was run, in words")
     parser.add_argument("--output", type=Path, required=True, metavar="HTML")
     return run_command(parser, _work, arguments)
 
 
 def _work(options: Namespace) -> list[Path]:
-    text = page.render(Results(options.results, options.settings), options.machine)
+    text = page.render(Results(options.results, options.settings))
     return write_files({options.output: text.encode()})
 
 

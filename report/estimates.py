@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from studies.claims.claims import Claim
-from studies.claims.verdicts import REPRODUCED
 from studies.words import write_number
 
 UNITS = ("%", "points", "τ")
@@ -70,17 +69,6 @@ class Estimate:
     def is_finite(self) -> bool:
         """Whether the statistic is defined in every replicate."""
         return all(map(isfinite, (self.low, self.mean, self.high)))
-
-    @property
-    def holds(self) -> bool:
-        """Whether the claim is reproduced."""
-        return self.verdict == REPRODUCED
-
-    @property
-    def is_outside(self) -> bool:
-        """Whether the interval does not touch where the claim holds."""
-        lowest, highest = self.claim.interval
-        return self.is_finite and (self.high < lowest or self.low > highest)
 
     @property
     def key(self) -> str:

@@ -25,16 +25,12 @@ from studies.paper.table1 import CRITERIA, NOTES, PROPERTIES, agreements, sensit
 from studies.words import NONE, write_levels, write_number
 
 from . import origin
-from .estimates import SPACE, Estimate
+from .estimates import Estimate
 from .results import Results
 
 ESTIMATE = ("ours", "low", "high", "verdict", "mean_low", "mean_high", "population", "pooled")
 PAPER_TRIALS = 50  # in each cell of the paper's experiments
 REPLACEMENTS = {  # by filter, what is replaced in a text that has been escaped
-    "emphasis": (  # of Markdown
-        (r"\*\*(.+?)\*\*", r"<strong>\1</strong>"),
-        (r"\*(.+?)\*", r"<em>\1</em>"),
-    ),
     "quantities": ((r"\b([dmn])\b", r"<i>\1</i>"),),  # standing alone
     "symbols": (  # names of settings as the paper has them
         (r"sigma_r_deg ([\d./]+)", r"<i>σ</i><sub>r</sub> \1°"),
@@ -47,18 +43,14 @@ REPLACEMENTS = {  # by filter, what is replaced in a text that has been escaped
         (r"\btau\b", "τ"),
         (r"\b\w+-[12]\b", r'<span class="whole">\g<0></span>'),
     ),
-    "together": (  # no line breaks between a number and what belongs to it
-        (" %", f"{SPACE}%"),
-        (" at ", "\u00a0at\u00a0"),
-    ),
 }
 WIDE = 1500  # pixels: 5 inches
 COLOURS = 256  # in a picture: all that can be seen, at a third of the size
 
 
-def render(results: Results, machine: str = "") -> str:
+def render(results: Results) -> str:
     """Write the page as HTML that needs no other file; it has no date."""
-    body = environment().get_template("page.html.j2").render(_contents(results, machine))
+    body = environment().get_template("page.html.j2").render(_contents(results))
     return document(
         "Which claims hold: alignment scores, repeated",
         body,
@@ -73,7 +65,7 @@ def own(name: str) -> str:
     return Path(__file__).with_name(name).read_text("utf-8")
 
 
-def _contents(results: Results, machine: str = "") -> dict[str, Any]:
+def _contents(results: Results) -> dict[str, Any]:
     """Return all that pages show, by the names that their templates have for it."""
     claims = load_claims(len(results.plans["claims"].tables))
     replicates, experiments = (results.records[name] for name in ("claims", "paper"))
@@ -84,7 +76,7 @@ def _contents(results: Results, machine: str = "") -> dict[str, Any]:
     described = [plan.study for plan in results.plans.values()]
     sections = {each.name: each.show(results.answer(each.name)) for each in described if each.show}
     return {
-        **_verdicts(rows, claims.replicates),
+        **_verdicts(rows),
         **_table1(results.answer("paper").table),
         **sections,
         "sections": [study for study in described if study.name in sections],
@@ -97,17 +89,13 @@ def _contents(results: Results, machine: str = "") -> dict[str, Any]:
         "other_criteria": criteria.fillna({"changes": NONE}).to_dict("records"),
         "experiments": [record.sweep for record in experiments.values()],
         "claims_of": Counter(row.claim.experiment for row in rows),
-        "times": {name: origin.time_of(results.jobs, f"trials/{name}") for name in experiments},
         "machines": origin.machines(results.records),
-        "machine": machine,
         "command": origin.command(results.settings),
-        "runtimes": origin.runtimes(results.jobs),
     }
 
 
-def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
+def _verdicts(rows: Sequence[Estimate]) -> dict[str, Any]:
     counted = [row for row in rows if not row.claim.implied_by]
-    numeric = [row for row in rows if row.claim.paper is not None]
     return {
         "counted": counted,
         **_tally(counted),
@@ -119,10 +107,6 @@ def _verdicts(rows: Sequence[Estimate], n_replicates: int) -> dict[str, Any]:
         "sources": list(dict.fromkeys(row.claim.source for row in rows)),
         "exceptions": [row for name in VERDICTS[:-1] for row in counted if row.verdict == name],
         "central": CENTRAL[1] - CENTRAL[0],
-        # Share of studies outside of the interval of n replicates: the k-th is above k / (n + 1).
-        "missed": 2 * (1 + CENTRAL[0] * (n_replicates - 1)) / (n_replicates + 1),
-        "n_numbers": len(numeric),
-        "n_outside": sum(row.is_outside for row in numeric),
     }
 
 
@@ -147,7 +131,6 @@ def _table1(table: pd.DataFrame) -> dict[str, Any]:
         "statistics": dict(tested.groupby("property", sort=False)["statistic"].first()),
         "table1": table.groupby("metric", sort=False),
         "n_tested": len(agreeing),
-        "n_agreeing": int(agreeing.sum()),
         "figure_of": {name: figure for figure, names in FIGURES.items() for name in names},
     }
 
@@ -204,19 +187,17 @@ def _evidence(
     decision: Decision, taken: Mapping[str, Estimate], others: Sequence[Mapping[str, Estimate]]
 ) -> dict[str, Any]:
     """Return a decision with the estimates of each claim, None where a reading changes nothing."""
-    tallies, dependent = [], set()
-    for reading, found in zip(decision.readings[1:], others, strict=True):
-        changed = {name for name, one in found.items() if one.verdict != taken[name].verdict}
-        tallies.append((reading, len(found), len(changed)))
-        dependent |= changed
     names = [name for name in taken if any(name in found for found in others)]
     rows = {name: [taken[name], *(found.get(name) for found in others)] for name in names}
     return {
         "decision": decision,
         "rows": rows,
         "others": decision.readings[1:],
-        "tallies": tallies,
-        "dependent": {name: row for name, row in rows.items() if name in dependent},
+        "dependent": {
+            name: row
+            for name, row in rows.items()
+            if any(one and one.verdict != taken[name].verdict for one in row)
+        },
     }
 
 

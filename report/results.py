@@ -5,13 +5,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-import pandas as pd
 from PIL import Image
 
-from experiments.tables import Record, TableError, read_record, read_table
+from experiments.tables import Record, TableError, check_sweeps, read_record, read_table
 from studies.study import Answer, Plan, plans
-
-JOB = ["s", "cpu_time", "max_rss"]
 
 
 @dataclass(frozen=True)
@@ -35,18 +32,16 @@ class Results:
         records = {}
         for name, table in plan.tables.items():
             path = self.folder / plan.folder / f"{name}.csv"
+            check_sweeps(path, table.sweeps)
             records[name] = read_record(path)
-            if records[name].sweeps != table.sweeps:
-                raise TableError(path, "was made with other settings")
         return records
 
     def answer(self, name: str) -> Answer:
         """Return the tables of a study and the records of its trials."""
         plan = self.plans[name]
-        files = [*plan.answers, *([plan.times] if plan.times else [])]
         tables = {
             Path(file).stem: read_table(self.folder / file, dtype={"value": str})
-            for file in files
+            for file in plan.answers
             if file.endswith(".csv")
         }
         return Answer(plan.called, tables, self.records[name])
@@ -56,26 +51,6 @@ class Results:
         """The pictures of all figures by their names, in the order of the page."""
         names = [name for plan in self.plans.values() for name in plan.figures]
         return {name: _read_figure(self.folder / "figures" / f"{name}.png") for name in names}
-
-    @cached_property
-    def jobs(self) -> pd.DataFrame:
-        """What Snakemake measured of each job of each target: seconds and megabytes."""
-        tables = [
-            pd.read_csv(path, sep="\t", na_values="-")
-            .reindex(columns=JOB)
-            .assign(target=name, job=f"{path.parent.name}/{path.stem}")
-            for name, plan in self.plans.items()
-            for path in self._benchmarks(plan)
-        ]
-        return pd.concat(tables) if tables else pd.DataFrame(columns=["target", "job", *JOB])
-
-    def _benchmarks(self, plan: Plan) -> list[Path]:
-        """Return what was measured; nothing where Snakemake did not run a job."""
-        jobs = [f"answers/{plan.called}", f"times/{plan.called}"]
-        jobs += [f"figures/{figure}" for figure in plan.figures]
-        jobs += [f"{plan.folder}/{table}" for table in plan.tables]
-        jobs += [f"{plan.called}/*"] if plan.study.own else []
-        return [path for job in jobs for path in sorted(self.folder.glob(f"benchmarks/{job}.tsv"))]
 
 
 def _read_figure(path: Path) -> Image.Image:

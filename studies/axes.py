@@ -128,11 +128,6 @@ def axes_of(path: Path, trials: Mapping[str, Sequence[str]]) -> list[Axis]:
     return axes
 
 
-def is_seeded(metrics: Sequence[str]) -> bool:
-    """Tell whether metrics are registered with several seeds each."""
-    return any("seed" in Column.parse(metric).options for metric in metrics)
-
-
 def seeded(metric: str, seed: int) -> str:
     """Return a metric registered with a seed of its own."""
     return str(Column.parse(metric).with_option("seed", seed))

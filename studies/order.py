@@ -43,17 +43,13 @@ class Order:
         """Both without what is noise of the arithmetic, so that ties are ties."""
         return Order(round(self.probability, ROUNDING), round(self.error, ROUNDING))
 
-    def p_above(self, chance: float = 0.0) -> float:
-        """Return the one-sided p-value against being no larger than `chance`."""
-        difference = round(self.probability - chance, ROUNDING)
-        if not self.error:
-            return 0.5 if not difference else float(difference < 0)
-        return float(scipy.special.ndtr(-difference / self.error))
-
     @property
     def p_value(self) -> float:
         """The two-sided p-value of a difference against none."""
-        return min(1.0, 2 * Order(abs(self.probability), self.error).p_above())
+        size = round(abs(self.probability), ROUNDING)
+        if not self.error:
+            return float(not size)
+        return float(2 * scipy.special.ndtr(-size / self.error))
 
 
 @dataclass(frozen=True)

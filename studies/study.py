@@ -53,10 +53,9 @@ class Figure:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What a study is asked: its trials, its run times, and how many processes may answer."""
+    """What a study is asked: its trials, and how many processes may answer."""
 
     trials: Sequence[Trials]
-    times: pd.DataFrame = field(default_factory=pd.DataFrame)
     n_jobs: int = 1
     own: pd.DataFrame = field(default_factory=pd.DataFrame)  # computed of people's own files
 
@@ -92,7 +91,7 @@ class Study:
     title: str  # in the report's contents
     plan: Callable[[Sequence[str]], Mapping[str, Table]]  # tables of trials, from Hydra overrides
     ask: Callable[[Question], Sequence[pd.DataFrame | str]]  # makes `answers`
-    answers: Sequence[str] = ("tables/{}.csv", "tables/{}.md")  # without run times
+    answers: Sequence[str] = ("tables/{}.csv",)
     figures: Sequence[Figure] = ()
     show: Callable[[Answer], Mapping[str, Any]] | None = None  # what its section is filled with
     place: int = 100  # of its section among the others
@@ -101,7 +100,6 @@ class Study:
     keys: Sequence[str] = ()  # settings of its own
     called: Callable[[Sequence[str]], str] | None = None  # from the overrides
     files: Sequence[Path] = ()  # that its answers rest on
-    axes: Path | None = None  # file of axes whose values are timed
     is_parallel: bool = False  # whether its answers take several processes
     own: "Own | None" = None  # people's own files, in place of trials
     score: Callable[[Mapping[str, str], str], pd.DataFrame] | None = None  # of a part of own files
@@ -136,11 +134,6 @@ class Plan:
     def answers(self) -> list[str]:
         """The files that it makes of its trials."""
         return [name.format(self.called) for name in self.study.answers]
-
-    @property
-    def times(self) -> str | None:
-        """The table of its run times, if they are measured."""
-        return f"tables/{self.called}_time.csv" if self.study.axes else None
 
     @property
     def figures(self) -> dict[str, Figure]:

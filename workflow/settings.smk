@@ -7,8 +7,7 @@ from alignscores.texts import brief, printable
 from experiments.command import CommandError, ConfigError
 from experiments.config import EXECUTION, load, to_overrides
 from experiments.grid import cells
-from experiments.lock import hold
-from experiments.tables import fits
+from experiments.tables import check_sweeps
 from studies.paper import FIGURES as PAPER_FIGURES
 from studies.study import Table, found, plans
 
@@ -19,12 +18,6 @@ def or_end(resolve, *arguments):
         return resolve(*arguments)
     except CommandError as error:
         sys.exit(f"snakemake: {printable(str(error))}")
-
-
-@cache
-def keep_others_out():
-    """End in one line where another run is at work in the same folder."""
-    return or_end(hold, RESULTS)
 
 
 GIVEN = to_overrides({key: config[key] for key in config if key not in EXECUTION})
@@ -56,30 +49,10 @@ def resolved(folder, name):
     return or_end(lambda: FOLDERS[folder].tables[name])
 
 
-@cache
-def place(folder, name):
-    """Where a table of trials is; it is emptied if it was changed or lost, or has other settings.
-
-    An empty table is newer than what rests on it, and without a record it is made again.
-    """
-    path = RESULTS / folder / f"{name}.csv"
-    is_there = path.exists()
-    may_be_lost = any((RESULTS / made).exists() for made in ("figures", "tables"))
-    if workflow.is_main_process and (is_there or may_be_lost) and not fits(path, resolved(folder, name).sweeps):
-        if not (workflow.dryrun or workflow.touch):
-            keep_others_out()
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(b"")
-            path.with_suffix(".json").unlink(missing_ok=True)
-        if is_there:
-            print(f"snakemake: note: {path} was changed, or has other settings: it is made again", file=sys.stderr)
-    return str(path)
-
-
 def tables(*studies):
     """The tables of trials of some studies, and the record beside each."""
     folders = [STUDIES[study].folder for study in studies]
-    paths = [place(folder, name) for folder in folders for name in planned(folder)]
+    paths = [f"{RESULTS}/{folder}/{name}.csv" for folder in folders for name in planned(folder)]
     return {"trials": paths, "records": [str(Path(path).with_suffix(".json")) for path in paths]}
 
 

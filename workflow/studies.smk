@@ -1,4 +1,4 @@
-# From the description of each study: its answers, its run times, its figures, and a target of its name.
+# From the description of each study: its answers, its figures, and a target of its name.
 FIGURE = RESULTS / "figures" / "{figure}.{ext}"
 NEEDS_OWN_FILE = "snakemake: {0.name} needs --config {0.own.key}=FILE"
 FIGURES = {name: (plan, figure) for plan in STUDIES.values() for name, figure in plan.figures.items()}
@@ -6,10 +6,6 @@ FIGURES = {name: (plan, figure) for plan in STUDIES.values() for name, figure in
 
 def answers(plan):
     return [RESULTS / name for name in plan.answers]
-
-
-def times(plan):
-    return [RESULTS / plan.times] if plan.times else []
 
 
 def own_tables(plan):
@@ -31,21 +27,19 @@ for plan in STUDIES.values():
             study_code(plan),
             code("studies/paper") if plan.study.name == "claims" else [],
             unpack(lambda wildcards, plan=plan: tables(*plan.study.beside, plan.study.name)),
-            times=times(plan),
             own=lambda wildcards, plan=plan: or_end(own_tables, plan),
         output:
             answers(plan),
         localrule: True
         params:
             name=plan.study.name,
-            times=lambda wildcards, input: ["--times", *input.times] if input.times else [],
         threads: CORES if plan.study.is_parallel else 1
         log:
             RESULTS / "logs" / "answers" / f"{plan.called}.log",
         benchmark:
             RESULTS / "benchmarks" / "answers" / f"{plan.called}.tsv"
         shell:
-            "{sys.executable:q} -m studies {params.name} {input.trials:q} {params.times:q}"
+            "{sys.executable:q} -m studies {params.name} {input.trials:q}"
             " --own {input.own:q} --output {output:q} --n_jobs {threads} > {log:q} 2>&1"
 
     rule:
@@ -58,36 +52,8 @@ for plan in STUDIES.values():
         localrule: True
 
 
-for plan in filter(times, STUDIES.values()):
-
-    rule:
-        name:
-            f"times_{plan.study.name}"
-        input:
-            TRIAL_CODE,
-            code("studies"),
-            plan.study.axes,
-            unpack(lambda wildcards, plan=plan: tables(plan.study.name)),
-        output:
-            times(plan),
-        params:
-            name=plan.study.name,
-        threads: CORES # nothing beside it
-        resources:
-            mem_mb=600,
-            runtime=20,
-        log:
-            RESULTS / "logs" / "times" / f"{plan.called}.log",
-        benchmark:
-            RESULTS / "benchmarks" / "times" / f"{plan.called}.tsv"
-        shell:
-            "{sys.executable:q} -m studies {params.name} {input.trials:q} --measure"
-            " --output {output:q} > {log:q} 2>&1"
-
-
 def drawn_from(wildcards):
-    paths = map(Path, FIGURES[wildcards.figure][1].tables)
-    return [place(*path.parts) if path.parts[0] == "trials" else f"{RESULTS}/{path}.csv" for path in paths]
+    return [f"{RESULTS}/{table}.csv" for table in FIGURES[wildcards.figure][1].tables]
 
 
 def drawn_by(wildcards):

@@ -23,6 +23,13 @@ def table(wildcards):
     return resolved(wildcards.folder, wildcards.table)
 
 
+def refuse_other_tables(dag):
+    """Snakemake knows the settings of the tables that it made: others, or changed ones, are not taken for these."""
+    for job in dag.jobs:
+        if job.rule.name == "trials" and not dag.needrun(job):
+            or_end(check_sweeps, Path(job.output.csv), table(job.wildcards).sweeps)
+
+
 wildcard_constraints:
     folder="|".join(FOLDERS),
     table=r"\w+",

@@ -5,8 +5,7 @@ two of three pairs of trials at neighbouring levels in the right order; likewise
 outliers. Of evenly spaced levels that is a Kendall correlation of about one half.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import combinations
+from collections.abc import Mapping
 from math import isfinite
 from typing import Any
 
@@ -18,15 +17,13 @@ from experiments.tables import Trials
 
 from ..order import orders, varies
 from ..study import Answer
-from ..words import NONE, listed, write_levels, write_number
+from ..words import NONE, write_levels, write_number
 
 LEVELS = {"noise": "sigma_t", "outliers": "n_outliers"}
 ORDERS = {"noise": "noise_order", "outliers": "outlier_order"}  # columns of the findings
 LEAST_ORDER = 200 / 3  # per cent: two of three
-VERDICTS = ("orders noise and outliers", "orders noise", "orders outliers", "orders nothing")
 GENERATORS = ("geometry", "error", "outliers", "outlier_side")
-SCORES = ("TAS", "RAS", "PAS")  # whose failures are named
-NEAR_ZERO = 0.1  # a score that has so little left
+SCORES = ("TAS", "RAS", "PAS")  # shown first
 
 LABELS = {
     "geometry": "cameras",
@@ -56,14 +53,12 @@ def findings(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
         - `mean`: of the metric, over all trials
         - `verdict`: "orders noise and outliers", "orders noise", "orders outliers" or "orders
           nothing"
-        - `finding`: of the scenario, in sentences; the same in all its rows
     """
     rows = []
     for name, trials in scenarios.items():
         judged = [_judge(trials.table, metric) for metric in trials.sweep.metrics]
         keys = {key: getattr(trials.sweep, key) for key in GENERATORS}
-        finding = " ".join(_sentences(trials.table, judged))
-        rows += [{"scenario": name} | keys | row | {"finding": finding} for row in judged]
+        rows += [{"scenario": name} | keys | row for row in judged]
     return pd.DataFrame(rows)
 
 
@@ -83,54 +78,6 @@ def _smallest(trials: pd.DataFrame, metric: str, level: str) -> float:
     return 100 * min((one.probability for one in found), default=np.nan)
 
 
-def _sentences(trials: pd.DataFrame, judged: Sequence[Mapping[str, Any]]) -> list[str]:
-    ours = {row["metric"]: row for row in judged if row["metric"] in SCORES}
-    found = [_who_orders_what(judged), *map(_failure, ours.values()), _near_zero(trials, ours)]
-    found += [_no_worse(trials, metric) for metric in ours]
-    return [sentence for sentence in found if sentence]
-
-
-def _who_orders_what(judged: Sequence[Mapping[str, Any]]) -> str:
-    parts = []
-    for verdict in VERDICTS:
-        metrics = [row["metric"] for row in judged if row["verdict"] == verdict]
-        what = verdict.removeprefix("orders ")
-        if metrics:
-            parts.append(f"{listed(metrics)} {'order' if metrics[1:] else 'orders'} {what}")
-    return f"{'; '.join(parts)}."
-
-
-def _failure(row: Mapping[str, Any]) -> str:
-    found = {level: row[column] for level, column in ORDERS.items()}
-    failures = [f"{level} ({order:.0f} %)" for level, order in found.items() if order < LEAST_ORDER]
-    return f"{row['metric']} fails on {listed(failures)}." if failures else ""
-
-
-def _near_zero(trials: pd.DataFrame, scores: Iterable[str]) -> str:
-    """Tell which scores have nothing left for outliers to take away."""
-    strongest = trials[trials["sigma_t"] == trials["sigma_t"].max()]
-    fewest = strongest["n_outliers"].min()
-    means = strongest[strongest["n_outliers"] == fewest].mean(numeric_only=True)
-    low = [f"{score} ({means[score]:.2f})" for score in scores if means[score] < NEAR_ZERO]
-    if not low:
-        return ""
-    be = "are" if low[1:] else "is"
-    return f"At the strongest noise, with {fewest} outliers, {listed(low)} {be} near 0."
-
-
-def _no_worse(trials: pd.DataFrame, metric: str) -> str:
-    """Tell where the mean of a score does not fall as outliers are added."""
-    means = trials.groupby("n_outliers")[metric].mean()
-    pairs = [(means[more] - means[few], few, more) for few, more in combinations(means.index, 2)]
-    rise, few, more = max(pairs, default=(-1.0, 0, 0))
-    if rise < 0:
-        return ""
-    return (
-        f"{metric} is no worse with {more} outliers than with {few} "
-        f"(mean {means[more]:.2f} and {means[few]:.2f})."
-    )
-
-
 def show(answer: Answer) -> dict[str, Any]:
     """Return what the section is filled with."""
     findings, records = answer.table, answer.records
@@ -140,19 +87,13 @@ def show(answer: Answer) -> dict[str, Any]:
         _scenario(name, record.sweep, first, findings[findings["scenario"] == name])
         for name, record in records.items()
     ]
-    scores = [metric for metric in metrics if metric in SCORES]
     return {
         "name": answer.called,
         "metrics": metrics,
-        "scores": scores,
+        "scores": [metric for metric in metrics if metric in SCORES],
         "trials": first.trials,
         "scenarios": scenarios,
-        "failing": {metric: [one for one in scenarios if _fails(metric, one)] for metric in scores},
     }
-
-
-def _fails(metric: str, scenario: Mapping[str, Any]) -> bool:
-    return any(judged["fails"] for judged in scenario["orders"].get(metric, ()))
 
 
 def _scenario(name: str, sweep: Sweep, first: Sweep, rows: pd.DataFrame) -> dict[str, Any]:
@@ -166,7 +107,6 @@ def _scenario(name: str, sweep: Sweep, first: Sweep, rows: pd.DataFrame) -> dict
         "title": name.replace("_", " "),
         "settings": _settings(sweep, first),
         "orders": orders,
-        "finding": rows["finding"].iloc[0],
     }
 
 

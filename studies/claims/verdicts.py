@@ -18,7 +18,7 @@ from experiments.tables import Trials
 
 from ..order import SIGNIFICANCE, holm
 from ..statistics import cell_means, select
-from .claims import Claim, Claims, Decision, Reading
+from .claims import Claim, Claims
 
 CENTRAL = (SIGNIFICANCE / 2, 1 - SIGNIFICANCE / 2)
 REPRODUCED, NOT_REPRODUCED, INCONCLUSIVE = "reproduced", "not reproduced", "inconclusive"
@@ -152,7 +152,7 @@ def decide(
     found = _decided(claims.claims, list(values[:, :n_read]))
     tables = [found.assign(decision=TAKEN, reading=TAKEN, claim=found.index)]
     for decision, reading, changed in readings:
-        title = reading_title(decision, reading)
+        title = f"{decision.id}: {reading.reading}"
         table[title] = None
         if not changed:
             continue
@@ -184,11 +184,6 @@ def _by_other_criteria(claims: Claims, values: Sequence[Floats]) -> pd.DataFrame
             row["changes"] = "; ".join(f"{name}: {word}" for name, word in verdicts.items())
             rows.append(row)
     return pd.DataFrame(rows)
-
-
-def reading_title(decision: Decision, reading: Reading) -> str:
-    """Return the column of a reading in the table of claims."""
-    return f"{decision.id}: {reading.reading}"
 
 
 def _evaluate(claims: Sequence[Claim], trials: Replicate) -> list[float]:

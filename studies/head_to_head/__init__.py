@@ -8,7 +8,7 @@ import pandas as pd
 
 from ..paper import Experiments
 from ..study import Answer, Question, Study, Table
-from .rankings import METHOD, compare_orders, rankings, side_by_side, to_markdown
+from .rankings import METHOD, compare_orders, rankings, side_by_side
 
 BESIDE = {  # what a score is compared with besides the paper's metrics, at equal registration
     "TAS": (
@@ -32,9 +32,8 @@ def plan(overrides: Sequence[str] = ()) -> Mapping[str, Table]:
 
 
 def ask(question: Question) -> list[pd.DataFrame | str]:
-    """Return the comparison as a table and in words."""
-    table = compare_orders(side_by_side(question.trials))
-    return [table, to_markdown(table)]
+    """Return the comparison as a table."""
+    return [compare_orders(side_by_side(question.trials))]
 
 
 def show(answer: Answer) -> dict[str, Any]:

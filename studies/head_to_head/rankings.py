@@ -13,7 +13,6 @@ from experiments.tables import Record, TableError, Trials
 
 from .. import order
 from ..order import SIGNIFICANCE, Order
-from ..words import document, markdown_table
 
 LEVELS = {  # what is put in order, by what it is called: the settings that may stand for it
     "noise": ("sigma_t", "sigma_r_deg"),
@@ -143,27 +142,3 @@ def rankings(table: pd.DataFrame) -> list[dict[str, Any]]:
         keys = {"experiment": experiment, "level": level, "places": places}
         found.append(keys | {"in_words": "".join(words)})
     return found
-
-
-def to_markdown(table: pd.DataFrame) -> str:
-    """Write who orders what best, and what it takes."""
-    orders, cameras = [], []
-    for ranking in rankings(table):
-        places = ranking["places"]
-        trials = ", ".join(f"{place['metric']} {place['trials']:.3g}" for place in places)
-        orders.append([ranking["experiment"], ranking["level"], ranking["in_words"], trials])
-        enough = [place for place in places if not np.isnan(place["cameras"])]
-        if enough:
-            words = ", ".join(f"{place['metric']} {place['cameras']:g}" for place in enough)
-            cameras.append([ranking["experiment"], words])
-    tables = [
-        markdown_table(["experiment", "level", "order, %", "trials"], orders, "llll"),
-        markdown_table(["experiment", "cameras"], cameras, "ll"),
-    ]
-    apart = table[table["outliers"].notna()].astype({"outliers": int})
-    for (experiment, level), rows in apart.groupby(["experiment", "level"], sort=False):
-        orders_at = rows.pivot(index="metric", columns="outliers", values="order")
-        head = [f"{experiment}, {level}: order, %, at outliers", *map(str, orders_at.columns)]
-        cells = [[str(name), *map("{:.1f}".format, row)] for name, row in orders_at.iterrows()]
-        tables.append(markdown_table(head, cells))
-    return document(METHOD, *tables)

@@ -9,20 +9,16 @@ import pandas as pd
 from ..study import Answer, Figure, Own, Question, Study
 from .answers import agreement, pairs, summarise
 from .scores import read_benchmark, score_sequence, sources
-from .words import sentences, to_markdown
 
 
 def ask(question: Question) -> list[pd.DataFrame | str]:
-    """Return what runs say of each metric, pairs of systems, who agrees, and all in words."""
-    runs = question.own
-    table, by_pair, agrees = summarise(runs), pairs(runs), agreement(runs)
-    return [table, by_pair, agrees, to_markdown(table, by_pair, agrees)]
+    """Return a table of the metrics, of the pairs of systems, and of how metrics agree."""
+    return [summarise(question.own), pairs(question.own), agreement(question.own)]
 
 
 def show(answer: Answer) -> dict[str, Any]:
     """Return what the section is filled with."""
-    table, by_pair, agrees = answer.tables.values()
-    return {"metrics": table.to_dict("records"), "sentences": sentences(table, by_pair, agrees)}
+    return {"metrics": answer.table.to_dict("records")}
 
 
 def parts(file: Path) -> Mapping[str, Sequence[str]]:
@@ -43,7 +39,7 @@ STUDY = Study(
     title="Your own runs",
     plan=lambda _: {},  # no tables of trials: the runs are real
     ask=ask,
-    answers=("tables/{}.csv", "tables/{}_pairs.csv", "tables/{}_agreement.csv", "tables/{}.md"),
+    answers=("tables/{}.csv", "tables/{}_pairs.csv", "tables/{}_agreement.csv"),
     figures=[
         Figure("studies.real.figure:draw", ["tables/{}", "tables/{}_pairs", "tables/{}_agreement"])
     ],

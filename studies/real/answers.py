@@ -59,19 +59,14 @@ def pairs(table: pd.DataFrame) -> pd.DataFrame:
             values = [runs[metric].dropna().to_numpy() for runs in (of_a, of_b)]
             if min(map(len, values)) < FEWEST:
                 continue
-            told, runs = _told(*values)
+            runs = [(values[0], values[1])]
             rows.append(
                 {"metric": metric, "sequence": sequence, "a": a, "b": b}
                 | {"better": a if share > 0.5 else b if share < 0.5 else ""}
-                | {"order": 100 * max(share, 1 - share), "told": told, "runs": runs}
+                | {"order": 100 * max(share, 1 - share), "told": rank_test(runs).p <= LEVEL}
+                | {"runs": runs_needed(runs) or np.inf}
             )
     return pd.DataFrame(rows)
-
-
-def _told(a: Floats, b: Floats) -> tuple[bool, float]:
-    """Return whether runs differ significantly, and how many of each it takes."""
-    runs = [(a, b)]
-    return rank_test(runs).p <= LEVEL, runs_needed(runs) or np.inf
 
 
 def agreement(table: pd.DataFrame) -> pd.DataFrame:

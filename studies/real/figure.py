@@ -9,8 +9,6 @@ from matplotlib.figure import Figure
 from alignscores.arrays import Floats
 from figures import style
 
-from .words import changes_of
-
 MOST = 100  # where more than 50 runs are drawn
 ROW = 0.16  # inches
 MEDIAN, PAIR = "#173f67", "#d9822b"
@@ -19,7 +17,8 @@ MEDIAN, PAIR = "#173f67", "#d9822b"
 @style.applied()
 def draw(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFrame) -> Figure:
     """Figure: which metric tells real systems apart, who agrees, and what moves each."""
-    metrics, changes = list(table["metric"]), changes_of(table)
+    metrics = list(table["metric"])
+    changes = [str(name) for name in table if str(name).startswith("moves_")]
     widths = [1.2, 1.35, *([0.9] if changes else [])]
     size = (style.PAGE, 1.25 + ROW * len(metrics))
     figure = Figure(figsize=size, layout="constrained")

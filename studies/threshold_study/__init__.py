@@ -9,7 +9,7 @@ from experiments.command import ConfigError
 from .. import axes
 from ..study import Figure, Question, Study, Table
 from .effects import effects
-from .words import THRESHOLDS, show, to_markdown
+from .section import THRESHOLDS, show
 
 KINDS = ("tas", "ras", "pas", "registration")  # a table each; what the names of axes start with
 TABLES = [f"tables/{{}}_{kind}" for kind in KINDS]
@@ -25,13 +25,12 @@ def plan(overrides: Sequence[str]) -> Mapping[str, Table]:
 
 
 def ask(question: Question) -> list[pd.DataFrame | str]:
-    """Return the effects of all values, and what they say in words."""
-    parts, times = question.by_name, question.times
+    """Return the effects of all values, a table for each kind."""
+    parts = question.by_name
     found = axes.axes_of(THRESHOLDS, {name: part.record.metrics for name, part in parts.items()})
     table = effects(found, {name: part.table for name, part in parts.items()})
     kind_of = table["axis"].str.partition("_")[0]
-    text = to_markdown(found, table, times, parts["outliers"].sweep.trials)
-    return [*(table[kind_of == kind] for kind in KINDS), text]
+    return [table[kind_of == kind] for kind in KINDS]
 
 
 STUDY = Study(
@@ -39,11 +38,10 @@ STUDY = Study(
     title="Thresholds",
     plan=plan,
     ask=ask,
-    answers=[*(f"{table}.csv" for table in TABLES), "tables/{}.md"],
+    answers=[f"{table}.csv" for table in TABLES],
     figures=[Figure("studies.threshold_study.figure:draw", TABLES)],
     show=show,
     place=20,
     keys=axes.axis_names(THRESHOLDS),
     files=[THRESHOLDS],
-    axes=THRESHOLDS,
 )

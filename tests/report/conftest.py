@@ -14,11 +14,10 @@ import pandas as pd
 import pytest
 from PIL import Image
 
-from experiments.tables import write_recorded
+from experiments.tables import write_trials
 from report.__main__ import main
 from studies.axes import axes_of
 from studies.claims.claims import load_claims
-from studies.claims.verdicts import reading_title
 from studies.paper import FIGURES
 from studies.paper.table1 import CRITERIA, PAPER, PROPERTIES, ROWS
 from studies.study import plans
@@ -139,12 +138,9 @@ def write_results(results):
             picture.save(buffer := BytesIO(), "PNG")
             results.write(f"figures/{name}.png", buffer.getvalue())
         for name, table in plan.tables.items():
-            write_recorded(results.folder / plan.folder / f"{name}.csv", b"", table.sweeps)
+            write_trials(results.folder / plan.folder / f"{name}.csv", pd.DataFrame(), table.sweeps)
     write_thresholds(results)
     write_findings(results)
-    for number in range(REPLICATES):
-        benchmark = f"s\th:m:s\tcpu_time\tmax_rss\n{50 + number}.0\t0:00\t-\t100.4\n"
-        results.write(f"benchmarks/replicates/{number}.tsv", benchmark)
 
 
 def write_verdicts(results):
@@ -165,7 +161,7 @@ def write_verdicts(results):
         keys = {"decision": decision.id, "reading": reading.reading, "claim": list(changed)}
         evidence.append(rows.assign(**keys))
         words = dict.fromkeys(changed, "inconclusive, open")
-        table[reading_title(decision, reading)] = table["id"].map(words)
+        table[f"{decision.id}: {reading.reading}"] = table["id"].map(words)
     results.write("claims.csv", table)
     readings = pd.concat(evidence).assign(replicates=REPLICATES)
     results.write("tables/readings.csv", readings)
@@ -240,26 +236,13 @@ def write_thresholds(results):
     table.loc[row, ["majority_order", "seed_noise"]] = 0.509, np.nan
     for kind, rows in table.groupby(table["axis"].str.partition("_")[0], sort=False):
         results.write(f"tables/threshold_study_{kind}.csv", rows)
-    write_times(results, "threshold_study", axes, [100])
-
-
-def write_times(results, name, axes, cameras):
-    columns = ["n_cameras", "axis", "value", "milliseconds"]
-    rows = [
-        (n, axis.name, value, 1.25 + rank)
-        for n in cameras
-        for axis in axes
-        for rank, value in enumerate(axis.values)
-    ]
-    times = pd.DataFrame(rows, columns=columns)
-    results.write(f"tables/{name}_time.csv", times)
 
 
 def write_findings(results):
     """The TAS fails in two scenarios."""
     findings = pd.DataFrame(
         {"scenario": name, "metric": metric, "noise_order": 87.5, "outlier_order": 75.0}
-        | {"mean": 0.5, "finding": f"{metric} < all: noise (-25 %) in {name}."}
+        | {"mean": 0.5}
         for name, sweep in sweeps_of(results, "beyond").items()
         for metric in sweep.metrics
     )

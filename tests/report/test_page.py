@@ -90,16 +90,6 @@ def test_every_figure_has_its_claims(page, table, name):
     assert section.text.startswith(f"Figure {list(FIGURES).index(name) + 1} ")
 
 
-def test_texts_follow_the_numbers(results, page):
-    with results.table("claims.csv") as frame:
-        row = frame["id"] == "outliers-range-maa"
-        frame.loc[row, ["ours", "low", "high"]] = [12.345, 11.0, 13.0]
-    sentence = "from 0 to 50 outliers that of the mAA changes by +12.3 % (paper: −74 %)"
-    assert sentence in results.page().id("figure-outliers").text
-    assert sentence not in page.id("figure-outliers").text
-    assert "and 0.310 with 1 outlier;" in page.id("figure-outliers").text
-
-
 def test_an_undefined_statistic_is_called_so(results):
     with results.table("claims.csv") as frame:
         frame.loc[0, "verdict"] = "inconclusive"
@@ -119,17 +109,11 @@ def test_cells_that_disagree_with_table_1_are_marked(page):
     assert len(marked) == 6  # those where the paper says no
     assert all("yes paper: no" in cell.text for cell in marked)
     assert [c.text for c in cells if c.get("class") == "untested"] == ["not tested paper: yes"]
-    assert "11 of the 16 cells" in section.text
 
 
-def test_decisions_tell_what_each_reading_changes(page):
-    section = page.id("decision-range")
+def test_decisions_show_the_claims_that_depend_on_the_reading(page):
     changed = load_claims().under(decision("range"), decision("range").readings[1])
-    n = len(changed)
-    assert f"“mean curve” concerns {n} claims and changes {n} verdicts." in section.text
-    assert len(list(page.within(section, "td"))) == n * 3
-    sentence = "“first axis” concerns 1 claim and changes 1 verdict."
-    assert sentence in page.id("decision-direction").text
+    assert len(list(page.within(page.id("decision-range"), "td"))) == len(changed) * 3
 
 
 def decision(name):

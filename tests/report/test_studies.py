@@ -1,37 +1,10 @@
-"""The sections of the studies say what their tables say."""
+"""The sections of the studies show what their tables hold."""
 
 from base64 import b64decode
 from io import BytesIO
 
 import numpy as np
 from PIL import Image
-
-
-def row_of(page, section, header, table):
-    """The only row of a table of a section whose header has this text."""
-    found = [
-        row
-        for row in page.within(page.id(section), "tr")
-        for cell in page.within(row, "th")
-        if cell.text == header and cell.get("scope") == "row"
-        if any(table in parent.get("class") for parent in row.parents)
-    ]
-    (row,) = found
-    return row
-
-
-def test_costs_and_gains_of_thresholds(page):
-    row = row_of(page, "threshold_study", "TAS: largest threshold, units of d", "trades")
-    paper, costs, gains = page.cells(row)
-    assert paper == "1 against 0.25, 0.5, 2, 4"
-    assert costs == "range over noise 0.500 instead of 0.750 at 0.5"
-    assert gains == (
-        "order of outliers 0.5 % against 0.2 % at 0.5 "
-        "dependence on cameras 0.5 % against 12.5 % at 0.5"
-    )
-    row = row_of(page, "threshold_study", "TAS: prescreening threshold", "trades")
-    nothing = "nothing that these trials can tell"
-    assert page.cells(row) == ["0.1 against 0.03, 0.3, off", nothing, nothing]
 
 
 def test_differences_are_marked_where_they_are_certain_and_in_the_right_direction(page):
@@ -43,12 +16,6 @@ def test_differences_are_marked_where_they_are_certain_and_in_the_right_directio
 
 
 def test_failures_are_easy_to_see(page, original):
-    section = page.id("beyond")
-    lead = "errors and outliers, the TAS fails in 2, the RAS in 0 and the PAS in 0."
-    assert lead in section.text
-    (terms,) = [dl for dl in page.within(section, "dl") if "failures" in dl.get("class")]
-    links = [link.get("href") for link in page.within(terms, "a")]
-    assert links == ["#scenario-uneven", "#scenario-two_pieces"]
     rows = [row for row in page.all("tr") if row.get("id").startswith("scenario-")]
     scenarios = original.plans["beyond"].tables
     assert [row.get("id") for row in rows] == [f"scenario-{name}" for name in scenarios]
@@ -56,13 +23,12 @@ def test_failures_are_easy_to_see(page, original):
     assert failing == ["scenario-uneven", "scenario-two_pieces"]
 
 
-def test_scenarios_have_their_settings_and_findings(page):
+def test_scenarios_have_their_settings(page):
     first = page.id("scenario-paper").text
     assert "cameras: cube; errors: gaussian; outliers: uniform; number of cameras: 100" in first
     strong = page.id("scenario-strong_drift").text
     assert "cameras: car; errors: drift; σt: 0.5, 1, 2, 3, 5; σr, degrees: 5, 10, 20" in strong
     assert "outliers: uniform" not in strong
-    assert "ATE < all: noise (−25 %) in strong_drift." in strong  # escaped, or it would be a tag
 
 
 OWN = """\
@@ -76,8 +42,9 @@ scenarios:
 def test_own_values_and_scenarios_are_shown(make_results, tmp_path):
     (tmp_path / "mine.yaml").write_text(OWN)
     page = make_results("tas_quantile=[0.5,0.9]", f"scenarios={tmp_path / 'mine.yaml'}").page()
-    row = row_of(page, "threshold_study", "TAS: quantile that is d", "trades")
-    assert page.cells(row)[0] == "0.75 against 0.5, 0.9"
+    values = [header.text for header in page.within(page.id("threshold_study"), "th")]
+    title = values.index("TAS: quantile that is d")
+    assert values[title + 1 : title + 4] == ["0.5", "● 0.75, the paper’s", "0.9"]
     assert "cameras: orbit" in page.id("scenario-circle").text
     assert "outliers: cluster" in page.id("scenario-wrong_merge").text
     assert page.id("figure-beyond_mine").text.startswith("Figure ")

@@ -20,7 +20,6 @@ from studies.claims.verdicts import decide
 from studies.paper.table1 import compare, to_markdown
 from studies.study import plans
 from studies.threshold_study.effects import effects
-from studies.times import measure
 
 from .conftest import undescribed
 
@@ -134,28 +133,17 @@ def test_a_parameter_study_is_written_the_same_again(
     tables = plans(AXES)[name].tables.items()
     sweeps = {part: replace(table.sweeps[0], **grid) for part, table in tables}
     paths = written({part: make_up(sweep, value=worsens) for part, sweep in sweeps.items()})
-    times = str(tmp_path / "time.csv")
-    assert main([name, *paths, "--measure", "--output", times]) == 0
-    measured = pd.read_csv(times)
-    assert len(measured) == 2 * len(AXES)
-    assert (measured["milliseconds"] > 0).all()
-    assert undescribed(measure, measured) == []
-
     contents = []
     for folder in ("a", "b"):
         outputs = [tmp_path / folder / f"{k}.csv" for k in range(len(rows))]
-        outputs.append(tmp_path / folder / "study.md")
-        assert main([name, *paths, "--times", times, "--output", *map(str, outputs)]) == 0
+        assert main([name, *paths, "--output", *map(str, outputs)]) == 0
         contents.append([path.read_bytes() for path in outputs])
     assert contents[0] == contents[1]
-    assert [len(pd.read_csv(path)) for path in outputs[:-1]] == rows
-    assert "*Gains:*" in outputs[-1].read_text()
+    assert [len(pd.read_csv(path)) for path in outputs] == rows
     assert undescribed(effects, pd.read_csv(outputs[0])) == []
 
-    assert main([name, *paths, "--output", *map(str, outputs)]) == 1
-    assert "--times" in line()
     few = [path for path in paths if Path(path).stem != "length"]
-    assert main([name, *few, "--times", times, "--output", *map(str, outputs)]) == 1
+    assert main([name, *few, "--output", *map(str, outputs)]) == 1
     problem = "these tables, which lack 'length', are not those of threshold_study"
     assert line() == f"{problem}; run: snakemake threshold_study"
 
@@ -174,7 +162,6 @@ def test_scenarios_have_findings(
     assert table[["scenario", "metric"]].to_numpy().tolist() == [
         [name, metric] for name in "ab" for metric in ("TAS", "ATE")
     ]
-    assert table["finding"].str.startswith("TAS and ATE order noise and outliers.").all()
 
     record = Record((replace(sweep, metrics=["TAS", "PAS"]),), {})
     paths = written({"a": replace(trials, record=record)})
