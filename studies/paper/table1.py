@@ -58,7 +58,8 @@ NOTES = (
     "each of them, its no of one at least.",
     "On a line the paper's yes for ATE and DTE holds without outliers alone: in its Figure 3, as "
     "here, a single one blinds both.",
-    "How many cameras may be lost decides who is robust to outliers: see `sensitivity`.",
+    "How many cameras may be lost decides who is robust to outliers: see the other "
+    "thresholds (column sensitivity of method_comparison.csv).",
 )
 CAPTION = (
     "**Bold**: not as in the paper's Table 1. In brackets what decides. –: positions play no part "
