@@ -165,5 +165,6 @@ def test_tas_on_a_line_along_an_axis(reference_case):
 def test_score_of_the_published_errors(reference_case):
     """The published errors, counted by us, give the published score: TAS and RAS."""
     thresholds = float(reference_case["d_threshold"]) * np.arange(1, 101) / 100
-    for errors, score in zip(reference_case["TAS_errs"], reference_case["TAS"], strict=True):
+    published = reference_case["TAS_errs"]  # of all runs, in our copy of the first alone
+    for errors, score in zip(published, reference_case["TAS"][: len(published)], strict=True):
         assert float(AlignmentScore(errors, thresholds)) == pytest.approx(score, abs=1e-12)
