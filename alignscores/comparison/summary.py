@@ -110,6 +110,7 @@ class Entry:
         """Return a row of the JSON output, CSV and table of pandas."""
         results = [result for own in self.results.values() for result in own]
         low, high = self.failing
+        known = (result.outcome.unit for result in results if np.isfinite(result.outcome.unit))
         found = {
             "system": self.system,
             "sequence": self.sequence,
@@ -121,6 +122,7 @@ class Entry:
             "n": sum(result.outcome.n for result in results),
             "failures": sum(result.outcome.failures for result in results),
             "lost": self.lost,
+            "unit": next(known, None) if self.sequence is not None else None,
         }
         for name, rank in self.ranks.items():
             found[name] = self.mean(name)
