@@ -329,7 +329,7 @@ def _as_scored(
     estimate: Trajectory, offset: float, body_rotation: Floats | None, settings: Settings
 ) -> Trajectory:
     """Return an estimate with the time and the camera's frame of the reference."""
-    if settings.form.timed:
+    if estimate.keys.dtype.kind == "f":
         estimate = estimate._replace(keys=estimate.keys + offset)
     return estimate._replace(poses=rotate_cameras(estimate.poses, body_rotation))
 
