@@ -3,7 +3,7 @@
 One function a protocol, named after where it comes from; `protocol` finds them by short names such
 as ``auc@30:vggt``. Where an origin surprises, so does the function: they are there so that numbers
 compare, not because they are good. The table is in docs/reference/protocols.md, the surprises are
-in docs/explanation/protocol-surprises.md.
+in docs/explanation/other-metrics.md.
 """
 
 from .cameras import NoValueError
