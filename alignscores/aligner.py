@@ -9,13 +9,11 @@ from numpy.typing import ArrayLike
 
 from .arrays import Booleans, Floats, Indices
 from .registration import REGISTRATIONS, Registration, kernel, pcr99, refined
-from .registration.kernel import Aligned, normalise
+from .registration.kernel import Aligned, Seed, normalise
 from .similarity import Similarity
 from .validation import check_positions, check_same_length, finite_rows
 
 __all__ = ["Aligned", "Aligner", "Seed", "normalise", "one_scene"]
-
-Seed = int | np.random.SeedSequence | np.random.Generator | None
 
 ROUNDING = 1e-6  # by which a scale may differ from 1
 SCENES_AT_ONCE = 16  # that are aligned in one call
@@ -99,18 +97,12 @@ class Aligner:
         """Align some of the scenes."""
         starts = self.starts[first : end + 1]
         rows = slice(starts[0], starts[-1])
-        try:
-            generators = [np.random.default_rng(self._rng) for _ in starts[1:]]
-        except (TypeError, ValueError) as error:
-            raise ValueError(
-                f"rng must be a seed or a Generator, not {self._rng!r}: {error}"
-            ) from None
         aligned = kernel.align_scenes(
             self._options,
             starts - starts[0],
             self.gt[rows],
             self.est[rows],
-            generators,
+            self._rng,
             units[first:end],
             None if self._kept is None else self._kept[first:end],
         )

@@ -100,7 +100,7 @@ def _register(
     check_same_length(gt, est, "gt_positions", "est_positions")
     gt, est = np.ascontiguousarray(gt), np.ascontiguousarray(est)
     starts, units = np.array([0, len(gt)]), np.array([threshold])
-    aligned = kernel.align_scenes(options, starts, gt, est, [rng], units)
+    aligned = kernel.align_scenes(options, starts, gt, est, rng, units)
     assert aligned is not None  # which only a user's registration may be
     return similarity_of_row(aligned.rows[0]), int(aligned.n_hypotheses[0])
 

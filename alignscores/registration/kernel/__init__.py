@@ -1,8 +1,8 @@
 """The registration, compiled from the C files of this folder, called with NumPy's arrays."""
 
 import ctypes
-from collections.abc import Callable, Sequence
-from ctypes import CFUNCTYPE, POINTER, c_double, c_int, c_size_t, c_void_p
+from collections.abc import Callable
+from ctypes import CFUNCTYPE, POINTER, c_bool, c_double, c_int, c_size_t, c_void_p
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,12 +18,15 @@ __all__ = [
     "PRESCREEN",
     "Aligned",
     "Options",
+    "Seed",
     "align_scenes",
     "close_scenes",
     "closest_pairs",
     "normalise",
     "options",
 ]
+
+Seed = int | np.random.SeedSequence | np.random.Generator | None
 
 REGISTRATIONS = "pcr99", "refined", "user"  # in the order of kernel.h, as ALIGNMENTS
 PRESCREEN = 0.1  # of the paper
@@ -91,10 +94,10 @@ def _load() -> ctypes.CDLL:
 
 
 _LIBRARY = _load()
-_LIBRARY.align_scenes.argtypes = c_void_p, c_size_t, *9 * (c_void_p,)
+_LIBRARY.align_scenes.argtypes = c_void_p, c_size_t, *4 * (c_void_p,), c_bool, *5 * (c_void_p,)
 _LIBRARY.close_scenes.argtypes = c_size_t, c_void_p
 _LIBRARY.closest_pairs.argtypes = c_size_t, c_void_p, c_void_p
-_LIBRARY.closest_pairs.restype = ctypes.c_bool
+_LIBRARY.closest_pairs.restype = c_bool
 _LIBRARY.normalise_positions.argtypes = c_size_t, *4 * (c_void_p,)
 
 
@@ -129,31 +132,61 @@ def align_scenes(
     starts: Indices,
     gt: Floats,
     est: Floats,
-    generators: Sequence[np.random.Generator],
+    rng: Seed,
     units: Floats,
     kept: NDArray[np.uintp] | None = None,
 ) -> Aligned | None:
     """Align scenes, as ``scenes.c`` says; return None where a user's registration failed.
 
     Scene s has the rows from ``starts[s]`` to ``starts[s + 1]`` of ``gt`` and ``est``, (N, 3) and
-    contiguous, and a generator.
+    contiguous. Each is registered with the same seed; a Generator goes on from scene to scene.
     """
-    n = len(units)
+    n, generator = len(units), _generator(rng)
+    random = _state(generator)
     aligned = Aligned(np.empty((n, 13)), np.empty(len(gt)), units.copy(), np.empty(n, np.intp))
-    if options.registration == REGISTRATIONS.index("refined"):  # which draws a sample of cameras
-        generators = [*generators, *(np.random.default_rng(0) for _ in generators)]
-    random = [generator.bit_generator.ctypes.bit_generator.value for generator in generators]
-    start, truth, estimate, keep, *found = [
+    start, truth, estimate, words, keep, *found = [
         None if array is None else array.__array_interface__["data"][0]
-        for array in (starts, gt, est, kept, *aligned)
+        for array in (starts, gt, est, random, kept, *aligned)
     ]
-    addresses = (c_void_p * len(random))(*random)
+    goes_on = isinstance(rng, np.random.Generator)
     outcome = _LIBRARY.align_scenes(
-        ctypes.byref(options), n, start, truth, estimate, addresses, keep, *found
+        ctypes.byref(options), n, start, truth, estimate, words, goes_on, keep, *found
     )
+    if goes_on and options.registration != REGISTRATIONS.index("user"):
+        _set_state(generator, random)
     if OUTCOMES[outcome] == "no memory":
         raise MemoryError(f"there is no memory for {options.n_hypotheses} hypotheses")
     return aligned if OUTCOMES[outcome] == "done" else None
+
+
+def _generator(rng: Seed) -> np.random.Generator:
+    """Return a Generator of PCG64; one of another kind gives it a seed."""
+    try:
+        generator = np.random.default_rng(rng)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"rng must be a seed or a Generator, not {rng!r}: {error}") from None
+    if isinstance(generator.bit_generator, np.random.PCG64):
+        return generator
+    return np.random.default_rng(int(generator.integers(2**63)))
+
+
+def _state(generator: np.random.Generator) -> NDArray[np.uint64]:
+    """Return the state of PCG64 as ``kernel.h`` declares it."""
+    state: Any = generator.bit_generator.state
+    numbers = state["state"]["state"], state["state"]["inc"]
+    halves = [half for number in numbers for half in divmod(number, 2**64)]
+    return np.array([*halves, state["has_uint32"], state["uinteger"]], dtype=np.uint64)
+
+
+def _set_state(generator: np.random.Generator, words: NDArray[np.uint64]) -> None:
+    """Let a generator go on from a state."""
+    high, low, inc_high, inc_low, has_half, half = words.tolist()
+    generator.bit_generator.state = {
+        "bit_generator": "PCG64",
+        "state": {"state": high << 64 | low, "inc": inc_high << 64 | inc_low},
+        "has_uint32": has_half,
+        "uinteger": half,
+    }
 
 
 def close_scenes(kept: NDArray[np.uintp]) -> None:

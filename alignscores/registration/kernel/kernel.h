@@ -53,6 +53,12 @@ typedef struct {
     const double *gt, *est; /* (3, n) */
 } cameras;
 
+/* Weighted sums, of which a least-squares fit is made. */
+typedef struct {
+    vector gt_mean, est_mean, covariance[3]; /* estimate by ground truth */
+    double spread;                           /* of the estimate */
+} moments;
+
 /* In the order of Python's names. */
 enum { SIMILARITY, RIGID, YAW, NONE };
 enum { PCR99, REFINED, USER };
@@ -71,14 +77,10 @@ typedef struct {
     user_registration *user;
 } options;
 
-/* NumPy's interface of random generators, numpy/random/bitgen.h. */
+/* The state of NumPy's PCG64, the upper half of a number first. */
 typedef struct {
-    void *state;
-    uint64_t (*next_uint64)(void *);
-    uint32_t (*next_uint32)(void *);
-    double (*next_double)(void *);
-    uint64_t (*next_raw)(void *);
-} bitgen;
+    uint64_t state[2], increment[2], has_half, half;
+} pcg64;
 
 typedef struct {
     uint32_t i, j, k;
@@ -98,18 +100,20 @@ double nth_smallest(double *values, size_t n, size_t rank);
 /* similarity.c */
 size_t fit_triplets(const cameras *c, triplet *triplets, size_t count, int alignment,
                     similarity *fits);
-bool weighted_fit(const cameras *c, const double *weights, int alignment, similarity *found);
+moments weighted_moments(const cameras *c, const double *weights);
+bool fit_moments(const moments *all, size_t count, int alignment, similarity *fits);
 
 /* triplets.c */
 size_t n_triplets(size_t n);
 size_t most_prescreened(size_t n, size_t n_wanted);
-bool prescreened_triplets(const cameras *c, double prescreen, size_t n_wanted, bitgen *random,
+bool prescreened_triplets(const cameras *c, double prescreen, size_t n_wanted, pcg64 *random,
                           triplet *kept, size_t *n_kept);
 void all_triplets(const cameras *c, triplet *triplets);
-bool any_triplets(size_t n, bitgen *random, triplet *triplets, size_t count);
+void permute(pcg64 *random, size_t n, uint32_t *order);
+bool any_triplets(size_t n, pcg64 *random, triplet *triplets, size_t count);
 
 /* pcr99.c; false if there is no memory, as of all functions that return bool below */
-bool pcr99(const cameras *c, const options *o, size_t rank, bitgen *random, similarity *found,
+bool pcr99(const cameras *c, const options *o, size_t rank, pcg64 *random, similarity *found,
            size_t *n_used);
 
 /* refined.c: what is known of a scene whatever the threshold, and found at the threshold before */
@@ -121,8 +125,8 @@ typedef struct {
     similarity found;
     bool is_found;
 } search;
-bool begin_search(pool *memory, const cameras *c, const options *o, bitgen *random,
-                  bitgen *sampler, search *all);
+bool begin_search(pool *memory, const cameras *c, const options *o, pcg64 *random,
+                  search *all);
 bool refined(search *all, const options *o, double threshold);
 
 /* neighbours.c */

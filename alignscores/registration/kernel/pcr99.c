@@ -123,7 +123,7 @@ static void to_single(const double *points, size_t n, size_t stride, float *sing
 
 /* A flat triangle says nothing about the spin around its line, so it must beat all others by more
    than a margin of rounding: on a partly straight path many similarities fit m cameras exactly. */
-bool pcr99(const cameras *c, const options *o, size_t rank, bitgen *random, similarity *found,
+bool pcr99(const cameras *c, const options *o, size_t rank, pcg64 *random, similarity *found,
            size_t *n_used)
 {
     pool memory = {0};

@@ -19,10 +19,18 @@
 #define FINE_TOLERANCE 1e-9 /* of up to SEVERAL cameras, where steps cost little */
 #define MOST_STARTS (2 * N_STARTS + N_NEIGHBOURHOODS + 2)
 
-/* Largest threshold T, and resolution r. */
+/* numpy.random.default_rng(0), which draws the sample */
+#define SAMPLER \
+    {{0x1aa1b5345996452d, 0x09585eb7a69561e3}, {0x418ddadb3af71a82, 0x588133bc447873a9}, 0, 0}
+
+/* Cameras, and what is asked for: the largest threshold T, the resolution r. */
 typedef struct {
+    cameras c;
     double threshold, resolution;
-} reach;
+    int alignment;
+    double *errors; /* (n,), overwritten */
+    moments *sums;  /* (MOST_STARTS,), overwritten */
+} problem;
 
 EVERY_WIDTH
 static void smoothed_errors(const double *restrict gt, const double *restrict est, size_t n,
@@ -55,10 +63,10 @@ static void to_weights(double *restrict errors, size_t n, double threshold)
         errors[i] = errors[i] < threshold ? 1 / errors[i] : 0;
 }
 
-static double truncated_cost(const cameras *c, const similarity *s, reach r, double *errors)
+static double truncated_cost(const problem *p, const similarity *s)
 {
-    smoothed_errors(c->gt, c->est, c->n, s, r.resolution, errors);
-    return truncated_sum(errors, c->n, r.threshold);
+    smoothed_errors(p->c.gt, p->c.est, p->c.n, s, p->resolution, p->errors);
+    return truncated_sum(p->errors, p->c.n, p->threshold);
 }
 
 /* The lowest costs, in order, and what they are of. */
@@ -83,12 +91,12 @@ static void insert(ranking *lowest, double cost, size_t index)
 }
 
 /* Choose the cheapest of some similarities, the cheapest first; return how many there are. */
-static size_t choose(const cameras *c, const similarity *all, size_t count, reach r, size_t most,
-                     double *errors, similarity *chosen)
+static size_t choose(const problem *p, const similarity *all, size_t count, size_t most,
+                     similarity *chosen)
 {
     ranking lowest = {.most = most};
     for (size_t h = 0; h < count; h++)
-        insert(&lowest, truncated_cost(c, &all[h], r, errors), h);
+        insert(&lowest, truncated_cost(p, &all[h]), h);
     for (size_t i = 0; i < lowest.count; i++)
         chosen[i] = all[lowest.indices[i]];
     return lowest.count;
@@ -100,35 +108,32 @@ typedef struct {
     double cost, gain; /* of the last step */
 } start;
 
-/* The fit with the weights 1 / sqrt(e^2 + r^2), 0 beyond the threshold, where its cost is lower. In
-   exact arithmetic it is, where the cameras within the threshold determine the fit. */
-static void step(const cameras *c, start *s, reach r, int alignment, double *errors)
-{
-    smoothed_errors(c->gt, c->est, c->n, &s->at, r.resolution, errors);
-    to_weights(errors, c->n, r.threshold);
-    similarity next;
-    weighted_fit(c, errors, alignment, &next);
-    double cost = truncated_cost(c, &next, r, errors);
-    s->gain = s->cost - cost;
-    if (s->gain > 0) {
-        s->at = next;
-        s->cost = cost;
-    }
-}
-
-/* Refine by iteratively reweighted least squares; after each step drop the more expensive half, but
-   never the best `n_left`, until no step gains more than a cost. Return how many are left. */
-static size_t refine(const cameras *c, similarity *rows, size_t count, reach r, size_t n_left,
-                     double least_gain, int alignment, double *errors)
+/* Refine by iteratively reweighted least squares. A step is the fit with the weights
+   1 / sqrt(e^2 + r^2), 0 beyond the threshold, where its cost is lower; in exact arithmetic it is,
+   where the cameras within the threshold determine the fit. After each step drop the more expensive
+   half, but never the best `n_left`, until no step gains more than a cost. Return how many are left. */
+static size_t refine(const problem *p, similarity *rows, size_t count, size_t n_left,
+                     double least_gain)
 {
     start starts[MOST_STARTS];
     double largest_gain = INFINITY;
     for (size_t h = 0; h < count; h++)
-        starts[h] = (start){rows[h], truncated_cost(c, &rows[h], r, errors), INFINITY};
+        starts[h] = (start){rows[h], truncated_cost(p, &rows[h]), INFINITY};
     while (count > n_left || largest_gain > least_gain) {
         for (size_t h = 0; h < count; h++) {
-            step(c, &starts[h], r, alignment, errors);
+            smoothed_errors(p->c.gt, p->c.est, p->c.n, &starts[h].at, p->resolution, p->errors);
+            to_weights(p->errors, p->c.n, p->threshold);
+            p->sums[h] = weighted_moments(&p->c, p->errors);
+        }
+        fit_moments(p->sums, count, p->alignment, rows);
+        for (size_t h = 0; h < count; h++) {
             start moved = starts[h];
+            double cost = truncated_cost(p, &rows[h]);
+            moved.gain = moved.cost - cost;
+            if (moved.gain > 0) {
+                moved.at = rows[h];
+                moved.cost = cost;
+            }
             size_t place = h; /* the others are in order */
             for (; place > 0 && starts[place - 1].cost > moved.cost; place--)
                 starts[place] = starts[place - 1];
@@ -156,32 +161,33 @@ static void distances(const double *restrict points, size_t n, vector from, size
 
 /* The least-squares fits to all cameras, and to those within T of one in each of the densest
    neighbourhoods. An estimate that is shrunk to a place where many cameras stand scores all of them,
-   however wrong it is; hypotheses of three cameras hardly ever find that. */
-static size_t fit_neighbourhoods(const cameras *c, reach r, int alignment, double *weights,
-                                 similarity *fits)
+   however wrong it is; hypotheses of three cameras hardly ever find that. Return how many there are. */
+static size_t fit_neighbourhoods(const problem *p, similarity *fits)
 {
+    const cameras *c = &p->c;
+    double *weights = p->errors;
     ranking densest = {.most = N_NEIGHBOURHOODS};
     size_t n_candidates = smaller(c->n, SMALL_SAMPLE);
     for (size_t i = 0; i < n_candidates; i++) {
         distances(c->gt, c->n, point(c->gt, c->n, i), n_candidates, weights);
-        insert(&densest, truncated_sum(weights, n_candidates, r.threshold), i);
+        insert(&densest, truncated_sum(weights, n_candidates, p->threshold), i);
     }
-    for (size_t k = 0; k < densest.count; k++) {
-        distances(c->gt, c->n, point(c->gt, c->n, densest.indices[k]), c->n, weights);
+    for (size_t k = 0; k <= densest.count; k++) {
+        bool all = k == densest.count;
+        if (!all)
+            distances(c->gt, c->n, point(c->gt, c->n, densest.indices[k]), c->n, weights);
         for (size_t i = 0; i < c->n; i++)
-            weights[i] = weights[i] < r.threshold;
-        weighted_fit(c, weights, alignment, &fits[k]);
+            weights[i] = all || weights[i] < p->threshold;
+        p->sums[k] = weighted_moments(c, weights);
     }
-    for (size_t i = 0; i < c->n; i++)
-        weights[i] = 1;
-    weighted_fit(c, weights, alignment, &fits[densest.count]);
+    fit_moments(p->sums, densest.count + 1, p->alignment, fits);
     return densest.count + 1;
 }
 
 /* The least-squares fits to subsets of few cameras: to those of each size for which there is room,
    the largest first; then likewise with one camera that counts more: the cost of few cameras has
    minima at which the error of one of them is zero. Return how many there are. */
-static size_t fit_subsets(const cameras *c, int alignment, similarity *fits)
+static size_t fit_subsets(const cameras *c, int alignment, moments *sums, similarity *fits)
 {
     size_t n = c->n, count = 0, least = alignment == SIMILARITY ? 3 : 2; /* two fit exactly */
     size_t n_sizes = n <= FEW && n >= least ? n - least + 1 : 0;
@@ -203,10 +209,11 @@ static size_t fit_subsets(const cameras *c, int alignment, similarity *fits)
                     continue;
                 for (size_t i = 0; i < n; i++)
                     weights[i] = set >> i & 1 ? (one_is_heavy && i == heavy ? HEAVY : 1) : 0;
-                weighted_fit(c, weights, alignment, &fits[count++]);
+                sums[count++] = weighted_moments(c, weights);
             }
         }
     }
+    fit_moments(sums, count, alignment, fits);
     return count;
 }
 
@@ -223,24 +230,6 @@ static double *shuffled(pool *memory, const double *points, size_t n, const uint
     return taken;
 }
 
-/* An order of which the first cameras are a fair sample, as Generator.permutation. */
-static void permute(bitgen *sampler, size_t n, uint32_t *order)
-{
-    for (size_t i = 0; i < n; i++)
-        order[i] = (uint32_t)i;
-    for (size_t i = n; i > 1; i--) {
-        size_t mask = 1, other;
-        while (mask < i - 1)
-            mask = 2 * mask + 1;
-        do
-            other = sampler->next_uint32(sampler->state) & mask;
-        while (other > i - 1);
-        uint32_t last = order[i - 1];
-        order[i - 1] = order[other];
-        order[other] = last;
-    }
-}
-
 static bool is_usable(const similarity *s)
 {
     const double *numbers = &s->scale;
@@ -253,7 +242,7 @@ static bool is_usable(const similarity *s)
 /* The triplets to try: all of few cameras; else drawn ones, prescreened where that helps. The
    prescreening misleads where the noise is as large as the triangles, which matters with few
    cameras, and where an alignment keeps the scale and the estimate has another size. */
-static bool triplets_to_try(const cameras *c, const options *o, bitgen *random, triplet *triplets,
+static bool triplets_to_try(const cameras *c, const options *o, pcg64 *random, triplet *triplets,
                             size_t n_screened, size_t n_any, size_t *count)
 {
     if (c->n <= FEW) {
@@ -269,9 +258,9 @@ static bool triplets_to_try(const cameras *c, const options *o, bitgen *random, 
 }
 
 /* Draw the hypotheses; the triplets are those of PCR-99 but for few cameras. */
-bool begin_search(pool *memory, const cameras *c, const options *o, bitgen *random,
-                  bitgen *sampler, search *all)
+bool begin_search(pool *memory, const cameras *c, const options *o, pcg64 *random, search *all)
 {
+    pcg64 sampler = SAMPLER;
     pool local = {0};
     bool only_screened = o->alignment == SIMILARITY && c->n > SEVERAL;
     size_t half = (o->n_hypotheses + 1) / 2;
@@ -280,19 +269,20 @@ bool begin_search(pool *memory, const cameras *c, const options *o, bitgen *rand
     size_t most = c->n <= FEW ? n_triplets(c->n) : most_prescreened(c->n, n_screened) + n_any;
     uint32_t *order = allocate(&local, c->n, sizeof *order);
     triplet *triplets = allocate(&local, most, sizeof *triplets);
+    moments *sums = allocate(&local, N_SUBSETS, sizeof *sums);
     similarity *rows = allocate(memory, most + N_SUBSETS, sizeof *rows);
     size_t count = 0;
-    bool done = order && triplets && rows
+    bool done = order && triplets && sums && rows
                 && triplets_to_try(c, o, random, triplets, n_screened, n_any, &count);
     if (done) {
-        permute(sampler, c->n, order);
+        permute(&sampler, c->n, order);
         all->shuffled = (cameras){c->n, shuffled(memory, c->gt, c->n, order),
                                   shuffled(memory, c->est, c->n, order)};
         done = all->shuffled.gt && all->shuffled.est;
     }
     if (done) {
         fit_triplets(c, triplets, count, o->alignment, rows);
-        count += fit_subsets(&all->shuffled, o->alignment, rows + count);
+        count += fit_subsets(&all->shuffled, o->alignment, sums, rows + count);
         all->hypotheses = rows;
         all->n_hypotheses = 0;
         for (size_t h = 0; h < count; h++)
@@ -303,52 +293,54 @@ bool begin_search(pool *memory, const cameras *c, const options *o, bitgen *rand
     return done;
 }
 
-static cameras first_cameras(const cameras *all, size_t n, double *points)
+/* The first cameras alone, which are a sample, as the order is random. */
+static problem sampled(const problem *all, size_t n, double *points)
 {
-    n = smaller(n, all->n);
+    problem p = *all;
+    n = smaller(n, all->c.n);
     for (size_t k = 0; k < 3; k++) {
-        memcpy(points + k * n, all->gt + k * all->n, n * sizeof *points);
-        memcpy(points + (3 + k) * n, all->est + k * all->n, n * sizeof *points);
+        memcpy(points + k * n, all->c.gt + k * all->c.n, n * sizeof *points);
+        memcpy(points + (3 + k) * n, all->c.est + k * all->c.n, n * sizeof *points);
     }
-    return (cameras){n, points, points + 3 * n};
+    p.c = (cameras){n, points, points + 3 * n};
+    return p;
 }
 
 /* Find the best alignment for a largest threshold; what was found at the one before is a start. */
 bool refined(search *all, const options *o, double threshold)
 {
     threshold = fmin(fmax(threshold, 1 / FARTHEST_SQUARABLE), FARTHEST_SQUARABLE);
-    const reach r = {threshold, RESOLUTION * threshold};
-    const cameras *c = &all->shuffled;
+    size_t n = all->shuffled.n, count = all->n_hypotheses;
+    const similarity *hypotheses = all->hypotheses;
     similarity chosen[4 * N_STARTS], starts[MOST_STARTS];
     pool memory = {0};
-    double *errors = allocate(&memory, larger(c->n, FEW), sizeof *errors);
+    problem p = {all->shuffled, threshold, RESOLUTION * threshold, o->alignment,
+                 allocate(&memory, n, sizeof *p.errors),
+                 allocate(&memory, MOST_STARTS, sizeof *p.sums)};
     double *points = allocate(&memory, SAMPLE, 6 * sizeof *points);
-    if (!errors || !points) {
-        release(&memory);
-        return false;
+    bool done = p.errors && p.sums && points;
+    if (done) {
+        if (n > SMALL_SAMPLE) {
+            problem small = sampled(&p, SMALL_SAMPLE, points);
+            count = choose(&small, hypotheses, count, 4 * N_STARTS, chosen);
+            hypotheses = chosen;
+        }
+        size_t n_starts = n > SEVERAL ? N_STARTS : 2 * N_STARTS;
+        if (all->several && !all->is_found)
+            n_starts = N_FINALISTS; /* the first of several thresholds only leads to the next */
+        problem sample = sampled(&p, SAMPLE, points);
+        count = choose(&sample, hypotheses, count, n_starts, starts);
+        count += fit_neighbourhoods(&sample, starts + count);
+        count = refine(&sample, starts, count, N_FINALISTS, INFINITY);
+        if (all->is_found)
+            starts[count++] = all->found;
+        double tolerance = n > SEVERAL ? TOLERANCE : FINE_TOLERANCE;
+        refine(&p, starts, count, 1, tolerance * threshold * (double)n);
+        if (is_usable(starts)) {
+            all->found = starts[0];
+            all->is_found = true;
+        }
     }
-    const similarity *hypotheses = all->hypotheses;
-    size_t count = all->n_hypotheses;
-    if (c->n > SMALL_SAMPLE) {
-        cameras small = first_cameras(c, SMALL_SAMPLE, points);
-        count = choose(&small, hypotheses, count, r, 4 * N_STARTS, errors, chosen);
-        hypotheses = chosen;
-    }
-    cameras sample = first_cameras(c, SAMPLE, points);
-    size_t n_starts = c->n > SEVERAL ? N_STARTS : 2 * N_STARTS;
-    if (all->several && !all->is_found)
-        n_starts = N_FINALISTS; /* the first of several thresholds only leads to the next */
-    count = choose(&sample, hypotheses, count, r, n_starts, errors, starts);
-    count += fit_neighbourhoods(&sample, r, o->alignment, errors, starts + count);
-    count = refine(&sample, starts, count, r, N_FINALISTS, INFINITY, o->alignment, errors);
-    if (all->is_found)
-        starts[count++] = all->found;
-    double tolerance = c->n > SEVERAL ? TOLERANCE : FINE_TOLERANCE;
-    refine(c, starts, count, r, 1, tolerance * threshold * (double)c->n, o->alignment, errors);
     release(&memory);
-    if (is_usable(starts)) {
-        all->found = starts[0];
-        all->is_found = true;
-    }
-    return true;
+    return done;
 }

@@ -128,8 +128,7 @@ static bool open_scene(scene *s, const options *o, const double *gt, const doubl
 }
 
 /* Register normalised positions; `s->found` has a scale that is not a number where nothing is found. */
-static int align_scene(scene *s, const options *o, double threshold, bitgen *random,
-                       bitgen *sampler)
+static int align_scene(scene *s, const options *o, double threshold, pcg64 *random)
 {
     const cameras *c = &s->estimated;
     size_t rank = smaller(o->rank ? o->rank : larger(4, (s->n + 5) / 10), c->n);
@@ -147,7 +146,7 @@ static int align_scene(scene *s, const options *o, double threshold, bitgen *ran
         done = pcr99(c, o, rank, random, &s->found, &s->n_used);
     } else {
         if (!s->is_drawn)
-            done = begin_search(&s->memory, c, o, random, sampler, &s->refined);
+            done = begin_search(&s->memory, c, o, random, &s->refined);
         s->is_drawn = true;
         done = done && refined(&s->refined, o, threshold);
         s->n_used = s->refined.n_hypotheses;
@@ -210,19 +209,20 @@ void close_scenes(size_t n_scenes, scene **kept)
 }
 
 /* Align scenes one behind the other: rows of coordinates, of scene s from starts[s] to starts[s + 1].
-   Each has a random generator; behind these `refined` has one of seed 0 a scene, which draws samples.
+   A random generator goes on from scene to scene, or begins anew with each.
    A unit that is not a number becomes d; a scene whose unit is not positive and finite is left. An
    alignment is a row of 13 numbers, which are none where there is none. With `kept` the scenes are
    kept for the next threshold, until they are closed. */
 EXPORTED
 int align_scenes(const options *o, size_t n_scenes, const size_t *starts, const double *gt,
-                 const double *est, bitgen *const *random, scene **kept, double *rows,
+                 const double *est, pcg64 *random, bool goes_on, scene **kept, double *rows,
                  double *errors, double *units, size_t *n_used)
 {
     int outcome = DONE;
     for (size_t i = 0; i < n_scenes && outcome == DONE; i++) {
         size_t first = starts[i], n = starts[i + 1] - first;
         scene local = {.n = 0}, *s = &local;
+        pcg64 anew = *random;
         bool is_open = kept && kept[i];
         if (kept && !is_open)
             kept[i] = calloc(1, sizeof *s);
@@ -235,8 +235,8 @@ int align_scenes(const options *o, size_t n_scenes, const size_t *starts, const 
             s->refined.several = kept != NULL;
             s->found.scale = NAN;
             if (0 < units[i] && units[i] < INFINITY)
-                outcome = align_scene(s, o, o->max_threshold * units[i] / s->unit, random[i],
-                                      o->registration == REFINED ? random[n_scenes + i] : NULL);
+                outcome = align_scene(s, o, o->max_threshold * units[i] / s->unit,
+                                      goes_on ? random : &anew);
             n_used[i] = s->n_used;
             for (size_t k = 0; k < 13; k++)
                 rows[13 * i + k] = NAN;

@@ -89,11 +89,6 @@ INLINED similarity between(triangle a, triangle b, int alignment)
     return (similarity){scale, rotation, translation};
 }
 
-typedef struct {
-    vector gt_mean, est_mean, covariance[3]; /* estimate by ground truth */
-    double spread;                           /* of the estimate */
-} moments;
-
 EVERY_WIDTH
 static void weighted_means(const double *restrict gt, const double *restrict est, size_t n,
                            const double *restrict weights, moments *restrict m)
@@ -141,33 +136,52 @@ static void cross_covariance(const double *restrict gt, const double *restrict e
     m->spread = spread;
 }
 
-/* Turn two columns so that they become orthogonal, and their axes with them. */
-static inline void orthogonalise(vector *a, vector *b, vector *axis_a, vector *axis_b)
+moments weighted_moments(const cameras *c, const double *weights)
 {
-    double product = dot(*a, *b), a_square = dot(*a, *a), b_square = dot(*b, *b);
-    if (product * product <= DBL_EPSILON * DBL_EPSILON * a_square * b_square)
-        return;
-    double ratio = (b_square - a_square) / (2 * product);
-    double tangent = copysign(1, ratio) / (fabs(ratio) + sqrt(1 + ratio * ratio));
-    double cosine = 1 / sqrt(1 + tangent * tangent), sine = cosine * tangent;
-    vector c = *a, axis_c = *axis_a;
-    *a = minus(times(cosine, c), times(sine, *b));
-    *b = plus(times(sine, c), times(cosine, *b));
-    *axis_a = minus(times(cosine, axis_c), times(sine, *axis_b));
-    *axis_b = plus(times(sine, axis_c), times(cosine, *axis_b));
+    moments m;
+    weighted_means(c->gt, c->est, c->n, weights, &m);
+    cross_covariance(c->gt, c->est, c->n, weights, &m);
+    return m;
 }
 
-/* The rotation that correlates best with a matrix, from its singular value decomposition by one-sided
-   Jacobi rotations. On a line it is the smallest one. */
-static matrix best_rotation(const vector m[3])
+static inline vector get(double (*rows)[AT_ONCE], size_t t)
 {
-    vector c[3] = {{m[0].x, m[1].x, m[2].x}, {m[0].y, m[1].y, m[2].y}, {m[0].z, m[1].z, m[2].z}};
-    vector v[3] = {identity.x, identity.y, identity.z};
-    for (int sweep = 0; sweep < JACOBI_SWEEPS; sweep++) {
-        orthogonalise(&c[0], &c[1], &v[0], &v[1]);
-        orthogonalise(&c[0], &c[2], &v[0], &v[2]);
-        orthogonalise(&c[1], &c[2], &v[1], &v[2]);
+    return (vector){rows[0][t], rows[1][t], rows[2][t]};
+}
+
+static inline void set(double (*rows)[AT_ONCE], size_t t, vector v)
+{
+    rows[0][t] = v.x;
+    rows[1][t] = v.y;
+    rows[2][t] = v.z;
+}
+
+/* Rotate the columns of many matrices so that two of them become orthogonal, and their axes too. */
+EVERY_WIDTH
+static void orthogonalise(double (*restrict a)[AT_ONCE], double (*restrict b)[AT_ONCE],
+                          double (*restrict a_axis)[AT_ONCE], double (*restrict b_axis)[AT_ONCE],
+                          size_t count)
+{
+#pragma omp simd
+    for (size_t t = 0; t < count; t++) {
+        vector u = get(a, t), v = get(b, t), u_axis = get(a_axis, t), v_axis = get(b_axis, t);
+        double product = dot(u, v), u_square = dot(u, u), v_square = dot(v, v);
+        double ratio = (v_square - u_square) / (2 * product);
+        double tangent = copysign(1, ratio) / (fabs(ratio) + sqrt(1 + ratio * ratio));
+        double negligible = DBL_EPSILON * DBL_EPSILON * u_square * v_square;
+        tangent = product * product <= negligible ? 0 : tangent;
+        double cosine = 1 / sqrt(1 + tangent * tangent), sine = cosine * tangent;
+        set(a, t, minus(times(cosine, u), times(sine, v)));
+        set(b, t, plus(times(sine, u), times(cosine, v)));
+        set(a_axis, t, minus(times(cosine, u_axis), times(sine, v_axis)));
+        set(b_axis, t, plus(times(sine, u_axis), times(cosine, v_axis)));
     }
+}
+
+/* The rotation that correlates best with a matrix, given the columns and axes of its singular value
+   decomposition. On a line it is the smallest one. */
+static matrix best_rotation(const vector c[3], const vector v[3])
+{
     int first = 0, last = 0;
     for (int k = 1; k < 3; k++) {
         first = dot(c[k], c[k]) > dot(c[first], c[first]) ? k : first;
@@ -184,6 +198,30 @@ static matrix best_rotation(const vector m[3])
     return rotation_between(&a, &b);
 }
 
+/* The rotations that correlate best with matrices, by one-sided Jacobi rotations, many at once. */
+static void best_rotations(const vector (*m)[3], size_t count, matrix *rotations)
+{
+    double rows[18][AT_ONCE]; /* three columns, three axes */
+    for (size_t t = 0; t < count; t++) {
+        set(rows, t, (vector){m[t][0].x, m[t][1].x, m[t][2].x});
+        set(rows + 3, t, (vector){m[t][0].y, m[t][1].y, m[t][2].y});
+        set(rows + 6, t, (vector){m[t][0].z, m[t][1].z, m[t][2].z});
+        set(rows + 9, t, identity.x);
+        set(rows + 12, t, identity.y);
+        set(rows + 15, t, identity.z);
+    }
+    for (int sweep = 0; sweep < JACOBI_SWEEPS; sweep++) {
+        orthogonalise(rows, rows + 3, rows + 9, rows + 12, count);
+        orthogonalise(rows, rows + 6, rows + 9, rows + 15, count);
+        orthogonalise(rows + 3, rows + 6, rows + 12, rows + 15, count);
+    }
+    for (size_t t = 0; t < count; t++) {
+        const vector columns[3] = {get(rows, t), get(rows + 3, t), get(rows + 6, t)};
+        const vector axes[3] = {get(rows + 9, t), get(rows + 12, t), get(rows + 15, t)};
+        rotations[t] = best_rotation(columns, axes);
+    }
+}
+
 /* The rotation about the third axis that correlates best with a matrix of numbers up to 1; none where
    all do alike. Return whether that is so. */
 static bool best_turn(const vector m[3], matrix *rotation)
@@ -197,35 +235,42 @@ static bool best_turn(const vector m[3], matrix *rotation)
     return is_free;
 }
 
-/* The least-squares alignment, with errors in the ground truth: Umeyama's fit of the estimate to the
-   ground truth, inverted. Not usable where none is the best. Return whether a turn is free. */
-bool weighted_fit(const cameras *c, const double *weights, int alignment, similarity *found)
+/* The least-squares alignments, with errors in the ground truth: Umeyama's fits of the estimate to the
+   ground truth, inverted. Not usable where none is the best. Return whether a turn was free. */
+bool fit_moments(const moments *all, size_t count, int alignment, similarity *fits)
 {
-    moments m;
-    weighted_means(c->gt, c->est, c->n, weights, &m);
-    cross_covariance(c->gt, c->est, c->n, weights, &m);
-    vector *rows = m.covariance;
-    double largest = 0, scale = 1;
-    for (size_t i = 0; i < 3; i++)
-        largest = fmax(largest, fmax(fabs(rows[i].x), fmax(fabs(rows[i].y), fabs(rows[i].z))));
-    for (size_t i = 0; i < 3; i++)
-        rows[i] = over(rows[i], largest);
-    matrix r;
-    bool is_free = alignment == YAW && best_turn(rows, &r);
-    if (alignment != YAW)
-        r = largest > 0 || alignment == SIMILARITY ? best_rotation(rows) : identity;
-    if (alignment == SIMILARITY)
-        scale = m.spread / ((dot(r.x, rows[0]) + dot(r.y, rows[1]) + dot(r.z, rows[2])) * largest);
-    vector translation = minus(m.est_mean, times(scale, rotated(r, m.gt_mean)));
-    *found = (similarity){scale, r, translation};
+    bool is_free = false;
+    vector m[AT_ONCE][3];
+    matrix rotations[AT_ONCE];
+    double largest[AT_ONCE];
+    for (size_t first = 0; first < count; first += AT_ONCE) {
+        const moments *some = all + first;
+        size_t n_some = smaller(AT_ONCE, count - first);
+        for (size_t t = 0; t < n_some; t++) {
+            const double *numbers = &some[t].covariance[0].x;
+            largest[t] = 0;
+            for (size_t k = 0; k < 9; k++)
+                largest[t] = fabs(numbers[k]) > largest[t] ? fabs(numbers[k]) : largest[t];
+            for (size_t k = 0; k < 3; k++)
+                m[t][k] = over(some[t].covariance[k], largest[t]);
+        }
+        if (alignment != YAW)
+            best_rotations((const vector(*)[3])m, n_some, rotations);
+        for (size_t t = 0; t < n_some; t++) {
+            matrix r = rotations[t];
+            double scale = 1;
+            if (alignment == YAW)
+                is_free = best_turn(m[t], &r);
+            if (alignment == RIGID && !(largest[t] > 0))
+                r = identity;
+            if (alignment == SIMILARITY)
+                scale = some[t].spread
+                        / ((dot(r.x, m[t][0]) + dot(r.y, m[t][1]) + dot(r.z, m[t][2])) * largest[t]);
+            vector origin = times(scale, rotated(r, some[t].gt_mean));
+            fits[first + t] = (similarity){scale, r, minus(some[t].est_mean, origin)};
+        }
+    }
     return is_free;
-}
-
-static inline void set(double (*rows)[AT_ONCE], size_t t, vector v)
-{
-    rows[0][t] = v.x;
-    rows[1][t] = v.y;
-    rows[2][t] = v.z;
 }
 
 /* Fit triplets as if no triangle were flat, many at once; mark those that are. */
@@ -265,7 +310,8 @@ static bool fit_turn(const cameras *c, triplet t, similarity *found)
         gt[k] = c->gt[k / 3 * c->n + corners[k % 3]];
         est[k] = c->est[k / 3 * c->n + corners[k % 3]];
     }
-    return weighted_fit(&(cameras){3, gt, est}, weights, YAW, found);
+    moments m = weighted_moments(&(cameras){3, gt, est}, weights);
+    return fit_moments(&m, 1, YAW, found);
 }
 
 /* Fit all triplets, which are reordered; those with a free spin or turn come last. Return how many do
