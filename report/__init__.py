@@ -1,1 +1,1 @@
-"""The report: verdicts, figures and evidence on one self-contained page."""
+"""The report: verdicts, figures, tables, costs and provenance on one self-contained page."""

@@ -8,27 +8,25 @@ from pathlib import Path
 from experiments.command import run_command
 from experiments.tables import write_files
 
-from . import page
-from .results import Results
+from .page import render
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write the page; return the exit code."""
     parser = ArgumentParser(
         prog="python -m report",
-        description="Write verdicts, figures and evidence on one self-contained page.",
-        epilog="snakemake report makes all that the page needs, and the page",
+        description="Write verdicts, figures and tables on one self-contained page.",
+        epilog="snakemake report computes all that the page needs, and writes it",
     )
     parser.add_argument("results", type=Path, metavar="RESULTS", help="the folder of all results")
-    given = "what snakemake --config was given, but for how it was run"
+    given = "what snakemake --config was given: the page shows the command"
     parser.add_argument("--settings", nargs="*", default=[], metavar="key=value", help=given)
     parser.add_argument("--output", type=Path, required=True, metavar="HTML")
     return run_command(parser, _work, arguments)
 
 
 def _work(options: Namespace) -> list[Path]:
-    text = page.render(Results(options.results, options.settings))
-    return write_files({options.output: text.encode()})
+    return write_files({options.output: render(options.results, options.settings).encode()})
 
 
 if __name__ == "__main__":

@@ -1,13 +1,13 @@
-"""The one ruler for order: how often a metric puts the better of two trials first.
+"""The ruler of all studies: how often a metric puts the better of two trials first.
 
 It is P(X < Y) + P(X = Y) / 2 for a trial X at a better level and a trial Y at a worse one: 1/2 is
 chance, 1 is certain, and no monotone rescaling of a metric changes it. The standard error is that
 of DeLong, DeLong and Clarke-Pearson (Biometrics 1988), for the mean over several pairs of levels.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations, pairwise
+from itertools import pairwise
 from math import ceil, inf
 
 import numpy as np
@@ -23,7 +23,7 @@ from experiments.metrics import Column
 
 SIGNIFICANCE = 0.05  # level of p-values, which are adjusted where several are asked at once
 REACH = float(scipy.special.ndtri(1 - SIGNIFICANCE / 2))  # of a 95 % interval, in standard errors
-ROUNDING = 12  # decimals, so that certainty is 1 and chance 1/2
+ROUNDING = 12  # decimals, so that ties are ties
 
 
 @dataclass(frozen=True)
@@ -39,15 +39,10 @@ class Order:
         return self.probability - REACH * self.error, self.probability + REACH * self.error
 
     @property
-    def rounded(self) -> "Order":
-        """Both without what is noise of the arithmetic, so that ties are ties."""
-        return Order(round(self.probability, ROUNDING), round(self.error, ROUNDING))
-
-    @property
     def p_value(self) -> float:
         """The two-sided p-value of a difference against none."""
         size = round(abs(self.probability), ROUNDING)
-        if not self.error:
+        if round(self.error, ROUNDING) == 0:
             return float(not size)
         return float(2 * scipy.special.ndtr(-size / self.error))
 
@@ -76,7 +71,7 @@ def varies(trials: pd.DataFrame, setting: str) -> bool:
 
 
 def groups(trials: pd.DataFrame, level: str) -> list[pd.DataFrame]:
-    """Return the trials that share all settings but a level, and those that rise with it."""
+    """Return the trials that share all settings but a level and the settings that rise with it."""
     levels = trials[level].tolist()
     n_levels = len(set(levels))
     free = [
@@ -137,28 +132,8 @@ def orders(trials: pd.DataFrame, metric: str, level: str) -> list[Order]:
     return [order([sign(metric) * values for _, values in own]) for own in samples]
 
 
-def compare(
-    task: Task, metrics: Sequence[str]
-) -> tuple[Mapping[str, Order], Mapping[tuple[str, str], Order]]:
-    """Return the order of each metric, and the difference for each pair, from paired trials."""
-    found = {metric: task.shares(metric) for metric in metrics}
-    alone = {metric: estimate(own).rounded for metric, own in found.items()}
-    pairs = combinations(metrics, 2)
-    return alone, {(a, b): estimate(found[a] - found[b]).rounded for a, b in pairs}
-
-
-def apart(trials: pd.DataFrame, level: str, metric: str) -> dict[int, Order]:
-    """Return the order at each number of outliers, where this varies besides the level."""
-    if level == "n_outliers" or not varies(trials, "n_outliers"):
-        return {}
-    return {
-        int(str(n)): estimate(within(group, level).shares(metric)).rounded
-        for n, group in trials.groupby("n_outliers")
-    }
-
-
 def trials_needed(probability: float) -> float:
-    """Return how many trials at each of two levels tell them apart by a rank-sum test.
+    """Return how many trials at each of two levels a rank-sum test needs to find a difference.
 
     Two-sided at 5 %, with a power of 80 % (Noether, JASA 1987); infinite where the order is a
     matter of chance, or wrong.
@@ -172,8 +147,3 @@ def trials_needed(probability: float) -> float:
 def needed(found: Order) -> float:
     """Return `trials_needed` of an estimate; infinite where it may be chance."""
     return inf if found.interval[0] <= 0.5 else trials_needed(found.probability)
-
-
-def mean_needed(found: Iterable[Order]) -> float:
-    """Return the mean of those needed; it is more than what the mean order needs."""
-    return float(np.mean(list(map(needed, found))))

@@ -133,6 +133,11 @@ def order_percentages(trials: pd.DataFrame, metric: str, level: Sequence[str]) -
     return [100 * found.probability for name in level for found in orders(trials, metric, name)]
 
 
+def mean_order(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:
+    """Return the probability of the right order, in per cent."""
+    return float(SUMMARIES[take](order_percentages(trials, metric, level)))
+
+
 def order_change_size(
     trials: pd.DataFrame,
     metric: str,
@@ -209,6 +214,7 @@ STATISTICS: Mapping[str, Statistic] = {
     "size of order change": Statistic(
         order_change_size, "|change of the order| of {metric} by {level}, %"
     ),
+    "order": Statistic(mean_order, "order of {metric} by {level}, %"),
     "mean change": Statistic(mean_change, "change of the mean of {metric} over {level}, %"),
     "power": Statistic(
         power, "τ of {metric} with {level}, positive where worse", is_percentage=False

@@ -10,7 +10,7 @@ from hashlib import sha256
 from importlib import import_module
 from operator import or_
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 import pandas as pd
 from pydantic import AfterValidator, BaseModel, ConfigDict, model_validator
@@ -18,7 +18,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, model_validator
 import studies
 from experiments.command import ConfigError
 from experiments.config import CONFIG_DIR, EXECUTION, Sweep, load_sweep, require, split_override
-from experiments.tables import SWEEPS, Record, Trials
+from experiments.tables import SWEEPS, Trials
 
 
 @dataclass(frozen=True)
@@ -65,35 +65,22 @@ class Question:
         return {trials.path.stem: trials for trials in self.trials}
 
 
-@dataclass(frozen=True, eq=False)
-class Answer:
-    """What a section of the report shows: the tables of a study and the records of its trials."""
-
-    called: str
-    tables: Mapping[str, pd.DataFrame]
-    records: Mapping[str, Record]
-
-    @property
-    def table(self) -> pd.DataFrame:
-        """The first table."""
-        return next(iter(self.tables.values()))
-
-
 @dataclass(frozen=True)
 class Study:
     """All that the project knows of a study.
 
-    Its folder in ``studies/`` has its name and, where it has a section, ``section.html.j2``. Braces
-    in names of files stand for what its results are called: that is the name, but for `called`.
+    Braces in names of files stand for the name of its results: the study's, unless `called` has
+    another one.
     """
 
     name: str
-    title: str  # in the report's contents
+    title: str  # in the report
     plan: Callable[[Sequence[str]], Mapping[str, Table]]  # tables of trials, from Hydra overrides
-    ask: Callable[[Question], Sequence[pd.DataFrame | str]]  # makes `answers`
+    ask: Callable[[Question], Sequence[pd.DataFrame | str]]  # returns `answers`
+    text: str = ""  # of its section in the report: without, there is none
+    alt: str = ""  # describes its figure for who does not see it
     answers: Sequence[str] = ("tables/{}.csv",)
     figures: Sequence[Figure] = ()
-    show: Callable[[Answer], Mapping[str, Any]] | None = None  # what its section is filled with
     place: int = 100  # of its section among the others
     trials: str = "trials/{}"  # the folder
     beside: Sequence[str] = ()  # studies whose trials it takes, too

@@ -16,6 +16,8 @@ HELIX_TURN = 20  # cameras a turn
 HELIX_CLIMB = 0.2  # rise from one camera to the next
 STRETCH = (5, 15)  # steps that a car drives straight, from and to
 BEND = 5  # steps of its turn by a right angle
+LAP = 100  # cameras in a lap
+LANE = 0.1  # standard deviation of the radius and height from lap to lap
 CLUSTERS = 5
 CLUSTER_SPREADS = (0.01, 0.1)  # standard deviation, of the fullest and of the emptiest cluster
 
@@ -87,6 +89,16 @@ def _car(rng: np.random.Generator, n: int, _: float) -> Cameras:
     return _looking(headings, UP), _walk(headings[:-1])
 
 
+def _laps(rng: np.random.Generator, n: int, _: float) -> Cameras:
+    """Drive round a circle in laps of 100 cameras; each starts elsewhere, on a lane of its own."""
+    lap, place = np.divmod(np.arange(n), LAP)
+    phases, aside, above = rng.random(lap[-1] + 1), *LANE * rng.standard_normal((2, lap[-1] + 1))
+    angles = 2 * np.pi * (place + phases[lap]) / LAP
+    radius = 1 / (2 * np.sin(np.pi / LAP)) + aside[lap]
+    positions = radius[:, None] * _headings(angles) + np.outer(above[lap], UP)
+    return _looking(_headings(angles + np.pi / 2), UP), positions
+
+
 def _uneven(rng: np.random.Generator, n: int, _: float) -> Cameras:
     """Stand in clusters in a unit cube, the fuller the denser, in turn; random rotations."""
     rotations = _random_rotations(rng, n)
@@ -107,6 +119,7 @@ PATHS: Mapping[str, Callable[[np.random.Generator, int, float], Cameras]] = {
     "helix": _helix,
     "survey": _survey,
     "car": _car,
+    "laps": _laps,
     "uneven": _uneven,
 }
 """Each geometry with the function that draws it: of a generator, n and the volume of the cube."""

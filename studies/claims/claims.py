@@ -37,6 +37,7 @@ class Claim:
 
     id: str
     statement: str
+    sentence: str  # the statement of the paper that it is a part of
     source: str
     figure: str
     experiment: ExperimentName
@@ -78,6 +79,13 @@ class Claim:
     def is_difference(self) -> bool:
         """Whether it is the statistic of `metric` minus that of `versus`."""
         return self.versus is not None and "versus" not in self.rule.needs
+
+    @property
+    def unit(self) -> str:
+        """The unit of its statistic: ``%``, ``points`` of it, or ``τ``."""
+        if not self.rule.is_percentage:
+            return "τ"
+        return "points" if self.is_difference else "%"
 
     @property
     def bound(self) -> tuple[str, float]:
@@ -146,6 +154,7 @@ class Reading:
     where: Filter = field(default_factory=dict)
     everywhere: bool = False
     of_means: bool = False
+    replicates: int | None = None
 
     def of(self, claim: Claim) -> Claim:
         """Return the claim under this reading: the same, where the reading does not concern it."""
@@ -232,11 +241,16 @@ class Claims:
     decisions: Sequence[Decision]
     criteria: Sequence[Criterion]
 
+    def n_studies(self, reading: Reading) -> int:
+        """Return how many replicate studies decide a reading: the first ones."""
+        return min(self.replicates, reading.replicates or self.replicates_of_readings)
+
     def needed(self, replicate: int) -> Iterator[Claim]:
         """All claims that a replicate study decides: as they are, and under other readings."""
         yield from self.claims.values()
-        if replicate < self.replicates_of_readings:
-            yield from (claim for *_, claims in self.read() for claim in claims.values())
+        for _, reading, claims in self.read():
+            if replicate < self.n_studies(reading):
+                yield from claims.values()
 
     def read(self) -> Iterator[tuple[Decision, Reading, dict[str, Claim]]]:
         """All readings but those taken, with the claims that they change, by their names."""
@@ -279,9 +293,12 @@ def load_claims(replicates: int | str | None = None, path: Path = CLAIMS_FILE) -
 def _expand(group: _Group, entry: Mapping[str, Any]) -> Iterator[Claim]:
     """Make one claim of each metric of an entry."""
     shared = {"source": group.source, "figure": group.figure, "experiment": group.experiment}
-    for metric in _list(entry.get("metric")) or [None]:
+    metrics = _list(entry.get("metric")) or [None]
+    sentence = str(entry.get("statement")).replace("{metric}", "/".join(map(str, metrics)))
+    for metric in metrics:
         slug = re.sub(r"[^a-z0-9.]+", "-", str(metric).lower()).strip("-")
         values = {**shared, **entry, "metric": metric, "level": _list(entry.get("level", []))}
+        values["sentence"] = sentence
         for key, name in (("id", slug), ("statement", str(metric))):
             if isinstance(values.get(key), str):
                 values[key] = values[key].replace("{metric}", name)

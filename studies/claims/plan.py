@@ -17,9 +17,7 @@ FIXED = ("experiment", "metrics", "replicate")  # settings that the claims decid
 def replicates(claims: Claims, overrides: Sequence[str] = ()) -> dict[str, Table]:
     """Return a table for each replicate study, of all sweeps that the claims need."""
     reject(overrides, FIXED, "the claims decide what is run")
-    n_read = claims.replicates_of_readings
-    first, others = (plan(claims.needed(k), overrides) for k in (0, n_read))
-    tables = [first] * n_read + [others] * (claims.replicates - n_read)
+    tables = [plan(claims.needed(number), overrides) for number in range(claims.replicates)]
     return {
         str(number): Table(tuple(replace(sweep, replicate=number) for sweep in sweeps))
         for number, sweeps in enumerate(tables)

@@ -5,7 +5,7 @@ their mean tells what is true of the mean of all studies of this size (`populati
 of the trials of all replicates together is `pooled`: a range grows with the number of trials.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -18,15 +18,15 @@ from experiments.tables import Trials
 
 from ..order import SIGNIFICANCE, holm
 from ..statistics import cell_means, select
-from .claims import Claim, Claims
+from .claims import Claim, Claims, Decision, Reading
 
 CENTRAL = (SIGNIFICANCE / 2, 1 - SIGNIFICANCE / 2)
 REPRODUCED, NOT_REPRODUCED, INCONCLUSIVE = "reproduced", "not reproduced", "inconclusive"
 VERDICTS = (NOT_REPRODUCED, INCONCLUSIVE, REPRODUCED)
 TRUE, FALSE, OPEN = "true", "false", "open"
 TRUTHS = (FALSE, OPEN, TRUE)
-TAKEN = "taken"  # the claims as they stand, among the readings
 
+Read = tuple[Decision, Reading, Mapping[str, Claim]]  # a reading with the claims that it changes
 Replicate = Mapping[tuple[str, tuple[str, ...]], pd.DataFrame]  # by `Claim.trials`
 
 
@@ -45,10 +45,11 @@ def evaluate_claim(claim: Claim, trials: pd.DataFrame) -> float:
 def verdict(claim: Claim, values: Floats) -> str:
     """Tell whether one study would show what is claimed, from its statistic in each replicate.
 
-    A number of the paper, rounded to whole per cents, is "inconclusive" where the central 95 % hold
-    both it and 0, "reproduced" where they hold it, and "not reproduced" where they do not and it is
-    outside of the prediction interval ``mean ± t sd sqrt(1 + 1/R)``, too. A criterion is
-    "reproduced" where they meet it, "not reproduced" where no value within them does.
+    A number of the paper, rounded to whole per cents, is "reproduced" where the central 95 % hold
+    it, unless they are wider than the number itself: then it is "inconclusive". It is "not
+    reproduced" where they do not hold it and it is outside of the prediction interval ``mean ± t sd
+    sqrt(1 + 1/R)``, too. A criterion is "reproduced" where they meet it, "not reproduced" where no
+    value within them does.
     """
     if not np.isfinite(values).all():
         return INCONCLUSIVE
@@ -62,7 +63,7 @@ def verdict(claim: Claim, values: Floats) -> str:
         return INCONCLUSIVE if any(met) or between else NOT_REPRODUCED
     lowest, highest = claim.interval
     if lowest <= high and low <= highest:
-        return INCONCLUSIVE if low <= 0 <= high else REPRODUCED
+        return INCONCLUSIVE if high - low > abs(claim.paper) else REPRODUCED
     reach = _reach(values, 1 + 1 / len(values))
     predicted = lowest <= values.mean() + reach and values.mean() - reach <= highest
     return INCONCLUSIVE if predicted else NOT_REPRODUCED
@@ -112,58 +113,74 @@ def decide(
     Returns
     -------
     claims : DataFrame
-        One row a claim: `id, source, figure, statement, statistic, implied_by` (claims that it
-        follows from), `criterion, paper, ours, low, high, replicates, verdict, mean_low, mean_high,
-        population, pooled` (from the trials of all replicates together), and a column for each
-        reading other than those taken, with both verdicts under it; empty where the reading does
-        not concern the claim. Percentages in per cent.
+        One row a claim: `id, source, figure, sentence` (the statement that it is a part of),
+        `statement, unit, statistic, implied_by` (claims that it follows from), `criterion, paper,
+        ours, low, high, replicates, verdict, mean_low, mean_high, population, pooled` (from the
+        trials of all replicates together).
     readings : DataFrame
-        One row for each claim as taken, and one for each that such a reading changes: `decision,
-        question, paper_says, choice, reading, claim`, and from `criterion` on as above, all from
-        the replicates that have the readings.
+        One row for each claim that another reading of the paper changes: `decision, question,
+        paper_says, choice, reading, claim`, and from `criterion` to `population` as above, from the
+        first `replicates` studies.
     criteria : DataFrame
         One row for each other bound of a criterion, from all replicates: `word, bound, other`, how
         many `claims` have the bound, how many of their verdicts are others then, `changed` and
         `population_changed`, and `changes`: the former, with what they are.
     """
     taken, readings = list(claims.claims.values()), list(claims.read())
-    read = [claim for _, _, changed in readings for claim in changed.values()]
-    n_read = claims.replicates_of_readings
+    wanted = [(claim, claims.replicates) for claim in taken]
+    for _, reading, changed in readings:
+        wanted += [(claim, claims.n_studies(reading)) for claim in changed.values()]
     tasks = [
-        ([*taken, *(read if number < n_read else [])], trials)
+        ([claim for claim, n in wanted if number < n], trials)
         for number, trials in enumerate(replicates)
     ]
-    evaluated = [found for _, found in sorted(run_parallel(_evaluate, tasks, n_jobs))]
-    values = np.array([found[: len(taken)] for found in evaluated]).T
-    values_read = iter(np.array([found[len(taken) :] for found in evaluated[:n_read]]).T)
+    values: list[list[float]] = [[] for _ in wanted]
+    for number, found in sorted(run_parallel(_evaluate, tasks, n_jobs)):
+        deciding = [own for own, (_, n) in zip(values, wanted, strict=True) if number < n]
+        for own, value in zip(deciding, found, strict=True):
+            own.append(value)
+    arrays = iter(map(np.array, values))
+    of_taken = [next(arrays) for _ in taken]
 
-    table = _decided(claims.claims, list(values))
-    keys = ("id", "source", "figure", "statement")
+    table = _decided(claims.claims, of_taken)
+    keys = ("id", "source", "figure", "sentence", "statement", "unit")
     texts = [
         {key: getattr(claim, key) for key in keys}
         | {"statistic": claim.describe(), "implied_by": " ".join(claim.implied_by) or None}
         for claim in taken
     ]
-    pooled = _evaluate(
-        taken, {key: pd.concat(r[key] for r in replicates) for key in replicates[-1]}
+    pooled = {key: pd.concat(r[key] for r in replicates) for key in replicates[-1]}
+    table["pooled"] = _evaluate(taken, pooled)
+    return (
+        pd.concat([pd.DataFrame(texts, index=table.index), table], axis=1).reset_index(drop=True),
+        _read(readings, arrays),
+        _by_other_criteria(claims, of_taken),
     )
-    table["pooled"] = list(map(_rounded, taken, pooled))
-    table = pd.concat([pd.DataFrame(texts, index=table.index), table], axis=1)
-    found = _decided(claims.claims, list(values[:, :n_read]))
-    tables = [found.assign(decision=TAKEN, reading=TAKEN, claim=found.index)]
+
+
+def _read(readings: Sequence[Read], values: Iterator[Floats]) -> pd.DataFrame:
+    """Return the verdicts under other readings."""
+    tables = [pd.DataFrame(columns=["decision", "question", "paper_says", "choice", "reading"])]
     for decision, reading, changed in readings:
-        title = f"{decision.id}: {reading.reading}"
-        table[title] = None
-        if not changed:
-            continue
-        found = _decided(changed, [next(values_read) for _ in changed])
-        table[title] = found["verdict"] + ", " + found["population"]
-        texts_of = {"question": decision.question, "paper_says": decision.paper}
-        texts_of |= {"choice": decision.choice, "reading": reading.reading}
-        tables.append(found.assign(decision=decision.id, claim=found.index, **texts_of))
-    columns = ["decision", "question", "paper_says", "choice", "reading", "claim"]
-    joined = pd.concat(tables, ignore_index=True).reindex(columns=[*columns, *found.columns])
-    return table.reset_index(drop=True), joined, _by_other_criteria(claims, list(values))
+        found = _decided(changed, [next(values) for _ in changed])
+        found.insert(0, "claim", found.index)
+        texts = (decision.id, decision.question, decision.paper, decision.choice, reading.reading)
+        for at, (name, text) in enumerate(zip(tables[0], texts, strict=True)):
+            found.insert(at, name, text)
+        tables.append(found)
+    return pd.concat(tables, ignore_index=True) if readings else tables[0]
+
+
+def statements(claims: pd.DataFrame) -> pd.DataFrame:
+    """Return the verdict on each statement of the paper: the worst of the claims that it makes."""
+    counted = claims[claims["implied_by"].isna()]
+    rows = [
+        {"source": source, "sentence": sentence, "claims": len(group)}
+        | {"verdict": min(group["verdict"], key=VERDICTS.index)}
+        | {"population": min(group["population"], key=TRUTHS.index)}
+        for (source, sentence), group in counted.groupby(["source", "sentence"], sort=False)
+    ]
+    return pd.DataFrame(rows)
 
 
 def _by_other_criteria(claims: Claims, values: Sequence[Floats]) -> pd.DataFrame:
@@ -200,21 +217,17 @@ def _decided(claims: Mapping[str, Claim], values: Sequence[Floats]) -> pd.DataFr
             {
                 "criterion": claim.criterion or "the paper's number",
                 "paper": claim.paper,
-                "ours": _rounded(claim, mean),
-                "low": _rounded(claim, low),
-                "high": _rounded(claim, high),
+                "ours": mean,
+                "low": low,
+                "high": high,
                 "replicates": len(found),
                 "verdict": verdict(claim, found),
-                "mean_low": _rounded(claim, mean - reach),
-                "mean_high": _rounded(claim, mean + reach),
+                "mean_low": mean - reach,
+                "mean_high": mean + reach,
                 "population": population,
             }
         )
     return pd.DataFrame(rows, index=list(claims))
-
-
-def _rounded(claim: Claim, value: float) -> float:
-    return round(float(value), 2 if claim.rule.is_percentage else 3)
 
 
 def select_trials(trials: Trials) -> Replicate:

@@ -1,24 +1,19 @@
-"""Real runs: which metric tells people's own systems apart, and what moves it."""
+"""Real runs: which metric orders the systems of a benchmark, and what moves it."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
-from ..study import Answer, Figure, Own, Question, Study
+from ..study import Figure, Own, Question, Study
 from .answers import agreement, pairs, summarise
 from .scores import read_benchmark, score_sequence, sources
 
 
 def ask(question: Question) -> list[pd.DataFrame | str]:
     """Return a table of the metrics, of the pairs of systems, and of how metrics agree."""
-    return [summarise(question.own), pairs(question.own), agreement(question.own)]
-
-
-def show(answer: Answer) -> dict[str, Any]:
-    """Return what the section is filled with."""
-    return {"metrics": answer.table.to_dict("records")}
+    of_pairs = pairs(question.own)
+    return [summarise(question.own), of_pairs, agreement(of_pairs)]
 
 
 def parts(file: Path) -> Mapping[str, Sequence[str]]:
@@ -37,13 +32,20 @@ def score(given: Mapping[str, str], part: str) -> pd.DataFrame:
 STUDY = Study(
     name="real",
     title="Your own runs",
+    text="Order: how often two runs, one of each system, come in the order of the systems by all "
+    "runs of the metric; equal: with one pose a second of each estimate; agrees: in the order by "
+    "another metric. Significant: on how many sequences and pairs of systems the difference is. "
+    "Runs: how many of each system a rank-sum test needs. Offsets of clocks are removed first.",
+    alt="Left, a row for each metric with the share of pairs of runs in the right order for each "
+    "pair of systems. Then a matrix of metrics by metrics: how often runs come in the order by "
+    "another metric. Where estimates were changed, a matrix of metrics by changes: how far each "
+    "moves a run.",
     plan=lambda _: {},  # no tables of trials: the runs are real
     ask=ask,
     answers=("tables/{}.csv", "tables/{}_pairs.csv", "tables/{}_agreement.csv"),
     figures=[
         Figure("studies.real.figure:draw", ["tables/{}", "tables/{}_pairs", "tables/{}_agreement"])
     ],
-    show=show,
     place=110,
     trials="real",
     keys=["benchmark", "quick", "more"],

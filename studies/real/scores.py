@@ -1,6 +1,10 @@
-"""Repeated runs of one's own, scored by many metrics: as they are, and changed in ways known."""
+"""Repeated runs from user-supplied files, scored by many metrics: as they are, and changed.
 
-from collections.abc import Callable, Mapping
+The offset between the clocks of a system and a reference is removed first: it is an error of the
+recording and not of the poses. It is the median over the runs of the system on the sequence.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from zlib import crc32
@@ -19,13 +23,15 @@ from alignscores.evaluation.scoring import score
 from alignscores.evaluation.settings import Settings
 from alignscores.protocols import split_names
 from alignscores.trajectories.files import Trajectory
+from alignscores.trajectories.timeline import reference_at
+from alignscores.trajectories.timing import find_offset
 from alignscores.validation import finite_rows
 from baselines import dre, dte, maa
 from experiments.command import ConfigError
 
 from ..study import naming
 
-LIBRARY = (  # of files of one's own, those that need no order of time first
+LIBRARY = (  # of user-supplied files, those that need no order of time first
     *("TAS", "RAS", "PAS", "half_distance", "half_angle", "distance@0.25", "angle@0.25"),
     *("ATE", "are:rmse", "auc@30:vggt", "median:hloc"),
 )
@@ -35,13 +41,13 @@ BASELINES: Mapping[str, Callable[[Floats, Floats], float]] = {  # of the poses t
     "DRE": lambda gt, est: dre(gt[:, :3, :3], est[:, :3, :3]),
     "mAA": maa,
 }
-KEYS = ["sequence", "system", "run", "change"]
+KEYS = ["sequence", "system", "run", "t_offset", "change"]
 AS_IT_IS = "as it is"
-SHARE = 0.1  # of the poses, or of the time, that is lost or wild
+EQUAL_TIMES = "equal times"  # one pose in each second: no metric can tell the rate of the poses
+SHARE = 0.1  # of the poses, or of the time, that is missing or far off
 FACTOR = 1.1  # by which the scale is off
 
 Change = Callable[[Trajectory, np.random.Generator], Trajectory]
-Changes = Mapping[str, Change | None]
 
 
 def _kept(estimate: Trajectory, kept: Booleans) -> Trajectory:
@@ -49,19 +55,26 @@ def _kept(estimate: Trajectory, kept: Booleans) -> Trajectory:
 
 
 def _stretch(estimate: Trajectory, rng: np.random.Generator) -> Booleans:
-    """Return which poses are in a stretch of the trajectory, at a random place inside."""
+    """Return which poses are in a stretch of the trajectory, somewhere inside."""
     n = len(estimate.keys)
     start = rng.uniform(SHARE, 1 - 2 * SHARE) * n
-    place = np.arange(n)
-    return (place >= start) & (place < start + SHARE * n)
+    rows = np.arange(n)
+    return (rows >= start) & (rows < start + SHARE * n)
 
 
-def _wild(estimate: Trajectory, rng: np.random.Generator) -> Trajectory:
-    """Throw the positions of a stretch about, as far as the trajectory is large."""
-    wild, poses = _stretch(estimate, rng), estimate.poses.copy()
+def _far_off(estimate: Trajectory, rng: np.random.Generator) -> Trajectory:
+    """Scatter the positions of a stretch as far as the trajectory is large."""
+    outliers, poses = _stretch(estimate, rng), estimate.poses.copy()
     size = np.nanstd(poses[:, :3, 3])
-    poses[wild, :3, 3] += rng.normal(scale=size, size=(int(wild.sum()), 3))
+    poses[outliers, :3, 3] += rng.normal(scale=size, size=(int(outliers.sum()), 3))
     return estimate._replace(poses=poses)
+
+
+def at_equal_times(estimate: Trajectory) -> Trajectory:
+    """Return the poses at whole seconds, interpolated where the estimate has gaps of up to 2 s."""
+    seconds = np.arange(np.ceil(estimate.keys.min()), estimate.keys.max())
+    poses, known = reference_at(estimate, seconds, gap=2.0, t_max_diff=0.0)
+    return Trajectory(seconds[known], poses[known])
 
 
 def _scaled(estimate: Trajectory, _: np.random.Generator) -> Trajectory:
@@ -71,15 +84,16 @@ def _scaled(estimate: Trajectory, _: np.random.Generator) -> Trajectory:
 
 
 CHANGES: Mapping[str, Change] = {
+    EQUAL_TIMES: lambda estimate, _: at_equal_times(estimate),
     "every 2nd": lambda estimate, _: _kept(estimate, np.arange(len(estimate.keys)) % 2 == 0),
     "every 5th": lambda estimate, _: _kept(estimate, np.arange(len(estimate.keys)) % 5 == 0),
     "frames lost": lambda estimate, rng: _kept(estimate, rng.random(len(estimate.keys)) >= SHARE),
     "time lost": lambda estimate, rng: _kept(estimate, ~_stretch(estimate, rng)),
-    "wild stretch": _wild,
+    "outliers": _far_off,
     "scale": _scaled,
     "seed": lambda estimate, _: estimate,
 }
-"""What an estimate may suffer without being another one; the last gets another seed."""
+"""Changes of an estimate. A quick look has the first alone; the last is another seed."""
 
 
 def read_benchmark(path: Path) -> Benchmark:
@@ -108,20 +122,38 @@ def score_sequence(
     Returns
     -------
     DataFrame
-        One row for each run and change: `sequence, system, run, change`, then one column a metric,
-        empty where it has no value. Runs that cannot be scored have no rows.
+        One row for each run and change: `sequence, system, run, t_offset` (seconds added to its
+        stamps), `change`, then one column a metric, empty where it has no value. Runs that cannot
+        be scored have no rows.
     """
     runs = [run for run in benchmark.runs if run.sequence == sequence and run.file]
     settings = {run: _settings(benchmark, run, more) for run in runs}
-    changes: Changes = {AS_IT_IS: None, **(CHANGES if changed else {})}
-    rows = []
-    for run in tqdm(runs, desc=sequence, disable=None):
-        try:
-            rows += _rows(run, benchmark.references[sequence], settings[run], changes)
-        except ValueError as error:
-            print(f"{sequence}, {run.system}, run {run.run}: left out: {error}", flush=True)
+    names = [AS_IT_IS, *(CHANGES if changed else [EQUAL_TIMES])]
+    with collected_warnings():
+        reference = read_reference(benchmark.references[sequence], settings[runs[0]])
+        estimates = {}
+        for run in runs:
+            try:
+                (estimates[run],) = read_parts(str(run.file), settings[run]).values()
+            except ValueError as error:
+                print(f"{sequence}, {run.system}, run {run.run}: left out: {error}", flush=True)
+        offsets = clock_offsets(reference, estimates)
+        rows = [
+            row
+            for run, estimate in tqdm(estimates.items(), desc=sequence, disable=None)
+            for row in _rows(run, reference, estimate, settings[run], offsets[run.system], names)
+        ]
     columns = [*KEYS, *settings[runs[0]].metrics, *BASELINES]
     return pd.DataFrame(rows, columns=columns).dropna(axis="columns", how="all")
+
+
+def clock_offsets(reference: Trajectory, estimates: Mapping[Run, Trajectory]) -> dict[str, float]:
+    """Return the seconds to be added to the stamps of each system; 0 where nothing is found."""
+    found: dict[str, list[float]] = {run.system: [] for run in estimates}
+    for run, estimate in estimates.items():
+        if estimate.keys.dtype.kind == "f" and (offset := find_offset(reference, estimate)):
+            found[run.system].append(offset.seconds)
+    return {system: float(np.median(own)) if own else 0.0 for system, own in found.items()}
 
 
 def _settings(benchmark: Benchmark, run: Run, more: str) -> Settings:
@@ -133,20 +165,28 @@ def _settings(benchmark: Benchmark, run: Run, more: str) -> Settings:
 
 
 def _rows(
-    run: Run, file: str, settings: Settings, changes: Changes
-) -> list[dict[str, str | float | None]]:
-    """Return the rows of a run, one a change."""
+    run: Run,
+    reference: Trajectory,
+    estimate: Trajectory,
+    settings: Settings,
+    offset: float,
+    changes: Sequence[str],
+) -> list[dict[str, object]]:
+    """Return the rows of a run, one a change; a change that leaves too few poses has none."""
     keys = run.sequence, run.system, run.run
+    chosen = replace(settings, invert=False, t_offset=0.0)
+    estimate = estimate._replace(keys=estimate.keys + offset) if offset else estimate
     rows = []
-    with collected_warnings():
-        reference = read_reference(file, settings)
-        (estimate,) = read_parts(str(run.file), settings).values()
-        for name, change in changes.items():
-            rng = np.random.default_rng(crc32("/".join([*keys, name]).encode()))
-            changed = change(estimate, rng) if change else estimate
-            chosen = replace(settings, invert=False, seed=settings.seed + (name == "seed"))
-            found = score(reference, changed, chosen, name="", check=False)
-            rows.append({**dict(zip(KEYS, (*keys, name), strict=True)), **_values(found)})
+    for name in changes:
+        rng = np.random.default_rng(crc32("/".join([*keys, name]).encode()))
+        changed = CHANGES[name](estimate, rng) if name != AS_IT_IS else estimate
+        seeded = replace(chosen, seed=chosen.seed + (name == "seed"))
+        try:
+            found = score(reference, changed, seeded, name="", check=False)
+        except ValueError as error:
+            print(f"{'/'.join(keys)}, {name}: left out: {error}", flush=True)
+            continue
+        rows.append({**dict(zip(KEYS, (*keys, offset, name), strict=True)), **_values(found)})
     return rows
 
 

@@ -1,147 +1,84 @@
-"""What the values of an axis do to a score: statistics of the trials of the study's parts."""
+"""What the values of an axis do to a score, and how sure the difference from the paper's is."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
-import scipy
 
-from alignscores.arrays import Floats, Indices
-from experiments.grid import KEY_COLUMNS
+from alignscores.arrays import Floats
 
-from .. import order
-from ..axes import Axis, over_seeds
+from ..order import Order, holm, in_order, sign
+from .axes import Axis, seeded
 
-RESAMPLES = 999  # of the trials
+RESAMPLES = 400  # of the trials
 
-Parts = Mapping[str, pd.DataFrame]  # the trials of each part of a study
-
-
-@dataclass(frozen=True)
-class Effect:
-    """A statistic that the values of an axis are compared by."""
-
-    words: str
-    larger_is_better: bool
-    digits: int  # that matter
-    unit: str = ""
-    part: str = "outliers"
-    level: str = ""  # whose order it is
-    smallest: bool = False  # of the groups, not their mean
-    of_means: Callable[[Floats], Floats] | None = None  # (cameras, outliers, noise, B)
-    alone: Callable[[pd.DataFrame, str], float] | None = None  # of the trials as they are
-
-    def of(self, trials: pd.DataFrame, metric: str) -> float:
-        """Compute it from the trials of a metric; NaN where the level does not vary."""
-        if self.alone:
-            return self.alone(trials, metric)
-        if self.of_means:
-            weights = np.ones((1, trials["trial"].nunique()))
-            return float(self.of_means(weighted_means(trials, metric, weights))[0])
-        if not order.varies(trials, self.level):
-            return np.nan
-        needed = trials[[*KEY_COLUMNS, metric]]  # to group all columns takes long
-        found = [one.probability for one in order.orders(needed, metric, self.level)]
-        return 100 * float(min(found) if self.smallest else np.mean(found))
-
-    def compare(self, trials: pd.DataFrame, metric: str, paper: str) -> tuple[float, float]:
-        """Return the standard error of the difference from the paper's metric, and its p-value."""
-        n = trials["trial"].nunique()
-        if metric == paper or n == 1 or (self.level and not order.varies(trials, self.level)):
-            return np.nan, np.nan
-        if self.alone:
-            return _compare_scenes(_deviations(trials, metric), _deviations(trials, paper))
-        if self.of_means:
-            weights = np.concatenate([np.ones((1, n)), np.eye(n)[_resampled(n)].sum(axis=1)])
-            means = (weighted_means(trials, name, weights) for name in (metric, paper))
-            difference, *resampled = np.subtract(*map(self.of_means, means))
-            found = order.Order(float(difference), float(np.std(resampled, ddof=1)))
-            return found.error, np.nan if np.isnan(difference) else found.p_value
-        task = order.within(trials[[*KEY_COLUMNS, metric, paper]], self.level)
-        found = order.estimate(task.shares(metric) - task.shares(paper))
-        return 100 * found.error, found.p_value
-
-    def write(self, value: float) -> str:
-        """Write a value with the digits that matter, and its unit."""
-        return f"{value:.{self.digits}f}{self.unit}"
+Parts = Mapping[str, pd.DataFrame]  # the trials of each part of the study
+# Of values (numbers of cameras, numbers of outliers, noise levels, trials), larger is worse, and
+# weights of the trials (B, trials), B numbers.
+Statistic = Callable[[Floats, Floats], Floats]
 
 
-def weighted_means(trials: pd.DataFrame, metric: str, weights: Floats) -> Floats:
-    """Return the means (cameras, outliers, noise, B) for weights of the trials (B, T)."""
-    keys = ["n_cameras", "n_outliers", "sigma_t", "trial"]
-    shape = [trials[key].nunique() for key in keys]
-    values = trials[[*keys, metric]].sort_values(keys)[metric].to_numpy().reshape(shape)
-    means: Floats = values @ weights.T / shape[-1]
-    return means
+def noise_order(values: Floats, weights: Floats) -> Floats:
+    """Return how often two trials at neighbouring noise levels are in the right order, in %."""
+    n_levels, n_trials = values.shape[2:]
+    groups = values.reshape(-1, n_levels, n_trials)
+    pairs = [in_order(*pair) for group in groups for pair in pairwise(group)]
+    if not pairs:
+        return np.full(len(weights), np.nan)
+    right = np.einsum("bt,ptu,bu->b", weights, np.array(pairs), weights, optimize=True)
+    return np.asarray(100 * right / len(pairs) / n_trials**2)
 
 
-def _noise_range(means: Floats) -> Floats:
-    """Return the range over the noise levels; the mean over the outlier counts."""
-    return np.asarray(np.ptp(means, axis=(0, 2)).mean(axis=0))
+def outlier_order(values: Floats, weights: Floats) -> Floats:
+    """Return the same for neighbouring numbers of outliers."""
+    return noise_order(np.swapaxes(values, 1, 2), weights)
 
 
-def _range_of_trials(trials: pd.DataFrame, metric: str) -> float:
-    """Return the same of single trials."""
-    return float(trials.groupby("n_outliers")[metric].agg(np.ptp).mean())
+def noise_range(values: Floats, weights: Floats) -> Floats:
+    """Return the range of the means over the noise levels; the mean over the outlier counts."""
+    return np.asarray(np.ptp(_means(values, weights), axis=(0, 2)).mean(axis=0))
 
 
-def _dependence(means: Floats) -> Floats:
-    """Return `studies.statistics.dependence` on the number of cameras."""
+def camera_dependence(values: Floats, weights: Floats) -> Floats:
+    """Return how far the mean moves over the numbers of cameras, in % of the range of all means."""
+    means = _means(values, weights)
     if len(means) == 1:
-        return np.full(means.shape[-1], np.nan)
+        return np.full(len(weights), np.nan)
     moves = np.ptp(means, axis=0).mean(axis=(0, 1))
     return np.asarray(100 * moves / np.ptp(means, axis=(0, 1, 2)))
 
 
-def _deviations(trials: pd.DataFrame, metric: str) -> Floats:
-    """Return the standard deviation over the seeds of each scene; 0 where nothing is random."""
-    scores = over_seeds(trials, metric)
-    return np.zeros(len(trials)) if scores.empty else scores.std(axis=1, ddof=1).to_numpy()
+def mean(values: Floats, weights: Floats) -> Floats:
+    """Return the mean."""
+    return np.asarray(_means(values, weights).mean(axis=(0, 1, 2)))
 
 
-def _seed_noise(trials: pd.DataFrame, metric: str) -> float:
-    return float(np.median(_deviations(trials, metric)))
+def _means(values: Floats, weights: Floats) -> Floats:
+    """Return the means of the trials of each cell (cameras, outliers, noise, B)."""
+    return np.asarray(values @ weights.T / values.shape[-1])
 
 
-def _compare_scenes(theirs: Floats, ours: Floats) -> tuple[float, float]:
-    """Compare standard deviations scene by scene."""
-    scenes = _resampled(len(ours))
-    differences = np.median(theirs[scenes], axis=1) - np.median(ours[scenes], axis=1)
-    error = float(np.std(differences, ddof=1))
-    same = np.array_equal(theirs, ours)
-    return error, 1.0 if same else float(scipy.stats.wilcoxon(theirs, ours).pvalue)
+@dataclass(frozen=True)
+class Effect:
+    """A statistic that the values of an axis are compared by, and the trials that it is of."""
+
+    title: str
+    statistic: Statistic
+    larger_is_better: bool = True
+    part: str = "outliers"
 
 
-def _resampled(n: int) -> Indices:
-    """Draw as many as there are, with replacement, time and again."""
-    return np.random.default_rng(0).integers(n, size=(RESAMPLES, n))
-
-
-NOISE, OUTLIERS = "order of noise", "order of outliers"
 EFFECTS: Mapping[str, Effect] = {
-    "noise_order": Effect(NOISE, True, 1, " %", level="sigma_t"),
-    "noise_order_smallest": Effect(
-        f"smallest {NOISE}", True, 1, " %", level="sigma_t", smallest=True
-    ),
-    "outlier_order": Effect(OUTLIERS, True, 1, " %", level="n_outliers"),
-    "outlier_order_smallest": Effect(
-        f"smallest {OUTLIERS}", True, 1, " %", level="n_outliers", smallest=True
-    ),
-    "majority_order": Effect(f"{NOISE} where most are lost", True, 1, " %", "majority", "sigma_t"),
-    "noise_range": Effect("range of trials over noise", True, 3, alone=_range_of_trials),
-    "noise_range_of_means": Effect("range over noise", True, 3, of_means=_noise_range),
-    "camera_dependence": Effect(
-        "dependence on cameras", False, 1, " %", "length", of_means=_dependence
-    ),
-    "seed_noise": Effect("seed noise", False, 4, part="seeds", alone=_seed_noise),
+    "noise_order": Effect("Noise, %", noise_order),
+    "outlier_order": Effect("Outliers, %", outlier_order),
+    "majority_order": Effect("Most lost, %", noise_order, part="majority"),
+    "noise_range": Effect("Noise range", noise_range),
+    "camera_dependence": Effect("Cameras, %", camera_dependence, False, "length"),
+    "seed_noise": Effect("Seed noise", mean, False, "seeds"),
 }
-"""Effects by their columns in the tables of the threshold study; see `effects`."""
-
-COMPARED = tuple(
-    name for name, effect in EFFECTS.items() if not effect.smallest and name != "noise_range"
-)
-"""The effects that values are compared by: those whose sampling error is known."""
+"""The effects by their columns in the table of the study; see `effects`."""
 
 
 def effects(axes: Sequence[Axis], parts: Parts) -> pd.DataFrame:
@@ -150,42 +87,63 @@ def effects(axes: Sequence[Axis], parts: Parts) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        One row for each value: `axis, metric, option, value, paper` (yes or no), then each of
-        `EFFECTS`:
+        One row for each value: `axis, metric, option, value, paper` (yes or no), then
 
         - `noise_order, outlier_order`: how often two trials at neighbouring levels of noise, or
           numbers of outliers, come in the right order, in per cent; the mean over the other's
-          levels, and as `noise_order_smallest, outlier_order_smallest` the smallest
+          levels
         - `majority_order`: the order of noise where four of five cameras are outliers
-        - `noise_range, noise_range_of_means`: largest minus smallest trial (mean of trials) over
-          the noise levels, averaged over the outlier counts
+        - `noise_range`: largest minus smallest mean over the noise levels, averaged over the
+          outlier counts
         - `camera_dependence`: how far the mean moves over the numbers of cameras, in per cent of
           the range of all means
-        - `seed_noise`: standard deviation over the seeds of the registration, the median over
-          scenes
+        - `seed_noise`: standard deviation over the seeds of the registration, the mean over scenes
 
-        Behind each of `COMPARED` stand, as `..._error`, the standard error of its difference from
-        that of the paper's value, and as `..._p` the p-value against no difference, adjusted for
-        the number of all differences in the table by Holm's method. Empty for the paper's value,
-        and where there is one trial.
-
-    The values of an axis saw the same cameras, so the trials are paired. Errors of the order are
-    those of `studies.order`, others come from a bootstrap over the trials, and the p-value of the
-    seed noise is that of Wilcoxon's signed ranks over the scenes.
+        Each is followed, as `..._error`, by the standard error of its difference from the paper's
+        value (bootstrap over the trials, which are paired), and as `..._p` by the p-value against
+        no difference, adjusted for all differences in the table by Holm's method.
     """
-    rows = []
-    for axis in axes:
-        for value, column in axis.columns.items():
-            row: dict[str, object] = dict(axis.keys(value))
-            row["paper"] = "yes" if value == axis.paper else "no"
-            for name, effect in EFFECTS.items():
-                trials = parts[effect.part]
-                row[name] = effect.of(trials, column)
-                if name in COMPARED:
-                    found = effect.compare(trials, column, axis.columns[axis.paper])
-                    row[f"{name}_error"], row[f"{name}_p"] = found
-            rows.append(row)
-    table = pd.DataFrame(rows)
-    p_values = [f"{name}_p" for name in COMPARED]
-    table[p_values] = order.holm(table[p_values])
-    return table.round(6)
+    tables = [_of_axis(axis, parts) for axis in axes]
+    table = pd.concat(tables, ignore_index=True)
+    p_values = [f"{name}_p" for name in EFFECTS]
+    table[p_values] = holm(table[p_values])
+    return table
+
+
+def _of_axis(axis: Axis, parts: Parts) -> pd.DataFrame:
+    keys = {"axis": axis.name, "metric": axis.metric, "option": axis.option}
+    rows = [keys | {"value": v, "paper": "yes" if v == axis.paper else "no"} for v in axis.values]
+    table = pd.DataFrame(rows, index=axis.values, dtype=object)
+    for name, effect in EFFECTS.items():
+        trials = parts[effect.part]
+        found = {
+            value: _resampled(effect, trials, column) for value, column in axis.columns.items()
+        }
+        for value, numbers in found.items():
+            difference, *others = numbers - found[axis.paper]
+            known = value != axis.paper and trials["trial"].nunique() > 1
+            error = float(np.std(others, ddof=1)) if known else np.nan
+            p_value = Order(float(difference), error).p_value if np.isfinite(error) else np.nan
+            table.loc[value, [name, f"{name}_error", f"{name}_p"]] = numbers[0], error, p_value
+    return table
+
+
+def _resampled(effect: Effect, trials: pd.DataFrame, metric: str) -> Floats:
+    """Return an effect of all trials, and of each resample of them."""
+    keys = ["n_cameras", "n_outliers", "sigma_t", "trial"]
+    found = trials[keys].assign(value=_values(trials, metric, effect)).sort_values(keys)
+    shape = [found[key].nunique() for key in keys]
+    n = shape[-1]
+    drawn = np.random.default_rng(0).integers(n, size=(RESAMPLES, n))
+    weights = np.concatenate([np.ones((1, n)), np.eye(n)[drawn].sum(axis=1)])
+    return effect.statistic(found["value"].to_numpy().reshape(shape), weights)
+
+
+def _values(trials: pd.DataFrame, metric: str, effect: Effect) -> "pd.Series[float]":
+    """Return the values of a metric, larger is worse; of the seeds their standard deviation."""
+    if effect.part != "seeds":
+        return sign(metric) * trials[metric]
+    columns = [name for k in range(trials.shape[1]) if (name := seeded(metric, k)) in trials]
+    if not columns:  # nothing is random
+        return pd.Series(0.0, trials.index)
+    return trials[columns].std(axis=1, ddof=1)

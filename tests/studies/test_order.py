@@ -9,8 +9,7 @@ from scipy import stats
 
 from studies.order import (
     Order,
-    compare,
-    holm,
+    estimate,
     order,
     orders,
     trials_needed,
@@ -44,8 +43,8 @@ def test_no_rising_rescaling_changes_the_order() -> None:
     for rescaled in (np.exp(values), values**3, -1 / np.exp(values)):
         assert order(rescaled) == found
         table = table_of(ATE=values.ravel(), DTE=rescaled.ravel())
-        _, pairs = compare(within(table, "sigma_t"), ["ATE", "DTE"])
-        assert pairs["ATE", "DTE"] == Order(0, 0)
+        task = within(table, "sigma_t")
+        assert estimate(task.shares("ATE") - task.shares("DTE")) == Order(0, 0)
 
 
 @pytest.mark.parametrize("paired", [False, True])
@@ -55,10 +54,8 @@ def test_the_error_of_an_order_is_its_scatter_from_study_to_study(paired: bool) 
     for _ in range(400):
         noise = rng.normal([[0], [1], [1.5]], size=(3, 100))
         other = noise + rng.normal(scale=0.5, size=noise.shape)
-        alone, pairs = compare(
-            within(table_of(ATE=noise.ravel(), DTE=other.ravel()), "sigma_t"), ["ATE", "DTE"]
-        )
-        found.append(pairs["ATE", "DTE"] if paired else alone["ATE"])
+        task = within(table_of(ATE=noise.ravel(), DTE=other.ravel()), "sigma_t")
+        found.append(estimate(task.shares("ATE") - paired * task.shares("DTE")))
     scatter = np.std([each.probability for each in found])
     assert np.mean([each.error for each in found]) == pytest.approx(scatter, rel=0.1)
     assert order([[1], [2]]).error == math.inf  # one trial tells nothing of it
@@ -74,14 +71,6 @@ def test_trials_needed_find_the_difference_as_often_as_they_should() -> None:
     found = stats.mannwhitneyu(*samples, axis=1).pvalue < 0.05
     assert found.mean() == pytest.approx(0.8, abs=0.05)
     assert trials_needed(0.4) == math.inf
-
-
-def test_holm_steps_down_from_the_smallest_p_value() -> None:
-    """0.01 of four counts fourfold, 0.02 of the three left threefold, and none less than that."""
-    found = holm([0.04, 0.01, np.nan, 0.03, 0.02])
-    assert found == pytest.approx([0.06, 0.04, np.nan, 0.06, 0.06], nan_ok=True)
-    assert holm([0.6, 0.5]) == pytest.approx([1, 1])
-    assert len(holm([])) == 0
 
 
 def test_what_has_no_value_cannot_be_put_in_order() -> None:

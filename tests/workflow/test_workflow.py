@@ -360,7 +360,8 @@ STUDY = Study(
     plan=plan,
     ask=ask,
     figures=[Figure("studies.toy.figure:draw", ["tables/{}"])],
-    show=lambda answer: {"means": dict(answer.table.to_numpy())},
+    text="The mean of each metric.",
+    alt="Two bars.",
 )
 ''',
     "figure.py": '''\
@@ -378,13 +379,6 @@ def draw(table):
     figure.subplots().bar(table["metric"], table["mean"])
     return figure
 ''',
-    "section.html.j2": """\
-<section id="toy" aria-labelledby="toy-title">
-<h2 id="toy-title">A toy</h2>
-<p>The mean TAS is {{ toy.means.TAS | number(2) }}.</p>
-{% call figure("toy", "Means", "Two bars.") %}<p>Bars.</p>{% endcall %}
-</section>
-""",
 }
 
 
@@ -405,6 +399,3 @@ def test_a_new_study_is_one_folder(snakemake: Snakemake, tmp_path: Path) -> None
     assert snakemake("toy", "--dry-run", *few, project=copy).planned == {}
     planned = snakemake("report", "--dry-run", *few, "replicates=2", project=copy).planned
     assert planned["trials"] == sum(map(n_trials, PLANS))  # those of the toy are there
-    text = folder / "section.html.j2"
-    text.write_text(f"{text.read_text()}<p>More</p>")
-    assert snakemake("toy", "--dry-run", *few, project=copy).planned == {}

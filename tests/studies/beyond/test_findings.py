@@ -49,10 +49,10 @@ def judge(table: pd.DataFrame, sweep: Sweep) -> pd.DataFrame:
     return findings(scenarios).set_index("metric")
 
 
-def test_verdicts_tell_what_a_metric_orders(made_up: pd.DataFrame, sweep: Sweep) -> None:
+def test_verdicts_say_what_a_metric_orders(made_up: pd.DataFrame, sweep: Sweep) -> None:
     table = judge(made_up, sweep)
     assert list(table.columns) == [
-        *("scenario", "geometry", "error", "outliers", "outlier_side"),
+        *("scenario", "geometry", "error", "outliers", "outlier_side", "every", "n_cameras"),
         *("noise_order", "outlier_order", "mean", "verdict"),
     ]
     assert table["verdict"].to_dict() == {

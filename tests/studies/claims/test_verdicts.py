@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from studies.claims.claims import Claim, Criterion, load_claims
-from studies.claims.verdicts import decide, evaluate_claim, populations, verdict
+from studies.claims.verdicts import decide, evaluate_claim, populations, statements, verdict
 
 CLAIMS = load_claims(3)
 NUMBER = CLAIMS.claims["outliers-range-maa"]  # -74
@@ -39,7 +39,8 @@ def trials_of(outliers: list[int], metric: str, shrunk_by: float = 0.0) -> pd.Da
         (NUMBER, [-71, -72, -70] * 10, "not reproduced"),
         (NUMBER, [-120, 40, -74], "inconclusive"),  # not even the direction is certain
         (NUMBER, [np.nan, -74, -74], "inconclusive"),
-        (SMALL, [-12, 0, 12.6] * 10, "inconclusive"),  # rounding does not make it certain
+        (SMALL, [12, 13, 14] * 10, "reproduced"),
+        (SMALL, [6, 13, 20] * 10, "inconclusive"),  # an interval wider than the number itself
         # The central 95 % leave out one of 41 on either side, but not one of 21.
         (POWER, [0.4] + [0.55] * 20, "inconclusive"),
         (POWER, [0.4] + [0.55] * 40, "reproduced"),
@@ -92,7 +93,7 @@ def test_movements_count_where_a_claim_says_in_the_range_everywhere() -> None:
     assert evaluate_claim(local, table) == pytest.approx(100 * 0.05 / (0.2 - 0.01))
 
 
-def test_every_reading_has_both_verdicts_beside_those_taken() -> None:
+def test_every_reading_has_both_verdicts() -> None:
     """Single trials scatter less under outliers; their means rise with the noise all the same."""
     table = trials_of([0, 50], "mAA", shrunk_by=0.74)
     decisions = [decision for decision in CLAIMS.decisions if decision.id in ("range", "volume")]
@@ -102,10 +103,29 @@ def test_every_reading_has_both_verdicts_beside_those_taken() -> None:
     assert verdicts["ours"].tolist() == pytest.approx([-74, -74], abs=0.01)
     assert verdicts["verdict"].tolist() == ["reproduced"] * 2
     assert verdicts["population"].tolist() == ["true"] * 2
-    assert verdicts["range: mean curve"].tolist() == ["not reproduced, false"] * 2
-    assert readings["reading"].tolist() == ["taken"] * 2 + ["mean curve"] * 2
-    assert readings["claim"].tolist() == ["a", "b"] * 2
-    assert readings["replicates"].tolist() == [2] * 4
+    assert readings["reading"].tolist() == ["mean curve"] * 2
+    assert readings["verdict"].tolist() == ["not reproduced"] * 2
+    assert readings["claim"].tolist() == ["a", "b"]
+    assert readings["replicates"].tolist() == [2] * 2
+
+
+def test_a_reading_may_have_more_replicates_than_the_others() -> None:
+    table = trials_of([0, 50], "mAA", shrunk_by=0.74)
+    (decision,) = [one for one in CLAIMS.decisions if one.id == "range"]
+    longer = replace(decision.readings[1], replicates=3)
+    decision = replace(decision, readings=[decision.readings[0], longer])
+    claims = replace(CLAIMS, claims={"a": NUMBER}, decisions=[decision], replicates_of_readings=2)
+    _, readings, _ = decide(claims, [{NUMBER.trials: table}] * 3)
+    assert readings["replicates"].tolist() == [3]
+
+
+def test_a_statement_is_reproduced_if_all_of_its_claims_are() -> None:
+    words = ["reproduced", "inconclusive", "not reproduced", "reproduced"]
+    table = pd.DataFrame({"sentence": list("aabb"), "verdict": words, "population": "true"})
+    table = table.assign(source="Figure 2", implied_by=[None, None, None, "x"])
+    found = statements(table)
+    assert found["verdict"].tolist() == ["inconclusive", "not reproduced"]
+    assert found["claims"].tolist() == [2, 1]
 
 
 def test_trials_of_all_replicates_are_pooled() -> None:

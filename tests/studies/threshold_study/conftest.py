@@ -1,44 +1,35 @@
-"""A small threshold study that has been run."""
+"""A small threshold study of made-up trials."""
 
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
 import pandas as pd
 import pytest
 
-from experiments.config import load
-from experiments.sweep import run_sweeps
-from experiments.tables import Record, Trials
-from studies.axes import Axis, axes_of, plan
-from studies.threshold_study import THRESHOLDS
+from experiments.grid import Cell
+from experiments.tables import Trials
+from studies.threshold_study.axes import Axis, axes_of, plan
 from studies.threshold_study.effects import effects
 
-SMALL = [
-    "n_outliers=[0,3]",
-    "sigma_t=[0.02,0.06]",
-    "sigma_r_deg=[2,6]",
-    "trials=3",
-    "n_cameras=[20,30]",
-    "tas_max_threshold=[0.5]",
-    "tas_quantile=[0.9]",
-    "tas_n_thresholds=[inf]",
-    "ras_max_threshold_deg=[5]",
-    "ras_n_thresholds=[10]",
-    "pas_weight=[1]",
-    "registration_n_hypotheses=[30]",
-    "registration_prescreen=[inf]",
-    "registration_order=[0.3]",
-]
+GRID = {"n_outliers": [0, 3], "sigma_t": [0.02, 0.06], "sigma_r_deg": [2.0, 6.0], "trials": 30}
+VALUES = ["tas_max_threshold=[0.5]", "tas_n_thresholds=[inf]"]
+
+
+def falls(metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
+    """Fall with noise and outliers, and scatter."""
+    return 1 - 5 * cell.sigma_t - 0.05 * cell.n_outliers + 0.05 * rng.normal()
 
 
 @pytest.fixture(scope="session")
-def parts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Trials]:
-    """The trials of its parts; not to be changed."""
-    execution = load(["n_jobs=1"])[1]
-    folder = tmp_path_factory.mktemp("threshold_study")
-    return {
-        name: Trials(
-            folder / f"{name}.csv", run_sweeps(table.sweeps, execution), Record(table.sweeps, {})
-        )
-        for name, table in plan(THRESHOLDS, SMALL).items()
+def parts(make_up: Callable[..., Trials]) -> dict[str, Trials]:
+    """The trials of its parts."""
+    cameras = {"length": [20, 30]}
+    sweeps = {
+        name: replace(table.sweeps[0], n_cameras=cameras.get(name, [20]), **GRID)
+        for name, table in plan(VALUES).items()
     }
+    return {name: make_up(sweep, value=falls) for name, sweep in sweeps.items()}
 
 
 @pytest.fixture
@@ -49,7 +40,7 @@ def tables(parts: dict[str, Trials]) -> dict[str, pd.DataFrame]:
 
 @pytest.fixture(scope="session")
 def axes(parts: dict[str, Trials]) -> list[Axis]:
-    return axes_of(THRESHOLDS, {name: part.record.metrics for name, part in parts.items()})
+    return axes_of(parts["outliers"].record.metrics)
 
 
 @pytest.fixture(scope="session")

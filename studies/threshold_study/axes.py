@@ -1,0 +1,125 @@
+"""Axes: options of metrics, with the values that are compared on the same cameras."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Self
+
+from experiments.command import ConfigError
+from experiments.config import read_yaml, split_override
+from experiments.metrics import Column
+
+from ..study import Section, Settings, Table, TableName, config_file, naming, reject, resolve
+
+THRESHOLDS = config_file("threshold_study")
+FIXED = ("experiment", "metrics")  # settings that the study itself decides
+
+
+class Part(Settings):
+    """The settings of a part; with `seeds`, each trial is registered with so many."""
+
+    seeds: int = 0
+
+
+class _Axis(Section):
+    metric: str
+    option: str
+    paper: float | str
+    values: list[float | str]
+
+
+class _File(Section):
+    axes: dict[str, _Axis]
+    trials: dict[TableName, Part]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An option of a metric with the values to compare, the paper's among them."""
+
+    name: str
+    metric: str
+    option: str
+    paper: str
+    values: tuple[str, ...]
+
+    @classmethod
+    def of(cls, name: str, entry: _Axis, values: Iterable[object]) -> Self:
+        """Return an axis with its values in rising order; a wrong one is a `ConfigError`."""
+        for value in values:
+            with naming(f"setting {name!r}: "):
+                Column.parse(f"{entry.metric}({entry.option}={_write(value)})")
+        paper = _write(entry.paper)
+        ordered = sorted({*map(_write, values), paper}, key=float)
+        return cls(name, entry.metric, entry.option, paper, tuple(ordered))
+
+    @property
+    def columns(self) -> Mapping[str, str]:
+        """The columns of the metric by the values; the paper's needs no option."""
+        column = Column(self.metric)
+        return {
+            value: str(column if value == self.paper else column.with_option(self.option, value))
+            for value in self.values
+        }
+
+
+def axis_names() -> list[str]:
+    """Return the names of the axes, by which other values can be set."""
+    return list(read_yaml(THRESHOLDS, _File).axes)
+
+
+def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
+    """Return a table for each part of the study; overrides may have other values of axes."""
+    file = read_yaml(THRESHOLDS, _File)
+    reject(overrides, FIXED, "the study decides it")
+    given = {
+        key: _list(key, value) for key, value in map(split_override, overrides) if key in file.axes
+    }
+    settings = [one for one in overrides if split_override(one)[0] not in file.axes]
+    axes = [Axis.of(name, one, given.get(name, one.values)) for name, one in file.axes.items()]
+    for axis in axes:
+        if len(axis.values) < 2:
+            problem = f"needs another value than the paper's {axis.paper}"
+            raise ConfigError(f"setting {axis.name!r} {problem}")
+    metrics = list(dict.fromkeys(metric for axis in axes for metric in axis.columns.values()))
+    return {
+        name: Table((replace(sweep, metrics=_seeded(metrics, file.trials[name].seeds)),))
+        for name, sweep in resolve(THRESHOLDS, "trials", settings, file.trials).items()
+    }
+
+
+def axes_of(metrics: Iterable[str]) -> list[Axis]:
+    """Return the axes with the values that the columns of a table have."""
+    columns = list(map(Column.parse, metrics))
+    axes = []
+    for name, entry in read_yaml(THRESHOLDS, _File).axes.items():
+        own = [c for c in columns if c.name == entry.metric and list(c.options) == [entry.option]]
+        axes.append(Axis.of(name, entry, [column.options[entry.option] for column in own]))
+    return axes
+
+
+def seeded(metric: str, seed: int) -> str:
+    """Return the column of a metric that is registered with another seed."""
+    return str(Column.parse(metric).with_option("seed", seed))
+
+
+def _seeded(metrics: Sequence[str], seeds: int) -> list[str]:
+    """Return metrics under each seed, if any, but for those whose registration is not random."""
+    if not seeds:
+        return list(metrics)
+    random = [m for m in metrics if "seed" in type(Column.parse(m).values).model_fields]
+    return [seeded(metric, seed) for seed in range(seeds) for metric in random]
+
+
+def _list(name: str, text: str) -> list[str]:
+    values = [value.strip() for value in text.strip("[]").split(",")]
+    if not (text.startswith("[") and text.endswith("]") and all(values)):
+        raise ConfigError(f"setting {name!r} must be a list in brackets, for example [1, 2]")
+    return values
+
+
+def _write(value: object) -> str:
+    """Write a number in one way, 1 for 1.0, so that it is compared with the paper's."""
+    try:
+        return f"{float(str(value)):.12g}"
+    except ValueError:
+        return str(value)
