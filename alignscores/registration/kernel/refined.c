@@ -8,8 +8,6 @@
 #define N_STARTS 64        /* hypotheses that are refined; their number is halved in each step */
 #define FEW 30             /* cameras up to which all triplets are tried */
 #define SEVERAL 60         /* cameras up to which twice as many triplets are drawn, and refined */
-#define N_SUBSETS 300      /* of few cameras, fits to which are tried, too */
-#define HEAVY 10.0         /* weight of one camera of a subset, where that of the others is 1 */
 #define N_NEIGHBOURHOODS 4 /* the densest ones; a fit to each is tried as a start, too */
 #define N_FINALISTS 8      /* alignments that are refined with all cameras */
 #define SAMPLE 1000        /* cameras with which the starts are refined until few are left */
@@ -184,39 +182,6 @@ static size_t fit_neighbourhoods(const problem *p, similarity *fits)
     return densest.count + 1;
 }
 
-/* The least-squares fits to subsets of few cameras: to those of each size for which there is room,
-   the largest first; then likewise with one camera that counts more: the cost of few cameras has
-   minima at which the error of one of them is zero. Return how many there are. */
-static size_t fit_subsets(const cameras *c, int alignment, moments *sums, similarity *fits)
-{
-    size_t n = c->n, count = 0, least = alignment == SIMILARITY ? 3 : 2; /* two fit exactly */
-    size_t n_sizes = n <= FEW && n >= least ? n - least + 1 : 0;
-    double weights[FEW];
-    for (size_t s = 0; s < 2 * n_sizes; s++) {
-        size_t size = n - s % n_sizes;
-        bool one_is_heavy = s >= n_sizes;
-        double n_fits = one_is_heavy ? (double)size : 1;
-        for (size_t i = 0; i < size; i++)
-            n_fits = n_fits * (double)(n - i) / (double)(i + 1);
-        if ((double)count + n_fits > N_SUBSETS)
-            continue;
-        uint32_t next; /* set of `size` bits */
-        for (uint32_t set = (UINT32_C(1) << size) - 1; set < UINT32_C(1) << n; set = next) {
-            uint32_t lowest = set & -set, carried = set + lowest;
-            next = carried | ((set ^ carried) / lowest >> 2);
-            for (size_t heavy = 0; heavy < (one_is_heavy ? n : 1); heavy++) {
-                if (one_is_heavy && !(set >> heavy & 1))
-                    continue;
-                for (size_t i = 0; i < n; i++)
-                    weights[i] = set >> i & 1 ? (one_is_heavy && i == heavy ? HEAVY : 1) : 0;
-                sums[count++] = weighted_moments(c, weights);
-            }
-        }
-    }
-    fit_moments(sums, count, alignment, fits);
-    return count;
-}
-
 /* The cameras in another order, none farther than can be squared. */
 static double *shuffled(pool *memory, const double *points, size_t n, const uint32_t *order)
 {
@@ -269,10 +234,9 @@ bool begin_search(pool *memory, const cameras *c, const options *o, pcg64 *rando
     size_t most = c->n <= FEW ? n_triplets(c->n) : most_prescreened(c->n, n_screened) + n_any;
     uint32_t *order = allocate(&local, c->n, sizeof *order);
     triplet *triplets = allocate(&local, most, sizeof *triplets);
-    moments *sums = allocate(&local, N_SUBSETS, sizeof *sums);
-    similarity *rows = allocate(memory, most + N_SUBSETS, sizeof *rows);
+    similarity *rows = allocate(memory, most, sizeof *rows);
     size_t count = 0;
-    bool done = order && triplets && sums && rows
+    bool done = order && triplets && rows
                 && triplets_to_try(c, o, random, triplets, n_screened, n_any, &count);
     if (done) {
         permute(&sampler, c->n, order);
@@ -282,7 +246,6 @@ bool begin_search(pool *memory, const cameras *c, const options *o, pcg64 *rando
     }
     if (done) {
         fit_triplets(c, triplets, count, o->alignment, rows);
-        count += fit_subsets(&all->shuffled, o->alignment, sums, rows + count);
         all->hypotheses = rows;
         all->n_hypotheses = 0;
         for (size_t h = 0; h < count; h++)
