@@ -1,4 +1,4 @@
-"""Scores of thousands of small scenes at once: those of `tas`, `ras` and `pas`, bit for bit."""
+"""Scores of many scenes in one call: those of `tas`, `ras` and `pas`, bit for bit."""
 
 import contextlib
 import warnings
@@ -45,7 +45,7 @@ SCENES_AT_ONCE = 256  # whose hypotheses are kept for the distances, 27 MB
 
 @dataclass(frozen=True, eq=False)
 class _Batch:
-    """Scores of scenes, whose cameras stand one behind the other."""
+    """Scores of scenes, with the errors of their cameras in one array."""
 
     score: Floats
     n_cameras: Indices
@@ -71,25 +71,25 @@ class TASBatch(_Batch):
     Parameters
     ----------
     score : (B,) ndarray
-        TAS; NaN where d does not exist.
+        TAS; NaN where d is undefined.
     n_cameras, n_lost : (B,) ndarray of int
         Numbers of cameras, and of those that were not estimated.
     errors : (N,) ndarray
-        Position errors of the cameras of all scenes, one scene after the other.
+        Position errors of the cameras of all scenes, in order.
     thresholds : (B, K) ndarray
         Error thresholds in ground-truth units.
     starts : (B + 1,) ndarray of int
         Scene i has the errors from ``starts[i]`` to ``starts[i + 1]``.
     unit : (B,) ndarray
-        d of each scene; NaN where it does not exist.
+        d of each scene; NaN where it is undefined.
     scale : (B,) ndarray
         Estimated units per ground-truth unit; NaN where there is no alignment.
     distances : (B,) ndarray or None
-        Half-score distances, if they were asked for; see `tas_distance`.
+        Half-score distances, if requested; see `tas_distance`.
     registration : str
         Name of the registration.
     aligned : Aligned
-        The alignments of all scenes, as rows of scale, rotation and translation.
+        Alignments of all scenes, as rows of scale, rotation and translation.
 
     Examples
     --------
@@ -132,16 +132,15 @@ class RASBatch(_Batch):
     n_cameras, n_lost : (B,) ndarray of int
         Numbers of cameras, and of those that were not estimated.
     errors : (N,) ndarray
-        Angular errors in degrees of the cameras of all scenes, one scene after the other.
+        Angular errors in degrees of the cameras of all scenes, in order.
     thresholds : (B, K) ndarray
         Error thresholds in degrees.
     starts : (B + 1,) ndarray of int
-        Scene i has the errors from ``starts[i]`` to ``starts[i + 1]``.
+        See `TASBatch`.
     alignment : (B, 3, 3) ndarray
-        The rotations from the ground-truth to the estimated worlds; NaN where no camera was
-        estimated.
+        Rotations from the ground-truth to the estimated frames; NaN where no camera was estimated.
     angles : (B,) ndarray or None
-        Half-score angles in degrees, if they were asked for; see `ras_angle`.
+        Half-score angles in degrees, if requested; see `ras_angle`.
 
     Examples
     --------
@@ -223,29 +222,28 @@ def pas_batch(
     distances: bool = False,
     threads: int = 1,
 ) -> PASBatch:
-    """Score many scenes at once: for each the result of `pas`, bit for bit, in less time.
+    """Score many scenes in one call: for each the result of `pas`, bit for bit, in less time.
 
     Parameters
     ----------
     gt_poses : (B, n, 4, 4) or (B, n, 3, 4) array_like, or sequence of (n, 4, 4) or (n, 3, 4)
-        Camera-to-world poses of each scene. A pose that is NaN throughout is no camera: it fills up
-        a scene that has fewer.
+        Camera-to-world poses of each scene. All-NaN poses are padding.
     est_poses : as gt_poses
         Estimated poses, row i for the camera of row i. A camera whose centre (rotation) is not
         finite fails in the TAS (RAS).
     rng : int, SeedSequence, Generator or None
-        Seed with which each scene is registered. A Generator goes from one scene to the next, on
-        one thread.
+        Seed with which each scene is registered. A Generator goes on from scene to scene, on one
+        thread.
     weight, unit, n_hypotheses, max_threshold, max_threshold_deg, n_thresholds : float, int
         See `pas`; the same for all scenes.
     registration : {"pcr99", "refined"} or Registration
         See `tas`.
     alignment : {"similarity", "rigid", "yaw", "none"}
-        What may differ between the two worlds; see `tas` and `ras`.
+        What the alignment may change; see `tas` and `ras`.
     up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both worlds, for "yaw".
+        Vertical axis, for "yaw".
     distances : bool
-        Whether to find half-score distances and angles, too, as `tas_distance` and `ras_angle` do.
+        Whether to compute half-score distances and angles; see `tas_distance` and `ras_angle`.
     threads : int
         Number of threads; no result depends on it.
 
@@ -257,12 +255,12 @@ def pas_batch(
     Raises
     ------
     ValueError
-        Where the input is malformed; the message names scene and row.
+        If the input is malformed; the message names scene and row.
 
     Warns
     -----
     AlignmentWarning
-        Where estimates cannot be aligned, so that they score 0, or scenes have no d, so that their
+        If estimates cannot be aligned, so that they score 0, or scenes have no d, so that their
         score is NaN.
 
     Examples
@@ -281,7 +279,13 @@ def pas_batch(
     weight = check_weight(weight)
     (gt_rotations, gt), (est_rotations, est), starts = scenes_of_poses(gt_poses, est_poses)
     positions = _tas_batch(
-        *(gt, est, starts, unit, max_threshold, n_thresholds, distances),
+        gt,
+        est,
+        starts,
+        unit=unit,
+        max_threshold=max_threshold,
+        n_thresholds=n_thresholds,
+        distances=distances,
         registration=registration,
         rng=rng,
         n_hypotheses=n_hypotheses,
@@ -290,8 +294,14 @@ def pas_batch(
         threads=threads,
     )
     rotations = _ras_batch(
-        *(gt_rotations, est_rotations, starts, max_threshold_deg, n_thresholds),
-        *(alignment, up, distances),
+        gt_rotations,
+        est_rotations,
+        starts,
+        max_threshold_deg,
+        n_thresholds,
+        alignment,
+        up,
+        distances,
     )
     score = weight * positions.score + (1 - weight) * rotations.score
     return PASBatch(score=score, tas=positions, ras=rotations, weight=weight)
@@ -312,26 +322,16 @@ def tas_batch(
     distances: bool = False,
     threads: int = 1,
 ) -> TASBatch:
-    """Score the positions of many scenes at once: for each the result of `tas`, bit for bit.
+    """Score the positions of many scenes in one call: for each the result of `tas`, bit for bit.
 
     Parameters
     ----------
     gt_positions, est_positions : (B, n, 3) array_like, or sequence of (n, 3)
         Camera centres of each scene; see `pas_batch`.
-    rng : int, SeedSequence, Generator or None
+    rng, unit, n_hypotheses, max_threshold, n_thresholds, registration, alignment, up : as in `tas`
+        The same for all scenes.
+    distances, threads : bool, int
         See `pas_batch`.
-    unit, n_hypotheses, max_threshold, n_thresholds : float, int
-        See `tas`; the same for all scenes.
-    registration : {"pcr99", "refined"} or Registration
-        See `tas`.
-    alignment : {"similarity", "rigid", "yaw", "none"}
-        What may differ between the two worlds; see `tas`.
-    up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both worlds, for "yaw".
-    distances : bool
-        Whether to find half-score distances, too, as `tas_distance` does.
-    threads : int
-        Number of threads; no result depends on it.
 
     Returns
     -------
@@ -341,7 +341,7 @@ def tas_batch(
     Raises
     ------
     ValueError
-        Where the input is malformed; the message names scene and row.
+        If the input is malformed; the message names scene and row.
 
     Warns
     -----
@@ -360,7 +360,13 @@ def tas_batch(
     """
     (gt,), (est,), starts = _scenes(gt_positions, est_positions, "positions", check_positions)
     return _tas_batch(
-        *(gt, est, starts, unit, max_threshold, n_thresholds, distances),
+        gt,
+        est,
+        starts,
+        unit=unit,
+        max_threshold=max_threshold,
+        n_thresholds=n_thresholds,
+        distances=distances,
         registration=registration,
         rng=rng,
         n_hypotheses=n_hypotheses,
@@ -380,22 +386,16 @@ def ras_batch(
     up: str = "z",
     angles: bool = False,
 ) -> RASBatch:
-    """Score the rotations of many scenes at once: for each the result of `ras`, bit for bit.
+    """Score the rotations of many scenes in one call: for each the result of `ras`, bit for bit.
 
     Parameters
     ----------
     gt_rotations, est_rotations : (B, n, 3, 3) array_like, or sequence of (n, 3, 3)
         Camera-to-world rotations of each scene; see `pas_batch`.
-    max_threshold_deg : float
-        Largest error threshold in degrees.
-    n_thresholds : int
-        Number of equally spaced thresholds up to the largest.
-    alignment : {"similarity", "rigid", "yaw", "none"}
-        How the two worlds may be turned; see `ras`.
-    up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both worlds, for "yaw".
+    max_threshold_deg, n_thresholds, alignment, up : as in `ras`
+        The same for all scenes.
     angles : bool
-        Whether to find half-score angles, too, as `ras_angle` does.
+        Whether to compute half-score angles; see `ras_angle`.
 
     Returns
     -------
@@ -405,12 +405,12 @@ def ras_batch(
     Raises
     ------
     ValueError
-        Where the input is malformed; the message names scene and row.
+        If the input is malformed; the message names scene and row.
 
     Warns
     -----
     AlignmentWarning
-        Where no camera of a scene was estimated; its score is 0.
+        If no camera of a scene was estimated; its score is 0.
 
     Examples
     --------
@@ -429,11 +429,11 @@ def _tas_batch(
     gt: Floats,
     est: Floats,
     starts: Indices,
+    *,
     unit: float | None,
     max_threshold: float,
     n_thresholds: int,
     distances: bool,
-    *,
     threads: int,
     **settings: Any,
 ) -> TASBatch:
@@ -447,7 +447,7 @@ def _tas_batch(
     units = aligned.units
     thresholds = units[:, None] * steps
     scored = (units > 0) & (units < np.inf) & (sizes(starts) > 0)
-    _warn(~scored, "there is no TAS", "there are too few cameras, or too many in one place")
+    _warn(~scored, "TAS is undefined", "too few cameras, or too many of them coincide")
     _warn(scored & ~aligned.found, "TAS is 0", "the estimate cannot be aligned")
     score = _scores(aligned.errors, thresholds, starts)
     score[~scored] = np.nan
@@ -493,7 +493,7 @@ def _ras_batch(
 
 
 def scenes_of_poses(gt_poses: Any, est_poses: Any) -> tuple[Any, Any, Indices]:
-    """Return rotations and positions of both worlds, and where each scene starts."""
+    """Return rotations and positions of ground truth and estimate, and where each scene starts."""
     return _scenes(gt_poses, est_poses, "poses", check_poses)
 
 
@@ -512,13 +512,13 @@ def _scenes(gt: Any, est: Any, kind: str, check: Callable[..., Any]) -> tuple[An
             )
     starts = np.append(0, np.cumsum(counts))
     values = np.hstack([part.reshape(starts[-1], -1) for part in truth])
-    filler, finite = np.isnan(values).all(axis=1), np.isfinite(values).all(axis=1)
-    if not (filler | finite).all():
-        row = int(np.argmin(filler | finite))
+    padding, finite = np.isnan(values).all(axis=1), np.isfinite(values).all(axis=1)
+    if not (padding | finite).all():
+        row = int(np.argmin(padding | finite))
         scene = int(np.searchsorted(starts, row, side="right")) - 1
         raise ValueError(f"{names[0]}[{scene}][{row - starts[scene]}] is not finite")
-    if filler.any():
-        truth, estimate = ([part[finite] for part in world] for world in (truth, estimate))
+    if padding.any():
+        truth, estimate = ([part[finite] for part in parts] for parts in (truth, estimate))
         starts = np.append(0, np.cumsum(finite))[starts]
     return truth, estimate, starts
 
@@ -589,7 +589,7 @@ def _half_units(errors: Floats, starts: Indices) -> Floats:
 
 
 def _distances(gt: Floats, est: Floats, starts: Indices, **settings: Any) -> Floats:
-    """Return the half-score distance of each scene; the searches go on side by side."""
+    """Return the half-score distance of each scene; the searches run in parallel."""
     parts = []
     for first in range(0, len(starts) - 1, SCENES_AT_ONCE):
         some = starts[first : first + SCENES_AT_ONCE + 1]
@@ -623,7 +623,7 @@ def _distances_of_some(gt: Floats, est: Floats, starts: Indices, **settings: Any
 
 
 def _warn(scenes: NDArray[np.bool_], what: str, why: str) -> None:
-    """Warn of some of the scenes, for a caller three calls up."""
+    """Warn of some of the scenes, on behalf of a caller three calls up."""
     if scenes.any():
         first, count = int(np.argmax(scenes)), np.count_nonzero(scenes)
         warnings.warn(

@@ -1,4 +1,4 @@
-"""Distances and angles: the smallest range of thresholds at which TAS or RAS reaches a score."""
+"""Half-score distance and angle: the smallest range of thresholds that reaches a score."""
 
 import warnings
 from collections.abc import Callable, Generator
@@ -52,19 +52,19 @@ def tas_distance(
     alignment: str = "similarity",
     up: str = "z",
 ) -> float:
-    """Return the smallest d at which the TAS is at least a score: the half-score distance.
+    """Return the smallest d at which the TAS reaches a score: the half-score distance.
 
-    It is an accuracy in the unit of the ground truth, which needs no d: the smaller the better. It
-    ignores which share of the cameras is lost, as long as it is less than ``1 - score``.
+    It is an error in the unit of the ground truth and needs no d. Up to a share ``1 - score`` of
+    outliers it is finite, wherever they are.
 
     Parameters
     ----------
     gt_positions : (n, 3) array_like
-        Camera centres in the ground-truth world.
+        Camera centres in the ground-truth frame.
     est_positions : (n, 3) array_like
-        Camera centres in the estimated world; a row that is not finite was not estimated.
+        Estimated camera centres; a row that is not finite was not estimated.
     score : float
-        From 0 to 1, without 0.
+        Above 0, at most 1.
     rng : int, SeedSequence, Generator or None
         Seed of the registration; see `tas`.
     n_hypotheses : int
@@ -72,32 +72,27 @@ def tas_distance(
     registration : {"refined", "pcr99"} or Registration
         See `tas`. The alignment of "pcr99" is the same at every threshold.
     alignment : {"similarity", "rigid", "yaw", "none"}
-        What may differ between the two worlds; see `tas`.
+        What the alignment may change; see `tas`.
     up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both worlds, for "yaw".
+        Vertical axis of both frames, for "yaw".
 
     Returns
     -------
     float
-        The distance in ground-truth units; infinite where the score is never reached, since too
-        many cameras are lost; NaN where there are too few cameras.
+        The distance in ground-truth units; infinite if the score is never reached, NaN if there are
+        too few cameras: ``2 / score`` or fewer (a similarity fits two cameras exactly), with
+        another alignment ``1 / score``.
 
     Raises
     ------
     ValueError
-        Where the input is malformed, or the score is not in its range.
+        If the input is malformed, or the score is out of range.
 
     Warns
     -----
     AlignmentWarning
-        Where the estimate cannot be aligned, so that the distance is infinite, or there are too few
+        If the estimate cannot be aligned, so that the distance is infinite, or there are too few
         cameras.
-
-    Notes
-    -----
-    A similarity fits two cameras exactly, whatever the estimate, a rigid or a yaw alignment one. So
-    of ``2 / score`` cameras (``1 / score``) or fewer there is no distance. Near the score 1 it is
-    that of the worst camera times the number of thresholds, 100, and says little.
 
     References
     ----------
@@ -147,40 +142,33 @@ def ras_angle(
     alignment: str = "similarity",
     up: str = "z",
 ) -> float:
-    """Return the smallest range of thresholds at which the RAS is at least a score.
-
-    At one half it is the half-score angle.
+    """Return the smallest range of thresholds at which the RAS reaches a score.
 
     Parameters
     ----------
     gt_rotations, est_rotations : (n, 3, 3) array_like or scipy Rotation
         Camera-to-world rotations; see `ras`.
     score : float
-        From 0 to 1, without 0.
+        Above 0, at most 1; one half gives the half-score angle.
     alignment : {"similarity", "rigid", "yaw", "none"}
-        How the two worlds may be turned; see `ras`.
+        How the alignment may rotate; see `ras`.
     up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both worlds, for "yaw".
+        Vertical axis of both frames, for "yaw".
 
     Returns
     -------
     float
-        The angle in degrees; infinite where the score is never reached.
+        The angle in degrees, for any number of cameras; infinite if the score is never reached.
 
     Raises
     ------
     ValueError
-        Where the input is malformed, or the score is not in its range.
+        If the input is malformed, or the score is out of range.
 
     Warns
     -----
     AlignmentWarning
-        Where no camera was estimated; the angle is infinite.
-
-    Notes
-    -----
-    Other than the distance, it is given for any number of cameras: the rotations are averaged, not
-    aligned for the score, so that no camera need be fitted exactly. Of one camera alone it is 0.
+        If no camera was estimated; the angle is infinite.
 
     References
     ----------
@@ -200,16 +188,16 @@ def ras_angle(
     return smallest_unit(np.sort(result.errors), score, N_THRESHOLDS)
 
 
-def too_few(n: int, score: float, alignment: str, n_worlds: int = 1) -> str:
-    """Say why n cameras, in worlds that are each aligned, have no distance; else nothing."""
+def too_few(n: int, score: float, alignment: str, n_parts: int = 1) -> str:
+    """Return why n cameras, in parts aligned each, have no distance, or an empty string."""
     _check_score(score)
     fitted = FITTED[alignment]
-    if score * n > fitted * n_worlds:
+    if score * n > fitted * n_parts:
         return ""
-    least = floor(fitted * n_worlds / score) + 1
+    least = floor(fitted * n_parts / score) + 1
     return (
         f"no distance at a score of {score:g} for {n} cameras: it takes {least}, since any "
-        f"alignment fits {fitted * n_worlds} of them exactly"
+        f"alignment fits {fitted * n_parts} of them exactly"
     )
 
 
@@ -230,12 +218,11 @@ def search_unit(
 def unit_search(
     start: float, score: float, n_thresholds: int
 ) -> Generator[float, Floats, tuple[float, Floats]]:
-    """Search for the smallest unit as `search_unit`: yield units, and be sent the errors at each.
+    """Search as `search_unit`, as a generator: yield units, and be sent the errors at each.
 
-    Where any alignment reaches the score below a unit u, the best one at u does, too: at a unit u',
-    which is the next. Where the unit stays, no alignment scores more than asked for, so that no
-    smaller unit reaches it. This is the method of Dinkelbach ("On nonlinear fractional
-    programming", Management Science 1967), which converges faster than linearly.
+    If an alignment reaches the score below the unit u, the best one at u reaches it below u, too:
+    this is the next unit. If the unit stays, no smaller one reaches the score. The method is
+    Dinkelbach's ("On nonlinear fractional programming", Management Science 1967).
     """
     _check_score(score)
     start = start if 0 < start < inf else 1.0
@@ -254,9 +241,9 @@ def unit_search(
 def smallest_unit(sorted_errors: Floats, score: float, n_thresholds: int) -> float:
     """Return the smallest number at which the score of sorted errors is reached, to the last bit.
 
-    As the unit u grows, error e falls below threshold k of K at u = e K / k. So many of these steps
-    make the score. With K thresholds it is at most 1/K above that of infinitely many, and never
-    below, so that the last of them lies between the two units of these.
+    As the unit u grows, error e falls below threshold k of K at u = e K / k; so many of these steps
+    make the score. With K thresholds it is at most 1/K above that of infinitely many and never
+    below, so the last step lies between the units of these two.
     """
     _check_score(score)
     if sorted_errors[sorted_errors < inf].max(initial=0.0) > FARTHEST_SUMMABLE:

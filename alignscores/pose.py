@@ -16,16 +16,16 @@ __all__ = ["PASResult", "check_weight", "pas"]
 
 @dataclass(frozen=True, eq=False)
 class PASResult:
-    """Pose Alignment Score with the two scores that it is the weighted mean of.
+    """Pose Alignment Score, the weighted mean of two scores.
 
     Parameters
     ----------
     score : float
         PAS, from 0 to 1; also ``float(result)``.
     tas : TASResult
-        The translation score with all it was computed from.
+        The translation score.
     ras : RASResult
-        The rotation score with all it was computed from.
+        The rotation score.
     weight : float
         Share of the TAS.
 
@@ -72,10 +72,10 @@ def pas(
     ----------
     gt_poses : (n, 4, 4) or (n, 3, 4) array_like
         Camera-to-world poses: the left 3 x 3 block holds the camera's axes, the last column its
-        centre in the ground-truth world.
+        centre.
     est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Camera-to-world poses in the estimated world, row i for the camera of row i of the ground
-        truth. A camera whose centre (rotation) is not finite fails in the TAS (RAS).
+        Estimated poses; row i is the camera of row i of the ground truth. A camera whose centre
+        (rotation) is not finite fails in the TAS (RAS).
     rng : int, SeedSequence, Generator or None
         Seed of the registration; see `tas`.
     weight : float
@@ -93,9 +93,9 @@ def pas(
     registration : {"pcr99", "refined"} or Registration
         See `tas`.
     alignment : {"similarity", "rigid", "yaw", "none"}
-        What may differ between the two worlds; see `tas` and `ras`.
+        What the alignment may change; see `tas` and `ras`.
     up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both worlds, for "yaw".
+        Vertical axis of both frames, for "yaw".
 
     Returns
     -------
@@ -105,12 +105,12 @@ def pas(
     Raises
     ------
     ValueError
-        Where the input is malformed, or d does not exist (see `tas`).
+        If the input is malformed, or d is undefined (see `tas`).
 
     Warns
     -----
     AlignmentWarning
-        Where the estimate cannot be aligned; that score is 0.
+        If the estimate cannot be aligned; that score is 0.
 
     References
     ----------
@@ -156,7 +156,7 @@ def pas(
 
 
 def check_weight(weight: float) -> float:
-    """Refuse what is no share of the TAS."""
+    """Return a share of the TAS, or raise ValueError."""
     number = isinstance(weight, (int, float, np.number)) and not isinstance(weight, bool)
     if not number or not 0 <= weight <= 1:
         raise ValueError(f"weight must be a number from 0 to 1, not {weight!r}")

@@ -44,21 +44,21 @@ class ScoreProfile:
     units : (U,) ndarray
         Largest thresholds, ascending: in ground-truth units for positions, degrees for rotations.
     errors : (A, n) sequence of float
-        Errors of the cameras under each alignment that was found, each row in ascending order. The
-        score at a unit is that of the alignment that scores best.
+        Errors of the cameras under each alignment, in ascending order. The score at a unit is that
+        of the best alignment.
     n_thresholds : int
         Number of equally spaced thresholds up to the largest.
     n_fitted : int
-        Number of cameras that an alignment fits exactly, whatever the estimate. A score that these
-        reach alone has no unit: NaN.
+        Number of cameras that an alignment fits exactly, whatever the estimate. The unit of a
+        score that these reach alone is NaN.
 
     Attributes
     ----------
     scores : (U,) ndarray
         Score at each unit, from 0 to 1; it never falls.
     half : float
-        Unit at which the score reaches one half: the half-score distance or angle. Infinite where
-        it is never reached, NaN where there are too few cameras.
+        Half-score distance or angle; infinite if one half is never reached, NaN if there are too
+        few cameras.
 
     Examples
     --------
@@ -84,14 +84,14 @@ class ScoreProfile:
         object.__setattr__(self, "half", self.unit_at(0.5))
 
     def unit_at(self, score: float) -> float:
-        """Return the smallest unit at which a score is reached; infinite where it never is.
+        """Return the smallest unit at which a score is reached.
 
-        It is NaN where the cameras are too few; see `tas_distance`.
+        It is infinite if the score is never reached, and NaN if there are too few cameras.
 
         Parameters
         ----------
         score : float
-            From 0 to 1, without 0.
+            Above 0, at most 1.
 
         Returns
         -------
@@ -101,7 +101,7 @@ class ScoreProfile:
         Raises
         ------
         ValueError
-            Where the score is not in that range.
+            If the score is out of range.
 
         Examples
         --------
@@ -113,15 +113,6 @@ class ScoreProfile:
         """
         unit = min(smallest_unit(errors, score, self.n_thresholds) for errors in self.errors)
         return unit if score * len(self.errors[0]) > self.n_fitted else nan
-
-    def at(self, score: float) -> float:
-        """Return `unit_at` of a score; the name is deprecated since 1.1."""
-        warnings.warn(
-            "ScoreProfile.at is deprecated; use ScoreProfile.unit_at",
-            DeprecationWarning,
-            stacklevel=2,
-        )
-        return self.unit_at(score)
 
 
 def tas_profile(
@@ -136,11 +127,10 @@ def tas_profile(
     alignment: str = "similarity",
     up: str = "z",
 ) -> ScoreProfile:
-    """Score camera positions over all units: the TAS as a function of d.
+    """Return the TAS as a function of d.
 
     The TAS depends on d, the distance between neighbouring cameras, and so on the frame rate. The
-    unit at which it reaches one half, the half-score distance, does not: it is an error in the
-    unit of the ground truth, and says how far off the cameras are.
+    half-score distance does not: it is an error in the unit of the ground truth.
 
     Parameters
     ----------
@@ -148,8 +138,7 @@ def tas_profile(
         Camera centres; see `tas`. Three cameras suffice.
     units : (U,) array_like, optional
         Units at which to score, positive and ascending; by default 64 from a hundred-thousandth of
-        the extent of the ground truth to the whole, in equal ratios. The half-score distance
-        hardly depends on them.
+        the extent of the ground truth to the whole, in equal ratios.
     rng : int, SeedSequence, Generator or None
         Seed of the registration; see `tas`.
     n_hypotheses : int
@@ -157,12 +146,12 @@ def tas_profile(
     n_thresholds : int
         Number of equally spaced thresholds up to each unit.
     registration : {"refined", "pcr99"} or Registration
-        See `tas`. The alignment of "pcr99" is the same at every unit. Any other aligns anew at each
-        unit; an alignment that was found at one unit counts at all of them.
+        See `tas`. The alignment of "pcr99" is the same at every unit; others align at each unit,
+        and an alignment found at one counts at all of them.
     alignment : {"similarity", "rigid", "yaw", "none"}
-        What may differ between the two worlds; see `tas`.
+        What the alignment may change; see `tas`.
     up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both worlds, for "yaw".
+        Vertical axis of both frames, for "yaw".
 
     Returns
     -------
@@ -172,13 +161,13 @@ def tas_profile(
     Raises
     ------
     ValueError
-        Where the input is malformed, or all cameras of the ground truth coincide and there are no
+        If the input is malformed, or all cameras of the ground truth coincide and there are no
         `units`.
 
     Warns
     -----
     AlignmentWarning
-        Where the estimate cannot be aligned; all scores are 0.
+        If the estimate cannot be aligned; all scores are 0.
 
     References
     ----------
@@ -231,7 +220,7 @@ def ras_profile(
     alignment: str = "similarity",
     up: str = "z",
 ) -> ScoreProfile:
-    """Score camera rotations over all largest thresholds.
+    """Return the RAS as a function of the largest threshold.
 
     Parameters
     ----------
@@ -243,9 +232,9 @@ def ras_profile(
     n_thresholds : int
         Number of equally spaced thresholds up to the largest.
     alignment : {"similarity", "rigid", "yaw", "none"}
-        How the two worlds may be turned; see `ras`.
+        How the alignment may rotate; see `ras`.
     up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both worlds, for "yaw".
+        Vertical axis of both frames, for "yaw".
 
     Returns
     -------
@@ -255,12 +244,12 @@ def ras_profile(
     Raises
     ------
     ValueError
-        Where the input is malformed, or a matrix is no rotation.
+        If the input is malformed, or a matrix is not a rotation.
 
     Warns
     -----
     AlignmentWarning
-        Where no camera was estimated; all scores are 0.
+        If no camera was estimated; all scores are 0.
 
     References
     ----------

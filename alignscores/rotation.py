@@ -28,7 +28,7 @@ CAMERAS_AT_ONCE = 1 << 14  # whose errors are computed
 
 @dataclass(frozen=True, eq=False)
 class RASResult(AlignmentScore):
-    """Rotation Alignment Score with all it was computed from.
+    """Rotation Alignment Score and what it was computed from.
 
     Parameters
     ----------
@@ -37,8 +37,7 @@ class RASResult(AlignmentScore):
     thresholds : (K,) ndarray
         Error thresholds in degrees.
     alignment : (3, 3) ndarray or None
-        The rotation from the ground-truth world to the estimated world; None where no camera was
-        estimated.
+        Rotation from the ground-truth to the estimated frame; None if no camera was estimated.
 
     Attributes
     ----------
@@ -73,25 +72,25 @@ def ras(
 ) -> RASResult:
     """Score how well estimated camera rotations match the ground truth: RAS.
 
-    The estimate may be in another world: it is aligned by a robust average of the rotations between
-    the two worlds. No positions are needed, and nothing is random.
+    The estimate may be in another coordinate frame: it is aligned by a robust average of the
+    rotations between the two frames. No positions are needed, and nothing is random.
 
     Parameters
     ----------
     gt_rotations : (n, 3, 3) array_like or scipy Rotation
-        Camera-to-world rotations: the columns are the camera's axes in the ground-truth world.
+        Camera-to-world rotations: the columns are the camera's axes in the ground-truth frame.
     est_rotations : (n, 3, 3) array_like or scipy Rotation
-        Camera-to-world rotations in the estimated world; row i is the camera of row i of the ground
-        truth. A row that is not finite is a camera that was not estimated: it counts as a failure.
+        Estimated rotations; row i is the camera of row i of the ground truth. A row that is not
+        finite is a camera that was not estimated: it counts as a failure.
     max_threshold_deg : float
         Largest error threshold in degrees.
     n_thresholds : int
         Number of equally spaced thresholds up to the largest.
     alignment : {"similarity", "rigid", "yaw", "none"}
-        How the two worlds may be turned: "similarity" and "rigid" freely, "yaw" about the vertical
+        How the alignment may rotate: "similarity" and "rigid" freely, "yaw" about the vertical
         axis, "none" not at all.
     up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both worlds, for "yaw"; its sign changes nothing.
+        Vertical axis of both frames, for "yaw"; its sign has no effect.
 
     Returns
     -------
@@ -101,17 +100,17 @@ def ras(
     Raises
     ------
     ValueError
-        Where the input is malformed, or a matrix is no rotation.
+        If the input is malformed, or a matrix is not a rotation.
 
     Warns
     -----
     AlignmentWarning
-        Where no camera was estimated; the score is 0.
+        If no camera was estimated; the score is 0.
 
     Notes
     -----
-    O(n) memory beyond a constant. The time grows little more than n where many rotations agree. It
-    grows with the square of n where few do, or where errors are some 20 degrees throughout.
+    O(n) memory. The time grows little faster than n where many rotations agree, and with its square
+    where few do, or where all errors are about 20 degrees.
 
     References
     ----------
@@ -142,7 +141,7 @@ def _checked_ras(
     alignment: str,
     up: str,
 ) -> RASResult:
-    """Return the RAS of checked rotations, for `ras` and `pas`; the warning is for their caller."""
+    """Return the RAS of checked rotations; a warning points to the caller of `ras` or `pas`."""
     thresholds = equal_steps(max_threshold_deg, n_thresholds, "max_threshold_deg")
     (found,), errors = align_rotations(gt, est, np.array([0, len(gt)]), alignment, up)
     if np.isnan(found).all():
@@ -158,8 +157,8 @@ def align_rotations(
 ) -> tuple[Floats, Floats]:
     """Return the rotation (B, 3, 3) from ground truth to estimate of scenes, and errors (n,).
 
-    Scene s has the rows from ``starts[s]`` to ``starts[s + 1]``. Its rotation is not a number where
-    no camera was estimated.
+    Scene s has the rows from ``starts[s]`` to ``starts[s + 1]``. Its rotation is NaN if no camera
+    was estimated.
     """
     found, errors = np.full((len(starts) - 1, 3, 3), np.nan), np.full(len(gt), np.inf)
     estimated = np.flatnonzero(finite_rows(est))
@@ -175,7 +174,7 @@ def align_rotations(
 
 
 def _aligned(rotations: Floats, alignment: str, up: str) -> Floats:
-    """Return the rotation between two worlds, given those of the cameras (G, n, 3, 3)."""
+    """Return the rotation between two frames, given those of the cameras (G, n, 3, 3)."""
     if alignment == "none":
         return np.tile(np.eye(3), (len(rotations), 1, 1))
     if alignment == "yaw":

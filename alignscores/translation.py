@@ -19,7 +19,7 @@ __all__ = ["TASResult", "closest_pair_distances", "closest_pair_quartile", "tas"
 
 @dataclass(frozen=True, eq=False)
 class TASResult(AlignmentScore):
-    """Translation Alignment Score with all it was computed from.
+    """Translation Alignment Score and what it was computed from.
 
     Parameters
     ----------
@@ -29,13 +29,13 @@ class TASResult(AlignmentScore):
     thresholds : (K,) ndarray
         Error thresholds in ground-truth units.
     alignment : Similarity or None
-        The registration, from ground truth to estimate; None where there is none.
+        From ground truth to estimate; None if the estimate cannot be aligned.
     unit : float
         d of the paper: the upper quartile of the closest-pair distances, in ground-truth units.
     n_hypotheses : int
-        Number of hypotheses the registration was chosen from.
+        Number of hypotheses that the alignment was chosen from.
     registration : str
-        Name of the registration: scores under different ones do not compare.
+        Name of the registration; scores under different ones are not comparable.
 
     Attributes
     ----------
@@ -75,19 +75,18 @@ def tas(
 ) -> TASResult:
     """Score how well estimated camera positions match the ground truth: TAS.
 
-    The estimate may be in another world: it is registered to the ground truth by a similarity, or
-    by what `alignment` allows. No rotations are needed.
+    The estimate may be in another coordinate frame: it is aligned with the ground truth by a
+    similarity, or by what `alignment` allows. No rotations are needed.
 
     Parameters
     ----------
     gt_positions : (n, 3) array_like
-        Camera centres in the ground-truth world, in any unit; at least 4 of them, or `unit` must be
-        given.
+        Camera centres in the ground-truth frame, in any unit; at least 4, unless `unit` is given.
     est_positions : (n, 3) array_like
-        Camera centres in the estimated world; row i is the camera of row i of the ground truth. A
-        row that is not finite is a camera that was not estimated: it counts as a failure.
+        Estimated camera centres; row i is the camera of row i of the ground truth. A row that is
+        not finite is a camera that was not estimated: it counts as a failure.
     rng : int, SeedSequence, Generator or None
-        Seed of the registration's random sampling; the same seed gives the same score, bit for bit.
+        Seed of the registration; the same seed gives the same score, bit for bit.
     unit : float, optional
         d in ground-truth units; by default the upper quartile of the closest-pair distances.
     n_hypotheses : int
@@ -98,14 +97,14 @@ def tas(
         Number of equally spaced thresholds up to the largest.
     registration : {"pcr99", "refined"} or Registration
         "pcr99" is the registration of the paper. "refined" maximises the score, which then hardly
-        depends on `rng`; it is higher, and not to be compared with published values. Any other is
-        passed as a function (see `Registration`).
+        depends on `rng`; it is higher, and not comparable with published values. Or a function
+        (see `Registration`).
     alignment : {"similarity", "rigid", "yaw", "none"}
-        What may differ between the two worlds: "similarity", the paper's, a rotation, a translation
-        and the scale; "rigid" no scale; "yaw" a turn about the vertical axis and a translation;
-        "none" nothing.
+        What the alignment may change: "similarity", the paper's, rotation, translation and scale;
+        "rigid" no scale; "yaw" only a rotation about the vertical axis and a translation; "none"
+        nothing.
     up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both worlds, for "yaw"; its sign changes nothing.
+        Vertical axis of both frames, for "yaw"; its sign has no effect.
 
     Returns
     -------
@@ -116,35 +115,28 @@ def tas(
     Raises
     ------
     ValueError
-        Where the input is malformed, or d does not exist: fewer than 4 cameras, or three quarters
-        of the cameras coincide with another one. `unit` cures the latter two.
+        If the input is malformed, or d is undefined: fewer than 4 cameras, or three quarters of the
+        cameras coincide with another one. Then give `unit`.
     TypeError
-        Where a function that was passed as registration returns something else than it should.
+        If a function passed as registration returns anything but an alignment and a number.
 
     Warns
     -----
     AlignmentWarning
-        Where the estimate cannot be aligned, for example since it has fewer than 3 distinct
+        If the estimate cannot be aligned, for example since it has fewer than 3 distinct
         positions; the score is 0.
 
     Notes
     -----
-    A camera that was not estimated has an infinite error. It also takes no part in the
-    registration, which may then settle on another hypothesis: the score falls by the camera's share
-    only up to the scatter of the registration.
+    The paper's registration is random: the score varies with the seed (standard deviation about
+    0.02 for 100 cameras). Up to 19 cameras (with 1000 hypotheses) all triplets are tried and
+    nothing is random; with "refined" up to 30 cameras, and beyond that it varies by at most 0.0006.
+    See ``docs/explanation/registration.md``.
 
-    The published registration is random: the score scatters from seed to seed (standard deviation
-    about 0.02 for 100 cameras). It is deterministic where no more than `n_hypotheses` triplets of
-    cameras exist, up to 19 cameras by default: all are tried, so that the result is exact over
-    triplets. The refined one tries all triplets of up to 30
-    cameras, so that no seed matters there, and hardly scatters beyond (by at most
-    0.0006); ``docs/explanation/registration.md`` derives it.
+    A camera that was not estimated takes no part in the registration, which may then settle on
+    another hypothesis.
 
     O(n log n + n_hypotheses * n) time, O(n) memory.
-
-    With another alignment than "similarity" the score counts what that alignment keeps: the scale,
-    the vertical axis, the world. "pcr99" then fits the alignment to the same triplets; "refined"
-    aligns any estimate, even one camera.
 
     References
     ----------
@@ -163,7 +155,7 @@ def tas(
     >>> tas(gt, est).score
     0.9
 
-    With noise the refined registration finds a better alignment, and from any seed the same:
+    With noise the refined registration finds a better alignment, and the same from any seed:
 
     >>> est = gt + rng.normal(scale=0.05, size=gt.shape)
     >>> [round(tas(gt, est, rng=seed).score, 3) for seed in range(3)]
@@ -171,7 +163,7 @@ def tas(
     >>> [round(tas(gt, est, rng=seed, registration="refined").score, 3) for seed in range(3)]
     [0.663, 0.663, 0.663]
 
-    An estimate of the wrong size is right up to scale, and wrong without:
+    An estimate of the wrong size matches up to scale, and fails without:
 
     >>> twice = 2 * gt
     >>> tas(gt, twice, alignment="similarity").score, tas(gt, twice, alignment="rigid").score
@@ -237,7 +229,7 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
     Raises
     ------
     ValueError
-        Where there are fewer than 4 cameras, or d is 0.
+        If there are fewer than 4 cameras, or d is 0.
 
     References
     ----------
@@ -259,7 +251,7 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
 
 
 def no_unit(d: float, n: int) -> str:
-    """Say why d of n cameras is of no use; else nothing."""
+    """Return the reason why d is undefined, or an empty string."""
     if n < 4:
         return (
             f"TAS needs at least 4 ground-truth cameras to derive its unit, but there are {n}; "

@@ -9,7 +9,6 @@ from alignscores import (
     evaluate,
     pas,
     ras_angle,
-    ras_profile,
     tas,
     tas_distance,
     tas_profile,
@@ -98,14 +97,6 @@ def test_no_other_score(score):
     ):
         with pytest.raises(ValueError, match="score must be"):
             call()
-
-
-def test_an_angle_is_that_of_the_profile():
-    rng = np.random.default_rng(10)
-    gt = Rotation.random(40, rng=rng)
-    est = Rotation.from_rotvec(rng.normal(scale=0.05, size=(40, 3))) * gt
-    for score in (0.25, 0.5, 0.9):
-        assert ras_angle(gt, est, score) == ras_profile(gt, est).unit_at(score)
 
 
 def test_levels_by_name_are_aligned_as_the_half_score_distance(examples):

@@ -47,12 +47,6 @@ def test_crossing_is_the_smallest_number_that_reaches_the_score(seed, n, n_thres
         assert at(np.nextafter(unit, 0)) < score
 
 
-def test_the_old_name_of_unit_at():
-    profile = ScoreProfile(np.array([1.0]), np.array([[0.0, 1.0, 2.0]]), 100)
-    with pytest.warns(DeprecationWarning, match="use ScoreProfile.unit_at"):
-        assert profile.at(0.9) == profile.unit_at(0.9)
-
-
 # --- against known distributions ------------------------------------------------------------------
 
 

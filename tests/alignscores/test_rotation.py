@@ -90,20 +90,6 @@ def test_axes_of_the_cameras_do_not_align(noisy_rotations):
     assert ras(gt, turned).score < 0.2
 
 
-@given(seed=SEEDS, n=st.integers(1, 60), sigma=st.floats(0, 20))
-def test_result_is_consistent(noisy_rotations, seed, n, sigma):
-    """Errors, counts and score follow from the alignment by their definitions."""
-    gt, est = noisy_rotations(n, n // 4, sigma, seed)
-    result = ras(gt, est)
-    np.testing.assert_allclose(result.alignment @ result.alignment.T, np.eye(3), atol=1e-9)
-    residual = Rotation.from_matrix((result.alignment @ gt).transpose(0, 2, 1) @ est)
-    np.testing.assert_allclose(result.errors, np.degrees(residual.magnitude()), atol=1e-9)
-    counts = [sum(bool(e < t) for e in result.errors) for t in result.thresholds]
-    assert result.cumulative_frequency.tolist() == counts
-    assert result.score == pytest.approx(sum(counts) / (100 * n), abs=1e-12)
-    assert float(result) == result.score
-
-
 # --- invariance -----------------------------------------------------------------------------------
 
 
@@ -144,16 +130,3 @@ def test_lost_cameras_count(noisy_rotations, lost, value):
     result = ras(gt, est)
     assert result.score == (60 - lost) / 60
     assert np.all(np.isinf(result.errors) == (np.arange(60) < lost))
-
-
-@given(seed=SEEDS, lost=st.integers(0, 39))
-def test_losing_cameras_never_raises_the_score(noisy_rotations, seed, lost):
-    """It falls by the share of the camera, but for the shift of the average by one of 40."""
-    gt, est = noisy_rotations(40, 8, 4, seed)
-    before = ras(gt, est)
-    share = np.mean(before.errors[lost] < before.thresholds) / 40
-    est[lost] = np.nan
-    after = ras(gt, est)
-    shift = math.degrees(Rotation.from_matrix(after.alignment @ before.alignment.T).magnitude())
-    # Every error changes by at most the shift, so it passes so many thresholds at most.
-    assert after.score <= before.score - share + math.ceil(shift / 0.1) / 100 + 1e-12

@@ -115,36 +115,3 @@ def test_the_mask_says_what_is_a_camera(scenes, metric_of):
     sizes = 20, 7, 20
     expected = [pas(g[:n], e[:n]).score for g, e, n in zip(*scenes, sizes, strict=True)]
     assert float(metric.compute()["PAS"]) == pytest.approx(np.mean(expected))
-
-
-def _score_half(rank, gt, est, meeting, results):
-    import torch
-
-    from alignscores.torch import PoseAlignmentScore
-
-    torch.distributed.init_process_group(
-        "gloo", init_method=f"file://{meeting}", rank=rank, world_size=2
-    )
-    metric = PoseAlignmentScore()
-    some = slice(0, 1) if rank == 0 else slice(1, 3)
-    metric.update(torch.tensor(gt[some]), torch.tensor(est[some]))
-    results[rank] = float(metric.compute()["PAS"])
-    torch.distributed.destroy_process_group()
-
-
-def test_processes_gather_their_scenes(scenes, metric_of, tmp_path):
-    import torch
-
-    expected = pas_batch(*scenes, registration="refined").score.mean()
-    context = torch.multiprocessing.get_context("fork")
-    with context.Manager() as manager:
-        results = manager.dict()
-        arguments = *scenes, tmp_path / "meeting", results
-        processes = [
-            context.Process(target=_score_half, args=(rank, *arguments)) for rank in range(2)
-        ]
-        for process in processes:
-            process.start()
-        for process in processes:
-            process.join(60)
-        assert dict(results) == pytest.approx({0: expected, 1: expected})

@@ -61,18 +61,6 @@ def test_d_with_ties_and_duplicates(gt):
         assert closest_pair_quartile(gt) == pytest.approx(expected, rel=1e-12)
 
 
-@given(seed=SEEDS, n=st.integers(4, 60), exponent=st.floats(-9, 9))
-def test_d_scales_with_the_ground_truth(seed, n, exponent):
-    """d is a length of the ground truth: scaling, moving and reordering."""
-    rng = np.random.default_rng(seed)
-    gt = rng.random((n, 3))
-    d = closest_pair_quartile(gt)
-    scale = 10**exponent
-    assert closest_pair_quartile(scale * gt) == pytest.approx(scale * d, rel=1e-12)
-    assert closest_pair_quartile(rng.permutation(gt)) == d
-    assert closest_pair_quartile(Rotation.random(rng=rng).apply(gt) + 5) == pytest.approx(d)
-
-
 @both_registrations
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_fewer_than_four_cameras(registration, cloud, n):
@@ -354,24 +342,9 @@ def test_any_unit(registration, alignment, cloud, unit):
     assert 0 <= tas(unit * gt, est, **settings).score <= 1
 
 
-@both_registrations
-@pytest.mark.parametrize("outliers", [10, 49, 50, 51, 80])
-@pytest.mark.parametrize("place", ["one place", "one side"])
-def test_many_cameras_far_away(registration, cloud, another_world, outliers, place):
-    """Half of the trajectory diverged: the rest scores in full, as with outliers nearby."""
-    gt = cloud("cube", 100, 0)
-    # With half of the cameras at 1e15 the origin lies there, where a double resolves 0.1 units.
-    for distance in (1e3, 1e6, 1e9, 1e15) if outliers < 50 else (1e3, 1e6, 1e9):
-        est = another_world(gt, 0)
-        est[:outliers] = distance
-        if place == "one side":
-            est[:outliers] *= np.random.default_rng(0).random((outliers, 3))
-        assert tas(gt, est, registration=registration).score == (100 - outliers) / 100
-
-
 # --- anything goes ------------------------------------------------------------------------------
 
-WILD = st.sampled_from(
+VALUES = st.sampled_from(
     [0.0, -0.0, 1.0, 2.0, 3.0, -1.0, 0.5, 1e-9, 1e9, 1e15, 1e-200, 1e200, np.nan, np.inf, -np.inf]
 )
 
@@ -381,13 +354,13 @@ WILD = st.sampled_from(
 @given(
     n=st.integers(4, 25),
     seed=st.integers(0, 99),
-    wild=st.dictionaries(st.integers(0, 24), st.tuples(WILD, WILD, WILD)),
+    changes=st.dictionaries(st.integers(0, 24), st.tuples(VALUES, VALUES, VALUES)),
 )
-def test_wild_estimates(registration, cloud, n, seed, wild):
+def test_any_estimate_has_a_score(registration, cloud, n, seed, changes):
     """Any estimate gets a score from 0 to 1, possibly with our warning, never another one."""
     gt = cloud("cube", n, seed)
     est = 3 * gt
-    for row, values in wild.items():
+    for row, values in changes.items():
         est[row % n] = values
     result = tas(gt, est, registration=registration)
     assert 0 <= result.score <= 1

@@ -1,8 +1,7 @@
-"""PCR-99 against its definition in NumPy and a plain loop over all triplets; flat triangles."""
+"""PCR-99 against its definition in NumPy; prescreening, flat triangles, input."""
 
 import itertools
 import math
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -31,11 +30,11 @@ def draw_triplets(gt, est, n_wanted, rng):
     return kept[:n_wanted]
 
 
-def are_similar(gt, est, triplets):
+def are_similar(gt, est, triplets, threshold=0.1):
     edges = triplets[:, [0, 0, 1]], triplets[:, [1, 2, 2]]
     a, b = (np.linalg.norm(p[edges[0]] - p[edges[1]], axis=-1) for p in (gt, est))
     rho = np.log(b / a)
-    return np.isfinite(rho).all(axis=1) & (np.ptp(rho, axis=1) <= 0.1)
+    return np.isfinite(rho).all(axis=1) & (np.ptp(rho, axis=1) <= threshold)
 
 
 def frames(corners):
@@ -87,7 +86,7 @@ KINDS = ["cube", "axis", "oblique line", "plane", "helix", "clusters", "straight
 @pytest.mark.parametrize("n", [7, 19, 20, 60, 400])
 @pytest.mark.filterwarnings("ignore:(divide|invalid):RuntimeWarning")
 def test_definition(cloud, kind, n):
-    """The same triplets from the same seed, and the same choice among them."""
+    """The same triplets from the same seed, all of up to 19 cameras; the same choice among them."""
     for seed in range(3):
         gt = cloud(kind, n, seed)
         gt -= np.median(gt, axis=0)
@@ -139,107 +138,8 @@ def test_single_precision_rejects_no_cheaper_hypothesis(noisy_scene, kind, n, st
     assert a <= b * (1 + 1e-6) + 1e-11 * unit * max(1, offset)
 
 
-class Hypothesis(NamedTuple):
-    cost: float
-    scale: float
-    rotation: np.ndarray
-    translation: np.ndarray
-
-
-def naive_hypothesis(a, b):
-    """Similarity from three ground-truth points (rows of a) and three estimated ones (b)."""
-    rotation = np.zeros((3, 3))
-    firsts = [(corners[1] - corners[0]) / math.dist(corners[1], corners[0]) for corners in (a, b)]
-    normals = [np.cross(corners[1] - corners[0], corners[2] - corners[0]) for corners in (a, b)]
-    if any(math.hypot(*normal) < 1e-9 for normal in normals):  # flat: smallest rotation
-        normals = [np.cross(*firsts)] * 2
-    axes = []
-    for first, normal in zip(firsts, normals, strict=True):
-        normal = normal / math.hypot(*normal)
-        axes.append((first, normal, np.cross(first, normal)))
-    for gt_axis, est_axis in zip(*axes, strict=True):
-        rotation += np.outer(est_axis, gt_axis)
-    a_mean, b_mean = sum(a) / 3, sum(b) / 3
-    numerator = sum((b[k] - b_mean) @ rotation @ (a[k] - a_mean) for k in range(3))
-    scale = numerator / sum((a[k] - a_mean) @ (a[k] - a_mean) for k in range(3))
-    return scale, rotation, b_mean - scale * rotation @ a_mean
-
-
-def naive_pcr99(gt, est, rank, prescreen=0.1):
-    """The cheapest of all hypotheses and the number of triplets that passed (unordered)."""
-    best, passed = Hypothesis(math.inf, 0, np.eye(3), np.zeros(3)), set()
-    for triplet in itertools.permutations(range(len(gt)), 3):
-        pairs = list(itertools.combinations(triplet, 2))
-        edges = [(math.dist(est[i], est[j]), math.dist(gt[i], gt[j])) for i, j in pairs]
-        if any(0 in edge for edge in edges):
-            continue
-        rho = [math.log(b / a) for b, a in edges]
-        if max(rho) - min(rho) > prescreen:
-            continue
-        passed.add(frozenset(triplet))
-        scale, rotation, translation = naive_hypothesis(gt[list(triplet)], est[list(triplet)])
-        errors = [
-            math.hypot(*((est[i] - translation) / scale - rotation @ gt[i])) for i in range(len(gt))
-        ]
-        cost = sorted(errors)[rank - 1]
-        if cost < best.cost:
-            best = Hypothesis(cost, scale, rotation, translation)
-    return best, len(passed)
-
-
 def rng():
     return np.random.default_rng(0)
-
-
-@pytest.mark.parametrize(
-    ("n", "outliers", "sigma", "rank"),
-    [
-        (4, 0, 0.03, 4),
-        (5, 1, 0.02, 4),
-        (7, 2, 0.05, 4),
-        (8, 4, 0.01, 3),
-        (9, 2, 0.1, 5),
-        (10, 3, 0.05, 7),
-        (10, 0, 0.2, 10),
-        (11, 5, 0.03, 1),
-        (9, 2, 1e-9, 5),
-    ],
-)
-@pytest.mark.parametrize("seed", range(3))
-def test_cheapest_of_all_hypotheses(noisy_scene, n, outliers, sigma, rank, seed):
-    """Where all triplets are enumerated, the result is that of a plain triple loop."""
-    gt, est = noisy_scene(n, outliers, sigma, seed)
-    expected, n_passed = naive_pcr99(gt, est, rank)
-    alignment, n_used = pcr99(gt, est, rank=rank, n_hypotheses=1000, rng=rng())
-    assert n_used == 3 * n_passed
-    if n_passed == 0:
-        assert alignment is None
-        return
-    errors = np.sort(alignment.position_errors(gt, est))
-    assert errors[rank - 1] == pytest.approx(expected.cost, rel=1e-7, abs=1e-13)
-    if rank > 1:  # the smallest error is often one that vanishes, for many hypotheses
-        assert alignment.scale == pytest.approx(expected.scale, rel=1e-9)
-        np.testing.assert_allclose(alignment.rotation, expected.rotation, atol=1e-9)
-        np.testing.assert_allclose(alignment.translation, expected.translation, atol=1e-8)
-
-
-@pytest.mark.parametrize("seed", range(6))
-@pytest.mark.parametrize("noise_off_the_line", [0.005, 0.1])
-def test_cheapest_of_all_hypotheses_on_a_partly_straight_path(noise_off_the_line, seed):
-    """Flat triangles take part: with more noise off the line than on it they are the cheapest."""
-    generator = np.random.default_rng(seed)
-    gt = np.zeros((9, 3))
-    gt[:7, 0] = np.arange(7)
-    gt[7:] = generator.uniform(0, 5, (2, 3))
-    noise = generator.normal(0, 0.001, (9, 3))
-    noise[7:] *= noise_off_the_line / 0.001
-    est = 2 * Rotation.from_euler("xyz", [1.0, 0.5, 2.0]).apply(gt + noise)
-    expected, n_passed = naive_pcr99(gt, est, 6)
-    alignment, n_used = pcr99(gt, est, rank=6, n_hypotheses=1000, rng=rng())
-    assert alignment is not None
-    assert n_used == 3 * n_passed
-    cost = np.sort(alignment.position_errors(gt, est))[5]
-    assert cost == pytest.approx(expected.cost, rel=1e-7)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -267,59 +167,6 @@ def test_without_a_scale_the_same_triplets_are_fitted(noisy_scene, alignment, se
 # --- triplets -------------------------------------------------------------------------------------
 
 
-TRIANGLE = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [1.0, 3.0, 0.5]])
-
-
-def triangle_with_edges(ij, ik, jk):
-    x = (ij**2 + ik**2 - jk**2) / (2 * ij)
-    return np.array([[0.0, 0.0, 0.0], [ij, 0.0, 0.0], [x, math.sqrt(ik**2 - x**2), 0.0]])
-
-
-@pytest.mark.parametrize("copies", [1, 10, 100], ids=["enumerated", "small", "large"])
-@pytest.mark.parametrize(
-    "log_ratios",
-    [(1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1), (0.5, -0.5, 0)],
-)
-def test_prescreen_threshold(copies, log_ratios):
-    """A triangle whose log edge ratios spread by less than 0.1 passes, by more it does not.
-
-    With copies, all triangles that are none (two corners coincide) must be passed over too.
-    """
-    edges = np.array([math.dist(TRIANGLE[i], TRIANGLE[j]) for i, j in ((0, 1), (0, 2), (1, 2))])
-    for spread, passes in ((0.0999, True), (0.1001, False)):
-        est = triangle_with_edges(*(7 * edges * np.exp(spread * np.array(log_ratios))))
-        gt, est = (np.repeat(corners, copies, axis=0) for corners in (TRIANGLE, est))
-        alignment, n_used = pcr99(gt, est, rank=3, n_hypotheses=50, rng=rng())
-        assert (alignment is not None) == passes
-        assert n_used == (0 if not passes else 3 if copies == 1 else 50)
-
-
-@pytest.mark.parametrize("n", [20, 256, 1000])
-def test_collects_the_number_of_hypotheses_asked_for(noisy_scene, n):
-    """Random sampling delivers exactly as many as asked for."""
-    gt, est = noisy_scene(n, n // 3, 0.01, 1)
-    for asked in (1, 17, 1000):
-        alignment, n_used = pcr99(gt, est, rank=n // 10, n_hypotheses=asked, rng=rng())
-        assert alignment is not None
-        assert n_used == asked
-        assert alignment.scale == pytest.approx(2.5, rel=0.5)
-
-
-def test_more_hypotheses_cost_less(noisy_scene):
-    """The alignment is the best of the hypotheses, so that its cost falls with their number."""
-    gt, est = noisy_scene(100, 30, 0.03, 4)
-    costs = []
-    for asked in (1, 10, 100, 1000):
-        total = 0.0
-        for seed in range(10):
-            generator = np.random.default_rng(seed)
-            alignment, _ = pcr99(gt, est, rank=10, n_hypotheses=asked, rng=generator)
-            total += float(np.sort(alignment.position_errors(gt, est))[9])
-        costs.append(total)
-    assert costs == sorted(costs, reverse=True)
-    assert costs[-1] < costs[0] / 2
-
-
 @pytest.mark.parametrize(
     ("n", "asked", "enumerated"),
     [(19, 1000, True), (20, 1000, False), (20, 1139, False), (20, 1140, True)],
@@ -340,11 +187,12 @@ def test_prescreen_keeps_the_triplets_within_its_threshold(prescreen):
     gt = generator.normal(size=(11, 3))
     est = 3 * gt + 0.3 * generator.normal(size=gt.shape)
     gt[3], est[5] = gt[2], est[4]
-    _, passed = naive_pcr99(gt, est, 4, prescreen)
+    triplets = np.array(list(itertools.combinations(range(11), 3)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        passed = np.count_nonzero(are_similar(gt, est, triplets, prescreen))
     _, n_used = pcr99(gt, est, rank=4, n_hypotheses=1000, rng=generator, prescreen=prescreen)
-    assert 0 < passed <= 165 - 9 - 9
     assert n_used == 3 * passed
-    assert (passed == 165 - 9 - 9) == (prescreen == math.inf)
+    assert passed == 165 - 9 - 9 if prescreen == math.inf else 0 < passed < 165 - 9 - 9
 
 
 # --- degenerate triangles -------------------------------------------------------------------------
@@ -397,13 +245,6 @@ def test_collinear_triplet(gt_direction, est_direction):
 
 
 # --- input ----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("rank", [0, -1, 4.0])
-def test_rank_that_no_cameras_have(noisy_scene, rank):
-    gt, est = noisy_scene(30, 5, 0.03, 0)
-    with pytest.raises(ValueError, match=f"rank must be .*, not {rank}"):
-        pcr99(gt, est, rank=rank, n_hypotheses=10, rng=rng())
 
 
 @pytest.mark.parametrize("shape", [(29, 3), (31, 3), (30, 2), (30, 4), (30,), (3, 30)])

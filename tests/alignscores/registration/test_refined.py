@@ -143,16 +143,6 @@ def test_optimum_of_many_cameras(noisy_scene, n, share):
     assert cost(alignment.position_errors(gt, est), threshold) < least + TOLERANCE
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_the_way_down_is_gone_to_its_end(seed):
-    """On a trajectory that drifts it is long: no general minimiser gains another step."""
-    gt, est, threshold = local_scene(drifting(1500, seed))
-    rng = np.random.default_rng(0)
-    alignment, _ = refined(gt, est, threshold=threshold, n_hypotheses=1000, rng=rng)
-    least = lowest_cost_near(alignment, gt, est, threshold)
-    assert cost(alignment.position_errors(gt, est), threshold) < least + TOLERANCE
-
-
 @pytest.mark.parametrize("seed", range(5))
 def test_least_absolute_deviations_within_reach(noisy_scene, seed):
     """Where all cameras are within reach, nothing is truncated: the plain L1 alignment."""
@@ -176,35 +166,16 @@ def test_least_absolute_deviations_within_reach(noisy_scene, seed):
 # --- how it repeats -------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def reference_runs(reference_cases):
-    """Scores under 10 seeds, by PCR-99 and refined, of the reference cases with n >= 20."""
-
-    def scores(case, registration):
-        points = case["gt_xyz"], case["est_xyz"]
-        return np.array(
-            [tas(*points, rng=seed, registration=registration).score for seed in range(10)]
-        )
-
-    return {
-        name: (scores(case, "pcr99"), scores(case, "refined"))
-        for name, case in reference_cases.items()
-        if case.meta["n"] >= 20
-    }
-
-
-def test_reference_cases_repeat(reference_runs, reference_cases):
+def test_reference_cases_repeat(reference_cases):
     """Standard deviation over 10 seeds: at most 0.003, in the median case below 0.0005."""
-    deviations = {name: runs[1].std(ddof=1) for name, runs in reference_runs.items()}
-    assert len(deviations) == len(reference_cases) - 8
-    assert max(deviations.values()) <= 0.003, deviations
-    assert np.median(list(deviations.values())) < 0.0005
-
-
-def test_reference_cases_never_score_less(reference_runs):
-    """The mean over the seeds is never below that of PCR-99."""
-    for name, (published, ours) in reference_runs.items():
-        assert ours.mean() >= published.mean() - 1e-12, name
+    deviations = []
+    for case in reference_cases.values():
+        clouds = case["gt_xyz"], case["est_xyz"]
+        if case.meta["n"] >= 20:
+            scores = [tas(*clouds, rng=seed, registration="refined").score for seed in range(10)]
+            deviations.append(np.std(scores, ddof=1))
+    assert max(deviations) <= 0.003
+    assert np.median(deviations) < 0.0005
 
 
 @pytest.mark.parametrize("kind", ["cube", "axis", "oblique line", "plane", "helix", "clusters"])
@@ -265,17 +236,6 @@ def test_nine_in_ten_are_outliers(noisy_scene, seed):
         assert result.score == pytest.approx(0.09, abs=0.01)
 
 
-@pytest.mark.parametrize("period", [2, 3, 5])
-def test_outliers_at_regular_intervals(noisy_scene, period):
-    """A camera of a rig that fails throughout: however many cameras, the others are found."""
-    gt, est = noisy_scene(3000, 0, 0.002, 0)
-    right = np.arange(3000) % period == 1
-    est[~right] = np.random.default_rng(0).uniform(-50, 50, (3000, 3))[~right]
-    result = tas(gt, est, registration="refined")
-    assert np.median(result.errors[right]) < 0.005
-    assert result.score == pytest.approx(right.mean() * 0.9, rel=0.1)
-
-
 def test_outliers_in_one_piece(noisy_scene):
     """Neither does it matter where along a long trajectory the lost cameras are."""
     gt, est = noisy_scene(3000, 2000, 0.01, 0)
@@ -312,27 +272,7 @@ def test_few_cameras_in_any_order(noisy_scene, seed, n):
     assert a.score == pytest.approx(b.score, abs=0.003)
 
 
-def test_hypotheses_are_those_of_pcr99(noisy_scene):
-    """The same triplets from the same seed, and as many, but for few cameras."""
-    for n in (61, 100, 300):
-        gt, est, threshold = local_scene(noisy_scene(n, n // 3, 0.02, 0))
-        ours, published = np.random.default_rng(5), np.random.default_rng(5)
-        _, n_ours = refined(gt, est, threshold=threshold, n_hypotheses=200, rng=ours)
-        _, n_published = pcr99(gt, est, rank=4, n_hypotheses=200, rng=published)
-        assert n_ours == n_published
-        assert ours.random() == published.random()
-
-
 # --- extremes -------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("unit", [1e-300, 1e-12, 1e12, 1e300])
-def test_any_unit(noisy_scene, unit):
-    """A threshold that no camera, or every camera, is within."""
-    gt, est = noisy_scene(50, 10, 0.01, 0)
-    result = tas(gt, est, unit=unit, registration="refined")
-    assert result.score == (1 if unit > 1 else 0)
-    assert np.isfinite(result.errors).all()
 
 
 @pytest.mark.parametrize("value", [1e10, 1e100, 1e200, 1e308])
@@ -344,11 +284,3 @@ def test_a_camera_far_away_does_not_stop_the_refining(noisy_scene, value):
     assert expected.score > tas(gt, est).score + 0.02
     est[20] = value
     assert tas(gt, est, registration="refined").score == pytest.approx(expected.score, abs=1e-3)
-
-
-def test_every_camera_absurdly_far_away(cloud):
-    """Each along another axis, where squares overflow: a score, and no warning from NumPy."""
-    gt = cloud("cube", 30, 0)
-    gt[range(30), np.arange(30) % 3] *= 1e120
-    for est in (gt, -gt, 1e-30 * gt):
-        assert 0 <= tas(gt, est, registration="refined").score <= 1
