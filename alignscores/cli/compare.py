@@ -7,7 +7,6 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from textwrap import fill
-from typing import Any
 
 from ..comparison.baseline import Changes, changes, read_baseline
 from ..comparison.benchmark import Benchmark
@@ -39,127 +38,141 @@ from ..texts import printable
 from ..trajectories.formats import FORMATS
 from ..writing import write_whole
 from .inputs import refuse_to_replace
-from .metrics import add_metrics, alias_notes
-from .options import add_settings, number_type, output_file, settings_of
+from .metrics import alias_notes
 from .output import print_error, print_note, show_progress, table_width
+from .parser import Parser, number_type, output_file
 
-__all__ = ["add_parser"]
+__all__ = ["compare_parser", "run"]
 
 EPILOG = """\
 example:
-  alignscores compare tum 'data/{sequence}/gt.txt' 'data/{sequence}/{system}/{run}.txt'
+  alignscores compare 'data/{sequence}/gt.txt' 'data/{sequence}/{system}/{run}.txt'
 
 exit codes: 0 all compared, 1 something was left out or failed, 2 wrong usage,
 3 a condition of --fail_on holds
 """
+EVERYDAY = {
+    *("t_max_diff", "t_offset", "alignment", "dry-run", "jobs", "by", "baseline", "fail_on"),
+    *("verbose", "metrics", "html", "markdown", "json", "csv", "latex"),
+}
+FRAMES = (
+    "file with the time stamps of the expected frames, or a pattern of such files with {sequence}"
+)
 FAILS = 3  # exit code
 SHOWN = 50  # lines of problems
 JOBS = Option(
-    help="processes in parallel (default: %(default)s)", group="work", number=int, least=1
+    help="processes in parallel (default: %(default)s)", group="runs", number=int, least=1
 )
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to those of the parser."""
-    command = commands.add_parser(
-        "compare",
-        help="systems over sequences and runs, and which of them are ahead",
-        description="compare: systems over sequences and runs. Lost frames, failed and missing "
-        "runs count as failures.",
+def compare_parser(*, everything: bool = True) -> Parser:
+    """Return the parser; its help has all options, or the everyday ones."""
+    parser = Parser(
+        EVERYDAY,
+        everything=everything,
+        prog="alignscores compare",
+        description="Compare systems over sequences and runs. Lost frames, failed and missing runs "
+        "count as failures.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    command.set_defaults(command=command, run=run, metrics_as_given=())
-    command.add_argument(
-        "source",
-        nargs="?",
-        metavar="FORMAT",
-        help=f"{', '.join(FORMATS)}; or a YAML file, without patterns",
+    parser.add_argument(
+        "files",
+        nargs="+",
+        metavar="[FORMAT] REF EST",
+        help="patterns of the references and of the estimates, with {sequence}, {system} and "
+        "{run}; or one YAML file",
     )
-    command.add_argument(
-        "patterns",
-        nargs="*",
-        metavar="PATTERN",
-        help="of the references and of the estimates, with {sequence}, {system} and {run}",
+    parser.add_settings("format", "metrics", frames=FRAMES)
+    _add_runs(parser)
+    _add_verdicts(parser)
+    _add_output(parser)
+    return parser
+
+
+def _add_runs(parser: Parser) -> None:
+    """Add which runs are expected, and how they are scored."""
+    group = parser.add_argument_group("runs")
+    parser.add_option(
+        group, "--dry-run", action="store_true", help="show what is found, and score nothing"
     )
-    command.add_argument(
-        "--dry-run", "--dry_run", action="store_true", help="show what is found, and score nothing"
-    )
-    command.add_argument(
+    parser.add_option(
+        group,
         "--expect_all",
         action="store_true",
         help="a system without a run on a sequence failed there (default: it was not tried)",
     )
-    add_settings(
-        command,
-        left_out=["format", "metrics"],
-        helps={
-            "frames": "file with the time stamps of the frames that were to be estimated, or a "
-            "pattern of such files with {sequence}"
-        },
-    )
-
-    _add_verdicts(command)
-    work = command.add_argument_group("work")
-    work.add_argument(
+    parser.add_option(
+        group,
         "--jobs",
         type=number_type(JOBS),
         default=available_processors(),
         metavar="X",
         help=JOBS.help,
     )
-    work.add_argument(
+    parser.add_option(
+        group,
         "--cache",
         metavar="FOLDER",
         type=Path,
-        help="store results there, and take those of the same files and options from there",
+        help="store results there, and reuse those of the same files and options",
     )
-    _add_output(command)
 
 
-def _add_verdicts(command: argparse.ArgumentParser) -> None:
+def _add_verdicts(parser: Parser) -> None:
     """Add how systems are compared with each other, and with what was saved."""
-    verdicts = command.add_argument_group("verdicts")
-    verdicts.add_argument(
+    group = parser.add_argument_group("verdicts")
+    parser.add_option(
+        group,
         "--by",
         default="PAS",
         metavar="NAME",
         help="metric of verdicts and tables (default: %(default)s)",
     )
-    verdicts.add_argument(
+    parser.add_option(
+        group,
         "--baseline",
         metavar="FILE.json",
         help="show what changed against a comparison that was saved with --json, by --by",
     )
-    verdicts.add_argument(
+    parser.add_option(
+        group,
         "--fail_on",
         metavar="CONDITIONS",
         help="exit with 3 if one holds for a system: 'PAS<0.8,half>0.1,lost>5%%,failed>0'; "
         "with --baseline also 'PAS drops 0.05', or 'worse', significantly by --by",
     )
-    verdicts.add_argument(
+    parser.add_option(
+        group,
         "--paired",
         action="store_true",
         help="compare runs of the same name, such as those of one seed",
     )
 
 
-def _add_output(command: argparse.ArgumentParser) -> None:
+def _add_output(parser: Parser) -> None:
     """Add what is printed and saved."""
-    output = command.add_argument_group("output")
-    add_metrics(output, "more metrics")
-    output.add_argument(
-        "--html", metavar="FILE.html", type=output_file(".html"), help="save one page with drawings"
+    group = parser.add_argument_group("output")
+    parser.add_option(
+        group, "-v", "--verbose", action="store_true", help="say more about the numbers"
     )
-    output.add_argument(
+    parser.add_metrics(group, "more metrics")
+    parser.add_option(
+        group,
+        "--html",
+        metavar="FILE.html",
+        type=output_file(".html"),
+        help="save one page with drawings",
+    )
+    parser.add_option(
+        group,
         "--markdown",
         metavar="FILE",
         help="write a report in Markdown, such as $GITHUB_STEP_SUMMARY; - prints it",
     )
-    output.add_argument("--verbose", action="store_true", help="say more about the numbers")
-    shown = output.add_mutually_exclusive_group()
+    shown = group.add_mutually_exclusive_group()
     for name in ("JSON", "CSV", "LaTeX"):
-        shown.add_argument(
+        parser.add_option(
+            shown,
             f"--{name.lower()}",
             dest="show",
             action="store_const",
@@ -168,13 +181,16 @@ def _add_output(command: argparse.ArgumentParser) -> None:
         )
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(argv: Sequence[str]) -> int:
     """Find, score and compare all runs; what is wrong with one does not stop the others."""
-    settings = _settings(arguments)
-    benchmark = _benchmark(arguments)
-    gate = _gate(arguments)
+    parser = compare_parser(everything="--help-all" in argv)
+    arguments = parser.parse(argv)
+    _check_by(parser, arguments)
+    settings = parser.settings(arguments)
+    gate = _gate(parser, arguments)
+    benchmark = _benchmark(parser, arguments)
     if wrong := order_problem(settings.metrics, FORMATS[benchmark.format]):
-        arguments.command.error(f"argument --metrics: {wrong}")
+        parser.error(wrong)
     if arguments.dry_run:
         _print_problems(benchmark.problems)
         _show_found(benchmark)
@@ -184,11 +200,9 @@ def run(arguments: argparse.Namespace) -> int:
         outputs.append(("--markdown", Path(arguments.markdown)))
     if outputs:
         refuse_to_replace(_inputs(benchmark, settings, arguments), outputs)
-    saved = (
-        read_baseline(arguments.baseline, replace(settings, format=benchmark.format))
-        if arguments.baseline
-        else []
-    )
+    saved: list[Result] = []
+    if arguments.baseline:
+        saved = read_baseline(arguments.baseline, replace(settings, format=benchmark.format))
     comparison = compare_runs(
         benchmark,
         settings,
@@ -199,7 +213,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     _print_problems(comparison.problems)
     _print_problems([f"{error}; it counts as a failure" for error in comparison.failed])
-    for note in [*alias_notes(arguments.metrics_as_given), *comparison.notes]:
+    for note in [*alias_notes(arguments.metrics), *comparison.notes]:
         print_note(note)
     changed = _changed(comparison, arguments, saved, gate) if arguments.baseline else None
     reasons = reasons_to_fail(gate, comparison.summary, changed) if gate else []
@@ -223,54 +237,51 @@ def _changed(
     return changed
 
 
-def _gate(arguments: argparse.Namespace) -> list[Condition]:
+def _gate(parser: Parser, arguments: argparse.Namespace) -> list[Condition]:
     """Return the conditions of --fail_on."""
     if arguments.fail_on is None:
         return []
     try:
-        gate = conditions_of(arguments.fail_on, arguments.by, _metrics(arguments))
+        gate = conditions_of(arguments.fail_on, arguments.by, _measured(arguments))
     except ValueError as error:
-        arguments.command.error(f"argument --fail_on: {error}")
+        parser.error(f"argument --fail_on: {error}")
     if any(one.needs_baseline for one in gate) and not arguments.baseline:
-        arguments.command.error(f"argument --fail_on: {arguments.fail_on}: needs --baseline FILE")
+        parser.error(f"argument --fail_on: {arguments.fail_on}: needs --baseline FILE")
     return gate
 
 
-def _metrics(arguments: argparse.Namespace) -> list[str]:
-    """Return all that is measured."""
-    return list(dict.fromkeys((*COLUMNS, *arguments.metrics)))
+def _measured(arguments: argparse.Namespace) -> list[str]:
+    """Return the names of all metrics that are measured."""
+    return list(dict.fromkeys((*COLUMNS, *(metric(name).name for name in arguments.metrics))))
 
 
-def _settings(arguments: argparse.Namespace) -> Settings:
-    """Return the settings but for the format, which is the benchmark's; check --by."""
-    arguments.format, by = None, arguments.by
-    shown = _metrics(arguments)
+def _check_by(parser: Parser, arguments: argparse.Namespace) -> None:
+    """Set --by to the metric's own name; refuse what is not measured."""
+    measured, by = _measured(arguments), arguments.by
     with suppress(ValueError):
         arguments.by = metric(by).name
-    if arguments.by not in shown:
-        arguments.command.error(f"argument --by: must be one of {', '.join(shown)}, not {by!r}")
-    return settings_of(arguments)
+    if arguments.by not in measured:
+        parser.error(f"argument --by: must be one of {', '.join(measured)}, not {by!r}")
 
 
-def _benchmark(arguments: argparse.Namespace) -> Benchmark:
-    source, patterns = arguments.source, arguments.patterns
-    expect_all = arguments.expect_all
-    if source in FORMATS and len(patterns) == 2:
-        reference, estimate = patterns
-        return find_benchmark(reference, estimate, source, expect_all)
-    if source and Path(source).suffix in (".yaml", ".yml") and not patterns:
-        return find_benchmark(source, None, None, expect_all)
-    usage = f"give one of {', '.join(FORMATS)} and two patterns, or one YAML file"
-    arguments.command.error(usage)
-    raise AssertionError  # error() exits
+def _benchmark(parser: Parser, arguments: argparse.Namespace) -> Benchmark:
+    """Find the files of two patterns, or read a YAML file."""
+    match arguments.files:
+        case [form, reference, estimate] if form in FORMATS:
+            return find_benchmark(reference, estimate, form, arguments.expect_all)
+        case [reference, estimate] if reference not in FORMATS:
+            return find_benchmark(reference, estimate, None, arguments.expect_all)
+        case [file] if Path(file).suffix in (".yaml", ".yml"):
+            return find_benchmark(file, None, None, arguments.expect_all)
+    parser.error(f"give a format ({', '.join(FORMATS)}) and two patterns, or one YAML file")
 
 
 def _inputs(
     benchmark: Benchmark, settings: Settings, arguments: argparse.Namespace
 ) -> Iterator[str]:
     """Yield all files that are read, or would be if they were not left out."""
-    if not arguments.patterns:
-        yield arguments.source
+    if not arguments.files[1:]:
+        yield arguments.files[0]
     yield from benchmark.files
     if arguments.baseline:
         yield arguments.baseline

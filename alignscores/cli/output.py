@@ -4,22 +4,40 @@ import json
 import re
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from ..evaluation.evaluation import Evaluation
-from ..evaluation.notes import MUCH_LOST, scale_note
-from ..evaluation.ranking import are_ranked, ranks
+from ..evaluation.notes import scale_note, why
 from ..evaluation.settings import Settings
+from ..metrics import LEVELS, SCORES, metric
 from ..texts import WIDTH, printable
+from ..trajectories.files import FileError
 from ..version import __version__
 from .metrics import metric_table
-from .table import table
+from .table import LEGEND, table
 
-__all__ = ["print_error", "print_note", "show_json", "show_progress", "show_table", "table_width"]
+__all__ = ["json_text", "one_line", "print_error", "print_note", "show_json", "show_progress"]
+__all__ += ["show_table", "table_width"]
 
-HALF = "half: smallest threshold where TAS (refined registration) or RAS reaches one half; -: never"
-SCATTER = 0.005  # standard deviation of the TAS over the seeds from which there is a hint
+
+def json_text(
+    settings: Settings,
+    reference: str,
+    scored: Sequence[Evaluation],
+    failed: Sequence[dict[str, str]],
+    notes: Sequence[str],
+) -> str:
+    """Return settings, results and failures as JSON."""
+    content: dict[str, Any] = {
+        "version": __version__,
+        "reference": printable(reference),
+        **settings.to_dict(),
+        "notes": notes,
+        "results": [evaluation.to_dict() for evaluation in scored],
+        "failed": failed,
+    }
+    return json.dumps(content, indent=2, allow_nan=False)
 
 
 def show_json(
@@ -29,26 +47,9 @@ def show_json(
     failed: Sequence[dict[str, str]],
     notes: Sequence[str],
 ) -> None:
-    """Print settings, results and failures as JSON on stdout, and the notes on stderr, too."""
+    """Print JSON on stdout, and the notes on stderr, too."""
     print_notes(scored, notes)
-    printed = {
-        "version": __version__,
-        "reference": printable(reference),
-        **settings.to_dict(),
-        "ranked_by": "PAS" if are_ranked(scored) else None,
-        "notes": notes,
-        "results": results(scored),
-        "failed": failed,
-    }
-    print(json.dumps(printed, indent=2, allow_nan=False))
-
-
-def results(scored: Sequence[Evaluation]) -> list[dict[str, Any]]:
-    """Return each estimate's part of the JSON output, with its rank among the others."""
-    return [
-        {**evaluation.to_dict(), "rank": rank}
-        for evaluation, rank in zip(scored, ranks(scored), strict=True)
-    ]
+    print(json_text(settings, reference, scored, failed, notes))
 
 
 def table_width() -> int:
@@ -56,59 +57,48 @@ def table_width() -> int:
     return min(shutil.get_terminal_size((WIDTH, 0)).columns, WIDTH)
 
 
-def show_table(scored: Sequence[Evaluation], notes: Sequence[str]) -> None:
-    """Print the table on stdout and the notes on stderr."""
+def show_table(scored: Sequence[Evaluation], notes: Sequence[str], *, verbose: bool) -> None:
+    """Print the notes on stderr, and the table with its conditions on stdout."""
+    settings, columns = scored[0].settings, shutil.get_terminal_size((120, 0)).columns
     print_notes(scored, notes)
-    rows, settings = results(scored), scored[0].settings
-    columns = table_width()
-    dropped: list[str] = []
     if settings.metrics:
-        metrics = {row["name"]: row["metrics"] for row in rows}
-        lines = metric_table(metrics, settings, columns).splitlines()
+        rows = {found.name: found.to_dict()["metrics"] for found in scored}
+        print(metric_table(rows, settings, columns))
     else:
-        shown, dropped = table(rows, settings, columns)
-        lines = shown.splitlines()
-    notes = footnotes(rows, settings, lines[0])
-    if dropped and columns < WIDTH:
-        notes.append(f"no room for: {', '.join(dropped)}; --json has all")
-    for line in [*lines, *notes]:
-        print(line)
+        text, left_out = table(scored, columns)
+        print(text)
+        if left_out:
+            print(f"too narrow for: {', '.join(left_out)}")
+    print(conditions(scored))
+    scales = {found.name: found.scale for found in scored}
+    if not settings.metrics and (scale := scale_note(scales, settings)):
+        print(scale)
+    if verbose and not settings.metrics:
+        print(f"\n{LEGEND.format(degrees=settings.max_threshold_deg)}")
 
 
-def footnotes(rows: Sequence[Mapping[str, Any]], settings: Settings, header: str) -> list[str]:
-    """Return what is said below the table, of what stands in it."""
-    chosen = set(settings.metrics)
-    drawn = not chosen or bool(chosen & {"TAS", "PAS"})
-    first, *others = settings.seeds
-    over = f"means and sd over the seeds {first} to {others[-1]}" if others else f"seed {first}"
-    aligned = drawn or settings.alignment != "similarity"
-    lines = [f"{settings.how_aligned}, {over}" if aligned else f"seed {first}"]
-    if settings.missing_cameras:
-        lines[0] += f"; missing cameras: {settings.missing_cameras}"
-    tied = any(row["rank"] and row["rank"][0] < row["rank"][1] for row in rows)
-    if tied and not chosen:
-        why = "PAS less than 2 standard errors apart over the seeds" if others else "of equal PAS"
-        lines.append(f"ranks in common: tied, {why}")
-    if "half" in header.split() or chosen & {"half_distance", "half_angle"}:
-        lines.append(HALF)
-    if "nan" in header.split():
-        lines.append(
-            "nan: cameras without a position fail in the TAS, without a rotation in the RAS"
-        )
-    if any(row["parts"] for row in rows) and not chosen:
-        lines.append("parts: worlds that are each aligned on their own, which makes scores higher")
-    if settings.form.timed and "n" in header.split():
-        ignored = settings.missing_cameras == "ignore"
-        of = "covered frames" if ignored else "expected frames, the same for every estimate"
-        lines.append(f"n: {of}; lost: share of time without a pose")
-    scales = {row["name"]: row["scale"] for row in rows}
-    if not chosen and (note := scale_note(scales, settings)):
-        lines.append(note)
-    if any(row["lost"] > MUCH_LOST for row in rows) and settings.missing_cameras == "ignore":
-        lines.append("* without what the estimate lost; --missing fail counts it")
-    if drawn and max(row["TAS_sd"] or 0.0 for row in rows) > SCATTER:
-        lines.append("the TAS scatters with the seed; --registration refined makes it steadier")
-    return lines
+def conditions(scored: Sequence[Evaluation]) -> str:
+    """Return the alignment, the frames, and d in one line; other metrics have the frames alone."""
+    settings, first = scored[0].settings, scored[0]
+    frames = f"{len(first.matches.expected_rows)} {'frames' if settings.form.ordered else 'images'}"
+    if settings.frames is not None:
+        frames += " that were given"
+    elif settings.form.timed:
+        frames += " of the reference" if settings.rate == "all" else f" at {settings.rate:g} Hz"
+    if settings.form.timed:
+        gaps = f"gaps up to {settings.max_gap:g} s covered"
+        frames += f", {gaps if settings.max_gap else 'each needs a pose'}"
+    if settings.missing_cameras == "ignore":
+        frames += ", lost ones left out"
+    ours = [metric(name).family in (*SCORES, *LEVELS) for name in settings.metrics]
+    if ours and not any(ours):
+        return frames
+    aligned = f"alignment: {settings.alignment}"
+    if settings.alignment != "none":
+        first_seed, *others = settings.seeds
+        mean = f", mean over seeds {first_seed} to {others[-1]}" if others else ""
+        aligned += f" ({settings.registration}{mean})"
+    return "; ".join([aligned, frames, f"d = {first.result.tas.unit:.3g} {settings.form.unit}"])
 
 
 def print_notes(scored: Sequence[Evaluation], notes: Sequence[str]) -> None:
@@ -116,8 +106,8 @@ def print_notes(scored: Sequence[Evaluation], notes: Sequence[str]) -> None:
     alike: dict[str, list[str]] = {note: [note] for note in notes}
     for evaluation in scored:
         for note in evaluation.notes:
-            said = re.sub(r"[\d.]+", "", note.replace(evaluation.name, ""))
-            alike.setdefault(said, []).append(note)
+            kind = re.sub(r"[\d.]+", "", note.replace(evaluation.name, ""))
+            alike.setdefault(kind, []).append(note)
     for first, *others in alike.values():
         print_note(f"{first} (and alike for {len(others)} more)" if others else first)
 
@@ -137,3 +127,9 @@ def show_progress(text: str) -> None:
     """Show on a terminal which estimate is being scored; nothing elsewhere."""
     if sys.stderr.isatty():
         print(f"\r\x1b[K{text}", end="", file=sys.stderr)  # flushed by its \r
+
+
+def one_line(error: Exception, file: str = "") -> str:
+    """Return the message of an error in one line, with the file unless it names the file itself."""
+    message = why(error)
+    return printable(f"{file}: {message}" if file and not isinstance(error, FileError) else message)

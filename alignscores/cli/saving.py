@@ -20,18 +20,20 @@ from ..texts import csv_text, numbered, printable, unique_names
 from ..trajectories.extras import require
 from ..validation import finite_rows
 from ..writing import write_whole
+from .output import json_text, one_line, print_error
 
 __all__ = ["save", "show_plot", "targets"]
-
-LEFT_OUT, NO_REFERENCE = "left out", "no reference pose"
 
 Targets = Mapping[str, tuple[Path, str]]  # as of `targets`
 
 
 def save(
-    scored: Sequence[Evaluation], arguments: argparse.Namespace
-) -> list[tuple[Path, ValueError]]:
-    """Write the files that were asked for; return those that could not be written, and why."""
+    scored: Sequence[Evaluation],
+    failed: Sequence[dict[str, str]],
+    notes: Sequence[str],
+    arguments: argparse.Namespace,
+) -> list[dict[str, str]]:
+    """Write the files that were asked for; print and return those that could not be written."""
     unsaved = []
     for path, content in files(scored, arguments):
         try:
@@ -39,7 +41,12 @@ def save(
                 raise content
             write_whole(path, content)
         except ValueError as error:
-            unsaved.append((path, error))
+            unsaved.append({"file": printable(str(path)), "error": one_line(error, str(path))})
+            print_error(unsaved[-1]["error"])
+    if path := arguments.save_json:
+        settings = scored[0].settings
+        text = json_text(settings, arguments.reference, scored, [*failed, *unsaved], notes)
+        write_whole(path, text.encode())
     return unsaved
 
 
@@ -50,12 +57,10 @@ def files(
     names, settings = unique_names(arguments.estimates), scored[0].settings
     file = printable(arguments.reference)
     if path := arguments.save_errors:
-        yield path, errors_csv(scored, all_cameras=arguments.all_cameras).encode()
+        yield path, errors_csv(scored).encode()
     if path := arguments.save_metrics:
-        yield (
-            path,
-            metrics_csv(scored, settings.metrics or [family.example for family in SCORES]).encode(),
-        )
+        metrics = settings.metrics or [family.example for family in SCORES]
+        yield path, metrics_csv(scored, metrics).encode()
     if path := arguments.profile:
         yield path, profiles_csv(scored).encode()
     if path := arguments.save_aligned:
@@ -84,11 +89,10 @@ def figure_of(scored: Sequence[Evaluation], *, figure: Any = None) -> Any:
     return score_figure(scored, unit=settings.form.unit, title=title, figure=figure)
 
 
-def errors_csv(scored: Sequence[Evaluation], *, all_cameras: bool) -> str:
-    """Return a table of each estimate's errors, a line a camera, with what became of it.
+def errors_csv(scored: Sequence[Evaluation]) -> str:
+    """Return a table of the errors of each expected frame, with a status.
 
-    With all cameras there are lines without errors: expected frames without a reference pose, and
-    cameras left out.
+    Frames that are left out, or have no reference pose, have no errors.
     """
     lines: list[tuple[object, ...]] = []
     for evaluation in scored:
@@ -103,13 +107,11 @@ def errors_csv(scored: Sequence[Evaluation], *, all_cameras: bool) -> str:
                 strict=True,
             )
         ]
-        if all_cameras:
-            rows += [(key, "", "", NO_REFERENCE) for key in matches.without_reference.tolist()]
-        # where missing cameras fail, what was not scored was not expected
-        if all_cameras and evaluation.settings.missing_cameras != "fail":
+        rows += [(key, "", "", "no reference pose") for key in matches.without_reference.tolist()]
+        if evaluation.settings.missing_cameras != "fail":
             keys = evaluation.reference.keys[matches.expected_rows]
             left_out = keys[~np.isin(keys, matches.keys)]
-            rows += [(key, "", "", LEFT_OUT) for key in left_out.tolist()]
+            rows += [(key, "", "", "left out") for key in left_out.tolist()]
         lines += [(evaluation.name, *row) for row in sorted(rows, key=lambda row: row[0])]
     return csv_text(("estimate", "camera", "position_error", "rotation_error_deg", "status"), lines)
 

@@ -12,6 +12,7 @@ from ..evaluation.settings import Settings
 from ..texts import brief, first_few
 from ..trajectories.extras import require
 from ..trajectories.formats import FORMATS
+from ..trajectories.recognition import recognise
 from .patterns import Pattern
 
 __all__ = ["NO_SETTINGS", "Benchmark", "Run", "from_patterns", "read_yaml"]
@@ -53,7 +54,7 @@ class Benchmark:
 
 
 def from_patterns(
-    format: str,
+    format: str | None,
     reference: str,
     estimate: str,
     *,
@@ -64,6 +65,7 @@ def from_patterns(
 ) -> Benchmark:
     """Find the files of a benchmark by the patterns of its references and estimates.
 
+    Without a `format` it is recognised from the first reference.
     `expected` tells how many runs of a system there should be on each sequence, or their names,
     under "" for systems that are not named; by default as many as it has on the sequence where it
     has the most. On a sequence without any it was not tried, unless `expect_all`. `systems` and
@@ -104,6 +106,7 @@ def from_patterns(
         problems,
     )
     runs = _all_runs(kept, estimates, expected or {}, systems, problems, expect_all)
+    format = format or recognise(next(iter(found_refs)))
     return Benchmark(format, kept, runs, problems, [*found_refs, *found_ests])
 
 

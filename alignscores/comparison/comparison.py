@@ -15,7 +15,6 @@ from ..parallel import run_parallel
 from ..texts import first_few, printable
 from ..trajectories.extras import require
 from ..trajectories.files import FAILURES, read_stamps
-from ..trajectories.formats import FORMATS
 from ..version import __version__
 from .benchmark import NO_SETTINGS, Benchmark, Run, from_patterns, read_yaml
 from .patterns import Pattern
@@ -237,8 +236,6 @@ def find_benchmark(
 ) -> Benchmark:
     """Find the files of two patterns, or read a YAML file."""
     if estimates is not None:
-        if format is None:
-            raise ValueError(f"give the format of the files: format={'|'.join(FORMATS)}")
         return from_patterns(format, references, estimates, expect_all=expect_all)
     if Path(references).suffix not in (".yaml", ".yml"):
         raise ValueError(f"{references}: give a pattern of estimates, too, or one YAML file")

@@ -183,17 +183,18 @@ def alignment_notes(gt_positions: Floats, result: PASResult) -> list[str]:
 
 
 def scale_note(scales: Mapping[str, float | None], settings: Settings) -> str:
-    """Say which scales of metric estimates were taken out, by their names, if any is off."""
+    """Return a note on the scales of metric estimates that the alignment removed."""
     if settings.alignment != "similarity" or settings.form.unit != "m":
         return ""
     off = [
-        f"{name} {scale:.3g}"
+        f"{name} is {scale:.3g}x"
         for name, scale in scales.items()
         if scale is not None and abs(math.log(scale)) > math.log1p(SCALE_OFF)
     ]
     if not off:
         return ""
-    return f"scale: {', '.join(off)} times the reference's, taken out; --alignment rigid counts it"
+    names = ", ".join(off)
+    return f"scale: {names} the reference (removed; --alignment rigid penalises it)"
 
 
 def _fix_rotation(positions: Floats, errors: Floats) -> bool:

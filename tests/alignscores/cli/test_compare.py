@@ -4,8 +4,6 @@ import sys
 
 import pytest
 
-from alignscores.trajectories.formats import FORMATS
-
 
 def test_progress_is_shown_on_a_terminal(benchmark_of, run_compare, monkeypatch):
     """Each step replaces the last one, and at the end the line is empty."""
@@ -32,34 +30,9 @@ def test_a_dry_run_shows_what_is_found_and_what_is_left_out(benchmark_of, run_co
     assert err == "alignscores: error: sequence helix: has no reference; left out\n"
 
 
-@pytest.mark.parametrize(
-    ("options", "problem"),
-    [
-        (["--jobs", "0"], "argument --jobs: must be a whole number of at least 1, not '0'"),
-        (["--jobs", "all"], "argument --jobs: must be a whole number of at least 1, not 'all'"),
-        (["--html", "page.txt"], "argument --html: page.txt does not end in .html"),
-        (["--html", "no/page.html"], "argument --html: no/page.html: there is no folder no"),
-        (["--fail_on", "worse"], "argument --fail_on: worse: needs --baseline FILE"),
-        (["--by", "ate"], "argument --by: must be one of TAS, RAS, PAS, half_distance, half_angle"),
-        (["--metrics", "auc"], "argument --metrics: unknown metric 'auc'"),
-    ],
-)
-def test_options_that_cannot_be(benchmark_of, run_compare, options, problem):
-    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], 1, n=5)
-    code, out, err = run_compare(*patterns, *options)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert err.startswith(f"alignscores compare: error: {problem}")
-    assert err.endswith("; see alignscores compare --help\n")
-
-
-@pytest.mark.parametrize(
-    "arguments", [[], ["tum", "a"], ["tum", "a", "b", "c"], ["sfm", "a", "b"], ["b.yaml", "a"]]
-)
-def test_a_format_with_two_patterns_or_a_yaml_file(run_compare, arguments):
-    code, out, err = run_compare(*arguments)
-    usage = f"give one of {', '.join(FORMATS)} and two patterns, or one YAML file"
-    message = f"alignscores compare: error: {usage}; see alignscores compare --help\n"
-    assert (code, out, err) == (2, "", message)
+def test_the_format_is_recognised(benchmark_of, run_compare):
+    form, *patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], 1, n=20)
+    assert run_compare(*patterns, "--jobs", 1) == run_compare(form, *patterns, "--jobs", 1)
 
 
 @pytest.mark.parametrize("name", ["b.yaml", "b.yml"])

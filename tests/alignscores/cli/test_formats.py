@@ -2,7 +2,6 @@
 
 import csv
 import json
-import re
 import shutil
 from pathlib import Path
 
@@ -29,7 +28,7 @@ def test_every_format_scores_the_same_scene_the_same(form, score, examples):
     matches = match(*(read_kitti(examples / path) for path in FILES["kitti"]))
     expected = pas(matches.gt_poses, matches.est_poses)
     assert set(result) == {
-        *("name", "file", "rank", "TAS", "TAS_sd", "RAS", "PAS", "PAS_sd", "TAS_seeds"),
+        *("name", "file", "TAS", "TAS_sd", "RAS", "PAS", "PAS_sd", "TAS_seeds"),
         *("PAS_seeds", "ATE", "n", "lost", "matched", "missing", "non_finite", "no_position"),
         *("no_rotation", "duplicate", "unmatched", "unit", "within_unit", "within_10_deg"),
         *("half_distance", "half_angle", "n_hypotheses", "alignment", "body_rotation"),
@@ -86,8 +85,8 @@ def test_options_work_for_the_formats_that_have_them(run, tmp_path, option):
             assert invert == (option == "--invert")
         else:
             assert (code, out) == (2, "")
-            reason = f"error: .*({re.escape(option_here)}; see|invalid choice: '{words[-1]}')"
-            assert re.match(f"alignscores {form}: {reason}", err)
+            assert err.startswith("alignscores: error: ")
+            assert form in err or "cannot be matched" in err
             assert err.count("\n") == 1
 
 
@@ -111,8 +110,7 @@ def test_what_was_lost_is_told(form, score, run, examples, write, models):
     assert failed["lost"] == ignored["lost"] == pytest.approx(without_pose / 40)
     assert failed["RAS"] == pytest.approx(ignored["RAS"] * (40 - lost) / 40)
     _, out, _ = run(*files, "--missing", "ignore")
-    assert "*" in out.splitlines()[1]
-    assert "* without what the estimate lost; --missing fail counts it" in out
+    assert ", lost ones left out; " in out
 
 
 def test_the_order_of_frames_in_the_file_changes_nothing(score, examples, write):
@@ -203,13 +201,4 @@ def test_sub_models_are_one_estimate(score, run, models, tmp_path):
     assert 0 < halves[0] < 0.2
     assert halves[1:] == [None] * 4  # no part has half of the cameras
     assert whole["TAS"] <= sum(part["TAS"] for part in parts) <= whole["TAS"] + 5 / 40
-    # Beside a single model there is no rank; two models are two estimates, as before.
-    code, out, err = run(*files, "colmap/estimate")
-    assert (code, out.splitlines()[0].split()[-1]) == (0, "parts")
-    assert [line.split()[1] for line in out.splitlines()[1:3]] == ["-", "-"]
-    assert "stand in the order given: from 1 to 4 parts are each aligned on their own" in err
-    assert [result["rank"] for result in score(*files[:2], folder / "0", folder / "1")] == [
-        [1, 1],
-        [2, 2],
-    ]
     assert run(*files, "--save_plot", tmp_path / "a.png")[0] == 0

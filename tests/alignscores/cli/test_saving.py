@@ -17,12 +17,13 @@ from alignscores.trajectories.files import read_kitti, read_tum
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 # Each camera of the reference has the pose of its own stamp, or none.
 AT_STAMPS = "--sync", "nearest", "--max_gap", 0
+COLMAP = "colmap", "colmap/reference", "colmap/estimate"
 KITTI = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
 
 
 def test_save_errors(run, tmp_path):
     path = tmp_path / "errors.csv"
-    options = "--missing", "ignore", *AT_STAMPS, "--save_errors", path, "--all_cameras"
+    options = "--missing", "ignore", *AT_STAMPS, "--save_errors", path
     code, out, _ = run(*TUM, TUM[2], *options, "--json")
     first, second = json.loads(out)["results"]
     assert code == 0
@@ -70,11 +71,9 @@ def test_save_errors_has_every_expected_frame(run, tum, tmp_path, write):
     files = "tum", tum(391, 100, "gt.txt"), tum(40, 10, "est.txt", lost=(10, 25)), "--max_gap", 0
     frames = write([str(i / 10) for i in (*range(12), 90)], "frames.txt")
     for options, expected in (
-        (["--missing", "ignore"], {"matched": 25}),
-        (["--missing", "ignore", "--all_cameras"], {"matched": 25, "left out": 15}),
-        (["--missing", "fail", "--all_cameras"], {"matched": 25, "lost": 15}),
-        (["--frames", frames], {"matched": 10, "lost": 2}),
-        (["--frames", frames, "--all_cameras"], {"matched": 10, "lost": 2, "no reference pose": 1}),
+        (["--missing", "ignore"], {"matched": 25, "left out": 15}),
+        (["--missing", "fail"], {"matched": 25, "lost": 15}),
+        (["--frames", frames], {"matched": 10, "lost": 2, "no reference pose": 1}),
     ):
         assert run(*files, *options, "--save_errors", tmp_path / "e.csv")[0] == 0
         with (tmp_path / "e.csv").open() as file:
@@ -89,7 +88,7 @@ def test_save_errors_has_every_expected_frame(run, tum, tmp_path, write):
 def test_save_aligned(run, score, tmp_path, examples, files, read):
     path = tmp_path / "aligned.txt"
     options = () if files is KITTI else ("--missing", "ignore", *AT_STAMPS)
-    saved = "--save_aligned", path, "--save_errors", tmp_path / "e.csv", "--all_cameras"
+    saved = "--save_aligned", path, "--save_errors", tmp_path / "e.csv"
     assert run(*files, *options, *saved)[0] == 0
     aligned, estimate = read(path), read(examples / files[2])
     np.testing.assert_array_equal(aligned.keys, estimate.keys)
@@ -111,31 +110,28 @@ def test_save_aligned(run, score, tmp_path, examples, files, read):
     }
 
 
-def test_an_aligned_estimate_has_the_time_of_the_reference(run, tmp_path, examples):
-    """Its stamps and the offset."""
-    path = tmp_path / "aligned.txt"
-    assert run(*TUM, "--t_offset", 0.2, "--save_aligned", path)[0] == 0
-    stamps = read_tum(examples / TUM[2]).keys
-    np.testing.assert_allclose(read_tum(path).keys, stamps + 0.2, rtol=0, atol=1e-6)
-
-
 def test_what_was_not_aligned_is_not_saved(run, tmp_path, write, lines):
     fields = [line.split() for line in lines]
     standing = [" ".join([stamp, "1 2 3", *rotation]) for stamp, _, _, _, *rotation in fields]
-    poor = [
-        " ".join([stamp, *pose])
-        for (stamp, *_), (_, *pose) in zip(fields, fields[::-1], strict=True)
-    ]
     path = tmp_path / "aligned.txt"
     code, out, err = run(*TUM[:2], write(standing), "--save_aligned", path)
     assert code == 1
     assert f"error: {path}: is not written, since est.txt could not be aligned\n" in err
     assert out.startswith("estimate ")
     assert not path.exists()
-    estimates = tmp_path / "est.txt", write(poor, "poor.txt")
-    _, out, _ = run(*TUM[:2], *estimates, "--save_aligned", path)
-    assert [line.split()[0] for line in out.splitlines()[1:3]] == ["est.txt", "poor.txt"]
-    assert [file.name for file in tmp_path.glob("al*")] == ["aligned_poor.txt"]
+
+
+def test_output_folder(run, tmp_path):
+    """It is created, and has every result; of several estimates each has an aligned file."""
+    folder = tmp_path / "results"
+    assert run(*TUM, TUM[1], "-o", folder)[0] == 0
+    names = ["scores.json", "errors.csv", "metrics.csv", "profile.csv", "plot.png", "page.html"]
+    names += ["aligned_estimate.txt", "aligned_reference.txt"]
+    assert sorted(path.name for path in folder.iterdir()) == sorted(names)
+    assert json.loads((folder / "scores.json").read_text()) == json.loads(
+        run(*TUM, TUM[1], "--json")[1]
+    )
+    assert run(*COLMAP, "-o", folder)[0] == 0  # again, and in a format without aligned files
 
 
 def test_save_results(run, score, tmp_path):

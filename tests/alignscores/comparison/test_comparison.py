@@ -71,7 +71,6 @@ RUNS = "{sequence}/gt.txt", "{sequence}/{system}/{run}.txt"
 @pytest.mark.parametrize(
     ("patterns_of", "settings", "message"),
     [
-        (RUNS, {}, "give the format of the files"),
         (RUNS[:1], {"format": "tum"}, "give a pattern of estimates, too, or one YAML"),
         (["x.txt", "{system}.txt"], {"format": "tum"}, "no reference matches the pattern x.txt"),
         (["car/gt.txt", "{system}.csv"], {"format": "tum"}, "no estimate matches the pattern {sys"),

@@ -97,7 +97,7 @@ def words(settings):
     given = []
     for name, value in settings.items():
         if name != "format":
-            given += [f"--{name}"] if value is True else [f"--{name}", str(value)]
+            given += [f"--{name}"] if value is True else [f"--{name}={value}"]
     return given
 
 
@@ -131,7 +131,6 @@ def test_every_door_gives_the_same_numbers(case, form, written, command, tmp_pat
     _, out, _ = command(settings["format"], reference, estimate, *words(settings), "--json")
     document = json.loads(out)
     (printed,) = document["results"]
-    assert printed.pop("rank") in (None, [1, 1])
     of_all = [note for note in document["notes"] if note in expected["notes"]]  # on the reference
     notes = [*of_all, *printed.pop("notes")]
     assert {**printed, "notes": notes} == {

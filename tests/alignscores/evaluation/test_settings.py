@@ -119,18 +119,6 @@ def test_every_setting_has_help():
         assert option.checked(getattr(Settings, name)) == getattr(Settings, name)
 
 
-@pytest.mark.parametrize("form", FORMATS)
-def test_the_help_of_a_format_has_its_settings_alone(command, form):
-    text = command(form, "--help")[1]
-    for name, option in options().items():
-        if option.timed:
-            assert (f"--{name} " in text) == FORMATS[form].timed
-        if option.topics:
-            assert (f"--{name} " in text) == FORMATS[form].topics
-    assert ("--missing " in text) == FORMATS[form].missing
-    assert "--weight " in text
-
-
 @pytest.mark.parametrize("name", [name for name, option in options().items() if option.number])
 def test_a_number_on_the_command_line_is_one_of_python(name):
     option = options()[name]

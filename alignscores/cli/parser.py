@@ -1,0 +1,139 @@
+"""What the parsers of the command share: a short and a full help, errors in one line, hints."""
+
+import argparse
+from collections.abc import Callable, Collection, Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+from ..evaluation.settings import Option, Settings, options
+from ..metrics import metric
+from ..protocols import split_names
+from ..texts import printable
+
+__all__ = ["Parser", "number_type", "output_file"]
+
+ELSEWHERE = {  # options of evo and of version 1, and what to use here
+    "-a": "evo's -a is --alignment rigid here",
+    "--align": "evo's --align is --alignment rigid here",
+    "-s": "--alignment similarity, the default here, removes the scale, too",
+    "--correct_scale": "--alignment similarity, the default here, removes the scale, too",
+    "-as": "evo's -as is --alignment similarity, the default here",
+    "-va": "evo's -va is -v --alignment rigid here",
+    "-vas": "evo's -vas is -v here, since --alignment similarity is the default",
+    "-p": "evo's -p is --plot here",
+    "-r": "positions and rotations are always scored; evo's errors are --metrics ate,rpe@1m,are",
+    "--pose_relation": "evo's rotation errors are --metrics are,rpe@1m:rotation here",
+    "-d": "evo's RPE is a metric here, such as --metrics rpe@1m or rpe@10f",
+    "--delta": "evo's RPE is a metric here, such as --metrics rpe@1m or rpe@10f",
+    "-u": "the unit is part of the metric's name here, such as --metrics rpe@1m or rpe@10f",
+    "--delta_unit": "the unit is part of the metric's name here, such as --metrics rpe@1m",
+    "--align_origin": "all poses are aligned; --alignment none compares them as they are",
+    "--n_to_align": "all poses are aligned; --alignment none compares them as they are",
+    "--project_to_plane": "all three dimensions count; --alignment yaw keeps the vertical axis",
+    "--ref": "the reference is the first file here",
+    "--save_table": "evo_res writes tables of --save_results; --save_metrics FILE.csv is ours",
+    "--clear_cache": "delete the folder of --cache",
+    "--no_cache": "nothing is stored without --cache FOLDER",
+    "--all_cameras": "--save_errors always has all expected frames, with a status each",
+}
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that shows its everyday options with ``--help`` and all with ``--help-all``."""
+
+    def __init__(self, everyday: Collection[str], *, everything: bool, **kwargs: Any) -> None:
+        super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, **kwargs)
+        self.everyday = None if everything else everyday
+        self.add_argument("--help-all", action="help", help="show all options and exit")
+
+    def add_option(self, group: Any, *flags: str, help: str, **kwargs: Any) -> None:
+        """Add an option to a group; ``--help`` hides it unless it is an everyday one."""
+        hidden = self.everyday is not None and flags[-1].removeprefix("--") not in self.everyday
+        group.add_argument(*flags, help=argparse.SUPPRESS if hidden else help, **kwargs)
+
+    def add_settings(self, *left_out: str, **helps: str) -> None:
+        """Add an option for each setting, in its group; `helps` replace the settings' own."""
+        groups: dict[str, Any] = {}
+        for name, option in options().items():
+            if name in left_out:
+                continue
+            if option.group not in groups:
+                groups[option.group] = self.add_argument_group(option.group)
+            default = getattr(Settings, name)
+            shown = "" if default in (None, False) else " (default: %(default)s)"
+            help = helps.get(name, option.help) + shown
+            kind: dict[str, Any] = {"metavar": "TOPIC" if option.topics else "FILE"}
+            if default is False:
+                kind = {"action": "store_true"}
+            elif option.choices:
+                kind = {"choices": option.choices}
+            elif option.number:
+                kind = {"type": number_type(option), "metavar": "X"}
+            self.add_option(groups[option.group], f"--{name}", default=default, help=help, **kind)
+
+    def add_metrics(self, group: Any, help: str) -> None:
+        """Add the option that takes names of metrics."""
+        self.add_option(
+            group,
+            "--metrics",
+            metavar="NAMES",
+            type=_metric_names,
+            default=(),
+            help=f"{help}, such as auc@30:vggt,rpe@1m; `alignscores metrics` lists them",
+        )
+
+    def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
+        """Return the arguments; those of other programs end in a hint."""
+        for argument in arguments:
+            if hint := ELSEWHERE.get(argument.partition("=")[0]):
+                self.error(f"{argument}: {hint}")
+        return self.parse_intermixed_args(arguments)
+
+    def settings(self, arguments: argparse.Namespace) -> Settings:
+        """Return the settings that were given."""
+        given = vars(arguments)
+        try:
+            return Settings(**{name: given[name] for name in options() if name in given})
+        except ValueError as error:
+            self.error(str(error))
+
+    def error(self, message: str) -> NoReturn:
+        """End with the message, and where to find the usage."""
+        self.exit(2, f"{self.prog}: error: {printable(message)}; see {self.prog} --help\n")
+
+
+def _metric_names(text: str) -> tuple[str, ...]:
+    """Return names of metrics as they were given; raise an error if one is unknown."""
+    names = tuple(dict.fromkeys(split_names(text)))
+    try:
+        for name in names:
+            metric(name)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{error}; `alignscores metrics` lists all") from None
+    return names
+
+
+def number_type(option: Option) -> Callable[[str], float | str]:
+    """Return a type of argument for the numbers that an option may have."""
+
+    def number(text: str) -> float | str:
+        try:
+            return option.parse(text)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    return number
+
+
+def output_file(*suffixes: str) -> Callable[[str], Path]:
+    """Return a type of argument for files to be written, with one of these suffixes."""
+
+    def output(value: str) -> Path:
+        path = Path(value)
+        if path.suffix not in suffixes:
+            raise argparse.ArgumentTypeError(f"{value} does not end in {' or '.join(suffixes)}")
+        if not path.parent.is_dir():
+            raise argparse.ArgumentTypeError(f"{value}: there is no folder {path.parent}")
+        return path
+
+    return output

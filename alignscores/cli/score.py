@@ -1,0 +1,263 @@
+"""Scoring the files of the command line: ``alignscores [FORMAT] REF EST [EST ...]``."""
+
+import argparse
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+
+from ..evaluation.evaluation import Evaluation
+from ..evaluation.matching import read_reference
+from ..evaluation.notes import collected_warnings
+from ..evaluation.scoring import notes_of_all, score
+from ..evaluation.settings import Settings
+from ..texts import printable, unique_names
+from ..trajectories.extras import require
+from ..trajectories.files import FAILURES, FileError, read_stamps
+from ..trajectories.formats import FORMATS
+from ..trajectories.recognition import recognise
+from ..version import __version__
+from .inputs import check_stdin_read_once, refuse_to_replace
+from .metrics import alias_notes, metre_notes
+from .output import one_line, print_error, print_note, show_json, show_progress, show_table
+from .parser import Parser, output_file
+from .saving import save, show_plot, targets
+
+__all__ = ["run", "score_parser"]
+
+USAGE = """\
+alignscores [FORMAT] REF EST [EST ...] [options]
+       alignscores compare [FORMAT] REF_PATTERN EST_PATTERN [options]
+       alignscores metrics"""
+DESCRIPTION = """\
+Score estimated camera trajectories against a reference (ground truth): TAS for
+positions, RAS for rotations, PAS for both, from 0 to 1 (Lee and Civera).
+
+formats (recognised from the files if none is named):
+"""
+EPILOG = """\
+examples:
+  alignscores groundtruth.txt orb_slam.txt dso.txt
+  alignscores kitti 00_gt.txt 00_est.txt --alignment rigid -o results
+  alignscores colmap reference/sparse/0 mine/sparse/0 --save_page page.html
+
+exit codes: 0 scored, 1 something could not be scored, 2 wrong usage
+"""
+EVERYDAY = {
+    *("t_max_diff", "t_offset", "invert", "alignment", "missing", "metrics", "json", "output"),
+    *("plot", "save_plot", "save_page", "verbose", "version"),
+}
+SAVED = ("save_errors", "save_metrics", "profile", "save_plot", "save_page")  # one file each
+SAVED_EACH = ("save_aligned", "save_results")  # one file an estimate
+FOLDER = {  # what `--output FOLDER` writes
+    "save_json": "scores.json",
+    "save_errors": "errors.csv",
+    "save_metrics": "metrics.csv",
+    "profile": "profile.csv",
+    "save_aligned": "aligned.txt",
+    "save_plot": "plot.png",
+    "save_page": "page.html",
+}
+
+
+def score_parser(*, everything: bool = True) -> Parser:
+    """Return the parser; its help has all options, or the everyday ones."""
+    width = max(map(len, FORMATS))
+    listed = "\n".join(f"  {name:{width}}  {form.help}" for name, form in FORMATS.items())
+    parser = Parser(
+        EVERYDAY,
+        everything=everything,
+        prog="alignscores",
+        usage=USAGE,
+        description=f"{DESCRIPTION}{listed}",
+        epilog=EPILOG,
+    )
+    parser.add_option(
+        parser,
+        "--version",
+        action="version",
+        version=f"alignscores {__version__}",
+        help="show the version and exit",
+    )
+    parser.add_argument(
+        "files", nargs="+", metavar="REF EST", help="the reference and its estimates; - is stdin"
+    )
+    parser.add_settings("format", "metrics")
+    _add_output(parser)
+    return parser
+
+
+def _add_output(parser: Parser) -> None:
+    """Add the options for what is printed and shown."""
+    group = parser.add_argument_group("output")
+    parser.add_option(
+        group, "-v", "--verbose", action="store_true", help="explain the columns of the table"
+    )
+    parser.add_option(group, "--json", action="store_true", help="print JSON instead of a table")
+    parser.add_metrics(group, "show other metrics instead of the scores")
+    parser.add_option(
+        group,
+        "-o",
+        "--output",
+        metavar="FOLDER",
+        type=Path,
+        help=f"write all results: {', '.join(FOLDER.values())}",
+    )
+    parser.add_option(
+        group, "--plot", action="store_true", help="show errors, trajectories and scores"
+    )
+    _add_files(parser, group)
+
+
+def _add_files(parser: Parser, group: argparse._ArgumentGroup) -> None:
+    """Add the options for files that are written."""
+    parser.set_defaults(save_json=None)
+    each = "of several estimates each gets FILE_<name>"
+    for name, suffixes, help in (
+        ("save_plot", (".png", ".pdf", ".svg"), "save the plot as .png, .pdf or .svg"),
+        ("save_page", (".html",), "save a page with trajectories, errors and sliders"),
+        ("save_errors", (".csv",), "save the errors of each expected frame"),
+        ("save_metrics", (".csv",), "save --metrics or, without it, the scores"),
+        ("profile", (".csv",), "save TAS and RAS over their largest thresholds"),
+        ("save_aligned", (".txt",), f"save the aligned estimate as TUM or KITTI; {each}"),
+        ("save_results", (".zip",), f"save for evo_res; {each}"),
+    ):
+        parser.add_option(
+            group, f"--{name}", metavar=f"FILE{suffixes[0]}", type=output_file(*suffixes), help=help
+        )
+
+
+def run(argv: Sequence[str]) -> int:
+    """Score all estimates, save and print; one that cannot be scored does not stop the others."""
+    parser = score_parser(everything="--help-all" in argv)
+    arguments = parser.parse(argv)
+    _set_files(parser, arguments)
+    settings = parser.settings(arguments)
+    _check(parser, arguments, settings)
+    if arguments.output:
+        _set_outputs(arguments, settings)
+    inputs = [arguments.reference, *arguments.estimates]
+    inputs += [str(settings.frames)] if settings.frames is not None else []
+    check_stdin_read_once(inputs)
+    refuse_to_replace(inputs, _outputs(arguments))
+    _require_extras(arguments)
+
+    scored, failed, notes = _score_all(arguments, settings)
+    if scored:
+        notes += metre_notes(settings) + alias_notes(arguments.metrics)
+        failed += save(scored, failed, notes, arguments)
+    if arguments.json:  # printed last: the reader may close the pipe, which ends the program
+        show_json(settings, arguments.reference, scored, failed, notes)
+    elif scored:
+        show_table(scored, notes, verbose=arguments.verbose)
+    if scored and arguments.plot:
+        show_plot(scored)
+    return int(bool(failed))
+
+
+def _set_files(parser: Parser, arguments: argparse.Namespace) -> None:
+    """Set reference, estimates and formats; those that are not named are recognised."""
+    first, *others = arguments.files
+    if len(arguments.files) < (3 if first in FORMATS else 2):
+        parser.error("give a reference and at least one estimate")
+    if first in FORMATS:
+        arguments.format = first
+        arguments.reference, *arguments.estimates = others
+        return
+    if not Path(first).suffix and not Path(first).exists():
+        parser.error(f"{first!r} is neither a file nor a format ({', '.join(FORMATS)})")
+    arguments.reference, arguments.estimates = first, others
+    arguments.format, form = recognise(first), arguments.est_format or recognise(others[0])
+    for file in others[1:]:
+        if not arguments.est_format and recognise(file) != form:
+            raise FileError(file, f"is not in the format of {others[0]}, {form}; score it apart")
+    same = form == arguments.format
+    print_note(
+        f"detected format: {arguments.format}{'' if same else f'; of the estimates: {form}'}"
+    )
+    arguments.est_format = arguments.est_format or (None if same else form)
+
+
+def _check(parser: Parser, arguments: argparse.Namespace, settings: Settings) -> None:
+    """Refuse formats that do not match, and options without a meaning for the format."""
+    form, est_form = settings.form, settings.est_form
+    if (form.timed, form.missing) != (est_form.timed, est_form.missing):
+        parser.error(f"{arguments.est_format} estimates cannot be matched to {arguments.format}")
+    if settings.missing == "ignore" and not form.missing:
+        parser.error(f"--missing ignore has no effect on {arguments.format} files")
+    if arguments.save_aligned and not form.aligned:
+        parser.error(f"--save_aligned cannot write {arguments.format} files")
+
+
+def _set_outputs(arguments: argparse.Namespace, settings: Settings) -> None:
+    """Set the files in the folder of ``--output``, and create the folder."""
+    arguments.output.mkdir(exist_ok=True)
+    for option, name in FOLDER.items():
+        if option == "save_aligned" and not settings.form.aligned:
+            continue
+        if option == "save_plot" and find_spec("matplotlib") is None:
+            print_note(f"{name} is not written: Matplotlib is not installed")
+            continue
+        if getattr(arguments, option) is None:
+            setattr(arguments, option, arguments.output / name)
+
+
+def _outputs(arguments: argparse.Namespace) -> Iterator[tuple[str, Path]]:
+    """Yield all files that will be written, with their options."""
+    for option in SAVED:
+        if path := getattr(arguments, option):
+            yield f"--{option}", path
+    if arguments.save_json:
+        yield "--output", arguments.save_json
+    names = unique_names(arguments.estimates)
+    for option in SAVED_EACH:
+        if path := getattr(arguments, option):
+            yield from ((f"--{option}", target) for target, _ in targets(path, names).values())
+
+
+def _require_extras(arguments: argparse.Namespace) -> None:
+    """Refuse outputs for which something is missing on this machine."""
+    if arguments.save_results:
+        require("evo", "evo")
+    if arguments.save_plot:
+        require("matplotlib", "plots")
+    if arguments.plot:
+        backend = require("matplotlib.pyplot", "plots").get_backend()
+        registry = require("matplotlib.backends.registry", "plots")
+        if backend in registry.backend_registry.list_builtin(
+            registry.BackendFilter.NON_INTERACTIVE
+        ):
+            raise ValueError(f"--plot has no display to show anything on ({backend}); --save_plot")
+
+
+def _score_all(
+    arguments: argparse.Namespace, settings: Settings
+) -> tuple[list[Evaluation], list[dict[str, str]], list[str]]:
+    """Return the evaluations, the files that could not be scored, and notes on the reference."""
+    scored: list[Evaluation] = []
+    failed: list[dict[str, str]] = []
+    notes: list[str] = []
+
+    def fail(file: str, error: Exception) -> None:
+        failed.append({"file": printable(file), "error": one_line(error, file)})
+        print_error(failed[-1]["error"])
+
+    file = arguments.reference
+    try:
+        with collected_warnings() as notes:
+            reference = read_reference(file, settings)
+        if settings.frames is not None:  # once for all estimates
+            file = str(settings.frames)
+            settings = replace(settings, frames=read_stamps(file))
+    except FAILURES as error:
+        fail(file, error)
+        return scored, failed, notes
+    names = unique_names(arguments.estimates)
+    for number, (name, file) in enumerate(zip(names, arguments.estimates, strict=True), 1):
+        show_progress(f"{number}/{len(names)} {name} " if len(names) > 1 else "")
+        try:
+            scored.append(score(reference, file, settings, name=name))
+        except FAILURES as error:
+            fail(file, error)
+    show_progress("")
+    return scored, failed, notes + notes_of_all(scored)
