@@ -27,7 +27,7 @@ def columns(line):
 
 @pytest.mark.parametrize("options", [[], PAPER, [*AT_STAMPS, "--missing", "ignore"]])
 def test_the_table_has_the_same_columns_whatever_the_options(run, score, options):
-    header, row, conditions = run(*TUM, *options)[1].splitlines()
+    header, row, conditions, scale = run(*TUM, *options)[1].splitlines()
     (result,) = score(*TUM, *options)
     assert columns(header) == ["estimate", *HEADER]
     values = dict(zip(HEADER, columns(row)[1:], strict=True))
@@ -36,6 +36,7 @@ def test_the_table_has_the_same_columns_whatever_the_options(run, score, options
     assert values["tracked"] == f"{1 - result['lost']:.1%}"
     assert f"d = {result['unit']:.3g} m" in conditions
     registration = "pcr99, mean over seeds 0 to 9" if options == PAPER else "refined"
+    assert scale.startswith("scale: estimate.txt is 0.")
     assert conditions.startswith(f"alignment: similarity ({registration}); 40 frames at 10 Hz, ")
 
 
