@@ -27,7 +27,7 @@ class Format:
 
 FORMATS = {
     "tum": Format(
-        "time stamps and poses, 'timestamp tx ty tz qx qy qz qw'",
+        "text tables, 'timestamp tx ty tz qx qy qz qw' or with a header that names the columns",
         "groundtruth.txt orb_slam.txt dso.txt",
         files.read_tum,
         True,
@@ -61,14 +61,11 @@ FORMATS = {
         ordered=False,
         read_parts=files.read_colmap_parts,
     ),
-    "vslamlab": Format(
-        "VSLAM-LAB's CSV, 'ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw'",
-        "groundtruth.csv 00000_KeyFrameTrajectory.csv",
-        files.read_vslamlab,
+    "matrices": Format(
+        "folders with a file a pose, a 4x4 matrix (7-Scenes, ScanNet), matched by their number",
+        "scene0000_00/pose estimate/pose",
+        files.read_matrices,
         True,
-        timed=True,
-        quaternions=True,
-        aligned="TUM",
     ),
     "arrays": Format(
         "NumPy's .npy or .npz with (n,4,4) or (n,3,4) matrices, matched by their stamps or rows",

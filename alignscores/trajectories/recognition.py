@@ -2,11 +2,10 @@
 
 from pathlib import Path
 
-import numpy as np
-
-from .files import STDIN, FileError, vslamlab
-from .files.stamps import time_unit
-from .files.text import data_lines, is_number
+from .files import STDIN, FileError
+from .files.matrices import files_of_matrices
+from .files.tables import open_table
+from .files.text import numbered_lines
 
 __all__ = ["recognise"]
 
@@ -24,29 +23,21 @@ def recognise(path: str) -> str:
             return "bag"
         if list(file.glob("images.*")) + list(file.glob("*/images.*")):
             return "colmap"
-        raise FileError(path, f"is a folder with neither a COLMAP model nor a bag; {NAME_IT}")
+        if files_of_matrices(file):
+            return "matrices"
+        reason = f"is a folder with no COLMAP model, bag or matrices in .txt files; {NAME_IT}"
+        raise FileError(path, reason)
     if file.suffix in SUFFIXES:
         return SUFFIXES[file.suffix]
     return _format_of_text(path)
 
 
 def _format_of_text(path: str) -> str:
-    lines = data_lines(path)
-    number, line = next(lines, (0, ""))
-    if not line:
-        raise FileError(path, f"has no lines that tell its format; {NAME_IT}")
-    if line[0] in "{[":
+    first = next((line.lstrip() for _, line in numbered_lines(path) if line.strip()), "")
+    if first[:1] in ("{", "["):
         return "nerf"
-    if line.replace('"', "") == vslamlab.HEADER:
-        return "vslamlab"
-    fields = line.replace(",", " ").split()
-    if not all(map(is_number, fields)) or len(fields) not in (8, 12, 16, 17):
-        reason = f"has {len(fields)} columns, by which no format can be told; {NAME_IT}"
-        raise FileError(path, reason, place=f"line {number}")
-    if "," in line:
-        return "euroc"
-    if len(fields) != 8:
+    columns = open_table(path).columns(w_first=True)
+    if "r11" in columns and "n" not in columns:
         return "kitti"
-    first = (line.split()[0] for line in (line, *(other for _, other in lines)))
-    stamps = np.array([float(stamp) for stamp in first if is_number(stamp, finite=True)])
-    return "euroc" if len(stamps) and time_unit(stamps) == "nanoseconds" else "tum"
+    w_first = "qw" in columns and columns.index("qw") < columns.index("qx")
+    return "euroc" if w_first else "tum"

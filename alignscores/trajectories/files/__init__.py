@@ -12,12 +12,12 @@ from .bags import read_bag
 from .colmap import read_colmap, read_colmap_parts
 from .euroc import read_euroc
 from .kitti import read_kitti
+from .matrices import read_matrices
 from .nerf import read_nerf
 from .poses import Trajectory, TrajectoryWarning, inverse_poses
 from .stamps import read_stamps
 from .text import FAILURES, STDIN, FileError, FilePath
 from .tum import read_tum
-from .vslamlab import read_vslamlab
 
 __all__ = [
     "FAILURES",
@@ -33,8 +33,8 @@ __all__ = [
     "read_colmap_parts",
     "read_euroc",
     "read_kitti",
+    "read_matrices",
     "read_nerf",
     "read_stamps",
     "read_tum",
-    "read_vslamlab",
 ]

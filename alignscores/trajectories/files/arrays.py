@@ -56,7 +56,9 @@ def read_arrays(path: FilePath) -> Trajectory:
     ]
     if len(found) != 1:
         shapes = first_few([f"{name[:40]} {array.shape}" for name, array in arrays.items()])
-        raise FileError(path, f"must have one array of numbers, {SHAPES}; it has {shapes}")
+        raise FileError(
+            path, f"must have one array of numbers, {SHAPES}; it has {shapes or 'none'}"
+        )
     matrices = arrays[found[0]].astype(np.float64)
     source = Source(path, lambda row: f"{found[0]}[{row}]")
     if len(matrices) == 0:
@@ -89,7 +91,8 @@ def unpack_arrays(path: FilePath, content: bytes) -> dict[str, NDArray[Any]]:
             refuse_more(path, unpacked, most_bytes())
         data.seek(0)
         stored = np.load(data, allow_pickle=False)
-        return {"the array": stored} if isinstance(stored, np.ndarray) else dict(stored)
+        members = {"the array": stored} if isinstance(stored, np.ndarray) else dict(stored)
+        return {name: one for name, one in members.items() if isinstance(one, np.ndarray)}
     except (FileError, MemoryError):
         raise
     except Exception:  # a broken archive or header leads to errors of many kinds

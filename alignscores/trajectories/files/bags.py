@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..extras import require
-from .poses import Trajectory, stamped_poses
+from .poses import Trajectory, poses_from_quaternions
 from .text import FileError, FilePath, Source
 
 __all__ = ["read_bag"]
@@ -55,8 +55,9 @@ def read_bag(path: FilePath, *, topic: str | None = None) -> Trajectory:
     if read.num_poses == 0:
         raise FileError(path, f"has no poses on {topic}")
     quaternions = np.roll(read.orientations_quat_wxyz, -1, axis=1)
-    values = np.column_stack([read.timestamps, read.positions_xyz, quaternions])
-    return stamped_poses(values, Source(path, lambda row: f"message {row + 1}"))
+    source = Source(path, lambda row: f"message {row + 1}")
+    poses = poses_from_quaternions(read.positions_xyz, quaternions, source)
+    return Trajectory(read.timestamps, poses)
 
 
 def _only_topic(path: FilePath, bag: Any, evo: Any) -> str:

@@ -1,28 +1,24 @@
 """EuRoC's ``data.csv``, and the estimates for it."""
 
-from itertools import chain, islice
-
-from . import tum
-from .poses import Trajectory, stamped_poses
-from .stamps import in_seconds
-from .text import FilePath, data_lines, read_numbers
+from .poses import Trajectory
+from .tables import read_table
+from .text import FilePath
 
 __all__ = ["read_euroc"]
 
-COLUMNS = "timestamp tx ty tz qw qx qy qz ..."
 
-
-def read_euroc(path: FilePath) -> Trajectory:
+def read_euroc(path: FilePath, *, columns: str | None = None) -> Trajectory:
     r"""Read a EuRoC ``data.csv``: ``timestamp, tx, ty, tz, qw, qx, qy, qz, ...``, stamps in ns.
 
-    A file without commas is read as TUM: estimates for EuRoC sequences are commonly stored so, with
-    stamps in seconds or, as by ORB-SLAM3, in ns. Which it is shows in the stamps, with commas and
-    without.
+    It is read as by `read_tum`, but for two things: without a header, qw comes first where there
+    are commas; and nothing is said of nanoseconds and further columns, which are usual here.
 
     Parameters
     ----------
     path : path
-        As in `read_tum`, with the same errors and the same warning.
+        As in `read_tum`, with the same errors.
+    columns : str, optional
+        As in `read_tum`.
 
     Returns
     -------
@@ -40,14 +36,4 @@ def read_euroc(path: FilePath) -> Trajectory:
     >>> float(stamps[0]), poses[0, :3, 3]
     (1500000000.5, array([1., 2., 3.]))
     """
-    lines = data_lines(path)
-    first = list(islice(lines, 1))
-    lines = chain(first, lines)
-    if first and "," not in first[0][1]:
-        values, source = read_numbers(path, lines, tum.COLUMNS, [8])
-    else:
-        lines = ((number, ",".join(line.split(",")[:8])) for number, line in lines)
-        values, source = read_numbers(path, lines, COLUMNS, [8], ",")
-        values = values[:, [0, 1, 2, 3, 5, 6, 7, 4]]  # qw last, as in TUM files
-    stamps, poses = stamped_poses(values, source)
-    return Trajectory(in_seconds(path, stamps, "seconds", "nanoseconds"), poses)
+    return read_table(path, columns, euroc=True)

@@ -1,31 +1,28 @@
 """KITTI files."""
 
-import numpy as np
-
-from ...validation import finite_rows
-from .poses import Trajectory, poses_from_matrices
-from .text import FilePath, data_lines, read_numbers
+from .poses import Trajectory
+from .tables import read_table
+from .text import FileError, FilePath
 
 __all__ = ["read_kitti"]
 
-COLUMNS = "r11 r12 r13 tx r21 r22 r23 ty r31 r32 r33 tz"
-LAST_ROW = [0.0, 0.0, 0.0, 1.0]
 
-
-def read_kitti(path: FilePath) -> Trajectory:
+def read_kitti(path: FilePath, *, columns: str | None = None) -> Trajectory:
     r"""Read a KITTI file: in each line a camera-to-world matrix, row by row.
 
     Parameters
     ----------
     path : path
         As in `read_tum`, with the same errors. Lines have 12 numbers, the upper three rows, or 16,
-        which end with 0 0 0 1.
+        which end with 0 0 0 1; or the number of the frame before them.
+    columns : str, optional
+        As in `read_tum`.
 
     Returns
     -------
     Trajectory
-        Row numbers and poses. Matrices that are rotations up to rounding are replaced by the
-        nearest rotation.
+        Numbers of rows, or of frames, and poses. Matrices that are rotations up to rounding are
+        replaced by the nearest rotation.
 
     Warns
     -----
@@ -43,10 +40,7 @@ def read_kitti(path: FilePath) -> Trajectory:
     >>> rows, poses[0, :3, 3]
     (array([0]), array([4., 5., 6.]))
     """
-    values, source = read_numbers(path, data_lines(path), COLUMNS, [12, 16])
-    rows = values.reshape(len(values), -1, 4)
-    matrices, last_rows = rows[:, :3], rows[:, 3:]
-    wrong = (last_rows != LAST_ROW).any(axis=(1, 2)) & finite_rows(matrices)
-    source.refuse(wrong, "16 columns must end with 0 0 0 1")
-    poses = poses_from_matrices(matrices, source)
-    return Trajectory(np.arange(len(poses)), poses)
+    trajectory = read_table(path, columns)
+    if trajectory.keys.dtype.kind == "f":
+        raise FileError(path, "has time stamps, which the kitti format has not; give tum instead")
+    return trajectory

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ...arrays import Floats
 from ...averaging import rotations_from_quaternions
 from ...validation import finite_rows
-from .text import Source
+from .text import FilePath, Source
 
 __all__ = ["Trajectory", "TrajectoryWarning", "inverse_poses"]
 
@@ -52,21 +52,33 @@ def inverse_poses(poses: Floats) -> Floats:
     return inverse
 
 
-def stamped_poses(values: Floats, source: Source) -> Trajectory:
-    """Return the stamps and poses of rows ``timestamp tx ty tz qx qy qz qw``."""
-    stamps, positions, quaternions = values[:, 0], values[:, 1:4], values[:, 4:]
-    source.refuse(~np.isfinite(stamps), "the time stamp is not finite")
+def poses_from_positions(positions: Floats) -> Floats:
+    """Return poses (n, 4, 4) without rotations, which are nan."""
+    poses = np.tile(np.eye(4), (len(positions), 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = np.nan, positions
+    return poses
+
+
+def poses_from_quaternions(positions: Floats, quaternions: Floats, source: Source) -> Floats:
+    """Return poses (n, 4, 4); quaternions are x, y, z, w.
+
+    Quaternions of zeros are no rotations; in some rows alone, the pose was not estimated.
+    """
+    poses = poses_from_positions(positions)
     with np.errstate(over="ignore"):
         lengths = np.linalg.norm(quaternions, axis=1)
-    source.refuse(lengths == 0, "the quaternion is zero, which is not a rotation")
-    _warn_of(np.abs(lengths - 1), source, "has a quaternion that is not of unit length")
-
-    poses = np.tile(np.eye(4), (len(stamps), 1, 1))
-    poses[:, :3, :3], poses[:, :3, 3] = np.nan, positions
-    estimated = np.isfinite(lengths)
+    zero = lengths == 0
+    _warn_of(np.abs(lengths - ~zero), source, "has a quaternion that is not of unit length")
+    estimated = np.isfinite(lengths) & ~zero
     unit = quaternions[estimated] / lengths[estimated, None]
     poses[estimated, :3, :3] = rotations_from_quaternions(unit)
-    return Trajectory(stamps, poses)
+    if zero.all():
+        warn(source.path, "all quaternions are zero, which are no rotations")
+    elif zero.any():
+        poses[zero, :3, 3] = np.nan
+        poses_have = "pose has" if zero.sum() == 1 else "poses have"
+        warn(source.path, f"{zero.sum()} {poses_have} a quaternion of zeros: not estimated")
+    return poses
 
 
 def poses_from_matrices(matrices: Floats, source: Source) -> Floats:
@@ -116,3 +128,8 @@ def _warn_of(deviation: Floats, source: Source, what: str) -> None:
             TrajectoryWarning,
             stacklevel=4,
         )
+
+
+def warn(path: FilePath, what: str) -> None:
+    """Warn of what is unusual in a file."""
+    warnings.warn(f"{path}: {what}", TrajectoryWarning, stacklevel=4)

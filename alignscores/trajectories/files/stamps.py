@@ -1,13 +1,29 @@
 """Time stamps: their unit, and files that hold nothing else of interest."""
 
+import re
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ...arrays import Floats
-from .text import FileError, FilePath, data_lines, is_number
+from .poses import warn
+from .text import FileError, FilePath, Source, is_number, numbered_lines
 
-__all__ = ["read_stamps"]
+__all__ = ["UNIT_OF_WORD", "in_seconds", "numbers_or_stamps", "read_stamps", "time_unit"]
 
 TIME_UNITS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+UNIT_OF_WORD = {  # in the names of columns
+    word: unit
+    for unit, words in {
+        "seconds": "s sec secs second seconds",
+        "milliseconds": "ms msec msecs milliseconds",
+        "microseconds": "us usec usecs microseconds",
+        "nanoseconds": "ns nsec nsecs nanosec nanosecs nanoseconds",
+    }.items()
+    for word in words.split()
+}
 MAX_SECONDS = 1e11  # larger time stamps, as a rule, are in a smaller unit
 MAX_ELAPSED = 1e14  # nanoseconds, a day or so; larger time stamps are not counted from a start
 NANOSECOND_STEP = 5e5  # stamps since a start that differ by more are in nanoseconds
@@ -25,13 +41,12 @@ def read_stamps(path: FilePath) -> Floats:
     Returns
     -------
     (n,) ndarray
-        Time stamps in seconds; those of a file in nanoseconds are divided by 1e9.
+        Time stamps in seconds, whatever their unit is in the file.
 
     Raises
     ------
     FileError
-        Where the file cannot be read, a line does not begin with a finite number, or the stamps
-        are in milliseconds or microseconds.
+        Where the file cannot be read, or a line does not begin with a finite number.
 
     Examples
     --------
@@ -46,19 +61,20 @@ def read_stamps(path: FilePath) -> Floats:
     """
     stamps: list[float] = []
     may_be_header = True
-    for line_number, line in data_lines(path):
-        fields = line.replace(",", " ").split()
-        if not fields:
+    for line_number, line in numbered_lines(path):
+        first = re.split(r"[\s,;]", line.strip().strip('",;'), maxsplit=1)[0]
+        if not first or first.startswith("#"):
             continue
-        if is_number(fields[0], finite=True):
-            stamps.append(float(fields[0]))
+        if is_number(first, finite=True):
+            stamps.append(float(first))
         elif not may_be_header:
-            reason = f"must begin with a time stamp, not {fields[0][:40]!r}"
+            reason = f"must begin with a time stamp, not {first[:40]!r}"
             raise FileError(path, reason, place=f"line {line_number}")
         may_be_header = False
     if not stamps:
         raise FileError(path, "has no time stamps")
-    return in_seconds(path, np.array(stamps), "seconds", "nanoseconds")
+    found = np.array(stamps)
+    return found / TIME_UNITS[time_unit(found)]
 
 
 def time_unit(stamps: Floats) -> str:
@@ -75,13 +91,23 @@ def time_unit(stamps: Floats) -> str:
     return next(units, "nanoseconds")
 
 
-def in_seconds(path: FilePath, stamps: Floats, *units: str) -> Floats:
-    """Return time stamps in seconds, of a file that may have them in any of the given units."""
-    unit = time_unit(stamps)
-    if unit not in units:
-        raise FileError(
-            path,
-            f"its time stamps seem to be in {unit} (the first is {stamps[0]:.0f}); write them in "
-            f"{' or '.join(units)}",
-        )
-    return stamps / TIME_UNITS[unit]
+def in_seconds(path: FilePath, columns: Mapping[str, Floats]) -> Floats:
+    """Return time stamps in seconds: the sum of columns of known units, or t of any unit.
+
+    There is a warning if its size shows another unit than seconds.
+    """
+    if "t" not in columns:
+        parts = [values / TIME_UNITS[name[2:]] for name, values in columns.items()]
+        return np.asarray(np.sum(parts, axis=0))
+    unit = time_unit(columns["t"])
+    if unit != "seconds":
+        warn(path, f"time stamps in {unit}, as their size shows")
+    return columns["t"] / TIME_UNITS[unit]
+
+
+def numbers_or_stamps(values: Floats, source: Source) -> NDArray[Any]:
+    """Return numbers of frames; those that are not whole, or are too large, are time stamps."""
+    source.refuse(~np.isfinite(values), "the number is not finite")
+    if (values != np.round(values)).any() or time_unit(values) != "seconds":
+        return in_seconds(source.path, {"t": values})
+    return values.astype(np.int64)

@@ -1,14 +1,12 @@
-"""Text files, also compressed or from stdin, and the numbers in their lines."""
+"""Files of text and bytes, also compressed or from stdin, and what is wrong with them."""
 
 import gzip
 import os
 import sys
 import zlib
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from io import BytesIO, TextIOWrapper
-from itertools import islice
 from math import isfinite
 from os import PathLike
 from pathlib import Path
@@ -16,7 +14,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from ...arrays import Booleans, Floats, Indices
+from ...arrays import Booleans
 
 __all__ = ["FAILURES", "STDIN", "FileError"]
 
@@ -28,9 +26,7 @@ GZIP = b"\x1f\x8b"  # the first bytes
 LIMIT = "ALIGNSCORES_MAX_MB"  # the variable of the environment that raises the bound
 MOST_MB = 256
 BYTES_OF_LINE = 64  # of the bound: a file may have as many lines as this makes of it
-BYTES, BLOCK = 1 << 20, 10_000  # bytes and lines that are read at a time
-LONGEST_LINE = 10_000  # characters of a line of numbers
-FORMAT_OF_COLUMNS = {8: "tum", 12: "kitti", 16: "kitti"}
+BYTES = 1 << 20  # that are read at a time
 
 
 class FileError(ValueError):
@@ -152,75 +148,11 @@ def _decoded(path: FilePath, data: bytes) -> str:
 
 def numbered_lines(path: FilePath) -> Lines:
     """Yield the lines of a text file, whatever ends them, with their numbers."""
-    data = read_bytes(path)
+    data, most = read_bytes(path), most_bytes() // BYTES_OF_LINE
     _decoded(path, data)  # at once: a decoder of blocks does not tell the line
-    yield from enumerate(TextIOWrapper(BytesIO(data), "utf-8-sig"), 1)
-
-
-def data_lines(path: FilePath) -> Lines:
-    """Yield the stripped lines of a text file that are neither blank nor comments."""
-    most = most_bytes() // BYTES_OF_LINE
-    for number, line in numbered_lines(path):
-        if (stripped := line.strip()) and stripped[0] != "#":
-            refuse_more(path, number, most, "lines")
-            yield number, stripped
-
-
-def read_numbers(
-    path: FilePath, lines: Lines, columns: str, counts: Sequence[int], delimiter: str | None = None
-) -> tuple[Floats, Source]:
-    """Return the numbers of a file, a row a line, and where the rows are in the file.
-
-    `columns` names the columns for errors, `counts` has the numbers of columns that a file may
-    have.
-    """
-    blocks: list[Floats] = []
-    numbers: list[Indices] = []
-    while block := list(islice(lines, BLOCK)):
-        width = blocks[0].shape[1] if blocks else 0
-        blocks.append(_numbers(path, block, columns, counts, delimiter, width))
-        numbers.append(np.array([number for number, _ in block]))
-    if not blocks:
-        raise FileError(path, "has no poses")
-    places = np.concatenate(numbers)
-    return np.concatenate(blocks), Source(path, lambda row: f"line {places[row]}")
-
-
-def _numbers(
-    path: FilePath,
-    block: Sequence[tuple[int, str]],
-    columns: str,
-    counts: Sequence[int],
-    delimiter: str | None,
-    width: int,
-) -> Floats:
-    """Return the numbers of some lines; `width` is that of those before, 0 of the first ones."""
-    for number, line in block:
-        if len(line) > LONGEST_LINE:
-            reason = f"has more than {LONGEST_LINE} characters"
-            raise FileError(path, reason, place=f"line {number}")
-    with suppress(ValueError):
-        text = [line for _, line in block]
-        values = np.loadtxt(text, comments=None, delimiter=delimiter, ndmin=2)
-        if values.shape[1] in ([width] if width else counts):
-            return values
-    # Line by line takes twice as long, but tells which line is malformed.
-    rows: list[list[float]] = []
-    for number, line in block:
-        place = f"line {number}"
-        fields = line.split(delimiter)
-        if len(fields) not in counts:
-            raise FileError(path, _wrong_columns(fields, columns), place=place)
-        header = "" if width else "; a header line begins with #"
-        width = width or len(fields)
-        if len(fields) != width:
-            reason = f"has {len(fields)} columns, the first line {width}"
-            raise FileError(path, reason, place=place)
-        for field in fields:
-            if not is_number(field):
-                raise FileError(path, f"{field[:40]!r} is not a number{header}", place=place)
-        rows.append(list(map(float, fields)))
-    return np.array(rows)
+    for number, line in enumerate(TextIOWrapper(BytesIO(data), "utf-8-sig"), 1):
+        refuse_more(path, number, most, "lines")
+        yield number, line
 
 
 def is_number(field: str, *, finite: bool = False) -> bool:
@@ -229,12 +161,3 @@ def is_number(field: str, *, finite: bool = False) -> bool:
         return isfinite(float(field)) or not finite
     except ValueError:
         return False
-
-
-def _wrong_columns(fields: Sequence[str], columns: str) -> str:
-    reason = f"has {len(fields)} column{'s'[: len(fields) != 1]}, not {columns!r}"
-    if len(fields) in FORMAT_OF_COLUMNS:
-        reason += f"; {len(fields)} columns are the {FORMAT_OF_COLUMNS[len(fields)]} format"
-    elif "," in fields[0]:
-        reason += "; files with commas are the euroc format"
-    return reason

@@ -39,7 +39,7 @@ WRONG = [
     ([*COLMAP, "--t_offset", "1"], "t_offset needs time stamps, which colmap files lack"),
     ([*KITTI, "--missing", "ignore"], "--missing ignore has no effect on kitti files"),
     (["compare"], "the following arguments are required: [FORMAT] REF EST; see alignscores comp"),
-    (["compare", "sfm", "a", "b"], "give a format (tum, kitti, euroc, colmap, vslamlab, arrays, "),
+    (["compare", "sfm", "a", "b"], "give a format (tum, kitti, euroc, colmap, matrices, arrays, "),
     ([*COMPARE, "--jobs", "0"], "argument --jobs: must be a whole number of at least 1, not '0'"),
     ([*COMPARE, "--html", "page.txt"], "argument --html: page.txt does not end in .html"),
     ([*COMPARE, "--fail_on", "worse"], "argument --fail_on: worse: needs --baseline FILE"),

@@ -14,7 +14,7 @@ from alignscores.trajectories.files import (
     read_stamps,
     read_tum,
 )
-from alignscores.trajectories.files.text import BLOCK
+from alignscores.trajectories.files.tables import BLOCK
 from alignscores.trajectories.recognition import recognise
 
 LINE = b"%d 1 2 3 0 0 0 1\n"
@@ -95,7 +95,7 @@ def test_what_has_no_end_is_refused(small):
 
 def test_the_bound_can_be_raised(tmp_path, monkeypatch):
     path = tmp_path / "x.txt"
-    path.write_bytes(b"".join(LINE % n for n in range(60_000)))
+    path.write_bytes(b"-1 1 2 3 1 0 0 0\n" + b"".join(LINE % n for n in range(59_999)))
     monkeypatch.setenv("ALIGNSCORES_MAX_MB", "4.5")
     assert len(read_tum(path).keys) == 60_000
     for wrong in ("0", "x", "nan"):
@@ -107,7 +107,8 @@ def test_the_bound_can_be_raised(tmp_path, monkeypatch):
 @pytest.mark.parametrize("n", [BLOCK - 1, BLOCK, 2 * BLOCK + 3])
 def test_blocks_do_not_matter(tmp_path, n):
     stamps = np.arange(n) / 8
-    text = "# one\n\n" + "".join(f"{stamp!r} 1 2 3 0 0 0 1\r\n" for stamp in stamps.tolist())
+    rows = [f"{stamp!r} 1 2 3 0 0 0 1\r\n" for stamp in stamps.tolist()]
+    text = "# one\n\n" + "".join([*rows[:-1], rows[-1].replace("0 0 0 1", "1 0 0 0")])
     path = tmp_path / "x.txt"
     path.write_text(text)
     np.testing.assert_array_equal(read_tum(path).keys, stamps)

@@ -6,6 +6,7 @@ Files that are wrong in some way are in cli/test_wrong_input.py, hostile ones in
 import gzip
 import json
 import shutil
+import zipfile
 
 import numpy as np
 import pycolmap
@@ -21,10 +22,10 @@ from alignscores.trajectories.files import (
     read_colmap_parts,
     read_euroc,
     read_kitti,
+    read_matrices,
     read_nerf,
     read_stamps,
     read_tum,
-    read_vslamlab,
 )
 
 
@@ -132,20 +133,18 @@ def test_nerf_camera_axes_are_turned(write, rows):
 @pytest.mark.parametrize(
     "content",
     [
-        "# c\n0 1 2 3 0 0 0 1\n1 4 5 6 0 0 0 1\n",
-        "0 1 2 3 0 0 0 1\r\n1 4 5 6 0 0 0 1\r\n",
-        "0 1 2 3 0 0 0 1\r1 4 5 6 0 0 0 1",
-        "\ufeff0 1 2 3 0 0 0 1\n\n  1\t4  5 6 0 0 0 1  \n\n",
-        "0 1 2 3 0 0 0 1\n  # c\n1 4 5 6 0 0 0 1",
-        "0 1 2 3 0 0 0 1\n1.0e0 4. +5 6 0 -0 0 1",
-        "0 1 2 3 0 0 0 1\n1 0_4 5 6 0 0 0 1",
+        "# c\n0 1 2 3 0 0 0 1\n1 4 5 6 1 0 0 0\n",
+        "0 1 2 3 0 0 0 1\r\n1 4 5 6 1 0 0 0\r\n",
+        "0 1 2 3 0 0 0 1\r1 4 5 6 1 0 0 0",
+        "\ufeff0 1 2 3 0 0 0 1\n\n  1\t4  5 6 1 0 0 0  \n\n",
+        "0 1 2 3 0 0 0 1\n  # c\n1.0e0 4. +5 6 1 -0 0 0",
     ],
 )
 def test_harmless_differences(write, content):
     stamps, poses = read_tum(write(content))
     np.testing.assert_array_equal(stamps, [0, 1])
     np.testing.assert_array_equal(poses[:, :3, 3], [[1, 2, 3], [4, 5, 6]])
-    np.testing.assert_array_equal(poses[:, :3, :3], np.tile(np.eye(3), (2, 1, 1)))
+    np.testing.assert_array_equal(poses[:, :3, :3], [np.eye(3), np.diag([1, -1, -1])])
 
 
 def test_compressed_files(examples, write, tmp_path):
@@ -162,25 +161,27 @@ def test_compressed_files(examples, write, tmp_path):
 
 def test_what_is_known_of_a_pose_is_kept(write):
     """A position without a rotation; infinite quaternions, and too long ones, are none."""
-    numbers = "nan 2 3 0 0 0 1", "1 2 3 nan 0 0 1", "1 2 3 1e200 0 0 1e200", "1 2 3 0 0 0 1"
+    numbers = "nan 2 3 0 0 0 1", "1 2 3 nan 0 0 1", "1 2 3 1e200 0 0 1e200", "1 2 3 1 0 0 0"
     _, poses = read_tum(write([f"{stamp} {line}" for stamp, line in enumerate(numbers)]))
     assert np.isfinite(poses[:, :3, 3]).all(axis=1).tolist() == [False, True, True, True]
     assert np.isfinite(poses[:, :3, :3]).all(axis=(1, 2)).tolist() == [True, False, False, True]
 
 
 def test_quaternions_are_normalised(write, recwarn):
-    rotation = Rotation.from_rotvec([0.3, -0.2, 0.9])
+    rotations = Rotation.random(4, rng=0)
     lines = [
-        f"{i} 0 0 0 " + " ".join(map(str, length * rotation.as_quat()))
-        for i, length in enumerate((1, 1.001, 3, 3))
+        f"{i} 0 0 0 " + " ".join(map(str, length * quaternion))
+        for i, (length, quaternion) in enumerate(
+            zip((1, 1.001, 3, 3), rotations.as_quat(), strict=True)
+        )
     ]
     _, poses = read_tum(write(lines[:2]))
-    np.testing.assert_allclose(poses[:, :3, :3], [rotation.as_matrix()] * 2, atol=1e-14)
+    np.testing.assert_allclose(poses[:, :3, :3], rotations.as_matrix()[:2], atol=1e-14)
     assert not recwarn.list
     message = r"line 3: .* unit length \(off by 2\) and so have 1 more; normalised"
     with pytest.warns(TrajectoryWarning, match=message):
         _, poses = read_tum(write(lines))
-    np.testing.assert_allclose(poses[:, :3, :3], [rotation.as_matrix()] * 4, atol=1e-14)
+    np.testing.assert_allclose(poses[:, :3, :3], rotations.as_matrix(), atol=1e-14)
 
 
 def test_rounded_matrices_become_rotations(write):
@@ -196,34 +197,47 @@ def test_rounded_matrices_become_rotations(write):
     np.testing.assert_allclose(poses[0, :3, :3], np.eye(3), atol=1e-9)
 
 
-def test_euroc(write):
-    content = "#time,...\n1000000000,1,2,3,1,0,0,0,9,9\n\n2000000000, 4, 5, 6, 0, 1, 0, 0, x,\n"
-    stamps, poses = read_euroc(write(content))
-    np.testing.assert_array_equal(stamps, [1.0, 2.0])
-    np.testing.assert_array_equal(poses[1, :3, :3], np.diag([1.0, -1.0, -1.0]))
-    in_seconds = read_euroc(write("1400000000.05,1,2,3,1,0,0,0\n1400000000.1,1,2,3,1,0,0,0\n"))
-    np.testing.assert_allclose(in_seconds.keys, [1400000000.05, 1400000000.1], rtol=0, atol=1e-6)
-
-
 def test_stamps_of_a_file(write):
     """The first column, below a header."""
     path = write("# x\n\n,,\ntime,file\n 1.5,a\n2.5 b c\n,\n3\n")
     assert read_stamps(path).tolist() == [1.5, 2.5, 3]
 
 
-def test_vslamlab_needs_its_header(write):
-    header = "ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw"
-    stamps, found = read_vslamlab(write(["# x", header, "500000000,1,2,3,1,0,0,0"]))
-    assert stamps.tolist() == [0.5]
-    assert found[0, :3, 3].tolist() == [1, 2, 3]
-    assert found[0, :3, :3].tolist() == np.diag([1, -1, -1]).tolist()
-    with pytest.raises(FileError, match="line 2: has 1 column, not 'ts"):
-        read_vslamlab(write([header, "5 1 2 3 0 0 0 1"]))
-    for content in ("", "500000000,1,2,3,1,0,0,0\n"):
-        with pytest.raises(
-            FileError, match=r"must begin with 'ts \(ns\),.*', as files of VSLAM-LAB"
-        ):
-            read_vslamlab(write(content))
+def matrix(x, rows=4):
+    text = [f"0 -1 0 {x}", "1 0 0 2", "0 0 1 3", "0 0 0 1"]
+    return "\n".join(text[:rows]) + "\n"
+
+
+def test_folders_of_matrices(tmp_path):
+    """By their numbers, not their names; a pose of infinite numbers was not estimated."""
+    lost = "-inf -inf -inf -inf\n" * 4
+    for name, text in (("10", matrix(5, 3)), ("9", lost), ("frame-000002", matrix(4))):
+        (tmp_path / f"{name}.txt").write_text(text)
+    numbers, poses = read_matrices(tmp_path)
+    assert numbers.tolist() == [2, 9, 10]
+    assert np.isfinite(poses[:, 0, 3]).tolist() == [True, False, True]
+    assert poses[[0, 2], :3, 3].tolist() == [[4, 2, 3], [5, 2, 3]]
+    (tmp_path / "a.txt").write_text(matrix(6))
+    assert read_matrices(tmp_path).keys.tolist() == ["10", "9", "a", "frame-000002"]
+    (tmp_path / "7.pose.txt").write_text(matrix(7))  # of 7-Scenes, whose folders hold more
+    assert read_matrices(tmp_path).keys.tolist() == [7]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (None, " is not a folder with matrices in .txt files"),
+        ("1 2 3\n", ".*1.txt: must hold a 4 x 4 matrix, not 1 x 3"),
+        (matrix(0) + "0 0 0 1\n", ".*1.txt: must hold a 4 x 4 matrix, not 5 x 4"),
+        (matrix(0, 3) + "0 0 1 0\n", ".*1.txt: must end with 0 0 0 1"),
+        ("9 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n", ", 1.txt: the matrix is not a rotation"),
+    ],
+)
+def test_folders_without_matrices(tmp_path, text, reason):
+    if text:
+        (tmp_path / "1.txt").write_text(text)
+    with pytest.raises(FileError, match=f"{tmp_path}.*{reason}"):
+        read_matrices(tmp_path)
 
 
 POSES = np.tile(np.eye(4), (3, 1, 1))
@@ -255,6 +269,7 @@ ONE_ARRAY = r"must have one array of numbers, \(n, 4, 4\) or \(n, 3, 4\); it has
 @pytest.mark.parametrize(
     ("arrays", "reason"),
     [
+        ({}, rf": {ONE_ARRAY}none"),
         ({"p": POSES + 1}, r", p\[0\]: the last row must be 0 0 0 1"),
         ({"p": POSES[:0]}, ": has no poses"),
         ({"p": POSES, "t": np.zeros(3), "u": np.ones(3)}, ": has 2 arrays of 3 numbers; leave"),
@@ -270,3 +285,11 @@ def test_arrays_that_are_no_trajectory(tmp_path, arrays, reason):
     np.savez(path, **arrays)
     with pytest.raises(FileError, match=f"x.npz{reason}"):
         read_arrays(path)
+
+
+def test_an_archive_may_hold_other_files(tmp_path):
+    """As a zip of anything; none of them is an array."""
+    with zipfile.ZipFile(tmp_path / "x.npz", "w") as archive:
+        archive.writestr("readme.txt", "words")
+    with pytest.raises(FileError, match=f"x.npz: {ONE_ARRAY}none"):
+        read_arrays(tmp_path / "x.npz")

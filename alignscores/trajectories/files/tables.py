@@ -1,0 +1,210 @@
+"""Text tables: a pose a line."""
+
+import re
+import warnings
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import chain, islice
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Floats
+from .columns import (
+    LAST_ROW,
+    NAME_THEM,
+    QUATERNION,
+    ROTATION,
+    columns_by_width,
+    columns_of_header,
+    parse_columns,
+)
+from .poses import (
+    Trajectory,
+    poses_from_matrices,
+    poses_from_positions,
+    poses_from_quaternions,
+    warn,
+)
+from .stamps import in_seconds, numbers_or_stamps
+from .text import FileError, FilePath, Lines, Source, is_number, numbered_lines
+
+__all__ = ["Table", "open_table", "read_table"]
+
+COMMENTS = ("#", "%", "//")
+MISSING = {"", "na", "none", "null"}  # what stands in a table instead of a number
+BLOCK = 10_000  # lines that are parsed at a time
+LONGEST_LINE = 10_000  # characters
+
+
+def read_table(path: FilePath, columns: str | None = None, *, euroc: bool = False) -> Trajectory:
+    """Read a text table of poses, whose columns are named by `columns`, a header or their number.
+
+    Tables of EuRoC with commas have w first, if nothing names their columns; that they are in
+    nanoseconds and have more columns goes without saying.
+    """
+    table = open_table(path)
+    names = table.columns(columns, w_first=euroc)
+    used = [name for name in names if name != "-"]
+    values, source = table.numbers([names.index(name) for name in used])
+    column = dict(zip(used, values.T, strict=True))
+    with warnings.catch_warnings():
+        if euroc:
+            warnings.filterwarnings("ignore", ".*: time stamps in nanoseconds")
+        elif unread := len(names) - len(used):
+            warn(path, f"read {' '.join(used)}, not the other {unread} of {len(names)} columns")
+        return Trajectory(_keys(column, source), _poses(column, source))
+
+
+def _keys(column: dict[str, Floats], source: Source) -> NDArray[Any]:
+    """Return time stamps in seconds, otherwise the numbers of frames or rows."""
+    stamps = {name: values for name, values in column.items() if name[0] == "t"}
+    for values in stamps.values():
+        source.refuse(~np.isfinite(values), "the time stamp is not finite")
+    if stamps:
+        return in_seconds(source.path, stamps)
+    if "n" in column:
+        return numbers_or_stamps(column["n"], source)
+    return np.arange(len(column["x"]))
+
+
+def _poses(column: dict[str, Floats], source: Source) -> Floats:
+    positions = np.column_stack([column["x"], column["y"], column["z"]])
+    if "qw" in column:
+        quaternions = np.column_stack([column[name] for name in QUATERNION])
+        return poses_from_quaternions(positions, quaternions, source)
+    if "r11" not in column:
+        return poses_from_positions(positions)
+    rotations = np.column_stack([column[name] for name in ROTATION]).reshape(-1, 3, 3)
+    matrices = np.dstack([rotations, positions])
+    if "r44" in column:
+        last = np.column_stack([column[name] for name in LAST_ROW])
+        wrong = (last != [0, 0, 0, 1]).any(axis=1) & np.isfinite(matrices).all(axis=(1, 2))
+        source.refuse(wrong, "16 columns must end with 0 0 0 1")
+    return poses_from_matrices(matrices, source)
+
+
+@dataclass(frozen=True)
+class Table:
+    """A text file with a row of fields a line."""
+
+    path: FilePath
+    header: str  # the line above the first row, or the comment, that names columns
+    separator: str | None  # None: blanks
+    first: list[str]  # fields of the first row
+    line: int  # its number
+    rows: Lines  # all of them, with the numbers of their lines
+
+    def columns(self, given: str | None = None, *, w_first: bool = False) -> list[str]:
+        """Return what each column holds."""
+        width = len(self.first)
+        names = parse_columns(given) if given else columns_of_header(self.header)
+        if given and len(names) > width:
+            raise self._error(f"has {width} columns, not the {len(names)} of {given!r}")
+        if "x" not in names or len(names) > width:
+            self._check_header(len(names))
+            names = columns_by_width(self.first, w_first=w_first and self.separator is not None)
+        if not names:
+            columns = "column" if width == 1 else "columns"
+            raise self._error(f"has {width} {columns}, whose meaning is unknown; {NAME_THEM}")
+        return names + ["-"] * (width - len(names))
+
+    def _error(self, reason: str) -> FileError:
+        return FileError(self.path, reason, place=f"line {self.line}")
+
+    def _check_header(self, n_names: int) -> None:
+        """Refuse a table whose columns have other names."""
+        if re.search("latitude|(?<![a-z])lat(?![a-z])", self.header.lower()):
+            raise FileError(self.path, "has latitudes; it takes positions x, y, z in one unit")
+        if self.header and not self.header.startswith(COMMENTS) and n_names == len(self.first):
+            reason = f"its header names no x, y, z ({self.header[:60]!r}); {NAME_THEM}"
+            raise FileError(self.path, reason)
+
+    def numbers(self, columns: Sequence[int]) -> tuple[Floats, Source]:
+        """Return the numbers in some columns, and where the rows are in the file."""
+        blocks, places = [], []
+        while block := list(islice(self.rows, BLOCK)):
+            blocks.append(self._block(block, columns))
+            places += [number for number, _ in block]
+        return np.concatenate(blocks), Source(self.path, lambda row: f"line {places[row]}")
+
+    def _block(self, block: Sequence[tuple[int, str]], columns: Sequence[int]) -> Floats:
+        """Return the numbers of some lines."""
+        exact = list(columns) == list(range(len(self.first)))
+        with suppress(ValueError):
+            values = np.loadtxt(
+                [text for _, text in block],
+                comments=None,
+                delimiter=self.separator,
+                usecols=None if exact else columns,
+                ndmin=2,
+            )
+            if values.shape[1] == len(columns):
+                return values
+        # Line by line takes longer, but tells which line is malformed.
+        return np.array([self._row(number, text, columns) for number, text in block])
+
+    def _row(self, number: int, text: str, columns: Sequence[int]) -> list[float]:
+        """Return the numbers of a line."""
+        fields, width, place = text.split(self.separator), len(self.first), f"line {number}"
+        fields = fields if "".join(fields[width:]).strip() else fields[:width]
+        if len(fields) <= max(columns) or (len(columns) == width != len(fields)):
+            reason = f"has {len(fields)} column{'s'[: len(fields) != 1]}, the first row {width}"
+            raise FileError(self.path, reason, place=place)
+        used = [fields[column].strip() for column in columns]
+        used = ["nan" if field.lower() in MISSING else field for field in used]
+        for field in used:
+            if not is_number(field):
+                reason = f"{field[:40]!r} is not a number; --columns names the columns"
+                raise FileError(self.path, reason, place=place)
+        return list(map(float, used))
+
+
+def open_table(path: FilePath) -> Table:
+    """Return the table of a text file, with its header and its first row."""
+    lines, header = numbered_lines(path), ""
+    for number, line in lines:
+        text = line.strip()
+        is_comment = text.startswith(COMMENTS)
+        if not is_comment and any(map(is_number, re.split(r"[\s,;]+", text))):
+            separator, translation = _separator(text.partition("#")[0])
+            rows = _rows(path, chain([(number, line)], lines), translation)
+            first = next(rows)
+            fields = _fields(first[1], separator)
+            return Table(path, header, separator, fields, first[0], chain([first], rows))
+        if text and (not (is_comment and header) or "x" in columns_of_header(text)):
+            header = text
+    raise FileError(path, f"has no poses{header and ': it has no line of numbers'}")
+
+
+def _separator(text: str) -> tuple[str | None, dict[int, str | None]]:
+    """Return what separates the fields of a line, and what is to be replaced in the file."""
+    separator = next((mark for mark in ";," if mark in text), None)
+    if separator and any(len(field.split()) > 1 for field in text.split(separator)):
+        separator = None  # blanks and others
+    translation: dict[int, str | None] = {ord('"'): None}
+    if separator == ";":
+        translation[ord(",")] = "."  # a decimal comma
+    elif separator is None:
+        translation |= {ord(","): " ", ord(";"): " "}
+    return separator, translation
+
+
+def _rows(path: FilePath, lines: Lines, translation: dict[int, str | None]) -> Lines:
+    """Yield the lines that are neither blank nor comments."""
+    for number, line in lines:
+        text = line.partition("#")[0].strip()
+        if not text or text.startswith(COMMENTS):
+            continue
+        if len(text) > LONGEST_LINE:
+            reason = f"has more than {LONGEST_LINE} characters"
+            raise FileError(path, reason, place=f"line {number}")
+        yield number, text.translate(translation)
+
+
+def _fields(text: str, separator: str | None) -> list[str]:
+    """Return the fields of a line; a separator may end it."""
+    fields = text.split(separator)
+    return fields[:-1] if separator and not fields[-1].strip() else fields
