@@ -1,6 +1,6 @@
 # Everything on one page.
 
-PAGE_CODE = code("report", "alignscores/explorer", ends=["*"])
+PAGE_CODE = code("report", ends=["*"])
 
 
 rule report_page:

@@ -14,7 +14,7 @@ from ..arrays import Floats
 from ..evaluation.evaluation import STATUSES, Evaluation, finite_or_none
 from ..histogram import AlignmentScore
 from ..metrics import SCORES
-from ..pages.trajectories import page
+from ..pages.estimates import page
 from ..protocols.trajectory import STATISTICS
 from ..texts import csv_text, numbered, printable, unique_names
 from ..trajectories.extras import require

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Mapping, Sequence
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -16,19 +15,18 @@ from ..comparison.runs import Outcome, reference_of
 from ..comparison.summary import Summary
 from ..comparison.tables import Cell, Names, Table, conditions, legend, tables
 from ..evaluation.notes import collected_warnings
-from ..explorer import source
-from ..explorer.document import data_element, document
 from ..texts import printable
+from .document import data_element, document, packed, source
 from .drawings import colour_and_dash, dots, errors_over_time, forest, style
+from .estimates import page_without_data
 from .sequences import sequences_data
-from .trajectories import packed, page_without_data
 
 __all__ = ["page"]
 
 
 # Quantiles of the errors of a system on a sequence; scores by them are off by 0.00125 at most.
 N_QUANTILES = 400
-SCRIPTS = "scores.js", "charts.js", "controls.js", "tables.js"
+SCRIPTS = "scores.js", "charts.js", "controls.js", "tables.js", "page.js"
 MOST = 15  # megabytes of trajectories
 
 
@@ -54,16 +52,11 @@ def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str
         title,
         f"<header><h1>{escape(title)}</h1>{lead}"
         f'<nav aria-label="Sections"><ul>{links}</ul></nav></header>\n<main>{body}</main>',
-        styles=[source("style.css"), _file("page.css")],
-        scripts=[*map(source, SCRIPTS), _file("page.js")],
+        styles=("style.css", "page.css"),
+        scripts=SCRIPTS,
         data=_data(comparison),
         allowed="frame-src blob:",
     )
-
-
-def _file(name: str) -> str:
-    """Return a file of this folder, to be put into the page."""
-    return files(__package__).joinpath(name).read_text("utf-8")
 
 
 def _short(file: str) -> str:
@@ -85,8 +78,8 @@ def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
         ("sequences", f"{by} by sequence", _table(by_sequence)),
         ("differences", f"Differences in {by}", forest(pairs, by, names.systems)),
         ("runs", f"{by} of each run", _panels(runs)),
-        ("errors", "Errors over time", key + _file("bands.html") + _panels(errors)),
-        ("thresholds", "Scores at other thresholds", _file("thresholds.html") + key),
+        ("errors", "Errors over time", key + source("bands.html") + _panels(errors)),
+        ("thresholds", "Scores at other thresholds", source("thresholds.html") + key),
         ("trajectories", "Trajectories, camera by camera", trajectories),
     ]
     return [section for section in sections if pairs or section[0] != "differences"]
@@ -243,5 +236,5 @@ def _trajectories(trajectories: Mapping[str, Mapping[str, Any]], by: str, names:
         f'<option value="{index}">{escape(names.sequences[sequence])}</option>'
         for index, sequence in enumerate(trajectories)
     )
-    html = _file("trajectories.html").format(options=options, by=escape(by))
+    html = source("trajectories.html").format(options=options, by=escape(by))
     return "".join([html, data_element("own-page", page_without_data()), *elements])

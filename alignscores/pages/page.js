@@ -9,7 +9,7 @@
 (() => {
   "use strict";
   const { curves, html, number, responsive } = AlignmentCharts;
-  const { STEPS, WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked } = AlignmentControls;
+  const { WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked } = AlignmentControls;
   const { mean, pas, score } = AlignmentScores;
   const KINDS = { position: { name: "TAS", unit: "d" }, rotation: { name: "RAS", unit: "degrees" } };
   const UNITS = { position: geometric(0.02, 100), rotation: geometric(0.05, 180) };
@@ -28,30 +28,28 @@
     view: ["", () => true],
     threshold: [data.setting.threshold, positive],
     degrees: [data.setting.degrees, positive],
-    steps: [100, (value) => Number.isInteger(value) && value > 0 && value <= 10000],
     weight: [data.setting.weight, (value) => value >= 0 && value <= 1],
   }, render);
   const { change, state } = kept;
-  const SETTING = ["threshold", "degrees", "steps", "weight"];
+  const SETTING = ["threshold", "degrees", "weight"];
   const largest = (kind) => (kind === "position" ? state.threshold : state.degrees);
   const chosen = () => (state.sequence < 0 ? everything : [state.sequence]);
 
   // Over the sequences that the system was tried on; not a number where there are none.
   function scoreOf(system, kind, unit) {
     const tried = chosen().map((sequence) => errors[sequence][system]).filter(Boolean);
-    return mean(tried.map((one) => score(one[kind], unit, { thresholds: state.steps })));
+    return mean(tried.map((one) => score(one[kind], unit)));
   }
   const write = (value) => (Number.isNaN(value) ? "not tried" : value.toFixed(3));
   const once = memory(); // profiles depend on two of the settings alone
   function profileOf(system, kind) {
-    const key = [system, kind, state.sequence, state.steps].join();
+    const key = [system, kind, state.sequence].join();
     return once(key, () => UNITS[kind].map((unit) => scoreOf(system, kind, unit)));
   }
 
   const showControls = controls({
     threshold: [roundNumbers(0.02, 100), (value) => `${number(value)} d`],
     degrees: [roundNumbers(0.1, 180), (value) => `${number(value)} degrees`],
-    steps: [STEPS, (value) => number(value, 5)],
     weight: [WEIGHTS, (value) => `${number(value)} TAS + ${number(1 - value)} RAS`],
   }, kept, SETTING);
   data.sequences.forEach((name, index) => at("sequence").add(new Option(name, index)));
@@ -122,7 +120,7 @@
     at("sequence").value = state.sequence;
     const isRun = kept.isDefault(SETTING);
     at("setting").textContent = `${state.sequence < 0 ? "Over all sequences" : data.sequences[state.sequence]}, up to ${number(state.threshold)} d and `
-      + `${number(state.degrees)} degrees, ${state.steps} thresholds, weight ${number(state.weight)}: ${isRun ? "as in the run" : "not as in the run"}.`;
+      + `${number(state.degrees)} degrees, weight ${number(state.weight)}: ${isRun ? "as in the run" : "not as in the run"}.`;
     at("reset").disabled = isRun;
     for (const draw of draws) draw();
     showTrajectory();

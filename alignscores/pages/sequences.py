@@ -1,6 +1,5 @@
 """The page of trajectories of each sequence: one run of each system against the reference."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,10 +7,11 @@ from ..comparison.comparison import Comparison, settings_of_run
 from ..comparison.runs import reference_of
 from ..comparison.summary import Result, Summary
 from ..comparison.tables import Names
+from ..evaluation.evaluation import LOST
 from ..evaluation.notes import collected_warnings
 from ..metrics import metric
 from ..texts import printable
-from .trajectories import Estimate, page_data
+from .estimates import Estimate, page_data
 
 __all__ = ["sequences_data"]
 
@@ -45,7 +45,8 @@ def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]
             reference,
             printable(Path(file).name),
             estimates,
-            replace(settings, unit=unit),
+            settings,
+            unit,
         )
     return found
 
@@ -70,12 +71,12 @@ def _estimate(result: Result, summary: Summary, names: Names) -> Estimate:
         name=name,
         file=printable(Path(run.file or "").name),
         rows=outcome.rows,
-        statuses=outcome.statuses,
+        lost=outcome.statuses == LOST,
         position_errors=outcome.position_errors,
         rotation_errors=outcome.rotation_errors,
         positions=outcome.positions,
-        tas=(scores["TAS"], None),
-        pas=(scores["PAS"], None),
         half=(scores["half_distance"], scores["half_angle"]),
+        ate=scores.get("ATE"),
+        tracked=1 - outcome.lost,
         notes=[f"{name}: {note}" for note in notes],
     )

@@ -23,7 +23,7 @@ LAYERS = (  # each imports those before it, and itself
     {"trajectories", "torch"},
     {"evaluation"},
     {"comparison"},
-    {"explorer", "pages", "plots"},
+    {"pages", "plots"},
     {"cli"},
 )
 

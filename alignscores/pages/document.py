@@ -1,11 +1,16 @@
-"""A self-contained page: look, scripts and data in one file, which needs no network."""
+"""A self-contained page: styles, scripts and data in one file, which needs no network."""
 
 import json
+from base64 import b64encode
 from collections.abc import Iterable
 from html import escape
+from importlib.resources import files
 from typing import Any
 
-__all__ = ["data_element", "document"]
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["data_element", "document", "packed", "source"]
 
 HEAD = """\
 <!DOCTYPE html>
@@ -19,6 +24,11 @@ style-src 'unsafe-inline'; script-src 'unsafe-inline'{more}">
 """
 
 
+def source(name: str) -> str:
+    """Return the text of a style, a script or a template of this folder."""
+    return files(__package__).joinpath(name).read_text("utf-8")
+
+
 def document(
     title: str,
     body: str,
@@ -28,16 +38,16 @@ def document(
     data: Any = None,
     allowed: str = "",
 ) -> str:
-    """Return a page of a body in HTML, with styles, scripts, and data in the element ``data``.
+    """Return a page with a body in HTML, the named styles and scripts, and data.
 
-    What may be shown beside its own text is ``allowed``: ``"frame-src blob:"``, for example.
+    `allowed` is added to its content security policy, ``"frame-src blob:"`` for example.
     """
     head = HEAD.format(more=f"; {allowed}" if allowed else "")
     parts = [head, f"<title>{escape(title)}</title>\n"]
-    parts += [f"<style>\n{style}</style>\n" for style in styles]
+    parts += [f"<style>\n{source(style)}</style>\n" for style in styles]
     parts.append(f"</head>\n<body>\n{body}\n")
     parts += [] if data is None else [data_element("data", data)]
-    parts += [f"<script>\n{script}</script>\n" for script in scripts]
+    parts += [f"<script>\n{source(script)}</script>\n" for script in scripts]
     return "".join([*parts, "</body>\n</html>\n"])
 
 
@@ -45,3 +55,9 @@ def data_element(name: str, data: Any) -> str:
     """Return the element of a page that holds data as JSON; its text has no ``<``."""
     text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", r"\u003c")
     return f'<script type="application/json" id="{name}">{text}</script>\n'
+
+
+def packed(values: NDArray[Any], kind: str) -> str:
+    """Return numbers as base64 of their bytes, of a type such as ``<f4``."""
+    with np.errstate(over="ignore"):  # beyond single precision: infinite
+        return b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode()

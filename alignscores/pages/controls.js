@@ -3,7 +3,6 @@ const AlignmentControls = (() => {
   "use strict";
   const MANTISSAS = [1, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2, 2.2, 2.5, 2.8, 3, 3.5, 4, 4.5, 5, 5.5, 6, 7, 8, 9];
 
-  const STEPS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000]; // numbers of thresholds
   const WEIGHTS = Array.from({ length: 21 }, (_, k) => k / 20);
 
   const at = (id) => document.getElementById(id);
@@ -104,5 +103,5 @@ const AlignmentControls = (() => {
     };
   }
 
-  return Object.freeze({ STEPS, WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked });
+  return Object.freeze({ WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked });
 })();

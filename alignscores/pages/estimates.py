@@ -1,0 +1,152 @@
+"""The page of estimates of one reference; its scripts compute scores from all errors."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Booleans, Floats, Indices
+from ..evaluation.evaluation import LOST, Evaluation, finite_or_none
+from ..evaluation.settings import Settings
+from ..texts import printable
+from ..trajectories.files import Trajectory
+from ..version import __version__
+from .document import document, packed, source
+
+__all__ = ["Estimate", "over_expected", "page", "page_data", "page_without_data"]
+
+SCRIPTS = "scores.js", "charts.js", "controls.js", "estimates.js"
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """An estimate on the page; arrays have an entry for each expected frame."""
+
+    name: str
+    file: str
+    rows: Indices  # in the reference
+    lost: Booleans  # whether `--missing ignore` leaves the frame out
+    position_errors: Floats  # infinite for failures
+    rotation_errors: Floats
+    positions: Floats  # aligned, (n, 3); not finite for failures
+    half: tuple[float, float]  # half-score distance and angle
+    ate: float | None
+    tracked: float
+    notes: list[str]
+
+
+def page(scored: Sequence[Evaluation], file: str) -> str:
+    """Return the page of estimates; `file` is the reference's."""
+    estimates = [_estimate(evaluation) for evaluation in scored]
+    names = ", ".join(estimate.name for estimate in estimates[:3])
+    more = f" and {len(estimates) - 3} more" if estimates[3:] else ""
+    first, reference = scored[0], printable(Path(file).name)
+    title = f"{names}{more} against {reference}"
+    unit = first.result.tas.unit
+    return _document(page_data(title, first.reference, reference, estimates, first.settings, unit))
+
+
+def page_without_data() -> list[str]:
+    """Return the text before and after the data of a page, which is `page_data` as JSON."""
+    return _document({"title": "Scores"}).split('{"title":"Scores"}')
+
+
+def _document(data: dict[str, Any]) -> str:
+    return document(
+        data["title"],
+        source("estimates.html"),
+        styles=("style.css", "estimates.css"),
+        scripts=SCRIPTS,
+        data=data,
+    )
+
+
+def page_data(
+    title: str,
+    reference: Trajectory,
+    file: str,
+    estimates: Sequence[Estimate],
+    settings: Settings,
+    unit: float,
+) -> dict[str, Any]:
+    """Return the data for the scripts; `unit` is d."""
+    positions = reference.poses[:, :3, 3]
+    centre = (np.nanmin(positions, axis=0) + np.nanmax(positions, axis=0)) / 2
+    return {
+        "title": title,
+        "version": __version__,
+        "unit": settings.form.unit,
+        "ordered": settings.form.ordered,
+        "reference": file,
+        "cameras": _cameras(reference.keys),
+        "positions": packed(positions - centre, "<f4"),
+        "settings": {
+            "threshold": settings.max_threshold,
+            "degrees": settings.max_threshold_deg,
+            "weight": settings.weight,
+            "missing": settings.missing_cameras or "fail",
+            "unit": unit,
+            "aligned": settings.how_aligned,
+        },
+        "estimates": [
+            {
+                "name": estimate.name,
+                "file": estimate.file,
+                "rows": packed(estimate.rows, "<u4"),
+                "lost": packed(estimate.lost, "u1"),
+                "position": packed(estimate.position_errors, "<f8"),
+                "rotation": packed(estimate.rotation_errors, "<f8"),
+                "positions": packed(estimate.positions - centre, "<f4"),
+                "half": [finite_or_none(value) for value in estimate.half],
+                "median": [
+                    _median(errors)
+                    for errors in (estimate.position_errors, estimate.rotation_errors)
+                ],
+                "ate": estimate.ate,
+                "tracked": estimate.tracked,
+                "notes": estimate.notes,
+            }
+            for estimate in estimates
+        ],
+    }
+
+
+def _median(errors: Floats) -> float | None:
+    finite = errors[np.isfinite(errors)]
+    return float(np.median(finite)) if len(finite) else None
+
+
+def _cameras(keys: NDArray[Any]) -> dict[str, Any]:
+    """Return the stamps or names of the reference, by their kind."""
+    if keys.dtype.kind == "f":
+        return {"stamps": packed(keys, "<f8")}
+    return {"names": [printable(str(key)) for key in keys.tolist()]}
+
+
+def _estimate(evaluation: Evaluation) -> Estimate:
+    """Return an estimate with all expected frames, also those that are left out."""
+    result = evaluation.result
+    return Estimate(
+        name=evaluation.name,
+        file=printable(Path(evaluation.file).name),
+        rows=evaluation.matches.expected_rows,
+        lost=over_expected(evaluation, evaluation.statuses, LOST) == LOST,
+        position_errors=over_expected(evaluation, result.tas.errors, np.inf),
+        rotation_errors=over_expected(evaluation, result.ras.errors, np.inf),
+        positions=over_expected(evaluation, evaluation.positions, np.nan),
+        half=(evaluation.half_distance, evaluation.half_angle),
+        ate=evaluation.ate,
+        tracked=1 - evaluation.lost,
+        notes=[printable(str(note)) for note in evaluation.notes],
+    )
+
+
+def over_expected(evaluation: Evaluation, values: NDArray[Any], of_lost: float) -> NDArray[Any]:
+    """Return values of scored frames for all expected ones; those left out have `of_lost`."""
+    rows = evaluation.matches.expected_rows
+    found = np.full((len(rows), *values.shape[1:]), of_lost, values.dtype)
+    found[np.isin(rows, evaluation.matches.gt_rows)] = values
+    return found

@@ -1,0 +1,165 @@
+"""The page of estimates in a browser: it draws, and its numbers are Python's."""
+
+import base64
+import json
+import os
+import re
+
+import numpy as np
+import pytest
+
+from alignscores import pas
+from alignscores.trajectories.association import match
+from alignscores.trajectories.files import read_tum
+
+from ..conftest import FILES
+
+TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
+# Each camera of the reference has the pose of its own stamp, or none.
+AT_STAMPS = "--sync", "nearest", "--max_gap", "0"
+READ = """
+const text = (id) => document.getElementById(id).textContent;
+const all = (selector) => [...document.querySelectorAll(selector)];
+const read = () => ({
+  table: all("#rows tr").map((row) => [...row.cells].map((cell) => cell.textContent.trim())),
+  ...Object.fromEntries(["setting", "notes", "title", "kicker"].map((id) => [id, text(id)])),
+  drawn: all(".chart").filter((chart) => chart.querySelector("path[d*=M]")).length,
+  hash: location.hash,
+});
+"""
+
+
+@pytest.fixture
+def saved(run, tmp_path):
+    """(arguments) -> the page, and the JSON output of the same run."""
+
+    def saved(*arguments):
+        path = tmp_path / "page.html"
+        code, out, _ = run(*arguments, "--save_page", path, "--json")
+        assert code == 0
+        return path.read_text("utf-8"), json.loads(out)["results"]
+
+    return saved
+
+
+@pytest.fixture
+def shown(browser):
+    """(page, fragment) -> what stands on the page."""
+    return lambda html, fragment="": browser.run(html, READ + "tell(read());", fragment)
+
+
+@pytest.mark.parametrize("form", FILES)
+def test_the_page_has_the_numbers_of_the_command_and_draws(saved, shown, form):
+    options = ("--missing", "ignore") if form == "colmap" else ()
+    html, (result,) = saved(form, *FILES[form], *options)
+    page = shown(html)
+    (row,) = page["table"]
+    assert row[1:4] == [f"{result[name]:.3f}" for name in ("TAS", "RAS", "PAS")]
+    assert float(row[4]) == pytest.approx(result["half_distance"], rel=0.01)
+    assert row[-1] == f"{100 * (1 - result['lost']):.1f}%"
+    assert page["setting"].endswith(": as in the run.")
+    assert page["drawn"] == 7  # errors, the band, cumulative errors and profiles
+    assert f"d = {result['unit']:.3g} " in page["kicker"]
+
+
+def test_a_slider_changes_the_scores_to_those_of_python(saved, shown, examples):
+    """The registration of the paper depends on no threshold."""
+    options = "--registration", "pcr99", *AT_STAMPS, "--missing", "ignore"
+    html, _ = saved(*TUM, *options)
+    poses = match(
+        *(read_tum(examples / name) for name in TUM[1:]),
+        missing="ignore",
+        sync="nearest",
+        max_gap=0.0,
+    )
+    expected = pas(
+        poses.gt_poses,
+        poses.est_poses,
+        unit=poses.unit,
+        max_threshold=0.07,
+        max_threshold_deg=2.2,
+        weight=0.15,
+    )
+    (row,) = shown(html, "#threshold=0.07&degrees=2.2&weight=0.15")["table"]
+    scores = expected.tas.score, expected.ras.score, expected.score
+    assert row[1:4] == [f"{score:.3f}" for score in scores]
+    failing = match(
+        *(read_tum(examples / name) for name in TUM[1:]),
+        missing="fail",
+        sync="nearest",
+        max_gap=0.0,
+    )
+    (row,) = shown(html, "#missing=fail")["table"]
+    tas = pas(poses.gt_poses, poses.est_poses, unit=poses.unit).tas.score
+    assert row[1] == f"{tas * len(poses.keys) / len(failing.keys):.3f}"
+
+
+SLIDERS = """
+const told = [read()];
+for (const id of ["threshold", "degrees", "weight"]) {
+  const input = document.getElementById(id);
+  input.value = Number(input.value) - 8;
+  input.dispatchEvent(new Event("input"));
+  told.push(read());
+}
+document.querySelector("[name=missing][value=ignore]").click();
+const press = (element, key) => element.dispatchEvent(new KeyboardEvent("keydown", { key }));
+press(document.getElementById("scene"), "ArrowLeft");
+press(document.querySelector("[role=slider]"), "End");
+setTimeout(() => {
+  told.push(read());
+  document.getElementById("reset").click();
+  told.push(read());
+  tell(told);
+}, 500);
+"""
+
+
+def test_the_address_keeps_the_view_and_a_button_takes_the_sliders_back(saved, browser, shown):
+    html, _ = saved(*TUM, *AT_STAMPS)
+    first, *moved, after, reset = browser.run(html, READ + SLIDERS)
+    assert len({json.dumps(one["table"]) for one in (first, *moved, after)}) == 5
+    assert after["setting"].endswith("not as in the run.")
+    for key in ("threshold", "degrees", "weight", "missing", "turn", "camera"):
+        assert f"{key}=" in after["hash"]
+    assert shown(html, after["hash"])["table"] == after["table"]
+    assert (reset["table"], reset["setting"]) == (first["table"], first["setting"])
+    wrong = "#threshold=-1&degrees=x&weight=7&missing=maybe&colour=toString&camera=1e9&near=0"
+    assert shown(html, wrong)["table"] == first["table"]
+
+
+def test_several_estimates_are_overlaid(saved, shown):
+    html, _ = saved(*TUM, TUM[1])
+    page = shown(html)
+    assert [row[0] for row in page["table"]] == ["estimate.txt", "reference.txt"]
+    assert page["title"] == "estimate.txt, reference.txt against reference.txt"
+
+
+def test_an_exact_estimate_is_drawn_on_the_reference(saved, examples, tmp_path):
+    """Both about the middle, so that single precision is enough."""
+    path = tmp_path / "far.txt"
+    np.savetxt(path, np.loadtxt(examples / "kitti/reference.txt") + [0, 0, 0, 1000] * 3)
+    page, _ = saved("kitti", path, path)
+    found = re.findall('"positions":"([^"]*)"', page)
+    reference, estimate = (np.frombuffer(base64.b64decode(each), "<f4") for each in found)
+    np.testing.assert_allclose(estimate, reference, atol=1e-6)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="its files cannot have these names")
+def test_names_are_text_and_paths_stay_private(saved, shown, examples, tmp_path):
+    names = "<i>é.json", "<script><b>é\"&'.json"
+    for name, file in zip(names, FILES["nerf"], strict=True):
+        content = (examples / file).read_text().replace(".png", "</script><img src=x>")
+        (tmp_path / name).write_text(content)
+    html, _ = saved("nerf", *(tmp_path / name for name in names))
+    page = shown(html)
+    assert page["title"] == f"{names[1]} against {names[0]}"
+    assert str(tmp_path) not in html
+    assert {line for line in html.split('"') if "://" in line} == {"http://www.w3.org/2000/svg"}
+
+
+def test_no_wider_than_a_phone(saved, browser):
+    html, _ = saved(*TUM, TUM[1])
+    script = "const root = document.documentElement; tell([root.scrollWidth, innerWidth]);"
+    for scroll, inner in browser.run_at_widths(html, script, (320, 390, 1280)).values():
+        assert scroll <= inner
