@@ -10,6 +10,7 @@ from .cameras import NoValueError
 from .colmap import colmap_relative_auc, colmap_relative_recall
 from .families import Family, Metric, split_names
 from .images import hloc_median, hloc_recall
+from .matching import pair_auc, pair_pose_errors
 from .registry import PROTOCOLS, protocol
 from .relative import (
     vggt_auc,
@@ -37,6 +38,8 @@ __all__ = [
     "hloc_recall",
     "kitti_relative_error",
     "mapanything_ate",
+    "pair_auc",
+    "pair_pose_errors",
     "protocol",
     "rpg_relative_error",
     "split_names",
