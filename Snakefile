@@ -3,38 +3,70 @@
 #   snakemake figures --config trials=5       a quick look; any key of configs/ can be set
 #   snakemake results/figures/outliers.pdf    one figure and what it needs
 #   snakemake claims                          which of the paper's claims hold, from 20 replicates
-# Each study in studies/ is a target:
 #   snakemake head_to_head                    which metric orders neighbouring levels best
 #   snakemake threshold_study                 what the paper's thresholds cost and gain
 #   snakemake threshold_study --config tas_max_threshold=[0.5,1,1.5]    your own values
 #   snakemake beyond                          what the paper leaves out: paths, errors, outliers
 #   snakemake beyond --config scenarios=my.yaml    a study of your own (docs/how-to/parameter-study.md)
-#   snakemake real --config benchmark=my.yaml    which metric tells your own systems apart
-# And all of them:
+#   snakemake real --config benchmark=my.yaml    which metric distinguishes your own systems
 #   snakemake report                          all of it on one page, results/report.html
-import sys
-
-sys.path.insert(0, workflow.basedir)
-
-include: "workflow/settings.smk"
+include: "workflow/common.smk"
 include: "workflow/trials.smk"
-include: "workflow/studies.smk"
-include: "workflow/report.smk"
+include: "workflow/answers.smk"
+include: "workflow/figures.smk"
 
 
 rule figures:
     default_target: True
     input:
-        rules.paper.input,
+        expand(FIGURE, figure=PAPER_FIGURES, ext=["pdf", "png"]),
+        rules.table1.output,
+
+
+rule claims:
+    input:
+        rules.verdicts.output,
+
+
+rule head_to_head:
+    input:
+        rules.orders.output,
+
+
+rule threshold_study:
+    input:
+        rules.thresholds.output,
+        expand(FIGURE, figure="threshold_study", ext=["pdf", "png"]),
+
+
+rule beyond:
+    input:
+        rules.scenarios.output,
+        expand(FIGURE, figure=[BEYOND, "paths"], ext=["pdf", "png"]),
+
+
+rule real:
+    input:
+        rules.real_answers.output,
+        expand(FIGURE, figure="real", ext=["pdf", "png"]),
+
+
+rule report:
+    input:
+        code("report", "report", ends=["py", "css", "j2"]),
+        rules.figures.input,
+        rules.claims.input,
+        rules.head_to_head.input,
+        rules.threshold_study.input,
+        rules.beyond.input,
+        rules.real.input if "benchmark" in config else [],
+    output:
+        RESULTS / "report.html",
     localrule: True
-
-
-onstart:
-    refuse_other_tables(workflow.dag)
-    # To start no more than so many jobs a second, Snakemake 9 looks at all inputs of the ready jobs again and again,
-    # soon all the time, and does not end before the last look. The numbers of cores and jobs are limit enough.
-    workflow.scheduler.job_rate_limiter = None
-
-
-onsuccess:
-    print(f"results in {RESULTS}/")
+    params:
+        folder=RESULTS,
+        settings=GIVEN,
+    log:
+        RESULTS / "logs" / "report.log",
+    shell:
+        "python -m report {params.folder:q} --settings {params.settings:q} --output {output:q} > {log:q} 2>&1"

@@ -1,4 +1,4 @@
-"""What all command lines of the study share: one line, and no traceback, for what goes wrong."""
+"""What the commands of the study share: an error is one line without a traceback."""
 
 import sys
 from argparse import ArgumentParser, Namespace
@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from alignscores.streams import discard_output, replace_closed_errors
 from alignscores.texts import brief, printable
 
-__all__ = ["CommandError", "ConfigError", "problems", "run_command"]
+__all__ = ["CommandError", "ConfigError", "problems", "run_command", "run_in_one_line"]
 
 INTERRUPTED = 130  # exit code by custom: 128 + SIGINT
 
@@ -64,17 +64,22 @@ def run_command(
     work: Callable[[Namespace], Iterable[object]],
     arguments: Sequence[str] | None,
 ) -> int:
-    """Do the work of ``python -m MODULE``, print a line for each result, and return the exit code.
+    """Do the work of a command line, print a line for each result, and return the exit code."""
+    options = parser.parse_intermixed_args(arguments)
+    return run_in_one_line(parser.prog.removeprefix("python -m "), lambda: work(options))
 
-    What goes wrong is told in one line on standard error: a `CommandError` ends with its exit code,
-    an `OSError` and too little memory with 1, an interruption with 130.
+
+def run_in_one_line(program: str, work: Callable[[], Iterable[object]]) -> int:
+    """Do some work, print a line for each result, and return the exit code.
+
+    An error is one line on standard error: a `CommandError` ends with its exit code, an `OSError`
+    and too little memory with 1, an interruption with 130.
     """
     replace_closed_errors()
-    options = parser.parse_intermixed_args(arguments)
     try:
-        made = list(work(options))
+        results = list(work())
         try:
-            print(*(printable(str(result)) for result in made), sep="\n", flush=True)
+            print(*(printable(str(result)) for result in results), sep="\n", flush=True)
         except BrokenPipeError:  # the reader has closed the pipe, as `| head` does
             discard_output()
             return 1
@@ -89,8 +94,8 @@ def run_command(
         if error.filename:
             problem = f"cannot write {error.filename}: {error.strerror}"
     except MemoryError:
-        code, problem = 1, "there is too little memory; set n_jobs=1, or fewer cameras"
+        code, problem = 1, "not enough memory; set n_jobs=1, or fewer cameras"
     except KeyboardInterrupt:
         code, problem = INTERRUPTED, "interrupted"
-    print(f"{parser.prog.removeprefix('python -m ')}: {printable(problem)}", file=sys.stderr)
+    print(f"{program}: {printable(problem)}", file=sys.stderr)
     return code

@@ -1,7 +1,7 @@
-"""Settings of a sweep: resolved from the Hydra configs, typed, checked before any trial."""
+"""Settings of a sweep: composed by Hydra from ``configs/``, then typed and checked in one place."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from copy import deepcopy
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field, fields
 from functools import cache
 from pathlib import Path
@@ -19,18 +19,18 @@ from pydantic import (
 from pydantic.dataclasses import dataclass
 
 from alignscores.texts import brief
-from alignscores.yaml_files import load_yaml, parse_yaml
+from alignscores.yaml_files import load_yaml
 
 from .command import ConfigError, problems
-from .metrics import LARGEST, MOST, Column, Positive
+from .metrics import LARGEST, MOST, Column, MetricOptions, Positive
 from .scenes import ERRORS, OUTLIERS, PATHS
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
 
 __all__ = ["CONFIG_DIR", "EXECUTION", "SETTINGS", "Execution", "MetricName", "Selection", "Sweep"]
-__all__ += ["experiment_names", "load", "load_execution", "load_sweep", "one_of", "read_yaml"]
-__all__ += ["require", "split_override", "to_overrides"]
+__all__ += ["checked", "container", "experiment_names", "load", "load_sweep", "one_of", "read_yaml"]
+__all__ += ["register_defaults", "require", "split_override", "to_overrides"]
 
 CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
 STRICT = ConfigDict(strict=True, extra="forbid")
@@ -92,7 +92,7 @@ class Selection:
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class Sweep:
+class Sweep(MetricOptions):
     """One grid of cells with the trials that are run in each. Keys as in ``configs/``."""
 
     name: str
@@ -111,7 +111,7 @@ class Sweep:
     seed: Annotated[int, Field(ge=0)]
     replicate: Annotated[int, Field(ge=0)]
     every: Annotated[int, Field(ge=1)] = 1
-    # A study makes these; they stand in no file.
+    # A study sets these; they are in no file.
     changes: str = ""  # from the experiment's own settings, where a table has several sweeps
     selections: list[Selection] = field(default_factory=list)  # by default all metrics in all cells
 
@@ -164,117 +164,91 @@ def experiment_names() -> list[str]:
     return sorted(path.stem for path in (CONFIG_DIR / "experiment").glob("*.yaml"))
 
 
+def register_defaults() -> None:
+    """Make the options of metrics keys of ``configs/config.yaml``, with the paper's values."""
+    from hydra.core.config_store import ConfigStore
+
+    node = TypeAdapter(MetricOptions).dump_python(MetricOptions())
+    ConfigStore.instance().store(name="metric_options", node=node)
+
+
+def checked(settings: Mapping[str, Any]) -> tuple[Sweep, Execution]:
+    """Return composed settings typed: those that results depend on, and those that they do not.
+
+    A `ConfigError` names in one line the key and what is wrong with its value.
+    """
+    execution = {key: settings[key] for key in EXECUTION}
+    others = {key: value for key, value in settings.items() if key not in EXECUTION}
+    try:
+        return Sweep(**others), Execution(**execution)
+    except ValidationError as error:
+        key, problem = problems(error)[0]
+        if "valid list" in problem:
+            problem = "must be a list in brackets, for example [1, 2]"
+        key = re.sub(r"\.\d+$", "", key)  # of an entry of a list
+        name = f"{key!r}: " if key else ""
+        raise ConfigError(f"setting {name}{problem}") from None
+
+
 def load(
     overrides: Sequence[str] = (), settings: Mapping[str, Any] = MappingProxyType({})
 ) -> tuple[Sweep, Execution]:
-    """Resolve one experiment: the settings that results depend on, and those that they do not.
+    """Compose and check one experiment, as ``python -m experiments.run`` does.
 
     `settings` of a study win over the experiment's own, and Hydra's overrides win over them.
     """
-    given = [split_override(override)[0] for override in overrides]
-    left = {key: value for key, value in settings.items() if key not in given}
-    if "experiment" in left:
-        overrides = [f"experiment={left.pop('experiment')}", *overrides]
-    experiment = _check_keys(overrides, left)
-    resolved = {**_compose(overrides), **left}
-    execution = {key: resolved.pop(key) for key in EXECUTION if key in resolved}
-    sweep = make(Sweep, resolved)
-    if experiment not in (None, sweep.name):
-        problem = f"must be {experiment!r} like the file: its results have that name"
-        raise ConfigError(f"setting 'name' {problem}")
-    return sweep, make(Execution, execution)
+    keys = [split_override(override)[0] for override in overrides]
+    others = {key: value for key, value in settings.items() if key not in keys}
+    return checked(_compose((*to_overrides(others), *overrides)))
+
+
+@cache
+def _compose(overrides: tuple[str, ...]) -> Mapping[str, Any]:
+    # Hydra takes long to import, and programs that read tables do not need it.
+    from hydra import compose, initialize_config_dir
+    from hydra.errors import HydraException
+    from omegaconf.errors import OmegaConfBaseException
+
+    register_defaults()
+    try:
+        with initialize_config_dir(config_dir=str(CONFIG_DIR), version_base="1.3"):
+            return container(compose(config_name="config", overrides=list(overrides)))
+    except (HydraException, OmegaConfBaseException) as error:
+        reason = " ".join(str(error).partition("See https")[0].split())
+        raise ConfigError(f"cannot read {' '.join(overrides)}: {reason}") from None
+
+
+def container(config: "DictConfig") -> dict[str, Any]:
+    """Return composed settings as a dictionary."""
+    from omegaconf import OmegaConf
+
+    settings = OmegaConf.to_container(config, resolve=True)
+    assert isinstance(settings, dict)
+    return {str(key): value for key, value in settings.items()}
 
 
 def load_sweep(
     overrides: Sequence[str] = (), settings: Mapping[str, Any] = MappingProxyType({})
 ) -> Sweep:
-    """Resolve the settings of one experiment that results depend on; see `load`."""
+    """Return the settings of one experiment that results depend on; see `load`."""
     return load(overrides, settings)[0]
 
 
-def load_execution(overrides: Sequence[str]) -> Execution:
-    """Resolve how sweeps are run, without Hydra: it takes as long as the trials of a quick look."""
-    settings = read_yaml(CONFIG_DIR / "config.yaml", dict[str, Any])
-    for override in overrides:
-        key, value = split_override(override)
-        try:
-            settings[key] = value if _is_path(override) else parse_yaml(value)
-        except ValueError as error:
-            raise ConfigError(f"cannot read {override}: {error}") from None
-    return make(Execution, {key: settings[key] for key in EXECUTION})
-
-
-def _compose(overrides: Sequence[str]) -> Mapping[str, Any]:
-    """Compose the files with Hydra, once while no file changes: it takes long."""
-    written = [(str(file), file.stat().st_mtime_ns) for file in CONFIG_DIR.rglob("*.yaml")]
-    return _resolved(tuple(overrides), str(CONFIG_DIR), tuple(written))
-
-
-@cache
-def _resolved(overrides: tuple[str, ...], folder: str, written: object) -> Mapping[str, Any]:
-    # Hydra takes long to import, and what draws and answers needs none.
-    from hydra.core.override_parser.overrides_parser import OverridesParser
-    from hydra.errors import HydraException
-    from omegaconf import OmegaConf
-    from omegaconf.errors import OmegaConfBaseException
-
-    experiment = [text for text in overrides if split_override(text)[0] == "experiment"]
-    try:
-        composed = deepcopy(_composed(tuple(experiment), folder, written))
-        paths = [text for text in overrides if _is_path(text)]
-        others = [text for text in overrides if text not in (*experiment, *paths)]
-        for override in OverridesParser.create().parse_overrides(others):
-            if override.is_sweep_override():
-                example = f"{override.key_or_group}=[1,2], or quote it"
-                raise ValueError(f"that is several values: write a list as {example}")
-            composed[override.key_or_group] = override.value()
-        settings = OmegaConf.to_container(composed, resolve=True)
-    except (HydraException, OmegaConfBaseException, ValueError) as error:
-        reason = " ".join(str(error).partition("See https")[0].split())
-        raise ConfigError(f"cannot read {' '.join(overrides)}: {reason}") from None
-    assert isinstance(settings, dict)
-    settings |= dict(map(split_override, paths))
-    return {str(key): value for key, value in settings.items()}
-
-
-def _is_path(override: str) -> bool:
-    """Tell what is taken as it stands: Hydra's grammar knows no umlauts, and no second =."""
-    key, value = split_override(override)
-    return key == "results_dir" and value != "null" and value[:1] not in ("", "'", '"')
-
-
-@cache
-def _composed(experiment: tuple[str, ...], folder: str, _: object) -> "DictConfig":
-    from hydra import compose, initialize_config_dir
-    from hydra.core.global_hydra import GlobalHydra
-
-    GlobalHydra.instance().clear()
-    with initialize_config_dir(config_dir=folder, version_base="1.3"):
-        return compose(config_name="config", overrides=list(experiment))
-
-
-def make(kind: type[T], settings: Mapping[str, Any]) -> T:
-    """Make settings of a kind, or tell in one line the key and what is wrong with its value."""
-    try:
-        return kind(**settings)
-    except ValidationError as error:
-        key, problem = problems(error)[0]
-        if "valid list" in problem:
-            problem = "must be a list in brackets, for example [1, 2]"
-        name = f"{key.partition('.')[0]!r}: " if key else ""
-        raise ConfigError(f"setting {name}{problem}") from None
-
-
 def to_overrides(settings: Mapping[str, Any]) -> list[str]:
-    """Turn the settings of ``snakemake --config`` into Hydra overrides."""
-    return [f"{key}={_hydra_value(value)}" for key, value in settings.items()]
+    """Return settings, from YAML or ``snakemake --config``, as Hydra overrides."""
+    overrides = []
+    for key, value in settings.items():
+        if isinstance(value, Mapping):  # tas: {max_threshold: 0.5}
+            overrides += to_overrides({f"{key}.{name}": part for name, part in value.items()})
+        else:
+            overrides.append(f"{key}={_hydra_value(value)}")
+    return overrides
 
 
 def _hydra_value(value: Any) -> str:
     if isinstance(value, list):
         return f"[{','.join(map(_hydra_value, value))}]"
-    # A metric with options is no function of Hydra's; the name of a protocol may have a comma.
-    if isinstance(value, str) and (value.endswith(")") or "," in value):
+    if isinstance(value, str) and not re.fullmatch(r"[\w.+-]+", value, re.ASCII):
         return "'{}'".format(value.replace("'", r"\'"))
     return "null" if value is None else str(value)
 
@@ -298,20 +272,3 @@ def read_yaml(path: Path, kind: type[T]) -> T:
     except ValidationError as error:
         found = "; ".join(" ".join(problem).strip() for problem in problems(error)[:SHOWN])
         raise ConfigError(f"{path}: {found}") from None
-
-
-def _check_keys(overrides: Sequence[str], settings: Iterable[str]) -> str | None:
-    """Refuse unknown keys and experiments, and return the experiment that is chosen."""
-    known = ["experiment", *SETTINGS, *EXECUTION]
-    choices = [split_override(override) for override in overrides]
-    for key in [*(key for key, _ in choices), *settings]:
-        if key not in known:
-            raise ConfigError(f"unknown setting {key!r}; the settings are {', '.join(known)}")
-    experiments = [value for key, value in choices if key == "experiment"]
-    for experiment in experiments:
-        if experiment not in experiment_names():
-            names = ", ".join(experiment_names())
-            raise ConfigError(f"unknown experiment {experiment!r}; the experiments are {names}")
-    if len(experiments) > 1:
-        raise ConfigError(f"setting 'experiment' is given twice: {' and '.join(experiments)}")
-    return experiments[0] if experiments else None

@@ -1,16 +1,18 @@
-"""How trials evaluate the metrics of `alignscores.metrics` and those of the paper beside them.
+"""How trials evaluate the metrics of `alignscores.metrics` and the baselines of the paper.
 
-A column of a table of trials is a metric by its name, possibly with options that differ from the
-paper's values: ``TAS(max_threshold=0.5)``. This module alone reads and writes options.
+Options of metrics are settings of a sweep, ``tas.max_threshold=0.5``. A table with several variants
+of a metric has the options in the names of its columns: ``TAS(max_threshold=0.5)``.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from math import ceil, floor, inf, nan
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -19,6 +21,7 @@ from pydantic import (
     ValidationError,
     model_validator,
 )
+from pydantic.dataclasses import dataclass as checked_dataclass
 
 from alignscores import (
     AlignmentScore,
@@ -45,8 +48,8 @@ from baselines.rotation import aligned_angles, statistics_of_stacks
 from .command import ConfigError, problems
 from .scenes import Scene
 
-__all__ = ["LARGEST", "METRICS", "MOST", "Column", "Evaluation", "Options", "Positive", "Scenes"]
-__all__ += ["TrialMetric", "evaluate"]
+__all__ = ["LARGEST", "METRICS", "MOST", "Batch", "Column", "MetricOptions", "Options"]
+__all__ += ["Positive", "TrialMetric", "evaluate", "evaluate_scenes"]
 
 
 LARGEST = 1e100  # noise, length or volume: they are squared, and a double ends at 1e308
@@ -110,10 +113,14 @@ class TASOptions(AlignmentOptions):
 
     @model_validator(mode="after")
     def _others_have_no_options_of_pcr99(self) -> "TASOptions":
-        given = {"prescreen", "order"} & self.model_fields_set
-        if self.registration != "pcr99" and given:
-            raise ValueError(f"{' and '.join(sorted(given))} can be set for pcr99 alone")
+        if self.registration != "pcr99" and not self.is_papers_pcr99:
+            raise ValueError("prescreen and order can be set for pcr99 alone")
         return self
+
+    @property
+    def is_papers_pcr99(self) -> bool:
+        """Whether the options that only `pcr99` has are the paper's."""
+        return (self.prescreen, self.order) == (0.1, 0.1)
 
 
 class RASOptions(Options):
@@ -124,10 +131,13 @@ class RASOptions(Options):
     averaging: Literal["paper", "l1"] = "paper"
 
 
-class PASOptions(AlignmentOptions):
-    """Weight of the TAS in the PAS, and registration."""
+class PASOptions(Options):
+    """Weight of the TAS in the PAS; the others are by default those of the TAS."""
 
     weight: Annotated[float, Field(ge=0, le=1)] = 0.5
+    registration: RegistrationName | None = None
+    interpolated: bool | None = None
+    seed: Seed | None = None
 
 
 class HalfAngleOptions(Options):
@@ -143,12 +153,28 @@ class HalfDistanceOptions(HalfAngleOptions):
     seed: Seed | None = None
 
 
+@checked_dataclass(frozen=True, kw_only=True, config=ConfigDict(extra="forbid"))
+class MetricOptions:
+    """The options of all metrics that have some, by the metric's name in lower case."""
+
+    tas: TASOptions = TASOptions()
+    ras: RASOptions = RASOptions()
+    pas: PASOptions = PASOptions()
+    maa: MAAOptions = MAAOptions()
+    half_distance: HalfDistanceOptions = HalfDistanceOptions()
+    half_angle: HalfAngleOptions = HalfAngleOptions()
+    d: UnitOptions = UnitOptions()
+
+
+PAPER = MetricOptions()
+
+
 @dataclass(frozen=True)
 class TrialMetric:
     """What trials do with a metric; without a function, the family's for the estimated cameras."""
 
     family: Family
-    function: Callable[["Evaluation", Any], float] | None = None
+    function: Callable[["Batch", Any], ArrayLike] | None = None
     options: type[Options] = Options
 
 
@@ -200,10 +226,15 @@ class Column:
         families = [entry.family for entry in METRICS.values()]
         return find(self.name, [*families, *PROTOCOLS])
 
-    @cached_property
+    @property
     def values(self) -> Options:
-        """The values of all options."""
-        return self._options.model_validate(dict(self.options))
+        """The values of all options; those that are not given are the paper's."""
+        return self.values_in(PAPER)
+
+    def values_in(self, settings: MetricOptions) -> Options:
+        """Return the values of all options; those that are not given are the sweep's."""
+        shared = getattr(settings, self.metric.name.lower(), self._options())
+        return self._options.model_validate({**shared.model_dump(), **self.options})
 
     @property
     def _options(self) -> type[Options]:
@@ -212,29 +243,162 @@ class Column:
 
 
 def evaluate(
-    scene: Scene, metrics: Sequence[str], registration_seed: np.random.SeedSequence
+    scene: Scene,
+    metrics: Sequence[str],
+    registration_seed: np.random.SeedSequence,
+    settings: MetricOptions = PAPER,
 ) -> dict[str, float]:
-    """Evaluate metrics on a scene; all random registrations have the same seed.
+    """Evaluate metrics on one scene; see `evaluate_scenes`."""
+    values = evaluate_scenes([scene], [registration_seed], metrics, settings)
+    return {metric: float(value) for metric, (value,) in values.items()}
+
+
+def evaluate_scenes(
+    scenes: Sequence[Scene],
+    seeds: Sequence[np.random.SeedSequence],
+    metrics: Sequence[str],
+    settings: MetricOptions = PAPER,
+) -> dict[str, Floats]:
+    """Evaluate metrics on scenes, each registered with its own seed: a value a scene for each.
 
     Cameras that are missing in the estimate count as failures in TAS, RAS, PAS and mAA. ATE, DTE,
     DRE and the rotation statistics have no value for them and are evaluated on the other cameras
     alone, as is usual: losing bad cameras improves them. For protocols see
     docs/reference/protocols.md; NaN where one has no value.
     """
-    columns = {metric: Column.parse(metric) for metric in metrics}
-    evaluation = Evaluation(scene, registration_seed, columns.values())
-    return {metric: evaluation.value(column) for metric, column in columns.items()}
+    batch = Batch(scenes, seeds, metrics, settings)
+    return {metric: batch.values(metric) for metric in metrics}
 
 
-class Scenes:
-    """Scenes side by side: what takes NumPy longer for one after the other, in the same bits."""
+class Batch:
+    """Scenes under many metrics, which share what they have in common.
 
-    def __init__(self, scenes: Sequence[Scene]) -> None:
-        self.scenes = scenes
+    There is one alignment for each choice of registration, and one set of errors, however many
+    thresholds and weights these are scored with: metrics are compared on the same errors. No value
+    depends on the other scenes.
+    """
+
+    def __init__(
+        self,
+        scenes: Sequence[Scene],
+        seeds: Sequence[np.random.SeedSequence],
+        metrics: Sequence[str],
+        settings: MetricOptions,
+    ) -> None:
+        self.scenes, self.seeds, self.settings = scenes, seeds, settings
+        columns = map(Column.parse, metrics)
+        self._counts = [one.values_in(settings) for one in columns if one.metric.name == "mAA"]
+        self._position_errors: dict[TASOptions, Sequence[Floats]] = {}
+
+    def values(self, metric: str) -> Floats:
+        """Evaluate a metric; NaN where a protocol has no value."""
+        column = Column.parse(metric)
+        entry = METRICS.get(column.metric.name)
+        if entry and entry.function:
+            return np.asarray(entry.function(self, column.values_in(self.settings)))
+        values = np.full(len(self.scenes), nan)
+        for i, (scene, seed) in enumerate(zip(self.scenes, self.seeds, strict=True)):
+            with suppress(NoValueError):
+                arrays = scene.estimated.arrays if entry else scene.arrays
+                values[i] = column.metric(*arrays, rng=seed)
+        return values
+
+    def tas(self, options: TASOptions) -> Floats:
+        """Score the position errors."""
+        units = self.d(options.quantile, options.interpolated)
+        errors = self._errors(options)
+        return _scores(errors, units, options.max_threshold, options.n_thresholds)
+
+    def ras(self, options: RASOptions) -> Floats:
+        """Score the rotation errors."""
+        errors = self._rotation_errors if options.averaging == "paper" else self._l1_errors
+        units = np.ones(len(errors))
+        return _scores(errors, units, options.max_threshold_deg, options.n_thresholds)
+
+    def pas(self, options: PASOptions) -> Floats:
+        """Weigh TAS and RAS."""
+        given = options.model_dump(exclude={"weight"}, exclude_none=True)
+        tas = TASOptions(**{**self.settings.tas.model_dump(), **given})
+        return options.weight * self.tas(tas) + (1 - options.weight) * self.ras(self.settings.ras)
+
+    def maa(self, options: MAAOptions) -> Floats:
+        """Count the pairs."""
+        return self._maa[options]
 
     @cached_property
-    def rotation_errors(self) -> list[Floats]:
-        """Return the errors that the RAS of each scene counts."""
+    def _maa(self) -> dict[Options, Floats]:
+        """The mAA in all ways that are asked for: the pairs are the same."""
+        ways = list(dict.fromkeys(self._counts))
+        counts = [Count(**way.model_dump()) for way in ways]
+        found = np.array([maa_by_counts(scene.cameras, counts) for scene in self.scenes])
+        return dict(zip(ways, found.T, strict=True))
+
+    def half_distance(self, options: HalfDistanceOptions) -> list[float]:
+        """Return the smallest units at which the TAS reaches one half, or another score."""
+        return [
+            tas_distance(
+                scene.gt_positions,
+                scene.est_positions,
+                options.score,
+                rng=seed,
+                registration=options.registration,
+            )
+            for scene, seed in zip(self.scenes, self._seeds(options.seed), strict=True)
+        ]
+
+    def half_angle(self, options: HalfAngleOptions) -> list[float]:
+        """Return the smallest ranges at which the RAS reaches one half, or another score."""
+        return [profile.unit_at(options.score) for profile in self._rotation_profiles]
+
+    @cached_property
+    def _rotation_profiles(self) -> list[ScoreProfile]:
+        return [
+            ras_profile(scene.gt_rotations, scene.est_rotations, [10.0]) for scene in self.scenes
+        ]
+
+    def _errors(self, options: TASOptions) -> Sequence[Floats]:
+        """Position errors under a registration, computed once for each."""
+        key = _registered_alike(options)
+        if key not in self._position_errors:
+            self._position_errors[key] = self._align(key)
+        return self._position_errors[key]
+
+    def _align(self, options: TASOptions) -> Sequence[Floats]:
+        register = _registration(options)
+        units = self.d(options.quantile, options.interpolated)
+        return [
+            tas(
+                scene.gt_positions,
+                scene.est_positions,
+                rng=seed,
+                unit=unit,
+                n_hypotheses=options.n_hypotheses,
+                max_threshold=options.max_threshold,
+                registration=register,
+            ).errors
+            for scene, seed, unit in zip(self.scenes, self._seeds(options.seed), units, strict=True)
+        ]
+
+    def _seeds(self, seed: int | None) -> Sequence[np.random.SeedSequence]:
+        """Return the seeds of the scenes, or a child of each."""
+        if seed is None:
+            return self.seeds
+        return [
+            np.random.SeedSequence(one.entropy, spawn_key=(*one.spawn_key, seed))
+            for one in self.seeds
+        ]
+
+    def d(self, quantile: float = 0.75, interpolated: bool = False) -> Floats:
+        """Return d of the paper for any quantile, an order statistic or between two."""
+        d = np.quantile if interpolated else _order_statistic
+        return np.array([d(distances, quantile) for distances in self._closest_pairs])
+
+    @cached_property
+    def _closest_pairs(self) -> list[Floats]:
+        return [np.sort(closest_pair_distances(scene.gt_positions)) for scene in self.scenes]
+
+    @cached_property
+    def _rotation_errors(self) -> list[Floats]:
         found = ras_batch(
             [scene.gt_rotations for scene in self.scenes],
             [scene.est_rotations for scene in self.scenes],
@@ -242,183 +406,58 @@ class Scenes:
         return np.split(found.errors, found.starts[1:-1])
 
     @cached_property
+    def _l1_errors(self) -> list[Floats]:
+        """Rotation errors after the geodesic L1 mean, in some order; infinite for missing ones."""
+        errors = []
+        for scene in self.scenes:
+            gt, est = scene.estimated.gt_rotations, scene.estimated.est_rotations
+            angles = aligned_angles(gt, est, rotation_l1_mean(gt @ est.transpose(0, 2, 1)))
+            n_missing = len(scene.gt_rotations) - len(angles)
+            errors.append(np.append(angles, np.full(n_missing, inf)))
+        return errors
+
+    @cached_property
     def dte(self) -> Floats:
-        """Return the DTE of the estimated cameras of each scene."""
+        """The DTE of the estimated cameras of each scene."""
         return self._in_stacks(lambda *world: {"": dte_of_stacks(*world)})[""]
 
     @cached_property
     def dre(self) -> Floats:
-        """Return the DRE of each."""
+        """The DRE of each."""
         return self._in_stacks(lambda _, gt, __, est: {"": dre_of_stacks(gt, est)})[""]
 
     @cached_property
     def rotation_statistics(self) -> dict[str, Floats]:
-        """Return median, mean and RMS of the rotation errors of each, under both alignments."""
+        """Median, mean and RMS of the rotation errors of each, under both alignments."""
         return self._in_stacks(lambda _, gt, __, est: statistics_of_stacks(gt, est))
 
     def _in_stacks(self, function: Callable[..., Mapping[str, Floats]]) -> dict[str, Floats]:
-        """Have values found for all scenes with the same number of estimated cameras at once."""
+        """Evaluate all scenes with the same number of estimated cameras at once."""
         cameras = [scene.estimated.arrays for scene in self.scenes]
         counts = np.array([len(positions) for positions, *_ in cameras])
         found: dict[str, Floats] = {}
         for count in np.unique(counts):
-            places = np.flatnonzero(counts == count)
-            stacks = map(np.stack, zip(*(cameras[place] for place in places), strict=True))
+            scenes = np.flatnonzero(counts == count)
+            stacks = map(np.stack, zip(*(cameras[scene] for scene in scenes), strict=True))
             for name, values in function(*stacks).items():
-                found.setdefault(name, np.empty(len(counts)))[places] = values
+                found.setdefault(name, np.empty(len(counts)))[scenes] = values
         return found
 
 
-class Evaluation:
-    """One scene under many metrics, which share what they have in common.
+def _registration(options: TASOptions) -> str | Registration:
+    """Return the registration: the paper's with another prescreening threshold or another m."""
+    if options.registration == "literal_frames":
+        return literal_frames
+    if options.is_papers_pcr99:
+        return options.registration
 
-    There is one alignment for each choice of registration, and one set of errors, however many
-    thresholds and weights these are scored with: metrics are compared on the same errors. The
-    `columns` are those that will be asked for, as far as they are known: the mAA with several
-    options takes less time at once. So do scenes side by side: those `beside` it, of which it is at
-    a `place`.
-    """
+    def register(
+        gt: Floats, est: Floats, /, *, rank: int, **settings: Any
+    ) -> tuple[Similarity | None, int]:
+        m = max(4, floor(_exact(options.order * len(gt)) + 0.5))
+        return pcr99(gt, est, rank=min(m, len(gt)), prescreen=options.prescreen, **settings)
 
-    def __init__(
-        self,
-        scene: Scene,
-        registration_seed: np.random.SeedSequence,
-        columns: Iterable[Column] = (),
-        *,
-        beside: Scenes | None = None,
-        place: int = 0,
-    ) -> None:
-        self.scene = scene
-        self.beside, self.place = beside or Scenes([scene]), place
-        self._seed = registration_seed
-        self._counts = [column.values for column in columns if column.metric.name == "mAA"]
-        self._maa: dict[Options, float] = {}
-        self._position_errors: dict[TASOptions, Floats] = {}
-
-    def value(self, column: Column) -> float:
-        """Evaluate a metric; NaN where a protocol has no value."""
-        entry = METRICS.get(column.metric.name)
-        if entry and entry.function:
-            return entry.function(self, column.values)
-        scene = self.scene.estimated if entry else self.scene
-        try:
-            return column.metric(*scene.arrays, rng=self._seed)
-        except NoValueError:
-            return nan
-
-    def tas(self, options: TASOptions) -> float:
-        """Score the position errors."""
-        errors = self._errors(options)
-        unit = self._unit(options.quantile, options.interpolated)
-        return _score(errors, unit, options.max_threshold, options.n_thresholds)
-
-    def ras(self, options: RASOptions) -> float:
-        """Score the rotation errors."""
-        errors = self._rotation_errors if options.averaging == "paper" else self._l1_errors
-        return _score(errors, 1.0, options.max_threshold_deg, options.n_thresholds)
-
-    def pas(self, options: PASOptions) -> float:
-        """Weigh TAS and RAS."""
-        weight = options.weight
-        return weight * self.tas(_of_tas(options)) + (1 - weight) * self.ras(RASOptions())
-
-    def maa(self, options: MAAOptions) -> float:
-        """Count the pairs, in all ways that will be asked for at once."""
-        if options not in self._maa:
-            ways = list(dict.fromkeys([options, *self._counts]))
-            counts = [Count(**way.model_dump()) for way in ways]
-            found = maa_by_counts(self.scene.cameras, counts)
-            self._maa.update(zip(ways, found, strict=True))
-        return self._maa[options]
-
-    def half_distance(self, options: HalfDistanceOptions) -> float:
-        """Return the smallest unit at which the TAS reaches one half, or another score."""
-        scene = self.scene
-        return tas_distance(
-            scene.gt_positions,
-            scene.est_positions,
-            options.score,
-            rng=self._registration_seed(options.seed),
-            registration=options.registration,
-        )
-
-    def half_angle(self, options: HalfAngleOptions) -> float:
-        """Return the smallest range at which the RAS reaches one half, or another score."""
-        return self._rotation_profile.unit_at(options.score)
-
-    @cached_property
-    def _rotation_profile(self) -> ScoreProfile:
-        return ras_profile(self.scene.gt_rotations, self.scene.est_rotations, [10.0])
-
-    def _errors(self, options: TASOptions) -> Floats:
-        """Position errors under a registration, computed once for each."""
-        key = _registered_alike(options)
-        if key not in self._position_errors:
-            scene = self.scene
-            self._position_errors[key] = tas(
-                scene.gt_positions,
-                scene.est_positions,
-                rng=self._registration_seed(options.seed),
-                unit=self._unit(options.quantile, options.interpolated),
-                n_hypotheses=options.n_hypotheses,
-                max_threshold=options.max_threshold,
-                registration=self._registration(options),
-            ).errors
-        return self._position_errors[key]
-
-    def _registration_seed(self, seed: int | None) -> np.random.SeedSequence:
-        """Return the scene's seed, or one of its children."""
-        if seed is None:
-            return self._seed
-        return np.random.SeedSequence(self._seed.entropy, spawn_key=(*self._seed.spawn_key, seed))
-
-    def _registration(self, options: TASOptions) -> str | Registration:
-        """Return the registration: the paper's with another prescreening threshold or another m."""
-        if options.registration == "literal_frames":
-            return literal_frames
-        if options.model_fields_set.isdisjoint(("prescreen", "order")):
-            return options.registration
-        m = max(4, floor(_exact(options.order * len(self.scene.gt_positions)) + 0.5))
-
-        def register(
-            gt: Floats, est: Floats, /, *, rank: int, **settings: Any
-        ) -> tuple[Similarity | None, int]:
-            rank = min(m, len(gt))
-            return pcr99(gt, est, rank=rank, prescreen=options.prescreen, **settings)
-
-        return register
-
-    def d(self, options: UnitOptions) -> float:
-        """Return the unit of the TAS."""
-        return self._unit(0.75, options.interpolated)
-
-    def _unit(self, quantile: float, interpolated: bool) -> float:
-        """Return d of the paper for any quantile, an order statistic or between two."""
-        if interpolated:
-            return float(np.quantile(self._closest_pairs, quantile))
-        return _order_statistic(self._closest_pairs, quantile)
-
-    @cached_property
-    def _closest_pairs(self) -> Floats:
-        return np.sort(closest_pair_distances(self.scene.gt_positions))
-
-    @property
-    def _rotation_errors(self) -> Floats:
-        return self.beside.rotation_errors[self.place]
-
-    @cached_property
-    def _l1_errors(self) -> Floats:
-        """Rotation errors after the geodesic L1 mean, in some order; infinite for missing ones."""
-        scene = self.scene.estimated
-        gt, est = scene.gt_rotations, scene.est_rotations
-        angles = aligned_angles(gt, est, rotation_l1_mean(gt @ est.transpose(0, 2, 1)))
-        return np.append(angles, np.full(len(self.scene.gt_rotations) - len(angles), inf))
-
-
-@cache
-def _of_tas(options: PASOptions) -> TASOptions:
-    """Return the options of the TAS in a PAS."""
-    return TASOptions(**options.model_dump(exclude={"weight"}))
+    return register
 
 
 @cache
@@ -431,11 +470,18 @@ def _registered_alike(options: TASOptions) -> TASOptions:
     return options.model_copy(update=other)
 
 
-def _score(errors: Floats, unit: float, largest: float, count: float) -> float:
-    """Score errors; with infinitely many thresholds it is the area under a straight line."""
-    if count == inf:
-        return float(np.clip(1 - errors / (unit * largest), 0, None).mean())
-    return AlignmentScore(errors, unit * equal_steps(largest, int(count), "largest")).score
+def _scores(
+    errors: Sequence[Floats], units: Floats, max_threshold: float, n_thresholds: float
+) -> Floats:
+    """Score the errors of each scene; with infinitely many thresholds the area is exact."""
+    if n_thresholds == inf:
+        pairs = zip(errors, units * max_threshold, strict=True)
+        return np.array(
+            [np.clip(1 - values / largest, 0, None).mean() for values, largest in pairs]
+        )
+    steps = equal_steps(max_threshold, int(n_thresholds), "max_threshold")
+    pairs = zip(errors, units, strict=True)
+    return np.array([AlignmentScore(values, unit * steps).score for values, unit in pairs])
 
 
 def _order_statistic(ascending: Floats, quantile: float) -> float:
@@ -448,9 +494,9 @@ def _exact(product: float) -> float:
     return round(product, 9)
 
 
-def _ate(evaluation: Evaluation, _: Options) -> float:
-    scene = evaluation.scene.estimated
-    return ate(scene.gt_positions, scene.est_positions)
+def _ates(batch: Batch, _: Options) -> list[float]:
+    scenes = [scene.estimated for scene in batch.scenes]
+    return [ate(scene.gt_positions, scene.est_positions) for scene in scenes]
 
 
 def _statistic(name: str, alignment: str) -> TrialMetric:
@@ -462,7 +508,7 @@ def _statistic(name: str, alignment: str) -> TrialMetric:
             "refused",
             unit="deg",
         ),
-        lambda evaluation, _: float(evaluation.beside.rotation_statistics[name][evaluation.place]),
+        lambda batch, _: batch.rotation_statistics[name],
     )
 
 
@@ -483,21 +529,23 @@ _UNIT = named(
     rotations=False,
 )
 _TRIAL_METRICS = (
-    TrialMetric(metric("ATE").family, _ate),
+    TrialMetric(metric("ATE").family, _ates),
     TrialMetric(
         named("DTE", "discernible trajectory error", dte, "refused"),
-        lambda evaluation, _: float(evaluation.beside.dte[evaluation.place]),
+        lambda batch, _: batch.dte,
     ),
-    TrialMetric(_MAA, Evaluation.maa, MAAOptions),
-    TrialMetric(metric("TAS").family, Evaluation.tas, TASOptions),
-    TrialMetric(metric("RAS").family, Evaluation.ras, RASOptions),
-    TrialMetric(metric("PAS").family, Evaluation.pas, PASOptions),
-    TrialMetric(metric("half_distance").family, Evaluation.half_distance, HalfDistanceOptions),
-    TrialMetric(metric("half_angle").family, Evaluation.half_angle, HalfAngleOptions),
-    TrialMetric(_DRE, lambda evaluation, _: float(evaluation.beside.dre[evaluation.place])),
+    TrialMetric(_MAA, Batch.maa, MAAOptions),
+    TrialMetric(metric("TAS").family, Batch.tas, TASOptions),
+    TrialMetric(metric("RAS").family, Batch.ras, RASOptions),
+    TrialMetric(metric("PAS").family, Batch.pas, PASOptions),
+    TrialMetric(metric("half_distance").family, Batch.half_distance, HalfDistanceOptions),
+    TrialMetric(metric("half_angle").family, Batch.half_angle, HalfAngleOptions),
+    TrialMetric(_DRE, lambda batch, _: batch.dre),
     *(_statistic(f"{name}-1", "L1") for name in ("Median", "Mean", "RMS")),
     *(_statistic(f"{name}-2", "L2") for name in ("Median", "Mean", "RMS")),
-    TrialMetric(_UNIT, Evaluation.d, UnitOptions),
+    TrialMetric(
+        _UNIT, lambda batch, options: batch.d(interpolated=options.interpolated), UnitOptions
+    ),
 )
 METRICS: Mapping[str, TrialMetric] = {entry.family.example: entry for entry in _TRIAL_METRICS}
 """All metrics but the protocols by their names. To add one, add its entry above."""

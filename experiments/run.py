@@ -1,6 +1,8 @@
-"""Run sweeps and write their table: ``python -m experiments.run experiment=outliers [key=value]``.
+"""Run one experiment: ``python -m experiments.run experiment=outliers [key=value ...]``.
 
-Every table of trials is made by this program; Snakemake passes it the resolved settings.
+It writes ``results/trials/outliers.csv``, a row a trial, and the record of what it rests on.
+Settings are Hydra's overrides: ``--help`` lists them, ``--cfg job`` prints them as composed, and
+``--multirun`` runs each combination of ``key=value1,value2``, a table each in ``results/multirun``.
 """
 
 import signal
@@ -10,82 +12,40 @@ if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is signal.default_
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 import sys
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
-from collections.abc import Sequence
 from pathlib import Path
 
-from pydantic import ValidationError
+import hydra
+from hydra.core.hydra_config import HydraConfig
+from hydra.types import RunMode
+from omegaconf import DictConfig
 
-from .command import ConfigError, problems, run_command
-from .config import (
-    EXECUTION,
-    Execution,
-    Sweep,
-    experiment_names,
-    load,
-    load_execution,
-    split_override,
-)
-from .tables import SWEEPS, write_trials
+from .command import run_in_one_line
+from .config import CONFIG_DIR, checked, container, register_defaults
 
-__all__ = ["main", "resolved"]
+__all__ = ["main"]
 
-HELP = """\
-settings are Hydra overrides:
-  experiment=NAME    %s
-  trials=50          trials a cell
-  seed=0             root of all randomness
-  n_jobs=-1          processes, -1 for one a core; the results do not depend on it
-  sigma_t=[0.05]     any other key of configs/config.yaml and configs/experiment/NAME.yaml
-
-writes results/trials/NAME.csv, one row a trial, and NAME.json, what it rests on
-"""
+register_defaults()
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one experiment, or the sweeps that are given, and return the exit code."""
-    parser = ArgumentParser(
-        prog="python -m experiments.run",
-        description="Run one experiment of the simulation study.",
-        epilog=HELP % " | ".join(experiment_names()),
-        formatter_class=RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("overrides", nargs="*", default=[], metavar="key=value")
-    parser.add_argument("--table", type=Path, metavar="FILE.csv", help="where to write instead")
-    parser.add_argument(
-        "--sweeps",
-        metavar="JSON",
-        help="resolved settings to run instead; overrides may then set only how: "
-        + ", ".join(EXECUTION),
-    )
-    return run_command(parser, _work, arguments)
+@hydra.main(config_path=str(CONFIG_DIR), config_name="config", version_base="1.3")
+def main(config: DictConfig) -> None:
+    """Run the experiment that Hydra has composed."""
+    if code := run_in_one_line("experiments.run", lambda: [_run(config)]):
+        sys.exit(code)
 
 
-def _work(options: Namespace) -> list[Path]:
+def _run(config: DictConfig) -> Path:
     from .sweep import run_sweeps
+    from .tables import write_trials
 
-    sweeps, execution = resolved(options)
-    if options.sweeps is not None and options.table is None:
-        raise ConfigError("--sweeps needs --table: where to write")
-    path = options.table or Path(execution.results_dir) / "trials" / f"{sweeps[0].name}.csv"
+    sweep, execution = checked(container(config))
+    job = HydraConfig.get()
+    folder = execution.results_dir if job.mode == RunMode.RUN else job.runtime.output_dir
+    path = Path(folder) / "trials" / f"{sweep.name}.csv"
     path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials than after
-    write_trials(path, run_sweeps(sweeps, execution), sweeps)
-    return [path]
-
-
-def resolved(options: Namespace) -> tuple[tuple[Sweep, ...], Execution]:
-    """Return what to run, and how: beside ``--sweeps`` overrides may only set the latter."""
-    if options.sweeps is None:
-        sweep, execution = load(options.overrides)
-        return (sweep,), execution
-    for override in options.overrides:
-        if split_override(override)[0] not in EXECUTION:
-            raise ConfigError(f"{override} cannot be set beside --sweeps, which has it")
-    try:
-        return SWEEPS.validate_json(options.sweeps), load_execution(options.overrides)
-    except ValidationError as error:
-        raise ConfigError(f"--sweeps: {' '.join(problems(error)[0]).strip()}") from None
+    write_trials(path, run_sweeps([sweep], execution.n_jobs), [sweep])
+    return path
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -14,14 +14,14 @@ from tqdm import tqdm
 
 from alignscores.parallel import run_parallel
 
-from .config import Execution, Sweep
+from .config import Sweep
 from .grid import KEY_COLUMNS, Cell, evaluations
-from .metrics import Column, Evaluation, Scenes
+from .metrics import evaluate_scenes
 from .scenes import Scene, make_scene
 
 __all__ = ["draw_scene", "one_blas_thread", "run_sweeps", "trial_seeds"]
 
-BATCH = 50  # trials side by side
+BATCH = 50  # trials that are held in memory
 
 
 def trial_seeds(sweep: Sweep, cell: Cell, trial: int) -> list[np.random.SeedSequence]:
@@ -52,17 +52,10 @@ def draw_scene(sweep: Sweep, cell: Cell, seed: np.random.SeedSequence) -> Scene:
 def run_trials(
     sweep: Sweep, cell: Cell, trials: Sequence[int], metrics: Sequence[str]
 ) -> list[dict[str, Any]]:
-    """Run trials side by side, so that a metric's code stays in the caches; return their rows."""
-    columns = {metric: Column.parse(metric) for metric in metrics}
+    """Run some trials of a cell in one batch, and return a row for each."""
     seeds = [trial_seeds(sweep, cell, trial) for trial in trials]
-    beside = Scenes([draw_scene(sweep, cell, camera_seed) for camera_seed, _ in seeds])
-    scenes = [
-        Evaluation(scene, registration_seed, columns.values(), beside=beside, place=place)
-        for place, (scene, (_, registration_seed)) in enumerate(
-            zip(beside.scenes, seeds, strict=True)
-        )
-    ]
-    values = {metric: [scene.value(columns[metric]) for scene in scenes] for metric in metrics}
+    scenes = [draw_scene(sweep, cell, camera_seed) for camera_seed, _ in seeds]
+    values = evaluate_scenes(scenes, [seed for _, seed in seeds], metrics, sweep)
     keys = {"experiment": sweep.name, "geometry": sweep.geometry, **vars(cell)}
     keys["replicate"] = sweep.replicate
     return [
@@ -93,7 +86,7 @@ def run_cell(sweep: Sweep, cell: Cell, metrics: Sequence[str]) -> list[dict[str,
     return [row for trials in batches for row in run_trials(sweep, cell, trials, metrics)]
 
 
-def run_sweeps(sweeps: Sequence[Sweep], execution: Execution) -> pd.DataFrame:
+def run_sweeps(sweeps: Sequence[Sweep], n_jobs: int = 1) -> pd.DataFrame:
     """Run sweeps and join their trials in one table, with progress on standard error.
 
     Returns
@@ -101,10 +94,10 @@ def run_sweeps(sweeps: Sequence[Sweep], execution: Execution) -> pd.DataFrame:
     DataFrame
         One row a trial: `experiment, geometry, n_cameras, n_outliers, sigma_t, sigma_r_deg,
         replicate, trial`, then one column a metric, empty where it was not asked for. Where there
-        are several sweeps, a column `settings` tells what differs from the experiment's own. The
+        are several sweeps, a column `settings` has what differs from the experiment's own. The
         same for any number of processes, bit for bit.
     """
-    tables = [_run_sweep(sweep, execution) for sweep in sweeps]
+    tables = [_run_sweep(sweep, n_jobs) for sweep in sweeps]
     if len(tables) == 1:
         return tables[0]
     for sweep, table in zip(sweeps, tables, strict=True):
@@ -112,12 +105,12 @@ def run_sweeps(sweeps: Sequence[Sweep], execution: Execution) -> pd.DataFrame:
     return pd.concat(tables, ignore_index=True)
 
 
-def _run_sweep(sweep: Sweep, execution: Execution) -> pd.DataFrame:
+def _run_sweep(sweep: Sweep, n_jobs: int) -> pd.DataFrame:
     wanted = evaluations(sweep)
     # The limit of the cells stays in their process; here it ends with the sweep.
     with one_blas_thread():
         tasks = [(sweep, cell, metrics) for cell, metrics in wanted.items()]
-        cells = run_parallel(run_cell, tasks, execution.n_jobs)
+        cells = run_parallel(run_cell, tasks, n_jobs)
         progress = tqdm(cells, total=len(tasks), desc=sweep.name, unit="cell", disable=None)
         rows = [row for _, batch in sorted(progress, key=itemgetter(0)) for row in batch]
     columns = dict.fromkeys(metric for metrics in wanted.values() for metric in metrics)

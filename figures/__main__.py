@@ -1,4 +1,4 @@
-"""Draw one figure: ``python -m figures MODULE:FUNCTION TABLE.csv ... --output PATH``."""
+"""Draw one figure: ``python -m figures MODULE:FUNCTION TABLE.csv ... --output FILE.pdf``."""
 
 import sys
 from argparse import ArgumentParser, Namespace
@@ -27,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     example = "figures.noise:outliers, for example"
     parser.add_argument("draw", metavar="MODULE:FUNCTION", help=example)
     parser.add_argument("tables", nargs="*", type=Path, metavar="TABLE.csv")
-    parser.add_argument("--output", type=Path, required=True, metavar="PATH", help="of both files")
+    parser.add_argument("--output", nargs="+", type=Path, required=True, metavar="FILE")
     return run_command(parser, _work, arguments)
 
 
@@ -53,17 +53,19 @@ def _read(path: Path) -> Any:
 
 
 @style.applied()
-def write_figure(figure: Figure, path: Path, title: str) -> list[Path]:
-    """Write a figure as PDF and PNG without dates, and return both paths."""
-    formats = {
-        "pdf": {"Title": title, "CreationDate": None},
-        "png": {"Title": title, "Software": None},
+def write_figure(figure: Figure, paths: Sequence[Path], title: str) -> list[Path]:
+    """Write a figure as PDF or PNG, by the ending of each path, without dates; return the paths."""
+    metadata = {
+        ".pdf": {"Title": title, "CreationDate": None},
+        ".png": {"Title": title, "Software": None},
     }
     files: dict[Path, bytes] = {}
-    for extension, metadata in formats.items():
+    for path in paths:
+        if path.suffix not in metadata:
+            raise CommandError(f"cannot write {path}: a figure is a .pdf or a .png")
         buffer = BytesIO()
-        figure.savefig(buffer, format=extension, metadata=metadata)
-        files[path.with_name(f"{path.name}.{extension}")] = buffer.getvalue()
+        figure.savefig(buffer, format=path.suffix[1:], metadata=metadata[path.suffix])
+        files[path] = buffer.getvalue()
     return write_files(files)
 
 

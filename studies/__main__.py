@@ -1,4 +1,7 @@
-"""Put the question of a study to its trials: ``python -m studies NAME TABLE.csv ...``."""
+"""Answer a study's question from its trials: ``python -m studies NAME TABLE.csv ...``.
+
+With ``--trials TABLE`` it runs the trials of one of the study's tables instead.
+"""
 
 import sys
 from argparse import ArgumentParser, Namespace
@@ -9,9 +12,10 @@ import pandas as pd
 
 from experiments.command import CommandError, run_command
 from experiments.config import split_override
-from experiments.tables import read_table, read_trials, to_csv, write_files
+from experiments.sweep import run_sweeps
+from experiments.tables import read_table, read_trials, to_csv, write_files, write_trials
 
-from .study import Question, found
+from .study import Question, found, plans
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -19,7 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     studies = {study.name: study for study in found()}
     parser = ArgumentParser(
         prog="python -m studies",
-        description="Put the question of a study to its trials.",
+        description="Answer a study's question from its trials, or run these.",
         epilog=f"studies: {' | '.join(studies)}",
     )
     parser.add_argument("name", choices=studies, metavar="NAME")
@@ -33,12 +37,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         metavar="FILE.csv",
         help="tables of one's own files",
     )
+    parser.add_argument("--trials", metavar="TABLE", help="run the trials of this table instead")
     parser.add_argument("--part", help="of one's own files, whose table to write instead")
-    parser.add_argument("--settings", nargs="*", default=[], metavar="key=value", help="its own")
-    parser.add_argument("--n_jobs", type=int, default=1, help="processes that decide the claims")
+    parser.add_argument("--settings", nargs="*", default=[], metavar="key=value", help="of trials")
+    parser.add_argument("--n_jobs", type=int, default=1, help="processes")
 
     def work(options: Namespace) -> list[Path]:
         study = studies[options.name]
+        if options.trials:
+            sweeps = plans(options.settings)[study.name].tables[options.trials].sweeps
+            write_trials(options.output[0], run_sweeps(sweeps, options.n_jobs), sweeps)
+            return list(options.output)
         if options.part:
             if study.score is None:
                 raise CommandError(f"{study.name} scores no files of one's own")

@@ -28,14 +28,9 @@ class Table:
     sweeps: tuple[Sweep, ...]
 
     @property
-    def json(self) -> str:
-        """The settings as ``python -m experiments.run --sweeps`` takes them."""
-        return SWEEPS.dump_json(self.sweeps, exclude_defaults=True).decode()
-
-    @property
     def digest(self) -> str:
         """A short text that changes with any of the settings."""
-        return sha256(self.json.encode()).hexdigest()[:16]
+        return sha256(SWEEPS.dump_json(self.sweeps)).hexdigest()[:16]
 
 
 @dataclass(frozen=True)

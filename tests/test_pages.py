@@ -37,7 +37,6 @@ from alignscores.protocols import PROTOCOLS
 from alignscores.trajectories import files
 from experiments.config import EXECUTION, SETTINGS, load
 from experiments.metrics import METRICS
-from experiments.run import main as experiments_run
 from experiments.scenes import ERRORS, OUTLIERS, PATHS
 
 from .snakemake_server import run_snakemake
@@ -176,9 +175,10 @@ def run_python_program(command: list[str]) -> None:
     match arguments:
         case ["-m", "venv", ".venv"] | ["-"]:
             pass
-        case ["-m", "experiments.run", "--help"]:
-            with redirect_stdout(StringIO()), pytest.raises(SystemExit, match="0"):
-                experiments_run(["--help"])
+        case ["-m", "experiments.run", "--help" | "--cfg", *_]:
+            pass
+        case ["-m", "experiments.run", "--multirun", *overrides]:
+            load([re.sub(r"=([^[,]+),.*", r"=\1", override) for override in overrides])
         case ["-m", "experiments.run", *overrides]:
             load(overrides)
         case ["-m", module]:

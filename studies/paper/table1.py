@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from experiments.config import Execution, Sweep
+from experiments.config import Sweep
 from experiments.grid import cells
 from experiments.metrics import evaluate
 from experiments.sweep import draw_scene, run_sweeps, trial_seeds
@@ -184,8 +184,7 @@ def _scale_changes(sweep: Sweep) -> dict[str, float]:
 
 def _run_added(sweep: Sweep) -> pd.DataFrame:
     """Evaluate rotation metrics on the trials of an experiment that does not show them."""
-    execution = Execution(n_jobs=1, results_dir="unused")
-    return run_sweeps([replace(sweep, metrics=list(ADDED))], execution)
+    return run_sweeps([replace(sweep, metrics=list(ADDED))])
 
 
 def _scale(change: float) -> Finding:

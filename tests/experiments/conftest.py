@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pandas as pd
 import pytest
 
-from experiments.config import Execution, Sweep, load_sweep
+from experiments.config import Sweep, load_sweep
 from experiments.sweep import run_sweeps
 
 SMALL = [
@@ -18,23 +18,14 @@ SMALL = [
 
 
 @pytest.fixture(scope="session")
-def small_overrides() -> list[str]:
-    return [*SMALL, "n_jobs=1"]
-
-
-@pytest.fixture(scope="session")
 def small() -> Callable[..., Sweep]:
     return lambda *overrides: load_sweep([*SMALL, *overrides])
 
 
 @pytest.fixture(scope="session")
 def run() -> Callable[..., pd.DataFrame]:
-    """Run one sweep in this process, or as the arguments say."""
-
-    def run_here(sweep: Sweep, **execution: object) -> pd.DataFrame:
-        return run_sweeps([sweep], Execution(**{"n_jobs": 1, "results_dir": "-", **execution}))
-
-    return run_here
+    """Run one sweep, in this process by default."""
+    return lambda sweep, n_jobs=1: run_sweeps([sweep], n_jobs)
 
 
 @pytest.fixture(scope="session")

@@ -42,7 +42,7 @@ def test_names_may_stand_around_options_and_results_are_printed(
         (TableError(Path("t.csv"), "is missing"), 1, "t.csv is missing; run: snakemake t.csv"),
         (PermissionError(13, "Permission denied", "d"), 1, "cannot write d: Permission denied"),
         (ConnectionError("nobody answers"), 1, "nobody answers"),
-        (MemoryError(), 1, "there is too little memory; set n_jobs=1, or fewer cameras"),
+        (MemoryError(), 1, "not enough memory; set n_jobs=1, or fewer cameras"),
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )

@@ -18,7 +18,15 @@ from baselines.rotation import aligned_angles
 from experiments.command import ConfigError
 from experiments.config import Sweep, to_overrides
 from experiments.grid import KEY_COLUMNS, Cell, cells
-from experiments.metrics import METRICS, Column, Evaluation, Options, Scenes, TrialMetric, evaluate
+from experiments.metrics import (
+    METRICS,
+    Batch,
+    Column,
+    Options,
+    TrialMetric,
+    evaluate,
+    evaluate_scenes,
+)
 from experiments.scenes import Scene
 from experiments.sweep import draw_scene, trial_seeds
 from studies.statistics import power
@@ -81,15 +89,26 @@ def test_scenes_in_one_batch_have_the_values_of_scenes_alone(small: Callable[...
         sweep = small("outliers=missing" if lost else "outliers=uniform")
         scenes.append(draw_scene(sweep, cell, np.random.SeedSequence(seed)))
     scenes[3].est_positions[:20] = scenes[3].est_positions[0]  # without an extent, for the DTE
-    batch = Scenes(scenes)
+    metrics = [*METRICS, "TAS(registration=refined)", "TAS(seed=1)", "PAS(weight=0.3)"]
+    seeds = [np.random.SeedSequence(0, spawn_key=(scene,)) for scene in range(len(scenes))]
+    together = evaluate_scenes(scenes, seeds, metrics)
     for index, scene in enumerate(scenes):
-        rotations = scene.estimated.gt_rotations, scene.estimated.est_rotations
-        assert batch.dte[index] == dte(scene.estimated.gt_poses, scene.estimated.est_poses)
-        assert batch.dre[index] == dre(*rotations)
-        for name, statistic in rotation_statistics(*rotations).items():
-            assert batch.rotation_statistics[name][index] == statistic
-        errors = ras(scene.gt_rotations, scene.est_rotations).errors
-        np.testing.assert_array_equal(batch.rotation_errors[index], errors)
+        alone = evaluate(scene, metrics, seeds[index])
+        assert {metric: values[index] for metric, values in together.items()} == alone
+
+
+def test_options_of_the_sweep_are_those_of_columns_without_their_own(
+    small: Callable[..., Sweep], scene: Scene
+) -> None:
+    sweep = small(
+        "tas.max_threshold=2", "ras.max_threshold_deg=5", "pas.weight=0.3", "d.interpolated=true"
+    )
+    found = evaluate(scene, ["TAS", "TAS(quantile=0.5)", "RAS", "PAS", "d"], SEED, sweep)
+    assert found["TAS"] == value(scene, "TAS(max_threshold=2)")
+    assert found["TAS(quantile=0.5)"] == value(scene, "TAS(quantile=0.5, max_threshold=2)")
+    assert found["RAS"] == value(scene, "RAS(max_threshold_deg=5)")
+    assert found["PAS"] == 0.3 * found["TAS"] + 0.7 * found["RAS"]
+    assert found["d"] == value(scene, "d(interpolated=true)")
 
 
 def test_metrics_are_those_of_the_library(scene: Scene) -> None:
@@ -225,14 +244,14 @@ def test_seeds_of_the_registration_differ_and_repeat(scene: Scene) -> None:
     ("metric", "problem"),
     [
         ("APE", "unknown metric 'APE'; close to it are ATE, "),
-        ("PAS(order=0.2)", "has no option 'order'; the options are interpolated, registration, "),
+        ("PAS(order=0.2)", "has no option 'order'; the options are weight, registration, "),
         ("auc@30:vggt(k=5)", "has no option 'k'; the options are none"),
         ("TAS(order=0.2", "has no option 'order'; the options are "),
         ("TAS(max_threshold=inf)", "max_threshold should be a finite number, not 'inf'"),
         ("TAS(n_thresholds=2.5)", "n_thresholds must be a whole number from 1 to 1000000, or inf"),
         ("mAA(fold_sign=maybe)", "fold_sign should be a valid boolean, "),
         ("TAS(registration=umeyama)", "registration should be 'pcr99', 'refined' or 'literal_"),
-        ("TAS(registration=refined, order=0.2)", "order can be set for pcr99 alone"),
+        ("TAS(registration=refined, order=0.2)", "prescreen and order can be set for pcr99 alone"),
     ],
 )
 def test_impossible_options_are_refused_in_one_line(metric: str, problem: str) -> None:
@@ -253,9 +272,9 @@ def test_a_metric_is_one_entry_of_the_registry(
     class Scale(Options):
         scale: float = 1.0
 
-    def accuracy(evaluation: Evaluation, options: Scale) -> float:
-        errors = ras(evaluation.scene.gt_rotations, evaluation.scene.est_rotations).errors
-        return float(-options.scale * errors.max())
+    def accuracy(batch: Batch, options: Scale) -> list[float]:
+        worlds = [(scene.gt_rotations, scene.est_rotations) for scene in batch.scenes]
+        return [float(-options.scale * ras(*world).errors.max()) for world in worlds]
 
     family = named(
         "Best", "minus the largest error", lambda gt, est: 0.0, "fail", larger_is_better=True

@@ -1,94 +1,94 @@
-"""The program that runs sweeps: files, settings, errors."""
+"""The command that runs an experiment, as Hydra's users know it."""
 
-import json
+import sys
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
-from experiments.config import Sweep
 from experiments.run import main
-from experiments.tables import SWEEPS, read_trials
+from experiments.tables import read_trials
+
+SMALL = ["experiment=outliers", "trials=1", "n_jobs=1"]
+SMALL += ["n_cameras=[25]", "n_outliers=[3]", "sigma_t=[0.02]"]
+
+Command = Callable[..., int]
 
 
-def test_the_table_on_disk_is_the_table_computed(
-    tmp_path: Path,
-    small_overrides: list[str],
-    small: Callable[..., Sweep],
-    trials: pd.DataFrame,
-    capsys: pytest.CaptureFixture[str],
+@pytest.fixture
+def command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Command:
+    """Run it with some arguments in an empty folder, and return the exit code."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: str) -> int:
+        monkeypatch.setattr(sys, "argv", ["experiments.run", *arguments])
+        try:
+            main()
+        except SystemExit as end:
+            return int(end.code or 0)
+        return 0
+
+    return run
+
+
+def test_an_experiment_is_a_table_and_its_record(
+    command: Command, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main([*small_overrides, f"results_dir={tmp_path}"]) == 0
-    path = tmp_path / "trials" / "outliers.csv"
-    assert capsys.readouterr().out.strip() == str(path)
-    read = read_trials(path)
-    pd.testing.assert_frame_equal(read.table, trials, check_exact=True)
-    assert read.sweep == small()
-    assert main([*small_overrides, "--table", str(tmp_path / "a" / "1.csv")]) == 0
-    assert (tmp_path / "a" / "1.csv").read_bytes() == path.read_bytes()
-    assert {file.name for file in tmp_path.rglob("*.*")} == {
-        *("outliers.csv", "outliers.json", "1.csv", "1.json")
+    assert command(*SMALL, "results_dir='größe'", "tas.max_threshold=2") == 0
+    assert capsys.readouterr().out == "größe/trials/outliers.csv\n"
+    files = {str(path) for path in Path().rglob("*") if path.is_file()}
+    assert files == {"größe/trials/outliers.csv", "größe/trials/outliers.json"}
+    trials = read_trials(Path("größe/trials/outliers.csv"))
+    assert (trials.sweep.trials, trials.sweep.tas.max_threshold, len(trials.table)) == (1, 2, 1)
+
+
+def test_a_multirun_is_a_table_for_each_job(command: Command) -> None:
+    settings = [*SMALL[1:], "metrics=[TAS]", "tas.max_threshold=0.5,2"]
+    assert command("--multirun", "experiment=outliers,collinear", *settings) == 0
+    tables = {str(path): pd.read_csv(path) for path in Path("results/multirun").rglob("*.csv")}
+    assert len(tables) == 4
+    means = {
+        (name, largest): table["TAS"].mean()
+        for path, table in tables.items()
+        for name in ("outliers", "collinear")
+        for largest in ("0.5", "2")
+        if f"experiment={name}," in path and f"tas.max_threshold={largest}" in path
     }
+    assert means["outliers", "0.5"] < means["outliers", "2"]
+    assert means["collinear", "0.5"] < means["collinear", "2"]
 
 
-def test_sweeps_are_run_as_they_are_told(tmp_path: Path, small: Callable[..., Sweep]) -> None:
-    sweeps = [small("trials=1"), replace(small("trials=2", "seed=3"), changes="seed=3")]
-    path = tmp_path / "0.csv"
-    told = SWEEPS.dump_json(tuple(sweeps), exclude_defaults=True).decode()
-    arguments = ["--sweeps", told, "--table", str(path)]
-    assert main([*arguments, "n_jobs=1", f"results_dir={tmp_path / 'other'}"]) == 0
-    read = read_trials(path)
-    assert list(read.record.sweeps) == sweeps
-    assert list(read.table["settings"]) == [""] * 4 + ["seed=3"] * 8
-    assert not (tmp_path / "other").exists()
+def test_the_composed_settings_have_the_options_of_the_metrics(
+    command: Command, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert command("--cfg", "job", "ras.max_threshold_deg=5") == 0
+    printed = capsys.readouterr().out
+    assert "ras:\n  max_threshold_deg: 5\n" in printed
+    assert "pas:\n  weight: 0.5\n" in printed
+    assert command("--help") == 0
+    assert "trajectory_length" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
-    ("arguments", "problem"),
+    ("override", "code", "problem"),
     [
-        (["trials=0"], "setting 'trials': should be greater than or equal to 1, not 0"),
-        (["--table", "t.csv", "--sweeps", "[]"], "--sweeps: needs 1 or more entries"),
-        (["--table", "t.csv", "--sweeps", "[{}]"], "--sweeps: 0.name is missing"),
-        (["--table", "t.csv", "--sweeps", "["], "--sweeps: Invalid JSON"),
+        ("trials=0", 2, "setting 'trials': should be greater than or equal to 1, not 0"),
+        ("tas.registration=umeyama", 2, "setting 'tas.registration': should be 'pcr99', "),
+        ("tas.order=0.2 tas.registration=refined", 2, "prescreen and order can be set for pcr99"),
+        ("results_dir=file", 1, "cannot write file/trials: Not a directory"),
+        ("trails=5", 1, "Could not override 'trails'."),
+        ("tas.threshold=5", 1, "Could not override 'tas.threshold'."),
+        ("experiment=oultiers", 1, "Could not find 'experiment/oultiers'"),
     ],
 )
-def test_wrong_settings_end_in_one_line_and_no_file(
-    tmp_path: Path,
-    small_overrides: list[str],
-    capsys: pytest.CaptureFixture[str],
-    arguments: list[str],
-    problem: str,
+def test_wrong_settings_are_named_and_nothing_is_written(
+    command: Command, capsys: pytest.CaptureFixture[str], override: str, code: int, problem: str
 ) -> None:
-    settings = [] if "--sweeps" in arguments else small_overrides[:5]
-    assert main([*settings, f"results_dir={tmp_path}/results", *arguments]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("experiments.run: ")
-    assert problem in line
-    assert not list(tmp_path.iterdir())
-
-
-def test_settings_cannot_be_given_beside_sweeps_that_have_them(
-    small: Callable[..., Sweep], capsys: pytest.CaptureFixture[str]
-) -> None:
-    told = json.dumps(SWEEPS.dump_python((small(),), mode="json"))
-    assert main(["--sweeps", told, "--table", "t.csv", "trials=3"]) == 2
-    assert "trials=3 cannot be set beside --sweeps" in capsys.readouterr().err
-    assert main(["--sweeps", told]) == 2
-    assert "--sweeps needs --table" in capsys.readouterr().err
-
-
-def test_a_place_that_cannot_be_written_ends_in_one_line(
-    tmp_path: Path, small_overrides: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "file").touch()
-    assert main([*small_overrides, f"results_dir={tmp_path}/file"]) == 1
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line == f"experiments.run: cannot write {tmp_path}/file/trials: Not a directory"
-
-
-def test_the_help_names_the_experiments(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit, match="0"):
-        main(["--help"])
-    assert "trajectory_length" in capsys.readouterr().out
+    Path("file").touch()
+    settings = SMALL[1:] if "experiment" in override else SMALL
+    assert command(*settings, *override.split()) == code
+    said = capsys.readouterr().err
+    assert problem in said
+    assert "Traceback" not in said
+    assert [str(path) for path in Path().rglob("*")] == ["file"]

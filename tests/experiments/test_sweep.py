@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from threadpoolctl import ThreadpoolController, threadpool_limits
 
-from experiments.config import Selection, Sweep, experiment_names, load, load_sweep
+from experiments.config import Selection, Sweep, experiment_names, load_sweep
 from experiments.grid import KEY_COLUMNS, Cell, cells
 from experiments.metrics import evaluate
 from experiments.scenes import ERRORS, OUTLIERS, PATHS
@@ -121,7 +121,7 @@ def test_sweeps_are_joined_in_one_table(small: Small, trials: pd.DataFrame) -> N
     only = [Selection(["TAS"], {"n_outliers": [3]}), Selection(["ATE"], {"sigma_t": [0.02]})]
     part = replace(small(), selections=only)
     other = replace(small("trials=1", "metrics=[RAS]", "seed=1"), changes="seed=1")
-    table = run_sweeps([part, other], load(["n_jobs=1"])[1])
+    table = run_sweeps([part, other])
     assert list(table.columns) == ["experiment", "settings", *KEY_COLUMNS[1:], "TAS", "ATE", "RAS"]
     assert list(table["settings"]) == [""] * 9 + ["seed=1"] * 4
     keys = ["n_outliers", "sigma_t", "trial"]

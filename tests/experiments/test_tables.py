@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from experiments.config import Selection, Sweep, load
+from experiments.config import Selection, Sweep
 from experiments.sweep import run_sweeps
 from experiments.tables import TableError, read_table, read_trials, write_files, write_trials
 
@@ -38,7 +38,7 @@ def test_a_table_of_several_sweeps_comes_back_bit_for_bit(
     path = tmp_path / "0.csv"
     part = replace(small("trials=1"), selections=[Selection(["ATE"], {"n_outliers": [3]})])
     sweeps = part, replace(small("trials=1", "metrics=[RAS,ATE]"), changes="nan")
-    table = run_sweeps(sweeps, load(["n_jobs=1"])[1])
+    table = run_sweeps(sweeps)
     write_trials(path, table, sweeps)
     read = read_trials(path)
     pd.testing.assert_frame_equal(read.table, table, check_exact=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
-from experiments.config import load
+from experiments.config import load_sweep
 from experiments.sweep import run_sweeps
 from experiments.tables import Record, Trials
 from studies.paper import FIGURES, STUDY
@@ -20,10 +20,10 @@ def run() -> Callable[..., Trials]:
 
     @cache
     def run_few(experiment: str, *overrides: str) -> Trials:
-        settings = [f"experiment={experiment}", "trials=3", "n_jobs=1", *overrides]
-        sweep, execution = load(settings)
+        settings = [f"experiment={experiment}", "trials=3", *overrides]
+        sweep = load_sweep(settings)
         path = Path("results", "trials", f"{experiment}.csv")
-        return Trials(path, run_sweeps([sweep], execution), Record((sweep,), {}))
+        return Trials(path, run_sweeps([sweep]), Record((sweep,), {}))
 
     return run_few
 

@@ -22,9 +22,9 @@ def table(run, tmp_path_factory):
 
 @pytest.mark.slow
 def test_it_writes_both_files_the_same_bytes_in_another_process(table, tmp_path, capsys):
-    arguments = [OUTLIERS, str(table), "--output", str(tmp_path / "figures" / "one")]
-    assert main(arguments) == 0
     written = [tmp_path / "figures" / f"one.{extension}" for extension in ("pdf", "png")]
+    arguments = [OUTLIERS, str(table), "--output", *map(str, written)]
+    assert main(arguments) == 0
     assert capsys.readouterr().out.splitlines() == [str(path) for path in written]
     assert sorted((tmp_path / "figures").iterdir()) == written
     before = [path.read_bytes() for path in written]
@@ -42,7 +42,7 @@ def test_it_writes_both_files_the_same_bytes_in_another_process(table, tmp_path,
 
 def refused(capsys, tmp_path, *arguments):
     """Return the one line that a command is refused with."""
-    output = tmp_path / "figures" / "figure"
+    output = tmp_path / "figures" / "figure.pdf"
     assert main([*map(str, arguments), "--output", str(output)]) == 1
     out, err = capsys.readouterr()
     (line,) = err.splitlines()
@@ -74,6 +74,6 @@ def test_a_table_at_fault_is_named_in_one_line_with_the_remedy(table, tmp_path, 
 
 def test_a_place_that_cannot_be_written_to_is_named(tmp_path, capsys):
     (tmp_path / "file").write_text("no directory")
-    assert main([PATHS, "--output", str(tmp_path / "file" / "paths")]) == 1
+    assert main([PATHS, "--output", str(tmp_path / "file" / "paths.pdf")]) == 1
     problem = f"figures: cannot write {tmp_path / 'file' / 'paths.pdf'}: File exists\n"
     assert capsys.readouterr() == ("", problem)

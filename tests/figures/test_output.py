@@ -4,9 +4,8 @@ from figures.__main__ import write_figure
 
 
 def test_fonts_are_embedded_as_truetype_and_there_is_no_date(draw, tmp_path):
-    written = write_figure(draw("outliers"), tmp_path / "figures" / "v1.2", "A title")
     pdf, png = (tmp_path / "figures" / f"v1.2.{extension}" for extension in ("pdf", "png"))
-    assert written == [pdf, png]
+    assert write_figure(draw("outliers"), [pdf, png], "A title") == [pdf, png]
     assert b"/FontFile2" in pdf.read_bytes()  # a TrueType font, embedded
     assert b"/CIDFontType2" in pdf.read_bytes()
     assert b"/Type3" not in pdf.read_bytes()

@@ -4,7 +4,6 @@ Each file has flat keys with a number or a list of numbers. A change on purpose 
 the same commit, whose message says why.
 """
 
-import csv
 import io
 import json
 import sys
@@ -30,7 +29,8 @@ from alignscores import (
 )
 from alignscores.cli import main as command
 from baselines import ate, dre, dte, maa, rotation_statistics
-from experiments.run import main as run_experiment
+from experiments.config import load_sweep
+from experiments.sweep import run_sweeps
 
 from .inputs import N_SCENES, SEQUENCES, scene, write_made_runs, write_real_runs
 
@@ -138,13 +138,9 @@ def trials(folder: Path) -> Numbers:
     """The tables of the eight experiments at two trials a cell: a list for each column."""
     found = {}
     for name in EXPERIMENTS:
-        with redirect_stdout(io.StringIO()):
-            run_experiment([f"experiment={name}", "trials=2", "n_jobs=1", f"results_dir={folder}"])
-        with (folder / "trials" / f"{name}.csv").open(newline="") as file:
-            rows = list(csv.DictReader(file))
-        columns = list(rows[0])
-        for column in columns[columns.index("n_cameras") :]:
-            found[f"{name}/{column}"] = [float(row[column] or "nan") for row in rows]
+        table = run_sweeps([load_sweep([f"experiment={name}", "trials=2"])])
+        for column in table.columns[table.columns.get_loc("n_cameras") :]:
+            found[f"{name}/{column}"] = table[column].astype(float).tolist()
     return flat(found)
 
 

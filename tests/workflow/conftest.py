@@ -40,14 +40,6 @@ class Done:
         """The rule and the description of each job."""
         return re.findall(r"^(?:local)?rule (\w+):\n((?: +.*\n)+)", self.text, re.MULTILINE)
 
-    @property
-    def refusal(self) -> str:
-        """The one line that a wrong setting ends in."""
-        assert self.returncode != 0
-        assert "Traceback" not in self.text
-        (line,) = [line for line in self.text.splitlines() if line.startswith("snakemake: ")]
-        return line
-
 
 Snakemake = Callable[..., Done]
 

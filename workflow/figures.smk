@@ -1,0 +1,50 @@
+# Each figure: the function that draws it, and the tables that it shows.
+FIGURE = RESULTS / "figures" / "{figure}.{ext}"
+PAPER_FIGURES = {
+    "histogram": ("figures.histogram:draw", ["trials/combined"]),
+    "outliers": ("figures.noise:outliers", ["trials/outliers"]),
+    "collinear": ("figures.noise:collinear", ["trials/collinear"]),
+    "trajectory_length": ("figures.noise:trajectory_length", ["trials/trajectory_length"]),
+    "rotations": ("figures.noise:rotations", ["trials/rotations"]),
+    "combined": ("figures.noise:combined", ["trials/combined"]),
+    "maa_vs_pas": (
+        "figures.maa_vs_pas:draw",
+        ["trials/maa_vs_pas_outliers", "trials/maa_vs_pas_length", "trials/maa_vs_pas_collinear"],
+    ),
+}
+STUDY_FIGURES = {
+    "threshold_study": ("studies.threshold_study.figure:draw", ["tables/threshold_study"]),
+    BEYOND: ("studies.beyond.figure:draw", [f"tables/{BEYOND}"]),
+    "paths": ("studies.beyond.paths:draw", []),
+    "real": ("studies.real.figure:draw", ["tables/real", "tables/real_pairs", "tables/real_agreement"]),
+}
+
+
+rule figure:
+    input:
+        FIGURE_CODE,
+        tables=lambda wildcards: [RESULTS / f"{table}.csv" for table in PAPER_FIGURES[wildcards.figure][1]],
+    output:
+        expand(FIGURE, ext=["pdf", "png"], allow_missing=True),
+    wildcard_constraints:
+        figure="|".join(PAPER_FIGURES),
+    localrule: True
+    params:
+        draw=lambda wildcards: PAPER_FIGURES[wildcards.figure][0],
+    log:
+        RESULTS / "logs" / "figures" / "{figure}.log",
+    benchmark:
+        RESULTS / "benchmarks" / "figures" / "{figure}.tsv"
+    shell:
+        "python -m figures {params.draw} {input.tables:q} --output {output:q} > {log:q} 2>&1"
+
+
+use rule figure as study_figure with:
+    input:
+        FIGURE_CODE,
+        code("studies", "studies/threshold_study", "studies/beyond", "studies/real"),
+        tables=lambda wildcards: [RESULTS / f"{table}.csv" for table in STUDY_FIGURES[wildcards.figure][1]],
+    wildcard_constraints:
+        figure="|".join(STUDY_FIGURES),
+    params:
+        draw=lambda wildcards: STUDY_FIGURES[wildcards.figure][0],
