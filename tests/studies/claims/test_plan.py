@@ -47,7 +47,7 @@ def test_replicates_differ_in_their_number_alone() -> None:
         ("metrics=[TAS]", "'metrics' cannot be set: the claims decide"),
         ("n_outliers=[0,1]", "needs trials of outliers with n_outliers 10"),
         ("trials=0", "'trials': should be greater than or equal to 1, not 0 (experiment="),
-        ("trails=1", "unknown setting 'trails'"),
+        ("trails=1", "Could not override 'trails'"),
     ],
 )
 def test_settings_that_leave_claims_undecided_are_refused(override: str, problem: str) -> None:
