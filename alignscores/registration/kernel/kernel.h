@@ -105,12 +105,11 @@ bool fit_moments(const moments *all, size_t count, int alignment, similarity *fi
 
 /* triplets.c */
 size_t n_triplets(size_t n);
-size_t most_prescreened(size_t n, size_t n_wanted);
+size_t max_prescreened(size_t n, size_t n_wanted);
 bool prescreened_triplets(const cameras *c, double prescreen, size_t n_wanted, pcg64 *random,
                           triplet *kept, size_t *n_kept);
 void all_triplets(const cameras *c, triplet *triplets);
 void permute(pcg64 *random, size_t n, uint32_t *order);
-bool any_triplets(size_t n, pcg64 *random, triplet *triplets, size_t count);
 
 /* pcr99.c; false if there is no memory, as of all functions that return bool below */
 bool pcr99(const cameras *c, const options *o, size_t rank, pcg64 *random, similarity *found,

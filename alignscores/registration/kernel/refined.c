@@ -6,16 +6,15 @@
 
 #define FARTHEST_SQUARABLE 1e100 /* squares of coordinates beyond may overflow */
 #define N_STARTS 64        /* hypotheses that are refined; their number is halved in each step */
-#define FEW 30             /* cameras up to which all triplets are tried */
-#define SEVERAL 60         /* cameras up to which twice as many triplets are drawn, and refined */
+#define SMALL_N 30         /* cameras up to which all triplets are tried */
 #define N_NEIGHBOURHOODS 4 /* the densest ones; a fit to each is tried as a start, too */
 #define N_FINALISTS 8      /* alignments that are refined with all cameras */
 #define SAMPLE 1000        /* cameras with which the starts are refined until few are left */
 #define SMALL_SAMPLE 250   /* cameras with which hypotheses are sorted out */
 #define RESOLUTION 0.01    /* of the largest threshold: finer differences of errors do not count */
 #define TOLERANCE 1e-5     /* gain in score; the refinement ends with the first step that gains less */
-#define FINE_TOLERANCE 1e-9 /* of up to SEVERAL cameras, where steps cost little */
-#define MOST_STARTS (2 * N_STARTS + N_NEIGHBOURHOODS + 2)
+#define FINE_TOLERANCE 1e-9 /* of up to SMALL_N cameras, where steps cost little */
+#define MAX_STARTS (N_STARTS + N_NEIGHBOURHOODS + 2)
 
 /* numpy.random.default_rng(0), which draws the sample */
 #define SAMPLER \
@@ -27,7 +26,7 @@ typedef struct {
     double threshold, resolution;
     int alignment;
     double *errors; /* (n,), overwritten */
-    moments *sums;  /* (MOST_STARTS,), overwritten */
+    moments *sums;  /* (MAX_STARTS,), overwritten */
 } problem;
 
 EVERY_WIDTH
@@ -113,7 +112,7 @@ typedef struct {
 static size_t refine(const problem *p, similarity *rows, size_t count, size_t n_left,
                      double least_gain)
 {
-    start starts[MOST_STARTS];
+    start starts[MAX_STARTS];
     double largest_gain = INFINITY;
     for (size_t h = 0; h < count; h++)
         starts[h] = (start){rows[h], truncated_cost(p, &rows[h]), INFINITY};
@@ -204,40 +203,21 @@ static bool is_usable(const similarity *s)
     return s->scale > 0;
 }
 
-/* The triplets to try: all of few cameras; else drawn ones, prescreened where that helps. The
-   prescreening misleads where the noise is as large as the triangles, which matters with few
-   cameras, and where an alignment keeps the scale and the estimate has another size. */
-static bool triplets_to_try(const cameras *c, const options *o, pcg64 *random, triplet *triplets,
-                            size_t n_screened, size_t n_any, size_t *count)
-{
-    if (c->n <= FEW) {
-        all_triplets(c, triplets);
-        *count = n_triplets(c->n);
-        return true;
-    }
-    if (!prescreened_triplets(c, o->prescreen, n_screened, random, triplets, count)
-        || (n_any > 0 && !any_triplets(c->n, random, triplets + *count, n_any)))
-        return false;
-    *count += n_any;
-    return true;
-}
-
-/* Draw the hypotheses; the triplets are those of PCR-99 but for few cameras. */
+/* The hypotheses are those of PCR-99, of few cameras all triplets. */
 bool begin_search(pool *memory, const cameras *c, const options *o, pcg64 *random, search *all)
 {
     pcg64 sampler = SAMPLER;
     pool local = {0};
-    bool only_screened = o->alignment == SIMILARITY && c->n > SEVERAL;
-    size_t half = (o->n_hypotheses + 1) / 2;
-    size_t n_screened = only_screened ? o->n_hypotheses : half;
-    size_t n_any = only_screened ? 0 : c->n > SEVERAL ? half : 3 * half;
-    size_t most = c->n <= FEW ? n_triplets(c->n) : most_prescreened(c->n, n_screened) + n_any;
+    bool all_are_tried = c->n <= SMALL_N;
+    size_t count = all_are_tried ? n_triplets(c->n) : max_prescreened(c->n, o->n_hypotheses);
     uint32_t *order = allocate(&local, c->n, sizeof *order);
-    triplet *triplets = allocate(&local, most, sizeof *triplets);
-    similarity *rows = allocate(memory, most, sizeof *rows);
-    size_t count = 0;
-    bool done = order && triplets && rows
-                && triplets_to_try(c, o, random, triplets, n_screened, n_any, &count);
+    triplet *triplets = allocate(&local, count, sizeof *triplets);
+    similarity *rows = allocate(memory, count, sizeof *rows);
+    bool done = order && triplets && rows;
+    if (done && all_are_tried)
+        all_triplets(c, triplets);
+    else if (done)
+        done = prescreened_triplets(c, o->prescreen, o->n_hypotheses, random, triplets, &count);
     if (done) {
         permute(&sampler, c->n, order);
         all->shuffled = (cameras){c->n, shuffled(memory, c->gt, c->n, order),
@@ -275,11 +255,11 @@ bool refined(search *all, const options *o, double threshold)
     threshold = fmin(fmax(threshold, 1 / FARTHEST_SQUARABLE), FARTHEST_SQUARABLE);
     size_t n = all->shuffled.n, count = all->n_hypotheses;
     const similarity *hypotheses = all->hypotheses;
-    similarity chosen[4 * N_STARTS], starts[MOST_STARTS];
+    similarity chosen[4 * N_STARTS], starts[MAX_STARTS];
     pool memory = {0};
     problem p = {all->shuffled, threshold, RESOLUTION * threshold, o->alignment,
                  allocate(&memory, n, sizeof *p.errors),
-                 allocate(&memory, MOST_STARTS, sizeof *p.sums)};
+                 allocate(&memory, MAX_STARTS, sizeof *p.sums)};
     double *points = allocate(&memory, SAMPLE, 6 * sizeof *points);
     bool done = p.errors && p.sums && points;
     if (done) {
@@ -288,16 +268,15 @@ bool refined(search *all, const options *o, double threshold)
             count = choose(&small, hypotheses, count, 4 * N_STARTS, chosen);
             hypotheses = chosen;
         }
-        size_t n_starts = n > SEVERAL ? N_STARTS : 2 * N_STARTS;
-        if (all->several && !all->is_found)
-            n_starts = N_FINALISTS; /* the first of several thresholds only leads to the next */
+        /* The first of several thresholds only leads to the next. */
+        size_t n_starts = all->several && !all->is_found ? N_FINALISTS : N_STARTS;
         problem sample = sampled(&p, SAMPLE, points);
         count = choose(&sample, hypotheses, count, n_starts, starts);
         count += fit_neighbourhoods(&sample, starts + count);
         count = refine(&sample, starts, count, N_FINALISTS, INFINITY);
         if (all->is_found)
             starts[count++] = all->found;
-        double tolerance = n > SEVERAL ? TOLERANCE : FINE_TOLERANCE;
+        double tolerance = n > SMALL_N ? TOLERANCE : FINE_TOLERANCE;
         refine(&p, starts, count, 1, tolerance * threshold * (double)n);
         if (is_usable(starts)) {
             all->found = starts[0];

@@ -68,7 +68,7 @@ size_t n_triplets(size_t n)
     return product / 6 < (double)(SIZE_MAX >> 8) ? (size_t)(product / 6) : SIZE_MAX >> 8;
 }
 
-size_t most_prescreened(size_t n, size_t n_wanted)
+size_t max_prescreened(size_t n, size_t n_wanted)
 {
     return n_triplets(n) <= n_wanted ? 3 * n_triplets(n) : n_wanted;
 }
@@ -195,22 +195,4 @@ void all_triplets(const cameras *c, triplet *triplets)
                     t = (triplet){k, i, j};
                 triplets[count++] = t;
             }
-}
-
-/* Triplets of distinct cameras, all as probable. */
-bool any_triplets(size_t n, pcg64 *random, triplet *triplets, size_t count)
-{
-    pool memory = {0};
-    uint32_t *drawn = allocate(&memory, count, 3 * sizeof *drawn);
-    for (size_t row = 0; drawn && row < 3; row++)
-        draw_below(random, n - row, drawn + row * count, count);
-    for (size_t t = 0; drawn && t < count; t++) {
-        uint32_t i = drawn[t], j = drawn[count + t], k = drawn[2 * count + t];
-        j += j >= i; /* one of the others */
-        k += k >= (i < j ? i : j);
-        k += k >= (i < j ? j : i);
-        triplets[t] = (triplet){i, j, k};
-    }
-    release(&memory);
-    return drawn != NULL;
 }
