@@ -5,7 +5,7 @@ whose truth is known, and pairs of systems are tested as `alignscores.compare` d
 """
 
 import argparse
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations, product
 
@@ -17,6 +17,7 @@ from alignscores.comparison.statistics import LEVEL, holm, rank_test, sequence_t
 __all__ = ["SCATTERS", "Case", "found"]
 
 Draw = Callable[[np.random.Generator, tuple[int, ...]], Floats]
+Table = Iterator[tuple[str, list[list["Case"]]]]  # name of a row, cases of each cell
 
 
 def _gross(rng: np.random.Generator, shape: tuple[int, ...]) -> Floats:
@@ -77,50 +78,45 @@ def found(case: Case, draws: int, seed: int = 0) -> float:
     return significant / draws
 
 
-def _row(name: str, cells: Sequence[str]) -> None:
-    print(" | ".join([f"| {name}", *cells]) + " |", flush=True)
+def _percent(cases: Iterable[Case], draws: int) -> str:
+    """Return the mean of the shares, in per cent, and the largest where there are several."""
+    shares = [100 * found(case, draws) for case in cases]
+    return f"{np.mean(shares):.1f}" + (f" ({max(shares):.1f})" if len(shares) > 1 else "")
 
 
-def _percent(case: Case, draws: int) -> str:
-    return f"{100 * found(case, draws):.1f}"
+def _false_alarms() -> Table:
+    """Equal systems, over numbers of systems and sequences."""
+    for scatter, failing in product(SCATTERS, FAILING):
+        single = [Case(*size, 1, scatter, failing) for size in product(SYSTEMS, (6, 10))]
+        several = [
+            [Case(*size, runs, scatter, failing) for size in product(SYSTEMS, SEQUENCES)]
+            for runs in RUNS
+        ]
+        yield f"{scatter}, {failing:.0%} fail", [single, *several]
 
 
-def _false_alarms(draws: int) -> None:
-    """Print the mean and the largest share of false alarms, over systems and sequences."""
-    for failing in FAILING:
-        cells = []
-        for runs in RUNS:
-            sizes = product(SYSTEMS, SEQUENCES)
-            alarms = [100 * found(Case(*size, runs, failing=failing), draws) for size in sizes]
-            cells.append(f"{np.mean(alarms):.1f} ({max(alarms):.1f})")
-        _row(f"{100 * failing:.0f} % of the runs fail", cells)
-
-
-def _single_runs(draws: int) -> None:
-    """Print false alarms of systems with one run on each of several sequences."""
-    for sequences in (6, 10):
-        _row(f"{sequences} sequences", [_percent(Case(n, sequences, 1), draws) for n in SYSTEMS])
-
-
-def _unequal_scatter(draws: int) -> None:
-    """Print how often systems with the same median differ where one scatters more."""
-    for wider, sequences in product((3.0, 10.0), (1, 5)):
-        kinds = (3, 3), (5, 5), (10, 10), (3, 10)
-        cells = [_percent(Case(2, sequences, runs, wider=wider), draws) for runs in kinds]
-        _row(f"{wider:.0f} : 1, sequences: {sequences}", cells)
-
-
-def _power(draws: int) -> None:
-    """Print how often a system that is better is found."""
+def _power() -> Table:
+    """Two systems, of which one is better."""
     for better, sequences, scatter in product((1.0, 2.0), (1, 6), ("normal", "10 % gross")):
-        cells = [_percent(Case(2, sequences, n, scatter, better=better), draws) for n in RUNS]
-        _row(f"{better:.0f} sd, {scatter}, sequences: {sequences}", cells)
+        cases = [[Case(2, sequences, runs, scatter, better=better)] for runs in RUNS]
+        yield f"{better:.0f} sd, {scatter}, sequences: {sequences}", cases
+
+
+def _unequal_scatter() -> Table:
+    """Two systems with the same median, of which one scatters more."""
+    for wider, sequences in product((3.0, 10.0), (1, 5)):
+        cases = [
+            [Case(2, sequences, runs, wider=wider)] for runs in ((3, 3), (5, 5), (10, 10), (3, 10))
+        ]
+        yield f"{wider:.0f} : 1, sequences: {sequences}", cases
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description="false alarms and power of the verdicts")
     parser.add_argument("--draws", type=int, default=1000)
     draws = parser.parse_args().draws
-    for part in (_power, _unequal_scatter, _single_runs, _false_alarms):
-        print(part.__name__.strip("_").replace("_", " "))
-        part(draws)
+    for table in (_power, _unequal_scatter, _false_alarms):
+        print(table.__doc__)
+        for name, columns in table():
+            cells = [_percent(cases, draws) for cases in columns]
+            print(f"| {' | '.join([name, *cells])} |", flush=True)

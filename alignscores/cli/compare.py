@@ -60,6 +60,7 @@ FRAMES = (
 )
 FAILS = 3  # exit code
 SHOWN = 50  # lines of problems
+NOTES = 4  # lines of notes without --verbose
 JOBS = Option(
     help="processes in parallel (default: %(default)s)", group="runs", number=int, least=1
 )
@@ -211,16 +212,17 @@ def run(argv: Sequence[str]) -> int:
         cache=arguments.cache,
         progress=show_progress,
     )
-    _print_problems(comparison.problems)
-    _print_problems([f"{error}; it counts as a failure" for error in comparison.failed])
-    for note in [*alias_notes(arguments.metrics), *comparison.notes]:
-        print_note(note)
     changed = _changed(comparison, arguments, saved, gate) if arguments.baseline else None
     reasons = reasons_to_fail(gate, comparison.summary, changed) if gate else []
-    _show(comparison, arguments, changed, reasons)
+    unsaved = _save(comparison, arguments, changed, reasons)
+    print(_shown(comparison, arguments, changed, reasons), flush=True)
+    failed = [f"{error}; it counts as a failure" for error in comparison.failed]
+    for problems in (comparison.problems, failed, unsaved):
+        _print_problems(problems)
+    _print_notes([*alias_notes(arguments.metrics), *comparison.notes], arguments.verbose)
     for reason in reasons:
         print_error(reason)
-    return FAILS if reasons else int(bool(comparison.problems or comparison.failed))
+    return FAILS if reasons else int(bool(comparison.problems or failed or unsaved))
 
 
 def _changed(
@@ -297,6 +299,14 @@ def _print_problems(problems: list[str]) -> None:
         print_error(f"and {len(problems) - SHOWN} more of these; --json has all")
 
 
+def _print_notes(notes: Sequence[str], verbose: bool) -> None:
+    shown = notes if verbose or len(notes) <= NOTES else notes[: NOTES - 1]
+    for note in shown:
+        print_note(note)
+    if len(shown) < len(notes):
+        print_note(f"{len(notes) - len(shown)} more; --verbose shows them")
+
+
 def _show_found(benchmark: Benchmark) -> None:
     for sequence, reference in benchmark.references.items():
         print(printable(f"{sequence}: {reference}"))
@@ -311,32 +321,48 @@ def _show_found(benchmark: Benchmark) -> None:
     )
 
 
-def _show(
+def _save(
     comparison: Comparison,
     arguments: argparse.Namespace,
     changed: Changes | None,
     reasons: Sequence[str],
-) -> None:
-    """Print the comparison as it was asked for, and save its page and its report."""
-    by, summary = arguments.by, comparison.summary
-    report = _report(comparison, by, changed, reasons)
+) -> list[str]:
+    """Save page and report; return why any cannot be saved, which stops nothing else."""
+    contents = {}
     if arguments.html:
-        write_whole(arguments.html, page(comparison, by, changed).encode())
-    if arguments.markdown == "-":
-        print(report)
-    elif arguments.markdown:
-        write_whole(Path(arguments.markdown), f"{report}\n".encode())
+        contents[arguments.html] = page(comparison, arguments.by, changed)
+    if arguments.markdown and arguments.markdown != "-":
+        report = _report(comparison, arguments.by, changed, reasons)
+        contents[Path(arguments.markdown)] = f"{report}\n"
+    unsaved = []
+    for path, content in contents.items():
+        try:
+            write_whole(path, content.encode())
+        except ValueError as error:
+            unsaved.append(f"{path}: {error}")
+    return unsaved
+
+
+def _shown(
+    comparison: Comparison,
+    arguments: argparse.Namespace,
+    changed: Changes | None,
+    reasons: Sequence[str],
+) -> str:
+    """Return the comparison as it was asked for."""
+    by, summary = arguments.by, comparison.summary
     if arguments.show == "json":
         baseline = {"baseline": finite(changed.to_dict())} if changed else {}
-        print(json.dumps(comparison.to_dict() | baseline, indent=2, allow_nan=False))
-    elif arguments.show == "csv":
-        print(as_csv(summary).removesuffix("\n"))
-    elif arguments.show == "latex":
+        return json.dumps(comparison.to_dict() | baseline, indent=2, allow_nan=False)
+    if arguments.show == "csv":
+        return as_csv(summary).removesuffix("\n")
+    if arguments.show == "latex":
         caption = " ".join([*comparison.verdict(by), *legend(summary, comparison.settings)])
         first, *others = tables(summary, by, comparison.names)
-        print("\n\n".join([as_latex(first, caption), *(as_latex(one, by) for one in others)]))
-    elif arguments.markdown != "-":
-        print(_text(comparison, arguments, changed))
+        return "\n\n".join([as_latex(first, caption), *(as_latex(one, by) for one in others)])
+    if arguments.markdown == "-":
+        return _report(comparison, by, changed, reasons)
+    return _text(comparison, arguments, changed)
 
 
 def _text(comparison: Comparison, arguments: argparse.Namespace, changed: Changes | None) -> str:

@@ -19,7 +19,7 @@ from .runs import COLUMNS, Outcome
 from .statistics import LEVEL, holm
 from .summary import Pair, Result, Results, Summary, by_system, compared
 from .tables import Cell, Table, number
-from .verdicts import interval_text, p_text
+from .verdicts import difference_text, p_text
 
 __all__ = ["Change", "Changes", "changes", "read_baseline"]
 
@@ -78,7 +78,7 @@ class Changes:
                 number(one.pair.means[1]),
                 number(one.pair.means[0]),
                 f"{one.pair.wins:.0%}",
-                interval_text(one.pair.difference),
+                difference_text(one.pair.difference, significant=one.change is not None),
                 "too few runs" if math.isnan(p) else f"{change} ({p_text(p)})",
             )
             rows.append(list(map(Cell, texts)))
@@ -91,7 +91,7 @@ def read_baseline(file: str, settings: Settings) -> list[Result]:
     try:
         saved = json.loads(text)
         results = [_saved_run(result) for result in saved["results"]]
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, OverflowError, RecursionError, TypeError, ValueError):
         raise FileError(file, "is not what `alignscores compare --json` prints") from None
     for name, value in json.loads(json.dumps(settings.to_dict())).items():
         if name != "frames" and saved.get(name, value) != value:
@@ -102,6 +102,10 @@ def read_baseline(file: str, settings: Settings) -> list[Result]:
 
 def _saved_run(result: Mapping[str, Any]) -> Result:
     """Return a saved run; null stands for an infinite error."""
+    texts = [result[name] for name in ("sequence", "system", "run")]
+    texts += [result[name] or "" for name in ("file", "error")]
+    if not all(isinstance(text, str) for text in texts):
+        raise TypeError
     found = {name: result[name] for name in COLUMNS} | result["metrics"]
     values = {name: metric(name).worst if v is None else float(v) for name, v in found.items()}
     run = Run(result["sequence"], result["system"], result["run"], result["file"])

@@ -9,16 +9,16 @@ from typing import Any
 from ..evaluation.matching import files_below
 from ..version import __version__
 
-__all__ = ["content_hash", "file_of"]
+__all__ = ["file_of"]
 
 
 def file_of(folder: Path, settings: Mapping[str, Any], paths: Iterable[str]) -> Path:
     """Return the file of a result: the hash of settings, version and content names it."""
-    described = __version__, sorted(settings.items()), [content_hash(path) for path in paths]
+    described = __version__, sorted(settings.items()), [_content_hash(path) for path in paths]
     return folder / f"{hashlib.sha256(json.dumps(described).encode()).hexdigest()}.json"
 
 
-def content_hash(path: str) -> str:
+def _content_hash(path: str) -> str:
     """Return the hash of a file, or of those of a COLMAP model or a folder of models."""
     digest = hashlib.sha256()
     for file in files_below(path):

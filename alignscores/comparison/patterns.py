@@ -2,12 +2,13 @@
 
 import glob
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 __all__ = ["Pattern"]
 
-TOKEN = re.compile(r"\{([^{}]*)\}|\*+")
+TOKEN = re.compile(r"(\{[^{}]*\}|\*+)")
+MAX_STARS = 4  # between two slashes; the time of a search grows with their power
 
 
 @dataclass(frozen=True)
@@ -30,12 +31,16 @@ class Pattern:
                 )
         if re.search("[{}]", TOKEN.sub("", self.text)):
             raise ValueError(f"the pattern {self.text} has a brace without its partner")
+        if any(len(re.findall(r"\*+", part)) > MAX_STARS for part in self.text.split("/")):
+            raise ValueError(
+                f"the pattern {self.text} has more than {MAX_STARS} * between two slashes"
+            )
 
     @property
     def fields(self) -> tuple[str, ...]:
         """The names of the fields, each once."""
-        found = (match[1] for match in TOKEN.finditer(self.text) if match[1] is not None)
-        return tuple(dict.fromkeys(found))
+        tokens = TOKEN.findall(self.text)
+        return tuple(dict.fromkeys(token[1:-1] for token in tokens if token[0] == "{"))
 
     def find(self) -> tuple[dict[str, dict[str, str]], list[str]]:
         """Find the paths that match, with the values of the fields, and a line for each other.
@@ -43,50 +48,40 @@ class Pattern:
         The others are those in which a field may end at more than one place.
         """
         found, problems = {}, []
-        for path in sorted(glob.glob(self._joined(glob.escape, "*"))):  # noqa: PTH207 - keeps a ./
-            longest, shortest = self._values(path, ""), self._values(path, "?")
-            if longest is None or shortest is None:
+        parts = TOKEN.split(self.text)
+        parts[::2], parts[1::2] = map(glob.escape, parts[::2]), ["*"] * (len(parts) // 2)
+        longest, shortest = self._expression(""), self._expression("?")
+        for path in sorted(glob.glob("".join(parts))):  # noqa: PTH207 - keeps a ./
+            match, other = longest.fullmatch(path), shortest.fullmatch(path)
+            if match is None or other is None:
                 continue  # a repeated field that differs
-            if longest == shortest:
-                found[path] = longest
+            if match.groupdict() == other.groupdict():
+                found[path] = match.groupdict()
             else:
-                either, other = (
-                    ", ".join(f"{name} {value!r}" for name, value in values.items())
-                    for values in (longest, shortest)
+                ways = (
+                    ", ".join(f"{name} {value!r}" for name, value in way.groupdict().items())
+                    for way in (match, other)
                 )
                 problems.append(
-                    f"{path}: matches {self.text} in more than one way ({either}; or {other}); "
+                    f"{path}: matches {self.text} in more than one way ({'; or '.join(ways)}); "
                     "left out"
                 )
         return found, problems
 
     def fill(self, values: Mapping[str, str]) -> str:
         """Return the path for some values of the fields."""
-        return TOKEN.sub(lambda token: values.get(token[1] or "", token[0]), self.text)
+        return TOKEN.sub(lambda token: values.get(token[0][1:-1], token[0]), self.text)
 
-    def _values(self, path: str, lazy: str) -> dict[str, str] | None:
-        """Return the values of the fields, each as long, or as short, as possible."""
-        seen: set[str] = set()
-
-        def field(name: str) -> str:
-            if name in seen:
-                return f"(?P={name})"
-            seen.add(name)
-            return f"(?P<{name}>[^/]+{lazy})"
-
-        match = re.fullmatch(self._joined(re.escape, f"[^/]*{lazy}", field), path, re.DOTALL)
-        return match and match.groupdict()
-
-    def _joined(
-        self,
-        literal: Callable[[str], str],
-        star: str,
-        field: Callable[[str], str] | None = None,
-    ) -> str:
-        """Translate the pattern, by default with fields like stars."""
-        parts, end = [], 0
-        for token in TOKEN.finditer(self.text):
-            parts.append(literal(self.text[end : token.start()]))
-            parts.append(star if token[1] is None or field is None else field(token[1]))
-            end = token.end()
-        return "".join([*parts, literal(self.text[end:])])
+    def _expression(self, lazy: str) -> re.Pattern[str]:
+        """Return an expression whose fields are as long, or with "?" as short, as possible."""
+        parts = TOKEN.split(self.text)
+        parts[::2] = map(re.escape, parts[::2])
+        for index, token in enumerate(parts[1::2]):
+            name = token[1:-1]
+            if token[0] == "*":
+                parts[2 * index + 1] = f"[^/]*{lazy}"
+            elif token in TOKEN.split(self.text)[1 : 2 * index + 1 : 2]:
+                parts[2 * index + 1] = f"(?P={name})"
+            else:
+                parts[2 * index + 1] = f"(?P<{name}>[^/]+{lazy})"
+        return re.compile("".join(parts), re.DOTALL)

@@ -18,10 +18,10 @@ from ..evaluation.notes import collected_warnings, why
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..metrics import LEVELS, metric
-from ..trajectories.files import FAILURES, Trajectory
+from ..trajectories.files import FAILURES, FileError, Trajectory
 from ..validation import finite_rows
 from ..writing import write_whole
-from .cache import content_hash, file_of
+from .cache import file_of
 
 __all__ = ["COLUMNS", "Outcome", "Task", "evaluate_run", "forget_references", "reference_of"]
 
@@ -86,6 +86,7 @@ def _scored(task: Task) -> Outcome:
     """Score an estimate; an outcome without scores says why it has none."""
     settings = task.settings
     try:
+        check_file(task.estimate)
         with collected_warnings():  # the comparison tells them, once for each sequence
             reference = reference_of(task.reference, settings.format, settings.ref_topic)
         return _outcome(score(reference, task.estimate, settings, name="", check=task.check))
@@ -94,18 +95,20 @@ def _scored(task: Task) -> Outcome:
         return Outcome({}, error=message if message.startswith(file) else f"{file}: {message}")
 
 
-def reference_of(path: str, format: str | None, topic: str | None) -> Trajectory:
-    """Read a reference; each is read once for the runs that follow each other."""
-    return _reference(path, Settings(format=format, ref_topic=topic), content_hash(path))
+def check_file(path: str) -> None:
+    """Raise an error for a pipe or a device, which nobody may write to or which never ends."""
+    if Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):
+        raise FileError(path, "is a pipe or a device, not a file")
 
 
 @lru_cache(maxsize=2)
-def _reference(path: str, settings: Settings, content: str) -> Trajectory:
-    """Return the reference that a file with this content holds."""
-    return read_reference(path, settings)
+def reference_of(path: str, format: str | None, topic: str | None) -> Trajectory:
+    """Read a reference; each is read once for the runs that follow each other."""
+    check_file(path)
+    return read_reference(path, Settings(format=format, ref_topic=topic))
 
 
-forget_references = _reference.cache_clear
+forget_references = reference_of.cache_clear
 
 
 def _outcome(evaluation: Evaluation) -> Outcome:

@@ -214,12 +214,19 @@ class Summary:
         return self.entries[system, None].results.get(sequence, [])
 
     def ranked(self, by: str) -> list[str]:
-        """Return the systems from the best to the worst by a metric, over all."""
+        """Return the systems by their ranks, then by their means over all.
+
+        Those without a rank come last: a mean over fewer or easier sequences leads nowhere.
+        """
 
         def place(system: str) -> list[float]:
             entry = self.entries[system, None]
             means = (-_sign(by) * value for value in (entry.mean(by), entry.mean_of_scored(by)))
-            return [math.inf if math.isnan(value) else value for value in means]
+            last = math.inf, math.inf
+            return [
+                *(entry.ranks[by] or last),
+                *(math.inf if math.isnan(value) else value for value in means),
+            ]
 
         return sorted(self.systems, key=place)
 

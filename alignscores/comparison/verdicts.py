@@ -7,7 +7,7 @@ from ..texts import first_few
 from .statistics import LEVEL, N_MAX, Interval, runs_needed
 from .summary import WITHIN, Pair, Summary
 
-__all__ = ["interval_text", "p_text", "verdict"]
+__all__ = ["difference_text", "p_text", "verdict"]
 
 
 def verdict(summary: Summary, by: str, names: Mapping[str, str]) -> list[str]:
@@ -32,10 +32,11 @@ def p_text(p: float) -> str:
     return "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
 
 
-def interval_text(found: Interval) -> str:
-    """Return a difference with its interval, where that is known."""
+def difference_text(found: Interval, significant: bool) -> str:
+    """Return a difference, with its interval where it is significant, so that both agree."""
     text = f"{found.value:+.3f}"
-    return text if math.isnan(found.low) else f"{text} ({found.low:.3f} to {found.high:.3f})"
+    known = significant and math.isfinite(found.low)
+    return f"{text} ({found.low:.3f} to {found.high:.3f})" if known else text
 
 
 def _of_pair(pair: Pair, by: str, names: Mapping[str, str]) -> str:
@@ -48,7 +49,8 @@ def _of_pair(pair: Pair, by: str, names: Mapping[str, str]) -> str:
     if not pair.better:
         who = f"{first} and {second} are not distinguishable: {first}"
     where = f"{len(pair.runs)} sequence{'s' * (len(pair.runs) > 1)}"
-    mean = f", mean {by} {interval_text(gain)}" if math.isfinite(gain.value) else ""
+    size = difference_text(gain, significant=pair.better is not None)
+    mean = f", mean {by} {size}" if math.isfinite(gain.value) else ""
     return f"{who} wins {100 * wins:.0f} % of the run pairs on {where} ({p_text(pair.p)}){mean}."
 
 

@@ -11,7 +11,7 @@ from ..arrays import Floats
 from ..comparison.runs import Outcome
 from ..comparison.summary import Pair
 from ..comparison.tables import number
-from ..comparison.verdicts import interval_text, p_text
+from ..comparison.verdicts import difference_text, p_text
 
 __all__ = ["colour_and_dash", "dots", "errors_over_time", "forest", "style"]
 
@@ -40,10 +40,11 @@ def style(index: int) -> str:
 
 
 def forest(pairs: Sequence[Pair], by: str, names: Mapping[str, str]) -> str:
-    """Draw the difference of each pair of systems, with its interval where it is known."""
+    """Draw the difference of each pair of systems, with its interval where it is significant."""
     known = [pair for pair in pairs if math.isfinite(pair.difference.value)]
     known.sort(key=lambda pair: not pair.tested)
-    ends = [v for p in known for v in vars(p.difference).values() if math.isfinite(v)]
+    shown = [vars(p.difference) if p.better else {"": p.difference.value} for p in known]
+    ends = [end for one in shown for end in one.values() if math.isfinite(end)]
     low, high = _widened(min([0.0, *ends]), max([0.0, *ends]))
 
     def across(value: float) -> float:
@@ -56,16 +57,17 @@ def forest(pairs: Sequence[Pair], by: str, names: Mapping[str, str]) -> str:
         gain, y = pair.difference, row * index + 32
         said = p_text(pair.p) if pair.tested else "not tested"
         text = f"{names[pair.a]} − {names[pair.b]}: wins {pair.wins:.0%}, {said}"
-        shown = "dot" if pair.better else "dot open"
+        kind = "dot" if pair.better else "dot open"
         marks.append(f'<text x="{RIGHT}" y="{y - 12}">{escape(text)}</text>')
-        if math.isfinite(gain.low):
+        if pair.better and math.isfinite(gain.low):
             marks.append(
                 f'<path class="span" d="M{across(gain.low):.1f} {y}H{across(gain.high):.1f}"/>'
             )
-        marks.append(f'<circle class="{shown}" cx="{across(gain.value):.1f}" cy="{y}" r="4"/>')
+        marks.append(f'<circle class="{kind}" cx="{across(gain.value):.1f}" cy="{y}" r="4"/>')
     marks += _ticks(low, high, across, bottom)
     spoken = "; ".join(
-        f"{names[pair.a]} − {names[pair.b]} {interval_text(pair.difference)}" for pair in known
+        f"{names[p.a]} − {names[p.b]} {difference_text(p.difference, p.better is not None)}"
+        for p in known
     )
     return _svg(bottom + 20, marks, f"Differences in {by}. {spoken}")
 
