@@ -4,21 +4,20 @@ import re
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import count, islice
 from pathlib import Path
 from typing import Any
 
 from ..evaluation.settings import Settings
-from ..texts import brief, first_few
+from ..texts import brief, first_few, unique_names
 from ..trajectories.extras import require
 from ..trajectories.formats import FORMATS
 from ..trajectories.recognition import recognise
 from .patterns import Pattern
 
-__all__ = ["NO_SETTINGS", "Benchmark", "Run", "from_patterns", "read_yaml"]
+__all__ = ["NO_SETTINGS", "Benchmark", "Estimates", "Run", "from_files", "from_patterns"]
+__all__ += ["read_yaml"]
 
 FIELDS = ("sequence", "system", "run")
-ONLY_RUN = "1"  # name of the run where the pattern has no {run}
 # Keys of a YAML file, and those of an entry of `sequences` and of `systems`.
 KEYS = ("format", "reference", "estimate", "runs", "sequences", "systems")
 OF_SEQUENCE = ("name", "format", "t_offset", "frames", "unit")
@@ -26,7 +25,9 @@ OF_SYSTEM = ("name", "est_format", "runs", "invert")
 
 NO_SETTINGS = "name", "runs"  # the other entries are
 
-Expected = int | Sequence[str]
+FilePath = str | Path
+Estimates = Sequence[FilePath] | Mapping[str, FilePath | Sequence[FilePath]]
+Found = dict[tuple[str, ...], str]  # paths by the values of the fields
 
 
 @dataclass(frozen=True)
@@ -53,23 +54,39 @@ class Benchmark:
     system_options: dict[str, dict[str, Any]] = field(default_factory=dict)
 
 
+def from_files(format: str | None, reference: str, estimates: Estimates) -> Benchmark:
+    """Return the benchmark of one sequence: a run of each file, or runs of each system."""
+    if not isinstance(estimates, Mapping):
+        files = list(map(str, estimates))
+        estimates = dict(zip(unique_names(files), files, strict=True))
+    sequence = Path(reference).stem
+    runs = [
+        Run(sequence, system, str(number), str(file))
+        for system, given in estimates.items()
+        for number, file in enumerate([given] if isinstance(given, FilePath) else given, 1)
+    ]
+    if not runs:
+        raise ValueError("there are no estimates to compare")
+    found = [reference, *(str(run.file) for run in runs)]
+    return Benchmark(format or recognise(reference), {sequence: reference}, runs, [], found)
+
+
 def from_patterns(
     format: str | None,
     reference: str,
     estimate: str,
     *,
     expect_all: bool = False,
-    expected: Mapping[str, Expected | None] | None = None,
+    expected: Mapping[str, int | None] | None = None,
     systems: Sequence[str] = (),
     sequences: Sequence[str] = (),
 ) -> Benchmark:
     """Find the files of a benchmark by the patterns of its references and estimates.
 
-    Without a `format` it is recognised from the first reference.
-    `expected` tells how many runs of a system there should be on each sequence, or their names,
-    under "" for systems that are not named; by default as many as it has on the sequence where it
-    has the most. On a sequence without any it was not tried, unless `expect_all`. `systems` and
-    `sequences` are names that should be there.
+    Without a `format` it is that of the first reference. `expected` is the number of runs that a
+    system should have on each sequence, under "" for systems that are not named; by default as
+    many as it has on the sequence where it has the most. On a sequence without any it was not
+    tried, unless `expect_all`. `systems` and `sequences` are names that should be there.
     """
     ref_pattern, est_pattern = Pattern(reference, FIELDS[:1]), Pattern(estimate, FIELDS)
     if "system" not in est_pattern.fields:
@@ -78,45 +95,53 @@ def from_patterns(
         raise ValueError(
             f"both patterns need {{sequence}}, or none of them: {reference} and {estimate}"
         )
-    found_refs, problems = ref_pattern.find()
-    found_ests, more = est_pattern.find()
+    (found_refs, problems), (found_ests, more) = ref_pattern.find(), est_pattern.find()
     problems += more
-    only = Path(reference).stem if "sequence" not in est_pattern.fields else ""
+    # data/{sequence}/{system}.txt matches the reference, too, and so may a model's files.
     taken = set(map(Path, found_refs))
-    references = _unique(
-        {path: (values.get("sequence", only),) for path, values in found_refs.items()}, problems
-    )
-    estimates = _unique(
-        {
-            path: (values.get("sequence", only), values["system"], values.get("run", ONLY_RUN))
-            for path, values in found_ests.items()
-            # data/{sequence}/{system}.txt matches the reference, too, and so may a model's files
-            if taken.isdisjoint([Path(path), *Path(path).parents])
-        },
-        problems,
-    )
-    if not references or not estimates:
-        wanted = f"estimate matches the pattern {estimate}"
-        wanted = wanted if references else f"reference matches the pattern {reference}"
-        raise ValueError("; ".join([f"no {wanted}", *problems[:1]]))
-    kept = _with_runs(
-        {sequence: path for (sequence,), path in references.items()},
-        {sequence for sequence, _, _ in estimates},
-        sequences,
-        problems,
-    )
-    runs = _all_runs(kept, estimates, expected or {}, systems, problems, expect_all)
-    format = format or recognise(next(iter(found_refs)))
-    return Benchmark(format, kept, runs, problems, [*found_refs, *found_ests])
+    runs = {
+        path: values
+        for path, values in found_ests.items()
+        if taken.isdisjoint([Path(path), *Path(path).parents])
+    }
+    for wanted, found, pattern in (
+        ("reference", found_refs, reference),
+        ("estimate", runs, estimate),
+    ):
+        if not found:
+            reasons = [f"no {wanted} matches the pattern {pattern}", *problems[:1]]
+            raise ValueError("; ".join(reasons))
+    default = {"sequence": Path(reference).stem, "run": "1"}
+    references = _by_fields(found_refs, FIELDS[:1], default, problems)
+    estimates = _by_fields(runs, FIELDS, default, problems)
+    kept = _with_runs(references, {key[0] for key in estimates}, sequences, problems)
+    expected = expected or {}
+    complete: list[Run] = []
+    for system in sorted({*systems, *(key[1] for key in estimates)}, key=_natural):
+        paths: dict[str, dict[str, str]] = {sequence: {} for sequence in kept}
+        for (sequence, name, run), path in estimates.items():
+            if name == system and sequence in kept:
+                paths[sequence][run] = path
+        if any(paths.values()):
+            number = expected.get(system, expected.get(""))
+            complete += _runs_of_system(system, paths, number, expect_all)
+        else:
+            problems.append(f"system {system}: has no run on a sequence with a reference; left out")
+    complete.sort(key=lambda run: list(kept).index(run.sequence))
+    form = format or recognise(next(iter(found_refs)))
+    return Benchmark(form, kept, complete, problems, [*found_refs, *found_ests])
 
 
-def _unique(
-    found: Mapping[str, tuple[str, ...]], problems: list[str]
-) -> dict[tuple[str, ...], str]:
+def _by_fields(
+    found: Mapping[str, Mapping[str, str]],
+    fields: Sequence[str],
+    default: Mapping[str, str],
+    problems: list[str],
+) -> Found:
     """Return the path of each sequence or run; those with several paths are a problem."""
     paths = defaultdict(list)
-    for path, key in found.items():
-        paths[key].append(path)
+    for path, values in found.items():
+        paths[tuple({**default, **values}[name] for name in fields)].append(path)
     for key, several in paths.items():
         if several[1:]:
             problems.append(
@@ -126,56 +151,30 @@ def _unique(
 
 
 def _with_runs(
-    references: dict[str, str], tried: set[str], expected: Sequence[str], problems: list[str]
+    references: Found, tried: Collection[str], expected: Sequence[str], problems: list[str]
 ) -> dict[str, str]:
-    """Return the references of the sequences that some system was run on, and tell of others."""
-    for sequence in sorted({*tried, *references, *expected}):
-        if sequence not in references:
+    """Return the references of the sequences that some system was run on; others are problems."""
+    for sequence in sorted({*tried, *(key for (key,) in references), *expected}):
+        if (sequence,) not in references:
             problems.append(f"sequence {sequence}: has no reference; left out")
         elif sequence not in tried:
             problems.append(f"sequence {sequence}: no system has a run on it; left out")
-    return {name: references[name] for name in sorted(references, key=_natural) if name in tried}
-
-
-def _all_runs(
-    sequences: Collection[str],
-    estimates: dict[tuple[str, ...], str],
-    expected: Mapping[str, Expected | None],
-    systems: Sequence[str],
-    problems: list[str],
-    expect_all: bool,
-) -> list[Run]:
-    """Return all runs on the sequences, those that are missing too, and tell of other systems."""
-    runs: list[Run] = []
-    for system in sorted({*systems, *(name for _, name, _ in estimates)}, key=_natural):
-        paths: dict[str, dict[str, str]] = {sequence: {} for sequence in sequences}
-        for (sequence, name, run), path in estimates.items():
-            if name == system and sequence in paths:
-                paths[sequence][run] = path
-        if any(paths.values()):
-            names = expected.get(system, expected.get(""))
-            runs += _runs_of_system(system, paths, names, expect_all)
-        else:
-            problems.append(f"system {system}: has no run on a sequence with a reference; left out")
-    order = list(sequences)
-    return sorted(runs, key=lambda run: order.index(run.sequence))
+    names = sorted((key for (key,) in references if key in tried), key=_natural)
+    return {name: references[name,] for name in names}
 
 
 def _runs_of_system(
-    system: str,
-    paths: Mapping[str, Mapping[str, str]],
-    expected: Expected | None,
-    expect_all: bool,
+    system: str, paths: Mapping[str, Mapping[str, str]], expected: int | None, expect_all: bool
 ) -> list[Run]:
-    """Return the runs of a system, of its paths by sequence and run."""
-    names = _expected_names(paths, expected)
+    """Return the runs of a system, of its paths by sequence and run, with those that lack."""
+    longest = max(paths.values(), key=len)
+    number = expected or len(longest)
+    names = dict.fromkeys([*sorted(longest, key=_natural), *map(str, range(1, number + 1))])
     runs = []
     for sequence, found in paths.items():
         if not found and expected is None and not expect_all:  # not tried, so not failed
             continue
-        lacking = [name for name in names if name not in found]
-        if expected is None or isinstance(expected, int):  # a number of them, whatever their names
-            lacking = lacking[: max(len(names) - len(found), 0)]
+        lacking = [name for name in names if name not in found][: max(number - len(found), 0)]
         runs += [
             Run(sequence, system, name, found.get(name))
             for name in sorted([*found, *lacking], key=_natural)
@@ -190,20 +189,6 @@ def _natural(name: str) -> list[tuple[int, str]]:
     ]
 
 
-def _expected_names(
-    paths: Mapping[str, Mapping[str, str]], expected: Expected | None
-) -> Sequence[str]:
-    """Return the names of the runs that a system should have on each sequence."""
-    if expected is not None and not isinstance(expected, int):
-        return expected
-    longest = max(paths.values(), key=len)
-    most = sorted(longest, key=_natural)
-    if expected is None:
-        return most
-    free = (number for number in map(str, count(1)) if number not in most)
-    return [*most, *islice(free, expected)][:expected]
-
-
 def read_yaml(path: str, *, expect_all: bool = False) -> Benchmark:
     """Read a benchmark that is described in a YAML file; paths in it are relative to its folder."""
     require("yaml", "yaml")
@@ -213,53 +198,57 @@ def read_yaml(path: str, *, expect_all: bool = False) -> Benchmark:
         content = load_yaml(path)
     except ValueError as error:
         raise ValueError(f"{path}: cannot be read: {error}") from None
-    content = _mapping(content, KEYS, path)
-    for key in KEYS[:3]:
+    try:
+        return _described(content, Path(path).parent, expect_all)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _described(content: Any, folder: Path, expect_all: bool) -> Benchmark:
+    """Return the benchmark that the content of a YAML file describes."""
+    content = _mapping(content, KEYS, "")
+    for key in ("reference", "estimate"):
         if not isinstance(value := content.get(key), str):
-            raise ValueError(f"{path}: needs {key}, a text, not {brief(value)}")
-    if content["format"] not in FORMATS:
-        raise ValueError(f"{path}: format must be one of {', '.join(FORMATS)}")
-    of_sequences = _entries(content, "sequences", OF_SEQUENCE, path)
-    of_systems = _entries(content, "systems", OF_SYSTEM, path)
-    folder = Path(path).parent
+            raise ValueError(f"needs {key}, a text, not {brief(value)}")
+    if (form := content.get("format")) is not None and form not in FORMATS:
+        raise ValueError(f"format must be one of {', '.join(FORMATS)}")
+    of_sequences = _entries(content, "sequences", OF_SEQUENCE)
+    of_systems = _entries(content, "systems", OF_SYSTEM)
     for values in of_sequences.values():
         if "frames" in values:
             values["frames"] = str(folder / values["frames"])
-    expected = {
-        name: _expected(values["runs"], f"{path}: systems: {name}")
-        for name, values in of_systems.items()
-        if "runs" in values
-    }
-    expected[""] = _expected(content.get("runs"), path)
-    patterns = (str(folder / content[key]) for key in ("reference", "estimate"))
-    try:
-        found = from_patterns(
-            content["format"],
-            *patterns,
-            expect_all=expect_all,
-            expected=expected,
-            systems=list(of_systems),
-            sequences=list(of_sequences),
-        )
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+    expected = {name: values["runs"] for name, values in of_systems.items() if "runs" in values}
+    expected[""] = content.get("runs")
+    for name, number in expected.items():
+        if number is not None and (type(number) is not int or number < 1):
+            where = f"systems: {name}: " if name else ""
+            raise ValueError(f"{where}runs must be a positive whole number, not {brief(number)}")
+    found = from_patterns(
+        form,
+        str(folder / content["reference"]),
+        str(folder / content["estimate"]),
+        expect_all=expect_all,
+        expected=expected,
+        systems=list(of_systems),
+        sequences=list(of_sequences),
+    )
     return replace(found, sequence_options=of_sequences, system_options=of_systems)
 
 
 def _entries(
-    content: Mapping[str, Any], kind: str, keys: Sequence[str], path: str
+    content: Mapping[str, Any], kind: str, keys: Sequence[str]
 ) -> dict[str, dict[str, Any]]:
     """Return what is set of each sequence or system, by its name."""
     entries = {}
-    for name, given in _mapping(content.get(kind), None, f"{path}: {kind}").items():
-        where = f"{path}: {kind}: {name}"
-        values = entries[str(name)] = _mapping(given, keys, where)
+    for name, given in _mapping(content.get(kind), None, f"{kind}: ").items():
+        where = f"{kind}: {name}"
+        values = entries[str(name)] = _mapping(given, keys, f"{where}: ")
         for key in ("name", "frames"):
             if not isinstance(values.get(key, ""), str):
                 raise ValueError(f"{where}: {key} must be a text, not {brief(values[key])}")
         options = {key: value for key, value in values.items() if key not in NO_SETTINGS}
         try:
-            Settings(**{"format": content["format"], **options})
+            Settings(**{"format": content.get("format"), **options})
         except ValueError as error:
             raise ValueError(f"{where}: {error}") from None
     return entries
@@ -270,21 +259,8 @@ def _mapping(value: Any, keys: Sequence[str] | None, where: str) -> dict[Any, An
     if value is None:
         return {}
     if not isinstance(value, dict):
-        raise ValueError(f"{where}: must be a mapping, not {brief(value)}")
+        raise ValueError(f"{where}must be a mapping, not {brief(value)}")
     for key in value:
         if keys is not None and key not in keys:
-            raise ValueError(f"{where}: unknown key {brief(key)}; known are {', '.join(keys)}")
+            raise ValueError(f"{where}unknown key {brief(key)}; known are {', '.join(keys)}")
     return value
-
-
-def _expected(value: Any, where: str) -> Expected | None:
-    if value is None:
-        return None
-    if isinstance(value, int) and not isinstance(value, bool) and value > 0:
-        return value
-    named = isinstance(value, list) and all(isinstance(name, str | int | float) for name in value)
-    if named and value:
-        return list(dict.fromkeys(map(str, value)))
-    raise ValueError(
-        f"{where}: runs must be a positive whole number or a list of names, not {brief(value)}"
-    )

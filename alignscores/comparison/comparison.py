@@ -1,9 +1,10 @@
-"""Systems over sequences and runs: found, scored side by side, and summarised."""
+"""Systems over sequences and runs: found, scored in parallel, and summarised."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,12 @@ from ..texts import first_few, printable
 from ..trajectories.extras import require
 from ..trajectories.files import FAILURES, read_stamps
 from ..version import __version__
-from .benchmark import NO_SETTINGS, Benchmark, Run, from_patterns, read_yaml
+from ..writing import write_whole
+from .benchmark import NO_SETTINGS, Benchmark, Estimates, Run, from_files, from_patterns, read_yaml
 from .patterns import Pattern
 from .runs import COLUMNS, Outcome, Task, evaluate_run, forget_references, reference_of
 from .summary import Summary, summarise
-from .tables import Names
+from .tables import Names, as_html, legend, tables
 from .verdicts import verdict
 
 __all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "finite", "settings_of_run"]
@@ -48,9 +50,8 @@ class Comparison:
     Examples
     --------
     >>> from alignscores import compare
-    >>> patterns = "tests/data/tum/reference.txt", "tests/data/tum/{system}.txt"
-    >>> compare(*patterns, format="tum")
-    Comparison(systems=['estimate'], sequences=['reference'], runs=1, failed=0)
+    >>> compare("tests/data/tum/reference.txt", ["tests/data/tum/estimate.txt"])
+    Comparison(1 system, 1 sequence, 1 run, 0 failed, registration='refined')
     """
 
     benchmark: Benchmark
@@ -60,36 +61,29 @@ class Comparison:
     notes: list[str]
 
     def __repr__(self) -> str:
-        systems, sequences = self.summary.systems, self.summary.sequences
-        runs, failed = len(self.summary.results), len(self.failed)
-        return f"Comparison({systems=}, {sequences=}, {runs=}, {failed=})"
+        summary, failed = self.summary, len(self.failed)
+        numbers = {
+            "system": len(summary.systems),
+            "sequence": len(summary.sequences),
+            "run": len(summary.results),
+        }
+        parts = [f"{number} {name}{'s' * (number != 1)}" for name, number in numbers.items()]
+        registration = f"registration={self.settings.registration!r}"
+        return f"Comparison({', '.join([*parts, f'{failed} failed', registration])})"
+
+    def _repr_html_(self) -> str:
+        lines = [*self.verdict(), *legend(self.summary, self.settings)]
+        shown = [as_html(table) for table in tables(self.summary, "PAS", self.names)]
+        return f"<p>{'<br>'.join(map(escape, lines))}</p>{''.join(shown)}"
 
     @property
     def failed(self) -> list[str]:
-        """Why runs failed, or that they are missing; each of them counts as a failure.
-
-        Examples
-        --------
-        >>> from alignscores import compare
-        >>> patterns = "tests/data/tum/reference.txt", "tests/data/tum/{system}.txt"
-        >>> comparison = compare(*patterns, format="tum")
-        >>> comparison.failed
-        []
-        """
+        """Why runs failed, or that they are missing; each of them counts as a failure."""
         return [r.outcome.error for r in self.summary.results if r.failed]
 
     @property
     def names(self) -> Names:
-        """Names of systems and sequences as they are shown.
-
-        Examples
-        --------
-        >>> from alignscores import compare
-        >>> patterns = "tests/data/tum/reference.txt", "tests/data/tum/{system}.txt"
-        >>> comparison = compare(*patterns, format="tum")
-        >>> comparison.names
-        Names(systems={'estimate': 'estimate'}, sequences={'reference': 'reference'})
-        """
+        """Names of systems and sequences as they are shown."""
         of_systems, of_sequences = self.benchmark.system_options, self.benchmark.sequence_options
         return Names(
             _shown(self.summary.systems, of_systems), _shown(self.summary.sequences, of_sequences)
@@ -111,9 +105,8 @@ class Comparison:
         Examples
         --------
         >>> from alignscores import compare
-        >>> patterns = "tests/data/tum/reference.txt", "tests/data/tum/{system}.txt"
-        >>> compare(*patterns, format="tum").verdict()
-        []
+        >>> compare("tests/data/tum/reference.txt", 2 * ["tests/data/tum/estimate.txt"]).verdict()
+        ['estimate.txt, estimate.txt (2): one run a sequence, not tested.']
         """
         return verdict(self.summary, metric(by).name, self.names.systems)
 
@@ -131,10 +124,9 @@ class Comparison:
         Examples
         --------
         >>> from alignscores import compare
-        >>> patterns = "tests/data/tum/reference.txt", "tests/data/tum/{system}.txt"
-        >>> comparison = compare(*patterns, format="tum")
-        >>> len(comparison.to_dict()["results"])
-        1
+        >>> found = compare("tests/data/tum/reference.txt", ["tests/data/tum/estimate.txt"])
+        >>> found.to_dict()["results"][0]["PAS"]
+        0.8709
         """
         summary = self.summary
         return {
@@ -147,7 +139,7 @@ class Comparison:
         }
 
     def to_frame(self) -> Any:
-        """Return means, standard deviations and counts as a table of pandas.
+        """Return means, standard deviations and counts as a pandas DataFrame.
 
         Returns
         -------
@@ -163,18 +155,37 @@ class Comparison:
         Examples
         --------
         >>> from alignscores import compare
-        >>> patterns = "tests/data/tum/reference.txt", "tests/data/tum/{system}.txt"
-        >>> comparison = compare(*patterns, format="tum")
-        >>> comparison.to_frame()["system"].to_list()
-        ['estimate', 'estimate']
+        >>> found = compare("tests/data/tum/reference.txt", ["tests/data/tum/estimate.txt"])
+        >>> found.to_frame()["system"].to_list()
+        ['estimate.txt', 'estimate.txt']
         """
         rows = [entry.to_dict() for entry in self.summary.entries.values()]
         return require("pandas", "tables").DataFrame(rows)
 
+    def save_page(self, path: str | Path, by: str = "PAS") -> None:
+        """Save one page with verdict, tables and drawings, as ``--html`` does.
+
+        Parameters
+        ----------
+        path : path
+            The file, which is replaced.
+        by : str
+            The metric.
+
+        Examples
+        --------
+        >>> from alignscores import compare
+        >>> found = compare("tests/data/tum/reference.txt", ["tests/data/tum/estimate.txt"])
+        >>> found.save_page("page.html")  # doctest: +SKIP
+        """
+        from ..pages.comparison import page  # which imports this module
+
+        write_whole(Path(path), page(self, metric(by).name).encode())
+
 
 def compare(
-    references: str,
-    estimates: str | None = None,
+    references: str | Path,
+    estimates: str | Estimates | None = None,
     settings: Settings | None = None,
     *,
     expect_all: bool = False,
@@ -187,23 +198,25 @@ def compare(
 
     Parameters
     ----------
-    references : str
-        Pattern of the reference files, with ``{sequence}``; or a YAML file that describes the
-        benchmark, without `estimates`.
-    estimates : str, optional
+    references : path
+        Pattern of the reference files, with ``{sequence}``; or the reference of a single sequence;
+        or a YAML file that describes the benchmark, without `estimates`.
+    estimates : str, list of paths, or mapping, optional
         Pattern of the estimated files, with ``{system}``, and ``{sequence}`` and ``{run}`` where
-        there are several.
+        there are several. Of a single sequence also the files of all systems, one run of each, or
+        a mapping from each system to its file or files.
     settings : Settings, optional
-        How they are scored; by default `Settings()`. ``frames`` may have ``{sequence}``.
+        How they are scored; by default `Settings()`. ``frames`` may have ``{sequence}``. Without a
+        ``format`` it is that of the first reference.
     expect_all : bool
         Whether each system was to be run on each sequence, so that it failed where it has no run;
         by default it was not tried there, unless the YAML file says how many ``runs`` there are.
     paired : bool
         Whether runs of the same name belong together, such as those of one seed.
     jobs : int
-        Processes side by side.
+        Processes in parallel.
     cache : path, optional
-        Folder where results are kept and looked for; by default everything is computed.
+        Folder where results are stored and looked for; by default everything is computed.
     **changes : object
         Settings that differ from these, such as ``format="tum"``.
 
@@ -221,22 +234,27 @@ def compare(
     --------
     >>> from alignscores import compare
     >>> folder = "tests/data/tum"
-    >>> found = compare(f"{folder}/reference.txt", f"{folder}/{{system}}.txt", format="tum")
+    >>> found = compare(f"{folder}/reference.txt", f"{folder}/{{system}}.txt")
     >>> found.summary.systems, found.summary.entries["estimate", None].mean("PAS")
     (['estimate'], 0.8709)
+    >>> runs = {"orb": [f"{folder}/estimate.txt"] * 3, "dso": f"{folder}/reference.txt"}
+    >>> compare(f"{folder}/reference.txt", runs)
+    Comparison(2 systems, 1 sequence, 4 runs, 0 failed, registration='refined')
     """
     settings = replace(settings or Settings(), **changes)
-    benchmark = find_benchmark(references, estimates, settings.format, expect_all)
+    benchmark = find_benchmark(str(references), estimates, settings.format, expect_all)
     folder = None if cache is None else Path(cache)
     return compare_runs(benchmark, settings, paired=paired, jobs=jobs, cache=folder)
 
 
 def find_benchmark(
-    references: str, estimates: str | None, format: str | None, expect_all: bool
+    references: str, estimates: str | Estimates | None, format: str | None, expect_all: bool
 ) -> Benchmark:
-    """Find the files of two patterns, or read a YAML file."""
-    if estimates is not None:
+    """Find the files of two patterns, take those that are named, or read a YAML file."""
+    if isinstance(estimates, str):
         return from_patterns(format, references, estimates, expect_all=expect_all)
+    if estimates is not None:
+        return from_files(format, references, estimates)
     if Path(references).suffix not in (".yaml", ".yml"):
         raise ValueError(f"{references}: give a pattern of estimates, too, or one YAML file")
     return read_yaml(references, expect_all=expect_all)
@@ -256,23 +274,25 @@ def compare_runs(
         raise ValueError("frames must be a file, or a pattern with {sequence}, of each sequence")
     metrics = tuple(name for name in settings.metrics if name not in COLUMNS)  # there anyway
     settings = replace(settings, format=benchmark.format, metrics=metrics)
-    problems, notes = list(benchmark.problems), []
+    problems = list(benchmark.problems)
+    notes: list[tuple[str, str]] = []
     tasks: dict[Run, Task] = {}
     forget_references()  # so that their notes are told again
     for sequence in benchmark.references:
         try:
-            found, said = _tasks(benchmark, sequence, settings, cache)
+            found, new = _tasks(benchmark, sequence, settings, cache)
         except FAILURES as error:
             problems.append(f"sequence {sequence}: left out: {why(error)}")
         else:
             tasks |= found
-            notes += said
+            notes += new
     runs = _scored(tasks, jobs, progress)
     if not runs:
         raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
     summary = summarise(runs, settings.metrics, settings.form, paired)
-    notes += [*_notes_of_sequences(runs), *_notes_of_runs(runs)]
-    return Comparison(benchmark, settings, summary, problems, notes)
+    notes += _notes_of_sequences(runs)
+    said = [*_notes_of_runs(runs), *_alike("", notes)]
+    return Comparison(benchmark, settings, summary, problems, said)
 
 
 def settings_of_run(benchmark: Benchmark, run: Run, settings: Settings) -> Settings:
@@ -289,7 +309,7 @@ def settings_of_run(benchmark: Benchmark, run: Run, settings: Settings) -> Setti
 
 def _tasks(
     benchmark: Benchmark, sequence: str, settings: Settings, cache: Path | None
-) -> tuple[dict[Run, Task], list[str]]:
+) -> tuple[dict[Run, Task], list[tuple[str, str]]]:
     """Return what is to be done on a sequence, and the notes on its reference."""
     file = benchmark.references[sequence]
     tasks: dict[Run, Task] = {}
@@ -304,7 +324,7 @@ def _tasks(
         reference_of(file, of_run.format, of_run.ref_topic)
         if of_run.frames is not None:
             read_stamps(str(of_run.frames))
-    return tasks, [f"{sequence}: {note}" for note in notes]
+    return tasks, [(sequence, note) for note in notes]
 
 
 def _scored(tasks: Mapping[Run, Task], jobs: int, progress: Progress) -> list[tuple[Run, Outcome]]:
@@ -323,28 +343,42 @@ def _scored(tasks: Mapping[Run, Task], jobs: int, progress: Progress) -> list[tu
     return [(run, outcomes[run]) for run in tasks]
 
 
-def _notes_of_sequences(runs: Sequence[tuple[Run, Outcome]]) -> list[str]:
-    """Return the notes on each sequence, whatever the run."""
-    notes: list[str] = []
+def _notes_of_sequences(runs: Sequence[tuple[Run, Outcome]]) -> list[tuple[str, str]]:
+    """Return sequence and text of the notes that are about all of its runs."""
+    notes: list[tuple[str, str]] = []
     for sequence in dict.fromkeys(run.sequence for run, _ in runs):
         timed = [found for run, found in runs if run.sequence == sequence and len(found.stamps)]
         covered = [found.statuses != LOST for found in timed]
         of_all = ends_notes([found.stamps for found in timed], covered)
         of_all += chance_notes([found.chance for found in timed])
-        notes += [f"{sequence}: {note}" for note in of_all]
+        notes += [(sequence, note) for note in of_all]
     return notes
 
 
 def _notes_of_runs(runs: Sequence[tuple[Run, Outcome]]) -> list[str]:
-    """Return each note once, with the first run that it is about and the number of the others."""
-    alike: dict[tuple[str, str], list[str]] = {}
+    """Return the notes on the runs of each system, and on runs that are copies of each other."""
+    by_system: dict[str, list[tuple[str, str]]] = {}
+    scores: dict[tuple[str, str], list[Mapping[str, float]]] = {}
     for run, outcome in runs:
-        for note in outcome.notes:
-            text = f"{run.sequence}, {run.system}, run {run.run}: {note}"
-            alike.setdefault((run.system, re.sub(r"[\d.]+", "", note)), []).append(text)
+        notes = by_system.setdefault(run.system, [])
+        notes += [(f"{run.sequence}, {run.system}, run {run.run}", note) for note in outcome.notes]
+        scores.setdefault((run.sequence, run.system), []).append(outcome.scores)
+    for (sequence, system), own in scores.items():
+        if any(one and one in own[:index] for index, one in enumerate(own)):
+            note = "runs with the same scores count as several: copies, or a deterministic system"
+            by_system[system].append((f"{sequence}, {system}", note))
+    return [note for system, notes in by_system.items() for note in _alike(system, notes)]
+
+
+def _alike(system: str, notes: Iterable[tuple[str, str]]) -> list[str]:
+    """Return each note once, after the first place that it is about, with the number of others."""
+    alike: dict[str, list[str]] = {}
+    for place, note in notes:
+        alike.setdefault(re.sub(r"[\d.]+", "", note), []).append(f"{place}: {note}")
+    of = f" of {system}" if system else ""
     return [
-        f"{first} (and alike for {len(others)} more of {system})" if others else first
-        for (system, _), (first, *others) in alike.items()
+        f"{first} (and alike for {len(others)} more{of})" if others else first
+        for first, *others in alike.values()
     ]
 
 

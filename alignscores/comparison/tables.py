@@ -1,8 +1,9 @@
-"""The comparison as tables: for a terminal, CSV, Markdown and LaTeX."""
+"""The comparison as tables: for a terminal, CSV, Markdown, LaTeX and HTML."""
 
 import math
 import re
 from collections.abc import Callable, Sequence
+from html import escape
 from typing import NamedTuple
 
 from ..evaluation.notes import scale_note
@@ -11,8 +12,8 @@ from ..metrics import metric
 from ..texts import WIDTH, column_widths, csv_text, padded, text_width
 from .summary import Entry, Summary
 
-__all__ = ["Cell", "Names", "Table", "as_csv", "as_latex", "as_markdown", "as_text", "conditions"]
-__all__ += ["legend", "number", "tables"]
+__all__ = ["Cell", "Names", "Table", "as_csv", "as_html", "as_latex", "as_markdown", "as_text"]
+__all__ += ["conditions", "legend", "markdown", "number", "tables"]
 
 
 class Names(NamedTuple):
@@ -176,6 +177,28 @@ def _marked(table: Table, write: Callable[[str], str], bold: str) -> list[list[s
         ]
         for row in table.rows
     ]
+
+
+def as_html(table: Table, caption: str = "") -> str:
+    """Return a table, whose cells stand below each other where the screen is too narrow."""
+    head = "".join(f'<th scope="col">{escape(name)}</th>' for name in table.header)
+    rows = "".join(
+        f'<tr><th scope="row">{escape(first.text)}</th>'
+        f"{''.join(map(_html_cell, table.header[1:], cells))}</tr>"
+        for first, *cells in table.rows
+    )
+    title = f"<caption>{escape(caption)}</caption>" if caption else ""
+    return (
+        f'<table class="stacked">{title}<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
+    )
+
+
+def _html_cell(name: str, cell: Cell) -> str:
+    """Return a cell, with what it is sorted by if that is not its text."""
+    key = "" if math.isnan(cell.key) else f' data-key="{min(cell.key, 1e300):.9g}"'
+    best = ' class="best"' if cell.best else ""
+    mark = f' <span class="rank">{escape(cell.mark)}</span>' if cell.mark else ""
+    return f'<td data-label="{escape(name)}"{key}{best}><span>{escape(cell.text)}{mark}</span></td>'
 
 
 def as_csv(summary: Summary) -> str:

@@ -13,7 +13,7 @@ from ..comparison.baseline import Changes
 from ..comparison.comparison import Comparison, settings_of_run
 from ..comparison.runs import Outcome, reference_of
 from ..comparison.summary import Summary
-from ..comparison.tables import Cell, Names, Table, conditions, legend, tables
+from ..comparison.tables import Names, as_html, conditions, legend, tables
 from ..evaluation.notes import collected_warnings
 from ..texts import printable
 from .document import data_element, document, packed, source
@@ -36,7 +36,7 @@ def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str
     title = re.split(r": .+ wins \d|: it wins \d|\.$", verdict[0])[0]
     sections = _sections(comparison, by)
     if changed:
-        table = _table(changed.table(comparison.names.systems), f"Against {_short(changed.file)}")
+        table = as_html(changed.table(comparison.names.systems), f"Against {_short(changed.file)}")
         content = table + _list(changed.notes)
         sections.insert(0, ("changes", f"Changes in {by}", content))
     links = "".join(
@@ -74,8 +74,8 @@ def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
     errors = {names.sequences[s]: _errors(comparison, s) for s in summary.sequences}
     trajectories = _trajectories(sequences_data(comparison, by), by, names)
     sections = [
-        ("overall", "All sequences", _table(overall) + _list(notes)),
-        ("sequences", f"{by} by sequence", _table(by_sequence)),
+        ("overall", "All sequences", as_html(overall) + _list(notes)),
+        ("sequences", f"{by} by sequence", as_html(by_sequence)),
         ("differences", f"Differences in {by}", forest(pairs, by, names.systems)),
         ("runs", f"{by} of each run", _panels(runs)),
         ("errors", "Errors over time", key + source("bands.html") + _panels(errors)),
@@ -103,28 +103,6 @@ def _data(comparison: Comparison) -> dict[str, Any]:
             for sequence in summary.sequences
         ],
     }
-
-
-def _table(table: Table, caption: str = "") -> str:
-    """Return a table, whose cells stand below each other where the screen is too narrow."""
-    head = "".join(f'<th scope="col">{escape(name)}</th>' for name in table.header)
-    rows = "".join(
-        f'<tr><th scope="row">{escape(first.text)}</th>'
-        f"{''.join(map(_cell, table.header[1:], cells))}</tr>"
-        for first, *cells in table.rows
-    )
-    title = f"<caption>{escape(caption)}</caption>" if caption else ""
-    return (
-        f'<table class="stacked">{title}<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
-    )
-
-
-def _cell(name: str, cell: Cell) -> str:
-    """Return a cell, with what it is sorted by if that is not its text."""
-    key = "" if np.isnan(cell.key) else f' data-key="{min(cell.key, 1e300):.9g}"'
-    best = ' class="best"' if cell.best else ""
-    mark = f' <span class="rank">{escape(cell.mark)}</span>' if cell.mark else ""
-    return f'<td data-label="{escape(name)}"{key}{best}><span>{escape(cell.text)}{mark}</span></td>'
 
 
 def _list(lines: Sequence[str]) -> str:

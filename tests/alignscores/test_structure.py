@@ -27,6 +27,10 @@ LAYERS = (  # each imports those before it, and itself
     {"cli"},
 )
 
+ON_DEMAND = {  # imported by a method that saves a page
+    "alignscores.comparison.comparison": {"alignscores.pages.comparison"},
+}
+
 
 def module_name(path):
     parts = path.relative_to(ROOT).with_suffix("").parts
@@ -89,13 +93,14 @@ def circle(imports):
 
 
 def test_no_circle():
-    assert circle({module: of_project(module) for module in LIBRARY}) == []
+    imports = {module: of_project(module) - ON_DEMAND.get(module, set()) for module in LIBRARY}
+    assert circle(imports) == []
 
 
 @pytest.mark.parametrize("module", LIBRARY)
 def test_imports_go_one_way(module):
     wrong = {other for other in of_project(module) if layer(other) > layer(module)}
-    assert wrong == set()
+    assert wrong <= ON_DEMAND.get(module, set())
 
 
 def test_the_command_alone_knows_argparse():

@@ -144,6 +144,7 @@ def test_a_sequence_with_another_reference_is_left_out(gate, tmp_path):
     [
         ("nonsense", "is not what `alignscores compare --json` prints"),
         ('{"results": [{"system": "orb"}]}', "is not what `alignscores compare --json` prints"),
+        ('{"results": 7}', "is not what `alignscores compare --json` prints"),
         (None, "cannot be read (No such file or directory)"),
     ],
 )
@@ -195,3 +196,18 @@ def test_the_job_on_the_page(gate, worsen, tmp_path):
     report = (tmp_path / "red.md").read_text()
     assert report.startswith("**Fails:** orb: PAS 0.8")
     assert "| orb | 0.8" in report
+
+
+WRONG = None, True, -1, "x", [], {}, [1], {"a": 1}, "\ud800", 1e999
+
+
+@pytest.mark.parametrize("name", ["sequence", "system", "run", "file", "error", "unit", "PAS"])
+def test_a_value_of_another_type_is_one_sentence(patterns, run, tmp_path, name):
+    saved = json.loads(run(*patterns, "--json")[1])
+    for value in WRONG:
+        saved["results"][0][name] = value
+        (tmp_path / "saved.json").write_text(json.dumps(saved))
+        code, out, err = run(*patterns, "--baseline", "saved.json", "--cache", "cache")
+        assert code == 1
+        assert "Traceback" not in err
+        assert out.startswith("a_b is ahead of c") or err.count("\n") == 1

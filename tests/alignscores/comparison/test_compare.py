@@ -1,6 +1,7 @@
 """The whole command on made benchmarks whose truth is known."""
 
 import json
+import os
 import shutil
 
 import numpy as np
@@ -121,6 +122,16 @@ def test_wrong_files_are_a_line_each_and_the_rest_is_compared(
         assert line.startswith(f"alignscores: error: {start}")
     status = [entry["status"] for entry in json.loads(out)["results"]]
     assert (status.count("scored"), status.count("failed"), status.count("missing")) == (8, 3, 1)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes have no names here")
+def test_a_pipe_that_nobody_writes_to_is_a_failed_run(benchmark_of, run, tmp_path):
+    patterns = benchmark_of(ONE, ["car"], runs=2, n=20)
+    (tmp_path / "car/a/1.txt").unlink()
+    os.mkfifo(tmp_path / "car/a/1.txt")
+    code, _, err = run(*patterns)
+    assert code == 1
+    assert "error: car/a/1.txt: is a pipe or a device, not a file; it counts as a failure" in err
 
 
 def test_a_sequence_without_its_frames_is_left_out(benchmark_of, run, tmp_path):

@@ -65,12 +65,34 @@ def test_scores_among_the_metrics_have_their_columns_already(found, patterns):
     assert list(again.to_dict()["results"][0]["metrics"]) == ["ate:rmse", "ATE"]
 
 
+def test_files_and_systems_are_compared_without_patterns(found, tmp_path):
+    """On one sequence, whose format is recognised; their runs are those of the patterns."""
+    runs = {name: [f"car/{name}/{k}.txt" for k in range(3)] for name in ("a_b", "c")}
+    scores = [r.outcome.scores for r in found.summary.results if r.run.sequence == "car"]
+    again = compare("car/gt.txt", runs, metrics="ate:rmse")
+    assert [r.outcome.scores for r in again.summary.results][:3] == scores[:3]
+    files = compare(tmp_path / "car/gt.txt", [*runs["a_b"][:2], "car/none.txt"])
+    assert files.names.systems.keys() == {"0.txt", "1.txt", "none.txt"}
+    assert repr(files) == (
+        "Comparison(3 systems, 1 sequence, 3 runs, 1 failed, registration='refined')"
+    )
+
+
+def test_it_shows_itself_in_a_notebook_and_saves_a_page(found, run, patterns, tmp_path):
+    assert found._repr_html_().startswith("<p>a_b is ahead of c: it wins 100 % ")
+    run(*patterns, "--metrics", "ate:rmse", "--html", "command.html", "--by", "ate:rmse")
+    found.save_page("page.html", by="ate:rmse")
+    assert (tmp_path / "page.html").read_text() == (tmp_path / "command.html").read_text()
+
+
 RUNS = "{sequence}/gt.txt", "{sequence}/{system}/{run}.txt"
 
 
 @pytest.mark.parametrize(
     ("patterns_of", "settings", "message"),
     [
+        (["car/gt.txt", []], {}, "there are no estimates to compare"),
+        (["car/gt.txt", "*a*b*c*d*e{system}"], {}, "has more than 4 * between two slashes"),
         (RUNS[:1], {"format": "tum"}, "give a pattern of estimates, too, or one YAML"),
         (["x.txt", "{system}.txt"], {"format": "tum"}, "no reference matches the pattern x.txt"),
         (["car/gt.txt", "{system}.csv"], {"format": "tum"}, "no estimate matches the pattern {sys"),
