@@ -94,6 +94,7 @@ def _load() -> ctypes.CDLL:
 
 
 _LIBRARY = _load()
+assert c_size_t.in_dll(_LIBRARY, "options_size").value == ctypes.sizeof(Options)
 _LIBRARY.align_scenes.argtypes = c_void_p, c_size_t, *4 * (c_void_p,), c_bool, *5 * (c_void_p,)
 _LIBRARY.close_scenes.argtypes = c_size_t, c_void_p
 _LIBRARY.closest_pairs.argtypes = c_size_t, c_void_p, c_void_p

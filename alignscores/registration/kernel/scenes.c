@@ -198,6 +198,9 @@ static void write_alignment(const scene *s, double *row)
 }
 
 EXPORTED
+const size_t options_size = sizeof(options); /* which Python declares, too */
+
+EXPORTED
 void close_scenes(size_t n_scenes, scene **kept)
 {
     for (size_t i = 0; i < n_scenes; i++)
