@@ -1,8 +1,9 @@
 """Alignment of estimated camera positions with the ground truth, at any largest threshold."""
 
 import weakref
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +14,10 @@ from .registration.kernel import Aligned, Seed, normalise
 from .similarity import Similarity
 from .validation import check_positions, check_same_length, finite_rows
 
-__all__ = ["Aligned", "Aligner", "Seed", "normalise", "one_scene"]
+__all__ = ["Aligned", "Aligner", "Seed", "map_threads", "normalise", "one_scene"]
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 ROUNDING = 1e-6  # by which a scale may differ from 1
 SCENES_AT_ONCE = 16  # that are aligned in one call
@@ -80,12 +84,8 @@ class Aligner:
         def align(first: int) -> Aligned:
             return self._align(units, first, first + SCENES_AT_ONCE)
 
-        firsts = range(0, len(units), SCENES_AT_ONCE)
-        if self._threads == 1:
-            parts = list(map(align, firsts))  # so that an interruption need not wait for all
-        else:
-            with ThreadPoolExecutor(self._threads) as pool:
-                parts = list(pool.map(align, firsts))
+        # In parts, so that an interruption need not wait for all.
+        parts = map_threads(align, range(0, len(units), SCENES_AT_ONCE), self._threads)
         return Aligned(
             np.concatenate([part.rows for part in parts]),
             np.concatenate([part.errors for part in parts]),
@@ -174,3 +174,11 @@ def one_scene(gt_positions: ArrayLike, est_positions: ArrayLike) -> tuple[Floats
     est = check_positions(est_positions, "est_positions", complete=False)
     check_same_length(gt, est, "gt_positions", "est_positions")
     return gt, est, np.array([0, len(gt)])
+
+
+def map_threads(function: Callable[[Item], Result], items: Iterable[Item], n: int) -> list[Result]:
+    """Return the results of calls on n threads."""
+    if n == 1:
+        return list(map(function, items))
+    with ThreadPoolExecutor(n) as pool:
+        return list(pool.map(function, items))

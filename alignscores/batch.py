@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .aligner import Aligned, Aligner, Seed
+from .aligner import Aligned, Aligner, Seed, map_threads
 from .arrays import Floats, Indices, sizes
-from .distance import N_THRESHOLDS, extent, smallest_unit, too_few, unit_search
+from .distance import N_THRESHOLDS, distance_of, smallest_unit, too_few
 from .histogram import cumulative_frequency, equal_steps
 from .pose import PASResult, check_weight
 from .registration import Registration, similarity_of_row
@@ -39,8 +39,6 @@ __all__ = [
     "scenes_of_poses",
     "tas_batch",
 ]
-
-SCENES_AT_ONCE = 256  # whose hypotheses are kept for the distances, 27 MB
 
 
 @dataclass(frozen=True, eq=False)
@@ -459,7 +457,7 @@ def _tas_batch(
         starts=starts,
         unit=units,
         scale=aligned.rows[:, 0],
-        distances=_distances(gt, est, starts, threads=threads, **settings) if distances else None,
+        distances=_distances(gt, est, starts, threads, **settings) if distances else None,
         registration=aligner.registration,
         aligned=aligned,
     )
@@ -588,38 +586,19 @@ def _half_units(errors: Floats, starts: Indices) -> Floats:
     )
 
 
-def _distances(gt: Floats, est: Floats, starts: Indices, **settings: Any) -> Floats:
-    """Return the half-score distance of each scene; the searches run in parallel."""
-    parts = []
-    for first in range(0, len(starts) - 1, SCENES_AT_ONCE):
-        some = starts[first : first + SCENES_AT_ONCE + 1]
-        rows = slice(some[0], some[-1])
-        parts.append(_distances_of_some(gt[rows], est[rows], some - some[0], **settings))
-    return np.concatenate(parts)
+def _distances(gt: Floats, est: Floats, starts: Indices, threads: int, **settings: Any) -> Floats:
+    """Return the half-score distance of each scene."""
+    settings["registration"] = "refined"
 
+    def distance(rows: slice) -> float:
+        n = rows.stop - rows.start
+        if too_few(n, 0.5, settings["alignment"]):
+            return np.nan
+        scene = Aligner(gt[rows], est[rows], np.array([0, n]), keep=True, **settings)
+        return distance_of(scene, 0.5)[0]
 
-def _distances_of_some(gt: Floats, est: Floats, starts: Indices, **settings: Any) -> Floats:
-    aligner = Aligner(gt, est, starts, keep=True, **{**settings, "registration": "refined"})
-    distances, units = np.full(len(starts) - 1, np.nan), np.zeros(len(starts) - 1)
-    scenes = [slice(*rows) for rows in pairwise(starts.tolist())]
-    searches = {}
-    for scene, rows in enumerate(scenes):
-        if not too_few(rows.stop - rows.start, 0.5, settings["alignment"]):
-            searches[scene] = unit_search(extent(gt[rows]), 0.5, N_THRESHOLDS)
-            units[scene] = next(searches[scene])
-    if aligner.has_one_alignment:
-        halves = _half_units(aligner.align(units).errors, starts)
-        return np.where(units > 0, halves, np.nan)
-    while searches:
-        errors = aligner.align(units).errors
-        for scene in list(searches):
-            try:
-                units[scene] = searches[scene].send(errors[scenes[scene]])
-            except StopIteration as stop:
-                distances[scene], _ = stop.value
-                units[scene] = 0  # no longer aligned
-                del searches[scene]
-    return distances
+    threads = 1 if isinstance(settings["rng"], np.random.Generator) else threads
+    return np.array(map_threads(distance, [slice(*rows) for rows in pairwise(starts)], threads))
 
 
 def _warn(scenes: NDArray[np.bool_], what: str, why: str) -> None:

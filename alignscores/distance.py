@@ -1,7 +1,7 @@
 """Half-score distance and angle: the smallest range of thresholds that reaches a score."""
 
 import warnings
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from math import ceil, floor, inf, nan
 from typing import TYPE_CHECKING
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FITTED",
+    "distance_of",
     "extent",
     "ras_angle",
     "search_unit",
     "smallest_unit",
     "tas_distance",
     "too_few",
-    "unit_search",
 ]
 
 ErrorsAt = Callable[[float], Floats]  # of the best alignment at a largest threshold
@@ -118,20 +118,29 @@ def tas_distance(
         up=up,
         keep=True,
     )
-    n, start = len(aligner.gt), extent(aligner.gt)
-    if reason := too_few(n, score, alignment):
+    if reason := too_few(len(aligner.gt), score, alignment):
         warnings.warn(reason, AlignmentWarning, stacklevel=2)
         return nan
-    if aligner.has_one_alignment:
-        errors = aligner.align(np.ones(1)).errors
-        distance = smallest_unit(np.sort(errors), score, N_THRESHOLDS)
-    else:
-        distance, errors = search_unit(
-            lambda unit: aligner.align(np.array([unit])).errors, start, score, N_THRESHOLDS
-        )
+    distance, errors = distance_of(aligner, score)
     if np.isinf(errors).all():
-        warnings.warn("the estimate cannot be aligned", AlignmentWarning, stacklevel=2)
+        warnings.warn(
+            "the distance is infinite: the estimate cannot be aligned",
+            AlignmentWarning,
+            stacklevel=2,
+        )
     return distance
+
+
+def distance_of(aligner: Aligner, score: float) -> tuple[float, Floats]:
+    """Return the smallest unit at which the TAS of one scene reaches a score, and the errors."""
+    if aligner.has_one_alignment:
+        errors = np.sort(aligner.align(np.ones(1)).errors)
+        return smallest_unit(errors, score, N_THRESHOLDS), errors
+
+    def errors_at(unit: float) -> Floats:
+        return aligner.align(np.array([unit])).errors
+
+    return search_unit(errors_at, extent(aligner.gt), score, N_THRESHOLDS)
 
 
 def ras_angle(
@@ -204,21 +213,7 @@ def too_few(n: int, score: float, alignment: str, n_parts: int = 1) -> str:
 def search_unit(
     errors_at: ErrorsAt, start: float, score: float, n_thresholds: int
 ) -> tuple[float, Floats]:
-    """Return the smallest unit at which a score is reached, and the errors that reach it."""
-    search = unit_search(start, score, n_thresholds)
-    unit = next(search)
-    while True:
-        try:
-            unit = search.send(errors_at(unit))
-        except StopIteration as stop:
-            found: tuple[float, Floats] = stop.value
-            return found
-
-
-def unit_search(
-    start: float, score: float, n_thresholds: int
-) -> Generator[float, Floats, tuple[float, Floats]]:
-    """Search as `search_unit`, as a generator: yield units, and be sent the errors at each.
+    """Return the smallest unit at which a score is reached, and the errors that reach it.
 
     If an alignment reaches the score below the unit u, the best one at u reaches it below u, too:
     this is the next unit. If the unit stays, no smaller one reaches the score. The method is
@@ -229,7 +224,7 @@ def unit_search(
     unit, before, smallest, best = start, inf, inf, np.empty(0)
     while 0 < unit < (1 - GAIN) * before:
         before = unit if best.size else inf  # the first step may go up
-        errors = np.sort((yield unit))
+        errors = np.sort(errors_at(unit))
         unit = _continuous_unit(errors, score)
         if unit <= smallest:
             smallest, best = unit, errors
