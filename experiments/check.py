@@ -1,0 +1,95 @@
+"""Compare results with the published ones: ``python -m experiments.check results``.
+
+``experiments/published`` has the means of each cell of the paper's experiments and the tables of
+the studies, to six digits. A table of trials must also fit its record: there any changed digit is
+noticed, in other tables one of the first five.
+"""
+
+import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from .command import CommandError, run_command
+from .grid import CELL_SETTINGS
+from .tables import read_table, read_trials, to_csv, write_files
+
+__all__ = ["main"]
+
+PUBLISHED = Path(__file__).with_name("published")
+DIGITS = 6
+TOLERANCE = 1e-5  # relative: the last digits of a trial depend on the processor
+SHOWN = 3  # differences of a table
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Compare the tables in a folder; return the exit code."""
+    parser = ArgumentParser(
+        prog="python -m experiments.check",
+        description="Compare results of the study with the published ones.",
+    )
+    parser.add_argument("results", type=Path, metavar="RESULTS", help="the folder of results")
+    parser.add_argument("--publish", action="store_true", help="publish these results instead")
+    return run_command(parser, _work, arguments)
+
+
+def _work(options: Namespace) -> list[str]:
+    names = ["trials/*.csv", "claims.csv", "tables/*.csv"]
+    paths = [path for name in names for path in sorted(options.results.glob(name))]
+    if options.publish:
+        tables = {PUBLISHED / p.relative_to(options.results): to_csv(_read(p)) for p in paths}
+        return [f"published {path}" for path in write_files(tables)]
+    published = [path.relative_to(PUBLISHED) for path in sorted(PUBLISHED.rglob("*.csv"))]
+    found = [name for name in published if options.results / name in paths]
+    if not found:
+        raise CommandError(f"{options.results} has no published table; run: snakemake figures")
+    differing = {}
+    for name in found:
+        if differences := list(_differences(_read(options.results / name), PUBLISHED / name)):
+            differing[options.results / name] = differences
+    if differing:
+        texts = [f"{path} ({_list(differences)})" for path, differences in differing.items()]
+        raise CommandError(f"not as published: {', '.join(texts)}")
+    missing = [
+        f"{options.results / name} does not exist" for name in published if name not in found
+    ]
+    return [f"{options.results / name} is as published" for name in found] + missing
+
+
+def _list(differences: Sequence[str]) -> str:
+    n_more = len(differences) - SHOWN
+    return "; ".join([*differences[:SHOWN], *([f"{n_more} more"] if n_more > 0 else [])])
+
+
+def _read(path: Path) -> pd.DataFrame:
+    """Read a table as it is published: rounded, of trials the mean of each cell."""
+    if path.parent.name == "trials":
+        trials = read_trials(path)
+        table = trials.table.groupby(list(CELL_SETTINGS))[trials.record.metrics].mean()
+        table = table.reset_index()
+    else:
+        table = read_table(path)
+    return table.map(lambda cell: float(f"{cell:.{DIGITS}g}") if isinstance(cell, float) else cell)
+
+
+def _differences(table: pd.DataFrame, path: Path) -> Iterator[str]:
+    """Yield where a table differs from the published one."""
+    published = pd.read_csv(path)
+    if list(table) != list(published) or len(table) != len(published):
+        yield f"{table.shape} rows and columns, published {published.shape}"
+        return
+    for column in table:
+        ours, theirs = table[column], published[column]
+        if pd.api.types.is_numeric_dtype(ours) and pd.api.types.is_numeric_dtype(theirs):
+            same = np.isclose(ours, theirs, rtol=TOLERANCE, atol=TOLERANCE / 10, equal_nan=True)
+        else:
+            same = (ours == theirs) | (ours.isna() & theirs.isna())
+        for row in np.flatnonzero(~np.asarray(same)):
+            yield f"row {row + 1}, {column} is {ours[row]}, published {theirs[row]}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

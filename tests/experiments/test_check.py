@@ -1,0 +1,73 @@
+"""Results are compared with the published ones, and what differs is named."""
+
+import shutil
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from experiments.check import main
+from experiments.config import load_sweep
+from experiments.sweep import run_sweeps
+from experiments.tables import write_trials
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with one of the paper's experiments, as it is published."""
+    folder = tmp_path_factory.mktemp("results")
+    sweep = load_sweep(["experiment=maa_vs_pas_length"])
+    write_trials(folder / "trials" / f"{sweep.name}.csv", run_sweeps([sweep]), [sweep])
+    return folder
+
+
+@pytest.fixture
+def results(whole: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(whole, tmp_path / "results"))
+
+
+def test_results_as_published_are_named_and_so_are_missing_ones(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(results)]) == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert f"{results}/trials/maa_vs_pas_length.csv is as published" in printed
+    assert f"{results}/trials/outliers.csv does not exist" in printed
+
+
+def test_one_changed_digit_of_a_trial_is_noticed(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = results / "trials" / "maa_vs_pas_length.csv"
+    text = path.read_text()
+    path.write_text(text[:-2] + str((int(text[-2]) + 1) % 10) + "\n")
+    assert main([str(results)]) == 1
+    assert f"{path} was changed, or maa_vs_pas_length.json is not" in capsys.readouterr().err
+
+
+def test_trials_of_other_settings_are_noticed(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = results / "trials" / "maa_vs_pas_length.csv"
+    sweep = load_sweep(["experiment=maa_vs_pas_length", "trials=2"])
+    write_trials(path, run_sweeps([sweep]), [sweep])
+    assert main([str(results)]) == 1
+    assert f"{path} (row 1, mAA is " in capsys.readouterr().err
+
+
+def test_a_changed_digit_of_a_table_is_noticed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    published = Path(__file__).parents[2] / "experiments" / "published"
+    path = tmp_path / "tables" / "method_comparison.csv"
+    path.parent.mkdir()
+    table = pd.read_csv(published / "tables" / path.name)
+    table.to_csv(path, index=False)
+    assert main([str(tmp_path)]) == 0
+    row = table["value"].first_valid_index()
+    table.loc[row + 1, "value"] *= 1.0001
+    table.to_csv(path, index=False)
+    assert main([str(tmp_path)]) == 1
+    assert f"{path} (row {row + 2}, value is " in capsys.readouterr().err
+    assert main([str(tmp_path / "tables")]) == 1
+    assert "has no published table; run: snakemake figures" in capsys.readouterr().err
