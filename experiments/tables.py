@@ -20,7 +20,7 @@ from .command import CommandError
 from .config import CONFIG_DIR, Sweep
 from .grid import evaluations
 
-__all__ = ["SWEEPS", "Record", "TableError", "Trials", "check_sweeps", "read_record", "read_table"]
+__all__ = ["SWEEPS", "Record", "TableError", "Trials", "read_record", "read_table"]
 __all__ += ["read_trials", "to_csv", "write_files", "write_trials"]
 
 SWEEPS = TypeAdapter[tuple[Sweep, ...]](Annotated[tuple[Sweep, ...], Field(min_length=1)])
@@ -99,7 +99,7 @@ def to_csv(table: pd.DataFrame) -> bytes:
 def write_trials(path: Path, table: pd.DataFrame, sweeps: Sequence[Sweep]) -> None:
     """Write a table of trials as CSV, and its record beside it as JSON."""
     content = to_csv(table)
-    settings = SWEEPS.dump_python(tuple(sweeps), mode="json", exclude_defaults=True)
+    settings = SWEEPS.dump_python(tuple(sweeps), mode="json")
     record = {"sweeps": settings, "sha256": _digests(content, settings), **_origin()}
     text = json.dumps(record, indent=2) + "\n"
     write_files({path.with_suffix(".json"): text.encode(), path: content})
@@ -127,8 +127,13 @@ def _digests(content: bytes, settings: Any) -> dict[str, str]:
 
 def read_record(path: Path) -> Record:
     """Read the record beside a table of trials; refuse a table or settings of another record."""
-    place = path.with_suffix(".json")
-    content, text = _bytes_of(path), _bytes_of(place)
+    record_path = path.with_suffix(".json")
+    try:
+        content, text = path.read_bytes(), record_path.read_bytes()
+    except FileNotFoundError as error:
+        raise TableError(Path(error.filename), "does not exist") from None
+    except OSError as error:
+        raise TableError(Path(error.filename), f"cannot be read ({error.strerror})") from None
     try:
         record = json.loads(text)
         settings = record["sweeps"]
@@ -137,27 +142,10 @@ def read_record(path: Path) -> Record:
         keys = ("packages", "git", "python", "platform")
         found = Record(sweeps, {key: record[key] for key in keys})
     except (AttributeError, KeyError, RecursionError, TypeError, ValidationError, ValueError):
-        raise TableError(place, "is not the record of a table of trials") from None
+        raise TableError(record_path, "is not the record of a table of trials") from None
     if digests != _digests(content, settings):
-        raise TableError(path, f"was changed, or {place.name} is not its record")
+        raise TableError(path, f"was changed, or {record_path.name} is not its record")
     return found
-
-
-def _bytes_of(path: Path) -> bytes:
-    if path.is_char_device() or path.is_fifo():  # which may never end
-        raise TableError(path, "is no file")
-    try:
-        return path.read_bytes()
-    except FileNotFoundError:
-        raise TableError(path, "does not exist") from None
-    except OSError as error:
-        raise TableError(path, f"cannot be read ({error.strerror})") from None
-
-
-def check_sweeps(path: Path, sweeps: Sequence[Sweep]) -> None:
-    """Raise a `TableError` unless a table and its record are unchanged, and of these sweeps."""
-    if read_record(path).sweeps != tuple(sweeps):
-        raise TableError(path, "was made with other settings")
 
 
 def read_trials(path: Path) -> Trials:
