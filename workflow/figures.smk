@@ -42,7 +42,7 @@ rule figure:
 use rule figure as study_figure with:
     input:
         FIGURE_CODE,
-        code("studies", "studies/threshold_study", "studies/beyond", "studies/real"),
+        lambda wildcards: code("studies", f"studies/{STUDY_FIGURES[wildcards.figure][0].split('.')[1]}"),
         tables=lambda wildcards: [RESULTS / f"{table}.csv" for table in STUDY_FIGURES[wildcards.figure][1]],
     wildcard_constraints:
         figure="|".join(STUDY_FIGURES),

@@ -401,9 +401,6 @@ use rule table1 as toy_means with:
         RESULTS / "benchmarks" / "answers" / "toy.tsv"
 
 
-STUDY_FIGURES["toy"] = ("studies.toy.figure:draw", ["tables/toy"])
-
-
 rule toy:
     input:
         rules.toy_means.output,
@@ -420,6 +417,9 @@ def test_a_new_study_is_a_folder_and_a_rule(snakemake: Snakemake, tmp_path: Path
     for name, text in TOY.items():
         (folder / name).write_text(text)
     (copy / "Snakefile").write_text((copy / "Snakefile").read_text() + RULES)
+    figures = copy / "workflow" / "figures.smk"
+    entry = 'STUDY_FIGURES = {\n    "toy": ("studies.toy.figure:draw", ["tables/toy"]),'
+    figures.write_text(figures.read_text().replace("STUDY_FIGURES = {", entry))
     settings = ["--config", "trials=2", "n_jobs=1"]
     done = snakemake("toy", *settings, project=copy)
     assert done.returncode == 0, done.text
