@@ -7,7 +7,6 @@ from pathlib import Path
 import alignscores
 
 sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
-from external import ALIASES
 
 os.environ["COLUMNS"] = "88"  # argparse breaks its lines there, whatever the terminal
 
@@ -25,15 +24,14 @@ extensions = [
     "sphinxarg.ext",
     # Of this folder's _extensions:
     "columns",
-    "external",
     "notebooks",
-    "sources",
 ]
 exclude_patterns = ["_build"]
 templates_path = ["_templates"]
 nitpicky = True  # a name that leads nowhere is an error
 nitpick_ignore_regex = [  # what docstrings name and no page shows
-    ("py:obj", r"(alignscores\.(registration|trajectories)|studies)\..*|IMC_2024|PROTOCOLS")
+    ("py:obj", r"(alignscores\.(registration|trajectories)|studies)\..*|PROTOCOLS"),
+    ("py:.*", r"(numpy|scipy|builtins)\..*|array_like|callable"),
 ]
 default_role = "autolink"  # `name` in a docstring
 
@@ -43,16 +41,6 @@ myst_heading_anchors = 4
 
 autodoc_typehints = "none"  # the sections of the docstrings have the types
 numpydoc_show_class_members = False
-numpydoc_xref_param_type = True
-numpydoc_xref_ignore = "all"  # words of a type that are no names
-numpydoc_xref_aliases = {
-    **ALIASES,
-    **{name: f"alignscores.{name}" for name in alignscores.__all__},
-    **{name: f"alignscores.protocols.{name}" for name in ("Family", "Metric", "NoValueError")},
-    **{f"{name}": f"alignscores.trajectories.files.{name}" for name in ("FileError", "Trajectory")},
-    "TrajectoryWarning": "alignscores.trajectories.files.TrajectoryWarning",
-    "Matches": "alignscores.trajectories.association.Matches",
-}
 numpydoc_validation_checks = {
     "EX01",  # an example
     "GL08",  # a docstring at all
