@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .rotation import RASResult, ras
     from .similarity import Similarity
     from .trajectories.conventions import Convention, check_conventions
+    from .trajectories.files import Trajectory
     from .translation import TASResult, closest_pair_quartile, tas
     from .validation import AlignmentWarning
 
@@ -45,6 +46,7 @@ __all__ = [
     "Similarity",
     "TASBatch",
     "TASResult",
+    "Trajectory",
     "check_conventions",
     "closest_pair_quartile",
     "compare",
@@ -79,6 +81,7 @@ MODULES = {
     "Similarity": "similarity",
     "TASBatch": "batch",
     "TASResult": "translation",
+    "Trajectory": "trajectories.files",
     "check_conventions": "trajectories.conventions",
     "closest_pair_quartile": "translation",
     "compare": "comparison",

@@ -40,9 +40,9 @@ class AlignmentScore:
     """
 
     score: float = field(init=False)
-    errors: Floats = field(repr=False)
-    thresholds: Floats = field(repr=False)
-    cumulative_frequency: NDArray[np.int64] = field(init=False, repr=False)
+    errors: Floats
+    thresholds: Floats
+    cumulative_frequency: NDArray[np.int64] = field(init=False)
 
     def __post_init__(self) -> None:
         frequency = cumulative_frequency(self.errors, self.thresholds)
@@ -50,6 +50,9 @@ class AlignmentScore:
         score = int(frequency.sum()) / (len(self.thresholds) * len(self.errors))
         object.__setattr__(self, "cumulative_frequency", frequency)
         object.__setattr__(self, "score", score)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.score:.4f}, n={len(self.errors)})"
 
     def __float__(self) -> float:
         return self.score

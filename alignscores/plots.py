@@ -121,9 +121,9 @@ def _draw_profiles(panels: NDArray[np.object_], scored: Sequence[Evaluation], un
     profiles = [evaluation.profiles for evaluation in scored]
     distances = [evaluation.half_distance for evaluation in scored]
     angles = [evaluation.half_angle for evaluation in scored]
-    tas, ras = [profile.tas for profile in profiles], [profile.ras for profile in profiles]
-    profile_panel(panels[0], profiles[0].units, tas, distances)
-    profile_panel(panels[1], profiles[0].degrees, ras, angles)
+    tas, ras = zip(*profiles, strict=True)
+    profile_panel(panels[0], tas[0].units, [profile.scores for profile in tas], distances)
+    profile_panel(panels[1], ras[0].units, [profile.scores for profile in ras], angles)
     panels[0].set(
         title="TAS over its threshold",
         xlabel=f"largest threshold in {unit} (refined registration)",

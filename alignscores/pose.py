@@ -36,14 +36,20 @@ class PASResult:
     >>> poses = np.tile(np.eye(4), (5, 1, 1))
     >>> poses[:, :3, 3] = np.random.default_rng(0).random((5, 3))
     >>> result = pas(poses, poses, weight=0.7)
-    >>> float(result), result.tas.score, result.ras.score, result.weight
-    (1.0, 1.0, 1.0, 0.7)
+    >>> result
+    PASResult(1.0000, TAS 1.00, RAS 1.00, registration='pcr99')
+    >>> float(result), result.weight
+    (1.0, 0.7)
     """
 
     score: float
     tas: TASResult
     ras: RASResult
     weight: float
+
+    def __repr__(self) -> str:
+        scores = f"{self.score:.4f}, TAS {self.tas.score:.2f}, RAS {self.ras.score:.2f}"
+        return f"PASResult({scores}, registration={self.tas.registration!r})"
 
     def __float__(self) -> float:
         return self.score

@@ -26,7 +26,7 @@ __all__ = ["RASResult", "ras"]
 CAMERAS_AT_ONCE = 1 << 14  # whose errors are computed
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RASResult(AlignmentScore):
     """Rotation Alignment Score and what it was computed from.
 

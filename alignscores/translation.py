@@ -17,7 +17,7 @@ from .validation import AlignmentWarning, check_positions, check_positive
 __all__ = ["TASResult", "closest_pair_distances", "closest_pair_quartile", "tas"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class TASResult(AlignmentScore):
     """Translation Alignment Score and what it was computed from.
 
@@ -50,14 +50,20 @@ class TASResult(AlignmentScore):
     >>> from alignscores import tas
     >>> gt = np.random.default_rng(0).random((30, 3))
     >>> result = tas(gt, 2 * gt)
-    >>> round(result.unit, 3), round(result.alignment.scale, 6), result.registration
-    (0.27, 2.0, 'pcr99')
+    >>> result
+    TASResult(1.0000, n=30, registration='pcr99')
+    >>> round(result.unit, 3), round(result.alignment.scale, 6)
+    (0.27, 2.0)
     """
 
     alignment: Similarity | None
     unit: float
     n_hypotheses: int
     registration: str
+
+    def __repr__(self) -> str:
+        n = len(self.errors)
+        return f"TASResult({self.score:.4f}, n={n}, registration={self.registration!r})"
 
 
 def tas(

@@ -106,8 +106,9 @@ def print_notes(scored: Sequence[Evaluation], notes: Sequence[str]) -> None:
     alike: dict[str, list[str]] = {note: [note] for note in notes}
     for evaluation in scored:
         for note in evaluation.notes:
-            kind = re.sub(r"[\d.]+", "", note.replace(evaluation.name, ""))
-            alike.setdefault(kind, []).append(note)
+            line = str(note) if note.kind == "file" else f"{evaluation.name}: {note}"
+            kind = re.sub(r"[\d.]+", "", line.replace(evaluation.name, ""))
+            alike.setdefault(kind, []).append(line)
     for first, *others in alike.values():
         print_note(f"{first} (and alike for {len(others)} more)" if others else first)
 

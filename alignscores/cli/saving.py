@@ -128,12 +128,8 @@ def profiles_csv(scored: Sequence[Evaluation]) -> str:
     """Return a table of each estimate's scores over all units, a line a score and unit."""
     lines: list[tuple[object, ...]] = []
     for evaluation in scored:
-        profiles = evaluation.profiles
-        for name, units, values in (
-            ("TAS", profiles.units, profiles.tas),
-            ("RAS", profiles.degrees, profiles.ras),
-        ):
-            pairs = zip(units.tolist(), values.tolist(), strict=True)
+        for name, profile in zip(("TAS", "RAS"), evaluation.profiles, strict=True):
+            pairs = zip(profile.units.tolist(), profile.scores.tolist(), strict=True)
             lines += [(evaluation.name, name, *pair) for pair in pairs]
     return csv_text(("estimate", "score", "unit", "value"), lines)
 

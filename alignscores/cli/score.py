@@ -8,8 +8,8 @@ from pathlib import Path
 
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.matching import read_reference
-from ..evaluation.notes import collected_warnings
-from ..evaluation.scoring import notes_of_all, score
+from ..evaluation.notes import collected_warnings, reference_notes
+from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..texts import printable, unique_names
 from ..trajectories.extras import require
@@ -260,4 +260,4 @@ def _score_all(
         except FAILURES as error:
             fail(file, error)
     show_progress("")
-    return scored, failed, notes + notes_of_all(scored)
+    return scored, failed, [*notes, *map(str, reference_notes(scored))]

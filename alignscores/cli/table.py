@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import Floats
 from ..evaluation.evaluation import Evaluation
 from ..texts import padded, text_width
 
@@ -45,20 +44,13 @@ def table(evaluations: Sequence[Evaluation], columns: int) -> tuple[str, list[st
 
 def _cells(evaluation: Evaluation) -> list[str]:
     """Return the texts of an estimate's columns."""
-    result = evaluation.result
     return [
         *(f"{score:.3f}" for score in (evaluation.tas, evaluation.ras, evaluation.pas)),
         *(_number(value) for value in (evaluation.half_distance, evaluation.half_angle)),
-        *(_number(_median(errors)) for errors in (result.tas.errors, result.ras.errors)),
+        *(_number(value) for value in (evaluation.median_distance, evaluation.median_angle)),
         _number(evaluation.ate),
         f"{1 - evaluation.lost:.1%}",
     ]
-
-
-def _median(errors: Floats) -> float | None:
-    """Return the median of the finite errors; None if there are none."""
-    finite = errors[np.isfinite(errors)]
-    return float(np.median(finite)) if len(finite) else None
 
 
 def _number(value: float | None) -> str:

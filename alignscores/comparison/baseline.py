@@ -110,7 +110,7 @@ def _saved_run(result: Mapping[str, Any]) -> Result:
     values = {name: metric(name).worst if v is None else float(v) for name, v in found.items()}
     run = Run(result["sequence"], result["system"], result["run"], result["file"])
     unit, error = float(result["unit"] or math.nan), result["error"] or ""
-    return Result(run, Outcome(values, unit=unit, n_parts=int(result["parts"]), error=error))
+    return Result(run, Outcome(values, unit=unit, error=error))
 
 
 def changes(
@@ -132,7 +132,7 @@ def changes(
         if system in before
         if (pair := compared(after[system], before[system], name, paired))
     }
-    tests = [p.test if p.test and p.test.smallest <= LEVEL else None for p in pairs.values()]
+    tests = [p.test if p.test.smallest <= LEVEL else None for p in pairs.values()]
     worse = holm([test.worse if test else math.nan for test in tests]).tolist()
     better = holm([test.better if test else math.nan for test in tests]).tolist()
     systems = list(map(Change, pairs, pairs.values(), worse, better))

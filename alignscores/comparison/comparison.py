@@ -351,7 +351,7 @@ def _notes_of_sequences(runs: Sequence[tuple[Run, Outcome]]) -> list[tuple[str, 
         covered = [found.statuses != LOST for found in timed]
         of_all = ends_notes([found.stamps for found in timed], covered)
         of_all += chance_notes([found.chance for found in timed])
-        notes += [(sequence, note) for note in of_all]
+        notes += [(sequence, str(note)) for note in of_all]
     return notes
 
 

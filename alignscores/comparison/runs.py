@@ -50,7 +50,6 @@ class Outcome:
     lost: float = 1.0
     scale: float = np.nan  # of the alignment, where there is one for all
     chance: float = np.nan  # TAS of a camera that never moves, of the reference alone
-    n_parts: int = 1
     rows: Indices = field(default_factory=lambda: np.empty(0, np.intp))  # in the reference
     stamps: Floats = field(default_factory=lambda: np.empty(0))  # in seconds; none of images
     statuses: NDArray[np.uint8] = field(default_factory=lambda: np.empty(0, np.uint8))
@@ -117,7 +116,7 @@ def _outcome(evaluation: Evaluation) -> Outcome:
     failed = ~(np.isfinite(result.tas.errors) & finite_rows(matches.est_poses))
     names = [*COLUMNS, *evaluation.settings.metrics]
     scores = {name: _score(evaluation, name) for name in names}
-    notes = list(evaluation.notes)
+    notes = [str(note) for note in evaluation.notes]
     unvalued = [name for name in evaluation.settings.metrics if evaluation.value(name) is None]
     if counted := [name for name in unvalued if not math.isnan(scores[name])]:
         notes.append(f"without a value, counted as failures: {', '.join(counted)}")
@@ -131,7 +130,6 @@ def _outcome(evaluation: Evaluation) -> Outcome:
         lost=evaluation.lost,
         chance=evaluation.chance,
         scale=np.nan if evaluation.scale is None else evaluation.scale,
-        n_parts=max(len(evaluation.parts), 1),
         rows=matches.gt_rows,
         stamps=matches.keys if matches.keys.dtype.kind == "f" else np.empty(0),
         statuses=evaluation.statuses,

@@ -49,7 +49,6 @@ class Result:
             "lost": outcome.lost,
             "unit": outcome.unit,
             "chance": outcome.chance,
-            "parts": outcome.n_parts,
             "scale": outcome.scale,
             "notes": outcome.notes,
         }
@@ -145,7 +144,7 @@ class Pair:
     wins: float  # of a
     difference: Interval
     method: str
-    test: Test | None  # none of models in different numbers of parts
+    test: Test
     like_these: Test | None  # for other sequences like these, of which there are enough
     p: float = math.nan  # not tested
     p_like_these: float = math.nan
@@ -156,7 +155,7 @@ class Pair:
     @property
     def tested(self) -> bool:
         """Whether so many runs can give a significant difference."""
-        return self.test is not None and self.test.possible
+        return self.test.possible
 
     @property
     def better(self) -> str | None:
@@ -345,9 +344,6 @@ def compared(first: Results, second: Results, name: str, paired: bool = False) -
         method, test = "signed ranks of sequences", statistics.sequence_test
     values = [(_values(a, name), _values(b, name)) for a, b in shared]
     runs = [(_in_order(a, name), _in_order(b, name)) for a, b in shared]
-    parts = {r.outcome.n_parts for pair in shared for own in pair for r in own if not r.failed}
-    alike = len(parts) < 2  # models in more parts fit better
-    enough = alike and len(runs) >= MIN_SEQUENCES
     return Pair(
         metric=name,
         runs=runs,
@@ -355,8 +351,8 @@ def compared(first: Results, second: Results, name: str, paired: bool = False) -
         wins=statistics.wins(runs, paired),
         difference=statistics.welch(values, paired),
         method=method,
-        test=test(runs) if alike else None,
-        like_these=statistics.sequence_test(runs) if enough else None,
+        test=test(runs),
+        like_these=statistics.sequence_test(runs) if len(runs) >= MIN_SEQUENCES else None,
     )
 
 

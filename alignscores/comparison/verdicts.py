@@ -81,9 +81,7 @@ def _not_tested(
     reasons: dict[str, list[str]] = {}
     for system in order:
         entry = summary.entries[system, None]
-        parts = {r.outcome.n_parts for own in entry.results.values() for r in own}
         reason = "one run a sequence" if entry.runs == len(entry.results) else "too few runs"
-        reason = "models in several parts" if max(parts) > 1 else reason
         if system not in known:
             reasons.setdefault(reason, []).append(names[system])
     return [f"{first_few(own)}: {reason}, not tested." for reason, own in reasons.items()]

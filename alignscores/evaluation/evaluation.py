@@ -1,61 +1,54 @@
-"""What an evaluation says about an estimate."""
+"""The result of an evaluation: one estimate with its scores."""
 
 import math
 import statistics
+import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
+from html import escape
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
-from ..arrays import Floats, Indices
+from ..arrays import Floats
 from ..distance import N_THRESHOLDS
-from ..histogram import AlignmentScore
 from ..metrics import metric
 from ..pose import PASResult
-from ..profile import DEGREES, ScoreProfile, extent_units, searched_profile
+from ..profile import DEGREES, ScoreProfile, extent_units, tas_profile
 from ..similarity import Similarity
 from ..texts import printable
 from ..trajectories.association import Matches
 from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
-from ..trajectories.parts import errors_of_parts
-from ..validation import finite_rows
+from ..validation import AlignmentWarning, finite_rows
 from .settings import Settings
 
-__all__ = ["LOST", "STATUSES", "Evaluation", "Part", "Profiles"]
+__all__ = ["LOST", "STATUSES", "Evaluation", "Note", "finite_or_none"]
 
 STATUSES = "matched", "no rotation", "no position", "no pose", "lost"  # of scored cameras
 LOST = STATUSES.index("lost")
-NO_COLUMNS = {  # of `Evaluation.to_dict`, in a table
-    *("TAS_seeds", "PAS_seeds", "alignment", "parts", "body_rotation", "metrics", "notes")
-}
+SAMPLE = 1000  # frames from which the chance level is computed
+NO_COLUMNS = "TAS_seeds", "PAS_seeds", "alignment", "body_rotation", "metrics", "notes"
 
 
-@dataclass(frozen=True, eq=False)
-class Part:
-    """A part of an estimate: its name, how many cameras it counts for, and its alignment."""
+@dataclass(frozen=True)
+class Note:
+    """A note on an estimate: a kind for programs, a sentence, and what to do, if anything."""
 
-    name: str
-    n: int
-    alignment: Similarity | None
+    kind: str
+    text: str
+    remedy: str = ""
 
-
-@dataclass(frozen=True, eq=False)
-class Profiles:
-    """The scores of an estimate over units (of the TAS, refined registration) and degrees (RAS)."""
-
-    units: Floats
-    tas: Floats
-    degrees: Floats
-    ras: Floats
+    def __str__(self) -> str:
+        return f"{self.text}; {self.remedy}" if self.remedy else self.text
 
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
-    """An estimate with its scores and all that is said about it; `evaluate` makes it.
+    """An estimate with its scores, as `evaluate` returns it.
 
     Parameters
     ----------
@@ -66,47 +59,38 @@ class Evaluation:
     reference : Trajectory
         The ground truth, in the order of time, without duplicates.
     estimate : Trajectory
-        All poses of the estimate, with the reference's time and camera's axes.
+        All poses of the estimate, with the clock and the camera axes of the reference.
     matches : Matches
-        The poses of reference and estimate, as they were scored, camera-to-world. Those of an
-        estimate in parts are in the world of the reference.
+        The poses of reference and estimate as they were scored.
     result : PASResult
         The scores at the first seed, with errors, thresholds and alignments.
     tas_seeds : list of float
         TAS of each seed.
-    half_distance, half_angle : float
-        Units (in the reference's unit, and in degrees) at which TAS, by the refined registration,
-        and RAS are one half; infinite where they never are.
+    half_distance : float
+        d at which the TAS, by the refined registration, is one half; infinite where it never is.
     ate : float or None
-        RMSE of the estimated camera centres after the least-squares similarity; None where there is
-        none.
+        RMSE of the estimated camera centres after the least-squares alignment.
     metrics : mapping of str to float
-        The other metrics that were asked for, by name, as far as they have a value.
-    lost : float
-        Share of the expected frames without a pose; with time stamps, of the time.
-    chance : float
-        TAS of a camera that never moves, which depends on the reference alone.
+        The other metrics in the settings, by name, as far as they have a value.
+    t_offset : float
+        Seconds added to the time stamps of the estimate.
     body_rotation : (3, 3) ndarray or None
-        Rotation of the camera's frame that was taken out.
-    parts : list of Part
-        The parts of an estimate in several ones, each aligned on its own.
-    notes : list of str
-        What one should know about it.
-    part_positions : list of (n, 3) ndarray
-        Estimated camera centres in the world of each part; not finite where it lacks the camera.
-    part_of_camera : (n,) ndarray of int
-        The part that counts each camera, -1 where none does.
+        Rotation of the camera frame that was removed.
+    notes : list of Note
+        What may be wrong with the estimate or with the settings.
 
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores import evaluate
-    >>> from alignscores.trajectories.files import Trajectory
+    >>> from alignscores import Trajectory, evaluate
     >>> poses = np.tile(np.eye(4), (40, 1, 1))
     >>> poses[:, :3, 3] = np.random.default_rng(0).random((40, 3))
     >>> reference = Trajectory(np.arange(40) / 10, poses)
-    >>> evaluate(reference, Trajectory(reference.keys[:20], poses[:20]))
-    Evaluation(name='estimate', tas=0.75, ras=0.75, pas=0.75, lost=0.25)
+    >>> evaluation = evaluate(reference, Trajectory(reference.keys[:20], poses[:20]))
+    >>> evaluation
+    Evaluation('estimate', PAS 0.7500, TAS 0.75, RAS 0.75, registration='refined')
+    >>> evaluation.lost, evaluation.median_distance < 1e-6
+    (0.25, True)
     """
 
     name: str
@@ -118,133 +102,98 @@ class Evaluation:
     result: PASResult
     tas_seeds: list[float]
     half_distance: float
-    half_angle: float
     ate: float | None
     metrics: Mapping[str, float]
-    lost: float
-    chance: float
+    t_offset: float
     body_rotation: Floats | None
-    parts: list[Part]
-    notes: list[str]
-    part_positions: list[Floats]
-    part_of_camera: Indices
+    notes: list[Note]
 
     def __repr__(self) -> str:
-        names = "name", "tas", "ras", "pas", "lost"
-        return f"Evaluation({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
+        scores = f"PAS {self.pas:.4f}, TAS {self.tas:.2f}, RAS {self.ras:.2f}"
+        return f"Evaluation({self.name!r}, {scores}, registration={self.settings.registration!r})"
+
+    def _repr_html_(self) -> str:
+        numbers = {key: value for key, value in self._row().items() if key not in ("name", "file")}
+        cells = [
+            f"<tr><th>{escape(key)}</th>"
+            f"<td>{value if not isinstance(value, float) else format(value, '.4g')}</td></tr>"
+            for key, value in numbers.items()
+            if value is not None
+        ]
+        caption = f"<caption>{escape(self.name)} ({escape(self.settings.how_aligned)})</caption>"
+        return f"<table>{caption}{''.join(cells)}</table>"
 
     @property
     def tas(self) -> float:
-        """Mean of the TAS over the seeds.
-
-        Examples
-        --------
-        >>> from alignscores import evaluate
-        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
-        >>> evaluation = evaluate(*files, format="tum")
-        >>> evaluation.tas
-        0.8805
-        """
-        return statistics.mean(self.tas_seeds)  # exact: of equal values it is that value
+        """Mean of the TAS over the seeds."""
+        return statistics.mean(self.tas_seeds)  # exact: the mean of equal values is that value
 
     @property
     def tas_sd(self) -> float | None:
-        """Standard deviation of the TAS over the seeds; None for a single one.
-
-        Examples
-        --------
-        >>> from alignscores import evaluate
-        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
-        >>> evaluation = evaluate(*files, format="tum", registration="pcr99", repeat=2)
-        >>> evaluation.tas_sd
-        0.0232
-        """
+        """Standard deviation of the TAS over the seeds; None for a single one."""
         return _sd(self.tas_seeds)
 
     @property
     def ras(self) -> float:
-        """The RAS.
-
-        Examples
-        --------
-        >>> from alignscores import evaluate
-        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
-        >>> evaluation = evaluate(*files, format="tum")
-        >>> evaluation.ras
-        0.86125
-        """
+        """The RAS."""
         return self.result.ras.score
 
     @property
     def pas_seeds(self) -> list[float]:
-        """PAS of each seed.
-
-        Examples
-        --------
-        >>> from alignscores import evaluate
-        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
-        >>> evaluation = evaluate(*files, format="tum", registration="pcr99", repeat=2)
-        >>> evaluation.pas_seeds
-        [0.8625, 0.8461]
-        """
+        """PAS of each seed."""
         weight = self.result.weight
         return [weight * tas + (1 - weight) * self.ras for tas in self.tas_seeds]
 
     @property
     def pas(self) -> float:
-        """Mean of the PAS over the seeds.
-
-        Examples
-        --------
-        >>> from alignscores import evaluate
-        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
-        >>> evaluation = evaluate(*files, format="tum")
-        >>> evaluation.pas
-        0.8709
-        """
+        """Mean of the PAS over the seeds."""
         return statistics.mean(self.pas_seeds)
 
     @property
     def pas_sd(self) -> float | None:
-        """Standard deviation of the PAS over the seeds; None for a single one.
-
-        Examples
-        --------
-        >>> from alignscores import evaluate
-        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
-        >>> evaluation = evaluate(*files, format="tum", registration="pcr99", repeat=2)
-        >>> evaluation.pas_sd
-        0.0116
-        """
+        """Standard deviation of the PAS over the seeds; None for a single one."""
         return _sd(self.pas_seeds)
+
+    @cached_property
+    def half_angle(self) -> float:
+        """Degrees at which the RAS is one half; infinite where it never is."""
+        return self._rotation_profile.half
+
+    @property
+    def median_distance(self) -> float:
+        """Median position error of the frames that have one; NaN where none has."""
+        return _median(self.result.tas.errors)
+
+    @property
+    def median_angle(self) -> float:
+        """Median rotation error in degrees of the frames that have one; NaN where none has."""
+        return _median(self.result.ras.errors)
+
+    @property
+    def lost(self) -> float:
+        """Share of the expected frames without a finite pose; with time stamps, of the time."""
+        matches = self.matches
+        return 1 - float(np.sum(finite_rows(matches.est_poses))) / len(matches.expected_rows)
+
+    @cached_property
+    def chance(self) -> float:
+        """Chance level: the highest TAS of a camera that never moves."""
+        positions = self.reference.poses[self.matches.expected_rows, :3, 3]
+        n = len(positions)
+        some = positions[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
+        largest = self.result.tas.unit * self.settings.max_threshold
+        below = N_THRESHOLDS - np.floor(cdist(some, some) * (N_THRESHOLDS / largest))
+        return float(np.maximum(below, 0).mean(axis=1).max() / N_THRESHOLDS)
 
     @property
     def scale(self) -> float | None:
-        """How large the estimate is, relative to the reference; None where it is not aligned.
-
-        Examples
-        --------
-        >>> from alignscores import evaluate
-        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
-        >>> evaluation = evaluate(*files, format="tum")
-        >>> evaluation.scale
-        0.702
-        """
+        """Size of the estimate relative to the reference; None where it is not aligned."""
         alignment = self.result.tas.alignment
-        return None if alignment is None or self.parts else alignment.scale
+        return None if alignment is None else alignment.scale
 
     @property
     def positions(self) -> Floats:
-        """Estimated camera centres, (n, 3), in the reference's world; NaN where there are none.
-
-        Examples
-        --------
-        >>> from alignscores import evaluate
-        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
-        >>> evaluation = evaluate(*files, format="tum")
-        >>> evaluation.positions.shape
-        (40, 3)
-        """
+        """Estimated camera centres, (n, 3), in the reference frame; NaN where there are none."""
         positions = self.matches.est_poses[:, :3, 3]
         if self.result.tas.alignment is None:
             return np.full_like(positions, np.nan)
@@ -252,50 +201,39 @@ class Evaluation:
 
     @property
     def statuses(self) -> NDArray[np.uint8]:
-        """Whether each camera was matched, or why it is a failure: index into `STATUSES`.
-
-        Examples
-        --------
-        >>> from alignscores import evaluate
-        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
-        >>> evaluation = evaluate(*files, format="tum")
-        >>> evaluation.statuses[6:12]
-        array([0, 0, 0, 0, 0, 0], dtype=uint8)
-        """
+        """Whether each camera was matched, or why it is a failure: index into `STATUSES`."""
         poses = self.matches.est_poses
         no_position, no_rotation = ~finite_rows(poses[:, :3, 3]), ~finite_rows(poses[:, :3, :3])
         codes = np.where(self.matches.est_rows < 0, LOST, 2 * no_position + no_rotation)
         return codes.astype(np.uint8)
 
     @cached_property
-    def profiles(self) -> Profiles:
-        """The scores over all units, which are the same for all estimates of a reference.
-
-        Examples
-        --------
-        >>> from alignscores import evaluate
-        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
-        >>> evaluation = evaluate(*files, format="tum")
-        >>> evaluation.profiles.units.shape, evaluation.profiles.tas.shape
-        ((64,), (64,))
-        """
+    def profiles(self) -> tuple[ScoreProfile, ScoreProfile]:
+        """TAS over all units, the same for all estimates of a reference; RAS over all degrees."""
         try:
             units = extent_units(self.reference.poses[self.matches.expected_rows, :3, 3])
-        except ValueError:  # all cameras in one place, so that --unit alone has a size
+        except ValueError:  # all cameras coincide, so that --unit alone has a size
             units = self.result.tas.unit * np.geomspace(1 / 16, 4, 7)
-        ras = rotation_profile(self.result.ras).scores
-        gt, parts = self.matches.gt_poses[:, :3, 3], self.part_positions
-        errors_at = errors_of_parts(
-            *(gt, parts, self.part_of_camera),
-            rng=self.settings.seed,
-            alignment=self.settings.alignment,
-            up=self.settings.up,
-        )
-        tas = searched_profile(errors_at, units, N_THRESHOLDS).scores
-        return Profiles(units, tas, DEGREES, ras)
+        settings, matches = self.settings, self.matches
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AlignmentWarning)  # a note says so
+            positions = tas_profile(
+                matches.gt_poses[:, :3, 3],
+                matches.est_poses[:, :3, 3],
+                units,
+                rng=settings.seed,
+                alignment=settings.alignment,
+                up=settings.up,
+            )
+        return positions, self._rotation_profile
+
+    @property
+    def _rotation_profile(self) -> ScoreProfile:
+        ras = self.result.ras
+        return ScoreProfile(DEGREES, [np.sort(ras.errors)], len(ras.thresholds))
 
     def value(self, name: str) -> float | None:
-        """Return a score, or one of the metrics that were asked for; None where it has no value.
+        """Return a score, or one of the metrics in the settings; None where it has no value.
 
         Parameters
         ----------
@@ -310,8 +248,7 @@ class Evaluation:
         Examples
         --------
         >>> from alignscores import evaluate
-        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
-        >>> evaluation = evaluate(*files, format="tum")
+        >>> evaluation = evaluate("tests/data/tum/reference.txt", "tests/data/tum/estimate.txt")
         >>> evaluation.value("half_distance")
         0.0700
         """
@@ -338,8 +275,7 @@ class Evaluation:
         Examples
         --------
         >>> from alignscores import evaluate
-        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
-        >>> evaluation = evaluate(*files, format="tum")
+        >>> evaluation = evaluate("tests/data/tum/reference.txt", "tests/data/tum/estimate.txt")
         >>> evaluation.to_dict()["n"]
         40
         """
@@ -356,30 +292,29 @@ class Evaluation:
             "PAS_seeds": self.pas_seeds,
             "half_distance": finite_or_none(self.half_distance),
             "half_angle": finite_or_none(self.half_angle),
-            "ATE": self.ate,
+            "median_distance": finite_or_none(self.median_distance),
+            "median_angle": finite_or_none(self.median_angle),
+            "ate": self.ate,
+            "unit": tas.unit,
+            "within_unit": float(np.mean(tas.errors < tas.unit)),
+            "within_10_deg": float(np.mean(ras.errors < 10.0)),
             "n": len(tas.errors),
             "lost": self.lost,
             "chance": self.chance,
+            "expected": len(matches.expected_rows),
             "matched": matches.matched,
-            "missing": matches.missing,
             "non_finite": matches.non_finite,
             "no_position": int(np.sum(~finite_rows(matches.est_poses[:, :3, 3]))),
             "no_rotation": int(np.sum(~finite_rows(matches.est_poses[:, :3, :3]))),
             "duplicate": matches.duplicate,
             "unmatched": matches.unmatched,
-            "unit": tas.unit,
-            "within_unit": float(np.mean(tas.errors < tas.unit)),
-            "within_10_deg": float(np.mean(ras.errors < 10.0)),
             "n_hypotheses": tas.n_hypotheses,
             "scale": self.scale,
-            "alignment": None if self.parts else _alignment(tas.alignment),
-            "parts": [
-                {"name": part.name, "n": part.n, "alignment": _alignment(part.alignment)}
-                for part in self.parts
-            ],
+            "alignment": _alignment(tas.alignment),
+            "t_offset": self.t_offset if matches.keys.dtype.kind == "f" else None,
             "body_rotation": None if self.body_rotation is None else self.body_rotation.tolist(),
             "metrics": {name: self.value(name) for name in self.settings.metrics},
-            "notes": self.notes,
+            "notes": [asdict(note) for note in self.notes],
         }
 
     def to_frame(self) -> Any:
@@ -388,7 +323,7 @@ class Evaluation:
         Returns
         -------
         pandas.DataFrame
-            What `to_dict` has of names and numbers; the metrics are columns, too.
+            Names and numbers of `to_dict`, and a column for each metric.
 
         Raises
         ------
@@ -398,19 +333,21 @@ class Evaluation:
         Examples
         --------
         >>> from alignscores import evaluate
-        >>> files = "tests/data/tum/reference.txt", "tests/data/tum/estimate.txt"
-        >>> evaluation = evaluate(*files, format="tum")
+        >>> evaluation = evaluate("tests/data/tum/reference.txt", "tests/data/tum/estimate.txt")
         >>> evaluation.to_frame().shape[0]
         1
         """
+        return require("pandas", "tables").DataFrame([self._row()])
+
+    def _row(self) -> dict[str, Any]:
+        """Return the names and numbers of `to_dict`, with the metrics."""
         values = self.to_dict()
         row = {key: value for key, value in values.items() if key not in NO_COLUMNS}
-        return require("pandas", "tables").DataFrame([{**row, **values["metrics"]}])
+        return {**row, **values["metrics"]}
 
-
-def rotation_profile(ras: AlignmentScore) -> ScoreProfile:
-    """Return the profile of the RAS."""
-    return ScoreProfile(DEGREES, [np.sort(ras.errors)], len(ras.thresholds))
+    def with_notes(self, *notes: Note) -> "Evaluation":
+        """Return the evaluation with more notes, which come first."""
+        return replace(self, notes=[*notes, *self.notes])
 
 
 def finite_or_none(value: float | None) -> float | None:
@@ -422,15 +359,17 @@ def _sd(values: list[float]) -> float | None:
     return statistics.stdev(values) if len(values) > 1 else None
 
 
+def _median(errors: Floats) -> float:
+    finite = errors[np.isfinite(errors)]
+    return float(np.median(finite)) if len(finite) else math.nan
+
+
 def _alignment(alignment: Similarity | None) -> dict[str, Any] | None:
-    """Return what takes the estimate to the reference: x -> scale * rotation @ x + translation."""
-    if alignment is None:
-        return None
-    found = alignment.inverse()
-    if not np.isfinite([found.scale, *found.translation]).all():
+    """Return the similarity from the reference to the estimate, s R x + t."""
+    if alignment is None or not np.isfinite([alignment.scale, *alignment.translation]).all():
         return None
     return {
-        "scale": found.scale,
-        "rotation": found.rotation.tolist(),
-        "translation": found.translation.tolist(),
+        "scale": alignment.scale,
+        "rotation": alignment.rotation.tolist(),
+        "translation": alignment.translation.tolist(),
     }

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Iterator
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -9,34 +10,33 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Floats
-from ..trajectories.association import (
-    Matches,
-    checked,
-    in_order,
-    match,
-    unit_hint,
-)
+from ..trajectories.association import Matches, Timing, checked, in_order, match, unit_hint
 from ..trajectories.files import (
     FilePath,
     Trajectory,
     TrajectoryWarning,
     inverse_poses,
+    read_colmap,
     read_stamps,
 )
+from ..trajectories.files.colmap import is_model
+from ..trajectories.recognition import recognise, recognise_pair
 from ..trajectories.timeline import reference_gap
-from ..trajectories.timing import TimeOffset, find_offset
-from ..validation import finite_rows
+from ..trajectories.timing import find_offset
+from ..validation import finite_rows, real_array
 from .settings import Settings
 
 __all__ = [
     "files_below",
+    "in_memory",
     "match_estimate",
-    "read_parts",
+    "read_estimate",
     "read_reference",
     "time_offset",
+    "with_format",
 ]
 
-MUCH_ABSENT = 0.01  # share of the reference without a pose from which there is a note
+FORMAT_OF_KEYS = {"f": "tum", "i": "kitti", "U": "nerf"}  # that trajectories in memory are like
 
 
 def files_below(path: str | Path) -> Iterator[Path]:
@@ -48,77 +48,112 @@ def files_below(path: str | Path) -> Iterator[Path]:
         yield root
 
 
+def in_memory(reference: Any, estimate: Any, times: Any = None) -> tuple[Any, Any]:
+    """Return arrays and COLMAP models as trajectories, and paths as they are."""
+    both = {"reference": reference, "estimate": estimate}
+    arrays = {
+        name: real_array(value, name)
+        for name, value in both.items()
+        if not (isinstance(value, (str, PathLike, Trajectory)) or is_model(value))
+    }
+    if times is not None and len(arrays) < 2:
+        raise ValueError("times are those of two arrays of poses; files and Trajectory have theirs")
+    stamps = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
+    for (name, poses), given in zip(arrays.items(), stamps, strict=False):
+        keys = np.arange(len(poses)) if given is None else real_array(given, "times")
+        both[name] = checked(Trajectory(keys, poses), name)
+    found = [read_colmap(value) if is_model(value) else value for value in both.values()]
+    return found[0], found[1]
+
+
+def with_format(settings: Settings, reference: Any, estimate: Any) -> Settings:
+    """Return the settings with the formats of reference and estimate, as far as they are open."""
+    if settings.format is not None:
+        return settings
+    if isinstance(reference, Trajectory):
+        form = FORMAT_OF_KEYS.get(np.asarray(reference.keys).dtype.kind)
+        other = form if isinstance(estimate, Trajectory) else recognise(estimate)
+    elif isinstance(estimate, Trajectory):
+        form = other = recognise(reference)
+    else:
+        form, other = recognise_pair(reference, estimate)
+    return replace(settings, format=form, est_format=settings.est_format or other)
+
+
 def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Trajectory:
     """Return the finite poses of the reference in the order of time, without duplicates.
 
-    Warn of the share in which it has no pose, since nothing is expected there.
+    Warn where it has no pose for more than one percent, since nothing is expected there.
     """
     if not isinstance(reference, Trajectory):
         topic = {"topic": settings.ref_topic} if settings.form.topics else {}
         reference = settings.form.read(reference, **topic)
     truth = in_order(reference)
-    if truth.keys.dtype.kind == "f":
+    if timed := truth.keys.dtype.kind == "f":
         gaps = np.diff(truth.keys)
         gap = reference_gap(truth.keys, settings.frames_per_second)
         absent = float(gaps[gaps > gap].sum() / gaps.sum()) if len(gaps) else 0.0
     else:
-        absent = float(1 - np.mean(finite_rows(np.asarray(reference.poses))))
-    if absent > MUCH_ABSENT:
-        what = "of the time" if truth.keys.dtype.kind == "f" else "of its cameras"
+        absent = float(1 - np.mean(finite_rows(truth.poses)))
+    if absent > 0.01:
+        what = "time" if timed else "cameras"
         warnings.warn(
-            f"the reference has no pose for {absent:.1%} {what}; nothing is expected there",
+            f"the reference has no pose for {absent:.1%} of the {what}; nothing is expected there",
             TrajectoryWarning,
             stacklevel=2,
         )
     return truth
 
 
-def read_parts(estimate: FilePath | Trajectory, settings: Settings) -> dict[str, Trajectory]:
-    """Return the parts of an estimate, as a rule a single one, camera-to-world."""
+def read_estimate(estimate: FilePath | Trajectory, settings: Settings) -> Trajectory:
+    """Return an estimate, camera-to-world; of a folder of several models the largest one."""
+    form = settings.est_form
     if isinstance(estimate, Trajectory):
-        parts = {"": checked(estimate, "estimate")}
+        poses = checked(estimate, "estimate")
+    elif form.read_parts:
+        models = form.read_parts(estimate)
+        name = max(models, key=lambda name: len(models[name].keys))
+        poses = models[name]
+        if len(models) > 1:
+            warnings.warn(
+                f"{estimate}: has {len(models)} models; the largest, {name}, is scored",
+                TrajectoryWarning,
+                stacklevel=2,
+            )
     else:
-        form = settings.est_form
-        topic = {"topic": settings.est_topic} if form.topics else {}
-        parts = form.read_parts(estimate) if form.read_parts else {"": form.read(estimate, **topic)}
-    if not settings.invert:
-        return parts
-    return {name: part._replace(poses=inverse_poses(part.poses)) for name, part in parts.items()}
+        poses = form.read(estimate, **({"topic": settings.est_topic} if form.topics else {}))
+    return poses._replace(poses=inverse_poses(poses.poses)) if settings.invert else poses
 
 
 def match_estimate(
     reference: Trajectory, estimate: Trajectory, settings: Settings, t_offset: float
 ) -> Matches:
-    """Match an estimate, with an offset added to its stamps.
+    """Match an estimate whose stamps have the offset, which is added to `frames` alone.
 
-    Where too few poses are matched, the error says by which options it was done.
+    Where too few poses are matched, the error has the options that matter.
     """
-    estimate = checked(estimate, "estimate")
     timed = settings.form.timed
     if timed and reference.keys.dtype.kind == estimate.keys.dtype.kind == "U":
         raise ValueError(f"format={settings.format} has time stamps, not names: leave it out")
-    options: dict[str, Any] = {}
-    if timed:
-        options = {"t_max_diff": settings.t_max_diff, "t_offset": t_offset}
-        options |= {name: getattr(settings, name) for name in ("max_gap", "t_start", "t_end")}
-    matches = match(
-        reference,
-        estimate,
-        missing=settings.missing,
-        frames=None if settings.frames is None else _stamps(settings.frames),
-        rate=settings.frames_per_second,
+    timing = Timing(
+        t_max_diff=settings.t_max_diff,
         sync=settings.sync,
-        unit=settings.unit,
-        **options,
+        max_gap=settings.max_gap,
+        rate=settings.frames_per_second,
+        frames=None if settings.frames is None else _stamps(settings.frames) + t_offset,
+        t_start=settings.t_start,
+        t_end=settings.t_end,
     )
-    n_poses = len(np.unique(matches.est_rows[matches.est_rows >= 0]))
-    n_scored = n_poses if settings.missing == "ignore" else len(matches.keys)
+    matches = match(reference, estimate, timing, missing=settings.missing, unit=settings.unit)
+    n_scored = matches.n_poses if settings.missing == "ignore" else len(matches.keys)
     if n_scored < min(4, len(reference.keys)):
-        shown = {"missing": settings.missing_cameras, **options}
-        given = ", ".join(f"--{key} {value}" for key, value in shown.items() if value is not None)
+        shown = ["missing"] if settings.form.missing else []
+        shown += ["t_max_diff", "t_offset", "max_gap", "t_start", "t_end"] if timed else []
+        options = {name: getattr(settings, name) for name in shown}
+        given = ", ".join(f"--{key} {value}" for key, value in options.items() if value is not None)
         hint = unit_hint(reference.keys, estimate.keys) if timed else ""
         raise ValueError(
-            f"only {n_poses} of {len(estimate.keys)} poses could be matched to the "
+            f"only {matches.n_poses} of {len(estimate.keys)} poses could be matched to the "
             f"reference, and it takes 4{given and f' ({given})'}{hint}"
         )
     return matches
@@ -131,19 +166,25 @@ def _stamps(frames: FilePath | Floats | tuple[float, ...]) -> Floats:
 
 def time_offset(
     reference: Trajectory, estimate: Trajectory, settings: Settings
-) -> tuple[float, TimeOffset | None]:
-    """Return the time offset to be used, and for "auto" what was found: 0 unless it is certain."""
-    if settings.t_offset != "auto":
-        return float(settings.t_offset), None
+) -> tuple[Trajectory, float]:
+    """Return an estimate with the offset added to its stamps, and the offset."""
     estimate = checked(estimate, "estimate")
     if estimate.keys.dtype.kind != "f":
-        return 0.0, None  # nothing matches then
+        return estimate, 0.0
+    offset = settings.t_offset
+    if offset == "auto":
+        offset = _found_offset(reference, estimate)
+    return estimate._replace(keys=estimate.keys + float(offset)), float(offset)
+
+
+def _found_offset(reference: Trajectory, estimate: Trajectory) -> float:
+    """Return the offset at which the motions fit; 0 where none is certain."""
     found = find_offset(reference, estimate, anywhere=True)
     if found and found.certain:
-        return found.seconds, found
+        return found.seconds
     if estimate.keys.min() > reference.keys[-1] or estimate.keys.max() < reference.keys[0]:
         raise ValueError(
             "no time offset makes its motions fit those of the reference; --t_offset X sets one"
             f"{unit_hint(reference.keys, estimate.keys)}"
         )
-    return 0.0, found
+    return 0.0

@@ -1,4 +1,4 @@
-"""What is noted about an estimate: poses that do not match, units, mix-ups of convention."""
+"""Notes on an evaluation: what may be wrong with the estimate, and what to do about it."""
 
 import math
 import warnings
@@ -9,39 +9,28 @@ import numpy as np
 
 from ..arrays import Booleans, Floats
 from ..averaging import rotation_angles
-from ..pose import PASResult
 from ..texts import printable
-from ..trajectories.association import Matches, unit_hint
-from ..trajectories.conventions import Convention, describe_rotation, seem_swapped
-from ..trajectories.files import Trajectory, TrajectoryWarning
-from ..trajectories.timing import TimeOffset, find_offset
+from ..trajectories.association import unit_hint
+from ..trajectories.conventions import describe_rotation, find_convention, seem_swapped
+from ..trajectories.files import TrajectoryWarning
+from ..trajectories.timing import find_offset
 from ..validation import AlignmentWarning
-from .evaluation import Part
+from .evaluation import Evaluation, Note
 from .settings import Settings
 
 __all__ = [
     "MUCH_LOST",
-    "alignment_notes",
     "chance_notes",
     "collected_warnings",
-    "convention_notes",
     "ends_notes",
-    "matching_notes",
-    "offset_notes",
-    "parts_notes",
+    "explain",
+    "reference_notes",
     "scale_note",
-    "swap_notes",
     "why",
 ]
 
-MUCH_LOST = 0.1  # share of the reference; if more is lost and not scored, there is a note
-SOME_DUPLICATES = 0.01  # share of an estimate's poses from which there is a note
-FEW_POSES = 20  # fewer take a note
-MUCH_IN_GAPS = 0.05  # share of the time in gaps of one to three largest gaps that takes a note
-LONG_END = 1.0  # seconds that no estimate covers, likewise
-HIGH_CHANCE = 0.05  # TAS of a camera that never moves, likewise
-SCALE_OFF = 0.02  # by which a metric system's scale may be off without a note
-APART_DEG = 5.0  # angle between the two alignments that takes a note
+MUCH_LOST = 0.1  # share of the reference that is noted where it is not scored
+APART_DEG = 5.0  # angle between the two alignments that is noted
 
 
 def why(error: Exception) -> str:
@@ -61,80 +50,235 @@ def collected_warnings() -> Iterator[list[str]]:
         try:
             yield notes
         finally:
-            others = []
-            for warning in caught:
-                if issubclass(warning.category, (AlignmentWarning, TrajectoryWarning)):
-                    note = printable(str(warning.message))
-                    if note not in notes:  # as the TAS warns once for each seed
-                        notes.append(note)
-                else:
-                    others.append(warning)
+            kinds = AlignmentWarning, TrajectoryWarning
+            own = [warning for warning in caught if issubclass(warning.category, kinds)]
+            others = [warning for warning in caught if warning not in own]
+            notes += dict.fromkeys(printable(str(warning.message)) for warning in own)
     for warning in others:
         warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
 
 
-def matching_notes(
-    matches: Matches, reference: Trajectory, estimate: Trajectory, settings: Settings
-) -> list[str]:
-    """Say which poses were left out, where these are more than a few, and what was lost unseen."""
-    unmatched, n = matches.unmatched, len(estimate.keys)
-    if estimate.keys.dtype.kind != "f":
-        if not unmatched:
-            return []
-        note = f"{unmatched} of {n} images are not in the reference; left out"
-        if matches.missing == 0:
-            note += " (it has all of the reference's, too: the reference comes first)"
-        return [note]
-    notes = []
-    if unmatched > n / 10:
-        notes.append(
-            f"{unmatched} of {n} poses have no reference pose near them in time"
-            f"{unit_hint(reference.keys, estimate.keys)}"
-        )
-    if without_reference := len(matches.without_reference):
-        notes.append(
-            f"{without_reference} of the --frames have no reference pose within --t_max_diff; left "
-            "out"
-        )
-    if matches.duplicate > SOME_DUPLICATES * n:
-        notes.append(
-            f"{matches.duplicate} of {n} poses have the time stamp of another one; left out"
-        )
-    answering = len(np.unique(matches.est_rows[matches.est_rows >= 0]))
-    if answering < FEW_POSES:
-        notes.append(f"only {answering} of its poses are scored, so few can fit by chance")
-    if note := _gaps_note(matches, estimate, settings.max_gap):
-        notes.append(note)
-    if matches.lost > MUCH_LOST and settings.missing_cameras == "ignore":
-        notes.append(
-            f"the track covers only {1 - matches.lost:.0%} of the time, the rest is not scored; "
-            "--missing fail counts it as failures"
-        )
-    return notes
+def explain(evaluation: Evaluation, *, check: bool = True) -> list[Note]:
+    """Return the notes on scores; with `check` those on mistakes and low scores, too."""
+    timed = evaluation.estimate.keys.dtype.kind == "f"
+    of_matching = (
+        (unmatched_poses, left_out_frames, duplicates, few_poses, longer_gaps, ignored_time)
+        if timed
+        else (unmatched_images,)
+    )
+    of_mistakes = (clock, swapped, convention, alignments_apart, low_score) if check else ()
+    found = [note(evaluation) for note in (*of_matching, *of_mistakes)]
+    return [note for note in found if note]
 
 
-def _gaps_note(matches: Matches, estimate: Trajectory, max_gap: float) -> str:
-    """Say that gaps somewhat longer than the largest one are lost, if they are a good part."""
-    stamps = np.sort(estimate.keys[matches.pose_rows])
-    expected = matches.keys[[0, -1]]
-    lost_at = matches.keys[matches.est_rows < 0]
-    gaps = np.diff(stamps)
-    is_lost = np.isin(np.arange(len(gaps)), np.searchsorted(stamps, lost_at) - 1)
-    longer = gaps[is_lost & (gaps > max_gap) & (gaps <= 3 * max_gap)]
-    share = longer.sum() / max(expected[1] - expected[0], np.finfo(float).tiny)
-    if share <= MUCH_IN_GAPS:
-        return ""
-    most = math.ceil(10 * longer.max()) / 10
-    return (
-        f"{share:.0%} of the time lies in gaps of {max_gap:g} to {most:g} s between its poses; "
-        f"--max_gap {most:g} covers them, for all estimates"
+def unmatched_images(evaluation: Evaluation) -> Note | None:
+    """Note images that the reference does not have."""
+    matches, n = evaluation.matches, len(evaluation.estimate.keys)
+    if not matches.unmatched:
+        return None
+    text = f"{matches.unmatched} of {n} images are not in the reference; left out"
+    if matches.missing == 0:
+        text += " (it has all of the reference's, too: the reference comes first)"
+    return Note("unmatched", text)
+
+
+def unmatched_poses(evaluation: Evaluation) -> Note | None:
+    """Note more than a few poses without a reference pose."""
+    unmatched, stamps = evaluation.matches.unmatched, evaluation.estimate.keys
+    if unmatched <= len(stamps) / 10:
+        return None
+    return Note(
+        "unmatched",
+        f"{unmatched} of {len(stamps)} poses have no reference pose near them in time"
+        f"{unit_hint(evaluation.reference.keys, stamps)}",
     )
 
 
-def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[str]:
-    """Say that no estimate covers the beginning or the end of the expected time, if so.
+def left_out_frames(evaluation: Evaluation) -> Note | None:
+    """Note frames of --frames that the reference does not have."""
+    n = len(evaluation.matches.without_reference)
+    text = f"{n} of the --frames have no reference pose within --t_max_diff; left out"
+    return Note("frames", text) if n else None
 
-    Each estimate has the stamps of its expected frames, and tells which of them it covers.
+
+def duplicates(evaluation: Evaluation) -> Note | None:
+    """Note more than one percent of poses with the stamp of another one."""
+    duplicate, n = evaluation.matches.duplicate, len(evaluation.estimate.keys)
+    text = f"{duplicate} of {n} poses have the time stamp of another one; left out"
+    return Note("duplicates", text) if duplicate > n / 100 else None
+
+
+def few_poses(evaluation: Evaluation) -> Note | None:
+    """Note that fewer than 20 poses can fit by chance."""
+    n = evaluation.matches.n_poses
+    text = f"only {n} of its poses are scored, so few can fit by chance"
+    return Note("few", text) if n < 20 else None
+
+
+def longer_gaps(evaluation: Evaluation) -> Note | None:
+    """Note that 5 % of the time is lost in gaps of one to three times the largest gap."""
+    matches, max_gap = evaluation.matches, evaluation.settings.max_gap
+    stamps = np.sort(evaluation.estimate.keys[matches.pose_rows])
+    gaps = np.diff(stamps)
+    lost_at = matches.keys[matches.est_rows < 0]
+    is_lost = np.isin(np.arange(len(gaps)), np.searchsorted(stamps, lost_at) - 1)
+    longer = gaps[is_lost & (gaps > max_gap) & (gaps <= 3 * max_gap)]
+    if longer.sum() <= 0.05 * np.ptp(matches.keys):
+        return None
+    share, longest = longer.sum() / np.ptp(matches.keys), math.ceil(10 * longer.max()) / 10
+    text = f"{share:.0%} of the time is in gaps of {max_gap:g} to {longest:g} s between its poses"
+    return Note("gaps", text, f"--max_gap {longest:g} covers them, for all estimates")
+
+
+def ignored_time(evaluation: Evaluation) -> Note | None:
+    """Note much time without a pose that --missing ignore leaves out."""
+    lost = evaluation.matches.lost
+    if lost <= MUCH_LOST or evaluation.settings.missing_cameras != "ignore":
+        return None
+    text = f"only {1 - lost:.0%} of the time is scored, since the rest has no pose"
+    return Note("ignored", text, "--missing fail counts it as failures")
+
+
+def clock(evaluation: Evaluation) -> Note | None:
+    """Note the offset of the clocks that was added, or that there seems to be one."""
+    if evaluation.reference.keys.dtype.kind != "f":
+        return None
+    if evaluation.settings.t_offset == "auto":
+        added = evaluation.t_offset
+        text = "no time offset added: none makes its motions fit clearly better"
+        return Note("clock", f"time offset of {added:.4f} s added to its stamps" if added else text)
+    found = find_offset(evaluation.reference, evaluation.estimate)
+    if found is None or not found.certain:
+        return None
+    return Note(
+        "clock",
+        f"its clock seems to be off: its {found.what} fit {found.gain:.1f} times as well with an "
+        "offset",
+        f"add --t_offset {evaluation.t_offset + found.seconds:.3f}",
+    )
+
+
+def swapped(evaluation: Evaluation) -> Note | None:
+    """Note that reference and estimate seem swapped."""
+    if not seem_swapped(evaluation.reference, evaluation.estimate):
+        return None
+    return Note(
+        "swapped",
+        "reference and estimate seem swapped: the first file starts at the origin and is the "
+        "sparser one, as estimates are",
+        "the reference comes first",
+    )
+
+
+def convention(evaluation: Evaluation) -> Note | None:
+    """Note a convention under which the estimate would fit, or that was corrected."""
+    matches, settings = evaluation.matches, evaluation.settings
+    if evaluation.body_rotation is not None:
+        frame = describe_rotation(evaluation.body_rotation)
+        return Note("frame", f"a constant rotation of the camera frame was removed: {frame}")
+    found = find_convention(
+        matches.pose_references,
+        evaluation.estimate.poses[matches.pose_rows],
+        quaternions=settings.est_form.quaternions,
+    )
+    gain = f"RAS {found.ras:.2f} as it is, {found.corrected_ras:.2f} so"
+    frame = ""
+    if found.body_rotation is not None:
+        frame = (
+            "the camera frame is rotated against the reference's, "
+            f"{describe_rotation(found.body_rotation)}"
+        )
+    if found.inverted:
+        now = "camera-to-world" if settings.invert else "world-to-camera"
+        remedy = "leave out --invert" if settings.invert else "add --invert"
+        return Note(
+            "inverted",
+            f"the poses in the file seem to be {now}{frame and ', and '}{frame} ({gain})",
+            f"{remedy}, with --body_rotation auto" if frame else remedy,
+        )
+    if found.quaternions_shifted:
+        text = f"the quaternions seem to have w at the wrong end ({gain})"
+        return Note("quaternions", text, "reorder them in the file")
+    if found.mirrored:
+        text = "the positions fit the mirror image of the reference, as in a left-handed frame"
+        return Note("mirrored", text, "correct the export: no rotation mends it")
+    return Note("frame", f"{frame} ({gain})", "--body_rotation auto removes it") if frame else None
+
+
+def alignments_apart(evaluation: Evaluation) -> Note | None:
+    """Note that positions and rotations are aligned by different rotations, if both fit theirs."""
+    tas, ras = evaluation.result.tas, evaluation.result.ras
+    if tas.alignment is None or ras.alignment is None:
+        return None
+    turn = tas.alignment.rotation.T @ ras.alignment
+    apart = float(rotation_angles(turn[None])[0])
+    has_position = np.isfinite(tas.errors)
+    positions, errors = evaluation.matches.gt_poses[has_position, :3, 3], tas.errors[has_position]
+    if apart <= APART_DEG or evaluation.median_angle > APART_DEG:
+        return None
+    if not _fix_rotation(positions, errors):
+        return None
+    return Note(
+        "apart",
+        f"positions and rotations are aligned by rotations that differ by {apart:.1f} degrees, "
+        "which neither score counts",
+        "check the calibration between camera and body",
+    )
+
+
+def _fix_rotation(positions: Floats, errors: Floats) -> bool:
+    """Return whether positions are far enough from a line to fix a rotation despite errors."""
+    if len(positions) < 3:
+        return False
+    spread = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False)
+    distance = spread[1] / np.sqrt(len(positions))
+    return bool(np.median(errors) < np.sin(np.radians(APART_DEG)) * distance)
+
+
+def low_score(evaluation: Evaluation) -> Note | None:
+    """Note why a PAS is below one half: frames without a pose, positions, or rotations."""
+    if evaluation.pas >= 0.5:
+        return None
+    tas, ras, matches = evaluation.result.tas, evaluation.result.ras, evaluation.matches
+    timed = matches.keys.dtype.kind == "f"
+    far = np.isfinite(tas.errors) & (tas.errors >= tas.unit)
+    turned = np.isfinite(ras.errors) & (ras.errors >= ras.thresholds[-1])
+    reasons = []
+    if evaluation.lost:
+        of = "time" if timed else "frames"
+        reasons.append(f"{evaluation.lost:.0%} of the {of} without a pose")
+    if far.any():
+        where = _stretch(matches.keys - evaluation.reference.keys[0], far) if timed else ""
+        reasons.append(f"{np.mean(far):.0%} of the frames further off than d{where}")
+    limit, share = f"more than {ras.thresholds[-1]:g} degrees", np.mean(turned)
+    bad = f"{share:.0%} of the rotations off by {limit}"
+    reasons.append(bad if share > 0.1 else "rotations fine")
+    return Note("low", f"PAS {evaluation.pas:.2f}: {', '.join(reasons)}")
+
+
+def _stretch(seconds: Floats, far: Booleans) -> str:
+    """Return the shortest stretch with three quarters of some frames, if it is a small one."""
+    times = np.sort(seconds[far])
+    n = math.ceil(0.75 * len(times))
+    lengths = times[n - 1 :] - times[: len(times) - n + 1]
+    first = int(np.argmin(lengths))
+    if lengths[first] > np.ptp(seconds) / 2:
+        return ""
+    return f" (most of it between {times[first]:.0f} and {times[first + n - 1]:.0f} s)"
+
+
+def reference_notes(evaluations: Sequence[Evaluation]) -> list[Note]:
+    """Return the notes on a reference: time that no estimate covers, and its chance level."""
+    timed = [found for found in evaluations if found.matches.keys.dtype.kind == "f"]
+    matches = [found.matches for found in timed]
+    ends = ends_notes([found.keys for found in matches], [found.est_rows >= 0 for found in matches])
+    return [*ends, *chance_notes([found.chance for found in timed])]
+
+
+def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[Note]:
+    """Note that no estimate covers the first or the last second of the expected time.
+
+    Each estimate has the stamps of its expected frames, and whether it covers each.
     """
     if not expected:
         return []
@@ -146,39 +290,26 @@ def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[
         ("last", frames.max() - last, f"--t_end {last:.3f}"),
     )
     return [
-        f"no estimate covers the {which} {seconds:.1f} s of the reference; {option} leaves them out"
+        Note(
+            "ends",
+            f"no estimate covers the {which} {seconds:.1f} s of the reference",
+            f"{option} leaves them out",
+        )
         for which, seconds, option in ends
-        if seconds > LONG_END
+        if seconds > 1
     ]
 
 
-def chance_notes(chances: Sequence[float]) -> list[str]:
-    """Say that a camera that never moves would score, if it would; chances are of one reference."""
-    if max(chances, default=0.0) <= HIGH_CHANCE:
+def chance_notes(chances: Sequence[float]) -> list[Note]:
+    """Note the chance level of a reference that stands still for much of the time."""
+    if max(chances, default=0.0) <= 0.05:
         return []
     return [
-        f"a camera that never moves would have a TAS of {max(chances):.2f}: the reference stands "
-        "still for much of the time, or has few frames"
-    ]
-
-
-def alignment_notes(gt_positions: Floats, result: PASResult) -> list[str]:
-    """Say that positions and rotations are aligned by different rotations, if both fit theirs."""
-    tas, ras = result.tas, result.ras
-    if tas.alignment is None or ras.alignment is None:
-        return []
-    turn = tas.alignment.rotation.T @ ras.alignment
-    apart = float(rotation_angles(turn[None])[0])
-    placed, turned = np.isfinite(tas.errors), np.isfinite(ras.errors)
-    if (
-        apart <= APART_DEG
-        or np.median(ras.errors[turned]) > APART_DEG
-        or not _fix_rotation(gt_positions[placed], tas.errors[placed])
-    ):
-        return []
-    return [
-        f"positions and rotations are aligned by rotations that differ by {apart:.1f} degrees, "
-        "which neither score counts: look at the calibration between camera and body"
+        Note(
+            "chance",
+            f"a camera that never moves would have a TAS of {max(chances):.2f}: the reference "
+            "stands still for much of the time, or has few frames",
+        )
     ]
 
 
@@ -189,110 +320,9 @@ def scale_note(scales: Mapping[str, float | None], settings: Settings) -> str:
     off = [
         f"{name} is {scale:.3g}x"
         for name, scale in scales.items()
-        if scale is not None and abs(math.log(scale)) > math.log1p(SCALE_OFF)
+        if scale is not None and abs(math.log(scale)) > math.log1p(0.02)
     ]
     if not off:
         return ""
     names = ", ".join(off)
     return f"scale: {names} the reference (removed; --alignment rigid penalises it)"
-
-
-def _fix_rotation(positions: Floats, errors: Floats) -> bool:
-    """Tell whether positions, by their distance from a line, fix a rotation beside their errors."""
-    if len(positions) < 3:
-        return False
-    spread = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False)
-    distance = spread[1] / np.sqrt(len(positions))
-    return bool(np.median(errors) < np.sin(np.radians(APART_DEG)) * distance)
-
-
-def parts_notes(parts: Sequence[Part]) -> list[str]:
-    """Say what it means that an estimate is in parts, and which of them count for nothing."""
-    if not parts:
-        return []
-    notes = [
-        f"in {len(parts)} parts, each aligned on its own: the scores are an upper bound of those "
-        "of one model, and do not compare with those of fewer parts"
-    ]
-    if lost := [part.name for part in parts if part.alignment is None]:
-        notes.append(f"cannot be aligned, so that their cameras fail: the parts {', '.join(lost)}")
-    return notes
-
-
-def offset_notes(
-    reference: Trajectory,
-    estimate: Trajectory,
-    t_offset: float,
-    found: TimeOffset | None,
-    *,
-    auto: bool,
-) -> list[str]:
-    """Say which offset of the clocks was found, or that there seems to be one."""
-    if not auto:
-        found = find_offset(reference, estimate._replace(keys=estimate.keys + t_offset))
-        if found is None or not found.certain:
-            return []
-        return [
-            f"its clock seems to be off: with --t_offset {t_offset + found.seconds:.3f} its "
-            f"{found.what} fit {found.gain:.1f} times as well"
-        ]
-    if found is None or not found.certain:
-        return ["no time offset added: none makes its motions fit clearly better"]
-    return [
-        f"time offset of {found.seconds:.4f} s added to its stamps: its {found.what} fit "
-        f"{found.gain:.1f} times as well"
-    ]
-
-
-def swap_notes(reference: Trajectory, estimate: Trajectory) -> list[str]:
-    """Say that the two files seem to have been given in the wrong order, if they do."""
-    if not seem_swapped(reference, estimate):
-        return []
-    return [
-        "reference and estimate seem swapped: the first file starts at the origin and is the "
-        "sparser one, as estimates are; the reference comes first"
-    ]
-
-
-def convention_notes(found: Convention, *, invert: bool, applied: bool) -> list[str]:
-    """Say in a line each which convention would make the estimate fit, and how to set it.
-
-    `invert` tells whether the poses of the file were inverted, `applied` whether the rotation of
-    the camera's frame was taken out.
-    """
-    notes = []
-    gain = f"RAS {found.ras:.2f} as it is, {found.corrected_ras:.2f} so"
-    invert_option = "leave out --invert" if invert else "add --invert"
-    another_frame = found.body_rotation is not None and (
-        "the camera's frame is turned by a constant rotation against the reference's, "
-        f"{describe_rotation(found.body_rotation)}"
-    )
-    if found.inverted:
-        now = "camera-to-world, not world-to-camera" if invert else "world-to-camera"
-        extra = f", and {another_frame}" if another_frame else ""
-        option = f"{invert_option}, with --body_rotation auto" if another_frame else invert_option
-        notes.append(f"the poses in the file seem to be {now}{extra} ({gain}); {option}")
-    elif found.quaternions_shifted:
-        notes.append(
-            f"the quaternions seem to have w at the wrong end ({gain}); reorder them in the file"
-        )
-    elif found.rotations_inverted:
-        extra = f", and {another_frame}" if another_frame else ""
-        notes.append(
-            "the rotations seem to be world-to-camera, but the positions are camera centres"
-            f"{extra} ({gain}); transpose the rotations in the file"
-        )
-    elif another_frame:
-        option = "taken out" if applied else "--body_rotation auto takes it out"
-        notes.append(f"{another_frame} ({gain}); {option}")
-    if found.positions_inverted:
-        notes.append(
-            "the positions seem to be world-to-camera translations t, but the rotations R are "
-            "camera-to-world; write the camera centres -R t into the file"
-        )
-    if found.mirrored:
-        notes.append(
-            "the positions fit the mirror image of the reference: one axis is flipped or two are "
-            "swapped, as in a left-handed world; no rotation mends that, correct the export"
-        )
-    return notes

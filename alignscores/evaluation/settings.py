@@ -1,12 +1,13 @@
 """The settings of an evaluation: their names, defaults, bounds and help stand here alone."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import KW_ONLY, dataclass
-from functools import cache, partial
+from dataclasses import KW_ONLY, dataclass, field, fields, replace
+from difflib import get_close_matches
+from functools import cache
 from os import PathLike
-from typing import Annotated, Any, get_type_hints
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,9 @@ from ..trajectories.association import MISSING, SYNCS
 from ..trajectories.files import FilePath
 from ..trajectories.formats import FORMATS, Format
 
-__all__ = ["Option", "Settings", "options", "order_problem"]
+__all__ = ["Option", "Settings", "changed", "options", "order_problem"]
+
+MATCHING, SCORING = "which poses belong together", "scoring"  # groups in the help
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,7 @@ class Option:
     least: float = -math.inf
     most: float = math.inf
     positive: bool = False
-    words: tuple[str, ...] = ()  # taken instead of a number
+    words: tuple[str, ...] = ()  # allowed instead of a number
     flag: bool = False  # True or False
     optional: bool = False  # None is a value
     timed: bool = False  # of formats with time stamps alone
@@ -56,28 +59,23 @@ class Option:
         return self.number(value)
 
     def parse(self, text: str) -> float | str:
-        """Return the number, or the word, that stands in a text."""
-        if text in self.words:
-            return text
+        """Return the number, or the word, that a text holds."""
         assert self.number is not None
         try:
-            value = self.number(text)
-        except ValueError:
-            value = math.nan
-        if not self._is_possible(value):
-            raise ValueError(f"must be {self._range()}, not {brief(text)}")
-        return value
+            found: float | str = self.checked(self.number(text))
+        except ValueError:  # whose message would have the number, not the text
+            found = self.checked(text)
+        return found
 
     def _is_possible(self, value: Any) -> bool:
-        whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-        if not (whole or (self.number is float and isinstance(value, (float, np.floating)))):
+        kinds = (int, np.integer) if self.number is int else (int, float, np.integer, np.floating)
+        if isinstance(value, bool) or not isinstance(value, kinds):
             return False
-        if self.positive and value == 0:
-            return False
-        try:
-            return math.isfinite(value) and bool(self.least <= value <= self.most)
-        except OverflowError:  # a whole number beyond all floats
-            return False
+        with suppress(OverflowError):  # a whole number beyond all floats
+            return math.isfinite(value) and bool(
+                self.least <= value <= self.most and not (self.positive and value == 0)
+            )
+        return False
 
     def _range(self) -> str:
         kind = "a whole number" if self.number is int else "a finite number"
@@ -90,71 +88,25 @@ class Option:
         return f"{kind}{bound}{''.join(f' or {word}' for word in self.words)}"
 
 
-Matching = partial(Option, group="which poses belong together")
-Scoring = partial(Option, group="scoring")
-Number = partial(Scoring, number=float, least=0)
+def _setting(default: Any, help: str, *, group: str = SCORING, **about: Any) -> Any:
+    """Return a field of `Settings`."""
+    return field(default=default, metadata={"option": Option(help, group=group, **about)})
+
+
+def _number(default: float | None, help: str, **about: Any) -> Any:
+    return _setting(default, help, number=float, least=0, **about)
+
+
+def _seconds(default: float | None, help: str, **about: Any) -> Any:
+    return _setting(default, help, group=MATCHING, number=float, timed=True, **about)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
     """How estimates are matched with their reference and scored.
 
-    Parameters
-    ----------
-    format : str, optional
-        Format of the files, such as tum. Trajectories in memory need none.
-    est_format : str, optional
-        Format of the estimates, where it is another one.
-    ref_topic, est_topic : str, optional
-        Topics of bags of ROS; by default the only one with poses.
-    missing : {"fail", "ignore"}
-        Whether cameras without an estimate count as failures, or are left out. Of KITTI files each
-        line of the reference has one of the estimate, so that none is missing.
-    t_max_diff : float
-        Largest difference of associated time stamps, in seconds.
-    sync : {"interpolate", "nearest"}
-        Whether a pose is compared with the reference at its own time, or with the nearest reference
-        pose within ``t_max_diff``.
-    rate : float or "all"
-        Expected frames a second, sampled from the reference; "all": each of its poses.
-    max_gap : float
-        Largest gap in seconds between two poses that cover all the time between them: each pose
-        covers half of it on either side. 0: each frame needs a pose.
-    t_start, t_end : float, optional
-        First and last time that is expected, in seconds; by default those of the reference.
-    t_offset : float or "auto"
-        Added to the time stamps of the estimate, in seconds; "auto": that at which the rotation
-        rates, or without rotations the speeds, fit at least twice as well, otherwise 0.
-    frames : path or (k,) array, optional
-        Time stamps of the expected frames, instead of ``rate``, or a text file with them in its
-        first column.
-    invert : bool
-        Whether the estimates are world-to-camera, and are to be inverted.
-    body_rotation : {"none", "auto"}
-        Whether a constant rotation of the camera's frame is taken out, if one is found.
-    unit : float, optional
-        d in the reference's unit; by default it is derived from the reference.
-    max_threshold : float
-        Largest threshold of the TAS in units of d.
-    max_threshold_deg : float
-        Largest threshold of the RAS in degrees.
-    weight : float
-        Share of the TAS in the PAS.
-    registration : {"refined", "pcr99"}
-        How the TAS aligns. "pcr99" is the paper's; its scores are means over ``repeat`` seeds.
-    alignment : {"similarity", "rigid", "yaw", "none"}
-        What the alignment may take out: "similarity", the paper's, a rotation, a translation and
-        the scale; "rigid" no scale; "yaw" a turn about the vertical axis and a translation; "none"
-        nothing. It holds for TAS, RAS and ATE; other metrics have alignments of their own.
-    up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both worlds, for "yaw" alone; its sign changes nothing.
-    seed : int
-        First seed of the registration. Errors and alignments are of this one.
-    repeat : int
-        Number of seeds that TAS and PAS by pcr99 are means over. The refined registration, which
-        hardly depends on the seed, takes one.
-    metrics : tuple of str
-        Metrics besides the scores, such as "auc@30:vggt"; a text of names with commas is split.
+    Each setting is an option of the command with the same name; ``docs/reference/settings.md``
+    lists them with their defaults. `metrics` may be one text, with commas between the names.
 
     Raises
     ------
@@ -171,145 +123,120 @@ class Settings:
     ValueError: weight must be a finite number from 0 to 1, not 2
     """
 
-    format: Annotated[
-        str | None, Matching("format of the files", choices=tuple(FORMATS), optional=True)
-    ] = None
-    est_format: Annotated[
-        str | None,
-        Matching(
-            "format of the estimates, if it is another one", choices=tuple(FORMATS), optional=True
-        ),
-    ] = None
-    ref_topic: Annotated[
-        str | None, Matching("topic of the reference in its bag", optional=True, topics=True)
-    ] = None
-    est_topic: Annotated[
-        str | None, Matching("topic of the estimates in their bags", optional=True, topics=True)
-    ] = None
-    missing: Annotated[
-        str,
-        Matching("cameras without an estimate count as failures, or are left out", choices=MISSING),
-    ] = "fail"
-    t_max_diff: Annotated[
-        float,
-        Matching(
-            "largest difference of associated stamps, in s", number=float, least=0, timed=True
-        ),
-    ] = 0.01
-    sync: Annotated[
-        str,
-        Matching(
-            "compare a pose with the reference interpolated at its time, or with the nearest pose",
-            choices=SYNCS,
-            timed=True,
-        ),
-    ] = "interpolate"
-    rate: Annotated[
-        float | str,
-        Matching(
-            "expected frames a second, sampled from the reference; all: each of its poses",
-            number=float,
-            positive=True,
-            least=0,
-            words=("all",),
-            timed=True,
-        ),
-    ] = 10.0
-    max_gap: Annotated[
-        float,
-        Matching(
-            "largest gap between two poses that cover all the time between them, in s: each pose "
-            "covers half of it on either side; 0: each frame needs a pose",
-            number=float,
-            least=0,
-            timed=True,
-        ),
-    ] = 2.0
-    t_start: Annotated[
-        float | None,
-        Matching("first time that is expected, in s", number=float, optional=True, timed=True),
-    ] = None
-    t_end: Annotated[
-        float | None,
-        Matching("last time that is expected, in s", number=float, optional=True, timed=True),
-    ] = None
-    t_offset: Annotated[
-        float | str,
-        Matching(
-            "added to the estimate's time stamps, in s; auto: found by the rotation rates",
-            number=float,
-            words=("auto",),
-            timed=True,
-        ),
-    ] = 0.0
-    frames: Annotated[
-        FilePath | Floats | tuple[float, ...] | None,
-        Matching(
-            "time stamps of the expected frames, instead of --rate, in the first column of a text "
-            "file, in s or ns, as the estimate has them (implies --missing fail)",
-            timed=True,
-        ),
-    ] = None
-    invert: Annotated[
-        bool, Matching("the estimates are world-to-camera: invert them", flag=True)
-    ] = False
-    body_rotation: Annotated[
-        str,
-        Matching(
-            "take a constant rotation of the camera's frame out, if one is found",
-            choices=("auto", "none"),
-        ),
-    ] = "none"
-    unit: Annotated[
-        float | None,
-        Number(
-            "d in the reference's unit (default: from the reference)", positive=True, optional=True
-        ),
-    ] = None
-    max_threshold: Annotated[
-        float, Number("largest threshold of the TAS in units of d", positive=True)
-    ] = 1.0
-    max_threshold_deg: Annotated[
-        float, Number("largest threshold of the RAS in degrees", positive=True)
-    ] = 10.0
-    weight: Annotated[float, Number("share of the TAS in the PAS, from 0 to 1", most=1)] = 0.5
-    registration: Annotated[
-        str,
-        Scoring("how the TAS aligns; pcr99 is the paper's", choices=tuple(sorted(REGISTRATIONS))),
-    ] = "refined"
-    alignment: Annotated[
-        str,
-        Scoring(
-            "what is aligned: similarity, the paper's, takes out rotation, translation and scale; "
-            "rigid keeps the scale; yaw turns about the vertical axis alone; none aligns nothing",
-            choices=ALIGNMENTS,
-        ),
-    ] = "similarity"
-    up: Annotated[str, Scoring("the vertical axis, for --alignment yaw", choices=UP)] = "z"
-    seed: Annotated[
-        int,
-        Scoring(
-            "first seed of the registration; errors, plots and saved files are of this one",
-            number=int,
-            least=0,
-        ),
-    ] = 0
-    repeat: Annotated[
-        int,
-        Scoring(
-            "seeds, from --seed on, that TAS, PAS and their sd by pcr99 are over; the refined "
-            "registration, which hardly depends on it, takes one",
-            number=int,
-            least=1,
-        ),
-    ] = 10
-    metrics: Annotated[
-        tuple[str, ...],
-        Option(
-            "by name, such as auc@30:vggt,recall@5cm,5deg:hloc,rpe@1m; --metrics help lists all",
-            group="output",
-        ),
-    ] = ()
+    format: str | None = _setting(
+        None, "format of the files", group=MATCHING, choices=tuple(FORMATS), optional=True
+    )
+    est_format: str | None = _setting(
+        None,
+        "format of the estimates, if it is another one",
+        group=MATCHING,
+        choices=tuple(FORMATS),
+        optional=True,
+    )
+    ref_topic: str | None = _setting(
+        None, "topic of the reference in its bag", group=MATCHING, optional=True, topics=True
+    )
+    est_topic: str | None = _setting(
+        None, "topic of the estimates in their bags", group=MATCHING, optional=True, topics=True
+    )
+    missing: str = _setting(
+        "fail",
+        "frames without a pose count as failures, or are ignored",
+        group=MATCHING,
+        choices=MISSING,
+    )
+    t_max_diff: float = _seconds(
+        0.01, "largest difference of time stamps that count as the same, in s", least=0
+    )
+    sync: str = _setting(
+        "interpolate",
+        "compare a pose with the reference interpolated at its time, or with the nearest pose",
+        group=MATCHING,
+        choices=SYNCS,
+        timed=True,
+    )
+    rate: float | str = _setting(
+        10.0,
+        "expected frames a second, sampled from the reference; all: each of its poses",
+        group=MATCHING,
+        number=float,
+        positive=True,
+        least=0,
+        words=("all",),
+        timed=True,
+    )
+    max_gap: float = _seconds(
+        2.0,
+        "largest gap between two poses that cover all the time between them, in s: each pose "
+        "covers half of it on either side; 0: each frame needs a pose",
+        least=0,
+    )
+    t_start: float | None = _seconds(None, "first time that is expected, in s", optional=True)
+    t_end: float | None = _seconds(None, "last time that is expected, in s", optional=True)
+    t_offset: float | str = _seconds(
+        0.0,
+        "added to the estimate's time stamps, in s; auto: the offset at which the rotation rates, "
+        "or without rotations the speeds, fit at least twice as well, otherwise 0",
+        words=("auto",),
+    )
+    frames: FilePath | Floats | tuple[float, ...] | None = _setting(  # noqa: RUF009
+        None,
+        "time stamps of the expected frames, instead of --rate, in the first column of a text "
+        "file, in s or ns, as the estimate has them (implies --missing fail)",
+        group=MATCHING,
+        timed=True,
+    )
+    invert: bool = _setting(
+        False, "the estimates are world-to-camera: invert them", group=MATCHING, flag=True
+    )
+    body_rotation: str = _setting(
+        "none",
+        "auto: remove a constant rotation of the camera frame, if one is found",
+        group=MATCHING,
+        choices=("auto", "none"),
+    )
+    unit: float | None = _number(
+        None,
+        "d in the reference's unit (default: from the reference)",
+        positive=True,
+        optional=True,
+    )
+    max_threshold: float = _number(1.0, "largest threshold of the TAS in units of d", positive=True)
+    max_threshold_deg: float = _number(
+        10.0, "largest threshold of the RAS in degrees", positive=True
+    )
+    weight: float = _number(0.5, "share of the TAS in the PAS, from 0 to 1", most=1)
+    registration: str = _setting(
+        "refined",
+        "how the TAS aligns; pcr99 is the paper's",
+        choices=tuple(sorted(REGISTRATIONS)),
+    )
+    alignment: str = _setting(
+        "similarity",
+        "what the alignment of TAS, RAS and ATE removes: similarity, the paper's, rotation, "
+        "translation and scale; rigid keeps the scale; yaw rotates about the vertical axis alone; "
+        "none removes nothing",
+        choices=ALIGNMENTS,
+    )
+    up: str = _setting("z", "vertical axis, for --alignment yaw", choices=UP)
+    seed: int = _setting(
+        0,
+        "first seed of the registration; errors, plots and saved files are of this one",
+        number=int,
+        least=0,
+    )
+    repeat: int = _setting(
+        10,
+        "seeds, from --seed on, of which TAS and PAS by pcr99 are means; the refined registration, "
+        "which hardly depends on the seed, takes one",
+        number=int,
+        least=1,
+    )
+    metrics: tuple[str, ...] = _setting(
+        (),
+        "by name, such as auc@30:vggt,recall@5cm,5deg:hloc,rpe@1m; --metrics help lists all",
+        group="output",
+    )
 
     def __post_init__(self) -> None:
         values: dict[str, Any] = {}
@@ -348,82 +275,47 @@ class Settings:
         >>> Settings(format="tum", max_gap=2).to_dict()["max_gap"]
         2.0
         """
-        timed = self.form.timed
-        frames = printable(str(self.frames)) if isinstance(self.frames, (str, PathLike)) else None
-        return {
-            "format": self.format,
+        lacking = [name for name, option in options().items() if option.timed]
+        values = {name: getattr(self, name) for name in options() if name != "metrics"}
+        values |= dict.fromkeys(lacking if not self.form.timed else ())
+        values |= {
             "est_format": self.est_format or self.format,
-            "ref_topic": self.ref_topic,
-            "est_topic": self.est_topic,
-            "missing_cameras": self.missing_cameras,
-            "t_max_diff": self.t_max_diff if timed else None,
-            "t_offset": self.t_offset if timed else None,
-            "sync": self.sync if timed else None,
-            "rate": self.rate if timed and self.frames is None else None,
-            "max_gap": self.max_gap if timed else None,
-            "t_start": self.t_start,
-            "t_end": self.t_end,
-            "frames": frames or self.frames,
-            "unit": self.unit,
-            "max_threshold": self.max_threshold,
-            "max_threshold_deg": self.max_threshold_deg,
-            "weight": self.weight,
-            "registration": self.registration,
-            "alignment": self.alignment,
+            "missing": self.missing_cameras,
             "up": self.up if self.alignment == "yaw" else None,
-            "seed": self.seed,
             "repeat": len(self.seeds),
-            "inverted": self.invert,
-            "body_rotation": self.body_rotation,
         }
+        if self.frames is not None:
+            values["rate"] = None
+            if isinstance(self.frames, (str, PathLike)):
+                values["frames"] = printable(str(self.frames))
+        return values
 
     def _check_format(self) -> None:
-        """Refuse what needs time stamps, or an order of the cameras, where there is none."""
+        """Check that the format has time stamps, topics and an order where settings need them."""
         for name, option in options().items():
-            changed = getattr(self, name) != getattr(Settings, name)
-            if option.timed and changed and not self.form.timed:
+            is_set = getattr(self, name) != getattr(Settings, name)
+            if option.timed and is_set and not self.form.timed:
                 raise ValueError(f"{name} needs time stamps, which {self.format} files lack")
-            if option.topics and changed and not (self.form.topics or self.est_form.topics):
+            if option.topics and is_set and not (self.form.topics or self.est_form.topics):
                 raise ValueError(f"{name} is of bags, and {self.format} files have no topics")
         if wrong := order_problem(self.metrics, self.form):
             raise ValueError(wrong)
 
     @property
     def seeds(self) -> range:
-        """The seeds that are scored: a single one where the score hardly depends on it.
-
-        Examples
-        --------
-        >>> from alignscores import Settings
-        >>> Settings(registration="pcr99", repeat=3).seeds
-        range(0, 3)
-        """
+        """The seeds that are scored: a single one where the score hardly depends on it."""
         drawn = self.registration == "pcr99" and self.alignment != "none"
         repeat = self.repeat if drawn else 1
         return range(self.seed, self.seed + repeat)
 
     @property
     def frames_per_second(self) -> float:
-        """Rate of the expected frames; infinite where each pose of the reference is one.
-
-        Examples
-        --------
-        >>> from alignscores import Settings
-        >>> Settings(format="tum", rate="all").frames_per_second
-        inf
-        """
+        """Rate of the expected frames; infinite where each pose of the reference is one."""
         return math.inf if self.rate == "all" else float(self.rate)
 
     @property
     def how_aligned(self) -> str:
-        """Registration and alignment in words, as tables and plots name them.
-
-        Examples
-        --------
-        >>> from alignscores import Settings
-        >>> Settings(alignment="yaw", up="y").how_aligned
-        'registration refined, aligned about the y axis, without scale'
-        """
+        """Registration and alignment in words, as tables and plots name them."""
         kind = {
             "similarity": f"registration {self.registration}",
             "rigid": f"registration {self.registration}, aligned without scale",
@@ -435,45 +327,24 @@ class Settings:
 
     @property
     def form(self) -> Format:
-        """The format of the files.
-
-        Examples
-        --------
-        >>> from alignscores import Settings
-        >>> Settings(format="kitti").form.unit
-        'm'
-        """
+        """The format of the files."""
         if self.format is None:
             raise ValueError(f"give the format of the files: format={'|'.join(FORMATS)}")
         return FORMATS[self.format]
 
     @property
     def est_form(self) -> Format:
-        """The format of the estimates.
-
-        Examples
-        --------
-        >>> from alignscores import Settings
-        >>> Settings(format="euroc", est_format="tum").est_form.quaternions
-        True
-        """
+        """The format of the estimates."""
         return FORMATS[self.est_format] if self.est_format else self.form
 
     @property
     def missing_cameras(self) -> str | None:
-        """What missing cameras do; None where the format has none.
-
-        Examples
-        --------
-        >>> from alignscores import Settings
-        >>> Settings(format="tum").missing_cameras
-        'fail'
-        """
+        """What frames without a pose do; None where the format has none."""
         return self.missing if self.form.missing else None
 
 
 def order_problem(metrics: Sequence[str], form: Format) -> str:
-    """Say which metric needs an order of the cameras, or stamps, that the format lacks."""
+    """Return which metric needs an order of the cameras, or stamps, that the format lacks."""
     for name in metrics:
         if metric(name).family.ordered and not form.ordered:
             return f"{name} needs cameras in the order of time, but images are matched by name"
@@ -493,13 +364,17 @@ def _stamps_or_path(frames: Any) -> FilePath | tuple[float, ...] | None:
     raise ValueError("frames must be a file, or finite time stamps, (k,)")
 
 
+def changed(settings: Settings, changes: Mapping[str, Any]) -> Settings:
+    """Return settings with changes; a wrong name is answered with the nearest one."""
+    for name in changes:
+        if name not in options():
+            near = get_close_matches(name, options(), n=1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            raise TypeError(f"there is no setting {name!r}{hint}")
+    return replace(settings, **changes)
+
+
 @cache
 def options() -> dict[str, Option]:
     """Return what is known about each setting."""
-    hints = get_type_hints(Settings, include_extras=True)
-    return {
-        name: about
-        for name, hint in hints.items()
-        for about in getattr(hint, "__metadata__", ())
-        if isinstance(about, Option)
-    }
+    return {one.name: one.metadata["option"] for one in fields(Settings)}

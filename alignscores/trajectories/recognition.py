@@ -2,18 +2,30 @@
 
 from pathlib import Path
 
-from .files import STDIN, FileError
+from .files import STDIN, FileError, FilePath
 from .files.matrices import files_of_matrices
 from .files.tables import open_table
 from .files.text import numbered_lines
+from .formats import FORMATS
 
-__all__ = ["recognise"]
+__all__ = ["recognise", "recognise_pair"]
 
 SUFFIXES = {".bag": "bag", ".mcap": "bag", ".db3": "bag", ".npy": "arrays", ".npz": "arrays"}
 NAME_IT = "name the format: alignscores FORMAT REF EST"
 
 
-def recognise(path: str) -> str:
+def recognise_pair(reference: FilePath, estimate: FilePath) -> tuple[str, str]:
+    """Return the formats of a reference and of an estimate, which must be matched alike."""
+    names = recognise(reference), recognise(estimate)
+    kinds = {(FORMATS[name].timed, FORMATS[name].missing) for name in names}
+    if len(kinds) > 1:
+        raise ValueError(
+            f"{reference} is in the format {names[0]}, {estimate} in {names[1]}: no match"
+        )
+    return names
+
+
+def recognise(path: FilePath) -> str:
     """Return the format of a file or a folder; the error says why none can be told."""
     if path == STDIN:
         raise FileError(path, f"nothing tells the format of what stands on stdin; {NAME_IT}")
@@ -32,7 +44,7 @@ def recognise(path: str) -> str:
     return _format_of_text(path)
 
 
-def _format_of_text(path: str) -> str:
+def _format_of_text(path: FilePath) -> str:
     first = next((line.lstrip() for _, line in numbered_lines(path) if line.strip()), "")
     if first[:1] in ("{", "["):
         return "nerf"

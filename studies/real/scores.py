@@ -17,7 +17,7 @@ from alignscores.arrays import Booleans, Floats
 from alignscores.comparison.benchmark import Benchmark, Run, read_yaml
 from alignscores.comparison.comparison import settings_of_run
 from alignscores.evaluation.evaluation import Evaluation
-from alignscores.evaluation.matching import files_below, read_parts, read_reference
+from alignscores.evaluation.matching import files_below, read_estimate, read_reference
 from alignscores.evaluation.notes import collected_warnings
 from alignscores.evaluation.scoring import score
 from alignscores.evaluation.settings import Settings
@@ -134,7 +134,7 @@ def score_sequence(
         estimates = {}
         for run in runs:
             try:
-                (estimates[run],) = read_parts(str(run.file), settings[run]).values()
+                estimates[run] = read_estimate(str(run.file), settings[run])
             except ValueError as error:
                 print(f"{sequence}, {run.system}, run {run.run}: left out: {error}", flush=True)
         offsets = clock_offsets(reference, estimates)

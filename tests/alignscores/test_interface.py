@@ -26,7 +26,7 @@ def test_results_are_frozen(results):
     """No field can be set; float(result) is the score, which its repr shows."""
     for result in results.values():
         assert type(float(result)) is type(result.score) is float
-        assert f"score={result.score}" in repr(result)
+        assert f"Result({result.score:.4f}, " in repr(result)
     for result in [*results.values(), results["tas"].alignment]:
         for field in dataclasses.fields(result):
             with pytest.raises(dataclasses.FrozenInstanceError):

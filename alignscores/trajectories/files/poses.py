@@ -34,7 +34,9 @@ class Trajectory(NamedTuple):
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.trajectories.files import Trajectory
+    >>> from alignscores import Trajectory
+    >>> Trajectory(np.array([0.5, 1.0]), np.tile(np.eye(4), (2, 1, 1)))
+    Trajectory(2 poses, 0.5 to 1.0)
     >>> keys, poses = Trajectory(np.array([0.5]), np.eye(4)[None])
     >>> keys
     array([0.5])
@@ -42,6 +44,10 @@ class Trajectory(NamedTuple):
 
     keys: NDArray[Any]
     poses: Floats
+
+    def __repr__(self) -> str:
+        n = len(self.keys)
+        return f"Trajectory({n} poses, {self.keys[0]} to {self.keys[-1]})" if n else "Trajectory()"
 
 
 def inverse_poses(poses: Floats) -> Floats:

@@ -5,7 +5,7 @@ import json
 
 from alignscores.metrics import SCORES
 from alignscores.protocols import PROTOCOLS, protocol
-from alignscores.trajectories.association import match
+from alignscores.trajectories.association import Timing, match
 from alignscores.trajectories.files import read_tum
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
@@ -24,7 +24,7 @@ def test_values(score, run, examples, tmp_path):
     (result,) = score(*TUM, *options, "--save_metrics", path)
     assert list(result["metrics"]) == names
     both = (read_tum(examples / file) for file in TUM[1:])
-    matches = match(*both, missing="fail", sync="nearest", max_gap=0.0)
+    matches = match(*both, Timing(sync="nearest", max_gap=0.0), missing="fail")
     poses = matches.gt_poses, matches.est_poses
     arrays = [block for world in poses for block in (world[:, :3, 3], world[:, :3, :3])]
     for name in EXAMPLES:

@@ -13,7 +13,7 @@ from alignscores.trajectories.files import read_nerf, read_tum
 
 from ..conftest import FILES
 
-SCORES = "TAS", "RAS", "PAS", "ATE", "half_distance", "lost"
+SCORES = "TAS", "RAS", "PAS", "ate", "half_distance", "lost"
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import pytest
 
 import alignscores
 from alignscores import tas
-from alignscores.trajectories.association import match
+from alignscores.trajectories.association import Timing, match
 from alignscores.trajectories.files import read_tum
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
@@ -122,13 +122,13 @@ def test_compressed_files_and_pipes_score_alike(score, examples, tmp_path, monke
     assert scored[0] == scored[1] == scored[2]
 
 
-def test_the_alignment_takes_the_estimate_to_the_reference(score, examples):
+def test_the_alignment_takes_the_reference_to_the_estimate(score, examples):
     (result,) = score(*TUM, *PAPER, "--unit", 0.6, "--missing", "ignore", *AT_STAMPS)
     both = (read_tum(examples / path) for path in TUM[1:])
-    matches = match(*both, sync="nearest", max_gap=0.0)
+    matches = match(*both, Timing(sync="nearest", max_gap=0.0))
     expected = tas(matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3], unit=0.6)
     scale, rotation, translation = (np.array(part) for part in result["alignment"].values())
-    aligned = scale * matches.est_poses[:, :3, 3] @ rotation.T + translation
+    aligned = (matches.est_poses[:, :3, 3] - translation) @ rotation / scale
     errors = np.linalg.norm(aligned - matches.gt_poses[:, :3, 3], axis=1)
     finite = np.isfinite(expected.errors)
     np.testing.assert_allclose(errors[finite], expected.errors[finite], atol=1e-9)
@@ -141,7 +141,7 @@ def test_notes_that_are_alike_are_one(run, lines, write):
     files = [write(shifted, f"est{number}.txt") for number in range(3)]
     notes = run(*TUM[:2], *files)[2].splitlines()
     assert any("est0.txt: its clock seems to be off" in note for note in notes)
-    assert sum("(and alike for 2 more)" in note for note in notes) == 2
+    assert all(note.endswith("(and alike for 2 more)") for note in notes)
     assert not any("est1.txt: " in note for note in notes)
 
 

@@ -179,11 +179,9 @@ def test_as_many_runs_are_missing_as_there_are_fewer(benchmark_of, run, tmp_path
 
 
 def test_images_are_scored_as_on_their_own(compare, examples, tmp_path, capsys):
-    """Also where a system has another format, or a model in two parts."""
+    """Also where a system has another format."""
     shutil.copytree(examples / "colmap/reference", tmp_path / "desk/gt")
     shutil.copytree(examples / "colmap/estimate", tmp_path / "desk/noisy/0")
-    shutil.copytree(examples / "colmap/estimate", tmp_path / "desk/parts/0/0")
-    shutil.copytree(examples / "colmap/estimate", tmp_path / "desk/parts/0/1")
     (tmp_path / "desk/other").mkdir()
     shutil.copy(examples / "nerf/estimate.json", tmp_path / "desk/other/0.json")
     (tmp_path / "b.yaml").write_text(
@@ -191,7 +189,6 @@ def test_images_are_scored_as_on_their_own(compare, examples, tmp_path, capsys):
         "systems: {other: {est_format: nerf}}\n"
     )
     results = {entry["system"]: entry for entry in compare("b.yaml")["results"]}
-    assert [results[name]["parts"] for name in ("noisy", "other", "parts")] == [1, 1, 2]
     for name, options in (("noisy/0", []), ("other/0.json", ["--est_format", "nerf"])):
         files = [str(tmp_path / "desk/gt"), str(tmp_path / "desk" / name)]
         assert main(["colmap", *files, *options, "--json", "--registration", "refined"]) == 0

@@ -181,17 +181,6 @@ def test_where_a_system_was_not_tried_the_tables_say_so(patterns, run, tmp_path)
     assert re.search(r"^c +not tried ", out, flags=re.M)
 
 
-def test_models_in_several_parts_are_not_tested(run, examples, tmp_path):
-    for system, parts in (("a", "01"), ("b", "0")):
-        for number in range(3):
-            for part in parts:
-                shutil.copytree(
-                    examples / "colmap/estimate", tmp_path / f"{system}/{number}/{part}"
-                )
-    out = run("colmap", examples / "colmap/reference", "{system}/{run}")[1]
-    assert "a: models in several parts, not tested." in out
-
-
 HOSTILE = "a_b & 50% #1 $x ~^\\{}", '[x] *y* |z|, "q" <i>', "*new\nline--é`_u_"
 
 

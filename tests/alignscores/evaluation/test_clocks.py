@@ -37,7 +37,7 @@ def offset(truth, estimate, **settings):
     """Return the offset that was added to the stamps, and the notes on it."""
     found = evaluate(truth, estimate, t_offset="auto", **settings)
     added = found.estimate.keys[0] - np.asarray(estimate.keys)[0]
-    return added, [note for note in found.notes if "offset" in note]
+    return added, [str(note) for note in found.notes if note.kind == "clock"]
 
 
 @pytest.mark.parametrize("step", [1, 10])  # all frames, and one in half a second
@@ -46,7 +46,7 @@ def test_an_offset_is_found_within_5_ms(late, step):
     truth = walk()
     added, (note,) = offset(truth, disturbed(truth, late, step))
     assert added == pytest.approx(-late, abs=0.005)
-    assert "rotation rates fit" in note
+    assert note.startswith("time offset of")
 
 
 def test_no_offset_is_found_where_there_is_none():
@@ -55,7 +55,7 @@ def test_no_offset_is_found_where_there_is_none():
         for step in (1, 10, 60):  # one in 3 s: too far apart to compare
             added, (note,) = offset(truth, disturbed(truth, 0.0, step, sigma=0.03))
             assert added == 0
-            assert note.startswith("estimate: no time offset added: none makes its motions fit")
+            assert note.startswith("no time offset added: none makes its motions fit")
 
 
 def test_without_rotations_speeds_find_it():
@@ -64,7 +64,7 @@ def test_without_rotations_speeds_find_it():
     estimate.poses[:, :3, :3] = np.nan
     added, (note,) = offset(truth, estimate)
     assert added == pytest.approx(-0.137, abs=0.005)
-    assert "speeds fit" in note
+    assert note.startswith("time offset of")
 
 
 def test_frames_and_scale_do_not_matter():
@@ -80,13 +80,13 @@ def test_frames_and_scale_do_not_matter():
 
 def test_a_clock_that_is_off_is_noted_with_the_option_that_mends_it():
     truth = walk()
-    assert not any("clock" in note for note in evaluate(truth, disturbed(truth, 0.0)).notes)
+    assert not any(note.kind == "clock" for note in evaluate(truth, disturbed(truth, 0.0)).notes)
     notes = evaluate(truth, disturbed(truth, 0.137)).notes
-    (note,) = [note for note in notes if "clock" in note]
+    (note,) = [str(note) for note in notes if note.kind == "clock"]
     seconds = float(note.split("--t_offset ")[1].split()[0])
     assert seconds == pytest.approx(-0.137, abs=0.005)
     settled = evaluate(truth, disturbed(truth, 0.137), t_offset=seconds)
-    assert not any("clock" in note for note in settled.notes)
+    assert not any(note.kind == "clock" for note in settled.notes)
 
 
 def test_motions_that_fit_nowhere_are_refused_if_the_clocks_have_no_time_in_common():

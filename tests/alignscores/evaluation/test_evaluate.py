@@ -7,7 +7,7 @@ import pytest
 from evo.core.geometry import umeyama_alignment
 
 from alignscores import closest_pair_quartile, evaluate, pas
-from alignscores.trajectories.association import match
+from alignscores.trajectories.association import Timing, match
 from alignscores.trajectories.files import (
     Trajectory,
     inverse_poses,
@@ -31,13 +31,13 @@ def test_ate_is_that_of_evo(score, examples):
     gt, est = gt[finite, :3, 3].T, est[finite, :3, 3].T
     rotation, translation, scale = umeyama_alignment(est, gt, with_scale=True)
     residuals = scale * rotation @ est + translation[:, None] - gt
-    assert result["ATE"] == pytest.approx(np.sqrt(np.mean(np.sum(residuals**2, axis=0))))
+    assert result["ate"] == pytest.approx(np.sqrt(np.mean(np.sum(residuals**2, axis=0))))
 
 
 def test_seeds_thresholds_and_weight_are_those_of_python(score, examples):
     settings = {"max_threshold": 0.5, "max_threshold_deg": 5.0, "weight": 0.25}
     reference, estimate = (read_tum(examples / path) for path in TUM[1:])
-    matches = match(reference, estimate, sync="nearest", max_gap=0.0)
+    matches = match(reference, estimate, Timing(sync="nearest", max_gap=0.0))
     unit = closest_pair_quartile(reference.poses[:, :3, 3])
     options = [text for key, value in settings.items() for text in (f"--{key}", value)]
     (result,) = score(*TUM, *PAPER, *AT_STAMPS, *options, "--seed", 7, "--repeat", 3)
@@ -104,10 +104,10 @@ def test_expected_frames(run, score, tum, write):
     ):
         frames = "--frames", write(content, "frames.txt")
         (result,) = score(*files, *frames, "--max_gap", 0)
-        assert (result["n"], result["matched"], result["missing"]) == (40, 30, 10)
-        assert "1 of the --frames have no reference pose within" in result["notes"][0]
+        assert (result["expected"], result["matched"]) == (40, 30)
+        assert "1 of the --frames have no reference pose within" in result["notes"][0]["text"]
         (result,) = score(*files, *frames)
-        assert (result["n"], result["missing"]) == (40, pytest.approx(7, abs=1))
+        assert result["matched"] == pytest.approx(33, abs=1)
         unit = closest_pair_quartile(read_tum(files[1]).poses[np.isin(stamps, times), :3, 3])
         assert result["unit"] == unit
     ns = [f"{time * 1e9 + 1.7e18:.0f}" for time in times]
@@ -134,15 +134,14 @@ def test_invert(score, run, kitti, examples):
     path = kitti(inverse_poses(read_kitti(examples / KITTI[2]).poses))
     code, _, err = run(*KITTI[:2], path)
     assert code == 0
-    assert err.count("\n") == 1
     assert "the poses in the file seem to be world-to-camera" in err
-    assert err.endswith("add --invert\n")
+    assert "; add --invert\n" in err
     (inverted,) = score(*KITTI[:2], path, "--invert")
     assert inverted["PAS"] == pytest.approx(honest["PAS"], abs=1e-9)
     assert inverted["notes"] == []
     (result,) = score(*KITTI[:2], path)  # never silently
     assert result["RAS"] < honest["RAS"] / 3
-    assert run(*KITTI, "--invert")[2].endswith("leave out --invert\n")
+    assert "; leave out --invert\n" in run(*KITTI, "--invert")[2]
 
 
 @pytest.mark.parametrize("inverted", [False, True])
@@ -152,13 +151,12 @@ def test_body_rotation(score, run, kitti, examples, inverted):
     files = *KITTI[:2], kitti(inverse_poses(poses) if inverted else poses)
     options = ["--invert"] if inverted else []
     _, _, err = run(*files)
-    assert err.count("\n") == 1
-    assert "turned by a constant rotation" in err
+    assert "the camera frame is rotated against the reference's" in err
     assert "180 deg about x, as OpenGL's camera axes to OpenCV's" in err
     assert ("; add --invert, with --body_rotation auto\n" in err) == inverted
     if not inverted:
         _, _, err = run(*files, "--invert")
-        assert err.endswith("; leave out --invert, with --body_rotation auto\n")
+        assert "; leave out --invert, with --body_rotation auto\n" in err
     (plain,) = score(*files, *options)
     assert plain["body_rotation"] is None
     assert plain["RAS"] < honest["RAS"] / 3
@@ -166,7 +164,7 @@ def test_body_rotation(score, run, kitti, examples, inverted):
     assert corrected["RAS"] == pytest.approx(honest["RAS"], abs=1e-9)
     assert corrected["TAS"] == pytest.approx(honest["TAS"], abs=1e-9)
     assert corrected["body_rotation"] == OPENGL[:3, :3].tolist()
-    assert "taken out" in corrected["notes"][0]
+    assert "was removed" in corrected["notes"][0]["text"]
     # Where nothing is found nothing is applied.
     (unchanged,) = score(*KITTI, "--body_rotation", "auto")
     assert unchanged == honest
@@ -225,9 +223,8 @@ def test_what_cannot_be_aligned(score, examples, kitti):
     poses[:, :3, 3] = 1
     (result,) = score(*KITTI[:2], kitti(poses))
     assert result["TAS"] == 0
-    assert result["ATE"] is result["half_distance"] is None
-    assert len(result["notes"]) == 1  # once, not for every seed
-    assert "TAS is 0" in result["notes"][0]
+    assert result["ate"] is result["half_distance"] is None
+    assert "".join(note["text"] for note in result["notes"]).count("TAS is 0") == 1
 
 
 def test_four_cameras_have_no_half_distance(score, examples, kitti):
@@ -238,7 +235,7 @@ def test_four_cameras_have_no_half_distance(score, examples, kitti):
     (result,) = score("kitti", reference, estimate)
     assert result["TAS"] > 0
     assert result["half_distance"] is None
-    assert "no distance at a score of 0.5 for 4 cameras: it takes 5" in " ".join(result["notes"])
+    assert "no distance at a score of 0.5 for 4 cameras: it takes 5" in result["notes"][0]["text"]
 
 
 STAMPS = np.arange(20) / 10

@@ -1,5 +1,6 @@
 """`evaluate` on files and on trajectories in memory, and what its result tells."""
 
+import re
 import sys
 
 import numpy as np
@@ -8,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from alignscores import Settings, evaluate, tas_profile
 from alignscores.evaluation.evaluation import STATUSES
-from alignscores.trajectories.files import Trajectory, read_kitti, read_nerf
+from alignscores.trajectories.files import Trajectory, read_kitti, read_nerf, read_tum
 
 from ..conftest import FILES
 
@@ -26,10 +27,42 @@ def test_changes_differ_from_settings(tum, examples):
     files = [examples / file for file in TUM]
     assert evaluate(*files, settings, seed=5).to_dict() == tum(seed=5, weight=0.2).to_dict()
     assert evaluate(*files, settings, seed=5).settings == Settings(format="tum", seed=5, weight=0.2)
-    with pytest.raises(TypeError, match="sede"):
-        tum(sede=3)
-    with pytest.raises(ValueError, match="give the format of the files: format=tum"):
-        evaluate(*files)
+    assert evaluate(*files, seed=5).settings == Settings(format="tum", est_format="tum", seed=5)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [("sede", "did you mean seed?"), ("max_treshold", "max_threshold?"), ("xyz", "setting 'xyz'")],
+)
+def test_a_wrong_name_of_a_setting_is_answered_with_the_nearest(tum, wrong, said):
+    with pytest.raises(TypeError, match=re.escape(said)):
+        tum(**{wrong: 3})
+
+
+def test_poses_in_arrays_are_matched_by_row_or_by_their_times(tum, examples):
+    reference, estimate = (read_tum(examples / file) for file in TUM)
+    times = reference.keys, estimate.keys
+    found = evaluate(reference.poses, estimate.poses[:, :3], times=times)
+    assert found.to_dict()["PAS"] == tum().pas
+    n = len(estimate.keys)
+    by_row = evaluate(reference.poses[:n], estimate.poses)
+    assert by_row.to_dict()["n"] == n
+    assert evaluate(list(reference.poses), reference.poses, times=times[0]).pas == 1
+    with pytest.raises(ValueError, match="times are those of two arrays of poses"):
+        evaluate(reference, estimate.poses, times=times[0])
+
+
+def test_reprs_name_the_registration(tum):
+    found = tum()
+    assert repr(found) == (
+        "Evaluation('estimate.txt', PAS 0.8709, TAS 0.88, RAS 0.86, registration='refined')"
+    )
+    assert repr(found.result) == "PASResult(0.8709, TAS 0.88, RAS 0.86, registration='refined')"
+    assert repr(found.result.tas) == "TASResult(0.8805, n=40, registration='refined')"
+    assert repr(found.estimate).startswith("Trajectory(38 poses, ")
+    html = found._repr_html_()
+    assert "estimate.txt (registration refined)" in html
+    assert "<th>half_distance</th>" in html
 
 
 def test_numbers_hang_together(tum):
@@ -38,8 +71,9 @@ def test_numbers_hang_together(tum):
     assert found.tas_sd == pytest.approx(np.std(found.tas_seeds, ddof=1))
     assert found.pas == pytest.approx(0.3 * found.tas + 0.7 * found.ras)
     assert found.pas_sd == pytest.approx(0.3 * found.tas_sd)
-    names = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"
+    names = "TAS", "RAS", "PAS", "half_distance", "half_angle"
     assert [found.value(name) for name in names] == [found.to_dict()[name] for name in names]
+    assert found.value("ATE") == found.to_dict()["ate"]
     assert found.value("half:rotation") == found.half_angle
     assert found.value("AUC@30:vggt") == found.metrics["auc@30:vggt"]
     assert found.value("auc@10:vggt") is None  # was not asked for
@@ -61,8 +95,8 @@ def test_statuses_tell_what_of_a_pose_is_missing():
     assert told[:4] == ["matched", "no rotation", "no position", "no pose"]
     assert told[4:] == ["matched"] * 15 + ["lost"]
     counts = found.to_dict()
-    names = "matched", "missing", "non_finite", "no_position", "no_rotation"
-    assert [counts[name] for name in names] == [19, 1, 3, 3, 3]
+    names = "expected", "matched", "non_finite", "no_position", "no_rotation"
+    assert [counts[name] for name in names] == [20, 19, 3, 3, 3]
 
 
 def test_the_half_score_distance_is_by_the_refined_registration(tum):
@@ -97,8 +131,8 @@ def test_a_table_of_pandas(tum):
     row = table.iloc[0].to_dict()
     printed = plain.to_dict()
     assert row["auc@30:vggt"] == printed["metrics"]["auc@30:vggt"]
-    assert {key: row[key] for key in ("name", "TAS", "PAS", "half_distance", "ATE", "n")} == {
-        key: printed[key] for key in ("name", "TAS", "PAS", "half_distance", "ATE", "n")
+    assert {key: row[key] for key in ("name", "TAS", "PAS", "half_distance", "ate", "n")} == {
+        key: printed[key] for key in ("name", "TAS", "PAS", "half_distance", "ate", "n")
     }
     assert not any(isinstance(value, (list, dict)) for value in row.values())
     assert set(table) - {"auc@30:vggt"} == set(other.to_frame())
@@ -119,11 +153,11 @@ def test_profiles_of_cameras_in_one_place_are_over_units_of_d():
     poses[:, :3, :3] = Rotation.random(12, rng=0).as_matrix()
     both = [Trajectory(np.arange(12), poses) for _ in range(2)]
     found = evaluate(*both, unit=3.0, alignment="none").profiles
-    np.testing.assert_allclose(found.units, 3.0 * 2.0 ** np.arange(-4, 3))
-    assert found.tas.tolist() == [1.0] * 7
+    np.testing.assert_allclose(found[0].units, 3.0 * 2.0 ** np.arange(-4, 3))
+    assert found[0].scores.tolist() == [1.0] * 7
 
 
-def test_what_takes_the_estimate_to_the_reference():
+def test_the_alignment_takes_the_reference_to_the_estimate():
     """Twice as large, turned about z and moved; a camera has no position, and one no rotation."""
     rng = np.random.default_rng(0)
     gt, est = np.tile(np.eye(4), (2, 12, 1, 1))
@@ -135,13 +169,13 @@ def test_what_takes_the_estimate_to_the_reference():
     found = evaluate(*(Trajectory(np.arange(12), poses) for poses in (gt, est)), unit=0.1)
     entry = found.to_dict()
     assert found.scale == entry["scale"] == pytest.approx(2)
-    assert entry["alignment"]["scale"] == pytest.approx(0.5)
-    np.testing.assert_allclose(entry["alignment"]["rotation"], world.T, atol=1e-9)
-    np.testing.assert_allclose(entry["alignment"]["translation"], [-1, 0.5, -1.5], atol=1e-9)
+    assert entry["alignment"]["scale"] == entry["scale"]
+    np.testing.assert_allclose(entry["alignment"]["rotation"], world, atol=1e-9)
+    np.testing.assert_allclose(entry["alignment"]["translation"], [1, 2, 3], atol=1e-9)
     known = np.delete(np.arange(12), 2)
     np.testing.assert_allclose(found.positions[known], gt[known, :3, 3], atol=1e-9)
     assert np.isnan(found.positions[2]).all()
-    counts = {"n": 12, "matched": 12, "missing": 0, "non_finite": 2, "duplicate": 0, "unmatched": 0}
+    counts = {"n": 12, "expected": 12, "matched": 12, "non_finite": 2, "unmatched": 0}
     counts |= {"no_position": 1, "no_rotation": 1, "within_unit": 11 / 12, "within_10_deg": 11 / 12}
     assert {key: entry[key] for key in counts} == counts
     assert (entry["TAS"], entry["RAS"], entry["unit"]) == (11 / 12, 11 / 12, 0.1)

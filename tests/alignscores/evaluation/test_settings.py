@@ -108,7 +108,7 @@ def test_settings_are_json():
     assert Settings(format="tum", rate="all").to_dict()["rate"] == "all"
     assert Settings(format="tum", frames="a\x1b[1m.txt").to_dict()["frames"] == "a\\x1b[1m.txt"
     kitti = Settings(format="kitti").to_dict()
-    timed = "t_max_diff", "t_offset", "sync", "rate", "max_gap", "missing_cameras", "up"
+    timed = "t_max_diff", "t_offset", "sync", "rate", "max_gap", "missing", "up"
     assert [kitti[name] for name in timed] == [None] * len(timed)
 
 

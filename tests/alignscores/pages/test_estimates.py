@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from alignscores import pas
-from alignscores.trajectories.association import match
+from alignscores.trajectories.association import Timing, match
 from alignscores.trajectories.files import read_tum
 
 from ..conftest import FILES
@@ -68,9 +68,8 @@ def test_a_slider_changes_the_scores_to_those_of_python(saved, shown, examples):
     html, _ = saved(*TUM, *options)
     poses = match(
         *(read_tum(examples / name) for name in TUM[1:]),
+        Timing(sync="nearest", max_gap=0.0),
         missing="ignore",
-        sync="nearest",
-        max_gap=0.0,
     )
     expected = pas(
         poses.gt_poses,
@@ -85,9 +84,8 @@ def test_a_slider_changes_the_scores_to_those_of_python(saved, shown, examples):
     assert row[1:4] == [f"{score:.3f}" for score in scores]
     failing = match(
         *(read_tum(examples / name) for name in TUM[1:]),
+        Timing(sync="nearest", max_gap=0.0),
         missing="fail",
-        sync="nearest",
-        max_gap=0.0,
     )
     (row,) = shown(html, "#missing=fail")["table"]
     tas = pas(poses.gt_poses, poses.est_poses, unit=poses.unit).tas.score
