@@ -67,7 +67,7 @@ def random_turns(rng, sigma_deg):
 
 def told(found):
     """What is told besides the camera's frame."""
-    kinds = "inverted", "rotations_inverted", "positions_inverted", "mirrored"
+    kinds = "inverted", "quaternions_shifted", "mirrored"
     return [what for what in kinds if getattr(found, what)]
 
 
@@ -112,26 +112,6 @@ def test_world_to_camera(kind, frame, lost):
     assert told(found) == ["inverted"]
     assert (found.body_rotation is None) == (frame is None)
     assert found.corrected_ras > 3 * found.ras
-
-
-@pytest.mark.parametrize("kind", ["anywhere", "wandering"])
-def test_transposed_rotations_alone(kind):
-    rng = np.random.default_rng(3)
-    gt = reference(kind, 120, rng)
-    est = estimate(gt, rng)
-    est[:, :3, :3] = est[:, :3, :3].transpose(0, 2, 1)
-    found = check_conventions(gt, est)
-    assert told(found) == ["rotations_inverted"]
-    assert found.body_rotation is None
-
-
-@pytest.mark.parametrize("lost", [0.0, 0.4])
-def test_world_to_camera_translations_alone(kind, lost):
-    rng = np.random.default_rng(5)
-    gt = reference(kind, 120, rng)
-    est = estimate(gt, rng, lost=lost)
-    est[:, :3, 3] = inverse_poses(est)[:, :3, 3]
-    assert told(check_conventions(gt, est)) == ["positions_inverted"]
 
 
 def test_quaternions_of_a_vehicle_fit_in_part_with_w_at_the_wrong_end():
@@ -228,8 +208,11 @@ def test_of_cameras_that_hardly_turn_a_swap_of_axes_is_told_that_has_a_use():
     noisy = gt[:, :3, :3] @ random_turns(rng, 0.2)
     swaps = Rotation.create_group("O").as_matrix().round()
     found = [check_conventions(gt, make_poses(noisy @ axes, gt[:, :3, 3])) for axes in swaps]
-    told = {tuple(one.body_rotation.ravel()) for one in found if one.body_rotation is not None}
-    assert told == {tuple(axes.ravel()) for axes in (OPENGL, BODY, BODY.T)}
+    for axes, one in zip(swaps, found, strict=True):
+        common = any(np.array_equal(axes, known) for known in (OPENGL, BODY, BODY.T))
+        assert one.body_rotation is not None or not common
+        if one.body_rotation is not None:  # of the others some are not told, and none is wrong
+            np.testing.assert_allclose(one.body_rotation, axes, atol=0.05)
 
 
 def test_identity_quaternions_are_no_convention():
@@ -287,32 +270,23 @@ def _scaled(poses, factor):
     return poses
 
 
-def _with_translations(poses):
-    poses = _scaled(poses, 2.5)
-    poses[:, :3, 3] = inverse_poses(poses)[:, :3, 3]
-    return poses
-
-
 @pytest.mark.parametrize(
-    ("change", "words", "scale"),
+    ("change", "words"),
     [
-        (lambda p: p, "no mix-up is found", 1.0),
-        (np.linalg.inv, "the estimated poses are world-to-camera", 1.0),
+        (lambda p: p, "no mistake is found"),
+        (np.linalg.inv, "the estimated poses are world-to-camera"),
         (
             lambda p: p @ np.diag([1.0, -1.0, -1.0, 1.0]),
-            "the camera's frame is turned: 180 deg",
-            1.0,
+            "the camera frame is rotated: 180 deg",
         ),
         (
             lambda p: np.diag([1.0, 1.0, -1.0, 1.0]) @ p @ np.diag([1.0, 1.0, -1.0, 1.0]),
             "mirrored",
-            1.0,
         ),
-        (lambda p: _scaled(p, 2.5), "no mix-up is found", 2.5),
-        (_with_translations, "the estimated positions are world-to-camera translations", 2.5),
+        (lambda p: _scaled(p, 2.5), "no mistake is found"),
     ],
 )
-def test_conventions_of_arrays(change, words, scale):
+def test_conventions_of_arrays(change, words):
     """As of files; 3 x 4 matrices and lost cameras, too."""
     rng = np.random.default_rng(0)
     gt = np.tile(np.eye(4), (40, 1, 1))
@@ -323,32 +297,14 @@ def test_conventions_of_arrays(change, words, scale):
     for rows in (3, 4):
         found = check_conventions(gt[:, :rows], est[:, :rows])
         assert words in str(found)
-        assert found.scale == pytest.approx(scale)
     with pytest.raises(ValueError, match=r"^gt_poses has 40 .* est_poses has 39; row i of both"):
         check_conventions(gt, est[1:])
     with pytest.raises(ValueError, match=r"^gt_poses\[0\] is not finite"):
         check_conventions(est, gt)
 
 
-@pytest.mark.parametrize("what", ["mirrored", "positions_inverted"])
-def test_the_scale_is_that_of_the_positions_as_they_were_meant(what):
-    rng = np.random.default_rng(0)
-    gt = reference("anywhere", 40, rng)
-    meant = estimate(gt, rng, sigma_t=0.1)
-    est = meant.copy()
-    if what == "mirrored":
-        est[:, 2, 3] *= -1
-    else:
-        est[:, :3, 3] = inverse_poses(meant)[:, :3, 3]
-    found = check_conventions(gt, est)
-    assert told(found) == [what]
-    assert found.scale == pytest.approx(check_conventions(gt, meant).scale, rel=1e-9)
-    assert found.scale == pytest.approx(2.0, rel=0.1)
-
-
 BODY_WORDS = "a frame with x forward, y left, z up"
 CAMERA_WORDS = "a camera with x right, y down, z forward"
-TURNED = "the camera's frame is turned: 180 deg about x, as OpenGL's camera axes to OpenCV's"
 
 
 @pytest.mark.parametrize(
@@ -364,30 +320,4 @@ TURNED = "the camera's frame is turned: 180 deg about x, as OpenGL's camera axes
 )
 def test_a_frame_in_words(rotation, words):
     told = str(Convention(body_rotation=rotation))
-    assert told == f"the camera's frame is turned: {words}"
-
-
-@pytest.mark.parametrize(
-    ("found", "words"),
-    [
-        ("", "no mix-up is found"),
-        ("rotations_inverted", "the estimated rotations are world-to-camera"),
-        (
-            "inverted mirrored frame",
-            f"the estimated poses are world-to-camera; {TURNED}; "
-            "the estimated positions are mirrored",
-        ),
-        (
-            "rotations_inverted quaternions_shifted frame",
-            "the quaternions have w at the wrong end",
-        ),
-        (
-            "positions_inverted frame",
-            f"{TURNED}; the estimated positions are world-to-camera translations",
-        ),
-    ],
-)
-def test_a_convention_in_words(found, words):
-    flags = dict.fromkeys(found.split(), True)
-    frame = OPENGL if flags.pop("frame", False) else None
-    assert str(Convention(**flags, body_rotation=frame)) == words
+    assert told == f"the camera frame is rotated: {words}"
