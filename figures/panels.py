@@ -5,6 +5,7 @@ levels: the heights of both are the ranges that the paper compares.
 """
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from alignscores.arrays import Floats
@@ -23,8 +25,7 @@ from experiments.metrics import Column
 from . import style
 from .curves import Curves, write_value
 
-# What the settings are called in a key, and under an axis; and the word for all of their values.
-NAMES = {
+NAMES = {  # of the settings: in a key, under an axis, and for all of their values
     "n_cameras": ("Cameras", "cameras", "camera counts"),
     "n_outliers": ("Outliers", "outliers", "outlier counts"),
     "sigma_t": (r"Position noise $\sigma_t$", r"$\sigma_t$ (units)", r"$\sigma_t$"),
@@ -32,14 +33,16 @@ NAMES = {
 }
 
 GROUP = 0.70  # width of the series around a noise level, in levels
-GAP = 0.10  # between the noise levels and the bars at the right, as a share of the panel
-STRIP = 0.20  # width of these bars, as a share of the panel
+GAP = 0.06  # between the noise levels and the bars at the right, as a share of the panel
+STRIP = 0.36  # width of these bars, as a share of the panel: each has its label
+CLOSE = 0.03  # of the height of a panel: curves that are nearer to each other share a label
+HIGH = 0.9  # of the height of a panel, above which there is no room for a label
 MAX_ENTRIES = 7  # of a key: there is room for no more; the colours between them go without saying
 
 
 def panel(axes: Axes, curves: Curves, metric: str, *, log: bool = False) -> None:
     """Draw one metric at equal steps of the noise, so that levels of any spacing stay apart."""
-    smallest, lower, mean, upper, largest = curves.spread(metric)
+    smallest, mean, largest = curves.spread(metric)
     count, n_levels = mean.shape
     levels = np.arange(n_levels)
     offsets = GROUP * ((np.arange(count) + 0.5) / count - 0.5)
@@ -53,8 +56,7 @@ def panel(axes: Axes, curves: Curves, metric: str, *, log: bool = False) -> None
     for j, colour in enumerate(colours):
         label = write_value(curves.series, curves.values[j])
         axes.plot(levels, mean[j], color=colour, label=label, zorder=3)
-        for start, end, linewidth in ((smallest, largest, 0.4), (lower, upper, 1.0)):
-            axes.vlines(levels + offsets[j], start[j], end[j], tints[j], lw=linewidth)
+        axes.vlines(levels + offsets[j], smallest[j], largest[j], tints[j], lw=0.4)
         low, high = smallest[j].min(), largest[j].max()
         axes.bar(strip[j], high - low, 0.8 * step, low, color=colour, linewidth=0.3, zorder=2)
 
@@ -63,6 +65,27 @@ def panel(axes: Axes, curves: Curves, metric: str, *, log: bool = False) -> None
     _x_axis(axes, curves, strip, edges[[0, -1]])
     _y_axis(axes, kind, float(bottom.min()), float(top.max()), log)
     _title(axes, metric, kind, log)
+    _name_coinciding(axes, curves, mean)
+
+
+def _name_coinciding(axes: Axes, curves: Curves, mean: Floats) -> None:
+    """Label most curves that coincide at all noise levels, which a key cannot show."""
+    points = np.column_stack([np.zeros(mean.size), mean.ravel()])
+    to_panel = axes.transData + axes.transAxes.inverted()
+    heights = to_panel.transform(points)[:, 1].reshape(mean.shape)
+    groups = [
+        slice(first, after)
+        for first, after in combinations(range(len(mean) + 1), 2)
+        if after - first > 1 and np.ptp(heights[first:after], axis=0).max() <= CLOSE
+    ]
+    group = max(groups, key=lambda rows: rows.stop - rows.start, default=slice(0))
+    free = np.flatnonzero(heights[group].max(axis=0, initial=0.0) < HIGH)
+    if group.stop and len(free):
+        values = (curves.values[group.start], curves.values[group.stop - 1])
+        text = " to ".join(write_value(curves.series, value) for value in values)
+        at = int(free[0]), float(mean[group, free[0]].max())
+        label = style.note(axes, text, at, (0, 3), color=style.INK)
+        label.set_path_effects([withStroke(linewidth=1.5, foreground="white")])
 
 
 def _strip(curves: Curves) -> Floats:
@@ -80,9 +103,11 @@ def _x_axis(axes: Axes, curves: Curves, strip: Floats, ends: Floats) -> None:
     line: Any = {"color": style.INK, "linewidth": 0.5, "marker": "", "clip_on": False}
     axes.plot(ends, [0, 0], transform=axes.get_xaxis_transform(), **line)
     labels = {float(i): curves.ticks[i] for i in (0, last // 2, last)}
-    labels |= {float(strip[j]): write_value(curves.series, curves.values[j]) for j in (0, -1)}
-    axes.set_xticks(list(labels), list(labels.values()))
+    bars = {x: write_value(curves.series, n) for x, n in zip(strip, curves.values, strict=True)}
+    axes.set_xticks([*labels, *bars], [*labels.values(), *bars.values()])
     axes.set_xticks([*range(last + 1), *strip], minor=True)
+    for text in axes.get_xticklabels()[len(labels) :]:
+        text.set_rotation(90)
 
 
 def _y_axis(axes: Axes, kind: Family, smallest: float, largest: float, log: bool) -> None:
@@ -111,12 +136,14 @@ def _title(axes: Axes, metric: str, kind: Family, log: bool) -> None:
 def x_labels(axes: Axes, curves: Curves) -> None:
     """Name the quantities of the two x axes below a panel."""
     last = len(curves.ticks) - 1
-    noise = "\n".join(NAMES[setting][1] for setting in curves.levels)
+    noise = NAMES[curves.levels[0]][1]
+    if len(curves.levels) > 1:
+        noise = " and ".join(NAMES[setting][2] for setting in curves.levels) + "\nrise together"
     if not curves.even:
         noise += "\nnot to scale"
     series = NAMES[curves.series][1]
     middle = float(_strip(curves).mean())
-    for x, text, lines in ((last / 2, noise, len(curves.levels)), (middle, series, 1)):
+    for x, text, lines in ((last / 2, noise, len(curves.levels)), (middle, series, 2)):
         below = 0, -4 - 7 * lines  # the labels of the ticks
         beneath: Any = {"xycoords": ("data", "axes fraction"), "ha": "center", "va": "top"}
         style.note(axes, text, (x, 0), below, fontsize=style.TEXT, linespacing=1.1, **beneath)
@@ -137,14 +164,13 @@ def new_figure(columns: int, *, head: float, foot: float = 0.26) -> Figure:
 def small_multiples(curves: Curves, log: Sequence[str] = ()) -> Figure:
     """Draw a panel for each metric, some on a logarithmic axis, with one key above."""
     columns = len(curves.metrics) // 2
-    key_rows = 2 if columns == 2 else 1
-    figure = new_figure(columns, head=0.23 + 0.13 * key_rows)
+    figure = new_figure(columns, head=0.36)
     for axes, metric in zip(figure.axes, curves.metrics, strict=True):
         panel(axes, curves, metric, log=metric in log)
     for axes in figure.axes[columns:]:
         x_labels(axes, curves)
     series_key(figure, curves, 0.05, 0.04)
-    glyph_key(figure, curves, 0.19, rows=key_rows)
+    glyph_key(figure, curves, 0.19)
     return figure
 
 
@@ -161,21 +187,16 @@ def series_key(figure: Figure, curves: Curves, x: float, y: float, *, named: boo
     _key(figure, handles, x, y, fontsize=style.TEXT, handlelength=0.9 if named else 0.7)
 
 
-def glyph_key(figure: Figure, curves: Curves, y: float, *, rows: int = 1, series: str = "") -> None:
+def glyph_key(figure: Figure, curves: Curves, y: float, *, series: str = "") -> None:
     """Draw the key of lines and bars; `series` says what they are where panels differ in it."""
     n = curves.trials.sweep.trials
-    along = NAMES[curves.levels[0]][2] if len(curves.levels) == 1 else "noise levels"
     handles: dict[str, Artist] = {
         "mean": Line2D([], [], color=style.FAINT),
-        "middle half": _stroke(1.3),
         "range of 1 trial" if n == 1 else f"range of {n} trials": _stroke(0.5),
-        f"range over all {series or NAMES[curves.series][2]}": Patch(color=style.GREY_BAND),
-        f"range over all {along}": _stroke(2.2),
+        f"of all {series or NAMES[curves.series][2]}": Patch(color=style.GREY_BAND),
+        "of all noise levels": _stroke(2.2),
     }
-    names = list(handles)
-    for row, part in enumerate([names] if rows == 1 else [names[:3], names[3:]]):
-        some = {name: handles[name] for name in part}
-        _key(figure, some, 0.05, y + 0.13 * row, handlelength=1.2)
+    _key(figure, handles, 0.05, y, handlelength=1.2)
 
 
 def _stroke(width: float) -> Line2D:

@@ -1,5 +1,9 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
+
+from figures import noise
 
 SERIES = {"trajectory_length": "n_cameras", "combined": "sigma_r_deg"}
 
@@ -20,17 +24,25 @@ def test_the_lines_are_the_means_of_the_trials(draw, run, name):
         np.testing.assert_allclose(lines, means[metric].unstack(), rtol=1e-12)
 
 
-def test_the_strokes_are_the_range_and_the_quartiles_of_the_trials(draw, run):
+def test_the_strokes_are_the_range_of_the_trials(draw, run):
     axes = panels(draw("outliers"))["TAS"]
     groups = run("outliers").table.groupby(["n_outliers", "sigma_t"])["TAS"]
-    for quantiles, strokes in (
-        ((0, 1), axes.collections[::2]),
-        ((0.25, 0.75), axes.collections[1::2]),
-    ):
-        drawn = [stroke.get_segments() for stroke in strokes]
-        for end, quantile in enumerate(quantiles):
-            heights = [segment[end, 1] for series in drawn for segment in series]
-            np.testing.assert_allclose(heights, groups.quantile(quantile), rtol=1e-12)
+    drawn = [stroke.get_segments() for stroke in axes.collections]
+    for end, name in enumerate(("min", "max")):
+        heights = [segment[end, 1] for series in drawn for segment in series]
+        np.testing.assert_allclose(heights, groups.agg(name), rtol=1e-12)
+
+
+def test_each_bar_has_a_label_and_curves_that_coincide_have_one(run):
+    trials = run("outliers", "n_outliers=[0,10,50]", "sigma_t=[0.01,0.1]")
+    table = trials.table
+    shift = table["n_outliers"].eq(0) / 2  # the curves of 10 and of 50 outliers are one
+    panel = panels(
+        noise.outliers(replace(trials, table=table.assign(TAS=table["sigma_t"] + shift)))
+    )
+    labels = [label.get_text() for label in panel["TAS"].get_xticklabels()]
+    assert labels[-3:] == ["0", "10", "50"]
+    assert "10 to 50" in [text.get_text() for text in panel["TAS"].texts]
 
 
 def test_grey_and_bars_are_the_ranges_over_all_trials(draw, run):
@@ -77,7 +89,7 @@ def test_units_and_directions_are_those_of_the_metrics(draw):
 def test_other_settings_are_drawn(draw, overrides, entries, remark):
     figure = draw("outliers", *overrides)
     figure.draw_without_rendering()
-    series, glyphs, _ = figure.legends
+    series, glyphs = figure.legends
     assert [text.get_text() for text in series.texts] == ["Outliers", *entries]
     trials = "range of 1 trial" if "trials=1" in overrides else "range of 3 trials"
     assert trials in [text.get_text() for text in glyphs.texts]
