@@ -6,7 +6,7 @@ from experiments.tables import Trials
 
 from . import style
 from .curves import Curves
-from .panels import glyph_key, new_figure, panel, series_key, x_labels
+from .panels import glyph_key, new_figure, panel, x_labels
 
 METRICS = ("mAA", "PAS")
 NOISE = ("sigma_t", "sigma_r_deg")
@@ -20,7 +20,7 @@ COLUMNS = (
 @style.applied()
 def draw(outliers: Trials, length: Trials, collinear: Trials) -> Figure:
     """Figure 7: mAA and PAS against noise in position and rotation that rises together."""
-    figure = new_figure(len(COLUMNS), head=0.56, foot=0.46)
+    figure = new_figure(len(COLUMNS), head=0.4, foot=0.46)
     columns = zip(COLUMNS, (outliers, length, collinear), strict=True)
     for i, ((heading, remark, series), trials) in enumerate(columns):
         curves = Curves(trials, METRICS, series, NOISE)
@@ -32,6 +32,5 @@ def draw(outliers: Trials, length: Trials, collinear: Trials) -> Figure:
         place = left / style.PAGE, 1 - 0.04 / figure.get_figheight()
         title = figure.text(*place, heading, size=style.TITLE, weight="bold", va="top")
         style.remark(top, title, remark).set_in_layout(False)
-        series_key(figure, curves, left, 0.21, named=False)
-    glyph_key(figure, curves, 0.37, series="outlier or camera counts")
+    glyph_key(figure, curves, 0.22, series="outlier or camera counts")
     return figure

@@ -25,11 +25,11 @@ from experiments.metrics import Column
 from . import style
 from .curves import Curves, write_value
 
-NAMES = {  # of the settings: in a key, under an axis, and for all of their values
-    "n_cameras": ("Cameras", "cameras", "camera counts"),
-    "n_outliers": ("Outliers", "outliers", "outlier counts"),
-    "sigma_t": (r"Position noise $\sigma_t$", r"$\sigma_t$ (units)", r"$\sigma_t$"),
-    "sigma_r_deg": (r"Rotation noise $\sigma_r$", r"$\sigma_r$", r"$\sigma_r$"),
+NAMES = {  # of the settings: under an axis, and for all of their values
+    "n_cameras": ("cameras", "camera counts"),
+    "n_outliers": ("outliers", "outlier counts"),
+    "sigma_t": (r"$\sigma_t$ (units)", r"$\sigma_t$"),
+    "sigma_r_deg": (r"$\sigma_r$", r"$\sigma_r$"),
 }
 
 GROUP = 0.70  # width of the series around a noise level, in levels
@@ -37,7 +37,7 @@ GAP = 0.06  # between the noise levels and the bars at the right, as a share of 
 STRIP = 0.36  # width of these bars, as a share of the panel: each has its label
 CLOSE = 0.03  # of the height of a panel: curves that are nearer to each other share a label
 HIGH = 0.9  # of the height of a panel, above which there is no room for a label
-MAX_ENTRIES = 7  # of a key: there is room for no more; the colours between them go without saying
+MAX_LABELS = 7  # of bars: there is room for no more
 
 
 def panel(axes: Axes, curves: Curves, metric: str, *, log: bool = False) -> None:
@@ -103,8 +103,9 @@ def _x_axis(axes: Axes, curves: Curves, strip: Floats, ends: Floats) -> None:
     line: Any = {"color": style.INK, "linewidth": 0.5, "marker": "", "clip_on": False}
     axes.plot(ends, [0, 0], transform=axes.get_xaxis_transform(), **line)
     labels = {float(i): curves.ticks[i] for i in (0, last // 2, last)}
-    bars = {x: write_value(curves.series, n) for x, n in zip(strip, curves.values, strict=True)}
-    axes.set_xticks([*labels, *bars], [*labels.values(), *bars.values()])
+    every = -(-len(strip) // MAX_LABELS)
+    bars = [write_value(curves.series, value) for value in curves.values[::every]]
+    axes.set_xticks([*labels, *strip[::every]], [*labels.values(), *bars])
     axes.set_xticks([*range(last + 1), *strip], minor=True)
     for text in axes.get_xticklabels()[len(labels) :]:
         text.set_rotation(90)
@@ -136,12 +137,12 @@ def _title(axes: Axes, metric: str, kind: Family, log: bool) -> None:
 def x_labels(axes: Axes, curves: Curves) -> None:
     """Name the quantities of the two x axes below a panel."""
     last = len(curves.ticks) - 1
-    noise = NAMES[curves.levels[0]][1]
+    noise = NAMES[curves.levels[0]][0]
     if len(curves.levels) > 1:
-        noise = " and ".join(NAMES[setting][2] for setting in curves.levels) + "\nrise together"
+        noise = " and ".join(NAMES[setting][1] for setting in curves.levels) + "\nrise together"
     if not curves.even:
         noise += "\nnot to scale"
-    series = NAMES[curves.series][1]
+    series = NAMES[curves.series][0]
     middle = float(_strip(curves).mean())
     for x, text, lines in ((last / 2, noise, len(curves.levels)), (middle, series, 2)):
         below = 0, -4 - 7 * lines  # the labels of the ticks
@@ -162,29 +163,15 @@ def new_figure(columns: int, *, head: float, foot: float = 0.26) -> Figure:
 
 
 def small_multiples(curves: Curves, log: Sequence[str] = ()) -> Figure:
-    """Draw a panel for each metric, some on a logarithmic axis, with one key above."""
+    """Draw a panel for each metric, some on a logarithmic axis; the bars are the key of colours."""
     columns = len(curves.metrics) // 2
-    figure = new_figure(columns, head=0.36)
+    figure = new_figure(columns, head=0.21)
     for axes, metric in zip(figure.axes, curves.metrics, strict=True):
         panel(axes, curves, metric, log=metric in log)
     for axes in figure.axes[columns:]:
         x_labels(axes, curves)
-    series_key(figure, curves, 0.05, 0.04)
-    glyph_key(figure, curves, 0.19)
+    glyph_key(figure, curves, 0.04)
     return figure
-
-
-def series_key(figure: Figure, curves: Curves, x: float, y: float, *, named: bool = True) -> None:
-    """Draw the key of the series' colours; x and y are inches from the upper left corner."""
-    handles: dict[str, Artist] = {}
-    if named:  # the name has a handle as well, but no visible one: it starts left of x
-        handles[NAMES[curves.series][0]] = Line2D([], [], linewidth=0, marker="")
-        x -= 1.4 * style.TEXT / 72
-    colours = style.colours(curves.series, len(curves.values))
-    entries = np.linspace(0, len(colours) - 1, min(len(colours), MAX_ENTRIES)).round().astype(int)
-    for value, colour in ((curves.values[i], colours[i]) for i in entries):
-        handles[write_value(curves.series, value)] = Line2D([], [], color=colour, lw=3, marker="")
-    _key(figure, handles, x, y, fontsize=style.TEXT, handlelength=0.9 if named else 0.7)
 
 
 def glyph_key(figure: Figure, curves: Curves, y: float, *, series: str = "") -> None:
@@ -193,7 +180,7 @@ def glyph_key(figure: Figure, curves: Curves, y: float, *, series: str = "") -> 
     handles: dict[str, Artist] = {
         "mean": Line2D([], [], color=style.FAINT),
         "range of 1 trial" if n == 1 else f"range of {n} trials": _stroke(0.5),
-        f"of all {series or NAMES[curves.series][2]}": Patch(color=style.GREY_BAND),
+        f"of all {series or NAMES[curves.series][1]}": Patch(color=style.GREY_BAND),
         "of all noise levels": _stroke(2.2),
     }
     _key(figure, handles, 0.05, y, handlelength=1.2)

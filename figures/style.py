@@ -1,6 +1,6 @@
 """One look for all figures: sizes on the printed page, type, lines and colours."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -23,8 +23,6 @@ SMALL, TEXT, TITLE = 6.0, 6.5, 7.5  # sizes of the type in points
 INK = "0.15"  # text and axes
 FAINT = "0.38"  # remarks
 GREY_BAND = "0.935"  # what all series together span
-
-CELLS = "Blues"  # colours of cells, light to dark, so that they read in greyscale
 
 # Dark to light in even steps of lightness, so that the order survives greyscale and colour
 # blindness; another hue for each quantity. First, second and last position in the colour map: no
@@ -95,37 +93,19 @@ def direction(axes: Axes, *, larger_is_better: bool) -> None:
     note(axes, text, (0, 1), (0, 3), xycoords="axes fraction", color=FAINT)
 
 
-def as_table(axes: Axes, size: float) -> None:
-    """Draw no lines around coloured cells, and name their columns above them, in small type."""
-    without_lines(axes)
-    axes.tick_params(axis="x", top=False, labeltop=True, labelbottom=False, labelsize=size)
-
-
-def draw_cells(axes: Axes, values: Floats, lightest: float, darkest: float, gap: float) -> None:
-    """Draw a coloured cell for each number, a row for each of the first axis; none for NaN."""
-    axes.pcolormesh(
-        np.arange(values.shape[1] + 1) - 0.5,
-        np.arange(values.shape[0] + 1) - 0.5,
-        values,
-        cmap=CELLS,
-        vmin=lightest,
-        vmax=darkest,
-        edgecolor="white",
-        linewidth=gap,
-    )
-
-
-def without_lines(axes: Axes) -> None:
-    """Draw no lines around coloured cells."""
+def draw_cells(axes: Axes, shares: Floats, texts: Sequence[Sequence[str]], size: float) -> None:
+    """Draw a table of cells, from 0 (light) to 1 (dark), without a colour for NaN, with texts."""
+    edges = (np.arange(n + 1) - 0.5 for n in shares.shape[::-1])
+    lines: Any = {"edgecolor": "white", "linewidth": 0.8}
+    axes.pcolormesh(*edges, shares, cmap="Blues", vmin=0, vmax=1, **lines)  # reads in greyscale
+    for (row, column), share in np.ndenumerate(shares):
+        colour = FAINT if np.isnan(share) else "white" if share > 0.62 else INK
+        placed: Any = {"ha": "center", "va": "center_baseline", "size": size}
+        axes.text(column, row, texts[row][column], color=colour, **placed)
     axes.tick_params(length=0)
     axes.grid(visible=False)
     for spine in axes.spines.values():
         spine.set_visible(False)
-
-
-def write(axes: Axes, x: float, y: float, text: str, colour: str, size: float = SMALL) -> None:
-    """Write a text in the middle of a cell."""
-    axes.text(x, y, text, color=colour, size=size, ha="center", va="center_baseline")
 
 
 def as_rows(axes: Axes) -> None:

@@ -18,8 +18,6 @@ PANELS = {  # column of the table, title, remark
     "outlier_order": ("Outliers", "ordered at every noise level"),
 }
 PAPER = {"geometry": "cube", "error": "gaussian", "outliers": "uniform", "outlier_side": 10.0}
-LIGHTEST, DARKEST = 40.0, 112.0  # values of these colours
-WHITE_ABOVE = 85  # the text
 ROW = 0.155  # inches
 TIGHT = 4.8  # size of the type in narrow columns, in points
 NAMES = {"HalfDistance": "half\ndist.", "HalfAngle": "half\nangle", "Median-1": "Median\n-1"}
@@ -35,7 +33,7 @@ def draw(table: pd.DataFrame) -> Figure:
     for axes, (column, (title, remark)) in zip(both, PANELS.items(), strict=True):
         orders = table.pivot(index="scenario", columns="metric", values=column)
         orders = orders.loc[scenarios["scenario"], table["metric"].unique()]
-        _heat_map(axes, orders)
+        _cells(axes, orders)
         style.remark(axes, axes.set_title(title, pad=5), remark)
     labels = [_label(row) for row in scenarios.to_dict("records")]
     both[0].set_yticks(range(len(labels)), labels)
@@ -49,18 +47,14 @@ def draw(table: pd.DataFrame) -> Figure:
     return figure
 
 
-def _heat_map(axes: Axes, orders: pd.DataFrame) -> None:
-    """Draw numbers on colours; what does not discern has no colour."""
+def _cells(axes: Axes, orders: pd.DataFrame) -> None:
+    """Draw numbers on colours; what does not order has no colour."""
     values = orders.to_numpy(dtype=float)
-    shown = np.where(values >= LEAST_ORDER, values, np.nan)
-    style.draw_cells(axes, shown, LIGHTEST, DARKEST, gap=0.8)
-    for (row, column), value in np.ndenumerate(values):
-        if np.isfinite(value):
-            dark = style.INK if value >= LEAST_ORDER else style.FAINT
-            colour = "white" if value > WHITE_ABOVE else dark
-            style.write(axes, column, row, f"{value:.0f}", colour, TIGHT)
+    shares = np.where(values >= LEAST_ORDER, (values - 40) / 72, np.nan)
+    texts = [[f"{value:.0f}" if np.isfinite(value) else "" for value in row] for row in values]
+    style.draw_cells(axes, shares, texts, TIGHT)
     axes.set_xticks(range(values.shape[1]), list(map(_metric, orders.columns)))
-    style.as_table(axes, TIGHT)
+    axes.tick_params(axis="x", top=False, labeltop=True, labelbottom=False, labelsize=TIGHT)
 
 
 def _metric(metric: str) -> str:

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -24,11 +23,13 @@ def draw(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFrame) -> F
     order, agrees, *moves = figure.subplots(1, len(widths), width_ratios=widths)
     _order(order, table, pairs)
     orders = agreement.pivot(index="metric", columns="other", values="order")
-    _cells(agrees, orders.loc[metrics, metrics].to_numpy(), metrics, (50, 100))
+    shares = orders.loc[metrics, metrics].to_numpy() / 50 - 1
+    _cells(agrees, shares, [[""] * len(metrics)] * len(metrics), metrics)
     style.remark(agrees, agrees.set_title("Order by another metric"), "(dark: 100 %)")
     if changes:
         names = [name.removeprefix("moves_").replace("_", " ") for name in changes]
-        _cells(moves[0], table[changes].to_numpy(), names, (0, 2), "{:.1f}")
+        moved = table[changes].to_numpy()
+        _cells(moves[0], moved / 2, [[f"{value:.1f}" for value in row] for row in moved], names)
         style.remark(moves[0], moves[0].set_title("Moved by"), "(sd of runs)")
     return figure
 
@@ -49,17 +50,8 @@ def _order(axes: Axes, table: pd.DataFrame, pairs: pd.DataFrame) -> None:
     style.remark(axes, axes.set_title("Order, %"), "(line: a pair of systems)")
 
 
-def _cells(
-    axes: Axes, values: Floats, names: list[str], ends: tuple[float, float], form: str = ""
-) -> None:
-    """Draw a table of numbers, the darker the larger."""
-    low, high = ends
-    shade = matplotlib.colormaps[style.CELLS]
-    share = np.clip((np.nan_to_num(values, nan=low, posinf=high) - low) / (high - low), 0, 1)
-    axes.imshow(shade(0.05 + 0.85 * share), aspect="auto")
-    for (y, x), value in np.ndenumerate(values if form else np.empty((0, 0))):
-        text = form.format(value) if np.isfinite(value) else "–"
-        style.write(axes, x, y, text, "white" if share[y, x] > 0.6 else style.INK, style.SMALL - 1)
+def _cells(axes: Axes, shares: Floats, texts: list[list[str]], names: list[str]) -> None:
+    style.draw_cells(axes, np.clip(shares, 0, 1), texts, style.SMALL - 1)
     axes.set_xticks(range(len(names)), names, rotation=90)
     axes.set_yticks([])
-    style.without_lines(axes)
+    axes.invert_yaxis()

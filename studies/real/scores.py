@@ -23,7 +23,6 @@ from alignscores.evaluation.scoring import score
 from alignscores.evaluation.settings import Settings
 from alignscores.protocols import split_names
 from alignscores.trajectories.files import Trajectory
-from alignscores.trajectories.timeline import reference_at
 from alignscores.trajectories.timing import find_offset
 from alignscores.validation import finite_rows
 from baselines import dre, dte, maa
@@ -70,11 +69,12 @@ def _far_off(estimate: Trajectory, rng: np.random.Generator) -> Trajectory:
     return estimate._replace(poses=poses)
 
 
-def at_equal_times(estimate: Trajectory) -> Trajectory:
-    """Return the poses at whole seconds, interpolated where the estimate has gaps of up to 2 s."""
-    seconds = np.arange(np.ceil(estimate.keys.min()), estimate.keys.max())
-    poses, known = reference_at(estimate, seconds, gap=2.0, t_max_diff=0.0)
-    return Trajectory(seconds[known], poses[known])
+def _at_equal_times(estimate: Trajectory, _: np.random.Generator) -> Trajectory:
+    """Return the pose nearest to each whole second, within half of one."""
+    distance = np.abs(estimate.keys - np.round(estimate.keys))
+    order = np.lexsort((distance, np.round(estimate.keys)))
+    rows = order[np.unique(np.round(estimate.keys)[order], return_index=True)[1]]
+    return Trajectory(estimate.keys[rows], estimate.poses[rows])
 
 
 def _scaled(estimate: Trajectory, _: np.random.Generator) -> Trajectory:
@@ -84,7 +84,7 @@ def _scaled(estimate: Trajectory, _: np.random.Generator) -> Trajectory:
 
 
 CHANGES: Mapping[str, Change] = {
-    EQUAL_TIMES: lambda estimate, _: at_equal_times(estimate),
+    EQUAL_TIMES: _at_equal_times,
     "every 2nd": lambda estimate, _: _kept(estimate, np.arange(len(estimate.keys)) % 2 == 0),
     "every 5th": lambda estimate, _: _kept(estimate, np.arange(len(estimate.keys)) % 5 == 0),
     "frames lost": lambda estimate, rng: _kept(estimate, rng.random(len(estimate.keys)) >= SHARE),
@@ -148,11 +148,12 @@ def score_sequence(
 
 
 def clock_offsets(reference: Trajectory, estimates: Mapping[Run, Trajectory]) -> dict[str, float]:
-    """Return the seconds to be added to the stamps of each system; 0 where nothing is found."""
+    """Return the seconds to be added to the stamps of each system; 0 where none is certain."""
     found: dict[str, list[float]] = {run.system: [] for run in estimates}
     for run, estimate in estimates.items():
-        if estimate.keys.dtype.kind == "f" and (offset := find_offset(reference, estimate)):
-            found[run.system].append(offset.seconds)
+        if estimate.keys.dtype.kind == "f":
+            offset = find_offset(reference, estimate)
+            found[run.system].append(offset.seconds if offset and offset.certain else 0.0)
     return {system: float(np.median(own)) if own else 0.0 for system, own in found.items()}
 
 

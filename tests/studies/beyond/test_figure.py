@@ -28,7 +28,7 @@ def table():
 
 def texts(axes):
     shown = [text.get_text() for text in axes.texts]
-    return [text for text in shown if text[-1].isdigit()]
+    return [text for text in shown if text[-1:].isdigit()]
 
 
 def test_rows_are_scenarios_from_the_top_with_what_their_names_leave_out(table):
