@@ -15,10 +15,10 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 from PIL import Image
 
+from experiments.config import experiment_names
 from experiments.tables import TableError, read_record, read_table
 from studies.claims.verdicts import TRUTHS, VERDICTS, statements
-from studies.paper import FIGURES
-from studies.paper.table1 import CRITERIA, NOTES, PROPERTIES, agreements, sensitivity
+from studies.paper.table1 import CRITERIA, NOTES, PROPERTIES, agreements
 from studies.study import found
 
 PAPER_TRIALS = 50  # in each cell of the paper's experiments
@@ -89,7 +89,6 @@ def _table1(folder: Path) -> dict[str, Any]:
     return {
         "properties": dict(zip(PROPERTIES, CRITERIA, strict=True)),
         "notes": NOTES,
-        "sensitivity": sensitivity(table),
         "table1": table.groupby("metric", sort=False),
         "n_agreeing": int(agreeing.sum()),
         "n_cells": len(agreeing),
@@ -127,8 +126,7 @@ def _costs(folder: Path) -> list[dict[Any, Any]]:
 
 def _provenance(folder: Path, settings: Sequence[str]) -> dict[str, Any]:
     """Return the settings of the paper's experiments, and the code and machine behind them."""
-    names = dict.fromkeys(name for names in FIGURES.values() for name in names)
-    records = [read_record(folder / "trials" / f"{name}.csv") for name in names]
+    records = [read_record(folder / "trials" / f"{name}.csv") for name in experiment_names()]
     first = records[0].origin
     return {
         "sweeps": [record.sweep for record in records],

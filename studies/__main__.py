@@ -35,10 +35,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         default=[],
         type=Path,
         metavar="FILE.csv",
-        help="tables of one's own files",
+        help="tables of user-supplied files",
     )
     parser.add_argument("--trials", metavar="TABLE", help="run the trials of this table instead")
-    parser.add_argument("--part", help="of one's own files, whose table to write instead")
+    parser.add_argument("--part", help="score this part of user-supplied files instead")
     parser.add_argument("--settings", nargs="*", default=[], metavar="key=value", help="of trials")
     parser.add_argument("--n_jobs", type=int, default=1, help="processes")
 
@@ -50,14 +50,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return list(options.output)
         if options.part:
             if study.score is None:
-                raise CommandError(f"{study.name} scores no files of one's own")
+                raise CommandError(f"{study.name} does not score files")
             table = study.score(dict(map(split_override, options.settings)), options.part)
             write_files({options.output[0]: to_csv(table)})
             return list(options.output)
-        if len(study.answers) != len(options.output):
-            raise CommandError(
-                f"{study.name} writes {len(study.answers)} files, not {len(options.output)}"
-            )
         if not (options.tables or options.own):
             raise CommandError(f"no tables are given; run: snakemake {study.name}")
         trials = [read_trials(path) for path in options.tables]
@@ -68,6 +64,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except KeyError as error:
             problem = f"these tables, which lack {error}, are not those of {study.name}"
             raise CommandError(f"{problem}; run: snakemake {study.name}") from None
+        if len(answers) != len(options.output):
+            problem = f"writes {len(answers)} files, not {len(options.output)}"
+            raise CommandError(f"{study.name} {problem}")
         contents = [one.encode() if isinstance(one, str) else to_csv(one) for one in answers]
         write_files(dict(zip(options.output, contents, strict=True)))
         return list(options.output)

@@ -4,7 +4,7 @@ import pkgutil
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, reduce
 from hashlib import sha256
 from importlib import import_module
@@ -33,26 +33,13 @@ class Table:
         return sha256(SWEEPS.dump_json(self.sweeps)).hexdigest()[:16]
 
 
-@dataclass(frozen=True)
-class Figure:
-    """A figure: what draws it, as ``module:function``, and the tables that it is drawn from.
-
-    The first line of the function's docstring is its title. Braces in its name and tables stand for
-    what the results are called.
-    """
-
-    draw: str
-    tables: Sequence[str] = ()
-    name: str = "{}"
-
-
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What a study is asked: its trials, and how many processes may answer."""
+    """The trials of a study, and how many processes may answer."""
 
     trials: Sequence[Trials]
     n_jobs: int = 1
-    own: pd.DataFrame = field(default_factory=pd.DataFrame)  # computed of people's own files
+    own: pd.DataFrame = field(default_factory=pd.DataFrame)  # from user-supplied files
 
     @property
     def by_name(self) -> Mapping[str, Trials]:
@@ -62,37 +49,28 @@ class Question:
 
 @dataclass(frozen=True)
 class Study:
-    """All that the project knows of a study.
-
-    Braces in names of files stand for the name of its results: the study's, unless `called` has
-    another one.
-    """
+    """A study: the trials that it needs, and the program that answers from them."""
 
     name: str
     title: str  # in the report
     plan: Callable[[Sequence[str]], Mapping[str, Table]]  # tables of trials, from Hydra overrides
-    ask: Callable[[Question], Sequence[pd.DataFrame | str]]  # returns `answers`
+    ask: Callable[[Question], Sequence[pd.DataFrame | str]]  # returns the tables that it writes
     text: str = ""  # of its section in the report: without, there is none
     alt: str = ""  # describes its figure for who does not see it
-    answers: Sequence[str] = ("tables/{}.csv",)
-    figures: Sequence[Figure] = ()
-    place: int = 100  # of its section among the others
-    trials: str = "trials/{}"  # the folder
-    beside: Sequence[str] = ()  # studies whose trials it takes, too
+    position: int = 100  # in the report
+    trials: str = "trials/{}"  # their folder; braces stand for the name of the results
     keys: Sequence[str] = ()  # settings of its own
-    called: Callable[[Sequence[str]], str] | None = None  # from the overrides
-    files: Sequence[Path] = ()  # that its answers rest on
-    is_parallel: bool = False  # whether its answers take several processes
-    own: "Own | None" = None  # people's own files, in place of trials
-    score: Callable[[Mapping[str, str], str], pd.DataFrame] | None = None  # of a part of own files
+    called: Callable[[Sequence[str]], str] | None = None  # names the results, from the overrides
+    own: "Own | None" = None  # user-supplied files, in place of trials
+    score: Callable[[Mapping[str, str], str], pd.DataFrame] | None = None  # of a part of these
 
 
 @dataclass(frozen=True)
 class Own:
-    """A file of one's own, without which there is no such study."""
+    """User-supplied input file; the study exists only if it is given."""
 
     key: str  # that names the file
-    sources: Callable[[Path], Mapping[str, Sequence[str]]]  # by part, the files that it rests on
+    sources: Callable[[Path], Mapping[str, Sequence[str]]]  # the input files of each part
 
 
 @dataclass(frozen=True)
@@ -104,7 +82,7 @@ class Plan:
 
     @cached_property
     def called(self) -> str:
-        """What its results are called."""
+        """The name of its results."""
         return self.study.called(self.overrides) if self.study.called else self.study.name
 
     @property
@@ -112,24 +90,9 @@ class Plan:
         """Where its trials are."""
         return self.study.trials.format(self.called)
 
-    @property
-    def answers(self) -> list[str]:
-        """The files that it makes of its trials."""
-        return [name.format(self.called) for name in self.study.answers]
-
-    @property
-    def figures(self) -> dict[str, Figure]:
-        """Its figures by their names."""
-        return {
-            figure.name.format(self.called): replace(
-                figure, tables=[table.format(self.called) for table in figure.tables]
-            )
-            for figure in self.study.figures
-        }
-
     @cached_property
     def sources(self) -> Mapping[str, Sequence[str]]:
-        """The parts of people's own files, and what each rests on."""
+        """The parts of user-supplied files, and the input files of each."""
         own = self.study.own
         return own.sources(Path(dict(map(split_override, self.given))[own.key])) if own else {}
 
@@ -148,7 +111,7 @@ def found() -> list[Study]:
     """Return the studies whose descriptions there are, in the order of the report."""
     folders = [module.name for module in pkgutil.iter_modules(studies.__path__) if module.ispkg]
     described = [import_module(f"studies.{name}").STUDY for name in folders]
-    return sorted(described, key=lambda study: (study.place, study.name))
+    return sorted(described, key=lambda study: (study.position, study.name))
 
 
 def plans(overrides: Iterable[str] = ()) -> dict[str, Plan]:

@@ -70,12 +70,7 @@ STUDY = study.Study(
     "larger it is; what does not order has no colour.",
     plan=plan,
     ask=ask,
-    answers=["tables/{}.csv"],
-    figures=[
-        study.Figure("studies.beyond.figure:draw", ["tables/{}"]),
-        study.Figure("studies.beyond.paths:draw", name="paths"),
-    ],
-    place=40,
+    position=40,
     keys=["scenarios"],
     called=lambda overrides: study_name(_file(overrides)),
 )

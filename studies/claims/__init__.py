@@ -8,7 +8,7 @@ from experiments.command import CommandError
 from experiments.config import split_override
 
 from ..study import Question, Study, Table
-from .claims import CLAIMS_FILE, load_claims
+from .claims import load_claims
 from .plan import replicates
 from .verdicts import decide, select_trials
 
@@ -38,10 +38,7 @@ STUDY = Study(
     title="Verdicts",
     plan=plan,
     ask=ask,
-    answers=("claims.csv", "tables/readings.csv", "tables/criteria.csv"),
-    place=1,
+    position=1,
     trials="replicates",
     keys=["replicates"],
-    files=[CLAIMS_FILE],
-    is_parallel=True,
 )

@@ -48,6 +48,5 @@ STUDY = Study(
     "registration, it is the paper's.",
     plan=plan,
     ask=ask,
-    place=10,
-    beside=["paper"],
+    position=10,
 )

@@ -19,11 +19,6 @@ OUTLIER_SHARE = 0.1  # robust: still discerns noise with so many of the cameras 
 SCALE = 1000.0  # metres to millimetres
 SCALE_TOLERANCE = 0.01  # relative; a score may move by single counts through rounding
 MOST_DEPENDENCE = 25.0  # insensitive: moves by less, in per cent of what the noise moves
-# Other thresholds, and what the answers are by them.
-OTHER_POWERS = (0.3, 0.7)
-OTHER_SHARES = (0.3, 0.5)
-OTHER_TOLERANCES = (0.001, 0.1)
-OTHER_DEPENDENCES = (15.0, 35.0)
 
 PAPER = {  # rows of table 1: scale unnecessary, outliers, collinearity, trajectory length
     "ATE": (False, False, True, True),
@@ -58,8 +53,6 @@ NOTES = (
     "each of them, its no of one at least.",
     "On a line the paper's yes for ATE and DTE holds without outliers alone: in its Figure 3, as "
     "here, a single one blinds both.",
-    "How many cameras may be lost decides who is robust to outliers: see the other "
-    "thresholds (column sensitivity of method_comparison.csv).",
 )
 CAPTION = (
     "**Bold**: not as in the paper's Table 1. In brackets what decides. –: positions play no part "
@@ -91,9 +84,8 @@ def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
     DataFrame
         One row for each `metric` and `property`, with the `row` of the paper's table: the answers
         of the `paper` and `ours`, whether it `agrees` (with a no, where one metric of the row has
-        it), the `statistic` with its `value`, the `criterion`, the `experiment` and
-        `sensitivity`: our answers by other thresholds. Where nothing could tell, `ours` is "not
-        tested".
+        it), the `statistic` with its `value`, the `criterion` and the `experiment`. Where nothing
+        could tell, `ours` is "not tested".
     """
     trials = {
         name: _checked(found) for name, found in experiments.items() if name != SCALE_EXPERIMENT
@@ -120,7 +112,7 @@ def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
             for name, criterion, paper, experiment, finding in told
         ]
     columns = ["row", "metric", "property", "paper", "ours", "agrees", "statistic", "value"]
-    table = pd.DataFrame(rows, columns=[*columns, "criterion", "experiment", "sensitivity"])
+    table = pd.DataFrame(rows, columns=[*columns, "criterion", "experiment"])
     tested = table[table["ours"] != "not tested"]
     joint = agreements(tested, tested["ours"])
     of_row = joint.loc[pd.MultiIndex.from_frame(tested[["row", "property"]])].to_numpy()
@@ -134,20 +126,6 @@ def agreements(tested: pd.DataFrame, answers: "pd.Series[str]") -> "pd.Series[bo
     cells = tested.assign(all=answers == "yes", paper=tested["paper"] == "yes")
     found = cells.groupby(["row", "property"], sort=False)[["all", "paper"]].all()
     return found["all"] == found["paper"]
-
-
-def sensitivity(table: pd.DataFrame) -> dict[str, tuple[int, list[str]]]:
-    """Tell how many cells agree with the paper by each other threshold, and which change."""
-    tested = table[table["ours"] != "not tested"]
-    others = [dict(text.split(": ") for text in cell.split(", ")) for cell in tested["sensitivity"]]
-    found = {}
-    for threshold in dict.fromkeys(threshold for cell in others for threshold in cell):
-        pairs = zip(others, tested["ours"], strict=True)
-        answers = pd.Series([cell.get(threshold, ours) for cell, ours in pairs], tested.index)
-        changed = tested[answers != tested["ours"]]
-        cells = [f"{row['metric']} ({row['property']})" for _, row in changed.iterrows()]
-        found[threshold] = int(agreements(tested, answers).sum()), cells
-    return found
 
 
 def to_markdown(table: pd.DataFrame) -> str:
@@ -188,49 +166,28 @@ def _run_added(sweep: Sweep) -> pd.DataFrame:
 
 
 def _scale(change: float) -> Finding:
-    others = {f"within {other:g}": change <= other for other in OTHER_TOLERANCES}
-    holds, statistic = change <= SCALE_TOLERANCE, "largest relative change"
-    return _finding(holds, change, statistic, others)
+    return _finding(change <= SCALE_TOLERANCE, change, "largest relative change")
 
 
 def _outliers(trials: pd.DataFrame, metric: str) -> Finding:
-    n_cameras = trials["n_cameras"].min()
-
-    def weakest(share: float) -> float:
-        few = trials[trials["n_outliers"].between(1, share * n_cameras)]
-        return power(few, metric, _noise(trials), "smallest")
-
-    others = {f"{share:.0%} lost": weakest(share) >= LEAST_POWER for share in OTHER_SHARES}
-    statistic = f"smallest tau with 1 to {OUTLIER_SHARE:.0%} outliers"
-    return _discerns(weakest(OUTLIER_SHARE), statistic, others)
+    few = trials[trials["n_outliers"].between(1, OUTLIER_SHARE * trials["n_cameras"].min())]
+    tau = power(few, metric, _noise(trials), "smallest")
+    return _finding(tau >= LEAST_POWER, tau, f"smallest tau with 1 to {OUTLIER_SHARE:.0%} outliers")
 
 
 def _collinear(trials: pd.DataFrame, metric: str) -> Finding:
     none = trials[trials["n_outliers"] == 0]
-    value = power(none, metric, _noise(trials), "smallest")
-    return _discerns(value, "tau without outliers", {})
-
-
-def _discerns(tau: float, statistic: str, others: Mapping[str, bool]) -> Finding:
-    powers = {f"tau {least:g}": tau >= least for least in OTHER_POWERS}
-    return _finding(tau >= LEAST_POWER, tau, statistic, {**others, **powers})
+    tau = power(none, metric, _noise(trials), "smallest")
+    return _finding(tau >= LEAST_POWER, tau, "tau without outliers")
 
 
 def _length(trials: pd.DataFrame, metric: str) -> Finding:
     moves = dependence(trials, metric, ["n_cameras"], "mean")
-    others = {f"less than {other:g} %": moves < other for other in OTHER_DEPENDENCES}
-    holds, statistic = moves < MOST_DEPENDENCE, "movement of the mean, %"
-    return _finding(holds, moves, statistic, others)
+    return _finding(moves < MOST_DEPENDENCE, moves, "movement of the mean, %")
 
 
-def _finding(holds: bool, value: float, statistic: str, others: Mapping[str, bool]) -> Finding:
-    """Return what was found, and the answers by other thresholds."""
-    return {
-        "ours": _yes(holds),
-        "statistic": statistic,
-        "value": round(value, 4),
-        "sensitivity": ", ".join(f"{threshold}: {_yes(yes)}" for threshold, yes in others.items()),
-    }
+def _finding(holds: bool, value: float, statistic: str) -> Finding:
+    return {"ours": _yes(holds), "statistic": statistic, "value": value}
 
 
 def _noise(trials: pd.DataFrame) -> list[str]:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from ..study import Figure, Own, Question, Study
+from ..study import Own, Question, Study
 from .answers import agreement, pairs, summarise
 from .scores import read_benchmark, score_sequence, sources
 
@@ -42,11 +42,7 @@ STUDY = Study(
     "moves a run.",
     plan=lambda _: {},  # no tables of trials: the runs are real
     ask=ask,
-    answers=("tables/{}.csv", "tables/{}_pairs.csv", "tables/{}_agreement.csv"),
-    figures=[
-        Figure("studies.real.figure:draw", ["tables/{}", "tables/{}_pairs", "tables/{}_agreement"])
-    ],
-    place=110,
+    position=110,
     trials="real",
     keys=["benchmark", "quick", "more"],
     own=Own("benchmark", parts),

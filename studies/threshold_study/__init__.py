@@ -2,8 +2,8 @@
 
 import pandas as pd
 
-from ..study import Figure, Question, Study
-from .axes import THRESHOLDS, axes_of, axis_names, plan
+from ..study import Question, Study
+from .axes import axes_of, axis_names, plan
 from .effects import effects
 
 
@@ -26,8 +26,6 @@ STUDY = Study(
     "seed noise. The paper's values are filled dots.",
     plan=plan,
     ask=ask,
-    figures=[Figure("studies.threshold_study.figure:draw", ["tables/{}"])],
-    place=20,
+    position=20,
     keys=axis_names(),
-    files=[THRESHOLDS],
 )

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import cache
-from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,17 @@ from matplotlib.figure import Figure
 from experiments.config import load_sweep
 from experiments.sweep import run_sweeps
 from experiments.tables import Record, Trials
-from studies.paper import FIGURES, STUDY
+from figures import histogram, maa_vs_pas, noise
+
+FIGURES = {  # of the paper, each with the experiments whose trials it shows
+    "histogram": ("combined",),
+    "outliers": ("outliers",),
+    "collinear": ("collinear",),
+    "trajectory_length": ("trajectory_length",),
+    "rotations": ("rotations",),
+    "combined": ("combined",),
+    "maa_vs_pas": ("maa_vs_pas_outliers", "maa_vs_pas_length", "maa_vs_pas_collinear"),
+}
 
 
 @pytest.fixture(scope="session")
@@ -35,10 +44,8 @@ def draw(run: Callable[..., Trials]) -> Callable[..., Figure]:
     @cache
     def draw_few(name: str, *overrides: str) -> Figure:
         trials = [run(experiment, *overrides) for experiment in FIGURES[name]]
-        (module, function), *_ = [
-            figure.draw.split(":") for figure in STUDY.figures if figure.name == name
-        ]
-        figure: Figure = getattr(import_module(module), function)(*trials)
+        modules = {"histogram": histogram.draw, "maa_vs_pas": maa_vs_pas.draw}
+        figure: Figure = (modules.get(name) or getattr(noise, name))(*trials)
         return figure
 
     return draw_few

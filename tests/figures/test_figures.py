@@ -1,6 +1,4 @@
-"""The registry, and what holds for every figure of the paper."""
-
-from importlib import import_module
+"""What holds for every figure of the paper."""
 
 import numpy as np
 import pytest
@@ -8,25 +6,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 from figures import style
-from studies.paper import FIGURES
-from studies.study import plans
+
+from .conftest import FIGURES
 
 ON_A_PAGE = {"rotations", "combined", "maa_vs_pas"}  # the others in a column
-
-
-def test_the_names_are_the_ones_that_others_rely_on():
-    paper = ["histogram", "outliers", "collinear", "trajectory_length", "rotations", "combined"]
-    assert list(FIGURES) == [*paper, "maa_vs_pas"]
-    others = [name for name, plan in plans().items() if name != "paper" for name in plan.figures]
-    assert others == ["threshold_study", "beyond", "paths"]
-
-
-@pytest.mark.parametrize("name", plans())
-def test_every_figure_has_a_function_that_draws_it(name):
-    for figure in plans()[name].figures.values():
-        module, _, function = figure.draw.partition(":")
-        draw = getattr(import_module(module), function)
-        assert draw.__doc__.startswith("Figure")  # its title in the file
 
 
 @pytest.mark.parametrize("name", FIGURES)

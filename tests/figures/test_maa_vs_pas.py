@@ -1,6 +1,6 @@
 import numpy as np
 
-from studies.paper import FIGURES
+from .conftest import FIGURES
 
 EXPERIMENTS = FIGURES["maa_vs_pas"]
 

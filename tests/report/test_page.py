@@ -10,7 +10,7 @@ import pytest
 
 from report.__main__ import main
 from studies.claims.claims import load_claims
-from studies.paper import FIGURES
+from tests.figures.conftest import FIGURES
 
 from .conftest import Page
 

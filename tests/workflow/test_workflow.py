@@ -342,7 +342,7 @@ import pandas as pd
 
 from experiments.config import load_sweep
 
-from ..study import Figure, Study, Table
+from ..study import Study, Table
 
 
 def plan(overrides):
@@ -362,7 +362,6 @@ STUDY = Study(
     title="A toy",
     plan=plan,
     ask=ask,
-    figures=[Figure("studies.toy.figure:draw", ["tables/{}"])],
     text="The mean of each metric.",
     alt="Two bars.",
 )

@@ -11,7 +11,7 @@ import yaml
 
 from experiments.config import ConfigError
 from studies.claims.claims import CLAIMS_FILE, Reading, load_claims
-from studies.paper import FIGURES
+from tests.figures.conftest import FIGURES
 
 # The percentages in the captions of figures 2, 6 and 7.
 PAPER = [-74, -51, -66, 13, -84, 14, -75, -50, -94, -55, -74, -59, -73, -24]
