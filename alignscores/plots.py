@@ -1,41 +1,39 @@
-"""Pictures of scored estimates: cumulative histograms, aligned trajectories, score profiles.
+"""Figures of scored estimates: errors and poses over time, trajectories, and scores.
 
 Needs Matplotlib, which the extra ``plots`` brings.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from .arrays import Floats
 from .evaluation.evaluation import Evaluation
-from .histogram import AlignmentScore
-from .trajectories.association import Matches
+from .pages.estimates import over_expected
+from .profile import ScoreProfile
+from .validation import finite_rows
 
-__all__ = ["profile_panel", "score_figure", "score_panel", "trajectory_panel"]
+__all__ = ["KINDS", "MODES", "figure_of", "score_panel"]
 
-
+MODES = "xy", "xz", "yz", "xyz"
 SHADE = "#a8c4dc"
 EDGE = "#1f4e79"
-REFERENCE = "0.72"
-OTHERS = "0.4"  # curves of the estimates that are not named
+REFERENCE = "0.65"
+OTHERS = "0.4"  # colour of estimates that are not named
+NAMED = 8  # estimates that have a colour and a name
+LONGEST = 40  # characters of a name in a legend
+DASHES = "-", "--", "-.", ":"
 # Dark to light, so that the order survives greyscale and colour blindness, without the light end,
 # which cannot be seen on white.
 ERRORS = ListedColormap(colormaps["inferno"](np.linspace(0.0, 0.82, 256)))
-ROWS = 4  # up to so many estimates have a row each, more share their axes
-FLAT = 0.1  # a score this close to 0 or 1 tells nothing of an estimate
-NAMED = 8  # estimates that share axes: the first so many can be told apart
-LONGEST = 36  # characters of a name in the legend
-DASHES = "-", "--", "-.", ":"
-DECADES = 2.5  # on a wider axis labels at 2 and 5 would overlap
 STYLE: dict[Any, Any] = {
     "font.size": 8,
     "axes.titlesize": 9,
@@ -46,175 +44,197 @@ STYLE: dict[Any, Any] = {
 }
 
 
-def score_figure(
+def figure_of(
     scored: Sequence[Evaluation],
+    kinds: Sequence[str] = (),
     *,
-    unit: str = "m",
-    title: str = "",
+    plot_mode: str | None = None,
     figure: Figure | None = None,
 ) -> Figure:
-    """Draw histograms of TAS and RAS, the aligned trajectories and the profiles of the estimates.
+    """Draw estimates of one reference; by default all `KINDS`, below each other.
 
-    Up to four estimates have a row each, and there is a row with the profiles of all. More share
-    their axes: the first eight in colour and in the legend, the others in grey, without a
-    trajectory. `unit` is the reference's unit of length; `figure` may be one that is to be shown.
+    `plot_mode` is one of `MODES`, by default the two longest axes. `figure` is one to draw into.
     """
+    if unknown := set(kinds) - set(KINDS):
+        raise ValueError(f"kind must be one of {', '.join(KINDS)}, not {unknown.pop()!r}")
+    if plot_mode not in (None, *MODES):
+        raise ValueError(f"plot_mode must be one of {', '.join(MODES)}, not {plot_mode!r}")
+    kinds = kinds or list(KINDS)
+    heights = [KINDS[kind][1] for kind in kinds]
     with rc_context(STYLE):
         figure = Figure() if figure is None else figure
         figure.set_layout_engine("constrained")
-        figure.suptitle(title, fontsize=8)
-        rows = len(scored) if len(scored) <= ROWS else 1
-        figure.set_size_inches(10.5, 0.3 + 2.9 * (rows + 1))
-        grid = figure.subplots(rows + 1, 3, width_ratios=(1, 1, 1.2))
-        if len(scored) <= ROWS:
-            _draw_rows(grid[:-1], scored)
-        else:
-            _draw_together(grid[0], scored)
-        _draw_profiles(grid[-1], scored, unit)
+        figure.set_size_inches(9, sum(heights))
+        parts = figure.subfigures(len(kinds), 1, height_ratios=heights, squeeze=False)
+        for kind, part in zip(kinds, parts[:, 0], strict=True):
+            KINDS[kind][0](part, scored, plot_mode)
     return figure
 
 
-def _draw_rows(grid: NDArray[np.object_], scored: Sequence[Evaluation]) -> None:
-    """Draw a row of panels for each estimate."""
-    for evaluation, row in zip(scored, grid, strict=True):
-        result = evaluation.result
-        _histogram(row[0], "TAS", result.tas, result.tas.unit)
-        _histogram(row[1], "RAS", result.ras, 1.0)
-        row[0].set_title(f"{evaluation.name}\nposition errors", parse_math=False)
-        row[0].set(
-            xlabel=f"threshold in units of d (d = {result.tas.unit:.4g})",
-            ylabel="cameras below the threshold",
-        )
-        row[1].set(title="rotation errors", xlabel="threshold in degrees")
-        trajectory_panel(row[2], evaluation)
-
-
-def _draw_together(panels: NDArray[np.object_], scored: Sequence[Evaluation]) -> None:
-    """Draw all estimates into one row of panels."""
-    results = [evaluation.result for evaluation in scored]
-    for axes, curves in (
-        (panels[0], [_frequency(result.tas, result.tas.unit) for result in results]),
-        (panels[1], [_frequency(result.ras, 1.0) for result in results]),
+def _draw_errors(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None) -> None:
+    """Draw the errors over time on logarithmic axes; the time without a pose is shaded."""
+    panels = part.subplots(2, 1, sharex=True)
+    first, unit = scored[0], scored[0].settings.form.unit
+    for name, axes, label in (
+        ("tas", panels[0], f"position error [{unit}]"),
+        ("ras", panels[1], "rotation error [deg]"),
     ):
-        axes.set(xlim=(0, max(curve[-1, 0] for curve in curves)), ylim=(0, 1))
-        _curves(axes, curves)
-    panels[0].set(
-        title="position errors",
-        xlabel="threshold in units of d",
-        ylabel="share of cameras below the threshold",
+        for line, evaluation in zip(_lines(len(scored)), scored, strict=True):
+            result = getattr(evaluation.result, name)
+            errors = over_expected(evaluation, result.errors, np.inf)
+            shown = np.where(np.isfinite(errors) & (errors > 0), errors, np.nan)
+            _draw_line(axes, evaluation, shown, line)
+            _shade(axes, evaluation, ~np.isfinite(errors), line["color"])
+        largest = getattr(first.result, name).thresholds[-1]
+        errors = np.concatenate([getattr(found.result, name).errors for found in scored])
+        ends = [largest, *errors[np.isfinite(errors) & (errors > 0)]]
+        axes.set(yscale="log", ylabel=label, ylim=(min(ends) / 1.5, max(ends) * 1.5))
+        axes.axhline(largest, color="0.3", linewidth=0.7, linestyle=":")
+        place = axes.get_yaxis_transform()
+        axes.text(1, largest, "largest threshold ", transform=place, ha="right", va="top")
+    panels[0].set_title("errors over time; shaded: lost")
+    panels[1].set_xlabel(_time_label(first))
+    _add_legend(panels[0], scored)
+
+
+def _shade(axes: Axes, evaluation: Evaluation, lost: NDArray[np.bool_], colour: Any) -> None:
+    """Shade the time of lost frames; images have no time between them."""
+    if not evaluation.settings.form.ordered:
+        return
+    times = _times(evaluation)
+    breaks = _breaks(times)  # nothing is expected there
+    axes.fill_between(
+        np.insert(times, breaks, times[breaks]),
+        0,
+        1,
+        where=np.insert(lost, breaks, False).tolist(),
+        step="mid",
+        transform=axes.get_xaxis_transform(),
+        color=colour,
+        alpha=0.15,
+        linewidth=0,
     )
-    panels[1].set(title="rotation errors", xlabel="threshold in degrees")
-
-    all_matches = [evaluation.matches for evaluation in scored]
-    view = _draw_reference(panels[2], max(all_matches, key=lambda matches: len(matches.keys)))
-    for line, evaluation in zip(_lines(len(scored)), scored, strict=False):
-        if evaluation.result.tas.alignment is not None:
-            ordered = _is_ordered(evaluation.matches)
-            points = evaluation.positions[:, view]
-            _draw_path(panels[2], points, ordered=ordered, linewidth=0.9, **line)
-    shown = "" if len(scored) <= NAMED else f", the first {NAMED}"
-    panels[2].set_title(f"aligned trajectories{shown};\ngrey: reference")
 
 
-def _draw_profiles(panels: NDArray[np.object_], scored: Sequence[Evaluation], unit: str) -> None:
-    """Draw the profiles of all estimates, and what their lines are."""
-    profiles = [evaluation.profiles for evaluation in scored]
-    distances = [evaluation.half_distance for evaluation in scored]
-    angles = [evaluation.half_angle for evaluation in scored]
-    tas, ras = zip(*profiles, strict=True)
-    profile_panel(panels[0], tas[0].units, [profile.scores for profile in tas], distances)
-    profile_panel(panels[1], ras[0].units, [profile.scores for profile in ras], angles)
-    panels[0].set(
-        title="TAS over its threshold",
-        xlabel=f"largest threshold in {unit} (refined registration)",
-        ylabel="score; dots: half-score distances",
+def _draw_trajectories(part: SubFigure, scored: Sequence[Evaluation], mode: str | None) -> None:
+    """Draw the aligned trajectories: a single one coloured by its error, several by estimate."""
+    reference = scored[0].reference.poses[scored[0].matches.expected_rows, :3, 3]
+    if mode is None:
+        view = sorted(np.argsort(np.ptp(reference, axis=0), kind="stable")[1:])
+    else:
+        view = ["xyz".index(axis) for axis in mode]
+    unit = scored[0].settings.form.unit
+    axes = part.subplots(subplot_kw={"projection": "3d"} if len(view) == 3 else {})
+    grey = {"color": REFERENCE, "linestyle": "-"}
+    _draw_path(axes, scored[0], reference[:, view], grey)
+    # A cube around the reference, so that an estimate far away does not shrink the rest.
+    centre = (reference.min(axis=0) + reference.max(axis=0)) / 2
+    reach = 0.55 * float(np.ptp(reference, axis=0).max()) or 1.0
+    for name, axis in zip("xyz", view, strict=False):
+        limits = centre[axis] - reach, centre[axis] + reach
+        axes.set(**{f"{name}lim": limits, f"{name}label": f"{'xyz'[axis]} [{unit}]"})
+    axes.set_aspect("equal", adjustable="datalim" if len(view) == 2 else "box")
+    axes.set_title("aligned trajectories; grey: reference")
+    if len(scored) > 1:
+        for line, evaluation in zip(_lines(len(scored)), scored, strict=True):
+            _draw_path(axes, evaluation, evaluation.positions[:, view], line)
+        _add_legend(axes, scored)
+        return
+    errors, d = scored[0].result.tas.errors, scored[0].result.tas.unit
+    finite = np.isfinite(errors)
+    style: dict[str, Any] = {"s": 6, "cmap": ERRORS, "linewidth": 0, "c": errors[finite]}
+    points = axes.scatter(
+        *scored[0].positions[finite][:, view].T,
+        vmin=0,
+        vmax=max(d, float(np.percentile(errors[finite], 95))) if finite.any() else d,
+        rasterized=len(errors) > 5000,
+        **style,
     )
-    panels[1].set(
-        title="RAS over its threshold",
-        xlabel="largest threshold in degrees",
-        ylabel="score; dots: half-score angles",
-    )
-    panels[2].axis("off")
-    handles = panels[0].get_lines()[: len(scored[:NAMED])]
-    legend = panels[2].legend(
-        handles,
-        map(str, range(len(handles))),  # a label may begin with _, which would hide it
-        loc="center left",
-        handlelength=3.5,
-        labelspacing=0.8,
-        frameon=False,
-        alignment="left",
-    )
-    for text, evaluation in zip(legend.get_texts(), scored, strict=False):
-        name = evaluation.name
-        name = name if len(name) <= LONGEST else f"..{name[2 - LONGEST :]}"
-        halves = f"half: {evaluation.half_distance:.4g} {unit}, {evaluation.half_angle:.4g} deg"
-        text.set(text=f"{name}\n{halves.replace('inf', '-')}", parse_math=False)
-    if len(scored) > NAMED:
-        legend.set_title(f"the first {NAMED} in the table; in grey {len(scored) - NAMED} others")
+    label = f"position error [{unit}]; line: d"
+    bar = part.colorbar(points, ax=axes, label=label, extend="max", aspect=30)
+    bar.ax.axhline(d, color="white", linewidth=2.5)
+    bar.ax.axhline(d, color="black", linewidth=1)
 
 
-def profile_panel(
-    axes: Axes, units: Floats, scores: Sequence[Floats], halves: Sequence[float]
-) -> None:
-    """Draw the scores of estimates at all units; dots are where they are one half.
+def _draw_time(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None) -> None:
+    """Draw x, y, z and roll, pitch, yaw over time, each in the alignment of its score."""
+    panels = part.subplots(3, 2, sharex=True)
+    first = scored[0]
+    reference = first.reference.poses[first.matches.expected_rows]
+    positions, angles = reference[:, :3, 3], _angles(reference[:, :3, :3])
+    grey = {"color": REFERENCE, "linestyle": "-", "linewidth": 2}
+    for k, name in enumerate(("roll", "pitch", "yaw")):
+        panels[k, 0].set_ylabel(f"{'xyz'[k]} [{first.settings.form.unit}]")
+        panels[k, 1].set_ylabel(f"{name} [deg]")
+        _draw_line(panels[k, 0], first, positions[:, k], grey)
+        _draw_line(panels[k, 1], first, angles[:, k], grey, jump=180)
+    for line, evaluation in zip(_lines(len(scored)), scored, strict=True):
+        points = over_expected(evaluation, evaluation.positions, np.nan)
+        turned = over_expected(evaluation, _aligned_angles(evaluation), np.nan)
+        for k in range(3):
+            _draw_line(panels[k, 0], evaluation, points[:, k], line)
+            _draw_line(panels[k, 1], evaluation, turned[:, k], line, jump=180)
+    panels[0, 0].set_title("positions over time; grey: reference")
+    panels[0, 1].set_title("angles over time; grey: reference")
+    for axes in panels[2]:
+        axes.set_xlabel(_time_label(first))
+    _add_legend(panels[0, 0], scored)
 
-    Units at which all scores are about 0, or all about 1, are left out.
-    """
-    low, high = np.min(scores, axis=0), np.max(scores, axis=0)
-    telling = np.flatnonzero((high > FLAT) & (low < 1 - FLAT))
-    if len(telling):
-        shown = slice(max(telling[0] - 1, 0), telling[-1] + 2)
-        units, scores = units[shown], [values[shown] for values in scores]
-    _curves(axes, [np.column_stack([units, values]) for values in scores])
-    axes.axhline(0.5, color="0.5", linewidth=0.8, zorder=0.5)
-    for line, half in zip(_lines(len(halves)), halves, strict=False):
-        if units[0] <= half <= units[-1]:
-            axes.plot(half, 0.5, "o", color=line["color"], markersize=4)
-    axes.set(xscale="log", xlim=(units[0], units[-1]), ylim=(0, 1))
-    # By default, over little more than a decade, the ticks between have labels that overlap.
-    wide = units[-1] > 10**DECADES * units[0]
-    axes.xaxis.set_major_locator(LogLocator(subs=(1,) if wide else (1, 2, 5)))
+
+def _angles(rotations: Floats) -> Floats:
+    """Return roll, pitch and yaw in degrees, NaN for rotations that are not finite."""
+    angles = np.full((len(rotations), 3), np.nan)
+    finite = finite_rows(rotations)
+    if finite.any():
+        angles[finite] = Rotation.from_matrix(rotations[finite]).as_euler("xyz", degrees=True)
+    return angles
+
+
+def _aligned_angles(evaluation: Evaluation) -> Floats:
+    """Return the angles of the estimated rotations under the alignment of the RAS."""
+    rotations = evaluation.matches.est_poses[:, :3, :3]
+    if evaluation.result.ras.alignment is None:
+        return np.full((len(rotations), 3), np.nan)
+    return _angles(evaluation.result.ras.alignment.T @ rotations)
+
+
+def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None) -> None:
+    """Draw the share of frames below each threshold, and the scores over their thresholds."""
+    panels = part.subplots(2, 2)
+    unit = scored[0].settings.form.unit
+    for axes, word, name in zip(panels[0], (unit, "deg"), ("TAS", "RAS"), strict=True):
+        results = [found.result.tas if name == "TAS" else found.result.ras for found in scored]
+        axes.set_xlabel(f"threshold [{word}]")
+        if len(results) == 1:
+            (only,) = results
+            n, frequency = len(only.errors), only.cumulative_frequency
+            score_panel(axes, only.thresholds, frequency, n, name=name, score=only.score)
+            axes.set_ylabel("frames below the threshold")
+            continue
+        for line, result in zip(_lines(len(scored)), results, strict=True):
+            shares = result.cumulative_frequency / len(result.errors)
+            axes.plot(result.thresholds, shares, clip_on=False, linewidth=1.3, **line)
+        axes.set(xlim=(0, None), ylim=(0, 1), ylabel="share of frames below")
+    for column, word, name in ((0, unit, "TAS"), (1, "deg", "RAS")):
+        profiles = [found.profiles[column] for found in scored]
+        _draw_profiles(panels[1, column], profiles, f"largest threshold of the {name} [{word}]")
+    _add_legend(panels[1, 0], scored)
+
+
+def _draw_profiles(axes: Axes, profiles: Sequence[ScoreProfile], label: str) -> None:
+    """Draw scores over their largest thresholds, where they are neither all 0 nor all 1."""
+    units, scores = profiles[0].units, [profile.scores for profile in profiles]
+    rising = np.flatnonzero((np.max(scores, axis=0) > 0.01) & (np.min(scores, axis=0) < 0.99))
+    if len(rising):
+        axes.set_xlim(units[rising[0]], units[rising[-1]])
+    for line, values in zip(_lines(len(scores)), scores, strict=True):
+        axes.plot(units, values, linewidth=1.3, **line)
+    axes.axhline(0.5, color="0.5", linewidth=0.7, zorder=0.5)
+    axes.set(xscale="log", ylim=(0, 1), xlabel=label, ylabel="score")
+    low, high = axes.get_xlim()
+    axes.xaxis.set_major_locator(LogLocator(subs=(1,) if high > 300 * low else (1, 2, 5)))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
-
-
-def _lines(n: int) -> list[dict[str, Any]]:
-    """Return the lines of the estimates that are named.
-
-    They share the colours evenly. Neighbours differ in their dashes, too, for greyscale and colour
-    blindness.
-    """
-    named = min(n, NAMED)
-    shares = np.linspace(0, 1, named)
-    return [
-        {"color": ERRORS(share), "linestyle": DASHES[rank % len(DASHES)]}
-        for rank, share in enumerate(shares.tolist())
-    ]
-
-
-def _frequency(score: AlignmentScore, unit: float) -> Floats:
-    """Return the share of the cameras below each threshold; estimates may differ in cameras."""
-    shares = score.cumulative_frequency / len(score.errors)
-    return np.column_stack([score.thresholds / unit, shares])
-
-
-def _curves(axes: Axes, curves: Sequence[Floats]) -> None:
-    """Draw the curves of all estimates, the first ones so that they can be told apart."""
-    others = curves[NAMED:]
-    alpha = min(0.35, max(0.06, 20 / len(curves)))  # so that very many show where they are dense
-    axes.add_collection(
-        LineCollection(
-            others,
-            colors=OTHERS,
-            linewidths=0.6,
-            alpha=alpha,
-            rasterized=len(others) > 50,
-            zorder=1,
-        )
-    )
-    for line, curve in zip(_lines(len(curves)), curves, strict=False):
-        axes.plot(*curve.T, linewidth=1.3, clip_on=False, **line)
 
 
 def score_panel(
@@ -242,80 +262,76 @@ def score_panel(
         text.set(transform=axes.transAxes, horizontalalignment=align)
 
 
-def trajectory_panel(axes: Axes, evaluation: Evaluation) -> None:
-    """Draw the estimate over the reference, aligned as in the TAS and coloured by its errors.
+def _lines(n: int) -> list[dict[str, Any]]:
+    """Return the styles of n estimates: colours and dashes for the first, grey for the others."""
+    if n == 1:
+        return [{"color": EDGE, "linestyle": "-"}]
+    colours = np.linspace(0, 0.85, min(n, NAMED)).tolist()
+    named = [
+        {"color": ERRORS(colour), "linestyle": DASHES[k % len(DASHES)]}
+        for k, colour in enumerate(colours)
+    ]
+    return [*named, *({"color": OTHERS, "linestyle": "-", "alpha": 0.3} for _ in range(n - NAMED))]
 
-    The view is along the axis of the reference world in which the reference is thinnest. Cameras
-    with an error of d or more, which count for nothing in the TAS, are crosses.
-    """
-    view, tas = _draw_reference(axes, evaluation.matches), evaluation.result.tas
-    axes.set_title("aligned trajectory")
-    if tas.alignment is None:
-        axes.text(0.5, 0.5, "could not be aligned", transform=axes.transAxes, ha="center")
+
+def _times(evaluation: Evaluation) -> NDArray[Any]:
+    """Return the times of the expected frames from the reference's start, or their numbers."""
+    keys, rows = evaluation.reference.keys, evaluation.matches.expected_rows
+    return keys[rows] - keys[0] if keys.dtype.kind == "f" else rows
+
+
+def _time_label(evaluation: Evaluation) -> str:
+    if evaluation.reference.keys.dtype.kind == "f":
+        return "time [s]"
+    return "frame" if evaluation.settings.form.ordered else "image"
+
+
+def _breaks(times: NDArray[Any]) -> NDArray[np.intp]:
+    """Return where frames follow a gap of the reference, in which nothing is expected."""
+    steps = np.diff(times)
+    return np.flatnonzero(steps > 3 * np.median(steps)) + 1 if len(steps) else steps.astype(np.intp)
+
+
+def _draw_line(
+    axes: Axes,
+    evaluation: Evaluation,
+    values: Floats,
+    line: dict[str, Any],
+    *,
+    jump: float = np.inf,
+) -> None:
+    """Draw values over time, with a break at gaps and jumps; of images as dots."""
+    times = _times(evaluation)
+    jumps = np.flatnonzero(np.abs(np.diff(values)) > jump) + 1
+    points = np.column_stack([times.astype(float), values])
+    breaks = np.union1d(_breaks(times), jumps)
+    _draw_path(axes, evaluation, np.insert(points, breaks, np.nan, axis=0), line)
+
+
+def _draw_path(axes: Axes, evaluation: Evaluation, points: Floats, line: dict[str, Any]) -> None:
+    """Draw points as a line, or as dots where they have no order, as images."""
+    if not evaluation.settings.form.ordered:
+        line = {**line, "linestyle": "", "marker": "o", "markersize": 3}
+    axes.plot(*points.T, rasterized=len(points) > 5000, **{"linewidth": 1.0, **line})
+
+
+def _add_legend(axes: Axes, scored: Sequence[Evaluation]) -> None:
+    """Name the estimates, if there are several."""
+    if len(scored) == 1:
         return
-    _draw_errors(axes, evaluation.positions[:, view], tas.errors, tas.unit)
+    handles = [axes.plot([], [], linewidth=1.3, **line)[0] for line in _lines(len(scored))[:NAMED]]
+    legend = axes.legend(handles, map(str, range(len(handles))), loc="best", handlelength=3)
+    for text, evaluation in zip(legend.get_texts(), scored, strict=False):
+        name = evaluation.name  # set later, since a label that begins with _ would be hidden
+        shown = name if len(name) <= LONGEST else f"..{name[2 - LONGEST :]}"
+        text.set(text=shown, parse_math=False)
+    if len(scored) > NAMED:
+        legend.set_title(f"grey: {len(scored) - NAMED} others")
 
 
-def _draw_reference(axes: Axes, matches: Matches) -> list[int]:
-    """Draw the reference, on a square around it; return the two axes of the world that are seen."""
-    gt = matches.gt_poses[:, :3, 3]
-    view = sorted(np.argsort(np.ptp(gt, axis=0), kind="stable")[1:])
-    _draw_path(axes, gt[:, view], ordered=_is_ordered(matches), color=REFERENCE, linewidth=1.2)
-    # A square around the reference, so that an estimate far away does not shrink the rest.
-    centre = (gt.min(axis=0) + gt.max(axis=0)) / 2
-    reach = 0.55 * float(np.ptp(gt, axis=0).max()) or 1.0
-    low, high = centre - reach, centre + reach
-    across, up = view
-    axes.set(xlim=(low[across], high[across]), xlabel="xyz"[across])
-    axes.set(ylim=(low[up], high[up]), ylabel="xyz"[up])
-    axes.set_aspect("equal")
-    return view
-
-
-def _draw_path(axes: Axes, points: Floats, *, ordered: bool, linewidth: float, **line: Any) -> None:
-    """Draw positions as a line, or as dots where they come in no order, as images do."""
-    if ordered:
-        line["linewidth"] = linewidth
-    else:
-        line |= {"linestyle": "", "marker": "o", "markersize": 10 * linewidth / 3}
-    axes.plot(*points.T, rasterized=len(points) > 5000, zorder=1, **line)
-
-
-def _is_ordered(matches: Matches) -> bool:
-    return matches.keys.dtype.kind != "U"
-
-
-def _draw_errors(axes: Axes, points: Floats, errors: Floats, unit: float) -> None:
-    """Draw positions coloured by their errors, with a colour bar on which d is marked."""
-    finite = np.isfinite(errors)
-    largest = max(unit, float(np.percentile(errors[finite], 95)))
-    within = finite & (errors < unit)
-    options: dict[str, Any] = {
-        "cmap": ERRORS,
-        "vmin": 0.0,
-        "vmax": largest,
-        "rasterized": len(points) > 5000,
-    }
-    for chosen, marker, size in ((finite & ~within, "x", 11), (within, "o", 7)):
-        artist = axes.scatter(
-            points[chosen, 0],
-            points[chosen, 1],
-            c=errors[chosen],
-            marker=marker,
-            s=size,
-            linewidth=0.7 if marker == "x" else 0,
-            **options,
-        )
-    figure = axes.get_figure()
-    assert figure is not None
-    bar = figure.colorbar(artist, ax=axes, label="position error", aspect=25)
-    bar.ax.axhline(unit, color="white", linewidth=2.5)
-    bar.ax.axhline(unit, color="black", linewidth=1)
-    bar.ax.text(-0.3, unit, "d", ha="right", va="center", transform=bar.ax.get_yaxis_transform())
-    beyond, lost = int(np.sum(finite & ~within)), int(np.sum(~finite))
-    axes.set_title(f"aligned; × {beyond} of {len(errors)} off by d or more,\n{lost} not estimated")
-
-
-def _histogram(axes: Axes, name: str, score: Any, unit: float) -> None:
-    frequency, n = score.cumulative_frequency, len(score.errors)
-    score_panel(axes, score.thresholds / unit, frequency, n, name=name, score=score.score)
+KINDS: dict[str, tuple[Callable[..., None], float]] = {  # how each is drawn, and its height
+    "errors": (_draw_errors, 3.6),
+    "trajectory": (_draw_trajectories, 4.6),
+    "time": (_draw_time, 5.0),
+    "scores": (_draw_scores, 5.0),
+}

@@ -68,25 +68,18 @@ def files(
     if path := arguments.save_results:
         yield from evo_files(scored, targets(path, names), reference=file)
     if path := arguments.save_plot:
-        yield path, picture(figure_of(scored), path)
+        yield path, picture(scored, arguments.plot_mode, path)
     if path := arguments.save_page:
         yield path, page(scored, file).encode()
 
 
-def show_plot(scored: Sequence[Evaluation]) -> None:
+def show_plot(scored: Sequence[Evaluation], plot_mode: str | None) -> None:
     """Show the figure in a window."""
     pyplot = require("matplotlib.pyplot", "plots")
-    figure_of(scored, figure=pyplot.figure())
+    from ..plots import figure_of  # needs Matplotlib
+
+    figure_of(scored, plot_mode=plot_mode, figure=pyplot.figure())
     pyplot.show()
-
-
-def figure_of(scored: Sequence[Evaluation], *, figure: Any = None) -> Any:
-    """Draw the estimates, into a figure of pyplot's if one is given."""
-    from ..plots import score_figure  # needs Matplotlib
-
-    settings = scored[0].settings
-    title = f"{settings.how_aligned}, seed {settings.seed}"
-    return score_figure(scored, unit=settings.form.unit, title=title, figure=figure)
 
 
 def errors_csv(scored: Sequence[Evaluation]) -> str:
@@ -227,10 +220,13 @@ def _missed(result: AlignmentScore) -> Floats:
     return np.asarray(missed / len(result.thresholds))
 
 
-def picture(figure: Any, path: Path) -> bytes:
-    """Return a figure in the format that the name of its file tells."""
+def picture(scored: Sequence[Evaluation], plot_mode: str | None, path: Path) -> bytes:
+    """Return the figure in the format of the file's suffix."""
+    from ..plots import figure_of  # needs Matplotlib
+
     buffer = BytesIO()
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font has not
+        figure = figure_of(scored, plot_mode=plot_mode)
         figure.savefig(buffer, format=path.suffix.removeprefix("."), dpi=200)
     return buffer.getvalue()

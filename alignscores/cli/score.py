@@ -45,7 +45,7 @@ exit codes: 0 scored, 1 something could not be scored, 2 wrong usage
 """
 EVERYDAY = {
     *("t_max_diff", "t_offset", "invert", "alignment", "missing", "metrics", "json", "output"),
-    *("plot", "save_plot", "save_page", "verbose", "version"),
+    *("plot", "plot_mode", "save_plot", "save_page", "verbose", "version"),
 }
 SAVED = ("save_errors", "save_metrics", "profile", "save_plot", "save_page")  # one file each
 SAVED_EACH = ("save_aligned", "save_results")  # one file an estimate
@@ -106,6 +106,12 @@ def _add_output(parser: Parser) -> None:
     parser.add_option(
         group, "--plot", action="store_true", help="show errors, trajectories and scores"
     )
+    parser.add_option(
+        group,
+        "--plot_mode",
+        choices=("xy", "xz", "yz", "xyz"),
+        help="axes of the plotted trajectories (default: the two longest)",
+    )
     _add_files(parser, group)
 
 
@@ -151,7 +157,7 @@ def run(argv: Sequence[str]) -> int:
     elif scored:
         show_table(scored, notes, verbose=arguments.verbose)
     if scored and arguments.plot:
-        show_plot(scored)
+        show_plot(scored, arguments.plot_mode)
     return int(bool(failed))
 
 

@@ -1,15 +1,18 @@
-"""Plots of estimates: histograms, trajectories and profiles, and what they leave out."""
+"""Figures of estimates: what is in them, for files of every kind."""
 
 import dataclasses
 
+import matplotlib
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from alignscores import evaluate
 from alignscores.histogram import AlignmentScore
-from alignscores.plots import profile_panel, score_figure, score_panel, trajectory_panel
+from alignscores.plots import KINDS, MODES, figure_of, score_panel
 from alignscores.trajectories.files import Trajectory, read_kitti
+
+from .conftest import FILES
 
 
 @pytest.mark.parametrize("errors", [[0.0] * 37, [0.35, 0.5, 2.0], [np.inf] * 5])
@@ -20,85 +23,93 @@ def test_the_shaded_share_of_the_box_is_the_score(errors):
     score_panel(axes, result.thresholds, frequency, len(errors), name="XAS", score=result.score)
     values, edges, _ = axes.patches[0].get_data()
     assert np.sum(values * np.diff(edges)) / len(errors) == pytest.approx(result.score)
-    assert (axes.get_xlim(), axes.get_ylim()) == ((0, 1), (0, len(errors)))
     assert axes.texts[0].get_text() == f"XAS = {result.score:.3f}"
 
 
 @pytest.fixture
 def evaluation(examples):
-    files = (examples / f"kitti/{name}.txt" for name in ("reference", "estimate"))
-    return evaluate(*files, format="kitti", registration="pcr99", repeat=1)
+    files = (examples / name for name in FILES["tum"])
+    return evaluate(*files, format="tum", max_gap=0.0, sync="nearest")
 
 
-def test_a_row_of_panels_for_each_estimate(evaluation):
-    named = [dataclasses.replace(evaluation, name=name) for name in ("one", "_two")]
-    figure = score_figure(named, title="registration pcr99")
-    panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
-    titles = [axes.get_title(loc="left") for axes in panels]
-    assert (titles[0], titles[3]) == ("one\nposition errors", "_two\nposition errors")
-    assert titles[6:] == ["TAS over its threshold", "RAS over its threshold", ""]
-    labels = [text.get_text() for text in panels[-1].get_legend().get_texts()]
-    assert [label.split("\n")[0] for label in labels] == ["one", "_two"]
-    assert figure.get_suptitle() == "registration pcr99"
-    result = evaluation.result
-    texts = [axes.texts[0].get_text() for axes in panels[:2]]
-    assert texts == [f"TAS = {result.tas.score:.3f}", f"RAS = {result.ras.score:.3f}"]
+def axes_of(figure):
+    return {axes.get_ylabel(): axes for axes in figure.axes}
 
 
-def test_many_estimates_share_axes(evaluation):
+def test_errors_over_time_are_those_of_the_scores_and_lost_time_is_shaded(evaluation):
+    panels = axes_of(figure_of([evaluation], ["errors"]))
+    for label, result in (
+        ("position error [m]", evaluation.result.tas),
+        ("rotation error [deg]", evaluation.result.ras),
+    ):
+        drawn = panels[label].get_lines()[0].get_ydata()
+        np.testing.assert_array_equal(
+            drawn[np.isfinite(drawn)], result.errors[result.errors < np.inf]
+        )
+        shaded = panels[label].collections[0].get_paths()
+        assert len(shaded) == 3  # two frames are not in the file, one is nan
+
+
+def test_poses_over_time_lie_on_the_reference_where_the_errors_are_small(evaluation):
+    panels = axes_of(figure_of([evaluation], ["time"]))
+    assert list(panels) == ["x [m]", "roll [deg]", "y [m]", "pitch [deg]", "z [m]", "yaw [deg]"]
+    tas = evaluation.result.tas
+    close = tas.errors < tas.unit
+    for k, axis in enumerate("xyz"):
+        reference, estimate = (line.get_ydata() for line in panels[f"{axis} [m]"].get_lines()[:2])
+        assert np.all(np.abs(reference - estimate)[close] <= tas.errors[close] + 1e-9)
+        np.testing.assert_array_equal(estimate, evaluation.positions[:, k])
+
+
+@pytest.mark.parametrize("mode", [None, *MODES])
+def test_the_trajectory_is_coloured_by_the_error_in_the_reference_s_unit(evaluation, mode):
+    axes, bar = figure_of([evaluation], ["trajectory"], plot_mode=mode).axes
+    assert bar.get_ylabel() == "position error [m]; line: d"
+    shown = [axes.get_xlabel()[0], axes.get_ylabel()[0]]
+    assert shown == list(mode or "xy")[:2]
+    errors = evaluation.result.tas.errors
+    np.testing.assert_array_equal(axes.collections[0].get_array(), errors[np.isfinite(errors)])
+
+
+@pytest.mark.parametrize("form", FILES)
+def test_one_figure_has_every_kind(examples, form):
+    files = (examples / name for name in FILES[form])
+    figure = figure_of([evaluate(*files, format=form)])
+    assert len(figure.subfigs) == len(KINDS)
+    figure.draw_without_rendering()
+
+
+def test_many_estimates_are_overlaid_and_the_first_ones_named(evaluation):
     names = [r"_a$\bad$.txt", "x" * 200, *map(str, range(2, 12))]
-    figure = score_figure([dataclasses.replace(evaluation, name=name) for name in names])
-    positions, rotations, *_, last = figure.axes
-    for axes, score in ((positions, evaluation.result.tas), (rotations, evaluation.result.ras)):
-        curves = [line.get_ydata() for line in axes.get_lines()]
-        curves += [path.vertices[:, 1] for path in axes.collections[0].get_paths()]
-        assert len(curves) == len(names)
-        for shares in curves:
-            np.testing.assert_array_equal(shares, score.cumulative_frequency / 40)
-    legend = last.get_legend()
-    assert legend.get_texts()[0].get_text().split("\n")[0] == names[0]
-    shown = len(legend.get_texts())
-    expected = f"the first {shown} in the table; in grey {len(names) - shown} others"
-    assert legend.get_title().get_text() == expected
+    scored = [dataclasses.replace(evaluation, name=name) for name in names]
+    figure = figure_of(scored)
+    panels = axes_of(figure)
+    assert len([line for line in panels["x [m]"].get_lines() if len(line.get_xdata())]) == 13
+    legend = panels["position error [m]"].get_legend()
+    assert legend.get_texts()[0].get_text() == names[0]
+    assert len(legend.get_texts()) + int(legend.get_title().get_text().split()[1]) == 12
+    figure.draw_without_rendering()
 
 
-def test_profiles():
-    """A dot where each is one half, and no units at which there is nothing to see."""
-    units = np.geomspace(1e-6, 1e6, 121)
-    scores = [units / (units + half) for half in (1.0, 10.0)]
-    axes = Figure().subplots()
-    profile_panel(axes, units, scores, [1.0, np.inf])
-    *curves, line, dot = axes.get_lines()
-    for curve, score in zip(curves, scores, strict=True):
-        x, y = curve.get_data()
-        np.testing.assert_array_equal(y, score[np.isin(units, x)])
-    assert axes.get_xlim() == pytest.approx((0.1, 100), rel=0.5)
-    assert dot.get_xydata().tolist() == [[1.0, 0.5]]
-    assert line.get_ydata() == [0.5, 0.5]
-    profile_panel(Figure().subplots(), units, [np.ones(121)], [0.0])  # warns of nothing
-
-
-def test_the_trajectory_is_aligned_and_coloured_by_its_errors(evaluation):
-    matches, result = evaluation.matches, evaluation.result
-    axes = Figure().subplots()
-    trajectory_panel(axes, evaluation)
-    crosses, dots = axes.collections
-    errors = result.tas.errors
-    within = errors < result.tas.unit
-    np.testing.assert_array_equal(dots.get_array(), errors[within])
-    np.testing.assert_array_equal(crosses.get_array(), errors[~within & np.isfinite(errors)])
-    # The scene is thinnest along z, and no dot is farther from its camera than its error.
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x", "y")
-    gaps = np.linalg.norm(dots.get_offsets() - matches.gt_poses[within, :2, 3], axis=1)
-    assert np.all(gaps <= errors[within] + 1e-12)
-    reach = np.ptp(matches.gt_poses[:, 0, 3])  # poses that are far off do not shrink the rest
-    assert np.ptp(axes.get_xlim()) == np.ptp(axes.get_ylim()) == pytest.approx(1.1 * reach)
-
-
-def test_an_estimate_that_cannot_be_aligned(examples):
+def test_an_estimate_that_cannot_be_aligned_is_a_figure_too(examples):
     reference = read_kitti(examples / "kitti/reference.txt")
     lost = Trajectory(reference.keys, np.full((40, 4, 4), np.nan))
-    axes = Figure().subplots()
-    trajectory_panel(axes, evaluate(reference, lost))
-    assert axes.texts[0].get_text() == "could not be aligned"
-    assert not axes.collections
+    figure_of([evaluate(reference, lost)]).draw_without_rendering()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"kind": "error"}, "kind must be one of errors, trajectory, time, scores, not 'error'"),
+        ({"plot_mode": "zx"}, "plot_mode must be one of xy, xz, yz, xyz, not 'zx'"),
+    ],
+)
+def test_an_evaluation_plots_itself(evaluation, tmp_path, options, message):
+    with matplotlib.rc_context({"backend": "agg"}):
+        figure = evaluation.plot("trajectory", plot_mode="xz")
+        assert matplotlib.pyplot.get_fignums() == [figure.number]
+        matplotlib.pyplot.close(figure)
+    with pytest.raises(ValueError, match=message):
+        evaluation.plot(**options)
+    evaluation.save_page(tmp_path / "page.html")
+    assert "estimate.txt against reference" in (tmp_path / "page.html").read_text()
