@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps, rc_context
+from matplotlib import colormaps, pyplot, rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure, SubFigure
@@ -49,11 +49,12 @@ def figure_of(
     kinds: Sequence[str] = (),
     *,
     plot_mode: str | None = None,
-    figure: Figure | None = None,
+    interactive: bool = False,
 ) -> Figure:
     """Draw estimates of one reference; by default all `KINDS`, below each other.
 
-    `plot_mode` is one of `MODES`, by default the two longest axes. `figure` is one to draw into.
+    `plot_mode` is one of `MODES`, by default the two longest axes. `interactive`: as a figure of
+    pyplot, which it shows.
     """
     if unknown := set(kinds) - set(KINDS):
         raise ValueError(f"kind must be one of {', '.join(KINDS)}, not {unknown.pop()!r}")
@@ -62,7 +63,7 @@ def figure_of(
     kinds = kinds or list(KINDS)
     heights = [KINDS[kind][1] for kind in kinds]
     with rc_context(STYLE):
-        figure = Figure() if figure is None else figure
+        figure = pyplot.figure() if interactive else Figure()
         figure.set_layout_engine("constrained")
         figure.set_size_inches(9, sum(heights))
         parts = figure.subfigures(len(kinds), 1, height_ratios=heights, squeeze=False)

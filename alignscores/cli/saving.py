@@ -75,11 +75,10 @@ def files(
 
 def show_plot(scored: Sequence[Evaluation], plot_mode: str | None) -> None:
     """Show the figure in a window."""
-    pyplot = require("matplotlib.pyplot", "plots")
     from ..plots import figure_of  # needs Matplotlib
 
-    figure_of(scored, plot_mode=plot_mode, figure=pyplot.figure())
-    pyplot.show()
+    figure_of(scored, plot_mode=plot_mode, interactive=True)
+    require("matplotlib.pyplot", "plots").show()
 
 
 def errors_csv(scored: Sequence[Evaluation]) -> str:

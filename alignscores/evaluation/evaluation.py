@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from html import escape
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,6 +33,7 @@ __all__ = ["LOST", "STATUSES", "Evaluation", "Note", "finite_or_none"]
 STATUSES = "matched", "no rotation", "no position", "no pose", "lost"  # of scored cameras
 LOST = STATUSES.index("lost")
 SAMPLE = 1000  # frames from which the chance level is computed
+SHOWN = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ate", "lost"  # in a notebook
 NO_COLUMNS = "TAS_seeds", "PAS_seeds", "alignment", "body_rotation", "metrics", "notes"
 
 
@@ -113,15 +116,17 @@ class Evaluation:
         return f"Evaluation({self.name!r}, {scores}, registration={self.settings.registration!r})"
 
     def _repr_html_(self) -> str:
-        numbers = {key: value for key, value in self._row().items() if key not in ("name", "file")}
+        row = self.to_dict()
         cells = [
-            f"<tr><th>{escape(key)}</th>"
-            f"<td>{value if not isinstance(value, float) else format(value, '.4g')}</td></tr>"
-            for key, value in numbers.items()
-            if value is not None
+            f"<tr><th>{key}</th><td>{row[key]:.4g}</td></tr>"
+            for key in SHOWN
+            if row[key] is not None
         ]
         caption = f"<caption>{escape(self.name)} ({escape(self.settings.how_aligned)})</caption>"
-        return f"<table>{caption}{''.join(cells)}</table>"
+        from ..pages.estimates import page
+
+        frame = f'<iframe srcdoc="{escape(page([self]))}" width="100%" height="700"></iframe>'
+        return f"<table>{caption}{''.join(cells)}</table>{frame}"
 
     @property
     def tas(self) -> float:
@@ -338,6 +343,59 @@ class Evaluation:
         1
         """
         return require("pandas", "tables").DataFrame([self._row()])
+
+    def plot(self, kind: str | None = None, *, plot_mode: str | None = None) -> Any:
+        """Draw the estimate with Matplotlib.
+
+        Parameters
+        ----------
+        kind : {"errors", "trajectory", "time", "scores"}, optional
+            Errors over time with lost time shaded; the aligned trajectory coloured by its error;
+            positions and angles over time; or frames below each threshold and scores over their
+            largest thresholds. By default all of them.
+        plot_mode : {"xy", "xz", "yz", "xyz"}, optional
+            Axes of the trajectory; by default the two longest.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            A figure of pyplot, which ``plt.show()`` shows.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            Where Matplotlib is not installed.
+
+        Examples
+        --------
+        >>> from alignscores import evaluate
+        >>> evaluation = evaluate("tests/data/tum/reference.txt", "tests/data/tum/estimate.txt")
+        >>> figure = evaluation.plot("errors")
+        >>> [axes.get_ylabel() for axes in figure.axes]
+        ['position error [m]', 'rotation error [deg]']
+        """
+        require("matplotlib", "plots")
+        from ..plots import figure_of
+
+        return figure_of([self], [kind] if kind else [], plot_mode=plot_mode, interactive=True)
+
+    def save_page(self, path: str | PathLike[str]) -> None:
+        """Write a page with the scores, trajectories, errors over time, and sliders.
+
+        Parameters
+        ----------
+        path : path
+            File to write, such as ``scores.html``.
+
+        Examples
+        --------
+        >>> from alignscores import evaluate
+        >>> evaluation = evaluate("tests/data/tum/reference.txt", "tests/data/tum/estimate.txt")
+        >>> evaluation.save_page("scores.html")  # doctest: +SKIP
+        """
+        from ..pages.estimates import page
+
+        Path(path).write_text(page([self]), encoding="utf-8")
 
     def _row(self) -> dict[str, Any]:
         """Return the names and numbers of `to_dict`, with the metrics."""

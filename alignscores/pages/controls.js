@@ -41,9 +41,9 @@ const AlignmentControls = (() => {
     }
     function write() {
       clearTimeout(waiting); // browsers refuse too many changes in a short time
-      waiting = setTimeout(() => {
+      waiting = setTimeout(() => { // a page in a notebook has no address
         const changed = Object.entries(state).filter(([key, value]) => value !== defaults[key]);
-        history.replaceState(null, "", `#${new URLSearchParams(changed)}`);
+        if (location.protocol !== "about:") history.replaceState(null, "", `#${new URLSearchParams(changed)}`);
         if (parent !== window) parent.postMessage(location.hash.slice(1), "*"); // whose address can be shared
       }, 200);
     }

@@ -38,7 +38,7 @@ class Estimate:
     notes: list[str]
 
 
-def page(scored: Sequence[Evaluation], file: str) -> str:
+def page(scored: Sequence[Evaluation], file: str = "reference") -> str:
     """Return the page of estimates; `file` is the reference's."""
     estimates = [_estimate(evaluation) for evaluation in scored]
     names = ", ".join(estimate.name for estimate in estimates[:3])
@@ -140,7 +140,10 @@ def _estimate(evaluation: Evaluation) -> Estimate:
         half=(evaluation.half_distance, evaluation.half_angle),
         ate=evaluation.ate,
         tracked=1 - evaluation.lost,
-        notes=[printable(str(note)) for note in evaluation.notes],
+        notes=[
+            printable(str(note) if note.kind == "file" else f"{evaluation.name}: {note}")
+            for note in evaluation.notes
+        ],
     )
 
 

@@ -97,19 +97,15 @@ def test_an_estimate_that_cannot_be_aligned_is_a_figure_too(examples):
     figure_of([evaluate(reference, lost)]).draw_without_rendering()
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"kind": "error"}, "kind must be one of errors, trajectory, time, scores, not 'error'"),
-        ({"plot_mode": "zx"}, "plot_mode must be one of xy, xz, yz, xyz, not 'zx'"),
-    ],
-)
-def test_an_evaluation_plots_itself(evaluation, tmp_path, options, message):
+def test_an_evaluation_plots_itself_and_saves_its_page(evaluation, tmp_path):
     with matplotlib.rc_context({"backend": "agg"}):
         figure = evaluation.plot("trajectory", plot_mode="xz")
         assert matplotlib.pyplot.get_fignums() == [figure.number]
         matplotlib.pyplot.close(figure)
-    with pytest.raises(ValueError, match=message):
-        evaluation.plot(**options)
+        for options in ({"kind": "error"}, {"plot_mode": "zx"}):
+            with pytest.raises(ValueError, match="must be one of"):
+                evaluation.plot(**options)
+        assert matplotlib.pyplot.get_fignums() == []
     evaluation.save_page(tmp_path / "page.html")
     assert "estimate.txt against reference" in (tmp_path / "page.html").read_text()
+    assert "<iframe srcdoc=" in evaluation._repr_html_()
