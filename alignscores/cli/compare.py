@@ -40,10 +40,13 @@ from ..writing import write_whole
 from .inputs import refuse_to_replace
 from .metrics import alias_notes
 from .output import print_error, print_note, show_progress, table_width
-from .parser import Parser, number_type, output_file
+from .parser import Parser, metric_names, number_type, output_file
 
 __all__ = ["compare_parser", "run"]
 
+USAGE = """\
+alignscores compare [FORMAT] REF_PATTERN EST_PATTERN [options]
+       alignscores compare FILE.yaml [options]"""
 EPILOG = """\
 example:
   alignscores compare 'data/{sequence}/gt.txt' 'data/{sequence}/{system}/{run}.txt'
@@ -58,6 +61,15 @@ EVERYDAY = {
 FRAMES = (
     "file with the time stamps of the expected frames, or a pattern of such files with {sequence}"
 )
+FILES = (
+    "patterns of the references and of the estimates, with {sequence}, {system} and {run}; or one "
+    "YAML file"
+)
+FAIL_ON = (
+    "exit with 3 if one holds for a system: 'PAS<0.8,half>0.1,lost>5%%,failed>0'; with --baseline "
+    "also 'PAS drops 0.05', or 'worse', significantly by --by"
+)
+MORE_METRICS = "more metrics, such as auc@30:vggt,rpe@1m; `alignscores metrics` lists them"
 FAILS = 3  # exit code
 SHOWN = 50  # lines of problems
 NOTES = 4  # lines of notes without --verbose
@@ -72,114 +84,42 @@ def compare_parser(*, everything: bool = True) -> Parser:
         EVERYDAY,
         everything=everything,
         prog="alignscores compare",
+        usage=USAGE,
         description="Compare systems over sequences and runs. Lost frames, failed and missing runs "
         "count as failures.",
         epilog=EPILOG,
     )
-    parser.add_argument(
-        "files",
-        nargs="+",
-        metavar="[FORMAT] REF EST",
-        help="patterns of the references and of the estimates, with {sequence}, {system} and "
-        "{run}; or one YAML file",
-    )
+    parser.add_argument("files", nargs="+", metavar="[FORMAT] REF EST", help=FILES)
     parser.add_settings("format", "metrics", frames=FRAMES)
-    _add_runs(parser)
-    _add_verdicts(parser)
-    _add_output(parser)
-    return parser
-
-
-def _add_runs(parser: Parser) -> None:
-    """Add which runs are expected, and how they are scored."""
-    group = parser.add_argument_group("runs")
-    parser.add_option(
-        group, "--dry-run", action="store_true", help="show what is found, and score nothing"
+    runs, jobs = parser.group("runs"), available_processors()
+    runs.add("--dry-run", action="store_true", help="show what is found, and score nothing")
+    runs.add(
+        "--expect_all", action="store_true", help="a sequence without runs is failed, not untried"
     )
-    parser.add_option(
-        group,
-        "--expect_all",
-        action="store_true",
-        help="a system without a run on a sequence failed there (default: it was not tried)",
+    runs.add("--jobs", type=number_type(JOBS), default=jobs, metavar="X", help=JOBS.help)
+    runs.add("--cache", metavar="FOLDER", type=Path, help="store results there, and reuse them")
+    verdicts = parser.group("verdicts")
+    verdicts.add(
+        "--by", default="PAS", metavar="NAME", help="metric of verdicts (default: %(default)s)"
     )
-    parser.add_option(
-        group,
-        "--jobs",
-        type=number_type(JOBS),
-        default=available_processors(),
-        metavar="X",
-        help=JOBS.help,
+    verdicts.add(
+        "--baseline", metavar="FILE.json", help="show what changed since that --json output"
     )
-    parser.add_option(
-        group,
-        "--cache",
-        metavar="FOLDER",
-        type=Path,
-        help="store results there, and reuse those of the same files and options",
+    verdicts.add("--fail_on", metavar="CONDITIONS", help=FAIL_ON)
+    verdicts.add(
+        "--paired", action="store_true", help="compare runs of the same name, such as of a seed"
     )
-
-
-def _add_verdicts(parser: Parser) -> None:
-    """Add how systems are compared with each other, and with what was saved."""
-    group = parser.add_argument_group("verdicts")
-    parser.add_option(
-        group,
-        "--by",
-        default="PAS",
-        metavar="NAME",
-        help="metric of verdicts and tables (default: %(default)s)",
+    output = parser.group("output")
+    output.add("-v", "--verbose", action="store_true", help="say more about the numbers")
+    output.add("--metrics", metavar="NAMES", type=metric_names, default=(), help=MORE_METRICS)
+    output.add(
+        "--html", metavar="FILE.html", type=output_file(".html"), help="save a page with drawings"
     )
-    parser.add_option(
-        group,
-        "--baseline",
-        metavar="FILE.json",
-        help="show what changed against a comparison that was saved with --json, by --by",
-    )
-    parser.add_option(
-        group,
-        "--fail_on",
-        metavar="CONDITIONS",
-        help="exit with 3 if one holds for a system: 'PAS<0.8,half>0.1,lost>5%%,failed>0'; "
-        "with --baseline also 'PAS drops 0.05', or 'worse', significantly by --by",
-    )
-    parser.add_option(
-        group,
-        "--paired",
-        action="store_true",
-        help="compare runs of the same name, such as those of one seed",
-    )
-
-
-def _add_output(parser: Parser) -> None:
-    """Add what is printed and saved."""
-    group = parser.add_argument_group("output")
-    parser.add_option(
-        group, "-v", "--verbose", action="store_true", help="say more about the numbers"
-    )
-    parser.add_metrics(group, "more metrics")
-    parser.add_option(
-        group,
-        "--html",
-        metavar="FILE.html",
-        type=output_file(".html"),
-        help="save one page with drawings",
-    )
-    parser.add_option(
-        group,
-        "--markdown",
-        metavar="FILE",
-        help="write a report in Markdown, such as $GITHUB_STEP_SUMMARY; - prints it",
-    )
-    shown = group.add_mutually_exclusive_group()
+    output.add("--markdown", metavar="FILE", help="save a report in Markdown; - prints it")
     for name in ("JSON", "CSV", "LaTeX"):
-        parser.add_option(
-            shown,
-            f"--{name.lower()}",
-            dest="show",
-            action="store_const",
-            const=name.lower(),
-            help=f"print {name} instead of the table",
-        )
+        form, help = name.lower(), f"print {name} instead of the table"
+        output.add(f"--{form}", dest="show", action="store_const", const=form, help=help)
+    return parser
 
 
 def run(argv: Sequence[str]) -> int:

@@ -10,7 +10,7 @@ from ..metrics import metric
 from ..protocols import split_names
 from ..texts import printable
 
-__all__ = ["Parser", "number_type", "output_file"]
+__all__ = ["Parser", "metric_names", "number_type", "output_file"]
 
 ELSEWHERE = {  # options of evo and of version 1, and what to use here
     "-a": "evo's -a is --alignment rigid here",
@@ -38,6 +38,18 @@ ELSEWHERE = {  # options of evo and of version 1, and what to use here
 }
 
 
+class Group:
+    """A group of options; ``--help`` hides those that are not among the everyday ones."""
+
+    def __init__(self, group: Any, everyday: Collection[str] | None) -> None:
+        self._group, self._everyday = group, everyday
+
+    def add(self, *flags: str, help: str, **kwargs: Any) -> None:
+        """Add an option, as `add_argument` does."""
+        hidden = self._everyday is not None and flags[-1].removeprefix("--") not in self._everyday
+        self._group.add_argument(*flags, help=argparse.SUPPRESS if hidden else help, **kwargs)
+
+
 class Parser(argparse.ArgumentParser):
     """A parser that shows its everyday options with ``--help`` and all with ``--help-all``."""
 
@@ -46,19 +58,18 @@ class Parser(argparse.ArgumentParser):
         self.everyday = None if everything else everyday
         self.add_argument("--help-all", action="help", help="show all options and exit")
 
-    def add_option(self, group: Any, *flags: str, help: str, **kwargs: Any) -> None:
-        """Add an option to a group; ``--help`` hides it unless it is an everyday one."""
-        hidden = self.everyday is not None and flags[-1].removeprefix("--") not in self.everyday
-        group.add_argument(*flags, help=argparse.SUPPRESS if hidden else help, **kwargs)
+    def group(self, title: str) -> "Group":
+        """Return a new group of options in the help."""
+        return Group(self.add_argument_group(title), self.everyday)
 
     def add_settings(self, *left_out: str, **helps: str) -> None:
         """Add an option for each setting, in its group; `helps` replace the settings' own."""
-        groups: dict[str, Any] = {}
+        groups: dict[str, Group] = {}
         for name, option in options().items():
             if name in left_out:
                 continue
             if option.group not in groups:
-                groups[option.group] = self.add_argument_group(option.group)
+                groups[option.group] = self.group(option.group)
             default = getattr(Settings, name)
             shown = "" if default in (None, False) else " (default: %(default)s)"
             help = helps.get(name, option.help) + shown
@@ -69,18 +80,7 @@ class Parser(argparse.ArgumentParser):
                 kind = {"choices": option.choices}
             elif option.number:
                 kind = {"type": number_type(option), "metavar": "X"}
-            self.add_option(groups[option.group], f"--{name}", default=default, help=help, **kind)
-
-    def add_metrics(self, group: Any, help: str) -> None:
-        """Add the option that takes names of metrics."""
-        self.add_option(
-            group,
-            "--metrics",
-            metavar="NAMES",
-            type=_metric_names,
-            default=(),
-            help=f"{help}, such as auc@30:vggt,rpe@1m; `alignscores metrics` lists them",
-        )
+            groups[option.group].add(f"--{name}", default=default, help=help, **kind)
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
         """Return the arguments; those of other programs end in a hint."""
@@ -102,7 +102,7 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: error: {printable(message)}; see {self.prog} --help\n")
 
 
-def _metric_names(text: str) -> tuple[str, ...]:
+def metric_names(text: str) -> tuple[str, ...]:
     """Return names of metrics as they were given; raise an error if one is unknown."""
     names = tuple(dict.fromkeys(split_names(text)))
     try:

@@ -20,7 +20,7 @@ from ..version import __version__
 from .inputs import check_stdin_read_once, refuse_to_replace
 from .metrics import alias_notes, metre_notes
 from .output import one_line, print_error, print_note, show_json, show_progress, show_table
-from .parser import Parser, output_file
+from .parser import Parser, metric_names, output_file
 from .saving import save, show_plot, targets
 
 __all__ = ["run", "score_parser"]
@@ -47,7 +47,17 @@ EVERYDAY = {
     *("t_max_diff", "t_offset", "invert", "alignment", "missing", "metrics", "json", "output"),
     *("plot", "plot_mode", "save_plot", "save_page", "verbose", "version"),
 }
-SAVED = ("save_errors", "save_metrics", "profile", "save_plot", "save_page")  # one file each
+METRICS = "show these metrics instead, such as auc@30:vggt,rpe@1m; `alignscores metrics` has all"
+MODES = ("xy", "xz", "yz", "xyz")
+WRITTEN = {  # options with the suffixes of their files
+    "save_plot": ((".png", ".pdf", ".svg"), "save the plot as .png, .pdf or .svg"),
+    "save_page": ((".html",), "save a page with trajectories, errors and sliders"),
+    "save_errors": ((".csv",), "save the errors of each expected frame"),
+    "save_metrics": ((".csv",), "save --metrics or, without it, the scores"),
+    "profile": ((".csv",), "save TAS and RAS over their largest thresholds"),
+    "save_aligned": ((".txt",), "save FILE_<name>, the aligned estimate, as TUM or KITTI"),
+    "save_results": ((".zip",), "save FILE_<name> for evo_res"),
+}
 SAVED_EACH = ("save_aligned", "save_results")  # one file an estimate
 FOLDER = {  # what `--output FOLDER` writes
     "save_json": "scores.json",
@@ -72,65 +82,23 @@ def score_parser(*, everything: bool = True) -> Parser:
         description=f"{DESCRIPTION}{listed}",
         epilog=EPILOG,
     )
-    parser.add_option(
-        parser,
-        "--version",
-        action="version",
-        version=f"alignscores {__version__}",
-        help="show the version and exit",
-    )
-    parser.add_argument(
-        "files", nargs="+", metavar="REF EST", help="the reference and its estimates; - is stdin"
-    )
+    version = f"alignscores {__version__}"
+    parser.add_argument("--version", action="version", version=version, help="show the version")
+    parser.add_argument("files", nargs="+", metavar="REF EST", help="the files; - is stdin")
     parser.add_settings("format", "metrics")
-    _add_output(parser)
-    return parser
-
-
-def _add_output(parser: Parser) -> None:
-    """Add the options for what is printed and shown."""
-    group = parser.add_argument_group("output")
-    parser.add_option(
-        group, "-v", "--verbose", action="store_true", help="explain the columns of the table"
-    )
-    parser.add_option(group, "--json", action="store_true", help="print JSON instead of a table")
-    parser.add_metrics(group, "show other metrics instead of the scores")
-    parser.add_option(
-        group,
-        "-o",
-        "--output",
-        metavar="FOLDER",
-        type=Path,
-        help=f"write all results: {', '.join(FOLDER.values())}",
-    )
-    parser.add_option(
-        group, "--plot", action="store_true", help="show errors, trajectories and scores"
-    )
-    parser.add_option(
-        group,
-        "--plot_mode",
-        choices=("xy", "xz", "yz", "xyz"),
-        help="axes of the plotted trajectories (default: the two longest)",
-    )
-    _add_files(parser, group)
-
-
-def _add_files(parser: Parser, group: argparse._ArgumentGroup) -> None:
-    """Add the options for files that are written."""
+    output = parser.group("output")
+    output.add("-v", "--verbose", action="store_true", help="explain the columns of the table")
+    output.add("--json", action="store_true", help="print JSON instead of a table")
+    output.add("--metrics", metavar="NAMES", type=metric_names, default=(), help=METRICS)
+    written = f"write all results: {', '.join(FOLDER.values())}"
+    output.add("-o", "--output", metavar="FOLDER", type=Path, help=written)
+    output.add("--plot", action="store_true", help="show errors, trajectories, poses and scores")
+    output.add("--plot_mode", choices=MODES, help="axes of trajectories (default: the two longest)")
+    for name, (suffixes, help) in WRITTEN.items():
+        form = output_file(*suffixes)
+        output.add(f"--{name}", metavar=f"FILE{suffixes[0]}", type=form, help=help)
     parser.set_defaults(save_json=None)
-    each = "of several estimates each gets FILE_<name>"
-    for name, suffixes, help in (
-        ("save_plot", (".png", ".pdf", ".svg"), "save the plot as .png, .pdf or .svg"),
-        ("save_page", (".html",), "save a page with trajectories, errors and sliders"),
-        ("save_errors", (".csv",), "save the errors of each expected frame"),
-        ("save_metrics", (".csv",), "save --metrics or, without it, the scores"),
-        ("profile", (".csv",), "save TAS and RAS over their largest thresholds"),
-        ("save_aligned", (".txt",), f"save the aligned estimate as TUM or KITTI; {each}"),
-        ("save_results", (".zip",), f"save for evo_res; {each}"),
-    ):
-        parser.add_option(
-            group, f"--{name}", metavar=f"FILE{suffixes[0]}", type=output_file(*suffixes), help=help
-        )
+    return parser
 
 
 def run(argv: Sequence[str]) -> int:
@@ -210,15 +178,13 @@ def _set_outputs(arguments: argparse.Namespace, settings: Settings) -> None:
 
 def _outputs(arguments: argparse.Namespace) -> Iterator[tuple[str, Path]]:
     """Yield all files that will be written, with their options."""
-    for option in SAVED:
-        if path := getattr(arguments, option):
-            yield f"--{option}", path
-    if arguments.save_json:
-        yield "--output", arguments.save_json
     names = unique_names(arguments.estimates)
-    for option in SAVED_EACH:
-        if path := getattr(arguments, option):
+    for option in ("save_json", *WRITTEN):
+        path = getattr(arguments, option)
+        if path and option in SAVED_EACH:
             yield from ((f"--{option}", target) for target, _ in targets(path, names).values())
+        elif path:
+            yield f"--{option}", path
 
 
 def _require_extras(arguments: argparse.Namespace) -> None:
