@@ -102,19 +102,16 @@ def _shade(axes: Axes, evaluation: Evaluation, lost: NDArray[np.bool_], colour: 
     """Shade the time of lost frames; images have no time between them."""
     if not evaluation.settings.form.ordered:
         return
-    times = _times(evaluation)
-    breaks = _breaks(times)  # nothing is expected there
-    axes.fill_between(
-        np.insert(times, breaks, times[breaks]),
-        0,
-        1,
-        where=np.insert(lost, breaks, False).tolist(),
-        step="mid",
-        transform=axes.get_xaxis_transform(),
-        color=colour,
-        alpha=0.15,
-        linewidth=0,
-    )
+    times, rows = _times(evaluation), np.flatnonzero(lost)
+    half = float(np.median(np.diff(times))) / 2
+    apart = np.flatnonzero((np.diff(rows) > 1) | np.isin(rows[1:], _breaks(times))) + 1
+    spans = [
+        (times[run[0]] - half, times[run[-1]] - times[run[0]] + 2 * half)
+        for run in np.split(rows, apart)
+        if len(run)
+    ]
+    place = axes.get_xaxis_transform()
+    axes.broken_barh(spans, (0, 1), transform=place, color=colour, alpha=0.15, linewidth=0)
 
 
 def _draw_trajectories(part: SubFigure, scored: Sequence[Evaluation], mode: str | None) -> None:
@@ -134,7 +131,7 @@ def _draw_trajectories(part: SubFigure, scored: Sequence[Evaluation], mode: str 
     for name, axis in zip("xyz", view, strict=False):
         limits = centre[axis] - reach, centre[axis] + reach
         axes.set(**{f"{name}lim": limits, f"{name}label": f"{'xyz'[axis]} [{unit}]"})
-    axes.set_aspect("equal", adjustable="datalim" if len(view) == 2 else "box")
+    axes.set_aspect("equal")
     axes.set_title("aligned trajectories; grey: reference")
     if len(scored) > 1:
         for line, evaluation in zip(_lines(len(scored)), scored, strict=True):
