@@ -156,18 +156,6 @@ def test_save_results(run, score, tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_saved_names_differ(run, tmp_path, examples):
-    """Though a folder's slash becomes an underscore, and whatever else fails."""
-    for name in ("x", "y"):
-        shutil.copytree(examples / "tum", tmp_path / name)
-    files = [tmp_path / name for name in ("x/estimate.txt", "y/estimate.txt", "x_estimate.txt")]
-    shutil.copy(examples / TUM[2], files[2])
-    (tmp_path / "y/estimate.txt").unlink()
-    assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 1
-    saved = sorted(path.name for path in tmp_path.glob("*.zip"))
-    assert saved == ["r_x_estimate (2).zip", "r_x_estimate.zip"]
-
-
 def test_evo_res_reads_the_results(run, tmp_path, examples):
     shutil.copytree(examples / "tum", tmp_path / "other")
     files = (TUM[2], tmp_path / "other/estimate.txt")
