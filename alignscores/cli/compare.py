@@ -110,7 +110,7 @@ def compare_parser(*, everything: bool = True) -> Parser:
         "--paired", action="store_true", help="compare runs of the same name, such as of a seed"
     )
     output = parser.group("output")
-    output.add("-v", "--verbose", action="store_true", help="say more about the numbers")
+    output.add("-v", "--verbose", action="store_true", help="explain the numbers")
     output.add("--metrics", metavar="NAMES", type=metric_names, default=(), help=MORE_METRICS)
     output.add(
         "--html", metavar="FILE.html", type=output_file(".html"), help="save a page with drawings"
@@ -171,7 +171,7 @@ def _changed(
     saved: Sequence[Result],
     gate: Sequence[Condition],
 ) -> Changes:
-    """Compare with the saved runs; tell if there are too few for the gate."""
+    """Compare with the saved runs; note if there are too few for the gate."""
     by, paired = arguments.by, arguments.paired
     changed = changes(comparison.summary, arguments.baseline, saved, by, paired)
     if any(one.relation == "worse" for one in gate) and not changed.may_be_worse:

@@ -1,4 +1,4 @@
-"""What the command refuses before it computes anything: outputs that would not do."""
+"""Checks of inputs and outputs before anything is computed."""
 
 from collections.abc import Iterable
 from contextlib import suppress
@@ -12,7 +12,7 @@ __all__ = ["check_stdin_read_once", "refuse_to_replace"]
 
 
 def check_stdin_read_once(files: Iterable[str | None]) -> None:
-    """Refuse to take what stands on stdin for two files."""
+    """Raise an error if stdin is given twice."""
     if list(files).count(STDIN) > 1:
         raise ValueError("stdin (-) can be one file only")
 
@@ -21,10 +21,10 @@ def refuse_to_replace(inputs: Iterable[str], outputs: Iterable[tuple[str, Path]]
     """Refuse outputs, by option, that cannot be written or are an input or another output."""
     files = [file for path in inputs for file in files_below(path)]
     known = {_identity(file): file for file in files}
-    taken: dict[Path, str] = {}
+    used: dict[Path, str] = {}
     for option, path in outputs:
         try:
-            with suppress(IsADirectoryError):  # told in the end: other outputs are saved
+            with suppress(IsADirectoryError):  # an error at the end, after the others are saved
                 check_target(path)
         except OSError as error:
             raise ValueError(f"{option} {path} cannot be written ({error.strerror})") from None
@@ -32,9 +32,9 @@ def refuse_to_replace(inputs: Iterable[str], outputs: Iterable[tuple[str, Path]]
         if identity and (replaced := known.get(identity)):
             raise ValueError(f"{option} {path} would replace the input {replaced}; name another")
         target = path.parent.resolve() / path.name
-        if target in taken:
-            raise ValueError(f"{option} and {taken[target]} would both write {path}")
-        taken[target] = option
+        if target in used:
+            raise ValueError(f"{option} and {used[target]} would both write {path}")
+        used[target] = option
 
 
 def _identity(path: Path) -> tuple[int, int] | None:

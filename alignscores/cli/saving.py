@@ -10,9 +10,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from ..arrays import Floats
-from ..evaluation.evaluation import STATUSES, Evaluation, finite_or_none
-from ..histogram import AlignmentScore
+from ..evaluation.evaluation import STATUSES, Evaluation
 from ..metrics import SCORES
 from ..pages.estimates import page
 from ..protocols.trajectory import STATISTICS
@@ -161,8 +159,8 @@ def aligned_files(
 def targets(path: Path, names: Sequence[str]) -> dict[str, tuple[Path, str]]:
     """Return the file of each estimate, and its name without a slash.
 
-    Of several estimates each has its name appended, without its ending if that tells none apart;
-    `names` are those of all, scored or not.
+    Of several estimates each has its name appended, without a suffix that all share; `names` has
+    also those that were not scored.
     """
     flat = [name.replace("/", "_") for name in names]
     endings = {Path(name).suffix for name in flat}
@@ -174,49 +172,34 @@ def targets(path: Path, names: Sequence[str]) -> dict[str, tuple[Path, str]]:
 def evo_files(
     scored: Sequence[Evaluation], files: Targets, *, reference: str
 ) -> Iterator[tuple[Path, bytes]]:
-    """Yield results that ``evo_res`` reads: the share of thresholds that poses miss, 1 - PAS."""
+    """Yield results for ``evo_res``: the scores, and the position errors of tracked frames."""
     file_interface = require("evo.tools.file_interface", "evo")
     new_result = require("evo.core.result", "evo").Result
 
     for evaluation in scored:
         target, flat_name = files[evaluation.name]
-        settings, scores = evaluation.settings, evaluation.result
-        missed = scores.weight * _missed(scores.tas) + (1 - scores.weight) * _missed(scores.ras)
-        values = {
-            **{"TAS": scores.tas.score, "RAS": scores.ras.score, "PAS": scores.score},
-            **{"d": scores.tas.unit, "ATE": evaluation.ate, "TAS_sd": evaluation.tas_sd},
-            "half_distance": finite_or_none(evaluation.half_distance),
-            "half_angle": finite_or_none(evaluation.half_angle),
-        }
+        tas, settings = evaluation.result.tas, evaluation.settings
+        tracked = np.isfinite(tas.errors)
         result = new_result()
         result.info = {
-            "title": "PAS: share of the thresholds missed "
-            f"({settings.how_aligned}, seed {settings.seed})",
-            "label": "share of the thresholds missed",
+            "title": f"position error of tracked frames ({settings.how_aligned})",
+            "label": f"position error ({settings.form.unit})",
             "ref_name": reference,
             "est_name": flat_name,
-            "registration": settings.registration,
-            "alignment": settings.alignment,
-            "seed": settings.seed,
         }
+        names = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"
+        values = {name: evaluation.value(name) for name in names}
         result.stats = {name: value for name, value in values.items() if value is not None}
-        result.stats |= {name: float(of(missed)) for name, of in STATISTICS.items()}
-        result.np_arrays = {
-            "error_array": missed,
-            "position_error_array": scores.tas.errors,
-            "rotation_error_deg_array": scores.ras.errors,
-        }
+        if tracked.any():
+            result.stats |= {
+                name: float(of(tas.errors[tracked])) for name, of in STATISTICS.items()
+            }
+        result.np_arrays = {"error_array": tas.errors[tracked]}
         if evaluation.matches.keys.dtype.kind == "f":
-            result.np_arrays["timestamps"] = evaluation.matches.keys
+            result.np_arrays["timestamps"] = evaluation.matches.keys[tracked]
         buffer = BytesIO()
         file_interface.save_res_file(buffer, result)
         yield target, buffer.getvalue()
-
-
-def _missed(result: AlignmentScore) -> Floats:
-    """Return the share of the thresholds that each error is not below."""
-    missed = np.searchsorted(result.thresholds, result.errors, side="right")
-    return np.asarray(missed / len(result.thresholds))
 
 
 def picture(scored: Sequence[Evaluation], plot_mode: str | None, path: Path) -> bytes:

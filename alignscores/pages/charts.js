@@ -84,8 +84,8 @@ const AlignmentCharts = (() => {
     return { host, svg, plot, x: across, y: up, width, height, left, right, top, bottom };
   }
 
-  // A line through points [x, y]; one that is not finite breaks it. A ghost is drawn faintly.
-  function line(chart, points, { colour = "currentColor", dash, width = 1.8, ghost = false } = {}) {
+  // A line through points [x, y]; one that is not finite breaks it.
+  function line(chart, points, { colour = "currentColor", dash, width = 1.8 } = {}) {
     let path = "";
     let pen = "M";
     for (const [a, b] of points) {
@@ -95,13 +95,13 @@ const AlignmentCharts = (() => {
       } else pen = "M";
     }
     const drawn = element("path", {
-      class: ghost ? "line ghost" : "line", d: path, stroke: colour, "stroke-dasharray": dash, "stroke-width": width,
+      class: "line", d: path, stroke: colour, "stroke-dasharray": dash, "stroke-width": width,
     });
     chart.plot.append(drawn);
     return drawn;
   }
 
-  // An upright rule with a word beside it, at the side where there is room.
+  // An upright rule with a word next to it.
   function rule(chart, at, text) {
     const x = chart.x(at);
     const late = x > (chart.x.range[0] + chart.x.range[1]) / 2;

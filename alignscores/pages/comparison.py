@@ -24,7 +24,7 @@ from .sequences import sequences_data
 __all__ = ["page"]
 
 
-# Quantiles of the errors of a system on a sequence; scores by them are off by 0.00125 at most.
+# Quantiles of the errors of a system on a sequence; their scores are within 0.00125.
 N_QUANTILES = 400
 SCRIPTS = "scores.js", "charts.js", "controls.js", "tables.js", "page.js"
 MOST = 15  # megabytes of trajectories
@@ -183,7 +183,7 @@ def _errors(comparison: Comparison, sequence: str) -> str:
         return "<p>No run was scored.</p>"
     run = next(r.run for r in summary.results if r.run.sequence == sequence and not r.failed)
     of_run = settings_of_run(comparison.benchmark, run, settings)
-    with collected_warnings():  # the comparison has told them
+    with collected_warnings():  # the comparison has printed them
         keys = reference_of(
             comparison.benchmark.references[sequence], of_run.format, of_run.ref_topic
         ).keys

@@ -15,14 +15,14 @@ from ..comparison.verdicts import difference_text, p_text
 
 __all__ = ["colour_and_dash", "dots", "errors_over_time", "forest", "style"]
 
-DASHES = "none", "6 3", "2 3", "8 3 2 3", "12 2"  # tell curves apart without colours
+DASHES = "none", "6 3", "2 3", "8 3 2 3", "12 2"  # of curves, for greyscale
 N_COLOURS = 8
 WIDTH = 360  # of a drawing, in the units of its text, which is 11 high
 LEFT, RIGHT = 92, 8  # margins
 ROW = 24
 HEIGHT = 150  # of curves
-N_BINS = 160  # parts of the time, of which the median error is drawn, at most
-N_DECADES = 5  # of errors, at most
+N_BINS = 160  # largest number of medians along a curve
+N_DECADES = 5  # largest range of the errors
 TRACKED, OUTLIER, LOST = range(3)
 
 Axis = Callable[[float], float]  # from a value to a place
@@ -126,12 +126,7 @@ def errors_over_time(
         return 14 + HEIGHT * (high - math.log10(max(value, 10.0**low))) / (high - low)
 
     marks = [f'<text x="{LEFT}" y="9">position error; dotted: d = {unit:.3g}</text>']
-    for power in range(low, high + 1):
-        y = up(10.0**power)
-        marks.append(f'<path class="grid" d="M{LEFT} {y:.1f}H{WIDTH - RIGHT}"/>')
-        marks.append(
-            f'<text x="{LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{10.0**power:g}</text>'
-        )
+    marks += _decades(low, high, up)
     for name, curve in curves.items():
         marks += _curve(curve, across, up, order.index(name))
     if 10.0**low < unit < 10.0**high:
@@ -150,6 +145,16 @@ def errors_over_time(
         f"{name}: {np.median(curve[~np.isnan(curve)]):.2g}" for name, curve in curves.items()
     )
     return _svg(y + 12, marks, f"Median position error over time. Typical: {spoken}")
+
+
+def _decades(low: int, high: int, up: Axis) -> list[str]:
+    """Return a line and a number for each power of ten."""
+    marks = []
+    for value in 10.0 ** np.arange(low, high + 1):
+        y = up(value)
+        marks.append(f'<path class="grid" d="M{LEFT} {y:.1f}H{WIDTH - RIGHT}"/>')
+        marks.append(f'<text x="{LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{value:g}</text>')
+    return marks
 
 
 def _bins(outcome: Outcome, times: Floats, edges: Floats) -> NDArray[np.intp]:
@@ -171,7 +176,7 @@ def _medians(outcomes: Sequence[Outcome], times: Floats, edges: Floats) -> Float
 def _states(
     outcome: Outcome, largest: tuple[float, float], times: Floats, edges: Floats
 ) -> NDArray[np.intp]:
-    """Return what most cameras in each part of the time are; -1 where none is expected."""
+    """Return the most frequent state in each part of the time; -1 where none is expected."""
     far = outcome.position_errors > largest[0] * outcome.unit
     state = np.where(far | (outcome.rotation_errors > largest[1]), OUTLIER, TRACKED)
     state[~np.isfinite(outcome.position_errors)] = LOST
