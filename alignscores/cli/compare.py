@@ -93,28 +93,19 @@ def compare_parser(*, everything: bool = True) -> Parser:
     parser.add_settings("format", "metrics", frames=FRAMES)
     runs, jobs = parser.group("runs"), available_processors()
     runs.add("--dry-run", action="store_true", help="show what is found, and score nothing")
-    runs.add(
-        "--expect_all", action="store_true", help="a sequence without runs is failed, not untried"
-    )
+    runs.add("--expect_all", action="store_true", help="a sequence without runs has failed")
     runs.add("--jobs", type=number_type(JOBS), default=jobs, metavar="X", help=JOBS.help)
     runs.add("--cache", metavar="FOLDER", type=Path, help="store results there, and reuse them")
     verdicts = parser.group("verdicts")
-    verdicts.add(
-        "--by", default="PAS", metavar="NAME", help="metric of verdicts (default: %(default)s)"
-    )
-    verdicts.add(
-        "--baseline", metavar="FILE.json", help="show what changed since that --json output"
-    )
+    verdicts.add("--by", default="PAS", metavar="NAME", help="metric of verdicts (default: PAS)")
+    verdicts.add("--baseline", metavar="FILE.json", help="show changes since that --json output")
     verdicts.add("--fail_on", metavar="CONDITIONS", help=FAIL_ON)
-    verdicts.add(
-        "--paired", action="store_true", help="compare runs of the same name, such as of a seed"
-    )
+    verdicts.add("--paired", action="store_true", help="compare runs of the same name")
     output = parser.group("output")
     output.add("-v", "--verbose", action="store_true", help="explain the numbers")
     output.add("--metrics", metavar="NAMES", type=metric_names, default=(), help=MORE_METRICS)
-    output.add(
-        "--html", metavar="FILE.html", type=output_file(".html"), help="save a page with drawings"
-    )
+    page_file = output_file(".html")
+    output.add("--html", metavar="FILE.html", type=page_file, help="save a page with drawings")
     output.add("--markdown", metavar="FILE", help="save a report in Markdown; - prints it")
     for name in ("JSON", "CSV", "LaTeX"):
         form, help = name.lower(), f"print {name} instead of the table"
