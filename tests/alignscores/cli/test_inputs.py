@@ -1,6 +1,5 @@
 """No output replaces an input, by whatever path or link it is named, and no two write one file."""
 
-import json
 import shutil
 
 import pytest
@@ -168,15 +167,6 @@ def test_no_page_replaces_a_file_of_a_benchmark(here, found_files, refused, whos
     refused(REPLACED, "compare", *found_files, *frames, "--html", target)
 
 
-@pytest.mark.parametrize("whose", ["yaml", "frames"])
-def test_no_page_replaces_a_file_that_describes_a_benchmark(here, found_files, refused, whose):
-    described = dict(zip(("format", "reference", "estimate"), found_files, strict=True))
-    described["sequences"] = {"desk": {"frames": "desk/frames.html"}}
-    (here / "b.yaml").write_text(json.dumps(described))
-    hit = here / ("b.yaml" if whose == "yaml" else "desk/frames.html")
-    refused(REPLACED, "compare", "b.yaml", "--html", symlink(hit, ".html"))
-
-
 def test_no_page_replaces_what_a_benchmark_is_compared_with(here, found_files, refused):
     (here / "saved.json").write_text("{}")
     options = "--baseline", "saved.json", "--html", symlink(here / "saved.json", ".html")
@@ -193,12 +183,3 @@ def test_outputs_of_before_are_replaced(here, examples, command):
     for file in FILES["tum"]:
         assert (here / file.split("/")[1]).read_bytes() == (examples / file).read_bytes()
     assert (here / "out/estimate.txt").stat().st_size > 0
-
-
-def test_an_output_that_is_a_link_replaces_the_link_alone(here, examples, command):
-    (here / "notes.csv").write_text("of something else")
-    (here / "out.csv").symlink_to(here / "notes.csv")
-    files = [examples / file for file in FILES["tum"]]
-    assert command("tum", *files, "--save_errors", "out.csv")[0] == 0
-    assert (here / "notes.csv").read_text() == "of something else"
-    assert not (here / "out.csv").is_symlink()

@@ -5,7 +5,7 @@ from math import inf
 
 import numpy as np
 
-from alignscores import AlignmentScore, ScoreProfile
+from alignscores import AlignmentScore
 from alignscores.histogram import equal_steps
 from alignscores.pages.document import document
 
@@ -18,8 +18,6 @@ tell(cases.map(({ call, errors, options, ...rest }) => {
   const own = { ...options };
   switch (call) {
     case "score": return number(S.score(Float64Array.from(read(errors)), rest.unit, own));
-    case "profile": return S.profile(read(errors), rest.units, own);
-    case "pas": return S.pas(rest.tas, rest.ras, rest.weight);
   }
 }));
 """
@@ -70,28 +68,4 @@ def test_errors_beside_a_threshold_by_a_bit_are_counted_as_in_python(browser):
             case = {"call": "score", "errors": list(errors), "unit": unit, "options": options}
             cases.append(case)
             expected.append(AlignmentScore(errors, thresholds).score)
-    assert ask(browser, cases) == expected
-
-
-def test_profiles_are_those_of_python(browser):
-    rng = np.random.default_rng(2)
-    cases, expected = [], []
-    units = np.geomspace(1e-3, 1e3, 40)
-    for _ in range(60):
-        count = int(rng.choice([1, 10, 100]))
-        errors = random_errors(rng, rng.lognormal(0, 2) * equal_steps(1.0, count, "_"))
-        profile = ScoreProfile(units, np.sort(errors)[None], count)
-        options = {"thresholds": count}
-        cases.append(
-            {"call": "profile", "errors": list(errors), "units": list(units), "options": options}
-        )
-        expected.append(list(profile.scores))
-    assert ask(browser, cases) == expected
-
-
-def test_the_pas_weighs_as_python_does(browser):
-    cases, expected = [], []
-    for weight in (0.0, 0.05, 0.3, 0.5, 1.0):
-        cases.append({"call": "pas", "tas": 0.123, "ras": 0.987, "weight": weight})
-        expected.append(weight * 0.123 + (1 - weight) * 0.987)
     assert ask(browser, cases) == expected
