@@ -16,9 +16,9 @@ from .arrays import Floats, Indices, sizes
 from .distance import N_THRESHOLDS, distance_of, smallest_unit, too_few
 from .histogram import cumulative_frequency, equal_steps
 from .pose import PASResult, check_weight
-from .registration import Registration, similarity_of_row
+from .registration import Registration
 from .rotation import RASResult, align_rotations
-from .similarity import check_alignment
+from .similarity import Similarity, check_alignment
 from .translation import TASResult, no_unit
 from .validation import (
     AlignmentWarning,
@@ -112,7 +112,7 @@ class TASBatch(_Batch):
         return TASResult(
             errors=errors,
             thresholds=thresholds,
-            alignment=similarity_of_row(self.aligned.rows[scene]),
+            alignment=Similarity.of_row(self.aligned.rows[scene]),
             unit=float(self.unit[scene]),
             n_hypotheses=int(self.aligned.n_hypotheses[scene]),
             registration=self.registration,

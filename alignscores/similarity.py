@@ -143,6 +143,31 @@ class Similarity:
         translation = est_origin + est_extent * translation - scale * rotation @ gt_origin
         return cls(scale, rotation, translation)
 
+    @classmethod
+    def of_row(cls, row: Floats) -> "Similarity | None":
+        """Return the alignment in a row (13,) of the kernel; None where there is none.
+
+        Parameters
+        ----------
+        row : (13,) array
+            Scale, rotation and translation; the scale is NaN where there is no alignment.
+
+        Returns
+        -------
+        Similarity or None
+            The alignment.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from alignscores import Similarity
+        >>> Similarity.of_row(np.full(13, np.nan)) is None
+        True
+        """
+        if np.isnan(row[0]):
+            return None
+        return cls(float(row[0]), row[1:10].reshape(3, 3), row[10:])
+
     def apply(self, positions: Floats) -> Floats:
         """Take ground-truth positions to the estimated world.
 

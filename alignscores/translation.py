@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from .aligner import Aligner, Seed, normalise, one_scene
 from .arrays import Floats
 from .histogram import AlignmentScore, equal_steps
-from .registration import Registration, similarity_of_row
+from .registration import Registration
 from .registration.kernel import closest_pairs
 from .similarity import Similarity
 from .validation import AlignmentWarning, check_positions, check_positive
@@ -196,7 +196,7 @@ def tas(
         check_positive(unit, "unit")
     steps = equal_steps(max_threshold, n_thresholds, "max_threshold")
     aligned = aligner.align(np.array([np.nan if unit is None else float(unit)]), steps[-1])
-    d, found = float(aligned.units[0]), similarity_of_row(aligned.rows[0])
+    d, found = float(aligned.units[0]), Similarity.of_row(aligned.rows[0])
     if unit is None and (reason := no_unit(d, len(aligner.gt))):
         raise ValueError(reason)
     check_positive(d, "unit")

@@ -30,6 +30,7 @@ __all__ = [
 ]
 
 MUCH_LOST = 0.1  # share of the reference that is noted where it is not scored
+SOME = 0.1  # share of the frames that is a reason for a low score
 APART_DEG = 5.0  # angle between the two alignments that is noted
 
 
@@ -244,15 +245,15 @@ def low_score(evaluation: Evaluation) -> Note | None:
     far = np.isfinite(tas.errors) & (tas.errors >= tas.unit)
     turned = np.isfinite(ras.errors) & (ras.errors >= ras.thresholds[-1])
     reasons = []
-    if evaluation.lost:
+    if evaluation.lost > SOME:
         of = "time" if timed else "frames"
         reasons.append(f"{evaluation.lost:.0%} of the {of} without a pose")
-    if far.any():
+    if np.mean(far) > SOME:
         where = _stretch(matches.keys - evaluation.reference.keys[0], far) if timed else ""
         reasons.append(f"{np.mean(far):.0%} of the frames further off than d{where}")
     limit, share = f"more than {ras.thresholds[-1]:g} degrees", np.mean(turned)
     bad = f"{share:.0%} of the rotations off by {limit}"
-    reasons.append(bad if share > 0.1 else "rotations fine")
+    reasons.append(bad if share > SOME else "rotations fine")
     return Note("low", f"PAS {evaluation.pas:.2f}: {', '.join(reasons)}")
 
 

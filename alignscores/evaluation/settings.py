@@ -105,7 +105,7 @@ def _seconds(default: float | None, help: str, **about: Any) -> Any:
 class Settings:
     """How estimates are matched with their reference and scored.
 
-    Each setting is an option of the command with the same name; ``docs/reference/settings.md``
+    Each setting is an option of the command with the same name; ``docs/reference/command-line.md``
     lists them with their defaults. `metrics` may be one text, with commas between the names.
 
     Raises

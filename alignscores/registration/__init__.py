@@ -14,7 +14,7 @@ from ..similarity import Similarity
 from ..validation import check_positions, check_positive, check_same_length
 from . import kernel
 
-__all__ = ["REGISTRATIONS", "Registration", "pcr99", "refined", "similarity_of_row"]
+__all__ = ["REGISTRATIONS", "Registration", "pcr99", "refined"]
 
 
 class Registration(Protocol):
@@ -102,14 +102,7 @@ def _register(
     starts, units = np.array([0, len(gt)]), np.array([threshold])
     aligned = kernel.align_scenes(options, starts, gt, est, rng, units)
     assert aligned is not None  # which only a user's registration may be
-    return similarity_of_row(aligned.rows[0]), int(aligned.n_hypotheses[0])
-
-
-def similarity_of_row(row: Floats) -> Similarity | None:
-    """Return the alignment that a row holds: scale, rotation, translation; None if it has none."""
-    if np.isnan(row[0]):
-        return None
-    return Similarity(float(row[0]), row[1:10].reshape(3, 3), row[10:])
+    return Similarity.of_row(aligned.rows[0]), int(aligned.n_hypotheses[0])
 
 
 REGISTRATIONS: dict[str, Registration] = {"pcr99": pcr99, "refined": refined}

@@ -1,8 +1,6 @@
 """Mistakes of convention in an estimate, told from inaccuracy.
 
-An estimate whose camera axes are not the reference's (OpenGL against OpenCV, the IMU's against the
-camera's), or whose poses are world-to-camera, has a RAS near 0 for reasons that have nothing to do
-with accuracy. With R_i, R̂_i the camera-to-world rotations and Q the rotation between the frames:
+With R_i, R̂_i the camera-to-world rotations and Q the rotation between the frames:
 
 - *another camera frame*: R̂_i ≈ Q R_i B with one constant B, a swap of axes or any rotation.
 - *world-to-camera*: the same for the inverted poses, whose positions fit better, too.
@@ -45,15 +43,12 @@ SHIFTED_QUATERNIONS = (  # B where w first is read as w last, and the other way 
     np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]),
 )
 BODY, CAMERA = "x forward, y left, z up", "x right, y down, z forward"
+OF_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 COMMON = {  # swaps of axes that have a use: B, and its name
     "none": np.eye(3),
     "180 deg about x, as OpenGL's camera axes to OpenCV's": np.diag([1.0, -1.0, -1.0]),
-    f"as a frame with {BODY} to a camera with {CAMERA}": np.array(
-        [[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]
-    ),
-    f"as a camera with {CAMERA} to a frame with {BODY}": np.array(
-        [[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]
-    ),
+    f"as a frame with {BODY} to a camera with {CAMERA}": OF_BODY,
+    f"as a camera with {CAMERA} to a frame with {BODY}": OF_BODY.T,
 }
 AXES = [  # the 24 rotations that take axes to axes, the identity first
     rotation
@@ -191,24 +186,18 @@ def seem_swapped(reference: Trajectory, estimate: Trajectory) -> bool:
     """Return whether two time-stamped files look as if the estimate were given as the reference.
 
     The scores hardly depend on it. A SLAM estimate usually starts at the identity pose, and a
-    reference is usually sampled more densely: where both are the other way round, the two seem
-    swapped.
+    reference is usually sampled more densely.
     """
     if reference.keys.dtype.kind != "f":
         return False
     start = max(reference.keys.min(), estimate.keys.min())
     end = min(reference.keys.max(), estimate.keys.max())
-    n_ref, n_est = (
-        int(np.sum((keys >= start) & (keys <= end))) for keys in (reference.keys, estimate.keys)
-    )
-    return n_est >= 2 * n_ref and _starts_at_origin(reference) and not _starts_at_origin(estimate)
-
-
-def _starts_at_origin(trajectory: Trajectory) -> bool:
-    first = trajectory.poses[int(np.argmin(trajectory.keys))]
-    extent = np.nanmax(np.abs(trajectory.poses[:, :3, 3]), initial=0.0)
-    unrotated = np.abs(first[:3, :3] - np.eye(3)).max() < 1e-3
-    return bool(unrotated and np.abs(first[:3, 3]).max() <= 1e-3 * extent)
+    both = [np.sum((one.keys >= start) & (one.keys <= end)) for one in (reference, estimate)]
+    at_origin = [
+        np.allclose(one.poses[np.argmin(one.keys)], np.eye(4), atol=1e-3)
+        for one in (reference, estimate)
+    ]
+    return bool(both[1] >= 2 * both[0] and at_origin == [True, False])
 
 
 def _of_rotations(gt: Floats, est: Floats, quaternions: bool) -> Convention:
@@ -235,8 +224,8 @@ def _of_rotations(gt: Floats, est: Floats, quaternions: bool) -> Convention:
     if best.corrected_ras < needed or best.body_rotation is None:
         return nothing
     if not best.quaternions_shifted and rotation_angles(best.body_rotation[None])[0] <= NEAR_DEG:
-        best = replace(best, body_rotation=None)
-    return best if best.inverted or best.body_rotation is not None else nothing
+        return replace(best, body_rotation=None) if inverted else nothing
+    return best
 
 
 def _fitted_frame(gt: Floats, est: Floats) -> Floats:

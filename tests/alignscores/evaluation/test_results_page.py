@@ -1,0 +1,41 @@
+"""The JSON of an evaluation has the keys and types that docs/reference/results.md gives."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from ..conftest import FILES
+
+PAGE = Path(__file__).parents[3] / "docs/reference/results.md"
+ROW = re.compile(r"^\| (`[^|]*`) \| ([a-z ]+) \| .* \|$", re.MULTILINE)
+TYPES = {
+    "string": str,
+    "number": float,
+    "integer": int,
+    "array": list,
+    "object": dict,
+    "null": type(None),
+}
+SCHEMA = {
+    key: tuple(TYPES[kind] for kind in kinds.split(" or "))
+    for keys, kinds in ROW.findall(PAGE.read_text("utf-8"))
+    for key in re.findall(r"`(\w+)`", keys)
+}
+
+
+@pytest.mark.parametrize("form", FILES)
+def test_results_are_as_described(score, form):
+    for options in ((), ("--registration", "pcr99", "--repeat", 2, "--metrics", "ate,auc@30:vggt")):
+        (result,) = score(form, *FILES[form], *options)
+        assert set(result) == set(SCHEMA)
+        for key, value in result.items():
+            assert isinstance(value, SCHEMA[key]), key
+        assert all(set(note) == {"kind", "text", "remedy"} for note in result["notes"])
+
+
+def test_settings_have_the_names_of_their_options(command, examples):
+    files = [examples / name for name in FILES["tum"]]
+    printed = json.loads(command("tum", *files, "--missing", "ignore", "--invert", "--json")[1])
+    assert (printed["missing"], printed["invert"]) == ("ignore", True)
