@@ -117,7 +117,7 @@ bool pcr99(const cameras *c, const options *o, size_t rank, pcg64 *random, simil
 
 /* refined.c: what is known of a scene whatever the threshold, and found at the threshold before */
 typedef struct {
-    bool several; /* whether there are several thresholds */
+    bool many_thresholds;
     cameras shuffled;
     similarity *hypotheses;
     size_t n_hypotheses;

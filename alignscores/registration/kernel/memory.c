@@ -12,12 +12,12 @@ void *allocate(pool *memory, size_t count, size_t size)
 {
     if (count > (SIZE_MAX / 2 - 2 * ALIGNMENT) / size)
         return NULL;
-    block *taken = malloc(sizeof(block) + ALIGNMENT + count * size);
-    if (taken == NULL)
+    block *allocated = malloc(sizeof(block) + ALIGNMENT + count * size);
+    if (allocated == NULL)
         return NULL;
-    taken->before = memory->last;
-    memory->last = taken;
-    char *start = (char *)(taken + 1);
+    allocated->before = memory->last;
+    memory->last = allocated;
+    char *start = (char *)(allocated + 1);
     return start + (-(uintptr_t)start & (ALIGNMENT - 1));
 }
 

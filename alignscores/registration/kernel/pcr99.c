@@ -127,9 +127,9 @@ bool pcr99(const cameras *c, const options *o, size_t rank, pcg64 *random, simil
            size_t *n_used)
 {
     pool memory = {0};
-    size_t most = max_prescreened(c->n, o->n_hypotheses), stride = c->n + (-c->n & (PADDING - 1));
-    triplet *triplets = allocate(&memory, most, sizeof *triplets);
-    similarity *fits = allocate(&memory, most, sizeof *fits);
+    size_t n_max = max_prescreened(c->n, o->n_hypotheses), stride = c->n + (-c->n & (PADDING - 1));
+    triplet *triplets = allocate(&memory, n_max, sizeof *triplets);
+    similarity *fits = allocate(&memory, n_max, sizeof *fits);
     float *gt = allocate(&memory, 3 * stride, sizeof *gt);
     float *est = allocate(&memory, 3 * stride, sizeof *est);
     double *errors = allocate(&memory, c->n, sizeof *errors);

@@ -68,30 +68,30 @@ static double truncated_cost(const problem *p, const similarity *s)
 
 /* The lowest costs, in order, and what they are of. */
 typedef struct {
-    size_t most, count;
+    size_t n_max, count;
     double costs[4 * N_STARTS];
     size_t indices[4 * N_STARTS];
 } ranking;
 
 static void insert(ranking *lowest, double cost, size_t index)
 {
-    if (lowest->count == lowest->most && !(cost < lowest->costs[lowest->most - 1]))
+    if (lowest->count == lowest->n_max && !(cost < lowest->costs[lowest->n_max - 1]))
         return;
-    lowest->count += lowest->count < lowest->most;
-    size_t place = lowest->count - 1;
-    for (; place > 0 && lowest->costs[place - 1] > cost; place--) {
-        lowest->costs[place] = lowest->costs[place - 1];
-        lowest->indices[place] = lowest->indices[place - 1];
+    lowest->count += lowest->count < lowest->n_max;
+    size_t position = lowest->count - 1;
+    for (; position > 0 && lowest->costs[position - 1] > cost; position--) {
+        lowest->costs[position] = lowest->costs[position - 1];
+        lowest->indices[position] = lowest->indices[position - 1];
     }
-    lowest->costs[place] = cost;
-    lowest->indices[place] = index;
+    lowest->costs[position] = cost;
+    lowest->indices[position] = index;
 }
 
 /* Choose the cheapest of some similarities, the cheapest first; return how many there are. */
-static size_t choose(const problem *p, const similarity *all, size_t count, size_t most,
+static size_t choose(const problem *p, const similarity *all, size_t count, size_t n_max,
                      similarity *chosen)
 {
-    ranking lowest = {.most = most};
+    ranking lowest = {.n_max = n_max};
     for (size_t h = 0; h < count; h++)
         insert(&lowest, truncated_cost(p, &all[h]), h);
     for (size_t i = 0; i < lowest.count; i++)
@@ -131,10 +131,10 @@ static size_t refine(const problem *p, similarity *rows, size_t count, size_t n_
                 moved.at = rows[h];
                 moved.cost = cost;
             }
-            size_t place = h; /* the others are in order */
-            for (; place > 0 && starts[place - 1].cost > moved.cost; place--)
-                starts[place] = starts[place - 1];
-            starts[place] = moved;
+            size_t position = h; /* the others are in order */
+            for (; position > 0 && starts[position - 1].cost > moved.cost; position--)
+                starts[position] = starts[position - 1];
+            starts[position] = moved;
         }
         count = smaller(larger(count / 2, n_left), count);
         largest_gain = 0;
@@ -163,7 +163,7 @@ static size_t fit_neighbourhoods(const problem *p, similarity *fits)
 {
     const cameras *c = &p->c;
     double *weights = p->errors;
-    ranking densest = {.most = N_NEIGHBOURHOODS};
+    ranking densest = {.n_max = N_NEIGHBOURHOODS};
     size_t n_candidates = smaller(c->n, SMALL_SAMPLE);
     for (size_t i = 0; i < n_candidates; i++) {
         distances(c->gt, c->n, point(c->gt, c->n, i), n_candidates, weights);
@@ -184,14 +184,14 @@ static size_t fit_neighbourhoods(const problem *p, similarity *fits)
 /* The cameras in another order, none farther than can be squared. */
 static double *shuffled(pool *memory, const double *points, size_t n, const uint32_t *order)
 {
-    double *taken = allocate(memory, n, 3 * sizeof *taken);
-    for (size_t k = 0; taken && k < 3; k++)
+    double *copy = allocate(memory, n, 3 * sizeof *copy);
+    for (size_t k = 0; copy && k < 3; k++)
         for (size_t i = 0; i < n; i++) {
             double x = points[k * n + order[i]];
             x = x < -FARTHEST_SQUARABLE ? -FARTHEST_SQUARABLE : x; /* NaN stays */
-            taken[k * n + i] = x > FARTHEST_SQUARABLE ? FARTHEST_SQUARABLE : x;
+            copy[k * n + i] = x > FARTHEST_SQUARABLE ? FARTHEST_SQUARABLE : x;
         }
-    return taken;
+    return copy;
 }
 
 static bool is_usable(const similarity *s)
@@ -269,7 +269,7 @@ bool refined(search *all, const options *o, double threshold)
             hypotheses = chosen;
         }
         /* The first of several thresholds only leads to the next. */
-        size_t n_starts = all->several && !all->is_found ? N_FINALISTS : N_STARTS;
+        size_t n_starts = all->many_thresholds && !all->is_found ? N_FINALISTS : N_STARTS;
         problem sample = sampled(&p, SAMPLE, points);
         count = choose(&sample, hypotheses, count, n_starts, starts);
         count += fit_neighbourhoods(&sample, starts + count);

@@ -235,7 +235,7 @@ int align_scenes(const options *o, size_t n_scenes, const size_t *starts, const 
             outcome = NO_MEMORY;
         } else {
             units[i] = isnan(units[i]) ? s->d : units[i];
-            s->refined.several = kept != NULL;
+            s->refined.many_thresholds = kept != NULL;
             s->found.scale = NAN;
             if (0 < units[i] && units[i] < INFINITY)
                 outcome = align_scene(s, o, o->max_threshold * units[i] / s->unit,

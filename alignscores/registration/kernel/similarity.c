@@ -244,19 +244,19 @@ bool fit_moments(const moments *all, size_t count, int alignment, similarity *fi
     matrix rotations[AT_ONCE];
     double largest[AT_ONCE];
     for (size_t first = 0; first < count; first += AT_ONCE) {
-        const moments *some = all + first;
-        size_t n_some = smaller(AT_ONCE, count - first);
-        for (size_t t = 0; t < n_some; t++) {
-            const double *numbers = &some[t].covariance[0].x;
+        const moments *part = all + first;
+        size_t n_part = smaller(AT_ONCE, count - first);
+        for (size_t t = 0; t < n_part; t++) {
+            const double *numbers = &part[t].covariance[0].x;
             largest[t] = 0;
             for (size_t k = 0; k < 9; k++)
                 largest[t] = fabs(numbers[k]) > largest[t] ? fabs(numbers[k]) : largest[t];
             for (size_t k = 0; k < 3; k++)
-                m[t][k] = over(some[t].covariance[k], largest[t]);
+                m[t][k] = over(part[t].covariance[k], largest[t]);
         }
         if (alignment != YAW)
-            best_rotations((const vector(*)[3])m, n_some, rotations);
-        for (size_t t = 0; t < n_some; t++) {
+            best_rotations((const vector(*)[3])m, n_part, rotations);
+        for (size_t t = 0; t < n_part; t++) {
             matrix r = rotations[t];
             double scale = 1;
             if (alignment == YAW)
@@ -264,10 +264,10 @@ bool fit_moments(const moments *all, size_t count, int alignment, similarity *fi
             if (alignment == RIGID && !(largest[t] > 0))
                 r = identity;
             if (alignment == SIMILARITY)
-                scale = some[t].spread
+                scale = part[t].spread
                         / ((dot(r.x, m[t][0]) + dot(r.y, m[t][1]) + dot(r.z, m[t][2])) * largest[t]);
-            vector origin = times(scale, rotated(r, some[t].gt_mean));
-            fits[first + t] = (similarity){scale, r, minus(some[t].est_mean, origin)};
+            vector origin = times(scale, rotated(r, part[t].gt_mean));
+            fits[first + t] = (similarity){scale, r, minus(part[t].est_mean, origin)};
         }
     }
     return is_free;
@@ -322,19 +322,19 @@ size_t fit_triplets(const cameras *c, triplet *triplets, size_t count, int align
     size_t n_fits = 0, n_free = 0;
     double rows[13][AT_ONCE], is_free[AT_ONCE];
     for (size_t first = 0; first < count; first += AT_ONCE) {
-        const triplet *some = triplets + first;
-        size_t n_some = smaller(AT_ONCE, count - first);
+        const triplet *part = triplets + first;
+        size_t n_part = smaller(AT_ONCE, count - first);
         if (alignment != YAW)
-            fit_triangles(c->gt, c->est, c->n, some, n_some, alignment, rows, is_free);
-        for (size_t t = 0; t < n_some; t++) {
+            fit_triangles(c->gt, c->est, c->n, part, n_part, alignment, rows, is_free);
+        for (size_t t = 0; t < n_part; t++) {
             double *numbers = &fits[n_fits].scale;
             if (alignment == YAW)
-                is_free[t] = fit_turn(c, some[t], &fits[n_fits]);
+                is_free[t] = fit_turn(c, part[t], &fits[n_fits]);
             else
                 for (size_t k = 0; k < 13; k++)
                     numbers[k] = rows[k][t];
             if (is_free[t] > 0)
-                triplets[n_free++] = some[t];
+                triplets[n_free++] = part[t];
             else
                 n_fits++;
         }

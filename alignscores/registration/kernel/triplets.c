@@ -3,7 +3,7 @@
 #include "kernel.h"
 
 #define DRAWS_PER_HYPOTHESIS 1000 /* after which the hypotheses found so far are used */
-#define MOST_AT_ONCE 65536        /* triplets that are drawn; bounds the memory */
+#define MAX_AT_ONCE 65536        /* triplets that are drawn; bounds the memory */
 #define TABULATED 128             /* cameras whose ratios of all edges fit in the cache */
 
 __extension__ typedef unsigned __int128 uint128;
@@ -140,7 +140,7 @@ static size_t enumerate(const double *table, size_t n, double factor, triplet *k
     return 3 * count;
 }
 
-/* Triplets whose log edge ratios differ pairwise by at most a threshold: all, where no more exist
+/* Triplets whose log edge ratios differ pairwise by at n_max a threshold: all, where no more exist
    than are wanted; else as many random ones, or those found in 1000 draws for each wanted one. */
 bool prescreened_triplets(const cameras *c, double prescreen, size_t n_wanted, pcg64 *random,
                           triplet *kept, size_t *n_kept)
@@ -149,28 +149,32 @@ bool prescreened_triplets(const cameras *c, double prescreen, size_t n_wanted, p
     bool is_enumerated = n_triplets(c->n) <= n_wanted;
     double factor = exp(2 * prescreen), *table = NULL;
     size_t count = 0, n_drawn = 0, batch = 2 * n_wanted;
-    size_t most = is_enumerated ? 0 : larger(batch, MOST_AT_ONCE);
-    uint32_t *drawn = allocate(&memory, most, 3 * sizeof *drawn);
-    uint64_t *marks = allocate(&memory, most, sizeof *marks);
     bool has_table = is_enumerated || c->n <= TABULATED;
     if (has_table)
         table = allocate(&memory, c->n * c->n, sizeof *table);
-    bool done = drawn && marks && (table || !has_table);
+    bool done = table || !has_table;
     if (done && table)
         tabulate_ratios(c->gt, c->est, c->n, table);
     if (done && is_enumerated)
         count = enumerate(table, c->n, factor, kept);
     while (done && !is_enumerated && count < n_wanted && n_drawn < DRAWS_PER_HYPOTHESIS * n_wanted) {
+        pool triplets = {0};
+        uint32_t *drawn = allocate(&triplets, batch, 3 * sizeof *drawn);
+        uint64_t *marks = allocate(&triplets, batch, sizeof *marks);
+        done = drawn && marks;
+        if (!done)
+            batch = 0;
         draw_below(random, c->n, drawn, 3 * batch);
         mark_passing(c->gt, c->est, table, c->n, drawn, batch, factor, marks);
         for (size_t t = 0; t < batch && count < n_wanted; t++) {
             kept[count] = (triplet){drawn[t], drawn[batch + t], drawn[2 * batch + t]};
             count += marks[t];
         }
+        release(&triplets);
         n_drawn += batch;
         double missing = (double)(n_wanted - count), found = (double)larger(count, 1);
         double more = 64 + floor(1.1 * missing * (double)n_drawn / found);
-        batch = more < MOST_AT_ONCE ? (size_t)more : MOST_AT_ONCE;
+        batch = more < MAX_AT_ONCE ? (size_t)more : MAX_AT_ONCE;
     }
     release(&memory);
     *n_kept = count;
