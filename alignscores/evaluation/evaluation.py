@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.distance import cdist
 
 from ..arrays import Floats
 from ..distance import N_THRESHOLDS
@@ -187,7 +186,8 @@ class Evaluation:
         n = len(positions)
         some = positions[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
         largest = self.result.tas.unit * self.settings.max_threshold
-        below = N_THRESHOLDS - np.floor(cdist(some, some) * (N_THRESHOLDS / largest))
+        distances = np.linalg.norm(some[:, None] - some, axis=2)
+        below = N_THRESHOLDS - np.floor(distances * (N_THRESHOLDS / largest))
         return float(np.maximum(below, 0).mean(axis=1).max() / N_THRESHOLDS)
 
     @property
