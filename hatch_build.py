@@ -32,8 +32,9 @@ class KernelHook(BuildHookInterface):  # type: ignore[type-arg]
         digest = sha256()
         for source in sorted(folder.glob("*.[ch]")):
             digest.update(source.read_bytes())
-        # By this name Python knows that it is of these sources; ctypes loads .so on Windows, too.
-        name = f"kernel-{digest.hexdigest()[:16]}.so"
+        # The package finds by this name the library of its own sources; one that ended in .so would
+        # pass for a Python module. ctypes loads it on Windows, too.
+        name = f"kernel.so.{digest.hexdigest()[:16]}"
         self.folder = TemporaryDirectory()  # until the wheel is built
         library = Path(self.folder.name, name)
         try:
@@ -63,14 +64,14 @@ def compiler() -> list[str]:
 
 
 def compile_kernel(folder: Path, library: Path) -> None:
-    """Compile with ``$CFLAGS`` and ``$LDFLAGS``; on macOS for ``$ARCHFLAGS``."""
+    """Compile with ``$CFLAGS`` and ``$LDFLAGS``, which come last; on macOS for ``$ARCHFLAGS``."""
     command = compiler() or [sys.executable, "-m", "ziglang", "cc"]
     given = [shlex.split(os.environ.get(name, "")) for name in ("CFLAGS", "ARCHFLAGS", "LDFLAGS")]
     # Windows has no -fPIC, and no library of its own for mathematics.
     code, libraries = ([], []) if sys.platform == "win32" else (["-fPIC"], ["-lm"])
     sources = map(str, sorted(folder.glob("*.c")))
     c_flags, architecture, linker_flags = given
-    command += [*c_flags, *FLAGS, *code, *architecture, "-o", str(library), *sources]
+    command += [*FLAGS, *code, *c_flags, *architecture, "-o", str(library), *sources]
     command += [*linker_flags, *libraries]
     subprocess.run(command, check=True, capture_output=True, text=True, errors="replace")
     library.stat()  # an error, where it was not written
@@ -78,9 +79,9 @@ def compile_kernel(folder: Path, library: Path) -> None:
 
 def install(library: Path, folder: Path) -> None:
     """Put the library there in one step, and remove those of other sources."""
-    unfinished = folder / f"kernel-{os.getpid()}.so"
+    unfinished = folder / f"kernel.so.{os.getpid()}"
     shutil.copy(library, unfinished)
     unfinished.replace(folder / library.name)
-    for other in folder.glob("kernel-*.so"):
+    for other in folder.glob("kernel*.so*"):
         if other.name != library.name:
             other.unlink(missing_ok=True)

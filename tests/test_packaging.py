@@ -1,11 +1,13 @@
-"""What the packages import is what pyproject.toml declares."""
+"""What is declared, built and released: requirements, source archive, wheels, action, container."""
 
 import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
+import tarfile
 import tomllib
 import venv
 import zipfile
@@ -13,7 +15,9 @@ from importlib.metadata import distribution, packages_distributions
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 from packaging.tags import platform_tags
+from packaging.utils import canonicalize_name
 
 from alignscores.cli import main as alignscores
 
@@ -23,18 +27,15 @@ from .golden.test_golden import compared
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("alignscores", "baselines", "experiments", "studies", "figures", "report", "benchmarks")
 IMPORT = re.compile(r'^\s*(?:import|from) (\w+)|require\("(\w+)', re.MULTILINE)
-
-
-def normalised(name):
-    return re.sub(r"[-_.]+", "-", name).lower()
+SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
 def declared():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    extras = project["optional-dependencies"].values()
-    required = [*project["dependencies"], *(name for extra in extras for name in extra)]
-    return {normalised(re.match(r"[\w.-]+", name)[0]): name for name in required}
+    """Requirements by their names."""
+    extras = SETTINGS["project"]["optional-dependencies"].values()
+    texts = [*SETTINGS["project"]["dependencies"], *(text for extra in extras for text in extra)]
+    return {canonicalize_name(each.name): each for each in map(Requirement, texts)}
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +53,7 @@ def test_all_that_is_imported_is_declared(package, declared, distributions):
             imported_as or required for imported_as, required in IMPORT.findall(path.read_text())
         }
     foreign = {
-        normalised(distribution)
+        canonicalize_name(distribution)
         for module in imported - set(sys.stdlib_module_names) - set(PACKAGES)
         for distribution in distributions.get(module, [])
     }
@@ -61,84 +62,108 @@ def test_all_that_is_imported_is_declared(package, declared, distributions):
 
 
 def test_all_that_is_declared_has_a_lower_bound(declared):
-    others = [name for name in declared.values() if not name.startswith("alignscores")]
-    assert [name for name in others if ">=" not in name] == []
+    unbounded = {name for name, each in declared.items() if ">=" not in str(each.specifier)}
+    assert unbounded == {"alignscores"}
 
 
 KERNEL = "alignscores/registration/kernel"
 COMPILES = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 
 
-@pytest.fixture
-def checkout(tmp_path):
-    """What is built from in no plain folder, with a kernel left over from an older source."""
-    copy = tmp_path / "größter checkout"
-    copy.mkdir()
-    for name in (".gitignore", "LICENSE", "README.md", "hatch_build.py", "pyproject.toml"):
-        shutil.copy(ROOT / name, copy)
-    leave = shutil.ignore_patterns("kernel-*.so", "__pycache__")
-    shutil.copytree(ROOT / "alignscores", copy / "alignscores", ignore=leave)
-    (copy / KERNEL / "kernel-0123456789abcdef.so").touch()
-    return copy
-
-
-def hatchling(checkout, version="standard", **environment):
-    # -B: Python compiles the build hook into the checkout otherwise.
-    command = [sys.executable, "-B", "-m", "hatchling", "build", "-t", f"wheel:{version}"]
+def hatchling(folder, target, *, check=True, **environment):
+    # -B: Python compiles the build hook into the folder otherwise.
+    command = [sys.executable, "-B", "-m", "hatchling", "build", "-t", target]
     environment = os.environ | {"CFLAGS": "-O0"} | environment
-    return subprocess.run(command, cwd=checkout, env=environment, capture_output=True, text=True)
+    return subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, check=check
+    )
 
 
-def build(checkout, version="standard", **environment):
-    """Build a wheel quickly, by a compiler that does not optimise."""
-    quick = checkout.parent / "quick-cc"
-    quick.write_text('#!/bin/sh\nexec cc "$@" -O0\n')
-    quick.chmod(0o755)
-    done = hatchling(checkout, version, **{"CC": str(quick), **environment})
-    assert done.returncode == 0, done.stderr
-    (wheel,) = (checkout / "dist").iterdir()
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory):
+    """The source archive."""
+    folder = tmp_path_factory.mktemp("archive")
+    command = [sys.executable, "-B", "-m", "hatchling", "build", "-t", "sdist", "-d", folder]
+    subprocess.run(command, cwd=ROOT, capture_output=True, check=True)
+    (archive,) = folder.iterdir()
+    return archive
+
+
+@pytest.fixture
+def source(archive, tmp_path):
+    """The source archive, unpacked in no plain folder."""
+    with tarfile.open(archive) as file:
+        file.extractall(tmp_path / "größter Ordner", filter="data")
+    (source,) = (tmp_path / "größter Ordner").iterdir()
+    return source
+
+
+def wheel(source, **environment):
+    """Build a wheel, quickly: the compiler does not optimise."""
+    hatchling(source, "wheel", **environment)
+    (wheel,) = (source / "dist").iterdir()
     return wheel
+
+
+def environment(folder, wheel, *requirements):
+    """Make an environment of the wheel and of requirements that are installed here, with theirs."""
+    venv.create(folder, symlinks=True)
+    pip = [sys.executable, "-m", "pip", "--python", folder / "bin/python"]
+    install = [*pip, "install", "--no-index", "--no-deps", wheel]
+    subprocess.run(install, check=True, capture_output=True)
+    (site,) = folder.glob("lib/python*/site-packages")
+    waiting = [Requirement(text) for text in ("numpy", "scipy", *requirements)]
+    while waiting:
+        requirement = waiting.pop()
+        if requirement.marker and not requirement.marker.evaluate({"extra": ""}):
+            continue
+        installed = distribution(requirement.name)
+        for part in {file.parts[0] for file in installed.files} - {"..", "__pycache__"}:
+            if not (site / part).exists():
+                (site / part).symlink_to(installed.locate_file(part))
+        waiting += map(Requirement, installed.requires or [])
+    return folder / "bin"
 
 
 def loaded(place):
     """Score with the package at a place; return what is printed, and the error."""
-    code = f"""
-import sys
-sys.path.insert(0, {str(place)!r})
-import alignscores
-assert alignscores.__file__.startswith({str(place)!r})
+    code = """
+import pkgutil
+import alignscores.registration.kernel
 gt = [[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]]
 print(alignscores.tas(gt, gt).score)
+print(*(module.name for module in pkgutil.iter_modules(alignscores.registration.kernel.__path__)))
 """
-    command = [sys.executable, "-c", code]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    return done.stdout.strip(), done.stderr.strip().split("\n")[-1]
+    command = [sys.executable, "-P", "-c", code]
+    done = subprocess.run(
+        command, env=os.environ | {"PYTHONPATH": str(place)}, capture_output=True, text=True
+    )
+    return done.stdout.split(), done.stderr.strip().split("\n")[-1]
 
 
 @pytest.mark.slow
 @COMPILES
-def test_wheel(checkout, tmp_path):
+def test_wheel(source, tmp_path):
     """The kernel is in it, for this platform and every Python; nothing else but the library."""
-    before = sorted(checkout.rglob("*"))
-    wheel = build(checkout)
-    assert re.search(r"-py3-none-(?!any)\w+\.whl$", wheel.name)
-    assert wheel.name.split("-")[-1].removesuffix(".whl") in platform_tags()
-    names = zipfile.ZipFile(wheel).namelist()
+    before = sorted(source.rglob("*"))
+    built = wheel(source)
+    assert sorted(source.rglob("*")) == sorted([*before, built.parent, built])
+    assert re.search(r"-py3-none-(?!any)\w+\.whl$", built.name)
+    assert built.name.split("-")[-1].removesuffix(".whl") in platform_tags()
+    names = zipfile.ZipFile(built).namelist()
     assert {name.split("/")[0].split("-")[0] for name in names} == {"alignscores"}
     assert {f"{KERNEL}/scenes.c", f"{KERNEL}/kernel.h"} <= set(names)
-    assert len([name for name in names if name.endswith(".so")]) == 1
-    assert sorted(checkout.rglob("*")) == sorted([*before, wheel.parent, wheel])
-    zipfile.ZipFile(wheel).extractall(tmp_path / "site")
-    assert loaded(tmp_path / "site") == ("1.0", "")
+    zipfile.ZipFile(built).extractall(tmp_path / "site")
+    assert loaded(tmp_path / "site") == (["1.0"], "")
 
 
 @pytest.mark.parametrize("compiler", ["no-such-compiler", "false", "cc '"])
-def test_no_wheel_without_a_compiler(checkout, compiler):
-    done = hatchling(checkout, CC=compiler)
+def test_no_wheel_without_a_compiler(source, compiler):
+    done = hatchling(source, "wheel", check=False, CC=compiler)
     assert done.returncode == 1
     (line,) = done.stderr.strip().splitlines()
     assert line.startswith("alignscores needs a C compiler, such as gcc, clang or CC=...: ")
-    assert not list((checkout / "dist").iterdir())
+    assert not list((source / "dist").iterdir())
 
 
 def test_zig_is_required_where_there_is_no_other_compiler():
@@ -156,49 +181,50 @@ def test_zig_is_required_where_there_is_no_other_compiler():
 
 @pytest.mark.slow
 @COMPILES
-def test_flags_of_the_environment(checkout):
-    """CFLAGS and LDFLAGS reach the compiler."""
-    for name in ("CFLAGS", "LDFLAGS"):
-        done = hatchling(checkout, **{name: "-no-such-flag"})
-        assert done.returncode == 1
-        assert "no-such-flag" in done.stderr
+@pytest.mark.parametrize("name", ["CFLAGS", "LDFLAGS"])
+def test_flags_of_the_environment_reach_the_compiler(source, name):
+    done = hatchling(source, "wheel", check=False, **{name: "-no-such-flag"})
+    assert done.returncode == 1
+    assert "no-such-flag" in done.stderr
 
 
 @pytest.mark.slow
 @COMPILES
-def test_editable_installation(checkout):
+def test_editable_installation(source):
     """A kernel of other sources is not loaded, as after an update, until it is installed again."""
-    build(checkout, "editable")
-    (library,) = (checkout / KERNEL).glob("kernel-*")
-    assert loaded(checkout) == ("1.0", "")
-    with (checkout / KERNEL / "scenes.c").open("a") as source:
-        source.write("/* changed */\n")
-    printed, error = loaded(checkout)
-    assert printed == ""
+    hatchling(source, "wheel:editable")
+    (library,) = (source / KERNEL).glob("kernel.so.*")
+    assert loaded(source) == (["1.0"], "")
+    with (source / KERNEL / "scenes.c").open("a") as file:
+        file.write("/* changed */\n")
+    printed, error = loaded(source)
+    assert printed == []
     assert error.startswith("ImportError: the registration of this version of alignscores is not")
-    build(checkout, "editable")
-    assert loaded(checkout) == ("1.0", "")
+    hatchling(source, "wheel:editable")
+    assert loaded(source) == (["1.0"], "")
     assert not library.exists()
-    (library,) = (checkout / KERNEL).glob("kernel-*")
+    (library,) = (source / KERNEL).glob("kernel.so.*")
     library.write_text("for another platform")
-    assert loaded(checkout)[1] == error
+    assert loaded(source)[1] == error
 
 
-@pytest.fixture
-def bare_environment(checkout, tmp_path):
-    """The folder of an environment with the wheel, NumPy and SciPy, and nothing else."""
-    wheel = build(checkout)
-    folder = tmp_path / "environment"
-    venv.create(folder, symlinks=True)
-    pip = [sys.executable, "-m", "pip", "--python", folder / "bin/python"]
-    install = [*pip, "install", "--no-index", "--no-deps", wheel]
-    subprocess.run(install, check=True, capture_output=True)
-    (site,) = folder.glob("lib/python*/site-packages")
-    for name in ("numpy", "scipy"):
-        installed = distribution(name)
-        for part in {file.parts[0] for file in installed.files} - {".."}:
-            (site / part).symlink_to(installed.locate_file(part))
-    return folder
+@pytest.mark.slow
+@COMPILES
+@pytest.mark.parametrize("compiler", ["cc", f"{shlex.quote(sys.executable)} -m ziglang cc"])
+def test_a_wheel_of_the_source_archive_passes_the_tests_of_a_release(source, tmp_path, compiler):
+    """With the packages that cibuildwheel installs for them, and no more."""
+    if "zig" in compiler:
+        pytest.importorskip("ziglang")
+    release = SETTINGS["tool"]["cibuildwheel"]
+    built = wheel(source, CC=compiler, CFLAGS="")
+    programs = environment(tmp_path / "environment", built, *release["test-requires"])
+    command = release["test-command"].format(project=shlex.quote(str(source)))
+    path = {"PATH": f"{programs}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": ""}
+    done = subprocess.run(
+        command, shell=True, cwd=tmp_path, env=os.environ | path, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert re.search(r"\d\d passed", done.stdout)
 
 
 NAMES = "from importlib import metadata; print(*(found.name for found in metadata.distributions()))"
@@ -211,13 +237,15 @@ TEXT_FILES = {
 
 
 @pytest.mark.slow
-def test_numpy_and_scipy_alone_score_text_files(bare_environment, monkeypatch, capsys):
+@COMPILES
+def test_numpy_and_scipy_alone_score_text_files(source, tmp_path, monkeypatch, capsys):
     """With the numbers that the command has where everything is installed, by another build."""
     monkeypatch.chdir(ROOT / "tests/data")
     monkeypatch.delenv("PYTHONPATH", raising=False)
+    programs = environment(tmp_path / "environment", wheel(source))
 
     def run(program, *arguments):
-        command = [bare_environment / "bin" / program, *arguments]
+        command = [programs / program, *arguments]
         return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
     assert sorted(run("python", "-c", NAMES).split()) == ["alignscores", "numpy", "scipy"]
@@ -229,3 +257,16 @@ def test_numpy_and_scipy_alone_score_text_files(bare_environment, monkeypatch, c
             for printed in (capsys.readouterr().out, run("alignscores", *arguments))
         )
         assert compared(theirs, ours) == []
+
+
+@pytest.mark.slow
+def test_the_container_writes_into_the_working_directory(tmp_path):
+    """Not next to its code, which belongs to root."""
+    dockerfile = (ROOT / "Dockerfile").read_text(encoding="utf-8")
+    entry = re.search("^ENTRYPOINT (.*)$", dockerfile, re.MULTILINE)[1]
+    program, *options = json.loads(entry.replace("/alignscores", str(ROOT)))
+    target = "results/trials/rotations.csv", "--config", "trials=1"
+    command = [sys.executable, "-m", program, *options, *target]
+    subprocess.run(command, cwd=tmp_path, capture_output=True, check=True)
+    assert (tmp_path / "results/trials/rotations.csv").exists()
+    assert (tmp_path / ".snakemake").is_dir()

@@ -78,7 +78,6 @@ def test_devices_and_long_names_are_refused(tmp_path):
         (["--save_errors", f"{{}}/{'x' * 252}.csv"], "cannot be written (File name too long)"),
         (["--save_errors", "{}/a.csv", "--profile", "{}/./a.csv"], "would both write"),
         (["--save_errors", "{}/a.csv", "--save_metrics", "{}/folder.csv/../a.csv"], "both write"),
-        (["--save_page", f"{'y' * 300}/a.html"], "File name too long"),
     ],
 )
 def test_the_command_refuses_them_in_one_line(run, tmp_path, options, reason):

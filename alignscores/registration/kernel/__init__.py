@@ -85,7 +85,7 @@ def _load() -> ctypes.CDLL:
     for source in sorted(folder.glob("*.[ch]")):
         digest.update(source.read_bytes())
     try:
-        return ctypes.CDLL(str(folder / f"kernel-{digest.hexdigest()[:16]}.so"))
+        return ctypes.CDLL(str(folder / f"kernel.so.{digest.hexdigest()[:16]}"))
     except OSError:
         raise ImportError(
             "the registration of this version of alignscores is not compiled: install it again, in "

@@ -64,7 +64,7 @@ def written(examples, tmp_path_factory):
         reference = examples / FILES[form][0]
         if path.exists():
             return reference, path.parent / f"{{system}}{ending}", path
-        path.parent.mkdir()
+        path.parent.mkdir(exist_ok=True)
         keys, poses = FORMATS[form].read(examples / FILES[form][1])
         if settings.get("body_rotation"):
             poses = poses @ OPENGL

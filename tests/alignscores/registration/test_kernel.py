@@ -31,8 +31,8 @@ pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 def built(folder, *flags):
     """Compile another kernel for a copy of the package; return the environment that imports it."""
     copy = folder / "alignscores"
-    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("*.so", "__pycache__"))
-    (installed,) = (PACKAGE / KERNEL).glob("kernel-*.so")
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("*.so.*", "__pycache__"))
+    (installed,) = (PACKAGE / KERNEL).glob("kernel.so.*")
     sources = sorted((PACKAGE / KERNEL).glob("*.c"))
     library = copy / KERNEL / installed.name
     subprocess.run([COMPILER, *FLAGS, *flags, "-o", library, *sources, "-lm"], check=True)
