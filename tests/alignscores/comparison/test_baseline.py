@@ -1,13 +1,16 @@
 """A comparison against a saved one, and conditions on which a build fails, by the command."""
 
 import json
+import os
 import re
-import shlex
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from alignscores.comparison.baseline import changes
 from alignscores.comparison.benchmark import Run
@@ -179,23 +182,39 @@ def test_equal_runs_seldom_fail():
     assert failed <= 12
 
 
-def test_the_job_on_the_page(gate, worsen, tmp_path):
-    """Green where nothing changed, red where a system is worse, with a report of both."""
-    page = (Path(__file__).parents[3] / "docs/how-to/compare.md").read_text()
-    command = re.search(r"- run: >\n((?: {10}.*\n)+)", page)[1]
-    program, name, *arguments = shlex.split(command)
-    assert (program, name) == ("alignscores", "compare")
-    *options, report = arguments[3:]
-    assert report == "$GITHUB_STEP_SUMMARY"
-    assert arguments[2] == "data/{sequence}/{system}/{run}.txt"  # here in the folder of the tests
-    code, out, err = gate(lambda: None, *options, tmp_path / "green.md", fail_on=None)
-    assert (code, err, out.count("not significant (p = ")) == (0, "", 2)
-    code, _, err = gate(worsen(3), *options, tmp_path / "red.md", fail_on=None)
+def test_the_action_on_the_page(worsen, benchmark_of, run_compare, tmp_path):
+    """Green where nothing changed, red where a system is worse, with a summary of both."""
+    root = Path(__file__).parents[3]
+    page = (root / "docs/how-to/compare.md").read_text()
+    job = yaml.safe_load(re.search(r"# accuracy.yml\n(.*?)```", page, re.DOTALL)[1])
+    (inputs,) = (step["with"] for step in job["jobs"]["accuracy"]["steps"] if "with" in step)
+    patterns = benchmark_of(SYSTEMS, n=60)  # elsewhere than those on the page
+    inputs |= dict(zip(("format", "reference", "estimates"), patterns, strict=True))
+    (tmp_path / "saved.json").write_text(run_compare(*patterns, "--json")[1])
+    action = yaml.safe_load((root / "action.yml").read_text())
+    _, step = action["runs"]["steps"]  # the first installs
+    (tmp_path / "alignscores").mkdir()
+    (tmp_path / "alignscores/bin").symlink_to(Path(sys.executable).parent)
+
+    def ended():
+        summary = tmp_path / "summary.md"
+        environment = {"GITHUB_STEP_SUMMARY": str(summary), "RUNNER_TEMP": str(tmp_path)}
+        for name, value in step["env"].items():
+            key = re.fullmatch(r"\$\{\{ inputs\.(\w+) \}\}", value)[1]
+            environment[name] = inputs.get(key, action["inputs"][key].get("default"))
+        shell = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]]
+        done = subprocess.run(
+            shell, cwd=tmp_path, env=os.environ | environment, capture_output=True, text=True
+        )
+        return done.returncode, done.stderr, summary.read_text()
+
+    code, err, summary = ended()
+    assert (code, err, summary.count("not significant (p = ")) == (0, "", 2)
+    worsen(3)()
+    code, err, summary = ended()
     assert (code, err.count("error: orb: PAS 0.8"), err.count(", worse (p = 0.005")) == (3, 2, 1)
-    assert "Fails" not in (tmp_path / "green.md").read_text()
-    report = (tmp_path / "red.md").read_text()
-    assert report.startswith("**Fails:** orb: PAS 0.8")
-    assert "| orb | 0.8" in report
+    assert summary.startswith("**Fails:** orb: PAS 0.8")
+    assert "| orb | 0.8" in summary
 
 
 WRONG = None, True, -1, "x", [], {}, [1], {"a": 1}, "\ud800", 1e999
