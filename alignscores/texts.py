@@ -68,8 +68,7 @@ def csv_text(header: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
 def _cell(value: object) -> object:
     if not isinstance(value, str):
         return value
-    kept = "".join(letter for letter in value if letter == "\n" or "\ud800" <= letter <= "\udfff")
-    shown = "".join(letter if letter in kept else printable(letter) for letter in value)
+    shown = "\n".join(map(printable, value.split("\n")))
     return f"'{shown}" if shown.startswith(FORMULA) else shown
 
 

@@ -52,6 +52,17 @@ def test_a_name_that_cannot_be_printed_loses_no_result(
         assert text.isprintable()
 
 
+def test_a_lone_surrogate_in_the_name_of_an_image_loses_no_errors(run, examples, tmp_path):
+    for name in ("reference", "estimate"):
+        model = json.loads((examples / f"nerf/{name}.json").read_text())
+        model["frames"][3]["file_path"] = "a\ud800.png"
+        (tmp_path / f"{name}.json").write_text(json.dumps(model))
+    files = tmp_path / "reference.json", tmp_path / "estimate.json"
+    code, _, err = run("nerf", *files, "--save_errors", tmp_path / "errors.csv")
+    assert (code, err) == (0, "")
+    assert r",a\ud800.png," in (tmp_path / "errors.csv").read_text()
+
+
 def test_values_and_lists_in_messages_are_short():
     assert brief("a" * 10**6) == f"'{'a' * 59}..."
     assert brief(list(range(9))) == "[0, 1, 2, 3, 4 and 4 more]"
