@@ -37,7 +37,7 @@ def test_a_name_that_cannot_be_printed_loses_no_result(
     saved = ["--save_plot", str(tmp_path / "a.svg")] if encoding == "ascii" else []
     code, out, err = printed(*saved, "--save_results", str(tmp_path / "r.zip"))
     assert (code, err) == (0, "")
-    assert len(out.splitlines()) == 1 + len(NAMES) + 5
+    assert out.count("%") == len(NAMES)  # a row each
     assert out.replace("\n", "").isprintable()
     assert "\n" + r"n\xff\xe9.txt " in out
     assert len(list(tmp_path.glob("r_*.zip"))) == len(NAMES)
