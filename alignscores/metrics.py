@@ -131,4 +131,5 @@ def header(name: str, length: str) -> str:
     if found.family not in SCORES or not found.family.unit:
         return found.name
     unit = length if found.family.unit == "units" else found.family.unit
-    return f"{found.name.partition('_')[0]} {unit}".rstrip()
+    short = found.name.partition("_")[0]
+    return f"{short} [{unit}]" if unit else short

@@ -83,7 +83,12 @@ def _by_sequence(summary: Summary, by: str, names: Names) -> Table:
         ]
         rows.append([Cell(names.systems[system]), *cells])
     units = [_unit(summary, sequence) for sequence in summary.sequences]
-    rows.append([Cell(f"d {summary.length}".rstrip()), *(Cell(f"{unit:.4g}") for unit in units)])
+    rows.append(
+        [
+            Cell(f"d [{summary.length}]" if summary.length else "d"),
+            *(Cell(f"{unit:.4g}") for unit in units),
+        ]
+    )
     return Table(header, rows)
 
 

@@ -147,7 +147,7 @@ def test_the_command_begins_with_the_verdict(patterns, run):
         ("c", "2", "1/6 (0-64 %)"),
     ]
     assert "†1" in by_sequence
-    assert by_sequence.splitlines()[-1].startswith("d m ")
+    assert by_sequence.splitlines()[-1].startswith("d [m] ")
     assert len(legend.splitlines()) == 2
     assert run(*patterns, "--verbose")[1].startswith(out.rstrip())
 
