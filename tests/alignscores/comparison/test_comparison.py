@@ -5,6 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from alignscores import compare
 
@@ -46,7 +47,8 @@ def test_a_mix_up_is_told_of_the_first_run_of_a_system(patterns, tmp_path, monke
     monkeypatch.chdir(tmp_path)
     for file in (tmp_path / "helix/c").iterdir():
         stamped = np.loadtxt(file)
-        stamped[:, 4:7] *= -1  # of the inverse rotation
+        turned = Rotation.from_quat(stamped[:, 4:]) * Rotation.from_euler("x", 180, degrees=True)
+        stamped[:, 4:] = turned.as_quat()
         np.savetxt(file, stamped)
     notes = compare(*patterns[1:], format=patterns[0]).notes
     (note,) = [note for note in notes if "frame" in note]
