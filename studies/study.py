@@ -33,6 +33,24 @@ class Table:
         return sha256(SWEEPS.dump_json(self.sweeps)).hexdigest()[:16]
 
 
+class Tables(Mapping[str, Table]):
+    """Tables of one sweep each, composed where they are asked for: Hydra takes its time."""
+
+    def __init__(self, names: Iterable[str], sweep: Callable[[str], Sweep]) -> None:
+        self._names, self._sweep = list(names), sweep
+
+    def __getitem__(self, name: str) -> Table:
+        if name not in self._names:
+            raise KeyError(name)
+        return Table((self._sweep(name),))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
 @dataclass(frozen=True, eq=False)
 class Question:
     """The trials of a study, and how many processes may answer."""
@@ -169,16 +187,10 @@ def config_file(name: str) -> Path:
     return CONFIG_DIR / "study" / f"{name}.yaml"
 
 
-def resolve(
-    path: Path, key: str, overrides: Sequence[str], parts: Mapping[str, Settings], *shared: Settings
-) -> dict[str, Sweep]:
-    """Resolve the settings of the parts of a study's file, which win over those that they share."""
-    sweeps = {}
-    for name, part in parts.items():
-        settings = reduce(or_, (one.model_extra or {} for one in (*shared, part)))
-        with naming(f"{path}: {key}.{name}: "):
-            sweeps[name] = load_sweep(overrides, settings)
-    return sweeps
+def resolve(place: str, overrides: Sequence[str], *settings: Settings) -> Sweep:
+    """Compose the settings at a place of a study's file; the last ones win."""
+    with naming(f"{place}: "):
+        return load_sweep(overrides, reduce(or_, (one.model_extra or {} for one in settings)))
 
 
 def reject(overrides: Sequence[str], keys: Sequence[str], reason: str) -> None:

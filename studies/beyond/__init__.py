@@ -9,7 +9,7 @@ import pandas as pd
 from pydantic import Field
 
 from experiments.command import ConfigError
-from experiments.config import read_yaml, split_override
+from experiments.config import Sweep, read_yaml, split_override
 
 from .. import study
 from .findings import findings
@@ -22,26 +22,26 @@ class _File(study.Section):
     settings: study.Settings = study.Settings()
 
 
-def plan(overrides: Sequence[str] = ()) -> dict[str, study.Table]:
+def plan(overrides: Sequence[str] = ()) -> study.Tables:
     """Return a table for each scenario; what a file does not set is as in ``beyond.yaml``."""
     path = _file(overrides)
     called = study_name(path)
     with study.naming(f"{path}: the name {called!r} "):
         study.table_name(called)
     shared, file = read_yaml(BEYOND, _File), read_yaml(path, _File)
-    settings = shared.settings, file.settings
     others = [one for one in overrides if split_override(one)[0] != "scenarios"]
-    sweeps = study.resolve(path, "scenarios", others, file.scenarios, *settings)
-    tables = {}
-    for name, sweep in sweeps.items():
-        if sweep.noise != "paired":
-            problem = "needs noise=paired: one order of levels"
-            raise ConfigError(f"{path}: scenarios.{name} {problem}")
-        if len(sweep.sigma_t) == len(sweep.n_outliers) == 1:
-            problem = "needs two levels of noise, or numbers of outliers"
-            raise ConfigError(f"{path}: scenarios.{name} {problem}")
-        tables[name] = study.Table((replace(sweep, name=f"{called}/{name}"),))
-    return tables
+
+    def sweep(name: str) -> Sweep:
+        place = f"{path}: scenarios.{name}"
+        settings = shared.settings, file.settings, file.scenarios[name]
+        found = study.resolve(place, others, *settings)
+        if found.noise != "paired":
+            raise ConfigError(f"{place} needs noise=paired: one order of levels")
+        if len(found.sigma_t) == len(found.n_outliers) == 1:
+            raise ConfigError(f"{place} needs two levels of noise, or numbers of outliers")
+        return replace(found, name=f"{called}/{name}")
+
+    return study.Tables(file.scenarios, sweep)
 
 
 def study_name(path: Path) -> str:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pandas as pd
 
-from ..paper import Experiments
+from .. import paper
 from ..study import Question, Study, Table
 from .orders import compare_orders, joined
 
@@ -24,7 +24,7 @@ BESIDE = {  # what a metric of the paper is compared with on the same trials
 def plan(overrides: Sequence[str] = ()) -> Mapping[str, Table]:
     """Return the paper's experiments once more, for the metrics that it does not have."""
     tables = {}
-    for name, table in Experiments(overrides).items():
+    for name, table in paper.plan(overrides).items():
         (sweep,) = table.sweeps
         if metrics := [other for metric in sweep.metrics for other in BESIDE.get(metric, ())]:
             tables[name] = Table((replace(sweep, metrics=metrics),))

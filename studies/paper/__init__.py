@@ -1,27 +1,16 @@
 """The paper's experiments, and Table 1 derived from the trials."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 
 from experiments.config import Sweep, experiment_names, load_sweep
 
-from ..study import Study, Table, naming
+from ..study import Study, Tables, naming
 from .table1 import ask
 
 
-class Experiments(Mapping[str, Table]):
-    """The paper's experiments, each resolved where it is asked for: settings need not suit all."""
-
-    def __init__(self, overrides: Sequence[str] = ()) -> None:
-        self._overrides = overrides
-
-    def __getitem__(self, name: str) -> Table:
-        return Table((load_experiment(name, self._overrides),))
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(experiment_names())
-
-    def __len__(self) -> int:
-        return len(experiment_names())
+def plan(overrides: Sequence[str] = ()) -> Tables:
+    """Return a table for each experiment of the paper."""
+    return Tables(experiment_names(), lambda name: load_experiment(name, overrides))
 
 
 def load_experiment(name: str, overrides: Sequence[str]) -> Sweep:
@@ -32,4 +21,4 @@ def load_experiment(name: str, overrides: Sequence[str]) -> Sweep:
     return sweep
 
 
-STUDY = Study(name="paper", title="Table 1", plan=Experiments, ask=ask, position=0, trials="trials")
+STUDY = Study(name="paper", title="Table 1", plan=plan, ask=ask, position=0, trials="trials")

@@ -81,9 +81,13 @@ def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
             problem = f"needs another value than the paper's {axis.paper}"
             raise ConfigError(f"setting {axis.name!r} {problem}")
     metrics = list(dict.fromkeys(metric for axis in axes for metric in axis.columns.values()))
+    sweeps = {
+        name: resolve(f"{THRESHOLDS}: trials.{name}", settings, part)
+        for name, part in file.trials.items()
+    }
     return {
         name: Table((replace(sweep, metrics=_seeded(metrics, file.trials[name].seeds)),))
-        for name, sweep in resolve(THRESHOLDS, "trials", settings, file.trials).items()
+        for name, sweep in sweeps.items()
     }
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from experiments.config import ConfigError, experiment_names, load_sweep
-from studies.paper import Experiments
+from studies.paper import plan
 from studies.study import found, plans
 
 
@@ -17,7 +17,7 @@ def test_the_experiments_share_their_settings() -> None:
 def test_a_setting_that_does_not_suit_an_experiment_is_named_with_it() -> None:
     settings = r"experiment=collinear volume_per_camera=0\.1"
     with pytest.raises(ConfigError, match=rf"'volume_per_camera' applies to .* \({settings}\)$"):
-        Experiments(["volume_per_camera=0.1"])["collinear"]
+        plan(["volume_per_camera=0.1"])["collinear"]
 
 
 def test_the_studies_have_the_order_of_the_report() -> None:

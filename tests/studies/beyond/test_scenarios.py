@@ -78,7 +78,7 @@ def test_a_file_of_ones_own_takes_the_rest_from_beyond(
 def test_a_file_at_fault_is_named_in_one_line(tmp_path: Path, text: Any, named: str) -> None:
     path = tmp_path / "mine.yaml" if text is None else write(tmp_path, text)
     with pytest.raises(ConfigError) as caught:
-        plan([f"scenarios={path}"])
+        list(plan([f"scenarios={path}"]).values())
     assert named in str(caught.value)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
