@@ -18,8 +18,8 @@ def replicates(claims: Claims, overrides: Sequence[str] = ()) -> dict[str, Table
     """Return a table for each replicate study, of all sweeps that the claims need."""
     reject(overrides, FIXED, "the claims decide what is run")
     needed = [list(claims.needed(number)) for number in range(claims.replicates)]
-    # Of the first replicates, which have more readings, some need the same.
-    planned = {n: plan(claims, overrides) for n, claims in {len(own): own for own in needed}.items()}
+    different = {len(own): own for own in needed}  # the first replicates have more readings
+    planned = {n: plan(own, overrides) for n, own in different.items()}
     return {
         str(number): Table(tuple(replace(sweep, replicate=number) for sweep in planned[len(own)]))
         for number, own in enumerate(needed)
