@@ -58,6 +58,8 @@ numpydoc_validation_exclude = {
     r"\.evo\.[A-Z]+\.",  # methods of evo
     r"\.Registration$",  # a signature
     r"(NoValueError|Warning)$",
+    # Properties, which one line describes; methods are checked.
+    r"\.(Comparison|Evaluation|Matches|Settings)\.(?!plot|save_|to_|value|verdict)",
 }
 
 html_theme = "pydata_sphinx_theme"

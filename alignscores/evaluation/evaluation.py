@@ -4,7 +4,7 @@ import math
 import statistics
 import warnings
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from html import escape
 from os import PathLike
@@ -402,10 +402,6 @@ class Evaluation:
         values = self.to_dict()
         row = {key: value for key, value in values.items() if key not in NO_COLUMNS}
         return {**row, **values["metrics"]}
-
-    def with_notes(self, *notes: Note) -> "Evaluation":
-        """Return the evaluation with more notes, which come first."""
-        return replace(self, notes=[*notes, *self.notes])
 
 
 def finite_or_none(value: float | None) -> float | None:

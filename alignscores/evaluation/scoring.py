@@ -51,7 +51,7 @@ def evaluate(
         Files, whose formats are recognised, camera-to-world poses, or COLMAP models. The reference
         is the ground truth. Row i of two arrays is the same camera, unless there are `times`.
     settings : Settings, optional
-        How they are matched and scored; by default `Settings()`.
+        How they are matched and scored; by default ``Settings()``.
     times : (n,) array or two of them, optional
         Time stamps of the arrays in seconds: of both, or of the reference and of the estimate.
     **changes : object
@@ -89,7 +89,8 @@ def evaluate(
     name = "estimate" if isinstance(estimate, Trajectory) else unique_names([str(estimate)])[0]
     evaluation = score(truth, estimate, settings, name=name)
     of_file = [Note("reference", text) for text in warned]
-    return evaluation.with_notes(*of_file, *reference_notes([evaluation]))
+    notes = [*of_file, *reference_notes([evaluation]), *evaluation.notes]
+    return replace(evaluation, notes=notes)
 
 
 def score(
@@ -134,7 +135,7 @@ def score(
         notes=unvalued,
     )
     said = [Note("file", text) for text in of_file] + [Note("estimate", text) for text in warned]
-    return evaluation.with_notes(*said, *explain(evaluation, check=check))
+    return replace(evaluation, notes=[*said, *explain(evaluation, check=check), *unvalued])
 
 
 def _body_rotation(estimate: Trajectory, matches: Matches, settings: Settings) -> Floats | None:

@@ -44,6 +44,15 @@ class Option:
     timed: bool = False  # of formats with time stamps alone
     topics: bool = False  # of formats with topics alone
 
+    @property
+    def type(self) -> str:
+        """The type of a value, as docstrings write it."""
+        kind = "bool" if self.flag else self.number.__name__ if self.number else "str"
+        if self.choices:
+            kind = f"{{{', '.join(map(repr, self.choices))}}}"
+        kind += "".join(f" or {word!r}" for word in self.words)
+        return f"{kind}, optional" if self.optional else kind
+
     def checked(self, value: Any) -> Any:
         """Return a value, a number as Python's; raise a ValueError where it cannot be that."""
         if (value is None and self.optional) or (isinstance(value, str) and value in self.words):
@@ -106,7 +115,7 @@ class Settings:
     """How estimates are matched with their reference and scored.
 
     Each setting is an option of the command with the same name; ``docs/reference/command-line.md``
-    lists them with their defaults. `metrics` may be one text, with commas between the names.
+    lists them with their defaults. ``metrics`` may be one text, with commas between the names.
 
     Raises
     ------
@@ -378,3 +387,13 @@ def changed(settings: Settings, changes: Mapping[str, Any]) -> Settings:
 def options() -> dict[str, Option]:
     """Return what is known about each setting."""
     return {one.name: one.metadata["option"] for one in fields(Settings)}
+
+
+# The help of each setting, for `help(Settings)` and the reference page.
+_PARAMETERS = "".join(
+    f"    {name} : {option.type}\n        {option.help[0].upper()}{option.help[1:]}.\n"
+    for name, option in options().items()
+)
+Settings.__doc__ = f"{Settings.__doc__}".replace(
+    "    Raises\n", f"    Parameters\n    ----------\n{_PARAMETERS}\n    Raises\n", 1
+)

@@ -37,16 +37,16 @@ class Timing:
         Largest difference in seconds of time stamps that count as the same.
     sync : {"interpolate", "nearest"}
         Whether a pose is compared with the reference at its own time, interpolated where the
-        reference has no gap; or always with the nearest reference pose, within `t_max_diff`.
+        reference has no gap; or always with the nearest reference pose, within ``t_max_diff``.
     max_gap : float
         Largest gap in seconds between two poses that cover all the time between them; 0: each
-        frame needs a pose within `t_max_diff`.
+        frame needs a pose within ``t_max_diff``.
     rate : float
         Expected frames a second; the reference's own poses where it is not denser, or if infinite.
         The reference has a gap where two of its poses are more than two steps of the expected
         frames apart.
     frames : (k,) array, optional
-        Time stamps of the expected frames, instead of `rate`.
+        Time stamps of the expected frames, instead of ``rate``.
     t_start, t_end : float, optional
         First and last time that is expected, in seconds of the reference.
 
@@ -112,7 +112,7 @@ class Matches:
         Number of estimated poses left out since another one with the same time stamp or name comes
         first.
     without_reference : (j,) ndarray
-        Time stamps of `Timing.frames` left out since they have no reference pose.
+        Time stamps of ``Timing.frames`` left out since they have no reference pose.
     pose_rows : (m,) ndarray of int
         Row of every estimated pose that has a reference, each once.
     pose_references : (m, 4, 4) ndarray
@@ -180,7 +180,7 @@ def match(
     """Find the estimated pose of each expected frame of a reference.
 
     The expected frames depend on the reference and the options alone. By time stamps each pose
-    covers half of `Timing.max_gap` before and after its own time, and more while the reference
+    covers half of ``Timing.max_gap`` before and after its own time, and more while the reference
     stands still between two poses: it stays within d and 10 degrees of one of them. A covered frame
     takes the nearest pose, with the reference at the pose's own time; the other frames are lost. A
     pose of NaN is none.
@@ -196,7 +196,7 @@ def match(
         As returned by the readers of `alignscores.trajectories.files`; or any pair of keys and
         poses, (n, 4, 4) or (n, 3, 4), the keys in an array, a list or a column of pandas.
     timing : Timing, optional
-        How poses with time stamps are matched; by default `Timing()`.
+        How poses with time stamps are matched; by default ``Timing()``.
     missing : {"ignore", "fail"}
         Whether frames without an estimated pose are left out, or count as failures.
     unit : float, optional
