@@ -14,7 +14,8 @@ COPY . .
 RUN pip install --no-cache-dir --quiet --no-deps -e .
 
 # Results and .snakemake land in the working directory, a folder of the user; caches where anybody may write.
-ENV XDG_CACHE_HOME=/tmp/cache MPLCONFIGDIR=/tmp/cache/matplotlib
+# Snakemake asks for the user's name, which a number has only here.
+ENV XDG_CACHE_HOME=/tmp/cache MPLCONFIGDIR=/tmp/cache/matplotlib USER=anybody
 WORKDIR /work
 ENTRYPOINT ["snakemake", "--snakefile", "/alignscores/Snakefile"]
 CMD ["figures"]

@@ -4,8 +4,11 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="redirections of a POSIX shell")
 
 COMMAND = sys.executable, "-m", "alignscores"
 TUM = "tum tum/reference.txt tum/estimate.txt"
@@ -46,6 +49,7 @@ def test_stdout_is_closed(shell, arguments):
 PRINTS = TUM, f"{TUM} --json", "metrics", COMPARE, f"{COMPARE} --dry-run", "--help"
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
 @pytest.mark.parametrize("arguments", PRINTS)
 def test_stdout_is_full(shell, arguments):
     done = shell(arguments, ">/dev/full")
