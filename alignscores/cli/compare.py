@@ -289,7 +289,7 @@ def _shown(
         return as_csv(summary).removesuffix("\n")
     if arguments.show == "latex":
         caption = " ".join([*comparison.verdict(by), *legend(summary, comparison.settings)])
-        first, *others = tables(summary, by, comparison.names)
+        first, *others = tables(summary, by)
         return "\n\n".join([as_latex(first, caption), *(as_latex(one, by) for one in others)])
     if arguments.markdown == "-":
         return _report(comparison, by, changed, reasons)
@@ -298,17 +298,17 @@ def _shown(
 
 def _text(comparison: Comparison, arguments: argparse.Namespace, changed: Changes | None) -> str:
     """Return verdict, tables and what changed for a terminal."""
-    summary, names, by = comparison.summary, comparison.names, arguments.by
+    summary, by = comparison.summary, arguments.by
     width = table_width()
     verdict = [fill(line, width) for line in comparison.verdict(by)]
-    shown = [as_text(table, width) for table in tables(summary, by, names)]
+    shown = [as_text(table, width) for table in tables(summary, by)]
     below = legend(summary, comparison.settings)
     if arguments.verbose:
-        below += conditions(summary, names, comparison.settings)
+        below += conditions(summary, comparison.settings)
     parts = ["\n".join(verdict), *shown, "\n".join(below)]
     if changed:
         header = f"{by} against {printable(changed.file)}"
-        table = as_text(changed.table(names.systems), width)
+        table = as_text(changed.table(summary.system_names), width)
         parts.append("\n".join([header, table, *changed.notes]))
     return "\n\n".join(filter(None, parts))
 
@@ -317,12 +317,12 @@ def _report(
     comparison: Comparison, by: str, changed: Changes | None, reasons: Sequence[str]
 ) -> str:
     """Return verdict, tables and what changed in Markdown."""
-    summary, names = comparison.summary, comparison.names
+    summary = comparison.summary
     parts = [f"**Fails:** {markdown(reason)}" for reason in reasons]
     parts += map(markdown, comparison.verdict(by))
     if changed:
         parts.append(f"{by} against {markdown(printable(changed.file))}:")
-        parts.append(as_markdown(changed.table(names.systems)))
+        parts.append(as_markdown(changed.table(summary.system_names)))
         parts += map(markdown, changed.notes)
-    parts += [as_markdown(table) for table in tables(summary, by, names)]
+    parts += [as_markdown(table) for table in tables(summary, by)]
     return "\n\n".join([*parts, *map(markdown, legend(summary, comparison.settings))])

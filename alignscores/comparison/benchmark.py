@@ -53,6 +53,11 @@ class Benchmark:
     sequence_options: dict[str, dict[str, Any]] = field(default_factory=dict)
     system_options: dict[str, dict[str, Any]] = field(default_factory=dict)
 
+    @staticmethod
+    def names(options: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+        """Return the names of systems or sequences that have others than their files."""
+        return {key: str(own["name"]) for key, own in options.items() if "name" in own}
+
 
 def from_files(format: str | None, reference: str, estimates: Estimates) -> Benchmark:
     """Return the benchmark of one sequence: a run of each file, or runs of each system."""

@@ -22,7 +22,7 @@ from .benchmark import NO_SETTINGS, Benchmark, Estimates, Run, from_files, from_
 from .patterns import Pattern
 from .runs import COLUMNS, Outcome, Task, evaluate_run, forget_references, reference_of
 from .summary import Summary, summarise
-from .tables import Names, as_html, legend, tables
+from .tables import as_html, legend, tables
 from .verdicts import verdict
 
 __all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "finite", "settings_of_run"]
@@ -73,21 +73,13 @@ class Comparison:
 
     def _repr_html_(self) -> str:
         lines = [*self.verdict(), *legend(self.summary, self.settings)]
-        shown = [as_html(table) for table in tables(self.summary, "PAS", self.names)]
+        shown = [as_html(table) for table in tables(self.summary, "PAS")]
         return f"<p>{'<br>'.join(map(escape, lines))}</p>{''.join(shown)}"
 
     @property
     def failed(self) -> list[str]:
         """Why runs failed, or that they are missing; each of them counts as a failure."""
         return [r.outcome.error for r in self.summary.results if r.failed]
-
-    @property
-    def names(self) -> Names:
-        """Names of systems and sequences as they are shown."""
-        of_systems, of_sequences = self.benchmark.system_options, self.benchmark.sequence_options
-        return Names(
-            _shown(self.summary.systems, of_systems), _shown(self.summary.sequences, of_sequences)
-        )
 
     def verdict(self, by: str = "PAS") -> list[str]:
         """Return in words which systems are ahead, and how certain that is.
@@ -108,7 +100,7 @@ class Comparison:
         >>> compare("tests/data/tum/reference.txt", 2 * ["tests/data/tum/estimate.txt"]).verdict()
         ['estimate.txt, estimate.txt (2): one run a sequence, not tested.']
         """
-        return verdict(self.summary, metric(by).name, self.names.systems)
+        return verdict(self.summary, metric(by).name)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the command prints with ``--json``.
@@ -289,7 +281,8 @@ def compare_runs(
     runs = _scored(tasks, jobs, progress)
     if not runs:
         raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
-    summary = summarise(runs, settings.metrics, settings.form, paired)
+    names = benchmark.names(benchmark.system_options), benchmark.names(benchmark.sequence_options)
+    summary = summarise(runs, settings.metrics, settings.form, paired, names)
     notes += _notes_of_sequences(runs)
     said = [*_notes_of_runs(runs), *_alike("", notes)]
     return Comparison(benchmark, settings, summary, problems, said)
@@ -380,11 +373,6 @@ def _alike(system: str, notes: Iterable[tuple[str, str]]) -> list[str]:
         f"{first} (and alike for {len(others)} more{of})" if others else first
         for first, *others in alike.values()
     ]
-
-
-def _shown(keys: Sequence[str], options: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """Return names as the benchmark's file has them, or as they were found."""
-    return {key: printable(str(options.get(key, {}).get("name", key))) for key in keys}
 
 
 def finite(value: Any) -> Any:

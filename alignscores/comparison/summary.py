@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..metrics import header, metric
+from ..texts import printable
 from ..trajectories.formats import Format
 from . import statistics
 from .benchmark import Run
@@ -207,6 +208,8 @@ class Summary:
     entries: dict[tuple[str, str | None], Entry]  # where the system was tried
     pairs: list[Pair]
     length: str  # unit of positions, where it is known
+    system_names: Mapping[str, str]  # as they are shown
+    sequence_names: Mapping[str, str]
 
     def of(self, system: str, sequence: str) -> Sequence[Result]:
         """Return the runs of a system on a sequence."""
@@ -239,26 +242,34 @@ def summarise(
     metrics: Sequence[str],
     form: Format,
     paired: bool = False,
+    names: tuple[Mapping[str, str], Mapping[str, str]] = ({}, {}),
 ) -> Summary:
-    """Summarise scored, failed and missing runs; a system without any was not tried there."""
-    names = [*COLUMNS, *metrics]
+    """Summarise scored, failed and missing runs; a system without any was not tried there.
+
+    `names` are those of systems and sequences that are shown by others.
+    """
+    measured = [*COLUMNS, *metrics]
     sequences = list(dict.fromkeys(run.sequence for run, _ in runs))
-    results = [result for sequence in sequences for result in _results(runs, sequence, names)]
+    results = [result for sequence in sequences for result in _results(runs, sequence, measured)]
     systems = by_system(results)
     pairs: list[Pair] = []
     entries: dict[tuple[str, str | None], Entry] = {}
     for sequence in [*sequences, None]:
         there = _there(systems, sequence)
-        own = {name: _pairs(there, sequence, name, paired) for name in names}
+        own = {name: _pairs(there, sequence, name, paired) for name in measured}
         ranks = {name: _ranks(of_name) for name, of_name in own.items()}
         for system, tried in there.items():
-            of_system = {name: ranks[name].get(system) for name in names}
+            of_system = {name: ranks[name].get(system) for name in measured}
             entries[system, sequence] = Entry(system, sequence, tried, of_system)
         pairs += [pair for of_name in own.values() for pair in of_name]
     order = sorted(systems, key=lambda system: (-entries[system, None].mean("PAS"), system))
     length = form.unit if form.unit == "m" else ""
-    headers = {name: header(name, length) for name in names}
-    return Summary(headers, sequences, order, results, entries, pairs, length)
+    headers = {name: header(name, length) for name in measured}
+    shown = (
+        {key: printable(own.get(key, key)) for key in keys}
+        for keys, own in zip((order, sequences), names, strict=True)
+    )
+    return Summary(headers, sequences, order, results, entries, pairs, length, *shown)
 
 
 def by_system(results: Iterable[Result]) -> dict[str, dict[str, list[Result]]]:

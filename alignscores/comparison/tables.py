@@ -12,15 +12,8 @@ from ..metrics import metric
 from ..texts import WIDTH, column_widths, csv_text, padded, text_width
 from .summary import Entry, Summary
 
-__all__ = ["Cell", "Names", "Table", "as_csv", "as_html", "as_latex", "as_markdown", "as_text"]
+__all__ = ["Cell", "Table", "as_csv", "as_html", "as_latex", "as_markdown", "as_text"]
 __all__ += ["conditions", "legend", "markdown", "number", "tables"]
-
-
-class Names(NamedTuple):
-    """How systems and sequences are called."""
-
-    systems: dict[str, str]
-    sequences: dict[str, str]
 
 
 class Cell(NamedTuple):
@@ -42,12 +35,12 @@ class Table(NamedTuple):
     rows: list[list[Cell]]
 
 
-def tables(summary: Summary, by: str, names: Names) -> list[Table]:
+def tables(summary: Summary, by: str) -> list[Table]:
     """Return the table of the systems over all, and that of one metric by sequence."""
-    return [_overall(summary, by, names), _by_sequence(summary, by, names)]
+    return [_overall(summary, by), _by_sequence(summary, by)]
 
 
-def _overall(summary: Summary, by: str, names: Names) -> Table:
+def _overall(summary: Summary, by: str) -> Table:
     """Return rank, means, failed runs and time without a pose of each system."""
     partly = any((a, s) not in summary.entries for a in summary.systems for s in summary.sequences)
     header = ["system", "rank", *summary.headers.values(), *(["sequences"] if partly else [])]
@@ -57,7 +50,7 @@ def _overall(summary: Summary, by: str, names: Names) -> Table:
         low, high = entry.failing
         rows.append(
             [
-                Cell(names.systems[system]),
+                Cell(summary.system_names[system]),
                 _rank(entry, by),
                 *(_value(entry, name, name == by) for name in summary.headers),
                 *([Cell(f"{len(entry.results)}/{len(summary.sequences)}")] if partly else []),
@@ -72,16 +65,19 @@ def _overall(summary: Summary, by: str, names: Names) -> Table:
     return Table([*header, "failed runs", "no pose"], rows)
 
 
-def _by_sequence(summary: Summary, by: str, names: Names) -> Table:
+def _by_sequence(summary: Summary, by: str) -> Table:
     """Return a metric of each system on each sequence, and d."""
-    header = [summary.headers[by], *(names.sequences[sequence] for sequence in summary.sequences)]
+    header = [
+        summary.headers[by],
+        *(summary.sequence_names[sequence] for sequence in summary.sequences),
+    ]
     rows = []
     for system in summary.ranked(by):
         entries = [summary.entries.get((system, sequence)) for sequence in summary.sequences]
         cells = [
             _value(entry, by, ranked=True) if entry else Cell("not tried") for entry in entries
         ]
-        rows.append([Cell(names.systems[system]), *cells])
+        rows.append([Cell(summary.system_names[system]), *cells])
     units = [_unit(summary, sequence) for sequence in summary.sequences]
     rows.append(
         [
@@ -251,17 +247,17 @@ def legend(summary: Summary, settings: Settings) -> list[str]:
     return lines + (["; ".join(marks)] if marks else [])
 
 
-def conditions(summary: Summary, names: Names, settings: Settings) -> list[str]:
+def conditions(summary: Summary, settings: Settings) -> list[str]:
     """Return what else there is to say about the numbers."""
     lines = ["failed runs: in brackets the 95 % interval of how often a run fails"]
     if settings.missing_cameras:
         lines.append(f"missing cameras: {settings.missing_cameras}")
     if settings.form.timed:
         lines.append("no pose: share of the expected time without a pose")
-    scales: dict[str, list[float]] = {name: [] for name in names.systems.values()}
+    scales: dict[str, list[float]] = {name: [] for name in summary.system_names.values()}
     for result in summary.results:
         if result.outcome.scale > 0:
-            scales[names.systems[result.run.system]].append(result.outcome.scale)
+            scales[summary.system_names[result.run.system]].append(result.outcome.scale)
     farthest = {
         name: max(own, key=lambda scale: abs(math.log(scale)), default=None)
         for name, own in scales.items()

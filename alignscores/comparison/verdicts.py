@@ -10,9 +10,9 @@ from .summary import WITHIN, Pair, Summary
 __all__ = ["difference_text", "p_text", "verdict"]
 
 
-def verdict(summary: Summary, by: str, names: Mapping[str, str]) -> list[str]:
-    """Return a few sentences about the systems, which are called by their names, over all."""
-    pairs, order = summary.pairs_by(by), summary.ranked(by)
+def verdict(summary: Summary, by: str) -> list[str]:
+    """Return a few sentences about the systems over all."""
+    pairs, order, names = summary.pairs_by(by), summary.ranked(by), summary.system_names
     pairs.sort(key=lambda pair: sorted(map(order.index, (pair.a, pair.b))))  # the leader's first
     tested = [pair for pair in pairs if pair.tested]
     lines = []

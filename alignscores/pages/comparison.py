@@ -13,7 +13,7 @@ from ..comparison.baseline import Changes
 from ..comparison.comparison import Comparison, settings_of_run
 from ..comparison.runs import Outcome, reference_of
 from ..comparison.summary import Summary
-from ..comparison.tables import Names, as_html, conditions, legend, tables
+from ..comparison.tables import as_html, conditions, legend, tables
 from ..evaluation.notes import collected_warnings
 from ..texts import printable
 from .document import data_element, document, packed, source
@@ -32,11 +32,15 @@ MOST = 15  # megabytes of trajectories
 
 def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str:
     """Return the page; `by` is the metric of the verdict and of the drawings."""
-    verdict = comparison.verdict(by) or [f"{by} of {', '.join(comparison.names.systems.values())}"]
+    verdict = comparison.verdict(by) or [
+        f"{by} of {', '.join(comparison.summary.system_names.values())}"
+    ]
     title = re.split(r": .+ wins \d|: it wins \d|\.$", verdict[0])[0]
     sections = _sections(comparison, by)
     if changed:
-        table = as_html(changed.table(comparison.names.systems), f"Against {_short(changed.file)}")
+        table = as_html(
+            changed.table(comparison.summary.system_names), f"Against {_short(changed.file)}"
+        )
         content = table + _list(changed.notes)
         sections.insert(0, ("changes", f"Changes in {by}", content))
     links = "".join(
@@ -65,18 +69,18 @@ def _short(file: str) -> str:
 
 def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
     """Return name, heading and content of each section."""
-    summary, names, settings = comparison.summary, comparison.names, comparison.settings
-    key = _key(summary, names)
-    overall, by_sequence = tables(summary, by, names)
-    notes = [*legend(summary, settings), *conditions(summary, names, settings)]
+    summary, settings = comparison.summary, comparison.settings
+    key = _key(summary)
+    overall, by_sequence = tables(summary, by)
+    notes = [*legend(summary, settings), *conditions(summary, settings)]
     pairs = summary.pairs_by(by)
-    runs = {names.sequences[s]: _runs(summary, by, s, names) for s in summary.sequences}
-    errors = {names.sequences[s]: _errors(comparison, s) for s in summary.sequences}
-    trajectories = _trajectories(sequences_data(comparison, by), by, names)
+    runs = {summary.sequence_names[s]: _runs(summary, by, s) for s in summary.sequences}
+    errors = {summary.sequence_names[s]: _errors(comparison, s) for s in summary.sequences}
+    trajectories = _trajectories(sequences_data(comparison, by), by, summary)
     sections = [
         ("overall", "All sequences", as_html(overall) + _list(notes)),
         ("sequences", f"{by} by sequence", as_html(by_sequence)),
-        ("differences", f"Differences in {by}", forest(pairs, by, names.systems)),
+        ("differences", f"Differences in {by}", forest(pairs, by, summary.system_names)),
         ("runs", f"{by} of each run", _panels(runs)),
         ("errors", "Errors over time", key + source("bands.html") + _panels(errors)),
         ("thresholds", "Scores at other thresholds", source("thresholds.html") + key),
@@ -87,12 +91,12 @@ def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
 
 def _data(comparison: Comparison) -> dict[str, Any]:
     """Return what the scripts read."""
-    summary, names, settings = comparison.summary, comparison.names, comparison.settings
+    summary, settings = comparison.summary, comparison.settings
     key = sorted(summary.systems)
     return {
-        "systems": [names.systems[system] for system in summary.systems],
+        "systems": [summary.system_names[system] for system in summary.systems],
         "lines": [colour_and_dash(key.index(system)) for system in summary.systems],
-        "sequences": [names.sequences[sequence] for sequence in summary.sequences],
+        "sequences": [summary.sequence_names[sequence] for sequence in summary.sequences],
         "setting": {
             "threshold": settings.max_threshold,
             "degrees": settings.max_threshold_deg,
@@ -118,10 +122,10 @@ def _panels(drawings: dict[str, str]) -> str:
     return f'<div class="panels">{"".join(figures)}</div>'
 
 
-def _key(summary: Summary, names: Names) -> str:
+def _key(summary: Summary) -> str:
     items = "".join(
         f'<li><svg width="34" height="10" aria-hidden="true"><path {style(index)} d="M0 5H34"/>'
-        f"</svg> {escape(names.systems[system])}</li>"
+        f"</svg> {escape(summary.system_names[system])}</li>"
         for index, system in enumerate(sorted(summary.systems))
     )
     return f'<ul class="key">{items}</ul>'
@@ -132,14 +136,14 @@ def _outcomes(summary: Summary, system: str, sequence: str) -> list[Outcome]:
     return [r.outcome for r in summary.of(system, sequence) if not r.failed]
 
 
-def _runs(summary: Summary, by: str, sequence: str, names: Names) -> str:
+def _runs(summary: Summary, by: str, sequence: str) -> str:
     """Draw the scored runs of all systems that were tried on a sequence."""
     values = {}
     for system in summary.ranked(by):
         if entry := summary.entries.get((system, sequence)):
             failed = f" †{entry.failed}" if entry.failed else ""
             scored = [r.outcome.scores[by] for r in summary.of(system, sequence) if not r.failed]
-            values[names.systems[system] + failed] = scored
+            values[summary.system_names[system] + failed] = scored
     return dots(values, by)
 
 
@@ -178,7 +182,7 @@ def _errors(comparison: Comparison, sequence: str) -> str:
     """Draw the errors of all systems on a sequence over time."""
     summary, settings = comparison.summary, comparison.settings
     runs = {system: _outcomes(summary, system, sequence) for system in summary.systems}
-    shown = {comparison.names.systems[a]: own for a, own in runs.items() if own}
+    shown = {comparison.summary.system_names[a]: own for a, own in runs.items() if own}
     if not shown:
         return "<p>No run was scored.</p>"
     run = next(r.run for r in summary.results if r.run.sequence == sequence and not r.failed)
@@ -190,14 +194,14 @@ def _errors(comparison: Comparison, sequence: str) -> str:
     timed = keys.dtype.kind == "f"
     return errors_over_time(
         shown,
-        [comparison.names.systems[system] for system in sorted(summary.systems)],
+        [comparison.summary.system_names[system] for system in sorted(summary.systems)],
         keys if timed else np.arange(len(keys), dtype=float),
         "{:.0f} s" if timed else "image {:.0f}",
         (settings.max_threshold, settings.max_threshold_deg),
     )
 
 
-def _trajectories(trajectories: Mapping[str, Mapping[str, Any]], by: str, names: Names) -> str:
+def _trajectories(trajectories: Mapping[str, Mapping[str, Any]], by: str, summary: Summary) -> str:
     """Return the data of each sequence, which a script puts into a page of trajectories."""
     if not trajectories:
         return "<p>No run was scored.</p>"
@@ -211,7 +215,7 @@ def _trajectories(trajectories: Mapping[str, Mapping[str, Any]], by: str, names:
             "page of one sequence.</p>"
         )
     options = "".join(
-        f'<option value="{index}">{escape(names.sequences[sequence])}</option>'
+        f'<option value="{index}">{escape(summary.sequence_names[sequence])}</option>'
         for index, sequence in enumerate(trajectories)
     )
     html = source("trajectories.html").format(options=options, by=escape(by))

@@ -6,7 +6,6 @@ from typing import Any
 from ..comparison.comparison import Comparison, settings_of_run
 from ..comparison.runs import reference_of
 from ..comparison.summary import Result, Summary
-from ..comparison.tables import Names
 from ..evaluation.evaluation import LOST
 from ..evaluation.notes import collected_warnings
 from ..metrics import metric
@@ -21,11 +20,11 @@ def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]
 
     It shows one run of each system: of the scored ones the one in the middle by a metric.
     """
-    summary, benchmark, names = comparison.summary, comparison.benchmark, comparison.names
+    summary, benchmark = comparison.summary, comparison.benchmark
     found = {}
     for sequence in summary.sequences:
         estimates = [
-            _estimate(chosen, summary, names)
+            _estimate(chosen, summary)
             for system in summary.systems
             if (chosen := _middle(summary, by, system, sequence))
         ]
@@ -41,7 +40,7 @@ def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]
         with collected_warnings():  # the comparison has printed them
             reference = reference_of(file, settings.format, settings.ref_topic)
         found[sequence] = page_data(
-            f"{names.sequences[sequence]}: one run of each system",
+            f"{summary.sequence_names[sequence]}: one run of each system",
             reference,
             printable(Path(file).name),
             estimates,
@@ -59,13 +58,15 @@ def _middle(summary: Summary, by: str, system: str, sequence: str) -> Result | N
     return scored[len(scored) // 2] if scored else None
 
 
-def _estimate(result: Result, summary: Summary, names: Names) -> Estimate:
+def _estimate(result: Result, summary: Summary) -> Estimate:
     run, outcome = result.run, result.outcome
     entry = summary.entries[run.system, run.sequence]
     notes = [printable(note) for note in outcome.notes]
     if entry.failed:
         notes.insert(0, f"of its {entry.runs} runs, {entry.failed} failed or are missing")
-    name = names.systems[run.system] + (f", run {printable(run.run)}" if entry.runs > 1 else "")
+    name = summary.system_names[run.system] + (
+        f", run {printable(run.run)}" if entry.runs > 1 else ""
+    )
     scores = outcome.scores
     return Estimate(
         name=name,

@@ -34,18 +34,6 @@ def test_results_are_taken_from_there_and_others_computed(files, run, compare):
     assert 0 < units["b"] < 1
 
 
-def test_files_of_the_same_content_share_a_result(files, run):
-    """Whose notes name the file that was asked for."""
-    run(*FILES, "--cache", "cache")
-    before = set((files / "cache").iterdir())
-    (files / "b.txt").rename(files / "c.txt")
-    (files / "gt.ref").rename(files / "other.ref")
-    code, out, err = run("tum", "other.ref", "{system}.txt", "--json", "--cache", "cache")
-    assert code == 0
-    assert set((files / "cache").iterdir()) == before
-    assert "b.txt" not in out + err
-
-
 @pytest.mark.parametrize("options", [["--seed", "1"], ["--invert"], ["--metrics", "kitti"]])
 def test_other_options_have_results_of_their_own(files, run, options):
     run(*FILES, "--cache", "cache")

@@ -38,8 +38,8 @@ def test_a_system_and_a_sequence_of_one_name(found, tmp_path, run):
     }
     (tmp_path / "b.yaml").write_text(json.dumps(described))
     named = compare("b.yaml")
-    assert named.names.sequences["car"] == "the car"
-    assert named.names.systems["car"] == "CAR-SLAM"
+    assert named.summary.sequence_names["car"] == "the car"
+    assert named.summary.system_names["car"] == "CAR-SLAM"
     assert json.loads(run("b.yaml", "--json")[1]) == named.to_dict()
 
 
@@ -75,7 +75,7 @@ def test_files_and_systems_are_compared_without_patterns(found, tmp_path):
     again = compare("car/gt.txt", runs, metrics="ate:rmse")
     assert [r.outcome.scores for r in again.summary.results][:3] == scores[:3]
     files = compare(tmp_path / "car/gt.txt", [*runs["a_b"][:2], "car/none.txt"])
-    assert files.names.systems.keys() == {"0.txt", "1.txt", "none.txt"}
+    assert set(files.summary.systems) == {"0.txt", "1.txt", "none.txt"}
     assert repr(files) == (
         "Comparison(3 systems, 1 sequence, 3 runs, 1 failed, registration='refined')"
     )
