@@ -1,5 +1,6 @@
 """Cumulative frequency histogram of alignment errors and the score that is its area (eq. 3, 4)."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -48,6 +49,7 @@ class AlignmentScore:
         frequency = cumulative_frequency(self.errors, self.thresholds)
         # Whole numbers until the one division: a perfect estimate scores exactly 1.
         score = int(frequency.sum()) / (len(self.thresholds) * len(self.errors))
+        score = math.nan if np.isnan(self.errors).all() else score
         object.__setattr__(self, "cumulative_frequency", frequency)
         object.__setattr__(self, "score", score)
 

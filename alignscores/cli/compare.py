@@ -120,7 +120,7 @@ def run(argv: Sequence[str]) -> int:
     _check_by(parser, arguments)
     settings = parser.settings(arguments)
     gate = _gate(parser, arguments)
-    benchmark = _benchmark(parser, arguments)
+    benchmark = _benchmark(parser, arguments, settings)
     if wrong := order_problem(settings.metrics, FORMATS[benchmark.format]):
         parser.error(wrong)
     if arguments.dry_run:
@@ -197,15 +197,17 @@ def _check_by(parser: Parser, arguments: argparse.Namespace) -> None:
         parser.error(f"argument --by: must be one of {', '.join(measured)}, not {by!r}")
 
 
-def _benchmark(parser: Parser, arguments: argparse.Namespace) -> Benchmark:
+def _benchmark(parser: Parser, arguments: argparse.Namespace, settings: Settings) -> Benchmark:
     """Find the files of two patterns, or read a YAML file."""
+    expect_all = arguments.expect_all
     match arguments.files:
         case [form, reference, estimate] if form in FORMATS:
-            return find_benchmark(reference, estimate, form, arguments.expect_all)
+            named = replace(settings, format=form)
+            return find_benchmark(reference, estimate, named, expect_all)
         case [reference, estimate] if reference not in FORMATS:
-            return find_benchmark(reference, estimate, None, arguments.expect_all)
+            return find_benchmark(reference, estimate, settings, expect_all)
         case [file] if Path(file).suffix in (".yaml", ".yml"):
-            return find_benchmark(file, None, None, arguments.expect_all)
+            return find_benchmark(file, None, settings, expect_all)
     parser.error(f"give a format ({', '.join(FORMATS)}) and two patterns, or one YAML file")
 
 

@@ -73,7 +73,8 @@ class Parser(argparse.ArgumentParser):
             default = getattr(Settings, name)
             shown = "" if default in (None, False) else " (default: %(default)s)"
             help = helps.get(name, option.help) + shown
-            kind: dict[str, Any] = {"metavar": "TOPIC" if option.topics else "FILE"}
+            metavar = "TOPIC" if option.topics else "NAMES" if option.tables else "FILE"
+            kind: dict[str, Any] = {"metavar": metavar}
             if default is False:
                 kind = {"action": "store_true"}
             elif option.choices:

@@ -141,9 +141,11 @@ def _set_files(parser: Parser, arguments: argparse.Namespace) -> None:
     if not Path(first).suffix and not Path(first).exists():
         parser.error(f"{first!r} is neither a file nor a format ({', '.join(FORMATS)})")
     arguments.reference, arguments.estimates = first, others
-    arguments.format, form = recognise(first), arguments.est_format or recognise(others[0])
+    columns = arguments.est_columns or arguments.columns
+    arguments.format = recognise(first, arguments.ref_columns or arguments.columns)
+    form = arguments.est_format or recognise(others[0], columns)
     for file in others[1:]:
-        if not arguments.est_format and recognise(file) != form:
+        if not arguments.est_format and recognise(file, columns) != form:
             raise FileError(file, f"is not in the format of {others[0]}, {form}; score it apart")
     same = form == arguments.format
     print_note(
@@ -155,7 +157,7 @@ def _set_files(parser: Parser, arguments: argparse.Namespace) -> None:
 def _check(parser: Parser, arguments: argparse.Namespace, settings: Settings) -> None:
     """Refuse formats that do not match, and options without a meaning for the format."""
     form, est_form = settings.form, settings.est_form
-    if (form.timed, form.missing) != (est_form.timed, est_form.missing):
+    if form.ordered != est_form.ordered:
         parser.error(f"{arguments.est_format} estimates cannot be matched to {arguments.format}")
     if settings.missing == "ignore" and not form.missing:
         parser.error(f"--missing ignore has no effect on {arguments.format} files")

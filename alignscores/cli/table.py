@@ -45,7 +45,10 @@ def table(evaluations: Sequence[Evaluation], columns: int) -> tuple[str, list[st
 def _cells(evaluation: Evaluation) -> list[str]:
     """Return the texts of an estimate's columns."""
     return [
-        *(f"{score:.3f}" for score in (evaluation.tas, evaluation.ras, evaluation.pas)),
+        *(
+            "-" if np.isnan(score) else f"{score:.3f}"
+            for score in (evaluation.tas, evaluation.ras, evaluation.pas)
+        ),
         *(_number(value) for value in (evaluation.half_distance, evaluation.half_angle)),
         *(_number(value) for value in (evaluation.median_distance, evaluation.median_angle)),
         _number(evaluation.ate),

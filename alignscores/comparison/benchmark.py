@@ -59,7 +59,9 @@ class Benchmark:
         return {key: str(own["name"]) for key, own in options.items() if "name" in own}
 
 
-def from_files(format: str | None, reference: str, estimates: Estimates) -> Benchmark:
+def from_files(
+    format: str | None, reference: str, estimates: Estimates, *, columns: str | None = None
+) -> Benchmark:
     """Return the benchmark of one sequence: a run of each file, or runs of each system."""
     if not isinstance(estimates, Mapping):
         files = list(map(str, estimates))
@@ -73,7 +75,9 @@ def from_files(format: str | None, reference: str, estimates: Estimates) -> Benc
     if not runs:
         raise ValueError("there are no estimates to compare")
     found = [reference, *(str(run.file) for run in runs)]
-    return Benchmark(format or recognise(reference), {sequence: reference}, runs, [], found)
+    return Benchmark(
+        format or recognise(reference, columns), {sequence: reference}, runs, [], found
+    )
 
 
 def from_patterns(
@@ -81,6 +85,7 @@ def from_patterns(
     reference: str,
     estimate: str,
     *,
+    columns: str | None = None,
     expect_all: bool = False,
     expected: Mapping[str, int | None] | None = None,
     systems: Sequence[str] = (),
@@ -88,9 +93,10 @@ def from_patterns(
 ) -> Benchmark:
     """Find the files of a benchmark by the patterns of its references and estimates.
 
-    Without a `format` it is that of the first reference. `expected` is the number of runs that a
-    system should have on each sequence, under "" for systems that are not named; by default as
-    many as it has on the sequence where it has the most. On a sequence without any it was not
+    Without a `format` it is that of the first reference, whose `columns` may be named. `expected`
+    is the number of runs that a system should have on each sequence, under "" for systems that are
+    not named; by default as many as it has on the sequence where it has the most. On a sequence
+    without any it was not
     tried, unless `expect_all`. `systems` and `sequences` are names that should be there.
     """
     ref_pattern, est_pattern = Pattern(reference, FIELDS[:1]), Pattern(estimate, FIELDS)
@@ -133,7 +139,7 @@ def from_patterns(
         else:
             problems.append(f"system {system}: has no run on a sequence with a reference; left out")
     complete.sort(key=lambda run: list(kept).index(run.sequence))
-    form = format or recognise(next(iter(found_refs)))
+    form = format or recognise(next(iter(found_refs)), columns)
     return Benchmark(form, kept, complete, problems, [*found_refs, *found_ests])
 
 

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
@@ -16,6 +16,7 @@ from ..parallel import run_parallel
 from ..texts import first_few, printable
 from ..trajectories.extras import require
 from ..trajectories.files import FAILURES, read_stamps
+from ..trajectories.recognition import recognise
 from ..version import __version__
 from ..writing import write_whole
 from .benchmark import NO_SETTINGS, Benchmark, Estimates, Run, from_files, from_patterns, read_yaml
@@ -234,22 +235,34 @@ def compare(
     Comparison(2 systems, 1 sequence, 4 runs, 0 failed, registration='refined')
     """
     settings = replace(settings or Settings(), **changes)
-    benchmark = find_benchmark(str(references), estimates, settings.format, expect_all)
+    benchmark = find_benchmark(str(references), estimates, settings, expect_all)
     folder = None if cache is None else Path(cache)
     return compare_runs(benchmark, settings, paired=paired, jobs=jobs, cache=folder)
 
 
 def find_benchmark(
-    references: str, estimates: str | Estimates | None, format: str | None, expect_all: bool
+    references: str, estimates: str | Estimates | None, settings: Settings, expect_all: bool
 ) -> Benchmark:
     """Find the files of two patterns, take those that are named, or read a YAML file."""
+    if estimates is None:
+        if Path(references).suffix not in (".yaml", ".yml"):
+            raise ValueError(f"{references}: give a pattern of estimates, too, or one YAML file")
+        return read_yaml(references, expect_all=expect_all)
+    columns = settings.ref_columns or settings.columns
     if isinstance(estimates, str):
-        return from_patterns(format, references, estimates, expect_all=expect_all)
-    if estimates is not None:
-        return from_files(format, references, estimates)
-    if Path(references).suffix not in (".yaml", ".yml"):
-        raise ValueError(f"{references}: give a pattern of estimates, too, or one YAML file")
-    return read_yaml(references, expect_all=expect_all)
+        benchmark = from_patterns(
+            settings.format, references, estimates, columns=columns, expect_all=expect_all
+        )
+    else:
+        benchmark = from_files(settings.format, references, estimates, columns=columns)
+    if settings.format is None and settings.est_format is None:
+        for run in benchmark.runs:
+            options = benchmark.system_options.setdefault(run.system, {})
+            with suppress(*FAILURES):  # which scoring tells
+                if run.file and "est_format" not in options:
+                    est_columns = settings.est_columns or settings.columns
+                    options["est_format"] = recognise(run.file, est_columns)
+    return benchmark
 
 
 def compare_runs(
@@ -314,7 +327,7 @@ def _tasks(
             tasks[run] = Task(file, run.file or "", of_run, cache, check=system not in checked)
             checked.add(system)
     with collected_warnings() as notes:
-        reference_of(file, of_run.format, of_run.ref_topic)
+        reference_of(file, of_run)
         if of_run.frames is not None:
             read_stamps(str(of_run.frames))
     return tasks, [(sequence, note) for note in notes]

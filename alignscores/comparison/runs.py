@@ -87,7 +87,7 @@ def _scored(task: Task) -> Outcome:
     try:
         check_file(task.estimate)
         with collected_warnings():  # the comparison tells them, once for each sequence
-            reference = reference_of(task.reference, settings.format, settings.ref_topic)
+            reference = reference_of(task.reference, settings)
         return _outcome(score(reference, task.estimate, settings, name="", check=task.check))
     except FAILURES as error:
         message, file = why(error), task.estimate
@@ -100,14 +100,19 @@ def check_file(path: str) -> None:
         raise FileError(path, "is a pipe or a device, not a file")
 
 
-@lru_cache(maxsize=2)
-def reference_of(path: str, format: str | None, topic: str | None) -> Trajectory:
+def reference_of(path: str, settings: Settings) -> Trajectory:
     """Read a reference; each is read once for the runs that follow each other."""
+    names = "format", "ref_topic", "columns", "ref_columns"
+    return _reference(path, Settings(**{name: getattr(settings, name) for name in names}))
+
+
+@lru_cache(maxsize=2)
+def _reference(path: str, settings: Settings) -> Trajectory:
     check_file(path)
-    return read_reference(path, Settings(format=format, ref_topic=topic))
+    return read_reference(path, settings)
 
 
-forget_references = reference_of.cache_clear
+forget_references = _reference.cache_clear
 
 
 def _outcome(evaluation: Evaluation) -> Outcome:
@@ -120,7 +125,10 @@ def _outcome(evaluation: Evaluation) -> Outcome:
     unvalued = [name for name in evaluation.settings.metrics if evaluation.value(name) is None]
     if counted := [name for name in unvalued if not math.isnan(scores[name])]:
         notes.append(f"without a value, counted as failures: {', '.join(counted)}")
-    if few := [name for name in names if math.isnan(scores[name])]:
+    valued = [
+        name for name in names if evaluation.has_rotations or not metric(name).family.rotations
+    ]
+    if few := [name for name in valued if math.isnan(scores[name])]:
         notes.append(f"too few cameras for {', '.join(few)}: left out of its means")
     return Outcome(
         scores=scores,
@@ -141,11 +149,13 @@ def _outcome(evaluation: Evaluation) -> Outcome:
 
 
 def _score(evaluation: Evaluation, name: str) -> float:
-    """Return a value; the worst where there is none, NaN for a distance of too few cameras."""
+    """Return a value; the worst where there is none, NaN without rotations or for few cameras."""
     value = evaluation.value(name)
     if value is not None:
         return value
     known = metric(name)
+    if known.family.rotations and not evaluation.has_rotations:
+        return math.nan
     distances = {"half_distance": evaluation.half_distance, **evaluation.metrics}
     return distances.get(name, math.nan if known.family in LEVELS else known.worst)
 

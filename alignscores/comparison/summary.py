@@ -262,7 +262,9 @@ def summarise(
             of_system = {name: ranks[name].get(system) for name in measured}
             entries[system, sequence] = Entry(system, sequence, tried, of_system)
         pairs += [pair for of_name in own.values() for pair in of_name]
-    order = sorted(systems, key=lambda system: (-entries[system, None].mean("PAS"), system))
+    overall = {system: entries[system, None] for system in systems}
+    by = "PAS" if any(not np.isnan(entry.mean("PAS")) for entry in overall.values()) else "TAS"
+    order = sorted(systems, key=lambda system: (-np.nan_to_num(overall[system].mean(by)), system))
     length = form.unit if form.unit == "m" else ""
     headers = {name: header(name, length) for name in measured}
     shown = (

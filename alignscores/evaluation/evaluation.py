@@ -24,6 +24,7 @@ from ..texts import printable
 from ..trajectories.association import Matches
 from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
+from ..trajectories.lever import LeverArm
 from ..validation import AlignmentWarning, finite_rows
 from .settings import Settings
 
@@ -33,7 +34,7 @@ STATUSES = "matched", "no rotation", "no position", "no pose", "lost"  # of scor
 LOST = STATUSES.index("lost")
 SAMPLE = 1000  # frames from which the chance level is computed
 SHOWN = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ate", "lost"  # in a notebook
-NO_COLUMNS = "TAS_seeds", "PAS_seeds", "alignment", "body_rotation", "metrics", "notes"
+NO_COLUMNS = "TAS_seeds", "PAS_seeds", "alignment", "body_rotation", "lever_arm", "metrics", "notes"
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,9 @@ class Evaluation:
         Seconds added to the time stamps of the estimate.
     body_rotation : (3, 3) ndarray or None
         Rotation of the camera frame that was removed.
+    lever_arm : LeverArm or None
+        Position in the estimate's body frame that is compared with the reference's, if another one
+        than the origin.
     notes : list of Note
         What may be wrong with the estimate or with the settings.
 
@@ -108,6 +112,7 @@ class Evaluation:
     metrics: Mapping[str, float]
     t_offset: float
     body_rotation: Floats | None
+    lever_arm: LeverArm | None
     notes: list[Note]
 
     def __repr__(self) -> str:
@@ -136,6 +141,11 @@ class Evaluation:
     def tas_sd(self) -> float | None:
         """Standard deviation of the TAS over the seeds; None for a single one."""
         return _sd(self.tas_seeds)
+
+    @property
+    def has_rotations(self) -> bool:
+        """Whether both have rotations; otherwise RAS and PAS are NaN."""
+        return not np.isnan(self.result.ras.errors).all()
 
     @property
     def ras(self) -> float:
@@ -235,7 +245,8 @@ class Evaluation:
     @property
     def _rotation_profile(self) -> ScoreProfile:
         ras = self.result.ras
-        return ScoreProfile(DEGREES, [np.sort(ras.errors)], len(ras.thresholds))
+        errors = np.nan_to_num(np.sort(ras.errors), nan=np.inf)  # NaN: without rotations
+        return ScoreProfile(DEGREES, [errors], len(ras.thresholds))
 
     def value(self, name: str) -> float | None:
         """Return a score, or one of the metrics in the settings; None where it has no value.
@@ -290,11 +301,11 @@ class Evaluation:
             "file": printable(self.file),
             "TAS": self.tas,
             "TAS_sd": self.tas_sd,
-            "RAS": self.ras,
-            "PAS": self.pas,
-            "PAS_sd": self.pas_sd,
+            "RAS": finite_or_none(self.ras),
+            "PAS": finite_or_none(self.pas),
+            "PAS_sd": finite_or_none(self.pas_sd),
             "TAS_seeds": self.tas_seeds,
-            "PAS_seeds": self.pas_seeds,
+            "PAS_seeds": self.pas_seeds if self.has_rotations else None,
             "half_distance": finite_or_none(self.half_distance),
             "half_angle": finite_or_none(self.half_angle),
             "median_distance": finite_or_none(self.median_distance),
@@ -302,7 +313,7 @@ class Evaluation:
             "ate": self.ate,
             "unit": tas.unit,
             "within_unit": float(np.mean(tas.errors < tas.unit)),
-            "within_10_deg": float(np.mean(ras.errors < 10.0)),
+            "within_10_deg": float(np.mean(ras.errors < 10.0)) if self.has_rotations else None,
             "n": len(tas.errors),
             "lost": self.lost,
             "chance": self.chance,
@@ -318,6 +329,7 @@ class Evaluation:
             "alignment": _alignment(tas.alignment),
             "t_offset": self.t_offset if matches.keys.dtype.kind == "f" else None,
             "body_rotation": None if self.body_rotation is None else self.body_rotation.tolist(),
+            "lever_arm": None if self.lever_arm is None else self.lever_arm.vector.tolist(),
             "metrics": {name: self.value(name) for name in self.settings.metrics},
             "notes": [asdict(note) for note in self.notes],
         }

@@ -70,13 +70,15 @@ def with_format(settings: Settings, reference: Any, estimate: Any) -> Settings:
     """Return the settings with the formats of reference and estimate, as far as they are open."""
     if settings.format is not None:
         return settings
+    ref_columns = settings.ref_columns or settings.columns
+    est_columns = settings.est_columns or settings.columns
     if isinstance(reference, Trajectory):
         form = FORMAT_OF_KEYS.get(np.asarray(reference.keys).dtype.kind)
-        other = form if isinstance(estimate, Trajectory) else recognise(estimate)
+        other = form if isinstance(estimate, Trajectory) else recognise(estimate, est_columns)
     elif isinstance(estimate, Trajectory):
-        form = other = recognise(reference)
+        form = other = recognise(reference, ref_columns)
     else:
-        form, other = recognise_pair(reference, estimate)
+        form, other = recognise_pair(reference, estimate, ref_columns, est_columns)
     return replace(settings, format=form, est_format=settings.est_format or other)
 
 
@@ -86,15 +88,20 @@ def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Traj
     Warn where it has no pose for more than one percent, since nothing is expected there.
     """
     if not isinstance(reference, Trajectory):
-        topic = {"topic": settings.ref_topic} if settings.form.topics else {}
-        reference = settings.form.read(reference, **topic)
+        reference = settings.form.read(reference, **settings.ref_options)
     truth = in_order(reference)
+    if not truth.has_rotations:
+        warnings.warn(
+            "the reference has no rotations: RAS and PAS have no value",
+            TrajectoryWarning,
+            stacklevel=2,
+        )
     if timed := truth.keys.dtype.kind == "f":
         gaps = np.diff(truth.keys)
         gap = reference_gap(truth.keys, settings.frames_per_second)
         absent = float(gaps[gaps > gap].sum() / gaps.sum()) if len(gaps) else 0.0
     else:
-        absent = float(1 - np.mean(finite_rows(truth.poses)))
+        absent = float(1 - np.mean(finite_rows(truth.with_rotations().poses)))
     if absent > 0.01:
         what = "time" if timed else "cameras"
         warnings.warn(
@@ -121,7 +128,9 @@ def read_estimate(estimate: FilePath | Trajectory, settings: Settings) -> Trajec
                 stacklevel=2,
             )
     else:
-        poses = form.read(estimate, **({"topic": settings.est_topic} if form.topics else {}))
+        poses = form.read(estimate, **settings.est_options)
+    if settings.invert and not poses.has_rotations:
+        raise ValueError("--invert needs rotations, which the estimate lacks")
     return poses._replace(poses=inverse_poses(poses.poses)) if settings.invert else poses
 
 

@@ -67,9 +67,22 @@ def explain(evaluation: Evaluation, *, check: bool = True) -> list[Note]:
         if timed
         else (unmatched_images,)
     )
-    of_mistakes = (clock, swapped, convention, alignments_apart, low_score) if check else ()
+    of_matching = (*of_matching, lever_arm)
+    with_rotations = (swapped, convention, alignments_apart, low_score)
+    of_mistakes = (clock, *(with_rotations if evaluation.has_rotations else ())) if check else ()
     found = [note(evaluation) for note in (*of_matching, *of_mistakes)]
     return [note for note in found if note]
+
+
+def lever_arm(evaluation: Evaluation) -> Note | None:
+    """Note a lever arm that was found."""
+    found = evaluation.lever_arm
+    if found is None or evaluation.settings.lever_arm != "auto":
+        return None
+    vector, errors = (
+        ", ".join(f"{x:.3f}" for x in values) for values in (found.vector, found.errors)
+    )
+    return Note("lever_arm", f"lever arm {vector} (standard errors {errors}) found and applied")
 
 
 def unmatched_images(evaluation: Evaluation) -> Note | None:

@@ -13,11 +13,13 @@ from ..distance import N_THRESHOLDS, smallest_unit, tas_distance, too_few
 from ..metrics import LEVELS, SCORES, metric
 from ..pose import PASResult, pas
 from ..registration import Registration, pcr99
+from ..rotation import RASResult
 from ..similarity import Similarity, least_squares_rmse
 from ..texts import unique_names
 from ..trajectories.association import Matches
 from ..trajectories.conventions import find_convention, rotate_cameras
 from ..trajectories.files import FilePath, Trajectory
+from ..trajectories.lever import LeverArm, find_lever_arm, with_lever_arm
 from ..translation import tas
 from ..validation import AlignmentWarning, finite_rows
 from .evaluation import Evaluation, Note
@@ -107,17 +109,25 @@ def score(
     """
     with collected_warnings() as of_file:  # these name the file
         poses = read_estimate(estimate, settings)
+    if settings.lever_arm is not None and not poses.has_rotations:
+        raise ValueError("--lever_arm needs rotations, which the estimate lacks")
+    has_rotations = reference.has_rotations and poses.has_rotations
+    notes = []
+    if reference.has_rotations and not has_rotations:
+        notes.append(Note("rotations", "it has no rotations: RAS and PAS have no value"))
+    reference, poses = reference.with_rotations(), poses.with_rotations()
     with collected_warnings() as warned:
         poses, t_offset = time_offset(reference, poses, settings)
-        matches = match_estimate(reference, poses, settings, t_offset)
-        body_rotation = _body_rotation(poses, matches, settings)
+        poses, matches, lever_arm = _with_lever_arm(reference, poses, settings, t_offset)
+        body_rotation = _body_rotation(poses, matches, settings, has_rotations=has_rotations)
         poses = poses._replace(poses=rotate_cameras(poses.poses, body_rotation))
         matches = replace(matches, est_poses=rotate_cameras(matches.est_poses, body_rotation))
         result, tas_seeds = _scores(matches, settings)
+        result = result if has_rotations else _without_rotations(result)
         half_distance = _distance(matches, settings, 0.5)
         levels = _levels(matches, result, settings)
     pairs = _pairs(matches, poses)
-    metrics, unvalued = _metrics(pairs, settings)
+    metrics, unvalued = _metrics(pairs, settings, has_rotations=has_rotations)
     evaluation = Evaluation(
         name=name,
         file="" if isinstance(estimate, Trajectory) else str(estimate),
@@ -132,15 +142,34 @@ def score(
         metrics={**levels, **metrics},
         t_offset=t_offset,
         body_rotation=body_rotation,
-        notes=unvalued,
+        lever_arm=lever_arm,
+        notes=[],
     )
     said = [Note("file", text) for text in of_file] + [Note("estimate", text) for text in warned]
-    return replace(evaluation, notes=[*said, *explain(evaluation, check=check), *unvalued])
+    return replace(evaluation, notes=[*said, *explain(evaluation, check=check), *notes, *unvalued])
 
 
-def _body_rotation(estimate: Trajectory, matches: Matches, settings: Settings) -> Floats | None:
+def _with_lever_arm(
+    reference: Trajectory, estimate: Trajectory, settings: Settings, t_offset: float
+) -> tuple[Trajectory, Matches, LeverArm | None]:
+    """Match an estimate, with the positions of the reference's prism; and return the lever arm."""
+    if settings.lever_arm is None:
+        return estimate, match_estimate(reference, estimate, settings, t_offset), None
+    if settings.lever_arm == "auto":
+        matches = match_estimate(reference, estimate, settings, t_offset)
+        matched = estimate.poses[matches.pose_rows]
+        lever_arm = find_lever_arm(matches.pose_references[:, :3, 3], matched)
+    else:
+        lever_arm = LeverArm(np.array(settings.lever_arm), np.zeros(3))
+    estimate = with_lever_arm(estimate, lever_arm.vector)
+    return estimate, match_estimate(reference, estimate, settings, t_offset), lever_arm
+
+
+def _body_rotation(
+    estimate: Trajectory, matches: Matches, settings: Settings, *, has_rotations: bool
+) -> Floats | None:
     """Return the rotation of the camera frame that is to be removed, if any."""
-    if settings.body_rotation == "none":
+    if settings.body_rotation == "none" or not has_rotations:
         return None
     found = find_convention(
         matches.pose_references,
@@ -172,6 +201,13 @@ def _scores(matches: Matches, settings: Settings) -> tuple[PASResult, list[float
         tas(gt[:, :3, 3], est[:, :3, 3], rng=seed, **options).score for seed in settings.seeds[1:]
     ]
     return result, [result.tas.score, *others]
+
+
+def _without_rotations(result: PASResult) -> PASResult:
+    """Return a result without a RAS, and so without a PAS: NaN."""
+    errors = np.full_like(result.ras.errors, np.nan)
+    ras = RASResult(errors=errors, thresholds=result.ras.thresholds, alignment=None)
+    return replace(result, score=math.nan, ras=ras)
 
 
 def _known_unit(matches: Matches) -> float:
@@ -254,7 +290,7 @@ def _ate(pairs: Pairs, settings: Settings) -> float | None:
 
 def _levels(matches: Matches, result: PASResult, settings: Settings) -> dict[str, float]:
     """Return the distances and angles in the settings, such as distance@0.25."""
-    angles = np.sort(result.ras.errors)
+    angles = np.nan_to_num(np.sort(result.ras.errors), nan=np.inf)
     values = {}
     for name in settings.metrics:
         asked = metric(name)
@@ -268,7 +304,9 @@ def _levels(matches: Matches, result: PASResult, settings: Settings) -> dict[str
     return values
 
 
-def _metrics(pairs: Pairs, settings: Settings) -> tuple[dict[str, float], list[Note]]:
+def _metrics(
+    pairs: Pairs, settings: Settings, *, has_rotations: bool
+) -> tuple[dict[str, float], list[Note]]:
     """Return the metrics of other projects that have a value, and why others have none."""
     gt, est, stamps = pairs
     values, notes = {}, []
@@ -278,9 +316,9 @@ def _metrics(pairs: Pairs, settings: Settings) -> tuple[dict[str, float], list[N
         try:
             value = metric(name)(
                 gt[:, :3, 3],
-                gt[:, :3, :3],
+                gt[:, :3, :3] if has_rotations else None,
                 est[:, :3, 3],
-                est[:, :3, :3],
+                est[:, :3, :3] if has_rotations else None,
                 rng=settings.seed,
                 stamps=stamps,
             )

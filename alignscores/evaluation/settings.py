@@ -18,7 +18,7 @@ from ..registration import REGISTRATIONS
 from ..similarity import ALIGNMENTS, UP
 from ..texts import brief, printable
 from ..trajectories.association import MISSING, SYNCS
-from ..trajectories.files import FilePath
+from ..trajectories.files import FilePath, parse_columns
 from ..trajectories.formats import FORMATS, Format
 
 __all__ = ["Option", "Settings", "changed", "options", "order_problem"]
@@ -43,6 +43,7 @@ class Option:
     optional: bool = False  # None is a value
     timed: bool = False  # of formats with time stamps alone
     topics: bool = False  # of formats with topics alone
+    tables: bool = False  # of text tables alone
 
     @property
     def type(self) -> str:
@@ -148,6 +149,20 @@ class Settings:
     est_topic: str | None = _setting(
         None, "topic of the estimates in their bags", group=MATCHING, optional=True, topics=True
     )
+    columns: str | None = _setting(
+        None,
+        "what the columns of text tables hold, such as 't x y z qx qy qz qw': t_ns for stamps in "
+        "ns, n for numbers of frames, r11 to r33 for matrices, - for other columns",
+        group=MATCHING,
+        optional=True,
+        tables=True,
+    )
+    ref_columns: str | None = _setting(
+        None, "the same, of the reference alone", group=MATCHING, optional=True, tables=True
+    )
+    est_columns: str | None = _setting(
+        None, "the same, of the estimates alone", group=MATCHING, optional=True, tables=True
+    )
     missing: str = _setting(
         "fail",
         "frames without a pose count as failures, or are ignored",
@@ -204,6 +219,13 @@ class Settings:
         group=MATCHING,
         choices=("auto", "none"),
     )
+    lever_arm: str | tuple[float, ...] | None = _setting(
+        None,
+        "X,Y,Z: position of the reference's prism or antenna in the estimate's body frame; auto: "
+        "find it with the alignment",
+        group=MATCHING,
+        optional=True,
+    )
     unit: float | None = _number(
         None,
         "d in the reference's unit (default: from the reference)",
@@ -254,7 +276,11 @@ class Settings:
                 values[name] = option.checked(getattr(self, name))
             except ValueError as error:
                 raise ValueError(f"{name} {error}") from None
+        for name in ("columns", "ref_columns", "est_columns"):
+            if values[name] is not None:
+                parse_columns(values[name])
         values["frames"] = _stamps_or_path(self.frames)
+        values["lever_arm"] = _lever_arm(self.lever_arm)
         names = split_names(self.metrics) if isinstance(self.metrics, str) else self.metrics
         values["metrics"] = tuple(dict.fromkeys(metric(name).name for name in names))
         for name, value in values.items():
@@ -293,6 +319,8 @@ class Settings:
             "up": self.up if self.alignment == "yaw" else None,
             "repeat": len(self.seeds),
         }
+        if isinstance(self.lever_arm, tuple):
+            values["lever_arm"] = list(self.lever_arm)
         if self.frames is not None:
             values["rate"] = None
             if isinstance(self.frames, (str, PathLike)):
@@ -307,6 +335,8 @@ class Settings:
                 raise ValueError(f"{name} needs time stamps, which {self.format} files lack")
             if option.topics and is_set and not (self.form.topics or self.est_form.topics):
                 raise ValueError(f"{name} is of bags, and {self.format} files have no topics")
+            if option.tables and is_set and not (self.form.tables or self.est_form.tables):
+                raise ValueError(f"{name} is of text tables, which {self.format} files are not")
         if wrong := order_problem(self.metrics, self.form):
             raise ValueError(wrong)
 
@@ -347,6 +377,16 @@ class Settings:
         return FORMATS[self.est_format] if self.est_format else self.form
 
     @property
+    def ref_options(self) -> dict[str, str | None]:
+        """What the reader of the reference is told."""
+        return self.form.options(self.ref_topic, self.ref_columns or self.columns)
+
+    @property
+    def est_options(self) -> dict[str, str | None]:
+        """What the reader of an estimate is told."""
+        return self.est_form.options(self.est_topic, self.est_columns or self.columns)
+
+    @property
     def missing_cameras(self) -> str | None:
         """What frames without a pose do; None where the format has none."""
         return self.missing if self.form.missing else None
@@ -371,6 +411,18 @@ def _stamps_or_path(frames: Any) -> FilePath | tuple[float, ...] | None:
         if stamps.ndim == 1 and len(stamps) and np.isfinite(stamps).all():
             return tuple(stamps.tolist())
     raise ValueError("frames must be a file, or finite time stamps, (k,)")
+
+
+def _lever_arm(given: Any) -> str | tuple[float, ...] | None:
+    """Return three coordinates as numbers, also of a text; auto and None as they are."""
+    if given is None or (isinstance(given, str) and given == "auto"):
+        return given
+    with suppress(TypeError, ValueError):
+        parts = given.split(",") if isinstance(given, str) else given
+        vector = np.array([float(part) for part in parts])
+        if vector.shape == (3,) and np.isfinite(vector).all():
+            return tuple(vector.tolist())
+    raise ValueError(f"lever_arm must be X,Y,Z, three finite numbers, or auto, not {brief(given)}")
 
 
 def changed(settings: Settings, changes: Mapping[str, Any]) -> Settings:

@@ -188,9 +188,7 @@ def _errors(comparison: Comparison, sequence: str) -> str:
     run = next(r.run for r in summary.results if r.run.sequence == sequence and not r.failed)
     of_run = settings_of_run(comparison.benchmark, run, settings)
     with collected_warnings():  # the comparison has printed them
-        keys = reference_of(
-            comparison.benchmark.references[sequence], of_run.format, of_run.ref_topic
-        ).keys
+        keys = reference_of(comparison.benchmark.references[sequence], of_run).keys
     timed = keys.dtype.kind == "f"
     return errors_over_time(
         shown,

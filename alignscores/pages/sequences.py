@@ -38,7 +38,7 @@ def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]
         file = benchmark.references[sequence]
         settings = settings_of_run(benchmark, run, comparison.settings)
         with collected_warnings():  # the comparison has printed them
-            reference = reference_of(file, settings.format, settings.ref_topic)
+            reference = reference_of(file, settings)
         found[sequence] = page_data(
             f"{summary.sequence_names[sequence]}: one run of each system",
             reference,

@@ -261,7 +261,7 @@ def in_order(reference: Trajectory) -> Trajectory:
     After its warnings of duplicates and disorder `match` has nothing more to warn of.
     """
     reference = checked(reference, "reference")
-    finite = finite_rows(reference.poses)
+    finite = finite_rows(reference.with_rotations().poses)
     if not finite.any():
         raise ValueError("the reference has no pose that is finite")
     timed = reference.keys.dtype.kind == "f"  # rows and names keep their number

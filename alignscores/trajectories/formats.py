@@ -20,9 +20,14 @@ class Format:
     timed: bool = False  # whether poses are matched by time stamps
     quaternions: bool = False  # whether rotations are quaternions
     topics: bool = False  # whether a file may hold several trajectories, by topic
+    tables: bool = False  # whether it is a text table, whose columns can be named
     ordered: bool = True  # whether poses come in the order of time
     aligned: str = ""  # format of an aligned estimate; empty where there is none
     read_parts: Callable[..., dict[str, files.Trajectory]] | None = None  # of an estimate
+
+    def options(self, topic: str | None, columns: str | None) -> dict[str, str | None]:
+        """Return the options that the reader takes."""
+        return {"topic": topic} if self.topics else {"columns": columns} if self.tables else {}
 
 
 FORMATS = {
@@ -33,6 +38,7 @@ FORMATS = {
         True,
         timed=True,
         quaternions=True,
+        tables=True,
         aligned="TUM",
     ),
     "kitti": Format(
@@ -40,6 +46,7 @@ FORMATS = {
         "00_gt.txt 00_est.txt --save_plot 00.png",
         files.read_kitti,
         False,
+        tables=True,
         aligned="KITTI",
     ),
     "euroc": Format(
@@ -49,6 +56,7 @@ FORMATS = {
         True,
         timed=True,
         quaternions=True,
+        tables=True,
         aligned="TUM",
     ),
     "colmap": Format(

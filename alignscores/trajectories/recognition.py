@@ -14,19 +14,26 @@ SUFFIXES = {".bag": "bag", ".mcap": "bag", ".db3": "bag", ".npy": "arrays", ".np
 NAME_IT = "name the format: alignscores FORMAT REF EST"
 
 
-def recognise_pair(reference: FilePath, estimate: FilePath) -> tuple[str, str]:
-    """Return the formats of a reference and of an estimate, which must be matched alike."""
-    names = recognise(reference), recognise(estimate)
-    kinds = {(FORMATS[name].timed, FORMATS[name].missing) for name in names}
-    if len(kinds) > 1:
+def recognise_pair(
+    reference: FilePath,
+    estimate: FilePath,
+    ref_columns: str | None = None,
+    est_columns: str | None = None,
+) -> tuple[str, str]:
+    """Return the formats of a reference and of an estimate, both with image names or without."""
+    names = recognise(reference, ref_columns), recognise(estimate, est_columns)
+    if FORMATS[names[0]].ordered != FORMATS[names[1]].ordered:
         raise ValueError(
             f"{reference} is in the format {names[0]}, {estimate} in {names[1]}: no match"
         )
     return names
 
 
-def recognise(path: FilePath) -> str:
-    """Return the format of a file or a folder; the error says why none can be told."""
+def recognise(path: FilePath, columns: str | None = None) -> str:
+    """Return the format of a file or a folder; the error says why none can be told.
+
+    `columns` are those of a text table, where they are named.
+    """
     if path == STDIN:
         raise FileError(path, f"nothing tells the format of what stands on stdin; {NAME_IT}")
     file = Path(path)
@@ -41,15 +48,15 @@ def recognise(path: FilePath) -> str:
         raise FileError(path, reason)
     if file.suffix in SUFFIXES:
         return SUFFIXES[file.suffix]
-    return _format_of_text(path)
+    return _format_of_text(path, columns)
 
 
-def _format_of_text(path: FilePath) -> str:
+def _format_of_text(path: FilePath, given: str | None) -> str:
     first = next((line.lstrip() for _, line in numbered_lines(path) if line.strip()), "")
     if first[:1] in ("{", "["):
         return "nerf"
-    columns = open_table(path).columns(w_first=True)
-    if "r11" in columns and "n" not in columns:
+    columns = open_table(path).columns(given, w_first=True)
+    if "r11" in columns and not any(name[0] in "nt" for name in columns):
         return "kitti"
     w_first = "qw" in columns and columns.index("qw") < columns.index("qx")
     return "euroc" if w_first else "tum"

@@ -83,6 +83,7 @@ class _Motions:
         finite = finite_rows(estimate.poses[:, :3, :3])
         turned = estimate.poses[finite, :3, :3]  # all alike where a file has positions alone
         rotations = len(turned) > MIN_MOTIONS and bool((turned != turned[0]).any())
+        rotations &= bool((reference.poses[1:, :3, :3] != reference.poses[0, :3, :3]).any())
         rows = np.flatnonzero(finite if rotations else finite_rows(estimate.poses[:, :3, 3]))
         rows = rows[np.argsort(estimate.keys[rows], kind="stable")]
         stamps = estimate.keys[rows]

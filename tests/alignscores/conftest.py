@@ -207,7 +207,8 @@ def tum(tmp_path):
         times = np.arange(n) / rate
         path = np.column_stack([np.cos(times), np.sin(times), times])
         noise = np.random.default_rng(n).normal(0, 0.01, (n, 3)) if "est" in name else 0.0
-        poses = np.column_stack([times, path + noise, np.zeros((n, 3)), np.ones(n)])
+        turn = np.column_stack([np.zeros((n, 2)), np.sin(times / 2), np.cos(times / 2)])
+        poses = np.column_stack([times, path + noise, turn])
         np.savetxt(tmp_path / name, np.delete(poses, slice(*lost), axis=0))
         return tmp_path / name
 

@@ -10,12 +10,13 @@ file, line and reason.
 from .arrays import read_arrays
 from .bags import read_bag
 from .colmap import read_colmap, read_colmap_parts
+from .columns import parse_columns
 from .euroc import read_euroc
 from .kitti import read_kitti
 from .matrices import read_matrices
 from .nerf import read_nerf
 from .poses import Trajectory, TrajectoryWarning, inverse_poses
-from .stamps import read_stamps
+from .tables import read_stamps
 from .text import FAILURES, STDIN, FileError, FilePath
 from .tum import read_tum
 
@@ -27,6 +28,7 @@ __all__ = [
     "Trajectory",
     "TrajectoryWarning",
     "inverse_poses",
+    "parse_columns",
     "read_arrays",
     "read_bag",
     "read_colmap",

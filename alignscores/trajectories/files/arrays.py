@@ -14,7 +14,6 @@ from .text import FileError, FilePath, Source, most_bytes, read_bytes, refuse_mo
 __all__ = ["read_arrays", "unpack_arrays"]
 
 SHAPES = "(n, 4, 4) or (n, 3, 4)"
-LAST_ROW = [0.0, 0.0, 0.0, 1.0]
 
 
 def read_arrays(path: FilePath) -> Trajectory:
@@ -63,10 +62,6 @@ def read_arrays(path: FilePath) -> Trajectory:
     source = Source(path, lambda row: f"{found[0]}[{row}]")
     if len(matrices) == 0:
         raise FileError(path, "has no poses")
-    wrong = (matrices[:, 3:] != LAST_ROW).any(axis=(1, 2)) & np.isfinite(matrices[:, 3:]).all(
-        (1, 2)
-    )
-    source.refuse(wrong, "the last row must be 0 0 0 1")
     times = [
         array
         for array in arrays.values()
@@ -76,7 +71,7 @@ def read_arrays(path: FilePath) -> Trajectory:
         raise FileError(
             path, f"has {len(times)} arrays of {len(matrices)} numbers; leave the stamps"
         )
-    poses = poses_from_matrices(matrices[:, :3], source)
+    poses = poses_from_matrices(matrices, source)
     keys = times[0].astype(np.float64) if times else np.arange(len(poses))
     source.refuse(~np.isfinite(keys), "the time stamp is not finite")
     return Trajectory(keys, poses)

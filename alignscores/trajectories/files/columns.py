@@ -1,7 +1,7 @@
 """What the columns of a text table hold: by a header, by ``--columns``, or by their number."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -10,12 +10,11 @@ from .poses import MAX_DEVIATION, MAX_ROUNDING
 from .stamps import UNIT_OF_WORD
 
 __all__ = [
-    "LAST_ROW",
     "NAME_THEM",
     "QUATERNION",
-    "ROTATION",
     "columns_by_width",
     "columns_of_header",
+    "matrix_columns",
     "parse_columns",
 ]
 
@@ -69,6 +68,11 @@ def columns_of_header(header: str) -> list[str]:
             for name, own in zip(names, stamped, strict=True)
         ]
     return _without_parts(names)
+
+
+def matrix_columns(names: Container[str]) -> list[str]:
+    """Return the columns of matrices, of 3 or 4 rows, in the order of their entries."""
+    return [*MATRIX.split(), *(LAST_ROW if "r44" in names else ())]
 
 
 def columns_by_width(first: Sequence[str], *, w_first: bool) -> list[str]:

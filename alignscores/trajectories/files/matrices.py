@@ -67,6 +67,4 @@ def _matrix(path: Path) -> Floats:
     values, _ = table.numbers(range(len(table.first)))
     if values.shape not in ((3, 4), (4, 4)):
         raise FileError(path, f"must hold a 4 x 4 matrix, not {len(values)} x {len(values.T)}")
-    if (values[3:] != [0, 0, 0, 1]).any() and np.isfinite(values).all():
-        raise FileError(path, "must end with 0 0 0 1")
-    return values[:3]
+    return np.vstack([values, [0, 0, 0, 1]])[:4]

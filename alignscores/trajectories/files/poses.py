@@ -49,6 +49,20 @@ class Trajectory(NamedTuple):
         n = len(self.keys)
         return f"Trajectory({n} poses, {self.keys[0]} to {self.keys[-1]})" if n else "Trajectory()"
 
+    @property
+    def has_rotations(self) -> bool:
+        """Whether a rotation is finite; False for positions alone."""
+        rotations, positions = self.poses[:, :3, :3], self.poses[:, :3, 3]
+        return bool(finite_rows(rotations).any() or not finite_rows(positions).any())
+
+    def with_rotations(self) -> "Trajectory":
+        """Return the trajectory, of positions alone with rotations that are the identity."""
+        if self.has_rotations:
+            return self
+        poses = self.poses.copy()
+        poses[finite_rows(poses[:, :3, 3]), :3, :3] = np.eye(3)
+        return self._replace(poses=poses)
+
 
 def inverse_poses(poses: Floats) -> Floats:
     """Invert poses (n, 4, 4): camera-to-world from world-to-camera, or the other way round."""
@@ -68,7 +82,8 @@ def poses_from_positions(positions: Floats) -> Floats:
 def poses_from_quaternions(positions: Floats, quaternions: Floats, source: Source) -> Floats:
     """Return poses (n, 4, 4); quaternions are x, y, z, w.
 
-    Quaternions of zeros are no rotations; in some rows alone, the pose was not estimated.
+    Quaternions of zeros, or the same throughout, are no rotations. A pose was not estimated where
+    its own is zero.
     """
     poses = poses_from_positions(positions)
     with np.errstate(over="ignore"):
@@ -84,11 +99,17 @@ def poses_from_quaternions(positions: Floats, quaternions: Floats, source: Sourc
         poses[zero, :3, 3] = np.nan
         poses_have = "pose has" if zero.sum() == 1 else "poses have"
         warn(source.path, f"{zero.sum()} {poses_have} a quaternion of zeros: not estimated")
+    elif len(unit) > 1 and (unit == unit[0]).all():
+        poses[:, :3, :3] = np.nan
+        warn(source.path, "all rotations are the same, which count as none")
     return poses
 
 
 def poses_from_matrices(matrices: Floats, source: Source) -> Floats:
-    """Return poses (n, 4, 4) of matrices (n, 3, 4), with the rotations nearest to theirs."""
+    """Return poses (n, 4, 4) of matrices (n, 3 or 4, 4), with the rotations nearest to theirs."""
+    wrong = (matrices[:, 3:] != [0, 0, 0, 1]).any(axis=(1, 2)) & finite_rows(matrices)
+    source.refuse(wrong, "the last row of the matrix must be 0 0 0 1")
+    matrices = matrices[:, :3]
     rotations, deviation = orthonormalise(matrices[:, :, :3])
     far = ~(deviation <= MAX_DEVIATION) & finite_rows(matrices[:, :, :3])
     if far.any():

@@ -1,6 +1,5 @@
-"""Time stamps: their unit, and files that hold nothing else of interest."""
+"""The units of time stamps."""
 
-import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,9 +8,9 @@ from numpy.typing import NDArray
 
 from ...arrays import Floats
 from .poses import warn
-from .text import FileError, FilePath, Source, is_number, numbered_lines
+from .text import FilePath, Source
 
-__all__ = ["UNIT_OF_WORD", "in_seconds", "numbers_or_stamps", "read_stamps", "time_unit"]
+__all__ = ["UNIT_OF_WORD", "in_seconds", "numbers_or_stamps", "time_unit"]
 
 TIME_UNITS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 UNIT_OF_WORD = {  # in the names of columns
@@ -27,54 +26,6 @@ UNIT_OF_WORD = {  # in the names of columns
 MAX_SECONDS = 1e11  # larger time stamps, as a rule, are in a smaller unit
 MAX_ELAPSED = 1e14  # nanoseconds, a day or so; larger time stamps are not counted from a start
 NANOSECOND_STEP = 5e5  # stamps since a start that differ by more are in nanoseconds
-
-
-def read_stamps(path: FilePath) -> Floats:
-    r"""Read the time stamps in the first column of a text file.
-
-    Parameters
-    ----------
-    path : path
-        The file: TUM's ``rgb.txt``, EuRoC's ``cam0/data.csv``, a trajectory. Columns are separated
-        by blanks or commas; a header line, blank lines and those that begin with # are left out.
-
-    Returns
-    -------
-    (n,) ndarray
-        Time stamps in seconds, whatever their unit is in the file.
-
-    Raises
-    ------
-    FileError
-        Where the file cannot be read, or a line does not begin with a finite number.
-
-    Examples
-    --------
-    >>> import pathlib, tempfile
-    >>> from alignscores.trajectories.files import read_stamps
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = pathlib.Path(folder, "data.csv")
-    ...     _ = path.write_text("time,file\n1500000000500000000,a.png\n")
-    ...     stamps = read_stamps(path)
-    >>> stamps
-    array([1.5e+09])
-    """
-    stamps: list[float] = []
-    may_be_header = True
-    for line_number, line in numbered_lines(path):
-        first = re.split(r"[\s,;]", line.strip().strip('",;'), maxsplit=1)[0]
-        if not first or first.startswith("#"):
-            continue
-        if is_number(first, finite=True):
-            stamps.append(float(first))
-        elif not may_be_header:
-            reason = f"must begin with a time stamp, not {first[:40]!r}"
-            raise FileError(path, reason, place=f"line {line_number}")
-        may_be_header = False
-    if not stamps:
-        raise FileError(path, "has no time stamps")
-    found = np.array(stamps)
-    return found / TIME_UNITS[time_unit(found)]
 
 
 def time_unit(stamps: Floats) -> str:

@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 
 from ...arrays import Floats
 from .columns import (
-    LAST_ROW,
     NAME_THEM,
     QUATERNION,
-    ROTATION,
     columns_by_width,
     columns_of_header,
+    matrix_columns,
     parse_columns,
 )
 from .poses import (
@@ -28,10 +27,10 @@ from .poses import (
     poses_from_quaternions,
     warn,
 )
-from .stamps import in_seconds, numbers_or_stamps
+from .stamps import TIME_UNITS, in_seconds, numbers_or_stamps, time_unit
 from .text import FileError, FilePath, Lines, Source, is_number, numbered_lines
 
-__all__ = ["Table", "open_table", "read_table"]
+__all__ = ["Table", "open_table", "read_stamps", "read_table"]
 
 COMMENTS = ("#", "%", "//")
 MISSING = {"", "na", "none", "null"}  # what stands in a table instead of a number
@@ -77,13 +76,8 @@ def _poses(column: dict[str, Floats], source: Source) -> Floats:
         return poses_from_quaternions(positions, quaternions, source)
     if "r11" not in column:
         return poses_from_positions(positions)
-    rotations = np.column_stack([column[name] for name in ROTATION]).reshape(-1, 3, 3)
-    matrices = np.dstack([rotations, positions])
-    if "r44" in column:
-        last = np.column_stack([column[name] for name in LAST_ROW])
-        wrong = (last != [0, 0, 0, 1]).any(axis=1) & np.isfinite(matrices).all(axis=(1, 2))
-        source.refuse(wrong, "16 columns must end with 0 0 0 1")
-    return poses_from_matrices(matrices, source)
+    matrices = np.column_stack([column[name] for name in matrix_columns(column)])
+    return poses_from_matrices(matrices.reshape(len(matrices), -1, 4), source)
 
 
 @dataclass(frozen=True)
@@ -176,7 +170,42 @@ def open_table(path: FilePath) -> Table:
             return Table(path, header, separator, fields, first[0], chain([first], rows))
         if text and (not (is_comment and header) or "x" in columns_of_header(text)):
             header = text
-    raise FileError(path, f"has no poses{header and ': it has no line of numbers'}")
+    raise FileError(path, "has no line of numbers")
+
+
+def read_stamps(path: FilePath) -> Floats:
+    r"""Read the time stamps in the first column of a text file.
+
+    Parameters
+    ----------
+    path : path
+        The file: TUM's ``rgb.txt``, EuRoC's ``cam0/data.csv``, a trajectory. Columns are separated
+        by blanks or commas; a header line, blank lines and those that begin with # are left out.
+
+    Returns
+    -------
+    (n,) ndarray
+        Time stamps in seconds, whatever their unit is in the file.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read, or a line does not begin with a finite number.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> from alignscores.trajectories.files import read_stamps
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "data.csv")
+    ...     _ = path.write_text("time,file\n1500000000500000000,a.png\n")
+    ...     stamps = read_stamps(path)
+    >>> stamps
+    array([1.5e+09])
+    """
+    values, source = open_table(path).numbers([0])
+    source.refuse(~np.isfinite(values[:, 0]), "the time stamp is not finite")
+    return values[:, 0] / TIME_UNITS[time_unit(values[:, 0])]
 
 
 def _separator(text: str) -> tuple[str | None, dict[int, str | None]]:

@@ -30,7 +30,16 @@ def test_every_format_scores_the_same_scene_the_same(form, score, examples):
         *("PAS_seeds", "ate", "n", "lost", "matched", "expected", "non_finite", "no_position"),
         *("no_rotation", "duplicate", "unmatched", "unit", "within_unit", "within_10_deg"),
         *("half_distance", "half_angle", "n_hypotheses", "alignment", "body_rotation"),
-        *("notes", "metrics", "scale", "chance", "median_distance", "median_angle", "t_offset"),
+        *(
+            "notes",
+            "metrics",
+            "scale",
+            "chance",
+            "median_distance",
+            "median_angle",
+            "t_offset",
+            "lever_arm",
+        ),
     }
     assert result["n"] == 40
     assert result["TAS_seeds"][0] == pytest.approx(expected.tas.score, abs=1e-12)
@@ -56,7 +65,7 @@ OPTIONS = {  # the formats that have it, what it sets in the JSON
     "--t_start 1700000001": (TIMED, {"t_start": 1700000001.0}),
     "--t_offset auto": (TIMED, {"t_offset": "auto"}),
     "--frames tum/estimate.txt": (TIMED, {"frames": "tum/estimate.txt"}),
-    "--est_format tum": ({"tum", "euroc"}, {"est_format": "tum"}),
+    "--est_format tum": ({"tum", "euroc", "kitti"}, {"est_format": "tum"}),
     "--save_aligned OUT.txt": (TIMED | {"kitti"}, {}),
     "--unit 0.6": (set(FILES), {"unit": 0.6}),
     "--alignment rigid": (set(FILES), {"alignment": "rigid", "up": None}),

@@ -128,9 +128,9 @@ CASES = {  # "format file what": its edit, the message
     ),
     "tum estimate no file": (always(NOTHING), r"bad: cannot be read \(No such file"),
     "tum reference a folder": (always(FOLDER), r"bad: cannot be read \(Is a directory"),
-    "tum estimate empty": (always(""), "bad: has no poses"),
+    "tum estimate empty": (always(""), "bad: has no line of numbers"),
     "tum estimate binary": (always(b"0 1 2 3 0 0 0 1\n\xff\xfe\x9c"), r"bad, line 2: is not text"),
-    "tum frames nan": (line(4, "nan"), "bad, line 4: must begin with a time stamp, not 'nan'"),
+    "tum frames nan": (line(4, "nan"), "bad, line 4: the time stamp is not finite"),
     "tum estimate too few columns": (
         line(3, "1 2 3"),
         "bad, line 3: has 3 columns, the first row 8",

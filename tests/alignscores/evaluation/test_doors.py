@@ -19,6 +19,7 @@ METRICS = "ATE,ate:rmse,auc@30:vggt,kitti"
 FORMS = {"tum", "kitti", "colmap"}
 TIMED, NAMED = {"tum"}, {"colmap"}
 LENIENT = {"max_threshold": 100, "max_threshold_deg": 180}
+POSE = "t x y z qx qy qz qw"
 OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
 CASES = {  # what differs from the defaults: the formats that have it, and settings
     "nothing": (FORMS, {}),
@@ -41,6 +42,8 @@ CASES = {  # what differs from the defaults: the formats that have it, and setti
     "yaw": (FORMS, {"alignment": "yaw", "up": "-y", **LENIENT}),
     "none": (TIMED, {"alignment": "none", "registration": "pcr99", **LENIENT}),
     "est_format": ({"tum", "colmap"}, {"est_format": None}),
+    "lever_arm": (FORMS, {"lever_arm": "0.1,0,0.2"}),
+    "columns": (TIMED, {"columns": POSE, "ref_columns": POSE, "est_columns": f"t_s{POSE[1:]}"}),
     "metrics": (FORMS, {"metrics": "ATE,rra@5:vggt,TAS,PAS,half_distance"}),
 }
 OTHER = {"tum": "euroc", "colmap": "nerf"}  # est_format

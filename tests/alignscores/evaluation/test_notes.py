@@ -237,7 +237,8 @@ def test_clocks_of_positions_alone_are_compared_by_speeds():
 def test_swapped_files(run, tmp_path):
     gt, est = (tmp_path / name for name in ("gt.txt", "est.txt"))
     times = np.arange(400) / 40
-    path = np.column_stack([np.sin(times), np.cos(times), times, np.zeros((400, 3)), np.ones(400)])
+    turn = np.column_stack([np.zeros((400, 2)), np.sin(times / 9), np.cos(times / 9)])
+    path = np.column_stack([np.sin(times), np.cos(times), times, turn])
     np.savetxt(gt, np.column_stack([times, path]))
     path[:, :3] -= path[0, :3]
     np.savetxt(est, np.column_stack([times, path])[::4])

@@ -1,0 +1,226 @@
+"""Each kind of ground truth and estimate that people have gets its numbers, through every door.
+
+A case is the scene of the examples in another form. Positions alone have the TAS, the distance and
+the ATE that the same file has with rotations.
+"""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from alignscores import compare, evaluate
+from alignscores.trajectories.files import read_tum
+
+NO_RAS = "the reference has no rotations: RAS and PAS have no value"
+NO_EST_RAS = "it has no rotations: RAS and PAS have no value"
+POSE = "t x y z qx qy qz qw"
+
+
+def text(*columns, by=" ", header="", end=""):
+    """A table; numbers are written with all their digits."""
+    rows = np.column_stack(columns)
+    lines = [by.join(f"{x:.12g}" if abs(x) < 1e6 else f"{x:.6f}" for x in row) for row in rows]
+    return "\n".join([*([header] if header else []), *(line + end for line in lines), ""])
+
+
+@pytest.fixture(scope="module")
+def scene(examples):
+    """Stamps, positions, quaternions (w last) and poses of reference and estimate."""
+    found = {}
+    for name in ("reference", "estimate"):
+        stamps, poses = read_tum(examples / f"tum/{name}.txt")
+        finite = np.isfinite(poses).all(axis=(1, 2))
+        quaternions = Rotation.from_matrix(poses[finite, :3, :3]).as_quat()
+        found[name] = stamps[finite], poses[finite, :3, 3], quaternions, poses[finite]
+    return found
+
+
+def zero(q):
+    return np.zeros_like(q)
+
+
+def same(q):
+    return np.tile([0.0, 0, 0, 1], (len(q), 1))
+
+
+def more(q, n):
+    return np.full((len(q), n), 0.25)
+
+
+def w_first(q):
+    return q[:, [3, 0, 1, 2]]
+
+
+VINS = {"by": ",", "end": ","}
+MCD, CSV = "num,t,x,y,z,qx,qy,qz,qw", "timestamp,x,y,z,qx,qy,qz,qw"
+CASES = {  # which file, its content, options, notes, whether it has rotations
+    "t x y z": ("reference", lambda t, p, q: text(t, p), {}, [NO_RAS], False),
+    "t x y z, an estimate": ("estimate", lambda t, p, q: text(t, p), {}, [NO_EST_RAS], False),
+    "quaternions of zeros": (
+        "reference",
+        lambda t, p, q: text(t, p, zero(q)),
+        {},
+        ["all quaternions are zero", NO_RAS],
+        False,
+    ),
+    "one quaternion throughout": (
+        "reference",
+        lambda t, p, q: text(t, p, same(q)),
+        {},
+        ["all rotations are the same", NO_RAS],
+        False,
+    ),
+    "covariances": (
+        "estimate",
+        lambda t, p, q: text(t, p, q, more(q, 12), header="# timestamp(s) tx ty tz qx qy qz qw P"),
+        {},
+        ["read t_seconds x y z qx qy qz qw, not the other 12 of 20 columns"],
+        True,
+    ),
+    "29 columns": (
+        "reference",
+        lambda t, p, q: text(t, p, q, more(q, 21)),
+        {},
+        ["read t x y z qx qy qz qw, not the other 21 of 29 columns"],
+        True,
+    ),
+    "a CSV": (
+        "estimate",
+        lambda t, p, q: text(t, p, q, by=",", header=CSV),
+        {},
+        [],
+        True,
+    ),
+    "comments": ("estimate", lambda t, p, q: text(t, p, q, end=" # tracked"), {}, [], True),
+    "MCD": (
+        "reference",
+        lambda t, p, q: text(np.arange(len(t)), t, p, q, by=",", header=MCD),
+        {},
+        [],
+        True,
+    ),
+    "9 columns": (
+        "reference",
+        lambda t, p, q: text(np.arange(len(t)), t, p, q),
+        {"ref_columns": f"- {POSE}"},
+        ["not the other 1 of 9 columns"],
+        True,
+    ),
+    "nanoseconds": (
+        "estimate",
+        lambda t, p, q: text(t * 1e9, p, q),
+        {},
+        ["time stamps in nanoseconds, as their size shows"],
+        True,
+    ),
+    "VINS": ("estimate", lambda t, p, q: text(t * 1e9, p, w_first(q), **VINS), {}, [], True),
+    "w first": (
+        "estimate",
+        lambda t, p, q: text(t, p, w_first(q)),
+        {"est_columns": "t x y z qw qx qy qz"},
+        [],
+        True,
+    ),
+    "a lost frame of zeros": (
+        "estimate",
+        lambda t, p, q: text(t, p, q) + f"{t[-1] + 0.05:.6f} 0 0 0 0 0 0 0\n",
+        {},
+        ["1 pose has a quaternion of zeros: not estimated"],
+        True,
+    ),
+    "NaN in the reference": (
+        "reference",
+        lambda t, p, q: text(t, p, q) + f"{t[-1] + 9} nan nan nan nan nan nan nan\n",
+        {},
+        [],
+        True,
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_it_has_a_number_through_every_door(scene, examples, tmp_path, monkeypatch, run, case):
+    whose, content, options, said, has_rotations = CASES[case]
+    files = {name: examples / f"tum/{name}.txt" for name in ("reference", "estimate")}
+    expected = evaluate(*files.values()).to_dict()
+    (tmp_path / "orb").mkdir()
+    files["estimate"] = tmp_path / "orb/0.txt"
+    files["estimate"].write_text((examples / "tum/estimate.txt").read_text())
+    files[whose] = files[whose] if whose == "estimate" else tmp_path / "reference.txt"
+    files[whose].write_text(content(*scene[whose][:3]))
+
+    evaluation = evaluate(*files.values(), **options)
+    found = evaluation.to_dict()
+    for name in ("TAS", "half_distance", "ate", "median_distance", "unit", "n"):
+        assert found[name] == pytest.approx(expected[name], rel=1e-4), name
+    for name in ("RAS", "PAS", "half_angle", "median_angle"):
+        if has_rotations:
+            assert found[name] == pytest.approx(expected[name], abs=1e-4)
+        else:
+            assert found[name] is None
+    notes = [str(note) for note in evaluation.notes]
+    usual = "clock seems", "never moves"
+    notes = [note for note in notes if not any(words in note for words in usual)]
+    assert len(notes) == len(said)
+    assert all(any(words in note for note in notes) for words in said)
+
+    words = [f"--{name}={value}" for name, value in options.items()]
+    _, out, err = run(*files.values(), "--json", *words)
+    printed = json.loads(out)["results"][0]
+    assert [printed[name] for name in ("TAS", "RAS", "PAS")] == [
+        found[name] for name in ("TAS", "RAS", "PAS")
+    ]
+    assert all(words in err for words in said)
+    _, out, _ = run(*files.values(), *words)
+    assert ("  -  " in out.splitlines()[1]) != has_rotations
+
+    compared = compare(str(files["reference"]), str(tmp_path / "{system}/{run}.txt"), **options)
+    (result,) = compared.to_dict()["results"]
+    assert result["TAS"] == found["TAS"]
+    assert result["RAS"] == found["RAS"]
+
+
+def test_poses_without_stamps_are_matched_by_row(scene, write, run, examples):
+    """TartanAir's seven columns, against KITTI's matrices and against themselves."""
+    _, positions, quaternions, _ = scene["reference"]
+    files = [write(text(positions, quaternions), name) for name in ("gt.txt", "est.txt")]
+    assert evaluate(*files).pas == 1
+    assert evaluate(files[0], examples / "kitti/estimate.txt").pas == pytest.approx(0.80, abs=0.01)
+
+
+def test_folders_of_matrices_are_matched_by_their_numbers(scene, tmp_path, examples):
+    """As of ScanNet, with -inf where there is no pose; against each other and against rows."""
+    poses = scene["reference"][3]
+    for number, pose in enumerate(poses):
+        for name in ("pose", "mine"):
+            (tmp_path / name).mkdir(exist_ok=True)
+            pose = np.full((4, 4), -np.inf) if (number, name) == (7, "pose") else pose
+            np.savetxt(tmp_path / name / f"{number}.txt", pose)
+    found = evaluate(tmp_path / "pose", tmp_path / "mine")
+    assert (found.pas, len(found.matches.keys)) == (1, 39)
+    assert "the reference has no pose for 2.5% of the cameras" in str(found.notes[0])
+    found = evaluate(tmp_path / "pose", examples / "kitti/estimate.txt")
+    assert found.pas == pytest.approx(0.80, abs=0.01)
+
+
+def test_metrics_of_rotations_have_no_value_without(scene, write, run, examples):
+    reference = write(text(*scene["reference"][:2]), "gt.txt")
+    evaluation = evaluate(
+        reference, examples / "tum/estimate.txt", metrics="auc@30:vggt,angle@0.25,ate,TAS"
+    )
+    values = evaluation.to_dict()["metrics"]
+    assert [name for name, value in values.items() if value is None] == [
+        "auc@30:vggt",
+        "angle@0.25",
+    ]
+    with pytest.raises(ValueError, match="--invert needs rotations"):
+        evaluate(examples / "tum/reference.txt", reference, invert=True)
+
+
+def test_all_outputs_of_positions_alone_are_written(scene, write, run, examples, tmp_path):
+    reference = write(text(*scene["reference"][:2]), "gt.txt")
+    code, _, err = run(reference, "tum/estimate.txt", "-o", tmp_path / "out")
+    assert (code, "error" in err) == (0, False)
+    assert len(list((tmp_path / "out").iterdir())) >= 5

@@ -1,0 +1,90 @@
+"""The lever arm from an estimate's body to the reference's prism: given, found, and refused."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from alignscores import Trajectory, evaluate
+from alignscores.trajectories.files import read_tum
+
+ARM = np.array([0.2, -0.1, 0.2])
+
+
+def run(n=400, *, turning=True, seed=0):
+    """A reference of positions alone at the prism, and an estimate of the body with 1 cm noise."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(n) / 10
+    angles = np.column_stack([0.3 * np.sin(t / 3), 0.2 * np.cos(t / 2), t / 4]) * turning
+    poses = np.tile(np.eye(4), (n, 1, 1))
+    poses[:, :3, :3] = Rotation.from_rotvec(angles).as_matrix()
+    poses[:, :3, 3] = np.column_stack([t, np.sin(t) * turning, np.zeros(n)])
+    prism = poses.copy()
+    prism[:, :3, 3] += poses[:, :3, :3] @ ARM
+    prism[:, :3, :3] = np.nan
+    poses[:, :3, 3] += rng.normal(0, 0.01, (n, 3))
+    return Trajectory(t, prism), Trajectory(t, poses)
+
+
+def test_a_given_lever_arm_is_applied():
+    reference, estimate = run()
+    plain, moved = (evaluate(reference, estimate, lever_arm=arm) for arm in (None, tuple(ARM)))
+    assert plain.ate > 0.1
+    assert moved.ate == pytest.approx(0.0173, abs=0.002)
+    assert evaluate(reference, estimate, lever_arm="0.2,-0.1,0.2").tas == moved.tas
+    assert moved.to_dict()["lever_arm"] == ARM.tolist()
+
+
+@pytest.mark.parametrize("scale", [1, 0.3])
+def test_auto_finds_it(scale):
+    """In the estimate's unit, with a standard error; outliers change little."""
+    reference, estimate = run()
+    poses = estimate.poses.copy()
+    poses[:, :3, 3] *= scale
+    poses[::20, :3, 3] += 3
+    found = evaluate(reference, Trajectory(estimate.keys, poses), lever_arm="auto").lever_arm
+    np.testing.assert_allclose(found.vector, scale * ARM, atol=0.005)
+    assert (np.abs(found.vector - scale * ARM) < 4 * found.errors).all()
+    assert (found.errors < 0.005).all()
+
+
+def test_a_real_run_that_is_moved_by_hand(real):
+    folder = real / "euroc/V2_02"
+    truth, estimate = read_tum(folder / "groundtruth.txt"), read_tum(folder / "vislam_ba/0.txt")
+    arm = 0.3 * ARM / np.linalg.norm(ARM)
+    moved = truth.poses.copy()
+    moved[:, :3, 3] += moved[:, :3, :3] @ arm
+    before, after = (
+        evaluate(Trajectory(truth.keys, poses), estimate, lever_arm="auto")
+        for poses in (truth.poses, moved)
+    )
+    found = before.lever_arm
+    assert np.linalg.norm(after.lever_arm.vector - found.vector - arm) < 0.005
+    assert (np.abs(found.vector) < 3 * found.errors).all()
+    assert any(
+        "lever arm" in note.text and "found and applied" in note.text for note in after.notes
+    )
+
+
+def test_motion_that_does_not_determine_it_is_refused():
+    reference, estimate = run(turning=False)
+    with pytest.raises(
+        ValueError, match="no lever arm is found: its rotations do not determine it"
+    ):
+        evaluate(reference, estimate, lever_arm="auto")
+    poses = estimate.poses.copy()  # straight ahead, with a trembling camera
+    shaking = np.random.default_rng(1).normal(0, 1e-3, (len(poses), 3))
+    poses[:, :3, :3] = Rotation.from_rotvec(shaking).as_matrix()
+    with pytest.raises(ValueError, match="no lever arm is found"):
+        evaluate(reference, Trajectory(estimate.keys, poses), lever_arm="auto")
+
+
+@pytest.mark.parametrize("given", ["1,2", "a,b,c", "nan,0,0", 3, (1, 2, 3, 4)])
+def test_impossible_lever_arms(given):
+    with pytest.raises(ValueError, match="lever_arm must be X,Y,Z, three finite numbers, or auto"):
+        evaluate(*run(), lever_arm=given)
+
+
+def test_it_needs_rotations():
+    reference, _ = run()
+    with pytest.raises(ValueError, match="lever_arm needs rotations, which the estimate lacks"):
+        evaluate(reference, reference, lever_arm="0,0,1")
