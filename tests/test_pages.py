@@ -289,7 +289,7 @@ def test_the_settings_have_every_name() -> None:
 
 
 def test_all_that_is_public_is_shown() -> None:
-    """What docs/reference/stability.md calls public, other projects' metrics and the paper's."""
+    """What docs/reference/index.md calls public, other projects' metrics and the paper's."""
     page = (DOCS / "reference" / "api.md").read_text()
     shown = set(re.findall(r"^   ([\w.]+)$", page, re.MULTILINE))
     for prefix, names in {
