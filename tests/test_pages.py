@@ -181,7 +181,7 @@ def run_python_program(command: list[str]) -> None:
             load([re.sub(r"=([^[,]+),.*", r"=\1", override) for override in overrides])
         case ["-m", "experiments.run", *overrides]:
             load(overrides)
-        case ["-m", module]:
+        case ["-m", module] | ["-m", "experiments.check" as module, _]:
             assert list(ROOT.glob(f"{module.replace('.', '/')}.py")) or (ROOT / module).is_dir()
         case [script]:
             assert (ROOT / script).is_file(), command
